@@ -1,0 +1,85 @@
+"""Deployment files (``compose/*.yaml``): which services run where, and how they meet."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, field_validator
+
+from fairlead.errors import ConfigError
+from fairlead.keys import Keys, check_name
+from fairlead.session import Endpoints
+from fairlead.yaml_file import load_yaml
+
+ServiceKind = Literal["hal_sim", "safety", "state_assembler", "skill_runner"]
+
+
+class ServiceSpec(BaseModel):
+    """One process: what it runs, where it listens, and its own options.
+
+    ``options`` is checked by the service that reads it.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    run: ServiceKind
+    listen: str
+    options: dict[str, Any] = Field(default_factory=dict)
+
+
+class Deployment(BaseModel):
+    """One robot's services on one host.
+
+    Every service listens on its own endpoint and connects to those above it in the
+    file, so that each pair has exactly one link whatever the start order.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    robot: str = Field(description="folder under robots/")
+    id: str = Field(description="the robot's id in keys")
+    namespace: str = "fl"
+    profile: Literal["sim", "hardware"] = "sim"
+    pacing: Literal["realtime", "lockstep"] = "lockstep"
+    services: dict[str, ServiceSpec]
+
+    @field_validator("id", "namespace")
+    @classmethod
+    def _key_chunk(cls, value: str) -> str:
+        return check_name("deployment", value)
+
+    @property
+    def keys(self) -> Keys:
+        return Keys(self.id, self.namespace)
+
+    def endpoints(self, service: str) -> Endpoints:
+        """Endpoints of one named service."""
+        above = []
+        for name, spec in self.services.items():
+            if name == service:
+                return Endpoints(listen=[spec.listen], connect=above)
+            above.append(spec.listen)
+        raise ConfigError(
+            f"deployment: no service {service!r} (valid: {', '.join(self.services)})"
+        )
+
+    def tool_endpoints(self) -> Endpoints:
+        """Endpoints of a command-line tool: listens nowhere, connects to everyone."""
+        return Endpoints(connect=[spec.listen for spec in self.services.values()])
+
+    def only(self, kind: ServiceKind) -> str:
+        """Name of the one service that runs ``kind``."""
+        names = [name for name, spec in self.services.items() if spec.run == kind]
+        if len(names) != 1:
+            raise ConfigError(f"deployment: expected exactly one {kind}, got {names}")
+        return names[0]
+
+
+def load_deployment(path: Path) -> Deployment:
+    """Read and check a deployment file.
+
+    Raises:
+        ConfigError: naming the file and each field that does not fit.
+    """
+    return load_yaml(path, Deployment)

@@ -1,0 +1,85 @@
+"""Every error fairlead raises on purpose.
+
+    FairleadError
+    ├── ConfigError        a file, manifest, argument or width that does not fit
+    ├── MessageError       bytes on a key that are not the message they should be
+    ├── LayoutError        a state vector that cannot be assembled (frame, joint, age)
+    ├── PolicyError        a policy that failed, hung, or returned the wrong shape
+    ├── RefusedError       another service answered "no"; carries its Refusal
+    ├── NoAnswerError      nobody answered a query before its deadline
+    └── TransportError     the Zenoh session could not be opened or has closed
+
+A message always says who is complaining, what it expected, what it got, and,
+where there is a closed set of choices, the choices.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+
+class FairleadError(Exception):
+    """Base of every deliberate error; the command line prints it without a traceback."""
+
+
+class ConfigError(FairleadError):
+    """A file, manifest, argument or array width that does not fit."""
+
+
+class MessageError(FairleadError):
+    """Bytes that are not the message their key promises."""
+
+
+class LayoutError(FairleadError):
+    """A layout vector cannot be assembled.
+
+    Attributes:
+        kind: ``missing_frame``, ``stale_frame``, ``loop``, ``missing_joint``,
+            ``missing_tick`` or ``no_assembler``.
+        name: the frame, joint or layout concerned.
+        parent: the frame the lookup started from, "" where there is none.
+        age_ticks: how old the newest usable transform is, in ticks; -1 if there is none.
+    """
+
+    def __init__(
+        self, message: str, *, kind: str, name: str, parent: str = "", age_ticks: int = -1
+    ) -> None:
+        super().__init__(message)
+        self.kind = kind
+        self.name = name
+        self.parent = parent
+        self.age_ticks = age_ticks
+
+
+class PolicyError(FairleadError):
+    """A policy failed, hung, or returned something that is not ``[H, dim]`` finite numbers."""
+
+
+class RefusedError(FairleadError):
+    """A service refused a query.
+
+    Attributes:
+        who: the refusing service.
+        reason: what it refused and why.
+        fix: the command that would change the answer, "" if there is none.
+    """
+
+    def __init__(self, who: str, reason: str, fix: str = "") -> None:
+        super().__init__(f"{who} refused: {reason}" + (f"\n  try: {fix}" if fix else ""))
+        self.who = who
+        self.reason = reason
+        self.fix = fix
+
+
+class NoAnswerError(FairleadError):
+    """No service answered a query before its deadline."""
+
+
+class TransportError(FairleadError):
+    """The Zenoh session could not be opened, or has closed."""
+
+
+def expected(who: str, what: str, got: object, choices: Iterable[str] = ()) -> str:
+    """Format one complaint: ``who: expected what, got got (valid: a, b)``."""
+    listed = ", ".join(choices)
+    return f"{who}: expected {what}, got {got}" + (f" (valid: {listed})" if listed else "")

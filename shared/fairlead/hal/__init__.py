@@ -1,0 +1,1 @@
+"""The HAL host: everything a HAL does except talking to its robot."""

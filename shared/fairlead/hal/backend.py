@@ -1,0 +1,110 @@
+"""The HAL contract: what a simulator or a robot driver must provide, and nothing more.
+
+The host in this package owns the keys, the tick, the twin of the gate and the hold
+decision; a backend reads, applies one set of commands per tick, and describes itself.
+It never sees a key, a chunk, a lease or a clock.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Protocol
+
+from fairlead.messages import FloatArray, HalCamera, HalPart
+from fairlead.modes import ControlMode
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """Joint state at the start of a period, commanded joints then passive ones.
+
+    positions [rad or m], velocities [rad/s or m/s], efforts [N m or N]: shape ``[n]``.
+    """
+
+    positions: FloatArray
+    velocities: FloatArray
+    efforts: FloatArray
+
+
+@dataclass(frozen=True)
+class FramePose:
+    """T_parent_child: translation xyz [m], rotation as a quaternion xyzw."""
+
+    parent: str
+    child: str
+    translation: FloatArray
+    rotation_xyzw: FloatArray
+
+
+@dataclass(frozen=True)
+class TaskReading:
+    """A simulator's own success check and the metrics behind it (SI)."""
+
+    success: bool
+    metrics: Mapping[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class PartCommand:
+    """One row of one part, SI: ``values`` has the mode's width.
+
+    active: joint modes only, indices into the robot's commanded joints; every other
+    entry of ``values`` is exactly 0.0 and must be ignored.
+    """
+
+    mode: ControlMode
+    frame_id: str
+    values: FloatArray
+    active: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class BackendDescription:
+    """What the backend found when it looked at its robot (introspected, not assumed)."""
+
+    joints: tuple[str, ...]
+    passive_joints: tuple[str, ...]
+    parts: tuple[HalPart, ...]
+    simulator_order: tuple[str, ...]
+    cameras: tuple[HalCamera, ...]
+    has_task: bool
+
+
+class Backend(Protocol):
+    """One robot or simulator. Called from one thread only."""
+
+    def describe(self) -> BackendDescription: ...
+
+    def read(self) -> Measurement: ...
+
+    def transforms(self) -> Sequence[FramePose]:
+        """Measured transforms only this HAL can know (``odom -> base_link``, objects)."""
+
+    def static_transforms(self) -> Sequence[FramePose]:
+        """Transforms that never change in this episode (``map -> odom``)."""
+
+    def apply(self, commands: Mapping[str, PartCommand]) -> None:
+        """Act for one period: exactly one bus write or simulator step.
+
+        Args:
+            commands: by part name. A part that is absent holds by its declared hold law.
+
+        Raises:
+            ConfigError: for a width, mode or joint the part does not have.
+        """
+
+    def task(self) -> TaskReading | None:
+        """The simulator's success check; None where there is no task."""
+
+    def reset(self, seed: int) -> None:
+        """Start a new simulated episode.
+
+        Raises:
+            ConfigError: on hardware, which has no episodes.
+        """
+
+    def snapshot(self) -> bytes:
+        """State from which the camera process can render; b"" without cameras."""
+
+    def close(self) -> None: ...

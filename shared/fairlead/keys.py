@@ -1,0 +1,155 @@
+"""Every Zenoh key expression fairlead uses, built in one place.
+
+Grammar: ``<namespace>/<robot>/<group>/<noun>[/<source>]``, lower snake case, singular
+nouns. Worked example, namespace ``fl``, robot ``panda_mobile``, runner ``runner``::
+
+    >>> keys = Keys("panda_mobile")
+    >>> keys.candidate("runner")
+    'fl/panda_mobile/action/candidate/runner'
+
+The C++ gate has its own copy of this grammar (``key_table.hpp``); both are tested
+against ``tests/golden/keys.json``.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+from fairlead.errors import ConfigError, expected
+
+_CHUNK = re.compile(r"^[a-z0-9][a-z0-9_.\-]*$")
+
+
+def check_name(who: str, name: str) -> str:
+    """Return ``name`` if it may be one chunk of a key, else raise `ConfigError`."""
+    if not _CHUNK.match(name) or len(name) > 64:
+        raise ConfigError(
+            expected(who, "1 to 64 of a-z 0-9 _ . - starting with a letter or digit", repr(name))
+        )
+    return name
+
+
+@dataclass(frozen=True)
+class Keys:
+    """Key expressions of one robot.
+
+    Args:
+        robot: the robot's id on the network.
+        namespace: first chunk of every key.
+
+    Raises:
+        ConfigError: if either cannot be a key chunk.
+    """
+
+    robot: str
+    namespace: str = "fl"
+
+    def __post_init__(self) -> None:
+        check_name("robot id", self.robot)
+        check_name("namespace", self.namespace)
+
+    def _key(self, *chunks: str) -> str:
+        return "/".join((self.namespace, self.robot, *chunks))
+
+    @property
+    def joints(self) -> str:
+        return self._key("state", "joints")
+
+    def tf(self, publisher: str) -> str:
+        return self._key("tf", publisher)
+
+    @property
+    def every_tf(self) -> str:
+        """Transforms of every publisher: the one wildcard on a hot key, within one robot."""
+        return self._key("tf", "*")
+
+    def camera(self, name: str) -> str:
+        return self._key("camera", name)
+
+    def layout(self, skill: str) -> str:
+        return self._key("state", "layout", skill)
+
+    def candidate(self, source: str) -> str:
+        return self._key("action", "candidate", source)
+
+    @property
+    def every_candidate(self) -> str:
+        return self._key("action", "candidate", "*")
+
+    def safe(self, source: str) -> str:
+        return self._key("action", "safe", source)
+
+    @property
+    def every_safe(self) -> str:
+        return self._key("action", "safe", "*")
+
+    @property
+    def lease(self) -> str:
+        return self._key("safety", "lease")
+
+    def verdict(self, source: str) -> str:
+        return self._key("safety", "verdict", source)
+
+    @property
+    def every_verdict(self) -> str:
+        return self._key("safety", "verdict", "*")
+
+    @property
+    def gate_status(self) -> str:
+        return self._key("safety", "status")
+
+    @property
+    def stop(self) -> str:
+        return self._key("safety", "stop")
+
+    def gate_command(self, verb: str) -> str:
+        """``arm``, ``disarm``, ``reset``, ``claim`` or ``release``."""
+        return self._key("safety", "cmd", verb)
+
+    @property
+    def hal_status(self) -> str:
+        return self._key("hal", "status")
+
+    def hal_command(self, verb: str) -> str:
+        """``reset_episode`` (simulators)."""
+        return self._key("hal", "cmd", verb)
+
+    def goal(self, source: str) -> str:
+        return self._key("skill", source, "goal")
+
+    def cancel(self, source: str) -> str:
+        return self._key("skill", source, "cancel")
+
+    def feedback(self, source: str) -> str:
+        return self._key("skill", source, "feedback")
+
+    def heartbeat(self, source: str) -> str:
+        return self._key("skill", source, "heartbeat")
+
+    @property
+    def every_heartbeat(self) -> str:
+        return self._key("skill", "*", "heartbeat")
+
+    def alive(self, service: str) -> str:
+        return self._key("alive", service)
+
+    @property
+    def every_alive(self) -> str:
+        return self._key("alive", "*")
+
+    @property
+    def task(self) -> str:
+        return self._key("task", "state")
+
+    def want_layout(self, skill: str) -> str:
+        return self._key("want", "layout", skill)
+
+    @property
+    def every_want_layout(self) -> str:
+        return self._key("want", "layout", "*")
+
+
+def last_chunk(key: str) -> str:
+    """The last chunk of a key: the source, camera, publisher or skill it is about."""
+    return key.rsplit("/", 1)[-1]

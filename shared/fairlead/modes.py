@@ -1,0 +1,76 @@
+"""Control modes: the closed set of things a part can be told to do.
+
+The numbers are on the wire and in the C++ gate; they never change meaning.
+"""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+
+class ControlMode(IntEnum):
+    """What the numbers of one action part mean. Values are SI and float64.
+
+    Joint modes are as wide as the robot has commanded joints, with ``active`` naming
+    the joints that count and 0.0 everywhere else.
+    """
+
+    JOINT_POSITION = 0  # rad or m
+    JOINT_VELOCITY = 1  # rad/s or m/s
+    JOINT_TORQUE = 2  # N m or N
+    JOINT_TRAJECTORY = 3  # no checker yet: refused by name
+    CARTESIAN_POSE = 4  # xyz [m], quaternion xyzw, of the end effector in frame_id
+    CARTESIAN_DELTA = 5  # xyz [m], rotation vector [rad], along frame_id's axes
+    CARTESIAN_TWIST = 6  # xyz [m/s], rotation vector [rad/s], along frame_id's axes
+    BODY_TWIST = 7  # xyz [m/s], xyz [rad/s], in base_link
+    FOOT_PLACEMENT = 8  # no checker yet: refused by name
+    GRIPPER_BINARY = 9  # 0 open, 1 closed
+    GRIPPER_POSITION = 10  # total opening [m]
+    DEX_HAND_JOINT = 11  # rad
+    COMPOSITE_MODE = 12  # [-1, 1], a simulator controller's own switch
+
+    @property
+    def yaml_name(self) -> str:
+        """The name used in YAML and JSON files, for example ``cartesian_delta``."""
+        return self.name.lower()
+
+    @property
+    def is_joint_mode(self) -> bool:
+        """True where the width is the robot's number of commanded joints."""
+        return self in _JOINT_MODES
+
+    def width(self, n_dof: int) -> int:
+        """Numbers per row for a robot with ``n_dof`` commanded joints."""
+        return n_dof if self.is_joint_mode else _FIXED_WIDTHS[self]
+
+
+_JOINT_MODES = frozenset(
+    {
+        ControlMode.JOINT_POSITION,
+        ControlMode.JOINT_VELOCITY,
+        ControlMode.JOINT_TORQUE,
+        ControlMode.DEX_HAND_JOINT,
+    }
+)
+
+_FIXED_WIDTHS = {
+    ControlMode.CARTESIAN_POSE: 7,
+    ControlMode.CARTESIAN_DELTA: 6,
+    ControlMode.CARTESIAN_TWIST: 6,
+    ControlMode.BODY_TWIST: 6,
+    ControlMode.GRIPPER_BINARY: 1,
+    ControlMode.GRIPPER_POSITION: 1,
+    ControlMode.COMPOSITE_MODE: 1,
+}
+
+GATED_MODES = frozenset(
+    {
+        ControlMode.JOINT_POSITION,
+        ControlMode.JOINT_VELOCITY,
+        ControlMode.CARTESIAN_DELTA,
+        ControlMode.BODY_TWIST,
+        ControlMode.GRIPPER_POSITION,
+        ControlMode.COMPOSITE_MODE,
+    }
+)
+"""Modes the gate has a checker for in this release; every other mode is refused by name."""

@@ -1,0 +1,89 @@
+"""What every Python service's ``main`` does: arguments, session, alive token, clean end."""
+
+from __future__ import annotations
+
+import argparse
+import logging
+import signal
+import sys
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from types import FrameType
+from typing import Any
+
+from fairlead.deployment import Deployment, load_deployment
+from fairlead.errors import FairleadError
+from fairlead.session import ZenohBus
+
+
+@dataclass(frozen=True)
+class ServiceContext:
+    """What a service knows about itself when it starts.
+
+    Attributes:
+        name: the service's name in the deployment file; also its source in keys.
+        options: its ``options`` block, still to be checked by the service.
+        state_dir: an existing folder for this service's logs and state.
+        stopping: set when the process was asked to end.
+    """
+
+    name: str
+    deployment: Deployment
+    options: dict[str, Any]
+    state_dir: Path
+    bus: ZenohBus
+    stopping: threading.Event
+
+
+def run_service(who: str, body: Callable[[ServiceContext], None]) -> int:
+    """Run ``body`` until it returns or the process is asked to stop (SIGTERM, SIGINT).
+
+    Prints ``ready`` from the body's point of view with `announce_ready`.
+
+    Returns:
+        The exit status: 0 on a clean end, 1 after an error that has been printed.
+    """
+    parser = argparse.ArgumentParser(prog=who, epilog=f"example: {who} --deployment FILE "
+                                     "--service NAME --state-dir DIR")
+    parser.add_argument("--deployment", type=Path, required=True, help="file from compose/")
+    parser.add_argument("--service", required=True, help="this service's name in that file")
+    parser.add_argument("--state-dir", type=Path, required=True, help="folder for logs and state")
+    arguments = parser.parse_args()
+    logging.basicConfig(level=logging.INFO, format="%(levelname)s %(name)s: %(message)s",
+                        stream=sys.stdout)
+    stopping = threading.Event()
+
+    def on_signal(number: int, frame: FrameType | None) -> None:
+        stopping.set()
+
+    signal.signal(signal.SIGTERM, on_signal)
+    signal.signal(signal.SIGINT, on_signal)
+    bus: ZenohBus | None = None
+    try:
+        deployment = load_deployment(arguments.deployment)
+        endpoints = deployment.endpoints(arguments.service)
+        arguments.state_dir.mkdir(parents=True, exist_ok=True)
+        bus = ZenohBus(endpoints)
+        body(ServiceContext(
+            name=arguments.service,
+            deployment=deployment,
+            options=deployment.services[arguments.service].options,
+            state_dir=arguments.state_dir,
+            bus=bus,
+            stopping=stopping,
+        ))
+        return 0
+    except FairleadError as error:
+        print(f"ERROR {who}: {error}", flush=True)
+        return 1
+    finally:
+        if bus is not None:
+            bus.close()
+
+
+def announce_ready(context: ServiceContext) -> None:
+    """Declare the liveliness token that tools wait for, and say so in the log."""
+    context.bus.declare_token(context.deployment.keys.alive(context.name))
+    logging.getLogger(context.name).info("ready")
