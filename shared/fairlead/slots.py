@@ -1,0 +1,257 @@
+"""Slots: what each dimension of a policy's flat action vector means.
+
+A slot covers an inclusive index range ``[first, last]`` and either routes it to one
+control mode of the robot or discards it on purpose. The slots of a contract cover every
+index of ``[0, dim)`` exactly once, so nothing a policy emits is dropped silently.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from typing import Any, NamedTuple, Self
+
+from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
+
+from fairlead.modes import ControlMode
+
+
+class FieldRule(NamedTuple):
+    """Which of ee, frame, joint_names, axes a mode needs, and which it may have."""
+
+    required: tuple[str, ...]
+    optional: tuple[str, ...] = ()
+
+
+_CARTESIAN = FieldRule(required=("ee", "frame"))
+_JOINT = FieldRule(required=("joint_names",))
+_GRIPPER = FieldRule(required=("ee",))
+
+FIELD_RULES: dict[ControlMode, FieldRule] = {
+    ControlMode.CARTESIAN_POSE: _CARTESIAN,
+    ControlMode.CARTESIAN_DELTA: _CARTESIAN,
+    ControlMode.CARTESIAN_TWIST: _CARTESIAN,
+    ControlMode.JOINT_POSITION: _JOINT,
+    ControlMode.JOINT_VELOCITY: _JOINT,
+    ControlMode.JOINT_TORQUE: _JOINT,
+    ControlMode.DEX_HAND_JOINT: _JOINT,
+    ControlMode.GRIPPER_BINARY: _GRIPPER,
+    ControlMode.GRIPPER_POSITION: _GRIPPER,
+    ControlMode.BODY_TWIST: FieldRule(required=(), optional=("axes",)),
+    ControlMode.COMPOSITE_MODE: FieldRule(required=()),
+}
+"""Field table per mode; a mode that is not in it cannot be routed to."""
+
+MODE_NAMES: tuple[str, ...] = tuple(mode.yaml_name for mode in FIELD_RULES)
+_SOURCE_FIELDS = ("ee", "frame", "joint_names", "axes")
+
+
+class Slot(BaseModel):
+    """One inclusive range of the action vector and where it goes.
+
+    Attributes:
+        range: first and last index, both included.
+        control_mode: the mode's name, for example ``cartesian_delta``; None if discarded.
+        discard: True for a range that is dropped on purpose.
+        ee: end effector of a cartesian or gripper mode.
+        frame: frame the cartesian axes belong to.
+        joint_names: joints of a joint mode, one per dimension, in the policy's order.
+        axes: body_twist narrower than 6: which of vx vy vz wx wy wz each dimension is.
+        scale, offset: SI value = scale * output + offset; one number, or one per dimension.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    range: tuple[int, int]
+    control_mode: str | None = None
+    discard: bool = False
+    ee: str | None = None
+    frame: str | None = None
+    joint_names: tuple[str, ...] | None = None
+    axes: tuple[int, ...] | None = None
+    scale: tuple[float, ...] | None = None
+    offset: tuple[float, ...] | None = None
+
+    @field_validator("scale", "offset", mode="before")
+    @classmethod
+    def _one_number_is_a_list(cls, value: Any) -> Any:
+        return (value,) if isinstance(value, (int, float)) else value
+
+    @property
+    def first(self) -> int:
+        return self.range[0]
+
+    @property
+    def last(self) -> int:
+        return self.range[1]
+
+    @property
+    def width(self) -> int:
+        """Dimensions covered: ``last - first + 1``."""
+        return self.last - self.first + 1
+
+    @property
+    def mode(self) -> ControlMode | None:
+        """The control mode; None if discarded."""
+        return None if self.control_mode is None else ControlMode[self.control_mode.upper()]
+
+    @property
+    def name(self) -> str:
+        """How errors call this slot, for example ``slot [0, 5] cartesian_delta``."""
+        return f"slot [{self.first}, {self.last}] {self.control_mode or 'discard'}"
+
+    def scales(self) -> tuple[float, ...]:
+        """One scale per dimension."""
+        return _spread(self.scale, 1.0, self.width)
+
+    def offsets(self) -> tuple[float, ...]:
+        """One offset per dimension."""
+        return _spread(self.offset, 0.0, self.width)
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        problems = _range_problems(self) or _target_problems(self)
+        if problems:
+            raise ValueError("; ".join(f"{self.name}: {problem}" for problem in problems))
+        return self
+
+
+class ActionContract(BaseModel):
+    """The action vector a policy emits: its size and the meaning of every index."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    dim: int = Field(gt=0)
+    slots: tuple[Slot, ...]
+
+    @property
+    def routed(self) -> tuple[Slot, ...]:
+        """The slots that command something."""
+        return tuple(slot for slot in self.slots if not slot.discard)
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        problems = _cover_problems(self.dim, self.slots) or _repeat_problems(self.routed)
+        if problems:
+            raise ValueError("; ".join(problems))
+        return self
+
+
+def _spread(values: tuple[float, ...] | None, default: float, width: int) -> tuple[float, ...]:
+    if values is None:
+        return (default,) * width
+    return values * width if len(values) == 1 else values
+
+
+def _range_problems(slot: Slot) -> list[str]:
+    if slot.first < 0 or slot.last < slot.first:
+        return [f"range: expected 0 <= first <= last, got [{slot.first}, {slot.last}]"]
+    if slot.discard:
+        return []
+    if slot.control_mode not in MODE_NAMES:
+        got = repr(slot.control_mode) if slot.control_mode else "neither"
+        return [
+            f"expected control_mode or discard: true, got {got} (valid: {', '.join(MODE_NAMES)})"
+        ]
+    return []
+
+
+def _target_problems(slot: Slot) -> list[str]:
+    if slot.discard:
+        extra = ("control_mode", *_SOURCE_FIELDS, "scale", "offset")
+        given = [name for name in extra if getattr(slot, name) is not None]
+        return [f"{name}: not allowed with discard" for name in given]
+    return [*_field_problems(slot), *_width_problems(slot), *_scale_problems(slot)]
+
+
+def _field_problems(slot: Slot) -> list[str]:
+    assert slot.mode is not None
+    rule = FIELD_RULES[slot.mode]
+    missing = [name for name in rule.required if not getattr(slot, name)]
+    allowed = (*rule.required, *rule.optional)
+    surplus = [
+        name for name in _SOURCE_FIELDS if name not in allowed and getattr(slot, name) is not None
+    ]
+    return [
+        *(f"{name}: required with {slot.control_mode}" for name in missing),
+        *(f"{name}: not allowed with {slot.control_mode}" for name in surplus),
+    ]
+
+
+def _width_problems(slot: Slot) -> list[str]:
+    assert slot.mode is not None
+    if slot.mode.is_joint_mode:
+        return _name_problems(slot)
+    if slot.mode is ControlMode.BODY_TWIST and slot.axes is not None:
+        return _axes_problems(slot)
+    wanted = slot.mode.width(0)
+    if slot.width != wanted:
+        hint = ", or axes" if slot.mode is ControlMode.BODY_TWIST else ""
+        return [f"width: expected {wanted} dimension(s){hint}, got {slot.width}"]
+    return []
+
+
+def _name_problems(slot: Slot) -> list[str]:
+    names = slot.joint_names or ()
+    problems = []
+    if names and slot.width != len(names):
+        problems.append(
+            f"width: expected {len(names)} dimension(s), one per joint name, got {slot.width}"
+        )
+    problems += [
+        f"joint_names: {n} is given twice" for n, count in Counter(names).items() if count > 1
+    ]
+    return problems
+
+
+def _axes_problems(slot: Slot) -> list[str]:
+    axes = slot.axes or ()
+    if list(axes) != sorted(set(axes)) or not axes or not set(axes) <= set(range(6)):
+        return [f"axes: expected ascending indices out of 0..5, got {list(axes)}"]
+    if len(axes) != slot.width:
+        return [f"width: expected {len(axes)} dimension(s), one per axis, got {slot.width}"]
+    return []
+
+
+def _scale_problems(slot: Slot) -> list[str]:
+    problems = []
+    for name in ("scale", "offset"):
+        values = getattr(slot, name)
+        if values is None:
+            continue
+        if len(values) not in (1, slot.width):
+            problems.append(f"{name}: expected 1 or {slot.width} number(s), got {len(values)}")
+        if not all(math.isfinite(v) for v in values) or (name == "scale" and 0.0 in values):
+            kind = "finite and not 0" if name == "scale" else "finite"
+            problems.append(f"{name}: expected numbers that are {kind}, got {list(values)}")
+    return problems
+
+
+def _cover_problems(dim: int, slots: tuple[Slot, ...]) -> list[str]:
+    if not slots:
+        return [f"slots: expected every index of 0..{dim - 1} to be covered, got no slots"]
+    problems = [
+        f"{slot.name}: index {index} is out of range, dim is {dim}"
+        for slot in slots
+        for index in range(max(slot.first, dim), slot.last + 1)
+    ]
+    for index in range(dim):
+        owners = [slot.name for slot in slots if slot.first <= index <= slot.last]
+        if not owners:
+            problems.append(f"slots: index {index} is covered by no slot (use discard: true)")
+        elif len(owners) > 1:
+            problems.append(f"slots: index {index} is covered by {' and '.join(owners)}")
+    return problems
+
+
+def _repeat_problems(slots: tuple[Slot, ...]) -> list[str]:
+    joints = Counter(name for slot in slots for name in slot.joint_names or ())
+    targets = Counter((slot.control_mode, slot.ee) for slot in slots if slot.joint_names is None)
+    return [
+        *(f"slots: joint {name} is commanded by {n} slots" for name, n in joints.items() if n > 1),
+        *(
+            f"slots: {mode}{f' of {ee}' if ee else ''} is commanded by {n} slots"
+            for (mode, ee), n in targets.items()
+            if n > 1
+        ),
+    ]
