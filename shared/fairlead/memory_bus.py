@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
+from typing import Generic, TypeVar
 
 from fairlead.bus import Qos, QueryHandler, Sample, SampleHandler, TokenHandler
 from fairlead.errors import FairleadError, NoAnswerError, RefusedError
@@ -24,11 +25,14 @@ def matches(key_expr: str, key: str) -> bool:
     )
 
 
-@dataclass
-class _Entry:
-    registry: list[_Entry]
+Handler = TypeVar("Handler")
+
+
+@dataclass(eq=False)
+class _Entry(Generic[Handler]):
+    registry: list[_Entry[Handler]]
     key: str
-    handler: object = None
+    handler: Handler
     on_undeclare: Callable[[], None] | None = None
 
     def undeclare(self) -> None:
@@ -55,31 +59,31 @@ class MemoryBus:
     """A `fairlead.bus.Bus` inside one process; single-threaded, synchronous."""
 
     filter: SampleFilter | None = None
-    _subscribers: list[_Entry] = field(default_factory=list)
-    _queryables: list[_Entry] = field(default_factory=list)
-    _tokens: list[_Entry] = field(default_factory=list)
-    _watchers: list[_Entry] = field(default_factory=list)
+    _subscribers: list[_Entry[SampleHandler]] = field(default_factory=list)
+    _queryables: list[_Entry[tuple[str, QueryHandler]]] = field(default_factory=list)
+    _tokens: list[_Entry[None]] = field(default_factory=list)
+    _watchers: list[_Entry[TokenHandler]] = field(default_factory=list)
 
     def deliver(self, sample: Sample) -> None:
         """Pass one sample through the filter to every matching subscriber."""
         for out in self.filter(sample) if self.filter else (sample,):
             for entry in list(self._subscribers):
                 if matches(entry.key, out.key):
-                    entry.handler(out)  # type: ignore[operator]
+                    entry.handler(out)
 
     def publisher(self, key: str, kind: type[Message], qos: Qos) -> _MemoryPublisher:
         return _MemoryPublisher(self, key)
 
-    def subscribe(self, key_expr: str, handler: SampleHandler) -> _Entry:
+    def subscribe(self, key_expr: str, handler: SampleHandler) -> _Entry[SampleHandler]:
         return self._add(self._subscribers, key_expr, handler)
 
-    def serve(self, key: str, who: str, handler: QueryHandler) -> _Entry:
+    def serve(self, key: str, who: str, handler: QueryHandler) -> _Entry[tuple[str, QueryHandler]]:
         return self._add(self._queryables, key, (who, handler))
 
     def query(self, key: str, request: Message, timeout_s: float) -> bytes:
         for entry in list(self._queryables):
             if entry.key == key:
-                who, handler = entry.handler  # type: ignore[misc]
+                who, handler = entry.handler
                 try:
                     return encode(handler(encode(request)))
                 except RefusedError as error:
@@ -88,13 +92,13 @@ class MemoryBus:
                     raise RefusedError(who, str(error)) from None
         raise NoAnswerError(f"{key}: no answer within {timeout_s:g} s; see: fairlead ps")
 
-    def declare_token(self, key: str) -> _Entry:
+    def declare_token(self, key: str) -> _Entry[None]:
         self._announce(key, True)
         entry = self._add(self._tokens, key, None)
         entry.on_undeclare = lambda: self._announce(key, False)
         return entry
 
-    def watch_tokens(self, key_expr: str, handler: TokenHandler) -> _Entry:
+    def watch_tokens(self, key_expr: str, handler: TokenHandler) -> _Entry[TokenHandler]:
         for token in self._tokens:
             if matches(key_expr, token.key):
                 handler(token.key, True)
@@ -105,14 +109,15 @@ class MemoryBus:
             token.undeclare()
         self._subscribers.clear()
         self._queryables.clear()
+        self._watchers.clear()
 
     def _announce(self, key: str, alive: bool) -> None:
         for watcher in list(self._watchers):
             if matches(watcher.key, key):
-                watcher.handler(key, alive)  # type: ignore[operator]
+                watcher.handler(key, alive)
 
     @staticmethod
-    def _add(registry: list[_Entry], key: str, handler: object) -> _Entry:
+    def _add(registry: list[_Entry[Handler]], key: str, handler: Handler) -> _Entry[Handler]:
         entry = _Entry(registry, key, handler)
         registry.append(entry)
         return entry

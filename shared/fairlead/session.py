@@ -88,7 +88,6 @@ class ZenohBus:
                 f"connect={list(endpoints.connect)}: {error}; is another process of this "
                 "robot still running? see: fairlead ps"
             ) from None
-        self._tokens: dict[str, int] = {}
 
     def publisher(self, key: str, kind: type[Message], qos: Qos) -> _ZenohPublisher:
         return _ZenohPublisher(
@@ -139,7 +138,7 @@ class ZenohBus:
         return self._session.liveliness().declare_subscriber(key_expr, on_token, history=True)
 
     def close(self) -> None:
-        self._session.close()
+        self._session.close()  # type: ignore[no-untyped-call]
 
 
 def _refusal(key: str, payload: bytes) -> FairleadError:

@@ -21,14 +21,12 @@ from pathlib import Path
 
 import msgspec
 
+from fairlead.keys import Keys
+from fairlead.messages import Message, encode, floats
+from tests.golden.frames import bad_frames
+from tests.golden.instances import MESSAGES
+
 FOLDER = Path(__file__).resolve().parent
-sys.path.insert(0, str(FOLDER))
-
-from frames import bad_frames  # noqa: E402
-from instances import MESSAGES  # noqa: E402
-
-from fairlead.keys import Keys  # noqa: E402
-from fairlead.messages import Message, encode, floats  # noqa: E402
 
 FLOAT_BLOCKS = {
     "positions",
@@ -64,7 +62,9 @@ def readable(value: object, name: str = "") -> object:
     if isinstance(value, msgspec.Struct):
         return {field: readable(getattr(value, field), field) for field in value.__struct_fields__}
     if isinstance(value, bytes):
-        return [readable(x) for x in floats(value).tolist()] if name in FLOAT_BLOCKS else value.hex()
+        return (
+            [readable(x) for x in floats(value).tolist()] if name in FLOAT_BLOCKS else value.hex()
+        )
     if isinstance(value, float) and not math.isfinite(value):
         return str(value)
     if isinstance(value, tuple):
@@ -115,7 +115,7 @@ def golden_keys() -> list[dict[str, object]]:
 def golden_files() -> dict[str, bytes]:
     """Every golden file and the bytes it must have."""
     files = {f"{name}.bin": encode(message) for name, message in MESSAGES.items()}
-    refused = [
+    refused: list[dict[str, object]] = [
         {"type": bad.kind, "defect": bad.defect, "hex": bad.data.hex()}
         for bad in bad_frames(MESSAGES)
     ]

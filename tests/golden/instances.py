@@ -571,9 +571,7 @@ SAFETY = {
 }
 
 QUERY = {
-    "Refusal": Refusal(
-        who="safety", reason="claim: the gate is disarmed", fix="fairlead arm"
-    ),
+    "Refusal": Refusal(who="safety", reason="claim: the gate is disarmed", fix="fairlead arm"),
     "Refusal.empty": Refusal(who="", reason="", fix=""),
     "Done": Done(text="disarmed"),
     "StatusQuery": StatusQuery(),
