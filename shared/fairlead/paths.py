@@ -1,0 +1,97 @@
+"""Where robots, skills and built binaries lie in the checkout.
+
+``FAIRLEAD_ROOT`` names another checkout; without it the root is found from the
+working directory upwards, then from where this package was installed from.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+from fairlead.errors import ConfigError
+
+ROOT_VARIABLE = "FAIRLEAD_ROOT"
+
+
+def repo_root() -> Path:
+    """The folder that holds ``robots/`` and ``rskills/``.
+
+    Raises:
+        ConfigError: naming every folder that was looked at.
+    """
+    looked_at: list[str] = []
+    for folder in _candidates():
+        if (folder / "robots").is_dir() and (folder / "rskills").is_dir():
+            return folder
+        looked_at.append(str(folder))
+    raise ConfigError(
+        "fairlead: expected a checkout with the folders robots/ and rskills/, looked at "
+        f"{', '.join(looked_at)}; run inside the checkout or set {ROOT_VARIABLE}"
+    )
+
+
+def robot_dir(robot: str) -> Path:
+    """Folder of one robot.
+
+    Raises:
+        ConfigError: naming the folder looked for and the robots there are.
+    """
+    return _named_dir("robot", robot, repo_root() / "robots", "robot.yaml")
+
+
+def rskill_dir(skill: str) -> Path:
+    """Folder of one skill.
+
+    Raises:
+        ConfigError: naming the folder looked for and the skills there are.
+    """
+    return _named_dir("skill", skill, repo_root() / "rskills", "rskill.yaml")
+
+
+def gate_config(robot: str, profile: str) -> Path:
+    """The compiled gate file of a robot and profile.
+
+    Raises:
+        ConfigError: if it has not been compiled.
+    """
+    path = robot_dir(robot) / f"gate.{profile}.json"
+    if not path.is_file():
+        raise ConfigError(
+            f"robot {robot}: no compiled gate file {path}; make it with: "
+            f"fairlead robot compile {robot}"
+        )
+    return path
+
+
+def gate_binary() -> Path:
+    """The built safety gate.
+
+    Raises:
+        ConfigError: if it has not been built.
+    """
+    path = repo_root() / "build" / "safety" / "fairlead-safety"
+    if not path.is_file():
+        raise ConfigError(f"safety gate: no binary at {path}; build it with: scripts/build-gate")
+    return path
+
+
+def _candidates() -> Iterator[Path]:
+    override = os.environ.get(ROOT_VARIABLE)
+    if override:
+        yield Path(override)
+        return
+    yield Path.cwd()
+    yield from Path.cwd().parents
+    yield from Path(__file__).resolve().parents
+
+
+def _named_dir(what: str, name: str, parent: Path, manifest: str) -> Path:
+    path = parent / name
+    if not name or "/" in name or not (path / manifest).is_file():
+        known = sorted(found.parent.name for found in parent.glob(f"*/{manifest}"))
+        raise ConfigError(
+            f"{what} {name!r}: no file {path / manifest} (valid: {', '.join(known) or 'none'})"
+        )
+    return path

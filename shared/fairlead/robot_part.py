@@ -1,0 +1,74 @@
+"""What a robot manifest groups joints into: parts, end effectors, simulator names."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import BaseModel, ConfigDict, Field, field_validator
+
+from fairlead.errors import expected
+from fairlead.modes import ControlMode
+
+HoldLaw = Literal["keep_position", "zero_delta", "ramp_to_zero", "keep_command", "write_default"]
+MODE_NAMES = tuple(mode.yaml_name for mode in ControlMode)
+
+
+class Part(BaseModel):
+    """A group of joints that is commanded, claimed and held as one.
+
+    hold: ``keep_position`` keeps the last setpoint; ``zero_delta`` sends zero deltas or
+    twists without moving the goal; ``ramp_to_zero`` brings velocities to zero;
+    ``keep_command`` repeats the last command (a grasp is kept); ``write_default`` writes
+    the simulator's default.
+    simulator_part: name of the simulator controller's part, "" where it has none.
+    end_effector: the end effector its cartesian or gripper modes move, None if it has none.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    name: str
+    joints: tuple[str, ...]
+    simulator_part: str
+    hold: HoldLaw
+    modes: tuple[str, ...] = Field(min_length=1)
+    end_effector: str | None = None
+
+    @field_validator("modes")
+    @classmethod
+    def _known_modes(cls, modes: tuple[str, ...]) -> tuple[str, ...]:
+        for mode in modes:
+            if mode not in MODE_NAMES:
+                raise ValueError(expected("modes", "a control mode", repr(mode), MODE_NAMES))
+        return modes
+
+    @property
+    def control_modes(self) -> tuple[ControlMode, ...]:
+        return tuple(ControlMode[mode.upper()] for mode in self.modes)
+
+
+class EndEffector(BaseModel):
+    """A tool: the frame commands move, and the joint that opens it (if it is actuated)."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    name: str
+    tool_frame: str
+    gripper_joint: str | None = None
+    actuated: bool
+
+
+class SimulatorNames(BaseModel):
+    """How the simulator calls what the manifest names.
+
+    base_body: the body whose pose is ``base_link``; its pose is ``odom -> base_link``.
+    joints: simulator joints of each joint; where there are two, the joint is their
+    difference (a two-finger gripper's total opening).
+    frames: ``body:NAME`` or ``site:NAME`` of each frame the description shares with the
+    simulator.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    base_body: str
+    joints: dict[str, tuple[str, ...]]
+    frames: dict[str, str]
