@@ -1,0 +1,106 @@
+// Containers of fixed capacity: the gate allocates nothing once it has started.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <span>
+#include <string_view>
+
+namespace fairlead {
+
+/// A vector of at most N elements, stored in place.
+template <class T, std::size_t N>
+class FixedVec {
+ public:
+  static constexpr std::size_t capacity = N;
+
+  /// Append; false (and nothing appended) when full. The caller decides what full means.
+  [[nodiscard]] bool push_back(const T& item) {
+    if (size_ == N) return false;
+    items_[size_++] = item;
+    return true;
+  }
+  /// Become `size` default elements; false when that exceeds the capacity.
+  [[nodiscard]] bool resize(std::size_t size) {
+    if (size > N) return false;
+    for (std::size_t i = size_; i < size; ++i) items_[i] = T{};
+    size_ = size;
+    return true;
+  }
+  void erase_at(std::size_t index) {
+    for (std::size_t i = index + 1; i < size_; ++i) items_[i - 1] = items_[i];
+    --size_;
+  }
+  void clear() { size_ = 0; }
+
+  [[nodiscard]] std::size_t size() const { return size_; }
+  [[nodiscard]] bool empty() const { return size_ == 0; }
+  [[nodiscard]] bool full() const { return size_ == N; }
+  T& operator[](std::size_t i) { return items_[i]; }
+  const T& operator[](std::size_t i) const { return items_[i]; }
+  T* begin() { return items_.data(); }
+  T* end() { return items_.data() + size_; }
+  const T* begin() const { return items_.data(); }
+  const T* end() const { return items_.data() + size_; }
+
+  [[nodiscard]] bool contains(const T& wanted) const {
+    for (const T& item : *this)
+      if (item == wanted) return true;
+    return false;
+  }
+  friend bool operator==(const FixedVec& a, const FixedVec& b) {
+    if (a.size_ != b.size_) return false;
+    for (std::size_t i = 0; i < a.size_; ++i)
+      if (!(a.items_[i] == b.items_[i])) return false;
+    return true;
+  }
+
+ private:
+  std::array<T, N> items_{};
+  std::size_t size_ = 0;
+};
+
+/// UTF-8 text of at most N bytes, stored in place. What does not fit is cut between characters.
+template <std::size_t N>
+class FixedText {
+ public:
+  static constexpr std::size_t capacity = N;
+
+  FixedText() = default;
+  FixedText(std::string_view text) { append(text); }  // NOLINT: a text is a text
+  FixedText(const char* text) { append(std::string_view(text)); }  // NOLINT
+
+  FixedText& append(std::string_view text) {
+    std::size_t count = text.size() <= N - size_ ? text.size() : N - size_;
+    // Never end inside a multi-byte character: readers refuse text that is not UTF-8.
+    while (count < text.size() && count > 0 && (static_cast<unsigned char>(text[count]) & 0xC0U) == 0x80U)
+      --count;
+    if (count > 0) std::memcpy(bytes_.data() + size_, text.data(), count);
+    size_ += count;
+    return *this;
+  }
+  void clear() { size_ = 0; }
+
+  [[nodiscard]] std::string_view view() const { return {bytes_.data(), size_}; }
+  [[nodiscard]] std::size_t size() const { return size_; }
+  [[nodiscard]] bool empty() const { return size_ == 0; }
+  friend bool operator==(const FixedText& a, const FixedText& b) { return a.view() == b.view(); }
+  friend bool operator==(const FixedText& a, std::string_view b) { return a.view() == b; }
+
+ private:
+  std::array<char, N> bytes_{};
+  std::size_t size_ = 0;
+};
+
+/// An identifier: robot, part, joint, frame, source. Longer ones are refused, never cut.
+using Name = FixedText<64>;
+/// Prose for people: causes, reasons, fixes. Longer ones are cut.
+using Text = FixedText<256>;
+/// SHA-256 of an identity or a file; all zero means none.
+using Hash = std::array<std::uint8_t, 32>;
+
+using Bytes = std::span<const std::uint8_t>;
+
+}  // namespace fairlead

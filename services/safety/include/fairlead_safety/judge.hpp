@@ -1,0 +1,75 @@
+// The decision itself: pure functions of (limits, measured state, chunk, what acted before).
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "fairlead_safety/limits.hpp"
+#include "fairlead_safety/messages.hpp"
+
+namespace fairlead {
+
+/// Why something was not released: the stable code, the place, and the numbers.
+struct Evidence {
+  std::uint32_t code = 0;  // 1..50 for G001..G050, 0: nothing to report
+  std::int64_t row = -1;   // row of the chunk, -1 if none
+  Name part;
+  Name axis;
+  double value = 0.0;
+  double limit = 0.0;
+  double margin = 0.0;  // limit minus value; negative outside
+  Text limit_source;
+  bool raises_stop = false;
+
+  [[nodiscard]] bool ok() const { return code == 0; }
+};
+
+/// The newest measured state, copied out of its frame. SI, commanded joints then passive ones.
+struct MeasuredState {
+  std::uint64_t tick = 0;
+  std::size_t count = 0;
+  std::array<double, max_measured> positions{};
+  std::array<double, max_measured> velocities{};
+  FixedVec<Acted, max_parts> acted;  // what each part did in tick - 1
+};
+
+/// The row that acts in the tick before the chunk's first live row; empty after a hold.
+struct RowBefore {
+  const ActionChunk* chunk = nullptr;  // nullptr: the parts hold in that tick
+  std::size_t row = 0;
+};
+
+struct Judgement {
+  Outcome outcome = Outcome::refused;
+  std::size_t first_row = 0;  // first live row of the chunk
+  std::size_t row_count = 0;  // rows released, 0 if refused
+  Evidence evidence;          // why the rest was not
+};
+
+/// What one claim may do: its parts and its own, never looser, limits.
+struct ClaimLimits {
+  FixedVec<std::size_t, max_parts> parts;  // indices into Limits::parts
+  std::array<ModeLimits, max_parts> modes;
+  std::uint32_t horizon_max = 0;
+  std::uint32_t age_max_ticks = 0;
+};
+
+/// G007, G008, G009: does the chunk have the shape it says, finite numbers, and only commands
+/// that its parts know? Judges every row, past ones too.
+Evidence check_shape(const Limits& limits, const ClaimLimits& claim, const ActionChunk& chunk);
+
+/// G011 (part), G020, G021, G022 on the rows from `first_row` on. `chunk` has passed check_shape.
+/// A chunk is released or cut for all its parts together.
+Judgement judge_rows(const Limits& limits, const ClaimLimits& claim, const MeasuredState& state,
+                     const ActionChunk& chunk, std::size_t first_row, const RowBefore& before);
+
+/// G011: every joint there and finite. `state` is the decoded message.
+Evidence check_state(const Limits& limits, const JointState& state);
+
+/// G013: no joint moved further between two states than it can in the ticks between them.
+Evidence check_jump(const Limits& limits, const MeasuredState& before, const MeasuredState& now);
+
+/// True if every joint is slower than its declared standstill velocity.
+bool at_standstill(const Limits& limits, const MeasuredState& state);
+
+}  // namespace fairlead

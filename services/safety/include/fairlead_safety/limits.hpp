@@ -1,0 +1,152 @@
+// The compiled gate file as plain data. One struct per JSON object, one field per key.
+//
+// Every limit starts as NaN and every comparison is written so that NaN fails it: a limit
+// that was never set refuses everything, it never allows everything.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+
+#include "fairlead_safety/fixed.hpp"
+#include "fairlead_safety/modes.hpp"
+
+namespace fairlead {
+
+inline constexpr std::size_t max_joints = 32;    // commanded joints
+inline constexpr std::size_t max_passive = 16;   // measured, never commanded
+inline constexpr std::size_t max_measured = max_joints + max_passive;
+inline constexpr std::size_t max_parts = 8;
+inline constexpr std::size_t max_rows = 64;
+inline constexpr std::size_t max_claims = 8;
+inline constexpr std::size_t max_frames = 4;     // frames a cartesian mode accepts
+inline constexpr std::size_t max_stops = 16;     // stops held at once
+inline constexpr std::size_t max_frame_bytes = 65536;
+
+inline constexpr double unset = std::numeric_limits<double>::quiet_NaN();
+
+enum class JointKind : std::uint8_t { revolute, prismatic, continuous };
+
+/// Position bounds of a measured joint [rad or m]; tolerance: how far a measurement may lie outside.
+struct Bounds {
+  double lower = unset;
+  double upper = unset;
+  double tolerance = unset;
+};
+
+/// One commanded joint, in wire order. SI units.
+struct JointLimits {
+  Name name;
+  std::size_t part = max_parts;  // index into Limits::parts
+  JointKind kind = JointKind::revolute;
+  bool bounded = true;  // false only where the file declares `zones` instead of `bounds`
+  Bounds bounds;        // unused where bounded is false
+  double velocity_limit = unset;
+  double acceleration_limit = unset;
+  double effort_limit = unset;
+  double jump_limit = unset;  // largest change of the measured position in one tick
+  double standstill_velocity = unset;
+  Text source;
+};
+
+/// One measured joint that nothing commands.
+struct PassiveLimits {
+  Name name;
+  Bounds bounds;
+  double jump_limit = unset;
+  double standstill_velocity = unset;
+  Text source;
+};
+
+/// joint_position [rad or m], joint_velocity [rad/s or m/s].
+struct JointModeLimits {
+  bool supported = false;
+  // By index of the robot's commanded joint (not of the part's): the file lists them in part order.
+  std::array<double, max_joints> step_limit = [] {
+    std::array<double, max_joints> none{};
+    none.fill(unset);
+    return none;
+  }();
+  Text source;
+};
+
+/// cartesian_delta [m, rad], body_twist [m/s, rad/s]. Limits are norms, not per axis.
+struct CartesianLimits {
+  bool supported = false;
+  FixedVec<Name, max_frames> frames;
+  double linear_limit = unset;
+  double angular_limit = unset;
+  double linear_step_limit = unset;
+  double angular_step_limit = unset;
+  std::array<bool, 6> free_axes{};  // body_twist: axes the base can move along; cartesian_delta: all true
+  Text source;
+};
+
+/// gripper_position [m], composite_mode (whose lower and upper are always -1 and 1).
+struct ScalarLimits {
+  bool supported = false;
+  double lower = unset;
+  double upper = unset;
+  double step_limit = unset;
+  Text source;
+};
+
+/// Everything one part may be told. A claim has its own copy, which it can only tighten.
+struct ModeLimits {
+  JointModeLimits joint_position;
+  JointModeLimits joint_velocity;
+  CartesianLimits cartesian_delta;
+  CartesianLimits body_twist;
+  ScalarLimits gripper_position;
+  ScalarLimits composite_mode;
+
+  [[nodiscard]] bool supports(std::uint8_t mode) const;
+};
+
+struct PartLimits {
+  Name name;
+  FixedVec<std::size_t, max_joints> joints;  // indices into Limits::joints
+  ModeLimits modes;
+  Text source;
+};
+
+/// Limits of the protocol itself, the same for every part.
+struct ProtocolLimits {
+  std::uint32_t horizon_max = 0;
+  std::uint32_t age_max_ticks = 0;
+  double chunk_rate_max_hz = unset;
+  std::uint64_t seq_jump_max = 0;
+  std::uint32_t state_timeout_ms = 0;
+  std::uint32_t heartbeat_timeout_realtime_ms = 0;
+  std::uint32_t heartbeat_timeout_lockstep_ms = 0;
+  std::uint32_t lease_interval_ms = 0;
+  std::uint32_t idle_disarm_s = 0;
+  std::uint32_t stops_to_latch = 0;
+  std::uint32_t stop_window_s = 0;
+  std::uint32_t bad_frames_limit = 0;
+  std::uint32_t bad_frames_window_ticks = 0;
+};
+
+/// The whole file. The loader fills it; `check_limits` must then find no fault.
+struct Limits {
+  Name robot;
+  Name profile;
+  Hash robot_hash{};
+  Hash config_hash{};  // SHA-256 of the file's bytes
+  std::uint64_t period_ns = 0;
+  bool lockstep_allowed = false;
+  FixedVec<JointLimits, max_joints> joints;
+  FixedVec<PassiveLimits, max_passive> passive_joints;
+  FixedVec<PartLimits, max_parts> parts;
+  ProtocolLimits protocol;
+
+  [[nodiscard]] std::size_t measured_count() const { return joints.size() + passive_joints.size(); }
+};
+
+/// The first thing wrong with a configuration, "" if nothing is: the key, what was expected and
+/// what was found. Covers missing (NaN), not finite, inverted and non-positive values, capacities,
+/// and joints or modes that contradict each other. Unknown keys are the loader's to refuse.
+Text check_limits(const Limits& limits);
+
+}  // namespace fairlead
