@@ -1,0 +1,1 @@
+"""Policies that ship with the runner; each is one file with one class."""

@@ -1,0 +1,51 @@
+"""What a policy is: two methods, and nothing about robots, keys or time."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Protocol, Self
+
+import numpy as np
+import numpy.typing as npt
+from pydantic import JsonValue
+
+from fairlead.messages import FloatArray
+from fairlead.skill import SkillManifest
+
+Actions = npt.NDArray[np.float32]
+"""A policy's raw output: shape ``[H, dim]``, 1 <= H <= the skill's horizon."""
+
+
+@dataclass(frozen=True)
+class Observation:
+    """What a policy sees.
+
+    tick: the joint state's tick (control periods).
+    state: the layout vector, float64, shape ``[state_contract.dim]``, SI.
+    prompt: the instruction.
+    images: by the policy's picture name, uint8 ``[height, width, 3]``, row 0 at the top.
+    """
+
+    tick: int
+    state: FloatArray
+    prompt: str
+    images: Mapping[str, npt.NDArray[np.uint8]] = field(default_factory=dict)
+
+
+class Policy(Protocol):
+    """A policy, or a wrapper around one."""
+
+    @classmethod
+    def from_options(cls, skill: SkillManifest, options: Mapping[str, JsonValue]) -> Self:
+        """Load the policy (called once, in the worker process, before any claim).
+
+        Raises:
+            ConfigError: for options that do not fit.
+        """
+
+    def infer(self, observation: Observation) -> Actions:
+        """Rows for ``observation.tick`` and the ticks after it: float32 ``[H, dim]``."""
+
+    def reset(self) -> None:
+        """Forget the last episode; called at the start of every goal."""

@@ -1,0 +1,77 @@
+"""``trace.jsonl``: what the policy saw and said, bit for bit, one line per call."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import msgspec
+import numpy as np
+
+from fairlead.errors import ConfigError
+from fairlead.messages import FloatArray
+from fairlead_skill_runner.policies.protocol import Actions
+
+
+class _Line(msgspec.Struct, forbid_unknown_fields=True):
+    tick: int
+    state: str  # hex, little-endian float64 [state dim]
+    actions: str  # hex, little-endian float32 [horizon, dim], row-major
+    horizon: int
+    dim: int
+
+
+@dataclass(frozen=True)
+class TraceRecord:
+    """One policy call: the observation's tick and state, and the raw actions."""
+
+    tick: int
+    state: FloatArray
+    actions: Actions
+
+
+class TraceWriter:
+    """Appends records to a file; a new writer starts the file afresh."""
+
+    def __init__(self, path: Path) -> None:
+        self._file = path.open("w", encoding="utf-8")
+
+    def write(self, record: TraceRecord) -> None:
+        """Append one record and hand it to the operating system."""
+        horizon, dim = record.actions.shape
+        line = _Line(
+            tick=record.tick,
+            state=np.ascontiguousarray(record.state, dtype="<f8").tobytes().hex(),
+            actions=np.ascontiguousarray(record.actions, dtype="<f4").tobytes().hex(),
+            horizon=horizon,
+            dim=dim,
+        )
+        self._file.write(msgspec.json.encode(line).decode() + "\n")
+        self._file.flush()
+
+    def close(self) -> None:
+        self._file.close()
+
+
+def read_trace(path: Path) -> Iterator[TraceRecord]:
+    """Read a recording.
+
+    Raises:
+        ConfigError: naming the file and the line that does not fit.
+    """
+    try:
+        lines = path.read_text(encoding="utf-8").splitlines()
+    except OSError as error:
+        raise ConfigError(f"{path}: cannot be read: {error.strerror}") from None
+    for number, text in enumerate(lines, start=1):
+        try:
+            line = msgspec.json.decode(text, type=_Line)
+            actions = np.frombuffer(bytes.fromhex(line.actions), dtype="<f4")
+            yield TraceRecord(
+                tick=line.tick,
+                state=np.frombuffer(bytes.fromhex(line.state), dtype="<f8"),
+                actions=actions.reshape(line.horizon, line.dim),
+            )
+        except (msgspec.DecodeError, ValueError) as error:
+            raise ConfigError(f"{path} line {number}: not a trace record: {error}") from None

@@ -1,0 +1,161 @@
+"""Admission: may this skill run on this robot, and if not, every reason why."""
+
+from __future__ import annotations
+
+from fairlead.bindings import StateContract
+from fairlead.errors import ConfigError
+from fairlead.messages import HalPart, HalStatus, floats
+from fairlead.modes import GATED_MODES, ControlMode
+from fairlead.robot import RobotManifest
+from fairlead.routes import Route, describe_modes, plan_routes
+from fairlead.skill import SkillManifest
+
+# A policy may emit these in SI without scaling; their full scale is not +-1.
+_ABSOLUTE_MODES = frozenset(
+    {ControlMode.JOINT_POSITION, ControlMode.CARTESIAN_POSE, ControlMode.DEX_HAND_JOINT}
+)
+_RELATIVE_TOLERANCE = 1e-9
+
+
+def admission_problems(
+    skill: SkillManifest, robot: RobotManifest, hal: HalStatus | None = None
+) -> list[str]:
+    """Every reason against running ``skill`` on ``robot``; empty means admitted.
+
+    Args:
+        hal: what the running HAL found, for its command ranges, part order and cameras;
+            None checks the manifests alone.
+    """
+    routes, problems = plan_routes(skill.action_contract, robot)
+    problems = [
+        *_embodiment_problems(skill, robot),
+        *problems,
+        *_mode_problems(routes),
+        *_joint_problems(skill.state_contract, robot),
+        *_limit_problems(skill, robot),
+    ]
+    if hal is None:
+        return problems
+    identity = _identity_problems(robot, hal)
+    ranges = [] if identity else [p for r in routes for p in _range_problems(r, robot, hal)]
+    return [*problems, *identity, *ranges, *_camera_problems(skill, hal)]
+
+
+def require_admission(
+    skill: SkillManifest, robot: RobotManifest, hal: HalStatus | None = None
+) -> None:
+    """Raise `ConfigError` with every reason of `admission_problems`, if there is one."""
+    problems = admission_problems(skill, robot, hal)
+    if problems:
+        raise ConfigError(
+            f"skill {skill.id} cannot run on robot {robot.id}:\n  " + "\n  ".join(problems)
+        )
+
+
+def _embodiment_problems(skill: SkillManifest, robot: RobotManifest) -> list[str]:
+    problems = []
+    if robot.id not in skill.embodiments:
+        problems.append(f"embodiments: made for {', '.join(skill.embodiments)}, not {robot.id}")
+    rate_hz = 1e9 / robot.tick_period_ns
+    if round(1e9 / skill.rate_hz) != robot.tick_period_ns:
+        problems.append(f"rate_hz: expected the robot's {rate_hz:g} Hz, got {skill.rate_hz:g}")
+    return problems
+
+
+def _mode_problems(routes: tuple[Route, ...]) -> list[str]:
+    return [
+        f"mode {route.mode.yaml_name} of part {route.part_name}: the gate has no checker for it "
+        f"(valid: {', '.join(mode.yaml_name for mode in sorted(GATED_MODES))})"
+        for route in routes
+        if route.mode not in GATED_MODES
+    ]
+
+
+def _joint_problems(contract: StateContract, robot: RobotManifest) -> list[str]:
+    return [
+        f"gripper_qpos_joints: robot {robot.id} measures no joint {name!r} "
+        f"(valid: {', '.join(robot.measured_joint_names)})"
+        for name in contract.bindings.gripper_qpos_joints
+        if name not in robot.measured_joint_names
+    ]
+
+
+def _limit_problems(skill: SkillManifest, robot: RobotManifest) -> list[str]:
+    modes = {part.name: part.modes for part in robot.parts}
+    return [
+        f"limits: robot {robot.id} has no {limit.control_mode} on part {limit.part!r} "
+        f"({describe_modes(robot)})"
+        for limit in skill.limits
+        if limit.control_mode not in modes.get(limit.part, ())
+    ]
+
+
+def _identity_problems(robot: RobotManifest, hal: HalStatus) -> list[str]:
+    pairs = (
+        ("part order", robot.part_names, tuple(part.name for part in hal.parts)),
+        ("joint order", robot.joint_names, hal.joints),
+        ("passive joint order", robot.passive_joint_names, hal.passive_joints),
+        ("robot hash", robot.robot_hash.hex()[:16], hal.robot_hash.hex()[:16]),
+        ("control period [ns]", robot.tick_period_ns, hal.period_ns),
+    )
+    return [
+        f"{what}: the robot's manifest says {_plain(ours)}, the HAL says {_plain(theirs)}"
+        for what, ours, theirs in pairs
+        if ours != theirs
+    ]
+
+
+def _plain(value: object) -> str:
+    return ", ".join(map(str, value)) if isinstance(value, tuple) else str(value)
+
+
+def _range_problems(route: Route, robot: RobotManifest, hal: HalStatus) -> list[str]:
+    part = hal.parts[route.part]
+    found = [block for block in part.ranges if block.mode == route.mode]
+    if not found:
+        return [f"part {part.name}: the HAL does not offer {route.mode.yaml_name}"]
+    lower, upper = floats(found[0].lower), floats(found[0].upper)
+    problems = []
+    for column, scale, offset in zip(route.columns, route.scale, route.offset, strict=True):
+        if route.mode in _ABSOLUTE_MODES and (scale, offset) == (1.0, 0.0):
+            continue
+        index = _range_index(route, column, part, robot)
+        if index >= len(lower):
+            problems.append(
+                f"part {part.name}: the HAL states no range for {route.mode.yaml_name} "
+                f"value {index}"
+            )
+            continue
+        low, high = sorted((offset - scale, offset + scale))
+        slack = _RELATIVE_TOLERANCE * max(abs(low), abs(high))
+        if low < lower[index] - slack or high > upper[index] + slack:
+            problems.append(
+                f"part {part.name} {route.mode.yaml_name} value {index}: full-scale output is "
+                f"[{low:g}, {high:g}], the HAL takes [{lower[index]:g}, {upper[index]:g}]"
+            )
+    return problems
+
+
+def _range_index(route: Route, column: int, part: HalPart, robot: RobotManifest) -> int:
+    """A HAL's joint ranges follow its part's joints, the wire follows the robot's."""
+    if not route.mode.is_joint_mode:
+        return column
+    return part.joints.index(robot.joint_names[column])
+
+
+def _camera_problems(skill: SkillManifest, hal: HalStatus) -> list[str]:
+    cameras = {camera.name: camera for camera in hal.cameras}
+    problems = []
+    for name, image in skill.images.items():
+        camera = cameras.get(image.camera)
+        if camera is None:
+            problems.append(
+                f"images: {name} needs camera {image.camera!r} "
+                f"(valid: {', '.join(cameras) or 'none'})"
+            )
+        elif (camera.width, camera.height) != (image.width, image.height):
+            problems.append(
+                f"images: {name} expects {image.width} x {image.height} pixels, camera "
+                f"{image.camera} gives {camera.width} x {camera.height}"
+            )
+    return problems
