@@ -1,0 +1,139 @@
+#include "reader.hpp"
+
+#include <bit>
+#include <limits>
+
+namespace fairlead {
+namespace {
+
+// Length of the UTF-8 character at `text[i]`, 0 if there is no valid one.
+std::size_t character_length(Bytes text, std::size_t i) {
+  const std::uint8_t lead = text[i];
+  if (lead < 0x80) return 1;
+  if (lead < 0xC2 || lead > 0xF4) return 0;
+  const std::size_t length = lead < 0xE0 ? 2 : lead < 0xF0 ? 3 : 4;
+  if (text.size() - i < length) return 0;
+  for (std::size_t k = 1; k < length; ++k)
+    if ((text[i + k] & 0xC0U) != 0x80U) return 0;
+  const std::uint8_t second = text[i + 1];
+  if (lead == 0xE0 && second < 0xA0) return 0;  // overlong
+  if (lead == 0xED && second > 0x9F) return 0;  // a surrogate
+  if (lead == 0xF0 && second < 0x90) return 0;  // overlong
+  if (lead == 0xF4 && second > 0x8F) return 0;  // beyond U+10FFFF
+  return length;
+}
+
+bool is_utf8(Bytes text) {
+  for (std::size_t i = 0; i < text.size();) {
+    const std::size_t length = character_length(text, i);
+    if (length == 0) return false;
+    i += length;
+  }
+  return true;
+}
+
+}  // namespace
+
+std::uint8_t Reader::byte() {
+  if (rest_.empty()) {
+    fail(FrameFault::cut_short);
+    return 0;
+  }
+  const std::uint8_t value = rest_.front();
+  rest_ = rest_.subspan(1);
+  return value;
+}
+
+Bytes Reader::take(std::uint64_t count) {
+  // The comparison is in 64 bits: a length of 2^32 - 1 must not wrap.
+  if (count > rest_.size()) {
+    fail(FrameFault::cut_short);
+    return {};
+  }
+  const Bytes taken = rest_.first(static_cast<std::size_t>(count));
+  rest_ = rest_.subspan(static_cast<std::size_t>(count));
+  return taken;
+}
+
+std::uint64_t Reader::big_endian(std::size_t width) {
+  std::uint64_t value = 0;
+  for (const std::uint8_t part : take(width)) value = (value << 8U) | part;
+  return value;
+}
+
+std::uint64_t Reader::unsigned_number(std::uint64_t highest) {
+  const std::uint8_t lead = byte();
+  std::uint64_t value = lead;
+  if (lead >= 0xCC && lead <= 0xCF)
+    value = big_endian(std::size_t{1} << (lead - 0xCCU));
+  else if (lead >= 0x80)
+    fail(FrameFault::wrong_type);
+  if (value > highest) fail(FrameFault::wrong_type);
+  return ok() ? value : 0;
+}
+
+std::int64_t Reader::signed_number() {
+  const std::uint8_t lead = byte();
+  if (lead < 0x80 || lead >= 0xE0) return static_cast<std::int8_t>(lead);
+  std::uint64_t value = 0;
+  if (lead >= 0xCC && lead <= 0xCF) {
+    value = big_endian(std::size_t{1} << (lead - 0xCCU));
+    if (value > static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max())) fail(FrameFault::wrong_type);
+  } else if (lead >= 0xD0 && lead <= 0xD3) {
+    const std::size_t width = std::size_t{1} << (lead - 0xD0U);
+    value = big_endian(width);
+    const std::uint64_t sign = std::uint64_t{1} << (8 * width - 1);
+    value = (value ^ sign) - sign;  // sign extension, well defined in unsigned arithmetic
+  } else {
+    fail(FrameFault::wrong_type);
+  }
+  return ok() ? static_cast<std::int64_t>(value) : 0;
+}
+
+double Reader::number() {
+  if (!rest_.empty() && rest_.front() == 0xCB) {
+    byte();
+    return std::bit_cast<double>(big_endian(8));
+  }
+  if (!rest_.empty() && rest_.front() == 0xCA) {
+    byte();
+    return static_cast<double>(std::bit_cast<float>(static_cast<std::uint32_t>(big_endian(4))));
+  }
+  return static_cast<double>(signed_number());
+}
+
+bool Reader::boolean() {
+  const std::uint8_t lead = byte();
+  if (lead != 0xC2 && lead != 0xC3) fail(FrameFault::wrong_type);
+  return ok() && lead == 0xC3;
+}
+
+std::string_view Reader::text() {
+  const std::uint8_t lead = byte();
+  std::uint64_t length = 0;
+  if (lead >= 0xA0 && lead <= 0xBF)
+    length = lead & 0x1FU;
+  else if (lead >= 0xD9 && lead <= 0xDB)
+    length = big_endian(std::size_t{1} << (lead - 0xD9U));
+  else
+    fail(FrameFault::wrong_type);
+  const Bytes bytes = take(ok() ? length : 0);
+  if (!is_utf8(bytes)) fail(FrameFault::text);
+  return ok() ? std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()) : std::string_view();
+}
+
+Bytes Reader::binary() {
+  const std::uint8_t lead = byte();
+  if (lead < 0xC4 || lead > 0xC6) fail(FrameFault::wrong_type);
+  const std::uint64_t length = ok() ? big_endian(std::size_t{1} << (lead - 0xC4U)) : 0;
+  return take(length);
+}
+
+std::size_t Reader::array() {
+  const std::uint8_t lead = byte();
+  if (lead >= 0x90 && lead <= 0x9F) return lead & 0x0FU;
+  if (lead != 0xDC && lead != 0xDD) fail(FrameFault::wrong_type);
+  return ok() ? static_cast<std::size_t>(big_endian(lead == 0xDC ? 2 : 4)) : 0;
+}
+
+}  // namespace fairlead
