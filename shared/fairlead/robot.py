@@ -19,6 +19,7 @@ from fairlead.robot_rules import reference_problems
 from fairlead.robot_safety import ProfileName, SafetyProfile
 from fairlead.yaml_file import load_yaml
 
+
 class RobotManifest(BaseModel):
     """One robot. Joint order here is wire order: commanded joints, then passive ones."""
 
@@ -95,9 +96,9 @@ class RobotManifest(BaseModel):
     def robot_hash(self) -> bytes:
         """SHA-256 of the canonical identity: joints, passive joints, parts and modes."""
         identity = {
-            "joints": [[joint.name, joint.role, joint.type] for joint in self.joints],
-            "passive_joints": [[joint.name, joint.role, joint.type] for joint in self.passive_joints],
-            "parts": [[part.name, part.joints, part.end_effector, part.modes] for part in self.parts],
+            "joints": [[item.name, item.role, item.type] for item in self.joints],
+            "passive_joints": [[item.name, item.role, item.type] for item in self.passive_joints],
+            "parts": [[p.name, p.joints, p.end_effector, p.modes] for p in self.parts],
             "end_effectors": [[tool.name, tool.tool_frame] for tool in self.end_effectors],
         }
         text = json.dumps(identity, separators=(",", ":"), sort_keys=True, ensure_ascii=True)
@@ -156,4 +157,3 @@ def load_robot(robot: str) -> RobotManifest:
     if not manifest.description_path().is_file():
         raise ConfigError(f"robot {robot}: no description file {manifest.description_path()}")
     return manifest
-

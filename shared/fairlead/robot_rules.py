@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from fairlead.modes import GATED_MODES, ControlMode
 from fairlead.robot_joint import Joint
 from fairlead.robot_part import EndEffector, Part, SimulatorNames
-from fairlead.robot_safety import SafetyProfile
+from fairlead.robot_safety import ProfileName, SafetyProfile
 
 
 def reference_problems(
@@ -23,7 +23,7 @@ def reference_problems(
     parts: Sequence[Part],
     end_effectors: Sequence[EndEffector],
     simulator: SimulatorNames | None,
-    safety: Mapping[str, SafetyProfile],
+    safety: Mapping[ProfileName, SafetyProfile],
 ) -> list[str]:
     """Everything that does not fit together, in the order of the file; [] if all fits."""
     measured = {joint.name: joint for joint in (*joints, *passive_joints)}
@@ -42,7 +42,9 @@ def reference_problems(
                     f"got {len(sources)}"
                 )
     for profile, block in safety.items():
-        problems += (f"safety.{profile}: {text}" for text in _safety_problems(measured, parts, block))
+        problems += (
+            f"safety.{profile}: {text}" for text in _safety_problems(measured, parts, block)
+        )
     return problems
 
 
@@ -71,7 +73,10 @@ def _part_problems(joints: Sequence[Joint], parts: Sequence[Part]) -> Iterator[s
 def _base_problems(joints: Sequence[Joint], base_joints: Sequence[str]) -> Iterator[str]:
     base = [joint.name for joint in joints if joint.role == "base"]
     if list(base_joints) != base:
-        yield f"base_joints: expected the joints of role base in order, {base}, got {list(base_joints)}"
+        yield (
+            f"base_joints: expected the joints of role base in order, {base}, "
+            f"got {list(base_joints)}"
+        )
 
 
 def _tool_problems(

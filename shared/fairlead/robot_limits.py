@@ -1,0 +1,88 @@
+"""The effective limits of a robot: what the gate really enforces, after every factor.
+
+A declared cap that a hidden factor has changed is a known trap, so this view is read
+back from the compiled gate configuration, not from the manifest.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+
+from fairlead.gate_config import compile_gate_config
+from fairlead.robot import RobotManifest
+
+
+@dataclass(frozen=True)
+class EffectiveLimit:
+    """One enforced number.
+
+    Attributes:
+        where: ``joint NAME`` or ``part NAME MODE``.
+        name: the limit, as in the compiled gate file.
+        value: in ``unit``; a tuple where there is one number per joint of the part.
+        source: where the number comes from.
+    """
+
+    where: str
+    name: str
+    value: float | tuple[float, ...]
+    unit: str
+    source: str
+
+
+def effective_limits(robot: RobotManifest, profile: str = "sim") -> list[EffectiveLimit]:
+    """Every limit of a profile in SI, joints first, in the gate file's order.
+
+    Raises:
+        ConfigError: if the robot has no such profile.
+    """
+    config = json.loads(compile_gate_config(robot, profile))
+    rows: list[EffectiveLimit] = []
+    for joint in config["joints"] + config["passive_joints"]:
+        unit = robot.joint(joint["name"]).unit
+        flat = {**joint.pop("bounds", {}), **joint}
+        rows += _rows(f"joint {joint['name']}", flat, _joint_units(unit), joint["source"])
+    for part in config["parts"]:
+        for mode, block in part["modes"].items():
+            where = f"part {part['name']} {mode}"
+            rows += _rows(where, block, _mode_units(mode, robot, part["joints"]), block["source"])
+    return rows
+
+
+def _rows(
+    where: str, block: dict[str, object], units: dict[str, str], source: str
+) -> list[EffectiveLimit]:
+    rows = []
+    for name, unit in units.items():
+        value = block.get(name)
+        if isinstance(value, list):
+            rows.append(EffectiveLimit(where, name, tuple(map(float, value)), unit, source))
+        elif isinstance(value, int | float):
+            rows.append(EffectiveLimit(where, name, float(value), unit, source))
+    return rows
+
+
+def _joint_units(unit: str) -> dict[str, str]:
+    return {
+        "lower": unit,
+        "upper": unit,
+        "tolerance": unit,
+        "velocity_limit": f"{unit}/s",
+        "acceleration_limit": f"{unit}/s2",
+        "effort_limit": "N" if unit == "m" else "N m",
+        "jump_limit": f"{unit}/period",
+        "standstill_velocity": f"{unit}/s",
+    }
+
+
+def _mode_units(mode: str, robot: RobotManifest, joints: list[str]) -> dict[str, str]:
+    per_second = "/s" if mode in ("joint_velocity", "body_twist") else ""
+    units_of_joints = dict.fromkeys(robot.joint(name).unit + per_second for name in joints)
+    if mode in ("cartesian_delta", "body_twist"):
+        names = ("linear_limit", "angular_limit", "linear_step_limit", "angular_step_limit")
+        units = (f"m{per_second}", f"rad{per_second}")
+        return {name: units["angular" in name] for name in names}
+    if mode == "gripper_position":
+        return {"lower": "m", "upper": "m", "step_limit": "m"}
+    return {"step_limit": ", ".join(units_of_joints) or "1"}

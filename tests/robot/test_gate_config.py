@@ -1,0 +1,81 @@
+"""The compiled gate file: current, complete, readable by the gate."""
+
+import json
+import math
+
+import pytest
+
+from fairlead.errors import ConfigError
+from fairlead.gate_config import compile_gate_config
+from fairlead.paths import gate_config
+from fairlead.robot import RobotManifest, load_robot
+from fairlead.robot_limits import effective_limits
+
+
+@pytest.fixture(scope="module")
+def robot() -> RobotManifest:
+    return load_robot("panda_mobile")
+
+
+def test_committed_gate_file_is_what_the_manifest_compiles_to(robot: RobotManifest) -> None:
+    committed = gate_config("panda_mobile", "sim").read_text(encoding="utf-8")
+    assert committed == compile_gate_config(robot, "sim"), (
+        "robots/panda_mobile/gate.sim.json is out of date: run fairlead robot compile panda_mobile"
+    )
+
+
+def test_compiled_joints_are_in_wire_order_with_every_limit(robot: RobotManifest) -> None:
+    config = json.loads(compile_gate_config(robot, "sim"))
+    assert [joint["name"] for joint in config["joints"]] == list(robot.joint_names)
+    assert [joint["name"] for joint in config["passive_joints"]] == list(robot.passive_joint_names)
+    for joint in config["joints"]:
+        assert ("bounds" in joint) != ("zones" in joint), joint["name"]
+        for name in ("velocity_limit", "acceleration_limit", "effort_limit", "jump_limit"):
+            assert joint[name] > 0, joint["name"]
+        assert joint["source"]
+
+
+def test_compiled_identity_is_the_robots(robot: RobotManifest) -> None:
+    config = json.loads(compile_gate_config(robot, "sim"))
+    assert config["format"] == "fairlead-gate-1"
+    assert config["robot_hash"] == robot.robot_hash.hex()
+    assert config["period_ns"] == 50_000_000
+    assert [part["name"] for part in config["parts"]] == ["arm", "gripper", "base", "composite"]
+
+
+def test_sim_limits_admit_full_scale_on_every_axis_and_full_reversals(
+    robot: RobotManifest,
+) -> None:
+    modes = {
+        part["name"]: part["modes"]
+        for part in json.loads(compile_gate_config(robot, "sim"))["parts"]
+    }
+    delta = modes["arm"]["cartesian_delta"]
+    assert math.sqrt(3) * 0.05 <= delta["linear_limit"] < 0.09
+    assert math.sqrt(3) * 0.5 <= delta["angular_limit"] < 0.9
+    assert 2 * math.sqrt(3) * 0.05 <= delta["linear_step_limit"]
+    assert 2 * math.sqrt(3) * 0.5 <= delta["angular_step_limit"]
+    assert modes["base"]["joint_velocity"]["step_limit"] == [2.0, 2.0, 3.0]
+    assert modes["gripper"]["gripper_position"]["lower"] == 0.0
+    assert modes["gripper"]["gripper_position"]["upper"] == 0.08
+    assert modes["gripper"]["gripper_position"]["step_limit"] == 0.08
+    assert modes["composite"]["composite_mode"]["step_limit"] == 2.0
+
+
+def test_compiling_an_undeclared_profile_lists_the_declared_ones(robot: RobotManifest) -> None:
+    with pytest.raises(ConfigError) as error:
+        compile_gate_config(robot, "hardware")
+    assert str(error.value) == (
+        "robot panda_mobile: expected a safety profile, got 'hardware' (valid: sim)"
+    )
+
+
+def test_effective_limits_show_every_number_of_the_compiled_file(robot: RobotManifest) -> None:
+    rows = {(row.where, row.name): (row.value, row.unit) for row in effective_limits(robot)}
+    assert rows[("joint panda_joint4", "upper")] == (-0.0698, "rad")
+    assert rows[("joint base_yaw", "velocity_limit")] == (1.5, "rad/s")
+    assert ("joint base_yaw", "upper") not in rows
+    assert rows[("part arm cartesian_delta", "linear_limit")] == (0.0867, "m")
+    assert rows[("part base joint_velocity", "step_limit")] == ((2.0, 2.0, 3.0), "m/s, rad/s")
+    assert rows[("part base body_twist", "angular_limit")] == (1.5, "rad/s")
+    assert rows[("part composite composite_mode", "step_limit")] == (2.0, "1")
