@@ -1,0 +1,285 @@
+"""May a skill run on a robot: every reason on its refusing side, and the accepted whole."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import msgspec
+import pytest
+
+from fairlead.admission import admission_problems, require_admission
+from fairlead.errors import ConfigError
+from fairlead.messages import HalCamera, HalPart, HalStatus, ModeRange, pack_floats
+from fairlead.modes import ControlMode
+from fairlead.robot import load_robot
+from fairlead.routes import resolve_routes
+from fairlead.skill import SkillManifest, load_skill
+
+SKILL = load_skill("oracle-counter-to-cabinet")
+ROBOT = load_robot("panda_mobile")
+RANGES = {
+    "arm": {ControlMode.CARTESIAN_DELTA: [0.05, 0.05, 0.05, 0.5, 0.5, 0.5]},
+    "gripper": {ControlMode.GRIPPER_POSITION: [0.08]},
+    "base": {ControlMode.JOINT_VELOCITY: [1.0, 1.0, 1.5]},
+    "composite": {ControlMode.COMPOSITE_MODE: [1.0]},
+}
+
+
+def hal_part(name: str) -> HalPart:
+    ranges = tuple(
+        ModeRange(
+            mode=mode,
+            lower=pack_floats([0.0 if name == "gripper" else -v for v in upper]),
+            upper=pack_floats(upper),
+        )
+        for mode, upper in RANGES[name].items()
+    )
+    joints = ROBOT.part(name).joints
+    return HalPart(name=name, simulator_part="", joints=joints, ranges=ranges)
+
+
+HAL = HalStatus(
+    session=1,
+    robot="panda_mobile",
+    robot_hash=ROBOT.robot_hash,
+    pacing="lockstep",
+    period_ns=ROBOT.tick_period_ns,
+    tick=1,
+    episode_tick=1,
+    state="ready",
+    detail="",
+    joints=ROBOT.joint_names,
+    passive_joints=ROBOT.passive_joint_names,
+    parts=tuple(hal_part(name) for name in ROBOT.part_names),
+    simulator_order=(),
+    cameras=(HalCamera(name="front", width=128, height=128, period_ticks=2),),
+    has_task=True,
+    overruns=0,
+)
+
+
+def skill(change: Callable[[dict[str, Any]], None]) -> SkillManifest:
+    data = SKILL.model_dump(mode="json")
+    change(data)
+    return SkillManifest.model_validate(data)
+
+
+def slot(index: int, **changes: Any) -> Callable[[dict[str, Any]], None]:
+    return lambda data: data["action_contract"]["slots"][index].update(changes)
+
+
+def test_the_shipped_skill_is_admitted_on_its_robot() -> None:
+    assert admission_problems(SKILL, ROBOT) == []
+    assert admission_problems(SKILL, ROBOT, HAL) == []
+    require_admission(SKILL, ROBOT, HAL)
+
+
+MODES = (
+    "arm: cartesian_delta; gripper: gripper_position; base: joint_velocity, body_twist; "
+    "composite: composite_mode"
+)
+
+
+@pytest.mark.parametrize(
+    ("change", "text"),
+    [
+        (
+            slot(0, ee="left"),
+            "slot [0, 5] cartesian_delta: robot panda_mobile has no end effector 'left' "
+            "(valid: gripper)",
+        ),
+        (
+            slot(2, joint_names=["base_x", "base_y", "torso"]),
+            "slot [7, 9] joint_velocity: robot panda_mobile has no joint 'torso' (valid: base_x, "
+            "base_y, base_yaw, panda_joint1, panda_joint2, panda_joint3, "
+            "panda_joint4, panda_joint5, "
+            "panda_joint6, panda_joint7, panda_gripper)",
+        ),
+        (
+            slot(2, joint_names=["base_x", "base_y", "panda_joint1"]),
+            "slot [7, 9] joint_velocity: expected exactly one part of robot "
+            "panda_mobile to take it, "
+            f"got none ({MODES})",
+        ),
+        (
+            slot(0, control_mode="cartesian_twist"),
+            "slot [0, 5] cartesian_twist: expected exactly one part of robot "
+            "panda_mobile to take it, "
+            f"got none ({MODES})",
+        ),
+        (
+            lambda data: data.update(embodiments=["aloha"]),
+            "embodiments: made for aloha, not panda_mobile",
+        ),
+        (lambda data: data.update(rate_hz=10.0), "rate_hz: expected the robot's 20 Hz, got 10"),
+        (
+            lambda data: data["state_contract"]["bindings"].update(gripper_qpos_joints=["thumb"]),
+            "gripper_qpos_joints: robot panda_mobile measures no joint 'thumb' (valid: "
+            + ", ".join(ROBOT.measured_joint_names)
+            + ")",
+        ),
+        (
+            lambda data: data.update(
+                limits=[
+                    {
+                        "part": "arm",
+                        "control_mode": "joint_velocity",
+                        "name": "step_limit",
+                        "value": 1.0,
+                    }
+                ]
+            ),
+            f"limits: robot panda_mobile has no joint_velocity on part 'arm' ({MODES})",
+        ),
+    ],
+)
+def test_a_skill_the_robot_cannot_run_is_refused_with_the_reason(
+    change: Callable[[dict[str, Any]], None], text: str
+) -> None:
+    assert admission_problems(skill(change), ROBOT) == [text]
+
+
+def test_every_reason_is_given_at_once() -> None:
+    def change(data: dict[str, Any]) -> None:
+        data["embodiments"] = ["aloha"]
+        slot(0, ee="left")(data)
+        slot(1, ee="left")(data)
+
+    with pytest.raises(ConfigError) as caught:
+        require_admission(skill(change), ROBOT)
+    assert str(caught.value) == (
+        "skill oracle-counter-to-cabinet cannot run on robot panda_mobile:\n"
+        "  embodiments: made for aloha, not panda_mobile\n"
+        "  slot [0, 5] cartesian_delta: robot panda_mobile has no end effector 'left' "
+        "(valid: gripper)\n"
+        "  slot [6, 6] gripper_position: robot panda_mobile has no end effector 'left' "
+        "(valid: gripper)"
+    )
+
+
+def test_an_end_effector_that_is_not_actuated_is_refused() -> None:
+    fixed = ROBOT.model_copy(
+        update={"end_effectors": (ROBOT.end_effectors[0].model_copy(update={"actuated": False}),)}
+    )
+    assert admission_problems(SKILL, fixed) == [
+        f"slot {where}: end effector gripper of robot panda_mobile has actuated: false"
+        for where in ("[0, 5] cartesian_delta", "[6, 6] gripper_position")
+    ]
+
+
+def test_a_mode_without_a_checker_is_refused() -> None:
+    arm = ROBOT.parts[0].model_copy(update={"modes": ("cartesian_twist",)})
+    other = ROBOT.model_copy(update={"parts": (arm, *ROBOT.parts[1:])})
+    assert admission_problems(skill(slot(0, control_mode="cartesian_twist")), other) == [
+        "mode cartesian_twist of part arm: the gate has no checker for it (valid: joint_position, "
+        "joint_velocity, cartesian_delta, body_twist, gripper_position, composite_mode)"
+    ]
+
+
+def test_two_modes_for_one_part_in_one_tick_are_refused() -> None:
+    def change(data: dict[str, Any]) -> None:
+        data["action_contract"]["slots"][3:4] = [
+            {"range": [10, 10], "control_mode": "body_twist", "axes": [5]}
+        ]
+
+    assert admission_problems(skill(change), ROBOT) == [
+        "slot [10, 10] body_twist: part base is already commanded in joint_velocity"
+    ]
+
+
+@pytest.mark.parametrize(
+    ("change", "text"),
+    [
+        (
+            slot(0, scale=1.0),  # the scale was forgotten: metres instead of normalised output
+            "part arm cartesian_delta value 0: full-scale output is [-1, 1], "
+            "the HAL takes [-0.05, 0.05]",
+        ),
+        (
+            slot(1, offset=[0.05]),
+            "part gripper gripper_position value 0: full-scale output is [0.01, 0.09], "
+            "the HAL takes [0, 0.08]",
+        ),
+        (
+            slot(2, joint_names=["base_yaw", "base_y", "base_x"]),
+            "part base joint_velocity value 0: full-scale output is [-1.5, 1.5], "
+            "the HAL takes [-1, 1]",
+        ),
+    ],
+)
+def test_full_scale_output_beyond_the_hals_range_is_refused_with_both_numbers(
+    change: Callable[[dict[str, Any]], None], text: str
+) -> None:
+    assert text in admission_problems(skill(change), ROBOT, HAL)
+
+
+def test_a_hal_that_orders_the_robot_otherwise_is_refused_with_both_orders() -> None:
+    other = msgspec.structs.replace(
+        HAL, parts=(HAL.parts[0], HAL.parts[2], HAL.parts[1], HAL.parts[3])
+    )
+    assert admission_problems(SKILL, ROBOT, other) == [
+        "part order: the robot's manifest says arm, gripper, base, composite, "
+        "the HAL says arm, base, gripper, composite"
+    ]
+
+
+def test_a_hal_of_another_robot_is_refused() -> None:
+    other = msgspec.structs.replace(HAL, robot_hash=bytes(32), period_ns=20_000_000)
+    assert admission_problems(SKILL, ROBOT, other) == [
+        f"robot hash: the robot's manifest says {ROBOT.robot_hash.hex()[:16]}, "
+        "the HAL says 0000000000000000",
+        "control period [ns]: the robot's manifest says 50000000, the HAL says 20000000",
+    ]
+
+
+def test_a_mode_the_hal_does_not_offer_is_refused() -> None:
+    bare = msgspec.structs.replace(HAL.parts[3], ranges=())
+    other = msgspec.structs.replace(HAL, parts=(*HAL.parts[:3], bare))
+    assert admission_problems(SKILL, ROBOT, other) == [
+        "part composite: the HAL does not offer composite_mode"
+    ]
+
+
+@pytest.mark.parametrize(
+    ("image", "text"),
+    [
+        (
+            {"camera": "wrist", "width": 128, "height": 128},
+            "images: eye needs camera 'wrist' (valid: front)",
+        ),
+        (
+            {"camera": "front", "width": 256, "height": 128},
+            "images: eye expects 256 x 128 pixels, camera front gives 128 x 128",
+        ),
+    ],
+)
+def test_a_camera_that_is_missing_or_of_another_size_is_refused(
+    image: dict[str, Any], text: str
+) -> None:
+    wanted = skill(lambda data: data.update(images={"eye": image}))
+    assert admission_problems(wanted, ROBOT, HAL) == [text]
+
+
+def test_slots_of_one_part_become_one_route() -> None:
+    def change(data: dict[str, Any]) -> None:
+        data["action_contract"]["slots"][2:3] = [
+            {
+                "range": [7, 7],
+                "control_mode": "joint_velocity",
+                "joint_names": ["base_yaw"],
+                "scale": 1.5,
+            },
+            {
+                "range": [8, 9],
+                "control_mode": "joint_velocity",
+                "joint_names": ["base_x", "base_y"],
+            },
+        ]
+
+    routes = resolve_routes(skill(change).action_contract, ROBOT)
+    assert [route.part_name for route in routes] == ["arm", "gripper", "base", "composite"]
+    assert routes[2].sources == (7, 8, 9)
+    assert routes[2].columns == (2, 0, 1)
+    assert routes[2].scale == (1.5, 1.0, 1.0)
+    assert routes[2].active == (0, 1, 2)

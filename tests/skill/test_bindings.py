@@ -1,0 +1,125 @@
+"""What a layout needs from its bindings, and how a manifest that lacks it is refused."""
+
+from __future__ import annotations
+
+from typing import Any, get_args
+
+import pytest
+from pydantic import ValidationError
+
+from fairlead.bindings import (
+    LAYOUT_DIMS,
+    REQUIRED_BINDINGS,
+    StateContract,
+    StateContractBindings,
+    StateLayout,
+    missing_bindings,
+)
+
+# The founding record's own fixture: it must load.
+RECORD = {
+    "eef_frame": "panda_hand_tcp",
+    "base_frame": "base_link",
+    "world_frame": "odom",
+    "gripper_qpos_joints": ["panda_gripper"],
+    "quaternion_convention": "xyzw",
+}
+PICK = RECORD | {"object_frame": "object", "goal_frame": "goal"}
+
+
+def refusal(data: dict[str, Any]) -> str:
+    with pytest.raises(ValidationError) as caught:
+        StateContract.model_validate(data)
+    return "\n".join(
+        f"{'.'.join(map(str, e['loc']))}: {e['msg']}" if e["loc"] else e["msg"]
+        for e in caught.value.errors()
+    )
+
+
+def test_every_layout_has_a_size_and_a_row_in_the_table() -> None:
+    assert set(get_args(StateLayout)) == set(LAYOUT_DIMS) == set(REQUIRED_BINDINGS)
+
+
+def test_the_records_fixture_loads() -> None:
+    contract = StateContract.model_validate(
+        {"layout": "human300_16d", "dim": 16, "bindings": RECORD}
+    )
+    assert contract.bindings.eef_frame == "panda_hand_tcp"
+    assert contract.bindings.eef_rotation_frame is None
+    assert contract.bindings.gripper_qpos_joints == ("panda_gripper",)
+
+
+def test_defaults_are_the_records() -> None:
+    bindings = StateContractBindings()
+    assert bindings.world_frame == "map"
+    assert bindings.quaternion_convention == "xyzw"
+    assert bindings.gripper_qpos_joints == ()
+
+
+def test_a_layout_without_bindings_is_refused_with_the_whole_list() -> None:
+    assert refusal({"layout": "human300_16d", "dim": 16}) == (
+        "Value error, bindings: layout human300_16d also needs "
+        "eef_frame, base_frame, gripper_qpos_joints"
+    )
+    assert refusal({"layout": "mobile_pick_30d", "dim": 30, "bindings": {"world_frame": None}}) == (
+        "Value error, bindings: layout mobile_pick_30d also needs "
+        "eef_frame, base_frame, world_frame, gripper_qpos_joints, object_frame, goal_frame"
+    )
+
+
+@pytest.mark.parametrize("field", REQUIRED_BINDINGS["mobile_pick_30d"])
+def test_each_required_field_alone_is_missed(field: str) -> None:
+    bindings = {name: value for name, value in PICK.items() if name != field}
+    if field == "world_frame":
+        bindings[field] = None  # absent means "map"
+    assert refusal({"layout": "mobile_pick_30d", "dim": 30, "bindings": bindings}) == (
+        f"Value error, bindings: layout mobile_pick_30d also needs {field}"
+    )
+    assert missing_bindings("mobile_pick_30d", StateContractBindings(**PICK)) == []  # type: ignore[arg-type]
+
+
+def test_wrong_dim_and_missing_fields_are_reported_together() -> None:
+    assert refusal(
+        {"layout": "human300_16d", "dim": 30, "bindings": RECORD | {"eef_frame": None}}
+    ) == (
+        "Value error, dim: expected 16 for layout human300_16d, got 30; "
+        "bindings: layout human300_16d also needs eef_frame"
+    )
+
+
+def test_an_unknown_layout_is_refused_with_the_valid_ones() -> None:
+    assert refusal({"layout": "smolvla_9d", "dim": 9, "bindings": RECORD}) == (
+        "layout: Input should be 'human300_16d' or 'mobile_pick_30d'"
+    )
+
+
+@pytest.mark.parametrize(
+    ("change", "text"),
+    [
+        (
+            {"gripper_qpos_joints": ["a", "b", "c"]},
+            "bindings: Value error, gripper_qpos_joints: expected two different joints, "
+            "or one to be mirrored, got ['a', 'b', 'c']",
+        ),
+        (
+            {"gripper_qpos_joints": ["a", "a"]},
+            "bindings: Value error, gripper_qpos_joints: expected two different joints, "
+            "or one to be mirrored, got ['a', 'a']",
+        ),
+        (
+            {"quaternion_convention": "xyz"},
+            "bindings.quaternion_convention: Input should be 'xyzw' or 'wxyz'",
+        ),
+        ({"eef_fame": "x"}, "bindings.eef_fame: Extra inputs are not permitted"),
+        ({"eef_frame": ""}, "bindings.eef_frame: String should have at least 1 character"),
+    ],
+)
+def test_a_binding_that_does_not_fit_is_named(change: dict[str, Any], text: str) -> None:
+    assert refusal({"layout": "human300_16d", "dim": 16, "bindings": RECORD | change}) == text
+
+
+def test_two_gripper_joints_and_wxyz_are_accepted() -> None:
+    bindings = StateContractBindings.model_validate(
+        RECORD | {"gripper_qpos_joints": ["l", "r"], "quaternion_convention": "wxyz"}
+    )
+    assert bindings.gripper_qpos_joints == ("l", "r")

@@ -1,0 +1,105 @@
+"""Skill manifests: the shipped one loads, and what does not fit is named."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+from fairlead.errors import ConfigError
+from fairlead.paths import rskill_dir
+from fairlead.skill import SkillManifest, load_skill
+from fairlead.yaml_file import load_yaml
+
+ORACLE = "oracle-counter-to-cabinet"
+
+
+def changed(tmp_path: Path, **changes: Any) -> Path:
+    data = yaml.safe_load((rskill_dir(ORACLE) / "rskill.yaml").read_text())
+    path = tmp_path / "rskill.yaml"
+    path.write_text(yaml.safe_dump(data | changes))
+    return path
+
+
+def test_the_shipped_skill_emits_the_checkpoint_format() -> None:
+    skill = load_skill(ORACLE)
+    assert [(s.first, s.last, s.control_mode) for s in skill.action_contract.slots] == [
+        (0, 5, "cartesian_delta"),
+        (6, 6, "gripper_position"),
+        (7, 9, "joint_velocity"),
+        (10, 10, None),
+        (11, 11, "composite_mode"),
+    ]
+    assert skill.state_contract.layout == "mobile_pick_30d"
+
+
+def test_the_hash_depends_on_content_and_not_on_how_the_file_is_written(tmp_path: Path) -> None:
+    same = load_yaml(changed(tmp_path), SkillManifest)
+    other = load_yaml(changed(tmp_path, prompt="something else"), SkillManifest)
+    assert same.skill_hash == load_skill(ORACLE).skill_hash
+    assert other.skill_hash != same.skill_hash
+    assert len(same.skill_hash) == 32
+
+
+@pytest.mark.parametrize(
+    ("changes", "text"),
+    [
+        (
+            {"execute_steps": 9},
+            "(top level): Value error, execute_steps: expected at most the horizon, 8, got 9",
+        ),
+        ({"horizon": 0}, "horizon: Input should be greater than or equal to 1"),
+        ({"version": "1"}, "version: String should match pattern '^\\d+\\.\\d+\\.\\d+$'"),
+        (
+            {"id": "Big Oracle"},
+            "id: Value error, skill id: expected 1 to 64 of a-z 0-9 _ . - starting "
+            "with a letter or "
+            "digit, got 'Big Oracle'",
+        ),
+        (
+            {"policy": {"backend": "magic"}},
+            "policy.backend: Input should be 'oracle', 'replay' or 'constant'",
+        ),
+        ({"torso": True}, "torso: Extra inputs are not permitted"),
+        (
+            {
+                "limits": [
+                    {"part": "arm", "control_mode": "warp", "name": "linear_limit", "value": 1}
+                ]
+            },
+            "limits.0.control_mode: Value error, expected a mode, got 'warp' "
+            "(valid: cartesian_pose, "
+            "cartesian_delta, cartesian_twist, joint_position, joint_velocity, joint_torque, "
+            "dex_hand_joint, gripper_binary, gripper_position, body_twist, composite_mode)",
+        ),
+        (
+            {"limits": [{"part": "arm", "control_mode": "body_twist", "name": "x", "value": 0}]},
+            "limits.0.value: Input should be greater than 0",
+        ),
+        ({"rate_hz": float("inf")}, "rate_hz: Input should be a finite number"),
+    ],
+)
+def test_a_field_that_does_not_fit_is_named(
+    tmp_path: Path, changes: dict[str, Any], text: str
+) -> None:
+    path = changed(tmp_path, **changes)
+    with pytest.raises(ConfigError) as caught:
+        load_yaml(path, SkillManifest)
+    assert str(caught.value) == f"{path}: 1 problem(s):\n  {text}"
+
+
+def test_a_folder_named_unlike_its_skill_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "robots").mkdir()
+    folder = tmp_path / "rskills" / "other"
+    folder.mkdir(parents=True)
+    changed(folder)
+    monkeypatch.setenv("FAIRLEAD_ROOT", str(tmp_path))
+    with pytest.raises(ConfigError) as caught:
+        load_skill("other")
+    assert str(caught.value) == (
+        f"{folder / 'rskill.yaml'}: id: expected 'other', the folder's name, got '{ORACLE}'"
+    )
