@@ -1,0 +1,23 @@
+# Every target is one script or command: read it there. `make` alone lists them.
+.DEFAULT_GOAL := help
+.PHONY: help setup demo test lint clean
+# One at a time: the stages build on each other.
+.NOTPARALLEL:
+
+help: ## list the targets
+	@sed -n 's/^\([a-z]*\):.*## /  make \1\t/p' $(MAKEFILE_LIST) | expand -t 16
+
+setup: ## check this machine, install the Python packages, build the gate
+	@scripts/setup
+
+demo: setup ## the robot does its task, in the simulator; ARGS=--realtime shows real pacing
+	@.venv/bin/fairlead demo $(ARGS)
+
+test: setup ## every test; scripts/test PATH runs some of them
+	@scripts/test
+
+lint: setup ## formatting, lint, strict types
+	@scripts/lint
+
+clean: ## remove what was built here (not the caches outside the checkout)
+	rm -rf build out .venv .pytest_cache .mypy_cache .ruff_cache .hypothesis
