@@ -88,6 +88,8 @@ class ZenohBus:
                 f"connect={list(endpoints.connect)}: {error}; is another process of this "
                 "robot still running? see: fairlead ps"
             ) from None
+        # Zenoh takes tokens and token watchers back as soon as nobody refers to them.
+        self._kept: list[Undeclare] = []
 
     def publisher(self, key: str, kind: type[Message], qos: Qos) -> _ZenohPublisher:
         return _ZenohPublisher(
@@ -129,13 +131,19 @@ class ZenohBus:
         raise NoAnswerError(f"{key}: no answer within {timeout_s:g} s; see: fairlead ps")
 
     def declare_token(self, key: str) -> Undeclare:
-        return self._session.liveliness().declare_token(key)
+        return self._keep(self._session.liveliness().declare_token(key))
 
     def watch_tokens(self, key_expr: str, handler: TokenHandler) -> Undeclare:
         def on_token(sample: zenoh.Sample) -> None:
             handler(str(sample.key_expr), sample.kind == zenoh.SampleKind.PUT)
 
-        return self._session.liveliness().declare_subscriber(key_expr, on_token, history=True)
+        return self._keep(
+            self._session.liveliness().declare_subscriber(key_expr, on_token, history=True)
+        )
+
+    def _keep(self, declared: Undeclare) -> Undeclare:
+        self._kept.append(declared)
+        return declared
 
     def close(self) -> None:
         self._session.close()  # type: ignore[no-untyped-call]
