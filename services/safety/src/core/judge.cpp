@@ -1,0 +1,44 @@
+#include "fairlead_safety/judge.hpp"
+
+#include "absolute.hpp"
+#include "evidence.hpp"
+#include "steps.hpp"
+
+namespace fairlead {
+namespace {
+
+// What is wrong with one row, over all parts of the chunk: a row runs for all of them or for none.
+Evidence check_row(const Limits& limits, const ClaimLimits& claim, const MeasuredState& state,
+                   const ActionChunk& chunk, std::size_t row, std::size_t first_row, const RowBefore& before) {
+  for (const ActionPart& action : chunk.parts) {
+    const Evidence evidence = check_absolute(limits, claim.modes[action.part], state, action, row, first_row);
+    if (!evidence.ok()) return at(evidence, static_cast<std::int64_t>(row), limits.parts[action.part].name);
+  }
+  for (const ActionPart& action : chunk.parts) {
+    const ModeLimits& modes = claim.modes[action.part];
+    const Evidence evidence = row == first_row ? check_start(limits, modes, state, action, row, before)
+                                               : check_step(limits, modes, action, row);
+    if (!evidence.ok()) return at(evidence, static_cast<std::int64_t>(row), limits.parts[action.part].name);
+  }
+  return {};
+}
+
+}  // namespace
+
+Judgement judge_rows(const Limits& limits, const ClaimLimits& claim, const MeasuredState& state,
+                     const ActionChunk& chunk, std::size_t first_row, const RowBefore& before) {
+  Judgement judgement;
+  judgement.first_row = first_row;
+  judgement.evidence = check_passive(limits, state);
+  if (!judgement.evidence.ok()) return judgement;
+  for (std::size_t row = first_row; row < chunk.horizon; ++row) {
+    judgement.evidence = check_row(limits, claim, state, chunk, row, first_row, before);
+    if (!judgement.evidence.ok()) break;
+    ++judgement.row_count;
+  }
+  if (judgement.row_count == 0) return judgement;  // refused, by its first row
+  judgement.outcome = judgement.evidence.ok() ? Outcome::released : Outcome::truncated;
+  return judgement;
+}
+
+}  // namespace fairlead

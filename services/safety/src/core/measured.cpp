@@ -1,0 +1,78 @@
+// Checks of the measured state itself.
+
+#include <cmath>
+#include <numbers>
+
+#include "evidence.hpp"
+#include "fairlead_safety/judge.hpp"
+
+namespace fairlead {
+namespace {
+
+const Name& joint_name(const Limits& limits, std::size_t i) {
+  const std::size_t commanded = limits.joints.size();
+  return i < commanded ? limits.joints[i].name : limits.passive_joints[i - commanded].name;
+}
+
+Evidence check_block(const Limits& limits, const NumberView& block, std::string_view what) {
+  const std::size_t expected = limits.measured_count();
+  if (block.size() != expected)
+    return broken_rule(code::state, what, "one number per measured joint", static_cast<double>(block.size()),
+                       static_cast<double>(expected));
+  for (std::size_t i = 0; i < expected; ++i)
+    if (!std::isfinite(block[i]))
+      return broken_rule(code::state, joint_name(limits, i).view(), "a finite measurement", block[i]);
+  return {};
+}
+
+double standstill_velocity(const Limits& limits, std::size_t i) {
+  const std::size_t commanded = limits.joints.size();
+  return i < commanded ? limits.joints[i].standstill_velocity
+                       : limits.passive_joints[i - commanded].standstill_velocity;
+}
+
+// Distance between two measurements; a continuous joint may be reported in any turn.
+double moved(const Limits& limits, std::size_t i, double from, double to) {
+  const double change = to - from;
+  const bool turns = i < limits.joints.size() && limits.joints[i].kind == JointKind::continuous;
+  return std::abs(turns ? std::remainder(change, 2.0 * std::numbers::pi) : change);
+}
+
+}  // namespace
+
+// G011: all joints are there and finite, and every part says what it did.
+Evidence check_state(const Limits& limits, const JointState& state) {
+  Evidence evidence = check_block(limits, state.positions, "positions");
+  if (evidence.ok()) evidence = check_block(limits, state.velocities, "velocities");
+  if (evidence.ok()) evidence = check_block(limits, state.efforts, "efforts");
+  if (evidence.ok() && state.acted.size() != limits.parts.size())
+    evidence = broken_rule(code::state, "acted", "one entry per part", static_cast<double>(state.acted.size()),
+                           static_cast<double>(limits.parts.size()));
+  evidence.raises_stop = !evidence.ok();
+  return evidence;
+}
+
+// G013: the measured position moves no further than the robot can in the ticks between.
+Evidence check_jump(const Limits& limits, const MeasuredState& before, const MeasuredState& now) {
+  const auto ticks = static_cast<double>(now.tick - before.tick);
+  const std::size_t commanded = limits.joints.size();
+  for (std::size_t i = 0; i < now.count; ++i) {
+    const double per_tick =
+        i < commanded ? limits.joints[i].jump_limit : limits.passive_joints[i - commanded].jump_limit;
+    const double distance = moved(limits, i, before.positions[i], now.positions[i]);
+    if (distance <= per_tick * ticks) continue;
+    const Text& source = i < commanded ? limits.joints[i].source : limits.passive_joints[i - commanded].source;
+    Evidence evidence = above(code::jump, joint_name(limits, i).view(), distance, per_tick * ticks, source.view());
+    evidence.raises_stop = true;
+    return evidence;
+  }
+  return {};
+}
+
+bool at_standstill(const Limits& limits, const MeasuredState& state) {
+  for (std::size_t i = 0; i < state.count; ++i)
+    if (!(std::abs(state.velocities[i]) < standstill_velocity(limits, i))) return false;
+  return state.count == limits.measured_count();
+}
+
+}  // namespace fairlead

@@ -1,0 +1,126 @@
+#include "steps.hpp"
+
+#include <cmath>
+
+#include "evidence.hpp"
+
+namespace fairlead {
+namespace {
+
+// A setpoint that acted before: a row of some block, or standing still.
+struct Setpoint {
+  const NumberView* block = nullptr;  // nullptr: all zero
+  std::size_t offset = 0;             // of the row's first number
+
+  double operator[](std::size_t i) const { return block == nullptr ? 0.0 : (*block)[offset + i]; }
+};
+
+double distance3(const Setpoint& a, const Setpoint& b, std::size_t first) {
+  double sum = 0.0;
+  for (std::size_t i = first; i < first + 3; ++i) sum += (a[i] - b[i]) * (a[i] - b[i]);
+  return std::sqrt(sum);
+}
+
+Evidence limit_step(std::uint32_t code, std::string_view axis, double change, double limit, const Text& source) {
+  if (std::abs(change) <= limit) return {};
+  return above(code, axis, std::abs(change), limit, source.view());
+}
+
+Evidence step_cartesian(std::uint32_t code, const CartesianLimits& mode, const Setpoint& now, const Setpoint& before) {
+  const Evidence linear =
+      limit_step(code, "linear", distance3(now, before, 0), mode.linear_step_limit, mode.source);
+  if (!linear.ok()) return linear;
+  return limit_step(code, "angular", distance3(now, before, 3), mode.angular_step_limit, mode.source);
+}
+
+// The jump between two setpoints of the same mode, as the part's own controller tolerates it.
+Evidence step_between(std::uint32_t code, const Limits& limits, const ModeLimits& modes, const ActionPart& action,
+                      const Setpoint& now, const Setpoint& before) {
+  const auto mode = static_cast<Mode>(action.mode);
+  if (mode == Mode::cartesian_delta) return step_cartesian(code, modes.cartesian_delta, now, before);
+  if (mode == Mode::body_twist) return step_cartesian(code, modes.body_twist, now, before);
+  if (mode == Mode::gripper_position)
+    return limit_step(code, "opening", now[0] - before[0], modes.gripper_position.step_limit,
+                      modes.gripper_position.source);
+  if (mode == Mode::composite_mode)
+    return limit_step(code, "composite", now[0] - before[0], modes.composite_mode.step_limit,
+                      modes.composite_mode.source);
+  const JointModeLimits& joint_mode = mode == Mode::joint_position ? modes.joint_position : modes.joint_velocity;
+  for (const std::uint8_t j : action.active) {
+    const Evidence evidence = limit_step(code, limits.joints[j].name.view(), now[j] - before[j],
+                                         joint_mode.step_limit[j], joint_mode.source);
+    if (!evidence.ok()) return evidence;
+  }
+  return {};
+}
+
+// Targets that are positions start where the robot is measured to be. The joint's tolerance is
+// added because a measurement may lie that far outside a range that the target keeps.
+Evidence start_from_position(const Limits& limits, const ModeLimits& modes, const MeasuredState& state,
+                             const ActionPart& action, const Setpoint& first) {
+  if (action.mode == static_cast<std::uint8_t>(Mode::gripper_position)) {
+    const std::size_t j = limits.parts[action.part].joints[0];
+    return limit_step(code::start, "opening", first[0] - state.positions[j],
+                      modes.gripper_position.step_limit + limits.joints[j].bounds.tolerance,
+                      modes.gripper_position.source);
+  }
+  for (const std::uint8_t j : action.active) {
+    const JointLimits& joint = limits.joints[j];
+    const double slack = joint.bounded ? joint.bounds.tolerance : 0.0;
+    const Evidence evidence = limit_step(code::start, joint.name.view(), first[j] - state.positions[j],
+                                         modes.joint_position.step_limit[j] + slack, modes.joint_position.source);
+    if (!evidence.ok()) return evidence;
+  }
+  return {};
+}
+
+// After a hold a velocity starts from the measured one.
+Evidence start_from_velocity(const Limits& limits, const ModeLimits& modes, const MeasuredState& state,
+                             const ActionPart& action, const Setpoint& first) {
+  for (const std::uint8_t j : action.active) {
+    const Evidence evidence = limit_step(code::start, limits.joints[j].name.view(), first[j] - state.velocities[j],
+                                         modes.joint_velocity.step_limit[j], modes.joint_velocity.source);
+    if (!evidence.ok()) return evidence;
+  }
+  return {};
+}
+
+// The same part's command in the row that acts before, nullptr if it had none of this mode.
+const ActionPart* command_before(const RowBefore& before, const ActionPart& action) {
+  if (before.chunk == nullptr) return nullptr;
+  for (const ActionPart& other : before.chunk->parts)
+    if (other.part == action.part && other.mode == action.mode) return &other;
+  return nullptr;
+}
+
+}  // namespace
+
+Evidence check_step(const Limits& limits, const ModeLimits& modes, const ActionPart& action, std::size_t row) {
+  const std::size_t width = mode_width(action.mode, limits.joints.size());
+  const Setpoint now{&action.values, row * width};
+  const Setpoint before{&action.values, (row - 1) * width};
+  return step_between(code::step, limits, modes, action, now, before);
+}
+
+Evidence check_start(const Limits& limits, const ModeLimits& modes, const MeasuredState& state,
+                     const ActionPart& action, std::size_t row, const RowBefore& before) {
+  const std::size_t width = mode_width(action.mode, limits.joints.size());
+  const Setpoint first{&action.values, row * width};
+  const auto mode = static_cast<Mode>(action.mode);
+  if (mode == Mode::joint_position || mode == Mode::gripper_position) {
+    const Evidence evidence = start_from_position(limits, modes, state, action, first);
+    if (!evidence.ok()) return evidence;
+  }
+  const ActionPart* last = command_before(before, action);
+  if (last != nullptr)
+    return step_between(code::start, limits, modes, action, first, Setpoint{&last->values, before.row * width});
+  switch (mode) {
+    case Mode::joint_velocity: return start_from_velocity(limits, modes, state, action, first);
+    // Holding means a delta or twist of zero.
+    case Mode::cartesian_delta:
+    case Mode::body_twist: return step_between(code::start, limits, modes, action, first, Setpoint{});
+    default: return {};  // positions are judged above; a composite switch has no state to start from
+  }
+}
+
+}  // namespace fairlead
