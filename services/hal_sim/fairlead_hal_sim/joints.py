@@ -1,0 +1,144 @@
+"""Which joints a running robosuite robot has, under fairlead's names.
+
+Commanded joints in wire order: the base's, then per arm its joints and one gripper joint
+(the total opening). Passive ones after them: the fingers, the torso slide.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from fairlead.errors import ConfigError, expected
+
+_BASE_NAMES = {"forward": "base_x", "side": "base_y", "yaw": "base_yaw"}
+
+
+@dataclass(frozen=True)
+class JointSource:
+    """Where one joint's numbers come from: ``position = sum(sign * qpos[address])``.
+
+    qpos, dofs: addresses into the simulator's positions, and into its velocities and
+    forces. signs: +1.0 or -1.0 each (a gripper adds its fingers up).
+    """
+
+    name: str
+    qpos: tuple[int, ...]
+    dofs: tuple[int, ...]
+    signs: tuple[float, ...]
+    simulator_joints: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class ArmJoints:
+    """One arm of the robot and its gripper, by joint name."""
+
+    side: str
+    arm: tuple[str, ...]
+    gripper: str
+
+
+@dataclass(frozen=True)
+class RobotJoints:
+    """Every joint the HAL publishes, and how they group."""
+
+    commanded: tuple[JointSource, ...]
+    passive: tuple[JointSource, ...]
+    base: tuple[str, ...]
+    arms: tuple[ArmJoints, ...]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Commanded joints in wire order."""
+        return tuple(source.name for source in self.commanded)
+
+    def indices(self, names: tuple[str, ...]) -> tuple[int, ...]:
+        """Wire indices of commanded joints."""
+        return tuple(self.names.index(name) for name in names)
+
+
+def find_joints(env: Any) -> RobotJoints:
+    """Look at the environment's first robot.
+
+    Raises:
+        ConfigError: for a gripper without sliding fingers (its opening has no metres).
+    """
+    robot = env.robots[0]
+    model = robot.robot_model
+    base = [_single(env, _base_name(joint), joint) for joint in model.base_joints]
+    torso = [
+        _single(env, joint.removeprefix(model.base.naming_prefix).removeprefix("joint_"), joint)
+        for joint in model.torso_joints
+    ]
+    commanded, passive, arms = list(base), [], []
+    for side in robot.arms:
+        prefix = _arm_prefix(robot, side)
+        own = _arm_joint_names(robot, side)
+        arm = [_single(env, prefix + j.removeprefix(model.naming_prefix), j) for j in own]
+        fingers = [
+            _single(env, prefix + joint.removeprefix(robot.gripper[side].naming_prefix), joint)
+            for joint in robot.gripper_joints[side]
+        ]
+        opening = _opening(env, prefix + "gripper", fingers)
+        commanded += [*arm, opening]
+        passive += fingers
+        arms.append(ArmJoints(side, tuple(j.name for j in arm), opening.name))
+    return RobotJoints(
+        commanded=tuple(commanded),
+        passive=(*passive, *torso),
+        base=tuple(joint.name for joint in base),
+        arms=tuple(arms),
+    )
+
+
+def finger_range(env: Any, joint: str) -> tuple[float, float]:
+    """Travel of a finger joint [m]."""
+    model = env.sim.model
+    low, high = model.jnt_range[model.joint_name2id(joint)]
+    return float(low), float(high)
+
+
+def _single(env: Any, name: str, joint: str) -> JointSource:
+    model = env.sim.model
+    return JointSource(
+        name=name,
+        qpos=(int(model.get_joint_qpos_addr(joint)),),
+        dofs=(int(model.get_joint_qvel_addr(joint)),),
+        signs=(1.0,),
+        simulator_joints=(joint,),
+    )
+
+
+def _opening(env: Any, name: str, fingers: list[JointSource]) -> JointSource:
+    """The total opening: every finger's travel away from closed counts as positive."""
+    model = env.sim.model
+    joints = [finger.simulator_joints[0] for finger in fingers]
+    slides = [int(model.jnt_type[model.joint_name2id(joint)]) == 2 for joint in joints]
+    if not fingers or not all(slides):
+        raise ConfigError(expected("hal_sim", "a gripper with sliding fingers", joints or "none"))
+    return JointSource(
+        name=name,
+        qpos=tuple(finger.qpos[0] for finger in fingers),
+        dofs=tuple(finger.dofs[0] for finger in fingers),
+        signs=tuple(1.0 if sum(finger_range(env, joint)) > 0 else -1.0 for joint in joints),
+        simulator_joints=tuple(joints),
+    )
+
+
+def _base_name(joint: str) -> str:
+    axis = joint.rsplit("_", 1)[-1]
+    return _BASE_NAMES.get(axis, joint)
+
+
+def _arm_prefix(robot: Any, side: str) -> str:
+    """``panda_``, or ``right_panda_`` on a robot with more than one arm."""
+    kinds = getattr(robot.robot_model, "default_arms", {side: robot.name})
+    kind = str(kinds.get(side, robot.name)).lower()
+    return f"{kind}_" if len(robot.arms) == 1 else f"{side}_{kind}_"
+
+
+def _arm_joint_names(robot: Any, side: str) -> list[str]:
+    joints: list[str] = robot.robot_model.arm_joints
+    count = len(joints) // len(robot.arms)
+    start = list(robot.arms).index(side) * count
+    return joints[start : start + count]

@@ -1,0 +1,38 @@
+"""Options of the simulated HAL: which environment, which robot, which cameras."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict, Field
+
+
+class CameraOptions(BaseModel):
+    """One rendered camera: image size [px] and ticks between frames."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    name: str
+    width: int = Field(gt=0, le=4096)
+    height: int = Field(gt=0, le=4096)
+    period_ticks: int = Field(gt=0)
+
+
+class SimulatorOptions(BaseModel):
+    """What to simulate. Every name is robosuite's own."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    env: str = Field(default="MobilePickPlace", description="a registered environment")
+    robot: str = Field(default="PandaOmron", description="a registered robot")
+    controller: str | None = Field(
+        default=None, description="composite controller, name or path; None: the robot's own"
+    )
+    part_order: tuple[str, ...] | None = Field(
+        default=None, description="simulator parts in vector order; None: the robot's own"
+    )
+    seed: int = Field(default=0, ge=0)
+    cameras: tuple[CameraOptions, ...] = ()
+    env_options: dict[str, Any] = Field(
+        default_factory=dict, description="further keyword arguments of the environment"
+    )

@@ -1,0 +1,185 @@
+"""RobosuiteBackend: any registered robosuite environment and robot behind the HAL contract.
+
+Frames: ``map`` is the simulator's world. ``odom`` is the frame in which the base joints
+are measured, the body that carries them; where it stands in the map is fixed during an
+episode. ``base_link`` is the body the base joints move.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from fairlead.errors import ConfigError, expected
+from fairlead.hal.backend import (
+    BackendDescription,
+    FramePose,
+    Measurement,
+    PartCommand,
+    TaskReading,
+)
+from fairlead.messages import FloatArray, HalCamera
+from fairlead_hal_sim.base_frame import BaseMotion
+from fairlead_hal_sim.environment import make_environment, seed_environment
+from fairlead_hal_sim.introspection import describe_parts, find_action_map
+from fairlead_hal_sim.joints import JointSource, find_joints
+from fairlead_hal_sim.kinematics import BodyPoses
+from fairlead_hal_sim.options import SimulatorOptions
+from fairlead_hal_sim.packing import MODE_HOLD, ActionVector, pack
+from fairlead_hal_sim.snapshot import take_snapshot
+
+log = logging.getLogger(__name__)
+
+WORLD_BODY = 0
+
+
+class RobosuiteBackend:
+    """One simulated robot. Implements `fairlead.hal.backend.Backend`.
+
+    Attributes:
+        env: the robosuite environment.
+        last_packed: copy of the vector of the newest `apply`, taken before ``env.step``
+            (the simulator turns the base's numbers in the array it is given); None
+            before the first one of an episode.
+    """
+
+    last_packed: ActionVector | None
+
+    def __init__(self, options: SimulatorOptions, period_ns: int = 50_000_000) -> None:
+        self.env = make_environment(options, 1e9 / period_ns, offscreen=False)
+        self._joints = find_joints(self.env)
+        self.reset(options.seed)
+        self._action_map = find_action_map(self.env, self._joints)
+        self._cameras = _cameras(self.env, options)
+        self._poses = BodyPoses(self.env.sim)
+        self._find_frames()
+
+    def describe(self) -> BackendDescription:
+        composite = self.env.robots[0].composite_controller
+        return BackendDescription(
+            joints=self._joints.names,
+            passive_joints=tuple(source.name for source in self._joints.passive),
+            parts=describe_parts(self._action_map, self._joints, self._dead_band()),
+            simulator_order=tuple(composite._action_split_indexes),
+            cameras=self._cameras,
+            has_task=True,
+        )
+
+    def read(self) -> Measurement:
+        data = self.env.sim.data
+        sources = (*self._joints.commanded, *self._joints.passive)
+        return Measurement(
+            positions=np.array([_sum(s, data.qpos, s.qpos) for s in sources]),
+            velocities=np.array([_sum(s, data.qvel, s.dofs) for s in sources]),
+            efforts=np.array([_sum(s, data.qfrc_actuator, s.dofs) / len(s.dofs) for s in sources]),
+        )
+
+    def transforms(self) -> Sequence[FramePose]:
+        self._poses.update()
+        return [self._poses.frame(self._odom, child) for child in self._tracked]
+
+    def static_transforms(self) -> Sequence[FramePose]:
+        self._poses.update()
+        return [self._poses.frame(("map", WORLD_BODY), self._odom)]
+
+    def apply(self, commands: Mapping[str, PartCommand]) -> None:
+        vector = self.pack(commands)
+        self.last_packed = vector.copy()
+        self.env.step(vector)
+
+    def pack(self, commands: Mapping[str, PartCommand]) -> ActionVector:
+        """The vector `apply` would send now.
+
+        In the first tick of an episode the composite switch is held at -1.0: after a
+        reset the arm's stored goal is in the world frame but read as in the base's, and
+        +1 would throw the arm up.
+        """
+        previous = self.last_packed
+        zeros = np.zeros(self._action_map.width, dtype=np.float32)
+        vector = pack(
+            commands,
+            self._action_map,
+            zeros if previous is None else previous,
+            self._base_motion(),
+        )
+        if previous is None and "composite" in commands:
+            index = self._action_map.slot("composite").first
+            if vector[index] > 0:
+                log.warning("composite_mode %g held at -1 in the first tick", vector[index])
+                vector[index] = MODE_HOLD
+        return vector
+
+    def task(self) -> TaskReading | None:
+        metrics: dict[str, float] = getattr(self.env, "task_metrics", dict)()
+        return TaskReading(success=bool(self.env._check_success()), metrics=metrics)
+
+    def reset(self, seed: int) -> None:
+        seed_environment(self.env, seed)
+        self.env.reset()
+        self.last_packed = None
+        self._reset_yaw = self._base_yaw()
+
+    def snapshot(self) -> bytes:
+        return take_snapshot(self.env.sim) if self._cameras else b""
+
+    def close(self) -> None:
+        self.env.close()
+
+    def _find_frames(self) -> None:
+        robot_model, poses = self.env.robots[0].robot_model, self._poses
+        mobile = bool(self._joints.base)
+        root = robot_model.base.root_body if mobile else robot_model.root_body
+        base = poses.body_id(root)
+        self._odom = ("odom", poses.parent(base) if mobile else WORLD_BODY)
+        named: dict[str, str] = getattr(self.env, "tracked_bodies", dict)()
+        self._tracked = [("base_link", base)]
+        self._tracked += [(frame, poses.body_id(body)) for frame, body in named.items()]
+
+    def _base_yaw(self) -> float:
+        """Angle of the yaw joint [rad]; 0.0 for a robot that cannot turn."""
+        if len(self._joints.base) != 3:
+            return 0.0
+        return float(self.env.sim.data.qpos[self._joints.commanded[2].qpos[0]])
+
+    def _base_motion(self) -> BaseMotion | None:
+        if len(self._joints.base) != 3:
+            return None
+        model, yaw = self.env.sim.model, self._base_yaw()
+        joint = self._joints.commanded[2].simulator_joints[0]
+        pivot = model.jnt_pos[model.joint_name2id(joint)]
+        return BaseMotion(
+            yaw=yaw,
+            turned=yaw - self._reset_yaw,
+            pivot=(float(pivot[0]), float(pivot[1])),
+            dead_band=self._dead_band(),
+        )
+
+    def _dead_band(self) -> FloatArray:
+        """Rate each base joint loses to dry friction: friction over servo gain."""
+        if not self._joints.base:
+            return np.zeros(0)
+        model = self.env.sim.model._model
+        actuators = self.env.robots[0]._ref_actuators_indexes_dict["base"]
+        dofs = [source.dofs[0] for source in self._joints.commanded[: len(actuators)]]
+        return np.asarray(model.dof_frictionloss[dofs] / model.actuator_gainprm[actuators, 0])
+
+
+def _sum(source: JointSource, values: FloatArray, addresses: tuple[int, ...]) -> float:
+    """A joint's number from the simulator's: fingers add up to one opening."""
+    return float(sum(s * values[i] for s, i in zip(source.signs, addresses, strict=True)))
+
+
+def _cameras(env: Any, options: SimulatorOptions) -> tuple[HalCamera, ...]:
+    known = list(env.sim.model.camera_names)
+    for camera in options.cameras:
+        if camera.name not in known:
+            raise ConfigError(
+                expected("hal_sim", "a camera of this environment", repr(camera.name), known)
+            )
+    return tuple(
+        HalCamera(name=c.name, width=c.width, height=c.height, period_ticks=c.period_ticks)
+        for c in options.cameras
+    )
