@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <string_view>
 
 #include "fairlead_safety/limits.hpp"
 #include "fairlead_safety/messages.hpp"
@@ -10,15 +11,16 @@
 namespace fairlead {
 
 /// Why something was not released: the stable code, the place, and the numbers.
+/// Its texts point into the limits or at literals: it is used up within the step that made it.
 struct Evidence {
   std::uint32_t code = 0;  // 1..50 for G001..G050, 0: nothing to report
   std::int64_t row = -1;   // row of the chunk, -1 if none
-  Name part;
-  Name axis;
+  std::string_view part;
+  std::string_view axis;
   double value = 0.0;
   double limit = 0.0;
   double margin = 0.0;  // limit minus value; negative outside
-  Text limit_source;
+  std::string_view limit_source;
   bool raises_stop = false;
 
   [[nodiscard]] bool ok() const { return code == 0; }

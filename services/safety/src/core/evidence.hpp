@@ -18,11 +18,11 @@ inline constexpr std::uint32_t frame = 1, session = 2, epoch = 3, claim = 4, seq
 inline Evidence above(std::uint32_t code, std::string_view axis, double value, double limit, std::string_view source) {
   Evidence evidence;
   evidence.code = code;
-  evidence.axis = Name(axis);
+  evidence.axis = axis;
   evidence.value = value;
   evidence.limit = limit;
   evidence.margin = limit - value;
-  evidence.limit_source = Text(source);
+  evidence.limit_source = source;
   return evidence;
 }
 
@@ -43,7 +43,7 @@ inline Evidence broken_rule(std::uint32_t code, std::string_view axis, std::stri
 
 inline Evidence at(Evidence evidence, std::int64_t row, const Name& part) {
   evidence.row = row;
-  evidence.part = part;
+  evidence.part = part.view();
   return evidence;
 }
 

@@ -33,9 +33,14 @@ Evidence step_cartesian(std::uint32_t code, const CartesianLimits& mode, const S
   return limit_step(code, "angular", distance3(now, before, 3), mode.angular_step_limit, mode.source);
 }
 
+const JointModeLimits& joint_limits(const ModeLimits& modes, const ActionPart& action) {
+  return action.mode == static_cast<std::uint8_t>(Mode::joint_position) ? modes.joint_position : modes.joint_velocity;
+}
+
 // The jump between two setpoints of the same mode, as the part's own controller tolerates it.
+// Joint modes: of the joints that both command; padding is not a setpoint.
 Evidence step_between(std::uint32_t code, const Limits& limits, const ModeLimits& modes, const ActionPart& action,
-                      const Setpoint& now, const Setpoint& before) {
+                      const Setpoint& now, const ActionPart& last, const Setpoint& before) {
   const auto mode = static_cast<Mode>(action.mode);
   if (mode == Mode::cartesian_delta) return step_cartesian(code, modes.cartesian_delta, now, before);
   if (mode == Mode::body_twist) return step_cartesian(code, modes.body_twist, now, before);
@@ -45,8 +50,9 @@ Evidence step_between(std::uint32_t code, const Limits& limits, const ModeLimits
   if (mode == Mode::composite_mode)
     return limit_step(code, "composite", now[0] - before[0], modes.composite_mode.step_limit,
                       modes.composite_mode.source);
-  const JointModeLimits& joint_mode = mode == Mode::joint_position ? modes.joint_position : modes.joint_velocity;
+  const JointModeLimits& joint_mode = joint_limits(modes, action);
   for (const std::uint8_t j : action.active) {
+    if (!last.active.contains(j)) continue;
     const Evidence evidence = limit_step(code, limits.joints[j].name.view(), now[j] - before[j],
                                          joint_mode.step_limit[j], joint_mode.source);
     if (!evidence.ok()) return evidence;
@@ -74,15 +80,27 @@ Evidence start_from_position(const Limits& limits, const ModeLimits& modes, cons
   return {};
 }
 
-// After a hold a velocity starts from the measured one.
+// A velocity that nothing commands yet starts from the measured one.
 Evidence start_from_velocity(const Limits& limits, const ModeLimits& modes, const MeasuredState& state,
-                             const ActionPart& action, const Setpoint& first) {
+                             const ActionPart& action, const Setpoint& first, const ActionPart* last) {
   for (const std::uint8_t j : action.active) {
+    if (last != nullptr && last->active.contains(j)) continue;
     const Evidence evidence = limit_step(code::start, limits.joints[j].name.view(), first[j] - state.velocities[j],
                                          modes.joint_velocity.step_limit[j], modes.joint_velocity.source);
     if (!evidence.ok()) return evidence;
   }
   return {};
+}
+
+// What the measured state says about the first row; cartesian modes are relative to it anyway.
+Evidence start_from_state(const Limits& limits, const ModeLimits& modes, const MeasuredState& state,
+                          const ActionPart& action, const Setpoint& first, const ActionPart* last) {
+  switch (static_cast<Mode>(action.mode)) {
+    case Mode::joint_position:
+    case Mode::gripper_position: return start_from_position(limits, modes, state, action, first);
+    case Mode::joint_velocity: return start_from_velocity(limits, modes, state, action, first, last);
+    default: return {};
+  }
 }
 
 // The same part's command in the row that acts before, nullptr if it had none of this mode.
@@ -99,28 +117,23 @@ Evidence check_step(const Limits& limits, const ModeLimits& modes, const ActionP
   const std::size_t width = mode_width(action.mode, limits.joints.size());
   const Setpoint now{&action.values, row * width};
   const Setpoint before{&action.values, (row - 1) * width};
-  return step_between(code::step, limits, modes, action, now, before);
+  return step_between(code::step, limits, modes, action, now, action, before);
 }
 
 Evidence check_start(const Limits& limits, const ModeLimits& modes, const MeasuredState& state,
                      const ActionPart& action, std::size_t row, const RowBefore& before) {
   const std::size_t width = mode_width(action.mode, limits.joints.size());
   const Setpoint first{&action.values, row * width};
-  const auto mode = static_cast<Mode>(action.mode);
-  if (mode == Mode::joint_position || mode == Mode::gripper_position) {
-    const Evidence evidence = start_from_position(limits, modes, state, action, first);
-    if (!evidence.ok()) return evidence;
-  }
   const ActionPart* last = command_before(before, action);
+  const Evidence evidence = start_from_state(limits, modes, state, action, first, last);
+  if (!evidence.ok()) return evidence;
   if (last != nullptr)
-    return step_between(code::start, limits, modes, action, first, Setpoint{&last->values, before.row * width});
-  switch (mode) {
-    case Mode::joint_velocity: return start_from_velocity(limits, modes, state, action, first);
-    // Holding means a delta or twist of zero.
-    case Mode::cartesian_delta:
-    case Mode::body_twist: return step_between(code::start, limits, modes, action, first, Setpoint{});
-    default: return {};  // positions are judged above; a composite switch has no state to start from
-  }
+    return step_between(code::start, limits, modes, action, first, *last, Setpoint{&last->values, before.row * width});
+  // Holding is a delta or a twist of zero. A composite switch has no state to start from.
+  const auto mode = static_cast<Mode>(action.mode);
+  if (mode == Mode::cartesian_delta) return step_cartesian(code::start, modes.cartesian_delta, first, Setpoint{});
+  if (mode == Mode::body_twist) return step_cartesian(code::start, modes.body_twist, first, Setpoint{});
+  return {};
 }
 
 }  // namespace fairlead
