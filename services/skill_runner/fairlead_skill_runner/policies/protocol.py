@@ -38,7 +38,7 @@ class Policy(Protocol):
 
     @classmethod
     def from_options(cls, skill: SkillManifest, options: Mapping[str, JsonValue]) -> Self:
-        """Load the policy (called once, in the worker process, before any claim).
+        """Load and warm up the policy (once, in the worker process, before any claim).
 
         Raises:
             ConfigError: for options that do not fit.

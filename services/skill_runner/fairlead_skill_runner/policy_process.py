@@ -1,0 +1,93 @@
+"""The policy's own process: ``python -m fairlead_skill_runner.policy_process FD``.
+
+A policy that keeps the interpreter busy, leaks or crashes does so here; the runner's
+heartbeats come from another process. It ends with its runner.
+"""
+
+from __future__ import annotations
+
+import importlib
+import json
+import os
+import signal
+import sys
+import threading
+import traceback
+from multiprocessing.connection import Connection
+
+import numpy as np
+
+from fairlead.errors import ConfigError, FairleadError, PolicyError
+from fairlead.skill import SkillManifest
+from fairlead_skill_runner.policies.protocol import Policy
+from fairlead_skill_runner.policy_wire import (
+    Answer,
+    Failed,
+    Infer,
+    Load,
+    Reply,
+    Request,
+    Reset,
+    decode_request,
+    encode,
+)
+
+_PARENT_CHECK_S = 0.5
+
+
+def main() -> int:
+    """Answer requests until the runner closes its end."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the runner, which ends us
+    threading.Thread(target=_end_with, args=(os.getppid(),), daemon=True).start()
+    connection = Connection(int(sys.argv[1]))
+    policy: Policy | None = None
+    while True:
+        try:
+            request = decode_request(connection.recv_bytes())
+        except EOFError:
+            return 0
+        try:
+            if isinstance(request, Load):
+                policy = _load(request)
+                reply: Reply = Answer()
+            else:
+                reply = _answer(policy, request)
+        except FairleadError as error:
+            reply = Failed(str(error))
+        except Exception as error:  # noqa: BLE001 - whatever a policy raises is its answer
+            traceback.print_exc()
+            reply = Failed(f"{type(error).__name__}: {error}")
+        connection.send_bytes(encode(reply))
+
+
+def _end_with(parent: int) -> None:
+    """A policy that hangs must not outlive a runner that was killed."""
+    waiting = threading.Event()
+    while not waiting.wait(_PARENT_CHECK_S):
+        if os.getppid() != parent:
+            os._exit(1)
+
+
+def _load(request: Load) -> Policy:
+    module, _, name = request.policy.partition(":")
+    try:
+        found: type[Policy] = getattr(importlib.import_module(module), name)
+    except (ImportError, AttributeError) as error:
+        raise ConfigError(f"policy {request.policy}: cannot be imported: {error}") from None
+    skill = SkillManifest.model_validate_json(request.skill)
+    return found.from_options(skill, json.loads(request.options))
+
+
+def _answer(policy: Policy | None, request: Request) -> Answer:
+    if policy is None:
+        raise PolicyError("policy worker: asked before a policy was loaded")
+    if isinstance(request, Infer):
+        actions = np.asarray(policy.infer(request.observation()))
+        return Answer(str(actions.dtype), actions.shape, actions.tobytes())
+    assert isinstance(request, Reset)
+    policy.reset()
+    return Answer()
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

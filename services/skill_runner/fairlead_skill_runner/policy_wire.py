@@ -1,0 +1,118 @@
+"""What the runner and its policy worker process say to each other.
+
+msgpack over a socket pair on one host; never pickle. The worker answers every request
+with exactly one `Answer` or `Failed`.
+"""
+
+from __future__ import annotations
+
+import msgspec
+import numpy as np
+
+from fairlead.errors import PolicyError
+from fairlead_skill_runner.policies.protocol import Actions, Observation
+
+
+class Load(msgspec.Struct, frozen=True, tag=True):
+    """Import ``policy`` (``module:Class``) and build it. skill, options: JSON."""
+
+    policy: str
+    skill: str
+    options: str
+
+
+class Reset(msgspec.Struct, frozen=True, tag=True):
+    """Call the policy's ``reset``."""
+
+
+class Picture(msgspec.Struct, frozen=True):
+    """One uint8 ``[height, width, 3]`` array."""
+
+    name: str
+    height: int
+    width: int
+    data: bytes
+
+
+class Infer(msgspec.Struct, frozen=True, tag=True):
+    """Call the policy's ``infer``; state is float64."""
+
+    tick: int
+    state: bytes
+    prompt: str
+    pictures: tuple[Picture, ...]
+
+    @classmethod
+    def of(cls, observation: Observation) -> Infer:
+        pictures = tuple(
+            Picture(name, image.shape[0], image.shape[1], image.tobytes())
+            for name, image in observation.images.items()
+        )
+        state = np.ascontiguousarray(observation.state, dtype="<f8").tobytes()
+        return cls(observation.tick, state, observation.prompt, pictures)
+
+    def observation(self) -> Observation:
+        images = {
+            p.name: np.frombuffer(p.data, dtype=np.uint8).reshape(p.height, p.width, 3)
+            for p in self.pictures
+        }
+        state = np.frombuffer(self.state, dtype="<f8")
+        return Observation(self.tick, state, self.prompt, images)
+
+
+class Answer(msgspec.Struct, frozen=True, tag=True):
+    """Done; the array is empty for everything but `Infer`."""
+
+    dtype: str = "float32"
+    shape: tuple[int, ...] = (0,)
+    data: bytes = b""
+
+
+class Failed(msgspec.Struct, frozen=True, tag=True):
+    """The policy raised."""
+
+    text: str
+
+
+Request = Load | Reset | Infer
+Reply = Answer | Failed
+
+_ENCODER = msgspec.msgpack.Encoder()
+_REQUESTS: msgspec.msgpack.Decoder[Request] = msgspec.msgpack.Decoder(Request)
+_REPLIES: msgspec.msgpack.Decoder[Reply] = msgspec.msgpack.Decoder(Reply)
+
+
+def encode(message: Request | Reply) -> bytes:
+    return _ENCODER.encode(message)
+
+
+def decode_request(data: bytes) -> Request:
+    return _REQUESTS.decode(data)
+
+
+def decode_reply(data: bytes) -> Reply:
+    """Raises `PolicyError` for bytes that are no reply."""
+    try:
+        return _REPLIES.decode(data)
+    except msgspec.DecodeError as error:
+        raise PolicyError(f"policy worker: not a reply: {error}") from None
+
+
+def check_actions(answer: Answer, dim: int, horizon: int) -> Actions:
+    """The rows of an answer: float32 ``[H, dim]``, 1 <= H <= horizon, all finite.
+
+    Raises:
+        PolicyError: for any other type, shape or value.
+    """
+    got = f"{answer.dtype} {list(answer.shape)}"
+    fits = len(answer.shape) == 2 and 1 <= answer.shape[0] <= horizon and answer.shape[1] == dim
+    if answer.dtype != "float32" or not fits:
+        raise PolicyError(f"policy: expected float32 [1 to {horizon}, {dim}], got {got}")
+    actions = np.frombuffer(answer.data, dtype="<f4").reshape(answer.shape)
+    if not np.isfinite(actions).all():
+        row, column = np.argwhere(~np.isfinite(actions))[0]
+        raise PolicyError(
+            f"policy: expected finite numbers, got {actions[row, column]} in row {row} "
+            f"dimension {column}"
+        )
+    return actions

@@ -1,0 +1,136 @@
+"""The runner's end of the policy process: start it, ask it, end it; never wait for ever."""
+
+from __future__ import annotations
+
+import json
+import socket
+import subprocess
+import sys
+from collections.abc import Mapping
+from multiprocessing.connection import Connection
+
+from pydantic import JsonValue
+
+from fairlead.errors import PolicyError
+from fairlead.skill import SkillManifest
+from fairlead_skill_runner.policies.protocol import Actions, Observation
+from fairlead_skill_runner.policy_wire import (
+    Answer,
+    Failed,
+    Infer,
+    Load,
+    Request,
+    Reset,
+    check_actions,
+    decode_reply,
+    encode,
+)
+
+POLICIES = {
+    "oracle": "fairlead_skill_runner.policies.oracle:OraclePolicy",
+    "replay": "fairlead_skill_runner.policies.replay:ReplayPolicy",
+    "constant": "fairlead_skill_runner.policies.constant:ConstantPolicy",
+}
+"""Backend name in a manifest -> ``module:Class``."""
+
+LOAD_TIMEOUT_S = 120.0
+RESET_TIMEOUT_S = 10.0
+_END_TIMEOUT_S = 1.0
+
+
+class PolicyWorker:
+    """One policy in one process. Called from one thread at a time; every call may block.
+
+    After a `PolicyError` the process is gone, so a late answer cannot be taken for the
+    answer to a later question; `load` starts a new one.
+    """
+
+    def __init__(self, policy: str, skill: SkillManifest, options: Mapping[str, JsonValue]) -> None:
+        self._load = Load(policy, skill.model_dump_json(), json.dumps(dict(options)))
+        self._skill = skill
+        self._process: subprocess.Popen[bytes] | None = None
+        self._connection: Connection | None = None
+
+    @property
+    def pid(self) -> int | None:
+        """Process id while it runs."""
+        return self._process.pid if self._process else None
+
+    def load(self, timeout_s: float = LOAD_TIMEOUT_S) -> None:
+        """Start the process and load the policy, unless that has been done.
+
+        Raises:
+            PolicyError: if it cannot be loaded in time.
+        """
+        if self._process is not None and self._process.poll() is None:
+            return
+        self.close()
+        ours, theirs = socket.socketpair()
+        command = [sys.executable, "-m", "fairlead_skill_runner.policy_process"]
+        self._process = subprocess.Popen(
+            [*command, str(theirs.fileno())], pass_fds=[theirs.fileno()], stdin=subprocess.DEVNULL
+        )
+        theirs.close()
+        self._connection = Connection(ours.detach())
+        self._ask(self._load, "loading", timeout_s)
+
+    def reset(self) -> None:
+        """Tell the policy that a new goal begins.
+
+        Raises:
+            PolicyError: if it fails or takes too long.
+        """
+        self._ask(Reset(), "reset", RESET_TIMEOUT_S)
+
+    def infer(self, observation: Observation) -> Actions:
+        """Ask for rows: float32 ``[H, dim]``, finite, H at most the skill's horizon.
+
+        Raises:
+            PolicyError: if the policy fails, takes longer than the skill's
+                ``inference_timeout_s``, or returns anything else.
+        """
+        skill = self._skill
+        answer = self._ask(Infer.of(observation), "inference", skill.inference_timeout_s)
+        try:
+            return check_actions(answer, skill.action_contract.dim, skill.horizon)
+        except PolicyError:
+            self._kill()
+            raise
+
+    def close(self) -> None:
+        """End the process, by force if it does not listen."""
+        if self._connection is not None:
+            self._connection.close()
+        if self._process is not None:
+            try:
+                self._process.wait(_END_TIMEOUT_S)
+            except subprocess.TimeoutExpired:
+                self._process.kill()
+                self._process.wait()
+        self._process = self._connection = None
+
+    def _ask(self, request: Request, what: str, timeout_s: float) -> Answer:
+        if self._connection is None:
+            raise PolicyError(f"policy worker: {what} asked, but no policy is loaded")
+        try:
+            self._connection.send_bytes(encode(request))
+            if not self._connection.poll(timeout_s):
+                self._kill()
+                raise PolicyError(f"policy worker: {what} took longer than {timeout_s:g} s")
+            reply = decode_reply(self._connection.recv_bytes())
+        except (OSError, EOFError):
+            raise PolicyError(f"policy worker: {what}: {self._how_it_ended()}") from None
+        if isinstance(reply, Failed):
+            self._kill()
+            raise PolicyError(f"policy worker: {what} failed: {reply.text}")
+        return reply
+
+    def _kill(self) -> None:
+        if self._process is not None:
+            self._process.kill()
+        self.close()
+
+    def _how_it_ended(self) -> str:
+        process = self._process
+        self.close()
+        return f"the process ended with status {process.returncode if process else None}"

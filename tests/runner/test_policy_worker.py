@@ -1,0 +1,135 @@
+"""The policy worker with real processes: hangs, crashes and garbage become typed errors."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from fairlead.errors import PolicyError
+from fairlead.paths import repo_root
+from fairlead.skill import SkillManifest, load_skill
+from fairlead_skill_runner.policies.protocol import Observation
+from fairlead_skill_runner.policy_worker import POLICIES, PolicyWorker
+
+ORACLE = load_skill("oracle-counter-to-cabinet")
+SKILL = SkillManifest.model_validate(ORACLE.model_dump(mode="json") | {"inference_timeout_s": 0.3})
+SEEN = Observation(tick=41, state=np.arange(30) + 0.5, prompt="pick")
+
+pytestmark = pytest.mark.processes
+
+
+@pytest.fixture(autouse=True)
+def _worker_finds_this_folder(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PYTHONPATH", str(repo_root()))
+
+
+@pytest.fixture
+def workers() -> Iterator[list[PolicyWorker]]:
+    started: list[PolicyWorker] = []
+    yield started
+    for worker in started:
+        worker.close()
+
+
+def broken(workers: list[PolicyWorker], name: str) -> PolicyWorker:
+    workers.append(PolicyWorker(f"tests.runner.broken_policies:{name}", SKILL, {}))
+    return workers[-1]
+
+
+def refusal(worker: PolicyWorker) -> str:
+    with pytest.raises(PolicyError) as caught:
+        worker.infer(SEEN)
+    return str(caught.value)
+
+
+def test_the_policy_sees_the_whole_observation(workers: list[PolicyWorker]) -> None:
+    worker = broken(workers, "Echo")
+    worker.load()
+    worker.reset()
+    image = np.zeros((2, 1, 3), dtype=np.uint8)
+    image[1, 0, 2] = 200
+    seen = Observation(SEEN.tick, SEEN.state, SEEN.prompt, {"eye": image})
+    actions = worker.infer(seen)
+    assert actions.dtype == np.float32
+    assert actions.shape == (8, 12)
+    np.testing.assert_array_equal(actions[0, :5], [41, 1.5, 4, 200, 1])
+    pid = worker.pid
+    worker.load()
+    assert worker.pid == pid, "loading again keeps a worker that lives"
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("Raises", "policy worker: inference failed: ValueError: no such token"),
+        ("TooNarrow", "policy: expected float32 [1 to 8, 12], got float32 [8, 11]"),
+        ("TooLong", "policy: expected float32 [1 to 8, 12], got float32 [16, 12]"),
+        ("Flat", "policy: expected float32 [1 to 8, 12], got float32 [12]"),
+        ("Doubles", "policy: expected float32 [1 to 8, 12], got float64 [8, 12]"),
+        ("NotANumber", "policy: expected finite numbers, got nan in row 2 dimension 3"),
+    ],
+)
+def test_a_policy_that_fails_or_answers_garbage_is_a_typed_error(
+    workers: list[PolicyWorker], name: str, text: str
+) -> None:
+    worker = broken(workers, name)
+    worker.load()
+    assert refusal(worker) == text
+
+
+def test_a_policy_that_hangs_is_ended_and_its_late_answer_cannot_come(
+    workers: list[PolicyWorker],
+) -> None:
+    worker = broken(workers, "Hangs")
+    worker.load()
+    pid = worker.pid
+    assert pid is not None
+    assert refusal(worker) == "policy worker: inference took longer than 0.3 s"
+    with pytest.raises(ProcessLookupError):
+        os.kill(pid, 0)
+    assert refusal(worker) == "policy worker: inference asked, but no policy is loaded"
+
+
+def test_a_policy_whose_process_dies_is_a_typed_error_and_can_be_loaded_again(
+    workers: list[PolicyWorker],
+) -> None:
+    worker = broken(workers, "Dies")
+    worker.load()
+    assert refusal(worker) == "policy worker: inference: the process ended with status 7"
+    worker.load()
+    assert worker.pid is not None
+
+
+def test_a_policy_that_cannot_be_loaded_says_why(workers: list[PolicyWorker]) -> None:
+    with pytest.raises(PolicyError) as caught:
+        broken(workers, "CannotLoad").load()
+    assert str(caught.value) == ("policy worker: loading failed: FileNotFoundError: weights.bin")
+    with pytest.raises(PolicyError) as caught:
+        broken(workers, "Absent").load()
+    assert str(caught.value).startswith(
+        "policy worker: loading failed: policy tests.runner.broken_policies:Absent: "
+        "cannot be imported: module 'tests.runner.broken_policies' has no attribute 'Absent'"
+    )
+
+
+def test_options_that_do_not_fit_say_so(workers: list[PolicyWorker]) -> None:
+    worker = PolicyWorker(POLICIES["constant"], SKILL, {"row": [0.0] * 11})
+    workers.append(worker)
+    with pytest.raises(PolicyError) as caught:
+        worker.load()
+    assert str(caught.value) == (
+        "policy worker: loading failed: constant policy: expected a row of 12, got 11"
+    )
+
+
+def test_the_process_ends_with_its_worker(workers: list[PolicyWorker]) -> None:
+    worker = broken(workers, "Echo")
+    worker.load()
+    pid = worker.pid
+    assert pid is not None
+    worker.close()
+    with pytest.raises(ProcessLookupError):
+        os.kill(pid, 0)
