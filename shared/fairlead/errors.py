@@ -6,6 +6,7 @@
     ├── LayoutError        a state vector that cannot be assembled (frame, joint, age)
     ├── PolicyError        a policy that failed, hung, or returned the wrong shape
     ├── RefusedError       another service answered "no"; carries its Refusal
+    ├── ServiceError       a process of a deployment that died, hung or cannot be started
     ├── NoAnswerError      nobody answered a query before its deadline
     └── TransportError     the Zenoh session could not be opened or has closed
 
@@ -69,6 +70,10 @@ class RefusedError(FairleadError):
         self.who = who
         self.reason = reason
         self.fix = fix
+
+
+class ServiceError(FairleadError):
+    """A process of a deployment died, did not become ready, or cannot be started."""
 
 
 class NoAnswerError(FairleadError):

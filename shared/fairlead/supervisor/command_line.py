@@ -1,0 +1,65 @@
+"""The command line and environment of each service of a deployment."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+
+from fairlead.deployment import Deployment, ServiceKind
+from fairlead.paths import gate_binary, gate_config
+
+_MODULES: dict[ServiceKind, str] = {
+    "hal_sim": "fairlead_hal_sim",
+    "state_assembler": "fairlead_state_assembler",
+    "skill_runner": "fairlead_skill_runner",
+}
+
+
+def service_command(
+    deployment_file: Path, deployment: Deployment, service: str, state_dir: Path
+) -> list[str]:
+    """What to execute for one service.
+
+    Raises:
+        ConfigError: if the gate is not built or its file not compiled.
+    """
+    kind = deployment.services[service].run
+    if kind == "safety":
+        return _gate_command(deployment, service, state_dir)
+    return [
+        sys.executable, "-m", _MODULES[kind],
+        "--deployment", str(deployment_file),
+        "--service", service,
+        "--state-dir", str(state_dir),
+    ]  # fmt: skip
+
+
+def _gate_command(deployment: Deployment, service: str, state_dir: Path) -> list[str]:
+    endpoints = deployment.endpoints(service)
+    command = [
+        str(gate_binary()),
+        "--robot", deployment.id,
+        "--namespace", deployment.namespace,
+        "--service", service,
+        "--config", str(gate_config(deployment.robot, deployment.profile)),
+        "--state-dir", str(state_dir),
+    ]  # fmt: skip
+    for endpoint in endpoints.listen:
+        command += ["--listen", endpoint]
+    for endpoint in endpoints.connect:
+        command += ["--connect", endpoint]
+    return command
+
+
+def service_environment() -> dict[str, str]:
+    """The caller's environment, unbuffered and with one thread per numeric library.
+
+    Four services share the host's cores; a numeric library that starts a thread per core
+    in each of them would make them wait for each other.
+    """
+    environment = dict(os.environ)
+    environment["PYTHONUNBUFFERED"] = "1"
+    for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
+        environment.setdefault(variable, "1")
+    return environment

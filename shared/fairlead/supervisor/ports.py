@@ -1,0 +1,54 @@
+"""Loopback ports: which are free, and who holds the one a service needs."""
+
+from __future__ import annotations
+
+import socket
+from contextlib import ExitStack
+
+from fairlead.deployment import Deployment
+from fairlead.errors import ConfigError, ServiceError
+from fairlead.supervisor.process_table import command_of, is_listening, listener_of
+from fairlead.supervisor.registry import running_name
+
+
+def port_of(endpoint: str) -> int:
+    """The port of an endpoint such as ``tcp/127.0.0.1:7501``.
+
+    Raises:
+        ConfigError: if there is none.
+    """
+    port = endpoint.rpartition(":")[2]
+    if not port.isdigit():
+        raise ConfigError(f"endpoint: expected one like tcp/127.0.0.1:7501, got {endpoint}")
+    return int(port)
+
+
+def check_ports_free(deployment: Deployment) -> None:
+    """Make sure that nobody listens where a service of this deployment will.
+
+    Raises:
+        ServiceError: naming the service, the port and the process that has it.
+    """
+    for name, spec in deployment.services.items():
+        port = port_of(spec.listen)
+        if is_listening(port):
+            raise ServiceError(
+                f"{name}: its port {port} is taken by {_owner(port)}; stop that first: "
+                f"fairlead down {running_name(deployment)}, or give {name} another port"
+            )
+
+
+def free_ports(count: int) -> list[int]:
+    """Different loopback ports that were free a moment ago."""
+    with ExitStack() as held:
+        sockets = [held.enter_context(socket.socket()) for _ in range(count)]
+        for one in sockets:
+            one.bind(("127.0.0.1", 0))
+        return [int(one.getsockname()[1]) for one in sockets]
+
+
+def _owner(port: int) -> str:
+    pid = listener_of(port)
+    if pid is None:
+        return "a process of another user"
+    return f"pid {pid} ({command_of(pid)[:120]})"

@@ -1,0 +1,100 @@
+"""Questions to Linux about processes and ports, answered from ``/proc``."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+_LISTEN = "0A"  # TCP_LISTEN in /proc/net/tcp
+_STARTED_FIELD = 19  # field 22 of /proc/PID/stat, counted after the command's bracket
+
+
+@dataclass(frozen=True)
+class ProcessId:
+    """A process, told apart from a later one that got the same number.
+
+    started: clock ticks after boot, as the kernel counts them.
+    """
+
+    pid: int
+    started: int
+
+    @property
+    def is_running(self) -> bool:
+        return process_id(self.pid) == self
+
+
+def process_id(pid: int) -> ProcessId | None:
+    """The running process with this number; None if there is none, or only a zombie."""
+    try:
+        stat = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return None
+    state, *fields = stat.rpartition(")")[2].split()
+    return None if state in "ZX" else ProcessId(pid, int(fields[_STARTED_FIELD - 1]))
+
+
+def command_of(pid: int) -> str:
+    """The command line of a process, "" if it is gone."""
+    try:
+        raw = Path(f"/proc/{pid}/cmdline").read_bytes()
+    except OSError:
+        return ""
+    return raw.replace(b"\0", b" ").decode(errors="replace").strip()
+
+
+def group_members(group: int) -> list[int]:
+    """Running processes of one process group."""
+    members = []
+    for entry in Path("/proc").iterdir():
+        if entry.name.isdigit() and process_id(int(entry.name)) is not None:
+            try:
+                if os.getpgid(int(entry.name)) == group:
+                    members.append(int(entry.name))
+            except ProcessLookupError:  # ended between the two questions
+                continue
+    return sorted(members)
+
+
+def is_listening(port: int) -> bool:
+    """Whether any process on this host listens on a TCP port."""
+    return bool(_listening_inodes(port))
+
+
+def listener_of(port: int) -> int | None:
+    """Who listens on a TCP port; None if nobody does or the owner is another user."""
+    wanted = {f"socket:[{inode}]" for inode in _listening_inodes(port)}
+    if not wanted:
+        return None
+    for entry in Path("/proc").iterdir():
+        if entry.name.isdigit() and wanted & _open_files(entry):
+            return int(entry.name)
+    return None
+
+
+def _listening_inodes(port: int) -> set[str]:
+    inodes = set()
+    for table in ("/proc/net/tcp", "/proc/net/tcp6"):
+        try:
+            rows = Path(table).read_text(encoding="ascii").splitlines()[1:]
+        except OSError:  # a kernel without IPv6 has no tcp6
+            continue
+        for row in rows:
+            fields = row.split()
+            if fields[3] == _LISTEN and int(fields[1].rsplit(":", 1)[1], 16) == port:
+                inodes.add(fields[9])
+    return inodes
+
+
+def _open_files(process: Path) -> set[str]:
+    names = set()
+    try:
+        for link in (process / "fd").iterdir():
+            try:
+                names.add(str(link.readlink()))
+            except OSError:  # closed between the two questions
+                continue
+    except OSError:  # another user's process, or gone
+        return set()
+    return names

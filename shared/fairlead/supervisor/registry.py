@@ -1,0 +1,139 @@
+"""What runs on this machine: one small file per deployment, and a lock while it runs.
+
+Everything lies under ``$FAIRLEAD_STATE`` (default ``$XDG_STATE_HOME/fairlead``, else
+``~/.local/state/fairlead``), so ``ps``, ``down`` and ``logs`` work from any folder:
+
+    running/<name>.json   who supervises the deployment, and its processes
+    running/<name>.lock   held by the supervisor; the kernel frees it when it dies
+    <name>/               the deployment's state folder, unless ``--state-dir`` says otherwise
+"""
+
+from __future__ import annotations
+
+import fcntl
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import IO
+
+import msgspec
+
+from fairlead.deployment import Deployment
+from fairlead.errors import ServiceError
+from fairlead.supervisor.process_table import ProcessId
+
+STATE_VARIABLE = "FAIRLEAD_STATE"
+
+
+@dataclass(frozen=True)
+class ServiceEntry:
+    """One service of a running deployment, as its supervisor last saw it."""
+
+    process: ProcessId | None
+    ready: bool
+    restarts: int
+
+
+@dataclass(frozen=True)
+class Running:
+    """One deployment that was started on this machine.
+
+    name: ``<id>``, or ``<id>@<namespace>`` outside the default namespace.
+    """
+
+    name: str
+    deployment: str
+    state_dir: str
+    supervisor: ProcessId
+    services: dict[str, ServiceEntry] = field(default_factory=dict)
+
+    @property
+    def is_supervised(self) -> bool:
+        return self.supervisor.is_running
+
+    @property
+    def leftovers(self) -> list[ProcessId]:
+        """Processes of its services that still run."""
+        found = [entry.process for entry in self.services.values()]
+        return [process for process in found if process is not None and process.is_running]
+
+
+def running_name(deployment: Deployment) -> str:
+    """The name under which ``ps``, ``down`` and ``logs`` know a deployment."""
+    if deployment.namespace == "fl":
+        return deployment.id
+    return f"{deployment.id}@{deployment.namespace}"
+
+
+class Registry:
+    """The files under one state root.
+
+    Args:
+        root: None for the user's own (see the module's text).
+    """
+
+    def __init__(self, root: Path | None = None) -> None:
+        self.root = root if root is not None else _default_root()
+
+    def default_state_dir(self, name: str) -> Path:
+        return self.root / name
+
+    def entries(self) -> list[Running]:
+        """Deployments with a live supervisor or a live process, by name."""
+        return [entry for entry in self._read_all() if entry.is_supervised or entry.leftovers]
+
+    def find(self, name: str) -> Running | None:
+        """One live deployment by name."""
+        return next((entry for entry in self.entries() if entry.name == name), None)
+
+    def write(self, entry: Running) -> None:
+        """Write an entry so that readers see the old text or the new, never a mixture."""
+        path = self._path(entry.name, "json")
+        path.parent.mkdir(parents=True, exist_ok=True)
+        draft = path.with_suffix(".draft")
+        draft.write_bytes(msgspec.json.format(msgspec.json.encode(entry)))
+        draft.replace(path)
+
+    def remove(self, name: str) -> None:
+        self._path(name, "json").unlink(missing_ok=True)
+
+    def lock(self, name: str) -> IO[str]:
+        """Take the deployment's lock; closing the returned file frees it.
+
+        Raises:
+            ServiceError: naming the supervisor that holds it.
+        """
+        path = self._path(name, "lock")
+        path.parent.mkdir(parents=True, exist_ok=True)
+        handle = path.open("w", encoding="utf-8")
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            handle.close()
+            holder = next((e.supervisor.pid for e in self._read_all() if e.name == name), None)
+            raise ServiceError(
+                f"deployment {name} is already running (pid {holder or 'unknown'}); "
+                f"stop it first: fairlead down {name}"
+            ) from None
+        return handle
+
+    def _path(self, name: str, suffix: str) -> Path:
+        return self.root / "running" / f"{name}.{suffix}"
+
+    def _read_all(self) -> Iterator[Running]:
+        for path in sorted((self.root / "running").glob("*.json")):
+            try:
+                yield msgspec.json.decode(path.read_bytes(), type=Running)
+            except (OSError, msgspec.DecodeError) as error:
+                raise ServiceError(
+                    f"registry: {path} cannot be read: {error}; delete it if nothing runs"
+                ) from None
+
+
+def _default_root() -> Path:
+    override = os.environ.get(STATE_VARIABLE)
+    if override:
+        return Path(override).absolute()
+    home = os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state"
+    return Path(home) / "fairlead"

@@ -1,0 +1,65 @@
+"""A deployment of one's own: free ports, an id nobody uses, a state folder made anew.
+
+The demo, ``parity`` and the tests run on copies made here, so they meet neither a
+running deployment nor what an earlier run left behind.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal
+
+import yaml
+
+from fairlead.deployment import Deployment, load_deployment
+from fairlead.supervisor.ports import free_ports
+
+
+@dataclass(frozen=True)
+class Scratch:
+    """A deployment file in its own fresh folder."""
+
+    file: Path
+    deployment: Deployment
+    state_dir: Path
+
+
+@dataclass(frozen=True)
+class ScratchOptions:
+    """What differs from the copied file.
+
+    options: by service name, merged over the file's own options.
+    """
+
+    id: str = ""
+    pacing: Literal["realtime", "lockstep"] | None = None
+    options: dict[str, dict[str, Any]] = field(default_factory=dict)
+
+
+def make_scratch(source: Path, folder: Path, options: ScratchOptions) -> Scratch:
+    """Copy ``source`` into ``folder`` (emptied first) as a simulator-only deployment.
+
+    Raises:
+        ConfigError: if the source cannot be read, or the copy does not fit.
+    """
+    original = load_deployment(source)
+    services = original.model_dump(mode="json")["services"]
+    for port, (name, spec) in zip(free_ports(len(services)), services.items(), strict=True):
+        spec["listen"] = f"tcp/127.0.0.1:{port}"
+        spec["options"] |= options.options.get(name, {})
+    copy = {
+        "robot": original.robot,
+        "id": options.id or f"{original.id}_{os.getpid()}",
+        "namespace": original.namespace,
+        "profile": "sim",
+        "pacing": options.pacing or original.pacing,
+        "services": services,
+    }
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True)
+    file = folder / "deployment.yaml"
+    file.write_text(yaml.safe_dump(copy, sort_keys=False), encoding="utf-8")
+    return Scratch(file, load_deployment(file), folder.absolute())

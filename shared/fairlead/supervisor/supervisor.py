@@ -1,0 +1,237 @@
+"""The processes of one deployment, from the first check to the last SIGKILL."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import IO, Literal
+
+from fairlead.deployment import Deployment
+from fairlead.errors import ConfigError, ServiceError
+from fairlead.supervisor.backoff import Backoff
+from fairlead.supervisor.child import Child, LineHandler
+from fairlead.supervisor.command_line import service_command, service_environment
+from fairlead.supervisor.ports import check_ports_free
+from fairlead.supervisor.process_table import ProcessId, process_id
+from fairlead.supervisor.registry import Registry, Running, ServiceEntry, running_name
+
+CommandBuilder = Callable[[Path, Deployment, str, Path], list[str]]
+"""Gets the deployment's file and content, a service's name and its state folder."""
+
+STOP_GRACE_S = 5.0  # from SIGTERM to SIGKILL
+POLL_S = 0.05
+
+
+@dataclass(frozen=True)
+class ServiceEvent:
+    """Something a person should read: a service died, was started again, or is ready."""
+
+    service: str
+    kind: Literal["died", "restarted", "ready"]
+    text: str
+
+
+@dataclass
+class _Slot:
+    """One service's place: its process now, and when it may be started again."""
+
+    child: Child
+    started_s: float
+    backoff: Backoff = field(default_factory=Backoff)
+    restart_at_s: float | None = None
+    restarts: int = 0
+    was_ready: bool = False
+
+
+class Supervisor:
+    """Runs one deployment. Use it from one thread that lives as long as it does.
+
+    Args:
+        deployment_file: where ``deployment`` was read from; the services read it too.
+        state_dir: gets ``<service>/`` for each service's state and ``logs/``.
+        on_line: called from a thread for every line a service prints.
+        registry: where the deployment is listed while it runs.
+        command: builds a service's command line.
+    """
+
+    def __init__(
+        self,
+        deployment_file: Path,
+        deployment: Deployment,
+        state_dir: Path,
+        on_line: LineHandler = lambda service, line: None,
+        registry: Registry | None = None,
+        command: CommandBuilder = service_command,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self.deployment = deployment
+        self.name = running_name(deployment)
+        self.state_dir = state_dir.absolute()
+        self._file = deployment_file.absolute()
+        self._on_line = on_line
+        self._registry = registry if registry is not None else Registry()
+        self._build_command = command
+        self._clock = clock
+        self._is_listed = False
+        self._slots: dict[str, _Slot] = {}
+        self._lock: IO[str] | None = None
+
+    def start(self, order: Sequence[str] | None = None) -> None:
+        """Start every service, in the file's order or in ``order``.
+
+        Raises:
+            ServiceError: something of this deployment still runs, or a port is taken.
+            ConfigError: the gate is not built, or its file not compiled.
+        """
+        names = list(self.deployment.services) if order is None else list(order)
+        commands = {name: self._command(name) for name in names}
+        self._lock = self._registry.lock(self.name)
+        try:
+            self._refuse_leftovers()
+            check_ports_free(self.deployment)
+            for name in names:
+                self._slots[name] = _Slot(self._spawn(name, commands[name]), self._clock())
+                self._write_entry()
+        except BaseException:
+            self.stop(grace_s=0.0)
+            raise
+
+    def wait_ready(self, timeout_s: float) -> None:
+        """Wait until every service has said ``ready``.
+
+        Raises:
+            ServiceError: one died first or took too long; with its last lines.
+        """
+        deadline = self._clock() + timeout_s
+        for name, slot in self._slots.items():
+            while not slot.child.ready.wait(POLL_S):
+                self._raise_if_dead()
+                if self._clock() > deadline:
+                    raise ServiceError(self._story(name, f"not ready after {timeout_s:g} s"))
+            slot.was_ready = True
+        self._write_entry()
+
+    def poll(self) -> list[ServiceEvent]:
+        """Notice deaths, start again what is due; call it a few times a second."""
+        events = []
+        for name, slot in self._slots.items():
+            if slot.restart_at_s is not None:
+                if self._clock() >= slot.restart_at_s:
+                    events.append(self._restart(name, slot))
+            elif slot.child.exit_status is not None:
+                events.append(self._bury(name, slot))
+            elif not slot.was_ready and slot.child.ready.is_set():
+                slot.was_ready = True
+                events.append(ServiceEvent(name, "ready", f"{name} is ready again"))
+        if events:
+            self._write_entry()
+        return events
+
+    def pid(self, service: str) -> int:
+        """Process number of one service now."""
+        return self._slots[service].child.pid
+
+    def last_lines(self, service: str) -> list[str]:
+        """What one service printed last."""
+        return list(self._slots[service].child.last_lines)
+
+    def died(self) -> str | None:
+        """The story of the first service that is dead now, None if all live."""
+        for name, slot in self._slots.items():
+            if slot.child.exit_status is not None:
+                return self._story(name, _how_it_ended(slot.child.exit_status))
+        return None
+
+    def stop(self, grace_s: float = STOP_GRACE_S) -> list[str]:
+        """End every process: SIGTERM, then SIGKILL after the grace, whole groups.
+
+        Returns:
+            The services that had to be killed.
+        """
+        deadline = self._clock() + grace_s
+        for slot in self._slots.values():
+            slot.child.ask_to_stop()
+        killed = []
+        for name, slot in self._slots.items():
+            if not slot.child.wait(deadline - self._clock()):
+                killed.append(name)
+            slot.child.kill_group()
+        self._slots.clear()
+        if self._is_listed:
+            self._registry.remove(self.name)
+            self._is_listed = False
+        if self._lock is not None:
+            self._lock.close()
+            self._lock = None
+        return killed
+
+    def _command(self, name: str) -> list[str]:
+        if name not in self.deployment.services:
+            raise ConfigError(
+                f"up: no service {name!r} (valid: {', '.join(self.deployment.services)})"
+            )
+        return self._build_command(self._file, self.deployment, name, self.state_dir / name)
+
+    def _spawn(self, name: str, command: list[str]) -> Child:
+        (self.state_dir / name).mkdir(parents=True, exist_ok=True)
+        log = self.state_dir / "logs" / f"{name}.log"
+        try:
+            return Child(name, command, service_environment(), log, self._on_line)
+        except OSError as error:
+            raise ServiceError(f"{name}: cannot start {command[0]}: {error.strerror}") from None
+
+    def _restart(self, name: str, slot: _Slot) -> ServiceEvent:
+        slot.child = self._spawn(name, self._command(name))
+        slot.started_s, slot.restart_at_s = self._clock(), None
+        slot.restarts += 1
+        return ServiceEvent(
+            name, "restarted", f"{name} started again (pid {slot.child.pid}, #{slot.restarts})"
+        )
+
+    def _bury(self, name: str, slot: _Slot) -> ServiceEvent:
+        status = slot.child.exit_status
+        assert status is not None
+        slot.child.kill_group()  # what the dead one had started
+        delay_s = slot.backoff.delay_s(self._clock() - slot.started_s)
+        slot.restart_at_s = self._clock() + delay_s
+        slot.was_ready = False
+        return ServiceEvent(
+            name, "died", f"{name} {_how_it_ended(status)}; starting it again in {delay_s:g} s"
+        )
+
+    def _raise_if_dead(self) -> None:
+        story = self.died()
+        if story is not None:
+            raise ServiceError(story)
+
+    def _story(self, name: str, what: str) -> str:
+        lines = "".join(f"\n  [{name}] {line}" for line in self.last_lines(name))
+        log = self.state_dir / "logs" / f"{name}.log"
+        return f"{name}: {what}; its last lines ({log}):{lines or ' none'}"
+
+    def _refuse_leftovers(self) -> None:
+        entry = self._registry.find(self.name)
+        if entry is not None and entry.leftovers:
+            pids = ", ".join(str(process.pid) for process in entry.leftovers)
+            raise ServiceError(
+                f"deployment {self.name}: processes of an earlier run are still there "
+                f"(pid {pids}); end them first: fairlead down {self.name}"
+            )
+
+    def _write_entry(self) -> None:
+        services = {
+            name: ServiceEntry(slot.child.process_id, slot.child.ready.is_set(), slot.restarts)
+            for name, slot in self._slots.items()
+        }
+        self._is_listed = True
+        own = process_id(os.getpid()) or ProcessId(os.getpid(), 0)
+        self._registry.write(
+            Running(self.name, str(self._file), str(self.state_dir), own, services)
+        )
+
+
+def _how_it_ended(status: int) -> str:
+    return f"was killed by signal {-status}" if status < 0 else f"ended with status {status}"
