@@ -1,0 +1,253 @@
+"""The twin of the gate: decides, tick by tick, what the robot may execute.
+
+A claim's parts execute the row of tick n only if the row is in a SafeChunk that continues
+what the claim really did in tick n - 1, the newest lease grants that claim for n, the lease
+is fresh (realtime) or is the decided lease of n itself (lockstep), and no stop is held.
+Otherwise they hold. Before the first lease every part holds.
+
+Pure: no clock (time is an argument), no I/O, no threads. The caller serialises the calls.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Literal
+
+from fairlead.hal.backend import PartCommand
+from fairlead.hal.claim_rows import ClaimRows
+from fairlead.hal.lease_follower import LeaseFollower
+from fairlead.hal.released_chunk import ReleasedChunk, decode_released
+from fairlead.hal.stop_register import StopRegister
+from fairlead.hal.tick_plan import TickPlan, Wait
+from fairlead.messages import (
+    HELD,
+    Acted,
+    Decision,
+    Grant,
+    Hold,
+    Lease,
+    SafeChunk,
+    StopLevel,
+)
+
+Pacing = Literal["realtime", "lockstep"]
+
+MAX_CLAIMS = 16
+"""Claims whose rows are kept at once; a robot has fewer parts than that to claim."""
+
+
+class HalCore:
+    """Takes SafeChunks, leases and stops in any order; answers one plan per tick.
+
+    The ``on_`` methods return "" if the message was taken, else the reason it was not.
+
+    Args:
+        session: the HAL's own session.
+        pacing: ``realtime`` or ``lockstep``.
+        part_count: parts of the robot.
+        n_dof: commanded joints, the width of joint modes.
+    """
+
+    def __init__(self, session: int, pacing: Pacing, part_count: int, n_dof: int) -> None:
+        self._session = session
+        self._pacing = pacing
+        self._part_count = part_count
+        self._n_dof = n_dof
+        self._lease = LeaseFollower(session)
+        self._stops = StopRegister()
+        self._claims: dict[int, ClaimRows] = {}
+        self._acted: tuple[Acted, ...] = (HELD,) * part_count
+        self._tick = 0
+        self._resetting = False
+
+    @property
+    def acted(self) -> tuple[Acted, ...]:
+        """Per part, what it did in the tick decided last."""
+        return self._acted
+
+    @property
+    def gate_state(self) -> int | None:
+        """The gate's state by the newest lease, None before the first."""
+        return self._lease.state
+
+    @property
+    def held_stop_ids(self) -> tuple[int, ...]:
+        return self._stops.ids
+
+    def stops_to_repeat(self) -> tuple[StopLevel, ...]:
+        """Stops to publish again every 50 ms: held here, not yet listed by the gate."""
+        return self._stops.to_repeat()
+
+    def on_lease(self, lease: Lease, now_ns: int) -> str:
+        """Follow a lease received at ``now_ns`` (own monotonic clock)."""
+        refused = self._lease.offer(lease, now_ns)
+        if refused:
+            return refused
+        self._stops.on_lease(lease)
+        for claim in list(self._claims.values()):
+            if self._lease.has_left(claim.epoch):
+                del self._claims[claim.claim_id]
+        return ""
+
+    def on_safe_chunk(self, message: SafeChunk) -> str:
+        """Store released rows until their first tick.
+
+        Raises:
+            MessageError: if the chunk does not fit the robot's parts, modes or joints.
+        """
+        if message.session != self._session:
+            return "chunk of another session"
+        if self._lease.has_left(message.epoch):
+            return "chunk of an epoch already left"
+        if message.first_tick <= self._tick:
+            return "chunk whose first tick has passed"
+        chunk = decode_released(message, self._part_count, self._n_dof)
+        claim = self._claims.get(chunk.claim_id)
+        if claim is None:
+            claim = self._add_claim(chunk)
+        if claim.epoch != chunk.epoch:
+            return "chunk of another epoch than its claim"
+        return claim.store(chunk)
+
+    def on_stop(self, stop: StopLevel) -> str:
+        """Hold a stop, from the bus or raised by this HAL."""
+        return self._stops.hold(stop)
+
+    def set_resetting(self, resetting: bool) -> None:
+        """While resetting every part holds and no lease is needed."""
+        self._resetting = resetting
+
+    def void(self, hold: Hold) -> None:
+        """The tick decided last was not carried out: every part held instead."""
+        self._acted = (_held(hold),) * self._part_count
+        for claim in self._claims.values():
+            claim.commit(self._tick, None, _held(hold))
+
+    def decide(self, tick: int, now_ns: int, is_still: bool) -> TickPlan | Wait:
+        """Decide ``tick``; a plan is final and must be carried out, `Wait` changes nothing.
+
+        Args:
+            tick: higher than any decided before; skipped ticks count as held.
+            now_ns: own monotonic clock, for the freshness of the lease (realtime).
+            is_still: whether the robot stands still; a paused lockstep world does not step.
+        """
+        if tick <= self._tick:
+            raise ValueError(f"tick {tick} was decided before (newest {self._tick})")
+        if tick != self._tick + 1:
+            self._forget_skipped()
+        everyone = self._hold_for_everyone(now_ns)
+        grants = {grant.claim_id: grant for grant in self._lease.grants()}
+        if self._pacing == "lockstep" and not self._resetting:
+            if self._stops.any_held or not grants:
+                if is_still:
+                    return Wait("standstill")
+            elif not self._all_decided(tick, grants.values()):
+                return Wait("lease")
+        chosen = {
+            claim.claim_id: (None, everyone)
+            if everyone
+            else self._choose(claim, tick, grants.get(claim.claim_id))
+            for claim in self._claims.values()
+        }
+        return self._commit(tick, _without_conflicts(chosen), everyone or Hold.NO_CLAIM)
+
+    def _hold_for_everyone(self, now_ns: int) -> Hold:
+        if self._stops.any_held:
+            return Hold.STOPPED
+        if self._resetting:
+            return Hold.RESETTING
+        if self._lease.newest is None:
+            return Hold.STARTING
+        if self._pacing == "realtime" and not self._lease.is_fresh(now_ns):
+            return Hold.LEASE_STALE
+        return Hold.NONE
+
+    def _all_decided(self, tick: int, grants: Iterable[Grant]) -> bool:
+        """Lockstep: the newest lease is of ``tick`` itself, and every row it names is here."""
+        newest = self._lease.newest
+        assert newest is not None, "grants come from a lease"
+        return newest.state_tick == tick and all(
+            grant.decision == Decision.HOLD
+            or (grant.decision == Decision.ROW and self._named(grant, tick) is not None)
+            for grant in grants
+        )
+
+    def _named(self, grant: Grant, tick: int) -> ReleasedChunk | None:
+        claim = self._claims.get(grant.claim_id)
+        if claim is None or self._lease.grant(grant.claim_id, claim.epoch, tick) is None:
+            return None
+        return claim.named(grant.verdict_id, tick, self._acted)
+
+    def _choose(self, claim: ClaimRows, tick: int, grant: Grant | None) -> _Choice:
+        """The chunk whose row the claim executes in ``tick``, or why it holds."""
+        if grant is None or self._lease.grant(claim.claim_id, claim.epoch, tick) is None:
+            return None, Hold.NOT_GRANTED
+        if self._pacing == "lockstep":
+            chunk = self._named(grant, tick) if grant.decision == Decision.ROW else None
+            return chunk, Hold.NONE if chunk else Hold.REFUSED
+        chunk = claim.candidate(tick, self._acted)
+        if chunk is None:
+            return None, Hold.SUPERSEDED if claim.has_due(tick) else Hold.NO_ROW
+        return chunk, Hold.NONE
+
+    def _commit(self, tick: int, chosen: dict[int, _Choice], unclaimed: Hold) -> TickPlan:
+        acted = [_held(unclaimed)] * self._part_count
+        commands: dict[int, PartCommand] = {}
+        for claim_id, (chunk, hold) in chosen.items():
+            claim = self._claims[claim_id]
+            if chunk is None:
+                for part in claim.parts - commands.keys():
+                    acted[part] = _held(hold)
+                claim.commit(tick, None, _held(hold))
+                continue
+            row = tick - chunk.first_tick
+            for part, command in chunk.commands(row).items():
+                commands[part] = command
+                acted[part] = chunk.acted(row)
+            claim.commit(tick, chunk, chunk.acted(row))
+        self._tick = tick
+        self._acted = tuple(acted)
+        self._drop_dead_claims()
+        return TickPlan(tick=tick, acted=self._acted, commands=commands)
+
+    def _add_claim(self, chunk: ReleasedChunk) -> ClaimRows:
+        if len(self._claims) >= MAX_CLAIMS:
+            granted = {grant.claim_id for grant in self._lease.grants()}
+            oldest_first = sorted(self._claims, key=lambda known: known in granted)
+            del self._claims[oldest_first[0]]
+        claim = self._claims[chunk.claim_id] = ClaimRows(chunk.claim_id, chunk.epoch)
+        return claim
+
+    def _drop_dead_claims(self) -> None:
+        granted = {grant.claim_id for grant in self._lease.grants()}
+        for claim in list(self._claims.values()):
+            if claim.is_empty and claim.claim_id not in granted:
+                del self._claims[claim.claim_id]
+
+    def _forget_skipped(self) -> None:
+        """Hardware skipped a tick in number: what acted in it was the hold law."""
+        self._acted = (_held(Hold.NO_ROW),) * self._part_count
+        for claim in self._claims.values():
+            claim.forget()
+
+
+_Choice = tuple[ReleasedChunk | None, Hold]
+
+
+def _held(hold: Hold) -> Acted:
+    return Acted(hold=hold, verdict_id=0, row=0)
+
+
+def _without_conflicts(chosen: dict[int, _Choice]) -> dict[int, _Choice]:
+    """Claims that would command the same part in one tick all hold (the gate never grants
+    one part twice; two chunks that say otherwise cannot both be right)."""
+    users: dict[int, int] = {}
+    for chunk, _ in chosen.values():
+        for part in chunk.part_indices if chunk else ():
+            users[part] = users.get(part, 0) + 1
+    return {
+        claim_id: (None, Hold.SUPERSEDED)
+        if chunk is not None and any(users[part] > 1 for part in chunk.part_indices)
+        else (chunk, hold)
+        for claim_id, (chunk, hold) in chosen.items()
+    }

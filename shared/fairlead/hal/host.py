@@ -1,0 +1,274 @@
+"""The HAL host: the tick loop every HAL shares, around a backend and the twin of the gate.
+
+Each tick: measure, publish (joints last), decide, log, act. Realtime ticks come at the
+control rate; a lockstep world waits for its decision and repeats the tick every 100 ms.
+The loop runs in the caller's thread; the transport's threads only fill the core.
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from fairlead.bus import Bus
+from fairlead.errors import FairleadError, RefusedError
+from fairlead.hal.backend import Backend, Measurement
+from fairlead.hal.camera_feed import CameraFeed
+from fairlead.hal.core import HalCore, Pacing
+from fairlead.hal.episode import Episode
+from fairlead.hal.frame_source import FrameSource
+from fairlead.hal.identity import HalIdentity
+from fairlead.hal.inbox import HalInbox
+from fairlead.hal.motion_log import MotionLog
+from fairlead.hal.period_clock import PeriodClock
+from fairlead.hal.reset_desk import ResetDesk
+from fairlead.hal.status_board import HalState, StatusBoard
+from fairlead.hal.stop_caller import REPEAT_NS as STOP_REPEAT_NS
+from fairlead.hal.stop_caller import StopCaller
+from fairlead.hal.tick_plan import TickPlan
+from fairlead.hal.tick_publisher import TickPublisher
+from fairlead.hal.trace_source import TraceSource
+from fairlead.keys import Keys
+from fairlead.messages import Hold
+
+_LOG = logging.getLogger("hal.host")
+
+REPEAT_NS = 100_000_000
+"""Lockstep: a waiting or paused world publishes its tick again this often."""
+
+
+@dataclass(frozen=True)
+class HostSettings:
+    """How one HAL is deployed. ``service`` is its name in keys and log lines."""
+
+    service: str
+    keys: Keys
+    pacing: Pacing
+    session: int
+
+
+class HalHost:
+    """Runs one backend behind the HAL contract until told to stop.
+
+    Args:
+        identity: the robot by its manifest; must agree with what the backend found.
+        log: where decisions are recorded.
+        feed: renders camera frames elsewhere; None for no cameras.
+        trace: shows the simulator's state, for a log that records traces.
+        clock: monotonic nanoseconds.
+
+    Raises:
+        ConfigError: if the backend's joints or parts differ from the manifest's.
+    """
+
+    def __init__(
+        self,
+        settings: HostSettings,
+        identity: HalIdentity,
+        backend: Backend,
+        bus: Bus,
+        log: MotionLog,
+        feed: CameraFeed | None = None,
+        trace: TraceSource | None = None,
+        clock: Callable[[], int] = time.monotonic_ns,
+    ) -> None:
+        found = backend.describe()
+        identity.check(found)
+        self._settings = settings
+        self._identity = identity
+        self._backend = backend
+        self._log = log
+        self._trace = trace if log.traces else None
+        self._clock = clock
+        self._lockstep = settings.pacing == "lockstep"
+        self._changed = threading.Condition()
+        self._core = HalCore(
+            settings.session, settings.pacing, len(identity.parts), len(identity.joints)
+        )
+        self._tick = 1
+        self._fault = ""
+        self._event: str | None = None
+        self._measured: Measurement | None = None
+        self._episode = Episode()
+        self._period = PeriodClock(identity.period_ns, clock())
+        keys, who = settings.keys, settings.service
+        self._ticks = TickPublisher(
+            bus, keys, who, settings.session, [camera.name for camera in found.cameras]
+        )
+        self._frames = FrameSource(
+            found.cameras, feed, self._ticks, settings.session, settings.pacing
+        )
+        self._stops = StopCaller(bus, keys, who, self._core, self._changed)
+        self._status = StatusBoard(
+            bus, keys, who, identity, found, settings.session, settings.pacing
+        )
+        self._desk = ResetDesk(self._core, self._changed, who)
+        self._inbox = HalInbox(self._core, bus, keys, self._changed, clock)
+        self._reset_query = bus.serve(keys.hal_command("reset_episode"), who, self._desk.handle)
+
+    def run(self, stopping: threading.Event) -> None:
+        """Tick until ``stopping`` is set; after a backend fault, hold and say so until then."""
+        try:
+            self._ticks.set_static(self._tick, self._backend.static_transforms())
+            self._period.restart(self._clock())
+            while not stopping.is_set():
+                self._run_tick(stopping)
+        except FairleadError as error:
+            self._enter_fault(str(error))
+        except Exception as error:  # noqa: BLE001 - a driver may raise anything; the robot holds
+            _LOG.exception("backend failed")
+            self._enter_fault(f"{type(error).__name__}: {error}")
+        while not stopping.wait(0.05):
+            self._housekeep()
+        self._close()
+
+    def _run_tick(self, stopping: threading.Event) -> None:
+        if not self._lockstep and self._wait_for_period(stopping):
+            return
+        self._measure_and_publish()
+        self._finish_reset_if_still()
+        plan = self._await_plan(stopping)
+        if plan is not None:
+            self._act(plan)
+            self._tick += 1
+
+    def _wait_for_period(self, stopping: threading.Event) -> bool:
+        """Realtime: wait until the tick is due. True if told to stop meanwhile."""
+        overruns = self._period.overruns
+        wait_ns = self._period.start_tick(self._clock())
+        if self._period.overruns > overruns:
+            self._event = "overrun"
+        return stopping.wait(wait_ns * 1e-9) if wait_ns > 0 else stopping.is_set()
+
+    def _measure_and_publish(self) -> None:
+        self._measured = self._backend.read()
+        now_ns = self._clock()
+        self._ticks.begin(self._tick, self._backend.transforms(), now_ns)
+        self._frames.send_due(self._tick, self._episode.first_tick, self._backend.snapshot)
+        self._ticks.finish(
+            self._tick,
+            self._episode.first_tick,
+            now_ns,
+            self._measured,
+            self._core.acted,
+            self._identity.robot_hash,
+            self._backend.task(),
+        )
+
+    def _await_plan(self, stopping: threading.Event) -> TickPlan | None:
+        """The plan for this tick; None if told to stop. Realtime has one at once."""
+        repeat_ns = self._clock() + REPEAT_NS
+        while not stopping.is_set():
+            self._housekeep()
+            self._start_reset_if_due()
+            with self._changed:
+                now_ns = self._clock()
+                decided = self._core.decide(self._tick, now_ns, self._is_still())
+                if isinstance(decided, TickPlan):
+                    self._record(decided, now_ns)
+                    return decided
+                until_ns = min(repeat_ns, now_ns + STOP_REPEAT_NS)
+                self._changed.wait(max(0, until_ns - now_ns) * 1e-9)
+            if self._clock() >= repeat_ns:
+                self._ticks.repeat(self._clock())
+                repeat_ns = self._clock() + REPEAT_NS
+        return None
+
+    def _act(self, plan: TickPlan) -> None:
+        """Carry out a plan: exactly one step of the backend."""
+        before = self._trace.generalized_state() if self._trace else None
+        commands = {self._identity.parts[part]: command for part, command in plan.commands.items()}
+        try:
+            self._backend.apply(commands)
+        except FairleadError as error:
+            self._hold_instead(plan.tick, str(error))
+        self._episode.stepped()
+        if self._trace is not None and before is not None:
+            self._log.trace(plan.tick, self._trace.packed(), *before)
+
+    def _hold_instead(self, tick: int, reason: str) -> None:
+        """The backend refused a command the gate had released: stop, and hold this tick."""
+        self._stops.raise_stop(f"the backend refused a released command: {reason}")
+        with self._changed:
+            self._core.void(Hold.STOPPED)
+            acted = self._core.acted
+        self._log.tick(tick, self._clock(), acted, f"held instead: {reason}")
+        self._backend.apply({})
+
+    def _start_reset_if_due(self) -> None:
+        with self._changed:
+            request = None if self._episode.resetting else self._desk.due()
+            if request is None:
+                return
+            self._core.set_resetting(True)
+        try:
+            self._backend.reset(request.seed)
+        except FairleadError as error:
+            with self._changed:
+                self._core.set_resetting(False)
+            self._desk.answer(request, error)
+            return
+        self._episode.begin(request, self._tick)
+        self._ticks.set_static(self._episode.first_tick, self._backend.static_transforms())
+        self._period.restart(self._clock())
+        self._event = f"reset_episode seed {request.seed}"
+
+    def _finish_reset_if_still(self) -> None:
+        request = self._episode.resetting
+        if request is not None and self._is_still():
+            reply = self._episode.finish(self._tick)
+            with self._changed:
+                self._core.set_resetting(False)
+            self._desk.answer(request, reply)
+
+    def _is_still(self) -> bool:
+        assert self._measured is not None, "a tick is measured before it is decided"
+        return not self._episode.must_step and self._identity.is_still(self._measured.velocities)
+
+    def _record(self, plan: TickPlan, now_ns: int) -> None:
+        self._log.tick(plan.tick, now_ns, plan.acted, self._event)
+        self._event = None
+
+    def _housekeep(self) -> None:
+        """Repeat stops and post the status; cheap, once per tick or wait."""
+        now_ns = self._clock()
+        self._stops.repeat_due(now_ns)
+        state, detail = self._state()
+        self._status.post(
+            now_ns,
+            tick=self._tick,
+            episode_tick=self._episode.first_tick,
+            state=state,
+            detail=detail,
+            overruns=self._period.overruns,
+        )
+
+    def _state(self) -> tuple[HalState, str]:
+        if self._fault:
+            return "fault", self._fault
+        if self._episode.resetting is not None:
+            return "resetting", f"seed {self._episode.resetting.seed}"
+        with self._changed:
+            held = self._core.held_stop_ids
+        if held:
+            return "holding", "stop " + ", ".join(f"{stop_id:x}" for stop_id in held)
+        return "ready", self._frames.failure
+
+    def _enter_fault(self, reason: str) -> None:
+        """The backend cannot be trusted any more: no more ticks, and the gate is told."""
+        self._fault = reason
+        self._stops.raise_stop(f"backend fault: {reason}")
+        request = self._episode.resetting
+        if request is not None:
+            self._desk.answer(request, RefusedError(self._settings.service, reason))
+
+    def _close(self) -> None:
+        self._inbox.close()
+        self._reset_query.undeclare()
+        self._status.close()
+        self._frames.close()
+        self._log.close()
+        self._backend.close()

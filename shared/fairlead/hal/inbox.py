@@ -1,0 +1,101 @@
+"""From keys to the core: decodes what the gate and operators publish."""
+
+from __future__ import annotations
+
+import logging
+from collections import Counter
+from collections.abc import Callable
+from threading import Condition
+from typing import TypeVar
+
+from fairlead.bus import Bus, Sample, Undeclare
+from fairlead.errors import MessageError
+from fairlead.hal.core import HalCore
+from fairlead.keys import Keys, last_chunk
+from fairlead.messages import Lease, Message, SafeChunk, StopLevel, decode
+
+_LOG = logging.getLogger("hal.inbox")
+M = TypeVar("M", bound=Message)
+
+EXPECTED = frozenset(
+    {
+        "chunk already known",
+        "chunk superseded",
+        "chunk whose first tick has passed",
+        "lease not newer",
+        "stop already held",
+        "stop already reset",
+    }
+)
+"""What a lossy, repeating channel brings every day: counted, not worth a line."""
+
+
+class HalInbox:
+    """Subscribes to safe chunks, leases and stops and hands them to the core.
+
+    Runs on the transport's threads; holds ``changed`` only while the core takes a message,
+    then wakes the tick loop. Bad messages are counted, and logged once per kind.
+
+    Attributes:
+        refused: how many messages were not taken, by reason.
+    """
+
+    def __init__(
+        self, core: HalCore, bus: Bus, keys: Keys, changed: Condition, clock: Callable[[], int]
+    ) -> None:
+        self._core = core
+        self._changed = changed
+        self._clock = clock
+        self.refused: Counter[str] = Counter()
+        self._subscriptions: list[Undeclare] = [
+            bus.subscribe(keys.lease, self._on_lease),
+            bus.subscribe(keys.every_safe, self._on_safe_chunk),
+            bus.subscribe(keys.stop, self._on_stop),
+        ]
+
+    def close(self) -> None:
+        for subscription in self._subscriptions:
+            subscription.undeclare()
+
+    def _on_lease(self, sample: Sample) -> None:
+        now_ns = self._clock()
+        lease = self._decode(Lease, sample)
+        if lease is not None:
+            self._take(sample.key, lambda: self._core.on_lease(lease, now_ns))
+
+    def _on_safe_chunk(self, sample: Sample) -> None:
+        chunk = self._decode(SafeChunk, sample)
+        if chunk is None:
+            return
+        if chunk.source != last_chunk(sample.key):
+            self._refuse(sample.key, "chunk on another source's key", chunk.source)
+            return
+        self._take(sample.key, lambda: self._core.on_safe_chunk(chunk))
+
+    def _on_stop(self, sample: Sample) -> None:
+        stop = self._decode(StopLevel, sample)
+        if stop is not None:
+            self._take(sample.key, lambda: self._core.on_stop(stop))
+
+    def _take(self, key: str, take: Callable[[], str]) -> None:
+        try:
+            with self._changed:
+                refused = take()
+                self._changed.notify_all()
+        except MessageError as error:
+            self._refuse(key, "chunk that does not fit this robot", str(error))
+            return
+        if refused:
+            self._refuse(key, refused)
+
+    def _decode(self, kind: type[M], sample: Sample) -> M | None:
+        try:
+            return decode(kind, sample.payload)
+        except MessageError as error:
+            self._refuse(sample.key, f"{kind.__name__} that cannot be read", str(error))
+            return None
+
+    def _refuse(self, key: str, reason: str, detail: str = "") -> None:
+        self.refused[reason] += 1
+        if self.refused[reason] == 1 and reason not in EXPECTED:
+            _LOG.warning("%s: ignored: %s%s", key, reason, f": {detail}" if detail else "")

@@ -1,0 +1,191 @@
+"""KinematicBackend: a robot that does what it is told, instantly and without physics.
+
+Velocities are integrated over the period, positions are reached at a bounded speed, and
+end-effector deltas move the part's joints by a fixed linear map (not inverse kinematics).
+Deterministic, microseconds per tick: for trying a deployment without a simulator, for
+long runs, and for tests of everything around it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from fairlead.errors import ConfigError, expected
+from fairlead.hal.backend import (
+    BackendDescription,
+    FramePose,
+    Measurement,
+    PartCommand,
+    TaskReading,
+)
+from fairlead.hal.kinematic_parts import describe_part, finger_shares
+from fairlead.messages import FloatArray
+from fairlead.modes import ControlMode
+from fairlead.robot import RobotManifest
+
+DELTA_GAIN = 0.1
+"""Joint motion [rad] per m or rad of an end-effector delta."""
+NO_ROTATION = np.array([0.0, 0.0, 0.0, 1.0])
+
+
+class KinematicBackend:
+    """Implements `fairlead.hal.backend.Backend` and `fairlead.hal.trace_source.TraceSource`.
+
+    ``base_link`` stands in ``odom`` at (base_x, base_y, base_yaw) where the robot has base
+    joints, else at its origin.
+
+    Args:
+        robot: its manifest; bounded joints start in the middle of their range and stay in it.
+        profile: safety profile whose limits are told as command ranges.
+        frames: further frames that stand still in ``odom``: name to xyz [m].
+    """
+
+    def __init__(
+        self,
+        robot: RobotManifest,
+        profile: str = "sim",
+        frames: Mapping[str, Sequence[float]] | None = None,
+    ) -> None:
+        self._robot = robot
+        self._period_s = robot.tick_period_ns * 1e-9
+        self._joints = {name: index for index, name in enumerate(robot.joint_names)}
+        bounded = [joint if joint.has_bounds else None for joint in robot.joints]
+        self._lower = np.array([joint.lower if joint else -np.inf for joint in bounded])
+        self._upper = np.array([joint.upper if joint else np.inf for joint in bounded])
+        self._speed = np.array([joint.velocity_limit for joint in robot.joints])
+        self._shares = finger_shares(robot)
+        self._parts = tuple(describe_part(robot, part, profile) for part in robot.parts)
+        self._frames = {name: np.array(xyz, dtype=float) for name, xyz in (frames or {}).items()}
+        self._packed: npt.NDArray[np.float32] = np.zeros(0, dtype=np.float32)
+        self._positions = np.zeros(robot.n_dof)
+        self._velocities = np.zeros(robot.n_dof)
+        self.reset(0)
+
+    def describe(self) -> BackendDescription:
+        return BackendDescription(
+            joints=self._robot.joint_names,
+            passive_joints=self._robot.passive_joint_names,
+            parts=self._parts,
+            simulator_order=(),
+            cameras=(),
+            has_task=False,
+        )
+
+    def read(self) -> Measurement:
+        positions = np.concatenate([self._positions, self._shares @ self._positions])
+        velocities = np.concatenate([self._velocities, self._shares @ self._velocities])
+        return Measurement(positions, velocities, np.zeros_like(positions))
+
+    def transforms(self) -> Sequence[FramePose]:
+        x, y, yaw = self._base_pose()
+        rotation = np.array([0.0, 0.0, np.sin(yaw / 2), np.cos(yaw / 2)])
+        base = FramePose("odom", "base_link", np.array([x, y, 0.0]), rotation)
+        still = [FramePose("odom", name, xyz, NO_ROTATION) for name, xyz in self._frames.items()]
+        return [base, *still]
+
+    def static_transforms(self) -> Sequence[FramePose]:
+        return [FramePose("map", "odom", np.zeros(3), NO_ROTATION)]
+
+    def apply(self, commands: Mapping[str, PartCommand]) -> None:
+        target = self._positions.copy()
+        for name, command in commands.items():
+            self._move(target, name, command)
+        target = np.clip(target, self._lower, self._upper)
+        self._velocities = (target - self._positions) / self._period_s
+        self._positions = target
+        values = [commands[name].values for name in self._robot.part_names if name in commands]
+        self._packed = np.concatenate([np.zeros(0), *values]).astype(np.float32)
+
+    def task(self) -> TaskReading | None:
+        return None
+
+    def reset(self, seed: int) -> None:
+        """Back to the start; ``seed`` moves each bounded joint by up to 5 % of its range."""
+        bounded = np.isfinite(self._lower)
+        share = 0.5 + np.random.default_rng(seed).uniform(-0.05, 0.05, len(bounded))
+        span = self._upper[bounded] - self._lower[bounded]
+        self._positions = np.zeros(len(bounded))
+        self._positions[bounded] = self._lower[bounded] + share[bounded] * span
+        self._velocities = np.zeros(len(bounded))
+        self._packed = np.zeros(0, dtype=np.float32)
+
+    def snapshot(self) -> bytes:
+        return b""
+
+    def close(self) -> None:
+        """Nothing to release."""
+
+    def packed(self) -> npt.NDArray[np.float32]:
+        return self._packed.copy()
+
+    def generalized_state(self) -> tuple[FloatArray, FloatArray]:
+        return self._positions.copy(), self._velocities.copy()
+
+    def _base_pose(self) -> tuple[float, float, float]:
+        indices = [self._joints[name] for name in self._robot.base_joints]
+        if len(indices) != 3:
+            return 0.0, 0.0, 0.0
+        x, y, yaw = (float(self._positions[index]) for index in indices)
+        return x, y, yaw
+
+    def _move(self, target: FloatArray, name: str, command: PartCommand) -> None:
+        part = self._robot.part(name)
+        width = command.mode.width(self._robot.n_dof)
+        if command.mode not in part.control_modes or command.values.shape != (width,):
+            raise ConfigError(
+                expected(
+                    f"kinematic backend: part {name}",
+                    f"{width} values of a mode of the part",
+                    f"{command.mode.yaml_name} {command.values.shape}",
+                    part.modes,
+                )
+            )
+        own = [self._joints[joint] for joint in part.joints]
+        if any(index not in own for index in command.active):
+            raise ConfigError(
+                expected(f"kinematic backend: part {name}", f"joints {own}", command.active)
+            )
+        _MOVES[command.mode](self, target, own, command)
+
+    def _joint_position(self, target: FloatArray, own: list[int], command: PartCommand) -> None:
+        self._reach(target, list(command.active), command.values[list(command.active)])
+
+    def _joint_velocity(self, target: FloatArray, own: list[int], command: PartCommand) -> None:
+        for joint in command.active:
+            target[joint] += command.values[joint] * self._period_s
+
+    def _cartesian_delta(self, target: FloatArray, own: list[int], command: PartCommand) -> None:
+        for place, joint in enumerate(own):
+            target[joint] += DELTA_GAIN * command.values[place % 6]
+
+    def _gripper_position(self, target: FloatArray, own: list[int], command: PartCommand) -> None:
+        self._reach(target, own, np.full(len(own), command.values[0]))
+
+    def _body_twist(self, target: FloatArray, own: list[int], command: PartCommand) -> None:
+        _, _, yaw = self._base_pose()
+        vx, vy, turn = command.values[0], command.values[1], command.values[5]
+        world = (vx * np.cos(yaw) - vy * np.sin(yaw), vx * np.sin(yaw) + vy * np.cos(yaw), turn)
+        for joint, velocity in zip(own, world, strict=True):
+            target[joint] += velocity * self._period_s
+
+    def _composite_mode(self, target: FloatArray, own: list[int], command: PartCommand) -> None:
+        """No composite controller here: accepted, and does nothing."""
+
+    def _reach(self, target: FloatArray, joints: list[int], goal: FloatArray) -> None:
+        step = self._speed[joints] * self._period_s
+        target[joints] += np.clip(goal - target[joints], -step, step)
+
+
+_Move = Callable[[KinematicBackend, FloatArray, list[int], PartCommand], None]
+
+_MOVES: dict[ControlMode, _Move] = {
+    ControlMode.JOINT_POSITION: KinematicBackend._joint_position,
+    ControlMode.JOINT_VELOCITY: KinematicBackend._joint_velocity,
+    ControlMode.CARTESIAN_DELTA: KinematicBackend._cartesian_delta,
+    ControlMode.GRIPPER_POSITION: KinematicBackend._gripper_position,
+    ControlMode.BODY_TWIST: KinematicBackend._body_twist,
+    ControlMode.COMPOSITE_MODE: KinematicBackend._composite_mode,
+}

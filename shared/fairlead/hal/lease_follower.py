@@ -1,0 +1,79 @@
+"""Which lease the HAL believes: the newest of an epoch it has not left."""
+
+from __future__ import annotations
+
+from fairlead.messages import GateState, Grant, Lease
+
+LEASE_LIFE_NS = 75_000_000
+"""Realtime: a lease received longer ago than this grants nothing (three lost in a row)."""
+
+
+class LeaseFollower:
+    """Follows a higher ``lease_seq`` of the current epoch, or an epoch never followed before.
+
+    An epoch once left is never followed again. A lease of a new epoch that knows less of
+    this robot than the newest one is a late copy of a skipped epoch, and is ignored too.
+
+    Args:
+        session: the HAL's own session; leases for any other are ignored.
+    """
+
+    def __init__(self, session: int) -> None:
+        self._session = session
+        self._newest: Lease | None = None
+        self._received_ns = 0
+        self._left_epochs: set[int] = set()
+
+    @property
+    def newest(self) -> Lease | None:
+        return self._newest
+
+    @property
+    def epoch(self) -> int:
+        """The epoch followed now, 0 before the first lease."""
+        return self._newest.epoch if self._newest else 0
+
+    @property
+    def state(self) -> int | None:
+        """The gate's state as the newest lease says it, None before the first lease."""
+        return self._newest.state if self._newest else None
+
+    def has_left(self, epoch: int) -> bool:
+        return epoch in self._left_epochs
+
+    def offer(self, lease: Lease, now_ns: int) -> str:
+        """Take a lease. Returns "" if it is now the newest, else why it is not."""
+        newest = self._newest
+        if lease.session != self._session:
+            return "lease of another session"
+        if lease.epoch in self._left_epochs:
+            return "lease of an epoch already left"
+        if newest is not None and lease.epoch == newest.epoch:
+            if lease.lease_seq <= newest.lease_seq:
+                return "lease not newer"
+        elif newest is not None:
+            if lease.state_tick < newest.state_tick:
+                return "lease of a skipped epoch"
+            self._left_epochs.add(newest.epoch)
+        self._newest = lease
+        self._received_ns = now_ns
+        return ""
+
+    def is_fresh(self, now_ns: int) -> bool:
+        """Realtime: whether the newest lease was received within its life."""
+        return self._newest is not None and now_ns - self._received_ns <= LEASE_LIFE_NS
+
+    def grants(self) -> tuple[Grant, ...]:
+        """Live claims of the newest lease; none unless it says armed."""
+        if self._newest is None or self._newest.state != GateState.ARMED:
+            return ()
+        return self._newest.grants
+
+    def grant(self, claim_id: int, epoch: int, tick: int) -> Grant | None:
+        """The grant under which a claim of ``epoch`` may run at ``tick``, if there is one."""
+        if epoch != self.epoch:
+            return None
+        for grant in self.grants():
+            if grant.claim_id == claim_id and grant.until_tick >= tick:
+                return grant
+        return None

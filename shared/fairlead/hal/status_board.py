@@ -1,0 +1,93 @@
+"""``hal/status``: who the robot is and how it is paced, on change, at 2 Hz, on query."""
+
+from __future__ import annotations
+
+import threading
+from typing import Any, Literal
+
+import msgspec
+
+from fairlead.bus import Bus, Qos
+from fairlead.hal.backend import BackendDescription
+from fairlead.hal.core import Pacing
+from fairlead.hal.identity import HalIdentity
+from fairlead.keys import Keys
+from fairlead.messages import HalStatus, StatusQuery, decode
+
+INTERVAL_NS = 500_000_000
+
+HalState = Literal["ready", "resetting", "holding", "fault"]
+
+
+class StatusBoard:
+    """Publishes the newest status and answers queries with it.
+
+    Queries are answered on the transport's thread from the last status posted.
+    """
+
+    def __init__(
+        self,
+        bus: Bus,
+        keys: Keys,
+        who: str,
+        identity: HalIdentity,
+        found: BackendDescription,
+        session: int,
+        pacing: Pacing,
+    ) -> None:
+        self._publisher = bus.publisher(keys.hal_status, HalStatus, Qos.STATUS)
+        self._lock = threading.Lock()
+        self._due_ns = 0
+        self._status = HalStatus(
+            session=session,
+            robot=identity.robot,
+            robot_hash=identity.robot_hash,
+            pacing=pacing,
+            period_ns=identity.period_ns,
+            tick=0,
+            episode_tick=0,
+            state="resetting",
+            detail="starting",
+            joints=identity.joints,
+            passive_joints=identity.passive_joints,
+            parts=found.parts,
+            simulator_order=found.simulator_order,
+            cameras=found.cameras,
+            has_task=found.has_task,
+            overruns=0,
+        )
+        self._queryable = bus.serve(keys.hal_status, who, self._answer)
+
+    def post(
+        self,
+        now_ns: int,
+        *,
+        tick: int,
+        episode_tick: int,
+        state: HalState,
+        detail: str,
+        overruns: int,
+    ) -> None:
+        """Take the current facts; publish if one of them (not only the tick) changed."""
+        fields: dict[str, Any] = {
+            "episode_tick": episode_tick,
+            "state": state,
+            "detail": detail,
+            "overruns": overruns,
+        }
+        with self._lock:
+            before = self._status
+            self._status = msgspec.structs.replace(before, tick=tick, **fields)
+            status = self._status
+        changed = any(getattr(before, name) != value for name, value in fields.items())
+        if changed or now_ns >= self._due_ns:
+            self._due_ns = now_ns + INTERVAL_NS
+            self._publisher.put(status)
+
+    def close(self) -> None:
+        self._queryable.undeclare()
+
+    def _answer(self, payload: bytes) -> HalStatus:
+        decode(StatusQuery, payload)
+        with self._lock:
+            return self._status
