@@ -1,0 +1,86 @@
+"""Layouts and the functions that assemble them: the public face of this package.
+
+Works without Zenoh, for example in a notebook::
+
+    values = assemble_state("human300_16d", bindings, joints, buffer.at(tick))
+
+A new layout is one literal and one row in ``fairlead.bindings``, and one file in
+``layouts/`` whose function is registered here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Protocol
+
+import numpy as np
+
+from fairlead.bindings import LAYOUT_DIMS, StateContractBindings, StateLayout
+from fairlead.errors import ConfigError, LayoutError, expected
+from fairlead.messages import FloatArray
+from fairlead_state_assembler.joint_positions import JointPositions
+from fairlead_state_assembler.transform_buffer import SE3
+
+
+class Transforms(Protocol):
+    """What a layout may ask of the transforms of its tick."""
+
+    def pose(self, parent: str, child: str) -> SE3:
+        """T_parent_child as a `pinocchio.SE3` [m]; raises `LayoutError`."""
+
+
+Assembler = Callable[[StateContractBindings, JointPositions, Transforms], FloatArray]
+
+LAYOUT_ASSEMBLERS: dict[str, Assembler] = {}
+"""The function of every layout that can be assembled."""
+
+
+def register(layout: StateLayout) -> Callable[[Assembler], Assembler]:
+    """Decorator: make a function the assembler of ``layout``.
+
+    Raises:
+        ConfigError: if the layout has an assembler already.
+    """
+
+    def remember(assembler: Assembler) -> Assembler:
+        if layout in LAYOUT_ASSEMBLERS:
+            raise ConfigError(f"layout {layout}: has an assembler already")
+        LAYOUT_ASSEMBLERS[layout] = assembler
+        return assembler
+
+    return remember
+
+
+def assemble_state(
+    layout: StateLayout,
+    bindings: StateContractBindings,
+    joints: JointPositions,
+    transforms: Transforms,
+) -> FloatArray:
+    """The state vector of one layout at one tick: float64, shape ``[LAYOUT_DIMS[layout]]``.
+
+    Raises:
+        LayoutError: what is missing, stale or not finite, and where; ``no_assembler``
+            for a layout nobody assembles. Never a vector with a guess in it.
+        ConfigError: if the assembler returns another width than its layout has.
+    """
+    assembler = LAYOUT_ASSEMBLERS.get(layout)
+    if assembler is None:
+        raise LayoutError(
+            f"layout {layout}: no assembler (valid: {', '.join(LAYOUT_ASSEMBLERS)})",
+            kind="no_assembler",
+            name=layout,
+        )
+    values = assembler(bindings, joints, transforms)
+    if values.shape != (LAYOUT_DIMS[layout],):
+        raise ConfigError(
+            expected(f"layout {layout}", f"{LAYOUT_DIMS[layout]} numbers", values.shape)
+        )
+    if not np.all(np.isfinite(values)):
+        index = int(np.flatnonzero(~np.isfinite(values))[0])
+        raise LayoutError(
+            f"layout {layout}: index {index} is not finite: {values[index]}",
+            kind="not_finite",
+            name=str(index),
+        )
+    return values

@@ -1,0 +1,281 @@
+"""Transforms of the last ticks, looked up at one tick.
+
+A pure container: no clock, no transport. Every transform is T_parent_child, measured at
+a tick (dynamic) or for good (static). A lookup walks the tree at one tick; each dynamic
+transform on the way is the one of that tick, interpolated between two ticks around it,
+or, for frames with a declared maximum age, the newest older one.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from fairlead.errors import LayoutError, MessageError
+from fairlead.messages import TransformBatch, floats
+
+SE3 = Any  # pinocchio.SE3, which has no type stubs
+
+HISTORY_TICKS = 64  # transforms kept per frame: 3.2 s at 20 Hz, beyond any declared age
+
+
+@dataclass
+class _Branch:
+    """How one frame hangs on its parent; static if ``ticks`` is empty."""
+
+    parent: str
+    is_static: bool
+    ticks: list[int] = field(default_factory=list)
+    poses: list[SE3] = field(default_factory=list)
+    static_tick: int = 0
+
+
+class TransformBuffer:
+    """Transforms by child frame, of one session and one episode.
+
+    Args:
+        max_age_ticks: by child frame, how many ticks old its newest transform may be
+            when there is none for the tick asked for; 0 for every frame not named.
+    """
+
+    def __init__(self, max_age_ticks: Mapping[str, int] | None = None) -> None:
+        self._max_age = dict(max_age_ticks or {})
+        self._branches: dict[str, _Branch] = {}
+        self._session = 0
+        self._left_sessions: set[int] = set()
+        self._episode_tick = 0
+
+    def enter(self, session: int, episode_tick: int) -> bool:
+        """Follow a session and episode; everything from before it is discarded.
+
+        Returns:
+            False for a session that was already left: its data must be ignored.
+        """
+        if session in self._left_sessions:
+            return False
+        if session != self._session:
+            self._left_sessions.add(self._session)
+            self._session, self._episode_tick = session, 0
+            self._branches.clear()
+        if episode_tick > self._episode_tick:
+            self._episode_tick = episode_tick
+            self._discard_before(episode_tick)
+        return True
+
+    def add_batch(self, batch: TransformBatch) -> bool:
+        """Take one message's transforms; a newer session is followed at once.
+
+        Returns:
+            False if it was dropped: a session already left, or before this episode.
+
+        Raises:
+            MessageError: for a transform that is not 3 + 4 finite numbers with a
+                quaternion of length 1; nothing of the batch is taken.
+        """
+        poses = [
+            (item.parent, item.child, _pose(item.child, item.translation, item.rotation_xyzw))
+            for item in batch.transforms
+        ]
+        if not self.enter(batch.session, 0) or batch.tick < self._episode_tick:
+            return False
+        for parent, child, pose in poses:
+            self.add(parent, child, pose, batch.tick, is_static=batch.is_static)
+        return True
+
+    def add(self, parent: str, child: str, pose: SE3, tick: int, *, is_static: bool) -> None:
+        """Take one transform T_parent_child [m] measured at ``tick``.
+
+        A frame has one parent: a new one replaces what was known of the frame.
+        """
+        branch = self._branches.get(child)
+        if branch is None or branch.parent != parent or branch.is_static != is_static:
+            branch = self._branches[child] = _Branch(parent, is_static)
+        if is_static:
+            if tick >= branch.static_tick:
+                branch.static_tick, branch.poses = tick, [pose]
+            return
+        index = bisect_left(branch.ticks, tick)
+        if index < len(branch.ticks) and branch.ticks[index] == tick:
+            branch.poses[index] = pose
+            return
+        branch.ticks.insert(index, tick)
+        branch.poses.insert(index, pose)
+        if len(branch.ticks) > HISTORY_TICKS:
+            del branch.ticks[0], branch.poses[0]
+
+    def at(self, tick: int) -> TransformsAtTick:
+        """A view for lookups at one tick, which also remembers the oldest input used."""
+        return TransformsAtTick(self, tick)
+
+    def lookup(self, parent: str, child: str, tick: int) -> tuple[SE3, int]:
+        """T_parent_child at ``tick`` and the tick of the oldest dynamic transform in it.
+
+        Raises:
+            LayoutError: ``missing_frame`` (unknown or not connected), ``stale_frame``
+                (too old), ``missing_tick`` (only newer ones known) or ``loop``.
+        """
+        above_parent = self._ancestors(parent, child)
+        above_child = self._ancestors(child, parent)
+        known = set(above_parent)
+        common = next((frame for frame in above_child if frame in known), None)
+        if common is None:
+            raise self._disconnected(parent, child, above_parent[-1], above_child[-1])
+        T_common_child, oldest_child = self._chain(above_child, common, tick)
+        T_common_parent, oldest_parent = self._chain(above_parent, common, tick)
+        pose = T_common_child if common == parent else T_common_parent.actInv(T_common_child)
+        return pose, min(oldest_child, oldest_parent)
+
+    def _ancestors(self, frame: str, other: str) -> list[str]:
+        """``frame`` and its parents up to its root."""
+        path = [frame]
+        while (branch := self._branches.get(path[-1])) is not None:
+            if branch.parent in path:
+                raise LayoutError(
+                    f"transforms: frame {frame!r} hangs in a loop: "
+                    f"{' -> '.join([*path, branch.parent])}",
+                    kind="loop",
+                    name=frame,
+                    parent=other,
+                )
+            path.append(branch.parent)
+        return path
+
+    def _chain(self, path: list[str], ancestor: str, tick: int) -> tuple[SE3, int]:
+        """T_ancestor_frame along ``path`` (frame first) and its oldest dynamic tick."""
+        pose, oldest = pin.SE3.Identity(), tick
+        for frame in path:
+            if frame == ancestor:
+                break
+            step, used = self._step(frame, tick)
+            pose, oldest = step * pose, min(oldest, used)
+        return pose, oldest
+
+    def _step(self, frame: str, tick: int) -> tuple[SE3, int]:
+        """T_parent_frame at ``tick`` and the tick it was measured at."""
+        branch = self._branches[frame]
+        if branch.is_static:
+            return branch.poses[0], tick
+        index = bisect_left(branch.ticks, tick)
+        if index < len(branch.ticks):
+            if branch.ticks[index] == tick:
+                return branch.poses[index], tick
+            if index > 0:
+                return _interpolated(branch, index, tick), branch.ticks[index - 1]
+            raise LayoutError(
+                f"transforms: {branch.parent} -> {frame} is known from tick "
+                f"{branch.ticks[0]} on, not at tick {tick}",
+                kind="missing_tick",
+                name=frame,
+                parent=branch.parent,
+            )
+        newest, allowed = branch.ticks[-1], self._max_age.get(frame, 0)
+        if tick - newest <= allowed:
+            return branch.poses[-1], newest
+        raise LayoutError(
+            f"transforms: {branch.parent} -> {frame} is stale: newest at tick {newest}, "
+            f"{tick - newest} tick(s) before tick {tick}, allowed {allowed}",
+            kind="stale_frame",
+            name=frame,
+            parent=branch.parent,
+            age_ticks=tick - newest,
+        )
+
+    def _disconnected(
+        self, parent: str, child: str, parent_root: str, child_root: str
+    ) -> LayoutError:
+        if child not in self.frames:
+            missing, origin = child, parent
+        elif parent not in self.frames:
+            missing, origin = parent, child
+        else:
+            return LayoutError(
+                f"transforms: {child!r} (root {child_root!r}) and {parent!r} (root "
+                f"{parent_root!r}) are not connected",
+                kind="missing_frame",
+                name=child,
+                parent=parent,
+            )
+        return LayoutError(
+            f"transforms: no frame {missing!r} (looked up from {origin!r}); known: "
+            f"{', '.join(sorted(self.frames)) or 'none'}",
+            kind="missing_frame",
+            name=missing,
+            parent=origin,
+        )
+
+    @property
+    def frames(self) -> frozenset[str]:
+        """Every frame some transform names."""
+        return frozenset(self._branches) | {b.parent for b in self._branches.values()}
+
+    def _discard_before(self, tick: int) -> None:
+        for child, branch in list(self._branches.items()):
+            if branch.is_static:
+                keep = branch.static_tick >= tick
+            else:
+                first = bisect_left(branch.ticks, tick)
+                del branch.ticks[:first], branch.poses[:first]
+                keep = bool(branch.ticks)
+            if not keep:
+                del self._branches[child]
+
+
+class TransformsAtTick:
+    """Lookups at one tick.
+
+    Attributes:
+        oldest_tick: the oldest dynamic transform any lookup of this view used.
+    """
+
+    def __init__(self, buffer: TransformBuffer, tick: int) -> None:
+        self._buffer = buffer
+        self._tick = tick
+        self.oldest_tick = tick
+
+    def pose(self, parent: str, child: str) -> SE3:
+        """T_parent_child as a `pinocchio.SE3` [m]; `LayoutError` as in the buffer."""
+        pose, oldest = self._buffer.lookup(parent, child, self._tick)
+        self.oldest_tick = min(self.oldest_tick, oldest)
+        return pose
+
+
+def _interpolated(branch: _Branch, index: int, tick: int) -> SE3:
+    """Linear in position, spherical in rotation, between entries index - 1 and index."""
+    before, after = branch.ticks[index - 1], branch.ticks[index]
+    share = (tick - before) / (after - before)
+    start, end = branch.poses[index - 1], branch.poses[index]
+    rotation = pin.Quaternion(start.rotation).slerp(share, pin.Quaternion(end.rotation))
+    translation = (1.0 - share) * start.translation + share * end.translation
+    return pin.SE3(rotation.toRotationMatrix(), translation)
+
+
+def _pose(child: str, translation: bytes, rotation_xyzw: bytes) -> SE3:
+    """Decode T_parent_child; see `TransformBuffer.add_batch` for what is refused."""
+    xyz, quaternion = floats(translation), floats(rotation_xyzw)
+    if xyz.shape != (3,) or quaternion.shape != (4,):
+        raise MessageError(
+            f"transform of {child!r}: expected 3 + 4 numbers, got {xyz.size} + {quaternion.size}"
+        )
+    return pose_from(child, xyz, quaternion)
+
+
+def pose_from(child: str, translation: Any, rotation_xyzw: Any) -> SE3:
+    """A `pinocchio.SE3` from xyz [m] and a unit quaternion xyzw.
+
+    Raises:
+        MessageError: naming ``child`` if a number is not finite or the quaternion's
+            length is not 1 to 1e-6.
+    """
+    length = float(np.linalg.norm(rotation_xyzw))
+    if not (np.all(np.isfinite(translation)) and abs(length - 1.0) <= 1e-6):
+        raise MessageError(
+            f"transform of {child!r}: expected finite numbers and a unit quaternion, got "
+            f"{list(map(float, translation))}, {list(map(float, rotation_xyzw))}"
+        )
+    x, y, z, w = rotation_xyzw
+    return pin.SE3(pin.Quaternion(w, x, y, z).toRotationMatrix(), np.asarray(translation))
