@@ -11,7 +11,7 @@ import pinocchio as pin
 from fairlead.errors import LayoutError
 from fairlead.messages import FloatArray
 from fairlead_state_assembler.joint_positions import JointPositions
-from fairlead_state_assembler.transform_buffer import SE3
+from fairlead_state_assembler.pose_decoding import SE3
 
 QuaternionOrder = Literal["xyzw", "wxyz"]
 

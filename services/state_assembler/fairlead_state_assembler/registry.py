@@ -19,7 +19,7 @@ from fairlead.bindings import LAYOUT_DIMS, StateContractBindings, StateLayout
 from fairlead.errors import ConfigError, LayoutError, expected
 from fairlead.messages import FloatArray
 from fairlead_state_assembler.joint_positions import JointPositions
-from fairlead_state_assembler.transform_buffer import SE3
+from fairlead_state_assembler.pose_decoding import SE3
 
 
 class Transforms(Protocol):

@@ -2,8 +2,9 @@
 
 A pure container: no clock, no transport. Every transform is T_parent_child, measured at
 a tick (dynamic) or for good (static). A lookup walks the tree at one tick; each dynamic
-transform on the way is the one of that tick, interpolated between two ticks around it,
-or, for frames with a declared maximum age, the newest older one.
+transform on the way is the one of that tick, or interpolated between its neighbours (for
+frames with a declared maximum age: between two that are no further away), or, for frames
+with a declared maximum age, the newest older one.
 """
 
 from __future__ import annotations
@@ -11,15 +12,12 @@ from __future__ import annotations
 from bisect import bisect_left
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
-import numpy as np
 import pinocchio as pin
 
-from fairlead.errors import LayoutError, MessageError
-from fairlead.messages import TransformBatch, floats
-
-SE3 = Any  # pinocchio.SE3, which has no type stubs
+from fairlead.messages import TransformBatch
+from fairlead_state_assembler import lookup_errors
+from fairlead_state_assembler.pose_decoding import SE3, decode_pose
 
 HISTORY_TICKS = 64  # transforms kept per frame: 3.2 s at 20 Hz, beyond any declared age
 
@@ -78,7 +76,7 @@ class TransformBuffer:
                 quaternion of length 1; nothing of the batch is taken.
         """
         poses = [
-            (item.parent, item.child, _pose(item.child, item.translation, item.rotation_xyzw))
+            (item.parent, item.child, decode_pose(item.child, item.translation, item.rotation_xyzw))
             for item in batch.transforms
         ]
         if not self.enter(batch.session, 0) or batch.tick < self._episode_tick:
@@ -124,7 +122,8 @@ class TransformBuffer:
         known = set(above_parent)
         common = next((frame for frame in above_child if frame in known), None)
         if common is None:
-            raise self._disconnected(parent, child, above_parent[-1], above_child[-1])
+            roots = above_parent[-1], above_child[-1]
+            raise lookup_errors.unconnected(parent, child, roots, self.frames)
         T_common_child, oldest_child = self._chain(above_child, common, tick)
         T_common_parent, oldest_parent = self._chain(above_parent, common, tick)
         pose = T_common_child if common == parent else T_common_parent.actInv(T_common_child)
@@ -135,13 +134,7 @@ class TransformBuffer:
         path = [frame]
         while (branch := self._branches.get(path[-1])) is not None:
             if branch.parent in path:
-                raise LayoutError(
-                    f"transforms: frame {frame!r} hangs in a loop: "
-                    f"{' -> '.join([*path, branch.parent])}",
-                    kind="loop",
-                    name=frame,
-                    parent=other,
-                )
+                raise lookup_errors.loop(frame, other, [*path, branch.parent])
             path.append(branch.parent)
         return path
 
@@ -161,52 +154,19 @@ class TransformBuffer:
         if branch.is_static:
             return branch.poses[0], tick
         index = bisect_left(branch.ticks, tick)
+        if index < len(branch.ticks) and branch.ticks[index] == tick:
+            return branch.poses[index], tick
+        if index == 0:
+            first = branch.ticks[0]
+            raise lookup_errors.not_yet(branch.parent, frame, first, tick)
+        before, allowed = branch.ticks[index - 1], self._max_age.get(frame, 0)
         if index < len(branch.ticks):
-            if branch.ticks[index] == tick:
-                return branch.poses[index], tick
-            if index > 0:
-                return _interpolated(branch, index, tick), branch.ticks[index - 1]
-            raise LayoutError(
-                f"transforms: {branch.parent} -> {frame} is known from tick "
-                f"{branch.ticks[0]} on, not at tick {tick}",
-                kind="missing_tick",
-                name=frame,
-                parent=branch.parent,
-            )
-        newest, allowed = branch.ticks[-1], self._max_age.get(frame, 0)
-        if tick - newest <= allowed:
-            return branch.poses[-1], newest
-        raise LayoutError(
-            f"transforms: {branch.parent} -> {frame} is stale: newest at tick {newest}, "
-            f"{tick - newest} tick(s) before tick {tick}, allowed {allowed}",
-            kind="stale_frame",
-            name=frame,
-            parent=branch.parent,
-            age_ticks=tick - newest,
-        )
-
-    def _disconnected(
-        self, parent: str, child: str, parent_root: str, child_root: str
-    ) -> LayoutError:
-        if child not in self.frames:
-            missing, origin = child, parent
-        elif parent not in self.frames:
-            missing, origin = parent, child
-        else:
-            return LayoutError(
-                f"transforms: {child!r} (root {child_root!r}) and {parent!r} (root "
-                f"{parent_root!r}) are not connected",
-                kind="missing_frame",
-                name=child,
-                parent=parent,
-            )
-        return LayoutError(
-            f"transforms: no frame {missing!r} (looked up from {origin!r}); known: "
-            f"{', '.join(sorted(self.frames)) or 'none'}",
-            kind="missing_frame",
-            name=missing,
-            parent=origin,
-        )
+            reach = max(1, allowed)
+            if tick - before <= reach and branch.ticks[index] - tick <= reach:
+                return _interpolated(branch, index, tick), before
+        if tick - before <= allowed:
+            return branch.poses[index - 1], before
+        raise lookup_errors.stale(branch.parent, frame, before, tick, allowed)
 
     @property
     def frames(self) -> frozenset[str]:
@@ -252,30 +212,3 @@ def _interpolated(branch: _Branch, index: int, tick: int) -> SE3:
     rotation = pin.Quaternion(start.rotation).slerp(share, pin.Quaternion(end.rotation))
     translation = (1.0 - share) * start.translation + share * end.translation
     return pin.SE3(rotation.toRotationMatrix(), translation)
-
-
-def _pose(child: str, translation: bytes, rotation_xyzw: bytes) -> SE3:
-    """Decode T_parent_child; see `TransformBuffer.add_batch` for what is refused."""
-    xyz, quaternion = floats(translation), floats(rotation_xyzw)
-    if xyz.shape != (3,) or quaternion.shape != (4,):
-        raise MessageError(
-            f"transform of {child!r}: expected 3 + 4 numbers, got {xyz.size} + {quaternion.size}"
-        )
-    return pose_from(child, xyz, quaternion)
-
-
-def pose_from(child: str, translation: Any, rotation_xyzw: Any) -> SE3:
-    """A `pinocchio.SE3` from xyz [m] and a unit quaternion xyzw.
-
-    Raises:
-        MessageError: naming ``child`` if a number is not finite or the quaternion's
-            length is not 1 to 1e-6.
-    """
-    length = float(np.linalg.norm(rotation_xyzw))
-    if not (np.all(np.isfinite(translation)) and abs(length - 1.0) <= 1e-6):
-        raise MessageError(
-            f"transform of {child!r}: expected finite numbers and a unit quaternion, got "
-            f"{list(map(float, translation))}, {list(map(float, rotation_xyzw))}"
-        )
-    x, y, z, w = rotation_xyzw
-    return pin.SE3(pin.Quaternion(w, x, y, z).toRotationMatrix(), np.asarray(translation))

@@ -1,0 +1,26 @@
+"""``python -m fairlead_state_assembler``: the state assembler's process."""
+
+from __future__ import annotations
+
+import sys
+
+from fairlead.robot import load_robot
+from fairlead.service import ServiceContext, announce_ready, run_service
+from fairlead_state_assembler.core import AssemblerCore
+from fairlead_state_assembler.options import read_options
+from fairlead_state_assembler.transport import AssemblerTransport
+
+
+def assemble(context: ServiceContext) -> None:
+    """Assemble until the process is asked to stop."""
+    options = read_options(context.name, context.options)
+    robot = load_robot(context.deployment.robot)
+    core = AssemblerCore(robot, options.max_age_ticks)
+    transport = AssemblerTransport(context.bus, context.deployment.keys, context.name, core)
+    announce_ready(context)
+    context.stopping.wait()
+    transport.close()
+
+
+if __name__ == "__main__":
+    sys.exit(run_service("fairlead-state-assembler", assemble))

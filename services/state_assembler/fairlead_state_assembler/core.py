@@ -1,0 +1,171 @@
+"""What the assembler does with each message: pure, no transport, no clock.
+
+At joints n it computes the links' poses and then, for every wanted skill, the layout of
+n. Where a transform of n has not arrived yet it waits for it: until joints n+1 come, or
+in lockstep, where n is repeated while the world waits, until its second repeat. Then the
+fault is published. Before the first joint state nothing is published.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import pinocchio as pin
+
+from fairlead.errors import MessageError
+from fairlead.messages import (
+    JointState,
+    LayoutFault,
+    Transform,
+    TransformBatch,
+    encode,
+    floats,
+    pack_floats,
+)
+from fairlead.robot import RobotManifest
+from fairlead_state_assembler.forward_kinematics import ForwardKinematics
+from fairlead_state_assembler.joint_positions import JointPositions
+from fairlead_state_assembler.pose_decoding import SE3
+from fairlead_state_assembler.skill_view import Moment, SkillView
+from fairlead_state_assembler.transform_buffer import TransformBuffer
+
+REPEATS_BEFORE_FAULT = 2
+
+
+class Output(NamedTuple):
+    """Something to publish: link transforms (``skill`` None) or one skill's layout."""
+
+    skill: str | None
+    payload: bytes
+
+
+class AssemblerCore:
+    """State of the assembler between messages. Not thread-safe.
+
+    Args:
+        robot: whose joint states these are.
+        max_age_ticks: see `TransformBuffer`.
+    """
+
+    def __init__(
+        self, robot: RobotManifest, max_age_ticks: Mapping[str, int] | None = None
+    ) -> None:
+        self._robot = robot
+        self._kinematics = ForwardKinematics(robot)
+        self._buffer = TransformBuffer(max_age_ticks)
+        self._index = {name: i for i, name in enumerate(robot.measured_joint_names)}
+        self._views: dict[str, SkillView] = {}
+        self._moment: Moment | None = None
+        self._repeats = 0
+        self._links = b""
+
+    def want(self, skill: str) -> tuple[SkillView, list[Output]]:
+        """Start assembling for a skill, with the current tick if there is one."""
+        view = self._views.get(skill)
+        if view is None:
+            view = self._views[skill] = SkillView(skill)
+        return view, self._answers([view], give_up=view.refusal is not None)
+
+    def unwant(self, skill: str) -> None:
+        """Stop assembling for a skill."""
+        self._views.pop(skill, None)
+
+    def on_transforms(self, batch: TransformBatch) -> list[Output]:
+        """Take transforms; whatever waited for them is answered now.
+
+        Raises:
+            MessageError: for numbers that are no transform; nothing of it is taken.
+        """
+        if not self._buffer.add_batch(batch):
+            return []
+        if self._moment is not None and self._moment.session != batch.session:
+            self._moment = None  # a new HAL session: wait for its first joint state
+        return self._answers(self._unanswered(), give_up=False)
+
+    def on_joints(self, state: JointState) -> list[Output]:
+        """Take a joint state: a new tick, a repeat of the current one, or an old one.
+
+        Raises:
+            MessageError: if its joints are not this robot's; nothing of it is taken.
+        """
+        if state.robot_hash != self._robot.robot_hash:
+            raise MessageError(
+                f"state/joints: expected robot {self._robot.id} "
+                f"({self._robot.robot_hash.hex()[:12]}), got {state.robot_hash.hex()[:12]}; "
+                "the HAL runs with another robot.yaml"
+            )
+        positions = floats(state.positions)
+        if len(positions) != len(self._index):
+            raise MessageError(
+                f"state/joints: expected {len(self._index)} positions, got {len(positions)}"
+            )
+        if not self._buffer.enter(state.session, state.episode_tick):
+            return []
+        now = self._moment
+        if now is not None and now.session == state.session:
+            if state.tick == now.tick:
+                return self._repeat()
+            if state.tick < now.tick:
+                return []
+        late = self._answers(self._unanswered(), give_up=True)
+        joints = JointPositions(self._index, positions)
+        self._moment = Moment(state.session, state.tick, state.episode_tick, joints)
+        return late + self._new_tick(self._moment, self._kinematics.poses(positions))
+
+    def _new_tick(self, moment: Moment, poses: list[SE3]) -> list[Output]:
+        base = self._kinematics.base_frame
+        transforms = []
+        for frame, pose in zip(self._kinematics.frames, poses, strict=True):
+            self._buffer.add(base, frame, pose.copy(), moment.tick, is_static=False)
+            numbers = pack_floats(pin.SE3ToXYZQUAT(pose))
+            transforms.append(
+                Transform(
+                    parent=base, child=frame, translation=numbers[:24], rotation_xyzw=numbers[24:]
+                )
+            )
+        self._links = encode(
+            TransformBatch(
+                session=moment.session,
+                tick=moment.tick,
+                is_static=False,
+                transforms=tuple(transforms),
+            )
+        )
+        self._repeats = 0
+        for view in self._views.values():
+            view.answer = None
+        return [
+            *self._answers(self._unanswered(), give_up=False),
+            Output(None, self._links),
+        ]
+
+    def _repeat(self) -> list[Output]:
+        """The tick again: the identical bytes again, and faults once waiting is over."""
+        self._repeats += 1
+        again = [
+            Output(view.skill, view.answer)
+            for view in self._views.values()
+            if view.answer is not None
+        ]
+        give_up = self._repeats >= REPEATS_BEFORE_FAULT
+        late = self._answers(self._unanswered(), give_up=give_up)
+        return [*again, *late, Output(None, self._links)]
+
+    def _unanswered(self) -> list[SkillView]:
+        return [view for view in self._views.values() if view.answer is None]
+
+    def _answers(self, views: list[SkillView], *, give_up: bool) -> list[Output]:
+        """Layouts that can be assembled now; with ``give_up``, faults for the others."""
+        if self._moment is None:
+            return []
+        outputs = []
+        for view in views:
+            fault: LayoutFault | None = None
+            if view.answer is None:
+                fault = view.try_answer(self._moment, self._buffer.at(self._moment.tick))
+            if view.answer is not None:
+                outputs.append(Output(view.skill, view.answer))
+            elif fault is not None and give_up:
+                outputs.append(Output(view.skill, view.fault_message(self._moment, fault)))
+        return outputs

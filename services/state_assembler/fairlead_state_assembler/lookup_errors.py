@@ -1,0 +1,53 @@
+"""What can be wrong with a lookup, each naming frame, parent and age."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+
+from fairlead.errors import LayoutError
+
+
+def not_yet(parent: str, frame: str, first: int, tick: int) -> LayoutError:
+    """The frame is known, but only from a later tick on."""
+    return LayoutError(
+        f"transforms: {parent} -> {frame} is known from tick {first} on, not at tick {tick}",
+        kind="missing_tick",
+        name=frame,
+        parent=parent,
+    )
+
+
+def stale(parent: str, frame: str, newest: int, tick: int, allowed: int) -> LayoutError:
+    """The newest transform is older than it may be."""
+    return LayoutError(
+        f"transforms: {parent} -> {frame} is stale at tick {tick}: the newest before it "
+        f"is {tick - newest} tick(s) old, allowed {allowed}",
+        kind="stale_frame",
+        name=frame,
+        parent=parent,
+        age_ticks=tick - newest,
+    )
+
+
+def loop(frame: str, asked_from: str, path: Sequence[str]) -> LayoutError:
+    """The frame's parents lead back to themselves."""
+    return LayoutError(
+        f"transforms: frame {frame!r} hangs in a loop: {' -> '.join(path)}",
+        kind="loop",
+        name=frame,
+        parent=asked_from,
+    )
+
+
+def unconnected(
+    parent: str, child: str, roots: tuple[str, str], known: Collection[str]
+) -> LayoutError:
+    """One of the frames is unknown, or they hang in different trees with these roots."""
+    missing, origin = (child, parent) if child not in known else (parent, child)
+    if missing not in known:
+        listed = ", ".join(sorted(known)) or "none"
+        text = f"no frame {missing!r} (looked up from {origin!r}); known: {listed}"
+    else:
+        missing, origin = child, parent
+        text = f"{child!r} (root {roots[1]!r}) and {parent!r} (root {roots[0]!r}) are not connected"
+    return LayoutError(f"transforms: {text}", kind="missing_frame", name=missing, parent=origin)

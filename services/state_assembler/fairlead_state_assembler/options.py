@@ -1,0 +1,35 @@
+"""Options of the assembler in a deployment file."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from fairlead.errors import ConfigError
+from fairlead_state_assembler.transform_buffer import HISTORY_TICKS
+
+
+class AssemblerOptions(BaseModel):
+    """max_age_ticks: by frame, how old its newest transform may be (for slow publishers)."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    max_age_ticks: dict[str, Annotated[int, Field(gt=0, le=HISTORY_TICKS)]] = Field(
+        default_factory=dict
+    )
+
+
+def read_options(service: str, options: dict[str, Any]) -> AssemblerOptions:
+    """Check a service's options.
+
+    Raises:
+        ConfigError: naming every option that does not fit.
+    """
+    try:
+        return AssemblerOptions.model_validate(options)
+    except ValidationError as error:
+        problems = "; ".join(
+            f"{'.'.join(map(str, item['loc']))}: {item['msg']}" for item in error.errors()
+        )
+        raise ConfigError(f"options of {service}: {problems}") from None
