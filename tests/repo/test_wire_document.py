@@ -1,0 +1,66 @@
+"""docs/wire-format.md says what the code does: every message, field, order, type and number."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from fairlead import messages
+from fairlead.messages import MESSAGE_TYPES, GateState, Hold, Record
+from fairlead.modes import ControlMode
+from tests.repo.wire_types import rows
+
+TEXT = (Path(__file__).parents[2] / "docs" / "wire-format.md").read_text()
+RECORDS = tuple(Record.__subclasses__())
+
+
+def section(name: str) -> str:
+    """The text under ``### name``."""
+    found = re.search(rf"^### {name}$(.*?)(?=^##|\Z)", TEXT, re.MULTILINE | re.DOTALL)
+    assert found, f"docs/wire-format.md has no section {name}"
+    return found.group(1)
+
+
+@pytest.mark.parametrize("kind", [*MESSAGE_TYPES, *RECORDS], ids=lambda kind: kind.__name__)
+def test_the_table_of_a_type_lists_its_fields_in_wire_order(kind: type) -> None:
+    table = re.findall(r"^\| (\d+) \| (\w+) \| (.*?) \| (.*?) *\|$", section(kind.__name__), re.M)
+    assert [(int(at), name, wire) for at, name, wire, _ in table] == [
+        (at, name, wire) for at, (name, wire) in enumerate(rows(kind))
+    ]
+
+
+def test_the_document_describes_no_type_that_does_not_exist() -> None:
+    described = re.findall(r"^### (\w+)$", TEXT, re.M)
+    assert described == [kind.__name__ for kind in (*MESSAGE_TYPES, *RECORDS)]
+
+
+def test_type_ids_are_unique() -> None:
+    ids = [kind.__struct_config__.tag for kind in MESSAGE_TYPES]
+    assert len(set(ids)) == len(ids)
+
+
+@pytest.mark.parametrize(
+    ("numbers", "label"),
+    [
+        (Hold, lambda one: f"| {one.value} {one.name} |"),
+        (GateState, lambda one: f"| {one.value} {one.name} |"),
+        (ControlMode, lambda one: f"| {one.value} | {one.yaml_name} |"),
+        (messages.Outcome, lambda one: f"{one.value} {one.name.lower()}"),
+        (messages.Decision, lambda one: f"{one.value} {one.name.lower()}"),
+    ],
+)
+def test_every_number_with_a_name_is_listed(numbers, label) -> None:  # type: ignore[no-untyped-def]
+    for one in numbers:
+        assert label(one) in TEXT
+
+
+def test_the_widths_of_the_control_modes_are_those_of_the_code() -> None:
+    table = dict(re.findall(r"^\| \d+ \| (\w+) \| (joints|\d*) *\|", TEXT, re.M))
+    for mode in ControlMode:
+        if mode in (ControlMode.JOINT_TRAJECTORY, ControlMode.FOOT_PLACEMENT):
+            assert table[mode.yaml_name] == ""
+        else:
+            wanted = "joints" if mode.is_joint_mode else str(mode.width(11))
+            assert table[mode.yaml_name] == wanted
