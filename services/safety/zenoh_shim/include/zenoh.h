@@ -26,7 +26,10 @@ typedef int8_t z_result_t;
 #define Z_ENULL -5
 #define Z_EGENERIC INT8_MIN
 
-typedef enum z_sample_kind_t : int32_t { Z_SAMPLE_KIND_PUT = 0, Z_SAMPLE_KIND_DELETE = 1 } z_sample_kind_t;
+typedef enum z_sample_kind_t : int32_t {
+  Z_SAMPLE_KIND_PUT = 0,
+  Z_SAMPLE_KIND_DELETE = 1
+} z_sample_kind_t;
 
 typedef enum z_congestion_control_t : int32_t {
   Z_CONGESTION_CONTROL_BLOCK = 0,
@@ -44,14 +47,14 @@ typedef enum z_priority_t : int32_t {
 } z_priority_t;
 
 // A boxed value: one pointer, null once dropped or moved out.
-#define FAIRLEAD_ZENOH_BOXED(name)                             \
-  typedef struct z_loaned_##name##_t z_loaned_##name##_t;      \
-  typedef struct z_owned_##name##_t {                          \
-    void* _value;                                              \
-  } z_owned_##name##_t;                                        \
-  typedef struct z_moved_##name##_t {                          \
-    z_owned_##name##_t _this;                                  \
-  } z_moved_##name##_t;                                        \
+#define FAIRLEAD_ZENOH_BOXED(name)                        \
+  typedef struct z_loaned_##name##_t z_loaned_##name##_t; \
+  typedef struct z_owned_##name##_t {                     \
+    void* _value;                                         \
+  } z_owned_##name##_t;                                   \
+  typedef struct z_moved_##name##_t {                     \
+    z_owned_##name##_t _this;                             \
+  } z_moved_##name##_t;                                   \
   void z_##name##_drop(z_moved_##name##_t* this_);
 
 FAIRLEAD_ZENOH_BOXED(config)
@@ -128,10 +131,13 @@ typedef struct z_liveliness_token_options_t z_liveliness_token_options_t;
 // RUST_LOG overrides `fallback_filter`, which must not be NULL; logs go to stdout.
 z_result_t zc_init_log_from_env_or(const char* fallback_filter);
 z_result_t zc_config_from_str(z_owned_config_t* this_, const char* json5);
-z_result_t z_open(z_owned_session_t* this_, z_moved_config_t* config, const z_open_options_t* options);
+z_result_t z_open(z_owned_session_t* this_, z_moved_config_t* config,
+                  const z_open_options_t* options);
 const z_loaned_session_t* z_session_loan(const z_owned_session_t* this_);
-z_result_t z_liveliness_declare_token(const z_loaned_session_t* session, z_owned_liveliness_token_t* token,
-                                      const z_loaned_keyexpr_t* key, const z_liveliness_token_options_t* options);
+z_result_t z_liveliness_declare_token(const z_loaned_session_t* session,
+                                      z_owned_liveliness_token_t* token,
+                                      const z_loaned_keyexpr_t* key,
+                                      const z_liveliness_token_options_t* options);
 
 // --- keys ---
 
@@ -164,7 +170,8 @@ z_result_t z_publisher_put(const z_loaned_publisher_t* this_, z_moved_bytes_t* p
 
 // --- subscribe ---
 
-void z_closure_sample(z_owned_closure_sample_t* this_, void (*call)(z_loaned_sample_t* sample, void* context),
+void z_closure_sample(z_owned_closure_sample_t* this_,
+                      void (*call)(z_loaned_sample_t* sample, void* context),
                       void (*drop)(void* context), void* context);
 void z_closure_sample_drop(z_moved_closure_sample_t* this_);
 z_result_t z_declare_subscriber(const z_loaned_session_t* session, z_owned_subscriber_t* subscriber,
@@ -176,7 +183,8 @@ z_sample_kind_t z_sample_kind(const z_loaned_sample_t* this_);
 
 // --- answer queries ---
 
-void z_closure_query(z_owned_closure_query_t* this_, void (*call)(z_loaned_query_t* query, void* context),
+void z_closure_query(z_owned_closure_query_t* this_,
+                     void (*call)(z_loaned_query_t* query, void* context),
                      void (*drop)(void* context), void* context);
 void z_closure_query_drop(z_moved_closure_query_t* this_);
 z_result_t z_declare_queryable(const z_loaned_session_t* session, z_owned_queryable_t* queryable,
@@ -184,23 +192,27 @@ z_result_t z_declare_queryable(const z_loaned_session_t* session, z_owned_querya
                                const z_queryable_options_t* options);
 const z_loaned_bytes_t* z_query_payload(const z_loaned_query_t* this_);  // NULL if there is none
 // Reply on the queryable's own key: the query's may be a wildcard.
-z_result_t z_query_reply(const z_loaned_query_t* this_, const z_loaned_keyexpr_t* key, z_moved_bytes_t* payload,
-                         const z_query_reply_options_t* options);
+z_result_t z_query_reply(const z_loaned_query_t* this_, const z_loaned_keyexpr_t* key,
+                         z_moved_bytes_t* payload, const z_query_reply_options_t* options);
 z_result_t z_query_reply_err(const z_loaned_query_t* this_, z_moved_bytes_t* payload,
                              const z_query_reply_err_options_t* options);
 
 }  // extern "C"
 
 inline const z_loaned_session_t* z_loan(const z_owned_session_t& x) { return z_session_loan(&x); }
-inline const z_loaned_publisher_t* z_loan(const z_owned_publisher_t& x) { return z_publisher_loan(&x); }
+inline const z_loaned_publisher_t* z_loan(const z_owned_publisher_t& x) {
+  return z_publisher_loan(&x);
+}
 inline const z_loaned_bytes_t* z_loan(const z_owned_bytes_t& x) { return z_bytes_loan(&x); }
-inline const z_loaned_keyexpr_t* z_loan(const z_view_keyexpr_t& x) { return z_view_keyexpr_loan(&x); }
+inline const z_loaned_keyexpr_t* z_loan(const z_view_keyexpr_t& x) {
+  return z_view_keyexpr_loan(&x);
+}
 inline const z_loaned_string_t* z_loan(const z_view_string_t& x) { return z_view_string_loan(&x); }
 
-#define FAIRLEAD_ZENOH_MOVE(name)                              \
-  inline z_moved_##name##_t* z_move(z_owned_##name##_t& x) {   \
-    return reinterpret_cast<z_moved_##name##_t*>(&x);          \
-  }                                                            \
+#define FAIRLEAD_ZENOH_MOVE(name)                            \
+  inline z_moved_##name##_t* z_move(z_owned_##name##_t& x) { \
+    return reinterpret_cast<z_moved_##name##_t*>(&x);        \
+  }                                                          \
   inline void z_drop(z_moved_##name##_t* x) { z_##name##_drop(x); }
 
 FAIRLEAD_ZENOH_MOVE(config)

@@ -1,0 +1,64 @@
+#include "arguments.hpp"
+
+#include <map>
+
+#include "refusal.hpp"
+
+namespace fairlead {
+
+Arguments parse_arguments(const std::vector<std::string>& words) {
+  Arguments arguments;
+  arguments.name_space = "fl";
+  arguments.service = "safety";
+  const std::map<std::string, std::string*> texts = {
+      {"--robot", &arguments.robot},     {"--namespace", &arguments.name_space},
+      {"--service", &arguments.service}, {"--config", &arguments.config},
+      {"--listen", &arguments.listen},   {"--state-dir", &arguments.state_dir}};
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    const std::string& word = words[i];
+    if (word == "--help" || word == "-h") {
+      arguments.help = true;
+      return arguments;
+    }
+    const auto text = texts.find(word);
+    if (text == texts.end() && word != "--connect") {
+      throw ConfigRefused("unknown argument '" + word + "'; see: fairlead-safety --help");
+    }
+    if (++i == words.size()) throw ConfigRefused(word + ": expected a value after it");
+    if (text == texts.end()) {
+      arguments.connect.push_back(words[i]);
+    } else {
+      *text->second = words[i];
+    }
+  }
+  for (const char* required : {"--robot", "--config", "--listen", "--state-dir"}) {
+    if (texts.at(required)->empty()) {
+      throw ConfigRefused(std::string(required) + ": missing; see: fairlead-safety --help");
+    }
+  }
+  return arguments;
+}
+
+std::string usage() {
+  return R"(fairlead-safety: the gate between a policy and a robot.
+
+It judges every row of every command chunk and is the only writer the robot obeys.
+Not safety-rated; its stop is a protective stop request.
+
+  --robot ID         the robot's id on the network
+  --config FILE      compiled gate file, robots/<robot>/gate.<profile>.json
+  --listen ENDPOINT  where others reach this process
+  --connect ENDPOINT whom it connects to; may be repeated; tried for ever
+  --state-dir DIR    folder for the latch and the clean mark
+  --namespace NAME   first chunk of every key (default: fl)
+  --service NAME     this process's name in keys and logs (default: safety)
+
+Prints `ready` when it is up. SIGTERM and SIGINT disarm it and end it with status 0.
+Exit status: 0 ended on request, 1 network or state folder unusable, 2 refused configuration.
+
+example: fairlead-safety --robot panda_mobile --config robots/panda_mobile/gate.sim.json \
+           --listen tcp/127.0.0.1:7502 --connect tcp/127.0.0.1:7501 --state-dir /tmp/gate
+)";
+}
+
+}  // namespace fairlead

@@ -1,0 +1,26 @@
+// The command line.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace fairlead {
+
+struct Arguments {
+  std::string robot;       // the robot's id in keys
+  std::string name_space;  // first chunk of every key
+  std::string service;     // this process's name in keys and logs
+  std::string config;      // compiled gate file
+  std::string listen;      // endpoint, for example tcp/127.0.0.1:7502
+  std::vector<std::string> connect;
+  std::string state_dir;
+  bool help = false;
+};
+
+/// Throws ConfigRefused naming the argument and the valid ones.
+Arguments parse_arguments(const std::vector<std::string>& words);
+
+/// What --help prints.
+std::string usage();
+
+}  // namespace fairlead

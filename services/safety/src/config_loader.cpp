@@ -1,0 +1,292 @@
+#include "config_loader.hpp"
+
+#include <fstream>
+#include <iterator>
+#include <limits>
+#include <string>
+
+#include "sha256.hpp"
+#include "strict_json.hpp"
+
+namespace fairlead {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::uint64_t kMaxU32 = std::numeric_limits<std::uint32_t>::max();
+
+Name name_in(Section& section, const char* key) { return Name(section.text(key, Name::capacity)); }
+
+Text source_in(Section& section) { return Text(section.text("source", 4096)); }
+
+// Appends, refusing what exceeds the gate's fixed capacity.
+template <class T, std::size_t N>
+void append(FixedVec<T, N>& list, const T& item, const std::string& path) {
+  if (!list.push_back(item)) throw ConfigRefused(path + ": more than " + std::to_string(N));
+}
+
+Hash hash_in(Section& section, const char* key) {
+  const std::string hex = section.text(key, 64);
+  Hash hash{};
+  if (hex.size() != 64 || hex.find_first_not_of("0123456789abcdef") != std::string::npos) {
+    refuse(section.path_of(key), "64 lower-case hexadecimal digits", hex);
+  }
+  for (std::size_t i = 0; i < hash.size(); ++i) {
+    hash[i] = static_cast<std::uint8_t>(std::stoul(hex.substr(2 * i, 2), nullptr, 16));
+  }
+  return hash;
+}
+
+Bounds read_bounds(Section section) {
+  const Bounds bounds{section.number("lower"), section.number("upper"),
+                      section.number("tolerance")};
+  section.refuse_unknown_keys();
+  return bounds;
+}
+
+JointKind read_kind(Section& section) {
+  const std::string kind = section.text("kind", 64);
+  if (kind == "revolute") return JointKind::revolute;
+  if (kind == "prismatic") return JointKind::prismatic;
+  if (kind == "continuous") return JointKind::continuous;
+  refuse(section.path_of("kind"), "revolute, prismatic or continuous", kind);
+}
+
+// Either bounds, or zones: the declaration that the joint is bounded in the frame `odom`.
+void read_extent(Section& section, JointLimits& joint) {
+  joint.bounded = !section.has("zones");
+  if (joint.bounded) {
+    joint.bounds = read_bounds(section.section("bounds"));
+    return;
+  }
+  Section zones = section.section("zones");
+  if (zones.text("frame", Name::capacity) != "odom") {
+    refuse(zones.path_of("frame"), "\"odom\"", zones.node().at("frame"));
+  }
+  zones.refuse_unknown_keys();
+}
+
+std::size_t index_of_part(const json& parts, const std::string& name, const std::string& path) {
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    if (parts[i].is_object() && parts[i].value("name", json()) == json(name)) return i;
+  }
+  throw ConfigRefused(path + ": no part is called '" + name + "'");
+}
+
+JointLimits read_joint(Section section, const json& parts) {
+  JointLimits joint;
+  joint.name = name_in(section, "name");
+  joint.part = index_of_part(parts, section.text("part", Name::capacity), section.path_of("part"));
+  joint.kind = read_kind(section);
+  read_extent(section, joint);
+  joint.velocity_limit = section.number("velocity_limit");
+  joint.acceleration_limit = section.number("acceleration_limit");
+  joint.effort_limit = section.number("effort_limit");
+  joint.jump_limit = section.number("jump_limit");
+  joint.standstill_velocity = section.number("standstill_velocity");
+  joint.source = source_in(section);
+  section.refuse_unknown_keys();
+  return joint;
+}
+
+PassiveLimits read_passive(Section section) {
+  PassiveLimits joint;
+  joint.name = name_in(section, "name");
+  joint.bounds = read_bounds(section.section("bounds"));
+  joint.jump_limit = section.number("jump_limit");
+  joint.standstill_velocity = section.number("standstill_velocity");
+  joint.source = source_in(section);
+  section.refuse_unknown_keys();
+  return joint;
+}
+
+JointModeLimits read_joint_mode(Section section, const PartLimits& part) {
+  JointModeLimits mode;
+  mode.supported = true;
+  const json& steps = section.list("step_limit");
+  if (steps.size() != part.joints.size()) {
+    refuse(section.path_of("step_limit"),
+           std::to_string(part.joints.size()) + " numbers, one per joint of the part", steps);
+  }
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    if (!steps[i].is_number()) refuse(section.path_of("step_limit", i), "a number", steps[i]);
+    mode.step_limit[part.joints[i]] = steps[i].get<double>();
+  }
+  mode.source = source_in(section);
+  section.refuse_unknown_keys();
+  return mode;
+}
+
+std::array<bool, 6> read_axes(Section& section) {
+  std::array<bool, 6> axes{};
+  const json& list = section.list("free_axes");
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    const auto axis = list[i].is_number_unsigned() ? list[i].get<std::size_t>() : axes.size();
+    if (axis >= axes.size() || axes[axis]) {
+      refuse(section.path_of("free_axes", i), "an axis from 0 to 5, each once", list[i]);
+    }
+    axes[axis] = true;
+  }
+  return axes;
+}
+
+CartesianLimits read_cartesian(Section section, bool axes_are_listed) {
+  CartesianLimits mode;
+  mode.supported = true;
+  const json& frames = section.list("frames");
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const std::string path = section.path_of("frames", i);
+    if (!frames[i].is_string() || frames[i].get_ref<const std::string&>().size() > Name::capacity) {
+      refuse(path, "a frame name", frames[i]);
+    }
+    append(mode.frames, Name(frames[i].get_ref<const std::string&>()), path);
+  }
+  mode.linear_limit = section.number("linear_limit");
+  mode.angular_limit = section.number("angular_limit");
+  mode.linear_step_limit = section.number("linear_step_limit");
+  mode.angular_step_limit = section.number("angular_step_limit");
+  mode.free_axes.fill(true);
+  if (axes_are_listed) mode.free_axes = read_axes(section);
+  mode.source = source_in(section);
+  section.refuse_unknown_keys();
+  return mode;
+}
+
+ScalarLimits read_scalar(Section section, bool range_is_listed) {
+  ScalarLimits mode;
+  mode.supported = true;
+  mode.lower = range_is_listed ? section.number("lower") : -1.0;
+  mode.upper = range_is_listed ? section.number("upper") : 1.0;
+  mode.step_limit = section.number("step_limit");
+  mode.source = source_in(section);
+  section.refuse_unknown_keys();
+  return mode;
+}
+
+void read_modes(Section section, PartLimits& part) {
+  ModeLimits& modes = part.modes;
+  for (const auto& [name, unused] : section.node().items()) {
+    const auto mode = [&section, &key = name] { return section.section(key.c_str()); };
+    if (name == "joint_position") {
+      modes.joint_position = read_joint_mode(mode(), part);
+    } else if (name == "joint_velocity") {
+      modes.joint_velocity = read_joint_mode(mode(), part);
+    } else if (name == "cartesian_delta") {
+      modes.cartesian_delta = read_cartesian(mode(), false);
+    } else if (name == "body_twist") {
+      modes.body_twist = read_cartesian(mode(), true);
+    } else if (name == "gripper_position") {
+      modes.gripper_position = read_scalar(mode(), true);
+    } else if (name == "composite_mode") {
+      modes.composite_mode = read_scalar(mode(), false);
+    } else {
+      throw ConfigRefused(section.path_of(name) +
+                          ": no checker for this mode (valid: joint_position, joint_velocity, "
+                          "cartesian_delta, body_twist, gripper_position, composite_mode)");
+    }
+  }
+}
+
+void read_part_joints(Section& section, const Limits& limits, PartLimits& part) {
+  const json& names = section.list("joints");
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    std::size_t joint = 0;
+    while (joint < limits.joints.size() && json(limits.joints[joint].name.view()) != names[i])
+      ++joint;
+    if (joint == limits.joints.size()) {
+      refuse(section.path_of("joints", i), "the name of one of `joints`", names[i]);
+    }
+    append(part.joints, joint, section.path_of("joints", i));
+  }
+}
+
+PartLimits read_part(Section section, const Limits& limits) {
+  PartLimits part;
+  part.name = name_in(section, "name");
+  read_part_joints(section, limits, part);
+  read_modes(section.section("modes"), part);
+  part.source = source_in(section);
+  section.refuse_unknown_keys();
+  return part;
+}
+
+ProtocolLimits read_protocol(Section section) {
+  const auto count = [&section](const char* key) {
+    return static_cast<std::uint32_t>(section.integer(key, 1, kMaxU32));
+  };
+  ProtocolLimits protocol;
+  protocol.horizon_max = static_cast<std::uint32_t>(section.integer("horizon_max", 1, max_rows));
+  protocol.age_max_ticks = count("age_max_ticks");
+  protocol.chunk_rate_max_hz = section.number("chunk_rate_max_hz");
+  protocol.seq_jump_max = section.integer("seq_jump_max", 1, kMaxU32);
+  protocol.state_timeout_ms = count("state_timeout_ms");
+  protocol.heartbeat_timeout_realtime_ms = count("heartbeat_timeout_realtime_ms");
+  protocol.heartbeat_timeout_lockstep_ms = count("heartbeat_timeout_lockstep_ms");
+  protocol.lease_interval_ms = count("lease_interval_ms");
+  protocol.idle_disarm_s = count("idle_disarm_s");
+  protocol.stops_to_latch = count("stops_to_latch");
+  protocol.stop_window_s = count("stop_window_s");
+  protocol.bad_frames_limit = count("bad_frames_limit");
+  protocol.bad_frames_window_ticks = count("bad_frames_window_ticks");
+  section.refuse_unknown_keys();
+  return protocol;
+}
+
+void read_lists(Section& file, Limits& limits) {
+  const json& joints = file.list("joints");
+  const json& passive = file.list("passive_joints");
+  const json& parts = file.list("parts");
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    const std::string path = file.path_of("joints", i);
+    append(limits.joints, read_joint(Section(joints[i], path), parts), path);
+  }
+  for (std::size_t i = 0; i < passive.size(); ++i) {
+    const std::string path = file.path_of("passive_joints", i);
+    append(limits.passive_joints, read_passive(Section(passive[i], path)), path);
+  }
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    const std::string path = file.path_of("parts", i);
+    append(limits.parts, read_part(Section(parts[i], path), limits), path);
+  }
+}
+
+}  // namespace
+
+std::unique_ptr<Limits> parse_limits(std::string_view text) {
+  const json document = parse_strictly(text);
+  Section file(document, "");
+  if (file.text("format", 64) != "fairlead-gate-1") {
+    refuse("format", "\"fairlead-gate-1\"", document.at("format"));
+  }
+  auto limits = std::make_unique<Limits>();
+  limits->robot = name_in(file, "robot");
+  limits->profile = name_in(file, "profile");
+  limits->robot_hash = hash_in(file, "robot_hash");
+  limits->period_ns = file.integer("period_ns", 1, 10'000'000'000);
+  limits->lockstep_allowed = file.boolean("lockstep_allowed");
+  read_lists(file, *limits);
+  limits->protocol = read_protocol(file.section("protocol"));
+  file.refuse_unknown_keys();
+  limits->config_hash =
+      sha256(Bytes(reinterpret_cast<const std::uint8_t*>(text.data()), text.size()));
+  if (const Text fault = check_limits(*limits); !fault.empty()) {
+    throw ConfigRefused(std::string(fault.view()));
+  }
+  return limits;
+}
+
+std::unique_ptr<Limits> load_limits(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream) {
+    throw ConfigRefused("configuration " + file.string() +
+                        ": cannot be read; make it with: fairlead robot compile");
+  }
+  const std::string text{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+  try {
+    return parse_limits(text);
+  } catch (const ConfigRefused& refusal) {
+    throw ConfigRefused("configuration " + file.string() + ": " + refusal.what());
+  }
+}
+
+}  // namespace fairlead

@@ -1,0 +1,184 @@
+#include "gate_process.hpp"
+
+#include <fstream>
+#include <iterator>
+#include <random>
+#include <utility>
+
+#include "fairlead_safety/codec.hpp"
+#include "fairlead_safety/messages.hpp"
+#include "sha256.hpp"
+
+namespace fairlead {
+namespace {
+
+// Well under the shortest promise the timer serves, a lease every 25 ms.
+constexpr auto kTimerPeriod = std::chrono::milliseconds(5);
+
+/// Ids that nobody can guess or repeat, from the system's entropy.
+class RandomIds final : public IdSource {
+ public:
+  std::uint64_t next_id() override {
+    return (std::uint64_t{device_()} << 32) | std::uint64_t{device_()};
+  }
+
+ private:
+  std::random_device device_;
+};
+
+std::string_view text_of(Bytes payload) {
+  return {reinterpret_cast<const char*>(payload.data()), payload.size()};
+}
+
+Hash hash_of_file(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  return sha256(Bytes(reinterpret_cast<const std::uint8_t*>(text.data()), text.size()));
+}
+
+}  // namespace
+
+std::uint64_t monotonic_ns() {
+  return static_cast<std::uint64_t>(std::chrono::duration_cast<std::chrono::nanoseconds>(
+                                        std::chrono::steady_clock::now().time_since_epoch())
+                                        .count());
+}
+
+GateProcess::GateProcess(const Limits& limits, std::string config_file, LatchStore& store,
+                         LogWriter& log, Outlet& outlet)
+    : limits_(limits),
+      config_file_(std::move(config_file)),
+      store_(store),
+      log_(log),
+      outlet_(outlet),
+      ids_(std::make_unique<RandomIds>()),
+      gate_(limits, *ids_) {}
+
+GateProcess::~GateProcess() { shut_down(); }
+
+void GateProcess::start() {
+  {
+    const std::lock_guard lock(mutex_);
+    const StoredState& found = store_.found();
+    const BootInfo info{store_.first_start(), found.clean_mark, Bytes(found.latch)};
+    gate_.boot(monotonic_ns(), info, *outputs_);
+    carry_out(nullptr);
+  }
+  timer_ = std::thread([this] { run_timer(); });
+}
+
+void GateProcess::handle(const Event& event, Answer* answer) {
+  if (event.kind == EventKind::arm && !prepare_to_arm(answer)) return;
+  if (event.kind == EventKind::claim && !prepare_to_claim(event, answer)) return;
+  const std::lock_guard lock(mutex_);
+  step(event, answer);
+  // Arming was refused after its mark had been removed: leaving is clean again.
+  if (event.kind == EventKind::arm && gate_.state() == GateState::disarmed) {
+    store_.set_clean_mark(true);
+  }
+}
+
+// Motion may follow an arm at once, so the clean mark must be gone from the disk before it.
+bool GateProcess::prepare_to_arm(Answer* answer) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (gate_.state() != GateState::disarmed) return true;  // the core refuses, with its reason
+  }
+  if (hash_of_file(config_file_) != limits_.config_hash) {
+    refuse(answer, "the configuration file has changed since the gate read it",
+           "restart the gate: fairlead down, fairlead up");
+    return false;
+  }
+  const std::string fault = store_.clear_clean_mark_now();
+  if (fault.empty()) return true;
+  log_.warning("arm refused: " + fault);
+  refuse(answer, fault.c_str(), "make the gate's state folder writable");
+  return false;
+}
+
+bool GateProcess::prepare_to_claim(const Event& event, Answer* answer) {
+  Claim claim;
+  // A frame that does not decode is the core's to refuse, with its reason.
+  if (decode(event.payload, claim) != FrameFault::none) return true;
+  if (outlet_.prepare_source(claim.source.view())) return true;
+  refuse(answer, "the source cannot be in a key, or this gate has served too many sources",
+         "use 1 to 64 of a-z 0-9 _ . -, or restart the gate");
+  return false;
+}
+
+void GateProcess::refuse(Answer* answer, const char* reason, const char* fix) {
+  std::array<std::uint8_t, 1024> buffer{};
+  const Refusal refusal{"safety", reason, fix};
+  if (answer != nullptr) answer->refuse(Bytes(buffer).first(encode(refusal, buffer)));
+}
+
+void GateProcess::step(const Event& event, Answer* answer) {
+  gate_.step(monotonic_ns(), event, *outputs_);
+  carry_out(answer);
+}
+
+void GateProcess::carry_out(Answer* answer) {
+  for (const Output& output : outputs_->items()) {
+    const Bytes payload = outputs_->payload(output);
+    switch (output.kind) {
+      case OutputKind::safe_chunk:
+      case OutputKind::verdict:
+      case OutputKind::lease:
+      case OutputKind::status:
+        outlet_.publish(output.kind, output.source, payload);
+        break;
+      case OutputKind::reply:
+        if (answer != nullptr) answer->reply(payload);
+        break;
+      case OutputKind::refusal:
+        if (answer != nullptr) answer->refuse(payload);
+        break;
+      case OutputKind::persist_latch:
+        store_.set_latch(payload);
+        break;
+      case OutputKind::clear_latch:
+        store_.set_latch(Bytes());
+        break;
+      case OutputKind::write_clean_mark:
+        store_.set_clean_mark(true);
+        break;
+      case OutputKind::clear_clean_mark:
+        store_.set_clean_mark(false);
+        break;
+      case OutputKind::log:
+        log_.info(text_of(payload));
+        break;
+    }
+  }
+  if (outputs_->overflowed()) log_.warning("outputs of one step did not fit; some were not sent");
+}
+
+void GateProcess::run_timer() {
+  std::unique_lock lock(mutex_);
+  auto next = std::chrono::steady_clock::now() + kTimerPeriod;
+  while (!stop_timer_.wait_until(lock, next, [this] { return stopping_; })) {
+    step(Event{}, nullptr);
+    // After a suspension the missed turns are not made up for.
+    next = std::max(next, std::chrono::steady_clock::now() - kTimerPeriod) + kTimerPeriod;
+  }
+}
+
+void GateProcess::shut_down() {
+  {
+    const std::lock_guard lock(mutex_);
+    if (stopping_) return;
+    stopping_ = true;
+  }
+  stop_timer_.notify_one();
+  if (timer_.joinable()) timer_.join();
+  std::array<std::uint8_t, 64> buffer{};
+  const Disarm disarm{"the gate's shutdown"};
+  Event event;
+  event.kind = EventKind::disarm;
+  event.payload = Bytes(buffer).first(encode(disarm, buffer));
+  event.received_ns = monotonic_ns();
+  const std::lock_guard lock(mutex_);
+  step(event, nullptr);
+}
+
+}  // namespace fairlead

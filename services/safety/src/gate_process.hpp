@@ -1,0 +1,61 @@
+// The gate's core in a process: one event at a time, its outputs carried out in order.
+//
+// Zenoh's threads and the timer thread all come through here; one mutex serialises them and
+// is held until the outputs of a step are sent, so that nothing overtakes. Nothing in there
+// waits: publishing drops on congestion, disk and log have threads of their own.
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <memory>
+#include <mutex>
+#include <thread>
+
+#include "fairlead_safety/gate.hpp"
+#include "latch_store.hpp"
+#include "log_writer.hpp"
+#include "outlet.hpp"
+
+namespace fairlead {
+
+/// CLOCK_MONOTONIC in nanoseconds.
+std::uint64_t monotonic_ns();
+
+class GateProcess {
+ public:
+  /// All arguments must outlive the process. `config_file` is hashed again at each arm.
+  GateProcess(const Limits& limits, std::string config_file, LatchStore& store, LogWriter& log,
+              Outlet& outlet);
+  ~GateProcess();
+
+  /// Leave boot and start the timer.
+  void start();
+  /// Handle one event from any thread. `answer` is null unless the event is a query.
+  void handle(const Event& event, Answer* answer);
+  /// Stop the timer and disarm; the last lease says so. No events may follow.
+  void shut_down();
+
+ private:
+  bool prepare_to_arm(Answer* answer);
+  bool prepare_to_claim(const Event& event, Answer* answer);
+  void refuse(Answer* answer, const char* reason, const char* fix);
+  void step(const Event& event, Answer* answer);
+  void carry_out(Answer* answer);
+  void run_timer();
+
+  const Limits& limits_;
+  std::string config_file_;
+  LatchStore& store_;
+  LogWriter& log_;
+  Outlet& outlet_;
+  std::unique_ptr<IdSource> ids_;
+
+  std::mutex mutex_;  // guards gate_, outputs_, stopping_
+  Gate gate_;
+  std::unique_ptr<Outputs> outputs_ = std::make_unique<Outputs>();
+  bool stopping_ = false;
+  std::condition_variable stop_timer_;
+  std::thread timer_;
+};
+
+}  // namespace fairlead

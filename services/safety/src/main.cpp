@@ -1,0 +1,91 @@
+// fairlead-safety: reads its configuration, opens its session, and hands every event to the core.
+#include <csignal>
+#include <iostream>
+#include <string>
+#include <vector>
+
+#include "arguments.hpp"
+#include "config_loader.hpp"
+#include "gate_process.hpp"
+#include "key_table.hpp"
+#include "latch_store.hpp"
+#include "log_writer.hpp"
+#include "refusal.hpp"
+#include "sha256.hpp"
+#include "zenoh_transport.hpp"
+
+namespace {
+
+using namespace fairlead;
+
+// A gate that already serves this robot publishes a lease at least every 25 ms.
+constexpr std::chrono::milliseconds kOtherGatePatience{300};
+
+// Blocked in every thread, so that only `sigwait` in the main thread sees them.
+sigset_t block_stop_signals() {
+  sigset_t signals;
+  sigemptyset(&signals);
+  sigaddset(&signals, SIGTERM);
+  sigaddset(&signals, SIGINT);
+  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  // A log reader or peer that goes away must not end the gate.
+  std::signal(SIGPIPE, SIG_IGN);
+  return signals;
+}
+
+std::string wait_for_stop(const sigset_t& signals) {
+  int signal = 0;
+  sigwait(&signals, &signal);
+  return signal == SIGTERM ? "SIGTERM" : "SIGINT";
+}
+
+void run(const Arguments& arguments) {
+  const KeyTable keys(arguments.name_space, arguments.robot);
+  if (!is_key_chunk(arguments.service)) {
+    throw ConfigRefused("--service: expected 1 to 64 of a-z 0-9 _ . -, got '" + arguments.service +
+                        "'");
+  }
+  const auto limits = load_limits(arguments.config);
+  const sigset_t signals = block_stop_signals();
+  LogWriter log(arguments.service);
+  LatchStore store(arguments.state_dir, [&log](const std::string& fault) { log.warning(fault); });
+  ZenohTransport transport({arguments.listen, arguments.connect}, keys);
+  if (transport.hears_another_gate(kOtherGatePatience)) {
+    throw StartFailed("another gate already serves the robot " + arguments.robot +
+                      "; see: fairlead ps");
+  }
+  GateProcess process(*limits, arguments.config, store, log, transport);
+  log.info("configuration " + arguments.config + " (profile " +
+           std::string(limits->profile.view()) + ") hash " + to_hex(limits->config_hash));
+  process.start();
+  transport.listen(
+      [&process](const Event& event, Answer* answer) { process.handle(event, answer); });
+  transport.announce(arguments.service);
+  log.info("ready");
+  log.info("ends on " + wait_for_stop(signals));
+  transport.stop_listening();
+  process.shut_down();
+}
+
+int report(const std::exception& error, int status) {
+  std::cout << "ERROR fairlead-safety: " << error.what() << std::endl;
+  return status;
+}
+
+}  // namespace
+
+int main(int count, char** words) {
+  try {
+    const Arguments arguments = parse_arguments({words + 1, words + count});
+    if (arguments.help) {
+      std::cout << usage();
+      return 0;
+    }
+    run(arguments);
+    return 0;
+  } catch (const ConfigRefused& refusal) {
+    return report(refusal, 2);
+  } catch (const std::exception& error) {
+    return report(error, 1);
+  }
+}

@@ -1,0 +1,31 @@
+// What the gate's process asks of its network. The Zenoh one is in zenoh_transport.
+#pragma once
+
+#include <string_view>
+
+#include "fairlead_safety/fixed.hpp"
+#include "fairlead_safety/outputs.hpp"
+
+namespace fairlead {
+
+/// Sends what the core decided. `publish` never blocks and keeps the order of its calls.
+class Outlet {
+ public:
+  virtual ~Outlet() = default;
+
+  /// Make safe/<source> and verdict/<source> ready for `publish`; false if there are too many
+  /// sources or the name cannot be in a key. Not called with the gate's lock held.
+  virtual bool prepare_source(std::string_view source) = 0;
+  /// `kind` is one of safe_chunk, verdict, lease, status. Unprepared sources are left out.
+  virtual void publish(OutputKind kind, const Name& source, Bytes payload) = 0;
+};
+
+/// One query while it is being handled. Exactly one call is made.
+class Answer {
+ public:
+  virtual ~Answer() = default;
+  virtual void reply(Bytes payload) = 0;
+  virtual void refuse(Bytes payload) = 0;
+};
+
+}  // namespace fairlead

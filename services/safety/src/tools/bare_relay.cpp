@@ -1,0 +1,83 @@
+// bare-relay: receives on one key and sends the same bytes on another, in the callback.
+//
+// The yardstick for the gate's own cost: same Zenoh library, same quality of service, no
+// decision. Used by bench/gate_hop.py.
+//
+//   bare-relay tcp/127.0.0.1:7601 fl/bench/in fl/bench/out
+#include <zenoh.h>
+
+#include <array>
+#include <csignal>
+#include <cstdint>
+#include <cstdio>
+#include <string>
+
+namespace {
+
+std::array<std::uint8_t, 65536> buffer;  // one sender, so one callback at a time
+
+void relay(z_loaned_sample_t* sample, void* context) {
+  const z_loaned_bytes_t* payload = z_sample_payload(sample);
+  z_bytes_reader_t reader = z_bytes_get_reader(payload);
+  const std::size_t size = z_bytes_reader_read(&reader, buffer.data(), buffer.size());
+  z_owned_bytes_t copy;
+  z_bytes_copy_from_buf(&copy, buffer.data(), size);
+  z_publisher_put(z_loan(*static_cast<z_owned_publisher_t*>(context)), z_move(copy), nullptr);
+}
+
+bool open_session(z_owned_session_t* session, const std::string& listen) {
+  const std::string json =
+      R"({"mode":"peer","listen":{"endpoints":[")" + listen +
+      R"("]},"scouting":{"multicast":{"enabled":false},"gossip":{"enabled":false}}})";
+  z_owned_config_t config;
+  return zc_config_from_str(&config, json.c_str()) == Z_OK &&
+         z_open(session, z_move(config), nullptr) == Z_OK;
+}
+
+bool declare(const z_owned_session_t& session, const char* from, const char* to,
+             z_owned_publisher_t* publisher, z_owned_subscriber_t* subscriber) {
+  z_publisher_options_t options;
+  z_publisher_options_default(&options);
+  options.priority = Z_PRIORITY_REAL_TIME;
+  options.is_express = true;
+  z_view_keyexpr_t key;
+  if (z_view_keyexpr_from_str(&key, to) != Z_OK ||
+      z_declare_publisher(z_loan(session), publisher, z_loan(key), &options) != Z_OK) {
+    return false;
+  }
+  z_owned_closure_sample_t callback;
+  z_closure_sample(&callback, relay, nullptr, publisher);
+  return z_view_keyexpr_from_str(&key, from) == Z_OK &&
+         z_declare_subscriber(z_loan(session), subscriber, z_loan(key), z_move(callback),
+                              nullptr) == Z_OK;
+}
+
+}  // namespace
+
+int main(int count, char** words) {
+  if (count != 4) {
+    std::puts("usage: bare-relay LISTEN-ENDPOINT KEY-IN KEY-OUT");
+    return 2;
+  }
+  sigset_t signals;
+  sigemptyset(&signals);
+  sigaddset(&signals, SIGTERM);
+  sigaddset(&signals, SIGINT);
+  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  z_owned_session_t session;
+  z_owned_publisher_t publisher;
+  z_owned_subscriber_t subscriber;
+  if (!open_session(&session, words[1]) ||
+      !declare(session, words[2], words[3], &publisher, &subscriber)) {
+    std::printf("ERROR bare-relay: cannot listen on %s\n", words[1]);
+    return 1;
+  }
+  std::puts("ready");
+  std::fflush(stdout);
+  int signal = 0;
+  sigwait(&signals, &signal);
+  z_drop(z_move(subscriber));
+  z_drop(z_move(publisher));
+  z_drop(z_move(session));
+  return 0;
+}

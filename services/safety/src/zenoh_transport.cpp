@@ -1,0 +1,366 @@
+#include "zenoh_transport.hpp"
+
+#include <zenoh.h>
+
+#include <algorithm>
+#include <array>
+#include <condition_variable>
+#include <deque>
+#include <map>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "gate_process.hpp"
+#include "listen_port.hpp"
+#include "refusal.hpp"
+
+namespace fairlead {
+namespace {
+
+// More than any robot has; a bound on what strangers can make the gate declare.
+constexpr std::size_t kMaxSources = 64;
+
+void check(z_result_t result, const std::string& what) {
+  if (result != Z_OK) {
+    throw StartFailed("zenoh: cannot " + what + " (error " + std::to_string(result) + ")");
+  }
+}
+
+/// A Zenoh value that drops itself. `fill` is the call that makes it; it must always write it.
+template <class T>
+class Owned {
+ public:
+  template <class Fill>
+  explicit Owned(Fill fill) {
+    fill(&value_);
+  }
+  ~Owned() { z_drop(z_move(value_)); }
+  Owned(const Owned&) = delete;
+  Owned& operator=(const Owned&) = delete;
+  T& value() { return value_; }
+
+ private:
+  T value_;
+};
+
+class KeyView {
+ public:
+  explicit KeyView(const std::string& key) {
+    check(z_view_keyexpr_from_str(&view_, key.c_str()), "use the key " + key);
+  }
+  const z_loaned_keyexpr_t* get() const { return z_loan(view_); }
+
+ private:
+  z_view_keyexpr_t view_;
+};
+
+/// Copies a payload where it is one run of bytes. One byte more than the largest frame is
+/// kept, so that the core sees an oversized one as oversized.
+class Frame {
+ public:
+  Bytes copy(const z_loaned_bytes_t* payload) {
+    if (payload == nullptr) return {};
+    const std::size_t size = std::min(z_bytes_len(payload), bytes_.size());
+    z_bytes_reader_t reader = z_bytes_get_reader(payload);
+    return Bytes(bytes_).first(z_bytes_reader_read(&reader, bytes_.data(), size));
+  }
+
+ private:
+  std::array<std::uint8_t, max_frame_bytes + 1> bytes_;
+};
+
+thread_local Frame received_frame;
+
+std::string session_config(const Endpoints& endpoints) {
+  const nlohmann::json retry = {
+      {"period_init_ms", 50}, {"period_max_ms", 500}, {"period_increase_factor", 2}};
+  const nlohmann::json off = {{"enabled", false}};
+  const nlohmann::json config = {
+      {"mode", "peer"},
+      {"listen", {{"endpoints", {endpoints.listen}}, {"exit_on_failure", true}}},
+      {"connect",
+       {{"endpoints", endpoints.connect},
+        {"timeout_ms", endpoints.connect.empty() ? 0 : -1},
+        {"exit_on_failure", false},
+        {"retry", retry}}},
+      {"scouting", {{"multicast", off}, {"gossip", off}}},
+      {"timestamping", off},
+      {"adminspace", off}};
+  return config.dump();
+}
+
+void open_session(z_owned_session_t* session, const Endpoints& endpoints) {
+  z_owned_config_t config;
+  const z_result_t parsed = zc_config_from_str(&config, session_config(endpoints).c_str());
+  if (parsed != Z_OK) {
+    z_drop(z_move(config));
+    check(parsed, "use the endpoints " + endpoints.listen);
+  }
+  check(z_open(session, z_move(config), nullptr), "listen on " + endpoints.listen);
+}
+
+enum class Qos { hot, status };
+
+/// One declared key: dropped on congestion, so that a put never blocks.
+class Publisher {
+ public:
+  Publisher(const z_loaned_session_t* session, const std::string& key, const char* type, Qos qos)
+      : publisher_([&](z_owned_publisher_t* out) {
+          z_publisher_options_t options;
+          z_publisher_options_default(&options);
+          z_owned_encoding_t encoding;
+          const std::string name = std::string("application/msgpack;fairlead.") + type + ".v1";
+          check(z_encoding_from_str(&encoding, name.c_str()), "use the encoding " + name);
+          options.encoding = z_move(encoding);
+          options.congestion_control = Z_CONGESTION_CONTROL_DROP;
+          if (qos == Qos::hot) {
+            options.priority = Z_PRIORITY_REAL_TIME;
+            options.is_express = true;
+          }
+          check(z_declare_publisher(session, out, KeyView(key).get(), &options), "publish " + key);
+        }) {}
+
+  void put(Bytes payload) {
+    z_owned_bytes_t bytes;
+    z_bytes_copy_from_buf(&bytes, payload.data(), payload.size());
+    z_publisher_put(z_loan(publisher_.value()), z_move(bytes), nullptr);
+  }
+
+ private:
+  Owned<z_owned_publisher_t> publisher_;
+};
+
+struct SourcePublishers {
+  SourcePublishers(const z_loaned_session_t* session, const KeyTable& keys, std::string_view source)
+      : safe(session, keys.safe(source), "SafeChunk", Qos::hot),
+        verdict(session, keys.verdict(source), "Verdict", Qos::hot) {}
+  Publisher safe;
+  Publisher verdict;
+};
+
+/// Answers on the queryable's own key: the query's may be a wildcard.
+class QueryAnswer final : public Answer {
+ public:
+  QueryAnswer(const z_loaned_query_t* query, const std::string& key) : query_(query), key_(key) {}
+  ~QueryAnswer() override {
+    if (!answered_) refuse({});  // an error reply beats a query that times out
+  }
+  void reply(Bytes payload) override {
+    z_owned_bytes_t bytes;
+    z_bytes_copy_from_buf(&bytes, payload.data(), payload.size());
+    z_query_reply(query_, KeyView(key_).get(), z_move(bytes), nullptr);
+    answered_ = true;
+  }
+  void refuse(Bytes payload) override {
+    z_owned_bytes_t bytes;
+    z_bytes_copy_from_buf(&bytes, payload.data(), payload.size());
+    z_query_reply_err(query_, z_move(bytes), nullptr);
+    answered_ = true;
+  }
+
+ private:
+  const z_loaned_query_t* query_;
+  const std::string& key_;
+  bool answered_ = false;
+};
+
+/// One subscription or queryable as its callback sees it.
+struct Inlet {
+  EventKind kind;
+  std::string key;
+  const ZenohTransport::Handler* handler;
+};
+
+// The chunk of the key that names the source: the last one, or, in .../<source>/heartbeat, the
+// one before it.
+std::string_view source_in(EventKind kind, std::string_view key) {
+  if (kind == EventKind::candidate) return last_chunk(key);
+  if (kind != EventKind::heartbeat) return {};
+  return last_chunk(key.substr(0, key.rfind('/')));
+}
+
+void on_sample(z_loaned_sample_t* sample, void* context) {
+  const Inlet& inlet = *static_cast<const Inlet*>(context);
+  if (z_sample_kind(sample) != Z_SAMPLE_KIND_PUT) return;  // a delete says nothing to the gate
+  z_view_string_t key;
+  z_keyexpr_as_view_string(z_sample_keyexpr(sample), &key);
+  const std::string_view text(z_string_data(z_loan(key)), z_string_len(z_loan(key)));
+  const std::uint64_t received_ns = monotonic_ns();
+  const Bytes payload = received_frame.copy(z_sample_payload(sample));
+  (*inlet.handler)({inlet.kind, source_in(inlet.kind, text), payload, received_ns}, nullptr);
+}
+
+void on_query(z_loaned_query_t* query, void* context) {
+  const Inlet& inlet = *static_cast<const Inlet*>(context);
+  const std::uint64_t received_ns = monotonic_ns();
+  QueryAnswer answer(query, inlet.key);
+  const Bytes payload = received_frame.copy(z_query_payload(query));
+  (*inlet.handler)({inlet.kind, {}, payload, received_ns}, &answer);
+}
+
+/// Set by a callback, waited for by the main thread.
+struct Heard {
+  std::mutex mutex;
+  std::condition_variable changed;
+  bool yes = false;
+};
+
+void on_lease(z_loaned_sample_t*, void* context) {
+  Heard& heard = *static_cast<Heard*>(context);
+  const std::lock_guard lock(heard.mutex);
+  heard.yes = true;
+  heard.changed.notify_one();
+}
+
+}  // namespace
+
+class ZenohTransport::Session {
+ public:
+  Session(const Endpoints& endpoints, KeyTable keys)
+      : keys_(std::move(keys)),
+        session_([&](z_owned_session_t* out) { open_session(out, endpoints); }),
+        lease_(get(), keys_.lease(), "Lease", Qos::hot),
+        status_(get(), keys_.gate_status(), "GateStatus", Qos::status) {}
+
+  const z_loaned_session_t* get() { return z_loan(session_.value()); }
+
+  bool hears_another_gate(std::chrono::milliseconds patience) {
+    Heard heard;
+    const Owned<z_owned_subscriber_t> subscriber([&](z_owned_subscriber_t* out) {
+      z_owned_closure_sample_t callback;
+      z_closure_sample(&callback, on_lease, nullptr, &heard);
+      check(
+          z_declare_subscriber(get(), out, KeyView(keys_.lease()).get(), z_move(callback), nullptr),
+          "subscribe to " + keys_.lease());
+    });
+    std::unique_lock lock(heard.mutex);
+    return heard.changed.wait_for(lock, patience, [&heard] { return heard.yes; });
+  }
+
+  void listen(Handler handler) {
+    handler_ = std::move(handler);
+    subscribe(EventKind::joint_state, keys_.joints());
+    subscribe(EventKind::candidate, keys_.every_candidate());
+    subscribe(EventKind::hal_status, keys_.hal_status());
+    subscribe(EventKind::heartbeat, keys_.every_heartbeat());
+    subscribe(EventKind::stop_level, keys_.stop());
+    answer(EventKind::arm, keys_.gate_command("arm"));
+    answer(EventKind::disarm, keys_.gate_command("disarm"));
+    answer(EventKind::reset, keys_.gate_command("reset"));
+    answer(EventKind::claim, keys_.gate_command("claim"));
+    answer(EventKind::release, keys_.gate_command("release"));
+    answer(EventKind::status, keys_.gate_status());
+  }
+
+  void stop_listening() {
+    queryables_.clear();
+    subscribers_.clear();
+  }
+
+  void announce(const std::string& service) {
+    token_ =
+        std::make_unique<Owned<z_owned_liveliness_token_t>>([&](z_owned_liveliness_token_t* out) {
+          const std::string key = keys_.alive(service);
+          check(z_liveliness_declare_token(get(), out, KeyView(key).get(), nullptr),
+                "declare " + key);
+        });
+  }
+
+  bool prepare_source(std::string_view source) {
+    if (!is_key_chunk(source)) return false;
+    {
+      const std::lock_guard lock(sources_mutex_);
+      if (sources_.contains(source)) return true;
+      if (sources_.size() >= kMaxSources) return false;
+    }
+    // Declared without the lock: a declaration may take Zenoh's own locks.
+    auto publishers = std::make_unique<SourcePublishers>(get(), keys_, source);
+    const std::lock_guard lock(sources_mutex_);
+    sources_.try_emplace(std::string(source), std::move(publishers));
+    return true;
+  }
+
+  void publish(OutputKind kind, const Name& source, Bytes payload) {
+    if (kind == OutputKind::lease) {
+      lease_.put(payload);
+    } else if (kind == OutputKind::status) {
+      status_.put(payload);
+    } else if (SourcePublishers* publishers = publishers_of(source.view()); publishers != nullptr) {
+      (kind == OutputKind::safe_chunk ? publishers->safe : publishers->verdict).put(payload);
+    }
+  }
+
+ private:
+  // Never removed while the session lives, so the pointer stays valid without the lock.
+  SourcePublishers* publishers_of(std::string_view source) {
+    const std::lock_guard lock(sources_mutex_);
+    const auto found = sources_.find(source);
+    return found == sources_.end() ? nullptr : found->second.get();
+  }
+
+  Inlet& add_inlet(EventKind kind, std::string key) {
+    return inlets_.emplace_back(Inlet{kind, std::move(key), &handler_});
+  }
+
+  void subscribe(EventKind kind, const std::string& key) {
+    Inlet& inlet = add_inlet(kind, key);
+    subscribers_.emplace_back([&](z_owned_subscriber_t* out) {
+      z_owned_closure_sample_t callback;
+      z_closure_sample(&callback, on_sample, nullptr, &inlet);
+      check(z_declare_subscriber(get(), out, KeyView(key).get(), z_move(callback), nullptr),
+            "subscribe to " + key);
+    });
+  }
+
+  void answer(EventKind kind, const std::string& key) {
+    Inlet& inlet = add_inlet(kind, key);
+    queryables_.emplace_back([&](z_owned_queryable_t* out) {
+      z_owned_closure_query_t callback;
+      z_closure_query(&callback, on_query, nullptr, &inlet);
+      check(z_declare_queryable(get(), out, KeyView(key).get(), z_move(callback), nullptr),
+            "answer " + key);
+    });
+  }
+
+  // Members are destroyed from the last to the first: listeners, then publishers, then session.
+  KeyTable keys_;
+  Handler handler_;
+  std::deque<Inlet> inlets_;
+  Owned<z_owned_session_t> session_;
+  Publisher lease_;
+  Publisher status_;
+  std::mutex sources_mutex_;
+  std::map<std::string, std::unique_ptr<SourcePublishers>, std::less<>> sources_;
+  std::deque<Owned<z_owned_subscriber_t>> subscribers_;
+  std::deque<Owned<z_owned_queryable_t>> queryables_;
+  std::unique_ptr<Owned<z_owned_liveliness_token_t>> token_;
+};
+
+ZenohTransport::ZenohTransport(const Endpoints& endpoints, KeyTable keys) {
+  zc_init_log_from_env_or("error");
+  check_listen_port(endpoints.listen);
+  session_ = std::make_unique<Session>(endpoints, std::move(keys));
+}
+
+ZenohTransport::~ZenohTransport() = default;
+
+bool ZenohTransport::hears_another_gate(std::chrono::milliseconds patience) {
+  return session_->hears_another_gate(patience);
+}
+
+void ZenohTransport::listen(Handler handler) { session_->listen(std::move(handler)); }
+
+void ZenohTransport::announce(const std::string& service) { session_->announce(service); }
+
+void ZenohTransport::stop_listening() { session_->stop_listening(); }
+
+bool ZenohTransport::prepare_source(std::string_view source) {
+  return session_->prepare_source(source);
+}
+
+void ZenohTransport::publish(OutputKind kind, const Name& source, Bytes payload) {
+  session_->publish(kind, source, payload);
+}
+
+}  // namespace fairlead

@@ -1,0 +1,51 @@
+// The gate on Zenoh, through the zenoh-c API. The only file that knows Zenoh is its .cpp.
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "fairlead_safety/gate.hpp"
+#include "key_table.hpp"
+#include "outlet.hpp"
+
+namespace fairlead {
+
+/// Where this process listens and whom it connects to.
+struct Endpoints {
+  std::string listen;
+  std::vector<std::string> connect;
+};
+
+/// One Zenoh session. Handlers run on Zenoh's receive threads, several at once; events of one
+/// session and key arrive in order.
+class ZenohTransport final : public Outlet {
+ public:
+  using Handler = std::function<void(const Event&, Answer*)>;
+
+  /// Opens the session and declares the publishers that do not depend on a source.
+  /// Throws StartFailed, naming a port that is taken.
+  ZenohTransport(const Endpoints& endpoints, KeyTable keys);
+  /// Waits for running handlers; must not be called from one.
+  ~ZenohTransport() override;
+
+  /// Whether leases of another gate for this robot arrive within `patience`.
+  bool hears_another_gate(std::chrono::milliseconds patience);
+  /// Subscribe and answer queries from now on.
+  void listen(Handler handler);
+  /// Declare the liveliness token that tools wait for.
+  void announce(const std::string& service);
+  /// Stop listening: no handler runs when this returns. Publishing still works.
+  void stop_listening();
+
+  bool prepare_source(std::string_view source) override;
+  void publish(OutputKind kind, const Name& source, Bytes payload) override;
+
+ private:
+  class Session;
+  std::unique_ptr<Session> session_;
+};
+
+}  // namespace fairlead
