@@ -1,0 +1,376 @@
+"""The twin of the gate in realtime pacing: what runs, what holds, and why."""
+
+from __future__ import annotations
+
+import pytest
+
+from fairlead.errors import MessageError
+from fairlead.hal.core import HalCore
+from fairlead.hal.tick_plan import TickPlan
+from fairlead.messages import Acted, Hold
+from tests.hal.gate_messages import (
+    CLAIM,
+    EPOCH,
+    MS,
+    N_DOF,
+    PARTS,
+    SESSION,
+    chunk,
+    executed,
+    grant,
+    lease,
+    stop,
+)
+
+HOLD_STARTING = Acted(hold=Hold.STARTING, verdict_id=0, row=0)
+
+
+class RealtimeHal:
+    """A core whose leases arrive at each tick, unless a test says otherwise."""
+
+    def __init__(self) -> None:
+        self.core = HalCore(SESSION, "realtime", PARTS, N_DOF)
+        self.tick = 0
+        self.lease_seq = 0
+
+    def grant(self, until_tick: int = 1000, at_ms: int | None = None) -> None:
+        self.lease_seq += 1
+        now_ns = (self.tick + 1) * 50 * MS if at_ms is None else at_ms * MS
+        message = lease(self.lease_seq, self.tick, [grant(until_tick)])
+        assert self.core.on_lease(message, now_ns) == ""
+
+    def step(self, at_ms: int | None = None) -> tuple[Acted, ...]:
+        self.tick += 1
+        now_ns = self.tick * 50 * MS if at_ms is None else at_ms * MS
+        plan = self.core.decide(self.tick, now_ns, is_still=True)
+        assert isinstance(plan, TickPlan)
+        assert set(plan.commands) == {p for p, acted in enumerate(plan.acted) if not acted.hold}
+        for command in plan.commands.values():
+            assert command.values[0] == self.tick / 1000, "a row of another tick ran"
+        return plan.acted
+
+    def holds(self) -> tuple[int, ...]:
+        return tuple(acted.hold for acted in self.step())
+
+
+@pytest.fixture
+def hal() -> RealtimeHal:
+    return RealtimeHal()
+
+
+def test_before_the_first_message_every_part_holds_and_says_starting(hal: RealtimeHal) -> None:
+    assert hal.step() == (HOLD_STARTING, HOLD_STARTING)
+
+
+def test_granted_rows_run_in_order_then_the_part_holds_for_want_of_rows(hal: RealtimeHal) -> None:
+    hal.core.on_safe_chunk(chunk(10, first_tick=2, horizon=2))
+    hal.grant()
+    assert hal.step()[0].hold == Hold.NO_ROW
+    hal.grant()
+    assert hal.step()[0] == executed(10, 0)
+    hal.grant()
+    assert hal.step()[0] == executed(10, 1)
+    hal.grant()
+    assert hal.step()[0].hold == Hold.NO_ROW
+
+
+def test_a_part_that_no_chunk_addresses_holds_beside_one_that_moves(hal: RealtimeHal) -> None:
+    hal.core.on_safe_chunk(chunk(10, first_tick=1))
+    hal.grant()
+    assert hal.step() == (executed(10, 0), Acted(hold=Hold.NO_CLAIM, verdict_id=0, row=0))
+
+
+def test_rows_without_a_lease_never_run(hal: RealtimeHal) -> None:
+    hal.core.on_safe_chunk(chunk(10, first_tick=1))
+    assert hal.holds()[0] == Hold.STARTING
+
+
+def test_rows_of_a_claim_that_the_lease_does_not_grant_never_run(hal: RealtimeHal) -> None:
+    hal.core.on_safe_chunk(chunk(10, first_tick=1, claim=CLAIM + 1))
+    hal.grant()
+    assert hal.holds()[0] == Hold.NOT_GRANTED
+
+
+@pytest.mark.parametrize(("until_tick", "runs"), [(2, True), (1, False)])
+def test_a_grant_reaches_up_to_and_including_its_until_tick(
+    hal: RealtimeHal, until_tick: int, runs: bool
+) -> None:
+    hal.grant()
+    hal.step()
+    hal.core.on_safe_chunk(chunk(10, first_tick=2))
+    hal.grant(until_tick=until_tick)
+    assert hal.holds()[0] == (Hold.NONE if runs else Hold.NOT_GRANTED)
+
+
+@pytest.mark.parametrize(("age_ms", "hold"), [(75, Hold.NONE), (76, Hold.LEASE_STALE)])
+def test_a_lease_lives_75_ms_by_the_hals_own_clock(
+    hal: RealtimeHal, age_ms: int, hold: Hold
+) -> None:
+    hal.core.on_safe_chunk(chunk(10, first_tick=1))
+    hal.grant(at_ms=1000)
+    assert hal.step(at_ms=1000 + age_ms)[0].hold == hold
+
+
+def test_a_repeated_lease_does_not_live_longer(hal: RealtimeHal) -> None:
+    hal.core.on_safe_chunk(chunk(10, first_tick=1))
+    message = lease(1, 0, [grant(1000)])
+    assert hal.core.on_lease(message, 0) == ""
+    assert hal.core.on_lease(message, 70 * MS) == "lease not newer"
+    assert hal.step(at_ms=80)[0].hold == Hold.LEASE_STALE
+
+
+def test_after_two_lost_leases_held_rows_never_resume_without_a_new_judgement(
+    hal: RealtimeHal,
+) -> None:
+    hal.core.on_safe_chunk(chunk(10, first_tick=1, horizon=20))
+    hal.grant(at_ms=50)
+    assert hal.step(at_ms=50)[0] == executed(10, 0)
+    assert hal.step(at_ms=100)[0] == executed(10, 1)
+    assert hal.step(at_ms=150)[0].hold == Hold.LEASE_STALE
+    hal.grant(at_ms=199)
+    assert hal.step(at_ms=200)[0].hold == Hold.NO_ROW
+    assert hal.step(at_ms=250)[0].hold == Hold.NO_ROW
+
+
+def test_a_chunk_judged_after_the_hold_moves_the_part_again(hal: RealtimeHal) -> None:
+    hal.core.on_safe_chunk(chunk(10, first_tick=1, horizon=1))
+    for _ in range(2):
+        hal.grant()
+        hal.step()
+    hal.core.on_safe_chunk(chunk(11, first_tick=3))
+    hal.grant()
+    assert hal.step()[0] == executed(11, 0)
+
+
+def test_a_chunk_that_continues_the_row_that_ran_takes_over_at_its_first_tick(
+    hal: RealtimeHal,
+) -> None:
+    hal.core.on_safe_chunk(chunk(10, first_tick=1, horizon=8))
+    hal.core.on_safe_chunk(chunk(11, first_tick=3, after=executed(10, 1)))
+    ran = []
+    for _ in range(4):
+        hal.grant()
+        ran.append(hal.step()[0])
+    assert ran == [executed(10, 0), executed(10, 1), executed(11, 0), executed(11, 1)]
+
+
+@pytest.mark.parametrize("after", [executed(10, 0), executed(9, 1)])
+def test_a_chunk_that_continues_something_else_is_dropped_and_the_old_rows_go_on(
+    hal: RealtimeHal, after: Acted
+) -> None:
+    hal.core.on_safe_chunk(chunk(10, first_tick=1, horizon=8))
+    hal.core.on_safe_chunk(chunk(11, first_tick=3, after=after))
+    ran = []
+    for _ in range(4):
+        hal.grant()
+        ran.append(hal.step()[0])
+    assert ran == [executed(10, row) for row in range(4)]
+
+
+def test_a_chunk_that_expects_a_hold_is_dropped_where_a_row_ran(hal: RealtimeHal) -> None:
+    hal.core.on_safe_chunk(chunk(10, first_tick=1, horizon=1))
+    hal.core.on_safe_chunk(chunk(11, first_tick=2))
+    hal.grant()
+    hal.step()
+    hal.grant()
+    assert hal.holds()[0] == Hold.SUPERSEDED
+
+
+def test_a_chunk_that_expects_a_row_is_dropped_where_the_part_held(hal: RealtimeHal) -> None:
+    hal.grant()
+    hal.step()
+    hal.core.on_safe_chunk(chunk(11, first_tick=2, after=executed(10, 3)))
+    hal.grant()
+    assert hal.holds()[0] == Hold.SUPERSEDED
+
+
+def test_two_holds_match_whatever_their_codes(hal: RealtimeHal) -> None:
+    hal.step()
+    refused = Acted(hold=Hold.REFUSED, verdict_id=0, row=0)
+    hal.core.on_safe_chunk(chunk(11, first_tick=2, after=refused))
+    hal.grant()
+    assert hal.step()[0] == executed(11, 0)
+
+
+@pytest.mark.parametrize("order", [(20, 21), (21, 20)])
+def test_of_two_chunks_the_higher_verdict_wins_in_any_order_of_arrival(
+    hal: RealtimeHal, order: tuple[int, int]
+) -> None:
+    for verdict_id in order:
+        hal.core.on_safe_chunk(chunk(verdict_id, first_tick=1))
+    hal.grant()
+    assert hal.step()[0] == executed(21, 0)
+
+
+def test_an_older_verdict_never_replaces_a_newer_one(hal: RealtimeHal) -> None:
+    hal.core.on_safe_chunk(chunk(20, first_tick=2, after=executed(21, 0)))
+    hal.core.on_safe_chunk(chunk(21, first_tick=1))
+    for row in range(2):
+        hal.grant()
+        assert hal.step()[0] == executed(21, row)
+    late = chunk(19, first_tick=3, after=executed(21, 1))
+    assert hal.core.on_safe_chunk(late) == "chunk superseded"
+
+
+def test_a_newer_chunk_replaces_all_rows_also_where_it_is_shorter(hal: RealtimeHal) -> None:
+    hal.core.on_safe_chunk(chunk(10, first_tick=1, horizon=8))
+    hal.core.on_safe_chunk(chunk(11, first_tick=2, horizon=1, after=executed(10, 0)))
+    holds = []
+    for _ in range(3):
+        hal.grant()
+        holds.append(hal.holds()[0])
+    assert holds == [Hold.NONE, Hold.NONE, Hold.NO_ROW]
+
+
+@pytest.mark.parametrize(("first_tick", "reason"), [(3, ""), (2, "passed"), (1, "passed")])
+def test_a_chunk_is_taken_only_while_its_first_tick_lies_ahead(
+    hal: RealtimeHal, first_tick: int, reason: str
+) -> None:
+    hal.step()
+    hal.step()
+    refused = hal.core.on_safe_chunk(chunk(10, first_tick=first_tick, horizon=9))
+    assert refused == ("chunk whose first tick has passed" if reason else "")
+    hal.grant()
+    assert (hal.holds()[0] == Hold.NONE) is not bool(reason)
+
+
+def test_a_chunk_of_another_session_is_refused(hal: RealtimeHal) -> None:
+    assert hal.core.on_safe_chunk(chunk(10, 1, session=SESSION + 1)) == "chunk of another session"
+    hal.grant()
+    assert hal.holds()[0] == Hold.NO_CLAIM
+
+
+def test_a_chunk_of_an_epoch_the_lease_does_not_name_never_runs(hal: RealtimeHal) -> None:
+    assert hal.core.on_safe_chunk(chunk(10, 1, epoch=EPOCH + 1)) == ""
+    hal.grant()
+    assert hal.holds()[0] == Hold.NOT_GRANTED
+
+
+def test_a_chunk_of_an_epoch_already_left_is_refused(hal: RealtimeHal) -> None:
+    hal.core.on_lease(lease(1, 0, epoch=EPOCH), 0)
+    hal.core.on_lease(lease(1, 0, epoch=EPOCH + 1), 0)
+    assert hal.core.on_safe_chunk(chunk(10, 1)) == "chunk of an epoch already left"
+
+
+def test_rows_of_the_old_epoch_are_gone_when_a_new_one_begins(hal: RealtimeHal) -> None:
+    hal.core.on_safe_chunk(chunk(10, first_tick=1, horizon=9))
+    hal.grant()
+    assert hal.step()[0] == executed(10, 0)
+    hal.core.on_lease(lease(1, 1, [grant(1000)], epoch=EPOCH + 1), 100 * MS)
+    assert hal.holds()[0] == Hold.NO_CLAIM
+
+
+def test_a_duplicate_chunk_changes_nothing(hal: RealtimeHal) -> None:
+    hal.core.on_safe_chunk(chunk(10, first_tick=2))
+    assert hal.core.on_safe_chunk(chunk(10, first_tick=2)) == "chunk already known"
+    hal.step()
+    hal.grant()
+    assert hal.step()[0] == executed(10, 0)
+    again = chunk(10, first_tick=2)
+    assert hal.core.on_safe_chunk(again) == "chunk whose first tick has passed"
+
+
+def test_parts_of_one_chunk_move_and_hold_together(hal: RealtimeHal) -> None:
+    hal.core.on_safe_chunk(chunk(10, first_tick=1, horizon=1, parts=(0, 1)))
+    hal.grant()
+    assert hal.step() == (executed(10, 0), executed(10, 0))
+    hal.grant()
+    assert hal.holds() == (Hold.NO_ROW, Hold.NO_ROW)
+
+
+def test_a_part_that_joins_a_moving_claim_may_have_held_before(hal: RealtimeHal) -> None:
+    hal.core.on_safe_chunk(chunk(10, first_tick=1, parts=(0,)))
+    hal.core.on_safe_chunk(chunk(11, first_tick=2, parts=(0, 1), after=executed(10, 0)))
+    hal.grant()
+    hal.step()
+    hal.grant()
+    assert hal.step() == (executed(11, 0), executed(11, 0))
+
+
+def test_a_new_claim_does_not_start_while_another_one_still_moves_its_part(
+    hal: RealtimeHal,
+) -> None:
+    hal.core.on_safe_chunk(chunk(10, first_tick=1, horizon=1, claim=CLAIM))
+    hal.core.on_safe_chunk(chunk(11, first_tick=2, claim=CLAIM + 1))
+    both = [grant(9), grant(9, claim=CLAIM + 1)]
+    hal.core.on_lease(lease(1, 0, both), 50 * MS)
+    assert hal.step()[0] == executed(10, 0)
+    assert hal.holds()[0] != Hold.NONE
+
+
+def test_two_claims_that_command_one_part_in_one_tick_both_hold(hal: RealtimeHal) -> None:
+    hal.core.on_safe_chunk(chunk(10, first_tick=1, claim=CLAIM))
+    hal.core.on_safe_chunk(chunk(11, first_tick=1, claim=CLAIM + 1))
+    both = [grant(9), grant(9, claim=CLAIM + 1)]
+    hal.core.on_lease(lease(1, 0, both), 50 * MS)
+    assert hal.holds()[0] == Hold.SUPERSEDED
+
+
+def test_two_claims_with_different_parts_move_in_the_same_tick(hal: RealtimeHal) -> None:
+    hal.core.on_safe_chunk(chunk(10, first_tick=1, claim=CLAIM, parts=(0,)))
+    hal.core.on_safe_chunk(chunk(11, first_tick=1, claim=CLAIM + 1, parts=(1,)))
+    both = [grant(9), grant(9, claim=CLAIM + 1)]
+    hal.core.on_lease(lease(1, 0, both), 50 * MS)
+    assert hal.step() == (executed(10, 0), executed(11, 0))
+
+
+def test_a_held_stop_beats_a_granted_row_and_discards_the_rows(hal: RealtimeHal) -> None:
+    hal.core.on_safe_chunk(chunk(10, first_tick=1, horizon=9))
+    hal.grant()
+    assert hal.step()[0] == executed(10, 0)
+    assert hal.core.on_stop(stop(5)) == ""
+    hal.grant()
+    assert hal.holds() == (Hold.STOPPED, Hold.STOPPED)
+
+
+def test_while_an_episode_is_reset_every_part_holds(hal: RealtimeHal) -> None:
+    hal.core.on_safe_chunk(chunk(10, first_tick=1, horizon=9))
+    hal.grant()
+    hal.core.set_resetting(True)
+    assert hal.holds() == (Hold.RESETTING, Hold.RESETTING)
+    hal.core.set_resetting(False)
+    hal.grant()
+    assert hal.holds()[0] == Hold.NO_ROW
+
+
+def test_a_tick_that_the_backend_refused_counts_as_held(hal: RealtimeHal) -> None:
+    hal.core.on_safe_chunk(chunk(10, first_tick=1, horizon=9))
+    hal.grant()
+    hal.step()
+    hal.core.void(Hold.STOPPED)
+    assert hal.core.acted[0].hold == Hold.STOPPED
+    hal.grant()
+    assert hal.holds()[0] == Hold.NO_ROW
+
+
+def test_a_tick_skipped_in_number_counts_as_held(hal: RealtimeHal) -> None:
+    hal.core.on_safe_chunk(chunk(10, first_tick=1, horizon=9))
+    hal.core.on_safe_chunk(chunk(11, first_tick=3, after=executed(10, 0)))
+    hal.grant()
+    hal.step()
+    hal.tick += 1
+    hal.grant()
+    assert hal.step()[0].hold
+
+
+def test_no_tick_is_decided_twice(hal: RealtimeHal) -> None:
+    hal.step()
+    with pytest.raises(ValueError, match=r"tick 1 was decided before \(newest 1\)"):
+        hal.core.decide(1, 0, is_still=True)
+
+
+def test_a_chunk_for_a_part_the_robot_does_not_have_is_no_chunk(hal: RealtimeHal) -> None:
+    with pytest.raises(MessageError, match="SafeChunk: expected part < 2, got 2"):
+        hal.core.on_safe_chunk(chunk(10, first_tick=1, parts=(2,)))
+    hal.grant()
+    assert hal.holds()[0] == Hold.NO_CLAIM
+
+
+def test_a_flood_of_chunks_and_claims_is_bounded_and_keeps_the_granted_claim(
+    hal: RealtimeHal,
+) -> None:
+    hal.grant()
+    hal.core.on_safe_chunk(chunk(10, first_tick=1))
+    for number in range(200):
+        hal.core.on_safe_chunk(chunk(1000 + number, first_tick=9, claim=9000 + number))
+    assert hal.step()[0] == executed(10, 0)

@@ -1,0 +1,59 @@
+"""Which lease a HAL believes."""
+
+from __future__ import annotations
+
+import pytest
+
+from fairlead.hal.lease_follower import LeaseFollower
+from fairlead.messages import Lease
+from tests.hal.gate_messages import EPOCH, SESSION, grant, lease
+
+
+@pytest.fixture
+def follower() -> LeaseFollower:
+    return LeaseFollower(SESSION)
+
+
+def follow(follower: LeaseFollower, *leases: Lease) -> list[str]:
+    return [follower.offer(message, now_ns=0) for message in leases]
+
+
+def test_a_higher_lease_seq_of_the_epoch_is_followed(follower: LeaseFollower) -> None:
+    assert follow(follower, lease(1, 1), lease(3, 1)) == ["", ""]
+
+
+@pytest.mark.parametrize("seq", [1, 2])
+def test_an_equal_or_lower_lease_seq_is_not(follower: LeaseFollower, seq: int) -> None:
+    assert follow(follower, lease(2, 1), lease(seq, 5)) == ["", "lease not newer"]
+
+
+def test_a_lease_of_another_session_is_never_followed(follower: LeaseFollower) -> None:
+    assert follow(follower, lease(1, 1, session=SESSION + 1)) == ["lease of another session"]
+    assert follower.newest is None
+
+
+def test_a_new_epoch_is_followed_from_any_lease_seq(follower: LeaseFollower) -> None:
+    assert follow(follower, lease(900, 1), lease(1, 1, epoch=EPOCH + 1)) == ["", ""]
+    assert follower.epoch == EPOCH + 1
+
+
+def test_an_epoch_once_left_is_never_followed_again(follower: LeaseFollower) -> None:
+    follow(follower, lease(1, 1), lease(1, 1, epoch=EPOCH + 1))
+    assert follow(follower, lease(999, 99)) == ["lease of an epoch already left"]
+    assert follower.epoch == EPOCH + 1
+
+
+def test_a_late_lease_of_an_epoch_that_was_skipped_is_not_followed(
+    follower: LeaseFollower,
+) -> None:
+    refused = follow(
+        follower, lease(1, 1), lease(1, 9, epoch=EPOCH + 2), lease(1, 5, epoch=EPOCH + 1)
+    )
+    assert refused == ["", "", "lease of a skipped epoch"]
+    assert follow(follower, lease(2, 10, epoch=EPOCH + 2)) == [""]
+
+
+def test_a_grant_of_another_epoch_than_the_rows_does_not_count(follower: LeaseFollower) -> None:
+    follow(follower, lease(1, 1, [grant(9)]))
+    assert follower.grant(501, EPOCH, 9) is not None
+    assert follower.grant(501, EPOCH + 1, 9) is None
