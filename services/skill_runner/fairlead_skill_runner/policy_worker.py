@@ -6,6 +6,7 @@ import json
 import socket
 import subprocess
 import sys
+import threading
 from collections.abc import Mapping
 from multiprocessing.connection import Connection
 
@@ -39,7 +40,7 @@ _END_TIMEOUT_S = 1.0
 
 
 class PolicyWorker:
-    """One policy in one process. Called from one thread at a time; every call may block.
+    """One policy in one process. Every call may block; calls of two threads take turns.
 
     After a `PolicyError` the process is gone, so a late answer cannot be taken for the
     answer to a later question; `load` starts a new one.
@@ -50,6 +51,7 @@ class PolicyWorker:
         self._skill = skill
         self._process: subprocess.Popen[bytes] | None = None
         self._connection: Connection | None = None
+        self._turn = threading.Lock()
 
     @property
     def pid(self) -> int | None:
@@ -62,9 +64,12 @@ class PolicyWorker:
         Raises:
             PolicyError: if it cannot be loaded in time.
         """
-        if self._process is not None and self._process.poll() is None:
-            return
-        self.close()
+        with self._turn:
+            if self._process is None or self._process.poll() is not None:
+                self._start(timeout_s)
+
+    def _start(self, timeout_s: float) -> None:
+        self._end()
         ours, theirs = socket.socketpair()
         command = [sys.executable, "-m", "fairlead_skill_runner.policy_process"]
         self._process = subprocess.Popen(
@@ -80,7 +85,8 @@ class PolicyWorker:
         Raises:
             PolicyError: if it fails or takes too long.
         """
-        self._ask(Reset(), "reset", RESET_TIMEOUT_S)
+        with self._turn:
+            self._ask(Reset(), "reset", RESET_TIMEOUT_S)
 
     def infer(self, observation: Observation) -> Actions:
         """Ask for rows: float32 ``[H, dim]``, finite, H at most the skill's horizon.
@@ -90,15 +96,25 @@ class PolicyWorker:
                 ``inference_timeout_s``, or returns anything else.
         """
         skill = self._skill
-        answer = self._ask(Infer.of(observation), "inference", skill.inference_timeout_s)
-        try:
-            return check_actions(answer, skill.action_contract.dim, skill.horizon)
-        except PolicyError:
-            self._kill()
-            raise
+        with self._turn:
+            answer = self._ask(Infer.of(observation), "inference", skill.inference_timeout_s)
+            try:
+                return check_actions(answer, skill.action_contract.dim, skill.horizon)
+            except PolicyError:
+                self._kill()
+                raise
 
     def close(self) -> None:
-        """End the process, by force if it does not listen."""
+        """End the process; a call that is still running fails."""
+        if not self._turn.acquire(timeout=_END_TIMEOUT_S):
+            if self._process is not None:
+                self._process.kill()
+            self._turn.acquire()
+        self._end()
+        self._turn.release()
+
+    def _end(self) -> None:
+        """By force if it does not listen."""
         if self._connection is not None:
             self._connection.close()
         if self._process is not None:
@@ -128,9 +144,9 @@ class PolicyWorker:
     def _kill(self) -> None:
         if self._process is not None:
             self._process.kill()
-        self.close()
+        self._end()
 
     def _how_it_ended(self) -> str:
         process = self._process
-        self.close()
+        self._end()
         return f"the process ended with status {process.returncode if process else None}"

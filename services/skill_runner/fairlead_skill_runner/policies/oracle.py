@@ -8,12 +8,14 @@ no simulator.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Self
 
 import numpy as np
-import numpy.typing as npt
+from pydantic import BaseModel, ConfigDict, Field, JsonValue
 
 from fairlead.errors import PolicyError, expected
+from fairlead.skill import SkillManifest
+from fairlead_skill_runner.policies.options import check_options
 from fairlead_skill_runner.policies.oracle_motion import (
     ARM_FULL_SCALE,
     ARM_GAIN,
@@ -32,10 +34,19 @@ from fairlead_skill_runner.policies.oracle_sight import (
     read_state,
     rotation_between,
 )
+from fairlead_skill_runner.policies.protocol import Actions, Observation
 
 ACTION_DIM = 12
 MODE_ARM = -1.0
 """Composite switch: deltas start from the achieved arm pose."""
+
+
+class OracleOptions(BaseModel):
+    """horizon: rows per call; None: the skill's."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    horizon: int | None = Field(default=None, ge=1)
 
 
 class OraclePolicy:
@@ -49,10 +60,14 @@ class OraclePolicy:
     """
 
     def __init__(self, horizon: int = 8) -> None:
-        if horizon < 1:
-            raise PolicyError(expected("oracle", "a horizon of at least 1", horizon))
         self._horizon = horizon
         self.reset()
+
+    @classmethod
+    def from_options(cls, skill: SkillManifest, options: Mapping[str, JsonValue]) -> Self:
+        """Raises `ConfigError` for options it does not know."""
+        checked = check_options("oracle policy", OracleOptions, options)
+        return cls(checked.horizon or skill.horizon)
 
     def reset(self) -> None:
         """Forget everything: the next observation starts a new episode."""
@@ -66,20 +81,16 @@ class OraclePolicy:
         """What it is doing, for people."""
         return self._memory.phase.value if self._memory else "waiting"
 
-    def infer(self, observation: Mapping[str, Any]) -> npt.NDArray[np.float32]:
-        """One chunk, shape ``[horizon, 12]``.
-
-        Args:
-            observation: ``state``: float64 ``[30]``, layout ``mobile_pick_30d``;
-                ``tick``: the tick it was measured at.
+    def infer(self, observation: Observation) -> Actions:
+        """One chunk, shape ``[horizon, 12]``, from a state of layout ``mobile_pick_30d``.
 
         Raises:
             PolicyError: for a state of another size.
         """
-        state = np.asarray(observation["state"], dtype=np.float64)
+        state = np.asarray(observation.state, dtype=np.float64)
         if state.shape != (STATE_DIM,):
             raise PolicyError(expected("oracle", f"a state of shape ({STATE_DIM},)", state.shape))
-        sight = read_state(state, int(observation["tick"]))
+        sight = read_state(state, int(observation.tick))
         if self._memory is None:
             self._memory = Memory(since_tick=sight.tick, home_yaw=float(sight.base[2]))
             self._home_quat = sight.eef_quat
@@ -104,15 +115,15 @@ class OraclePolicy:
 
     def _chunk(
         self, target: Aim, hand: ArmModel, wrist: ArmModel, base: BaseModel, tick: int
-    ) -> npt.NDArray[np.float32]:
+    ) -> Actions:
         """Roll the models forward under the feedback laws and write down the commands."""
         rows = np.zeros((self._horizon, ACTION_DIM), dtype=np.float32)
         self._forecast, self._forecast_tick = [], tick
         for row in rows:
             rates = base_rates(base, target.base)
-            drag, drag_turn = arm_drag(float(rates[2]), hand.position)
+            drag = arm_drag(float(rates[2]), hand.position)
             move = ARM_GAIN * (target.eef - hand.position) + drag
-            rotate = -ARM_GAIN * wrist.position + drag_turn
+            rotate = -ARM_GAIN * wrist.position
             arm = np.clip(np.append(move, rotate) / ARM_FULL_SCALE, -1.0, 1.0)
             row[0:6] = arm
             row[6] = target.gripper
@@ -123,7 +134,7 @@ class OraclePolicy:
             wrist = ArmModel(wrist.position, wrist.velocity)
             base = BaseModel(base.pose, base.velocity, base.wanted)
             hand.advance(done[:3] - drag)
-            wrist.advance(done[3:] - drag_turn)
+            wrist.advance(done[3:])
             base.advance(rates)
             base.wanted = rates
             self._forecast.append((hand, wrist, base))

@@ -34,7 +34,7 @@ BASE_RESPONSE = np.array([0.62, 0.62, 1.0])
 """Share of a change in rate that is reached after one tick."""
 
 BASE_GAIN_HZ = np.array([3.0, 3.0, 3.0])
-BASE_SPEED = np.array([0.55, 0.55, 0.55])
+BASE_SPEED = np.array([0.55, 0.55, 0.50])
 """Fastest the oracle drives [m/s, m/s] and turns [rad/s]: faster, the arm lags."""
 
 BASE_SPEED_STEP = np.array([0.12, 0.12, 0.20])
@@ -88,7 +88,9 @@ class BaseModel:
         """One tick with the wanted ``rates`` (after friction) in odom."""
         before = self.velocity
         self.velocity = before + BASE_RESPONSE * (rates - before)
-        self.pose = self.pose + TICK_S * (self.velocity + before) / 2
+        # A rate that changes at once acts for the whole tick, a slow one on average.
+        share = (1 + BASE_RESPONSE) / 2
+        self.pose = self.pose + TICK_S * (share * self.velocity + (1 - share) * before)
 
 
 def base_rates(model: BaseModel, target: Vector | None) -> Vector:
@@ -118,12 +120,11 @@ def base_output(rates: Vector, yaw: float) -> Vector:
     return np.clip(command, -1.0, 1.0)
 
 
-def arm_drag(yaw_rate: float, eef: Vector) -> tuple[Vector, Vector]:
-    """Deltas [m], [rad] that cancel how far the arm trails while the base turns.
+def arm_drag(yaw_rate: float, eef: Vector) -> Vector:
+    """Delta [m] that cancels how far the end effector trails while the base turns.
 
-    Damping acts on the motion in the world, so a turning base drags the goal behind by
-    damping over stiffness times the velocity that the turn gives the end effector.
+    The controller damps the end effector's velocity beyond that of the base's centre, so
+    a turn drags it behind by damping over stiffness times the velocity of its swing.
     """
     lag_s = 2.0 / np.sqrt(ARM_STIFFNESS)
-    swing = yaw_rate * np.array([-eef[1], eef[0], 0.0])
-    return lag_s * swing, lag_s * np.array([0.0, 0.0, yaw_rate])
+    return np.asarray(lag_s * yaw_rate * np.array([-eef[1], eef[0], 0.0]))

@@ -22,14 +22,14 @@ REACH_M = 0.55
 HOVER_M = 0.105
 """Grip height above the object's centre before descending."""
 
-GRIP_M = 0.012
-"""Grip height above the object's centre when closing."""
+GRIP_M = 0.030
+"""Grip height above the object's centre when closing; the palm is 31 mm above the grip."""
 
 LIFT_M = 0.13
 STAGING_M = 0.40
 """How far in front of its placing position the base lines up with the cabinet."""
 
-OBJECT_BOTTOM_M = 0.055
+OBJECT_BOTTOM_M = 0.050
 """From the object's centre to what it stands on."""
 
 TOUCH_DOWN_M = 0.004

@@ -1,0 +1,32 @@
+"""``python -m fairlead_skill_runner --deployment FILE --service NAME --state-dir DIR``."""
+
+from __future__ import annotations
+
+from fairlead.robot import load_robot
+from fairlead.service import ServiceContext, announce_ready, run_service
+from fairlead.skill import load_skill
+from fairlead_skill_runner.options import check_runner_options
+from fairlead_skill_runner.service import SkillRunner
+
+
+def serve(context: ServiceContext) -> None:
+    """Offer the configured skills until asked to stop."""
+    options = check_runner_options(context.name, context.options)
+    runner = SkillRunner(
+        context.bus,
+        context.deployment.keys,
+        context.name,
+        load_robot(context.deployment.robot),
+        {name: load_skill(name) for name in options.skills},
+        options.policies,
+        context.state_dir / "trace.jsonl" if options.trace else None,
+    )
+    try:
+        announce_ready(context)
+        context.stopping.wait()
+    finally:
+        runner.close()
+
+
+if __name__ == "__main__":
+    raise SystemExit(run_service("fairlead-skill-runner", serve))

@@ -1,0 +1,78 @@
+"""The newest chunk a runner sent, what the gate said to it, and which rows are released."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from fairlead.messages import Outcome, Verdict
+
+
+@dataclass(frozen=True)
+class SentChunk:
+    """One chunk as it was sent; ``payload`` is re-sent byte for byte."""
+
+    seq: int
+    obs_tick: int
+    horizon: int
+    sent_tick: int
+    payload: bytes
+
+    @property
+    def last_row_tick(self) -> int:
+        return self.obs_tick + self.horizon - 1
+
+
+class ChunkBook:
+    """Book-keeping of one claim's chunks and verdicts."""
+
+    def __init__(self) -> None:
+        self.newest: SentChunk | None = None
+        self.answered = True
+        self.released_last = 0
+        self.delay_ticks = 1  # from an observation to its first live row, as measured
+        self._released_by = 0  # verdict id ...
+        self._released_seq = 0  # ... and chunk of the released rows
+        self._seen: set[int] = set()
+
+    @property
+    def next_seq(self) -> int:
+        return self.newest.seq + 1 if self.newest else 1
+
+    @property
+    def last_obs_tick(self) -> int:
+        """Observation tick of the newest chunk; 0 before the first."""
+        return self.newest.obs_tick if self.newest else 0
+
+    def sent(self, chunk: SentChunk) -> None:
+        self.newest = chunk
+        self.answered = False
+
+    def judged(self, verdict: Verdict) -> bool:
+        """Take a verdict on this claim; False if it says nothing new."""
+        if verdict.verdict_id in self._seen or self.newest is None:
+            return False
+        self._seen.add(verdict.verdict_id)
+        if verdict.seq == self.newest.seq:
+            self.answered = True
+        if verdict.outcome == Outcome.REFUSED:
+            # A refused chunk leaves older released rows as they are; but rows that were
+            # released and are judged again, because the robot did something else, are gone.
+            if verdict.seq == self._released_seq:
+                self.released_last = 0
+            return True
+        if verdict.verdict_id > self._released_by:
+            self._released_by, self._released_seq = verdict.verdict_id, verdict.seq
+            self.released_last = verdict.released_last
+        if verdict.seq == self.newest.seq and verdict.released_first:
+            self.delay_ticks = max(0, verdict.released_first - self.newest.obs_tick)
+        return True
+
+    def due_again(self, tick: int, repeated: bool) -> bytes | None:
+        """The bytes to re-send at ``tick``: no verdict after one tick, or the tick came again."""
+        chunk = self.newest
+        if chunk is None:
+            return None
+        if repeated and chunk.obs_tick == tick:
+            return chunk.payload
+        late = not self.answered and (tick > chunk.sent_tick or repeated)
+        return chunk.payload if late and tick <= chunk.last_row_tick else None

@@ -1,0 +1,98 @@
+"""Taking a claim from the gate and giving it back."""
+
+from __future__ import annotations
+
+import threading
+import time
+
+from fairlead.bus import Bus
+from fairlead.errors import FairleadError, RefusedError
+from fairlead.keys import Keys
+from fairlead.messages import (
+    Claim,
+    ClaimReply,
+    GateStatus,
+    LimitOverride,
+    Release,
+    StatusQuery,
+    decode,
+)
+from fairlead.routes import Route
+from fairlead.skill import SkillManifest
+
+QUERY_TIMEOUT_S = 2.0
+_RETRY_S = 0.1
+# The gate's heartbeat timeout, with a margin for its own period.
+_FORMER_CLAIM_S = {"realtime": 0.5, "lockstep": 2.5}
+
+
+def claim_request(
+    source: str, skill: SkillManifest, routes: tuple[Route, ...], robot_hash: bytes
+) -> Claim:
+    """What a skill asks of the gate; the gate checks hashes and period once, here."""
+    return Claim(
+        source=source,
+        skill=skill.id,
+        skill_hash=skill.skill_hash,
+        robot_hash=robot_hash,
+        period_ns=round(1e9 / skill.rate_hz),
+        parts=tuple(route.part_name for route in routes),
+        chunk_rate_hz=skill.rate_hz,  # at most one chunk per control period
+        horizon_max=skill.horizon,
+        age_max_ticks=skill.age_max_ticks,
+        limits=tuple(
+            LimitOverride(part=limit.part, mode=int(limit.mode), name=limit.name, value=limit.value)
+            for limit in skill.limits
+        ),
+    )
+
+
+def take_claim(
+    bus: Bus, keys: Keys, request: Claim, pacing: str, stopping: threading.Event
+) -> ClaimReply:
+    """Ask for the claim; wait one heartbeat window where our own former claim is in the way.
+
+    A runner that was killed leaves a claim behind that lives until its heartbeat is missed.
+
+    Raises:
+        RefusedError: with the gate's reason and the command that would change it.
+        NoAnswerError: if no gate answers.
+    """
+    until_s = time.monotonic() + _FORMER_CLAIM_S[pacing]
+    while True:
+        try:
+            return decode(
+                ClaimReply, bus.query(keys.gate_command("claim"), request, QUERY_TIMEOUT_S)
+            )
+        except RefusedError:
+            if time.monotonic() > until_s or not _holds_former(bus, keys, request.source):
+                raise
+        if stopping.wait(_RETRY_S):
+            raise RefusedError(request.source, "the goal was ended while it waited for its claim")
+
+
+def release_claim(bus: Bus, keys: Keys, source: str, claim_id: int) -> str:
+    """Give the claim back; returns why that failed, "" if it did not."""
+    try:
+        request = Release(source=source, claim_id=claim_id)
+        bus.query(keys.gate_command("release"), request, QUERY_TIMEOUT_S)
+    except FairleadError as error:
+        return str(error)
+    return ""
+
+
+def gate_cause(bus: Bus, keys: Keys) -> str:
+    """Why the gate is in its state and what would change it; "" if it does not answer."""
+    try:
+        status = decode(GateStatus, bus.query(keys.gate_status, StatusQuery(), QUERY_TIMEOUT_S))
+    except FairleadError:
+        return ""
+    return status.cause + (f"; try: {status.fix}" if status.cause and status.fix else "")
+
+
+def _holds_former(bus: Bus, keys: Keys, source: str) -> bool:
+    try:
+        status = decode(GateStatus, bus.query(keys.gate_status, StatusQuery(), QUERY_TIMEOUT_S))
+    except FairleadError:
+        return False
+    return any(claim.source == source for claim in status.claims)

@@ -1,0 +1,114 @@
+"""Intake: gathers what one observation needs, by tick, and knows what is still missing."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from fairlead.errors import PolicyError, expected
+from fairlead.messages import Image, LayoutState, TaskState, floats
+from fairlead.skill import ImageSpec, SkillManifest
+from fairlead_skill_runner.policies.protocol import Observation
+
+
+@dataclass(frozen=True)
+class Gathered:
+    """One complete observation; oldest_tick is the age of its oldest input."""
+
+    observation: Observation
+    oldest_tick: int
+
+
+class Intake:
+    """Newest layout, task state and camera frames of one goal.
+
+    Args:
+        camera_periods: ticks between frames, by camera name.
+        exact: lockstep: the layout, the task state and the due frames of one tick, and no
+            others, so that every run sees the same; otherwise the newest of each.
+    """
+
+    def __init__(
+        self,
+        skill: SkillManifest,
+        prompt: str,
+        camera_periods: Mapping[str, int],
+        *,
+        exact: bool,
+        has_task: bool,
+    ) -> None:
+        self._skill = skill
+        self._prompt = prompt
+        self._periods = camera_periods
+        self._exact = exact
+        self._has_task = has_task
+        self.layout: LayoutState | None = None
+        self.task: TaskState | None = None
+        self._images: dict[str, Image] = {}
+
+    def add_layout(self, layout: LayoutState) -> None:
+        if layout.values is not None and (not self.layout or layout.tick > self.layout.tick):
+            self.layout = layout
+
+    def add_task(self, task: TaskState) -> None:
+        if self.task is None or task.tick > self.task.tick:
+            self.task = task
+
+    def add_image(self, image: Image) -> None:
+        newest = self._images.get(image.camera)
+        if newest is None or image.tick > newest.tick:
+            self._images[image.camera] = image
+
+    def missing(self, tick: int) -> str:
+        """What an observation of ``tick`` (or newer, unless exact) still lacks; "" if nothing."""
+        if self.layout is None or self.layout.tick < tick:
+            return f"layout {self._skill.state_contract.layout} of tick {tick}"
+        if self._exact and self._has_task and (self.task is None or self.task.tick < tick):
+            return f"task state of tick {tick}"
+        for name, spec in self._skill.images.items():
+            if not self._usable(spec, self.layout):
+                return f"image {name} from camera {spec.camera} for tick {self.layout.tick}"
+        return ""
+
+    def gather(self) -> Gathered:
+        """The observation of the newest layout; call it when nothing is missing.
+
+        Raises:
+            PolicyError: for a picture that is not what the skill declares.
+        """
+        layout = self.layout
+        assert layout is not None and layout.values is not None
+        images, oldest = {}, min(layout.tick, layout.oldest_tick)
+        for name, spec in self._skill.images.items():
+            image = self._images[spec.camera]
+            images[name] = _pixels(name, spec, image)
+            oldest = min(oldest, image.tick)
+        state = floats(layout.values)
+        return Gathered(Observation(layout.tick, state, self._prompt, images), oldest)
+
+    def _usable(self, spec: ImageSpec, layout: LayoutState) -> bool:
+        image = self._images.get(spec.camera)
+        if image is None or not layout.episode_tick <= image.tick <= layout.tick:
+            return False
+        if not self._exact:
+            return layout.tick - image.tick <= self._skill.age_max_ticks
+        since_due = (layout.tick - layout.episode_tick) % self._periods[spec.camera]
+        return image.tick == layout.tick - since_due
+
+
+def _pixels(name: str, spec: ImageSpec, image: Image) -> npt.NDArray[np.uint8]:
+    size = spec.width * spec.height * 3
+    fits = (image.width, image.height) == (spec.width, spec.height) and len(image.data) == size
+    if image.encoding_name != "rgb8" or not fits:
+        raise PolicyError(
+            expected(
+                f"image {name}",
+                f"rgb8 of {spec.width} x {spec.height}",
+                f"{image.encoding_name} of {image.width} x {image.height}",
+            )
+        )
+    pixels = np.frombuffer(image.data, dtype=np.uint8).reshape(image.height, image.width, 3)
+    return np.rot90(pixels, k=-(spec.rotation_deg // 90))

@@ -1,0 +1,126 @@
+"""Every way a goal can end, with its typed kind and its words."""
+
+from __future__ import annotations
+
+import msgspec
+
+from fairlead.errors import (
+    ConfigError,
+    FairleadError,
+    NoAnswerError,
+    PolicyError,
+    RefusedError,
+)
+from fairlead.messages import GoalResult, LayoutFault, LayoutState
+from fairlead.skill import SkillManifest
+
+
+def _failed(kind: str, detail: str) -> GoalResult:
+    return GoalResult(
+        outcome="failed", decided_by="runner", kind=kind, detail=detail, first_tick=0, last_tick=0
+    )
+
+
+def at_ticks(result: GoalResult, first_tick: int, last_tick: int) -> GoalResult:
+    """The same result with the goal's first observation and its newest tick."""
+    return msgspec.structs.replace(result, first_tick=first_tick, last_tick=last_tick)
+
+
+def success() -> GoalResult:
+    return GoalResult(
+        outcome="succeeded",
+        decided_by="task",
+        kind="",
+        detail="the task's own check says so",
+        first_tick=0,
+        last_tick=0,
+    )
+
+
+def deadline(ticks: int) -> GoalResult:
+    return GoalResult(
+        outcome="deadline",
+        decided_by="runner",
+        kind="deadline",
+        detail=f"not done after {ticks} ticks",
+        first_tick=0,
+        last_tick=0,
+    )
+
+
+def cancelled(by: str) -> GoalResult:
+    return GoalResult(
+        outcome="cancelled",
+        decided_by="operator",
+        kind="cancelled",
+        detail=f"cancelled by {by}",
+        first_tick=0,
+        last_tick=0,
+    )
+
+
+def policy_error(error: FairleadError) -> GoalResult:
+    result = _failed("policy_error", str(error))
+    return msgspec.structs.replace(result, decided_by="policy")
+
+
+def of_error(error: FairleadError) -> GoalResult:
+    """A goal that ended before its first tick."""
+    if isinstance(error, PolicyError):
+        return policy_error(error)
+    kinds: dict[type[FairleadError], str] = {
+        RefusedError: "claim_refused",
+        NoAnswerError: "no_answer",
+        ConfigError: "not_admitted",
+    }
+    return _failed(kinds.get(type(error), "error"), str(error))
+
+
+def claim_lost(words: str) -> GoalResult:
+    return _failed("claim_lost", words)
+
+
+def new_session(ours: int, theirs: int) -> GoalResult:
+    return _failed(
+        "new_session", f"the HAL started anew: session {theirs:016x}, the claim's was {ours:016x}"
+    )
+
+
+def hal_fault(detail: str) -> GoalResult:
+    return _failed("hal_fault", f"the HAL reports a fault: {detail}")
+
+
+def stalled(quiet_s: float, awaited: str, last_refusal: str) -> GoalResult:
+    refusal = f"; last refusal: {last_refusal}" if last_refusal else ""
+    return _failed(
+        "stalled", f"no rows released for {quiet_s:.1f} s, waiting for {awaited}{refusal}"
+    )
+
+
+def layout_fault(tick: int, fault: LayoutFault) -> GoalResult:
+    parent = f" in {fault.parent}" if fault.parent else ""
+    age = f", newest {fault.age_ticks} ticks old" if fault.age_ticks >= 0 else ", never seen"
+    return _failed(
+        f"layout_{fault.kind}", f"at tick {tick}: {fault.name}{parent}{age}: {fault.text}"
+    )
+
+
+def wrong_layout(skill: SkillManifest, layout: LayoutState) -> GoalResult | None:
+    """A layout that is not what the skill declares ends the goal; None if it is."""
+    contract = skill.state_contract
+    pairs: list[tuple[str, object, object]] = [
+        ("layout", contract.layout, layout.layout),
+        ("skill hash", skill.skill_hash.hex()[:16], layout.skill_hash.hex()[:16]),
+    ]
+    if layout.values is not None:
+        pairs.append(("width", contract.dim, len(layout.values) / 8))
+    for what, wanted, got in pairs:
+        if wanted != got:
+            detail = f"state_assembler sends {what} {got}, skill {skill.id} needs {wanted}"
+            return _failed("layout_mismatch", detail)
+    return None
+
+
+def internal_error(error: Exception) -> GoalResult:
+    """A bug in the runner: it stops rather than goes on."""
+    return _failed("internal_error", f"{type(error).__name__}: {error}")

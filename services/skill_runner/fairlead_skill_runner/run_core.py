@@ -1,0 +1,294 @@
+"""One goal from its claim to its result: messages and time in, outputs out.
+
+No transport, no clock, no thread, no process: the caller brings messages and its
+monotonic time, executes the outputs in order, and reads `RunCore.result`.
+
+Lockstep: the policy is asked only at a tick for which no released row is left, with the
+layout, task state and frames of exactly that tick, so every run is the same run.
+Realtime: the next observation is taken early enough that the rows last until its chunk
+is judged; rows that passed meanwhile are dropped by index by the gate.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from fairlead.errors import PolicyError
+from fairlead.messages import (
+    NO_TRACE,
+    ActionChunk,
+    GoalResult,
+    HalStatus,
+    Hold,
+    Image,
+    JointState,
+    LayoutState,
+    Lease,
+    Outcome,
+    TaskState,
+    Verdict,
+    encode,
+)
+from fairlead_skill_runner import results
+from fairlead_skill_runner.chunk_book import ChunkBook, SentChunk
+from fairlead_skill_runner.claim_watch import ClaimWatch
+from fairlead_skill_runner.dispatch import dispatch
+from fairlead_skill_runner.intake import Gathered, Intake
+from fairlead_skill_runner.policies.protocol import Actions, Observation
+from fairlead_skill_runner.run_setup import RunSetup
+from fairlead_skill_runner.verdict_text import describe
+
+LAYOUT_FAULTS_TO_FAIL = 4
+QUIET_S = 0.5  # without released rows for so long, the phase says what is awaited
+
+
+@dataclass(frozen=True)
+class SendChunk:
+    """Publish these bytes on the candidate key."""
+
+    payload: bytes
+
+
+@dataclass(frozen=True)
+class AskPolicy:
+    """Ask the policy; bring its answer to `RunCore.on_policy` with the same call number."""
+
+    call: int
+    observation: Observation
+
+
+Output = SendChunk | AskPolicy
+
+
+class RunCore:
+    """The loop of one goal."""
+
+    def __init__(self, setup: RunSetup, now_s: float) -> None:
+        self.setup = setup
+        self.result: GoalResult | None = None
+        self.tick = 0
+        self.first_tick = 0
+        self.inferences = 0
+        self.starved = 0
+        self.last_refusal = ""
+        self.phase = "running"
+        self._book = ChunkBook()
+        self._watch = ClaimWatch(setup.source, setup.claim_id, setup.epoch, setup.session)
+        self._intake = Intake(
+            setup.skill,
+            setup.prompt,
+            setup.camera_periods,
+            exact=setup.lockstep,
+            has_task=setup.has_task,
+        )
+        self._asked: Gathered | None = None
+        self._asked_s = 0.0
+        self._progress_s = now_s
+        self._next_obs_tick = 0
+        self._faults = 0
+
+    @property
+    def over(self) -> bool:
+        """True once there is a result."""
+        return self.result is not None
+
+    @property
+    def queue_depth(self) -> int:
+        """Released rows after the newest tick."""
+        return max(0, self._book.released_last - self.tick)
+
+    # --- messages ------------------------------------------------------------------
+
+    def on_joints(self, joints: JointState, now_s: float) -> list[Output]:
+        """The clock: a new tick, or in lockstep the same one again."""
+        if self.result:
+            return []
+        if joints.session != self.setup.session:
+            return self._end(results.new_session(self.setup.session, joints.session))
+        if joints.tick < self.tick:
+            return []
+        repeated = joints.tick == self.tick
+        self.tick = joints.tick
+        if not repeated and not self.setup.lockstep:
+            self._count_starved(joints)
+        again = self._book.due_again(self.tick, repeated)
+        outputs: list[Output] = [] if again is None else [SendChunk(again)]
+        return outputs + self._advance(now_s)
+
+    def on_layout(self, layout: LayoutState, now_s: float) -> list[Output]:
+        if self.result or layout.session != self.setup.session:
+            return []
+        problem = results.wrong_layout(self.setup.skill, layout)
+        if problem:
+            return self._end(problem)
+        if layout.fault is not None:
+            self._faults += 1
+            if self._faults >= LAYOUT_FAULTS_TO_FAIL:
+                return self._end(results.layout_fault(layout.tick, layout.fault))
+            return []
+        self._faults = 0
+        self._intake.add_layout(layout)
+        return self._advance(now_s)
+
+    def on_task(self, task: TaskState, now_s: float) -> list[Output]:
+        if self.result or task.session != self.setup.session:
+            return []
+        self._intake.add_task(task)
+        return self._advance(now_s)
+
+    def on_image(self, image: Image, now_s: float) -> list[Output]:
+        if self.result or image.session != self.setup.session:
+            return []
+        self._intake.add_image(image)
+        return self._advance(now_s)
+
+    def on_lease(self, lease: Lease) -> list[Output]:
+        lost = "" if self.result else self._watch.lost(lease)
+        return self._end(results.claim_lost(lost)) if lost else []
+
+    def on_hal_status(self, status: HalStatus) -> list[Output]:
+        if self.result or status.state != "fault":
+            return []
+        return self._end(results.hal_fault(status.detail))
+
+    def on_verdict(self, verdict: Verdict, now_s: float) -> list[Output]:
+        ours = (verdict.claim_id, verdict.epoch) == (self.setup.claim_id, self.setup.epoch)
+        if self.result or not ours or not self._book.judged(verdict):
+            return []
+        if verdict.outcome != Outcome.REFUSED:
+            self._progress_s = now_s
+            self.phase = "running"
+        if verdict.outcome != Outcome.RELEASED:
+            self.last_refusal = describe(verdict)
+        if verdict.seq == self._book.next_seq - 1:
+            self._plan_next(verdict)
+        return self._advance(now_s)
+
+    def on_policy(self, call: int, answer: Actions | PolicyError, now_s: float) -> list[Output]:
+        """The answer to `AskPolicy`; one that is not awaited is ignored."""
+        asked = self._asked
+        if self.result or asked is None or call != self.inferences:
+            return []
+        self._asked = None
+        self._progress_s += now_s - self._asked_s  # the policy's own time is no stall
+        if isinstance(answer, PolicyError):
+            return self._end(results.policy_error(answer))
+        chunk = self._chunk(asked, answer)
+        self._book.sent(chunk)
+        delay = max(0, self.tick + 1 - chunk.obs_tick)
+        self._next_obs_tick = chunk.obs_tick + self._spacing(chunk.horizon, delay)
+        return [SendChunk(chunk.payload), *self._advance(now_s)]
+
+    def on_time(self, now_s: float) -> list[Output]:
+        """Call a few times a second."""
+        if self.result or self._asked:
+            return []
+        quiet_s = now_s - self._progress_s
+        awaited = self._awaited()
+        if quiet_s > self.setup.stall_timeout_s:
+            return self._end(results.stalled(quiet_s, awaited, self.last_refusal))
+        self.phase = f"waiting for {awaited}" if quiet_s > QUIET_S else "running"
+        return []
+
+    def cancel(self, by: str) -> None:
+        if not self.result:
+            self._end(results.cancelled(by))
+
+    # --- decisions -----------------------------------------------------------------
+
+    def _advance(self, now_s: float) -> list[Output]:
+        if self.result or self.tick == 0:
+            return []
+        if self.setup.lockstep:
+            return self._advance_lockstep(now_s)
+        ended = self._ended()
+        if ended:
+            return self._end(ended)
+        wanted = max(self._next_obs_tick, self._book.last_obs_tick + 1)
+        if self._asked or self.tick < wanted or self._intake.missing(wanted):
+            return []
+        return self._ask(now_s)
+
+    def _advance_lockstep(self, now_s: float) -> list[Output]:
+        book, tick = self._book, self.tick
+        undecided = book.answered and book.released_last < tick and book.last_obs_tick < tick
+        if self._asked or not undecided or self._intake.missing(tick):
+            return []
+        ended = self._ended()
+        return self._end(ended) if ended else self._ask(now_s)
+
+    def _ended(self) -> GoalResult | None:
+        task = self._intake.task
+        if task is not None and task.success:
+            return results.success()
+        deadline = self.setup.deadline_ticks
+        if deadline and self.first_tick and self.tick - self.first_tick >= deadline:
+            return results.deadline(deadline)
+        return None
+
+    def _ask(self, now_s: float) -> list[Output]:
+        try:
+            gathered = self._intake.gather()
+        except PolicyError as error:
+            return self._end(results.policy_error(error))
+        self._asked, self._asked_s = gathered, now_s
+        self.inferences += 1
+        self.first_tick = self.first_tick or gathered.observation.tick
+        return [AskPolicy(self.inferences, gathered.observation)]
+
+    def _chunk(self, asked: Gathered, actions: Actions) -> SentChunk:
+        setup = self.setup
+        rows = actions[: setup.skill.execute_steps] if setup.lockstep else actions
+        tick = asked.observation.tick
+        message = ActionChunk(
+            robot_hash=setup.robot_hash,
+            session=setup.session,
+            epoch=setup.epoch,
+            claim_id=setup.claim_id,
+            source=setup.source,
+            seq=self._book.next_seq,
+            goal_id=setup.goal_id,
+            obs_tick=tick,
+            oldest_tick=asked.oldest_tick,
+            start_tick=tick,
+            horizon=len(rows),
+            parts=dispatch(setup.routes, rows, setup.skill.action_contract.dim),
+            trace=NO_TRACE,
+        )
+        return SentChunk(message.seq, tick, len(rows), self.tick, encode(message))
+
+    def _plan_next(self, verdict: Verdict) -> None:
+        """When the next observation is due, now that the newest chunk is judged (realtime)."""
+        chunk = self._book.newest
+        assert chunk is not None
+        if verdict.outcome == Outcome.REFUSED:
+            self._next_obs_tick = chunk.obs_tick + 1
+            return
+        rows = verdict.released_last - chunk.obs_tick + 1
+        self._next_obs_tick = chunk.obs_tick + self._spacing(rows, self._book.delay_ticks)
+
+    def _spacing(self, rows: int, delay: int) -> int:
+        """Ticks between observations: the spare tick pays for one re-send."""
+        return max(1, min(self.setup.skill.execute_steps, rows - delay - 1))
+
+    def _count_starved(self, joints: JointState) -> None:
+        if not self._book.released_last:
+            return
+        parts: Sequence[int] = [route.part for route in self.setup.routes]
+        if any(
+            joints.acted[part].hold == Hold.NO_ROW for part in parts if part < len(joints.acted)
+        ):
+            self.starved += 1
+
+    def _awaited(self) -> str:
+        if self.tick == 0:
+            return "a joint state"
+        if not self._book.answered:
+            return f"the gate's verdict on chunk {self._book.next_seq - 1}"
+        return self._intake.missing(max(self.tick, self._next_obs_tick)) or "released rows"
+
+    def _end(self, ended: GoalResult) -> list[Output]:
+        self.result = results.at_ticks(ended, self.first_tick, self.tick)
+        self.phase = "ended"
+        return []

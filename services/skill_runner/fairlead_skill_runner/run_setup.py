@@ -1,0 +1,65 @@
+"""Everything that is settled before a goal's first tick."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from fairlead.messages import ClaimReply, Goal, HalStatus
+from fairlead.routes import Route
+from fairlead.skill import SkillManifest
+
+
+@dataclass(frozen=True)
+class RunSetup:
+    """One goal on one claim.
+
+    Attributes:
+        source: the runner's name in keys and chunks.
+        deadline_ticks: ticks after the first observation; 0: none.
+        stall_timeout_s: longest time without released rows, the policy's own time not counted.
+        camera_periods: ticks between frames, by camera.
+    """
+
+    source: str
+    goal_id: int
+    skill: SkillManifest
+    routes: tuple[Route, ...]
+    prompt: str
+    deadline_ticks: int
+    stall_timeout_s: float
+    session: int
+    robot_hash: bytes
+    lockstep: bool
+    has_task: bool
+    claim_id: int
+    epoch: int
+    camera_periods: Mapping[str, int] = field(default_factory=dict)
+
+    @classmethod
+    def of(
+        cls,
+        source: str,
+        goal_id: int,
+        goal: Goal,
+        skill: SkillManifest,
+        routes: tuple[Route, ...],
+        hal: HalStatus,
+        claim: ClaimReply,
+    ) -> RunSetup:
+        return cls(
+            source=source,
+            goal_id=goal_id,
+            skill=skill,
+            routes=routes,
+            prompt=goal.prompt or skill.prompt,
+            deadline_ticks=goal.deadline_ticks,
+            stall_timeout_s=goal.stall_timeout_s,
+            session=claim.session,
+            robot_hash=hal.robot_hash,
+            lockstep=hal.pacing == "lockstep",
+            has_task=hal.has_task,
+            claim_id=claim.claim_id,
+            epoch=claim.epoch,
+            camera_periods={camera.name: camera.period_ticks for camera in hal.cameras},
+        )

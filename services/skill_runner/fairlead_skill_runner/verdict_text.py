@@ -1,0 +1,44 @@
+"""The gate's verdicts in words, for people who read the feedback."""
+
+from __future__ import annotations
+
+from fairlead.messages import Outcome, Verdict
+
+CHECKS = {
+    1: "not a well-formed chunk",
+    2: "other HAL session or robot",
+    3: "old arm epoch",
+    4: "no such claim, or parts it does not cover",
+    5: "sequence number not increasing",
+    6: "observation too new or too old",
+    7: "horizon or width",
+    8: "number not finite or too large",
+    9: "mode, mask or padding",
+    10: "too many chunks",
+    11: "measured state",
+    12: "every row is past",
+    13: "measured jump",
+    20: "limit",
+    21: "does not start where the robot is",
+    22: "jump between rows",
+    23: "does not continue the released rows",
+    24: "cannot brake before a limit",
+    25: "mode switch not allowed",
+}
+"""What each check of the gate is about, by number."""
+
+
+def describe(verdict: Verdict) -> str:
+    """One line: code, check, where, value, limit and its source.
+
+    >>> # "G020 limit: chunk 3 refused at row 2, arm x: value 5 beyond 0.0867 (robot.yaml)"
+    """
+    what = CHECKS.get(verdict.code, "check")
+    verb = "refused" if verdict.outcome == Outcome.REFUSED else "truncated"
+    where = f" at row {verdict.row}" if verdict.row >= 0 else ""
+    axis = f", {verdict.part} {verdict.axis}".rstrip() if verdict.part else ""
+    source = f" ({verdict.limit_source})" if verdict.limit_source else ""
+    return (
+        f"G{verdict.code:03d} {what}: chunk {verdict.seq} {verb}{where}{axis}: "
+        f"value {verdict.value:g}, limit {verdict.limit:g}{source}"
+    )
