@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import mujoco
 import numpy as np
 import numpy.typing as npt
 
@@ -12,6 +13,7 @@ from fairlead.messages import FloatArray
 from fairlead.modes import ControlMode
 from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
 from fairlead_skill_runner.policies.oracle import OraclePolicy
+from fairlead_skill_runner.policies.protocol import Observation
 
 DELTA_SCALE = np.array([0.05, 0.05, 0.05, 0.5, 0.5, 0.5])
 BASE_SCALE = np.array([1.0, 1.0, 1.5])
@@ -54,16 +56,14 @@ def true_state(backend: RobosuiteBackend) -> FloatArray:
     return np.concatenate(parts)
 
 
-def commands(row: npt.NDArray[np.float32], backend: RobosuiteBackend) -> dict[str, PartCommand]:
+def commands(row: npt.NDArray[np.float32]) -> dict[str, PartCommand]:
     """One checkpoint-format row as SI part commands."""
     values = row.astype(np.float64)
     base = np.zeros(11)
     base[:3] = values[7:10] * BASE_SCALE
     opening = values[6:7] * -0.04 + 0.04
     return {
-        "arm": PartCommand(
-            ControlMode.CARTESIAN_DELTA, "base_link", values[:6] * DELTA_SCALE, ()
-        ),
+        "arm": PartCommand(ControlMode.CARTESIAN_DELTA, "base_link", values[:6] * DELTA_SCALE, ()),
         "gripper": PartCommand(ControlMode.GRIPPER_POSITION, "", opening, ()),
         "base": PartCommand(ControlMode.JOINT_VELOCITY, "", base, BASE_JOINTS),
         "composite": PartCommand(ControlMode.COMPOSITE_MODE, "", values[11:12], ()),
@@ -77,27 +77,25 @@ def run_episode(
     policy = OraclePolicy()
     backend.reset(seed)
     backend.apply({})
-    near, success = None, None
-    rows = policy.infer({"state": true_state(backend), "tick": 1})
+    near, success, travel_m = None, None, 0.0
+    rows = np.zeros((0, 12), dtype=np.float32)
     tick = 0
     while tick < max_ticks and success is None:
         if tick % chunk == 0:
-            rows = policy.infer({"state": true_state(backend), "tick": tick + 1})
-        backend.apply(commands(rows[tick % chunk], backend))
+            rows = policy.infer(Observation(tick + 1, true_state(backend), ""))
+        backend.apply(commands(rows[tick % chunk]))
         tick += 1
         reading = backend.task()
         assert reading is not None
+        travel_m = reading.metrics["base_travel"]
         if near is None and reading.metrics["object_gripper_distance"] < 0.10:
             near = tick
         success = tick if reading.success else None
-    travel = reading.metrics["base_travel"]
-    return Episode(seed, success, near, travel, policy.phase, tick)
+    return Episode(seed, success, near, travel_m, policy.phase, tick)
 
 
 def _quat(rotation: FloatArray) -> FloatArray:
     """Quaternion xyzw with w >= 0 of a rotation matrix."""
-    import mujoco
-
     q = np.zeros(4)
     mujoco.mju_mat2Quat(q, np.ascontiguousarray(rotation).reshape(9))
     q = q if q[0] >= 0 else -q

@@ -26,12 +26,15 @@ Vector = npt.NDArray[np.float64]
 
 REST_LINEAR_M_S = 0.01
 REST_ANGULAR_RAD_S = 0.1
+CLEAR_M = 0.10
+"""Distance from grip site to can's centre beyond which the can counts as released."""
 
 
 class MobilePickPlace(ManipulationEnv):  # type: ignore[misc]  # robosuite ships no types
     """A robosuite environment; subclassing registers it as ``MobilePickPlace``.
 
-    Success: the can is inside the cabinet, touches no part of the robot, and is at rest.
+    Success: the can is inside the cabinet, at rest, and released: it touches no part of
+    the robot and the gripper has gone away from it.
     The scene of an episode is drawn from ``env.rng`` at every reset and nowhere else, so
     the generator's state at reset decides the whole episode.
     """
@@ -126,7 +129,7 @@ class MobilePickPlace(ManipulationEnv):  # type: ignore[misc]  # robosuite ships
         return result
 
     def _check_success(self) -> bool:
-        return self._inside_cabinet() and self._at_rest() and not self._touched()
+        return self._inside_cabinet() and self._at_rest() and self._released()
 
     def _gripper_distance(self) -> float:
         robot = self.robots[0]
@@ -151,6 +154,9 @@ class MobilePickPlace(ManipulationEnv):  # type: ignore[misc]  # robosuite ships
             np.linalg.norm(velocity[:3]) < REST_LINEAR_M_S
             and np.linalg.norm(velocity[3:]) < REST_ANGULAR_RAD_S
         )
+
+    def _released(self) -> bool:
+        return self._gripper_distance() > CLEAR_M and not self._touched()
 
     def _touched(self) -> bool:
         """True while any geom of the robot touches the can."""

@@ -18,7 +18,7 @@ CABINET_WIDTH_M = 0.60
 CABINET_INTERIOR_HEIGHT_M = 0.55
 
 CAN_RADIUS_M = 0.030
-CAN_HEIGHT_M = 0.110
+CAN_HEIGHT_M = 0.100
 
 GOAL_DEPTH_M = 0.16
 """How far behind the cabinet's front edge the can should stand."""

@@ -21,7 +21,7 @@ from fairlead_skill_runner.policies.oracle_motion import (
     ARM_GAIN,
     TICK_S,
     ArmModel,
-    BaseModel,
+    DriveModel,
     Vector,
     arm_drag,
     base_output,
@@ -73,7 +73,7 @@ class OraclePolicy:
         """Forget everything: the next observation starts a new episode."""
         self._memory: Memory | None = None
         self._home_quat: Vector = np.zeros(4)
-        self._forecast: list[tuple[ArmModel, ArmModel, BaseModel]] = []
+        self._forecast: list[tuple[ArmModel, ArmModel, DriveModel]] = []
         self._forecast_tick = 0
 
     @property
@@ -98,7 +98,7 @@ class OraclePolicy:
         advance(self._memory, sight, Motion(hand.velocity, base.velocity))
         return self._chunk(aim(self._memory, sight), hand, wrist, base, sight.tick)
 
-    def _now(self, sight: Sight) -> tuple[ArmModel, ArmModel, BaseModel]:
+    def _now(self, sight: Sight) -> tuple[ArmModel, ArmModel, DriveModel]:
         """Seen poses with the speeds the last chunk should have led to by now."""
         wrist_turn = rotation_between(self._home_quat, sight.eef_quat)
         rows = sight.tick - self._forecast_tick
@@ -110,11 +110,11 @@ class OraclePolicy:
         return (
             ArmModel(sight.eef, speeds[0]),
             ArmModel(wrist_turn, speeds[1]),
-            BaseModel(sight.base, speeds[2], speeds[3]),
+            DriveModel(sight.base, speeds[2], speeds[3]),
         )
 
     def _chunk(
-        self, target: Aim, hand: ArmModel, wrist: ArmModel, base: BaseModel, tick: int
+        self, target: Aim, hand: ArmModel, wrist: ArmModel, base: DriveModel, tick: int
     ) -> Actions:
         """Roll the models forward under the feedback laws and write down the commands."""
         rows = np.zeros((self._horizon, ACTION_DIM), dtype=np.float32)
@@ -132,7 +132,7 @@ class OraclePolicy:
             done = arm * ARM_FULL_SCALE
             hand = ArmModel(hand.position, hand.velocity)
             wrist = ArmModel(wrist.position, wrist.velocity)
-            base = BaseModel(base.pose, base.velocity, base.wanted)
+            base = DriveModel(base.pose, base.velocity, base.wanted)
             hand.advance(done[:3] - drag)
             wrist.advance(done[3:])
             base.advance(rates)

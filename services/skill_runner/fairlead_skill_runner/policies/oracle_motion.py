@@ -77,7 +77,7 @@ class ArmModel:
 
 
 @dataclass
-class BaseModel:
+class DriveModel:
     """Base pose x, y [m], yaw [rad] in odom, and its rates."""
 
     pose: Vector
@@ -93,7 +93,7 @@ class BaseModel:
         self.pose = self.pose + TICK_S * (share * self.velocity + (1 - share) * before)
 
 
-def base_rates(model: BaseModel, target: Vector | None) -> Vector:
+def base_rates(model: DriveModel, target: Vector | None) -> Vector:
     """Rates in odom towards ``target`` (x, y, yaw), gentle at both ends."""
     rates = np.zeros(3)
     if target is not None:
