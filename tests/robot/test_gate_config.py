@@ -77,5 +77,5 @@ def test_effective_limits_show_every_number_of_the_compiled_file(robot: RobotMan
     assert ("joint base_yaw", "upper") not in rows
     assert rows[("part arm cartesian_delta", "linear_limit")] == (0.0867, "m")
     assert rows[("part base joint_velocity", "step_limit")] == ((2.0, 2.0, 3.0), "m/s, rad/s")
-    assert rows[("part base body_twist", "angular_limit")] == (1.5, "rad/s")
+    assert rows[("part base body_twist", "angular_limit")] == (1.33, "rad/s")
     assert rows[("part composite composite_mode", "step_limit")] == (2.0, "1")

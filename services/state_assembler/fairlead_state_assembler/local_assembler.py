@@ -31,7 +31,13 @@ class LocalAssembler:
         self._names = robot.measured_joint_names
         self._kinematics = ForwardKinematics(robot)
         self._joints: JointPositions | None = None
+        self._buffer = TransformBuffer()
         self._transforms: TransformsAtTick | None = None
+
+    @property
+    def frames(self) -> frozenset[str]:
+        """Every frame known from what was taken last."""
+        return self._buffer.frames
 
     def take(
         self,
@@ -44,7 +50,7 @@ class LocalAssembler:
         Args:
             positions: shape ``[n]``, every measured joint in wire order [rad or m].
         """
-        buffer = TransformBuffer()
+        self._buffer = buffer = TransformBuffer()
         for poses, is_static in ((static_transforms, True), (transforms, False)):
             for item in poses:
                 pose = pose_from(item.child, item.translation, item.rotation_xyzw)

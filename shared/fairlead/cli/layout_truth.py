@@ -1,0 +1,115 @@
+"""What the simulator itself says about each field of a layout.
+
+Truth comes from robosuite's own observation code and body poses; the layouts never use
+them. robosuite's observations lag its joint positions by one physics step (2 ms), so they
+are read again after the simulator has been brought up to date.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+
+from fairlead.bindings import StateLayout
+from fairlead.messages import FloatArray
+
+FieldKind = Literal["position", "rotation", "gripper"]
+
+Truth = Mapping[str, FloatArray]
+"""By field: xyz [m], quaternion xyzw, or two fingers [m]."""
+
+
+@dataclass(frozen=True)
+class Field:
+    """One field of a layout.
+
+    Attributes:
+        first: index of its first number in the vector.
+        bindings: the bindings it is made from.
+    """
+
+    name: str
+    kind: FieldKind
+    first: int
+    bindings: tuple[str, ...]
+
+    @property
+    def width(self) -> int:
+        return {"position": 3, "rotation": 4, "gripper": 2}[self.kind]
+
+
+_HUMAN300 = (
+    Field("base_to_eef position", "position", 0, ("eef_frame", "base_frame")),
+    Field("base_to_eef rotation", "rotation", 3, ("eef_rotation_frame", "base_frame")),
+    Field("world_to_base position", "position", 7, ("world_frame", "base_frame")),
+    Field("world_to_base rotation", "rotation", 10, ("world_frame", "base_frame")),
+    Field("gripper", "gripper", 14, ("gripper_qpos_joints",)),
+)
+
+LAYOUT_FIELDS: dict[StateLayout, tuple[Field, ...]] = {
+    "human300_16d": _HUMAN300,
+    "mobile_pick_30d": (
+        *_HUMAN300,
+        Field("base_to_object position", "position", 16, ("object_frame", "base_frame")),
+        Field("base_to_object rotation", "rotation", 19, ("object_frame", "base_frame")),
+        Field("base_to_goal position", "position", 23, ("goal_frame", "base_frame")),
+        Field("base_to_goal rotation", "rotation", 26, ("goal_frame", "base_frame")),
+    ),
+}
+"""Every field of every layout that can be verified."""
+
+_OBSERVATION_KEYS = {
+    "base_to_eef position": "robot0_base_to_eef_pos",
+    "base_to_eef rotation": "robot0_base_to_eef_quat",
+    "world_to_base position": "robot0_base_pos",
+    "world_to_base rotation": "robot0_base_quat",
+    "gripper": "robot0_gripper_qpos",
+}
+
+
+def read_truth(env: Any) -> Truth:
+    """Every field's true value in a robosuite environment, at its newest joint positions."""
+    env.sim.forward()
+    observed = env._get_observations(force_update=True)
+    truth = {field: np.asarray(observed[key]) for field, key in _OBSERVATION_KEYS.items()}
+    truth.update(_tracked(env, truth))
+    return truth
+
+
+def _tracked(env: Any, robot: Truth) -> Truth:
+    """Poses of the task's tracked bodies in the base, by robosuite's own arithmetic."""
+    from robosuite.utils import transform_utils
+
+    make: Callable[[tuple[FloatArray, FloatArray]], FloatArray] = transform_utils.pose2mat
+    base = make((robot["world_to_base position"], robot["world_to_base rotation"]))
+    found: dict[str, FloatArray] = {}
+    for frame, body in getattr(env, "tracked_bodies", dict)().items():
+        index = env.sim.model.body_name2id(body)
+        rotation = transform_utils.convert_quat(env.sim.data.body_xquat[index], to="xyzw")
+        world = make((env.sim.data.body_xpos[index], rotation))
+        pose = transform_utils.pose_in_A_to_pose_in_B(world, transform_utils.pose_inv(base))
+        position, rotation = transform_utils.mat2pose(pose)
+        found[f"base_to_{frame} position"] = np.asarray(position)
+        found[f"base_to_{frame} rotation"] = np.asarray(rotation)
+    return found
+
+
+def field_error(field: Field, order: str, values: FloatArray, truth: Truth) -> float:
+    """How far one field is from the truth [m], or [rad] for a rotation.
+
+    Args:
+        order: ``xyzw`` or ``wxyz``, the order of the layout's quaternions.
+        values: the whole layout vector.
+    """
+    got, wanted = values[field.first : field.first + field.width], truth[field.name]
+    if field.kind != "rotation":
+        return float(np.max(np.abs(got - wanted)))
+    xyzw = got if order == "xyzw" else np.roll(got, -1)
+    # The sine of half the angle between them: exact for small angles, unlike arccos.
+    conjugate = np.append(-wanted[:3], wanted[3])
+    vector = xyzw[3] * conjugate[:3] + conjugate[3] * xyzw[:3] + np.cross(xyzw[:3], conjugate[:3])
+    scalar = xyzw[3] * conjugate[3] - xyzw[:3] @ conjugate[:3]
+    return float(2.0 * np.arctan2(np.linalg.norm(vector), abs(scalar)))
