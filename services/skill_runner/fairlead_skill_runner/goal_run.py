@@ -89,10 +89,10 @@ class GoalRun:
         """Let the core handle one message, and do what it says. Ignored outside the run."""
         with self._lock:
             core = self._core
-            if core is None or core.over:
+            if core is None or core.is_over():
                 return
             self._execute(handle(core, time.monotonic()))
-            if core.over:
+            if core.is_over():
                 self._ended.set()
 
     def cancel(self, by: str) -> None:

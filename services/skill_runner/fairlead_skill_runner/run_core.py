@@ -88,8 +88,7 @@ class RunCore:
         self._next_obs_tick = 0
         self._faults = 0
 
-    @property
-    def over(self) -> bool:
+    def is_over(self) -> bool:
         """True once there is a result."""
         return self.result is not None
 
