@@ -285,7 +285,7 @@ class RunCore:
             return "a joint state"
         if not self._book.answered:
             return f"the gate's verdict on chunk {self._book.next_seq - 1}"
-        return self._intake.missing(max(self.tick, self._next_obs_tick)) or "released rows"
+        return self._intake.missing(self.tick) or "released rows"
 
     def _end(self, ended: GoalResult) -> list[Output]:
         self.result = results.at_ticks(ended, self.first_tick, self.tick)

@@ -1,0 +1,220 @@
+"""Realtime stories: observing early enough, losing rows by index, starving honestly."""
+
+from __future__ import annotations
+
+import msgspec
+import pytest
+
+from fairlead.messages import GateState, Outcome
+from fairlead.skill import SkillManifest
+from tests.runner.scripted_robot import (
+    CLAIM,
+    EPOCH,
+    NO_ROW,
+    SKILL,
+    Story,
+    joints,
+    layout,
+    lease,
+    rows,
+    story,
+    task,
+)
+
+
+@pytest.fixture
+def run() -> Story:
+    return story(lockstep=False)
+
+
+def test_the_next_observation_leaves_a_spare_tick_before_the_rows_run_out(run: Story) -> None:
+    run.tick(10)
+    run.answer()
+    run.judge(first=11)  # d = 1: obs 10, first live row 11; 8 rows last to 17
+    for tick in range(11, 16):
+        run.tick(tick)
+    assert run.seen_ticks() == [10]
+    run.tick(16)  # 10 + (8 - 1 - 1)
+    assert run.seen_ticks() == [10, 16]
+
+
+def test_a_slow_policy_is_asked_earlier(run: Story) -> None:
+    run.tick(10)
+    for tick in range(11, 13):
+        run.tick(tick)
+    run.answer()  # arrives during tick 12
+    run.judge(first=13)  # d = 3
+    assert run.seen_ticks() == [10]
+    run.tick(13)
+    run.tick(14)  # 10 + (8 - 3 - 1)
+    assert run.seen_ticks() == [10, 14]
+
+
+def test_a_policy_slower_than_its_horizon_is_asked_at_every_new_tick(run: Story) -> None:
+    run.tick(10)
+    for tick in range(11, 21):
+        run.tick(tick)
+    run.answer()
+    run.judge(Outcome.REFUSED)
+    assert run.seen_ticks() == [10, 20]
+
+
+def test_execute_steps_bounds_the_spacing() -> None:
+    skill = SkillManifest.model_validate(SKILL.model_dump(mode="json") | {"execute_steps": 2})
+    run = story(lockstep=False, skill=skill)
+
+    def tick(number: int) -> None:
+        run.take(run.core.on_joints(joints(number), 0.0))
+        seen = msgspec.structs.replace(layout(number), skill_hash=skill.skill_hash)
+        run.take(run.core.on_layout(seen, 0.0))
+
+    tick(10)
+    run.answer()
+    assert run.chunk.horizon == 8, "rows beyond execute_steps are the reserve"
+    run.judge(first=11)
+    tick(11)
+    tick(12)
+    assert run.seen_ticks() == [10, 12]
+
+
+def test_one_question_at_a_time(run: Story) -> None:
+    for tick in range(10, 30):
+        run.tick(tick)
+    assert run.seen_ticks() == [10]
+
+
+def test_without_a_verdict_the_bytes_are_sent_again_each_tick_while_a_row_is_left(
+    run: Story,
+) -> None:
+    run.tick(10)
+    run.answer()
+    for tick in range(11, 15):
+        run.tick(tick)
+    assert len(run.sent) == 5
+    assert len(set(run.sent)) == 1
+
+
+def test_a_refused_chunk_is_followed_by_the_next_tick(run: Story) -> None:
+    run.tick(10)
+    run.answer()
+    run.judge(Outcome.REFUSED)
+    assert run.seen_ticks() == [10]
+    run.tick(11)
+    assert run.seen_ticks() == [10, 11]
+
+
+def test_a_truncated_chunk_brings_the_next_observation_forward(run: Story) -> None:
+    run.tick(10)
+    run.answer()
+    run.judge(Outcome.TRUNCATED, first=11, last=13)
+    run.tick(11)
+    assert run.seen_ticks() == [10]
+    run.tick(12)  # 10 + (4 - 1 - 1)
+    assert run.seen_ticks() == [10, 12]
+
+
+def test_ticks_without_a_row_are_counted_once_rows_have_run(run: Story) -> None:
+    run.tick(10, acted=NO_ROW)
+    assert run.core.starved == 0
+    run.answer()
+    run.judge(first=11)
+    run.tick(11, acted=NO_ROW)  # tick 10 had none
+    run.tick(12)
+    assert run.core.starved == 1
+
+
+def test_success_ends_the_goal_at_once(run: Story) -> None:
+    run.tick(10)
+    run.answer()
+    run.judge(first=11)
+    run.take(run.core.on_task(task(11, success=True), 0.0))
+    assert run.core.result is not None
+    assert run.core.result.outcome == "succeeded"
+
+
+def test_the_oldest_input_travels_with_the_chunk(run: Story) -> None:
+    run.take(run.core.on_joints(joints(10), 0.0))
+    run.take(run.core.on_layout(layout(10, oldest=7), 0.0))
+    run.answer(rows(3))
+    assert (run.chunk.obs_tick, run.chunk.oldest_tick, run.chunk.horizon) == (10, 7, 3)
+
+
+def test_queue_depth_is_the_released_rows_after_the_newest_tick(run: Story) -> None:
+    run.tick(10)
+    run.answer()
+    run.judge(first=11)
+    run.tick(11)
+    assert run.core.queue_depth == 6
+
+
+def test_a_new_hal_session_fails_the_goal(run: Story) -> None:
+    run.tick(10)
+    run.take(run.core.on_joints(joints(1, session=0xAB), 0.0))
+    result = run.core.result
+    assert result is not None
+    assert (result.outcome, result.kind) == ("failed", "new_session")
+    assert result.detail == (
+        "the HAL started anew: session 00000000000000ab, the claim's was 000000000000000b"
+    )
+
+
+def test_a_claim_that_was_granted_and_no_longer_is_fails_the_goal(run: Story) -> None:
+    run.core.on_lease(lease(1, claims=()))  # published before the claim was taken
+    run.core.on_lease(lease(2, claims=(CLAIM,)))
+    assert run.core.result is None
+    run.core.on_lease(lease(3, claims=(5,)))
+    result = run.core.result
+    assert result is not None
+    assert (result.kind, result.detail) == (
+        "claim_lost", "claim of runner lost: the gate no longer grants it",
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("state", "word"),
+    [
+        (GateState.STOPPED, "stopped"),
+        (GateState.LATCHED, "latched"),
+        (GateState.DISARMED, "disarmed"),
+    ],
+)
+def test_a_gate_that_is_not_armed_fails_the_goal(run: Story, state: GateState, word: str) -> None:
+    run.core.on_lease(lease(1, claims=(CLAIM,)))
+    run.core.on_lease(lease(2, state=state, claims=()))
+    assert run.core.result is not None
+    assert run.core.result.detail == f"claim of runner lost: the gate is {word}"
+
+
+def test_a_new_epoch_fails_the_goal_but_a_late_lease_of_an_old_one_does_not(run: Story) -> None:
+    run.core.on_lease(lease(900, epoch=EPOCH + 1, claims=()))
+    assert run.core.result is None
+    run.core.on_lease(lease(2, claims=(CLAIM,)))
+    run.core.on_lease(lease(1, claims=()))  # reordered
+    assert run.core.result is None
+    run.core.on_lease(lease(1, epoch=EPOCH + 2, claims=()))
+    assert run.core.result is not None
+    assert run.core.result.detail == "claim of runner lost: the gate started a new epoch"
+
+
+def test_a_claim_that_is_never_granted_fails_the_goal(run: Story) -> None:
+    for seq in range(1, 81):
+        run.core.on_lease(lease(seq, claims=()))
+    assert run.core.result is None
+    run.core.on_lease(lease(81, claims=()))
+    assert run.core.result is not None
+    assert run.core.result.detail == "claim of runner lost: the gate never granted it"
+
+
+def test_endless_refusals_stall_and_the_last_one_is_told(run: Story) -> None:
+    for tick in range(10, 13):
+        run.now_s += 2.0
+        run.tick(tick)
+        run.answer()
+        run.judge(Outcome.REFUSED)
+    run.take(run.core.on_time(run.now_s))
+    result = run.core.result
+    assert result is not None
+    assert result.detail == (
+        "no rows released for 6.0 s, waiting for released rows; last refusal: "
+        "G020 limit: chunk 3 refused at row 2, arm linear: value 5, limit 0.0867 (robot.yaml)"
+    )
