@@ -1,0 +1,64 @@
+"""The documents name what exists: keys, codes, folders, files, scripts."""
+
+from __future__ import annotations
+
+import json
+import re
+
+import pytest
+
+from tests.repo.tree import ROOT
+
+DESIGN = (ROOT / "docs" / "design.md").read_text()
+SAFETY = (ROOT / "docs" / "safety.md").read_text()
+README = (ROOT / "README.md").read_text()
+GOLDEN_KEYS = json.loads((ROOT / "tests" / "golden" / "keys.json").read_text())
+CODES = [*range(1, 14), *range(20, 23)]
+
+
+def written_key(template: str) -> re.Pattern[str]:
+    """A regular expression for the keys that one cell of the key table stands for."""
+    escaped = re.escape(template).replace(r"\{", "(").replace(r"\}", ")").replace(",", "|")
+    return re.compile("^" + re.sub("<[a-z]+>", "[^/]+", escaped) + "$")
+
+
+def test_the_key_table_lists_every_key_that_can_be_built_and_no_other() -> None:
+    templates = [
+        written_key(cell) for cell in re.findall(r"^\| `([^`]+)` \| (?:pub|qu|li)", DESIGN, re.M)
+    ]
+    keys = {
+        "/".join(row["key"].split("/")[2:])
+        for row in GOLDEN_KEYS
+        if "every" not in row["method"] and row["robot"] == "panda_mobile"
+    }
+    unlisted = {key for key in keys if not any(t.match(key) for t in templates)}
+    unused = {t.pattern for t in templates if not any(t.match(key) for key in keys)}
+    assert (unlisted, unused) == (set(), set())
+
+
+def test_the_code_table_lists_the_checks_of_this_release() -> None:
+    assert re.findall(r"^\| (G\d{3}) \|", SAFETY, re.M) == [f"G{code:03}" for code in CODES]
+
+
+@pytest.mark.parametrize("text", [README, DESIGN], ids=["README", "design"])
+def test_folders_in_a_table_exist(text: str) -> None:
+    named = re.findall(r"`([a-z/_]+?)/?`", "\n".join(re.findall(r"^\|.*$", text, re.M)))
+    folders = [name for name in named if name.split("/")[0] in ("services", "shared", "tests")]
+    assert folders
+    assert [name for name in folders if not (ROOT / name).exists()] == []
+
+
+def test_scripts_and_files_named_in_the_documents_exist() -> None:
+    missing = [
+        f"{path.name}: {name}"
+        for path in [*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")]
+        for name in re.findall(
+            r"`((?:scripts|services|shared|compose)/[\w./-]+)`", path.read_text()
+        )
+        if not (ROOT / name).exists()
+    ]
+    assert missing == []
+
+
+def test_contributing_is_short() -> None:
+    assert (ROOT / "CONTRIBUTING.md").read_text().count("\n") < 60
