@@ -1,0 +1,230 @@
+"""A gate, a scripted HAL and a scripted runner, on real Zenoh."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from fairlead.bus import Qos
+from fairlead.keys import Keys
+from fairlead.messages import (
+    NO_HASH,
+    NO_TRACE,
+    ActionChunk,
+    ActionPart,
+    Arm,
+    ArmReply,
+    Claim,
+    ClaimReply,
+    Disarm,
+    Done,
+    GateState,
+    GateStatus,
+    Heartbeat,
+    Lease,
+    Message,
+    Release,
+    Reset,
+    SafeChunk,
+    StatusQuery,
+    StopLevel,
+    Verdict,
+    decode,
+    pack_floats,
+)
+from fairlead.modes import ControlMode
+from fairlead.session import Endpoints, ZenohBus
+from tests.gate.mailbox import DEADLINE_S, Mailbox
+from tests.gate.running_gate import ROBOT, RunningGate
+from tests.gate.scripted_hal import ScriptedHal
+
+SOURCE = "runner"
+ARM = 0  # index of the part
+DELTA_M = 0.01
+
+
+class Scene:
+    """One gate process and everybody it talks to, in one session."""
+
+    def __init__(
+        self, config: Path, state_dir: Path, pacing: Literal["realtime", "lockstep"] = "lockstep"
+    ) -> None:
+        self.keys = Keys(ROBOT)
+        self.config = config
+        self.state_dir = state_dir
+        self.gate = RunningGate(config, state_dir)
+        self.gate.wait_line("ready")
+        self.bus = ZenohBus(Endpoints(connect=[f"tcp/127.0.0.1:{self.gate.port}"]))
+        self.leases = Mailbox(self.bus, self.keys.lease, Lease)
+        self.statuses = Mailbox(self.bus, self.keys.gate_status, GateStatus)
+        self.verdicts = Mailbox(self.bus, self.keys.verdict(SOURCE), Verdict)
+        self.safe = Mailbox(self.bus, self.keys.safe(SOURCE), SafeChunk)
+        self.hal = ScriptedHal(self.bus, config, pacing=pacing)
+        self._candidates = self.bus.publisher(self.keys.candidate(SOURCE), ActionChunk, Qos.HOT)
+        self._heartbeats = self.bus.publisher(self.keys.heartbeat(SOURCE), Heartbeat, Qos.HOT)
+        self._stops = self.bus.publisher(self.keys.stop, StopLevel, Qos.HOT)
+        self.claim_id = 0
+        self.epoch = 0
+        self.seq = 0
+        self._alive = threading.Event()
+        self._quiet = threading.Event()
+        self._heart: threading.Thread | None = None
+        self.bus.watch_tokens(self.keys.alive("safety"), self._on_token)
+        self.wait_alive()
+
+    def _on_token(self, key: str, alive: bool) -> None:
+        (self._alive.set if alive else self._alive.clear)()
+
+    def wait_alive(self) -> None:
+        """Until the gate's token, and so all it listens to, is known here."""
+        assert self._alive.wait(DEADLINE_S), "no liveliness token of the gate"
+
+    def restart_gate(self) -> None:
+        """Start the gate again on the same port and state folder."""
+        self._alive.clear()
+        self.gate = RunningGate(self.config, self.state_dir, port=self.gate.port)
+        self.gate.wait_line("ready")
+        self.wait_alive()
+
+    def close(self) -> None:
+        self._quiet.set()
+        if self._heart is not None:
+            self._heart.join(DEADLINE_S)
+        self.gate.close()
+        self.bus.close()
+
+    # --- HAL ---
+
+    def meet_hal(self) -> None:
+        """The gate has seen the HAL's status and first state."""
+        self.hal.publish_status()
+        tick = self.hal.publish_state()
+        self.leases.wait_for(lambda m: m.state_tick == tick and m.session == self.hal.session)
+
+    def next_tick(self, *args: Any) -> int:
+        """Publish the next state and wait until the gate leases it."""
+        tick = self.hal.publish_state(*args)
+        self.leases.wait_for(lambda m: m.state_tick == tick)
+        return tick
+
+    # --- queries ---
+
+    def ask(self, key: str, request: Message) -> bytes:
+        return self.bus.query(key, request, DEADLINE_S)
+
+    def arm(self) -> ArmReply:
+        reply = decode(ArmReply, self.ask(self.keys.gate_command("arm"), Arm(by="test")))
+        self.epoch = reply.epoch
+        return reply
+
+    def disarm(self) -> Done:
+        return decode(Done, self.ask(self.keys.gate_command("disarm"), Disarm(by="test")))
+
+    def reset(self, cited_id: int) -> Done:
+        request = Reset(by="test", id=cited_id)
+        return decode(Done, self.ask(self.keys.gate_command("reset"), request))
+
+    def status(self) -> GateStatus:
+        return decode(GateStatus, self.ask(self.keys.gate_status, StatusQuery()))
+
+    def wait_state(self, state: GateState) -> GateStatus:
+        return self.statuses.wait_for(lambda m: m.state == state)
+
+    def claim(self, *parts: str, **changes: Any) -> ClaimReply:
+        """Claim parts of the robot, the arm by default."""
+        fields: dict[str, Any] = {
+            "source": SOURCE,
+            "skill": "test",
+            "skill_hash": NO_HASH,
+            "robot_hash": self.hal.robot_hash,
+            "period_ns": self.hal.period_ns,
+            "parts": parts or ("arm",),
+            "chunk_rate_hz": 20.0,
+            "horizon_max": 64,
+            "age_max_ticks": 10,
+            "limits": (),
+        }
+        request = Claim(**(fields | changes))
+        return decode(ClaimReply, self.ask(self.keys.gate_command("claim"), request))
+
+    def take_claim(self, *parts: str) -> ClaimReply:
+        """Claim as the runner does: with a heartbeat from then on."""
+        reply = self.claim(*parts)
+        self.claim_id = reply.claim_id
+        self.seq = 0
+        self._heart = threading.Thread(target=self._beat, args=(reply.claim_id,))
+        self._heart.start()
+        return reply
+
+    def _beat(self, claim_id: int) -> None:
+        while not self._quiet.wait(0.05):
+            self._heartbeats.put(Heartbeat(claim_id=claim_id))
+
+    def silence(self) -> None:
+        """The runner's heartbeat ends."""
+        self._quiet.set()
+
+    def release(self) -> Done:
+        request = Release(source=SOURCE, claim_id=self.claim_id)
+        return decode(Done, self.ask(self.keys.gate_command("release"), request))
+
+    def ready_to_move(self) -> None:
+        """HAL met, armed, the arm claimed."""
+        self.meet_hal()
+        self.arm()
+        self.take_claim()
+
+    # --- chunks and stops ---
+
+    def arm_part(self, rows: int = 8, **changes: Any) -> ActionPart:
+        """Small steps of the arm along x."""
+        values = np.zeros((rows, 6))
+        values[:, 0] = DELTA_M
+        fields: dict[str, Any] = {
+            "part": ARM,
+            "mode": ControlMode.CARTESIAN_DELTA,
+            "frame_id": "base_link",
+            "values": pack_floats(values),
+            "active": (),
+        }
+        return ActionPart(**(fields | changes))
+
+    def chunk(self, rows: int = 8, **changes: Any) -> ActionChunk:
+        """A good chunk for the newest tick, with the next sequence number."""
+        self.seq += 1
+        fields: dict[str, Any] = {
+            "robot_hash": self.hal.robot_hash,
+            "session": self.hal.session,
+            "epoch": self.epoch,
+            "claim_id": self.claim_id,
+            "source": SOURCE,
+            "seq": self.seq,
+            "goal_id": 1,
+            "obs_tick": self.hal.tick,
+            "oldest_tick": self.hal.tick,
+            "start_tick": self.hal.tick,
+            "horizon": rows,
+            "parts": (self.arm_part(rows),),
+            "trace": NO_TRACE,
+        }
+        return ActionChunk(**(fields | changes))
+
+    def send(self, chunk: ActionChunk) -> Verdict:
+        """Publish a chunk and wait for the gate's answer to it."""
+        self._candidates.put(chunk)
+        return self.verdicts.wait_for(lambda m: m.seq == chunk.seq)
+
+    def send_bytes(self, payload: bytes) -> None:
+        self._candidates.put_bytes(payload)
+
+    def raise_stop(self, stop_id: int) -> None:
+        """An operator's stop, once: the caller repeats it if it must."""
+        self._stops.put(StopLevel(stop_id=stop_id, by="operator", reason="test"))
+
+    def acted_on(self, verdict: Verdict, row: int, parts: Sequence[str] = ("arm",)) -> int:
+        """The HAL executed a released row; returns the next tick."""
+        return self.next_tick(self.hal.executed(verdict.verdict_id, row, parts))

@@ -1,0 +1,102 @@
+"""Starting beside others, ending on request, and the command line."""
+
+from __future__ import annotations
+
+import hashlib
+import socket
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from fairlead.errors import RefusedError
+from fairlead.messages import GateState
+from fairlead.paths import gate_binary
+from tests.gate.running_gate import RunningGate, free_port
+from tests.gate.scene import Scene
+
+pytestmark = pytest.mark.processes
+
+
+def test_a_busy_port_is_named(config: Path, tmp_path: Path) -> None:
+    with socket.socket() as holder:
+        holder.bind(("127.0.0.1", 0))
+        holder.listen()
+        port = holder.getsockname()[1]
+        gate = RunningGate(config, tmp_path / "state", port=port)
+        assert gate.wait_exit() == 1
+    assert gate.lines[-1] == (
+        f"ERROR fairlead-safety: port {port} (tcp/127.0.0.1:{port}) is in use by another "
+        "process; see which: fairlead ps"
+    )
+
+
+def test_a_second_gate_for_the_same_robot_refuses_to_start(
+    scene: Scene, config: Path, tmp_path: Path
+) -> None:
+    scene.meet_hal()
+    second = RunningGate(config, tmp_path / "other", connect=[scene.gate.port])
+    assert second.wait_exit() == 1
+    assert second.lines[-1] == (
+        "ERROR fairlead-safety: another gate already serves the robot panda_mobile; "
+        "see: fairlead ps"
+    )
+    assert scene.status().state == GateState.DISARMED
+
+
+def test_a_second_gate_on_the_same_state_folder_refuses_to_start(
+    scene: Scene, config: Path
+) -> None:
+    second = RunningGate(config, scene.state_dir)
+    assert second.wait_exit() == 1
+    assert "another gate already uses" in second.lines[-1]
+
+
+def test_a_gate_comes_up_before_those_it_connects_to(config: Path, tmp_path: Path) -> None:
+    gate = RunningGate(config, tmp_path / "state", connect=[free_port()])
+    gate.wait_line("ready")
+    assert gate.stop() == 0
+
+
+def test_status_names_the_configuration_by_its_hash(scene: Scene, config: Path) -> None:
+    status = scene.status()
+    assert status.config_hash == hashlib.sha256(config.read_bytes()).digest()
+    assert (status.robot, status.profile) == ("panda_mobile", "sim")
+    assert scene.status() == scene.status()
+
+
+def test_a_configuration_changed_on_disk_is_not_armed(scene: Scene, tmp_path: Path) -> None:
+    changed = tmp_path / "gate.json"
+    changed.write_bytes(scene.config.read_bytes())
+    scene.gate.stop()
+    scene.config = changed
+    scene.restart_gate()
+    scene.meet_hal()
+    changed.write_bytes(changed.read_bytes() + b"\n")
+    with pytest.raises(RefusedError, match="configuration file has changed"):
+        scene.arm()
+
+
+@pytest.mark.parametrize(
+    ("words", "complaint"),
+    [
+        (["--robot"], "--robot: expected a value after it"),
+        (["--speed", "1"], "unknown argument '--speed'; see: fairlead-safety --help"),
+        ([], "--robot: missing; see: fairlead-safety --help"),
+        (
+            ["--robot", "A/B", "--config", "c", "--listen", "tcp/127.0.0.1:1", "--state-dir", "s"],
+            "robot id: expected 1 to 64 of a-z 0-9 _ . - starting with a letter or digit, "
+            "got 'A/B'",
+        ),
+    ],
+)
+def test_arguments_that_do_not_fit_are_refused(words: list[str], complaint: str) -> None:
+    done = subprocess.run([gate_binary(), *words], capture_output=True, text=True, timeout=10)
+    assert done.returncode == 2
+    assert done.stdout == f"ERROR fairlead-safety: {complaint}\n"
+
+
+def test_help_shows_an_example() -> None:
+    done = subprocess.run([gate_binary(), "--help"], capture_output=True, text=True, timeout=10)
+    assert done.returncode == 0
+    assert "example: fairlead-safety --robot" in done.stdout
