@@ -9,7 +9,6 @@ from fairlead.hal.tick_plan import TickPlan, Wait
 from fairlead.messages import Decision, GateState, Hold
 from tests.hal.gate_messages import (
     CLAIM,
-    EPOCH,
     N_DOF,
     PARTS,
     SESSION,

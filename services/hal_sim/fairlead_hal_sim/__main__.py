@@ -27,8 +27,8 @@ def body(context: ServiceContext) -> None:
     lock = lock_state_folder(context.name, context.state_dir)
     refuse_second_hal(context.name, context.bus, deployment.keys)
     robot = load_robot(deployment.robot)
-    feed = _start_cameras(options, robot)
     backend, trace = _make_backend(options, robot, deployment.profile)
+    feed = _start_cameras(options, robot)
     session = secrets.randbits(63) + 1
     host = HalHost(
         HostSettings(context.name, deployment.keys, deployment.pacing, session),
