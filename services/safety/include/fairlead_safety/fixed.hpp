@@ -88,6 +88,7 @@ class FixedText {
   [[nodiscard]] bool empty() const { return size_ == 0; }
   friend bool operator==(const FixedText& a, const FixedText& b) { return a.view() == b.view(); }
   friend bool operator==(const FixedText& a, std::string_view b) { return a.view() == b; }
+  friend bool operator==(const FixedText& a, const char* b) { return a.view() == std::string_view(b); }
 
  private:
   std::array<char, N> bytes_{};

@@ -1,0 +1,156 @@
+// Is a configuration fit to judge with? Missing is NaN here, so it fails like any other non-number.
+
+#include <cmath>
+
+#include "fairlead_safety/limits.hpp"
+#include "phrase.hpp"
+
+namespace fairlead {
+namespace {
+
+Text positive(const Text& key, double value) {
+  if (std::isfinite(value) && value > 0.0) return {};
+  return phrase(key, ": expected a finite number above 0, got ", value);
+}
+
+Text first_of(std::initializer_list<Text> faults) {
+  for (const Text& fault : faults)
+    if (!fault.empty()) return fault;
+  return {};
+}
+
+Text check_range(const Text& key, double lower, double upper) {
+  if (std::isfinite(lower) && std::isfinite(upper) && lower < upper) return {};
+  return phrase(key, ": expected finite lower < upper, got ", lower, " and ", upper);
+}
+
+Text check_bounds(const Text& key, const Bounds& bounds) {
+  const Text range = check_range(phrase(key, ".bounds"), bounds.lower, bounds.upper);
+  if (!range.empty()) return range;
+  if (std::isfinite(bounds.tolerance) && bounds.tolerance >= 0.0) return {};
+  return phrase(key, ".bounds.tolerance: expected a finite number of at least 0, got ", bounds.tolerance);
+}
+
+Text check_joint(const Limits& limits, const JointLimits& joint) {
+  const Text key = phrase("joints.", joint.name);
+  if (joint.name.empty()) return "joints: a joint without a name";
+  if (joint.part >= limits.parts.size()) return phrase(key, ".part: no such part");
+  return first_of({joint.bounded ? check_bounds(key, joint.bounds) : Text(),
+                   positive(phrase(key, ".velocity_limit"), joint.velocity_limit),
+                   positive(phrase(key, ".acceleration_limit"), joint.acceleration_limit),
+                   positive(phrase(key, ".effort_limit"), joint.effort_limit),
+                   positive(phrase(key, ".jump_limit"), joint.jump_limit),
+                   positive(phrase(key, ".standstill_velocity"), joint.standstill_velocity)});
+}
+
+Text check_passive_joint(const PassiveLimits& joint) {
+  const Text key = phrase("passive_joints.", joint.name);
+  if (joint.name.empty()) return "passive_joints: a joint without a name";
+  return first_of({check_bounds(key, joint.bounds), positive(phrase(key, ".jump_limit"), joint.jump_limit),
+                   positive(phrase(key, ".standstill_velocity"), joint.standstill_velocity)});
+}
+
+Text check_joint_mode(const Limits& limits, const PartLimits& part, const JointModeLimits& mode, const Text& key,
+                      bool is_position) {
+  if (!mode.supported) return {};
+  if (part.joints.empty()) return phrase(key, ": the part has no joints");
+  for (const std::size_t j : part.joints) {
+    const JointLimits& joint = limits.joints[j];
+    const Text fault = positive(phrase(key, ".step_limit of ", joint.name), mode.step_limit[j]);
+    if (!fault.empty()) return fault;
+    // A target needs a bound to be judged by; only a continuous joint has none to give.
+    if (is_position && !joint.bounded && joint.kind != JointKind::continuous)
+      return phrase(key, ": ", joint.name, " has no bounds to judge positions by");
+  }
+  return {};
+}
+
+Text check_cartesian(const CartesianLimits& mode, const Text& key) {
+  if (!mode.supported) return {};
+  if (mode.frames.empty()) return phrase(key, ".frames: expected at least one");
+  return first_of({positive(phrase(key, ".linear_limit"), mode.linear_limit),
+                   positive(phrase(key, ".angular_limit"), mode.angular_limit),
+                   positive(phrase(key, ".linear_step_limit"), mode.linear_step_limit),
+                   positive(phrase(key, ".angular_step_limit"), mode.angular_step_limit)});
+}
+
+Text check_scalar(const ScalarLimits& mode, const Text& key) {
+  if (!mode.supported) return {};
+  return first_of({check_range(key, mode.lower, mode.upper), positive(phrase(key, ".step_limit"), mode.step_limit)});
+}
+
+Text check_gripper(const Limits& limits, const PartLimits& part, const Text& key) {
+  if (!part.modes.gripper_position.supported) return {};
+  if (part.joints.size() != 1 || !limits.joints[part.joints[0]].bounded)
+    return phrase(key, ".modes.gripper_position: expected exactly one joint, with bounds");
+  return {};
+}
+
+Text check_part(const Limits& limits, std::size_t index) {
+  const PartLimits& part = limits.parts[index];
+  if (part.name.empty()) return "parts: a part without a name";
+  const Text key = phrase("parts.", part.name);
+  for (const std::size_t j : part.joints)
+    if (j >= limits.joints.size() || limits.joints[j].part != index)
+      return phrase(key, ".joints: a joint that is not this part's");
+  const auto mode_key = [&key](std::string_view name) { return phrase(key, ".modes.", name); };
+  const ModeLimits& modes = part.modes;
+  return first_of(
+      {check_joint_mode(limits, part, modes.joint_position, mode_key("joint_position"), true),
+       check_joint_mode(limits, part, modes.joint_velocity, mode_key("joint_velocity"), false),
+       check_cartesian(modes.cartesian_delta, mode_key("cartesian_delta")),
+       check_cartesian(modes.body_twist, mode_key("body_twist")),
+       check_scalar(modes.gripper_position, mode_key("gripper_position")), check_gripper(limits, part, key),
+       check_scalar(modes.composite_mode, mode_key("composite_mode"))});
+}
+
+Text in_range(std::string_view key, double value, double lowest, double highest) {
+  if (value >= lowest && value <= highest) return {};
+  return phrase("protocol.", key, ": expected ", lowest, " to ", highest, ", got ", value);
+}
+
+// The upper ends are what the gate has room or numbers for.
+Text check_protocol(const ProtocolLimits& protocol) {
+  return first_of({in_range("horizon_max", protocol.horizon_max, 1, max_rows),
+                   in_range("age_max_ticks", protocol.age_max_ticks, 1, 1000),
+                   in_range("chunk_rate_max_hz", protocol.chunk_rate_max_hz, 0.01, 50),
+                   in_range("seq_jump_max", static_cast<double>(protocol.seq_jump_max), 1, 1e9),
+                   in_range("state_timeout_ms", protocol.state_timeout_ms, 1, 10'000),
+                   in_range("heartbeat_timeout_realtime_ms", protocol.heartbeat_timeout_realtime_ms, 50, 10'000),
+                   in_range("heartbeat_timeout_lockstep_ms", protocol.heartbeat_timeout_lockstep_ms, 50, 60'000),
+                   in_range("lease_interval_ms", protocol.lease_interval_ms, 6, 1000),
+                   in_range("idle_disarm_s", protocol.idle_disarm_s, 1, 86'400),
+                   in_range("stops_to_latch", protocol.stops_to_latch, 1, 16),
+                   in_range("stop_window_s", protocol.stop_window_s, 1, 86'400),
+                   in_range("bad_frames_limit", protocol.bad_frames_limit, 1, 16),
+                   in_range("bad_frames_window_ticks", protocol.bad_frames_window_ticks, 1, 1000)});
+}
+
+template <class List>
+Text check_names(const List& list, std::string_view key) {
+  for (std::size_t i = 0; i < list.size(); ++i)
+    for (std::size_t k = 0; k < i; ++k)
+      if (list[i].name == list[k].name) return phrase(key, ": ", list[i].name, " is there twice");
+  return {};
+}
+
+}  // namespace
+
+Text check_limits(const Limits& limits) {
+  if (limits.robot.empty() || limits.profile.empty()) return "robot, profile: expected names";
+  if (limits.robot_hash == Hash{}) return "robot_hash: expected the robot's hash, got none";
+  if (limits.period_ns < 1'000'000 || limits.period_ns > 1'000'000'000)
+    return phrase("period_ns: expected 1000000 to 1000000000, got ", limits.period_ns);
+  if (limits.joints.empty() || limits.parts.empty()) return "joints, parts: expected at least one of each";
+  Text fault = first_of({check_names(limits.joints, "joints"), check_names(limits.passive_joints, "passive_joints"),
+                         check_names(limits.parts, "parts")});
+  for (const JointLimits& joint : limits.joints)
+    if (fault.empty()) fault = check_joint(limits, joint);
+  for (const PassiveLimits& joint : limits.passive_joints)
+    if (fault.empty()) fault = check_passive_joint(joint);
+  for (std::size_t i = 0; i < limits.parts.size(); ++i)
+    if (fault.empty()) fault = check_part(limits, i);
+  return fault.empty() ? check_protocol(limits.protocol) : fault;
+}
+
+}  // namespace fairlead

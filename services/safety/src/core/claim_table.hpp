@@ -1,0 +1,69 @@
+// The live claims: who may move which parts, and everything remembered about each.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "fairlead_safety/judge.hpp"
+#include "fairlead_safety/messages.hpp"
+#include "release_plan.hpp"
+#include "tick_window.hpp"
+
+namespace fairlead {
+
+struct LiveClaim {
+  std::uint64_t id = 0;  // 0: this place is free
+  Name source;
+  Name skill;
+  ClaimLimits limits;
+
+  std::uint64_t heartbeat_ns = 0;  // when the last one arrived; the claim itself counts as one
+
+  StoredChunk newest;             // G005: the last candidate that got a verdict of its own
+  Verdict newest_verdict;
+  std::uint64_t last_seq = 0;
+  StoredChunk waiting;            // G006: one tick ahead, until the next state
+  TickWindow<16> ahead;           // G006: more than one tick ahead
+  TickWindow<16> bad_frames;      // G001
+  TickWindow<128> admitted;       // G010
+  std::size_t admitted_limit = 0;
+  std::uint64_t admitted_window = 0;  // ticks
+
+  ReleasePlan plan;
+  bool repeat = false;            // publish the current SafeChunk once more
+  std::uint64_t refused_tick = 0;     // newest tick when a chunk was refused, 0: none
+  std::uint64_t refused_verdict = 0;
+
+  [[nodiscard]] bool covers(std::size_t part) const { return limits.parts.contains(part); }
+};
+
+class ClaimTable {
+ public:
+  [[nodiscard]] std::size_t count() const {
+    std::size_t live = 0;
+    for (const LiveClaim& claim : claims_) live += claim.id != 0 ? 1U : 0U;
+    return live;
+  }
+  LiveClaim* find(std::uint64_t id) {
+    for (LiveClaim& claim : claims_)
+      if (id != 0 && claim.id == id) return &claim;
+    return nullptr;
+  }
+  LiveClaim* free_place() {
+    for (LiveClaim& claim : claims_)
+      if (claim.id == 0) return &claim;
+    return nullptr;
+  }
+  [[nodiscard]] const LiveClaim* holder_of(std::size_t part) const {
+    for (const LiveClaim& claim : claims_)
+      if (claim.id != 0 && claim.covers(part)) return &claim;
+    return nullptr;
+  }
+  /// Every place, free ones too (id 0).
+  std::array<LiveClaim, max_claims>& places() { return claims_; }
+
+ private:
+  std::array<LiveClaim, max_claims> claims_;
+};
+
+}  // namespace fairlead

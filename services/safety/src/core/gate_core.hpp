@@ -1,0 +1,142 @@
+// The gate's memory and its rules; `Gate` is the face of it. Spread over files by topic:
+// gate.cpp (steps, deadlines), gate_candidates.cpp (chunks), gate_states.cpp (robot, heartbeats,
+// stops), gate_queries.cpp (queries), gate_transitions.cpp (state machine), gate_publish.cpp.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+
+#include "admission.hpp"
+#include "claim_table.hpp"
+#include "evidence.hpp"
+#include "fairlead_safety/gate.hpp"
+#include "hal_link.hpp"
+#include "phrase.hpp"
+#include "stop_book.hpp"
+
+namespace fairlead {
+
+class Gate::Core {
+ public:
+  Core(const Limits& limits, IdSource& ids);
+
+  void boot(std::uint64_t now_ns, const BootInfo& info, Outputs& outputs);
+  void step(std::uint64_t now_ns, const Event& event, Outputs& outputs);
+  [[nodiscard]] GateState state() const { return state_; }
+
+ private:
+  void handle(const Event& event);
+  void check_deadlines();
+
+  // Candidates
+  void on_candidate(const Event& event);
+  Evidence check_identity(const ActionChunk& chunk, const Name& source, LiveClaim*& claim);
+  Evidence check_sequence(const LiveClaim& claim, const ActionChunk& chunk) const;
+  Evidence check_ticks(const LiveClaim& claim, const ActionChunk& chunk) const;
+  Evidence check_past(const ActionChunk& chunk) const;
+  void take_chunk(const ActionChunk& chunk, Bytes frame, const Name& source, std::uint64_t received_ns);
+  void judge_chunk(LiveClaim& claim, const ActionChunk& chunk, Bytes frame, std::uint64_t received_ns);
+  void judge_again(LiveClaim& claim);
+  void answer_again(LiveClaim& claim);
+  void refuse_ahead(LiveClaim& claim, const ActionChunk& chunk, Bytes frame, const Evidence& evidence,
+                    std::uint64_t received_ns);
+  void note_bad_frame(const Name& source, FrameFault fault, std::uint64_t received_ns);
+  Released make_release(const LiveClaim& claim, const Judgement& judgement, std::uint64_t verdict_id) const;
+  void give_verdict(LiveClaim& claim, const ActionChunk& chunk, Bytes frame, const Judgement& judgement,
+                    std::uint64_t verdict_id, std::uint64_t received_ns);
+  void refuse_stranger(const ActionChunk& chunk, const Name& source, const Evidence& evidence,
+                       std::uint64_t received_ns);
+  Verdict make_verdict(const ActionChunk& chunk, const Name& source, const Judgement& judgement,
+                       std::uint64_t verdict_id, std::uint64_t received_ns);
+  [[nodiscard]] std::uint64_t first_open_tick() const;
+  [[nodiscard]] Acted act_before(const LiveClaim& claim) const;
+  [[nodiscard]] Acted acted_of(const LiveClaim& claim) const;
+
+  // The robot
+  void on_joint_state(Bytes frame);
+  void on_new_tick(const JointState& message);
+  void on_hal_status(Bytes frame);
+  void on_heartbeat(const Event& event);
+  void on_stop_level(Bytes frame);
+
+  // Queries
+  void on_arm(Bytes frame);
+  void on_disarm(Bytes frame);
+  void on_reset(Bytes frame);
+  void on_claim(Bytes frame);
+  void on_release(Bytes frame);
+  void on_status(Bytes frame);
+  [[nodiscard]] Objection object_to_arming() const;
+  [[nodiscard]] Objection object_to_latch_reset() const;
+  [[nodiscard]] Objection wrong_state(std::string_view wanted) const;
+  template <class Message>
+  bool read_query(Bytes frame, Message& message);
+  void refuse_query(const Objection& objection);
+  template <class Message>
+  void reply(const Message& message);
+
+  // Transitions
+  void become_disarmed(const Text& cause);
+  void disarm(const Text& cause);
+  void raise_stop(const Evidence& evidence);
+  void hold_stop(std::uint64_t id, const Text& cause);
+  void latch(const Text& cause);
+  void end_claim(LiveClaim& claim, std::string_view reason);
+  void end_claims(std::string_view reason);
+  void set_state(GateState state, const Text& cause);
+
+  // Publishing
+  void finish();
+  void publish_lease();
+  void publish_safe_chunk(LiveClaim& claim);
+  void publish_status(OutputKind kind);
+  void fill_status();
+  [[nodiscard]] Text fix() const;
+  [[nodiscard]] Grant grant_for(const LiveClaim& claim) const;
+  void count(std::uint32_t code);
+  std::uint64_t new_id();
+  void log(const Text& line) { out_->add_log(line.view()); }
+
+  const Limits limits_;
+  IdSource& ids_;
+  HalLink hal_;
+  ClaimTable claims_;
+  StopBook stops_;
+
+  GateState state_ = GateState::boot;
+  Text cause_ = "starting";
+  std::uint64_t epoch_ = 0;
+  std::uint64_t lease_seq_ = 0;
+  std::uint64_t latch_id_ = 0;
+  std::uint64_t good_states_ = 0;      // in a row since the latch or the last bad one
+  std::uint64_t next_verdict_ = 0;
+  std::uint64_t claimless_since_ns_ = 0;
+  bool jump_memory_ = false;           // G013: the newest state may be compared with the next
+
+  std::uint64_t lease_ns_ = 0;         // when the last lease was published
+  std::uint64_t status_ns_ = 0;
+  bool lease_due_ = true;
+  bool status_due_ = true;
+  bool clean_mark_due_ = false;        // after the lease that says disarmed
+  bool persist_latch_due_ = false;     // after the lease that says latched: the hold goes out first
+
+  std::array<std::uint64_t, 64> code_counts_{};
+  std::uint64_t released_ = 0, truncated_ = 0, refused_ = 0, copies_ = 0, resets_refused_ = 0;
+
+  // Of the step in progress.
+  std::uint64_t now_ns_ = 0;
+  Outputs* out_ = nullptr;
+  FixedVec<Verdict, 2 * max_claims + 2> verdicts_;  // published last: the HAL waits for the lease
+
+  // Room for messages too big for the stack.
+  ActionChunk chunk_;
+  JointState joint_state_;
+  HalStatus hal_status_;
+  Claim claim_request_;
+  SafeChunk safe_chunk_;
+  Lease lease_;
+  GateStatus status_;
+};
+
+}  // namespace fairlead

@@ -1,0 +1,144 @@
+// Queries: each gets exactly one reply or one refusal with the command that would fix it.
+
+#include "gate_core.hpp"
+
+namespace fairlead {
+namespace {
+
+// A latch is reset only when what caused it has been gone for this many states.
+constexpr std::uint64_t good_states_to_reset = 10;
+
+}  // namespace
+
+template <class Message>
+void Gate::Core::reply(const Message& message) {
+  out_->add(OutputKind::reply, Name(), message);
+}
+
+void Gate::Core::refuse_query(const Objection& objection) {
+  log(phrase("refused a query: ", objection.reason));
+  out_->add(OutputKind::refusal, Name(), Refusal{"safety", objection.reason, objection.fix});
+}
+
+template <class Message>
+bool Gate::Core::read_query(Bytes frame, Message& message) {
+  const FrameFault fault = decode(frame, message);
+  if (fault == FrameFault::none) return true;
+  count(code::frame);
+  refuse_query({phrase("unreadable request: ", fault_name(fault)), {}});
+  return false;
+}
+
+Objection Gate::Core::wrong_state(std::string_view wanted) const {
+  constexpr std::array<std::string_view, 5> names{"starting", "disarmed", "armed", "stopped", "latched"};
+  return {phrase("the gate is ", names[static_cast<std::size_t>(state_)], ", not ", wanted, "; ", cause_), fix()};
+}
+
+Objection Gate::Core::object_to_arming() const {
+  if (state_ != GateState::disarmed) {
+    Objection objection = wrong_state("disarmed");
+    if (state_ == GateState::armed) objection.fix = "fairlead disarm";
+    return objection;
+  }
+  if (!hal_.mismatch().empty()) return {hal_.mismatch(), "fairlead status"};
+  if (!hal_.has_state()) return {"no valid joint state received yet", "fairlead status"};
+  const std::uint64_t age_ms = (now_ns_ - hal_.arrival_ns()) / 1'000'000;
+  if (!hal_.lockstep() && age_ms > limits_.protocol.state_timeout_ms)
+    return {phrase("the newest joint state is ", age_ms, " ms old, at most ", limits_.protocol.state_timeout_ms,
+                   " ms allowed"),
+            "fairlead status"};
+  return {};
+}
+
+void Gate::Core::on_arm(Bytes frame) {
+  Arm request;
+  if (!read_query(frame, request)) return;
+  const Objection objection = object_to_arming();
+  if (!objection.none()) return refuse_query(objection);
+  // Leaving disarmed: should the process die from here on, it comes back latched.
+  out_->add(OutputKind::clear_clean_mark);
+  clean_mark_due_ = false;
+  epoch_ = new_id();
+  lease_seq_ = 0;
+  jump_memory_ = false;
+  claimless_since_ns_ = now_ns_;
+  set_state(GateState::armed, phrase("armed by ", request.by));
+  reply(ArmReply{epoch_, hal_.session()});
+}
+
+void Gate::Core::on_disarm(Bytes frame) {
+  Disarm request;
+  if (!read_query(frame, request)) return;
+  if (state_ == GateState::stopped || state_ == GateState::latched) return refuse_query(wrong_state("armed"));
+  if (state_ == GateState::armed) disarm(phrase("by ", request.by));
+  reply(Done{"disarmed"});
+}
+
+Objection Gate::Core::object_to_latch_reset() const {
+  if (!hal_.has_state()) return {"no joint state received: standstill is not known", "fairlead status"};
+  if (!at_standstill(limits_, hal_.state())) return {"a joint is still moving", fix()};
+  if (good_states_ < good_states_to_reset)
+    return {phrase("only ", good_states_, " good joint states since the cause, ", good_states_to_reset, " needed"),
+            fix()};
+  return {};
+}
+
+void Gate::Core::on_reset(Bytes frame) {
+  Reset request;
+  if (!read_query(frame, request)) return;
+  const bool cites_latch = state_ == GateState::latched && request.id == latch_id_;
+  if (cites_latch) {
+    const Objection objection = object_to_latch_reset();
+    if (!objection.none()) return refuse_query(objection);
+    latch_id_ = 0;
+    out_->add(OutputKind::clear_latch);
+  } else if (!stops_.reset(request.id)) {
+    // Forged, late or mistyped: nothing changes.
+    ++resets_refused_;
+    return refuse_query({phrase("no stop or latch ", Hex{request.id}, " is held"), fix()});
+  }
+  lease_due_ = status_due_ = true;
+  if (latch_id_ == 0) {
+    if (stops_.held().empty())
+      become_disarmed(phrase("disarmed: ", Hex{request.id}, " was reset by ", request.by));
+    else
+      set_state(GateState::stopped, phrase("stopped: ", Hex{stops_.held()[0]}, " is still held"));
+  }
+  reply(Done{phrase(Hex{request.id}, " was reset")});
+}
+
+void Gate::Core::on_claim(Bytes frame) {
+  if (!read_query(frame, claim_request_)) return;
+  if (state_ != GateState::armed) return refuse_query(wrong_state("armed"));
+  LiveClaim* place = claims_.free_place();
+  if (place == nullptr) return refuse_query({phrase("all ", max_claims, " claims are taken"), "fairlead status"});
+  const Objection objection = admit_claim(limits_, claims_, claim_request_, *place);
+  if (!objection.none()) return refuse_query(objection);
+  place->last_seq = 0;
+  place->refused_tick = 0;
+  place->ahead.clear();
+  place->bad_frames.clear();
+  place->admitted.clear();
+  place->heartbeat_ns = now_ns_;
+  place->id = new_id();
+  log(phrase("claim ", Hex{place->id}, " of ", place->source, " for ", place->skill));
+  lease_due_ = status_due_ = true;
+  reply(ClaimReply{place->id, epoch_, hal_.session()});
+}
+
+void Gate::Core::on_release(Bytes frame) {
+  Release request;
+  if (!read_query(frame, request)) return;
+  LiveClaim* claim = claims_.find(request.claim_id);
+  if (claim == nullptr || !(claim->source == request.source))
+    return refuse_query({phrase(request.source, " holds no claim ", Hex{request.claim_id}), "fairlead status"});
+  end_claim(*claim, "released");
+  reply(Done{"released"});
+}
+
+void Gate::Core::on_status(Bytes frame) {
+  StatusQuery request;
+  if (read_query(frame, request)) publish_status(OutputKind::reply);
+}
+
+}  // namespace fairlead

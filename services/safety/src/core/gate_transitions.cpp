@@ -1,0 +1,91 @@
+// The state machine: boot -> disarmed -> armed, and from any of them to stopped or latched.
+
+#include "gate_core.hpp"
+
+namespace fairlead {
+
+void Gate::Core::set_state(GateState state, const Text& cause) {
+  state_ = state;
+  cause_ = cause;
+  lease_due_ = status_due_ = true;
+  log(cause);
+}
+
+void Gate::Core::boot(std::uint64_t now_ns, const BootInfo& info, Outputs& outputs) {
+  outputs.clear();
+  out_ = &outputs;
+  now_ns_ = now_ns;
+  LatchRecord record;
+  if (!info.latch.empty()) {
+    const bool readable = decode(info.latch, record) == FrameFault::none && record.latch_id != 0;
+    // Unreadable is no reason to forget it.
+    latch_id_ = readable ? record.latch_id : new_id();
+    set_state(GateState::latched, phrase("latched before the restart: ", readable ? record.cause.view() : "unreadable"));
+    persist_latch_due_ = !readable;
+  } else if (!info.first_start && !info.clean_mark) {
+    latch("the last exit was not clean: armed, stopped or latched");
+  } else {
+    become_disarmed("started");
+  }
+  finish();
+}
+
+void Gate::Core::become_disarmed(const Text& cause) {
+  set_state(GateState::disarmed, cause);
+  clean_mark_due_ = true;
+}
+
+void Gate::Core::disarm(const Text& cause) {
+  end_claims("the gate was disarmed");
+  become_disarmed(phrase("disarmed: ", cause));
+}
+
+// A stop that the gate itself decided on. Too many within the window are no coincidence: latch.
+void Gate::Core::raise_stop(const Evidence& evidence) {
+  if (state_ != GateState::armed) return;
+  count(evidence.code);
+  const Text cause = phrase("G", evidence.code < 10 ? "00" : "0", evidence.code, " ", evidence.part, " ", evidence.axis,
+                            ": ", evidence.value, ", limit ", evidence.limit, " (", evidence.limit_source, ")");
+  const std::uint64_t window = limits_.protocol.stop_window_s * 1'000'000'000ULL / limits_.period_ns;
+  if (stops_.note_raised(hal_.tick(), window) >= limits_.protocol.stops_to_latch)
+    return latch(phrase(limits_.protocol.stops_to_latch, " stops in ", limits_.protocol.stop_window_s, " s, the last: ", cause));
+  hold_stop(new_id(), cause);
+}
+
+void Gate::Core::hold_stop(std::uint64_t id, const Text& cause) {
+  const bool listed = stops_.hold(id);
+  if (!listed && stops_.was_reset(id)) return;
+  if (listed) lease_due_ = status_due_ = true;
+  if (state_ != GateState::disarmed && state_ != GateState::armed) return;  // severity only rises
+  if (state_ == GateState::disarmed) out_->add(OutputKind::clear_clean_mark);
+  clean_mark_due_ = false;
+  end_claims("the gate was stopped");
+  set_state(GateState::stopped, phrase("stopped: ", cause));
+}
+
+void Gate::Core::latch(const Text& cause) {
+  if (state_ == GateState::disarmed) out_->add(OutputKind::clear_clean_mark);
+  clean_mark_due_ = false;
+  end_claims("the gate latched");
+  latch_id_ = new_id();
+  good_states_ = 0;
+  persist_latch_due_ = true;
+  set_state(GateState::latched, phrase("latched: ", cause));
+}
+
+void Gate::Core::end_claim(LiveClaim& claim, std::string_view reason) {
+  log(phrase("claim ", Hex{claim.id}, " of ", claim.source, " ended: ", reason));
+  claim.id = 0;
+  claim.plan.clear();
+  claim.waiting.clear();
+  claim.newest.clear();
+  claimless_since_ns_ = now_ns_;
+  lease_due_ = status_due_ = true;
+}
+
+void Gate::Core::end_claims(std::string_view reason) {
+  for (LiveClaim& claim : claims_.places())
+    if (claim.id != 0) end_claim(claim, reason);
+}
+
+}  // namespace fairlead
