@@ -42,12 +42,19 @@ def loop(frame: str, asked_from: str, path: Sequence[str]) -> LayoutError:
 def unconnected(
     parent: str, child: str, roots: tuple[str, str], known: Collection[str]
 ) -> LayoutError:
-    """One of the frames is unknown, or they hang in different trees with these roots."""
+    """One of the frames is unknown, or they hang in different trees.
+
+    Args:
+        roots: of ``parent``'s tree and of ``child``'s tree.
+    """
     missing, origin = (child, parent) if child not in known else (parent, child)
     if missing not in known:
         listed = ", ".join(sorted(known)) or "none"
         text = f"no frame {missing!r} (looked up from {origin!r}); known: {listed}"
     else:
-        missing, origin = child, parent
-        text = f"{child!r} (root {roots[1]!r}) and {parent!r} (root {roots[0]!r}) are not connected"
+        missing, origin = roots[1], parent
+        text = (
+            f"{child!r} is not connected to {parent!r}: nothing says where its root "
+            f"{roots[1]!r} is in {roots[0]!r}"
+        )
     return LayoutError(f"transforms: {text}", kind="missing_frame", name=missing, parent=origin)

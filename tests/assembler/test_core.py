@@ -1,0 +1,307 @@
+"""When the assembler answers, waits, repeats itself and gives up."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from fairlead.errors import MessageError
+from fairlead.hal.backend import FramePose
+from fairlead.messages import (
+    NO_HASH,
+    JointState,
+    LayoutState,
+    TransformBatch,
+    decode,
+    floats,
+    pack_floats,
+)
+from fairlead.robot import RobotManifest
+from fairlead.skill import load_skill
+from fairlead_state_assembler import ForwardKinematics, LocalAssembler
+from fairlead_state_assembler.core import AssemblerCore, Output
+from tests.assembler.robot_feed import SKILL, RobotFeed
+
+
+@pytest.fixture
+def core(robot: RobotManifest, feed: RobotFeed) -> AssemblerCore:
+    """Wants the oracle's layout, knows the static transforms, has seen no joints."""
+    core = AssemblerCore(robot)
+    core.want(SKILL)
+    assert core.on_transforms(feed.static(1)) == []
+    return core
+
+
+def layouts(outputs: list[Output]) -> list[LayoutState]:
+    return [decode(LayoutState, item.payload) for item in outputs if item.skill == SKILL]
+
+
+def links(outputs: list[Output]) -> list[TransformBatch]:
+    return [decode(TransformBatch, item.payload) for item in outputs if item.skill is None]
+
+
+def test_nothing_is_published_before_the_first_joint_state(
+    core: AssemblerCore, feed: RobotFeed
+) -> None:
+    assert core.on_transforms(feed.moving(1)) == []
+
+
+def test_joints_after_transforms_are_answered_at_once(core: AssemblerCore, feed: RobotFeed) -> None:
+    core.on_transforms(feed.moving(1))
+    outputs = core.on_joints(feed.joints(1))
+    assert [item.skill for item in outputs] == [SKILL, None]
+    [state] = layouts(outputs)
+    skill = load_skill(SKILL)
+    assert (state.session, state.tick, state.episode_tick, state.oldest_tick) == (11, 1, 1, 1)
+    assert (state.skill, state.skill_hash, state.layout) == (
+        SKILL, skill.skill_hash, "mobile_pick_30d",
+    )  # fmt: skip
+    assert state.fault is None
+    assert state.values is not None
+    assert len(floats(state.values)) == 30
+
+
+def test_service_and_local_assembler_agree_bit_for_bit(
+    core: AssemblerCore, feed: RobotFeed, robot: RobotManifest
+) -> None:
+    core.on_transforms(feed.moving(1))
+    [state] = layouts(core.on_joints(feed.joints(1)))
+
+    def frame_poses(batch: TransformBatch) -> list[FramePose]:
+        return [
+            FramePose(t.parent, t.child, floats(t.translation), floats(t.rotation_xyzw))
+            for t in batch.transforms
+        ]
+
+    local = LocalAssembler(robot)
+    local.take(
+        np.array(feed.positions(1)), frame_poses(feed.moving(1)), frame_poses(feed.static(1))
+    )
+    assert state.values == pack_floats(local.assemble(load_skill(SKILL).state_contract))
+
+
+def test_link_transforms_are_the_forward_kinematics_of_the_tick(
+    core: AssemblerCore, feed: RobotFeed, robot: RobotManifest
+) -> None:
+    [batch] = links(core.on_joints(feed.joints(3)))
+    kinematics = ForwardKinematics(robot)
+    poses = dict(zip(kinematics.frames, kinematics.poses(np.array(feed.positions(3))), strict=True))
+    assert (batch.session, batch.tick, batch.is_static) == (11, 3, False)
+    assert [item.child for item in batch.transforms] == list(kinematics.frames)
+    for item in batch.transforms:
+        assert item.parent == "base_link"
+        numbers = np.concatenate((floats(item.translation), floats(item.rotation_xyzw)))
+        assert np.array_equal(numbers, pin.SE3ToXYZQUAT(poses[item.child])), item.child
+
+
+def test_joints_before_transforms_wait_and_are_answered_when_they_come(
+    core: AssemblerCore, feed: RobotFeed
+) -> None:
+    assert layouts(core.on_joints(feed.joints(1))) == []
+    [state] = layouts(core.on_transforms(feed.moving(1)))
+    assert (state.tick, state.fault) == (1, None)
+
+
+def test_transform_missing_until_the_next_joints_is_a_fault_naming_frame_parent_and_age(
+    core: AssemblerCore, feed: RobotFeed
+) -> None:
+    core.on_transforms(feed.moving(1))
+    core.on_joints(feed.joints(1))
+    assert layouts(core.on_joints(feed.joints(2))) == []
+    [state] = layouts(core.on_joints(feed.joints(3)))
+    assert (state.tick, state.values) == (2, None)
+    assert state.fault is not None
+    assert (state.fault.kind, state.fault.name, state.fault.parent, state.fault.age_ticks) == (
+        "stale_frame", "base_link", "odom", 1,
+    )  # fmt: skip
+    assert state.fault.text == (
+        "transforms: odom -> base_link is stale at tick 2: the newest before it is 1 tick(s) "
+        "old, allowed 0"
+    )
+
+
+def test_frame_that_was_never_published_is_a_fault_at_the_next_joints(
+    core: AssemblerCore, feed: RobotFeed
+) -> None:
+    core.on_transforms(feed.moving(1, "base_link", "object"))
+    core.on_joints(feed.joints(1))
+    core.on_transforms(feed.moving(2, "base_link", "object"))
+    [state] = layouts(core.on_joints(feed.joints(2)))
+    assert state.fault is not None
+    assert (state.tick, state.fault.kind, state.fault.name, state.fault.parent) == (
+        1, "missing_frame", "goal", "base_site",
+    )  # fmt: skip
+
+
+def test_transform_lost_once_is_interpolated_when_the_next_one_comes(
+    core: AssemblerCore, feed: RobotFeed
+) -> None:
+    core.on_transforms(feed.moving(1))
+    core.on_joints(feed.joints(1))
+    assert layouts(core.on_joints(feed.joints(2))) == []
+    [state] = layouts(core.on_transforms(feed.moving(3)))
+    assert (state.tick, state.oldest_tick, state.fault) == (2, 1, None)
+
+
+def test_repeated_tick_is_answered_with_the_identical_bytes(
+    core: AssemblerCore, feed: RobotFeed
+) -> None:
+    core.on_transforms(feed.moving(1))
+    first = core.on_joints(feed.joints(1))
+    assert core.on_transforms(feed.moving(1)) == []
+    assert core.on_joints(feed.joints(1)) == first
+    assert core.on_joints(feed.joints(1)) == first
+
+
+def test_lockstep_fault_comes_with_the_second_repeat_and_again_with_each_later_one(
+    core: AssemblerCore, feed: RobotFeed
+) -> None:
+    assert layouts(core.on_joints(feed.joints(1))) == []
+    assert layouts(core.on_joints(feed.joints(1))) == []
+    for _ in range(2):
+        [state] = layouts(core.on_joints(feed.joints(1)))
+        assert state.fault is not None
+        assert (state.fault.kind, state.fault.name, state.fault.parent) == (
+            "missing_frame", "base_link", "odom",
+        )  # fmt: skip
+
+
+def test_fault_is_no_answer_the_layout_follows_when_the_transforms_come(
+    core: AssemblerCore, feed: RobotFeed
+) -> None:
+    for _ in range(3):
+        outputs = core.on_joints(feed.joints(1))
+    assert layouts(outputs)[0].fault is not None
+    [state] = layouts(core.on_transforms(feed.moving(1)))
+    assert (state.tick, state.fault) == (1, None)
+    assert layouts(core.on_joints(feed.joints(1))) == [state]
+
+
+def test_skill_wanted_while_the_world_waits_is_answered_for_the_current_tick(
+    robot: RobotManifest, feed: RobotFeed
+) -> None:
+    core = AssemblerCore(robot)
+    core.on_transforms(feed.static(1))
+    core.on_transforms(feed.moving(1))
+    assert layouts(core.on_joints(feed.joints(1))) == []
+    _, outputs = core.want(SKILL)
+    assert [state.tick for state in layouts(outputs)] == [1]
+
+
+def test_skill_no_longer_wanted_is_no_longer_assembled(
+    core: AssemblerCore, feed: RobotFeed
+) -> None:
+    core.unwant(SKILL)
+    core.on_transforms(feed.moving(1))
+    assert [item.skill for item in core.on_joints(feed.joints(1))] == [None]
+
+
+def test_unknown_skill_is_a_fault_at_every_tick(robot: RobotManifest, feed: RobotFeed) -> None:
+    core = AssemblerCore(robot)
+    view, outputs = core.want("no-such-skill")
+    assert outputs == []
+    assert str(view.refusal).startswith("skill 'no-such-skill': no file ")
+    core.on_joints(feed.joints(1))
+    [state, _] = core.on_joints(feed.joints(2))
+    fault = decode(LayoutState, state.payload)
+    assert fault.skill_hash == NO_HASH
+    assert fault.fault is not None
+    assert (fault.fault.kind, fault.fault.name) == ("unknown_skill", "no-such-skill")
+    assert fault.fault.text == str(view.refusal)
+
+
+def test_older_joint_state_is_ignored(core: AssemblerCore, feed: RobotFeed) -> None:
+    core.on_transforms(feed.moving(5))
+    core.on_joints(feed.joints(5))
+    assert core.on_joints(feed.joints(4)) == []
+
+
+def test_new_episode_does_not_use_transforms_from_before_it(
+    core: AssemblerCore, feed: RobotFeed
+) -> None:
+    core.on_transforms(feed.moving(4))
+    core.on_joints(feed.joints(4))
+    feed.episode_tick = 6
+    assert layouts(core.on_joints(feed.joints(6))) == []
+    core.on_transforms(feed.static(6))
+    [state] = layouts(core.on_transforms(feed.moving(6)))
+    assert (state.tick, state.episode_tick, state.oldest_tick) == (6, 6, 6)
+
+
+def test_new_session_is_answered_from_its_own_data_and_the_old_one_ignored(
+    core: AssemblerCore, feed: RobotFeed, robot: RobotManifest
+) -> None:
+    core.on_transforms(feed.moving(9))
+    core.on_joints(feed.joints(9))
+    restarted = RobotFeed(robot, session=12)
+    core.on_transforms(restarted.static(1))
+    core.on_transforms(restarted.moving(1))
+    [state] = layouts(core.on_joints(restarted.joints(1)))
+    assert (state.session, state.tick, state.fault) == (12, 1, None)
+    assert core.on_joints(feed.joints(10)) == []
+    assert core.on_transforms(feed.moving(10)) == []
+
+
+def test_new_session_whose_transforms_come_first_is_never_mixed_with_the_old_joints(
+    core: AssemblerCore, feed: RobotFeed, robot: RobotManifest
+) -> None:
+    core.on_joints(feed.joints(9))
+    restarted = RobotFeed(robot, session=12)
+    core.on_transforms(restarted.static(9))
+    assert core.on_transforms(restarted.moving(9)) == []
+
+
+def test_joint_state_of_another_robot_is_refused(core: AssemblerCore, feed: RobotFeed) -> None:
+    good = feed.joints(1)
+    other = JointState(
+        session=good.session,
+        tick=1,
+        episode_tick=1,
+        stamp_ns=0,
+        positions=good.positions,
+        velocities=good.velocities,
+        efforts=good.efforts,
+        acted=good.acted,
+        robot_hash=bytes([171]) * 32,
+    )
+    with pytest.raises(MessageError) as error:
+        core.on_joints(other)
+    assert str(error.value) == (
+        f"state/joints: expected robot panda_mobile ({feed.robot.robot_hash.hex()[:12]}), got "
+        "abababababab; the HAL runs with another robot.yaml"
+    )
+
+
+def test_joint_state_of_the_wrong_width_is_refused(core: AssemblerCore, feed: RobotFeed) -> None:
+    good = feed.joints(1)
+    short = JointState(
+        session=good.session,
+        tick=1,
+        episode_tick=1,
+        stamp_ns=0,
+        positions=good.positions[8:],
+        velocities=good.velocities,
+        efforts=good.efforts,
+        acted=good.acted,
+        robot_hash=good.robot_hash,
+    )
+    with pytest.raises(MessageError) as error:
+        core.on_joints(short)
+    assert str(error.value) == "state/joints: expected 14 positions, got 13"
+
+
+def test_slow_localiser_is_used_up_to_its_declared_age(
+    robot: RobotManifest, feed: RobotFeed
+) -> None:
+    core = AssemblerCore(robot, {"goal": 5})
+    core.want(SKILL)
+    core.on_transforms(feed.static(1))
+    core.on_transforms(feed.moving(1))
+    for tick in range(1, 7):
+        core.on_transforms(feed.moving(tick, "base_link", "object"))
+        [state] = layouts(core.on_joints(feed.joints(tick)))
+        assert (state.tick, state.oldest_tick, state.fault) == (tick, 1, None)
+    core.on_transforms(feed.moving(7, "base_link", "object"))
+    assert layouts(core.on_joints(feed.joints(7))) == []
+    [state] = layouts(core.on_joints(feed.joints(8)))
+    assert state.fault is not None
+    assert (state.fault.kind, state.fault.name, state.fault.age_ticks) == ("stale_frame", "goal", 6)

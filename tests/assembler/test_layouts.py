@@ -1,0 +1,174 @@
+"""Layouts as pure functions: values, order, sign, and what is refused."""
+
+from collections.abc import Mapping
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from fairlead.bindings import LAYOUT_DIMS, StateContractBindings
+from fairlead.errors import ConfigError, LayoutError
+from fairlead_state_assembler import (
+    LAYOUT_ASSEMBLERS,
+    JointPositions,
+    assemble_state,
+    pose_from,
+    register,
+)
+
+Poses = Mapping[tuple[str, str], pin.SE3]
+
+
+class FixedTransforms:
+    """Transforms for a notebook: a table instead of a buffer."""
+
+    def __init__(self, poses: Poses) -> None:
+        self._poses = poses
+
+    def pose(self, parent: str, child: str) -> pin.SE3:
+        if (parent, child) not in self._poses:
+            raise LayoutError("no such frame", kind="missing_frame", name=child, parent=parent)
+        return self._poses[(parent, child)]
+
+
+BINDINGS = StateContractBindings(
+    eef_frame="grip_site",
+    eef_rotation_frame="panda_hand",
+    base_frame="base_site",
+    world_frame="map",
+    gripper_qpos_joints=("panda_finger_joint1", "panda_finger_joint2"),
+    object_frame="object",
+    goal_frame="goal",
+)
+JOINTS = JointPositions.named(
+    ("panda_finger_joint1", "panda_finger_joint2"), np.array([0.02, -0.03])
+)
+HALF = float(np.sqrt(0.5))
+POSES = {
+    ("base_site", "grip_site"): pose_from("grip_site", [0.5, 0.1, 0.2], [0.0, 0.0, 0.0, 1.0]),
+    ("base_site", "panda_hand"): pose_from("panda_hand", [9.0, 9.0, 9.0], [HALF, 0.0, 0.0, HALF]),
+    ("map", "base_site"): pose_from("base_site", [1.0, 2.0, 0.9], [0.0, 0.0, HALF, HALF]),
+    ("base_site", "object"): pose_from("object", [0.6, 0.0, 0.1], [0.0, 0.0, 0.6, 0.8]),
+    ("base_site", "goal"): pose_from("goal", [0.7, 0.3, 0.4], [0.0, 0.6, 0.0, -0.8]),
+}
+
+
+def test_human300_16d_is_eef_in_base_then_base_in_world_then_fingers() -> None:
+    values = assemble_state("human300_16d", BINDINGS, JOINTS, FixedTransforms(POSES))
+    wanted = [0.5, 0.1, 0.2, HALF, 0, 0, HALF, 1, 2, 0.9, 0, 0, HALF, HALF, 0.02, -0.03]
+    assert values.dtype == np.float64
+    assert np.allclose(values, wanted, atol=1e-12)
+
+
+def test_mobile_pick_30d_adds_object_and_goal_in_the_base_with_positive_w() -> None:
+    values = assemble_state("mobile_pick_30d", BINDINGS, JOINTS, FixedTransforms(POSES))
+    assert np.array_equal(
+        values[:16], assemble_state("human300_16d", BINDINGS, JOINTS, FixedTransforms(POSES))
+    )
+    assert np.allclose(values[16:23], [0.6, 0.0, 0.1, 0.0, 0.0, 0.6, 0.8], atol=1e-12)
+    assert np.allclose(values[23:], [0.7, 0.3, 0.4, 0.0, -0.6, 0.0, 0.8], atol=1e-12)
+
+
+def test_rotation_comes_from_the_eef_frame_where_no_other_is_bound() -> None:
+    bindings = BINDINGS.model_copy(update={"eef_rotation_frame": None})
+    values = assemble_state("human300_16d", bindings, JOINTS, FixedTransforms(POSES))
+    assert np.allclose(values[:7], [0.5, 0.1, 0.2, 0.0, 0.0, 0.0, 1.0], atol=1e-12)
+
+
+def test_wxyz_puts_w_first_in_every_quaternion() -> None:
+    bindings = BINDINGS.model_copy(update={"quaternion_convention": "wxyz"})
+    xyzw = assemble_state("mobile_pick_30d", BINDINGS, JOINTS, FixedTransforms(POSES))
+    wxyz = assemble_state("mobile_pick_30d", bindings, JOINTS, FixedTransforms(POSES))
+    moved = xyzw.copy()
+    for first in (3, 10, 19, 26):
+        moved[first : first + 4] = np.roll(xyzw[first : first + 4], 1)
+    assert np.array_equal(wxyz, moved)
+
+
+def test_one_gripper_joint_is_mirrored() -> None:
+    bindings = BINDINGS.model_copy(update={"gripper_qpos_joints": ("panda_finger_joint1",)})
+    values = assemble_state("human300_16d", bindings, JOINTS, FixedTransforms(POSES))
+    assert values[14:].tolist() == [0.02, -0.02]
+
+
+def test_unknown_gripper_joint_is_named_with_the_known_ones() -> None:
+    bindings = BINDINGS.model_copy(update={"gripper_qpos_joints": ("left_finger",)})
+    with pytest.raises(LayoutError) as error:
+        assemble_state("human300_16d", bindings, JOINTS, FixedTransforms(POSES))
+    assert str(error.value) == (
+        "joint state: no joint 'left_finger' (valid: panda_finger_joint1, panda_finger_joint2)"
+    )
+    assert (error.value.kind, error.value.name) == ("missing_joint", "left_finger")
+
+
+@pytest.mark.parametrize("names", [(), ("a", "b", "c")])
+def test_any_other_number_of_gripper_joints_is_refused(names: tuple[str, ...]) -> None:
+    bindings = BINDINGS.model_copy(update={"gripper_qpos_joints": names})
+    with pytest.raises(LayoutError) as error:
+        assemble_state("human300_16d", bindings, JOINTS, FixedTransforms(POSES))
+    assert str(error.value) == (
+        f"gripper_qpos_joints: expected one or two joints, got {list(names)}"
+    )
+
+
+@pytest.mark.parametrize("binding", ["eef_frame", "base_frame", "world_frame"])
+def test_missing_binding_is_named(binding: str) -> None:
+    bindings = BINDINGS.model_copy(update={binding: None})
+    with pytest.raises(LayoutError) as error:
+        assemble_state("human300_16d", bindings, JOINTS, FixedTransforms(POSES))
+    assert str(error.value) == f"layout human300_16d: the bindings name no {binding}"
+    assert (error.value.kind, error.value.name) == ("missing_frame", binding)
+
+
+def test_missing_frame_is_an_error_and_never_a_zero_fill() -> None:
+    poses = {key: value for key, value in POSES.items() if key[1] != "goal"}
+    with pytest.raises(LayoutError) as error:
+        assemble_state("mobile_pick_30d", BINDINGS, JOINTS, FixedTransforms(poses))
+    assert (error.value.kind, error.value.name, error.value.parent) == (
+        "missing_frame", "goal", "base_site",
+    )  # fmt: skip
+
+
+def test_number_that_is_not_finite_is_an_error_naming_its_index() -> None:
+    joints = JointPositions.named(
+        ("panda_finger_joint1", "panda_finger_joint2"), np.array([0.02, np.nan])
+    )
+    with pytest.raises(LayoutError) as error:
+        assemble_state("human300_16d", BINDINGS, joints, FixedTransforms(POSES))
+    assert str(error.value) == "layout human300_16d: index 15 is not finite: nan"
+    assert error.value.kind == "not_finite"
+
+
+def test_layout_without_an_assembler_lists_those_there_are() -> None:
+    with pytest.raises(LayoutError) as error:
+        assemble_state("gr1", BINDINGS, JOINTS, FixedTransforms(POSES))  # type: ignore[arg-type]
+    assert str(error.value) == ("layout gr1: no assembler (valid: human300_16d, mobile_pick_30d)")
+    assert (error.value.kind, error.value.name) == ("no_assembler", "gr1")
+
+
+def test_every_declared_layout_has_an_assembler_of_its_width() -> None:
+    assert set(LAYOUT_ASSEMBLERS) == set(LAYOUT_DIMS)
+    for layout, dim in LAYOUT_DIMS.items():
+        values = assemble_state(layout, BINDINGS, JOINTS, FixedTransforms(POSES))
+        assert values.shape == (dim,)
+
+
+def test_second_assembler_for_a_layout_is_refused() -> None:
+    with pytest.raises(ConfigError) as error:
+        register("human300_16d")(LAYOUT_ASSEMBLERS["human300_16d"])
+    assert str(error.value) == "layout human300_16d: has an assembler already"
+
+
+def test_assembler_of_the_wrong_width_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(LAYOUT_ASSEMBLERS, "human300_16d", lambda *_: np.zeros(15))
+    with pytest.raises(ConfigError) as error:
+        assemble_state("human300_16d", BINDINGS, JOINTS, FixedTransforms(POSES))
+    assert str(error.value) == "layout human300_16d: expected 16 numbers, got (15,)"
+
+
+def test_public_face_is_free_of_zenoh() -> None:
+    import subprocess
+    import sys
+
+    code = "import sys, fairlead_state_assembler; sys.exit('zenoh' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

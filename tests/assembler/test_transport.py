@@ -1,0 +1,123 @@
+"""The assembler on a bus, in one process."""
+
+import logging
+
+import pytest
+
+from fairlead.bus import Qos, Sample
+from fairlead.errors import ConfigError
+from fairlead.keys import Keys
+from fairlead.memory_bus import MemoryBus
+from fairlead.messages import JointState, LayoutState, TransformBatch, decode, encode
+from fairlead.robot import RobotManifest
+from fairlead_state_assembler.core import AssemblerCore
+from fairlead_state_assembler.options import read_options
+from fairlead_state_assembler.transport import AssemblerTransport
+from tests.assembler.robot_feed import SKILL, RobotFeed
+
+KEYS = Keys("panda_mobile")
+
+
+class Wire:
+    """Another service's view of the bus."""
+
+    def __init__(self, robot: RobotManifest) -> None:
+        self.bus = MemoryBus()
+        self.seen: list[Sample] = []
+        self.bus.subscribe(KEYS.layout(SKILL), self.seen.append)
+        self.bus.subscribe(KEYS.tf("state_assembler"), self.seen.append)
+        self.transport = AssemblerTransport(self.bus, KEYS, "state_assembler", AssemblerCore(robot))
+        self.tf = self.bus.publisher(KEYS.tf("hal"), TransformBatch, Qos.HOT)
+        self.joints = self.bus.publisher(KEYS.joints, JointState, Qos.HOT)
+
+    def tick(self, feed: RobotFeed, tick: int) -> None:
+        self.tf.put(feed.static(tick))
+        self.tf.put(feed.moving(tick))
+        self.joints.put(feed.joints(tick))
+
+    def keys_seen(self) -> list[str]:
+        keys = [sample.key for sample in self.seen]
+        self.seen.clear()
+        return keys
+
+
+@pytest.fixture
+def wire(robot: RobotManifest) -> Wire:
+    return Wire(robot)
+
+
+def test_links_are_published_every_tick_and_layouts_only_while_wanted(
+    wire: Wire, feed: RobotFeed
+) -> None:
+    wire.tick(feed, 1)
+    assert wire.keys_seen() == [KEYS.tf("state_assembler")]
+    token = wire.bus.declare_token(KEYS.want_layout(SKILL))
+    assert wire.keys_seen() == [KEYS.layout(SKILL)]
+    wire.tick(feed, 2)
+    assert wire.keys_seen() == [KEYS.layout(SKILL), KEYS.tf("state_assembler")]
+    token.undeclare()
+    wire.tick(feed, 3)
+    assert wire.keys_seen() == [KEYS.tf("state_assembler")]
+
+
+def test_layout_carries_the_tick_of_the_joints(wire: Wire, feed: RobotFeed) -> None:
+    wire.bus.declare_token(KEYS.want_layout(SKILL))
+    wire.tick(feed, 1)
+    state = decode(LayoutState, wire.seen[0].payload)
+    assert (state.tick, state.fault) == (1, None)
+
+
+def test_message_that_does_not_fit_is_dropped_and_named_once(
+    wire: Wire, feed: RobotFeed, caplog: pytest.LogCaptureFixture
+) -> None:
+    with caplog.at_level(logging.WARNING):
+        for _ in range(3):
+            wire.joints.put_bytes(encode(feed.static(1)))
+    assert len(caplog.messages) == 1
+    assert caplog.messages[0].startswith(
+        "dropped a message on fl/panda_mobile/state/joints: expected JointState v1, got "
+    )
+    wire.tick(feed, 1)
+    assert wire.keys_seen() == [KEYS.tf("state_assembler")]
+
+
+def test_skill_that_cannot_be_loaded_is_logged_with_its_reason(
+    wire: Wire, caplog: pytest.LogCaptureFixture
+) -> None:
+    with caplog.at_level(logging.ERROR):
+        wire.bus.declare_token(KEYS.want_layout("no-such-skill"))
+    assert caplog.messages[0].startswith(
+        "cannot assemble for no-such-skill: skill 'no-such-skill': no file "
+    )
+
+
+def test_closed_transport_listens_no_more(wire: Wire, feed: RobotFeed) -> None:
+    wire.transport.close()
+    wire.tick(feed, 1)
+    assert wire.keys_seen() == []
+
+
+def test_options_declare_the_age_of_slow_frames() -> None:
+    assert read_options("state_assembler", {"max_age_ticks": {"odom": 4}}).max_age_ticks == {
+        "odom": 4
+    }
+
+
+@pytest.mark.parametrize(
+    ("options", "problem"),
+    [
+        ({"max_age": 3}, "max_age: Extra inputs are not permitted"),
+        (
+            {"max_age_ticks": {"odom": 65}},
+            "max_age_ticks.odom: Input should be less than or equal to 64",
+        ),
+        (
+            {"max_age_ticks": {"odom": 0}},
+            "max_age_ticks.odom: Input should be greater than 0",
+        ),
+    ],
+)
+def test_option_that_does_not_fit_is_refused(options: dict[str, object], problem: str) -> None:
+    with pytest.raises(ConfigError) as error:
+        read_options("state_assembler", options)
+    assert str(error.value) == f"options of state_assembler: {problem}"
