@@ -1,0 +1,67 @@
+"""What must hold for every history, whatever the channel did."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fairlead.messages import Acted, SafeChunk, floats
+from tests.explorer.hal_actor import Tick
+from tests.explorer.world import World
+
+BASE_JOINTS = 3
+
+
+def check_history(world: World) -> None:
+    """Nothing unjudged, out of order, twice, or beside what was really executed ever ran."""
+    ticks = [tick.tick for tick in world.history]
+    assert ticks == list(range(1, len(ticks) + 1)), "ticks out of order"
+    seen: set[tuple[int, int]] = set()
+    before = Acted(hold=1, verdict_id=0, row=0)
+    for tick in world.history:
+        if not tick.acted.hold:
+            name = (tick.acted.verdict_id, tick.acted.row)
+            assert name not in seen, f"row {name} ran twice"
+            seen.add(name)
+            _check_row(world, tick, before)
+        before = tick.acted
+
+
+def _check_row(world: World, tick: Tick, before: Acted) -> None:
+    acted = tick.acted
+    assert acted.verdict_id in world.emitted, "a row that no SafeChunk released ran"
+    chunk = world.emitted[acted.verdict_id]
+    assert chunk.first_tick + acted.row == tick.tick, "a row ran in another tick than its own"
+    assert acted.row < chunk.horizon
+    assert tick.command is not None
+    np.testing.assert_array_equal(tick.command, _rows(chunk)[acted.row])
+    if acted.row == 0:
+        same = bool(chunk.after.hold and before.hold) or chunk.after == before
+        assert same, f"tick {tick.tick} continued {before}, judged after {chunk.after}"
+    else:
+        assert before == Acted(hold=0, verdict_id=acted.verdict_id, row=acted.row - 1)
+    assert _was_proposed(world, chunk, tick), "the gate released what nobody proposed"
+
+
+def _was_proposed(world: World, chunk: SafeChunk, tick: Tick) -> bool:
+    assert tick.command is not None
+    for sent in world.runner.sent:
+        row = tick.tick - sent.start_tick
+        if (sent.epoch, sent.claim_id) == (chunk.epoch, chunk.claim_id) and 0 <= row < sent.horizon:
+            values = floats(sent.parts[0].values, len(tick.command))[row]
+            if np.array_equal(values, tick.command):
+                return True
+    return False
+
+
+def _rows(chunk: SafeChunk) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
+    return floats(chunk.parts[0].values, len(chunk.parts[0].values) // 8 // chunk.horizon)
+
+
+def moves(history: list[Tick]) -> int:
+    """Ticks in which a released row ran."""
+    return sum(1 for tick in history if not tick.acted.hold)
+
+
+def trajectory(history: list[Tick]) -> list[tuple[int, bool, bytes]]:
+    """What is compared between runs: tick, held or not, and the bits of the positions."""
+    return [(tick.tick, bool(tick.acted.hold), tick.positions.tobytes()) for tick in history]
