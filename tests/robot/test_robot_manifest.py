@@ -16,12 +16,14 @@ from fairlead.yaml_file import load_yaml
 
 @pytest.fixture(scope="module")
 def shipped() -> dict[str, Any]:
-    return yaml.safe_load((robot_dir("panda_mobile") / "robot.yaml").read_text())
+    loaded: dict[str, Any] = yaml.safe_load((robot_dir("panda_mobile") / "robot.yaml").read_text())
+    return loaded
 
 
 @pytest.fixture
 def data(shipped: dict[str, Any]) -> dict[str, Any]:
-    return json.loads(json.dumps(shipped))  # a copy in which YAML's aliases are apart
+    copied: dict[str, Any] = json.loads(json.dumps(shipped))  # YAML's aliases taken apart
+    return copied
 
 
 def _refusal(data: dict[str, Any], folder: Path) -> str:
@@ -70,7 +72,7 @@ def test_robot_hash_ignores_limits_and_changes_with_joints_parts_and_modes(
 def test_manifest_is_frozen() -> None:
     robot = load_robot("panda_mobile")
     with pytest.raises(ValueError, match="frozen"):
-        robot.id = "other"  # type: ignore[misc]
+        robot.id = "other"
 
 
 def test_missing_joint_limit_names_the_joint_and_the_field(
