@@ -96,7 +96,9 @@ class Registry:
         draft.replace(path)
 
     def remove(self, name: str) -> None:
-        self._path(name, "json").unlink(missing_ok=True)
+        """Forget a deployment that has ended."""
+        for suffix in ("json", "lock"):
+            self._path(name, suffix).unlink(missing_ok=True)
 
     def lock(self, name: str) -> IO[str]:
         """Take the deployment's lock; closing the returned file frees it.

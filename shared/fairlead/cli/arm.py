@@ -1,0 +1,19 @@
+"""``fairlead arm``: let the gate grant claims."""
+
+from __future__ import annotations
+
+import typer
+
+from fairlead.cli.console import hex_id
+from fairlead.cli.deployment_choice import DeploymentOption, choose_deployment
+from fairlead.client import RobotClient
+
+EXAMPLE = "fairlead arm"
+
+
+def command(deployment: DeploymentOption = None) -> None:
+    """Arm the gate: a new epoch starts, runners may claim parts of the robot."""
+    chosen = choose_deployment(deployment)
+    with RobotClient(chosen) as client:
+        reply = client.arm()
+    typer.echo(f"armed {chosen.id}: epoch {hex_id(reply.epoch)}")

@@ -1,0 +1,28 @@
+"""What commands print: JSON documents, ids, small tables."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from typing import Any
+
+import typer
+
+
+def print_json(document: Any) -> None:
+    """One JSON document on standard output."""
+    typer.echo(json.dumps(document, indent=2, sort_keys=False))
+
+
+def hex_id(number: int) -> str:
+    """An id as people read and type it; 0 means none."""
+    return f"{number:016x}" if number else "none"
+
+
+def print_table(header: Sequence[str], rows: Sequence[Sequence[object]]) -> None:
+    """Columns as wide as their content, two blanks between them."""
+    lines = [list(header)] + [[str(cell) for cell in row] for row in rows]
+    widths = [max(len(line[column]) for line in lines) for column in range(len(header))]
+    for line in lines:
+        cells = [cell.ljust(width) for cell, width in zip(line, widths, strict=True)]
+        typer.echo("  ".join(cells).rstrip())

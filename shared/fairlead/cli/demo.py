@@ -1,0 +1,58 @@
+"""``fairlead demo``: the robot does its task, and what it did is drawn."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from fairlead.cli.console import print_json
+from fairlead.cli.deployment_choice import JsonOption
+from fairlead.cli.progress_line import ProgressLine
+from fairlead.demo.demo_run import DemoWish, check_out_folder, run_demo
+from fairlead.errors import FairleadError, ServiceError
+from fairlead.paths import repo_root
+
+EXAMPLE = "fairlead demo --realtime"
+SOURCE = "panda_mobile_sim.yaml"
+
+
+def command(
+    out: Annotated[Path, typer.Option(file_okay=False, help="folder for the results")] = Path(
+        "out/demo"
+    ),
+    seed: Annotated[int, typer.Option(min=0, help="of the episode")] = 0,
+    skill: Annotated[str, typer.Option(help="folder under rskills/")] = "oracle-counter-to-cabinet",
+    realtime: Annotated[
+        bool, typer.Option("--realtime", help="at the robot's own rate instead of lockstep")
+    ] = False,
+    no_video: Annotated[bool, typer.Option("--no-video", help="without a camera")] = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Run a skill through its own four services, challenge the gate, write film and timeline."""
+    check_out_folder(out)
+    source = repo_root() / "compose" / SOURCE
+    wish = DemoWish(source, out, skill, seed, realtime, not no_video)
+    try:
+        with ProgressLine(quiet=as_json) as line:
+            result = run_demo(
+                wish,
+                lambda text: None if as_json else line.say(text),
+                lambda now: line.show(now.line()),
+            )
+    except FairleadError as error:
+        raise ServiceError(
+            f"{error}\n  logs: fairlead logs --state-dir {out / 'state'}\n"
+            "  then try again: fairlead demo"
+        ) from None
+    if as_json:
+        print_json(result.summary)
+    else:
+        ticks, seconds = result.summary["ticks"], result.summary["seconds"]
+        typer.echo(f"{result.goal.outcome}: {ticks} ticks in {seconds} s")
+        for path in result.written:
+            typer.echo(f"  {path}")
+    if result.goal.outcome != "succeeded":
+        reason = result.summary["reason"]
+        raise ServiceError(f"demo: the goal {result.goal.outcome} {reason}; see {out}/summary.json")

@@ -1,0 +1,70 @@
+"""Which deployment a command is about, and how its file is named on the command line."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from fairlead.deployment import Deployment, load_deployment
+from fairlead.errors import ConfigError, NoAnswerError
+from fairlead.paths import repo_root
+from fairlead.supervisor import Registry, Running
+
+DeploymentOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--deployment",
+        "-d",
+        exists=True,
+        dir_okay=False,
+        help="deployment file; without it: the one that runs here, else the only one in compose/",
+    ),
+]
+NameArgument = Annotated[
+    str | None,
+    typer.Argument(help="deployment name as in `fairlead ps`; may be left out if only one runs"),
+]
+JsonOption = Annotated[bool, typer.Option("--json", help="print one JSON document instead")]
+
+
+def choose_deployment(file: Path | None) -> Deployment:
+    """The deployment a command is about.
+
+    Raises:
+        ConfigError: several run, or none runs and compose/ leaves the choice open.
+    """
+    if file is not None:
+        return load_deployment(file)
+    running = Registry().entries()
+    if len(running) == 1:
+        return load_deployment(Path(running[0].deployment))
+    if running:
+        files = "\n".join(f"  --deployment {entry.deployment}" for entry in running)
+        raise ConfigError(f"several deployments run on this machine; add one of:\n{files}")
+    known = sorted((repo_root() / "compose").glob("*.yaml"))
+    if len(known) == 1:
+        return load_deployment(known[0])
+    first = known[0] if known else "DEPLOYMENT"
+    raise NoAnswerError(f"no deployment runs on this machine; start one: fairlead up {first}")
+
+
+def choose_running(name: str | None) -> Running:
+    """A deployment that was started on this machine.
+
+    Raises:
+        ConfigError: none runs, several run and none was named, or the name is unknown.
+    """
+    running = Registry().entries()
+    names = [entry.name for entry in running]
+    if not running:
+        raise NoAnswerError("no deployment runs on this machine; see: fairlead up --help")
+    if name is None:
+        if len(running) > 1:
+            raise ConfigError(f"several deployments run here; name one of: {', '.join(names)}")
+        return running[0]
+    for entry in running:
+        if entry.name == name:
+            return entry
+    raise ConfigError(f"no deployment {name!r} runs here (valid: {', '.join(names)})")

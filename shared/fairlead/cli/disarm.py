@@ -1,0 +1,18 @@
+"""``fairlead disarm``: end every claim."""
+
+from __future__ import annotations
+
+import typer
+
+from fairlead.cli.deployment_choice import DeploymentOption, choose_deployment
+from fairlead.client import RobotClient
+
+EXAMPLE = "fairlead disarm"
+
+
+def command(deployment: DeploymentOption = None) -> None:
+    """Disarm the gate: every claim ends, the robot holds; goals that ran fail visibly."""
+    chosen = choose_deployment(deployment)
+    with RobotClient(chosen) as client:
+        reply = client.disarm()
+    typer.echo(reply.text or f"disarmed {chosen.id}")

@@ -1,0 +1,48 @@
+"""``fairlead logs``: what the services printed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from fairlead.cli.console import print_json
+from fairlead.cli.deployment_choice import JsonOption, choose_running
+from fairlead.errors import ConfigError
+
+EXAMPLE = "fairlead logs hal -n 50"
+
+
+def command(
+    service: Annotated[str | None, typer.Argument(help="one service; all without it")] = None,
+    name: Annotated[
+        str | None, typer.Option("--name", help="deployment name as in `fairlead ps`")
+    ] = None,
+    lines: Annotated[int, typer.Option("-n", "--lines", min=1, help="newest lines of each")] = 20,
+    state_dir: Annotated[
+        Path | None,
+        typer.Option(exists=True, file_okay=False, help="state folder of a run that has ended"),
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Print the newest log lines of a deployment's services."""
+    folder = (state_dir or Path(choose_running(name).state_dir)) / "logs"
+    files = {path.stem: path for path in sorted(folder.glob("*.log"))}
+    if not files:
+        raise ConfigError(f"logs: no *.log in {folder}; is that a state folder of `fairlead up`?")
+    if service is not None and service not in files:
+        raise ConfigError(f"logs: no service {service!r} (valid: {', '.join(files)})")
+    wanted = [service] if service is not None else list(files)
+    newest = {one: newest_lines(files[one], lines) for one in wanted}
+    if as_json:
+        print_json(newest)
+        return
+    for one, texts in newest.items():
+        for text in texts:
+            typer.echo(f"[{one}] {text}")
+
+
+def newest_lines(path: Path, count: int) -> list[str]:
+    """The last ``count`` lines of a log file."""
+    return path.read_text(encoding="utf-8", errors="replace").splitlines()[-count:]

@@ -1,0 +1,74 @@
+"""``fairlead``: one command per file, errors without tracebacks.
+
+Exit codes: 0 it worked, 1 it was refused or failed, 2 the command line was wrong.
+"""
+
+from __future__ import annotations
+
+import sys
+
+import typer
+
+from fairlead.cli import (
+    arm,
+    demo,
+    disarm,
+    down,
+    layout,
+    logs,
+    parity,
+    ps,
+    reset,
+    robot,
+    run,
+    skill,
+    status,
+    stop,
+    up,
+)
+from fairlead.cli.group import EXIT_CODES, add_commands
+from fairlead.errors import FairleadError
+
+app = typer.Typer(
+    name="fairlead",
+    help="Run learned robot policies through typed commands and a C++ safety gate.",
+    epilog=EXIT_CODES,
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    add_completion=False,
+)
+add_commands(
+    app,
+    {
+        "up": up,
+        "down": down,
+        "ps": ps,
+        "logs": logs,
+        "run": run,
+        "arm": arm,
+        "disarm": disarm,
+        "stop": stop,
+        "reset": reset,
+        "status": status,
+        "parity": parity,
+        "demo": demo,
+    },
+)
+for _group in (skill.group, robot.group, layout.group):
+    app.add_typer(_group)
+
+
+def main() -> None:
+    """Entry point of the ``fairlead`` command."""
+    try:
+        app()
+    except FairleadError as error:
+        print(f"ERROR {error}", file=sys.stderr)
+        sys.exit(1)
+    except KeyboardInterrupt:
+        print("interrupted", file=sys.stderr)
+        sys.exit(1)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,54 @@
+"""Live progress: one line that changes on a terminal, a line every few seconds elsewhere."""
+
+from __future__ import annotations
+
+import sys
+import time
+from types import TracebackType
+
+LINE_EVERY_S = 2.0  # in a log file
+
+
+class ProgressLine:
+    """Where progress is shown; on standard error, so that output can be piped."""
+
+    def __init__(self, quiet: bool = False) -> None:
+        self._quiet = quiet
+        self._on_terminal = sys.stderr.isatty()
+        self._last_s = -LINE_EVERY_S
+        self._text = ""
+
+    def __enter__(self) -> ProgressLine:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.end()
+
+    def show(self, text: str) -> None:
+        """Replace the line on a terminal; elsewhere print it now and then."""
+        self._text = text
+        if self._quiet:
+            return
+        if self._on_terminal:
+            print(f"\r\x1b[2K{text}", end="", file=sys.stderr, flush=True)
+        elif time.monotonic() - self._last_s >= LINE_EVERY_S:
+            self._last_s = time.monotonic()
+            print(text, file=sys.stderr, flush=True)
+
+    def say(self, text: str) -> None:
+        """A line of its own, above what changes."""
+        self.end()
+        if not self._quiet:
+            print(text, file=sys.stderr, flush=True)
+
+    def end(self) -> None:
+        """Leave the newest text as a line of its own."""
+        if self._quiet or not self._text:
+            return
+        print("" if self._on_terminal else self._text, file=sys.stderr, flush=True)
+        self._text = ""

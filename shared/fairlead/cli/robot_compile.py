@@ -1,0 +1,38 @@
+"""``fairlead robot compile``: robot.yaml to the one file the gate loads."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from fairlead.gate_config import compile_gate_config
+from fairlead.paths import robot_dir
+from fairlead.robot import load_robot
+
+EXAMPLE = "fairlead robot compile panda_mobile"
+
+
+def command(
+    robot: Annotated[str, typer.Argument(help="folder under robots/")],
+    check: Annotated[
+        bool, typer.Option("--check", help="write nothing; exit 1 if a file is not current")
+    ] = False,
+) -> None:
+    """Compile robot.yaml into gate.PROFILE.json, one file for each safety profile."""
+    manifest = load_robot(robot)
+    stale = []
+    for profile in manifest.safety:
+        path = robot_dir(robot) / f"gate.{profile}.json"
+        text = compile_gate_config(manifest, profile)
+        if path.is_file() and path.read_text(encoding="utf-8") == text:
+            typer.echo(f"{path} is current")
+        elif check:
+            stale.append(path)
+        else:
+            path.write_text(text, encoding="utf-8")
+            typer.echo(f"wrote {path}")
+    for path in stale:
+        typer.echo(f"ERROR {path} is not current; fix: fairlead robot compile {robot}", err=True)
+    if stale:
+        raise typer.Exit(1)

@@ -1,0 +1,92 @@
+"""``fairlead run SKILL``: one goal, from arming to its typed result."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Annotated
+
+import msgspec
+import typer
+
+from fairlead.cli.console import print_json
+from fairlead.cli.deployment_choice import DeploymentOption, JsonOption, choose_deployment
+from fairlead.cli.progress_line import ProgressLine
+from fairlead.client import RobotClient
+from fairlead.goal_run import GoalWish, run_goal
+from fairlead.goal_watch import Progress
+from fairlead.messages import GateState, GoalResult
+from fairlead.skill import load_skill
+
+EXAMPLE = "fairlead run oracle-counter-to-cabinet"
+
+
+def command(
+    skill: Annotated[str, typer.Argument(help="folder under rskills/")],
+    deployment: DeploymentOption = None,
+    seed: Annotated[
+        int | None, typer.Option(min=0, help="simulator: start a new episode of this seed first")
+    ] = None,
+    prompt: Annotated[str, typer.Option(help="instruction; default: the skill's own")] = "",
+    deadline_ticks: Annotated[
+        int, typer.Option(min=0, help="give up after so many control periods; 0: never")
+    ] = 1200,
+    stall_timeout: Annotated[
+        float, typer.Option(min=0.1, help="give up after so many seconds without a released row")
+    ] = 30.0,
+    yes: Annotated[bool, typer.Option("--yes", help="arm hardware without asking")] = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Arm if disarmed, run SKILL, show its progress, print the result, disarm again.
+
+    It disarms only if it armed, and only if no other claim is live.
+    """
+    load_skill(skill)  # a misspelt name should not arm anything
+    chosen = choose_deployment(deployment)
+    with RobotClient(chosen, by="fairlead run") as client:
+        client.wait_alive(*chosen.services)
+        client.wait_gate_follows()
+        if seed is not None:
+            _new_episode(client, seed)
+        with armed(client, confirmed=yes):
+            wish = GoalWish(skill, prompt, deadline_ticks, stall_timeout)
+            with ProgressLine(quiet=as_json) as line:
+                progress = run_goal(client, wish, lambda now: line.show(now.line()))
+    assert progress.result is not None
+    _print_result(skill, progress, progress.result, as_json)
+    if progress.result.outcome != "succeeded":
+        raise typer.Exit(1)
+
+
+@contextmanager
+def armed(client: RobotClient, confirmed: bool = False) -> Iterator[None]:
+    """Arm unless armed already; whoever armed disarms, if no other claim is live then."""
+    if client.gate_status().state == GateState.ARMED:
+        yield
+        return
+    if client.deployment.profile == "hardware" and not confirmed:
+        typer.confirm("The robot is real and will move. Arm it?", abort=True)
+    client.arm()
+    try:
+        yield
+    finally:
+        if not client.gate_status().claims:
+            client.disarm()
+
+
+def _new_episode(client: RobotClient, seed: int) -> None:
+    if client.gate_status().state == GateState.ARMED:
+        client.disarm()
+    client.reset_episode(seed)
+
+
+def _print_result(skill: str, progress: Progress, result: GoalResult, as_json: bool) -> None:
+    if as_json:
+        print_json(dataclasses.asdict(progress) | {"result": msgspec.structs.asdict(result)})
+        return
+    ticks = result.last_tick - result.first_tick + 1
+    why = f": {result.kind}: {result.detail}" if result.kind else ""
+    typer.echo(
+        f"{skill} {result.outcome} after {ticks} ticks (decided by the {result.decided_by}){why}"
+    )

@@ -1,0 +1,12 @@
+"""``fairlead skill``: look at skills and check them against a robot."""
+
+from __future__ import annotations
+
+from fairlead.cli import skill_check, skill_ls, skill_show
+from fairlead.cli.group import make_group
+
+group = make_group(
+    "skill",
+    "List, show and check skills.",
+    {"ls": skill_ls, "show": skill_show, "check": skill_check},
+)

@@ -1,0 +1,44 @@
+"""``fairlead skill ls``: every skill, admitted or dropped, and why."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from fairlead.admission import admission_problems
+from fairlead.cli.console import print_json, print_table
+from fairlead.cli.deployment_choice import JsonOption
+from fairlead.errors import ConfigError
+from fairlead.paths import repo_root
+from fairlead.robot import RobotManifest, load_robot
+from fairlead.skill import load_skill
+
+EXAMPLE = "fairlead skill ls --robot panda_mobile"
+
+
+def command(
+    robot: Annotated[str, typer.Option(help="folder under robots/")] = "panda_mobile",
+    as_json: JsonOption = False,
+) -> None:
+    """Show every skill in rskills/: admitted on this robot, or dropped with the reasons."""
+    manifest = load_robot(robot)
+    names = sorted(path.parent.name for path in (repo_root() / "rskills").glob("*/rskill.yaml"))
+    problems = {name: skill_problems(name, manifest) for name in names}
+    if as_json:
+        print_json(
+            [{"skill": n, "admitted": not found, "reasons": found} for n, found in problems.items()]
+        )
+        return
+    rows = [
+        (n, "dropped" if found else "admitted", "; ".join(found)) for n, found in problems.items()
+    ]
+    print_table(("SKILL", f"ON {robot}", "WHY"), rows)
+
+
+def skill_problems(name: str, robot: RobotManifest) -> list[str]:
+    """Every reason against running one skill on a robot; a broken manifest is one."""
+    try:
+        return admission_problems(load_skill(name), robot)
+    except ConfigError as error:
+        return [str(error)]

@@ -1,0 +1,88 @@
+"""``fairlead status``: what the robot, its gate and its services are doing."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import typer
+
+from fairlead.cli.console import hex_id, print_json
+from fairlead.cli.deployment_choice import DeploymentOption, JsonOption, choose_deployment
+from fairlead.client import RobotClient
+from fairlead.messages import GateState, GateStatus, HalStatus
+
+EXAMPLE = "fairlead status --json"
+
+
+def command(deployment: DeploymentOption = None, as_json: JsonOption = False) -> None:
+    """Show the gate's state and cause, the robot's, and who is alive."""
+    chosen = choose_deployment(deployment)
+    with RobotClient(chosen) as client:
+        gate, hal = client.gate_status(), client.hal_status()
+        alive = sorted(client.alive)
+    if as_json:
+        print_json({"alive": alive, "gate": gate_document(gate), "hal": hal_document(hal)})
+        return
+    _print_gate(gate)
+    typer.echo(
+        f"robot  {hal.robot}: {hal.state}, {hal.pacing} at {1e9 / hal.period_ns:g} Hz, "
+        f"tick {hal.tick}, overruns {hal.overruns}" + (f" ({hal.detail})" if hal.detail else "")
+    )
+    missing = sorted(set(chosen.services) - set(alive))
+    typer.echo(f"alive  {', '.join(alive)}" + (f"; missing: {missing}" if missing else ""))
+
+
+def _print_gate(gate: GateStatus) -> None:
+    state = GateState(gate.state).name.lower()
+    typer.echo(f"gate   {state}" + (f": {gate.cause}" if gate.cause else ""))
+    if gate.fix:
+        typer.echo(f"       try: {gate.fix}")
+    for stop_id in gate.stop_ids:
+        typer.echo(f"       stop {hex_id(stop_id)}")
+    if gate.latch_id:
+        typer.echo(f"       latch {hex_id(gate.latch_id)}")
+    for claim in gate.claims:
+        typer.echo(f"claim  {claim.source} runs {claim.skill} on {', '.join(claim.parts)}")
+    counted = [f"{name} {count}" for name, count in gate.counters if count]
+    typer.echo(f"judged {', '.join(counted) or 'nothing yet'}")
+
+
+def gate_document(gate: GateStatus) -> dict[str, Any]:
+    """The gate's status as JSON; ids and hashes in hex."""
+    return {
+        "state": GateState(gate.state).name.lower(),
+        "cause": gate.cause,
+        "fix": gate.fix,
+        "profile": gate.profile,
+        "epoch": hex_id(gate.epoch),
+        "session": hex_id(gate.session),
+        "latch_id": hex_id(gate.latch_id),
+        "stop_ids": [hex_id(stop_id) for stop_id in gate.stop_ids],
+        "claims": [
+            {"source": c.source, "skill": c.skill, "parts": list(c.parts)} for c in gate.claims
+        ],
+        "counters": dict(gate.counters),
+        "state_tick": gate.state_tick,
+        "config_hash": gate.config_hash.hex(),
+        "robot_hash": gate.robot_hash.hex(),
+    }
+
+
+def hal_document(hal: HalStatus) -> dict[str, Any]:
+    """The HAL's status as JSON; ids and hashes in hex."""
+    return {
+        "robot": hal.robot,
+        "state": hal.state,
+        "detail": hal.detail,
+        "pacing": hal.pacing,
+        "period_ms": hal.period_ns / 1e6,
+        "tick": hal.tick,
+        "episode_tick": hal.episode_tick,
+        "session": hex_id(hal.session),
+        "robot_hash": hal.robot_hash.hex(),
+        "joints": list(hal.joints),
+        "parts": [part.name for part in hal.parts],
+        "simulator_order": list(hal.simulator_order),
+        "cameras": [camera.name for camera in hal.cameras],
+        "overruns": hal.overruns,
+    }

@@ -1,0 +1,120 @@
+"""``fairlead up``: start one host's services and keep them running."""
+
+from __future__ import annotations
+
+import signal
+import threading
+from pathlib import Path
+from types import FrameType
+from typing import Annotated
+
+import typer
+
+from fairlead.cli.console import hex_id
+from fairlead.client import RobotClient
+from fairlead.deployment import load_deployment
+from fairlead.errors import FairleadError, ServiceError
+from fairlead.messages import GateState
+from fairlead.supervisor import Registry, ServiceEvent, Supervisor
+from fairlead.supervisor.registry import running_name
+
+EXAMPLE = "fairlead up compose/panda_mobile_sim.yaml"
+READY_TIMEOUT_S = 120.0  # a first start compiles and caches much on a slow machine
+WATCH_S = 0.1
+
+
+def command(
+    deployment: Annotated[
+        Path, typer.Argument(exists=True, dir_okay=False, help="deployment file, see compose/")
+    ],
+    state_dir: Annotated[
+        Path | None,
+        typer.Option(
+            file_okay=False, help="folder for logs and state; default: ~/.local/state/fairlead/ID"
+        ),
+    ] = None,
+    order: Annotated[str, typer.Option(help="start order, comma-separated; any order works")] = "",
+) -> None:
+    """Start every service of DEPLOYMENT, print their logs, restart what dies, until Ctrl-C."""
+    loaded = load_deployment(deployment)
+    folder = state_dir or Registry().default_state_dir(running_name(loaded))
+    stopping = _stop_on_signals()
+    supervisor = Supervisor(deployment, loaded, folder, on_line=_print_line)
+    try:
+        supervisor.start([name for name in order.split(",") if name] or None)
+        wait_until_ready(supervisor, stopping)
+        with RobotClient(loaded, by="fairlead up") as client:
+            _greet(client, folder)
+            while not stopping.wait(WATCH_S):
+                for event in supervisor.poll():
+                    _say(event, client)
+            _disarm(client)
+    finally:
+        killed = supervisor.stop()
+        if killed:
+            _print_line("up", f"had to kill: {', '.join(killed)}")
+    _print_line("up", f"stopped {supervisor.name}; no process is left")
+
+
+def wait_until_ready(supervisor: Supervisor, stopping: threading.Event) -> None:
+    """Wait for every service's ``ready``, unless asked to stop meanwhile."""
+    deadline = READY_TIMEOUT_S
+    while not stopping.is_set():
+        try:
+            supervisor.wait_ready(1.0)
+            return
+        except ServiceError:
+            deadline -= 1.0
+            if supervisor.died() or deadline <= 0:
+                raise
+
+
+def _stop_on_signals() -> threading.Event:
+    stopping = threading.Event()
+
+    def on_signal(number: int, frame: FrameType | None) -> None:
+        stopping.set()
+
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, on_signal)
+    return stopping
+
+
+def _print_line(service: str, line: str) -> None:
+    typer.echo(f"[{service}] {line}")
+
+
+def _greet(client: RobotClient, folder: Path) -> None:
+    gate = client.wait_gate_follows()
+    _print_line("up", f"{client.deployment.id} is up; state and logs: {folder}")
+    if gate.state == GateState.DISARMED:
+        _print_line("up", "in another terminal: fairlead run SKILL   (see: fairlead skill ls)")
+    else:
+        _explain_gate(client)
+
+
+def _say(event: ServiceEvent, client: RobotClient) -> None:
+    _print_line("up", event.text)
+    if event.kind == "ready" and event.service == client.gate:
+        try:
+            _explain_gate(client)
+        except FairleadError as error:
+            _print_line("up", f"the gate does not answer yet: {error}")
+
+
+def _explain_gate(client: RobotClient) -> None:
+    """Say why the gate will not arm, and the commands that lead back to a goal."""
+    gate = client.gate_status()
+    state = GateState(gate.state).name.lower()
+    _print_line("up", f"the gate is {state}: {gate.cause}")
+    for one in (gate.latch_id, *gate.stop_ids):
+        if one:
+            _print_line("up", f"when the cause is gone: fairlead reset {hex_id(one)}")
+
+
+def _disarm(client: RobotClient) -> None:
+    """End claims before the processes, so that the gate's end is a clean one."""
+    try:
+        client.disarm()
+    except FairleadError as error:
+        _print_line("up", f"could not disarm before stopping: {error}")

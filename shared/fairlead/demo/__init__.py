@@ -1,0 +1,1 @@
+"""What ``make demo`` runs: one task through the services, recorded and explained."""

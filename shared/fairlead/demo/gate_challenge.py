@@ -1,0 +1,166 @@
+"""Two chunks that the gate must refuse, sent on purpose: too fast, and from the past."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+from fairlead.bus import Qos, Sample
+from fairlead.client import RobotClient
+from fairlead.errors import NoAnswerError, ServiceError
+from fairlead.keys import last_chunk
+from fairlead.messages import (
+    NO_TRACE,
+    ActionChunk,
+    ActionPart,
+    Claim,
+    ClaimReply,
+    Heartbeat,
+    JointState,
+    Outcome,
+    Verdict,
+    decode,
+    encode,
+    pack_floats,
+)
+from fairlead.modes import ControlMode
+from fairlead.robot import RobotManifest
+from fairlead.skill import SkillManifest
+
+SOURCE = "demo"
+HEARTBEAT_S = 0.05
+VERDICT_TIMEOUT_S = 3.0
+OVER_LIMIT_M = 5.0  # in one control period
+
+
+@dataclass(frozen=True)
+class Challenge:
+    """What was sent and what the gate said. ``code``: ``G020`` and the like."""
+
+    sent: str
+    code: str
+    reason: str
+
+
+class GateChallenge:
+    """Sends chunks to an armed gate and waits for its verdicts."""
+
+    def __init__(self, client: RobotClient, robot: RobotManifest, skill: SkillManifest) -> None:
+        self._client, self._robot, self._skill = client, robot, skill
+        self._arrived = threading.Condition()
+        self._verdicts: list[tuple[str, Verdict]] = []
+        self._newest: JointState | None = None
+        client.bus.subscribe(client.keys.every_verdict, self._on_verdict)
+        client.bus.subscribe(client.keys.joints, self._on_joints)
+
+    def over_limit(self) -> Challenge:
+        """Claim the arm and ask for a step far beyond its limit."""
+        part = self._robot.part_names.index("arm")
+        step = [OVER_LIMIT_M, 0.0, 0.0, 0.0, 0.0, 0.0]
+        with self._claim(("arm",)) as claim:
+            tick = self._wait_state().tick
+            chunk = ActionChunk(
+                robot_hash=self._robot.robot_hash,
+                session=claim.session,
+                epoch=claim.epoch,
+                claim_id=claim.claim_id,
+                source=SOURCE,
+                seq=1,
+                goal_id=0,
+                obs_tick=tick,
+                oldest_tick=tick,
+                start_tick=tick,
+                horizon=1,
+                parts=(
+                    ActionPart(
+                        part=part,
+                        mode=ControlMode.CARTESIAN_DELTA,
+                        frame_id=self._robot.base_frame,
+                        values=pack_floats(step),
+                        active=(),
+                    ),
+                ),
+                trace=NO_TRACE,
+            )
+            text = f"one row that moves the arm {OVER_LIMIT_M:g} m in one control period"
+            return self._send(SOURCE, encode(chunk), text)
+
+    def replay(self, recorded: bytes) -> Challenge:
+        """Send a chunk of the finished goal again, exactly as it was recorded."""
+        source = decode(ActionChunk, recorded).source
+        return self._send(source, recorded, "a recorded chunk of the finished goal, unchanged")
+
+    @contextmanager
+    def _claim(self, parts: tuple[str, ...]) -> Iterator[ClaimReply]:
+        reply = self._client.claim(
+            Claim(
+                source=SOURCE,
+                skill=self._skill.id,
+                skill_hash=self._skill.skill_hash,
+                robot_hash=self._robot.robot_hash,
+                period_ns=self._robot.tick_period_ns,
+                parts=parts,
+                chunk_rate_hz=self._skill.rate_hz,
+                horizon_max=self._skill.horizon,
+                age_max_ticks=self._skill.age_max_ticks,
+                limits=(),
+            )
+        )
+        done = threading.Event()
+        beating = threading.Thread(target=self._beat, args=(reply.claim_id, done), daemon=True)
+        beating.start()
+        try:
+            yield reply
+        finally:
+            done.set()
+            beating.join()
+            self._client.release(SOURCE, reply.claim_id)
+
+    def _beat(self, claim_id: int, done: threading.Event) -> None:
+        key = self._client.keys.heartbeat(SOURCE)
+        publisher = self._client.bus.publisher(key, Heartbeat, Qos.HOT)
+        while not done.wait(HEARTBEAT_S):
+            publisher.put(Heartbeat(claim_id=claim_id))
+
+    def _send(self, source: str, payload: bytes, sent: str) -> Challenge:
+        from fairlead_skill_runner.verdict_text import describe
+
+        key = self._client.keys.candidate(source)
+        with self._arrived:
+            self._verdicts.clear()
+        self._client.bus.publisher(key, ActionChunk, Qos.HOT).put_bytes(payload)
+        verdict = self._wait_verdict(source)
+        if verdict.outcome != Outcome.REFUSED:
+            raise ServiceError(f"the gate did not refuse {sent}: {describe(verdict)}")
+        return Challenge(sent, f"G{verdict.code:03d}", describe(verdict))
+
+    def _wait_verdict(self, source: str) -> Verdict:
+        def found() -> Verdict | None:
+            return next((verdict for who, verdict in self._verdicts if who == source), None)
+
+        with self._arrived:
+            self._arrived.wait_for(lambda: found() is not None, VERDICT_TIMEOUT_S)
+            verdict = found()
+        if verdict is None:
+            raise NoAnswerError(f"no verdict for {source} within {VERDICT_TIMEOUT_S:g} s")
+        return verdict
+
+    def _wait_state(self) -> JointState:
+        with self._arrived:
+            self._arrived.wait_for(lambda: self._newest is not None, VERDICT_TIMEOUT_S)
+            if self._newest is None:
+                raise NoAnswerError(f"no joint state within {VERDICT_TIMEOUT_S:g} s")
+            return self._newest
+
+    def _on_verdict(self, sample: Sample) -> None:
+        verdict = decode(Verdict, sample.payload)
+        with self._arrived:
+            self._verdicts.append((last_chunk(sample.key), verdict))
+            self._arrived.notify_all()
+
+    def _on_joints(self, sample: Sample) -> None:
+        with self._arrived:
+            self._newest = decode(JointState, sample.payload)
+            self._arrived.notify_all()

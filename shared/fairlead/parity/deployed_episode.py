@@ -1,0 +1,72 @@
+"""One episode through the deployed services, in lockstep, read back from their traces."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fairlead.errors import ServiceError
+from fairlead.goal_run import GoalWish, run_goal
+from fairlead.goal_watch import Progress
+from fairlead.messages import GoalResult, ResetEpisodeReply
+from fairlead.parity.episode_trace import EpisodeTrace
+from fairlead.scratch_robot import scratch_robot
+from fairlead.supervisor.scratch import ScratchOptions, make_scratch
+
+
+def deployed_episode(
+    source: Path,
+    wish: GoalWish,
+    seed: int,
+    folder: Path,
+    on_progress: Callable[[Progress], None],
+) -> tuple[EpisodeTrace, ResetEpisodeReply]:
+    """Run a goal on a private copy of deployment ``source``.
+
+    Args:
+        folder: emptied, then holds the services' state and traces.
+
+    Returns:
+        What was computed from the reset to the goal's last tick, and how the reset went.
+
+    Raises:
+        ServiceError: a service failed, or the goal did for another reason than the task.
+    """
+    options: dict[str, dict[str, Any]] = {
+        "hal": {"trace": True, "cameras": []},
+        "runner": {"trace": True},
+    }
+    scratch = make_scratch(source, folder, ScratchOptions(pacing="lockstep", options=options))
+    with scratch_robot(scratch) as robot:
+        reset = robot.client.reset_episode(seed)
+        robot.client.arm()
+        result = run_goal(robot.client, wish, on_progress).result
+        robot.client.disarm()
+    assert result is not None
+    if result.outcome not in ("succeeded", "deadline"):
+        raise ServiceError(
+            f"parity: the deployed goal {result.outcome}: {result.kind}: {result.detail}; "
+            f"logs: {folder / 'logs'}"
+        )
+    return _read(folder, reset, result), reset
+
+
+def _read(folder: Path, reset: ResetEpisodeReply, result: GoalResult) -> EpisodeTrace:
+    from fairlead_skill_runner.trace import read_trace
+
+    episode = EpisodeTrace(succeeded=result.outcome == "succeeded")
+    for call in read_trace(folder / "runner" / "trace.jsonl"):
+        episode.observations.append(np.asarray(call.state, dtype="<f8").tobytes())
+        episode.actions.append(np.asarray(call.actions, dtype="<f4").tobytes())
+    lines = (folder / "hal" / "trace.jsonl").read_text(encoding="ascii").splitlines()
+    steps = {step["tick"]: step for step in map(json.loads, lines)}
+    for tick in range(reset.episode_tick, result.last_tick + 1):
+        if tick not in steps:
+            raise ServiceError(f"parity: the HAL's trace has no tick {tick}; see {folder / 'hal'}")
+        for name in ("packed", "qpos", "qvel"):
+            getattr(episode, name).append(bytes.fromhex(steps[tick][name]))
+    return episode

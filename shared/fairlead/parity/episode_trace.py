@@ -1,0 +1,24 @@
+"""What one episode computed, as bytes, so that comparing is exact."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+
+@dataclass
+class EpisodeTrace:
+    """One episode.
+
+    observations: float64 layout vectors, one per policy call.
+    actions: float32 ``[H, dim]``, one per policy call.
+    packed: float32 vectors given to ``env.step``, one per tick after the reset.
+    qpos, qvel: float64 simulator state before each of those steps.
+    succeeded: the task's own check at the end.
+    """
+
+    observations: list[bytes] = field(default_factory=list)
+    actions: list[bytes] = field(default_factory=list)
+    packed: list[bytes] = field(default_factory=list)
+    qpos: list[bytes] = field(default_factory=list)
+    qvel: list[bytes] = field(default_factory=list)
+    succeeded: bool = False

@@ -1,0 +1,98 @@
+"""The same episode in one process: the policy's raw vectors straight into ``env.step``."""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fairlead.deployment import Deployment
+from fairlead.messages import ResetEpisodeReply
+from fairlead.parity.episode_trace import EpisodeTrace
+from fairlead.robot import load_robot
+from fairlead.skill import SkillManifest
+
+if TYPE_CHECKING:
+    from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
+    from fairlead_state_assembler import LocalAssembler
+
+
+def local_episode(
+    deployment: Deployment,
+    skill: SkillManifest,
+    seed: int,
+    reset: ResetEpisodeReply,
+    most_ticks: int,
+) -> EpisodeTrace:
+    """Reset, hold as long as the deployed reset did, then loop: observe, infer, step.
+
+    The raw vector goes to the simulator as the policy wrote it: the deployment's
+    ``part_order`` is the policy's own.
+
+    Args:
+        reset: how the deployed reset went; its held ticks are repeated here.
+        most_ticks: stop after so many steps, held ones included.
+    """
+    from fairlead_hal_sim.hal_options import read_options
+    from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
+    from fairlead_skill_runner.policies.protocol import Observation
+    from fairlead_state_assembler import LocalAssembler
+
+    robot = load_robot(deployment.robot)
+    hal = deployment.only("hal_sim")
+    options = read_options(hal, deployment.services[hal].options)
+    backend = RobosuiteBackend(options.model_copy(update={"cameras": ()}), robot.tick_period_ns)
+    assembler, policy = LocalAssembler(robot), _make_policy(skill)
+    episode = EpisodeTrace()
+    try:
+        backend.reset(seed)
+        for _ in range(reset.held_ticks):
+            _note_state(episode, backend)
+            backend.apply({})
+            assert backend.last_packed is not None
+            episode.packed.append(backend.last_packed.tobytes())
+        while len(episode.packed) < most_ticks:
+            task = backend.task()
+            if task is not None and task.success:
+                episode.succeeded = True
+                break
+            state = _observe(assembler, backend, skill)
+            tick = reset.tick + len(episode.packed) - reset.held_ticks
+            actions = policy.infer(Observation(tick, state, skill.prompt))
+            episode.observations.append(state.astype("<f8").tobytes())
+            episode.actions.append(np.asarray(actions, dtype="<f4").tobytes())
+            for row in actions[: skill.execute_steps]:
+                _note_state(episode, backend)
+                vector = np.array(row, dtype=np.float32)
+                episode.packed.append(vector.tobytes())
+                backend.env.step(vector)  # turns the base's numbers in place: ours to lose
+        task = backend.task()
+        episode.succeeded = task is not None and task.success
+    finally:
+        backend.close()
+    return episode
+
+
+def _make_policy(skill: SkillManifest) -> Any:
+    from fairlead_skill_runner.policy_worker import POLICIES
+
+    module, _, name = POLICIES[skill.policy.backend].partition(":")
+    policy = getattr(importlib.import_module(module), name).from_options(
+        skill, skill.policy.options
+    )
+    policy.reset()
+    return policy
+
+
+def _observe(
+    assembler: LocalAssembler, backend: RobosuiteBackend, skill: SkillManifest
+) -> np.ndarray[Any, np.dtype[np.float64]]:
+    assembler.take(backend.read().positions, backend.transforms(), backend.static_transforms())
+    return assembler.assemble(skill.state_contract)
+
+
+def _note_state(episode: EpisodeTrace, backend: RobosuiteBackend) -> None:
+    data = backend.env.sim.data
+    episode.qpos.append(np.array(data.qpos, dtype="<f8").tobytes())
+    episode.qvel.append(np.array(data.qvel, dtype="<f8").tobytes())
