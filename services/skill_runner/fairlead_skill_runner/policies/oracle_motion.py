@@ -117,7 +117,7 @@ def base_output(rates: Vector, yaw: float) -> Vector:
     """
     lifted = rates + np.where(np.abs(rates) > 1e-3, np.sign(rates), 0.0) * BASE_DEAD_BAND
     command = np.append(turn(yaw) @ lifted[:2], lifted[2]) / BASE_FULL_SCALE
-    return np.clip(command, -1.0, 1.0)
+    return np.asarray(np.clip(command, -1.0, 1.0))
 
 
 def arm_drag(yaw_rate: float, eef: Vector) -> Vector:

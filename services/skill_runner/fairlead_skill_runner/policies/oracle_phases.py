@@ -165,7 +165,7 @@ def _before_cabinet(sight: Sight, back_off: float) -> Vector:
 
 
 def _hover(sight: Sight) -> Vector:
-    return sight.obj + np.array([0.0, 0.0, HOVER_M])
+    return np.asarray(sight.obj + np.array([0.0, 0.0, HOVER_M]))
 
 
 def _approach(memory: Memory, sight: Sight) -> Aim:

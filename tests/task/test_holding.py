@@ -1,0 +1,51 @@
+"""Parts without commands stand still, and a grasp is kept."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from fairlead.hal.backend import PartCommand
+from fairlead.modes import ControlMode
+from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
+from tests.task.episode import commands, true_state
+
+pytestmark = pytest.mark.simulator
+
+TICKS_PER_MINUTE = 1200
+
+
+def test_a_held_robot_drifts_less_than_5_mm_in_a_minute(backend: RobosuiteBackend) -> None:
+    backend.reset(0)
+    for _ in range(20):  # away from the start pose first
+        backend.apply(commands(np.array([0.5, 0.4, -0.3, 0.1, 0.2, 0.3, 1, 0.6, 0.4, 0.5, 0, -1])))
+    for _ in range(10):
+        backend.apply({})
+    eef, pose = true_state(backend)[:3], backend.read().positions
+    for _ in range(TICKS_PER_MINUTE):
+        backend.apply({})
+    drift = true_state(backend)[:3] - eef
+    moved = backend.read().positions - pose
+    assert np.linalg.norm(drift) < 0.005
+    assert np.abs(moved[:2]).max() < 0.005
+    assert abs(moved[2]) < 0.005
+    assert abs(moved[13]) < 0.001  # torso
+
+
+def test_a_closing_gripper_goes_on_closing_without_commands(backend: RobosuiteBackend) -> None:
+    backend.reset(0)
+    close = PartCommand(ControlMode.GRIPPER_POSITION, "", np.array([0.0]), ())
+    backend.apply({"gripper": close})
+    for _ in range(20):
+        backend.apply({})
+    assert backend.read().positions[10] < 0.002
+
+
+def test_a_reset_forgets_the_gripper_command(backend: RobosuiteBackend) -> None:
+    backend.reset(0)
+    close = PartCommand(ControlMode.GRIPPER_POSITION, "", np.array([0.0]), ())
+    backend.apply({"gripper": close})
+    backend.reset(0)
+    for _ in range(20):
+        backend.apply({})
+    assert backend.read().positions[10] == pytest.approx(0.0417, abs=0.003)
