@@ -23,7 +23,7 @@ from pathlib import Path
 import numpy as np
 
 from fairlead.bus import Bus, Qos, Sample
-from fairlead.messages import ActionChunk, Message, Verdict, decode, encode
+from fairlead.messages import ActionChunk, Message, Verdict, encode
 from fairlead.paths import gate_binary, gate_config
 from fairlead.session import Endpoints, ZenohBus
 from tests.gate.running_gate import ROBOT, free_port
@@ -45,11 +45,11 @@ class Arrival:
         self._at_ns = time.perf_counter_ns()
         self._event.set()
 
-    def after(self, send: Callable[[], None]) -> float:
-        """Microseconds from just before ``send`` to the arrival."""
+    def after(self, send: Callable[[bytes], None], payload: bytes) -> float:
+        """Microseconds from just before ``send(payload)`` to the arrival."""
         self._event.clear()
         start_ns = time.perf_counter_ns()
-        send()
+        send(payload)
         if not self._event.wait(DEADLINE_S):
             raise SystemExit("gate_hop: a message was lost; run it again")
         return (self._at_ns - start_ns) / 1e3
@@ -109,13 +109,17 @@ def measure(scene: Scene, relay: Relay, rows: int, count: int, pause_s: float) -
         chunk = scene.chunk(rows)
         payload = encode(chunk)
         time.sleep(pause_s)
-        samples.relay_us.append(relay.arrival.after(lambda p=payload: relay.publisher.put_bytes(p)))
+        samples.relay_us.append(relay.arrival.after(relay.publisher.put_bytes, payload))
         time.sleep(pause_s)
-        samples.gate_us.append(safe.after(lambda p=payload: candidates.put_bytes(p)))
-        verdict = scene.verdicts.wait_for(lambda m, c=chunk: m.seq == c.seq)
+        samples.gate_us.append(safe.after(candidates.put_bytes, payload))
+        verdict = scene.verdicts.wait_for(_answers(chunk))
         assert verdict.outcome == 0, verdict
         samples.decision_us.append(verdict.latency_ns / 1e3)
     return samples
+
+
+def _answers(chunk: ActionChunk) -> Callable[[Verdict], bool]:
+    return lambda verdict: verdict.seq == chunk.seq
 
 
 def main() -> None:

@@ -12,7 +12,6 @@ import numpy as np
 from fairlead.bus import Qos
 from fairlead.keys import Keys
 from fairlead.messages import (
-    NO_HASH,
     NO_TRACE,
     ActionChunk,
     ActionPart,
@@ -102,6 +101,7 @@ class Scene:
     def meet_hal(self) -> None:
         """The gate has seen the HAL's status and first state."""
         self.hal.publish_status()
+        self.leases.wait_for(lambda m: m.session == self.hal.session)
         tick = self.hal.publish_state()
         self.leases.wait_for(lambda m: m.state_tick == tick and m.session == self.hal.session)
 
@@ -139,7 +139,7 @@ class Scene:
         fields: dict[str, Any] = {
             "source": SOURCE,
             "skill": "test",
-            "skill_hash": NO_HASH,
+            "skill_hash": bytes(range(32)),
             "robot_hash": self.hal.robot_hash,
             "period_ns": self.hal.period_ns,
             "parts": parts or ("arm",),

@@ -120,7 +120,7 @@ def test_a_gate_killed_while_not_disarmed_boots_latched(scene: Scene, after: str
     scene.restart_gate()
     status = scene.status()
     assert status.state == GateState.LATCHED
-    assert "unclean" in status.cause
+    assert "the last exit was not clean" in status.cause
     scene.meet_hal()
     with pytest.raises(RefusedError):
         scene.arm()
