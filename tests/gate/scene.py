@@ -88,6 +88,8 @@ class Scene:
         self.gate = RunningGate(self.config, self.state_dir, port=self.gate.port)
         self.gate.wait_line("ready")
         self.wait_alive()
+        self.leases.skip()
+        self.statuses.skip()
 
     def close(self) -> None:
         self._quiet.set()

@@ -50,7 +50,7 @@ BAD_CHUNKS: dict[str, tuple[int, Callable[[Scene], ActionChunk]]] = {
     "beyond 1e6": (8, lambda s: s.chunk(parts=(s.arm_part(values=rows(1e308)),))),
     "mode without a checker": (9, lambda s: s.chunk(parts=(s.arm_part(mode=3),))),
     "part commanded twice": (9, lambda s: s.chunk(parts=(s.arm_part(), s.arm_part()))),
-    "every row past": (12, lambda s: s.chunk(obs_tick=s.hal.tick - 9, start_tick=s.hal.tick - 9)),
+    "every row past": (12, lambda s: s.chunk(start_tick=s.hal.tick - 8)),
     "first row too fast": (20, lambda s: s.chunk(parts=(s.arm_part(values=rows(0.09)),))),
 }
 
