@@ -39,6 +39,13 @@ class Joint(BaseModel):
 
     @model_validator(mode="after")
     def _has_exactly_its_limits(self) -> Joint:
+        if self.bounded_by == "zones" and self.role != "base":
+            raise ValueError(f"joint {self.name!r}: only joints of role base are bounded by zones")
+        if self.type == "continuous" and self.bounded_by != "zones":
+            raise ValueError(
+                f"joint {self.name!r}: a continuous joint has no position limits, so it must be "
+                "bounded by zones"
+            )
         required, forbidden = self._limit_fields()
         missing = [name for name in required if getattr(self, name) is None]
         if missing:
@@ -76,7 +83,7 @@ class Joint(BaseModel):
     @property
     def has_bounds(self) -> bool:
         """False for joints that have no position limit by declaration."""
-        return self.bounded_by == "limits" and self.type != "continuous"
+        return self.bounded_by == "limits"
 
     @property
     def unit(self) -> str:

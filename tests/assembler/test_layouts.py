@@ -161,9 +161,10 @@ def test_second_assembler_for_a_layout_is_refused() -> None:
 
 def test_assembler_of_the_wrong_width_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(LAYOUT_ASSEMBLERS, "human300_16d", lambda *_: np.zeros(15))
-    with pytest.raises(ConfigError) as error:
+    with pytest.raises(LayoutError) as error:
         assemble_state("human300_16d", BINDINGS, JOINTS, FixedTransforms(POSES))
     assert str(error.value) == "layout human300_16d: expected 16 numbers, got (15,)"
+    assert (error.value.kind, error.value.name) == ("wrong_width", "human300_16d")
 
 
 def test_public_face_is_free_of_zenoh() -> None:

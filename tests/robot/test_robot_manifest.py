@@ -105,6 +105,22 @@ def test_position_limit_of_a_joint_bounded_by_zones_is_refused(
     )
 
 
+def test_arm_joint_bounded_by_zones_is_refused(data: dict[str, Any], tmp_path: Path) -> None:
+    data["joints"][3]["bounded_by"] = "zones"
+    assert _refusal(data, tmp_path) == (
+        "1 problem(s):\n  joints.3: Value error, joint 'panda_joint1': only joints of role base "
+        "are bounded by zones"
+    )
+
+
+def test_continuous_joint_without_zones_is_refused(data: dict[str, Any], tmp_path: Path) -> None:
+    data["joints"][2]["bounded_by"] = "limits"
+    assert _refusal(data, tmp_path) == (
+        "1 problem(s):\n  joints.2: Value error, joint 'base_yaw': a continuous joint has no "
+        "position limits, so it must be bounded by zones"
+    )
+
+
 @pytest.mark.parametrize("upper", [-2.8973, -3.0])
 def test_inverted_or_empty_position_range_names_the_joint(
     data: dict[str, Any], tmp_path: Path, upper: float

@@ -61,8 +61,8 @@ def assemble_state(
 
     Raises:
         LayoutError: what is missing, stale or not finite, and where; ``no_assembler``
-            for a layout nobody assembles. Never a vector with a guess in it.
-        ConfigError: if the assembler returns another width than its layout has.
+            for a layout nobody assembles; ``wrong_width`` for an assembler whose vector is
+            not as long as its layout. Never a vector with a guess in it.
     """
     assembler = LAYOUT_ASSEMBLERS.get(layout)
     if assembler is None:
@@ -73,8 +73,10 @@ def assemble_state(
         )
     values = assembler(bindings, joints, transforms)
     if values.shape != (LAYOUT_DIMS[layout],):
-        raise ConfigError(
-            expected(f"layout {layout}", f"{LAYOUT_DIMS[layout]} numbers", values.shape)
+        raise LayoutError(
+            expected(f"layout {layout}", f"{LAYOUT_DIMS[layout]} numbers", values.shape),
+            kind="wrong_width",
+            name=layout,
         )
     if not np.all(np.isfinite(values)):
         index = int(np.flatnonzero(~np.isfinite(values))[0])
