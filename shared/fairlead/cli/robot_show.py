@@ -11,6 +11,7 @@ from fairlead.cli.console import print_json, print_table
 from fairlead.cli.deployment_choice import JsonOption
 from fairlead.gate_config import compile_gate_config
 from fairlead.robot import load_robot
+from fairlead.robot_limits import effective_limits
 
 EXAMPLE = "fairlead robot show panda_mobile"
 
@@ -18,6 +19,9 @@ EXAMPLE = "fairlead robot show panda_mobile"
 def command(
     robot: Annotated[str, typer.Argument(help="folder under robots/")],
     profile: Annotated[str, typer.Option(help="safety profile")] = "sim",
+    sources: Annotated[
+        bool, typer.Option("--sources", help="every limit on a line, with unit and source")
+    ] = False,
     as_json: JsonOption = False,
 ) -> None:
     """Show a robot's effective limits: what is compiled into the gate's file, in SI units."""
@@ -25,6 +29,11 @@ def command(
     config: dict[str, Any] = json.loads(compile_gate_config(manifest, profile))
     if as_json:
         print_json(config)
+        return
+    if sources:
+        rows = effective_limits(manifest, profile)
+        header = ("WHERE", "LIMIT", "VALUE", "UNIT", "SOURCE")
+        print_table(header, [(r.where, r.name, r.value, r.unit, r.source) for r in rows])
         return
     typer.echo(
         f"{robot}, profile {profile}: {1e9 / config['period_ns']:g} Hz, lockstep "
