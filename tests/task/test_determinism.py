@@ -11,6 +11,7 @@ import pytest
 
 from fairlead_hal_sim.options import SimulatorOptions
 from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
+from fairlead_hal_sim.task import Scene
 from tests.task.episode import commands
 
 pytestmark = pytest.mark.simulator
@@ -73,7 +74,7 @@ def test_looking_changes_no_bit(backend: RobosuiteBackend) -> None:
 
 
 def test_each_seed_has_its_own_scene_and_keeps_it(backend: RobosuiteBackend) -> None:
-    scenes = {}
+    scenes: dict[int, Scene] = {}
     for seed in (0, 1, 2, 0, 1, 2):
         backend.reset(seed)
         assert scenes.setdefault(seed, backend.env.scene) == backend.env.scene

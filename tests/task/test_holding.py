@@ -13,14 +13,25 @@ from tests.task.episode import commands, true_state
 pytestmark = pytest.mark.simulator
 
 TICKS_PER_MINUTE = 1200
+STANDSTILL = 0.01
+"""rad/s or m/s: slower counts as standing still."""
+
+
+def wait_for_standstill(backend: RobosuiteBackend) -> int:
+    """Hold until no joint moves any more; the number of held ticks."""
+    for tick in range(200):
+        if np.abs(backend.read().velocities).max() < STANDSTILL:
+            return tick
+        backend.apply({})
+    raise AssertionError("never still")
 
 
 def test_a_held_robot_drifts_less_than_5_mm_in_a_minute(backend: RobosuiteBackend) -> None:
     backend.reset(0)
     for _ in range(20):  # away from the start pose first
         backend.apply(commands(np.array([0.5, 0.4, -0.3, 0.1, 0.2, 0.3, 1, 0.6, 0.4, 0.5, 0, -1])))
-    for _ in range(10):
-        backend.apply({})
+    ticks = wait_for_standstill(backend)
+    assert ticks <= 40
     eef, pose = true_state(backend)[:3], backend.read().positions
     for _ in range(TICKS_PER_MINUTE):
         backend.apply({})
