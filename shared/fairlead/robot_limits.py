@@ -32,17 +32,20 @@ class EffectiveLimit:
 
 
 def effective_limits(robot: RobotManifest, profile: str = "sim") -> list[EffectiveLimit]:
-    """Every limit of a profile in SI, joints first, in the gate file's order.
+    """Every limit of a profile in SI, joints first, each with its own source.
 
     Raises:
         ConfigError: if the robot has no such profile.
     """
     config = json.loads(compile_gate_config(robot, profile))
+    measured = robot.profile(profile).measured
     rows: list[EffectiveLimit] = []
     for joint in config["joints"] + config["passive_joints"]:
-        unit = robot.joint(joint["name"]).unit
+        declared, where = robot.joint(joint["name"]), f"joint {joint['name']}"
         flat = {**joint.pop("bounds", {}), **joint}
-        rows += _rows(f"joint {joint['name']}", flat, _joint_units(unit), joint["source"])
+        rows += _rows(where, flat, _joint_units(declared.unit), declared.source)
+        state_units = _measured_units(declared.unit)
+        rows += _rows(where, flat, state_units, measured[declared.name].source)
     for part in config["parts"]:
         for mode, block in part["modes"].items():
             where = f"part {part['name']} {mode}"
@@ -67,10 +70,15 @@ def _joint_units(unit: str) -> dict[str, str]:
     return {
         "lower": unit,
         "upper": unit,
-        "tolerance": unit,
         "velocity_limit": f"{unit}/s",
         "acceleration_limit": f"{unit}/s2",
         "effort_limit": "N" if unit == "m" else "N m",
+    }
+
+
+def _measured_units(unit: str) -> dict[str, str]:
+    return {
+        "tolerance": unit,
         "jump_limit": f"{unit}/period",
         "standstill_velocity": f"{unit}/s",
     }

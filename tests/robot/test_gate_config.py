@@ -79,3 +79,26 @@ def test_effective_limits_show_every_number_of_the_compiled_file(robot: RobotMan
     assert rows[("part base joint_velocity", "step_limit")] == ((2.0, 2.0, 3.0), "m/s, rad/s")
     assert rows[("part base body_twist", "angular_limit")] == (1.33, "rad/s")
     assert rows[("part composite composite_mode", "step_limit")] == (2.0, "1")
+
+
+def test_effective_limits_count_is_that_of_the_numbers_in_the_compiled_file(
+    robot: RobotManifest,
+) -> None:
+    config = json.loads(compile_gate_config(robot, "sim"))
+    names = ("velocity_limit", "acceleration_limit", "effort_limit", "jump_limit")
+    count = sum(
+        len(joint.get("bounds", {}))
+        + sum(name in joint for name in (*names, "standstill_velocity"))
+        for joint in config["joints"] + config["passive_joints"]
+    )
+    for part in config["parts"]:
+        for block in part["modes"].values():
+            count += len(set(block) - {"frames", "free_axes", "source"})
+    assert len(effective_limits(robot)) == count
+
+
+def test_effective_limits_name_the_source_of_each_number(robot: RobotManifest) -> None:
+    sources = {(row.where, row.name): row.source for row in effective_limits(robot)}
+    assert sources[("joint panda_joint1", "upper")].startswith("Franka Emika Panda FCI limits")
+    assert sources[("joint panda_joint1", "jump_limit")].startswith("measured 57 mrad")
+    assert sources[("part gripper gripper_position", "upper")].startswith("robosuite GRIP")
