@@ -1,0 +1,82 @@
+"""Starts ``python -m fairlead_hal_sim`` with the kinematic backend, as a real process."""
+
+from __future__ import annotations
+
+import json
+import os
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from fairlead.deployment import Deployment
+from fairlead.session import ZenohBus
+
+
+def free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
+class HalProcess:
+    """One HAL process in its own folder, and a bus that reaches it."""
+
+    def __init__(self, folder: Path, pacing: str, **options: Any) -> None:
+        self.folder = folder
+        self.state_dir = folder / "state"
+        self.state_dir.mkdir(exist_ok=True)
+        self.spec = {
+            "robot": "panda_mobile",
+            "id": "tested",
+            "pacing": pacing,
+            "services": {
+                "hal": {
+                    "run": "hal_sim",
+                    "listen": f"tcp/127.0.0.1:{free_port()}",
+                    "options": {"backend": "kinematic", **options},
+                }
+            },
+        }
+        self.deployment = Deployment.model_validate(self.spec)
+        self.keys = self.deployment.keys
+        self.log = folder / "hal.log"
+        self.process = self.launch(self.spec, self.state_dir, self.log)
+        self.wait_until(lambda: "ready" in self.log.read_text(), "the HAL to be ready")
+        self.bus = ZenohBus(self.deployment.tool_endpoints())
+
+    def launch(self, spec: dict[str, Any], state_dir: Path, log: Path) -> subprocess.Popen[bytes]:
+        path = log.with_suffix(".yaml")
+        path.write_text(yaml.safe_dump(spec))
+        command = [sys.executable, "-m", "fairlead_hal_sim", "--deployment", str(path)]
+        command += ["--service", "hal", "--state-dir", str(state_dir)]
+        with log.open("wb") as output:
+            return subprocess.Popen(
+                command,
+                stdout=output,
+                stderr=subprocess.STDOUT,
+                env={**os.environ, "OMP_NUM_THREADS": "1"},
+            )
+
+    def motion(self) -> list[dict[str, Any]]:
+        """Whole lines of motion.jsonl so far."""
+        text = (self.state_dir / "motion.jsonl").read_text()
+        return [json.loads(line) for line in text[: text.rfind("\n") + 1].splitlines()]
+
+    def wait_until(self, condition: Callable[[], bool], what: str, timeout_s: float = 30.0) -> None:
+        deadline = time.monotonic() + timeout_s
+        while not condition():
+            assert self.process.poll() is None, f"the HAL ended: {self.log.read_text()}"
+            assert time.monotonic() < deadline, f"waited {timeout_s:g} s for {what}"
+            time.sleep(0.005)
+
+    def close(self) -> None:
+        self.bus.close()
+        if self.process.poll() is None:
+            self.process.terminate()
+        assert self.process.wait(timeout=20) in (0, -9), self.log.read_text()

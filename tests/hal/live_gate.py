@@ -1,0 +1,92 @@
+"""The model of the gate on a real bus and a real clock, for tests of the HAL as a process."""
+
+from __future__ import annotations
+
+import threading
+import time
+
+from fairlead.bus import Bus, Qos, Sample
+from fairlead.keys import Keys
+from fairlead.messages import (
+    Arm,
+    ArmReply,
+    HalStatus,
+    Lease,
+    Message,
+    Reset,
+    SafeChunk,
+    StatusQuery,
+    decode,
+    encode,
+)
+from tests.explorer.gate_port import EventKind, GateOutput
+from tests.explorer.model_gate import ModelGate
+
+TIMER_S = 0.005
+
+
+class LiveGate:
+    """Answers states with leases until silenced; commands are plain method calls."""
+
+    def __init__(self, bus: Bus, keys: Keys) -> None:
+        self._gate = ModelGate(seed=1)
+        self._lock = threading.Lock()
+        self._lease = bus.publisher(keys.lease, Lease, Qos.HOT)
+        self._safe = bus.publisher(keys.safe("runner"), SafeChunk, Qos.HOT)
+        self._silent = threading.Event()
+        self.last_lease_ns = 0
+        status = decode(HalStatus, bus.query(keys.hal_status, StatusQuery(), 5.0))
+        self.hal = status
+        self._feed("hal_status", encode(status))
+        self._subscriptions = [
+            bus.subscribe(keys.joints, lambda sample: self._on("joint_state", sample)),
+            bus.subscribe(keys.stop, lambda sample: self._on("stop_level", sample)),
+        ]
+        self._timer = threading.Thread(target=self._run_timer, daemon=True)
+        self._timer.start()
+
+    def arm(self) -> ArmReply:
+        replies = self._feed("arm", encode(Arm(by="test")))
+        return decode(ArmReply, next(out.payload for out in replies if out.kind == "reply"))
+
+    def reset(self, stop_id: int) -> None:
+        self._feed("reset", encode(Reset(by="test", id=stop_id)))
+
+    def ask(self, kind: EventKind, request: Message) -> bytes:
+        replies = self._feed(kind, encode(request))
+        return next(out.payload for out in replies if out.kind == "reply")
+
+    def offer(self, chunk: Message) -> None:
+        self._feed("candidate", encode(chunk), source="runner")
+
+    def silence(self) -> int:
+        """Say nothing from now on, as a dead gate would; the time of the last lease."""
+        with self._lock:
+            self._silent.set()
+            return self.last_lease_ns
+
+    def close(self) -> None:
+        self._silent.set()
+        self._timer.join()
+        for subscription in self._subscriptions:
+            subscription.undeclare()
+
+    def _on(self, kind: EventKind, sample: Sample) -> None:
+        self._feed(kind, sample.payload)
+
+    def _run_timer(self) -> None:
+        while not self._silent.wait(TIMER_S):
+            self._feed("timer", b"")
+
+    def _feed(self, kind: EventKind, payload: bytes, source: str = "") -> list[GateOutput]:
+        with self._lock:
+            if self._silent.is_set():
+                return []
+            outputs = self._gate.step(time.monotonic_ns(), kind, source, payload)
+            for output in outputs:
+                if output.kind == "safe_chunk":
+                    self._safe.put_bytes(output.payload)
+                elif output.kind == "lease":
+                    self.last_lease_ns = time.monotonic_ns()
+                    self._lease.put_bytes(output.payload)
+        return outputs

@@ -1,0 +1,331 @@
+"""The HAL as a process on a real bus: what it publishes, refuses, logs and survives."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fairlead.bus import Qos, Sample
+from fairlead.errors import RefusedError
+from fairlead.messages import (
+    NO_TRACE,
+    ActionChunk,
+    ActionPart,
+    Claim,
+    ClaimReply,
+    GateStatus,
+    HalStatus,
+    Hold,
+    JointState,
+    Lease,
+    ResetEpisode,
+    ResetEpisodeReply,
+    SafeChunk,
+    StatusQuery,
+    StopLevel,
+    TransformBatch,
+    decode,
+    floats,
+    pack_floats,
+)
+from fairlead.modes import ControlMode
+from fairlead.robot import load_robot
+from tests.hal.hal_process import HalProcess, free_port
+from tests.hal.live_gate import LiveGate
+
+pytestmark = pytest.mark.processes
+
+PERIOD_MS = 50
+LEASE_LIFE_MS = 75
+BASE = 2
+
+
+@pytest.fixture
+def realtime(tmp_path: Path) -> Iterator[HalProcess]:
+    hal = HalProcess(tmp_path, "realtime")
+    yield hal
+    hal.close()
+
+
+@pytest.fixture
+def lockstep(tmp_path: Path) -> Iterator[HalProcess]:
+    hal = HalProcess(tmp_path, "lockstep", trace=True)
+    yield hal
+    hal.close()
+
+
+def drive(gate: LiveGate, horizon: int = 64) -> None:
+    """Claim the base and offer rows that keep it moving slowly for ``horizon`` ticks."""
+    robot = load_robot("panda_mobile")
+    request = Claim(
+        source="runner",
+        skill="test",
+        skill_hash=bytes(32),
+        robot_hash=robot.robot_hash,
+        period_ns=robot.tick_period_ns,
+        parts=("base",),
+        chunk_rate_hz=20.0,
+        horizon_max=64,
+        age_max_ticks=10,
+        limits=(),
+    )
+    claim = decode(ClaimReply, gate.ask("claim", request))
+    values = np.zeros((horizon, robot.n_dof))
+    values[:, 0] = 0.1
+    start = newest_tick(gate)
+    part = ActionPart(
+        part=BASE,
+        mode=ControlMode.JOINT_VELOCITY,
+        frame_id="",
+        values=pack_floats(values),
+        active=(0, 1, 2),
+    )
+    gate.offer(
+        ActionChunk(
+            robot_hash=robot.robot_hash,
+            session=claim.session,
+            epoch=claim.epoch,
+            claim_id=claim.claim_id,
+            source="runner",
+            seq=1,
+            goal_id=1,
+            obs_tick=start,
+            oldest_tick=start,
+            start_tick=start,
+            horizon=horizon,
+            parts=(part,),
+            trace=NO_TRACE,
+        )
+    )
+
+
+def newest_tick(gate: LiveGate) -> int:
+    return decode(GateStatus, gate.ask("status", StatusQuery())).state_tick
+
+
+def collect(hal: HalProcess, key: str, count: int) -> list[Sample]:
+    """The next samples on a key expression."""
+    samples: list[Sample] = []
+    enough = threading.Event()
+
+    def on_sample(sample: Sample) -> None:
+        samples.append(sample)
+        if len(samples) >= count:
+            enough.set()
+
+    subscription = hal.bus.subscribe(key, on_sample)
+    assert enough.wait(20.0), f"{len(samples)} of {count} samples on {key}"
+    subscription.undeclare()
+    return samples[:count]
+
+
+def reset(hal: HalProcess, seed: int) -> ResetEpisodeReply:
+    key = hal.keys.hal_command("reset_episode")
+    return decode(ResetEpisodeReply, hal.bus.query(key, ResetEpisode(seed=seed), 20.0))
+
+
+def test_status_names_the_robot_its_parts_and_its_pacing(realtime: HalProcess) -> None:
+    realtime.wait_until(lambda: bool(realtime.motion()), "the first tick")
+    status = decode(HalStatus, realtime.bus.query(realtime.keys.hal_status, StatusQuery(), 5.0))
+    robot = load_robot("panda_mobile")
+    assert status.robot_hash == robot.robot_hash
+    assert status.joints == robot.joint_names
+    assert tuple(part.name for part in status.parts) == robot.part_names
+    assert (status.pacing, status.period_ns, status.state) == ("realtime", 50_000_000, "ready")
+
+
+def test_realtime_ticks_come_in_order_at_the_control_rate(realtime: HalProcess) -> None:
+    states = [decode(JointState, s.payload) for s in collect(realtime, realtime.keys.joints, 20)]
+    ticks = [state.tick for state in states]
+    assert ticks == list(range(ticks[0], ticks[0] + 20))
+    assert {part.hold for state in states for part in state.acted} == {Hold.STARTING}
+    spans = np.diff([state.stamp_ns for state in states]) / 1e6
+    assert 45 <= np.median(spans) <= 60
+
+
+def test_each_tick_sends_its_transforms_before_its_joints(realtime: HalProcess) -> None:
+    samples = collect(realtime, "fl/tested/**", 60)
+    newest_transform = 0
+    for sample in samples:
+        if sample.key == realtime.keys.tf("hal"):
+            batch = decode(TransformBatch, sample.payload)
+            newest_transform = newest_transform if batch.is_static else batch.tick
+        elif sample.key == realtime.keys.joints and newest_transform:
+            assert decode(JointState, sample.payload).tick == newest_transform
+
+
+def test_static_transforms_come_again_for_late_joiners(realtime: HalProcess) -> None:
+    batches = [
+        decode(TransformBatch, sample.payload)
+        for sample in collect(realtime, realtime.keys.tf("hal"), 45)
+    ]
+    static = [batch for batch in batches if batch.is_static]
+    assert 1 <= len(static) <= 4
+    assert [(t.parent, t.child) for t in static[0].transforms] == [("map", "odom")]
+
+
+def test_a_paused_lockstep_world_repeats_its_tick_in_identical_bytes(lockstep: HalProcess) -> None:
+    samples = collect(lockstep, lockstep.keys.joints, 4)
+    assert len({sample.payload for sample in samples}) == 1
+    assert decode(JointState, samples[0].payload).tick == 1
+    assert lockstep.motion() == []
+
+
+def test_a_lockstep_claim_steps_the_world_row_by_row(lockstep: HalProcess) -> None:
+    gate = LiveGate(lockstep.bus, lockstep.keys)
+    lockstep.wait_until(lambda: newest_tick(gate) == 1, "the first state")
+    gate.arm()
+    drive(gate, horizon=16)
+    lockstep.wait_until(lambda: len(lockstep.motion()) >= 16, "16 rows")
+    gate.close()
+    motion = lockstep.motion()
+    assert [line["tick"] for line in motion] == list(range(1, 17))
+    assert [line["acted"][BASE][2] for line in motion] == list(range(16))
+    assert {line["acted"][BASE][0] for line in motion} == {0}
+    trace = (lockstep.state_dir / "trace.jsonl").read_text().splitlines()
+    assert len(trace) == 16
+
+
+def test_when_the_gate_falls_silent_the_ramp_begins_within_the_lease_life_and_a_tick(
+    realtime: HalProcess,
+) -> None:
+    gate = LiveGate(realtime.bus, realtime.keys)
+    realtime.wait_until(lambda: newest_tick(gate) > 1, "a state")
+    gate.arm()
+    drive(gate)
+    realtime.wait_until(lambda: not realtime.motion()[-1]["acted"][BASE][0], "motion")
+    last_lease_ns = gate.silence()
+    realtime.wait_until(
+        lambda: realtime.motion()[-1]["acted"][BASE][0] == Hold.LEASE_STALE, "the hold"
+    )
+    held = next(line for line in realtime.motion() if line["acted"][BASE][0] == Hold.LEASE_STALE)
+    moved = [line for line in realtime.motion() if not line["acted"][BASE][0]]
+    ramp_ms = (held["stamp_ns"] - last_lease_ns) / 1e6
+    print(f"ramp begun {ramp_ms:.1f} ms after the last lease")
+    assert ramp_ms <= LEASE_LIFE_MS + PERIOD_MS + 5
+    assert (moved[-1]["stamp_ns"] - last_lease_ns) / 1e6 <= LEASE_LIFE_MS + 5
+    assert held["tick"] == moved[-1]["tick"] + 1
+    gate.close()
+
+
+def test_reset_episode_is_refused_until_a_lease_says_disarmed(lockstep: HalProcess) -> None:
+    with pytest.raises(RefusedError, match="no lease received, so the gate may be armed"):
+        reset(lockstep, seed=3)
+    gate = LiveGate(lockstep.bus, lockstep.keys)
+    lockstep.wait_until(lambda: newest_tick(gate) == 1, "the first state")
+    gate.arm()
+    lockstep.wait_until(lambda: refusal(lockstep) != "no lease", "a lease")
+    with pytest.raises(RefusedError, match="needs a disarmed gate, it is armed") as caught:
+        reset(lockstep, seed=3)
+    assert caught.value.fix == "fairlead disarm"
+    gate.close()
+
+
+def refusal(hal: HalProcess) -> str:
+    with pytest.raises(RefusedError) as caught:
+        reset(hal, seed=3)
+    return caught.value.reason[:8]
+
+
+def test_reset_episode_steps_held_ticks_until_standstill_and_starts_an_episode(
+    lockstep: HalProcess,
+) -> None:
+    gate = LiveGate(lockstep.bus, lockstep.keys)
+    lockstep.wait_until(lambda: newest_tick(gate) == 1, "the first state")
+    reply = reset(lockstep, seed=3)
+    assert (reply.tick, reply.episode_tick, reply.held_ticks) == (2, 2, 1)
+    lockstep.wait_until(lambda: len(lockstep.motion()) == 1, "the held tick")
+    (line,) = lockstep.motion()
+    assert {part[0] for part in line["acted"]} == {Hold.RESETTING}
+    assert line["event"] == "reset_episode seed 3"
+    state = decode(JointState, collect(lockstep, lockstep.keys.joints, 1)[0].payload)
+    assert (state.tick, state.episode_tick) == (2, 2)
+    first = floats(state.positions)
+    reply = reset(lockstep, seed=4)
+    assert (reply.tick, reply.episode_tick, reply.held_ticks) == (3, 3, 1)
+    other = floats(
+        decode(JointState, collect(lockstep, lockstep.keys.joints, 1)[0].payload).positions
+    )
+    assert not np.array_equal(first, other)
+    gate.close()
+
+
+def test_a_second_hal_on_the_same_port_says_what_to_look_for(realtime: HalProcess) -> None:
+    log = realtime.folder / "second.log"
+    second = realtime.launch(realtime.spec, realtime.folder / "other", log)
+    assert second.wait(timeout=30) == 1
+    assert "is another process of this robot still running? see: fairlead ps" in log.read_text()
+
+
+def test_a_second_hal_that_can_see_the_first_names_it(realtime: HalProcess) -> None:
+    services = {
+        "first": realtime.spec["services"]["hal"],  # type: ignore[index]
+        "hal": {"run": "hal_sim", "listen": f"tcp/127.0.0.1:{free_port()}"},
+    }
+    log = realtime.folder / "second.log"
+    second = realtime.launch({**realtime.spec, "services": services}, realtime.folder / "b", log)
+    assert second.wait(timeout=30) == 1
+    assert "robot tested already has a HAL (session" in log.read_text()
+
+
+def test_a_second_hal_in_the_same_state_folder_is_refused(realtime: HalProcess) -> None:
+    services = {"hal": {"run": "hal_sim", "listen": f"tcp/127.0.0.1:{free_port()}"}}
+    log = realtime.folder / "second.log"
+    second = realtime.launch({**realtime.spec, "services": services}, realtime.state_dir, log)
+    assert second.wait(timeout=30) == 1
+    assert f"another HAL still uses {realtime.state_dir}" in log.read_text()
+
+
+def test_garbage_on_every_key_it_reads_does_not_disturb_a_tick(realtime: HalProcess) -> None:
+    keys = realtime.keys
+    for key, kind in ((keys.lease, Lease), (keys.safe("x"), SafeChunk), (keys.stop, StopLevel)):
+        publisher = realtime.bus.publisher(key, kind, Qos.HOT)
+        for payload in (b"", b"\x00", b"\x93\x09\x01\x00", bytes(70_000)):
+            publisher.put_bytes(payload)
+    states = [decode(JointState, s.payload) for s in collect(realtime, keys.joints, 10)]
+    ticks = [state.tick for state in states]
+    assert ticks == list(range(ticks[0], ticks[0] + 10))
+    realtime.wait_until(lambda: "StopLevel that cannot be read" in realtime.log.read_text(), "log")
+    assert realtime.log.read_text().count("Lease that cannot be read") == 1
+
+
+def test_a_stop_is_held_and_repeated_until_a_gate_lists_it(realtime: HalProcess) -> None:
+    stop = StopLevel(stop_id=77, by="operator", reason="test")
+    realtime.bus.publisher(realtime.keys.stop, StopLevel, Qos.HOT).put(stop)
+    repeats = collect(realtime, realtime.keys.stop, 5)
+    assert {decode(StopLevel, sample.payload).stop_id for sample in repeats} == {77}
+    status = decode(HalStatus, realtime.bus.query(realtime.keys.hal_status, StatusQuery(), 5.0))
+    assert (status.state, status.detail) == ("holding", "stop 4d")
+
+
+def test_a_killed_hal_leaves_every_decided_tick_in_its_log(realtime: HalProcess) -> None:
+    collect(realtime, realtime.keys.joints, 20)
+    state = decode(JointState, collect(realtime, realtime.keys.joints, 1)[0].payload)
+    realtime.process.kill()
+    realtime.process.wait(timeout=10)
+    ticks = [line["tick"] for line in realtime.motion()]
+    assert ticks == list(range(1, len(ticks) + 1))
+    assert len(ticks) >= state.tick - 1
+
+
+def test_a_full_disk_is_said_once_and_control_goes_on(tmp_path: Path) -> None:
+    (tmp_path / "state").mkdir()
+    (tmp_path / "state" / "motion.jsonl").symlink_to("/dev/full")
+    hal = HalProcess(tmp_path, "realtime")
+    collect(hal, hal.keys.joints, 20)
+    assert hal.log.read_text().count("no longer recorded: No space left on device") == 1
+    hal.close()
+
+
+def test_options_that_do_not_fit_name_the_valid_ones(tmp_path: Path) -> None:
+    with pytest.raises(AssertionError, match="the HAL ended") as caught:
+        HalProcess(tmp_path, "realtime", backend="gazebo", colour="red")
+    text = str(caught.value)
+    assert "backend: Input should be 'robosuite' or 'kinematic', got 'gazebo'" in text
+    assert "colour: Extra inputs are not permitted" in text
+    assert "valid: env, robot," in text
+    assert "Traceback" not in text
