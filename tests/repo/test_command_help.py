@@ -1,0 +1,73 @@
+"""The command line's help and the documents agree with the commands that exist."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from collections.abc import Iterator
+
+import pytest
+import typer.main
+from typer.core import TyperCommand, TyperGroup
+
+from fairlead.cli.main import app
+from tests.repo.tree import ROOT
+
+WANTED = {
+    *("up", "down", "ps", "logs", "run", "arm", "disarm", "stop", "reset", "status"),
+    *("skill ls", "skill show", "skill check", "robot show", "robot compile"),
+    *("layout ls", "layout verify", "parity", "demo"),
+}
+
+
+def leaves(command: object, path: str = "") -> Iterator[tuple[str, TyperCommand]]:
+    """Every command that does something, with the words that call it."""
+    if isinstance(command, TyperGroup):
+        for name, sub in command.commands.items():
+            yield from leaves(sub, f"{path} {name}".strip())
+    else:
+        assert isinstance(command, TyperCommand)
+        yield path, command
+
+
+COMMANDS = dict(leaves(typer.main.get_command(app)))
+
+
+def options_of(command: TyperCommand) -> set[str]:
+    """Every spelling of every option."""
+    return {name for parameter in command.params for name in parameter.opts} | {"--help"}
+
+
+def test_the_command_line_has_every_command() -> None:
+    assert set(COMMANDS) >= WANTED
+
+
+@pytest.mark.parametrize("path", COMMANDS)
+def test_help_says_what_the_command_does_with_an_example_that_parses(path: str) -> None:
+    command = COMMANDS[path]
+    assert command.help
+    example = re.search(r"Example: (.*?)(?:  --  |$)", command.epilog or "", re.M)
+    assert example, f"fairlead {path} --help has no example"
+    words = shlex.split(example.group(1))
+    assert words[: 1 + len(path.split())] == ["fairlead", *path.split()]
+    unknown = {w.split("=")[0] for w in words if w.startswith("--")} - options_of(command)
+    assert unknown == set()
+
+
+@pytest.mark.parametrize("path", COMMANDS)
+def test_every_option_is_explained(path: str) -> None:
+    silent = [p.name for p in COMMANDS[path].params if not getattr(p, "help", None)]
+    assert silent == []
+
+
+def test_the_documents_name_only_commands_that_exist() -> None:
+    groups = {path.split()[0] for path in COMMANDS if " " in path}
+    wrong = set()
+    for document in [*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")]:
+        for first, second in re.findall(
+            r"(?:`|\.venv/bin/)fairlead ([a-z]+)(?: ([a-z]+))?", document.read_text()
+        ):
+            path = f"{first} {second}" if first in groups else first
+            if path not in COMMANDS:
+                wrong.add(f"{document.name}: fairlead {path}")
+    assert wrong == set()
