@@ -47,7 +47,11 @@ def _part(route: Route, actions: Actions) -> ActionPart:
     # the policy's own bits back.
     outputs = actions[:, route.sources].astype(np.float64)
     values = np.zeros((len(actions), route.width))
-    values[:, route.columns] = outputs * np.asarray(route.scale) + np.asarray(route.offset)
+    values[:, route.columns] = outputs * np.asarray(route.scale)
+    # Adding 0.0 would turn the policy's -0.0 into 0.0, and the bits would differ.
+    for column, offset in zip(route.columns, route.offset, strict=True):
+        if offset != 0.0:
+            values[:, column] += offset
     return ActionPart(
         part=route.part,
         mode=int(route.mode),

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import tempfile
 from pathlib import Path
 from typing import Annotated
 
@@ -36,6 +35,9 @@ def command(
         ),
     ] = None,
     ticks: Annotated[int, typer.Option(min=1, help="longest episode")] = DEADLINE_TICKS,
+    out: Annotated[
+        Path, typer.Option(file_okay=False, help="folder for traces and logs, made anew")
+    ] = Path("out/parity"),
     as_json: JsonOption = False,
 ) -> None:  # fmt: skip
     """Run one episode through the services and again in one process; compare every bit.
@@ -46,12 +48,11 @@ def command(
     source = deployment or repo_root() / "compose" / SOURCE
     manifest = load_skill(skill)
     wish = GoalWish(skill, deadline_ticks=ticks)
-    with tempfile.TemporaryDirectory(prefix="fairlead-parity-") as folder:
-        with ProgressLine(quiet=as_json) as line:
-            deployed, reset = deployed_episode(
-                source, wish, seed, Path(folder) / "state", lambda now: line.show(now.line())
-            )
-        local = local_episode(load_deployment(source), manifest, seed, reset, len(deployed.packed))
+    with ProgressLine(quiet=as_json) as line:
+        deployed, reset = deployed_episode(
+            source, wish, seed, out / "state", lambda now: line.show(now.line())
+        )
+    local = local_episode(load_deployment(source), manifest, seed, reset, len(deployed.packed))
     rows = compare(deployed, local)
     same = all(row.same for row in rows) and deployed.succeeded == local.succeeded
     if as_json:

@@ -5,11 +5,12 @@ from __future__ import annotations
 import json
 import time
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
+from fairlead.client import RobotClient
 from fairlead.demo.gate_challenge import Challenge, GateChallenge
 from fairlead.errors import ConfigError
 from fairlead.goal_run import GoalWish, run_goal
@@ -21,7 +22,7 @@ from fairlead.record.timeline import draw_timeline, hold_names
 from fairlead.robot import RobotManifest, load_robot
 from fairlead.scratch_robot import scratch_robot
 from fairlead.skill import load_skill
-from fairlead.supervisor.scratch import ScratchOptions, make_scratch
+from fairlead.supervisor.scratch import Scratch, ScratchOptions, make_scratch
 
 CAMERA = "overview"
 FRAME_TICKS = 3  # from one frame to the next; rendering in software is slow
@@ -52,6 +53,22 @@ class DemoResult:
     summary: dict[str, Any]
 
 
+@dataclass(frozen=True)
+class _Run:
+    """What the services did, before anything is written."""
+
+    source: str
+    progress: Progress
+    goal_s: float
+    challenges: tuple[Challenge, ...]
+    recording: Recording
+
+    @property
+    def result(self) -> GoalResult:
+        assert self.progress.result is not None
+        return self.progress.result
+
+
 def run_demo(
     wish: DemoWish, say: Callable[[str], None], show: Callable[[Progress], None]
 ) -> DemoResult:
@@ -61,61 +78,64 @@ def run_demo(
         ServiceError: a service failed, or the gate released what it had to refuse.
         RefusedError, NoAnswerError: a service refused or did not answer.
     """
-    began_s = time.monotonic()
-    robot_options: dict[str, dict[str, Any]] = {
-        "hal": {"cameras": [_CAMERA_OPTIONS] if wish.video else [], "seed": wish.seed}
-    }
-    scratch = make_scratch(
-        wish.source,
-        wish.out / STATE,
-        ScratchOptions("", "realtime" if wish.realtime else "lockstep", robot_options),
-    )
-    skill, robot = load_skill(wish.skill), load_robot(scratch.deployment.robot)
+    scratch = _scratch(wish)
+    robot = load_robot(scratch.deployment.robot)
     say(f"starting {', '.join(scratch.deployment.services)} ({scratch.deployment.pacing})")
+    began_s = time.monotonic()
     with scratch_robot(scratch) as running:
-        client = running.client
         say(f"ready after {time.monotonic() - began_s:.1f} s; new episode, seed {wish.seed}")
-        client.reset_episode(wish.seed)
-        client.arm()
-        recorder = Recorder(client.bus, client.keys, [CAMERA] if wish.video else [])
-        say(f"armed; goal: {skill.prompt}")
-        goal_began_s = time.monotonic()
-        progress = run_goal(client, GoalWish(wish.skill, deadline_ticks=DEADLINE_TICKS), show)
-        goal_s = time.monotonic() - goal_began_s
-        recording = recorder.close()
-        challenges = _challenge(GateChallenge(client, robot, skill), recording, say)
-        client.disarm()
-    assert progress.result is not None
-    summary = _summary(wish, progress, recording, challenges, goal_s)
+        running.client.reset_episode(wish.seed)
+        run = _run(wish, running.client, robot, say, show)
     say("services stopped; drawing")
-    written = _write(wish, recording, summary, robot)
-    return DemoResult(progress.result, challenges, written, summary)
+    summary = _summary(wish, run)
+    written = _write(wish, run, summary, robot)
+    return DemoResult(run.result, run.challenges, written, summary)
+
+
+def _scratch(wish: DemoWish) -> Scratch:
+    hal = {"cameras": [_CAMERA_OPTIONS] if wish.video else [], "seed": wish.seed}
+    pacing: Literal["realtime", "lockstep"] = "realtime" if wish.realtime else "lockstep"
+    return make_scratch(
+        wish.source, wish.out / STATE, ScratchOptions(pacing=pacing, options={"hal": hal})
+    )
+
+
+def _run(
+    wish: DemoWish,
+    client: RobotClient,
+    robot: RobotManifest,
+    say: Callable[[str], None],
+    show: Callable[[Progress], None],
+) -> _Run:
+    skill = load_skill(wish.skill)
+    client.arm()
+    recorder = Recorder(client.bus, client.keys, [CAMERA] if wish.video else [])
+    say(f"armed; goal: {skill.prompt}")
+    began_s = time.monotonic()
+    progress = run_goal(client, GoalWish(wish.skill, deadline_ticks=DEADLINE_TICKS), show)
+    goal_s = time.monotonic() - began_s
+    gate = GateChallenge(client, robot, skill)
+    challenges = _challenge(gate, recorder.recording.candidate_bytes, say)
+    client.disarm()
+    return _Run(client.runner, progress, goal_s, challenges, recorder.close())
 
 
 def _challenge(
-    gate: GateChallenge, recording: Recording, say: Callable[[str], None]
+    gate: GateChallenge, recorded: Sequence[bytes], say: Callable[[str], None]
 ) -> tuple[Challenge, ...]:
     say("now two chunks that must not pass")
     challenges = [gate.over_limit()]
-    if recording.candidate_bytes:
-        challenges.append(gate.replay(recording.candidate_bytes[-1]))
+    if recorded:
+        challenges.append(gate.replay(recorded[-1]))
     for challenge in challenges:
         say(f"  sent {challenge.sent}\n  -> {challenge.reason}")
     return tuple(challenges)
 
 
-def _summary(
-    wish: DemoWish,
-    progress: Progress,
-    recording: Recording,
-    challenges: tuple[Challenge, ...],
-    goal_s: float,
-) -> dict[str, Any]:
-    result = progress.result
-    assert result is not None
-    ticks = result.last_tick - result.first_tick + 1
-    outcomes = Counter(Outcome(v.outcome).name.lower() for v in recording.verdicts)
-    codes = Counter(f"G{v.code:03d}" for v in recording.verdicts if v.code)
+def _summary(wish: DemoWish, run: _Run) -> dict[str, Any]:
+    result, ticks = run.result, run.result.last_tick - run.result.first_tick + 1
+    verdicts = [one for one in run.recording.verdicts if one.source == run.source]
+    outcomes = Counter(Outcome(one.outcome).name.lower() for one in verdicts)
     return {
         "skill": wish.skill,
         "seed": wish.seed,
@@ -124,32 +144,30 @@ def _summary(
         "decided_by": result.decided_by,
         "reason": f"{result.kind}: {result.detail}" if result.kind else "",
         "ticks": ticks,
-        "seconds": round(goal_s, 2),
-        "ticks_per_s": round(ticks / max(goal_s, 1e-9), 1),
-        "policy_calls": progress.inferences,
+        "seconds": round(run.goal_s, 2),
+        "ticks_per_s": round(ticks / max(run.goal_s, 1e-9), 1),
+        "policy_calls": run.progress.inferences,
         "verdicts": dict(outcomes),
-        "verdict_codes": dict(codes),
-        "held_ticks": hold_names(recording),
-        "challenges": [asdict(challenge) for challenge in challenges],
+        "held_ticks": hold_names(run.recording),
+        "challenges": [asdict(challenge) for challenge in run.challenges],
     }
 
 
 def _write(
-    wish: DemoWish, recording: Recording, summary: dict[str, Any], robot: RobotManifest
+    wish: DemoWish, run: _Run, summary: dict[str, Any], robot: RobotManifest
 ) -> tuple[Path, ...]:
     timeline = wish.out / TIMELINE
     title = (
         f"{wish.skill}, seed {wish.seed}, {summary['pacing']}: {summary['outcome']} "
         f"after {summary['ticks']} ticks"
     )
-    draw_timeline(recording, robot, title, timeline)
+    draw_timeline(run.recording, robot, run.source, title, timeline)
     written = [timeline]
     film = wish.out / FILM
     film.unlink(missing_ok=True)
-    if recording.images:
-        write_film(
-            recording.images, 1e9 / (robot.tick_period_ns * int(CAMERA["period_ticks"])), film
-        )
+    if run.recording.images:
+        frames_per_s = 1e9 / (robot.tick_period_ns * FRAME_TICKS)
+        write_film(run.recording.images, frames_per_s, film)
         written.append(film)
     elif wish.video:
         summary["film"] = "no frame arrived; rendering is off, see the hal's log"

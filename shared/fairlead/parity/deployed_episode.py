@@ -64,7 +64,8 @@ def _read(folder: Path, reset: ResetEpisodeReply, result: GoalResult) -> Episode
         episode.actions.append(np.asarray(call.actions, dtype="<f4").tobytes())
     lines = (folder / "hal" / "trace.jsonl").read_text(encoding="ascii").splitlines()
     steps = {step["tick"]: step for step in map(json.loads, lines)}
-    for tick in range(reset.episode_tick, result.last_tick + 1):
+    # The goal ends on what it sees in its last tick, before a row acts in it.
+    for tick in range(reset.tick - reset.held_ticks, result.last_tick):
         if tick not in steps:
             raise ServiceError(f"parity: the HAL's trace has no tick {tick}; see {folder / 'hal'}")
         for name in ("packed", "qpos", "qvel"):

@@ -39,12 +39,20 @@ class _Quantity:
     measured: Curve
 
 
-def panels(recording: Recording, robot: RobotManifest) -> list[Panel]:
-    """One panel for each quantity commanded during the recording, parts in robot order."""
+def panels(recording: Recording, robot: RobotManifest, source: str) -> list[Panel]:
+    """One panel for each quantity that ``source`` commanded, parts in robot order."""
     motion = _hand_motion(recording, robot)
     found: dict[tuple[int, str], Panel] = {}
-    rows = [(chunk.start_tick, chunk.parts, "proposed") for chunk in recording.candidates]
-    rows += [(chunk.first_tick, chunk.parts, "released") for chunk in recording.safes]
+    rows = [
+        (chunk.start_tick, chunk.parts, "proposed")
+        for chunk in recording.candidates
+        if chunk.source == source
+    ]
+    rows += [
+        (chunk.first_tick, chunk.parts, "released")
+        for chunk in recording.safes
+        if chunk.source == source
+    ]
     for first_tick, parts, curve in rows:
         for part in parts:
             for quantity in _quantities(part, robot, recording.joints, motion):

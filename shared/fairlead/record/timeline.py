@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 PANEL_HEIGHT_IN = 1.35
 WIDTH_IN = 14.0
 _STYLES = {
-    "proposed": {"color": "#9aa0a6", "linewidth": 3.5, "alpha": 0.7},
+    "proposed": {"color": "#9aa0a6", "linewidth": 5.0, "alpha": 0.6},
     "released": {"color": "#1a56db", "linewidth": 1.3},
     "measured": {"color": "#e8710a", "linewidth": 1.3},
 }
@@ -31,14 +31,16 @@ _OUTCOMES = {
 }
 
 
-def draw_timeline(recording: Recording, robot: RobotManifest, title: str, path: Path) -> None:
-    """Write the picture as a PNG file."""
+def draw_timeline(
+    recording: Recording, robot: RobotManifest, source: str, title: str, path: Path
+) -> None:
+    """Write the picture of what one source commanded, and of every verdict, as a PNG file."""
     import matplotlib as mpl
 
     mpl.use("Agg")
     from matplotlib import pyplot as plt
 
-    drawn = panels(recording, robot)
+    drawn = panels(recording, robot, source)
     figure, axes = plt.subplots(
         len(drawn) + 1, 1, sharex=True, squeeze=False, layout="constrained",
         figsize=(WIDTH_IN, PANEL_HEIGHT_IN * (len(drawn) + 1) + 0.8),
