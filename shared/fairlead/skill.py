@@ -12,7 +12,7 @@ from fairlead.bindings import StateContract
 from fairlead.errors import ConfigError
 from fairlead.keys import check_name
 from fairlead.modes import ControlMode
-from fairlead.paths import rskill_dir
+from fairlead.paths import repo_root, rskill_dir
 from fairlead.slots import MODE_NAMES, ActionContract
 from fairlead.yaml_file import load_yaml
 
@@ -132,3 +132,8 @@ def load_skill(skill_id: str) -> SkillManifest:
             f"{path}: id: expected {skill_id!r}, the folder's name, got {manifest.id!r}"
         )
     return manifest
+
+
+def skill_ids() -> tuple[str, ...]:
+    """Ids of every skill in the checkout, sorted."""
+    return tuple(sorted(path.parent.name for path in repo_root().glob("rskills/*/rskill.yaml")))

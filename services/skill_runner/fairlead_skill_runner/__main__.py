@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from fairlead.robot import load_robot
 from fairlead.service import ServiceContext, announce_ready, run_service
-from fairlead.skill import load_skill
 from fairlead_skill_runner.options import check_runner_options
 from fairlead_skill_runner.service import SkillRunner
 
@@ -17,7 +16,7 @@ def serve(context: ServiceContext) -> None:
         context.deployment.keys,
         context.name,
         load_robot(context.deployment.robot),
-        {name: load_skill(name) for name in options.skills},
+        options.manifests(context.deployment.robot),
         options.policies,
         context.state_dir / "trace.jsonl" if options.trace else None,
     )
