@@ -209,7 +209,7 @@ struct Verdict {
   std::uint32_t code = 0;
   std::int64_t row = -1;
   Name part;
-  Name axis;
+  Text axis;
   double value = 0.0;
   double limit = 0.0;
   double margin = 0.0;

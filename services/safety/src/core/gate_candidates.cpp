@@ -207,7 +207,7 @@ Verdict Gate::Core::make_verdict(const ActionChunk& chunk, const Name& source, c
   verdict.code = evidence.code;
   verdict.row = evidence.row;
   verdict.part = Name(evidence.part);
-  verdict.axis = Name(evidence.axis);
+  verdict.axis = Text(evidence.axis);
   verdict.value = evidence.value;
   verdict.limit = evidence.limit;
   verdict.margin = evidence.margin;

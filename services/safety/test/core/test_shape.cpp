@@ -1,0 +1,146 @@
+// G007, G008, G009: the shape of a chunk, its numbers, and what it addresses.
+
+#include <doctest/doctest.h>
+
+#include "boundary.hpp"
+#include "chunk_builder.hpp"
+#include "fairlead_safety/judge.hpp"
+
+using namespace fairlead;
+using namespace fairlead::test;
+
+namespace {
+
+Evidence shape(const ActionChunk& chunk, std::uint32_t horizon_max = 64) {
+  static const Limits limits = test_limits();
+  ClaimLimits claim = whole_robot(limits);
+  claim.horizon_max = horizon_max;
+  return check_shape(limits, claim, chunk);
+}
+
+std::uint32_t code_of(const ChunkBuilder& builder) { return shape(builder.chunk).code; }
+
+}  // namespace
+
+TEST_CASE("G007 the horizon lies between 1 and the claim's maximum") {
+  for (const std::uint32_t horizon : {1U, 63U, 64U}) {
+    ChunkBuilder builder;
+    builder.scalar(gripper, Mode::gripper_position, Row(horizon, 0.04));
+    CHECK(shape(builder.chunk).ok());
+  }
+  for (const std::uint32_t horizon : {0U, 65U, 4'294'967'295U}) {
+    ChunkBuilder builder;
+    builder.scalar(gripper, Mode::gripper_position, Row(64, 0.04));
+    builder.chunk.horizon = horizon;
+    CHECK(shape(builder.chunk).code == 7);
+  }
+  ChunkBuilder nine;
+  nine.scalar(gripper, Mode::gripper_position, Row(9, 0.04));
+  CHECK(shape(nine.chunk, 8).code == 7);
+  CHECK(shape(nine.chunk, 8).limit == 8);
+  CHECK(shape(nine.chunk, 9).ok());
+}
+
+TEST_CASE("G007 a block holds exactly horizon times width numbers") {
+  CHECK(code_of(ChunkBuilder().add(gripper, Mode::gripper_position, {{0.04, 0.04}})) == 7);
+  CHECK(code_of(ChunkBuilder().add(arm, Mode::cartesian_delta, {{0, 0, 0, 0, 0}}, {}, "base_link")) == 7);
+  CHECK(code_of(ChunkBuilder().add(arm, Mode::cartesian_delta, {{0, 0, 0, 0, 0, 0, 0}}, {}, "base_link")) == 7);
+  CHECK(code_of(ChunkBuilder().add(arm, Mode::joint_position, {Row(joint_count - 1, 0.0)}, {arm_1})) == 7);
+  CHECK(code_of(ChunkBuilder().add(arm, Mode::joint_position, {Row(joint_count + 1, 0.0)}, {arm_1})) == 7);
+  CHECK(code_of(ChunkBuilder().add(gripper, Mode::gripper_position, {{}})) == 7);
+}
+
+TEST_CASE("G007 a chunk without parts is refused") { CHECK(code_of(ChunkBuilder(1)) == 7); }
+
+TEST_CASE("G008 every number of every row is finite and at most 1e6, and a breach stops") {
+  for (const double bad : {not_a_number, infinite, -infinite, 1e308, just_above(1e6), -just_above(1e6)}) {
+    for (const std::size_t row : {std::size_t{0}, std::size_t{2}}) {
+      Row values(3, 0.04);
+      values[row] = bad;
+      const Evidence evidence = shape(ChunkBuilder().scalar(gripper, Mode::gripper_position, values).chunk);
+      CHECK(evidence.code == 8);
+      CHECK(evidence.row == static_cast<std::int64_t>(row));
+      CHECK(evidence.part == "gripper");
+      CHECK(evidence.raises_stop);
+    }
+  }
+  for (const double fine : {1e6, -1e6, just_below(1e6), 5e-324, -5e-324, 0.0, -0.0})
+    CHECK(shape(ChunkBuilder().scalar(gripper, Mode::gripper_position, {fine}).chunk).ok());
+}
+
+TEST_CASE("G008 padding is not exempt") {
+  Row row(joint_count, 0.0);
+  row[base_x] = not_a_number;
+  CHECK(code_of(ChunkBuilder().add(arm, Mode::joint_position, {row}, {arm_1})) == 8);
+}
+
+TEST_CASE("G009 modes without a checker are refused by name") {
+  for (const Mode mode : {Mode::joint_torque, Mode::joint_trajectory, Mode::cartesian_pose, Mode::cartesian_twist,
+                          Mode::foot_placement, Mode::gripper_binary, Mode::dex_hand_joint}) {
+    const std::size_t width = mode_width(static_cast<std::uint8_t>(mode), joint_count);
+    ChunkBuilder builder;
+    builder.add(arm, mode, {Row(width, 0.0)});
+    const Evidence evidence = shape(builder.chunk);
+    CHECK(evidence.code == 9);
+    CHECK(evidence.axis == mode_name(static_cast<std::uint8_t>(mode)));
+    CHECK(evidence.part == "arm");
+  }
+  CHECK(code_of(ChunkBuilder().add(arm, static_cast<Mode>(13), {{0.0}})) == 9);
+  CHECK(code_of(ChunkBuilder().add(arm, static_cast<Mode>(255), {{0.0}})) == 9);
+}
+
+TEST_CASE("G009 a mode the part does not declare is refused") {
+  CHECK(code_of(ChunkBuilder().scalar(arm, Mode::gripper_position, {0.04})) == 9);
+  CHECK(code_of(ChunkBuilder().along(gripper, Mode::cartesian_delta, 0, {0.01})) == 9);
+  CHECK(code_of(ChunkBuilder().along(arm, Mode::body_twist, 0, {0.01})) == 9);
+  CHECK(code_of(ChunkBuilder().joint(gripper, Mode::joint_position, gripper_joint, {0.04})) == 9);
+  CHECK(code_of(ChunkBuilder().joint(base, Mode::joint_position, base_x, {0.0})) == 9);
+  CHECK(code_of(ChunkBuilder().scalar(base, Mode::composite_mode, {0.0})) == 9);
+}
+
+TEST_CASE("G009 the mask names joints of the part, ascending, and is mandatory") {
+  const Row zeros(joint_count, 0.0);
+  CHECK(code_of(ChunkBuilder().add(arm, Mode::joint_position, {zeros}, {arm_1, arm_2})) == 0);
+  CHECK(code_of(ChunkBuilder().add(arm, Mode::joint_position, {zeros}, {})) == 9);
+  CHECK(code_of(ChunkBuilder().add(arm, Mode::joint_position, {zeros}, {arm_2, arm_1})) == 9);
+  CHECK(code_of(ChunkBuilder().add(arm, Mode::joint_position, {zeros}, {arm_1, arm_1})) == 9);
+  CHECK(code_of(ChunkBuilder().add(arm, Mode::joint_position, {zeros}, {base_x, arm_1})) == 9);
+  CHECK(code_of(ChunkBuilder().add(arm, Mode::joint_position, {zeros}, {200})) == 9);
+  CHECK(code_of(ChunkBuilder().add(arm, Mode::cartesian_delta, {Row(6, 0.0)}, {arm_1}, "base_link")) == 9);
+}
+
+TEST_CASE("G009 what is not active is exactly zero, in every row") {
+  Row dirty(joint_count, 0.0);
+  dirty[arm_2] = 5e-324;
+  const Row clean(joint_count, 0.0);
+  const Evidence evidence = shape(ChunkBuilder().add(arm, Mode::joint_position, {clean, dirty}, {arm_1}).chunk);
+  CHECK(evidence.code == 9);
+  CHECK(evidence.row == 1);
+  CHECK(evidence.axis == "arm_2");
+  Row negative_zero(joint_count, 0.0);
+  negative_zero[arm_2] = -0.0;
+  CHECK(code_of(ChunkBuilder().add(arm, Mode::joint_position, {negative_zero}, {arm_1})) == 0);
+}
+
+TEST_CASE("G009 frames: declared ones for cartesian modes, none for the others") {
+  CHECK(code_of(ChunkBuilder().add(arm, Mode::cartesian_delta, {Row(6, 0.0)}, {}, "base_link")) == 0);
+  CHECK(code_of(ChunkBuilder().add(arm, Mode::cartesian_delta, {Row(6, 0.0)}, {}, "odom")) == 9);
+  CHECK(code_of(ChunkBuilder().add(arm, Mode::cartesian_delta, {Row(6, 0.0)}, {}, "")) == 9);
+  CHECK(code_of(ChunkBuilder().add(gripper, Mode::gripper_position, {{0.04}}, {}, "base_link")) == 9);
+  CHECK(code_of(ChunkBuilder().add(arm, Mode::joint_position, {Row(joint_count, 0.0)}, {arm_1}, "base_link")) == 9);
+}
+
+TEST_CASE("G009 a base twist is zero along axes the base does not have") {
+  for (const std::size_t axis : {0U, 1U, 5U})
+    CHECK(code_of(ChunkBuilder().along(base, Mode::body_twist, axis, {0.1})) == 0);
+  for (const std::size_t axis : {2U, 3U, 4U}) {
+    CHECK(code_of(ChunkBuilder().along(base, Mode::body_twist, axis, {5e-324})) == 9);
+    CHECK(code_of(ChunkBuilder().along(base, Mode::body_twist, axis, {0.0, 0.1})) == 9);
+  }
+}
+
+TEST_CASE("G009 no part is commanded twice in one tick") {
+  CHECK(code_of(ChunkBuilder()
+                    .joint(arm, Mode::joint_position, arm_1, {0.1})
+                    .joint(arm, Mode::joint_velocity, arm_2, {0.1})) == 9);
+}
