@@ -139,6 +139,10 @@ def test_an_unknown_simulator_part_is_refused(backend: RobosuiteBackend) -> None
     [
         ({"env": "Nowhere"}, "hal_sim: expected a registered environment, got 'Nowhere' (valid: "),
         ({"robot": "Nobody"}, "hal_sim: expected a registered robot, got 'Nobody' (valid: "),
+        (
+            {"imports": ["no_such_module"]},
+            "hal_sim: expected a module that registers environments, got 'no_such_module': ",
+        ),
         ({"controller": "NONE"}, "hal_sim: expected a registered controller, got 'NONE' (valid: "),
         (
             {"cameras": [{"name": "x", "width": 8, "height": 8, "period_ticks": 1}]},

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -54,6 +55,7 @@ def test_another_process_gives_the_same_bits(backend: RobosuiteBackend) -> None:
         capture_output=True,
         text=True,
         timeout=120,
+        cwd=Path(__file__).parents[2],
     )
     assert process.stdout.strip() == here
 

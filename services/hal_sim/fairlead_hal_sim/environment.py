@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 from pathlib import Path
 from typing import Any
 
@@ -17,8 +18,11 @@ def make_environment(options: SimulatorOptions, control_hz: float, *, offscreen:
     """A robosuite environment by registered names; ``offscreen`` is for rendering only.
 
     Raises:
-        ConfigError: for an unknown environment, robot or controller, with the valid names.
+        ConfigError: for an unknown environment, robot or controller, with the valid names,
+            and for a module that cannot be imported.
     """
+    for module in options.imports:
+        _import(module)
     _check_name("environment", options.env, robosuite.environments.REGISTERED_ENVS)
     _check_name("robot", options.robot, robosuite.robots.ROBOT_CLASS_MAPPING)
     return robosuite.make(
@@ -60,6 +64,15 @@ def _controller_config(options: SimulatorOptions) -> dict[str, Any]:
         specific = config.setdefault("composite_controller_specific_configs", {})
         specific["body_part_ordering"] = list(options.part_order)
     return config
+
+
+def _import(module: str) -> None:
+    try:
+        importlib.import_module(module)
+    except ImportError as error:
+        raise ConfigError(
+            expected("hal_sim", "a module that registers environments", f"{module!r}: {error}")
+        ) from None
 
 
 def _check_name(what: str, name: str, registered: Any) -> None:

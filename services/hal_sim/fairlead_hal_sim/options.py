@@ -33,6 +33,9 @@ class SimulatorOptions(BaseModel):
     )
     seed: int = Field(default=0, ge=0)
     cameras: tuple[CameraOptions, ...] = ()
+    imports: tuple[str, ...] = Field(
+        default=(), description="modules that register further environments, such as robocasa"
+    )
     env_options: dict[str, Any] = Field(
         default_factory=dict, description="further keyword arguments of the environment"
     )
