@@ -1,6 +1,6 @@
 # Every target is one script or command: read it there. `make` alone lists them.
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test lint clean
+.PHONY: help setup demo test lint bench clean
 # One at a time: the stages build on each other.
 .NOTPARALLEL:
 
@@ -18,6 +18,10 @@ test: setup ## every test; scripts/test PATH runs some of them
 
 lint: setup ## formatting, lint, strict types
 	@scripts/lint
+
+bench: setup ## what the processes and the gate cost, as ratios; wants a quiet machine
+	@.venv/bin/python -m bench.loop
+	@.venv/bin/python -m bench.gate_hop
 
 clean: ## remove what was built here (not the caches outside the checkout)
 	rm -rf build out .venv .pytest_cache .mypy_cache .ruff_cache .hypothesis

@@ -14,6 +14,7 @@ class EpisodeTrace:
     packed: float32 vectors given to ``env.step``, one per tick after the reset.
     qpos, qvel: float64 simulator state before each of those steps.
     succeeded: the task's own check at the end.
+    seconds: wall time of the loop in one process, after reset and held ticks.
     """
 
     observations: list[bytes] = field(default_factory=list)
@@ -22,3 +23,4 @@ class EpisodeTrace:
     qpos: list[bytes] = field(default_factory=list)
     qvel: list[bytes] = field(default_factory=list)
     succeeded: bool = False
+    seconds: float = 0.0

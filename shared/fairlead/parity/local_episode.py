@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import time
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -52,6 +53,7 @@ def local_episode(
             backend.apply({})
             assert backend.last_packed is not None
             episode.packed.append(backend.last_packed.tobytes())
+        started = time.monotonic()
         while len(episode.packed) < most_ticks:
             task = backend.task()
             if task is not None and task.success:
@@ -67,6 +69,7 @@ def local_episode(
                 vector = np.array(row, dtype=np.float32)
                 episode.packed.append(vector.tobytes())
                 backend.env.step(vector)  # turns the base's numbers in place: ours to lose
+        episode.seconds = time.monotonic() - started
         task = backend.task()
         episode.succeeded = task is not None and task.success
     finally:
