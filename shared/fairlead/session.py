@@ -107,7 +107,10 @@ class ZenohBus:
             if sample.kind == zenoh.SampleKind.PUT:
                 handler(Sample(str(sample.key_expr), sample.payload.to_bytes()))
 
-        return self._session.declare_subscriber(key_expr, on_sample)
+        # In Zenoh's own receive thread: a thread per subscriber (the default) would let one
+        # key's messages overtake another's, and joints must come after their transforms.
+        direct = zenoh.handlers.Callback(on_sample, indirect=False)
+        return self._session.declare_subscriber(key_expr, direct)
 
     def serve(self, key: str, who: str, handler: QueryHandler) -> Undeclare:
         def on_query(query: zenoh.Query) -> None:

@@ -91,7 +91,7 @@ class Child:
         return True
 
     def _read(self, stream: IO[bytes], log: Path) -> None:
-        with log.open("a", encoding="utf-8") as file:
+        with stream, log.open("a", encoding="utf-8") as file:
             for raw in stream:
                 line = raw.decode(errors="replace").rstrip()
                 file.write(line + "\n")

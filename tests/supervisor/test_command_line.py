@@ -1,0 +1,53 @@
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+
+from fairlead.deployment import load_deployment
+from fairlead.paths import gate_binary, gate_config, repo_root
+from fairlead.supervisor.command_line import service_command, service_environment
+
+FILE = repo_root() / "compose" / "panda_mobile_sim.yaml"
+
+
+def test_the_gate_gets_its_compiled_file_and_connects_to_the_services_above_it() -> None:
+    command = service_command(FILE, load_deployment(FILE), "safety", Path("/state/safety"))
+    assert command == [
+        str(gate_binary()),
+        "--robot", "panda_mobile",
+        "--namespace", "fl",
+        "--service", "safety",
+        "--config", str(gate_config("panda_mobile", "sim")),
+        "--state-dir", "/state/safety",
+        "--listen", "tcp/127.0.0.1:7502",
+        "--connect", "tcp/127.0.0.1:7501",
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("service", "module"),
+    [
+        ("hal", "fairlead_hal_sim"),
+        ("state_assembler", "fairlead_state_assembler"),
+        ("runner", "fairlead_skill_runner"),
+    ],
+)
+def test_python_services_run_as_modules_of_this_interpreter(service: str, module: str) -> None:
+    command = service_command(FILE, load_deployment(FILE), service, Path("/state") / service)
+    assert command == [
+        sys.executable, "-m", module,
+        "--deployment", str(FILE),
+        "--service", service,
+        "--state-dir", f"/state/{service}",
+    ]  # fmt: skip
+
+
+def test_numeric_libraries_get_one_thread_unless_the_caller_says_otherwise(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.delenv("OMP_NUM_THREADS", raising=False)
+    assert service_environment()["OMP_NUM_THREADS"] == "1"
+    monkeypatch.setenv("OMP_NUM_THREADS", "3")
+    assert service_environment()["OMP_NUM_THREADS"] == "3"

@@ -1,0 +1,255 @@
+"""The supervisor with real processes: small scripts stand in for the services."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import textwrap
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+import yaml
+
+from fairlead.deployment import Deployment, load_deployment
+from fairlead.errors import ServiceError
+from fairlead.supervisor import Registry, ServiceEvent, Supervisor
+from fairlead.supervisor.ports import free_ports
+from fairlead.supervisor.process_table import process_id
+
+WAIT_S = 20.0
+OBEDIENT = "echo '{name}: ready'; exec sleep 1000"
+STUBBORN = "trap '' TERM; echo '{name}: ready'; while true; do sleep 0.1; done"
+WITH_A_CHILD = "sleep 1000 & echo \"child $!\"; echo '{name}: ready'; wait"
+
+
+def wait_until(condition: Callable[[], object], what: str) -> None:
+    deadline = time.monotonic() + WAIT_S
+    while not condition():
+        assert time.monotonic() < deadline, f"not within {WAIT_S:g} s: {what}"
+        os.sched_yield()
+
+
+@pytest.fixture
+def deployment_file(tmp_path: Path) -> Path:
+    ports = free_ports(2)
+    content = {
+        "robot": "panda_mobile",
+        "id": f"r{os.getpid()}",
+        "services": {
+            "hal": {"run": "hal_sim", "listen": f"tcp/127.0.0.1:{ports[0]}"},
+            "runner": {"run": "skill_runner", "listen": f"tcp/127.0.0.1:{ports[1]}"},
+        },
+    }
+    path = tmp_path / "deployment.yaml"
+    path.write_text(yaml.safe_dump(content), encoding="utf-8")
+    return path
+
+
+class Bench:
+    """One supervisor over shell scripts, and what its services printed."""
+
+    def __init__(self, file: Path, folder: Path) -> None:
+        self.scripts = {"hal": OBEDIENT, "runner": OBEDIENT}
+        self.lines: list[tuple[str, str]] = []
+        self.registry = Registry(folder / "registry")
+        self.state_dir = folder / "state"
+        self._file = file
+        self.supervisor = self.another()
+
+    def another(self) -> Supervisor:
+        return Supervisor(
+            self._file,
+            load_deployment(self._file),
+            self.state_dir,
+            on_line=lambda service, line: self.lines.append((service, line)),
+            registry=self.registry,
+            command=self._command,
+        )
+
+    def _command(self, file: Path, deployment: Deployment, name: str, state: Path) -> list[str]:
+        return ["sh", "-c", self.scripts[name].replace("{name}", name)]
+
+    def poll_until(self, kind: str) -> ServiceEvent:
+        found: list[ServiceEvent] = []
+
+        def happened() -> bool:
+            found.extend(event for event in self.supervisor.poll() if event.kind == kind)
+            return bool(found)
+
+        wait_until(happened, f"an event {kind}")
+        return found[0]
+
+
+@pytest.fixture
+def bench(deployment_file: Path, tmp_path: Path) -> Iterator[Bench]:
+    bench = Bench(deployment_file, tmp_path)
+    yield bench
+    bench.supervisor.stop(grace_s=0.0)
+
+
+def test_started_services_become_ready_and_are_listed(bench: Bench) -> None:
+    bench.supervisor.start()
+    bench.supervisor.wait_ready(WAIT_S)
+    (entry,) = bench.registry.entries()
+    assert entry.supervisor.pid == os.getpid()
+    assert [service.ready for service in entry.services.values()] == [True, True]
+    assert ("hal", "hal: ready") in bench.lines
+    log = bench.state_dir / "logs" / "hal.log"
+    assert log.read_text(encoding="utf-8") == "hal: ready\n"
+
+
+@pytest.mark.parametrize("order", [["hal", "runner"], ["runner", "hal"]])
+def test_services_start_in_the_order_asked_for(bench: Bench, order: list[str]) -> None:
+    bench.supervisor.start(order)
+    bench.supervisor.wait_ready(WAIT_S)
+    (entry,) = bench.registry.entries()
+    assert list(entry.services) == order
+
+
+def test_stopping_leaves_no_process_and_no_entry(bench: Bench) -> None:
+    bench.supervisor.start()
+    bench.supervisor.wait_ready(WAIT_S)
+    pids = [bench.supervisor.pid("hal"), bench.supervisor.pid("runner")]
+    assert bench.supervisor.stop() == []
+    assert [process_id(pid) for pid in pids] == [None, None]
+    assert bench.registry.entries() == []
+
+
+def test_a_service_that_ignores_sigterm_is_killed_after_the_grace_and_named(bench: Bench) -> None:
+    bench.scripts["runner"] = STUBBORN
+    bench.supervisor.start()
+    bench.supervisor.wait_ready(WAIT_S)
+    pid = bench.supervisor.pid("runner")
+    assert bench.supervisor.stop(grace_s=0.3) == ["runner"]
+    assert process_id(pid) is None
+
+
+def test_a_stopped_process_is_ended_too(bench: Bench) -> None:
+    bench.supervisor.start()
+    bench.supervisor.wait_ready(WAIT_S)
+    pid = bench.supervisor.pid("hal")
+    os.kill(pid, signal.SIGSTOP)
+    assert bench.supervisor.stop() == []
+    assert process_id(pid) is None
+
+
+def test_what_a_dead_service_had_started_ends_before_it_is_started_again(bench: Bench) -> None:
+    bench.scripts["hal"] = WITH_A_CHILD
+    bench.supervisor.start()
+    bench.supervisor.wait_ready(WAIT_S)
+    wait_until(lambda: any(line.startswith("child ") for _, line in bench.lines), "a child")
+    child = next(int(line.split()[1]) for _, line in bench.lines if line.startswith("child "))
+    os.kill(bench.supervisor.pid("hal"), signal.SIGKILL)
+    died = bench.poll_until("died")
+    assert died.text == "hal was killed by signal 9; starting it again in 0.5 s"
+    assert process_id(child) is None
+    restarted = bench.poll_until("restarted")
+    assert restarted.text == f"hal started again (pid {bench.supervisor.pid('hal')}, #1)"
+    assert bench.poll_until("ready").text == "hal is ready again"
+
+
+def test_a_service_that_dies_before_it_is_ready_fails_the_start_with_its_last_lines(
+    bench: Bench,
+) -> None:
+    bench.scripts["runner"] = "echo 'ERROR runner: no such policy'; exit 3"
+    bench.supervisor.start()
+    with pytest.raises(ServiceError) as caught:
+        bench.supervisor.wait_ready(WAIT_S)
+    log = bench.state_dir / "logs" / "runner.log"
+    assert str(caught.value) == (
+        f"runner: ended with status 3; its last lines ({log}):\n"
+        "  [runner] ERROR runner: no such policy"
+    )
+
+
+def test_a_service_that_never_gets_ready_fails_the_start_after_the_timeout(bench: Bench) -> None:
+    bench.scripts["runner"] = "echo loading; exec sleep 1000"
+    bench.supervisor.start()
+    with pytest.raises(ServiceError, match=r"runner: not ready after 0\.3 s; its last lines"):
+        bench.supervisor.wait_ready(0.3)
+
+
+def test_a_second_start_of_a_running_deployment_is_refused_naming_pid_and_fix(
+    bench: Bench,
+) -> None:
+    bench.supervisor.start()
+    name = bench.supervisor.name
+    with pytest.raises(ServiceError) as caught:
+        bench.another().start()
+    assert str(caught.value) == (
+        f"deployment {name} is already running (pid {os.getpid()}); "
+        f"stop it first: fairlead down {name}"
+    )
+    assert len(bench.registry.entries()) == 1  # the refusal did not forget the running one
+
+
+def test_a_busy_port_is_refused_naming_service_port_pid_and_fix(bench: Bench) -> None:
+    spec = bench.supervisor.deployment.services["runner"].listen
+    port = spec.rpartition(":")[2]
+    program = f"""
+        import socket
+        s = socket.socket(); s.bind(("127.0.0.1", {port})); s.listen(); print("on", flush=True)
+        input()
+    """
+    command = [sys.executable, "-c", textwrap.dedent(program)]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as squatter:
+        assert squatter.stdout is not None
+        squatter.stdout.readline()
+        with pytest.raises(ServiceError) as caught:
+            bench.supervisor.start()
+        squatter.kill()
+    assert f"runner: its port {port} is taken by pid {squatter.pid} (" in str(caught.value)
+    assert f"fairlead down {bench.supervisor.name}" in str(caught.value)
+
+
+def test_leftover_processes_of_a_killed_run_are_refused_until_they_are_gone(
+    bench: Bench,
+) -> None:
+    bench.supervisor.start()
+    (entry,) = bench.registry.entries()
+    bench.supervisor.stop()
+    with subprocess.Popen(["sleep", "1000"]) as leftover:
+        process = process_id(leftover.pid)
+        assert process is not None
+        services = {"hal": type(entry.services["hal"])(process, True, 0)}
+        dead = type(process)(2**22 + 1, 1)
+        bench.registry.write(type(entry)(entry.name, "", "", dead, services))
+        with pytest.raises(ServiceError) as caught:
+            bench.supervisor.start()
+        leftover.kill()
+    assert str(caught.value) == (
+        f"deployment {entry.name}: processes of an earlier run are still there "
+        f"(pid {process.pid}); end them first: fairlead down {entry.name}"
+    )
+    bench.supervisor.start()
+
+
+def test_children_die_with_a_supervisor_that_is_killed(
+    deployment_file: Path, tmp_path: Path
+) -> None:
+    program = f"""
+        import sys, time
+        from pathlib import Path
+        from fairlead.deployment import load_deployment
+        from fairlead.supervisor import Registry, Supervisor
+        file, folder = Path({str(deployment_file)!r}), Path({str(tmp_path)!r})
+        supervisor = Supervisor(
+            file, load_deployment(file), folder / "state", registry=Registry(folder / "registry"),
+            command=lambda *_: ["sh", "-c", "trap '' TERM; echo x: ready; exec sleep 1000"],
+        )
+        supervisor.start()
+        supervisor.wait_ready({WAIT_S})
+        print(supervisor.pid("hal"), supervisor.pid("runner"), flush=True)
+        time.sleep(1000)
+    """
+    command = [sys.executable, "-c", textwrap.dedent(program)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as parent:
+        assert parent.stdout is not None
+        pids = [int(word) for word in parent.stdout.readline().split()]
+        assert all(process_id(pid) for pid in pids) and len(pids) == 2
+        parent.kill()
+    wait_until(lambda: not any(process_id(pid) for pid in pids), "the children are gone")
