@@ -53,6 +53,9 @@ class Endpoints:
                     },
                 },
                 "scouting": {"multicast": {"enabled": False}, "gossip": {"enabled": False}},
+                # An express message takes a whole batch; a burst of one tick (transforms, task,
+                # joints) must find room, or its last messages are dropped.
+                "transport": {"link": {"tx": {"queue": {"size": {"real_time": 16}}}}},
                 "timestamping": {"enabled": False},
                 "adminspace": {"enabled": False},
             }

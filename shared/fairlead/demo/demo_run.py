@@ -115,7 +115,7 @@ def _run(
     progress = run_goal(client, GoalWish(wish.skill, deadline_ticks=DEADLINE_TICKS), show)
     goal_s = time.monotonic() - began_s
     gate = GateChallenge(client, robot, skill)
-    challenges = _challenge(gate, recorder.recording.candidate_bytes, say)
+    challenges = _challenge(gate, list(recorder.recording.candidate_bytes), say)
     client.disarm()
     return _Run(client.runner, progress, goal_s, challenges, recorder.close())
 

@@ -60,7 +60,7 @@ class GateChallenge:
     def over_limit(self) -> Challenge:
         """Claim the arm and ask for a step far beyond its limit."""
         part = self._robot.part_names.index("arm")
-        step = [OVER_LIMIT_M, 0.0, 0.0, 0.0, 0.0, 0.0]
+        rows = [[OVER_LIMIT_M, 0.0, 0.0, 0.0, 0.0, 0.0]] * self._skill.horizon
         with self._claim(("arm",)) as claim:
             tick = self._wait_state().tick
             chunk = ActionChunk(
@@ -74,19 +74,19 @@ class GateChallenge:
                 obs_tick=tick,
                 oldest_tick=tick,
                 start_tick=tick,
-                horizon=1,
+                horizon=len(rows),
                 parts=(
                     ActionPart(
                         part=part,
                         mode=ControlMode.CARTESIAN_DELTA,
                         frame_id=self._robot.base_frame,
-                        values=pack_floats(step),
+                        values=pack_floats(rows),
                         active=(),
                     ),
                 ),
                 trace=NO_TRACE,
             )
-            text = f"one row that moves the arm {OVER_LIMIT_M:g} m in one control period"
+            text = f"a chunk that moves the arm {OVER_LIMIT_M:g} m in every control period"
             return self._send(SOURCE, encode(chunk), text)
 
     def replay(self, recorded: bytes) -> Challenge:
