@@ -7,8 +7,9 @@ from fairlead.errors import ConfigError
 from fairlead.messages import HalPart, HalStatus, floats
 from fairlead.modes import GATED_MODES, ControlMode
 from fairlead.robot import RobotManifest
-from fairlead.routes import Route, describe_modes, plan_routes
+from fairlead.routes import Route, plan_routes
 from fairlead.skill import SkillManifest
+from fairlead.tightening import limit_problems
 
 # A policy may emit these in SI without scaling; their full scale is not +-1.
 _ABSOLUTE_MODES = frozenset(
@@ -32,7 +33,7 @@ def admission_problems(
         *problems,
         *_mode_problems(routes),
         *_joint_problems(skill.state_contract, robot),
-        *_limit_problems(skill, robot),
+        *limit_problems(skill, robot),
     ]
     if hal is None:
         return problems
@@ -77,16 +78,6 @@ def _joint_problems(contract: StateContract, robot: RobotManifest) -> list[str]:
         f"(valid: {', '.join(robot.measured_joint_names)})"
         for name in contract.bindings.gripper_qpos_joints
         if name not in robot.measured_joint_names
-    ]
-
-
-def _limit_problems(skill: SkillManifest, robot: RobotManifest) -> list[str]:
-    modes = {part.name: part.modes for part in robot.parts}
-    return [
-        f"limits: robot {robot.id} has no {limit.control_mode} on part {limit.part!r} "
-        f"({describe_modes(robot)})"
-        for limit in skill.limits
-        if limit.control_mode not in modes.get(limit.part, ())
     ]
 
 

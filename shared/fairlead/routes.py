@@ -93,7 +93,7 @@ def _place(slot: Slot, robot: RobotManifest, by_part: dict[int, Route]) -> list[
         names = ", ".join(part.name for part in parts) or "none"
         return [
             f"expected exactly one part of robot {robot.id} to take it, got {names} "
-            f"({describe_modes(robot)})"
+            f"({_describe_modes(robot)})"
         ]
     route = _route(slot, robot, parts[0])
     known = by_part.get(route.part)
@@ -103,8 +103,7 @@ def _place(slot: Slot, robot: RobotManifest, by_part: dict[int, Route]) -> list[
     return []
 
 
-def describe_modes(robot: RobotManifest) -> str:
-    """Every part and its modes, for errors: ``arm: cartesian_delta; base: ...``."""
+def _describe_modes(robot: RobotManifest) -> str:
     return "; ".join(f"{part.name}: {', '.join(part.modes)}" for part in robot.parts)
 
 

@@ -47,7 +47,7 @@ class SkillLimit(BaseModel):
     part: str
     control_mode: str
     name: str
-    value: float = Field(gt=0, allow_inf_nan=False)
+    value: float = Field(allow_inf_nan=False)
 
     @field_validator("control_mode")
     @classmethod

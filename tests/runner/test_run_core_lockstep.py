@@ -250,11 +250,11 @@ def test_the_policys_own_time_is_no_stall(run: Story) -> None:
 def test_without_released_rows_the_goal_stalls_and_says_what_is_awaited(run: Story) -> None:
     run.take(run.core.on_joints(joints(5), 0.0))
     run.take(run.core.on_time(0.6))
-    assert run.core.phase == "waiting for layout mobile_pick_30d of tick 5"
+    assert run.core.phase == "waiting for layout mobile_pick_30d"
     run.take(run.core.on_time(5.1))
     result = run.core.result
     assert result is not None
     assert (result.outcome, result.kind) == ("failed", "stalled")
     assert result.detail == (
-        "no rows released for 5.1 s, waiting for layout mobile_pick_30d of tick 5"
+        "no rows released for 5.1 s, waiting for layout mobile_pick_30d at tick 5"
     )

@@ -119,19 +119,6 @@ MODES = (
             + ", ".join(ROBOT.measured_joint_names)
             + ")",
         ),
-        (
-            lambda data: data.update(
-                limits=[
-                    {
-                        "part": "arm",
-                        "control_mode": "joint_velocity",
-                        "name": "step_limit",
-                        "value": 1.0,
-                    }
-                ]
-            ),
-            f"limits: robot panda_mobile has no joint_velocity on part 'arm' ({MODES})",
-        ),
     ],
 )
 def test_a_skill_the_robot_cannot_run_is_refused_with_the_reason(
@@ -283,3 +270,56 @@ def test_slots_of_one_part_become_one_route() -> None:
     assert routes[2].columns == (2, 0, 1)
     assert routes[2].scale == (1.5, 1.0, 1.0)
     assert routes[2].active == (0, 1, 2)
+
+
+def limited(**limit: Any) -> SkillManifest:
+    return skill(lambda data: data.update(limits=[limit]))
+
+
+@pytest.mark.parametrize(
+    ("part", "mode", "name", "value"),
+    [
+        ("arm", "cartesian_delta", "linear_limit", 0.0867),
+        ("arm", "cartesian_delta", "angular_step_limit", 0.1),
+        ("base", "joint_velocity", "step_limit", 2.0),
+        ("gripper", "gripper_position", "lower", 0.01),
+        ("gripper", "gripper_position", "upper", 0.08),
+    ],
+)
+def test_a_limit_that_tightens_is_admitted(part: str, mode: str, name: str, value: float) -> None:
+    tighter = limited(part=part, control_mode=mode, name=name, value=value)
+    assert admission_problems(tighter, ROBOT) == []
+
+
+@pytest.mark.parametrize(
+    ("part", "mode", "name", "value", "text"),
+    [
+        ("arm", "cartesian_delta", "linear_limit", 0.1,
+         "linear_limit: expected above 0 and at most 0.0867, got 0.1"),
+        ("arm", "cartesian_delta", "linear_limit", 0.0,
+         "linear_limit: expected above 0 and at most 0.0867, got 0"),
+        ("base", "joint_velocity", "step_limit", 2.5,
+         "step_limit: expected above 0 and at most 2, got 2.5"),
+        ("gripper", "gripper_position", "lower", -0.01,
+         "lower: expected at least 0 and at most 0.08, got -0.01"),
+        ("gripper", "gripper_position", "upper", 0.09,
+         "upper: expected at least 0 and at most 0.08, got 0.09"),
+        ("gripper", "gripper_position", "speed", 1.0,
+         "speed: no such limit (valid: lower, upper, step_limit)"),
+        ("arm", "joint_velocity", "step_limit", 1.0,
+         f"step_limit: no such part and mode (valid: {MODES})"),
+    ],
+)  # fmt: skip
+def test_a_limit_that_loosens_or_does_not_exist_is_refused(
+    part: str, mode: str, name: str, value: float, text: str
+) -> None:
+    looser = limited(part=part, control_mode=mode, name=name, value=value)
+    assert admission_problems(looser, ROBOT) == [f"limits: {part} {mode} {text} (profile sim)"]
+
+
+def test_a_skill_that_asks_for_more_than_the_protocol_allows_is_refused() -> None:
+    greedy = skill(lambda data: data.update(horizon=65, age_max_ticks=11))
+    assert admission_problems(greedy, ROBOT) == [
+        "horizon: expected at most 64, got 65 (profile sim)",
+        "age_max_ticks: expected at most 10, got 11 (profile sim)",
+    ]

@@ -11,6 +11,7 @@ from fairlead.keys import Keys
 from fairlead.messages import (
     Claim,
     ClaimReply,
+    GateState,
     GateStatus,
     LimitOverride,
     Release,
@@ -82,10 +83,12 @@ def release_claim(bus: Bus, keys: Keys, source: str, claim_id: int) -> str:
 
 
 def gate_cause(bus: Bus, keys: Keys) -> str:
-    """Why the gate is in its state and what would change it; "" if it does not answer."""
+    """Why the gate is not armed and what would change it; "" if it is, or does not answer."""
     try:
         status = decode(GateStatus, bus.query(keys.gate_status, StatusQuery(), QUERY_TIMEOUT_S))
     except FairleadError:
+        return ""
+    if status.state == GateState.ARMED:
         return ""
     return status.cause + (f"; try: {status.fix}" if status.cause and status.fix else "")
 

@@ -163,6 +163,7 @@ class GoalRun:
         around = self._around
         around.heartbeat.keep(claim.claim_id)
         self._log.info("goal %016x has claim %016x", self.goal_id, claim.claim_id)
+        lost = False
         try:
             if claim.session != hal.session:
                 return results.new_session(hal.session, claim.session)
@@ -170,17 +171,23 @@ class GoalRun:
                 around.source, self.goal_id, self._goal, self.skill, routes, hal, claim
             )
             result = self._follow(setup)
+            lost = result.kind == "claim_lost"
+            return self._with_cause(result) if lost else result
         finally:
             around.heartbeat.keep(0)
-            problem = release_claim(around.bus, around.keys, around.source, claim.claim_id)
-        if result.kind == "claim_lost":
-            cause = gate_cause(around.bus, around.keys)
-            return msgspec.structs.replace(
-                result, detail=result.detail + (f" ({cause})" if cause else "")
-            )
-        if problem:
-            self._log.warning("claim %016x not released: %s", claim.claim_id, problem)
-        return result
+            problem = "" if lost else self._release(claim)
+            if problem:
+                self._log.warning("claim %016x not released: %s", claim.claim_id, problem)
+
+    def _release(self, claim: ClaimReply) -> str:
+        around = self._around
+        return release_claim(around.bus, around.keys, around.source, claim.claim_id)
+
+    def _with_cause(self, result: GoalResult) -> GoalResult:
+        """A lost claim needs no release; the gate says why it is gone."""
+        cause = gate_cause(self._around.bus, self._around.keys)
+        detail = result.detail + (f" ({cause})" if cause else "")
+        return msgspec.structs.replace(result, detail=detail)
 
     def _follow(self, setup: RunSetup) -> GoalResult:
         if self._around.trace_file is not None:

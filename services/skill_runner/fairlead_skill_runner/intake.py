@@ -65,12 +65,12 @@ class Intake:
     def missing(self, tick: int) -> str:
         """What an observation of ``tick`` (or newer, unless exact) still lacks; "" if nothing."""
         if self.layout is None or self.layout.tick < tick:
-            return f"layout {self._skill.state_contract.layout} of tick {tick}"
+            return f"layout {self._skill.state_contract.layout}"
         if self._exact and self._has_task and (self.task is None or self.task.tick < tick):
-            return f"task state of tick {tick}"
+            return "task state"
         for name, spec in self._skill.images.items():
             if not self._usable(spec, self.layout):
-                return f"image {name} from camera {spec.camera} for tick {self.layout.tick}"
+                return f"image {name} from camera {spec.camera}"
         return ""
 
     def gather(self) -> Gathered:

@@ -90,11 +90,10 @@ def hal_fault(detail: str) -> GoalResult:
     return _failed("hal_fault", f"the HAL reports a fault: {detail}")
 
 
-def stalled(quiet_s: float, awaited: str, last_refusal: str) -> GoalResult:
+def stalled(quiet_s: float, awaited: str, tick: int, last_refusal: str) -> GoalResult:
     refusal = f"; last refusal: {last_refusal}" if last_refusal else ""
-    return _failed(
-        "stalled", f"no rows released for {quiet_s:.1f} s, waiting for {awaited}{refusal}"
-    )
+    where = f"waiting for {awaited} at tick {tick}"
+    return _failed("stalled", f"no rows released for {quiet_s:.1f} s, {where}{refusal}")
 
 
 def layout_fault(tick: int, fault: LayoutFault) -> GoalResult:

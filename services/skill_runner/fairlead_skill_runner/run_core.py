@@ -186,7 +186,7 @@ class RunCore:
         quiet_s = now_s - self._progress_s
         awaited = self._awaited()
         if quiet_s > self.setup.stall_timeout_s:
-            return self._end(results.stalled(quiet_s, awaited, self.last_refusal))
+            return self._end(results.stalled(quiet_s, awaited, self.tick, self.last_refusal))
         self.phase = f"waiting for {awaited}" if quiet_s > QUIET_S else "running"
         return []
 
@@ -284,7 +284,7 @@ class RunCore:
         if self.tick == 0:
             return "a joint state"
         if not self._book.answered:
-            return f"the gate's verdict on chunk {self._book.next_seq - 1}"
+            return "the gate's verdict"
         return self._intake.missing(self.tick) or "released rows"
 
     def _end(self, ended: GoalResult) -> list[Output]:
