@@ -64,6 +64,8 @@ class HalActor:
         self.core = HalCore(session, pacing, len(robot.parts), robot.n_dof)
         self.history: list[Tick] = []
         self.refused: list[str] = []
+        self.leases: list[tuple[int, Lease]] = []
+        self.stops: list[tuple[int, StopLevel]] = []
         self.tick = 1
         self._state = b""
         self._sent_ns = 0
@@ -78,12 +80,14 @@ class HalActor:
             self._watch()
 
     def on_lease(self, lease: Lease) -> None:
+        self.leases.append((self._schedule.now_ns, lease))
         self._note(self.core.on_lease(lease, self._schedule.now_ns))
 
     def on_safe_chunk(self, chunk: SafeChunk) -> None:
         self._note(self.core.on_safe_chunk(chunk))
 
     def on_stop(self, stop: StopLevel) -> None:
+        self.stops.append((self.tick, stop))
         self._note(self.core.on_stop(stop))
 
     def _note(self, refused: str) -> None:

@@ -32,6 +32,7 @@ from fairlead.messages import (
     Lease,
     Message,
     Outcome,
+    Refusal,
     Release,
     Reset,
     SafeChunk,
@@ -282,7 +283,8 @@ class ModelGate:
         elif kind == "status":
             self._put("reply", self._status())
         else:
-            self._put("refusal", Done(text=f"{kind} while {self._state.name}"))
+            text = f"{kind} while {self._state.name}"
+            self._put("refusal", Refusal(who="model", reason=text, fix=""))
 
     def _status(self) -> GateStatus:
         return GateStatus(

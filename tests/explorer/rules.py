@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from fairlead.messages import Acted, SafeChunk, floats
+from tests.explorer.channel import MS
 from tests.explorer.hal_actor import Tick
 from tests.explorer.world import World
 
-BASE_JOINTS = 3
+LEASE_LIFE_NS = 75 * MS
 
 
 def check_history(world: World) -> None:
@@ -40,6 +41,35 @@ def _check_row(world: World, tick: Tick, before: Acted) -> None:
     else:
         assert before == Acted(hold=0, verdict_id=acted.verdict_id, row=acted.row - 1)
     assert _was_proposed(world, chunk, tick), "the gate released what nobody proposed"
+    assert _was_granted(world, chunk, tick), "no fresh lease granted the row"
+
+
+def check_stops(world: World) -> None:
+    """From a stop's arrival on, only an epoch armed afterwards moves the robot again."""
+    for stop_tick, stop in world.hal.stops:
+        later = [tick for tick in world.history if tick.tick >= stop_tick and not tick.acted.hold]
+        before = {
+            world.emitted[tick.acted.verdict_id].epoch
+            for tick in world.history
+            if tick.tick < stop_tick and not tick.acted.hold
+        }
+        for tick in later:
+            assert world.emitted[tick.acted.verdict_id].epoch not in before, f"moved after {stop}"
+
+
+def _was_granted(world: World, chunk: SafeChunk, tick: Tick) -> bool:
+    """Some lease that grants the row arrived at most its life ago (lockstep: whenever)."""
+    oldest_ns = tick.time_ns - LEASE_LIFE_NS if world.pacing == "realtime" else 0
+    return any(
+        oldest_ns <= received_ns <= tick.time_ns
+        and lease.epoch == chunk.epoch
+        and any(
+            grant.claim_id == chunk.claim_id and grant.until_tick >= tick.tick
+            for grant in lease.grants
+        )
+        for received_ns, lease in reversed(world.hal.leases)
+        if received_ns >= oldest_ns
+    )
 
 
 def _was_proposed(world: World, chunk: SafeChunk, tick: Tick) -> bool:

@@ -1,12 +1,20 @@
-"""HAL core against a gate through a channel that loses, delays, duplicates and reorders."""
+"""HAL core against the gate through a channel that loses, delays, duplicates and reorders.
+
+Each schedule is seeded: a failure names its seed and comes again.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+
 import pytest
 
+from fairlead.hal.core import Pacing
 from tests.explorer.channel import FAIR, Weather
+from tests.explorer.gate_port import GatePort
 from tests.explorer.model_gate import ModelGate
-from tests.explorer.rules import check_history, moves, trajectory
+from tests.explorer.real_gate import RealGate
+from tests.explorer.rules import check_history, check_stops, moves, trajectory
 from tests.explorer.world import World
 
 WEATHERS = {
@@ -17,32 +25,59 @@ WEATHERS = {
     "storm": Weather(loss=0.2, duplicate=0.3, delay_ms=300.0),
 }
 LOCKSTEP_TICKS = 60
+SEEDS = 20
+STOP_ID = 4711
+
+Builder = Callable[[Pacing, int], World]
 
 
-def lockstep_run(weather: Weather, seed: int, gate_seed: int) -> World:
-    world = World(ModelGate(gate_seed), "lockstep", seed)
+@pytest.fixture(params=[RealGate, ModelGate], ids=["core", "model"])
+def build(request: pytest.FixtureRequest) -> Iterator[Builder]:
+    """Makes worlds around the gate, and closes their gates afterwards."""
+    gates: list[GatePort] = []
+
+    def make(pacing: Pacing, seed: int) -> World:
+        for gate in gates:
+            gate.close()
+        gates[:] = [request.param(seed)]
+        return World(gates[0], pacing, seed)
+
+    yield make
+    for gate in gates:
+        gate.close()
+
+
+def lockstep_run(build: Builder, weather: Weather, seed: int) -> World:
+    world = build("lockstep", seed)
     world.bring_up()
     world.rain(weather)
     world.run_ticks(LOCKSTEP_TICKS)
     return world
 
 
+def test_lockstep_in_fair_weather_moves_in_every_tick_but_the_refused(build: Builder) -> None:
+    world = lockstep_run(build, FAIR, seed=0)
+    check_history(world)
+    assert LOCKSTEP_TICKS - 10 < moves(world.history) < LOCKSTEP_TICKS
+
+
 @pytest.mark.parametrize("name", WEATHERS)
-def test_lockstep_through_a_bad_channel_ends_in_the_identical_trajectory(name: str) -> None:
-    lossless = trajectory(lockstep_run(FAIR, seed=1, gate_seed=0).history)
-    assert any(held for _, held, _ in lossless[2:]), "the run should contain a refusal"
-    for seed in range(20):
-        world = lockstep_run(WEATHERS[name], seed=seed + 1, gate_seed=seed)
+def test_lockstep_through_a_bad_channel_ends_in_the_identical_trajectory(
+    build: Builder, name: str
+) -> None:
+    lossless = trajectory(lockstep_run(build, FAIR, seed=0).history)[:LOCKSTEP_TICKS]
+    for seed in range(SEEDS):
+        world = lockstep_run(build, WEATHERS[name], seed)
         check_history(world)
-        assert trajectory(world.history)[:LOCKSTEP_TICKS] == lossless[:LOCKSTEP_TICKS]
+        assert trajectory(world.history)[:LOCKSTEP_TICKS] == lossless, f"seed {seed}"
 
 
 @pytest.mark.parametrize("name", WEATHERS)
 def test_realtime_runs_only_judged_rows_and_moves_again_when_the_channel_recovers(
-    name: str,
+    build: Builder, name: str
 ) -> None:
-    for seed in range(20):
-        world = World(ModelGate(seed), "realtime", seed)
+    for seed in range(SEEDS):
+        world = build("realtime", seed)
         world.bring_up()
         world.run_ticks(30)
         assert moves(world.history[-20:]) >= 15, "fair weather should move"
@@ -52,3 +87,41 @@ def test_realtime_runs_only_judged_rows_and_moves_again_when_the_channel_recover
         world.run_ticks(40)
         check_history(world)
         assert moves(world.history[-20:]) >= 15, f"seed {seed} did not recover"
+
+
+@pytest.mark.parametrize("pacing", ["realtime", "lockstep"])
+@pytest.mark.parametrize(
+    ("to_hal", "to_gate"), [(True, True), (False, True), (True, False)], ids=["both", "gate", "hal"]
+)
+def test_a_stop_ends_all_motion_until_reset_and_armed_again_whoever_got_it(
+    build: Builder, pacing: Pacing, to_hal: bool, to_gate: bool
+) -> None:
+    for seed in range(SEEDS):
+        world = build(pacing, seed)
+        world.bring_up()
+        world.run_ticks(20 + seed)
+        world.rain(WEATHERS["loss_30"])
+        world.stop(STOP_ID, to_hal, to_gate)
+        world.run_for(1500)
+        stopped_at = len(world.history)
+        world.run_for(1000)
+        assert moves(world.history[stopped_at:]) == 0, f"seed {seed} moved while stopped"
+        assert STOP_ID in world.hal.core.held_stop_ids
+        world.bring_up()
+        world.run_ticks(30)
+        check_history(world)
+        check_stops(world)
+        assert moves(world.history[-20:]) >= 12, f"seed {seed} did not recover"
+
+
+@pytest.mark.parametrize("pacing", ["realtime", "lockstep"])
+def test_messages_of_a_dead_epoch_move_nothing(build: Builder, pacing: Pacing) -> None:
+    for seed in range(SEEDS):
+        world = build(pacing, seed)
+        world.bring_up()
+        world.rain(Weather(duplicate=1.0, delay_ms=2000.0))
+        world.run_for(1900)
+        world.bring_up()
+        world.run_ticks(30)
+        world.run_for(3000)
+        check_history(world)

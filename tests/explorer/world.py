@@ -16,6 +16,7 @@ from fairlead.messages import (
     JointState,
     Lease,
     Message,
+    Refusal,
     Release,
     Reset,
     SafeChunk,
@@ -43,8 +44,8 @@ class World:
         self.schedule = Schedule()
         self.channel = Channel(self.schedule, random.Random(seed))
         self.gate = gate
+        self.pacing = pacing
         self.emitted: dict[int, SafeChunk] = {}
-        self._latest_output_ns = 0
         self.hal = HalActor(self.robot, pacing, 900 + seed, self.schedule, self._from_hal)
         self.runner = RunnerActor(self.schedule, pacing == "lockstep", self._from_runner)
         self.hal.start()
@@ -64,7 +65,6 @@ class World:
 
     def run_for(self, milliseconds: float) -> None:
         self.schedule.run(lambda: False, self.schedule.now_ns + round(milliseconds * MS))
-        self.schedule.now_ns += 0
 
     def rain(self, weather: Weather) -> None:
         self.channel.weather = weather
@@ -88,12 +88,13 @@ class World:
 
     def claim(self) -> None:
         status = self.ask("status", StatusQuery(), GateStatus)
+        self.runner.drop_claim()
         for live in status.claims:
             self.tell("release", Release(source=live.source, claim_id=live.claim_id))
         request = Claim(
             source=SOURCE,
             skill="explorer",
-            skill_hash=bytes(32),
+            skill_hash=bytes(range(32)),
             robot_hash=self.robot.robot_hash,
             period_ns=self.robot.tick_period_ns,
             parts=("base",),
@@ -105,7 +106,7 @@ class World:
         self.runner.take_claim(self.ask("claim", request, ClaimReply), self.robot.robot_hash)
 
     def stop(self, stop_id: int, to_hal: bool = True, to_gate: bool = True) -> None:
-        """An operator's stop; a message to one of the two may be lost for good."""
+        """An operator's stop of one message, lost for good to those that do not get it."""
         message = StopLevel(stop_id=stop_id, by="operator", reason="explored")
         if to_hal:
             self.hal.on_stop(message)
@@ -113,9 +114,11 @@ class World:
             self._to_gate("stop_level", "", encode(message))
 
     def ask(self, kind: EventKind, request: Message, reply: type[M]) -> M:
-        answers = [out for out in self._step(kind, "", encode(request)) if out.kind == "reply"]
-        assert answers, f"{kind} was refused"
-        return decode(reply, answers[0].payload)
+        outputs = self._step(kind, "", encode(request))
+        refusals = [out.payload for out in outputs if out.kind == "refusal"]
+        assert not refusals, f"{kind} was refused: {decode(Refusal, refusals[0])}"
+        (answer,) = [out.payload for out in outputs if out.kind == "reply"]
+        return decode(reply, answer)
 
     def tell(self, kind: EventKind, request: Message) -> None:
         self._step(kind, "", encode(request))

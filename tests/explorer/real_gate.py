@@ -1,0 +1,80 @@
+"""The real gate core in a child process: its own code, our time, our losses."""
+
+from __future__ import annotations
+
+import struct
+import subprocess
+from pathlib import Path
+from typing import get_args
+
+from fairlead.errors import ConfigError
+from fairlead.paths import gate_config, repo_root
+from tests.explorer.gate_port import EventKind, GateOutput, OutputKind
+
+TOOL = "fairlead-safety-core-stdio"
+BOOT = 255
+EVENTS: dict[EventKind, int] = {kind: number for number, kind in enumerate(get_args(EventKind))}
+OUTPUTS: dict[int, OutputKind] = {
+    1: "safe_chunk",
+    2: "verdict",
+    3: "lease",
+    4: "status",
+    5: "reply",
+    6: "refusal",
+}
+
+
+def core_binary() -> Path:
+    """The built tool.
+
+    Raises:
+        ConfigError: if it has not been built.
+    """
+    path = repo_root() / "build" / "safety" / TOOL
+    if not path.is_file():
+        raise ConfigError(f"explorer: no {path}; build it with: scripts/build-gate")
+    return path
+
+
+class RealGate:
+    """Implements `tests.explorer.gate_port.GatePort` over the tool's stdin and stdout."""
+
+    def __init__(self, seed: int, robot: str = "panda_mobile") -> None:
+        command = [str(core_binary()), "--config", str(gate_config(robot, "sim"))]
+        self._child = subprocess.Popen(
+            [*command, "--seed", str(seed)], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+        )
+        self._call(BOOT, 0, b"", b"\x01\x00")
+
+    def step(
+        self, now_ns: int, kind: EventKind, source: str = "", payload: bytes = b""
+    ) -> list[GateOutput]:
+        return self._call(EVENTS[kind], now_ns, source.encode(), payload)
+
+    def close(self) -> None:
+        assert self._child.stdin is not None and self._child.stdout is not None
+        self._child.stdin.close()
+        assert self._child.wait(timeout=10) == 0
+        self._child.stdout.close()
+
+    def _call(self, kind: int, now_ns: int, source: bytes, payload: bytes) -> list[GateOutput]:
+        assert self._child.stdin is not None
+        head = struct.pack("<BQI", kind, now_ns, len(source))
+        self._child.stdin.write(head + source + struct.pack("<I", len(payload)) + payload)
+        self._child.stdin.flush()
+        return [self._read_output() for _ in range(self._number())]
+
+    def _read_output(self) -> GateOutput:
+        kind = OUTPUTS.get(self._read(1)[0], "other")
+        source = self._read(self._number()).decode()
+        return GateOutput(kind, source, self._read(self._number()))
+
+    def _number(self) -> int:
+        (value,) = struct.unpack("<I", self._read(4))
+        return int(value)
+
+    def _read(self, size: int) -> bytes:
+        assert self._child.stdout is not None
+        data = self._child.stdout.read(size)
+        assert len(data) == size, f"{TOOL} ended with {self._child.poll()}"
+        return data
