@@ -2,6 +2,7 @@
 #pragma once
 
 #include <deque>
+#include <memory>
 #include <vector>
 
 #include "fairlead_safety/codec.hpp"
@@ -37,7 +38,7 @@ class ChunkBuilder {
     action.part = part;
     action.mode = static_cast<std::uint8_t>(mode);
     action.frame_id = frame_id;
-    std::vector<double>& numbers = storage_.emplace_back();
+    std::vector<double>& numbers = storage_->emplace_back();
     for (const Row& row : rows) numbers.insert(numbers.end(), row.begin(), row.end());
     action.values = view(numbers);
     for (const std::uint8_t j : active) (void)action.active.push_back(j);
@@ -76,7 +77,8 @@ class ChunkBuilder {
   static NumberView view(const std::vector<double>& numbers) {
     return NumberView(Bytes(reinterpret_cast<const std::uint8_t*>(numbers.data()), numbers.size() * sizeof(double)));
   }
-  std::deque<std::vector<double>> storage_;
+  // Shared, so that a copied builder's views stay valid.
+  std::shared_ptr<std::deque<std::vector<double>>> storage_ = std::make_shared<std::deque<std::vector<double>>>();
 };
 
 }  // namespace fairlead::test

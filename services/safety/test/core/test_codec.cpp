@@ -86,6 +86,11 @@ TEST_CASE("golden frames decode and encode to the bytes Python wrote") {
     const auto type = known_types.find(name.substr(0, name.find('.')));
     if (entry.path().extension() != ".bin" || type == known_types.end()) continue;
     INFO(name);
+    // Its frame_id of 256 bytes is well-formed, and longer than any identifier the gate takes.
+    if (name == "ActionChunk.extremes.bin") {
+      CHECK(fault_of(read_file(entry.path())) == FrameFault::capacity);
+      continue;
+    }
     type->second(read_file(entry.path()));
     ++seen[type->first];
   }
