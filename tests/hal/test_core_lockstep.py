@@ -9,6 +9,7 @@ from fairlead.hal.tick_plan import TickPlan, Wait
 from fairlead.messages import Decision, GateState, Hold
 from tests.hal.gate_messages import (
     CLAIM,
+    EPOCH,
     N_DOF,
     PARTS,
     SESSION,
@@ -193,3 +194,19 @@ def test_a_reset_steps_although_the_robot_stands_still(core: HalCore) -> None:
     assert isinstance(plan, TickPlan) and plan.acted[0].hold == Hold.RESETTING
     core.set_resetting(False)
     assert decide(core, 2) == PAUSED
+
+
+def test_a_new_claim_may_continue_the_row_of_one_that_ended_while_the_world_stood(
+    core: HalCore,
+) -> None:
+    core.on_safe_chunk(chunk(10, first_tick=1))
+    core.on_lease(lease(1, 1, [grant(1, verdict_id=10)]), 0)
+    decide(core, 1)
+    core.on_lease(lease(1, 2, epoch=EPOCH + 1), 0)
+    assert decide(core, 2) == PAUSED
+    core.on_safe_chunk(
+        chunk(11, first_tick=2, after=executed(10, 0), claim=CLAIM + 1, epoch=EPOCH + 1)
+    )
+    after = grant(2, verdict_id=11, claim=CLAIM + 1)
+    core.on_lease(lease(2, 2, [after], epoch=EPOCH + 1), 0)
+    assert ran(decide(core, 2)) == executed(11, 0)

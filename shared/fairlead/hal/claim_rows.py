@@ -83,13 +83,14 @@ class ClaimRows:
         self.acted = HELD
 
     def _continues(self, chunk: ReleasedChunk, acted: Sequence[Acted]) -> bool:
-        """Two holds match whatever their codes; rows match by verdict and row. A part that
-        the row before did not address has held beside it, as the gate knows."""
+        """Two holds match whatever their codes; rows match by verdict and row, also where
+        that row was another claim's (one ended while the world stood). A part that the row
+        before did not address has held beside it, as the gate knows."""
         if self._active is not None and chunk.verdict_id <= self._active.verdict_id:
             return False
         parts_before = [acted[part] for part in chunk.part_indices]
         if chunk.after.hold:
             return bool(self.acted.hold) and all(part.hold for part in parts_before)
-        return self.acted == chunk.after and all(
+        return chunk.after in (self.acted, *parts_before) and all(
             part.hold or part == chunk.after for part in parts_before
         )
