@@ -1,0 +1,132 @@
+"""A running robot as the system tests drive it: goals, faults, and the way back to a goal."""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+import time
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
+
+from fairlead.errors import FairleadError
+from fairlead.goal_run import GoalWish, run_goal
+from fairlead.goal_watch import Progress
+from fairlead.messages import GateState, GoalResult
+from fairlead.scratch_robot import ScratchRobot
+from tests.system.motion_log import MotionLine, MotionLog
+
+SKILL = "oracle-counter-to-cabinet"
+WAIT_S = 60.0
+POLL_S = 0.02
+MOVING_TICKS = 10  # rows in a row before a fault is injected
+
+
+def wait_for(condition: Callable[[], bool], what: str, timeout_s: float = WAIT_S) -> None:
+    """Poll until a condition of another process holds."""
+    pause, deadline = threading.Event(), time.monotonic() + timeout_s
+    while not condition():
+        assert time.monotonic() < deadline, f"not within {timeout_s:g} s: {what}"
+        pause.wait(POLL_S)
+
+
+class LiveRobot:
+    """Services that run, a client, and the HAL's motion log."""
+
+    def __init__(self, robot: ScratchRobot) -> None:
+        self.robot = robot
+        self.client = robot.client
+        self.supervisor = robot.supervisor
+        self.motion = MotionLog(robot.scratch.state_dir / "hal")
+        self._threads = ThreadPoolExecutor(max_workers=4)
+
+    # --- goals -----------------------------------------------------------------------
+
+    def ready_to_move(self, seed: int = 0) -> None:
+        """Acknowledge whatever holds the gate, start an episode, arm."""
+        self.recover()
+        if self.client.gate_status().state == GateState.ARMED:
+            self.client.disarm()
+        self.client.reset_episode(seed)
+        self.client.arm()
+
+    def start_goal(self, stall_timeout_s: float = 3.0) -> Future[Progress]:
+        """Run the oracle's goal in the background."""
+        wish = GoalWish(SKILL, deadline_ticks=800, stall_timeout_s=stall_timeout_s)
+        return self._threads.submit(run_goal, self.client, wish)
+
+    def run_goal(self, seed: int) -> GoalResult:
+        """One whole goal in a new episode; leaves the robot disarmed."""
+        self.ready_to_move(seed)
+        result = self.start_goal().result(timeout=240.0).result
+        self.client.disarm()
+        assert result is not None
+        return result
+
+    def start_moving(self, seed: int = 0) -> Future[Progress]:
+        """A goal whose rows are being executed now."""
+        self.ready_to_move(seed)
+        began_ns = time.monotonic_ns()
+        goal = self.start_goal()
+        wait_for(lambda: goal.done() or self._moves_since(began_ns), "the robot moves")
+        assert not goal.done(), goal.result()
+        return goal
+
+    def _moves_since(self, stamp_ns: int) -> bool:
+        newest = self.motion.since(stamp_ns)[-MOVING_TICKS:]
+        return len(newest) == MOVING_TICKS and all(line.moves for line in newest)
+
+    # --- faults ----------------------------------------------------------------------
+
+    def signal(self, service: str, number: signal.Signals) -> int:
+        """Send a signal to a service.
+
+        Returns:
+            CLOCK_MONOTONIC just before [ns].
+        """
+        pid, now_ns = self.supervisor.pid(service), time.monotonic_ns()
+        os.kill(pid, number)
+        return now_ns
+
+    def motion_ended(self, injected_ns: int, settle_ticks: int = 4) -> list[MotionLine]:
+        """Every tick decided after an injection, once some held ticks have followed."""
+
+        def held() -> bool:
+            newest = self.motion.since(injected_ns)[-settle_ticks:]
+            return len(newest) == settle_ticks and not any(line.moves for line in newest)
+
+        wait_for(held, "the robot holds")
+        return self.motion.since(injected_ns)
+
+    def restarted(self, service: str) -> None:
+        """Let the supervisor bring a dead service back, and wait until it is ready."""
+        ready: list[bool] = []
+
+        def is_ready() -> bool:
+            events = self.supervisor.poll()
+            ready.extend(e.kind == "ready" and e.service == service for e in events)
+            return any(ready)
+
+        wait_for(is_ready, f"{service} is ready again", timeout_s=120.0)
+        self.client.wait_alive(service, timeout_s=WAIT_S)
+
+    def recover(self) -> None:
+        """The operator's way from stopped or latched to disarmed."""
+        self.client.wait_gate_follows(WAIT_S)
+
+        def acknowledged() -> bool:
+            gate = self.client.gate_status()
+            if gate.state in (GateState.DISARMED, GateState.ARMED):
+                return True
+            for one in (gate.latch_id, *gate.stop_ids):
+                if one:
+                    self._try_reset(one)
+            return False
+
+        wait_for(acknowledged, "the gate is disarmed")
+
+    def _try_reset(self, one: int) -> None:
+        try:
+            self.client.reset(one)
+        except FairleadError:  # not still yet, or the cause is not gone: asked again
+            return

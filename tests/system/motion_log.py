@@ -1,0 +1,63 @@
+"""Reads the HAL's own record of what it did, while it is being written."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
+from fairlead.messages import Hold
+
+
+@dataclass(frozen=True)
+class MotionLine:
+    """One tick: when it was decided (CLOCK_MONOTONIC) and what each part did."""
+
+    tick: int
+    session: int
+    stamp_ns: int
+    holds: tuple[int, ...]
+    rows: tuple[tuple[int, int], ...]
+
+    @property
+    def moves(self) -> bool:
+        """Whether any part executed a released row."""
+        return any(hold == Hold.NONE for hold in self.holds)
+
+    @property
+    def verdicts(self) -> set[int]:
+        """Verdicts whose rows acted in this tick."""
+        return {row[0] for hold, row in zip(self.holds, self.rows, strict=True) if hold == 0}
+
+
+class MotionLog:
+    """``motion.jsonl`` from its beginning; `read` takes in what has been added."""
+
+    def __init__(self, state_dir: Path) -> None:
+        self._path = state_dir / "motion.jsonl"
+        self._offset = 0
+        self.lines: list[MotionLine] = []
+
+    def read(self) -> list[MotionLine]:
+        """Every complete line so far."""
+        with self._path.open("rb") as file:
+            file.seek(self._offset)
+            added = file.read()
+        complete = added[: added.rfind(b"\n") + 1]
+        self._offset += len(complete)
+        self.lines.extend(_parse(line) for line in complete.splitlines())
+        return self.lines
+
+    def since(self, stamp_ns: int) -> list[MotionLine]:
+        return [line for line in self.read() if line.stamp_ns >= stamp_ns]
+
+
+def _parse(line: bytes) -> MotionLine:
+    entry = json.loads(line)
+    return MotionLine(
+        tick=entry["tick"],
+        session=entry["session"],
+        stamp_ns=entry["stamp_ns"],
+        holds=tuple(part[0] for part in entry["acted"]),
+        rows=tuple((part[1], part[2]) for part in entry["acted"]),
+    )
