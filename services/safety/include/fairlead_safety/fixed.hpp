@@ -69,13 +69,14 @@ class FixedText {
   static constexpr std::size_t capacity = N;
 
   FixedText() = default;
-  FixedText(std::string_view text) { append(text); }  // NOLINT: a text is a text
+  FixedText(std::string_view text) { append(text); }               // NOLINT: a text is a text
   FixedText(const char* text) { append(std::string_view(text)); }  // NOLINT
 
   FixedText& append(std::string_view text) {
     std::size_t count = text.size() <= N - size_ ? text.size() : N - size_;
     // Never end inside a multi-byte character: readers refuse text that is not UTF-8.
-    while (count < text.size() && count > 0 && (static_cast<unsigned char>(text[count]) & 0xC0U) == 0x80U)
+    while (count < text.size() && count > 0 &&
+           (static_cast<unsigned char>(text[count]) & 0xC0U) == 0x80U)
       --count;
     if (count > 0) std::memcpy(bytes_.data() + size_, text.data(), count);
     size_ += count;
@@ -88,7 +89,9 @@ class FixedText {
   [[nodiscard]] bool empty() const { return size_ == 0; }
   friend bool operator==(const FixedText& a, const FixedText& b) { return a.view() == b.view(); }
   friend bool operator==(const FixedText& a, std::string_view b) { return a.view() == b; }
-  friend bool operator==(const FixedText& a, const char* b) { return a.view() == std::string_view(b); }
+  friend bool operator==(const FixedText& a, const char* b) {
+    return a.view() == std::string_view(b);
+  }
 
  private:
   std::array<char, N> bytes_{};

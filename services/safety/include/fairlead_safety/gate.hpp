@@ -16,13 +16,13 @@
 namespace fairlead {
 
 enum class EventKind : std::uint8_t {
-  timer = 0,         // at least every 5 ms; no payload
-  joint_state = 1,   // state/joints
-  candidate = 2,     // action/candidate/<source>
-  hal_status = 3,    // hal/status, published or queried
-  heartbeat = 4,     // skill/<source>/heartbeat
-  stop_level = 5,    // safety/stop
-  arm = 6,           // queries: exactly one reply or refusal each
+  timer = 0,        // at least every 5 ms; no payload
+  joint_state = 1,  // state/joints
+  candidate = 2,    // action/candidate/<source>
+  hal_status = 3,   // hal/status, published or queried
+  heartbeat = 4,    // skill/<source>/heartbeat
+  stop_level = 5,   // safety/stop
+  arm = 6,          // queries: exactly one reply or refusal each
   disarm = 7,
   reset = 8,
   claim = 9,
@@ -59,7 +59,8 @@ class Gate {
   Gate(const Gate&) = delete;
   Gate& operator=(const Gate&) = delete;
 
-  /// Leave boot: to disarmed, or to latched if a latch was persisted or the last exit was not clean.
+  /// Leave boot: to disarmed, or to latched if a latch was persisted or the last exit was not
+  /// clean.
   void boot(std::uint64_t now_ns, const BootInfo& info, Outputs& outputs);
 
   /// Handle one event at `now_ns` (monotonic, never decreasing). `outputs` is cleared first.

@@ -14,21 +14,22 @@
 
 namespace fairlead {
 
-inline constexpr std::size_t max_joints = 32;    // commanded joints
-inline constexpr std::size_t max_passive = 16;   // measured, never commanded
+inline constexpr std::size_t max_joints = 32;   // commanded joints
+inline constexpr std::size_t max_passive = 16;  // measured, never commanded
 inline constexpr std::size_t max_measured = max_joints + max_passive;
 inline constexpr std::size_t max_parts = 8;
 inline constexpr std::size_t max_rows = 64;
 inline constexpr std::size_t max_claims = 8;
-inline constexpr std::size_t max_frames = 4;     // frames a cartesian mode accepts
-inline constexpr std::size_t max_stops = 16;     // stops held at once
+inline constexpr std::size_t max_frames = 4;  // frames a cartesian mode accepts
+inline constexpr std::size_t max_stops = 16;  // stops held at once
 inline constexpr std::size_t max_frame_bytes = 65536;
 
 inline constexpr double unset = std::numeric_limits<double>::quiet_NaN();
 
 enum class JointKind : std::uint8_t { revolute, prismatic, continuous };
 
-/// Position bounds of a measured joint [rad or m]; tolerance: how far a measurement may lie outside.
+/// Position bounds of a measured joint [rad or m]; tolerance: how far a measurement may lie
+/// outside.
 struct Bounds {
   double lower = unset;
   double upper = unset;
@@ -79,7 +80,8 @@ struct CartesianLimits {
   double angular_limit = unset;
   double linear_step_limit = unset;
   double angular_step_limit = unset;
-  std::array<bool, 6> free_axes{};  // body_twist: axes the base can move along; cartesian_delta: all true
+  std::array<bool, 6>
+      free_axes{};  // body_twist: axes the base can move along; cartesian_delta: all true
   Text source;
 };
 

@@ -30,7 +30,8 @@ class NumberView {
   }
   /// `rows` rows of `width` numbers from row `first` on. The caller has checked the size.
   [[nodiscard]] NumberView rows(std::size_t first, std::size_t rows, std::size_t width) const {
-    return NumberView(bytes_.subspan(first * width * sizeof(double), rows * width * sizeof(double)));
+    return NumberView(
+        bytes_.subspan(first * width * sizeof(double), rows * width * sizeof(double)));
   }
 
  private:
@@ -38,15 +39,24 @@ class NumberView {
 };
 
 // One list of fields serves reading and writing.
-#define FAIRLEAD_FIELDS(...)                       \
-  auto fields() { return std::tie(__VA_ARGS__); }  \
+#define FAIRLEAD_FIELDS(...)                      \
+  auto fields() { return std::tie(__VA_ARGS__); } \
   auto fields() const { return std::tie(__VA_ARGS__); }
 
 // --- robot -> gate -------------------------------------------------------------------
 
 /// Why a part held; 0 means that it executed a row. Mirrors the HAL's list.
 enum class Hold : std::uint8_t {
-  none = 0, no_claim, no_row, not_granted, lease_stale, stopped, refused, resetting, superseded, starting
+  none = 0,
+  no_claim,
+  no_row,
+  not_granted,
+  lease_stale,
+  stopped,
+  refused,
+  resetting,
+  superseded,
+  starting
 };
 
 /// What one part did in a tick: row `row` of SafeChunk `verdict_id`, or a hold.
@@ -74,7 +84,8 @@ struct JointState {
   NumberView efforts;
   FixedVec<Acted, max_parts> acted;
   Hash robot_hash{};
-  FAIRLEAD_FIELDS(session, tick, episode_tick, stamp_ns, positions, velocities, efforts, acted, robot_hash)
+  FAIRLEAD_FIELDS(session, tick, episode_tick, stamp_ns, positions, velocities, efforts, acted,
+                  robot_hash)
 };
 
 struct ModeRange {
@@ -118,8 +129,8 @@ struct HalStatus {
   FixedVec<HalCamera, 32> cameras;
   bool has_task = false;
   std::uint64_t overruns = 0;
-  FAIRLEAD_FIELDS(session, robot, robot_hash, pacing, period_ns, tick, episode_tick, state, detail, joints,
-                  passive_joints, parts, simulator_order, cameras, has_task, overruns)
+  FAIRLEAD_FIELDS(session, robot, robot_hash, pacing, period_ns, tick, episode_tick, state, detail,
+                  joints, passive_joints, parts, simulator_order, cameras, has_task, overruns)
 };
 
 // --- runner -> gate -> HAL -----------------------------------------------------------
@@ -150,8 +161,8 @@ struct ActionChunk {
   std::uint32_t horizon = 0;
   FixedVec<ActionPart, max_parts> parts;
   Trace trace{};
-  FAIRLEAD_FIELDS(robot_hash, session, epoch, claim_id, source, seq, goal_id, obs_tick, oldest_tick, start_tick,
-                  horizon, parts, trace)
+  FAIRLEAD_FIELDS(robot_hash, session, epoch, claim_id, source, seq, goal_id, obs_tick, oldest_tick,
+                  start_tick, horizon, parts, trace)
 };
 
 struct SafeChunk {
@@ -166,7 +177,8 @@ struct SafeChunk {
   std::uint32_t horizon = 0;
   Acted after;
   FixedVec<ActionPart, max_parts> parts;
-  FAIRLEAD_FIELDS(session, epoch, claim_id, source, verdict_id, judged_tick, first_tick, horizon, after, parts)
+  FAIRLEAD_FIELDS(session, epoch, claim_id, source, verdict_id, judged_tick, first_tick, horizon,
+                  after, parts)
 };
 
 enum class Decision : std::uint8_t { undecided = 0, row = 1, hold = 2 };
@@ -218,8 +230,9 @@ struct Verdict {
   std::uint64_t released_last = 0;
   Hash config_hash{};
   std::uint64_t latency_ns = 0;
-  FAIRLEAD_FIELDS(verdict_id, session, epoch, claim_id, source, seq, outcome, code, row, part, axis, value, limit,
-                  margin, limit_source, released_first, released_last, config_hash, latency_ns)
+  FAIRLEAD_FIELDS(verdict_id, session, epoch, claim_id, source, seq, outcome, code, row, part, axis,
+                  value, limit, margin, limit_source, released_first, released_last, config_hash,
+                  latency_ns)
 };
 
 struct ClaimInfo {
@@ -253,8 +266,8 @@ struct GateStatus {
   bool lockstep_allowed = false;
   Hash config_hash{};
   Hash robot_hash{};
-  FAIRLEAD_FIELDS(robot, profile, session, epoch, state, cause, fix, latch_id, stop_ids, claims, counters, state_tick,
-                  lockstep_allowed, config_hash, robot_hash)
+  FAIRLEAD_FIELDS(robot, profile, session, epoch, state, cause, fix, latch_id, stop_ids, claims,
+                  counters, state_tick, lockstep_allowed, config_hash, robot_hash)
 };
 
 struct StopLevel {
@@ -339,8 +352,8 @@ struct Claim {
   std::uint32_t horizon_max = 0;
   std::uint32_t age_max_ticks = 0;
   FixedVec<LimitOverride, 64> limits;
-  FAIRLEAD_FIELDS(source, skill, skill_hash, robot_hash, period_ns, parts, chunk_rate_hz, horizon_max, age_max_ticks,
-                  limits)
+  FAIRLEAD_FIELDS(source, skill, skill_hash, robot_hash, period_ns, parts, chunk_rate_hz,
+                  horizon_max, age_max_ticks, limits)
 };
 
 struct ClaimReply {

@@ -8,19 +8,19 @@
 namespace fairlead {
 
 enum class Mode : std::uint8_t {
-  joint_position = 0,    // rad or m, as wide as the robot has commanded joints
-  joint_velocity = 1,    // rad/s or m/s, likewise
-  joint_torque = 2,      // no checker yet
-  joint_trajectory = 3,  // no checker yet
-  cartesian_pose = 4,    // no checker yet
-  cartesian_delta = 5,   // xyz [m], rotation vector [rad], along frame_id's axes
-  cartesian_twist = 6,   // no checker yet
-  body_twist = 7,        // xyz [m/s], xyz [rad/s], in the base frame
-  foot_placement = 8,    // no checker yet
-  gripper_binary = 9,    // no checker yet
-  gripper_position = 10, // total opening [m]
-  dex_hand_joint = 11,   // no checker yet
-  composite_mode = 12,   // [-1, 1], a simulator controller's own switch
+  joint_position = 0,     // rad or m, as wide as the robot has commanded joints
+  joint_velocity = 1,     // rad/s or m/s, likewise
+  joint_torque = 2,       // no checker yet
+  joint_trajectory = 3,   // no checker yet
+  cartesian_pose = 4,     // no checker yet
+  cartesian_delta = 5,    // xyz [m], rotation vector [rad], along frame_id's axes
+  cartesian_twist = 6,    // no checker yet
+  body_twist = 7,         // xyz [m/s], xyz [rad/s], in the base frame
+  foot_placement = 8,     // no checker yet
+  gripper_binary = 9,     // no checker yet
+  gripper_position = 10,  // total opening [m]
+  dex_hand_joint = 11,    // no checker yet
+  composite_mode = 12,    // [-1, 1], a simulator controller's own switch
 };
 
 inline constexpr std::uint8_t mode_count = 13;

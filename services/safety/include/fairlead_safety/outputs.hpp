@@ -13,22 +13,22 @@
 namespace fairlead {
 
 enum class OutputKind : std::uint8_t {
-  safe_chunk = 1,        // publish on action/safe/<source>
-  verdict = 2,           // publish on safety/verdict/<source>
-  lease = 3,             // publish on safety/lease
-  status = 4,            // publish on safety/status
-  reply = 5,             // answer the query of this step
-  refusal = 6,           // answer the query of this step with this error
-  persist_latch = 7,     // write the payload to disk (writer thread); it comes back in BootInfo
-  clear_latch = 8,       // forget the persisted latch
-  write_clean_mark = 9,  // the gate is disarmed: exiting from here on is clean
-  clear_clean_mark = 10, // about to leave disarmed: exiting from here on is not clean
-  log = 11,              // payload is UTF-8 text, one line
+  safe_chunk = 1,         // publish on action/safe/<source>
+  verdict = 2,            // publish on safety/verdict/<source>
+  lease = 3,              // publish on safety/lease
+  status = 4,             // publish on safety/status
+  reply = 5,              // answer the query of this step
+  refusal = 6,            // answer the query of this step with this error
+  persist_latch = 7,      // write the payload to disk (writer thread); it comes back in BootInfo
+  clear_latch = 8,        // forget the persisted latch
+  write_clean_mark = 9,   // the gate is disarmed: exiting from here on is clean
+  clear_clean_mark = 10,  // about to leave disarmed: exiting from here on is not clean
+  log = 11,               // payload is UTF-8 text, one line
 };
 
 struct Output {
   OutputKind kind = OutputKind::log;
-  Name source;         // safe_chunk, verdict: last chunk of the key
+  Name source;  // safe_chunk, verdict: last chunk of the key
   std::size_t offset = 0;
   std::size_t size = 0;
 };

@@ -19,7 +19,8 @@ bool is_outside(const Bounds& bounds, double measured) {
 }
 
 // One number against a range that includes its ends.
-Evidence in_range(std::string_view axis, double value, double lower, double upper, const Text& source) {
+Evidence in_range(std::string_view axis, double value, double lower, double upper,
+                  const Text& source) {
   if (!(value <= upper)) return above(code::absolute, axis, value, upper, source.view());
   if (!(value >= lower)) return below(code::absolute, axis, value, lower, source.view());
   return {};
@@ -34,36 +35,38 @@ Evidence reduces(const JointLimits& joint, double target, double previous) {
 }
 
 // joint_position: every commanded target lies within its joint's bounds.
-Evidence check_positions(const Limits& limits, const MeasuredState& state, const ActionPart& action, std::size_t row,
-                         std::size_t first_row) {
+Evidence check_positions(const Limits& limits, const MeasuredState& state, const ActionPart& action,
+                         std::size_t row, std::size_t first_row) {
   const std::size_t width = limits.joints.size();
   for (const std::uint8_t j : action.active) {
     const JointLimits& joint = limits.joints[j];
     if (!joint.bounded) continue;  // continuous: no bound by declaration
     const double target = action.values[row * width + j];
-    const double previous = row > first_row ? action.values[(row - 1) * width + j] : state.positions[j];
-    const Evidence evidence =
-        is_outside(joint.bounds, state.positions[j])
-            ? reduces(joint, target, previous)
-            : in_range(joint.name.view(), target, joint.bounds.lower, joint.bounds.upper, joint.source);
+    const double previous =
+        row > first_row ? action.values[(row - 1) * width + j] : state.positions[j];
+    const Evidence evidence = is_outside(joint.bounds, state.positions[j])
+                                  ? reduces(joint, target, previous)
+                                  : in_range(joint.name.view(), target, joint.bounds.lower,
+                                             joint.bounds.upper, joint.source);
     if (!evidence.ok()) return evidence;
   }
   return {};
 }
 
 // joint_velocity: within the joint's velocity limit; towards the bounds where it is outside them.
-Evidence check_velocities(const Limits& limits, const MeasuredState& state, const ActionPart& action,
-                          std::size_t row) {
+Evidence check_velocities(const Limits& limits, const MeasuredState& state,
+                          const ActionPart& action, std::size_t row) {
   const std::size_t width = limits.joints.size();
   for (const std::uint8_t j : action.active) {
     const JointLimits& joint = limits.joints[j];
     const double value = action.values[row * width + j];
-    const Evidence evidence =
-        in_range(joint.name.view(), value, -joint.velocity_limit, joint.velocity_limit, joint.source);
+    const Evidence evidence = in_range(joint.name.view(), value, -joint.velocity_limit,
+                                       joint.velocity_limit, joint.source);
     if (!evidence.ok()) return evidence;
     if (!joint.bounded || !is_outside(joint.bounds, state.positions[j])) continue;
     if (value * excess(joint.bounds, state.positions[j]) < 0.0) continue;
-    return above(code::state, joint.name.view(), value, 0.0, "outside its bounds: only towards them");
+    return above(code::state, joint.name.view(), value, 0.0,
+                 "outside its bounds: only towards them");
   }
   return {};
 }
@@ -91,13 +94,17 @@ bool commands_joint(const ActionPart& action, std::size_t joint) {
 }
 
 // G011: a joint of the part is outside its bounds and this row cannot be seen to bring it back.
-Evidence check_unmoved_joints(const Limits& limits, const MeasuredState& state, const ActionPart& action) {
+Evidence check_unmoved_joints(const Limits& limits, const MeasuredState& state,
+                              const ActionPart& action) {
   // A gripper target is the joint's own position and has passed the range check.
   if (action.mode == static_cast<std::uint8_t>(Mode::gripper_position)) return {};
   for (const std::size_t j : limits.parts[action.part].joints) {
     const JointLimits& joint = limits.joints[j];
-    if (!joint.bounded || !is_outside(joint.bounds, state.positions[j]) || commands_joint(action, j)) continue;
-    const double bound = excess(joint.bounds, state.positions[j]) > 0.0 ? joint.bounds.upper : joint.bounds.lower;
+    if (!joint.bounded || !is_outside(joint.bounds, state.positions[j]) ||
+        commands_joint(action, j))
+      continue;
+    const double bound =
+        excess(joint.bounds, state.positions[j]) > 0.0 ? joint.bounds.upper : joint.bounds.lower;
     return above(code::state, joint.name.view(), state.positions[j], bound,
                  "measured outside bounds + tolerance: only rows that reduce it");
   }
@@ -111,17 +118,23 @@ Evidence check_absolute(const Limits& limits, const ModeLimits& modes, const Mea
   const Evidence evidence = check_unmoved_joints(limits, state, action);
   if (!evidence.ok()) return evidence;
   switch (static_cast<Mode>(action.mode)) {
-    case Mode::joint_position: return check_positions(limits, state, action, row, first_row);
-    case Mode::joint_velocity: return check_velocities(limits, state, action, row);
-    case Mode::cartesian_delta: return check_norms(modes.cartesian_delta, action, row);
-    case Mode::body_twist: return check_norms(modes.body_twist, action, row);
+    case Mode::joint_position:
+      return check_positions(limits, state, action, row, first_row);
+    case Mode::joint_velocity:
+      return check_velocities(limits, state, action, row);
+    case Mode::cartesian_delta:
+      return check_norms(modes.cartesian_delta, action, row);
+    case Mode::body_twist:
+      return check_norms(modes.body_twist, action, row);
     case Mode::gripper_position:
-      return in_range("opening", action.values[row], modes.gripper_position.lower, modes.gripper_position.upper,
-                      modes.gripper_position.source);
+      return in_range("opening", action.values[row], modes.gripper_position.lower,
+                      modes.gripper_position.upper, modes.gripper_position.source);
     case Mode::composite_mode:
-      return in_range("composite", action.values[row], modes.composite_mode.lower, modes.composite_mode.upper,
-                      modes.composite_mode.source);
-    default: return broken_rule(code::addressing, mode_name(action.mode), "no checker for this mode", action.mode);
+      return in_range("composite", action.values[row], modes.composite_mode.lower,
+                      modes.composite_mode.upper, modes.composite_mode.source);
+    default:
+      return broken_rule(code::addressing, mode_name(action.mode), "no checker for this mode",
+                         action.mode);
   }
 }
 
@@ -130,7 +143,8 @@ Evidence check_passive(const Limits& limits, const MeasuredState& state) {
     const PassiveLimits& joint = limits.passive_joints[i];
     const double measured = state.positions[limits.joints.size() + i];
     if (!is_outside(joint.bounds, measured)) continue;
-    const double bound = excess(joint.bounds, measured) > 0.0 ? joint.bounds.upper : joint.bounds.lower;
+    const double bound =
+        excess(joint.bounds, measured) > 0.0 ? joint.bounds.upper : joint.bounds.lower;
     return above(code::state, joint.name.view(), measured, bound, joint.source.view());
   }
   return {};

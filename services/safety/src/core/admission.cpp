@@ -14,18 +14,22 @@ bool is_key_chunk(const Name& name) {
   const auto is_letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9'); };
   const auto is_inner = [&](char c) { return is_letter(c) || c == '_' || c == '.' || c == '-'; };
   const std::string_view text = name.view();
-  return !text.empty() && is_letter(text.front()) && std::all_of(text.begin(), text.end(), is_inner);
+  return !text.empty() && is_letter(text.front()) &&
+         std::all_of(text.begin(), text.end(), is_inner);
 }
 
 Objection check_identity(const Limits& limits, const Claim& request) {
   if (!is_key_chunk(request.source))
-    return {phrase("source: expected 1 to 64 of a-z 0-9 _ . - starting with a letter or digit, got '", request.source,
-                   "'"),
-            {}};
+    return {
+        phrase("source: expected 1 to 64 of a-z 0-9 _ . - starting with a letter or digit, got '",
+               request.source, "'"),
+        {}};
   if (request.robot_hash != limits.robot_hash)
-    return {phrase("robot_hash is not that of ", limits.robot), phrase("fairlead robot show ", limits.robot)};
+    return {phrase("robot_hash is not that of ", limits.robot),
+            phrase("fairlead robot show ", limits.robot)};
   if (request.period_ns != limits.period_ns)
-    return {phrase("period: expected ", limits.period_ns, " ns, got ", request.period_ns, " ns"), {}};
+    return {phrase("period: expected ", limits.period_ns, " ns, got ", request.period_ns, " ns"),
+            {}};
   if (request.skill_hash == Hash{}) return {"skill_hash: expected the skill's hash, got none", {}};
   return {};
 }
@@ -33,13 +37,17 @@ Objection check_identity(const Limits& limits, const Claim& request) {
 Objection check_budget(const Limits& limits, const Claim& request) {
   const ProtocolLimits& protocol = limits.protocol;
   if (!(request.chunk_rate_hz > 0.0 && request.chunk_rate_hz <= protocol.chunk_rate_max_hz))
-    return {phrase("chunk_rate_hz: expected above 0 and at most ", protocol.chunk_rate_max_hz, ", got ",
-                   request.chunk_rate_hz),
+    return {phrase("chunk_rate_hz: expected above 0 and at most ", protocol.chunk_rate_max_hz,
+                   ", got ", request.chunk_rate_hz),
             {}};
   if (request.horizon_max < 1 || request.horizon_max > protocol.horizon_max)
-    return {phrase("horizon_max: expected 1 to ", protocol.horizon_max, ", got ", request.horizon_max), {}};
+    return {
+        phrase("horizon_max: expected 1 to ", protocol.horizon_max, ", got ", request.horizon_max),
+        {}};
   if (request.age_max_ticks > protocol.age_max_ticks)
-    return {phrase("age_max_ticks: expected at most ", protocol.age_max_ticks, ", got ", request.age_max_ticks), {}};
+    return {phrase("age_max_ticks: expected at most ", protocol.age_max_ticks, ", got ",
+                   request.age_max_ticks),
+            {}};
   return {};
 }
 
@@ -51,11 +59,13 @@ std::size_t find_part(const Limits& limits, const Name& name) {
 
 Text known_parts(const Limits& limits) {
   Text list;
-  for (const PartLimits& part : limits.parts) list.append(list.empty() ? "" : ", ").append(part.name.view());
+  for (const PartLimits& part : limits.parts)
+    list.append(list.empty() ? "" : ", ").append(part.name.view());
   return list;
 }
 
-Objection take_parts(const Limits& limits, const ClaimTable& table, const Claim& request, ClaimLimits& claim) {
+Objection take_parts(const Limits& limits, const ClaimTable& table, const Claim& request,
+                     ClaimLimits& claim) {
   if (request.parts.empty()) return {"parts: expected at least one", {}};
   for (const Name& name : request.parts) {
     const std::size_t part = find_part(limits, name);
@@ -64,7 +74,8 @@ Objection take_parts(const Limits& limits, const ClaimTable& table, const Claim&
     if (claim.parts.contains(part)) return {phrase("parts: ", name, " is named twice"), {}};
     const LiveClaim* holder = table.holder_of(part);
     if (holder != nullptr)
-      return {phrase("part ", name, " is held by ", holder->source, " (", holder->skill, ")"), "fairlead disarm"};
+      return {phrase("part ", name, " is held by ", holder->source, " (", holder->skill, ")"),
+              "fairlead disarm"};
     claim.modes[part] = limits.parts[part].modes;
     (void)claim.parts.push_back(part);  // as many places as there are parts
   }
@@ -93,7 +104,8 @@ void set_rate(const Limits& limits, double rate_hz, LiveClaim& place) {
 
 }  // namespace
 
-Objection admit_claim(const Limits& limits, const ClaimTable& table, const Claim& request, LiveClaim& place) {
+Objection admit_claim(const Limits& limits, const ClaimTable& table, const Claim& request,
+                      LiveClaim& place) {
   Objection objection = check_identity(limits, request);
   if (objection.none()) objection = check_budget(limits, request);
   place.limits.parts.clear();

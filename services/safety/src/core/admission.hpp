@@ -16,6 +16,7 @@ struct Objection {
 };
 
 /// Judge a claim on an armed gate. On success `place` holds everything but id and times.
-Objection admit_claim(const Limits& limits, const ClaimTable& table, const Claim& request, LiveClaim& place);
+Objection admit_claim(const Limits& limits, const ClaimTable& table, const Claim& request,
+                      LiveClaim& place);
 
 }  // namespace fairlead

@@ -28,7 +28,8 @@ Text check_bounds(const Text& key, const Bounds& bounds) {
   const Text range = check_range(phrase(key, ".bounds"), bounds.lower, bounds.upper);
   if (!range.empty()) return range;
   if (std::isfinite(bounds.tolerance) && bounds.tolerance >= 0.0) return {};
-  return phrase(key, ".bounds.tolerance: expected a finite number of at least 0, got ", bounds.tolerance);
+  return phrase(key, ".bounds.tolerance: expected a finite number of at least 0, got ",
+                bounds.tolerance);
 }
 
 Text check_joint(const Limits& limits, const JointLimits& joint) {
@@ -46,12 +47,13 @@ Text check_joint(const Limits& limits, const JointLimits& joint) {
 Text check_passive_joint(const PassiveLimits& joint) {
   const Text key = phrase("passive_joints.", joint.name);
   if (joint.name.empty()) return "passive_joints: a joint without a name";
-  return first_of({check_bounds(key, joint.bounds), positive(phrase(key, ".jump_limit"), joint.jump_limit),
+  return first_of({check_bounds(key, joint.bounds),
+                   positive(phrase(key, ".jump_limit"), joint.jump_limit),
                    positive(phrase(key, ".standstill_velocity"), joint.standstill_velocity)});
 }
 
-Text check_joint_mode(const Limits& limits, const PartLimits& part, const JointModeLimits& mode, const Text& key,
-                      bool is_position) {
+Text check_joint_mode(const Limits& limits, const PartLimits& part, const JointModeLimits& mode,
+                      const Text& key, bool is_position) {
   if (!mode.supported) return {};
   if (part.joints.empty()) return phrase(key, ": the part has no joints");
   for (const std::size_t j : part.joints) {
@@ -76,7 +78,8 @@ Text check_cartesian(const CartesianLimits& mode, const Text& key) {
 
 Text check_scalar(const ScalarLimits& mode, const Text& key) {
   if (!mode.supported) return {};
-  return first_of({check_range(key, mode.lower, mode.upper), positive(phrase(key, ".step_limit"), mode.step_limit)});
+  return first_of({check_range(key, mode.lower, mode.upper),
+                   positive(phrase(key, ".step_limit"), mode.step_limit)});
 }
 
 Text check_gripper(const Limits& limits, const PartLimits& part, const Text& key) {
@@ -100,7 +103,8 @@ Text check_part(const Limits& limits, std::size_t index) {
        check_joint_mode(limits, part, modes.joint_velocity, mode_key("joint_velocity"), false),
        check_cartesian(modes.cartesian_delta, mode_key("cartesian_delta")),
        check_cartesian(modes.body_twist, mode_key("body_twist")),
-       check_scalar(modes.gripper_position, mode_key("gripper_position")), check_gripper(limits, part, key),
+       check_scalar(modes.gripper_position, mode_key("gripper_position")),
+       check_gripper(limits, part, key),
        check_scalar(modes.composite_mode, mode_key("composite_mode"))});
 }
 
@@ -116,8 +120,10 @@ Text check_protocol(const ProtocolLimits& protocol) {
                    in_range("chunk_rate_max_hz", protocol.chunk_rate_max_hz, 0.01, 50),
                    in_range("seq_jump_max", static_cast<double>(protocol.seq_jump_max), 1, 1e9),
                    in_range("state_timeout_ms", protocol.state_timeout_ms, 1, 10'000),
-                   in_range("heartbeat_timeout_realtime_ms", protocol.heartbeat_timeout_realtime_ms, 50, 10'000),
-                   in_range("heartbeat_timeout_lockstep_ms", protocol.heartbeat_timeout_lockstep_ms, 50, 60'000),
+                   in_range("heartbeat_timeout_realtime_ms", protocol.heartbeat_timeout_realtime_ms,
+                            50, 10'000),
+                   in_range("heartbeat_timeout_lockstep_ms", protocol.heartbeat_timeout_lockstep_ms,
+                            50, 60'000),
                    in_range("lease_interval_ms", protocol.lease_interval_ms, 6, 1000),
                    in_range("idle_disarm_s", protocol.idle_disarm_s, 1, 86'400),
                    in_range("stops_to_latch", protocol.stops_to_latch, 1, 16),
@@ -141,8 +147,10 @@ Text check_limits(const Limits& limits) {
   if (limits.robot_hash == Hash{}) return "robot_hash: expected the robot's hash, got none";
   if (limits.period_ns < 1'000'000 || limits.period_ns > 1'000'000'000)
     return phrase("period_ns: expected 1000000 to 1000000000, got ", limits.period_ns);
-  if (limits.joints.empty() || limits.parts.empty()) return "joints, parts: expected at least one of each";
-  Text fault = first_of({check_names(limits.joints, "joints"), check_names(limits.passive_joints, "passive_joints"),
+  if (limits.joints.empty() || limits.parts.empty())
+    return "joints, parts: expected at least one of each";
+  Text fault = first_of({check_names(limits.joints, "joints"),
+                         check_names(limits.passive_joints, "passive_joints"),
                          check_names(limits.parts, "parts")});
   for (const JointLimits& joint : limits.joints)
     if (fault.empty()) fault = check_joint(limits, joint);

@@ -19,19 +19,19 @@ struct LiveClaim {
 
   std::uint64_t heartbeat_ns = 0;  // when the last one arrived; the claim itself counts as one
 
-  StoredChunk newest;             // G005: the last candidate that got a verdict of its own
+  StoredChunk newest;  // G005: the last candidate that got a verdict of its own
   Verdict newest_verdict;
   std::uint64_t last_seq = 0;
-  StoredChunk waiting;            // G006: one tick ahead, until the next state
-  TickWindow<16> ahead;           // G006: more than one tick ahead
-  TickWindow<16> bad_frames;      // G001
-  TickWindow<128> admitted;       // G010
+  StoredChunk waiting;        // G006: one tick ahead, until the next state
+  TickWindow<16> ahead;       // G006: more than one tick ahead
+  TickWindow<16> bad_frames;  // G001
+  TickWindow<128> admitted;   // G010
   std::size_t admitted_limit = 0;
   std::uint64_t admitted_window = 0;  // ticks
 
   ReleasePlan plan;
-  bool repeat = false;            // publish the current SafeChunk once more
-  std::uint64_t refused_tick = 0;     // newest tick when a chunk was refused, 0: none
+  bool repeat = false;             // publish the current SafeChunk once more
+  std::uint64_t refused_tick = 0;  // newest tick when a chunk was refused, 0: none
   std::uint64_t refused_verdict = 0;
 
   [[nodiscard]] bool covers(std::size_t part) const { return limits.parts.contains(part); }

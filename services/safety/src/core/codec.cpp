@@ -11,7 +11,8 @@
 namespace fairlead {
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "number blocks are little-endian on the wire");
+static_assert(std::endian::native == std::endian::little,
+              "number blocks are little-endian on the wire");
 static_assert(std::numeric_limits<double>::is_iec559 && sizeof(double) == 8);
 
 constexpr std::uint64_t wire_version = 1;
@@ -19,8 +20,12 @@ constexpr std::uint64_t wire_version = 1;
 // --- reading: one overload per type of field -----------------------------------------
 
 void read(Reader& in, std::uint64_t& value) { value = in.unsigned_number(UINT64_MAX); }
-void read(Reader& in, std::uint32_t& value) { value = static_cast<std::uint32_t>(in.unsigned_number(UINT32_MAX)); }
-void read(Reader& in, std::uint8_t& value) { value = static_cast<std::uint8_t>(in.unsigned_number(UINT8_MAX)); }
+void read(Reader& in, std::uint32_t& value) {
+  value = static_cast<std::uint32_t>(in.unsigned_number(UINT32_MAX));
+}
+void read(Reader& in, std::uint8_t& value) {
+  value = static_cast<std::uint8_t>(in.unsigned_number(UINT8_MAX));
+}
 void read(Reader& in, std::int64_t& value) { value = in.signed_number(); }
 void read(Reader& in, double& value) { value = in.number(); }
 void read(Reader& in, bool& value) { value = in.boolean(); }
@@ -116,16 +121,26 @@ auto write(Writer& out, const Record& record) -> decltype(record.fields(), void(
 
 std::string_view fault_name(FrameFault fault) {
   switch (fault) {
-    case FrameFault::none: return "none";
-    case FrameFault::oversized: return "more than 64 KiB";
-    case FrameFault::cut_short: return "cut short";
-    case FrameFault::wrong_type: return "wrong field type";
-    case FrameFault::arity: return "wrong number of fields";
-    case FrameFault::message: return "another message type";
-    case FrameFault::version: return "another version";
-    case FrameFault::capacity: return "too many elements";
-    case FrameFault::text: return "not UTF-8";
-    case FrameFault::trailing: return "trailing bytes";
+    case FrameFault::none:
+      return "none";
+    case FrameFault::oversized:
+      return "more than 64 KiB";
+    case FrameFault::cut_short:
+      return "cut short";
+    case FrameFault::wrong_type:
+      return "wrong field type";
+    case FrameFault::arity:
+      return "wrong number of fields";
+    case FrameFault::message:
+      return "another message type";
+    case FrameFault::version:
+      return "another version";
+    case FrameFault::capacity:
+      return "too many elements";
+    case FrameFault::text:
+      return "not UTF-8";
+    case FrameFault::trailing:
+      return "trailing bytes";
   }
   return "unknown";
 }
@@ -157,8 +172,8 @@ std::size_t encode(const Message& message, std::span<std::uint8_t> buffer) {
   return out.size();
 }
 
-#define FAIRLEAD_MESSAGE(Type)                                \
-  template FrameFault decode<Type>(Bytes frame, Type& message); \
+#define FAIRLEAD_MESSAGE(Type)                                   \
+  template FrameFault decode<Type>(Bytes frame, Type & message); \
   template std::size_t encode<Type>(const Type& message, std::span<std::uint8_t> buffer);
 
 FAIRLEAD_MESSAGE(JointState)

@@ -9,13 +9,14 @@ namespace fairlead {
 
 /// The stable codes; their meaning is written where each is checked.
 namespace code {
-inline constexpr std::uint32_t frame = 1, session = 2, epoch = 3, claim = 4, sequence = 5, age = 6, shape = 7,
-                               finite = 8, addressing = 9, rate = 10, state = 11, past = 12, jump = 13,
-                               absolute = 20, start = 21, step = 22;
+inline constexpr std::uint32_t frame = 1, session = 2, epoch = 3, claim = 4, sequence = 5, age = 6,
+                               shape = 7, finite = 8, addressing = 9, rate = 10, state = 11,
+                               past = 12, jump = 13, absolute = 20, start = 21, step = 22;
 }  // namespace code
 
 /// `value` is above `limit`, or not a number.
-inline Evidence above(std::uint32_t code, std::string_view axis, double value, double limit, std::string_view source) {
+inline Evidence above(std::uint32_t code, std::string_view axis, double value, double limit,
+                      std::string_view source) {
   Evidence evidence;
   evidence.code = code;
   evidence.axis = axis;
@@ -27,15 +28,16 @@ inline Evidence above(std::uint32_t code, std::string_view axis, double value, d
 }
 
 /// `value` is below `limit`, or not a number.
-inline Evidence below(std::uint32_t code, std::string_view axis, double value, double limit, std::string_view source) {
+inline Evidence below(std::uint32_t code, std::string_view axis, double value, double limit,
+                      std::string_view source) {
   Evidence evidence = above(code, axis, value, limit, source);
   evidence.margin = value - limit;
   return evidence;
 }
 
 /// A rule that has no magnitude: what was found and what was expected.
-inline Evidence broken_rule(std::uint32_t code, std::string_view axis, std::string_view rule, double found = 0.0,
-                            double expected = 0.0) {
+inline Evidence broken_rule(std::uint32_t code, std::string_view axis, std::string_view rule,
+                            double found = 0.0, double expected = 0.0) {
   Evidence evidence = above(code, axis, found, expected, rule);
   evidence.margin = 0.0;
   return evidence;

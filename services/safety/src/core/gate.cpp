@@ -8,8 +8,12 @@ namespace fairlead {
 
 Gate::Gate(const Limits& limits, IdSource& ids) : core_(std::make_unique<Core>(limits, ids)) {}
 Gate::~Gate() = default;
-void Gate::boot(std::uint64_t now_ns, const BootInfo& info, Outputs& outputs) { core_->boot(now_ns, info, outputs); }
-void Gate::step(std::uint64_t now_ns, const Event& event, Outputs& outputs) { core_->step(now_ns, event, outputs); }
+void Gate::boot(std::uint64_t now_ns, const BootInfo& info, Outputs& outputs) {
+  core_->boot(now_ns, info, outputs);
+}
+void Gate::step(std::uint64_t now_ns, const Event& event, Outputs& outputs) {
+  core_->step(now_ns, event, outputs);
+}
 GateState Gate::state() const { return core_->state(); }
 
 Gate::Core::Core(const Limits& limits, IdSource& ids) : limits_(limits), ids_(ids), hal_(limits_) {
@@ -41,18 +45,30 @@ void Gate::Core::step(std::uint64_t now_ns, const Event& event, Outputs& outputs
 
 void Gate::Core::handle(const Event& event) {
   switch (event.kind) {
-    case EventKind::timer: return;
-    case EventKind::joint_state: return on_joint_state(event.payload);
-    case EventKind::candidate: return on_candidate(event);
-    case EventKind::hal_status: return on_hal_status(event.payload);
-    case EventKind::heartbeat: return on_heartbeat(event);
-    case EventKind::stop_level: return on_stop_level(event.payload);
-    case EventKind::arm: return on_arm(event.payload);
-    case EventKind::disarm: return on_disarm(event.payload);
-    case EventKind::reset: return on_reset(event.payload);
-    case EventKind::claim: return on_claim(event.payload);
-    case EventKind::release: return on_release(event.payload);
-    case EventKind::status: return on_status(event.payload);
+    case EventKind::timer:
+      return;
+    case EventKind::joint_state:
+      return on_joint_state(event.payload);
+    case EventKind::candidate:
+      return on_candidate(event);
+    case EventKind::hal_status:
+      return on_hal_status(event.payload);
+    case EventKind::heartbeat:
+      return on_heartbeat(event);
+    case EventKind::stop_level:
+      return on_stop_level(event.payload);
+    case EventKind::arm:
+      return on_arm(event.payload);
+    case EventKind::disarm:
+      return on_disarm(event.payload);
+    case EventKind::reset:
+      return on_reset(event.payload);
+    case EventKind::claim:
+      return on_claim(event.payload);
+    case EventKind::release:
+      return on_release(event.payload);
+    case EventKind::status:
+      return on_status(event.payload);
   }
 }
 
@@ -64,12 +80,14 @@ void Gate::Core::check_deadlines() {
   const ProtocolLimits& protocol = limits_.protocol;
   // G011: no new state for too long. In lockstep the world may wait for as long as it likes.
   if (!hal_.lockstep() && now_ns_ - hal_.arrival_ns() > protocol.state_timeout_ms * ms)
-    return raise_stop(above(code::state, "state age [ms]", static_cast<double>((now_ns_ - hal_.arrival_ns()) / ms),
+    return raise_stop(above(code::state, "state age [ms]",
+                            static_cast<double>((now_ns_ - hal_.arrival_ns()) / ms),
                             protocol.state_timeout_ms, "protocol state_timeout_ms"));
-  const std::uint64_t silence_ms =
-      hal_.lockstep() ? protocol.heartbeat_timeout_lockstep_ms : protocol.heartbeat_timeout_realtime_ms;
+  const std::uint64_t silence_ms = hal_.lockstep() ? protocol.heartbeat_timeout_lockstep_ms
+                                                   : protocol.heartbeat_timeout_realtime_ms;
   for (LiveClaim& claim : claims_.places())
-    if (claim.id != 0 && now_ns_ - claim.heartbeat_ns > silence_ms * ms) end_claim(claim, "its heartbeat was lost");
+    if (claim.id != 0 && now_ns_ - claim.heartbeat_ns > silence_ms * ms)
+      end_claim(claim, "its heartbeat was lost");
   if (claims_.count() > 0) claimless_since_ns_ = now_ns_;
   if (!hal_.lockstep() && now_ns_ - claimless_since_ns_ > protocol.idle_disarm_s * 1000 * ms)
     disarm(phrase("no claim for ", protocol.idle_disarm_s, " s"));

@@ -31,14 +31,17 @@ void Gate::Core::note_bad_frame(const Name& source, FrameFault fault, std::uint6
     unknown.claim_id = claim.id;
     claim.bad_frames.add(hal_.tick());
     const ProtocolLimits& protocol = limits_.protocol;
-    if (claim.bad_frames.count(hal_.tick(), protocol.bad_frames_window_ticks) >= protocol.bad_frames_limit)
+    if (claim.bad_frames.count(hal_.tick(), protocol.bad_frames_window_ticks) >=
+        protocol.bad_frames_limit)
       end_claim(claim, "too many unreadable frames on its key");
   }
-  refuse_stranger(unknown, source, broken_rule(code::frame, "frame", fault_name(fault)), received_ns);
+  refuse_stranger(unknown, source, broken_rule(code::frame, "frame", fault_name(fault)),
+                  received_ns);
 }
 
 // G002, G003, G004: this robot, this arm epoch, this claim. Nothing that was recorded passes.
-Evidence Gate::Core::check_identity(const ActionChunk& chunk, const Name& source, LiveClaim*& claim) {
+Evidence Gate::Core::check_identity(const ActionChunk& chunk, const Name& source,
+                                    LiveClaim*& claim) {
   if (chunk.session != hal_.session() || chunk.session == 0)
     return broken_rule(code::session, "session", "the HAL session the gate follows");
   if (chunk.robot_hash != limits_.robot_hash)
@@ -48,7 +51,8 @@ Evidence Gate::Core::check_identity(const ActionChunk& chunk, const Name& source
   claim = claims_.find(chunk.claim_id);
   if (claim == nullptr) return broken_rule(code::claim, "claim_id", "a live claim");
   if (!(chunk.source == source) || !(claim->source == source))
-    return broken_rule(code::claim, "source", "the claim's own source, in the chunk and in the key");
+    return broken_rule(code::claim, "source",
+                       "the claim's own source, in the chunk and in the key");
   for (const ActionPart& part : chunk.parts) {
     if (claim->covers(part.part)) continue;
     const bool known = part.part < limits_.parts.size();
@@ -62,7 +66,8 @@ Evidence Gate::Core::check_identity(const ActionChunk& chunk, const Name& source
 Evidence Gate::Core::check_sequence(const LiveClaim& claim, const ActionChunk& chunk) const {
   const auto seq = static_cast<double>(chunk.seq);
   if (chunk.seq <= claim.last_seq)
-    return below(code::sequence, "seq", seq, static_cast<double>(claim.last_seq) + 1.0, "strictly increasing");
+    return below(code::sequence, "seq", seq, static_cast<double>(claim.last_seq) + 1.0,
+                 "strictly increasing");
   const std::uint64_t jump = chunk.seq - claim.last_seq;
   if (jump > limits_.protocol.seq_jump_max)
     return above(code::sequence, "seq", static_cast<double>(jump),
@@ -78,38 +83,47 @@ Evidence Gate::Core::check_ticks(const LiveClaim& claim, const ActionChunk& chun
   if (chunk.obs_tick > newest)
     return above(code::age, "obs_tick", number(chunk.obs_tick), number(newest), "the newest state");
   if (chunk.oldest_tick > chunk.obs_tick)
-    return above(code::age, "oldest_tick", number(chunk.oldest_tick), number(chunk.obs_tick), "obs_tick");
+    return above(code::age, "oldest_tick", number(chunk.oldest_tick), number(chunk.obs_tick),
+                 "obs_tick");
   const std::uint64_t age = newest - chunk.oldest_tick;
   if (age > claim.limits.age_max_ticks)
-    return above(code::age, "age [ticks]", number(age), claim.limits.age_max_ticks, "the claim's age_max_ticks");
+    return above(code::age, "age [ticks]", number(age), claim.limits.age_max_ticks,
+                 "the claim's age_max_ticks");
   // No check could know the state that a row in the farther future starts from.
   if (chunk.start_tick > first_open_tick())
-    return above(code::age, "start_tick", number(chunk.start_tick), number(first_open_tick()), "the next open tick");
+    return above(code::age, "start_tick", number(chunk.start_tick), number(first_open_tick()),
+                 "the next open tick");
   return {};
 }
 
 // G012: rows whose tick is past are dropped by index; none left is stale.
 Evidence Gate::Core::check_past(const ActionChunk& chunk) const {
   if (first_open_tick() - chunk.start_tick < chunk.horizon) return {};
-  return below(code::past, "last row's tick", static_cast<double>(chunk.start_tick + chunk.horizon - 1),
+  return below(code::past, "last row's tick",
+               static_cast<double>(chunk.start_tick + chunk.horizon - 1),
                static_cast<double>(first_open_tick()), "the next open tick");
 }
 
 // The first tick a row can still be for: in lockstep the robot waits in the newest one.
-std::uint64_t Gate::Core::first_open_tick() const { return hal_.tick() + (hal_.lockstep() ? 0 : 1); }
+std::uint64_t Gate::Core::first_open_tick() const {
+  return hal_.tick() + (hal_.lockstep() ? 0 : 1);
+}
 
-void Gate::Core::take_chunk(const ActionChunk& chunk, Bytes frame, const Name& source, std::uint64_t received_ns) {
+void Gate::Core::take_chunk(const ActionChunk& chunk, Bytes frame, const Name& source,
+                            std::uint64_t received_ns) {
   LiveClaim* claim = nullptr;
   const Evidence identity = check_identity(chunk, source, claim);
   if (!identity.ok()) return refuse_stranger(chunk, source, identity, received_ns);
   if (claim->newest.is_copy_of(frame)) return answer_again(*claim);
   const Evidence sequence = check_sequence(*claim, chunk);
   if (!sequence.ok()) return refuse_stranger(chunk, source, sequence, received_ns);
-  if (chunk.obs_tick == hal_.tick() + 1) return claim->waiting.store(frame);  // the gate is the late one
+  if (chunk.obs_tick == hal_.tick() + 1)
+    return claim->waiting.store(frame);  // the gate is the late one
   judge_chunk(*claim, chunk, frame, received_ns);
 }
 
-void Gate::Core::judge_chunk(LiveClaim& claim, const ActionChunk& chunk, Bytes frame, std::uint64_t received_ns) {
+void Gate::Core::judge_chunk(LiveClaim& claim, const ActionChunk& chunk, Bytes frame,
+                             std::uint64_t received_ns) {
   Judgement judgement;
   Evidence& evidence = judgement.evidence;
   evidence = check_ticks(claim, chunk);
@@ -127,19 +141,22 @@ void Gate::Core::judge_chunk(LiveClaim& claim, const ActionChunk& chunk, Bytes f
   if (evidence.ok()) evidence = check_past(chunk);
   if (evidence.ok()) {
     const auto first_row = static_cast<std::size_t>(first_open_tick() - chunk.start_tick);
-    judgement = judge_rows(limits_, claim.limits, hal_.state(), chunk, first_row, claim.plan.row_of(act_before(claim)));
+    judgement = judge_rows(limits_, claim.limits, hal_.state(), chunk, first_row,
+                           claim.plan.row_of(act_before(claim)));
   }
   give_verdict(claim, chunk, frame, judgement, next_verdict_++, received_ns);
   if (from_the_future) {
     claim.ahead.add(hal_.tick());
-    if (claim.ahead.count(hal_.tick(), ahead_window_ticks) >= ahead_limit) raise_stop(judgement.evidence);
+    if (claim.ahead.count(hal_.tick(), ahead_window_ticks) >= ahead_limit)
+      raise_stop(judgement.evidence);
   } else if (judgement.evidence.raises_stop) {
     raise_stop(judgement.evidence);
   }
 }
 
-void Gate::Core::give_verdict(LiveClaim& claim, const ActionChunk& chunk, Bytes frame, const Judgement& judgement,
-                              std::uint64_t verdict_id, std::uint64_t received_ns) {
+void Gate::Core::give_verdict(LiveClaim& claim, const ActionChunk& chunk, Bytes frame,
+                              const Judgement& judgement, std::uint64_t verdict_id,
+                              std::uint64_t received_ns) {
   const Verdict verdict = make_verdict(chunk, claim.source, judgement, verdict_id, received_ns);
   claim.last_seq = chunk.seq;
   claim.newest.store(frame);
@@ -162,8 +179,8 @@ void Gate::Core::judge_again(LiveClaim& claim) {
   const auto first_row = static_cast<std::size_t>(first_open_tick() - chunk.start_tick);
   const std::size_t end_row = old.first_row + old.row_count;
   if (first_row >= end_row) return claim.plan.drop_current();
-  Judgement judgement =
-      judge_rows(limits_, claim.limits, hal_.state(), chunk, first_row, claim.plan.row_of(act_before(claim)));
+  Judgement judgement = judge_rows(limits_, claim.limits, hal_.state(), chunk, first_row,
+                                   claim.plan.row_of(act_before(claim)));
   // Rows that were cut off once stay cut off.
   judgement.row_count = std::min(judgement.row_count, end_row - first_row);
   const std::uint64_t verdict_id = next_verdict_++;
@@ -181,20 +198,22 @@ void Gate::Core::answer_again(LiveClaim& claim) {
   ++copies_;
   (void)verdicts_.push_back(claim.newest_verdict);
   const Released* release = claim.plan.current();
-  if (release != nullptr && claim.plan.chunk_of(*release).seq == claim.last_seq) claim.repeat = true;
+  if (release != nullptr && claim.plan.chunk_of(*release).seq == claim.last_seq)
+    claim.repeat = true;
   lease_due_ = true;
 }
 
 // A verdict that leaves no trace in any claim: it may not even be the claim's own runner.
-void Gate::Core::refuse_stranger(const ActionChunk& chunk, const Name& source, const Evidence& evidence,
-                                 std::uint64_t received_ns) {
+void Gate::Core::refuse_stranger(const ActionChunk& chunk, const Name& source,
+                                 const Evidence& evidence, std::uint64_t received_ns) {
   Judgement judgement;
   judgement.evidence = evidence;
   (void)verdicts_.push_back(make_verdict(chunk, source, judgement, next_verdict_++, received_ns));
 }
 
-Verdict Gate::Core::make_verdict(const ActionChunk& chunk, const Name& source, const Judgement& judgement,
-                                 std::uint64_t verdict_id, std::uint64_t received_ns) {
+Verdict Gate::Core::make_verdict(const ActionChunk& chunk, const Name& source,
+                                 const Judgement& judgement, std::uint64_t verdict_id,
+                                 std::uint64_t received_ns) {
   const Evidence& evidence = judgement.evidence;
   Verdict verdict;
   verdict.verdict_id = verdict_id;
@@ -219,11 +238,14 @@ Verdict Gate::Core::make_verdict(const ActionChunk& chunk, const Name& source, c
   verdict.config_hash = limits_.config_hash;
   verdict.latency_ns = now_ns_ - std::min(now_ns_, received_ns);
   if (!evidence.ok() && !evidence.raises_stop) count(evidence.code);  // a stop counts itself
-  ++(judgement.outcome == Outcome::released ? released_ : judgement.outcome == Outcome::truncated ? truncated_ : refused_);
+  ++(judgement.outcome == Outcome::released    ? released_
+     : judgement.outcome == Outcome::truncated ? truncated_
+                                               : refused_);
   return verdict;
 }
 
-Released Gate::Core::make_release(const LiveClaim& claim, const Judgement& judgement, std::uint64_t verdict_id) const {
+Released Gate::Core::make_release(const LiveClaim& claim, const Judgement& judgement,
+                                  std::uint64_t verdict_id) const {
   Released release;
   release.verdict_id = verdict_id;
   release.judged_tick = hal_.tick();

@@ -35,16 +35,20 @@ class Gate::Core {
   Evidence check_sequence(const LiveClaim& claim, const ActionChunk& chunk) const;
   Evidence check_ticks(const LiveClaim& claim, const ActionChunk& chunk) const;
   Evidence check_past(const ActionChunk& chunk) const;
-  void take_chunk(const ActionChunk& chunk, Bytes frame, const Name& source, std::uint64_t received_ns);
-  void judge_chunk(LiveClaim& claim, const ActionChunk& chunk, Bytes frame, std::uint64_t received_ns);
+  void take_chunk(const ActionChunk& chunk, Bytes frame, const Name& source,
+                  std::uint64_t received_ns);
+  void judge_chunk(LiveClaim& claim, const ActionChunk& chunk, Bytes frame,
+                   std::uint64_t received_ns);
   void judge_again(LiveClaim& claim);
   void answer_again(LiveClaim& claim);
-  void refuse_ahead(LiveClaim& claim, const ActionChunk& chunk, Bytes frame, const Evidence& evidence,
-                    std::uint64_t received_ns);
+  void refuse_ahead(LiveClaim& claim, const ActionChunk& chunk, Bytes frame,
+                    const Evidence& evidence, std::uint64_t received_ns);
   void note_bad_frame(const Name& source, FrameFault fault, std::uint64_t received_ns);
-  Released make_release(const LiveClaim& claim, const Judgement& judgement, std::uint64_t verdict_id) const;
-  void give_verdict(LiveClaim& claim, const ActionChunk& chunk, Bytes frame, const Judgement& judgement,
-                    std::uint64_t verdict_id, std::uint64_t received_ns);
+  Released make_release(const LiveClaim& claim, const Judgement& judgement,
+                        std::uint64_t verdict_id) const;
+  void give_verdict(LiveClaim& claim, const ActionChunk& chunk, Bytes frame,
+                    const Judgement& judgement, std::uint64_t verdict_id,
+                    std::uint64_t received_ns);
   void refuse_stranger(const ActionChunk& chunk, const Name& source, const Evidence& evidence,
                        std::uint64_t received_ns);
   Verdict make_verdict(const ActionChunk& chunk, const Name& source, const Judgement& judgement,
@@ -109,17 +113,17 @@ class Gate::Core {
   std::uint64_t epoch_ = 0;
   std::uint64_t lease_seq_ = 0;
   std::uint64_t latch_id_ = 0;
-  std::uint64_t good_states_ = 0;      // in a row since the latch or the last bad one
+  std::uint64_t good_states_ = 0;  // in a row since the latch or the last bad one
   std::uint64_t next_verdict_ = 0;
   std::uint64_t claimless_since_ns_ = 0;
-  bool jump_memory_ = false;           // G013: the newest state may be compared with the next
+  bool jump_memory_ = false;  // G013: the newest state may be compared with the next
 
-  std::uint64_t lease_ns_ = 0;         // when the last lease was published
+  std::uint64_t lease_ns_ = 0;  // when the last lease was published
   std::uint64_t status_ns_ = 0;
   bool lease_due_ = true;
   bool status_due_ = true;
-  bool clean_mark_due_ = false;        // after the lease that says disarmed
-  bool persist_latch_due_ = false;     // after the lease that says latched: the hold goes out first
+  bool clean_mark_due_ = false;     // after the lease that says disarmed
+  bool persist_latch_due_ = false;  // after the lease that says latched: the hold goes out first
 
   std::array<std::uint64_t, 64> code_counts_{};
   std::uint64_t released_ = 0, truncated_ = 0, refused_ = 0, copies_ = 0, resets_refused_ = 0;

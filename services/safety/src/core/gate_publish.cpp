@@ -8,9 +8,9 @@ namespace fairlead {
 namespace {
 
 constexpr std::uint64_t ms = 1'000'000;
-constexpr std::uint64_t timer_period_ns = 5 * ms;      // the shell's longest pause between steps
+constexpr std::uint64_t timer_period_ns = 5 * ms;  // the shell's longest pause between steps
 constexpr std::uint64_t status_interval_ns = 500 * ms;
-constexpr std::uint64_t grant_ns = 75 * ms;            // how long a grant outlives its lease
+constexpr std::uint64_t grant_ns = 75 * ms;  // how long a grant outlives its lease
 
 }  // namespace
 
@@ -82,7 +82,8 @@ Grant Gate::Core::grant_for(const LiveClaim& claim) const {
   grant.source = claim.source;
   grant.claim_id = claim.id;
   const std::uint64_t tick = hal_.tick();
-  const std::uint64_t ahead = std::max<std::uint64_t>(2, (grant_ns + limits_.period_ns - 1) / limits_.period_ns);
+  const std::uint64_t ahead =
+      std::max<std::uint64_t>(2, (grant_ns + limits_.period_ns - 1) / limits_.period_ns);
   grant.until_tick = hal_.lockstep() ? tick : tick + ahead;
   const Released* release = claim.plan.current();
   if (release != nullptr && release->first_tick <= tick) {
@@ -97,11 +98,15 @@ Grant Gate::Core::grant_for(const LiveClaim& claim) const {
 
 Text Gate::Core::fix() const {
   switch (state_) {
-    case GateState::disarmed: return "fairlead arm";
-    case GateState::stopped: return phrase("fairlead reset ", Hex{stops_.held()[0]});
-    case GateState::latched: return phrase("fairlead reset ", Hex{latch_id_});
+    case GateState::disarmed:
+      return "fairlead arm";
+    case GateState::stopped:
+      return phrase("fairlead reset ", Hex{stops_.held()[0]});
+    case GateState::latched:
+      return phrase("fairlead reset ", Hex{latch_id_});
     case GateState::boot:
-    case GateState::armed: return {};
+    case GateState::armed:
+      return {};
   }
   return {};
 }
@@ -124,7 +129,8 @@ void Gate::Core::fill_status() {
   for (const LiveClaim& claim : claims_.places()) {
     if (claim.id == 0) continue;
     ClaimInfo info{claim.source, claim.skill, claim.id, {}};
-    for (const std::size_t part : claim.limits.parts) (void)info.parts.push_back(limits_.parts[part].name);
+    for (const std::size_t part : claim.limits.parts)
+      (void)info.parts.push_back(limits_.parts[part].name);
     (void)status_.claims.push_back(info);
   }
 }
@@ -140,7 +146,8 @@ void Gate::Core::publish_status(OutputKind kind) {
   add("refused", refused_);
   add("copies", copies_);
   add("resets_refused", resets_refused_);
-  constexpr std::array<std::uint32_t, 16> codes{1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 20, 21, 22};
+  constexpr std::array<std::uint32_t, 16> codes{1, 2,  3,  4,  5,  6,  7,  8,
+                                                9, 10, 11, 12, 13, 20, 21, 22};
   for (const std::uint32_t number : codes)
     add(Name(phrase("G", number < 10 ? "00" : "0", number).view()), code_counts_[number]);
   out_->add(kind, Name(), status_);

@@ -30,8 +30,11 @@ bool Gate::Core::read_query(Bytes frame, Message& message) {
 }
 
 Objection Gate::Core::wrong_state(std::string_view wanted) const {
-  constexpr std::array<std::string_view, 5> names{"starting", "disarmed", "armed", "stopped", "latched"};
-  return {phrase("the gate is ", names[static_cast<std::size_t>(state_)], ", not ", wanted, "; ", cause_), fix()};
+  constexpr std::array<std::string_view, 5> names{"starting", "disarmed", "armed", "stopped",
+                                                  "latched"};
+  return {phrase("the gate is ", names[static_cast<std::size_t>(state_)], ", not ", wanted, "; ",
+                 cause_),
+          fix()};
 }
 
 Objection Gate::Core::object_to_arming() const {
@@ -44,8 +47,8 @@ Objection Gate::Core::object_to_arming() const {
   if (!hal_.has_state()) return {"no valid joint state received yet", "fairlead status"};
   const std::uint64_t age_ms = (now_ns_ - hal_.arrival_ns()) / 1'000'000;
   if (!hal_.lockstep() && age_ms > limits_.protocol.state_timeout_ms)
-    return {phrase("the newest joint state is ", age_ms, " ms old, at most ", limits_.protocol.state_timeout_ms,
-                   " ms allowed"),
+    return {phrase("the newest joint state is ", age_ms, " ms old, at most ",
+                   limits_.protocol.state_timeout_ms, " ms allowed"),
             "fairlead status"};
   return {};
 }
@@ -69,16 +72,19 @@ void Gate::Core::on_arm(Bytes frame) {
 void Gate::Core::on_disarm(Bytes frame) {
   Disarm request;
   if (!read_query(frame, request)) return;
-  if (state_ == GateState::stopped || state_ == GateState::latched) return refuse_query(wrong_state("armed"));
+  if (state_ == GateState::stopped || state_ == GateState::latched)
+    return refuse_query(wrong_state("armed"));
   if (state_ == GateState::armed) disarm(phrase("by ", request.by));
   reply(Done{"disarmed"});
 }
 
 Objection Gate::Core::object_to_latch_reset() const {
-  if (!hal_.has_state()) return {"no joint state received: standstill is not known", "fairlead status"};
+  if (!hal_.has_state())
+    return {"no joint state received: standstill is not known", "fairlead status"};
   if (!at_standstill(limits_, hal_.state())) return {"a joint is still moving", fix()};
   if (good_states_ < good_states_to_reset)
-    return {phrase("only ", good_states_, " good joint states since the cause, ", good_states_to_reset, " needed"),
+    return {phrase("only ", good_states_, " good joint states since the cause, ",
+                   good_states_to_reset, " needed"),
             fix()};
   return {};
 }
@@ -111,7 +117,8 @@ void Gate::Core::on_claim(Bytes frame) {
   if (!read_query(frame, claim_request_)) return;
   if (state_ != GateState::armed) return refuse_query(wrong_state("armed"));
   LiveClaim* place = claims_.free_place();
-  if (place == nullptr) return refuse_query({phrase("all ", max_claims, " claims are taken"), "fairlead status"});
+  if (place == nullptr)
+    return refuse_query({phrase("all ", max_claims, " claims are taken"), "fairlead status"});
   const Objection objection = admit_claim(limits_, claims_, claim_request_, *place);
   if (!objection.none()) return refuse_query(objection);
   place->last_seq = 0;
@@ -131,7 +138,8 @@ void Gate::Core::on_release(Bytes frame) {
   if (!read_query(frame, request)) return;
   LiveClaim* claim = claims_.find(request.claim_id);
   if (claim == nullptr || !(claim->source == request.source))
-    return refuse_query({phrase(request.source, " holds no claim ", Hex{request.claim_id}), "fairlead status"});
+    return refuse_query(
+        {phrase(request.source, " holds no claim ", Hex{request.claim_id}), "fairlead status"});
   end_claim(*claim, "released");
   reply(Done{"released"});
 }

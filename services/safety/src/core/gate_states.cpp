@@ -18,7 +18,8 @@ void Gate::Core::on_hal_status(Bytes frame) {
   if (!hal_.mismatch().empty()) log(hal_.mismatch());
   if (state_ != GateState::armed) return;
   // What was armed is not there any more, or is not what it was.
-  disarm(news == HalLink::News::new_session ? Text("a new HAL session") : phrase("the HAL changed: ", hal_.mismatch()));
+  disarm(news == HalLink::News::new_session ? Text("a new HAL session")
+                                            : phrase("the HAL changed: ", hal_.mismatch()));
 }
 
 void Gate::Core::on_joint_state(Bytes frame) {

@@ -20,7 +20,8 @@ void Gate::Core::boot(std::uint64_t now_ns, const BootInfo& info, Outputs& outpu
     const bool readable = decode(info.latch, record) == FrameFault::none && record.latch_id != 0;
     // Unreadable is no reason to forget it.
     latch_id_ = readable ? record.latch_id : new_id();
-    set_state(GateState::latched, phrase("latched before the restart: ", readable ? record.cause.view() : "unreadable"));
+    set_state(GateState::latched, phrase("latched before the restart: ",
+                                         readable ? record.cause.view() : "unreadable"));
     persist_latch_due_ = !readable;
   } else if (!info.first_start && !info.clean_mark) {
     latch("the last exit was not clean: armed, stopped or latched");
@@ -44,11 +45,14 @@ void Gate::Core::disarm(const Text& cause) {
 void Gate::Core::raise_stop(const Evidence& evidence) {
   if (state_ != GateState::armed) return;
   count(evidence.code);
-  const Text cause = phrase("G", evidence.code < 10 ? "00" : "0", evidence.code, " ", evidence.part, " ", evidence.axis,
-                            ": ", evidence.value, ", limit ", evidence.limit, " (", evidence.limit_source, ")");
-  const std::uint64_t window = limits_.protocol.stop_window_s * 1'000'000'000ULL / limits_.period_ns;
+  const Text cause = phrase("G", evidence.code < 10 ? "00" : "0", evidence.code, " ", evidence.part,
+                            " ", evidence.axis, ": ", evidence.value, ", limit ", evidence.limit,
+                            " (", evidence.limit_source, ")");
+  const std::uint64_t window =
+      limits_.protocol.stop_window_s * 1'000'000'000ULL / limits_.period_ns;
   if (stops_.note_raised(hal_.tick(), window) >= limits_.protocol.stops_to_latch)
-    return latch(phrase(limits_.protocol.stops_to_latch, " stops in ", limits_.protocol.stop_window_s, " s, the last: ", cause));
+    return latch(phrase(limits_.protocol.stops_to_latch, " stops in ",
+                        limits_.protocol.stop_window_s, " s, the last: ", cause));
   hold_stop(new_id(), cause);
 }
 

@@ -6,12 +6,14 @@ namespace fairlead {
 namespace {
 
 template <std::size_t N, class Declared>
-Text compare_names(const FixedVec<Name, N>& found, const Declared& declared, std::string_view what) {
+Text compare_names(const FixedVec<Name, N>& found, const Declared& declared,
+                   std::string_view what) {
   if (found.size() != declared.size())
     return phrase("the HAL has ", found.size(), " ", what, ", the gate file ", declared.size());
   for (std::size_t i = 0; i < found.size(); ++i)
     if (!(found[i] == declared[i].name))
-      return phrase("the HAL's ", what, " ", i, " is ", found[i], ", the gate file's ", declared[i].name);
+      return phrase("the HAL's ", what, " ", i, " is ", found[i], ", the gate file's ",
+                    declared[i].name);
   return {};
 }
 
@@ -42,14 +44,17 @@ HalLink::News HalLink::take_status(const HalStatus& status) {
 Text HalLink::find_mismatch(const HalStatus& status) const {
   if (status.robot_hash != limits_.robot_hash) return "the HAL's robot_hash is not the gate file's";
   if (status.period_ns != limits_.period_ns)
-    return phrase("the HAL's period is ", status.period_ns, " ns, the gate file's ", limits_.period_ns, " ns");
+    return phrase("the HAL's period is ", status.period_ns, " ns, the gate file's ",
+                  limits_.period_ns, " ns");
   if (!(status.pacing == "realtime") && !(status.pacing == "lockstep"))
     return phrase("unknown pacing ", status.pacing, "; known: realtime, lockstep");
   if (status.pacing == "lockstep" && !limits_.lockstep_allowed)
     return phrase("the HAL paces in lockstep, which profile ", limits_.profile, " does not allow");
   if (status.state == "fault") return phrase("the HAL reports a fault: ", status.detail);
   const Text joints = compare_names(status.joints, limits_.joints, "joint");
-  return joints.empty() ? compare_names(status.passive_joints, limits_.passive_joints, "passive joint") : joints;
+  return joints.empty()
+             ? compare_names(status.passive_joints, limits_.passive_joints, "passive joint")
+             : joints;
 }
 
 void HalLink::take_state(const JointState& message, std::uint64_t now_ns) {

@@ -9,16 +9,21 @@ namespace {
 
 // What is wrong with one row, over all parts of the chunk: a row runs for all of them or for none.
 Evidence check_row(const Limits& limits, const ClaimLimits& claim, const MeasuredState& state,
-                   const ActionChunk& chunk, std::size_t row, std::size_t first_row, const RowBefore& before) {
+                   const ActionChunk& chunk, std::size_t row, std::size_t first_row,
+                   const RowBefore& before) {
   for (const ActionPart& action : chunk.parts) {
-    const Evidence evidence = check_absolute(limits, claim.modes[action.part], state, action, row, first_row);
-    if (!evidence.ok()) return at(evidence, static_cast<std::int64_t>(row), limits.parts[action.part].name);
+    const Evidence evidence =
+        check_absolute(limits, claim.modes[action.part], state, action, row, first_row);
+    if (!evidence.ok())
+      return at(evidence, static_cast<std::int64_t>(row), limits.parts[action.part].name);
   }
   for (const ActionPart& action : chunk.parts) {
     const ModeLimits& modes = claim.modes[action.part];
-    const Evidence evidence = row == first_row ? check_start(limits, modes, state, action, row, before)
-                                               : check_step(limits, modes, action, row);
-    if (!evidence.ok()) return at(evidence, static_cast<std::int64_t>(row), limits.parts[action.part].name);
+    const Evidence evidence = row == first_row
+                                  ? check_start(limits, modes, state, action, row, before)
+                                  : check_step(limits, modes, action, row);
+    if (!evidence.ok())
+      return at(evidence, static_cast<std::int64_t>(row), limits.parts[action.part].name);
   }
   return {};
 }

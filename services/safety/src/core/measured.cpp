@@ -17,11 +17,12 @@ const Name& joint_name(const Limits& limits, std::size_t i) {
 Evidence check_block(const Limits& limits, const NumberView& block, std::string_view what) {
   const std::size_t expected = limits.measured_count();
   if (block.size() != expected)
-    return broken_rule(code::state, what, "one number per measured joint", static_cast<double>(block.size()),
-                       static_cast<double>(expected));
+    return broken_rule(code::state, what, "one number per measured joint",
+                       static_cast<double>(block.size()), static_cast<double>(expected));
   for (std::size_t i = 0; i < expected; ++i)
     if (!std::isfinite(block[i]))
-      return broken_rule(code::state, joint_name(limits, i).view(), "a finite measurement", block[i]);
+      return broken_rule(code::state, joint_name(limits, i).view(), "a finite measurement",
+                         block[i]);
   return {};
 }
 
@@ -46,7 +47,8 @@ Evidence check_state(const Limits& limits, const JointState& state) {
   if (evidence.ok()) evidence = check_block(limits, state.velocities, "velocities");
   if (evidence.ok()) evidence = check_block(limits, state.efforts, "efforts");
   if (evidence.ok() && state.acted.size() != limits.parts.size())
-    evidence = broken_rule(code::state, "acted", "one entry per part", static_cast<double>(state.acted.size()),
+    evidence = broken_rule(code::state, "acted", "one entry per part",
+                           static_cast<double>(state.acted.size()),
                            static_cast<double>(limits.parts.size()));
   evidence.raises_stop = !evidence.ok();
   return evidence;
@@ -57,12 +59,14 @@ Evidence check_jump(const Limits& limits, const MeasuredState& before, const Mea
   const auto ticks = static_cast<double>(now.tick - before.tick);
   const std::size_t commanded = limits.joints.size();
   for (std::size_t i = 0; i < now.count; ++i) {
-    const double per_tick =
-        i < commanded ? limits.joints[i].jump_limit : limits.passive_joints[i - commanded].jump_limit;
+    const double per_tick = i < commanded ? limits.joints[i].jump_limit
+                                          : limits.passive_joints[i - commanded].jump_limit;
     const double distance = moved(limits, i, before.positions[i], now.positions[i]);
     if (distance <= per_tick * ticks) continue;
-    const Text& source = i < commanded ? limits.joints[i].source : limits.passive_joints[i - commanded].source;
-    Evidence evidence = above(code::jump, joint_name(limits, i).view(), distance, per_tick * ticks, source.view());
+    const Text& source =
+        i < commanded ? limits.joints[i].source : limits.passive_joints[i - commanded].source;
+    Evidence evidence =
+        above(code::jump, joint_name(limits, i).view(), distance, per_tick * ticks, source.view());
     evidence.raises_stop = true;
     return evidence;
   }

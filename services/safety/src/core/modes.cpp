@@ -31,20 +31,29 @@ constexpr std::array<ModeRow, mode_count> table{{
 
 }  // namespace
 
-std::string_view mode_name(std::uint8_t mode) { return mode < mode_count ? table[mode].name : "unknown"; }
+std::string_view mode_name(std::uint8_t mode) {
+  return mode < mode_count ? table[mode].name : "unknown";
+}
 
 bool mode_has_checker(std::uint8_t mode) { return mode < mode_count && table[mode].has_checker; }
 
-bool is_joint_mode(std::uint8_t mode) { return mode < mode_count && table[mode].width == Width::robot; }
+bool is_joint_mode(std::uint8_t mode) {
+  return mode < mode_count && table[mode].width == Width::robot;
+}
 
 std::size_t mode_width(std::uint8_t mode, std::size_t joint_count) {
   if (mode >= mode_count) return 0;
   switch (table[mode].width) {
-    case Width::none: return 0;
-    case Width::robot: return joint_count;
-    case Width::one: return 1;
-    case Width::six: return 6;
-    case Width::seven: return 7;
+    case Width::none:
+      return 0;
+    case Width::robot:
+      return joint_count;
+    case Width::one:
+      return 1;
+    case Width::six:
+      return 6;
+    case Width::seven:
+      return 7;
   }
   return 0;
 }

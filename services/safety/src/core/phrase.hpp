@@ -22,7 +22,7 @@ void say(Text& text, const FixedText<N>& part) {
 }
 
 template <class Number>
-  requires std::integral<Number> || std::floating_point<Number>
+requires std::integral<Number> || std::floating_point<Number>
 void say(Text& text, Number number) {
   std::array<char, 32> digits{};
   const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), number);
@@ -31,7 +31,8 @@ void say(Text& text, Number number) {
 
 inline void say(Text& text, Hex hex) {
   for (int shift = 60; shift >= 0; shift -= 4)
-    text.append(std::string_view("0123456789abcdef").substr((hex.id >> static_cast<unsigned>(shift)) & 0xFU, 1));
+    text.append(std::string_view("0123456789abcdef")
+                    .substr((hex.id >> static_cast<unsigned>(shift)) & 0xFU, 1));
 }
 
 /// phrase("part ", name, " is held by ", holder)

@@ -78,7 +78,8 @@ std::int64_t Reader::signed_number() {
   std::uint64_t value = 0;
   if (lead >= 0xCC && lead <= 0xCF) {
     value = big_endian(std::size_t{1} << (lead - 0xCCU));
-    if (value > static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max())) fail(FrameFault::wrong_type);
+    if (value > static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max()))
+      fail(FrameFault::wrong_type);
   } else if (lead >= 0xD0 && lead <= 0xD3) {
     const std::size_t width = std::size_t{1} << (lead - 0xD0U);
     value = big_endian(width);
@@ -119,7 +120,8 @@ std::string_view Reader::text() {
     fail(FrameFault::wrong_type);
   const Bytes bytes = take(ok() ? length : 0);
   if (!is_utf8(bytes)) fail(FrameFault::text);
-  return ok() ? std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()) : std::string_view();
+  return ok() ? std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size())
+              : std::string_view();
 }
 
 Bytes Reader::binary() {

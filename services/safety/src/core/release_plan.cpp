@@ -12,7 +12,8 @@ void StoredChunk::store(Bytes frame) {
 }
 
 bool StoredChunk::is_copy_of(Bytes frame) const {
-  return size_ != 0 && std::equal(frame.begin(), frame.end(), bytes_.begin(), bytes_.begin() + static_cast<std::ptrdiff_t>(size_));
+  return size_ != 0 && std::equal(frame.begin(), frame.end(), bytes_.begin(),
+                                  bytes_.begin() + static_cast<std::ptrdiff_t>(size_));
 }
 
 const Released* ReleasePlan::find(std::uint64_t verdict_id) const {
@@ -28,7 +29,8 @@ Acted ReleasePlan::follow(const Acted& acted, std::uint64_t tick) const {
   if (next != nullptr && next->first_tick == tick && same_act(next->after, acted))
     return Acted{0, next->verdict_id, 0};
   const Released* running = acted.hold == 0 ? find(acted.verdict_id) : nullptr;
-  if (running != nullptr && running->first_tick + acted.row + 1 == tick && acted.row + 1 < running->row_count)
+  if (running != nullptr && running->first_tick + acted.row + 1 == tick &&
+      acted.row + 1 < running->row_count)
     return Acted{0, running->verdict_id, acted.row + 1};
   return Acted{static_cast<std::uint8_t>(Hold::no_row), 0, 0};
 }

@@ -51,13 +51,17 @@ class ReleasePlan {
   void begin_tick(std::uint64_t tick, const Acted& acted);
 
   /// The newest release while it has rows for the tick of the newest state or later.
-  [[nodiscard]] const Released* current() const { return has_current_ ? &releases_[newest_] : nullptr; }
+  [[nodiscard]] const Released* current() const {
+    return has_current_ ? &releases_[newest_] : nullptr;
+  }
   /// False if the HAL did not take the current release, or has dropped it since.
   [[nodiscard]] bool on_track() const { return on_track_; }
   /// What the parts are taken to do in the tick of the newest state.
   [[nodiscard]] const Acted& expected() const { return expected_; }
 
-  [[nodiscard]] const ActionChunk& chunk_of(const Released& release) const { return slots_[release.slot].chunk(); }
+  [[nodiscard]] const ActionChunk& chunk_of(const Released& release) const {
+    return slots_[release.slot].chunk();
+  }
   /// The candidate row behind an act, empty for a hold or an act that is not remembered.
   [[nodiscard]] RowBefore row_of(const Acted& act) const;
 

@@ -12,26 +12,32 @@ namespace {
 constexpr double largest_magnitude = 1e6;
 
 Evidence no_checker(const PartLimits& part, std::uint8_t mode) {
-  Evidence evidence = broken_rule(code::addressing, mode_name(mode), "no checker for this mode", mode);
+  Evidence evidence =
+      broken_rule(code::addressing, mode_name(mode), "no checker for this mode", mode);
   return at(evidence, -1, part.name);
 }
 
 // G007: the horizon is within the claim's, and every block is exactly horizon x width.
 Evidence check_sizes(const Limits& limits, const ClaimLimits& claim, const ActionChunk& chunk) {
-  if (chunk.horizon < 1) return below(code::shape, "horizon", chunk.horizon, 1, "a chunk has at least one row");
+  if (chunk.horizon < 1)
+    return below(code::shape, "horizon", chunk.horizon, 1, "a chunk has at least one row");
   if (chunk.horizon > claim.horizon_max || chunk.horizon > max_rows)
-    return above(code::shape, "horizon", chunk.horizon, claim.horizon_max, "the claim's horizon_max");
-  if (chunk.parts.empty()) return broken_rule(code::shape, "parts", "a chunk commands at least one part");
+    return above(code::shape, "horizon", chunk.horizon, claim.horizon_max,
+                 "the claim's horizon_max");
+  if (chunk.parts.empty())
+    return broken_rule(code::shape, "parts", "a chunk commands at least one part");
   for (const ActionPart& action : chunk.parts) {
     const PartLimits& part = limits.parts[action.part];
     const std::size_t width = mode_width(action.mode, limits.joints.size());
-    // The row stride is the mode's width, never the robot's dof; without a width nothing can be read.
+    // The row stride is the mode's width, never the robot's dof; without a width nothing can be
+    // read.
     if (width == 0) return no_checker(part, action.mode);
     const std::size_t expected = std::size_t{chunk.horizon} * width;  // at most 64 x 32
     if (action.values.size() != expected)
-      return at(broken_rule(code::shape, "values", "horizon x width of the mode",
-                            static_cast<double>(action.values.size()), static_cast<double>(expected)),
-                -1, part.name);
+      return at(
+          broken_rule(code::shape, "values", "horizon x width of the mode",
+                      static_cast<double>(action.values.size()), static_cast<double>(expected)),
+          -1, part.name);
   }
   return {};
 }
@@ -53,15 +59,18 @@ Evidence check_numbers(const Limits& limits, const ActionChunk& chunk) {
 }
 
 // G009, joint modes: the mask names joints of this part, ascending, and the rest is exactly zero.
-Evidence check_mask(const Limits& limits, const PartLimits& part, const ActionChunk& chunk, const ActionPart& action) {
+Evidence check_mask(const Limits& limits, const PartLimits& part, const ActionChunk& chunk,
+                    const ActionPart& action) {
   if (action.active.empty())
     return broken_rule(code::addressing, "active", "a joint mode names the joints it commands");
   std::array<bool, max_joints> commanded{};
   int previous = -1;
   for (const std::uint8_t joint : action.active) {
-    if (joint <= previous) return broken_rule(code::addressing, "active", "ascending and unique", joint, previous);
+    if (joint <= previous)
+      return broken_rule(code::addressing, "active", "ascending and unique", joint, previous);
     if (!part.joints.contains(joint))
-      return broken_rule(code::addressing, joint < limits.joints.size() ? limits.joints[joint].name.view() : "active",
+      return broken_rule(code::addressing,
+                         joint < limits.joints.size() ? limits.joints[joint].name.view() : "active",
                          "a joint of this part", joint);
     commanded[joint] = true;
     previous = joint;
@@ -70,14 +79,16 @@ Evidence check_mask(const Limits& limits, const PartLimits& part, const ActionCh
     for (std::size_t joint = 0; joint < limits.joints.size(); ++joint) {
       const double value = action.values[row * limits.joints.size() + joint];
       if (!commanded[joint] && value != 0.0)
-        return at(broken_rule(code::addressing, limits.joints[joint].name.view(), "0.0 where not active", value),
+        return at(broken_rule(code::addressing, limits.joints[joint].name.view(),
+                              "0.0 where not active", value),
                   static_cast<std::int64_t>(row), part.name);
     }
   return {};
 }
 
 // G009, cartesian modes: a frame the gate knows, and nothing along axes the part does not have.
-Evidence check_axes(const CartesianLimits& mode, const ActionChunk& chunk, const ActionPart& action) {
+Evidence check_axes(const CartesianLimits& mode, const ActionChunk& chunk,
+                    const ActionPart& action) {
   constexpr std::array<std::string_view, 6> axes{"x", "y", "z", "rx", "ry", "rz"};
   if (!mode.frames.contains(action.frame_id))
     return broken_rule(code::addressing, "frame_id", "a frame declared for this mode");
@@ -85,7 +96,8 @@ Evidence check_axes(const CartesianLimits& mode, const ActionChunk& chunk, const
     for (std::size_t axis = 0; axis < axes.size(); ++axis) {
       const double value = action.values[row * axes.size() + axis];
       if (mode.free_axes[axis] || value == 0.0) continue;
-      Evidence evidence = broken_rule(code::addressing, axes[axis], "0.0 along an axis that is not free", value);
+      Evidence evidence =
+          broken_rule(code::addressing, axes[axis], "0.0 along an axis that is not free", value);
       evidence.row = static_cast<std::int64_t>(row);
       return evidence;
     }
@@ -98,21 +110,27 @@ Evidence check_part(const Limits& limits, const ModeLimits& modes, const ActionC
   const PartLimits& part = limits.parts[action.part];
   if (!mode_has_checker(action.mode)) return no_checker(part, action.mode);
   if (!modes.supports(action.mode))
-    return broken_rule(code::addressing, mode_name(action.mode), "a mode this part declares", action.mode);
+    return broken_rule(code::addressing, mode_name(action.mode), "a mode this part declares",
+                       action.mode);
   if (is_joint_mode(action.mode)) {
-    if (!action.frame_id.empty()) return broken_rule(code::addressing, "frame_id", "joint modes have no frame");
+    if (!action.frame_id.empty())
+      return broken_rule(code::addressing, "frame_id", "joint modes have no frame");
     return check_mask(limits, part, chunk, action);
   }
-  if (!action.active.empty()) return broken_rule(code::addressing, "active", "only joint modes have a mask");
+  if (!action.active.empty())
+    return broken_rule(code::addressing, "active", "only joint modes have a mask");
   if (action.mode == static_cast<std::uint8_t>(Mode::cartesian_delta))
     return check_axes(modes.cartesian_delta, chunk, action);
-  if (action.mode == static_cast<std::uint8_t>(Mode::body_twist)) return check_axes(modes.body_twist, chunk, action);
-  if (!action.frame_id.empty()) return broken_rule(code::addressing, "frame_id", "this mode has no frame");
+  if (action.mode == static_cast<std::uint8_t>(Mode::body_twist))
+    return check_axes(modes.body_twist, chunk, action);
+  if (!action.frame_id.empty())
+    return broken_rule(code::addressing, "frame_id", "this mode has no frame");
   return {};
 }
 
 // G009: each part once. Parts own their joints, so nothing is commanded twice in a tick.
-Evidence check_addressing(const Limits& limits, const ClaimLimits& claim, const ActionChunk& chunk) {
+Evidence check_addressing(const Limits& limits, const ClaimLimits& claim,
+                          const ActionChunk& chunk) {
   FixedVec<std::uint8_t, max_parts> seen;
   for (const ActionPart& action : chunk.parts) {
     const Name& name = limits.parts[action.part].name;
@@ -135,13 +153,20 @@ Evidence check_shape(const Limits& limits, const ClaimLimits& claim, const Actio
 
 bool ModeLimits::supports(std::uint8_t mode) const {
   switch (static_cast<Mode>(mode)) {
-    case Mode::joint_position: return joint_position.supported;
-    case Mode::joint_velocity: return joint_velocity.supported;
-    case Mode::cartesian_delta: return cartesian_delta.supported;
-    case Mode::body_twist: return body_twist.supported;
-    case Mode::gripper_position: return gripper_position.supported;
-    case Mode::composite_mode: return composite_mode.supported;
-    default: return false;
+    case Mode::joint_position:
+      return joint_position.supported;
+    case Mode::joint_velocity:
+      return joint_velocity.supported;
+    case Mode::cartesian_delta:
+      return cartesian_delta.supported;
+    case Mode::body_twist:
+      return body_twist.supported;
+    case Mode::gripper_position:
+      return gripper_position.supported;
+    case Mode::composite_mode:
+      return composite_mode.supported;
+    default:
+      return false;
   }
 }
 

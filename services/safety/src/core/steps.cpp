@@ -21,28 +21,34 @@ double distance3(const Setpoint& a, const Setpoint& b, std::size_t first) {
   return std::sqrt(sum);
 }
 
-Evidence limit_step(std::uint32_t code, std::string_view axis, double change, double limit, const Text& source) {
+Evidence limit_step(std::uint32_t code, std::string_view axis, double change, double limit,
+                    const Text& source) {
   if (std::abs(change) <= limit) return {};
   return above(code, axis, std::abs(change), limit, source.view());
 }
 
-Evidence step_cartesian(std::uint32_t code, const CartesianLimits& mode, const Setpoint& now, const Setpoint& before) {
+Evidence step_cartesian(std::uint32_t code, const CartesianLimits& mode, const Setpoint& now,
+                        const Setpoint& before) {
   const Evidence linear =
       limit_step(code, "linear", distance3(now, before, 0), mode.linear_step_limit, mode.source);
   if (!linear.ok()) return linear;
-  return limit_step(code, "angular", distance3(now, before, 3), mode.angular_step_limit, mode.source);
+  return limit_step(code, "angular", distance3(now, before, 3), mode.angular_step_limit,
+                    mode.source);
 }
 
 const JointModeLimits& joint_limits(const ModeLimits& modes, const ActionPart& action) {
-  return action.mode == static_cast<std::uint8_t>(Mode::joint_position) ? modes.joint_position : modes.joint_velocity;
+  return action.mode == static_cast<std::uint8_t>(Mode::joint_position) ? modes.joint_position
+                                                                        : modes.joint_velocity;
 }
 
 // The jump between two setpoints of the same mode, as the part's own controller tolerates it.
 // Joint modes: of the joints that both command; padding is not a setpoint.
-Evidence step_between(std::uint32_t code, const Limits& limits, const ModeLimits& modes, const ActionPart& action,
-                      const Setpoint& now, const ActionPart& last, const Setpoint& before) {
+Evidence step_between(std::uint32_t code, const Limits& limits, const ModeLimits& modes,
+                      const ActionPart& action, const Setpoint& now, const ActionPart& last,
+                      const Setpoint& before) {
   const auto mode = static_cast<Mode>(action.mode);
-  if (mode == Mode::cartesian_delta) return step_cartesian(code, modes.cartesian_delta, now, before);
+  if (mode == Mode::cartesian_delta)
+    return step_cartesian(code, modes.cartesian_delta, now, before);
   if (mode == Mode::body_twist) return step_cartesian(code, modes.body_twist, now, before);
   if (mode == Mode::gripper_position)
     return limit_step(code, "opening", now[0] - before[0], modes.gripper_position.step_limit,
@@ -62,8 +68,9 @@ Evidence step_between(std::uint32_t code, const Limits& limits, const ModeLimits
 
 // Targets that are positions start where the robot is measured to be. The joint's tolerance is
 // added because a measurement may lie that far outside a range that the target keeps.
-Evidence start_from_position(const Limits& limits, const ModeLimits& modes, const MeasuredState& state,
-                             const ActionPart& action, const Setpoint& first) {
+Evidence start_from_position(const Limits& limits, const ModeLimits& modes,
+                             const MeasuredState& state, const ActionPart& action,
+                             const Setpoint& first) {
   if (action.mode == static_cast<std::uint8_t>(Mode::gripper_position)) {
     const std::size_t j = limits.parts[action.part].joints[0];
     return limit_step(code::start, "opening", first[0] - state.positions[j],
@@ -73,20 +80,23 @@ Evidence start_from_position(const Limits& limits, const ModeLimits& modes, cons
   for (const std::uint8_t j : action.active) {
     const JointLimits& joint = limits.joints[j];
     const double slack = joint.bounded ? joint.bounds.tolerance : 0.0;
-    const Evidence evidence = limit_step(code::start, joint.name.view(), first[j] - state.positions[j],
-                                         modes.joint_position.step_limit[j] + slack, modes.joint_position.source);
+    const Evidence evidence =
+        limit_step(code::start, joint.name.view(), first[j] - state.positions[j],
+                   modes.joint_position.step_limit[j] + slack, modes.joint_position.source);
     if (!evidence.ok()) return evidence;
   }
   return {};
 }
 
 // A velocity that nothing commands yet starts from the measured one.
-Evidence start_from_velocity(const Limits& limits, const ModeLimits& modes, const MeasuredState& state,
-                             const ActionPart& action, const Setpoint& first, const ActionPart* last) {
+Evidence start_from_velocity(const Limits& limits, const ModeLimits& modes,
+                             const MeasuredState& state, const ActionPart& action,
+                             const Setpoint& first, const ActionPart* last) {
   for (const std::uint8_t j : action.active) {
     if (last != nullptr && last->active.contains(j)) continue;
-    const Evidence evidence = limit_step(code::start, limits.joints[j].name.view(), first[j] - state.velocities[j],
-                                         modes.joint_velocity.step_limit[j], modes.joint_velocity.source);
+    const Evidence evidence =
+        limit_step(code::start, limits.joints[j].name.view(), first[j] - state.velocities[j],
+                   modes.joint_velocity.step_limit[j], modes.joint_velocity.source);
     if (!evidence.ok()) return evidence;
   }
   return {};
@@ -97,9 +107,12 @@ Evidence start_from_state(const Limits& limits, const ModeLimits& modes, const M
                           const ActionPart& action, const Setpoint& first, const ActionPart* last) {
   switch (static_cast<Mode>(action.mode)) {
     case Mode::joint_position:
-    case Mode::gripper_position: return start_from_position(limits, modes, state, action, first);
-    case Mode::joint_velocity: return start_from_velocity(limits, modes, state, action, first, last);
-    default: return {};
+    case Mode::gripper_position:
+      return start_from_position(limits, modes, state, action, first);
+    case Mode::joint_velocity:
+      return start_from_velocity(limits, modes, state, action, first, last);
+    default:
+      return {};
   }
 }
 
@@ -113,7 +126,8 @@ const ActionPart* command_before(const RowBefore& before, const ActionPart& acti
 
 }  // namespace
 
-Evidence check_step(const Limits& limits, const ModeLimits& modes, const ActionPart& action, std::size_t row) {
+Evidence check_step(const Limits& limits, const ModeLimits& modes, const ActionPart& action,
+                    std::size_t row) {
   const std::size_t width = mode_width(action.mode, limits.joints.size());
   const Setpoint now{&action.values, row * width};
   const Setpoint before{&action.values, (row - 1) * width};
@@ -128,11 +142,14 @@ Evidence check_start(const Limits& limits, const ModeLimits& modes, const Measur
   const Evidence evidence = start_from_state(limits, modes, state, action, first, last);
   if (!evidence.ok()) return evidence;
   if (last != nullptr)
-    return step_between(code::start, limits, modes, action, first, *last, Setpoint{&last->values, before.row * width});
+    return step_between(code::start, limits, modes, action, first, *last,
+                        Setpoint{&last->values, before.row * width});
   // Holding is a delta or a twist of zero. A composite switch has no state to start from.
   const auto mode = static_cast<Mode>(action.mode);
-  if (mode == Mode::cartesian_delta) return step_cartesian(code::start, modes.cartesian_delta, first, Setpoint{});
-  if (mode == Mode::body_twist) return step_cartesian(code::start, modes.body_twist, first, Setpoint{});
+  if (mode == Mode::cartesian_delta)
+    return step_cartesian(code::start, modes.cartesian_delta, first, Setpoint{});
+  if (mode == Mode::body_twist)
+    return step_cartesian(code::start, modes.body_twist, first, Setpoint{});
   return {};
 }
 

@@ -6,7 +6,8 @@
 namespace fairlead {
 
 /// G022: row `row` against row `row - 1` of the same part.
-Evidence check_step(const Limits& limits, const ModeLimits& modes, const ActionPart& action, std::size_t row);
+Evidence check_step(const Limits& limits, const ModeLimits& modes, const ActionPart& action,
+                    std::size_t row);
 
 /// G021: the first live row against the measured state and against what acts before it.
 Evidence check_start(const Limits& limits, const ModeLimits& modes, const MeasuredState& state,

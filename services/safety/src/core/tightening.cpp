@@ -6,19 +6,21 @@ namespace fairlead {
 namespace {
 
 Text refuse(const LimitOverride& wanted, std::string_view rule, double limit) {
-  return phrase("limits: ", wanted.part, " ", mode_name(wanted.mode), " ", wanted.name, ": expected ", rule, " ", limit,
-                ", got ", wanted.value);
+  return phrase("limits: ", wanted.part, " ", mode_name(wanted.mode), " ", wanted.name,
+                ": expected ", rule, " ", limit, ", got ", wanted.value);
 }
 
 // An upper limit: positive and not above the present one. NaN fails.
 Text lower_it(const LimitOverride& wanted, double& limit) {
-  if (!(wanted.value > 0.0 && wanted.value <= limit)) return refuse(wanted, "above 0 and at most", limit);
+  if (!(wanted.value > 0.0 && wanted.value <= limit))
+    return refuse(wanted, "above 0 and at most", limit);
   limit = wanted.value;
   return {};
 }
 
 Text no_such_limit(const LimitOverride& wanted) {
-  return phrase("limits: ", wanted.part, " ", mode_name(wanted.mode), " has no limit ", wanted.name);
+  return phrase("limits: ", wanted.part, " ", mode_name(wanted.mode), " has no limit ",
+                wanted.name);
 }
 
 Text tighten_cartesian(const LimitOverride& wanted, CartesianLimits& mode) {
@@ -32,12 +34,14 @@ Text tighten_cartesian(const LimitOverride& wanted, CartesianLimits& mode) {
 Text tighten_scalar(const LimitOverride& wanted, ScalarLimits& mode) {
   if (wanted.name == "step_limit") return lower_it(wanted, mode.step_limit);
   if (wanted.name == "lower") {
-    if (!(wanted.value >= mode.lower && wanted.value < mode.upper)) return refuse(wanted, "at least", mode.lower);
+    if (!(wanted.value >= mode.lower && wanted.value < mode.upper))
+      return refuse(wanted, "at least", mode.lower);
     mode.lower = wanted.value;
     return {};
   }
   if (wanted.name == "upper") {
-    if (!(wanted.value <= mode.upper && wanted.value > mode.lower)) return refuse(wanted, "at most", mode.upper);
+    if (!(wanted.value <= mode.upper && wanted.value > mode.lower))
+      return refuse(wanted, "at most", mode.upper);
     mode.upper = wanted.value;
     return {};
   }
@@ -55,17 +59,26 @@ Text tighten_joints(const PartLimits& part, const LimitOverride& wanted, JointMo
 
 }  // namespace
 
-Text tighten(const Limits& limits, std::size_t part, const LimitOverride& wanted, ModeLimits& modes) {
+Text tighten(const Limits& limits, std::size_t part, const LimitOverride& wanted,
+             ModeLimits& modes) {
   if (!modes.supports(wanted.mode))
-    return phrase("limits: ", wanted.part, " has no mode ", mode_name(wanted.mode), " (", wanted.mode, ")");
+    return phrase("limits: ", wanted.part, " has no mode ", mode_name(wanted.mode), " (",
+                  wanted.mode, ")");
   switch (static_cast<Mode>(wanted.mode)) {
-    case Mode::joint_position: return tighten_joints(limits.parts[part], wanted, modes.joint_position);
-    case Mode::joint_velocity: return tighten_joints(limits.parts[part], wanted, modes.joint_velocity);
-    case Mode::cartesian_delta: return tighten_cartesian(wanted, modes.cartesian_delta);
-    case Mode::body_twist: return tighten_cartesian(wanted, modes.body_twist);
-    case Mode::gripper_position: return tighten_scalar(wanted, modes.gripper_position);
-    case Mode::composite_mode: return tighten_scalar(wanted, modes.composite_mode);
-    default: return no_such_limit(wanted);
+    case Mode::joint_position:
+      return tighten_joints(limits.parts[part], wanted, modes.joint_position);
+    case Mode::joint_velocity:
+      return tighten_joints(limits.parts[part], wanted, modes.joint_velocity);
+    case Mode::cartesian_delta:
+      return tighten_cartesian(wanted, modes.cartesian_delta);
+    case Mode::body_twist:
+      return tighten_cartesian(wanted, modes.body_twist);
+    case Mode::gripper_position:
+      return tighten_scalar(wanted, modes.gripper_position);
+    case Mode::composite_mode:
+      return tighten_scalar(wanted, modes.composite_mode);
+    default:
+      return no_such_limit(wanted);
   }
 }
 

@@ -8,6 +8,7 @@ namespace fairlead {
 
 /// Apply one override to `modes`; the reason it cannot be applied, "" if it was.
 /// A joint mode's `step_limit` is one number for all joints of the part.
-Text tighten(const Limits& limits, std::size_t part, const LimitOverride& wanted, ModeLimits& modes);
+Text tighten(const Limits& limits, std::size_t part, const LimitOverride& wanted,
+             ModeLimits& modes);
 
 }  // namespace fairlead

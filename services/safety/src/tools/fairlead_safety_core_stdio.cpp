@@ -80,7 +80,8 @@ void answer(const fairlead::Outputs& outputs) {
 
 fairlead::BootInfo boot_info(const std::vector<std::uint8_t>& payload) {
   fairlead::BootInfo info;
-  if (payload.size() < 2) throw fairlead::ConfigRefused("boot: expected first_start and clean_mark");
+  if (payload.size() < 2)
+    throw fairlead::ConfigRefused("boot: expected first_start and clean_mark");
   info.first_start = payload[0] != 0;
   info.clean_mark = payload[1] != 0;
   info.latch = Bytes(payload).subspan(2);

@@ -32,8 +32,8 @@ class ChunkBuilder {
   }
 
   /// A part with every number given, row by row.
-  ChunkBuilder& add(std::uint8_t part, Mode mode, const Rows& rows, std::initializer_list<std::uint8_t> active = {},
-                    const char* frame_id = "") {
+  ChunkBuilder& add(std::uint8_t part, Mode mode, const Rows& rows,
+                    std::initializer_list<std::uint8_t> active = {}, const char* frame_id = "") {
     ActionPart action;
     action.part = part;
     action.mode = static_cast<std::uint8_t>(mode);
@@ -75,10 +75,12 @@ class ChunkBuilder {
 
  private:
   static NumberView view(const std::vector<double>& numbers) {
-    return NumberView(Bytes(reinterpret_cast<const std::uint8_t*>(numbers.data()), numbers.size() * sizeof(double)));
+    return NumberView(Bytes(reinterpret_cast<const std::uint8_t*>(numbers.data()),
+                            numbers.size() * sizeof(double)));
   }
   // Shared, so that a copied builder's views stay valid.
-  std::shared_ptr<std::deque<std::vector<double>>> storage_ = std::make_shared<std::deque<std::vector<double>>>();
+  std::shared_ptr<std::deque<std::vector<double>>> storage_ =
+      std::make_shared<std::deque<std::vector<double>>>();
 };
 
 }  // namespace fairlead::test

@@ -56,10 +56,13 @@ class GateRig {
     status.period_ns = period_ns;
     status.state = "ready";
     for (const JointLimits& item : limits.joints) (void)status.joints.push_back(item.name);
-    for (const PassiveLimits& item : limits.passive_joints) (void)status.passive_joints.push_back(item.name);
+    for (const PassiveLimits& item : limits.passive_joints)
+      (void)status.passive_joints.push_back(item.name);
     return status;
   }
-  void send_hal_status(std::uint64_t of_session = hal_session) { send(EventKind::hal_status, hal_status(of_session)); }
+  void send_hal_status(std::uint64_t of_session = hal_session) {
+    send(EventKind::hal_status, hal_status(of_session));
+  }
   void send_state() {
     JointState state;
     state.session = session;
@@ -91,7 +94,8 @@ class GateRig {
     send_state();
     epoch = arm().epoch;
   }
-  Claim claim_request(std::initializer_list<const char*> parts = {"arm", "gripper", "base", "composite"}) const {
+  Claim claim_request(std::initializer_list<const char*> parts = {"arm", "gripper", "base",
+                                                                  "composite"}) const {
     Claim claim;
     claim.source = "runner";
     claim.skill = "test-skill";
@@ -162,6 +166,14 @@ class GateRig {
     }
     return found;
   }
+  /// The payload of the first output of this kind that is a message of this type.
+  std::optional<Bytes> find_first(OutputKind kind, std::uint8_t type_id) const {
+    for (const Output& output : out->items()) {
+      const Bytes payload = out->payload(output);
+      if (output.kind == kind && payload.size() > 1 && payload[1] == type_id) return payload;
+    }
+    return std::nullopt;
+  }
   template <class Message>
   Message get(OutputKind kind) const {
     const std::optional<Message> found = find<Message>(kind);
@@ -188,7 +200,8 @@ class GateRig {
 
  private:
   static NumberView view(const std::vector<double>& numbers) {
-    return NumberView(Bytes(reinterpret_cast<const std::uint8_t*>(numbers.data()), numbers.size() * sizeof(double)));
+    return NumberView(Bytes(reinterpret_cast<const std::uint8_t*>(numbers.data()),
+                            numbers.size() * sizeof(double)));
   }
   CountingIds ids_;
 };

@@ -39,19 +39,31 @@ void check_same_bytes(const Frame& golden) {
 }
 
 const std::map<std::string, std::function<void(const Frame&)>> known_types{
-    {"JointState", check_same_bytes<JointState>},   {"HalStatus", check_same_bytes<HalStatus>},
-    {"ActionChunk", check_same_bytes<ActionChunk>}, {"SafeChunk", check_same_bytes<SafeChunk>},
-    {"Lease", check_same_bytes<Lease>},             {"Verdict", check_same_bytes<Verdict>},
-    {"GateStatus", check_same_bytes<GateStatus>},   {"StopLevel", check_same_bytes<StopLevel>},
-    {"Heartbeat", check_same_bytes<Heartbeat>},     {"Refusal", check_same_bytes<Refusal>},
-    {"Done", check_same_bytes<Done>},               {"StatusQuery", check_same_bytes<StatusQuery>},
-    {"Arm", check_same_bytes<Arm>},                 {"ArmReply", check_same_bytes<ArmReply>},
-    {"Disarm", check_same_bytes<Disarm>},           {"Reset", check_same_bytes<Reset>},
-    {"Claim", check_same_bytes<Claim>},             {"ClaimReply", check_same_bytes<ClaimReply>},
+    {"JointState", check_same_bytes<JointState>},
+    {"HalStatus", check_same_bytes<HalStatus>},
+    {"ActionChunk", check_same_bytes<ActionChunk>},
+    {"SafeChunk", check_same_bytes<SafeChunk>},
+    {"Lease", check_same_bytes<Lease>},
+    {"Verdict", check_same_bytes<Verdict>},
+    {"GateStatus", check_same_bytes<GateStatus>},
+    {"StopLevel", check_same_bytes<StopLevel>},
+    {"Heartbeat", check_same_bytes<Heartbeat>},
+    {"Refusal", check_same_bytes<Refusal>},
+    {"Done", check_same_bytes<Done>},
+    {"StatusQuery", check_same_bytes<StatusQuery>},
+    {"Arm", check_same_bytes<Arm>},
+    {"ArmReply", check_same_bytes<ArmReply>},
+    {"Disarm", check_same_bytes<Disarm>},
+    {"Reset", check_same_bytes<Reset>},
+    {"Claim", check_same_bytes<Claim>},
+    {"ClaimReply", check_same_bytes<ClaimReply>},
     {"Release", check_same_bytes<Release>}};
 
 Frame a_chunk() {
-  return ChunkBuilder().joint(arm, Mode::joint_position, arm_1, {0.1, 0.2}).scalar(gripper, Mode::gripper_position, {0.03, 0.03}).frame();
+  return ChunkBuilder()
+      .joint(arm, Mode::joint_position, arm_1, {0.1, 0.2})
+      .scalar(gripper, Mode::gripper_position, {0.03, 0.03})
+      .frame();
 }
 
 FrameFault fault_of(const Frame& frame) {
@@ -101,7 +113,8 @@ TEST_CASE("a frame cut short at any byte is refused") {
   const Frame whole = a_chunk();
   REQUIRE(fault_of(whole) == FrameFault::none);
   for (std::size_t size = 0; size < whole.size(); ++size)
-    CHECK(fault_of(Frame(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(size))) == FrameFault::cut_short);
+    CHECK(fault_of(Frame(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(size))) ==
+          FrameFault::cut_short);
 }
 
 TEST_CASE("a byte after the message is refused") {
@@ -160,18 +173,18 @@ TEST_CASE("text that is not UTF-8 is refused") {
     Arm arming;
     return decode(frame, arming);
   };
-  CHECK(by({'a', 0xC3, 0xA9}) == FrameFault::none);               // é
-  CHECK(by({0xE2, 0x82, 0xAC}) == FrameFault::none);              // €
-  CHECK(by({0xF0, 0x9F, 0xA4, 0x96}) == FrameFault::none);        // a robot
+  CHECK(by({'a', 0xC3, 0xA9}) == FrameFault::none);         // é
+  CHECK(by({0xE2, 0x82, 0xAC}) == FrameFault::none);        // €
+  CHECK(by({0xF0, 0x9F, 0xA4, 0x96}) == FrameFault::none);  // a robot
   CHECK(by({0xFF}) == FrameFault::text);
-  CHECK(by({0x80}) == FrameFault::text);                          // a continuation alone
-  CHECK(by({0xC3}) == FrameFault::text);                          // cut
+  CHECK(by({0x80}) == FrameFault::text);  // a continuation alone
+  CHECK(by({0xC3}) == FrameFault::text);  // cut
   CHECK(by({0xC3, 0x41}) == FrameFault::text);
-  CHECK(by({0xC0, 0xAF}) == FrameFault::text);                    // overlong
-  CHECK(by({0xE0, 0x80, 0xAF}) == FrameFault::text);              // overlong
-  CHECK(by({0xF0, 0x80, 0x80, 0xAF}) == FrameFault::text);        // overlong
-  CHECK(by({0xED, 0xA0, 0x80}) == FrameFault::text);              // a surrogate
-  CHECK(by({0xF4, 0x90, 0x80, 0x80}) == FrameFault::text);        // beyond the last character
+  CHECK(by({0xC0, 0xAF}) == FrameFault::text);              // overlong
+  CHECK(by({0xE0, 0x80, 0xAF}) == FrameFault::text);        // overlong
+  CHECK(by({0xF0, 0x80, 0x80, 0xAF}) == FrameFault::text);  // overlong
+  CHECK(by({0xED, 0xA0, 0x80}) == FrameFault::text);        // a surrogate
+  CHECK(by({0xF4, 0x90, 0x80, 0x80}) == FrameFault::text);  // beyond the last character
 }
 
 TEST_CASE("prose is never cut inside a character") {
@@ -196,9 +209,10 @@ TEST_CASE("integers stand for numbers, since Python writes 20 for 20.0") {
 
 TEST_CASE("every signed number survives") {
   Verdict verdict;
-  for (const std::int64_t row : {std::int64_t{0}, std::int64_t{-1}, std::int64_t{-32}, std::int64_t{-33}, std::int64_t{-128},
-                                 std::int64_t{-129}, std::int64_t{-32768}, std::int64_t{-32769}, std::int64_t{INT32_MIN},
-                                 std::int64_t{INT32_MIN} - 1, INT64_MIN, INT64_MAX, std::int64_t{127}, std::int64_t{128}}) {
+  for (const std::int64_t row :
+       {std::int64_t{0}, std::int64_t{-1}, std::int64_t{-32}, std::int64_t{-33}, std::int64_t{-128},
+        std::int64_t{-129}, std::int64_t{-32768}, std::int64_t{-32769}, std::int64_t{INT32_MIN},
+        std::int64_t{INT32_MIN} - 1, INT64_MIN, INT64_MAX, std::int64_t{127}, std::int64_t{128}}) {
     verdict.row = row;
     Verdict read;
     REQUIRE(decode(frame_of(verdict), read) == FrameFault::none);

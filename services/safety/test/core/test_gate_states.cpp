@@ -68,7 +68,8 @@ TEST_CASE("arming needs a fresh state in realtime and any state in lockstep") {
   realtime.send_state();
   realtime.timer(251 * ms);
   realtime.send(EventKind::arm, Arm{"test"});
-  CHECK(realtime.refusal().reason == "the newest joint state is 251 ms old, at most 250 ms allowed");
+  CHECK(realtime.refusal().reason ==
+        "the newest joint state is 251 ms old, at most 250 ms allowed");
 
   GateRig lockstep(true);
   lockstep.send_hal_status();
@@ -87,7 +88,8 @@ TEST_CASE("lockstep is the gate file's to allow, not a message's") {
   CHECK(rig.refusal().reason == "the HAL paces in lockstep, which profile sim does not allow");
 }
 
-TEST_CASE("arming starts a new epoch, with leases counted from 1, and takes the clean mark away first") {
+TEST_CASE(
+    "arming starts a new epoch, with leases counted from 1, and takes the clean mark away first") {
   GateRig rig;
   const std::uint64_t before = rig.lease().epoch;
   rig.connect_and_arm();
@@ -231,7 +233,8 @@ TEST_CASE("a stop request nobody can read still stops") {
 TEST_CASE("more stops than there is room for keep the gate stopped") {
   GateRig rig;
   rig.ready();
-  for (std::uint64_t id = 1; id <= max_stops + 4; ++id) rig.send(EventKind::stop_level, StopLevel{id, "flood", ""});
+  for (std::uint64_t id = 1; id <= max_stops + 4; ++id)
+    rig.send(EventKind::stop_level, StopLevel{id, "flood", ""});
   CHECK(rig.gate->state() == GateState::stopped);
   CHECK(rig.status().stop_ids.size() == max_stops);
   rig.reset(1);
@@ -453,8 +456,8 @@ TEST_CASE("a latched gate lists stops, and leads through stopped when one is sti
 TEST_CASE("an armed gate of an unreadable query stays as it is") {
   GateRig rig;
   rig.connect_and_arm();
-  for (const EventKind kind : {EventKind::arm, EventKind::disarm, EventKind::reset, EventKind::claim, EventKind::release,
-                               EventKind::status}) {
+  for (const EventKind kind : {EventKind::arm, EventKind::disarm, EventKind::reset,
+                               EventKind::claim, EventKind::release, EventKind::status}) {
     rig.send_frame(kind, {0x93});
     CHECK(rig.refusal().reason == "unreadable request: cut short");
   }

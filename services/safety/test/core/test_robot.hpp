@@ -8,7 +8,8 @@
 namespace fairlead::test {
 
 // Commanded joints in wire order, then the passive one.
-inline constexpr std::size_t base_x = 0, base_y = 1, base_yaw = 2, arm_1 = 3, arm_2 = 4, gripper_joint = 5, torso = 6;
+inline constexpr std::size_t base_x = 0, base_y = 1, base_yaw = 2, arm_1 = 3, arm_2 = 4,
+                             gripper_joint = 5, torso = 6;
 inline constexpr std::size_t joint_count = 6;
 inline constexpr std::size_t measured_count = 7;
 
@@ -47,7 +48,8 @@ inline JointModeLimits joint_mode(std::initializer_list<std::size_t> joints, dou
   return mode;
 }
 
-inline CartesianLimits cartesian_mode(double linear, double angular, std::initializer_list<std::size_t> axes) {
+inline CartesianLimits cartesian_mode(double linear, double angular,
+                                      std::initializer_list<std::size_t> axes) {
   CartesianLimits mode;
   mode.supported = true;
   (void)mode.frames.push_back("base_link");
@@ -135,7 +137,8 @@ inline Limits test_limits() {
   base_part.modes.body_twist = cartesian_mode(1.0, 1.5, {0, 1, 5});
   PartLimits composite_part = part("composite", {});
   composite_part.modes.composite_mode = scalar_mode(-1.0, 1.0, 1.5);
-  for (const PartLimits& item : {arm_part, gripper_part, base_part, composite_part}) (void)limits.parts.push_back(item);
+  for (const PartLimits& item : {arm_part, gripper_part, base_part, composite_part})
+    (void)limits.parts.push_back(item);
   limits.protocol = protocol();
   return limits;
 }

@@ -43,21 +43,27 @@ TEST_CASE("G007 the horizon lies between 1 and the claim's maximum") {
 
 TEST_CASE("G007 a block holds exactly horizon times width numbers") {
   CHECK(code_of(ChunkBuilder().add(gripper, Mode::gripper_position, {{0.04, 0.04}})) == 7);
-  CHECK(code_of(ChunkBuilder().add(arm, Mode::cartesian_delta, {{0, 0, 0, 0, 0}}, {}, "base_link")) == 7);
-  CHECK(code_of(ChunkBuilder().add(arm, Mode::cartesian_delta, {{0, 0, 0, 0, 0, 0, 0}}, {}, "base_link")) == 7);
-  CHECK(code_of(ChunkBuilder().add(arm, Mode::joint_position, {Row(joint_count - 1, 0.0)}, {arm_1})) == 7);
-  CHECK(code_of(ChunkBuilder().add(arm, Mode::joint_position, {Row(joint_count + 1, 0.0)}, {arm_1})) == 7);
+  CHECK(code_of(ChunkBuilder().add(arm, Mode::cartesian_delta, {{0, 0, 0, 0, 0}}, {},
+                                   "base_link")) == 7);
+  CHECK(code_of(ChunkBuilder().add(arm, Mode::cartesian_delta, {{0, 0, 0, 0, 0, 0, 0}}, {},
+                                   "base_link")) == 7);
+  CHECK(code_of(ChunkBuilder().add(arm, Mode::joint_position, {Row(joint_count - 1, 0.0)},
+                                   {arm_1})) == 7);
+  CHECK(code_of(ChunkBuilder().add(arm, Mode::joint_position, {Row(joint_count + 1, 0.0)},
+                                   {arm_1})) == 7);
   CHECK(code_of(ChunkBuilder().add(gripper, Mode::gripper_position, {{}})) == 7);
 }
 
 TEST_CASE("G007 a chunk without parts is refused") { CHECK(code_of(ChunkBuilder(1)) == 7); }
 
 TEST_CASE("G008 every number of every row is finite and at most 1e6, and a breach stops") {
-  for (const double bad : {not_a_number, infinite, -infinite, 1e308, just_above(1e6), -just_above(1e6)}) {
+  for (const double bad :
+       {not_a_number, infinite, -infinite, 1e308, just_above(1e6), -just_above(1e6)}) {
     for (const std::size_t row : {std::size_t{0}, std::size_t{2}}) {
       Row values(3, 0.04);
       values[row] = bad;
-      const Evidence evidence = shape(ChunkBuilder().scalar(gripper, Mode::gripper_position, values).chunk);
+      const Evidence evidence =
+          shape(ChunkBuilder().scalar(gripper, Mode::gripper_position, values).chunk);
       CHECK(evidence.code == 8);
       CHECK(evidence.row == static_cast<std::int64_t>(row));
       CHECK(evidence.part == "gripper");
@@ -75,8 +81,9 @@ TEST_CASE("G008 padding is not exempt") {
 }
 
 TEST_CASE("G009 modes without a checker are refused by name") {
-  for (const Mode mode : {Mode::joint_torque, Mode::joint_trajectory, Mode::cartesian_pose, Mode::cartesian_twist,
-                          Mode::foot_placement, Mode::gripper_binary, Mode::dex_hand_joint}) {
+  for (const Mode mode :
+       {Mode::joint_torque, Mode::joint_trajectory, Mode::cartesian_pose, Mode::cartesian_twist,
+        Mode::foot_placement, Mode::gripper_binary, Mode::dex_hand_joint}) {
     const std::size_t width = mode_width(static_cast<std::uint8_t>(mode), joint_count);
     ChunkBuilder builder;
     builder.add(arm, mode, {Row(width, 0.0)});
@@ -106,14 +113,16 @@ TEST_CASE("G009 the mask names joints of the part, ascending, and is mandatory")
   CHECK(code_of(ChunkBuilder().add(arm, Mode::joint_position, {zeros}, {arm_1, arm_1})) == 9);
   CHECK(code_of(ChunkBuilder().add(arm, Mode::joint_position, {zeros}, {base_x, arm_1})) == 9);
   CHECK(code_of(ChunkBuilder().add(arm, Mode::joint_position, {zeros}, {200})) == 9);
-  CHECK(code_of(ChunkBuilder().add(arm, Mode::cartesian_delta, {Row(6, 0.0)}, {arm_1}, "base_link")) == 9);
+  CHECK(code_of(ChunkBuilder().add(arm, Mode::cartesian_delta, {Row(6, 0.0)}, {arm_1},
+                                   "base_link")) == 9);
 }
 
 TEST_CASE("G009 what is not active is exactly zero, in every row") {
   Row dirty(joint_count, 0.0);
   dirty[arm_2] = 5e-324;
   const Row clean(joint_count, 0.0);
-  const Evidence evidence = shape(ChunkBuilder().add(arm, Mode::joint_position, {clean, dirty}, {arm_1}).chunk);
+  const Evidence evidence =
+      shape(ChunkBuilder().add(arm, Mode::joint_position, {clean, dirty}, {arm_1}).chunk);
   CHECK(evidence.code == 9);
   CHECK(evidence.row == 1);
   CHECK(evidence.axis == "arm_2");
@@ -123,11 +132,14 @@ TEST_CASE("G009 what is not active is exactly zero, in every row") {
 }
 
 TEST_CASE("G009 frames: declared ones for cartesian modes, none for the others") {
-  CHECK(code_of(ChunkBuilder().add(arm, Mode::cartesian_delta, {Row(6, 0.0)}, {}, "base_link")) == 0);
+  CHECK(code_of(ChunkBuilder().add(arm, Mode::cartesian_delta, {Row(6, 0.0)}, {}, "base_link")) ==
+        0);
   CHECK(code_of(ChunkBuilder().add(arm, Mode::cartesian_delta, {Row(6, 0.0)}, {}, "odom")) == 9);
   CHECK(code_of(ChunkBuilder().add(arm, Mode::cartesian_delta, {Row(6, 0.0)}, {}, "")) == 9);
-  CHECK(code_of(ChunkBuilder().add(gripper, Mode::gripper_position, {{0.04}}, {}, "base_link")) == 9);
-  CHECK(code_of(ChunkBuilder().add(arm, Mode::joint_position, {Row(joint_count, 0.0)}, {arm_1}, "base_link")) == 9);
+  CHECK(code_of(ChunkBuilder().add(gripper, Mode::gripper_position, {{0.04}}, {}, "base_link")) ==
+        9);
+  CHECK(code_of(ChunkBuilder().add(arm, Mode::joint_position, {Row(joint_count, 0.0)}, {arm_1},
+                                   "base_link")) == 9);
 }
 
 TEST_CASE("G009 a base twist is zero along axes the base does not have") {

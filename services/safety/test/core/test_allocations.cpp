@@ -1,0 +1,108 @@
+// From received bytes to encoded bytes the core allocates nothing.
+
+#include <cstdlib>
+#include <new>
+
+#include "gate_rig.hpp"
+
+namespace {
+
+bool counting = false;
+std::size_t allocations = 0;
+
+void* allocate(std::size_t size) {
+  if (counting) ++allocations;
+  void* memory = std::malloc(size == 0 ? 1 : size);
+  if (memory == nullptr) throw std::bad_alloc();
+  return memory;
+}
+
+}  // namespace
+
+// Replaces the program's allocator, also for every other test, where it only passes through.
+void* operator new(std::size_t size) { return allocate(size); }
+void* operator new[](std::size_t size) { return allocate(size); }
+void operator delete(void* memory) noexcept { std::free(memory); }
+void operator delete[](void* memory) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+void operator delete[](void* memory, std::size_t) noexcept { std::free(memory); }
+
+using namespace fairlead;
+using namespace fairlead::test;
+
+namespace {
+
+// One step with the counter on; the frame is made before.
+std::size_t allocations_of(GateRig& rig, EventKind kind, const std::vector<std::uint8_t>& frame) {
+  allocations = 0;
+  counting = true;
+  rig.gate->step(rig.now_ns, Event{kind, "runner", frame, rig.now_ns}, *rig.out);
+  counting = false;
+  return allocations;
+}
+
+std::vector<std::uint8_t> full_chunk(GateRig& rig) {
+  ChunkBuilder chunk = rig.chunk();
+  chunk.chunk.parts.clear();
+  chunk.joint(arm, Mode::joint_position, arm_1, Row(64, 0.1));
+  chunk.scalar(gripper, Mode::gripper_position, Row(64, 0.04));
+  chunk.joint(base, Mode::joint_velocity, base_x, Row(64, 0.1));
+  chunk.scalar(composite, Mode::composite_mode, Row(64, -1.0));
+  return chunk.frame();
+}
+
+}  // namespace
+
+TEST_CASE("the counter counts") {
+  allocations = 0;
+  counting = true;
+  delete new int(5);
+  counting = false;
+  CHECK(allocations == 1);
+}
+
+TEST_CASE("no event allocates: chunks, states, heartbeats, queries, stops, time") {
+  for (const bool lockstep : {false, true}) {
+    GateRig rig(lockstep);
+    rig.ready();
+    const auto good = full_chunk(rig);
+    CHECK(allocations_of(rig, EventKind::candidate, good) == 0);
+    CHECK(rig.verdict().code == 0);
+    CHECK(allocations_of(rig, EventKind::candidate, good) == 0);  // a copy
+    CHECK(allocations_of(rig, EventKind::candidate, rig.chunk({9.0}).frame()) == 0);
+    CHECK(allocations_of(rig, EventKind::candidate, {1, 2, 3}) == 0);
+    CHECK(allocations_of(rig, EventKind::heartbeat, frame_of(Heartbeat{rig.claim_id})) == 0);
+    CHECK(allocations_of(rig, EventKind::timer, {}) == 0);
+    CHECK(allocations_of(rig, EventKind::hal_status, frame_of(rig.hal_status())) == 0);
+    CHECK(allocations_of(rig, EventKind::status, frame_of(StatusQuery{})) == 0);
+    CHECK(allocations_of(rig, EventKind::claim, frame_of(rig.claim_request())) == 0);
+    CHECK(allocations_of(rig, EventKind::release, frame_of(Release{"runner", rig.claim_id})) == 0);
+    CHECK(allocations_of(rig, EventKind::claim, frame_of(rig.claim_request())) == 0);
+    CHECK(allocations_of(rig, EventKind::stop_level, frame_of(StopLevel{5, "operator", "test"})) ==
+          0);
+    CHECK(allocations_of(rig, EventKind::reset, frame_of(Reset{"test", 5})) == 0);
+    CHECK(allocations_of(rig, EventKind::arm, frame_of(Arm{"test"})) == 0);
+    CHECK(allocations_of(rig, EventKind::disarm, frame_of(Disarm{"test"})) == 0);
+  }
+}
+
+TEST_CASE("no state allocates, not even one that has rows judged again") {
+  GateRig rig;
+  rig.ready();
+  rig.send_frame(EventKind::candidate, full_chunk(rig), "runner");
+  std::size_t judged_again = 0;
+  for (int i = 0; i < 3; ++i) {
+    JointState state;
+    state.session = rig.session;
+    state.tick = ++rig.tick;
+    const std::vector<double> zeros(measured_count, 0.0);
+    const Bytes block(reinterpret_cast<const std::uint8_t*>(zeros.data()),
+                      zeros.size() * sizeof(double));
+    state.positions = state.velocities = state.efforts = NumberView(block);
+    state.robot_hash = hash_of(7);
+    (void)state.acted.resize(4);
+    CHECK(allocations_of(rig, EventKind::joint_state, frame_of(state)) == 0);
+    judged_again += rig.count(OutputKind::verdict);
+  }
+  CHECK(judged_again == 1);
+}

@@ -1,0 +1,136 @@
+// A configuration is fit to judge with, or is refused with the name of the key.
+
+#include <doctest/doctest.h>
+
+#include <functional>
+#include <string>
+
+#include "boundary.hpp"
+#include "test_robot.hpp"
+
+using namespace fairlead;
+using namespace fairlead::test;
+
+namespace {
+
+std::string fault_after(const std::function<void(Limits&)>& spoil) {
+  Limits limits = test_limits();
+  spoil(limits);
+  return std::string(check_limits(limits).view());
+}
+
+// Every limit that must be a finite number above 0.
+std::vector<double*> positive_limits(Limits& limits) {
+  std::vector<double*> all;
+  for (JointLimits& item : limits.joints)
+    for (double* value : {&item.velocity_limit, &item.acceleration_limit, &item.effort_limit,
+                          &item.jump_limit, &item.standstill_velocity})
+      all.push_back(value);
+  for (PassiveLimits& item : limits.passive_joints) {
+    all.push_back(&item.jump_limit);
+    all.push_back(&item.standstill_velocity);
+  }
+  ModeLimits& arm_modes = limits.parts[arm].modes;
+  for (CartesianLimits* mode : {&arm_modes.cartesian_delta, &limits.parts[base].modes.body_twist})
+    for (double* value : {&mode->linear_limit, &mode->angular_limit, &mode->linear_step_limit,
+                          &mode->angular_step_limit})
+      all.push_back(value);
+  all.push_back(&arm_modes.joint_position.step_limit[arm_2]);
+  all.push_back(&arm_modes.joint_velocity.step_limit[arm_1]);
+  all.push_back(&limits.parts[base].modes.joint_velocity.step_limit[base_yaw]);
+  all.push_back(&limits.parts[gripper].modes.gripper_position.step_limit);
+  all.push_back(&limits.parts[composite].modes.composite_mode.step_limit);
+  return all;
+}
+
+}  // namespace
+
+TEST_CASE("the test robot's configuration has no fault") {
+  CHECK(check_limits(test_limits()).empty());
+}
+
+TEST_CASE("every limit that is missing, not finite, zero or negative is refused") {
+  Limits reference = test_limits();
+  const std::size_t count = positive_limits(reference).size();
+  CHECK(count == 45);
+  for (std::size_t i = 0; i < count; ++i)
+    for (const double bad : {unset, infinite, -infinite, 0.0, -1.0}) {
+      Limits limits = test_limits();
+      *positive_limits(limits)[i] = bad;
+      const std::string fault(check_limits(limits).view());
+      CHECK(fault.find("expected a finite number above 0") != std::string::npos);
+    }
+}
+
+TEST_CASE("ranges must be finite and not inverted") {
+  for (const double bad : {unset, infinite, -infinite, 3.0}) {
+    CHECK_FALSE(fault_after([bad](Limits& l) { l.joints[arm_1].bounds.lower = bad; }).empty());
+    CHECK_FALSE(fault_after([bad](Limits& l) { l.passive_joints[0].bounds.lower = bad; }).empty());
+    CHECK_FALSE(fault_after([bad](Limits& l) {
+                  l.parts[gripper].modes.gripper_position.lower = bad;
+                }).empty());
+  }
+  CHECK(fault_after([](Limits& l) { l.joints[arm_1].bounds.upper = -2.0; }) ==
+        "joints.arm_1.bounds: expected finite lower < upper, got -2 and -2");
+  for (const double bad : {unset, infinite, -0.1})
+    CHECK_FALSE(fault_after([bad](Limits& l) { l.joints[arm_1].bounds.tolerance = bad; }).empty());
+}
+
+TEST_CASE("names are there, and there once") {
+  CHECK(fault_after([](Limits& l) { l.joints[1].name = "base_x"; }) ==
+        "joints: base_x is there twice");
+  CHECK(fault_after([](Limits& l) { l.parts[1].name = "arm"; }) == "parts: arm is there twice");
+  CHECK(fault_after([](Limits& l) { l.joints[1].name.clear(); }) ==
+        "joints: a joint without a name");
+  CHECK(fault_after([](Limits& l) { l.passive_joints[0].name.clear(); }) ==
+        "passive_joints: a joint without a name");
+  CHECK(fault_after([](Limits& l) { l.parts[1].name.clear(); }) == "parts: a part without a name");
+  CHECK(fault_after([](Limits& l) { l.robot.clear(); }) == "robot, profile: expected names");
+  CHECK(fault_after([](Limits& l) { l.robot_hash = Hash{}; }) ==
+        "robot_hash: expected the robot's hash, got none");
+  CHECK(fault_after([](Limits& l) { l.joints.clear(); }) ==
+        "joints, parts: expected at least one of each");
+}
+
+TEST_CASE("joints, parts and modes must agree") {
+  CHECK(fault_after([](Limits& l) { l.joints[0].part = 9; }) == "joints.base_x.part: no such part");
+  CHECK(fault_after([](Limits& l) { l.joints[arm_1].part = gripper; }) ==
+        "parts.arm.joints: a joint that is not this part's");
+  CHECK(fault_after([](Limits& l) { l.parts[arm].joints[0] = 31; }) ==
+        "parts.arm.joints: a joint that is not this part's");
+  CHECK(fault_after([](Limits& l) {
+          l.parts[base].modes.joint_position = joint_mode({0, 1, 2}, 0.1);
+        }) == "parts.base.modes.joint_position: base_x has no bounds to judge positions by");
+  CHECK(fault_after([](Limits& l) {
+          l.parts[composite].modes.joint_velocity = joint_mode({}, 0.1);
+        }) == "parts.composite.modes.joint_velocity: the part has no joints");
+  CHECK(fault_after([](Limits& l) {
+          l.parts[arm].modes.gripper_position = scalar_mode(0.0, 1.0, 1.0);
+        }) == "parts.arm.modes.gripper_position: expected exactly one joint, with bounds");
+  CHECK(fault_after([](Limits& l) { l.parts[arm].modes.cartesian_delta.frames.clear(); }) ==
+        "parts.arm.modes.cartesian_delta.frames: expected at least one");
+}
+
+TEST_CASE("the protocol's own limits are within what the gate has room for") {
+  const auto fault = [](auto field, auto value) {
+    return fault_after([=](Limits& l) { l.protocol.*field = value; });
+  };
+  CHECK(fault(&ProtocolLimits::horizon_max, 65U) ==
+        "protocol.horizon_max: expected 1 to 64, got 65");
+  CHECK_FALSE(fault(&ProtocolLimits::horizon_max, 0U).empty());
+  CHECK_FALSE(fault(&ProtocolLimits::age_max_ticks, 0U).empty());
+  for (const double bad : {unset, infinite, 0.0, 51.0})
+    CHECK_FALSE(fault(&ProtocolLimits::chunk_rate_max_hz, bad).empty());
+  CHECK_FALSE(fault(&ProtocolLimits::seq_jump_max, std::uint64_t{0}).empty());
+  CHECK_FALSE(fault(&ProtocolLimits::state_timeout_ms, 0U).empty());
+  CHECK_FALSE(fault(&ProtocolLimits::heartbeat_timeout_realtime_ms, 0U).empty());
+  CHECK_FALSE(fault(&ProtocolLimits::heartbeat_timeout_lockstep_ms, 0U).empty());
+  CHECK_FALSE(fault(&ProtocolLimits::lease_interval_ms, 5U).empty());
+  CHECK_FALSE(fault(&ProtocolLimits::idle_disarm_s, 0U).empty());
+  CHECK_FALSE(fault(&ProtocolLimits::stops_to_latch, 0U).empty());
+  CHECK_FALSE(fault(&ProtocolLimits::stops_to_latch, 17U).empty());
+  CHECK_FALSE(fault(&ProtocolLimits::stop_window_s, 0U).empty());
+  CHECK_FALSE(fault(&ProtocolLimits::bad_frames_limit, 17U).empty());
+  CHECK_FALSE(fault(&ProtocolLimits::bad_frames_window_ticks, 0U).empty());
+  CHECK_FALSE(fault_after([](Limits& l) { l.period_ns = 0; }).empty());
+}
