@@ -97,11 +97,11 @@ class Samples:
         }
 
 
-def measure(scene: Scene, relay: Relay, rows: int, count: int, pause_s: float) -> Samples:
+def measure(
+    scene: Scene, safe: Arrival, relay: Relay, rows: int, count: int, pause_s: float
+) -> Samples:
     """Alternate relay and gate ``count`` times, with a pause before each message."""
     samples = Samples()
-    safe = Arrival(scene.bus, scene.keys.safe("runner"))
-    candidates = scene.bus.publisher(scene.keys.candidate("runner"), ActionChunk, Qos.HOT)
     verdict: Verdict | None = None
     for _ in range(count):
         if verdict is not None:
@@ -111,7 +111,7 @@ def measure(scene: Scene, relay: Relay, rows: int, count: int, pause_s: float) -
         time.sleep(pause_s)
         samples.relay_us.append(relay.arrival.after(relay.publisher.put_bytes, payload))
         time.sleep(pause_s)
-        samples.gate_us.append(safe.after(candidates.put_bytes, payload))
+        samples.gate_us.append(safe.after(scene.send_bytes, payload))
         verdict = scene.verdicts.wait_for(_answers(chunk))
         assert verdict.outcome == 0, verdict
         samples.decision_us.append(verdict.latency_ns / 1e3)
@@ -135,13 +135,15 @@ def main() -> None:
         scene = Scene(gate_config(ROBOT, "sim"), Path(folder) / "state")
         try:
             scene.ready_to_move()
-            measure(scene, relay, arguments.rows, 100, 0.0)  # warm-up
+            scene.safe.close()  # its work would count as the gate's
+            safe = Arrival(scene.bus, scene.keys.safe("runner"))
+            measure(scene, safe, relay, arguments.rows, 100, 0.0)  # warm-up
             results = {
                 "back_to_back": measure(
-                    scene, relay, arguments.rows, arguments.count, 0.0
+                    scene, safe, relay, arguments.rows, arguments.count, 0.0
                 ).report(),
                 "at_20_hz": measure(
-                    scene, relay, arguments.rows, arguments.count_20hz, 0.02
+                    scene, safe, relay, arguments.rows, arguments.count_20hz, 0.02
                 ).report(),
             }
         finally:

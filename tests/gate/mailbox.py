@@ -23,14 +23,17 @@ class Mailbox(Generic[M]):
         self._kind = kind
         self._key = key
         self._changed = threading.Condition()
-        self._messages: list[M] = []
+        self._frames: list[bytes] = []  # decoded when read: the callback must not take long
         self._read = 0
-        bus.subscribe(key, self._on_sample)
+        self._subscription = bus.subscribe(key, self._on_sample)
+
+    def close(self) -> None:
+        """Hear no more."""
+        self._subscription.undeclare()
 
     def _on_sample(self, sample: Sample) -> None:
-        message = decode(self._kind, sample.payload)
         with self._changed:
-            self._messages.append(message)
+            self._frames.append(sample.payload)
             self._changed.notify_all()
 
     def wait_for(
@@ -40,23 +43,23 @@ class Mailbox(Generic[M]):
         deadline = time.monotonic() + timeout_s
         with self._changed:
             while True:
-                while self._read < len(self._messages):
-                    message = self._messages[self._read]
+                while self._read < len(self._frames):
+                    message = decode(self._kind, self._frames[self._read])
                     self._read += 1
                     if accept(message):
                         return message
                 if not self._changed.wait(deadline - time.monotonic()):
-                    last = self._messages[-1] if self._messages else None
+                    last = decode(self._kind, self._frames[-1]) if self._frames else None
                     raise AssertionError(f"{self._key}: not in {timeout_s} s; the last was {last}")
 
     def skip(self) -> None:
         """Count everything that has arrived as read."""
         with self._changed:
-            self._read = len(self._messages)
+            self._read = len(self._frames)
 
     def unread(self) -> list[M]:
         """What has arrived and was not read; reads it."""
         with self._changed:
-            messages = self._messages[self._read :]
-            self._read = len(self._messages)
-            return messages
+            frames = self._frames[self._read :]
+            self._read = len(self._frames)
+            return [decode(self._kind, frame) for frame in frames]

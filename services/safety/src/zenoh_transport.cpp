@@ -76,8 +76,13 @@ std::string session_config(const Endpoints& endpoints) {
   const nlohmann::json retry = {
       {"period_init_ms", 50}, {"period_max_ms", 500}, {"period_increase_factor", 2}};
   const nlohmann::json off = {{"enabled", false}};
+  // An express message takes a whole batch, so a step's burst must find room for each. Where
+  // there is none the message is dropped at once: whoever puts holds the gate's lock.
+  const nlohmann::json queue = {{"size", {{"real_time", 16}, {"data", 4}}},
+                                {"congestion_control", {{"drop", {{"wait_before_drop", 0}}}}}};
   const nlohmann::json config = {
       {"mode", "peer"},
+      {"transport", {{"link", {{"tx", {{"queue", queue}}}}}}},
       {"listen", {{"endpoints", {endpoints.listen}}, {"exit_on_failure", true}}},
       {"connect",
        {{"endpoints", endpoints.connect},
