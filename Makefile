@@ -1,6 +1,6 @@
 # Every target is one script or command: read it there. `make` alone lists them.
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test lint bench clean
+.PHONY: help setup demo test soak lint bench clean
 # One at a time: the stages build on each other.
 .NOTPARALLEL:
 
@@ -15,6 +15,9 @@ demo: setup ## the robot does its task, in the simulator; ARGS=--realtime shows 
 
 test: setup ## every test; scripts/test PATH runs some of them
 	@scripts/test
+
+soak: setup ## the long tests: the task on twenty seeds through the real processes
+	@scripts/test -m soak
 
 lint: setup ## formatting, lint, strict types
 	@scripts/lint
