@@ -28,13 +28,16 @@ def scratch_robot(
 ) -> Iterator[ScratchRobot]:
     """Start the services of ``scratch``, wait until the gate follows the HAL, stop them.
 
+    Args:
+        order: start them one by one in this order; None: all at once.
+
     Raises:
         ServiceError: a service died or was not ready in time, with its last lines.
         NoAnswerError: the gate does not follow the HAL.
     """
     supervisor = Supervisor(scratch.file, scratch.deployment, scratch.state_dir, registry=registry)
     try:
-        supervisor.start(order)
+        supervisor.start(order, None if order is None else READY_TIMEOUT_S)
         supervisor.wait_ready(READY_TIMEOUT_S)
         with RobotClient(scratch.deployment) as client:
             client.wait_alive(*scratch.deployment.services, timeout_s=READY_TIMEOUT_S)

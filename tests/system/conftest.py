@@ -16,6 +16,10 @@ from tests.system.live_robot import LiveRobot
 
 SOURCE = repo_root() / "compose" / "panda_mobile_sim.yaml"
 Pacing = Literal["realtime", "lockstep"]
+LIGHT_HAL = {
+    "backend": "kinematic",
+    "frames": {"object": [0.6, 0.0, 0.95], "goal": [0.0, 1.8, 1.1]},
+}
 
 
 @pytest.fixture(scope="session")
@@ -24,9 +28,12 @@ def registry(tmp_path_factory: pytest.TempPathFactory) -> Registry:
 
 
 @pytest.fixture
-def new_scratch(tmp_path: Path) -> Callable[[Pacing], Scratch]:
+def light_scratch(tmp_path: Path) -> Callable[[Pacing], Scratch]:
+    """Deployments without physics: commands are integrated, services are the real ones."""
+
     def make(pacing: Pacing) -> Scratch:
-        return make_scratch(SOURCE, tmp_path / "state", ScratchOptions(pacing=pacing))
+        options = ScratchOptions(pacing=pacing, options={"hal": LIGHT_HAL})
+        return make_scratch(SOURCE, tmp_path / "state", options)
 
     return make
 

@@ -79,8 +79,12 @@ class Supervisor:
         self._slots: dict[str, _Slot] = {}
         self._lock: IO[str] | None = None
 
-    def start(self, order: Sequence[str] | None = None) -> None:
+    def start(self, order: Sequence[str] | None = None, one_by_one_s: float | None = None) -> None:
         """Start every service, in the file's order or in ``order``.
+
+        Args:
+            one_by_one_s: wait up to so long for each to be ready before the next starts;
+                None starts them all at once.
 
         Raises:
             ServiceError: something of this deployment still runs, or a port is taken.
@@ -95,6 +99,8 @@ class Supervisor:
             for name in names:
                 self._slots[name] = _Slot(self._spawn(name, commands[name]), self._clock())
                 self._write_entry()
+                if one_by_one_s is not None:
+                    self.wait_ready(one_by_one_s)
         except BaseException:
             self.stop(grace_s=0.0)
             raise
