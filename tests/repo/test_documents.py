@@ -7,10 +7,13 @@ import re
 
 import pytest
 
+from fairlead.bindings import LAYOUT_DIMS, REQUIRED_BINDINGS
+from fairlead.modes import GATED_MODES
 from tests.repo.tree import ROOT
 
 DESIGN = (ROOT / "docs" / "design.md").read_text()
 SAFETY = (ROOT / "docs" / "safety.md").read_text()
+ROBOTS = (ROOT / "docs" / "robots-and-skills.md").read_text()
 README = (ROOT / "README.md").read_text()
 GOLDEN_KEYS = json.loads((ROOT / "tests" / "golden" / "keys.json").read_text())
 CODES = [*range(1, 14), *range(20, 23)]
@@ -38,6 +41,19 @@ def test_the_key_table_lists_every_key_that_can_be_built_and_no_other() -> None:
 
 def test_the_code_table_lists_the_checks_of_this_release() -> None:
     assert re.findall(r"^\| (G\d{3}) \|", SAFETY, re.M) == [f"G{code:03}" for code in CODES]
+
+
+def test_the_layout_table_is_that_of_the_code() -> None:
+    table = re.findall(r"^\| `(\w+)` \| (\d+) \| .*? \| (.*?) *\|$", ROBOTS, re.M)
+    assert {name: int(dim) for name, dim, _ in table} == LAYOUT_DIMS
+    for name, _, bindings in table:
+        assert set(re.findall(r"`(\w+)`", bindings)) == set(REQUIRED_BINDINGS[name])
+
+
+def test_the_modes_said_to_have_a_checker_are_those_of_the_code() -> None:
+    said = re.search(r"Modes with a checker are (.*?);", SAFETY, re.S)
+    assert said
+    assert set(re.findall(r"\w+_\w+", said.group(1))) == {mode.yaml_name for mode in GATED_MODES}
 
 
 @pytest.mark.parametrize("text", [README, DESIGN], ids=["README", "design"])
