@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fairlead.bindings import StateContract
+from fairlead.bindings import LAYOUT_DIMS, StateContract, bound_gripper, bound_joints
 from fairlead.errors import ConfigError
 from fairlead.messages import HalPart, HalStatus, floats
 from fairlead.modes import GATED_MODES, ControlMode
@@ -32,7 +32,7 @@ def admission_problems(
         *_embodiment_problems(skill, robot),
         *problems,
         *_mode_problems(routes),
-        *_joint_problems(skill.state_contract, robot),
+        *_layout_problems(skill.state_contract, robot),
         *limit_problems(skill, robot),
     ]
     if hal is None:
@@ -72,11 +72,19 @@ def _mode_problems(routes: tuple[Route, ...]) -> list[str]:
     ]
 
 
-def _joint_problems(contract: StateContract, robot: RobotManifest) -> list[str]:
+def _layout_problems(contract: StateContract, robot: RobotManifest) -> list[str]:
+    """Nothing that assembles it, and joints that the robot does not measure."""
+    if contract.layout not in LAYOUT_DIMS:
+        return [f"layout {contract.layout}: no assembler (valid: {', '.join(LAYOUT_DIMS)})"]
+    bound = (
+        ("joint_names", bound_joints(contract.layout, contract.bindings)),
+        ("gripper_qpos_joints", bound_gripper(contract.layout, contract.bindings)),
+    )
     return [
-        f"gripper_qpos_joints: robot {robot.id} measures no joint {name!r} "
+        f"{binding}: robot {robot.id} measures no joint {name!r} "
         f"(valid: {', '.join(robot.measured_joint_names)})"
-        for name in contract.bindings.gripper_qpos_joints
+        for binding, names in bound
+        for name in names
         if name not in robot.measured_joint_names
     ]
 

@@ -1,35 +1,25 @@
 """Layouts as pure functions: values, order, sign, and what is refused."""
 
-from collections.abc import Mapping
-
 import numpy as np
-import pinocchio as pin
 import pytest
 
-from fairlead.bindings import LAYOUT_DIMS, StateContractBindings
+from fairlead.bindings import (
+    LAYOUT_DIMS,
+    LAYOUTS,
+    StateContractBindings,
+    StateLayout,
+    bound_joints,
+)
 from fairlead.errors import ConfigError, LayoutError
 from fairlead_state_assembler import (
     LAYOUT_ASSEMBLERS,
+    LAYOUT_EXAMPLES,
     JointPositions,
     assemble_state,
     pose_from,
     register,
 )
-
-Poses = Mapping[tuple[str, str], pin.SE3]
-
-
-class FixedTransforms:
-    """Transforms for a notebook: a table instead of a buffer."""
-
-    def __init__(self, poses: Poses) -> None:
-        self._poses = poses
-
-    def pose(self, parent: str, child: str) -> pin.SE3:
-        if (parent, child) not in self._poses:
-            raise LayoutError("no such frame", kind="missing_frame", name=child, parent=parent)
-        return self._poses[(parent, child)]
-
+from tests.assembler.fixed_transforms import FixedTransforms
 
 BINDINGS = StateContractBindings(
     eef_frame="grip_site",
@@ -47,6 +37,8 @@ HALF = float(np.sqrt(0.5))
 POSES = {
     ("base_site", "grip_site"): pose_from("grip_site", [0.5, 0.1, 0.2], [0.0, 0.0, 0.0, 1.0]),
     ("base_site", "panda_hand"): pose_from("panda_hand", [9.0, 9.0, 9.0], [HALF, 0.0, 0.0, HALF]),
+    ("map", "grip_site"): pose_from("grip_site", [3.0, 2.0, 1.0], [0.0, 0.0, 0.0, 1.0]),
+    ("map", "panda_hand"): pose_from("panda_hand", [9.0, 9.0, 9.0], [0.8, 0.0, 0.0, -0.6]),
     ("map", "base_site"): pose_from("base_site", [1.0, 2.0, 0.9], [0.0, 0.0, HALF, HALF]),
     ("base_site", "object"): pose_from("object", [0.6, 0.0, 0.1], [0.0, 0.0, 0.6, 0.8]),
     ("base_site", "goal"): pose_from("goal", [0.7, 0.3, 0.4], [0.0, 0.6, 0.0, -0.8]),
@@ -141,22 +133,123 @@ def test_number_that_is_not_finite_is_an_error_naming_its_index() -> None:
 
 def test_layout_without_an_assembler_lists_those_there_are() -> None:
     with pytest.raises(LayoutError) as error:
-        assemble_state("gr1", BINDINGS, JOINTS, FixedTransforms(POSES))  # type: ignore[arg-type]
-    assert str(error.value) == ("layout gr1: no assembler (valid: human300_16d, mobile_pick_30d)")
+        assemble_state("gr1", BINDINGS, JOINTS, FixedTransforms(POSES))
+    assert str(error.value) == (
+        "layout gr1: no assembler (valid: aloha, human300_16d, libero, libero_eef8d, "
+        "mobile_pick_30d, rc365)"
+    )
     assert (error.value.kind, error.value.name) == ("no_assembler", "gr1")
 
 
 def test_every_declared_layout_has_an_assembler_of_its_width() -> None:
-    assert set(LAYOUT_ASSEMBLERS) == set(LAYOUT_DIMS)
+    assert set(LAYOUT_ASSEMBLERS) == set(LAYOUT_EXAMPLES) == set(LAYOUT_DIMS)
     for layout, dim in LAYOUT_DIMS.items():
-        values = assemble_state(layout, BINDINGS, JOINTS, FixedTransforms(POSES))
-        assert values.shape == (dim,)
+        joints = (*bound_joints(layout, BINDINGS), *BINDINGS.gripper_qpos_joints)
+        measured = JointPositions.named(joints, np.zeros(len(joints)))
+        values = assemble_state(layout, BINDINGS, measured, FixedTransforms(POSES))
+        assert (values.shape, values.dtype) == ((dim,), np.float64)
+
+
+LIBERO = BINDINGS.model_copy(update={"base_frame": None})
+
+
+def test_libero_eef8d_is_eef_in_the_world_with_axis_angle_then_fingers() -> None:
+    values = assemble_state("libero_eef8d", LIBERO, JOINTS, FixedTransforms(POSES))
+    turned = -2.0 * np.arctan2(0.8, 0.6)  # w >= 0, so the axis is -x
+    assert np.allclose(values, [3, 2, 1, turned, 0, 0, 0.02, -0.03], atol=1e-12)
+
+
+def test_libero_eef8d_with_x_bound_positive_turns_further_than_half_way() -> None:
+    bindings = LIBERO.model_copy(update={"quaternion_signs": {"eef_frame": "+x"}})
+    values = assemble_state("libero_eef8d", bindings, JOINTS, FixedTransforms(POSES))
+    assert np.allclose(values[3:6], [2.0 * (np.pi - np.arctan2(0.8, 0.6)), 0, 0], atol=1e-12)
+
+
+def test_sign_bound_to_one_frame_leaves_the_others_alone() -> None:
+    bindings = BINDINGS.model_copy(update={"quaternion_signs": {"goal_frame": "-w"}})
+    plain = assemble_state("mobile_pick_30d", BINDINGS, JOINTS, FixedTransforms(POSES))
+    signed = assemble_state("mobile_pick_30d", bindings, JOINTS, FixedTransforms(POSES))
+    assert np.array_equal(signed[26:], -plain[26:])
+    assert np.array_equal(signed[:26], plain[:26])
+
+
+def test_rc365_is_human300_16d_bit_for_bit() -> None:
+    rc365 = assemble_state("rc365", BINDINGS, JOINTS, FixedTransforms(POSES))
+    human300 = assemble_state("human300_16d", BINDINGS, JOINTS, FixedTransforms(POSES))
+    assert rc365.tobytes() == human300.tobytes()
+
+
+NOTHING_BOUND = StateContractBindings()
+NO_TRANSFORMS = FixedTransforms({})
+
+
+def test_libero_unbound_is_frankas_joints_then_its_fingers_wherever_they_are_measured() -> None:
+    joints = JointPositions.named(
+        (
+            *LAYOUTS["libero"].gripper_qpos_joints,
+            "base_x",
+            *reversed(LAYOUTS["libero"].joint_names),
+        ),
+        np.array([0.01, -0.02, 99.0, 7.0, 6.0, 5.0, 4.0, 3.0, 2.0, 1.0]),
+    )
+    values = assemble_state("libero", NOTHING_BOUND, joints, NO_TRANSFORMS)
+    assert values.tolist() == [1, 2, 3, 4, 5, 6, 7, 0.01, -0.02]
+
+
+def test_aloha_unbound_is_left_arm_left_gripper_right_arm_right_gripper() -> None:
+    names = [
+        f"{side}_{joint}"
+        for side in ("left", "right")
+        for joint in (
+            *("waist", "shoulder", "elbow", "forearm_roll", "wrist_angle", "wrist_rotate"),
+            "gripper",
+        )
+    ]
+    joints = JointPositions.named(names, np.arange(14.0))
+    values = assemble_state("aloha", NOTHING_BOUND, joints, NO_TRANSFORMS)
+    assert values.tolist() == list(range(14))
+
+
+def test_joint_space_layout_takes_the_joints_bound_in_their_order() -> None:
+    names = tuple("gfedcba")
+    bindings = NOTHING_BOUND.model_copy(
+        update={"joint_names": names, "gripper_qpos_joints": ("thumb",)}
+    )
+    joints = JointPositions.named((*"abcdefg", "thumb"), np.arange(8.0))
+    values = assemble_state("libero", bindings, joints, NO_TRANSFORMS)
+    assert values.tolist() == [6, 5, 4, 3, 2, 1, 0, 7, -7]
+
+
+@pytest.mark.parametrize(("layout", "first"), [("libero", "panda_joint1"), ("aloha", "left_waist")])
+def test_joint_space_layout_never_guesses_at_joints_of_other_names(
+    layout: StateLayout, first: str
+) -> None:
+    # As many as aloha wants, but not those.
+    joints = JointPositions.named([f"j{number}" for number in range(14)], np.zeros(14))
+    with pytest.raises(LayoutError) as error:
+        assemble_state(layout, NOTHING_BOUND, joints, NO_TRANSFORMS)
+    assert (error.value.kind, error.value.name) == ("missing_joint", first)
 
 
 def test_second_assembler_for_a_layout_is_refused() -> None:
     with pytest.raises(ConfigError) as error:
         register("human300_16d")(LAYOUT_ASSEMBLERS["human300_16d"])
     assert str(error.value) == "layout human300_16d: has an assembler already"
+
+
+def test_layout_that_is_not_declared_cannot_be_registered() -> None:
+    with pytest.raises(ConfigError) as error:
+        register("smolvla_9d")(LAYOUT_ASSEMBLERS["libero"])  # type: ignore[arg-type]
+    assert str(error.value) == (
+        "StateLayout: expected a declared layout, got 'smolvla_9d' (valid: human300_16d, rc365, "
+        "mobile_pick_30d, libero_eef8d, libero, aloha, gr1)"
+    )
+
+
+def test_layout_without_a_width_cannot_be_registered() -> None:
+    with pytest.raises(ConfigError) as error:
+        register("gr1")(LAYOUT_ASSEMBLERS["libero"])
+    assert str(error.value) == "layout gr1: fairlead.bindings.LAYOUTS gives it no width"
 
 
 def test_assembler_of_the_wrong_width_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,19 +1,33 @@
 """Layouts against simulator truth while the robot is driven at random."""
 
+from typing import get_args
+
 import pytest
 
+from fairlead.bindings import LAYOUT_DIMS, StateContract, StateLayout
 from fairlead.cli.verify_layout import FieldReport, verify_layout
-from fairlead.errors import LayoutError
-from fairlead.skill import SkillManifest, load_skill
+from fairlead.errors import ConfigError, LayoutError
+from fairlead.skill import load_skill
+from fairlead_state_assembler import LAYOUT_EXAMPLES
 from tests.assembler.robot_feed import SKILL
 
+ROBOT = "panda_mobile"
 
-def rebound(**bindings: object) -> SkillManifest:
-    """The shipped skill with other bindings."""
-    skill = load_skill(SKILL)
-    changed = skill.state_contract.bindings.model_copy(update=bindings)
-    contract = skill.state_contract.model_copy(update={"bindings": changed})
-    return skill.model_copy(update={"state_contract": contract})
+
+def shipped(**bindings: object) -> StateContract:
+    """The shipped skill's contract with other bindings."""
+    return rebound(load_skill(SKILL).state_contract, **bindings)
+
+
+def example(layout: StateLayout, **bindings: object) -> StateContract:
+    """The contract of a layout's own example."""
+    made = LAYOUT_EXAMPLES[layout]()
+    return rebound(StateContract(layout=layout, dim=LAYOUT_DIMS[layout], bindings=made), **bindings)
+
+
+def rebound(contract: StateContract, **bindings: object) -> StateContract:
+    changed = contract.bindings.model_copy(update=bindings)
+    return contract.model_copy(update={"bindings": changed})
 
 
 def off(reports: list[FieldReport]) -> dict[str, str]:
@@ -21,7 +35,7 @@ def off(reports: list[FieldReport]) -> dict[str, str]:
 
 
 def test_every_field_of_the_shipped_skill_agrees_while_driving_at_random() -> None:
-    reports = verify_layout(load_skill(SKILL), n_ticks=150, seed=4)
+    reports = verify_layout(shipped(), ROBOT, n_ticks=150, seed=4)
     assert off(reports) == {}
     assert [report.field for report in reports] == [
         "base_to_eef position",
@@ -38,11 +52,11 @@ def test_every_field_of_the_shipped_skill_agrees_while_driving_at_random() -> No
 
 
 def test_skill_bound_wxyz_agrees_too() -> None:
-    assert off(verify_layout(rebound(quaternion_convention="wxyz"), n_ticks=10)) == {}
+    assert off(verify_layout(shipped(quaternion_convention="wxyz"), ROBOT, n_ticks=10)) == {}
 
 
 def test_tool_point_instead_of_the_grip_site_is_named_with_the_frame_that_fits() -> None:
-    reports = verify_layout(rebound(eef_frame="panda_hand_tcp"), n_ticks=5)
+    reports = verify_layout(shipped(eef_frame="panda_hand_tcp"), ROBOT, n_ticks=5)
     assert off(reports) == {
         "base_to_eef position": (
             "eef_frame: panda_hand_tcp or base_frame: base_site is off; "
@@ -54,7 +68,7 @@ def test_tool_point_instead_of_the_grip_site_is_named_with_the_frame_that_fits()
 
 
 def test_rotation_of_the_grip_site_is_named_as_the_wrong_rotation_frame() -> None:
-    found = off(verify_layout(rebound(eef_rotation_frame="grip_site"), n_ticks=5))
+    found = off(verify_layout(shipped(eef_rotation_frame="grip_site"), ROBOT, n_ticks=5))
     assert list(found) == ["base_to_eef rotation"]
     assert found["base_to_eef rotation"].startswith(
         "eef_rotation_frame: grip_site or base_frame: base_site is off; would agree: "
@@ -64,14 +78,79 @@ def test_rotation_of_the_grip_site_is_named_as_the_wrong_rotation_frame() -> Non
 
 def test_swapped_fingers_are_named() -> None:
     swapped = ("panda_finger_joint2", "panda_finger_joint1")
-    assert off(verify_layout(rebound(gripper_qpos_joints=swapped), n_ticks=5)) == {
+    assert off(verify_layout(shipped(gripper_qpos_joints=swapped), ROBOT, n_ticks=5)) == {
         "gripper": f"gripper_qpos_joints: {swapped} is off"
     }
 
 
 def test_frame_that_does_not_exist_is_an_error() -> None:
     with pytest.raises(LayoutError) as error:
-        verify_layout(rebound(goal_frame="shelf"), n_ticks=1)
+        verify_layout(shipped(goal_frame="shelf"), ROBOT, n_ticks=1)
     assert str(error.value).startswith(
         "transforms: no frame 'shelf' (looked up from 'base_site'); known: base_link, base_site"
+    )
+
+
+VERIFIABLE: tuple[StateLayout, ...] = ("human300_16d", "rc365", "libero_eef8d", "libero")
+
+
+@pytest.mark.parametrize("layout", VERIFIABLE)
+def test_example_of_every_layout_of_this_robot_agrees_while_driving_at_random(
+    layout: StateLayout,
+) -> None:
+    reports = verify_layout(example(layout), ROBOT, n_ticks=30, seed=4)
+    assert off(reports) == {}
+    assert all(0.0 <= report.worst <= report.allowed for report in reports)
+
+
+def test_every_other_layout_is_for_another_robot_or_verified_above() -> None:
+    assert set(get_args(StateLayout)) - set(VERIFIABLE) == {"mobile_pick_30d", "aloha", "gr1"}
+
+
+def test_sign_bound_for_libero_is_the_simulators_in_every_tick_and_w_is_not() -> None:
+    [_, bound, _] = verify_layout(example("libero_eef8d"), ROBOT, n_ticks=40, seed=0)
+    canonical = example("libero_eef8d", quaternion_signs={})
+    [_, other, _] = verify_layout(canonical, ROBOT, n_ticks=40, seed=0)
+    assert (bound.ok, bound.other_sign_ticks) == (True, 0)
+    assert other.ok
+    assert 0 < other.other_sign_ticks < 40  # it changes on the way: the vector would jump
+
+
+def test_wrong_frames_of_libero_eef8d_are_named_with_those_that_fit() -> None:
+    wrong = example("libero_eef8d", eef_rotation_frame="base_site")
+    found = off(verify_layout(wrong, ROBOT, n_ticks=5))
+    assert list(found) == ["world_to_eef rotation"]
+    assert (
+        "eef_rotation_frame: base_site or world_frame: map is off"
+        in (found["world_to_eef rotation"])
+    )
+    assert "eef_rotation_frame: panda_hand" in found["world_to_eef rotation"]
+
+
+def test_joints_in_another_order_are_named() -> None:
+    names = tuple(f"panda_joint{number}" for number in (2, 1, 3, 4, 5, 6, 7))
+    found = off(verify_layout(example("libero", joint_names=names), ROBOT, n_ticks=5))
+    assert found == {"arm joints": f"joint_names: {names} is off"}
+
+
+def test_total_opening_mirrored_is_not_what_the_fingers_measure() -> None:
+    record = example("human300_16d", gripper_qpos_joints=("panda_gripper",))
+    assert off(verify_layout(record, ROBOT, n_ticks=5)) == {
+        "gripper": "gripper_qpos_joints: ('panda_gripper',) is off"
+    }
+
+
+def test_one_finger_mirrored_agrees_at_rest() -> None:
+    one = example("human300_16d", gripper_qpos_joints=("panda_finger_joint1",))
+    assert off(verify_layout(one, ROBOT, n_ticks=1)) == {}
+
+
+@pytest.mark.parametrize("layout", ["aloha", "gr1"])
+def test_layout_the_simulator_cannot_judge_is_refused(layout: StateLayout) -> None:
+    contract = StateContract.model_construct(layout=layout, dim=14)
+    with pytest.raises(ConfigError) as error:
+        verify_layout(contract, ROBOT, n_ticks=1)
+    assert str(error.value) == (
+        f"layout verify: expected a layout the simulator has truth for, got {layout} (valid: "
+        "human300_16d, rc365, mobile_pick_30d, libero_eef8d, libero)"
     )

@@ -9,6 +9,7 @@ from pydantic import ValidationError
 
 from fairlead.bindings import (
     LAYOUT_DIMS,
+    LAYOUTS,
     REQUIRED_BINDINGS,
     StateContract,
     StateContractBindings,
@@ -36,8 +37,9 @@ def refusal(data: dict[str, Any]) -> str:
     )
 
 
-def test_every_layout_has_a_size_and_a_row_in_the_table() -> None:
-    assert set(get_args(StateLayout)) == set(LAYOUT_DIMS) == set(REQUIRED_BINDINGS)
+def test_every_layout_has_a_row_and_all_but_gr1_a_width() -> None:
+    assert set(get_args(StateLayout)) == set(LAYOUTS) == set(REQUIRED_BINDINGS)
+    assert set(LAYOUTS) - set(LAYOUT_DIMS) == {"gr1"}
 
 
 def test_the_records_fixture_loads() -> None:
@@ -89,7 +91,8 @@ def test_wrong_dim_and_missing_fields_are_reported_together() -> None:
 
 def test_an_unknown_layout_is_refused_with_the_valid_ones() -> None:
     assert refusal({"layout": "smolvla_9d", "dim": 9, "bindings": RECORD}) == (
-        "layout: Input should be 'human300_16d' or 'mobile_pick_30d'"
+        "layout: Input should be 'human300_16d', 'rc365', 'mobile_pick_30d', 'libero_eef8d', "
+        "'libero', 'aloha' or 'gr1'"
     )
 
 

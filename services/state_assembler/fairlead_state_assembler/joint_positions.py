@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from fairlead.errors import LayoutError
 from fairlead.messages import FloatArray
 
@@ -39,3 +41,7 @@ class JointPositions:
                 name=joint,
             )
         return float(self._values[index])
+
+    def positions(self, joints: Sequence[str]) -> FloatArray:
+        """Positions of several joints in the order asked for; as `position`."""
+        return np.array([self.position(joint) for joint in joints])

@@ -1,13 +1,15 @@
-"""Poses and fingers as the numbers policies are trained on."""
+"""Rotations and fingers as the numbers policies are trained on."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Literal
 
 import numpy as np
 import pinocchio as pin
 
+from fairlead.bindings import QuaternionSign
 from fairlead.errors import LayoutError
 from fairlead.messages import FloatArray
 from fairlead_state_assembler.joint_positions import JointPositions
@@ -16,17 +18,36 @@ from fairlead_state_assembler.pose_decoding import SE3
 QuaternionOrder = Literal["xyzw", "wxyz"]
 
 
-def rotation4(pose: SE3, order: QuaternionOrder) -> FloatArray:
-    """The rotation as a unit quaternion in ``order``, with w >= 0: shape ``[4]``."""
+def quaternion_xyzw(pose: SE3, sign: QuaternionSign) -> FloatArray:
+    """The rotation as a unit quaternion xyzw, shape ``[4]``.
+
+    Args:
+        sign: the number that is never negative (``+``) or never positive (``-``).
+    """
     xyzw: FloatArray = pin.Quaternion(pose.rotation).coeffs()
-    if xyzw[3] < 0.0:
-        xyzw = -xyzw
+    decides = xyzw["xyzw".index(sign[1])]
+    wrong = decides < 0.0 if sign[0] == "+" else decides > 0.0
+    return -xyzw if wrong else xyzw
+
+
+def rotation4(pose: SE3, order: QuaternionOrder, sign: QuaternionSign) -> FloatArray:
+    """The rotation as a unit quaternion in ``order``: shape ``[4]``."""
+    xyzw = quaternion_xyzw(pose, sign)
     return xyzw if order == "xyzw" else np.roll(xyzw, 1)
 
 
-def pose7(pose: SE3, order: QuaternionOrder) -> FloatArray:
-    """Position [m], then quaternion: shape ``[7]``."""
-    return np.concatenate((pose.translation, rotation4(pose, order)))
+def axis_angle3(pose: SE3, sign: QuaternionSign) -> FloatArray:
+    """The rotation as unit axis times angle [rad]: shape ``[3]``.
+
+    The angle is that of the quaternion with ``sign``: at most pi for ``+w``, up to 2 pi
+    for the others. No rotation is the zero vector.
+    """
+    xyzw = quaternion_xyzw(pose, sign)
+    sine = float(np.linalg.norm(xyzw[:3]))
+    if sine == 0.0:
+        return np.zeros(3)
+    # atan2 instead of acos: exact for small angles too.
+    return xyzw[:3] * (2.0 * math.atan2(sine, xyzw[3]) / sine)
 
 
 def gripper_pair(names: Sequence[str], joints: JointPositions) -> FloatArray:

@@ -4,14 +4,15 @@ Works without Zenoh, for example in a notebook::
 
     values = assemble_state("human300_16d", bindings, joints, buffer.at(tick))
 
-A new layout is one literal and one row in ``fairlead.bindings``, and one file in
-``layouts/`` whose function is registered here.
+A new layout is one name and one row in ``fairlead.bindings``, and one file in
+``layouts/``, named after it: a function registered here, and ``example_<layout>()``.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Protocol
+from types import ModuleType
+from typing import Protocol, get_args
 
 import numpy as np
 
@@ -34,21 +35,46 @@ Assembler = Callable[[StateContractBindings, JointPositions, Transforms], FloatA
 LAYOUT_ASSEMBLERS: dict[str, Assembler] = {}
 """The function of every layout that can be assembled."""
 
+LAYOUT_EXAMPLES: dict[str, Callable[[], StateContractBindings]] = {}
+"""Each layout's ``example_<layout>()``: bindings to start from."""
+
 
 def register(layout: StateLayout) -> Callable[[Assembler], Assembler]:
     """Decorator: make a function the assembler of ``layout``.
 
     Raises:
-        ConfigError: if the layout has an assembler already.
+        ConfigError: if `StateLayout` has no such name, if the layout has no width, or if
+            it has an assembler already.
     """
 
     def remember(assembler: Assembler) -> Assembler:
+        if layout not in get_args(StateLayout):
+            raise ConfigError(
+                expected("StateLayout", "a declared layout", repr(layout), get_args(StateLayout))
+            )
+        if layout not in LAYOUT_DIMS:
+            raise ConfigError(f"layout {layout}: fairlead.bindings.LAYOUTS gives it no width")
         if layout in LAYOUT_ASSEMBLERS:
             raise ConfigError(f"layout {layout}: has an assembler already")
         LAYOUT_ASSEMBLERS[layout] = assembler
         return assembler
 
     return remember
+
+
+def remember_example(module: ModuleType, layout: str) -> None:
+    """Take ``example_<layout>`` of the module that is layout ``layout``'s file.
+
+    Raises:
+        ConfigError: if the module registers no layout of its own name, or has no example.
+    """
+    example = getattr(module, f"example_{layout}", None)
+    if layout not in LAYOUT_ASSEMBLERS or not callable(example):
+        raise ConfigError(
+            f"layouts/{layout}.py: expected a function registered as {layout!r} and "
+            f"example_{layout}()"
+        )
+    LAYOUT_EXAMPLES[layout] = example
 
 
 def assemble_state(

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import inspect
+import sys
 
+from fairlead.bindings import LAYOUTS, LayoutShape
 from fairlead.cli.console import print_json, print_table
 from fairlead.cli.deployment_choice import JsonOption
 
@@ -11,16 +12,31 @@ EXAMPLE = "fairlead layout ls"
 
 
 def command(as_json: JsonOption = False) -> None:
-    """List state layouts and what each one contains."""
+    """List state layouts: width, bindings that must be given, and content."""
+    found = [
+        {
+            "layout": name,
+            "dim": shape.dim,
+            "required_bindings": list(shape.required),
+            "content": _content(name, shape),
+        }
+        for name, shape in LAYOUTS.items()
+    ]
+    if as_json:
+        print_json(found)
+        return
+    rows = [
+        (row["layout"], row["dim"] or "-", row["content"], ", ".join(shape.required) or "none")
+        for row, shape in zip(found, LAYOUTS.values(), strict=True)
+    ]
+    print_table(("LAYOUT", "DIM", "CONTENT", "BINDINGS NEEDED"), rows)
+
+
+def _content(layout: str, shape: LayoutShape) -> str:
+    """The first line of the layout's file, after its name."""
     from fairlead_state_assembler import LAYOUT_ASSEMBLERS
 
-    found = {name: _first_line(assembler) for name, assembler in sorted(LAYOUT_ASSEMBLERS.items())}
-    if as_json:
-        print_json([{"layout": name, "content": text} for name, text in found.items()])
-    else:
-        print_table(("LAYOUT", "CONTENT"), list(found.items()))
-
-
-def _first_line(assembler: object) -> str:
-    text = inspect.getdoc(assembler) or ""
-    return text.splitlines()[0] if text else ""
+    if shape.dim is None:
+        return "no assembler"
+    text = sys.modules[LAYOUT_ASSEMBLERS[layout].__module__].__doc__ or ""
+    return text.splitlines()[0].partition(": ")[2] if text else ""

@@ -1,8 +1,8 @@
 """What the simulator itself says about each field of a layout.
 
 Truth comes from robosuite's own observation code and body poses; the layouts never use
-them. robosuite's observations lag its joint positions by one physics step (2 ms), so they
-are read again after the simulator has been brought up to date.
+them. robosuite's observations are one physics step (2 ms) behind its joint positions, so
+they are read again after the simulator has been brought up to date.
 """
 
 from __future__ import annotations
@@ -14,12 +14,21 @@ from typing import Any, Literal
 import numpy as np
 
 from fairlead.bindings import StateLayout
+from fairlead.errors import ConfigError, expected
 from fairlead.messages import FloatArray
 
-FieldKind = Literal["position", "rotation", "gripper"]
+FieldKind = Literal["position", "quaternion", "axis-angle", "gripper", "joints"]
 
 Truth = Mapping[str, FloatArray]
-"""By field: xyz [m], quaternion xyzw, or two fingers [m]."""
+"""By field: xyz [m], quaternion xyzw, two fingers [m], or arm joints [rad]."""
+
+_WIDTHS: dict[FieldKind, int] = {
+    "position": 3,
+    "quaternion": 4,
+    "axis-angle": 3,
+    "gripper": 2,
+    "joints": 7,
+}
 
 
 @dataclass(frozen=True)
@@ -38,36 +47,67 @@ class Field:
 
     @property
     def width(self) -> int:
-        return {"position": 3, "rotation": 4, "gripper": 2}[self.kind]
+        return _WIDTHS[self.kind]
+
+    @property
+    def is_rotation(self) -> bool:
+        return self.kind in ("quaternion", "axis-angle")
 
 
 _HUMAN300 = (
     Field("base_to_eef position", "position", 0, ("eef_frame", "base_frame")),
-    Field("base_to_eef rotation", "rotation", 3, ("eef_rotation_frame", "base_frame")),
+    Field("base_to_eef rotation", "quaternion", 3, ("eef_rotation_frame", "base_frame")),
     Field("world_to_base position", "position", 7, ("world_frame", "base_frame")),
-    Field("world_to_base rotation", "rotation", 10, ("world_frame", "base_frame")),
+    Field("world_to_base rotation", "quaternion", 10, ("world_frame", "base_frame")),
     Field("gripper", "gripper", 14, ("gripper_qpos_joints",)),
 )
 
 LAYOUT_FIELDS: dict[StateLayout, tuple[Field, ...]] = {
     "human300_16d": _HUMAN300,
+    "rc365": _HUMAN300,
     "mobile_pick_30d": (
         *_HUMAN300,
         Field("base_to_object position", "position", 16, ("object_frame", "base_frame")),
-        Field("base_to_object rotation", "rotation", 19, ("object_frame", "base_frame")),
+        Field("base_to_object rotation", "quaternion", 19, ("object_frame", "base_frame")),
         Field("base_to_goal position", "position", 23, ("goal_frame", "base_frame")),
-        Field("base_to_goal rotation", "rotation", 26, ("goal_frame", "base_frame")),
+        Field("base_to_goal rotation", "quaternion", 26, ("goal_frame", "base_frame")),
+    ),
+    "libero_eef8d": (
+        Field("world_to_eef position", "position", 0, ("eef_frame", "world_frame")),
+        Field("world_to_eef rotation", "axis-angle", 3, ("eef_rotation_frame", "world_frame")),
+        Field("gripper", "gripper", 6, ("gripper_qpos_joints",)),
+    ),
+    "libero": (
+        Field("arm joints", "joints", 0, ("joint_names",)),
+        Field("gripper", "gripper", 7, ("gripper_qpos_joints",)),
     ),
 }
-"""Every field of every layout that can be verified."""
+"""Every field of every layout that the simulator knows the truth of."""
 
 _OBSERVATION_KEYS = {
     "base_to_eef position": "robot0_base_to_eef_pos",
     "base_to_eef rotation": "robot0_base_to_eef_quat",
     "world_to_base position": "robot0_base_pos",
     "world_to_base rotation": "robot0_base_quat",
+    "world_to_eef position": "robot0_eef_pos",
+    "world_to_eef rotation": "robot0_eef_quat",
+    "arm joints": "robot0_joint_pos",
     "gripper": "robot0_gripper_qpos",
 }
+
+
+def verifiable_fields(layout: StateLayout) -> tuple[Field, ...]:
+    """The fields of ``layout``.
+
+    Raises:
+        ConfigError: if the simulator has no truth for it.
+    """
+    fields = LAYOUT_FIELDS.get(layout)
+    if fields is None:
+        raise ConfigError(
+            expected("layout verify", "a layout the simulator has truth for", layout, LAYOUT_FIELDS)
+        )
+    return fields
 
 
 def read_truth(env: Any) -> Truth:
@@ -98,18 +138,36 @@ def _tracked(env: Any, robot: Truth) -> Truth:
 
 
 def field_error(field: Field, order: str, values: FloatArray, truth: Truth) -> float:
-    """How far one field is from the truth [m], or [rad] for a rotation.
+    """How far one field is from the truth [m], or [rad] for a rotation or joints.
 
     Args:
         order: ``xyzw`` or ``wxyz``, the order of the layout's quaternions.
         values: the whole layout vector.
     """
-    got, wanted = values[field.first : field.first + field.width], truth[field.name]
-    if field.kind != "rotation":
+    wanted = truth[field.name]
+    if not field.is_rotation:
+        got = values[field.first : field.first + field.width]
         return float(np.max(np.abs(got - wanted)))
-    xyzw = got if order == "xyzw" else np.roll(got, -1)
+    xyzw = _rotation(field, order, values)
     # The sine of half the angle between them: exact for small angles, unlike arccos.
     conjugate = np.append(-wanted[:3], wanted[3])
     vector = xyzw[3] * conjugate[:3] + conjugate[3] * xyzw[:3] + np.cross(xyzw[:3], conjugate[:3])
     scalar = xyzw[3] * conjugate[3] - xyzw[:3] @ conjugate[:3]
     return float(2.0 * np.arctan2(np.linalg.norm(vector), abs(scalar)))
+
+
+def sign_differs(field: Field, order: str, values: FloatArray, truth: Truth) -> bool:
+    """Whether a rotation is the simulator's quaternion with the opposite sign."""
+    if not field.is_rotation:
+        return False
+    return bool(_rotation(field, order, values) @ truth[field.name] < 0.0)
+
+
+def _rotation(field: Field, order: str, values: FloatArray) -> FloatArray:
+    """A rotation field as a quaternion xyzw, with the sign it was made from."""
+    got = values[field.first : field.first + field.width]
+    if field.kind == "quaternion":
+        return got if order == "xyzw" else np.roll(got, -1)
+    angle = float(np.linalg.norm(got))
+    # sinc: sin(angle / 2) / angle without a division by zero.
+    return np.append(got * (0.5 * np.sinc(0.5 * angle / np.pi)), np.cos(0.5 * angle))

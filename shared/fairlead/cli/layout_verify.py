@@ -1,4 +1,4 @@
-"""``fairlead layout verify``: a skill's state vector against simulator truth."""
+"""``fairlead layout verify``: a state vector against simulator truth."""
 
 from __future__ import annotations
 
@@ -7,39 +7,66 @@ from typing import Annotated
 
 import typer
 
+from fairlead.bindings import LAYOUT_DIMS, StateContract
 from fairlead.cli.console import print_json, print_table
 from fairlead.cli.deployment_choice import JsonOption
 from fairlead.cli.verify_layout import FieldReport, verify_layout
+from fairlead.errors import ConfigError, expected
 from fairlead.skill import load_skill
 
 EXAMPLE = "fairlead layout verify oracle-counter-to-cabinet"
 
 
 def command(
-    skill: Annotated[str, typer.Argument(help="folder under rskills/")],
+    skill: Annotated[str | None, typer.Argument(help="folder under rskills/")] = None,
+    layout: Annotated[
+        str | None, typer.Option(help="instead of a skill: a layout with its example bindings")
+    ] = None,
     ticks: Annotated[int, typer.Option(min=1, help="control periods to drive at random")] = 200,
     seed: Annotated[int, typer.Option(min=0, help="scene and commands")] = 0,
     robot: Annotated[
-        str | None, typer.Option(help="folder under robots/; default: the skill's first")
+        str | None,
+        typer.Option(help="folder under robots/; default: the skill's first, or panda_mobile"),
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Drive the simulator at random and compare every field of the skill's layout with truth."""
-    reports = verify_layout(load_skill(skill), n_ticks=ticks, seed=seed, robot_id=robot)
+    """Drive the simulator at random and compare every field of a layout with truth."""
+    what, contract, default_robot = _subject(skill, layout)
+    reports = verify_layout(contract, robot or default_robot, n_ticks=ticks, seed=seed)
     good = all(report.ok for report in reports)
     if as_json:
         fields = [dataclasses.asdict(report) | {"ok": report.ok} for report in reports]
-        print_json({"skill": skill, "ticks": ticks, "seed": seed, "ok": good, "fields": fields})
+        print_json(
+            {what: skill or layout, "ticks": ticks, "seed": seed, "ok": good} | {"fields": fields}
+        )
     else:
         header = ("FIELD", "WORST", "ALLOWED", "UNIT", "AT TICK", "")
         print_table(header, [_row(report) for report in reports])
-        if not good:
+        if skill is not None and not good:
             typer.echo(f"fix state_contract.bindings in rskills/{skill}/rskill.yaml")
     if not good:
         raise typer.Exit(1)
 
 
+def _subject(skill: str | None, layout: str | None) -> tuple[str, StateContract, str]:
+    """What is verified: a word for it, its contract, and the robot if none is named."""
+    if (skill is None) == (layout is None):
+        raise ConfigError("layout verify: expected a skill or --layout, got both or neither")
+    if skill is not None:
+        manifest = load_skill(skill)
+        return "skill", manifest.state_contract, manifest.embodiments[0]
+    from fairlead_state_assembler import LAYOUT_EXAMPLES
+
+    dims = {name: dim for name, dim in LAYOUT_DIMS.items() if name == layout}
+    for name, dim in dims.items():
+        contract = StateContract(layout=name, dim=dim, bindings=LAYOUT_EXAMPLES[name]())
+        return "layout", contract, "panda_mobile"
+    raise ConfigError(expected("layout verify", "a layout with an assembler", layout, LAYOUT_DIMS))
+
+
 def _row(report: FieldReport) -> tuple[object, ...]:
     worst, allowed = f"{report.worst:.2e}", f"{report.allowed:.0e}"
     verdict = "ok" if report.ok else f"FAILED: {report.binding}"
+    if report.ok and report.other_sign_ticks:
+        verdict = f"ok; quaternion of the other sign in {report.other_sign_ticks} tick(s)"
     return (report.field, worst, allowed, report.unit, report.at_tick, verdict)

@@ -1,4 +1,4 @@
-"""Compare a skill's layout with simulator truth while the robot is driven at random.
+"""Compare a state vector with simulator truth while the robot is driven at random.
 
 The simulator, the layout and the bindings run in this process, through the same pure
 functions as in the services.
@@ -6,26 +6,37 @@ functions as in the services.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fairlead.bindings import StateContract
-from fairlead.cli.layout_truth import LAYOUT_FIELDS, Field, Truth, field_error, read_truth
+from fairlead.bindings import StateContract, bound_gripper, bound_joints
+from fairlead.cli.layout_truth import (
+    Field,
+    Truth,
+    field_error,
+    read_truth,
+    sign_differs,
+    verifiable_fields,
+)
 from fairlead.errors import LayoutError
 from fairlead.hal.backend import FramePose, PartCommand
 from fairlead.messages import FloatArray, HalPart, floats
 from fairlead.modes import ControlMode
 from fairlead.robot import RobotManifest, load_robot
-from fairlead.skill import SkillManifest
 
 if TYPE_CHECKING:
     from fairlead_state_assembler import LocalAssembler
 
-ALLOWED = {"position": 1e-4, "rotation": 1e-4, "gripper": 1e-3}
-"""Largest error per kind of field: [m], [rad], [m]."""
+ALLOWED = {
+    "position": 1e-4,
+    "quaternion": 1e-4,
+    "axis-angle": 1e-4,
+    "gripper": 1e-3,
+    "joints": 1e-4,
+}
+"""Largest error per kind of field: [m], [rad], [rad], [m], [rad]."""
 
 KEEP_COMMAND_TICKS = 10
 """Random commands are kept this long, so that the robot gets somewhere."""
@@ -39,6 +50,8 @@ class FieldReport:
         worst: largest error seen [m or rad].
         at_tick: when it was seen.
         binding: what is off, and which frame would fit if one does; "" if it agrees.
+        other_sign_ticks: ticks in which the simulator's quaternion had the opposite sign:
+            the same rotation, but other numbers (see ``quaternion_signs``).
     """
 
     field: str
@@ -47,6 +60,7 @@ class FieldReport:
     allowed: float
     at_tick: int
     binding: str
+    other_sign_ticks: int
 
     @property
     def ok(self) -> bool:
@@ -61,27 +75,41 @@ class _Sample:
     truth: Truth
 
 
-def verify_layout(
-    skill: SkillManifest, n_ticks: int = 200, seed: int = 0, robot_id: str | None = None
-) -> list[FieldReport]:
-    """Drive at random for ``n_ticks`` and report every field of the skill's layout.
+class _Worst:
+    """The largest error of one field so far."""
 
-    Args:
-        robot_id: the robot to bind to; None for the skill's first embodiment.
+    def __init__(self) -> None:
+        self.error = -1.0
+        self.tick = 0
+        self.other_sign_ticks = 0
+
+    def add(self, tick: int, error: float, *, other_sign: bool) -> None:
+        self.other_sign_ticks += other_sign
+        if error > self.error:
+            self.error, self.tick = error, tick
+
+
+def verify_layout(
+    contract: StateContract, robot_id: str, n_ticks: int = 200, seed: int = 0
+) -> list[FieldReport]:
+    """Drive ``robot_id`` at random for ``n_ticks`` and report every field of the layout.
 
     Raises:
-        LayoutError: if a bound frame or joint does not exist.
-        ConfigError: if the robot or its simulator cannot be loaded.
+        LayoutError: if a bound frame or joint does not exist, or nothing assembles the
+            layout.
+        ConfigError: if the simulator has no truth for the layout, or the robot or its
+            simulator cannot be loaded.
     """
     from fairlead_hal_sim.options import SimulatorOptions
     from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
     from fairlead_state_assembler import LocalAssembler
 
-    robot = load_robot(robot_id or skill.embodiments[0])
-    contract = skill.state_contract
+    robot = load_robot(robot_id)
+    fields = verifiable_fields(contract.layout)
+    order = contract.bindings.quaternion_convention
     backend = RobosuiteBackend(SimulatorOptions(seed=seed), robot.tick_period_ns)
     assembler, rng = LocalAssembler(robot), np.random.default_rng(seed)
-    worst = {field.name: (-1.0, 0) for field in LAYOUT_FIELDS[contract.layout]}
+    worst = {field: _Worst() for field in fields}
     try:
         for tick in range(1, n_ticks + 1):
             sample = _Sample(
@@ -90,30 +118,22 @@ def verify_layout(
                 tuple(backend.static_transforms()),
                 read_truth(backend.env),
             )
-            for name, error in _errors(assembler, contract, sample).items():
-                if error > worst[name][0]:
-                    worst[name] = (error, tick)
+            values = _values(assembler, contract, sample)
+            for field, so_far in worst.items():
+                error = field_error(field, order, values, sample.truth)
+                other = sign_differs(field, order, values, sample.truth)
+                so_far.add(tick, error, other_sign=other)
             if tick % KEEP_COMMAND_TICKS == 1:
                 commands = _random_commands(rng, robot, backend.describe().parts)
             backend.apply(commands)
     finally:
         backend.close()
-    return [
-        _report(assembler, contract, field, *worst[field.name], sample)
-        for field in LAYOUT_FIELDS[contract.layout]
-    ]
+    return [_report(assembler, contract, field, worst[field], sample) for field in fields]
 
 
-def _errors(
-    assembler: LocalAssembler, contract: StateContract, sample: _Sample
-) -> Mapping[str, float]:
+def _values(assembler: LocalAssembler, contract: StateContract, sample: _Sample) -> FloatArray:
     assembler.take(sample.positions, sample.transforms, sample.static)
-    values = assembler.assemble(contract)
-    order = contract.bindings.quaternion_convention
-    return {
-        field.name: field_error(field, order, values, sample.truth)
-        for field in LAYOUT_FIELDS[contract.layout]
-    }
+    return assembler.assemble(contract)
 
 
 def _random_commands(
@@ -136,37 +156,43 @@ def _random_commands(
 
 
 def _report(
-    assembler: LocalAssembler,
-    contract: StateContract,
-    field: Field,
-    worst: float,
-    tick: int,
-    sample: _Sample,
+    assembler: LocalAssembler, contract: StateContract, field: Field, worst: _Worst, sample: _Sample
 ) -> FieldReport:
     allowed = ALLOWED[field.kind]
-    unit = "rad" if field.kind == "rotation" else "m"
-    blame = "" if worst <= allowed else _blame(assembler, contract, field, sample)
-    return FieldReport(field.name, unit, worst, allowed, tick, blame)
+    unit = "rad" if field.is_rotation or field.kind == "joints" else "m"
+    blame = "" if worst.error <= allowed else _blame(assembler, contract, field, sample)
+    return FieldReport(
+        field.name, unit, worst.error, allowed, worst.tick, blame, worst.other_sign_ticks
+    )
 
 
 def _blame(
     assembler: LocalAssembler, contract: StateContract, field: Field, sample: _Sample
 ) -> str:
     """The bindings behind a field that is off, and every frame that would make it right."""
+    order = contract.bindings.quaternion_convention
     parts, fits = [], []
     for binding in field.bindings:
-        bound = getattr(contract.bindings, binding) or contract.bindings.eef_frame
-        parts.append(f"{binding}: {bound}")
-        if binding == "gripper_qpos_joints":
+        parts.append(f"{binding}: {_bound_to(contract, binding)}")
+        if not binding.endswith("_frame"):
             continue
         for frame in sorted(assembler.frames):
             changed = contract.bindings.model_copy(update={binding: frame})
             other = contract.model_copy(update={"bindings": changed})
             try:
-                error = _errors(assembler, other, sample)[field.name]
+                values = _values(assembler, other, sample)
             except LayoutError:
                 continue
-            if error <= ALLOWED[field.kind]:
+            if field_error(field, order, values, sample.truth) <= ALLOWED[field.kind]:
                 fits.append(f"{binding}: {frame}")
     off = " or ".join(parts)
     return f"{off} is off" + (f"; would agree: {', '.join(fits)}" if fits else "")
+
+
+def _bound_to(contract: StateContract, binding: str) -> object:
+    bindings = contract.bindings
+    if binding == "joint_names":
+        return bound_joints(contract.layout, bindings)
+    if binding == "gripper_qpos_joints":
+        return bound_gripper(contract.layout, bindings)
+    return getattr(bindings, binding) or bindings.eef_frame

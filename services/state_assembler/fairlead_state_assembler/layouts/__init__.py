@@ -1,5 +1,11 @@
-"""Every layout, one file each. Importing this package registers them all."""
+"""Every layout, one file each: a file put here is a layout, found by its name."""
 
-from fairlead_state_assembler.layouts import human300_16d, mobile_pick_30d
+from __future__ import annotations
 
-__all__ = ["human300_16d", "mobile_pick_30d"]
+import importlib
+import pkgutil
+
+from fairlead_state_assembler.registry import remember_example
+
+for _found in pkgutil.iter_modules(__path__):
+    remember_example(importlib.import_module(f"{__name__}.{_found.name}"), _found.name)

@@ -1,4 +1,4 @@
-"""mobile_pick_30d: human300_16d, then the object and the goal in the base (30 numbers)."""
+"""mobile_pick_30d: human300_16d, then the object and the goal in the base."""
 
 from __future__ import annotations
 
@@ -6,10 +6,9 @@ import numpy as np
 
 from fairlead.bindings import StateContractBindings
 from fairlead.messages import FloatArray
-from fairlead_state_assembler.binding_check import bound
+from fairlead_state_assembler.bound_frames import BoundFrames
 from fairlead_state_assembler.joint_positions import JointPositions
 from fairlead_state_assembler.layouts import human300_16d
-from fairlead_state_assembler.pose_vector import pose7
 from fairlead_state_assembler.registry import Transforms, register
 
 
@@ -19,27 +18,31 @@ def assemble(
 ) -> FloatArray:
     """Assemble the vector: float64, shape ``[30]``.
 
-    ======== ============================ ====== ===========================================
-    slice    content                      unit   source
-    ======== ============================ ====== ===========================================
-    [0:16]   robot                        --     as in human300_16d
-    [16:19]  object's position            m      ``object_frame`` in ``base_frame``
-    [19:23]  object's rotation            quat.  ``object_frame`` in ``base_frame``
-    [23:26]  goal's position              m      ``goal_frame`` in ``base_frame``
-    [26:30]  goal's rotation              quat.  ``goal_frame`` in ``base_frame``
-    ======== ============================ ====== ===========================================
-
-    Quaternions are in ``quaternion_convention`` order with w >= 0.
+    ======== ====================== ====== ==============================================
+    slice    content                unit   source
+    ======== ====================== ====== ==============================================
+    [0:16]   robot                  --     as in ``human300_16d``
+    [16:19]  object's position      m      ``object_frame`` in ``base_frame``
+    [19:23]  object's rotation      quat.  ``object_frame`` in ``base_frame``
+    [23:26]  goal's position        m      ``goal_frame`` in ``base_frame``
+    [26:30]  goal's rotation        quat.  ``goal_frame`` in ``base_frame``
+    ======== ====================== ====== ==============================================
 
     Raises:
         LayoutError: for a frame or joint that is missing or too old.
     """
-    base = bound("mobile_pick_30d", bindings, "base_frame")
-    order = bindings.quaternion_convention
+    at = BoundFrames("mobile_pick_30d", bindings, transforms)
     return np.concatenate(
         (
             human300_16d.assemble(bindings, joints, transforms),
-            pose7(transforms.pose(base, bound("mobile_pick_30d", bindings, "object_frame")), order),
-            pose7(transforms.pose(base, bound("mobile_pick_30d", bindings, "goal_frame")), order),
+            at.pose7("base_frame", "object_frame"),
+            at.pose7("base_frame", "goal_frame"),
         )
+    )
+
+
+def example_mobile_pick_30d() -> StateContractBindings:
+    """The frames of human300_16d, and two that a fiducial tracker publishes."""
+    return human300_16d.example_human300_16d().model_copy(
+        update={"object_frame": "object", "goal_frame": "goal"}
     )
