@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
+
 import numpy as np
 
 from fairlead.messages import Acted, SafeChunk, floats
@@ -59,22 +61,24 @@ def check_stops(world: World) -> None:
 
 def _was_granted(world: World, chunk: SafeChunk, tick: Tick) -> bool:
     """Some lease that grants the row arrived at most its life ago (lockstep: whenever)."""
+    leases = world.hal.leases
     oldest_ns = tick.time_ns - LEASE_LIFE_NS if world.pacing == "realtime" else 0
-    return any(
-        oldest_ns <= received_ns <= tick.time_ns
-        and lease.epoch == chunk.epoch
-        and any(
+    newest = bisect_right(leases, tick.time_ns, key=lambda entry: entry[0])
+    for received_ns, lease in reversed(leases[max(0, newest - 1000) : newest]):
+        if received_ns < oldest_ns:
+            return False
+        if lease.epoch == chunk.epoch and any(
             grant.claim_id == chunk.claim_id and grant.until_tick >= tick.tick
             for grant in lease.grants
-        )
-        for received_ns, lease in reversed(world.hal.leases)
-        if received_ns >= oldest_ns
-    )
+        ):
+            return True
+    return False
 
 
 def _was_proposed(world: World, chunk: SafeChunk, tick: Tick) -> bool:
     assert tick.command is not None
-    for sent in world.runner.sent:
+    sent_before = bisect_right(world.runner.sent, tick.tick, key=lambda sent: sent.start_tick)
+    for sent in reversed(world.runner.sent[:sent_before]):
         row = tick.tick - sent.start_tick
         if (sent.epoch, sent.claim_id) == (chunk.epoch, chunk.claim_id) and 0 <= row < sent.horizon:
             values = floats(sent.parts[0].values, len(tick.command))[row]

@@ -9,7 +9,9 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
+from fairlead.hal.claim_rows import ClaimRows
 from fairlead.hal.core import Pacing
+from fairlead.hal.lease_follower import LeaseFollower
 from tests.explorer.channel import FAIR, Weather
 from tests.explorer.gate_port import GatePort
 from tests.explorer.model_gate import ModelGate
@@ -25,7 +27,7 @@ WEATHERS = {
     "storm": Weather(loss=0.2, duplicate=0.3, delay_ms=300.0),
 }
 LOCKSTEP_TICKS = 60
-SEEDS = 20
+SEEDS = 12
 STOP_ID = 4711
 
 Builder = Callable[[Pacing, int], World]
@@ -116,12 +118,37 @@ def test_a_stop_ends_all_motion_until_reset_and_armed_again_whoever_got_it(
 
 @pytest.mark.parametrize("pacing", ["realtime", "lockstep"])
 def test_messages_of_a_dead_epoch_move_nothing(build: Builder, pacing: Pacing) -> None:
-    for seed in range(SEEDS):
+    for seed in range(4):
         world = build(pacing, seed)
         world.bring_up()
         world.rain(Weather(duplicate=1.0, delay_ms=2000.0))
         world.run_for(1900)
         world.bring_up()
-        world.run_ticks(30)
-        world.run_for(3000)
+        world.run_for(2500 if pacing == "realtime" else 300)
         check_history(world)
+
+
+def test_the_rules_catch_a_hal_that_ignores_what_a_chunk_continues(
+    build: Builder, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(ClaimRows, "_continues", lambda *_: True)
+    with pytest.raises(AssertionError, match="continued .* judged after"):
+        for seed in range(SEEDS):
+            world = build("realtime", seed)
+            world.bring_up()
+            world.rain(WEATHERS["reordered"])
+            world.run_ticks(100)
+            check_history(world)
+
+
+def test_the_rules_catch_a_hal_that_trusts_an_old_lease(
+    build: Builder, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(LeaseFollower, "is_fresh", lambda *_: True)
+    with pytest.raises(AssertionError, match="no fresh lease granted the row"):
+        for seed in range(SEEDS):
+            world = build("realtime", seed)
+            world.bring_up()
+            world.rain(Weather(loss=0.7))
+            world.run_ticks(100)
+            check_history(world)

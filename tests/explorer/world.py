@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from functools import cache
 from typing import TypeVar
 
 from fairlead.hal.core import Pacing
@@ -26,7 +27,7 @@ from fairlead.messages import (
     decode,
     encode,
 )
-from fairlead.robot import load_robot
+from fairlead.robot import RobotManifest, load_robot
 from tests.explorer.channel import FAIR, MS, Channel, Schedule, Weather
 from tests.explorer.gate_port import EventKind, GateOutput, GatePort
 from tests.explorer.hal_actor import HalActor, Tick
@@ -36,11 +37,16 @@ TIMER_NS = 5 * MS
 M = TypeVar("M", bound=Message)
 
 
+@cache
+def _robot() -> RobotManifest:
+    return load_robot("panda_mobile")
+
+
 class World:
     """One deployment in virtual time. Queries (the operator's) are never lost."""
 
     def __init__(self, gate: GatePort, pacing: Pacing, seed: int) -> None:
-        self.robot = load_robot("panda_mobile")
+        self.robot = _robot()
         self.schedule = Schedule()
         self.channel = Channel(self.schedule, random.Random(seed))
         self.gate = gate
