@@ -74,7 +74,7 @@ class TooLong(Misbehaving):
 
 class Flat(Misbehaving):
     def infer(self, observation: Observation) -> np.ndarray:
-        return self.rows[0]
+        return np.asarray(self.rows[0])
 
 
 class Doubles(Misbehaving):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 import socket
 import subprocess
 import sys
@@ -142,7 +143,7 @@ class ScriptedWorld:
     def start_runner(self, policy: dict[str, Any]) -> None:
         self.options["policies"] = {SKILL.id: policy}
         self._deployment.write_text(yaml.safe_dump(self.document))
-        command = [sys.executable, "-m", "fairlead_skill_runner"]
+        command = [sys.executable, "-X", "faulthandler", "-m", "fairlead_skill_runner"]
         command += ["--deployment", str(self._deployment), "--service", "runner"]
         with (self._folder / "runner.log").open("w") as log:
             self.runner = subprocess.Popen(
@@ -156,13 +157,21 @@ class ScriptedWorld:
         assert alive.wait(DEADLINE_S), (self._folder / "runner.log").read_text()
 
     def close(self) -> None:
-        if self.runner is not None:
-            self.runner.terminate()
-            try:
-                self.runner.wait(DEADLINE_S)
-            finally:
-                self.runner.kill()
-        self.bus.close()
+        try:
+            if self.runner is not None:
+                self._end(self.runner)
+        finally:
+            self.bus.close()
+
+    def _end(self, runner: subprocess.Popen[str]) -> None:
+        runner.terminate()
+        try:
+            runner.wait(DEADLINE_S)
+        except subprocess.TimeoutExpired:
+            runner.send_signal(signal.SIGABRT)  # says where every thread stands
+            runner.wait()
+            log = (self._folder / "runner.log").read_text()
+            raise AssertionError(f"the runner did not end; it said:\n{log}") from None
 
     # --- what the test says -----------------------------------------------------------
 

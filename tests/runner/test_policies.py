@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -47,7 +48,7 @@ def test_constant_repeats_its_row_for_the_skills_horizon() -> None:
          "constant policy: speed: Extra inputs are not permitted"),
     ],
 )  # fmt: skip
-def test_constant_options_that_do_not_fit_are_named(options: dict, text: str) -> None:
+def test_constant_options_that_do_not_fit_are_named(options: dict[str, Any], text: str) -> None:
     with pytest.raises(ConfigError) as caught:
         ConstantPolicy.from_options(SKILL, options)
     assert str(caught.value) == text

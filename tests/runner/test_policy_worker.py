@@ -16,7 +16,7 @@ from fairlead_skill_runner.policy_worker import POLICIES, PolicyWorker
 
 ORACLE = load_skill("oracle-counter-to-cabinet")
 SKILL = SkillManifest.model_validate(ORACLE.model_dump(mode="json") | {"inference_timeout_s": 0.3})
-SEEN = Observation(tick=41, state=np.arange(30) + 0.5, prompt="pick")
+SEEN = Observation(tick=41, state=np.arange(0.5, 30.0), prompt="pick")
 
 pytestmark = pytest.mark.processes
 
