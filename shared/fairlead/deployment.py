@@ -55,14 +55,12 @@ class Deployment(BaseModel):
 
     def endpoints(self, service: str) -> Endpoints:
         """Endpoints of one named service."""
-        above = []
+        above: list[str] = []
         for name, spec in self.services.items():
             if name == service:
                 return Endpoints(listen=[spec.listen], connect=above)
             above.append(spec.listen)
-        raise ConfigError(
-            f"deployment: no service {service!r} (valid: {', '.join(self.services)})"
-        )
+        raise ConfigError(f"deployment: no service {service!r} (valid: {', '.join(self.services)})")
 
     def tool_endpoints(self) -> Endpoints:
         """Endpoints of a command-line tool: listens nowhere, connects to everyone."""

@@ -45,14 +45,16 @@ def run_service(who: str, body: Callable[[ServiceContext], None]) -> int:
     Returns:
         The exit status: 0 on a clean end, 1 after an error that has been printed.
     """
-    parser = argparse.ArgumentParser(prog=who, epilog=f"example: {who} --deployment FILE "
-                                     "--service NAME --state-dir DIR")
+    parser = argparse.ArgumentParser(
+        prog=who, epilog=f"example: {who} --deployment FILE --service NAME --state-dir DIR"
+    )
     parser.add_argument("--deployment", type=Path, required=True, help="file from compose/")
     parser.add_argument("--service", required=True, help="this service's name in that file")
     parser.add_argument("--state-dir", type=Path, required=True, help="folder for logs and state")
     arguments = parser.parse_args()
-    logging.basicConfig(level=logging.INFO, format="%(levelname)s %(name)s: %(message)s",
-                        stream=sys.stdout)
+    logging.basicConfig(
+        level=logging.INFO, format="%(levelname)s %(name)s: %(message)s", stream=sys.stdout
+    )
     stopping = threading.Event()
 
     def on_signal(number: int, frame: FrameType | None) -> None:
@@ -66,14 +68,16 @@ def run_service(who: str, body: Callable[[ServiceContext], None]) -> int:
         endpoints = deployment.endpoints(arguments.service)
         arguments.state_dir.mkdir(parents=True, exist_ok=True)
         bus = ZenohBus(endpoints)
-        body(ServiceContext(
-            name=arguments.service,
-            deployment=deployment,
-            options=deployment.services[arguments.service].options,
-            state_dir=arguments.state_dir,
-            bus=bus,
-            stopping=stopping,
-        ))
+        body(
+            ServiceContext(
+                name=arguments.service,
+                deployment=deployment,
+                options=deployment.services[arguments.service].options,
+                state_dir=arguments.state_dir,
+                bus=bus,
+                stopping=stopping,
+            )
+        )
         return 0
     except FairleadError as error:
         print(f"ERROR {who}: {error}", flush=True)

@@ -18,7 +18,7 @@ GRIPPER = {"range": [0, 0], "control_mode": "gripper_position", "ee": "gripper"}
 BODY = {"range": [0, 5], "control_mode": "body_twist"}
 COMPOSITE = {"range": [0, 0], "control_mode": "composite_mode"}
 DISCARD = {"range": [0, 0], "discard": True}
-VALID = [
+VALID: list[dict[str, Any]] = [
     CARTESIAN,
     POSE,
     TWIST,

@@ -22,7 +22,7 @@ void say(Text& text, const FixedText<N>& part) {
 }
 
 template <class Number>
-requires std::integral<Number> || std::floating_point<Number>
+  requires std::integral<Number> || std::floating_point<Number>
 void say(Text& text, Number number) {
   std::array<char, 32> digits{};
   const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), number);
