@@ -4,6 +4,9 @@
 
 #include <array>
 #include <chrono>
+#include <condition_variable>
+#include <deque>
+#include <mutex>
 #include <utility>
 
 namespace fairlead {
@@ -29,14 +32,41 @@ void write_out(std::string_view text) {
 
 }  // namespace
 
-LogWriter::LogWriter(std::string name) : name_(std::move(name)), writer_([this] { run(); }) {}
+struct LogWriter::Queue {
+  std::mutex mutex;
+  std::condition_variable changed;
+  std::condition_variable drained;
+  std::deque<std::string> lines;
+  bool stopping = false;
+  bool abandoned = false;
+
+  void write_lines() {
+    std::unique_lock lock(mutex);
+    while (!abandoned) {
+      changed.wait(lock, [this] { return stopping || !lines.empty(); });
+      if (lines.empty()) break;
+      const std::string line = std::move(lines.front());
+      lock.unlock();
+      write_out(line);
+      lock.lock();
+      lines.pop_front();
+    }
+    drained.notify_all();
+  }
+};
+
+LogWriter::LogWriter(std::string name)
+    : name_(std::move(name)),
+      queue_(std::make_shared<Queue>()),
+      writer_([queue = queue_] { queue->write_lines(); }) {}
 
 LogWriter::~LogWriter() {
-  std::unique_lock lock(mutex_);
-  stopping_ = true;
-  changed_.notify_one();
-  const bool drained =
-      drained_.wait_for(lock, std::chrono::milliseconds(200), [this] { return lines_.empty(); });
+  std::unique_lock lock(queue_->mutex);
+  queue_->stopping = true;
+  queue_->changed.notify_one();
+  const bool drained = queue_->drained.wait_for(lock, std::chrono::milliseconds(200),
+                                                [this] { return queue_->lines.empty(); });
+  queue_->abandoned = !drained;
   lock.unlock();
   if (drained) {
     writer_.join();
@@ -51,13 +81,13 @@ bool LogWriter::may_write(Level level) {
     second_ = second;
     lines_this_second_ = 0;
   }
-  if (lines_.size() >= kMaxQueued) return false;
+  if (queue_->lines.size() >= kMaxQueued) return false;
   return level != Level::info || ++lines_this_second_ <= kLinesPerSecond;
 }
 
 void LogWriter::write(Level level, std::string_view text) {
   {
-    const std::lock_guard lock(mutex_);
+    const std::lock_guard lock(queue_->mutex);
     if (!may_write(level)) {
       ++left_out_;
       return;
@@ -66,23 +96,9 @@ void LogWriter::write(Level level, std::string_view text) {
     line.append(" ").append(name_).append(": ").append(text);
     if (left_out_ > 0) line += " (" + std::to_string(left_out_) + " lines left out before this)";
     left_out_ = 0;
-    lines_.push_back(std::move(line) + "\n");
+    queue_->lines.push_back(std::move(line) + "\n");
   }
-  changed_.notify_one();
-}
-
-void LogWriter::run() {
-  std::unique_lock lock(mutex_);
-  while (true) {
-    changed_.wait(lock, [this] { return stopping_ || !lines_.empty(); });
-    if (lines_.empty()) break;
-    const std::string line = std::move(lines_.front());
-    lock.unlock();
-    write_out(line);
-    lock.lock();
-    lines_.pop_front();
-  }
-  drained_.notify_all();
+  queue_->changed.notify_one();
 }
 
 }  // namespace fairlead

@@ -2,10 +2,8 @@
 // reader that stops reading must not stop the gate.
 #pragma once
 
-#include <condition_variable>
 #include <cstdint>
-#include <deque>
-#include <mutex>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <thread>
@@ -30,18 +28,14 @@ class LogWriter {
   void warning(std::string_view text) { write(Level::warning, text); }
 
  private:
+  struct Queue;
   bool may_write(Level level);
-  void run();
 
   std::string name_;
-  std::mutex mutex_;
-  std::condition_variable changed_;
-  std::condition_variable drained_;
-  std::deque<std::string> lines_;
+  std::shared_ptr<Queue> queue_;  // shared with the thread, which may be stuck and outlive this
   std::int64_t second_ = -1;
   int lines_this_second_ = 0;
   int left_out_ = 0;
-  bool stopping_ = false;
   std::thread writer_;
 };
 

@@ -1,0 +1,89 @@
+#include <doctest/doctest.h>
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <csignal>
+#include <string>
+
+#include "log_writer.hpp"
+
+using namespace fairlead;
+
+namespace {
+
+/// Standard output as a pipe that the test reads, or leaves full.
+class CapturedOutput {
+ public:
+  CapturedOutput() : kept_(::dup(STDOUT_FILENO)) {
+    std::signal(SIGPIPE, SIG_IGN);
+    REQUIRE(::pipe(ends_.data()) == 0);
+    ::dup2(ends_[1], STDOUT_FILENO);
+  }
+  ~CapturedOutput() {
+    restore();
+    ::close(ends_[0]);
+    ::close(ends_[1]);
+    ::close(kept_);
+  }
+  void restore() { ::dup2(kept_, STDOUT_FILENO); }
+  void fill() {
+    ::fcntl(ends_[1], F_SETFL, O_NONBLOCK);
+    const std::string block(1024, '.');
+    while (::write(ends_[1], block.data(), block.size()) > 0) {
+    }
+    ::fcntl(ends_[1], F_SETFL, 0);
+  }
+  std::string read() {
+    std::string text(65536, '\0');
+    const ssize_t count = ::read(ends_[0], text.data(), text.size());
+    text.resize(count > 0 ? static_cast<std::size_t>(count) : 0);
+    return text;
+  }
+
+ private:
+  int kept_;
+  std::array<int, 2> ends_{};
+};
+
+}  // namespace
+
+TEST_CASE("a line carries its level and the service's name") {
+  CapturedOutput output;
+  {
+    LogWriter log("safety");
+    log.info("ready");
+    log.warning("disk full");
+  }
+  output.restore();
+  CHECK(output.read() == "INFO safety: ready\nWARNING safety: disk full\n");
+}
+
+TEST_CASE("a flood of lines is cut short, and a later line says so") {
+  CapturedOutput output;
+  {
+    LogWriter log("safety");
+    for (int i = 0; i < 500; ++i) log.info("refused");
+    log.warning("stopped");
+  }
+  output.restore();
+  const std::string text = output.read();
+  CHECK(std::count(text.begin(), text.end(), '\n') <= 2 * 20 + 1);
+  CHECK(text.find("WARNING safety: stopped (4") != std::string::npos);
+}
+
+TEST_CASE("a reader that does not read delays neither the caller nor the end") {
+  CapturedOutput output;
+  output.fill();
+  const auto start = std::chrono::steady_clock::now();
+  {
+    LogWriter log("safety");
+    for (int i = 0; i < 100; ++i) log.warning("stopped");
+  }
+  const auto took = std::chrono::steady_clock::now() - start;
+  output.read();  // lets the stuck writer end
+  output.restore();
+  CHECK(took < std::chrono::seconds(5));
+}
