@@ -1,0 +1,72 @@
+"""Frames of the real simulator, rendered in a process of their own."""
+
+from __future__ import annotations
+
+import ctypes.util
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fairlead.messages import HalStatus, Image, StatusQuery, decode
+from fairlead_hal_sim.camera_process import GL_LIBRARIES, start_camera_process
+from fairlead_hal_sim.options import CameraOptions, SimulatorOptions
+from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
+from tests.hal.hal_process import HalProcess
+from tests.hal.test_host_process import collect
+
+pytestmark = pytest.mark.simulator
+
+CAMERA = CameraOptions(name="overview", width=96, height=64, period_ticks=5)
+CAN_RENDER = any(ctypes.util.find_library(library) for _, library in GL_LIBRARIES)
+
+
+def pixels(image: Image) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
+    shape = (image.height, image.width, 3)
+    return np.frombuffer(image.data, dtype=np.uint8).reshape(shape).astype(np.float64)
+
+
+@pytest.mark.skipif(not CAN_RENDER, reason="no rendering library on this machine")
+def test_a_frame_shows_the_snapshot_right_side_up_and_carries_its_tick() -> None:
+    options = SimulatorOptions(cameras=(CAMERA,))
+    backend = RobosuiteBackend(options)
+    feed = start_camera_process(options, 20.0)
+    assert feed is not None
+    try:
+        frames = []
+        for tick, seed in ((1, 0), (6, 0), (11, 5)):
+            backend.reset(seed)
+            assert feed.request(7, tick, ["overview"], backend.snapshot())
+            image = feed.take(30.0)
+            assert image is not None, feed.failure
+            assert (image.session, image.tick, image.camera) == (7, tick, "overview")
+            assert (image.width, image.height, image.encoding_name) == (96, 64, "rgb8")
+            frames.append(pixels(image))
+        assert np.array_equal(frames[0], frames[1]), "the same state looks the same"
+        assert not np.array_equal(frames[0], frames[2]), "another seed looks different"
+        # The overview looks down on a dark floor, with a light wall behind it.
+        assert frames[0][:8].mean() > frames[0][-8:].mean() + 10
+    finally:
+        feed.close()
+        backend.close()
+
+
+def test_lockstep_sends_the_due_frames_with_every_repeat_of_the_tick(tmp_path: Path) -> None:
+    hal = HalProcess(tmp_path, "lockstep", backend="robosuite", cameras=[CAMERA.model_dump()])
+    status = decode(HalStatus, hal.bus.query(hal.keys.hal_status, StatusQuery(), 10.0))
+    assert [camera.name for camera in status.cameras] == ["overview"]
+    if CAN_RENDER:
+        images = collect(hal, hal.keys.camera("overview"), 3)
+        assert len({sample.payload for sample in images}) == 1
+        assert decode(Image, images[0].payload).tick == 1
+    else:
+        hal.wait_until(lambda: "install libegl1 or libosmesa6" in hal.log.read_text(), "the log")
+    hal.close()
+
+
+def test_a_camera_the_environment_does_not_have_is_refused_with_those_it_has(
+    tmp_path: Path,
+) -> None:
+    camera = {**CAMERA.model_dump(), "name": "attic"}
+    with pytest.raises(AssertionError, match="'attic' .valid: overview, top"):
+        HalProcess(tmp_path, "lockstep", backend="robosuite", cameras=[camera])

@@ -1,0 +1,180 @@
+"""A backend that fails: the robot holds, the gate is told, and the process stays to say why."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+
+import pytest
+
+from fairlead.bus import Qos
+from fairlead.errors import ConfigError, RefusedError
+from fairlead.hal.backend import Measurement, PartCommand
+from fairlead.hal.host import HalHost, HostSettings
+from fairlead.hal.identity import HalIdentity, identity_of
+from fairlead.hal.kinematic_backend import KinematicBackend
+from fairlead.hal.motion_log import MotionLog
+from fairlead.keys import Keys
+from fairlead.memory_bus import MemoryBus
+from fairlead.messages import (
+    GateState,
+    HalStatus,
+    Hold,
+    JointState,
+    Lease,
+    ResetEpisode,
+    SafeChunk,
+    StatusQuery,
+    StopLevel,
+    decode,
+)
+from fairlead.robot import load_robot
+from tests.hal.gate_messages import SESSION, chunk, grant, lease
+
+KEYS = Keys("tested")
+
+
+class FailingBackend(KinematicBackend):
+    """Does what it is told until a test breaks it."""
+
+    def __init__(self) -> None:
+        self.refuses_resets = False
+        super().__init__(load_robot("panda_mobile"))
+        self.read_error: Exception | None = None
+        self.refuses_commands = False
+        self.applied: list[int] = []
+
+    def read(self) -> Measurement:
+        if self.read_error is not None:
+            raise self.read_error
+        return super().read()
+
+    def apply(self, commands: Mapping[str, PartCommand]) -> None:
+        if commands and self.refuses_commands:
+            raise ConfigError("driver: expected 7 joints, got 6")
+        self.applied.append(len(commands))
+        super().apply(commands)
+
+    def reset(self, seed: int) -> None:
+        if self.refuses_resets:
+            raise ConfigError("hardware has no episodes")
+        super().reset(seed)
+
+
+class RunningHost:
+    """A realtime host in a thread, on a bus in memory."""
+
+    def __init__(self, folder: Path) -> None:
+        self.backend = FailingBackend()
+        self.bus = MemoryBus()
+        self.stops: list[StopLevel] = []
+        self.bus.subscribe(KEYS.stop, lambda s: self.stops.append(decode(StopLevel, s.payload)))
+        self.states: list[JointState] = []
+        self.bus.subscribe(KEYS.joints, lambda s: self.states.append(decode(JointState, s.payload)))
+        self.motion_path = folder / "motion.jsonl"
+        self.host = HalHost(
+            HostSettings("hal", KEYS, "realtime", SESSION),
+            identity(),
+            self.backend,
+            self.bus,
+            MotionLog(folder, SESSION, trace=False),
+        )
+        self._stopping = threading.Event()
+        self._thread = threading.Thread(target=self.host.run, args=(self._stopping,))
+        self._thread.start()
+
+    def status(self) -> HalStatus:
+        return decode(HalStatus, self.bus.query(KEYS.hal_status, StatusQuery(), 1.0))
+
+    def close(self) -> None:
+        self._stopping.set()
+        self._thread.join(timeout=10)
+        assert not self._thread.is_alive()
+
+
+def identity() -> HalIdentity:
+    return identity_of(load_robot("panda_mobile"), "sim", "tested")
+
+
+def wait_until(condition: Callable[[], bool]) -> None:
+    deadline = time.monotonic() + 20
+    while not condition():
+        assert time.monotonic() < deadline, "waited 20 s"
+        time.sleep(0.005)
+
+
+@pytest.fixture
+def running(tmp_path: Path) -> Iterator[RunningHost]:
+    host = RunningHost(tmp_path)
+    yield host
+    host.close()
+
+
+def test_a_read_that_fails_ends_the_ticks_stops_the_gate_and_is_said(running: RunningHost) -> None:
+    wait_until(lambda: len(running.backend.applied) > 2)
+    running.backend.read_error = OSError("bus off")
+    wait_until(lambda: running.status().state == "fault")
+    steps = len(running.backend.applied)
+    assert running.status().detail == "OSError: bus off"
+    assert running.stops[0].reason == "backend fault: OSError: bus off"
+    wait_until(lambda: len(running.stops) >= 4)
+    assert len({stop.stop_id for stop in running.stops}) == 1
+    assert len(running.backend.applied) == steps
+
+
+def test_a_command_the_driver_refuses_is_held_instead_and_stops_the_gate(
+    running: RunningHost,
+) -> None:
+    running.backend.refuses_commands = True
+    seq = 0
+    wait_until(lambda: running.status().tick > 2)
+    while not running.stops:
+        seq += 1
+        tick = running.status().tick
+        publish(running, seq, tick)
+        time.sleep(0.02)
+        assert seq < 500
+    assert "driver: expected 7 joints, got 6" in running.stops[0].reason
+    assert set(running.backend.applied) == {0}
+    wait_until(lambda: "held instead: driver" in running.motion_path.read_text())
+    wait_until(lambda: running.status().state == "holding")
+
+
+def publish(running: RunningHost, seq: int, tick: int) -> None:
+    """A lease and a chunk for the ticks just ahead (part 3 is the composite switch)."""
+    rows = chunk(seq, first_tick=tick + 2, horizon=4, parts=(3,))
+    running.bus.publisher(KEYS.safe("runner"), SafeChunk, Qos.HOT).put(rows)
+    message = lease(seq, tick, [grant(tick + 10)])
+    running.bus.publisher(KEYS.lease, Lease, Qos.HOT).put(message)
+
+
+def test_a_reset_the_driver_does_not_know_is_refused_and_ticks_go_on(running: RunningHost) -> None:
+    running.backend.refuses_resets = True
+    disarmed = lease(1, 1, state=GateState.DISARMED)
+    running.bus.publisher(KEYS.lease, Lease, Qos.HOT).put(disarmed)
+    key = KEYS.hal_command("reset_episode")
+    with pytest.raises(RefusedError, match="hal refused: hardware has no episodes"):
+        running.bus.query(key, ResetEpisode(seed=1), 5.0)
+    steps = len(running.backend.applied)
+    wait_until(lambda: len(running.backend.applied) > steps + 2)
+    assert running.states[-1].acted[0].hold != Hold.RESETTING
+
+
+def test_a_backend_with_another_joint_order_is_refused_with_both_lists(tmp_path: Path) -> None:
+    declared = identity()
+    other = HalIdentity(
+        robot=declared.robot,
+        robot_hash=declared.robot_hash,
+        period_ns=declared.period_ns,
+        joints=("left", "right"),
+        passive_joints=declared.passive_joints,
+        parts=declared.parts,
+        standstill_velocity=declared.standstill_velocity,
+    )
+    log = MotionLog(tmp_path, SESSION, trace=False)
+    settings = HostSettings("hal", KEYS, "realtime", SESSION)
+    with pytest.raises(ConfigError, match=r"expected joints \['left', 'right'\], got \['base_x'"):
+        HalHost(settings, other, FailingBackend(), MemoryBus(), log)
+    log.close()
