@@ -147,7 +147,8 @@ def test_every_declared_layout_has_an_assembler_of_its_width() -> None:
         joints = (*bound_joints(layout, BINDINGS), *BINDINGS.gripper_qpos_joints)
         measured = JointPositions.named(joints, np.zeros(len(joints)))
         values = assemble_state(layout, BINDINGS, measured, FixedTransforms(POSES))
-        assert (values.shape, values.dtype) == ((dim,), np.float64)
+        assert values.shape == (dim,)
+        assert values.dtype == np.float64
 
 
 LIBERO = BINDINGS.model_copy(update={"base_frame": None})

@@ -1,0 +1,216 @@
+"""What holds for every pose, every joint order and every binding of every layout."""
+
+from typing import get_args
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from robosuite.utils.transform_utils import quat2axisangle
+
+from fairlead.bindings import (
+    LAYOUT_DIMS,
+    LAYOUTS,
+    QuaternionSign,
+    StateContractBindings,
+    StateLayout,
+    bound_gripper,
+    bound_joints,
+)
+from fairlead.errors import LayoutError
+from fairlead.messages import FloatArray
+from fairlead_state_assembler import (
+    LAYOUT_EXAMPLES,
+    JointPositions,
+    TransformBuffer,
+    assemble_state,
+    pose_from,
+)
+from fairlead_state_assembler.pose_vector import axis_angle3, quaternion_xyzw, rotation4
+
+SIGNS: tuple[QuaternionSign, ...] = get_args(QuaternionSign)
+ASSEMBLED = tuple(LAYOUT_DIMS)
+TASK_SPACE = tuple(name for name in ASSEMBLED if LAYOUTS[name].required)
+FRAMES = ("grip_site", "panda_hand", "base_site", "object", "goal")
+
+numbers = st.floats(-10.0, 10.0, allow_subnormal=False)
+quaternions = (
+    st.lists(st.floats(-1.0, 1.0), min_size=4, max_size=4)
+    .map(np.array)
+    .filter(lambda q: bool(np.linalg.norm(q) > 0.1))
+    .map(lambda q: q / np.linalg.norm(q))
+)
+poses = st.builds(
+    lambda xyz, q: pose_from("any", xyz, q), st.lists(numbers, min_size=3, max_size=3), quaternions
+)
+layouts = st.sampled_from(ASSEMBLED)
+trees = st.fixed_dictionaries(dict.fromkeys(FRAMES, poses))
+"""T_odom_frame of every frame."""
+
+
+def buffer_of(tree: dict[str, pin.SE3], world: pin.SE3 | None = None) -> TransformBuffer:
+    buffer = TransformBuffer()
+    buffer.add("map", "odom", world or pin.SE3.Identity(), 1, is_static=True)
+    for frame, pose in tree.items():
+        buffer.add("odom", frame, pose, 1, is_static=False)
+    return buffer
+
+
+def joints_of(layout: StateLayout, bindings: StateContractBindings) -> list[str]:
+    return [*bound_joints(layout, bindings), *bound_gripper(layout, bindings)]
+
+
+def measured(names: list[str]) -> JointPositions:
+    """Each joint at a position of its own, whatever the order of the names."""
+    return JointPositions.named(names, np.array([float(sum(name.encode())) for name in names]))
+
+
+def assembled(
+    layout: StateLayout, bindings: StateContractBindings, buffer: TransformBuffer
+) -> FloatArray:
+    joints = measured(joints_of(layout, bindings))
+    return assemble_state(layout, bindings, joints, buffer.at(1))
+
+
+@given(quaternions, st.sampled_from(SIGNS))
+def test_quaternion_is_the_same_rotation_with_the_sign_asked_for(
+    xyzw: FloatArray, sign: QuaternionSign
+) -> None:
+    got = quaternion_xyzw(pose_from("any", [0, 0, 0], xyzw), sign)
+    assert np.isclose(np.linalg.norm(got), 1.0, atol=1e-12)
+    assert np.isclose(abs(got @ xyzw), 1.0, atol=1e-12)
+    decides = got["xyzw".index(sign[1])]
+    assert decides >= 0.0 if sign[0] == "+" else decides <= 0.0
+
+
+@given(quaternions, st.sampled_from(SIGNS))
+def test_quaternion_does_not_depend_on_the_sign_it_came_with(
+    xyzw: FloatArray, sign: QuaternionSign
+) -> None:
+    one, other = pose_from("any", [0, 0, 0], xyzw), pose_from("any", [0, 0, 0], -xyzw)
+    assert np.array_equal(quaternion_xyzw(one, sign), quaternion_xyzw(other, sign))
+
+
+@given(poses, st.sampled_from(SIGNS))
+def test_wxyz_is_xyzw_turned_by_one(pose: pin.SE3, sign: QuaternionSign) -> None:
+    x, y, z, w = rotation4(pose, "xyzw", sign)
+    assert rotation4(pose, "wxyz", sign).tolist() == [w, x, y, z]
+
+
+@given(poses)
+def test_axis_angle_with_positive_w_is_the_logarithm_of_the_rotation(pose: pin.SE3) -> None:
+    vector = axis_angle3(pose, "+w")
+    assert np.linalg.norm(vector) <= np.pi + 1e-12
+    assert np.allclose(pin.exp3(vector), pose.rotation, atol=1e-9)
+
+
+@given(poses, st.sampled_from(SIGNS))
+def test_axis_angle_is_robosuites_of_the_same_quaternion(
+    pose: pin.SE3, sign: QuaternionSign
+) -> None:
+    xyzw = quaternion_xyzw(pose, sign)
+    if 1.0 - abs(xyzw[3]) < 1e-9:
+        return  # robosuite's formula cancels there: it is no reference
+    assert np.allclose(axis_angle3(pose, sign), quat2axisangle(xyzw.copy()), atol=1e-6)
+
+
+def test_no_rotation_has_no_axis_whatever_the_sign() -> None:
+    for sign in SIGNS:
+        assert axis_angle3(pin.SE3.Identity(), sign).tolist() == [0.0, 0.0, 0.0]
+
+
+@given(layouts, trees)
+def test_assembling_twice_gives_the_same_bits_and_changes_no_input(
+    layout: StateLayout, tree: dict[str, pin.SE3]
+) -> None:
+    bindings, buffer = LAYOUT_EXAMPLES[layout](), buffer_of(tree)
+    before = {frame: pose.homogeneous.tobytes() for frame, pose in tree.items()}
+    values = assembled(layout, bindings, buffer)
+    assert values.shape == (LAYOUT_DIMS[layout],)
+    assert values.dtype == np.float64
+    kept = values.tobytes()
+    values[:] = -1.0  # the caller's own copy
+    assert assembled(layout, bindings, buffer).tobytes() == kept
+    assert {frame: pose.homogeneous.tobytes() for frame, pose in tree.items()} == before
+
+
+@given(layouts, trees, st.randoms(use_true_random=False))
+def test_order_and_number_of_the_robots_joints_do_not_matter(
+    layout: StateLayout, tree: dict[str, pin.SE3], random: object
+) -> None:
+    bindings, view = LAYOUT_EXAMPLES[layout](), buffer_of(tree).at(1)
+    names = [*joints_of(layout, bindings), "torso", "base_x"]
+    shuffled = list(names)
+    random.shuffle(shuffled)  # type: ignore[attr-defined]
+    assert np.array_equal(
+        assemble_state(layout, bindings, measured(names), view),
+        assemble_state(layout, bindings, measured(shuffled), view),
+    )
+
+
+@given(st.sampled_from(["human300_16d", "mobile_pick_30d"]), trees, poses)
+def test_moving_robot_and_object_together_changes_only_the_base_in_the_world(
+    layout: StateLayout, tree: dict[str, pin.SE3], moved: pin.SE3
+) -> None:
+    bindings = LAYOUT_EXAMPLES[layout]()
+    here = assembled(layout, bindings, buffer_of(tree))
+    there = assembled(layout, bindings, buffer_of({f: moved * pose for f, pose in tree.items()}))
+    quaternions_at = [3, *([19, 26] if layout == "mobile_pick_30d" else [])]
+    for first in quaternions_at:  # beside w = 0 rounding may choose the other sign
+        assert np.isclose(abs(here[first : first + 4] @ there[first : first + 4]), 1.0)
+    plain = [0, 1, 2, 14, 15, *([16, 17, 18, 23, 24, 25] if len(here) == 30 else [])]
+    assert np.allclose(here[plain], there[plain], atol=1e-9)
+
+
+@given(trees, poses)
+def test_human300_16d_gives_the_tree_back(tree: dict[str, pin.SE3], world: pin.SE3) -> None:
+    bindings = LAYOUT_EXAMPLES["human300_16d"]().model_copy(update={"world_frame": "map"})
+    values = assembled("human300_16d", bindings, buffer_of(tree, world))
+    T_map_base = pose_from("base", values[7:10], values[10:14])
+    eef = T_map_base * pose_from("eef", values[0:3], values[3:7])
+    assert np.allclose(eef.translation, (world * tree["grip_site"]).translation, atol=1e-9)
+    assert np.allclose(eef.rotation, (world * tree["panda_hand"]).rotation, atol=1e-9)
+
+
+@given(trees)
+def test_libero_eef8d_is_the_eef_of_human300_16d_in_a_base_that_is_the_world(
+    tree: dict[str, pin.SE3],
+) -> None:
+    world = LAYOUT_EXAMPLES["human300_16d"]().model_copy(update={"base_frame": "odom"})
+    human300 = assembled("human300_16d", world, buffer_of(tree))
+    libero = assembled("libero_eef8d", world, buffer_of(tree))
+    assert np.array_equal(libero[:3], human300[:3])
+    rotation = pose_from("eef", [0, 0, 0], human300[3:7]).rotation
+    assert np.allclose(pin.exp3(libero[3:6]), rotation, atol=1e-9)
+    assert np.array_equal(libero[6:], human300[14:])
+
+
+@pytest.mark.parametrize("layout", TASK_SPACE)
+@given(tree=trees, data=st.data())
+def test_any_frame_that_is_gone_is_an_error_naming_it(
+    layout: StateLayout, tree: dict[str, pin.SE3], data: st.DataObject
+) -> None:
+    bindings = LAYOUT_EXAMPLES[layout]()
+    used = [name for name in LAYOUTS[layout].required if name.endswith("_frame")]
+    gone = data.draw(st.sampled_from([*used, "eef_rotation_frame"]))
+    changed = bindings.model_copy(update={gone: "gone"})
+    with pytest.raises(LayoutError) as error:
+        assembled(layout, changed, buffer_of(tree))
+    assert error.value.kind == "missing_frame"
+    assert "gone" in (error.value.name, error.value.parent)
+
+
+@pytest.mark.parametrize("layout", ASSEMBLED)
+@given(data=st.data())
+def test_any_joint_that_is_gone_is_an_error_naming_it(
+    layout: StateLayout, data: st.DataObject
+) -> None:
+    bindings = LAYOUT_EXAMPLES[layout]()
+    names = joints_of(layout, bindings)
+    gone = data.draw(st.sampled_from(names))
+    left = measured([name for name in names if name != gone])
+    view = buffer_of(dict.fromkeys(FRAMES, pin.SE3.Identity())).at(1)
+    with pytest.raises(LayoutError) as error:
+        assemble_state(layout, bindings, left, view)
+    assert (error.value.kind, error.value.name) == ("missing_joint", gone)

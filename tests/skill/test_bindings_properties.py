@@ -1,0 +1,148 @@
+"""What holds for every set of bindings and every layout."""
+
+from __future__ import annotations
+
+from typing import Any, get_args
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from pydantic import ValidationError
+
+from fairlead.bindings import (
+    LAYOUTS,
+    PoseBinding,
+    QuaternionSign,
+    StateContract,
+    StateContractBindings,
+    StateLayout,
+    bound_gripper,
+    bound_joints,
+    missing_bindings,
+)
+
+FRAME_FIELDS = (
+    *("eef_frame", "eef_rotation_frame", "base_frame", "world_frame"),
+    *("object_frame", "goal_frame"),
+)
+names = st.text(min_size=1, max_size=8)
+layouts = st.sampled_from(get_args(StateLayout))
+different = st.lists(names, max_size=2, unique=True)
+
+frames = st.fixed_dictionaries({}, optional=dict.fromkeys(FRAME_FIELDS, st.none() | names))
+free = st.fixed_dictionaries(
+    {},
+    optional={
+        "gripper_qpos_joints": different,
+        "joint_names": st.lists(names, max_size=16, unique=True),
+        "quaternion_convention": st.sampled_from(["xyzw", "wxyz"]),
+        "quaternion_signs": st.dictionaries(
+            st.sampled_from(get_args(PoseBinding)), st.sampled_from(get_args(QuaternionSign))
+        ),
+    },
+)
+bindings = st.builds(lambda a, b: a | b, frames, free)
+
+
+def refusal(layout: StateLayout, dim: int, data: dict[str, Any]) -> str:
+    """The one error of a contract, "" if it loads."""
+    try:
+        StateContract.model_validate({"layout": layout, "dim": dim, "bindings": data})
+    except ValidationError as error:
+        assert error.error_count() == 1
+        return error.errors()[0]["msg"].removeprefix("Value error, ")
+    return ""
+
+
+def expected_refusal(layout: StateLayout, dim: int, data: dict[str, Any]) -> str:
+    """The same rules written a second time, from the raw manifest."""
+    shape, problems = LAYOUTS[layout], []
+    if shape.dim not in (None, dim):
+        problems.append(f"dim: expected {shape.dim} for layout {layout}, got {dim}")
+    missing = [n for n in shape.required if not ({"world_frame": "map"} | data).get(n)]
+    if missing:
+        problems.append(f"bindings: layout {layout} also needs {', '.join(missing)}")
+    given_joints = len(data.get("joint_names", ()))
+    if given_joints and given_joints != {"libero": 7, "aloha": 14}.get(layout, 0):
+        wanted = {"libero": 7, "aloha": 14}.get(layout, 0)
+        problems.append(f"joint_names: expected {wanted} for layout {layout}, got {given_joints}")
+    if layout == "aloha" and data.get("gripper_qpos_joints"):
+        problems.append("gripper_qpos_joints: layout aloha reads none")
+    problems += [
+        f"quaternion_signs: layout {layout} has no rotation of {name}"
+        for name in data.get("quaternion_signs", {})
+        if name not in shape.required
+    ]
+    return "; ".join(problems)
+
+
+@given(layouts, st.integers(1, 40), bindings)
+def test_every_problem_is_in_one_error_and_nothing_else_is_refused(
+    layout: StateLayout, dim: int, data: dict[str, Any]
+) -> None:
+    assert refusal(layout, dim, data) == expected_refusal(layout, dim, data)
+
+
+@given(bindings)
+def test_bindings_survive_a_round_trip(data: dict[str, Any]) -> None:
+    loaded = StateContractBindings.model_validate(data)
+    assert StateContractBindings.model_validate_json(loaded.model_dump_json()) == loaded
+    assert StateContractBindings.model_validate(loaded.model_dump(mode="json")) == loaded
+
+
+@given(layouts, bindings)
+def test_missing_fields_are_a_subset_of_the_table_in_its_order(
+    layout: StateLayout, data: dict[str, Any]
+) -> None:
+    loaded = StateContractBindings.model_validate(data)
+    missing = missing_bindings(layout, loaded)
+    assert [name for name in LAYOUTS[layout].required if name in missing] == missing
+    assert all(not getattr(loaded, name) for name in missing)
+
+
+@given(names.filter(lambda name: name not in StateContractBindings.model_fields))
+def test_unknown_field_is_refused_by_its_name(name: str) -> None:
+    with pytest.raises(ValidationError) as error:
+        StateContractBindings.model_validate({name: "x"})
+    assert error.value.errors()[0]["loc"] == (name,)
+    assert error.value.errors()[0]["msg"] == "Extra inputs are not permitted"
+
+
+@given(st.lists(names, max_size=5))
+def test_gripper_is_none_one_or_two_different_joints(joints: list[str]) -> None:
+    good = len(joints) <= 2 and len(set(joints)) == len(joints)
+    if good:
+        loaded = StateContractBindings.model_validate({"gripper_qpos_joints": joints})
+        assert list(bound_gripper("human300_16d", loaded)) == joints
+        return
+    with pytest.raises(ValidationError, match="expected two different joints"):
+        StateContractBindings.model_validate({"gripper_qpos_joints": joints})
+
+
+def test_joint_names_that_repeat_are_refused() -> None:
+    with pytest.raises(ValidationError) as error:
+        StateContractBindings(joint_names=("a", "b", "a"))
+    assert error.value.errors()[0]["msg"] == (
+        "Value error, joint_names: expected different joints, got ['a', 'b', 'a']"
+    )
+
+
+@pytest.mark.parametrize("sign", ["w", "+v", "", "++"])
+def test_sign_that_is_none_is_refused_with_the_valid_ones(sign: str) -> None:
+    with pytest.raises(ValidationError) as error:
+        StateContractBindings.model_validate({"quaternion_signs": {"eef_frame": sign}})
+    assert error.value.errors()[0]["loc"] == ("quaternion_signs", "eef_frame")
+    assert error.value.errors()[0]["msg"] == (
+        "Input should be '+w', '-w', '+x', '-x', '+y', '-y', '+z' or '-z'"
+    )
+
+
+def test_joint_space_layouts_need_no_bindings_and_take_others() -> None:
+    nothing = StateContract(layout="libero", dim=9).bindings
+    assert bound_joints("libero", nothing) == tuple(f"panda_joint{n}" for n in range(1, 8))
+    assert bound_gripper("libero", nothing) == ("panda_finger_joint1", "panda_finger_joint2")
+    other = StateContractBindings(joint_names=tuple("abcdefg"), gripper_qpos_joints=("thumb",))
+    assert bound_joints("libero", other) == tuple("abcdefg")
+    assert bound_gripper("libero", other) == ("thumb",)
+    assert StateContract(layout="aloha", dim=14).bindings == nothing
+    assert len(bound_joints("aloha", nothing)) == 14
