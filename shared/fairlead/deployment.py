@@ -47,7 +47,13 @@ class Deployment(BaseModel):
     @field_validator("id", "namespace")
     @classmethod
     def _key_chunk(cls, value: str) -> str:
-        return check_name("deployment", value)
+        try:
+            try:
+            return check_name("deployment", value)
+        except ConfigError as error:
+            raise ValueError(str(error)) from None  # so that the file's other problems show too
+        except ConfigError as error:
+            raise ValueError(str(error)) from None
 
     @property
     def keys(self) -> Keys:

@@ -61,7 +61,7 @@ for _group in (skill.group, robot.group, layout.group):
 def main() -> None:
     """Entry point of the ``fairlead`` command."""
     try:
-        app()
+        app(prog_name="fairlead")
     except FairleadError as error:
         print(f"ERROR {error}", file=sys.stderr)
         sys.exit(1)

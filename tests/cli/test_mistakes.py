@@ -1,0 +1,100 @@
+"""A user's mistake: one clear text on standard error, the right exit code, no traceback."""
+
+from __future__ import annotations
+
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from fairlead.paths import repo_root
+from tests.cli.command import fairlead
+
+COMPOSE = repo_root() / "compose"
+
+
+@pytest.fixture
+def broken_file(tmp_path: Path) -> Path:
+    path = tmp_path / "broken.yaml"
+    path.write_text("robot: panda_mobile\nid: A\nservices: {}\nextra: 1\n", encoding="utf-8")
+    return path
+
+
+def check(done: subprocess.CompletedProcess[str], code: int, *texts: str) -> None:
+    assert done.returncode == code, done.stdout + done.stderr
+    assert "Traceback" not in done.stdout + done.stderr
+    for text in texts:
+        assert text in done.stderr, done.stderr
+
+
+WRONG_COMMAND_LINES = {
+    "no such command": (["fly"], "No such command 'fly'"),
+    "no such option": (["ps", "--all"], "No such option"),
+    "a file that is not there": (["up", "nowhere.yaml"], "nowhere.yaml"),
+    "an argument left out": (["run"], "Missing argument 'skill'"),
+    "an id that is no number": (["reset", "xyz"], "expected 1 to 16 hex digits"),
+    "an id of zero": (["reset", "0"], "expected 1 to 16 hex digits"),
+    "an id that is too long": (["reset", "1" * 17], "expected 1 to 16 hex digits"),
+    "a negative seed": (["parity", "--seed", "-1"], "greater than or equal to 0"),
+}
+
+
+@pytest.mark.parametrize("name", WRONG_COMMAND_LINES)
+def test_a_wrong_command_line_exits_with_2(name: str, tmp_path: Path) -> None:
+    arguments, text = WRONG_COMMAND_LINES[name]
+    check(fairlead(*arguments, state=tmp_path), 2, text)
+
+
+NOTHING_RUNS = ("arm", "disarm", "stop", "status", "down", "logs", "reset 1f")
+
+
+@pytest.mark.parametrize("command", NOTHING_RUNS)
+def test_with_nothing_running_the_way_to_start_is_named(command: str, tmp_path: Path) -> None:
+    done = fairlead(*command.split(), state=tmp_path)
+    check(done, 1, "no deployment runs on this machine", "fairlead up")
+
+
+def test_asking_a_robot_that_does_not_answer_names_who_is_missing(tmp_path: Path) -> None:
+    file = tmp_path / "elsewhere.yaml"
+    text = (COMPOSE / "panda_mobile_sim.yaml").read_text(encoding="utf-8")
+    file.write_text(text.replace(":750", ":1"), encoding="utf-8")  # ports where nobody listens
+    done = fairlead("status", "--deployment", str(file), state=tmp_path)
+    check(done, 1, "ERROR robot panda_mobile: safety not seen within 3 s", "fairlead ps")
+
+
+def test_a_broken_deployment_file_is_named_with_every_problem(
+    broken_file: Path, tmp_path: Path
+) -> None:
+    done = fairlead("up", str(broken_file), state=tmp_path)
+    check(done, 1, f"ERROR {broken_file}: 2 problem(s)", "  id: ", "  extra: ")
+
+
+@pytest.mark.parametrize(
+    "command",
+    ["run {}", "skill show {}", "skill check {}", "layout verify {}", "parity --skill {}"],
+)
+def test_a_misspelt_skill_lists_the_skills_there_are(command: str, tmp_path: Path) -> None:
+    done = fairlead(*command.format("orcale").split(), state=tmp_path)
+    check(done, 1, "skill 'orcale'", "valid: ", "oracle-counter-to-cabinet")
+
+
+@pytest.mark.parametrize("command", ["robot show {}", "robot compile {}", "skill ls --robot {}"])
+def test_a_misspelt_robot_lists_the_robots_there_are(command: str, tmp_path: Path) -> None:
+    done = fairlead(*command.format("pnda").split(), state=tmp_path)
+    check(done, 1, "robot 'pnda'", "valid: ", "panda_mobile")
+
+
+def test_an_unknown_profile_lists_those_there_are(tmp_path: Path) -> None:
+    done = fairlead("robot", "show", "panda_mobile", "--profile", "toy", state=tmp_path)
+    check(done, 1, "expected a safety profile, got 'toy' (valid: ", "sim")
+
+
+def test_logs_of_a_folder_that_holds_none_says_so(tmp_path: Path) -> None:
+    done = fairlead("logs", "--state-dir", str(tmp_path), state=tmp_path)
+    check(done, 1, f"no *.log in {tmp_path / 'logs'}")
+
+
+def test_an_unknown_service_in_a_start_order_lists_the_services(tmp_path: Path) -> None:
+    file = COMPOSE / "panda_mobile_sim.yaml"
+    done = fairlead("up", str(file), "--order", "hal,gate", state=tmp_path)
+    check(done, 1, "no service 'gate' (valid: hal, safety, state_assembler, runner)")

@@ -1,0 +1,235 @@
+"""``up`` and everything a person does with a robot that runs, as real processes."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import threading
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from fairlead.paths import repo_root
+from fairlead.supervisor.process_table import command_of
+from fairlead.supervisor.scratch import Scratch, ScratchOptions, make_scratch
+from tests.cli.command import fairlead, fairlead_command, fairlead_environment
+from tests.system.conftest import LIGHT_HAL
+from tests.system.live_robot import wait_for
+
+pytestmark = [pytest.mark.processes, pytest.mark.timeout(300)]
+
+SKILL = "oracle-counter-to-cabinet"
+SOURCE = repo_root() / "compose" / "panda_mobile_sim.yaml"
+
+
+def all_pids() -> list[int]:
+    return [int(entry.name) for entry in Path("/proc").iterdir() if entry.name.isdigit()]
+
+
+class Up:
+    """``fairlead up`` in the background, and what it prints."""
+
+    def __init__(self, scratch: Scratch, state: Path) -> None:
+        self.scratch, self.state = scratch, state
+        self.name = scratch.deployment.id
+        self.output: list[str] = []
+        self.process = subprocess.Popen(
+            fairlead_command("up", str(scratch.file), "--state-dir", str(scratch.state_dir)),
+            env=fairlead_environment(state),
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+        )
+        self._reader = threading.Thread(target=self._read, daemon=True)
+        self._reader.start()
+
+    def _read(self) -> None:
+        assert self.process.stdout is not None
+        with self.process.stdout as stream:
+            self.output.extend(line.rstrip() for line in stream)
+
+    def wait_line(self, text: str) -> str:
+        wait_for(lambda: any(text in line for line in self.output), f"up prints {text!r}", 120.0)
+        return next(line for line in self.output if text in line)
+
+    def do(self, *arguments: str) -> subprocess.CompletedProcess[str]:
+        """Another ``fairlead`` command about this robot."""
+        return fairlead(*arguments, state=self.state)
+
+    def read(self, *arguments: str) -> Any:
+        done = self.do(*arguments, "--json")
+        assert done.returncode == 0, done.stderr
+        return json.loads(done.stdout)
+
+    def processes(self) -> list[str]:
+        """Command lines of processes that mention this deployment's folder."""
+        mine = str(self.scratch.state_dir)
+        lines = [command_of(pid) for pid in all_pids() if pid != self.process.pid]
+        return [line for line in lines if mine in line]
+
+    def end(self, number: signal.Signals) -> int:
+        self.process.send_signal(number)
+        status = self.process.wait(timeout=30.0)
+        self._reader.join(timeout=5.0)
+        return status
+
+
+@pytest.fixture
+def start_up(tmp_path: Path) -> Iterator[Callable[[str], Up]]:
+    started: list[Up] = []
+
+    def start(name: str) -> Up:
+        options = ScratchOptions(f"{name}{os.getpid()}", options={"hal": LIGHT_HAL})
+        scratch = make_scratch(SOURCE, tmp_path / name, options)
+        started.append(Up(scratch, tmp_path / "registry"))
+        return started[-1]
+
+    yield start
+    for up in started:
+        if up.process.poll() is None:
+            up.end(signal.SIGKILL)
+        wait_for(lambda up=up: not up.processes(), "no process is left")  # type: ignore[misc]
+
+
+def test_a_robot_is_started_watched_run_and_stopped(start_up: Callable[[str], Up]) -> None:
+    up = start_up("robot")
+    up.wait_line(f"[up] {up.name} is up")
+    assert up.wait_line("[hal] ").endswith("backend")
+    (entry,) = up.read("ps")
+    assert entry["name"] == up.name and entry["supervised"]
+    assert {s["state"] for s in entry["services"].values()} == {"ready"}
+
+    status = up.read("status")
+    assert status["gate"]["state"] == "disarmed"
+    assert status["alive"] == ["hal", "runner", "safety", "state_assembler"]
+    assert (status["hal"]["pacing"], status["hal"]["period_ms"]) == ("lockstep", 50.0)
+
+    done = up.do("run", SKILL, "--deadline-ticks", "40")  # nothing to grasp without physics
+    assert done.returncode == 1, done.stdout + done.stderr
+    assert f"{SKILL} deadline after 4" in done.stdout and "not done after 40 ticks" in done.stdout
+    after = up.read("status")["gate"]
+    assert after["state"] == "disarmed" and after["counters"]["released"] >= 5
+
+    logs = up.read("logs", "safety", "--lines", "50")
+    assert any(line.endswith("armed by fairlead run") for line in logs["safety"])
+    assert up.do("logs", "gate").returncode == 1
+
+    stopped = up.do("down")
+    assert (stopped.returncode, stopped.stdout) == (0, f"stopped {up.name}\n")
+    assert up.process.wait(timeout=10.0) == 0
+    assert up.processes() == []
+    assert up.read("ps") == []
+
+
+def test_arm_stop_reset_disarm_each_name_the_next_command(start_up: Callable[[str], Up]) -> None:
+    up = start_up("robot")
+    up.wait_line("is up")
+    assert up.do("arm").stdout.startswith(f"armed {up.name}: epoch ")
+    stopped = up.do("stop", "--reason", "test")
+    assert stopped.returncode == 0, stopped.stderr
+    stop_id = stopped.stdout.split()[-1]
+    assert stopped.stdout == f"stopped {up.name}; when it is safe: fairlead reset {stop_id}\n"
+
+    gate = up.read("status")["gate"]
+    assert (gate["state"], gate["stop_ids"]) == ("stopped", [stop_id])
+    refused = up.do("arm")
+    assert refused.returncode == 1 and f"fairlead reset {stop_id}" in refused.stderr
+    wrong = up.do("reset", f"{int(stop_id, 16) ^ 1:x}")
+    assert wrong.returncode == 1 and "refused" in wrong.stderr
+
+    assert "next: fairlead arm" in up.do("reset", stop_id).stdout
+    assert up.do("arm").returncode == 0
+    assert up.do("disarm").returncode == 0
+    assert up.read("status")["gate"]["state"] == "disarmed"
+
+
+def test_run_leaves_a_robot_armed_that_it_did_not_arm(start_up: Callable[[str], Up]) -> None:
+    up = start_up("robot")
+    up.wait_line("is up")
+    up.do("arm")
+    report = json.loads(up.do("run", SKILL, "--deadline-ticks", "16", "--json").stdout)
+    assert report["result"]["outcome"] == "deadline"
+    assert up.read("status")["gate"]["state"] == "armed"
+
+
+def test_ctrl_c_ends_up_with_status_0_and_leaves_no_process(start_up: Callable[[str], Up]) -> None:
+    up = start_up("robot")
+    up.wait_line("is up")
+    assert up.end(signal.SIGINT) == 0
+    assert up.output[-1] == f"[up] stopped {up.name}; no process is left"
+    assert up.processes() == []
+
+
+def test_a_killed_up_leaves_no_process_and_can_be_started_again(
+    start_up: Callable[[str], Up],
+) -> None:
+    up = start_up("robot")
+    up.wait_line("is up")
+    up.do("run", SKILL, "--deadline-ticks", "8")  # so that the policy's own process exists
+    workers = [pid for pid in all_pids() if _is_worker_of(up, pid)]
+    assert workers
+    up.end(signal.SIGKILL)
+    wait_for(lambda: not up.processes(), "no service is left")
+    wait_for(lambda: not any(command_of(pid) for pid in workers), "no policy process is left")
+    again = Up(up.scratch, up.state)
+    again.wait_line("is up")
+    assert again.end(signal.SIGTERM) == 0
+
+
+def _is_worker_of(up: Up, pid: int) -> bool:
+    if "fairlead_skill_runner.policy_process" not in command_of(pid):
+        return False
+    stat = Path(f"/proc/{pid}/stat").read_text(encoding="ascii")
+    parent = int(stat.rpartition(")")[2].split()[1])
+    return str(up.scratch.state_dir) in command_of(parent)
+
+
+def test_a_second_up_of_the_same_robot_is_refused_and_disturbs_nothing(
+    start_up: Callable[[str], Up],
+) -> None:
+    up = start_up("robot")
+    up.wait_line("is up")
+    second = up.do("up", str(up.scratch.file))
+    assert second.returncode == 1
+    assert second.stderr == (
+        f"ERROR deployment {up.name} is already running (pid {up.process.pid}); "
+        f"stop it first: fairlead down {up.name}\n"
+    )
+    assert up.read("status")["gate"]["state"] == "disarmed"
+
+
+def test_two_robots_run_side_by_side_and_must_then_be_named(start_up: Callable[[str], Up]) -> None:
+    one, other = start_up("one"), start_up("other")
+    one.wait_line("is up")
+    other.wait_line("is up")
+    vague = one.do("status")
+    assert vague.returncode == 1 and f"--deployment {other.scratch.file}" in vague.stderr
+    one.do("arm", "--deployment", str(one.scratch.file))
+    states = [
+        up.read("status", "--deployment", str(up.scratch.file))["gate"]["state"]
+        for up in (one, other)
+    ]
+    assert states == ["armed", "disarmed"]
+    assert one.do("down", other.name).returncode == 0
+    assert [entry["name"] for entry in one.read("ps")] == [one.name]
+
+
+def test_a_gate_that_dies_is_restarted_and_up_says_how_to_reset_it(
+    start_up: Callable[[str], Up],
+) -> None:
+    up = start_up("robot")
+    up.wait_line("is up")
+    up.do("arm")
+    (entry,) = up.read("ps")
+    os.kill(entry["services"]["safety"]["process"]["pid"], signal.SIGKILL)
+    up.wait_line("[up] safety was killed by signal 9; starting it again in 0.5 s")
+    up.wait_line("[up] the gate is latched")
+    fix = up.wait_line("fairlead reset ")
+    wait_for(lambda: up.do("reset", fix.split()[-1]).returncode == 0, "the latch is reset")
+    assert up.do("run", SKILL, "--deadline-ticks", "8").stdout.startswith(f"{SKILL} deadline")
+    (entry,) = up.read("ps")
+    assert entry["services"]["safety"]["restarts"] == 1
