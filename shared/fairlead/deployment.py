@@ -48,12 +48,9 @@ class Deployment(BaseModel):
     @classmethod
     def _key_chunk(cls, value: str) -> str:
         try:
-            try:
             return check_name("deployment", value)
         except ConfigError as error:
             raise ValueError(str(error)) from None  # so that the file's other problems show too
-        except ConfigError as error:
-            raise ValueError(str(error)) from None
 
     @property
     def keys(self) -> Keys:
