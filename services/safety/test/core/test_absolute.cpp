@@ -1,30 +1,11 @@
-// G020, G021, G022 and the part of G011 that judges rows: which rows of a chunk are released.
+// G020, and the part of G011 that judges rows: limits of a row by itself.
 
 #include <doctest/doctest.h>
 
-#include "boundary.hpp"
-#include "chunk_builder.hpp"
-#include "fairlead_safety/judge.hpp"
+#include "row_judge.hpp"
 
 using namespace fairlead;
 using namespace fairlead::test;
-
-namespace {
-
-Judgement judge(const ActionChunk& chunk, const MeasuredState& state = state_at_rest(),
-                const RowBefore& before = {}, std::size_t first_row = 0) {
-  static const Limits limits = test_limits();
-  static const ClaimLimits claim = whole_robot(limits);
-  return judge_rows(limits, claim, state, chunk, first_row, before);
-}
-
-// A single row that follows `previous`, so that only its own limits can refuse it.
-std::uint32_t code_after(ChunkBuilder& previous, const ChunkBuilder& next,
-                         const MeasuredState& state = state_at_rest()) {
-  return judge(next.chunk, state, RowBefore{&previous.chunk, 0}).evidence.code;
-}
-
-}  // namespace
 
 TEST_CASE("G020 joint position: inside the joint's bounds, ends included") {
   MeasuredState state = state_at_rest();
@@ -191,127 +172,4 @@ TEST_CASE("G011 a passive joint outside its bounds: no row can bring it back") {
   CHECK(judge(builder.chunk, state).evidence.axis == "torso");
   state.positions[torso] = -0.2;
   CHECK(judge(builder.chunk, state).evidence.code == 11);
-}
-
-TEST_CASE("G021 a joint target starts within a step of the measured position") {
-  const auto code = [](double target) {
-    return judge(ChunkBuilder().joint(arm, Mode::joint_position, arm_1, {target}).chunk)
-        .evidence.code;
-  };
-  CHECK(code(0.35) == 0);  // step 0.25 + tolerance 0.1
-  CHECK(code(just_above(0.35)) == 21);
-  CHECK(code(just_below(-0.35)) == 21);
-}
-
-TEST_CASE("G021 a joint target starts within a step of what was executed last") {
-  ChunkBuilder previous;
-  previous.joint(arm, Mode::joint_position, arm_1, {-0.1});
-  const auto code = [&previous](double target) {
-    return code_after(previous, ChunkBuilder().joint(arm, Mode::joint_position, arm_1, {target}));
-  };
-  CHECK(code(0.15) == 0);
-  CHECK(code(0.15 + 1e-9) == 21);
-}
-
-TEST_CASE("G021 padding of the row before is no setpoint") {
-  ChunkBuilder previous;
-  previous.joint(arm, Mode::joint_position, arm_2, {0.1});
-  MeasuredState state = state_at_rest();
-  state.positions[arm_1] = 1.0;
-  CHECK(code_after(previous, ChunkBuilder().joint(arm, Mode::joint_position, arm_1, {1.0}),
-                   state) == 0);
-}
-
-TEST_CASE("G021 a velocity starts from what was executed, after a hold from what is measured") {
-  MeasuredState state = state_at_rest();
-  state.velocities[arm_1] = 0.2;
-  const auto after_hold = [&state](double value) {
-    return judge(ChunkBuilder().joint(arm, Mode::joint_velocity, arm_1, {value}).chunk, state)
-        .evidence.code;
-  };
-  CHECK(after_hold(0.7) == 0);
-  CHECK(after_hold(0.7 + 1e-9) == 21);
-  CHECK(after_hold(-0.3 - 1e-9) == 21);
-  ChunkBuilder previous;
-  previous.joint(arm, Mode::joint_velocity, arm_1, {0.5});
-  CHECK(code_after(previous, ChunkBuilder().joint(arm, Mode::joint_velocity, arm_1, {1.0}),
-                   state) == 0);
-  CHECK(code_after(previous,
-                   ChunkBuilder().joint(arm, Mode::joint_velocity, arm_1, {just_above(1.0)}),
-                   state) == 21);
-}
-
-TEST_CASE("G021 a delta or twist after a hold starts from zero") {
-  static Limits limits = test_limits();
-  ClaimLimits claim = whole_robot(limits);
-  claim.modes[arm].cartesian_delta.linear_step_limit = 0.05;
-  claim.modes[base].body_twist.angular_step_limit = 0.5;
-  const auto code = [&claim](const ChunkBuilder& builder) {
-    return judge_rows(limits, claim, state_at_rest(), builder.chunk, 0, {}).evidence.code;
-  };
-  CHECK(code(ChunkBuilder().along(arm, Mode::cartesian_delta, 1, {0.05})) == 0);
-  CHECK(code(ChunkBuilder().along(arm, Mode::cartesian_delta, 1, {just_above(0.05)})) == 21);
-  CHECK(code(ChunkBuilder().along(base, Mode::body_twist, 5, {0.5})) == 0);
-  CHECK(code(ChunkBuilder().along(base, Mode::body_twist, 5, {just_above(0.5)})) == 21);
-}
-
-TEST_CASE("G021 gripper and composite start from what is known of them") {
-  MeasuredState state = state_at_rest();
-  state.positions[gripper_joint] = 0.0;
-  const auto opening = [&state](double value) {
-    return judge(ChunkBuilder().scalar(gripper, Mode::gripper_position, {value}).chunk, state)
-        .evidence.code;
-  };
-  CHECK(opening(0.06) == 0);  // step 0.05 + tolerance 0.01
-  CHECK(opening(0.06 + 1e-9) == 21);
-  ChunkBuilder previous;
-  previous.scalar(composite, Mode::composite_mode, {-1.0});
-  CHECK(code_after(previous, ChunkBuilder().scalar(composite, Mode::composite_mode, {0.5})) == 0);
-  CHECK(code_after(previous,
-                   ChunkBuilder().scalar(composite, Mode::composite_mode, {0.5 + 1e-9})) == 21);
-  ChunkBuilder closed;
-  closed.scalar(gripper, Mode::gripper_position, {0.0});
-  state.positions[gripper_joint] = 0.04;
-  CHECK(code_after(closed, ChunkBuilder().scalar(gripper, Mode::gripper_position, {0.05}), state) ==
-        0);
-  CHECK(code_after(closed,
-                   ChunkBuilder().scalar(gripper, Mode::gripper_position, {just_above(0.05)}),
-                   state) == 21);
-}
-
-TEST_CASE("G022 the jump from row to row, for every mode") {
-  const auto code = [](const ChunkBuilder& builder) { return judge(builder.chunk).evidence.code; };
-  CHECK(code(ChunkBuilder().joint(arm, Mode::joint_position, arm_1, {0.0, 0.25})) == 0);
-  CHECK(code(ChunkBuilder().joint(arm, Mode::joint_position, arm_1, {0.0, just_above(0.25)})) ==
-        22);
-  CHECK(code(ChunkBuilder().joint(arm, Mode::joint_velocity, arm_1, {0.0, -0.5})) == 0);
-  CHECK(code(ChunkBuilder().joint(arm, Mode::joint_velocity, arm_1, {0.0, just_below(-0.5)})) ==
-        22);
-  CHECK(code(ChunkBuilder().along(arm, Mode::cartesian_delta, 0, {0.1, 0.1, -0.05})) == 0);
-  CHECK(code(ChunkBuilder().along(arm, Mode::cartesian_delta, 0, {0.1, 0.1, -0.06})) == 22);
-  CHECK(code(ChunkBuilder().along(arm, Mode::cartesian_delta, 4, {0.5, -0.25})) == 0);
-  CHECK(code(ChunkBuilder().along(arm, Mode::cartesian_delta, 4, {0.5, -0.26})) == 22);
-  CHECK(code(ChunkBuilder().along(base, Mode::body_twist, 0, {1.0, -0.5})) == 0);
-  CHECK(code(ChunkBuilder().along(base, Mode::body_twist, 0, {1.0, -0.51})) == 22);
-  CHECK(code(ChunkBuilder().scalar(gripper, Mode::gripper_position, {0.0, 0.05})) == 0);
-  CHECK(code(ChunkBuilder().scalar(gripper, Mode::gripper_position, {0.0, just_above(0.05)})) ==
-        22);
-  CHECK(code(ChunkBuilder().scalar(composite, Mode::composite_mode, {-1.0, 0.5})) == 0);
-  CHECK(code(ChunkBuilder().scalar(composite, Mode::composite_mode, {-1.0, 1.0})) == 22);
-}
-
-TEST_CASE("a tighter limit never releases more") {
-  static Limits limits = test_limits();
-  const ClaimLimits wide = whole_robot(limits);
-  ClaimLimits tight = wide;
-  tight.modes[arm].cartesian_delta.linear_limit = 0.04;
-  for (int i = 0; i < 200; ++i) {
-    Row rows;
-    for (int k = 0; k < 8; ++k) rows.push_back(0.1 * std::sin(0.37 * i + 0.9 * k));
-    const ChunkBuilder builder = ChunkBuilder().along(arm, Mode::cartesian_delta, 0, rows);
-    const auto released = [&](const ClaimLimits& claim) {
-      return judge_rows(limits, claim, state_at_rest(), builder.chunk, 0, {}).row_count;
-    };
-    CHECK(released(tight) <= released(wide));
-  }
 }

@@ -1,0 +1,150 @@
+// When stopping is not enough: the latch, across restarts, and the way back.
+
+#include <string>
+
+#include "gate_rig.hpp"
+
+using namespace fairlead;
+using namespace fairlead::test;
+
+namespace {
+
+// Raise one stop of the gate's own and come back to armed, as a patient operator would.
+void stop_by_nan(GateRig& rig) {
+  rig.take_claim();
+  rig.send_chunk(rig.chunk({not_a_number}));
+}
+
+void come_back(GateRig& rig) {
+  rig.reset(rig.lease().stop_ids[0]);
+  rig.epoch = rig.arm().epoch;
+}
+
+}  // namespace
+
+TEST_CASE("three stops of the gate's own within 60 s of ticks latch") {
+  GateRig rig;
+  rig.connect_and_arm();
+  stop_by_nan(rig);
+  CHECK(rig.gate->state() == GateState::stopped);
+  come_back(rig);
+  stop_by_nan(rig);
+  CHECK(rig.gate->state() == GateState::stopped);
+  come_back(rig);
+  stop_by_nan(rig);
+  CHECK(rig.gate->state() == GateState::latched);
+  std::size_t lease = 0, persist = 0, place = 0;
+  for (const Output& output : rig.out->items()) {
+    ++place;
+    if (output.kind == OutputKind::lease) lease = place;
+    if (output.kind == OutputKind::persist_latch) persist = place;
+  }
+  CHECK(lease > 0);
+  CHECK(lease < persist);  // the hold goes out before the disk is touched
+}
+
+TEST_CASE("stops spread wider than the window do not latch, nor do an operator's") {
+  GateRig spread;
+  spread.connect_and_arm();
+  for (int i = 0; i < 4; ++i) {
+    stop_by_nan(spread);
+    CHECK(spread.gate->state() == GateState::stopped);
+    come_back(spread);
+    spread.tick += 600;  // 30 s
+    spread.next_tick();
+  }
+  GateRig operators;
+  operators.connect_and_arm();
+  for (std::uint64_t id = 1; id <= 5; ++id) {
+    operators.send(EventKind::stop_level, StopLevel{id, "operator", ""});
+    CHECK(operators.gate->state() == GateState::stopped);
+    operators.reset(id);
+    operators.arm();
+  }
+}
+
+namespace {
+
+GateRig latched_rig() {
+  GateRig rig;
+  rig.restart(BootInfo{false, false, {}});
+  return rig;
+}
+
+}  // namespace
+
+TEST_CASE("an unclean exit boots latched and says so") {
+  GateRig rig = latched_rig();
+  CHECK(rig.gate->state() == GateState::latched);
+  CHECK(rig.count(OutputKind::persist_latch) == 1);
+  const auto record = rig.get<LatchRecord>(OutputKind::persist_latch);
+  CHECK(record.latch_id == rig.status().latch_id);
+  CHECK(std::string(rig.status().cause.view()).find("not clean") != std::string::npos);
+}
+
+TEST_CASE("a clean exit boots disarmed") {
+  GateRig rig;
+  rig.restart(BootInfo{false, true, {}});
+  CHECK(rig.gate->state() == GateState::disarmed);
+}
+
+TEST_CASE("a latch outlives the process, with its id; unreadable it latches all the same") {
+  GateRig rig;
+  const auto record = frame_of(LatchRecord{4711, 5, "the cause"});
+  rig.restart(BootInfo{false, true, record});
+  CHECK(rig.gate->state() == GateState::latched);
+  CHECK(rig.status().latch_id == 4711);
+  CHECK(rig.status().cause == "latched before the restart: the cause");
+  const std::vector<std::uint8_t> garbage{1, 2, 3};
+  rig.restart(BootInfo{false, true, garbage});
+  CHECK(rig.gate->state() == GateState::latched);
+  CHECK(rig.status().latch_id != 0);
+}
+
+TEST_CASE("a latch is reset by its id, at standstill, after ten good states, to disarmed") {
+  GateRig rig = latched_rig();
+  const std::uint64_t id = rig.status().latch_id;
+  rig.reset(id);
+  CHECK(rig.refusal().reason == "no joint state received: standstill is not known");
+  rig.send_hal_status();
+  rig.velocities[arm_1] = 0.05;
+  for (int i = 0; i < 10; ++i) rig.next_tick();
+  rig.reset(id);
+  CHECK(rig.refusal().reason == "a joint is still moving");
+  rig.velocities[arm_1] = just_below(0.05);
+  rig.positions[arm_1] = not_a_number;
+  rig.next_tick();  // the cause is back: counting starts again
+  rig.positions[arm_1] = 0.0;
+  rig.next_tick();
+  for (int i = 0; i < 8; ++i) rig.send_state();  // repeats count
+  rig.reset(id);
+  CHECK(rig.refusal().reason == "only 9 good joint states since the cause, 10 needed");
+  rig.send_state();
+  rig.reset(id + 1);
+  CHECK(rig.count(OutputKind::refusal) == 1);
+  rig.reset(id);
+  CHECK(rig.count(OutputKind::clear_latch) == 1);
+  CHECK(rig.count(OutputKind::write_clean_mark) == 1);
+  CHECK(rig.gate->state() == GateState::disarmed);
+  rig.reset(id);  // a late copy
+  CHECK(rig.count(OutputKind::refusal) == 1);
+}
+
+TEST_CASE("a latched gate lists stops, and leads through stopped when one is still held") {
+  GateRig rig = latched_rig();
+  rig.send_hal_status();
+  for (int i = 0; i < 10; ++i) rig.next_tick();
+  rig.send(EventKind::stop_level, StopLevel{77, "operator", ""});
+  CHECK(rig.gate->state() == GateState::latched);
+  CHECK(rig.lease().stop_ids.contains(77));
+  rig.reset(rig.status().latch_id);
+  CHECK(rig.gate->state() == GateState::stopped);
+  rig.reset(77);
+  CHECK(rig.gate->state() == GateState::disarmed);
+
+  GateRig other = latched_rig();
+  other.send(EventKind::stop_level, StopLevel{77, "operator", ""});
+  other.reset(77);
+  CHECK(other.gate->state() == GateState::latched);
+  CHECK(other.reply<Done>().text == "000000000000004d was reset");
+}

@@ -1,0 +1,130 @@
+// Lockstep: the world waits until every claim is decided.
+
+#include "acted_rows.hpp"
+
+using namespace fairlead;
+using namespace fairlead::test;
+
+TEST_CASE("parts of one claim that act apart continue nothing") {
+  GateRig rig(true);
+  rig.ready();
+  rig.send_chunk(rig.chunk({0.1, 0.2, 0.3, 0.4}));
+  const SafeChunk safe = rig.safe_chunk();
+  JointState state;
+  state.session = rig.session;
+  state.tick = ++rig.tick;
+  const std::vector<double> zeros(measured_count, 0.0);
+  const Bytes block(reinterpret_cast<const std::uint8_t*>(zeros.data()),
+                    zeros.size() * sizeof(double));
+  state.positions = state.velocities = state.efforts = NumberView(block);
+  state.robot_hash = hash_of(7);
+  for (int i = 0; i < 4; ++i)
+    (void)state.acted.push_back(i == 1 ? Acted{3, 0, 0} : row_of(safe, 0));
+  rig.send(EventKind::joint_state, state);
+  CHECK(rig.safe_chunk().after.hold != 0);  // no part that moved will match it
+}
+
+TEST_CASE("lockstep: the first row is for the tick the robot waits in, and decides it") {
+  GateRig rig(true);
+  rig.ready();
+  CHECK(decision(rig) == number(Decision::undecided));
+  CHECK(rig.lease().grants[0].until_tick == rig.tick);
+  const Verdict verdict = rig.send_chunk(rig.chunk({0.1, 0.2, 0.3}));
+  CHECK(verdict.released_first == rig.tick);
+  CHECK(rig.safe_chunk().first_tick == rig.tick);
+  CHECK(decision(rig) == number(Decision::row));
+  CHECK(rig.lease().grants[0].verdict_id == verdict.verdict_id);
+}
+
+TEST_CASE("lockstep: rows decide tick after tick, then the claim is undecided") {
+  GateRig rig(true);
+  rig.ready();
+  rig.send_chunk(rig.chunk({0.1, 0.2, 0.3}));
+  const SafeChunk safe = rig.safe_chunk();
+  for (std::uint32_t row = 0; row < 2; ++row) {
+    rig.next_tick(row_of(safe, row));
+    CHECK(decision(rig) == number(Decision::row));
+    CHECK(rig.lease().grants[0].verdict_id == safe.verdict_id);
+  }
+  rig.next_tick(row_of(safe, 2));
+  CHECK(decision(rig) == number(Decision::undecided));
+  rig.timer(25 * ms);
+  CHECK(rig.count(OutputKind::safe_chunk) == 0);
+  CHECK(rig.send_chunk(rig.chunk({0.2, 0.1})).code == 0);
+  CHECK(same_act(rig.safe_chunk().after, row_of(safe, 2)));
+}
+
+TEST_CASE("lockstep: a refused chunk decides a hold for this tick and no other") {
+  GateRig rig(true);
+  rig.ready();
+  const Verdict verdict = rig.send_chunk(rig.chunk({9.0}));
+  CHECK(verdict.code == 20);
+  CHECK(decision(rig) == number(Decision::hold));
+  CHECK(rig.lease().grants[0].verdict_id == verdict.verdict_id);
+  rig.next_tick(Acted{6, 0, 0});
+  CHECK(decision(rig) == number(Decision::undecided));
+  CHECK(rig.send_chunk(rig.chunk({0.1})).code == 0);
+  CHECK(rig.safe_chunk().after.hold == 6);
+}
+
+TEST_CASE("lockstep: what is refused before it is judged decides nothing") {
+  GateRig rig(true);
+  rig.ready();
+  ChunkBuilder old_epoch = rig.chunk();
+  old_epoch.chunk.epoch -= 1;
+  CHECK(rig.send_chunk(old_epoch).code == 3);
+  ChunkBuilder old_seq = rig.chunk();
+  old_seq.chunk.seq = 0;
+  CHECK(rig.send_chunk(old_seq).code == 5);
+  rig.timer(25 * ms);
+  CHECK(decision(rig) == number(Decision::undecided));
+}
+
+TEST_CASE("lockstep: the SafeChunk is repeated before every lease until it is named") {
+  GateRig rig(true);
+  rig.ready();
+  rig.send_chunk(rig.chunk({0.1, 0.2, 0.3}));
+  const SafeChunk safe = rig.safe_chunk();
+  for (int i = 0; i < 3; ++i) {
+    rig.timer(25 * ms);
+    CHECK(rig.safe_chunk().verdict_id == safe.verdict_id);
+    CHECK(rig.out->items()[0].kind == OutputKind::safe_chunk);
+  }
+  rig.send_state();  // the waiting robot repeats its tick
+  CHECK(rig.safe_chunk().verdict_id == safe.verdict_id);
+  CHECK(rig.count(OutputKind::verdict) == 0);
+  rig.next_tick(row_of(safe, 0));
+  rig.timer(25 * ms);
+  CHECK(rig.count(OutputKind::safe_chunk) == 0);
+}
+
+TEST_CASE("lockstep: a held tick in mid-chunk, and the rest is judged again at once") {
+  GateRig rig(true);
+  rig.ready();
+  rig.send_chunk(rig.chunk({0.1, 0.2, 0.3, 0.4}));
+  const SafeChunk first = rig.safe_chunk();
+  rig.next_tick(row_of(first, 0));
+  rig.next_tick(Acted{5, 0, 0});
+  const SafeChunk again = rig.safe_chunk();
+  CHECK(again.first_tick == rig.tick);
+  CHECK(again.verdict_id > first.verdict_id);
+  CHECK(again.after.hold == 5);
+  CHECK(decision(rig) == number(Decision::row));
+  CHECK(rig.lease().grants[0].verdict_id == again.verdict_id);
+}
+
+TEST_CASE("lockstep: a chunk one tick ahead waits as long as the world does") {
+  GateRig rig(true);
+  rig.ready();
+  ChunkBuilder chunk = rig.chunk();
+  chunk.chunk.obs_tick = chunk.chunk.oldest_tick = chunk.chunk.start_tick = rig.tick + 1;
+  rig.send_frame(EventKind::candidate, chunk.frame(), "runner");
+  for (int i = 0; i < 50; ++i) {
+    rig.now_ns += 1000 * ms;
+    rig.send_heartbeat();
+    rig.send_state();
+  }
+  CHECK(decision(rig) == number(Decision::undecided));
+  rig.next_tick();
+  CHECK(decision(rig) == number(Decision::row));
+}

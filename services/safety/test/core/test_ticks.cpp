@@ -1,0 +1,129 @@
+// G006, G010, G012: everything about a chunk that counts ticks.
+
+#include "gate_rig.hpp"
+
+using namespace fairlead;
+using namespace fairlead::test;
+
+TEST_CASE("G006 ages at the limit, beyond it, and inputs newer than the observation") {
+  GateRig rig;
+  rig.ready();
+  const auto code = [&rig](std::uint64_t obs_back, std::uint64_t oldest_back) {
+    ChunkBuilder chunk = rig.chunk(Row(20, 0.0));
+    chunk.chunk.obs_tick = rig.tick - obs_back;
+    chunk.chunk.oldest_tick = rig.tick - oldest_back;
+    chunk.chunk.start_tick = chunk.chunk.obs_tick;
+    const std::uint32_t result = rig.send_chunk(chunk).code;
+    rig.tick += 10;
+    rig.next_tick();
+    rig.send_heartbeat();
+    return result;
+  };
+  CHECK(code(0, 5) == 0);
+  CHECK(code(0, 6) == 6);
+  CHECK(code(5, 5) == 0);
+  CHECK(code(6, 6) == 6);
+  CHECK(code(1, 0) == 6);
+  CHECK(code(0, rig.tick) == 6);  // tick 0
+}
+
+TEST_CASE("G006 a chunk one tick ahead waits for its state, without a verdict") {
+  GateRig rig;
+  rig.ready();
+  ChunkBuilder chunk = rig.chunk();
+  chunk.chunk.obs_tick = chunk.chunk.oldest_tick = chunk.chunk.start_tick = rig.tick + 1;
+  rig.send_frame(EventKind::candidate, chunk.frame(), "runner");
+  CHECK(rig.count(OutputKind::verdict) == 0);
+  rig.next_tick();
+  CHECK(rig.verdict().code == 0);
+  CHECK(rig.safe_chunk().first_tick == rig.tick + 1);
+  rig.next_tick();
+  CHECK(rig.count(OutputKind::verdict) == 0);  // only once
+}
+
+TEST_CASE("G006 only the newest waiting chunk is kept, and a claim that ended has none") {
+  GateRig rig;
+  rig.ready();
+  for (int i = 0; i < 2; ++i) {
+    ChunkBuilder chunk = rig.chunk();
+    chunk.chunk.obs_tick = chunk.chunk.oldest_tick = chunk.chunk.start_tick = rig.tick + 1;
+    rig.send_frame(EventKind::candidate, chunk.frame(), "runner");
+  }
+  rig.send_heartbeat();
+  rig.next_tick();
+  CHECK(rig.count(OutputKind::verdict) == 1);
+  CHECK(rig.verdict().seq == 2);
+
+  ChunkBuilder late = rig.chunk();
+  late.chunk.obs_tick = late.chunk.oldest_tick = late.chunk.start_tick = rig.tick + 1;
+  rig.send_frame(EventKind::candidate, late.frame(), "runner");
+  rig.send(EventKind::release, Release{"runner", rig.claim_id});
+  rig.next_tick();
+  CHECK(rig.count(OutputKind::verdict) == 0);
+}
+
+TEST_CASE("G006 more than one tick ahead is refused, and five times in 20 ticks stop") {
+  GateRig rig;
+  rig.ready();
+  for (int i = 1; i <= 5; ++i) {
+    ChunkBuilder chunk = rig.chunk();
+    chunk.chunk.obs_tick = rig.tick + 2;
+    chunk.chunk.oldest_tick = rig.tick;
+    CHECK(rig.send_chunk(chunk).code == 6);
+    CHECK(rig.gate->state() == (i < 5 ? GateState::armed : GateState::stopped));
+  }
+  GateRig far;
+  far.ready();
+  ChunkBuilder chunk = far.chunk();
+  chunk.chunk.obs_tick = UINT64_MAX;
+  CHECK(far.send_chunk(chunk).code == 6);
+}
+
+TEST_CASE("G006 rows of a chunk may not begin later than the next open tick") {
+  for (const bool lockstep : {false, true}) {
+    GateRig rig(lockstep);
+    rig.ready();
+    const auto code = [&rig](std::uint64_t ahead) {
+      ChunkBuilder chunk = rig.chunk();
+      chunk.chunk.start_tick = rig.tick + ahead;
+      return rig.send_chunk(chunk).code;
+    };
+    CHECK(code(0) == 0);
+    CHECK(code(1) == (lockstep ? 6 : 0));
+    CHECK(code(2) == 6);
+    CHECK(code(UINT64_MAX - rig.tick) == 6);
+  }
+}
+
+TEST_CASE("G010 the excess over the declared rate is refused, counted in ticks") {
+  GateRig rig;
+  rig.ready();  // 20 Hz: ceil(1.2 x 20 x 0.25 s) + 1 = 7 in 5 ticks
+  for (int i = 0; i < 7; ++i) CHECK(rig.send_chunk(rig.chunk()).code == 0);
+  CHECK(rig.send_chunk(rig.chunk()).code == 10);
+  rig.tick += 3;
+  rig.next_tick();
+  CHECK(rig.send_chunk(rig.chunk()).code == 10);
+  rig.next_tick();
+  CHECK(rig.send_chunk(rig.chunk()).code == 0);
+}
+
+TEST_CASE("G012 past rows are dropped by index, and none left is stale") {
+  for (const bool lockstep : {false, true}) {
+    GateRig rig(lockstep);
+    rig.ready();
+    const auto outcome = [&rig](std::uint64_t back) {
+      ChunkBuilder chunk = rig.chunk({0.1, 0.2, 0.3, 0.4});
+      chunk.chunk.start_tick -= back;
+      return rig.send_chunk(chunk);
+    };
+    const std::uint64_t last = lockstep ? 3 : 2;
+    const Verdict verdict = outcome(last);
+    CHECK(verdict.code == 0);
+    CHECK(verdict.released_first == verdict.released_last);
+    const SafeChunk safe = rig.safe_chunk();
+    CHECK(safe.horizon == 1);
+    CHECK(safe.parts[0].values[base_x] == 0.4);
+    CHECK(outcome(last + 1).code == 12);
+    CHECK(outcome(90).code == 12);
+  }
+}
