@@ -30,9 +30,8 @@ class ChunkBook:
         self.answered = True
         self.released_last = 0
         self.delay_ticks = 1  # from an observation to its first live row, as measured
-        self._released_by = 0  # verdict id ...
-        self._released_seq = 0  # ... and chunk of the released rows
-        self._seen: set[int] = set()
+        self._released_seq = 0  # chunk of the released rows
+        self._newest_verdict = 0  # verdict ids increase
 
     @property
     def next_seq(self) -> int:
@@ -49,9 +48,9 @@ class ChunkBook:
 
     def judged(self, verdict: Verdict) -> bool:
         """Take a verdict on this claim; False if it says nothing new."""
-        if verdict.verdict_id in self._seen or self.newest is None:
+        if verdict.verdict_id <= self._newest_verdict or self.newest is None:
             return False
-        self._seen.add(verdict.verdict_id)
+        self._newest_verdict = verdict.verdict_id
         if verdict.seq == self.newest.seq:
             self.answered = True
         if verdict.outcome == Outcome.REFUSED:
@@ -60,12 +59,15 @@ class ChunkBook:
             if verdict.seq == self._released_seq:
                 self.released_last = 0
             return True
-        if verdict.verdict_id > self._released_by:
-            self._released_by, self._released_seq = verdict.verdict_id, verdict.seq
-            self.released_last = verdict.released_last
+        self._released_seq = verdict.seq
+        self.released_last = verdict.released_last
         if verdict.seq == self.newest.seq and verdict.released_first:
             self.delay_ticks = max(0, verdict.released_first - self.newest.obs_tick)
         return True
+
+    def is_settled(self, tick: int) -> bool:
+        """True if the gate has answered the newest chunk, or its rows are all past anyway."""
+        return self.answered or self.newest is None or tick > self.newest.last_row_tick
 
     def due_again(self, tick: int, repeated: bool) -> bytes | None:
         """The bytes to re-send at ``tick``: no verdict after one tick, or the tick came again."""

@@ -211,7 +211,7 @@ class RunCore:
 
     def _advance_lockstep(self, now_s: float) -> list[Output]:
         book, tick = self._book, self.tick
-        undecided = book.answered and book.released_last < tick and book.last_obs_tick < tick
+        undecided = book.is_settled(tick) and max(book.released_last, book.last_obs_tick) < tick
         if self._asked or not undecided or self._intake.missing(tick):
             return []
         ended = self._ended()
