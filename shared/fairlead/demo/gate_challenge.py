@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from fairlead.bus import Qos, Sample
@@ -16,9 +15,6 @@ from fairlead.messages import (
     NO_TRACE,
     ActionChunk,
     ActionPart,
-    Claim,
-    ClaimReply,
-    Heartbeat,
     JointState,
     Outcome,
     Verdict,
@@ -27,11 +23,11 @@ from fairlead.messages import (
     pack_floats,
 )
 from fairlead.modes import ControlMode
+from fairlead.own_claim import own_claim
 from fairlead.robot import RobotManifest
 from fairlead.skill import SkillManifest
 
 SOURCE = "demo"
-HEARTBEAT_S = 0.05
 VERDICT_TIMEOUT_S = 3.0
 RESEND_S = 0.1
 OVER_LIMIT_M = 5.0  # in one control period
@@ -61,7 +57,7 @@ class GateChallenge:
         """Claim the arm and ask for a step far beyond its limit."""
         part = self._robot.part_names.index("arm")
         rows = [[OVER_LIMIT_M, 0.0, 0.0, 0.0, 0.0, 0.0]] * self._skill.horizon
-        with self._claim(("arm",)) as claim:
+        with own_claim(self._client, SOURCE, self._robot, self._skill, ("arm",)) as claim:
             tick = self._wait_state().tick
             chunk = ActionChunk(
                 robot_hash=self._robot.robot_hash,
@@ -93,38 +89,6 @@ class GateChallenge:
         """Send a chunk of the finished goal again, exactly as it was recorded."""
         source = decode(ActionChunk, recorded).source
         return self._send(source, recorded, "a recorded chunk of the finished goal, unchanged")
-
-    @contextmanager
-    def _claim(self, parts: tuple[str, ...]) -> Iterator[ClaimReply]:
-        reply = self._client.claim(
-            Claim(
-                source=SOURCE,
-                skill=self._skill.id,
-                skill_hash=self._skill.skill_hash,
-                robot_hash=self._robot.robot_hash,
-                period_ns=self._robot.tick_period_ns,
-                parts=parts,
-                chunk_rate_hz=self._skill.rate_hz,
-                horizon_max=self._skill.horizon,
-                age_max_ticks=self._skill.age_max_ticks,
-                limits=(),
-            )
-        )
-        done = threading.Event()
-        beating = threading.Thread(target=self._beat, args=(reply.claim_id, done), daemon=True)
-        beating.start()
-        try:
-            yield reply
-        finally:
-            done.set()
-            beating.join()
-            self._client.release(SOURCE, reply.claim_id)
-
-    def _beat(self, claim_id: int, done: threading.Event) -> None:
-        key = self._client.keys.heartbeat(SOURCE)
-        publisher = self._client.bus.publisher(key, Heartbeat, Qos.HOT)
-        while not done.wait(HEARTBEAT_S):
-            publisher.put(Heartbeat(claim_id=claim_id))
 
     def _send(self, source: str, payload: bytes, sent: str) -> Challenge:
         from fairlead_skill_runner.verdict_text import describe

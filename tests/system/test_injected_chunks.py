@@ -1,0 +1,208 @@
+"""Bad chunks injected beside a whole running robot: right code, and nothing moves."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Iterator
+
+import msgspec
+import numpy as np
+import pytest
+
+from fairlead.bus import Qos, Sample
+from fairlead.messages import (
+    NO_TRACE,
+    ActionChunk,
+    ActionPart,
+    ClaimReply,
+    GateState,
+    GateStatus,
+    JointState,
+    Message,
+    Outcome,
+    Verdict,
+    decode,
+    encode,
+    pack_floats,
+)
+from fairlead.modes import ControlMode
+from fairlead.own_claim import own_claim
+from fairlead.robot import load_robot
+from fairlead.skill import load_skill
+from tests.system.live_robot import SKILL, LiveRobot, wait_for
+
+pytestmark = [pytest.mark.processes, pytest.mark.simulator, pytest.mark.timeout(300)]
+
+ROBOT = load_robot("panda_mobile")
+SOURCE = "injector"
+ROWS = 8
+GENTLE_M = 0.01  # a step that would be released
+WATCHED_TICKS = 5
+
+
+class Injector:
+    """An armed robot, a claim of its own on the arm, and the gate's answers."""
+
+    def __init__(self, robot: LiveRobot, claim: ClaimReply) -> None:
+        self.robot, self.claim = robot, claim
+        self.verdicts: list[Verdict] = []
+        self._newest: JointState | None = None
+        self._arrived = threading.Condition()
+        bus, keys = robot.client.bus, robot.client.keys
+        self._publisher = bus.publisher(keys.candidate(SOURCE), ActionChunk, Qos.HOT)
+        self._heard = [
+            bus.subscribe(keys.verdict(SOURCE), self._on_verdict),
+            bus.subscribe(keys.joints, self._on_joints),
+        ]
+
+    def close(self) -> None:
+        for subscription in self._heard:
+            subscription.undeclare()
+
+    def chunk(self, value: float = GENTLE_M, **changes: object) -> ActionChunk:
+        """A chunk for the newest tick that moves the arm, with some fields changed."""
+        with self._arrived:
+            assert self._arrived.wait_for(lambda: self._newest is not None, 10.0)
+            assert self._newest is not None
+            tick = self._newest.tick
+        rows = np.zeros((ROWS, 6))
+        rows[:, 0] = value
+        part = ActionPart(
+            part=ROBOT.part_names.index("arm"),
+            mode=ControlMode.CARTESIAN_DELTA,
+            frame_id=ROBOT.base_frame,
+            values=pack_floats(rows),
+            active=(),
+        )
+        chunk = ActionChunk(
+            robot_hash=ROBOT.robot_hash,
+            session=self.claim.session,
+            epoch=self.claim.epoch,
+            claim_id=self.claim.claim_id,
+            source=SOURCE,
+            seq=1,
+            goal_id=0,
+            obs_tick=tick,
+            oldest_tick=tick,
+            start_tick=tick,
+            horizon=ROWS,
+            parts=(part,),
+            trace=NO_TRACE,
+        )
+        return msgspec.structs.replace(chunk, **changes)
+
+    def send(self, message: Message) -> Verdict:
+        """The gate's verdict; copies repair a lost message."""
+        payload, count = encode(message), len(self.verdicts)
+
+        def answered() -> bool:
+            self._publisher.put_bytes(payload)
+            with self._arrived:
+                return self._arrived.wait_for(lambda: len(self.verdicts) > count, 0.1)
+
+        wait_for(answered, "a verdict", timeout_s=5.0)
+        return self.verdicts[count]
+
+    def send_bytes(self, payload: bytes) -> None:
+        self._publisher.put_bytes(payload)
+
+    def nothing_moves(self) -> None:
+        """The HAL's log: no row acts in the ticks after now."""
+        now_ns = time.monotonic_ns()
+        motion = self.robot.motion
+        wait_for(lambda: len(motion.since(now_ns)) >= WATCHED_TICKS, "some ticks pass")
+        assert not any(line.moves for line in motion.since(now_ns - 10**9))
+
+    def gate(self) -> GateStatus:
+        return self.robot.client.gate_status()
+
+    def _on_verdict(self, sample: Sample) -> None:
+        with self._arrived:
+            self.verdicts.append(decode(Verdict, sample.payload))
+            self._arrived.notify_all()
+
+    def _on_joints(self, sample: Sample) -> None:
+        with self._arrived:
+            self._newest = decode(JointState, sample.payload)
+            self._arrived.notify_all()
+
+
+@pytest.fixture
+def injector(realtime_robot: LiveRobot) -> Iterator[Injector]:
+    robot = realtime_robot
+    robot.recover()
+    if robot.client.gate_status().state != GateState.ARMED:
+        robot.client.arm()
+    with own_claim(robot.client, SOURCE, ROBOT, load_skill(SKILL), ("arm",)) as claim:
+        injector = Injector(robot, claim)
+        yield injector
+        injector.close()
+
+
+BAD_CHUNKS: dict[str, tuple[int, Callable[[Injector], ActionChunk]]] = {
+    "wrong robot hash": (2, lambda i: i.chunk(robot_hash=bytes(32))),
+    "another session": (2, lambda i: i.chunk(session=i.claim.session ^ 1)),
+    "old epoch": (3, lambda i: i.chunk(epoch=i.claim.epoch ^ 1)),
+    "old claim": (4, lambda i: i.chunk(claim_id=i.claim.claim_id ^ 1)),
+    "overspeed": (20, lambda i: i.chunk(value=0.1)),
+}
+
+
+@pytest.mark.parametrize("name", BAD_CHUNKS)
+def test_a_bad_chunk_is_refused_with_its_code_and_nothing_moves(
+    injector: Injector, name: str
+) -> None:
+    code, make = BAD_CHUNKS[name]
+    verdict = injector.send(make(injector))
+    assert (verdict.outcome, verdict.code) == (Outcome.REFUSED, code), verdict
+    injector.nothing_moves()
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_a_number_that_is_none_is_refused_and_stops_the_robot(
+    injector: Injector, value: float
+) -> None:
+    verdict = injector.send(injector.chunk(value=value))
+    assert (verdict.outcome, verdict.code) == (Outcome.REFUSED, 8)
+    assert injector.gate().state in (GateState.STOPPED, GateState.LATCHED)
+    injector.nothing_moves()
+
+
+FRAMES: dict[str, Callable[[bytes], bytes]] = {
+    "truncated": lambda frame: frame[:-1],
+    "trailing byte": lambda frame: frame + b"\0",
+}
+
+
+@pytest.mark.parametrize("name", FRAMES)
+def test_a_bad_frame_is_refused_counted_and_moves_nothing(injector: Injector, name: str) -> None:
+    before = dict(injector.gate().counters).get("G001", 0)
+    injector.send_bytes(FRAMES[name](encode(injector.chunk())))
+    wait_for(lambda: bool(injector.verdicts), "a verdict")
+    assert (injector.verdicts[0].outcome, injector.verdicts[0].code) == (Outcome.REFUSED, 1)
+    assert dict(injector.gate().counters)["G001"] == before + 1
+    injector.nothing_moves()
+
+
+def test_a_good_chunk_moves_and_its_copy_gets_the_same_verdict_and_moves_nothing_more(
+    injector: Injector,
+) -> None:
+    chunk = injector.chunk()
+    first = injector.send(chunk)
+    assert first.outcome in (Outcome.RELEASED, Outcome.TRUNCATED), first
+    again = injector.send(chunk)
+    assert again.verdict_id == first.verdict_id
+    motion = injector.robot.motion
+    wait_for(
+        lambda: bool(motion.read()) and motion.lines[-1].tick > first.released_last + 2, "rows end"
+    )
+    acted = [line.tick for line in motion.lines if first.verdict_id in line.verdicts]
+    assert acted and len(acted) == len(set(acted)) <= ROWS
+    assert all(first.released_first <= tick <= first.released_last for tick in acted)
+
+
+def test_a_sequence_number_used_again_for_other_rows_is_refused(injector: Injector) -> None:
+    injector.send(injector.chunk(value=0.0))
+    refused = injector.send(injector.chunk(value=0.02, goal_id=7))
+    assert (refused.outcome, refused.code) == (Outcome.REFUSED, 5)
