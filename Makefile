@@ -16,8 +16,9 @@ demo: setup ## the robot does its task, in the simulator; ARGS=--realtime shows 
 test: setup ## every test; scripts/test PATH runs some of them
 	@scripts/test
 
-soak: setup ## the long tests: the task on twenty seeds through the real processes
+soak: setup ## the long tests: twenty seeds of the task, twenty of each fault
 	@scripts/test -m soak
+	@FAIRLEAD_INJECTIONS=20 scripts/test tests/system/test_faults.py
 
 lint: setup ## formatting, lint, strict types
 	@scripts/lint
