@@ -77,6 +77,36 @@ def test_a_configuration_changed_on_disk_is_not_armed(scene: Scene, tmp_path: Pa
         scene.arm()
 
 
+def test_arming_that_cannot_be_written_down_is_refused(scene: Scene) -> None:
+    scene.meet_hal()
+    mark = scene.state_dir / "clean_mark"
+    scene.leases.wait_for(lambda _: mark.is_file())
+    mark.unlink()
+    mark.mkdir()  # a mark that cannot be removed, whoever runs the test
+    with pytest.raises(RefusedError, match=f"cannot remove {mark}"):
+        scene.arm()
+    assert scene.status().state == GateState.DISARMED
+
+
+def test_the_log_names_what_happened_and_why(scene: Scene) -> None:
+    scene.ready_to_move()
+    scene.send(scene.chunk(epoch=scene.epoch ^ 1))
+    scene.raise_stop(77)
+    scene.wait_state(GateState.STOPPED)
+    assert scene.gate.stop() == 0
+    log = "\n".join(scene.gate.lines)
+    for expected in (
+        f"INFO safety: configuration {scene.config} (profile sim) hash ",
+        "INFO safety: ready",
+        "INFO safety: armed by test",
+        "of runner for test",
+        "INFO safety: chunk 1 of runner refused: G003 epoch (the current arm epoch)",
+        "INFO safety: stopped: by operator: test",
+        "INFO safety: ends on SIGTERM",
+    ):
+        assert expected in log
+
+
 @pytest.mark.parametrize(
     ("words", "complaint"),
     [

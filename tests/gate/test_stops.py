@@ -8,17 +8,27 @@ import numpy as np
 import pytest
 
 from fairlead.errors import RefusedError
-from fairlead.messages import GateState, pack_floats
+from fairlead.messages import GateState, GateStatus, pack_floats
 from tests.gate.scene import Scene
 
 pytestmark = pytest.mark.processes
 
 
-def raise_nan(scene: Scene) -> int:
-    """Make the gate stop; returns the stop's id."""
+def send_nan(scene: Scene) -> None:
     values = pack_floats(np.full((1, 6), np.nan))
     scene.send(scene.chunk(rows=1, parts=(scene.arm_part(values=values),)))
-    return scene.wait_state(GateState.STOPPED).stop_ids[0]
+
+
+def latch(scene: Scene) -> GateStatus:
+    """Make the gate stop three times in a row."""
+    for _ in range(2):
+        send_nan(scene)
+        scene.reset(scene.wait_state(GateState.STOPPED).stop_ids[0])
+        scene.wait_state(GateState.DISARMED)
+        scene.arm()
+        scene.take_claim()
+    send_nan(scene)
+    return scene.wait_state(GateState.LATCHED)
 
 
 def test_an_operator_stop_ends_claims_and_is_listed_until_reset(scene: Scene) -> None:
@@ -74,14 +84,7 @@ def reset_latch(scene: Scene, latch_id: int) -> None:
 
 def test_three_stops_of_the_gate_itself_latch_it(scene: Scene) -> None:
     scene.ready_to_move()
-    for _ in range(2):
-        scene.reset(raise_nan(scene))
-        scene.wait_state(GateState.DISARMED)
-        scene.arm()
-        scene.take_claim()
-    values = pack_floats(np.full((1, 6), np.nan))
-    scene.send(scene.chunk(rows=1, parts=(scene.arm_part(values=values),)))
-    status = scene.wait_state(GateState.LATCHED)
+    status = latch(scene)
     assert status.latch_id != 0
     with pytest.raises(RefusedError):
         scene.reset(status.latch_id ^ 1)
@@ -90,14 +93,7 @@ def test_three_stops_of_the_gate_itself_latch_it(scene: Scene) -> None:
 
 def test_a_latch_survives_a_restart_with_its_id(scene: Scene) -> None:
     scene.ready_to_move()
-    for _ in range(2):
-        scene.reset(raise_nan(scene))
-        scene.wait_state(GateState.DISARMED)
-        scene.arm()
-        scene.take_claim()
-    values = pack_floats(np.full((1, 6), np.nan))
-    scene.send(scene.chunk(rows=1, parts=(scene.arm_part(values=values),)))
-    latch_id = scene.wait_state(GateState.LATCHED).latch_id
+    latch_id = latch(scene).latch_id
     assert scene.gate.stop() == 0
     scene.restart_gate()
     status = scene.status()
@@ -107,6 +103,14 @@ def test_a_latch_survives_a_restart_with_its_id(scene: Scene) -> None:
     assert scene.gate.stop() == 0
     scene.restart_gate()
     assert scene.status().state == GateState.DISARMED
+
+
+def test_a_latch_that_cannot_be_written_holds_and_is_in_the_log(scene: Scene) -> None:
+    scene.ready_to_move()
+    (scene.state_dir / "latch" / "occupied").mkdir(parents=True)  # no file can replace it
+    latch(scene)
+    scene.gate.wait_line(f"WARNING safety: cannot replace {scene.state_dir}/latch")
+    assert scene.status().state == GateState.LATCHED
 
 
 @pytest.mark.parametrize("after", ["arm", "stop"])

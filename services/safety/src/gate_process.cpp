@@ -8,6 +8,7 @@
 #include "fairlead_safety/codec.hpp"
 #include "fairlead_safety/messages.hpp"
 #include "sha256.hpp"
+#include "verdict_text.hpp"
 
 namespace fairlead {
 namespace {
@@ -121,8 +122,11 @@ void GateProcess::carry_out(Answer* answer) {
   for (const Output& output : outputs_->items()) {
     const Bytes payload = outputs_->payload(output);
     switch (output.kind) {
-      case OutputKind::safe_chunk:
       case OutputKind::verdict:
+        outlet_.publish(output.kind, output.source, payload);
+        log_refusal(payload);
+        break;
+      case OutputKind::safe_chunk:
       case OutputKind::lease:
       case OutputKind::status:
         outlet_.publish(output.kind, output.source, payload);
@@ -151,6 +155,12 @@ void GateProcess::carry_out(Answer* answer) {
     }
   }
   if (outputs_->overflowed()) log_.warning("outputs of one step did not fit; some were not sent");
+}
+
+void GateProcess::log_refusal(Bytes payload) {
+  Verdict verdict;
+  if (decode(payload, verdict) != FrameFault::none || verdict.code == 0) return;
+  log_.write(LogWriter::Kind::refusal, verdict_text(verdict));
 }
 
 void GateProcess::run_timer() {

@@ -41,6 +41,7 @@ class GateProcess {
   void refuse(Answer* answer, const char* reason, const char* fix);
   void step(const Event& event, Answer* answer);
   void carry_out(Answer* answer);
+  void log_refusal(Bytes verdict);
   void run_timer();
 
   const Limits& limits_;

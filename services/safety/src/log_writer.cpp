@@ -12,9 +12,8 @@
 namespace fairlead {
 namespace {
 
-constexpr int kLinesPerSecond = 20;
 constexpr std::size_t kMaxQueued = 1000;
-constexpr std::array<const char*, 3> kLevelNames = {"INFO", "WARNING", "ERROR"};
+constexpr std::array<const char*, 3> kLevels = {"INFO", "INFO", "WARNING"};
 
 std::int64_t current_second() {
   return std::chrono::duration_cast<std::chrono::seconds>(
@@ -75,27 +74,31 @@ LogWriter::~LogWriter() {
   }
 }
 
-bool LogWriter::may_write(Level level) {
+bool LogWriter::may_write(Allowance& allowance) const {
   const std::int64_t second = current_second();
-  if (second != second_) {
-    second_ = second;
-    lines_this_second_ = 0;
+  if (second != allowance.second) {
+    allowance.second = second;
+    allowance.used = 0;
   }
   if (queue_->lines.size() >= kMaxQueued) return false;
-  return level != Level::info || ++lines_this_second_ <= kLinesPerSecond;
+  return ++allowance.used <= allowance.lines_per_second;
 }
 
-void LogWriter::write(Level level, std::string_view text) {
+void LogWriter::write(Kind kind, std::string_view text) {
+  const auto index = static_cast<std::size_t>(kind);
   {
     const std::lock_guard lock(queue_->mutex);
-    if (!may_write(level)) {
-      ++left_out_;
+    Allowance& allowance = allowances_[index];
+    if (!may_write(allowance)) {
+      ++allowance.left_out;
       return;
     }
-    std::string line = kLevelNames[static_cast<std::size_t>(level)];
+    std::string line = kLevels[index];
     line.append(" ").append(name_).append(": ").append(text);
-    if (left_out_ > 0) line += " (" + std::to_string(left_out_) + " lines left out before this)";
-    left_out_ = 0;
+    if (allowance.left_out > 0) {
+      line += " (" + std::to_string(allowance.left_out) + " like it left out before)";
+    }
+    allowance.left_out = 0;
     queue_->lines.push_back(std::move(line) + "\n");
   }
   queue_->changed.notify_one();

@@ -2,6 +2,7 @@
 // reader that stops reading must not stop the gate.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -12,7 +13,9 @@ namespace fairlead {
 
 class LogWriter {
  public:
-  enum class Level { info, warning, error };
+  /// What a line is about; each has its own allowance of lines a second, so that a flood of
+  /// refusals cannot push out what happened to the gate itself. Warnings have no limit.
+  enum class Kind { event, refusal, warning };
 
   /// `name` is the service's, as in `INFO safety: ready`.
   explicit LogWriter(std::string name);
@@ -21,21 +24,24 @@ class LogWriter {
   LogWriter(const LogWriter&) = delete;
   LogWriter& operator=(const LogWriter&) = delete;
 
-  /// Queue a line. At most 20 lines a second; the next line says how many were left out.
-  /// Warnings and errors are always queued while there is room.
-  void write(Level level, std::string_view text);
-  void info(std::string_view text) { write(Level::info, text); }
-  void warning(std::string_view text) { write(Level::warning, text); }
+  /// Queue a line; beyond the allowance it is left out, and the next one of its kind says so.
+  void write(Kind kind, std::string_view text);
+  void info(std::string_view text) { write(Kind::event, text); }
+  void warning(std::string_view text) { write(Kind::warning, text); }
 
  private:
   struct Queue;
-  bool may_write(Level level);
+  struct Allowance {
+    int lines_per_second;
+    std::int64_t second = -1;
+    int used = 0;
+    int left_out = 0;
+  };
+  bool may_write(Allowance& allowance) const;
 
   std::string name_;
   std::shared_ptr<Queue> queue_;  // shared with the thread, which may be stuck and outlive this
-  std::int64_t second_ = -1;
-  int lines_this_second_ = 0;
-  int left_out_ = 0;
+  std::array<Allowance, 3> allowances_{{{20}, {5}, {1000}}};  // by Kind
   std::thread writer_;
 };
 

@@ -41,7 +41,12 @@ pub unsafe fn clear<T>(this: *mut Owned<T>) -> Result<(), ZResultCode> {
     if this.is_null() {
         return Err(NULL);
     }
-    ptr::write(this, Owned { value: ptr::null_mut() });
+    ptr::write(
+        this,
+        Owned {
+            value: ptr::null_mut(),
+        },
+    );
     Ok(())
 }
 
@@ -73,5 +78,9 @@ pub unsafe fn loan<T>(this: *const Owned<T>) -> *const T {
 
 /// Refuses options whose layout this library does not know.
 pub fn no_options<T>(options: *const T) -> Result<(), ZResultCode> {
-    if options.is_null() { Ok(()) } else { Err(INVALID) }
+    if options.is_null() {
+        Ok(())
+    } else {
+        Err(INVALID)
+    }
 }

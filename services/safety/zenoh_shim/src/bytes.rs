@@ -70,7 +70,10 @@ pub struct BytesReader {
 
 #[no_mangle]
 pub unsafe extern "C" fn z_bytes_get_reader(this: *const ZBytes) -> BytesReader {
-    BytesReader { bytes: this, position: 0 }
+    BytesReader {
+        bytes: this,
+        position: 0,
+    }
 }
 
 /// Copies up to `len` bytes across the payload's slices; returns how many.
@@ -83,7 +86,9 @@ pub unsafe extern "C" fn z_bytes_reader_read(
     let mut copied = 0;
     guard_void(|| {
         let Some(reader) = this.as_mut() else { return };
-        let Some(bytes) = reader.bytes.as_ref() else { return };
+        let Some(bytes) = reader.bytes.as_ref() else {
+            return;
+        };
         let mut skip = reader.position;
         for part in bytes.slices() {
             let skipped = skip.min(part.len());

@@ -51,7 +51,14 @@ impl<T> OwnedClosure<T> {
         context: *mut c_void,
     ) {
         if !this.is_null() {
-            ptr::write(this, OwnedClosure { context, call, drop });
+            ptr::write(
+                this,
+                OwnedClosure {
+                    context,
+                    call,
+                    drop,
+                },
+            );
         }
     }
 
@@ -60,7 +67,11 @@ impl<T> OwnedClosure<T> {
     /// # Safety
     /// `this` is null or points to a closure that `write` has filled.
     pub unsafe fn take(this: *mut Self) -> Result<Callback<T>, ZResultCode> {
-        let empty = OwnedClosure { context: ptr::null_mut(), call: None, drop: None };
+        let empty = OwnedClosure {
+            context: ptr::null_mut(),
+            call: None,
+            drop: None,
+        };
         let closure = mem::replace(this.as_mut().ok_or(NULL)?, empty);
         if closure.call.is_none() {
             return Err(NULL);

@@ -71,7 +71,13 @@ pub unsafe extern "C" fn z_keyexpr_as_view_string(
             return;
         }
         let text = this.as_ref().map_or("", |key| key.as_str());
-        ptr::write(out, ViewString { data: text.as_ptr().cast(), len: text.len() });
+        ptr::write(
+            out,
+            ViewString {
+                data: text.as_ptr().cast(),
+                len: text.len(),
+            },
+        );
     });
 }
 

@@ -39,7 +39,10 @@ pub unsafe extern "C" fn z_encoding_from_str(
         if text.is_null() {
             return Err(NULL);
         }
-        store(this, Encoding::from(CStr::from_ptr(text).to_str().map_err(|_| PARSE)?));
+        store(
+            this,
+            Encoding::from(CStr::from_ptr(text).to_str().map_err(|_| PARSE)?),
+        );
         Ok(())
     })
 }
@@ -52,12 +55,15 @@ pub unsafe extern "C" fn z_encoding_drop(this: *mut Owned<Encoding>) {
 #[no_mangle]
 pub unsafe extern "C" fn z_publisher_options_default(this: *mut PublisherOptions) {
     if !this.is_null() {
-        ptr::write(this, PublisherOptions {
-            encoding: ptr::null_mut(),
-            congestion_control: DROP,
-            priority: PRIORITY_DATA,
-            is_express: false,
-        });
+        ptr::write(
+            this,
+            PublisherOptions {
+                encoding: ptr::null_mut(),
+                congestion_control: DROP,
+                priority: PRIORITY_DATA,
+                is_express: false,
+            },
+        );
     }
 }
 
@@ -111,7 +117,11 @@ pub unsafe extern "C" fn z_publisher_put(
     guard(|| {
         let payload = bytes::take(payload)?;
         no_options(options)?;
-        this.as_ref().ok_or(NULL)?.put(payload).wait().map_err(|_| NETWORK)
+        this.as_ref()
+            .ok_or(NULL)?
+            .put(payload)
+            .wait()
+            .map_err(|_| NETWORK)
     })
 }
 

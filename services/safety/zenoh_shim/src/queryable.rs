@@ -64,7 +64,9 @@ pub unsafe extern "C" fn z_queryable_drop(this: *mut Owned<Queryable<()>>) {
 
 #[no_mangle]
 pub unsafe extern "C" fn z_query_payload(this: *const Query) -> *const ZBytes {
-    this.as_ref().and_then(Query::payload).map_or(ptr::null(), ptr::from_ref)
+    this.as_ref()
+        .and_then(Query::payload)
+        .map_or(ptr::null(), ptr::from_ref)
 }
 
 #[no_mangle]
@@ -78,7 +80,10 @@ pub unsafe extern "C" fn z_query_reply(
         let payload = bytes::take(payload)?;
         no_options(options)?;
         let query = this.as_ref().ok_or(NULL)?;
-        query.reply(keyexpr::owned(key)?, payload).wait().map_err(|_| NETWORK)
+        query
+            .reply(keyexpr::owned(key)?, payload)
+            .wait()
+            .map_err(|_| NETWORK)
     })
 }
 
@@ -91,6 +96,10 @@ pub unsafe extern "C" fn z_query_reply_err(
     guard(|| {
         let payload = bytes::take(payload)?;
         no_options(options)?;
-        this.as_ref().ok_or(NULL)?.reply_err(payload).wait().map_err(|_| NETWORK)
+        this.as_ref()
+            .ok_or(NULL)?
+            .reply_err(payload)
+            .wait()
+            .map_err(|_| NETWORK)
     })
 }

@@ -64,10 +64,13 @@ pub unsafe extern "C" fn z_open(
         // A peer or a log reader that goes away must not end the process.
         signal(SIGPIPE, SIG_IGN);
         let session = zenoh::open(config.ok_or(NULL)?).wait();
-        store(this, session.map_err(|error| {
-            eprintln!("zenoh: cannot open the session: {error}");
-            NETWORK
-        })?);
+        store(
+            this,
+            session.map_err(|error| {
+                eprintln!("zenoh: cannot open the session: {error}");
+                NETWORK
+            })?,
+        );
         Ok(())
     })
 }
@@ -98,7 +101,10 @@ pub unsafe extern "C" fn z_liveliness_declare_token(
         clear(this)?;
         no_options(options)?;
         let session = session.as_ref().ok_or(NULL)?;
-        let token = session.liveliness().declare_token(keyexpr::owned(key)?).wait();
+        let token = session
+            .liveliness()
+            .declare_token(keyexpr::owned(key)?)
+            .wait();
         store(this, token.map_err(|_| NETWORK)?);
         Ok(())
     })

@@ -72,7 +72,8 @@ pub unsafe extern "C" fn z_sample_payload(this: *const Sample) -> *const ZBytes 
 
 #[no_mangle]
 pub unsafe extern "C" fn z_sample_keyexpr(this: *const Sample) -> *const KeyExpr<'static> {
-    this.as_ref().map_or(ptr::null(), |sample| sample.key_expr())
+    this.as_ref()
+        .map_or(ptr::null(), |sample| sample.key_expr())
 }
 
 #[no_mangle]

@@ -1,0 +1,39 @@
+#include "verdict_text.hpp"
+
+#include <array>
+#include <cstdio>
+
+namespace fairlead {
+namespace {
+
+template <class T>
+std::string formatted(const char* format, T value) {
+  std::array<char, 32> text{};
+  const int size = std::snprintf(text.data(), text.size(), format, value);
+  return std::string(text.data(), static_cast<std::size_t>(size));
+}
+
+std::string number(double value) { return formatted("%.6g", value); }
+std::string code_name(std::uint32_t code) { return formatted("G%03u", code); }
+
+}  // namespace
+
+std::string verdict_text(const Verdict& verdict) {
+  const bool cut = verdict.outcome == static_cast<std::uint8_t>(Outcome::truncated);
+  std::string text = "chunk " + std::to_string(verdict.seq) + " of " +
+                     std::string(verdict.source.view()) + (cut ? " truncated: " : " refused: ") +
+                     code_name(verdict.code);
+  for (const std::string_view word : {verdict.part.view(), verdict.axis.view()}) {
+    if (!word.empty()) text.append(" ").append(word);
+  }
+  if (verdict.row >= 0) text += ", row " + std::to_string(verdict.row);
+  if (verdict.margin != 0.0) {
+    text += ": " + number(verdict.value) + ", limit " + number(verdict.limit);
+  }
+  if (!verdict.limit_source.empty()) {
+    text.append(" (").append(verdict.limit_source.view()).append(")");
+  }
+  return text;
+}
+
+}  // namespace fairlead
