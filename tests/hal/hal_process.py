@@ -18,6 +18,10 @@ from fairlead.deployment import Deployment
 from fairlead.session import ZenohBus
 
 
+START_S = 120.0
+"""A simulator and its renderer take tens of seconds to start on a busy machine."""
+
+
 def free_port() -> int:
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
@@ -47,7 +51,12 @@ class HalProcess:
         self.keys = self.deployment.keys
         self.log = folder / "hal.log"
         self.process = self.launch(self.spec, self.state_dir, self.log)
-        self.wait_until(lambda: "ready" in self.log.read_text(), "the HAL to be ready")
+        try:
+            self.wait_until(lambda: "ready" in self.log.read_text(), "the HAL to be ready", START_S)
+        except AssertionError:
+            self.process.kill()
+            self.process.wait()
+            raise
         self.bus = ZenohBus(self.deployment.tool_endpoints())
 
     def launch(self, spec: dict[str, Any], state_dir: Path, log: Path) -> subprocess.Popen[bytes]:

@@ -70,3 +70,17 @@ def test_a_camera_the_environment_does_not_have_is_refused_with_those_it_has(
     camera = {**CAMERA.model_dump(), "name": "attic"}
     with pytest.raises(AssertionError, match="'attic' .valid: overview, top"):
         HalProcess(tmp_path, "lockstep", backend="robosuite", cameras=[camera])
+
+
+def test_without_a_working_renderer_the_hal_runs_and_says_that_cameras_are_off(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("MUJOCO_GL", "glx")  # needs a screen
+    monkeypatch.delenv("DISPLAY", raising=False)
+    hal = HalProcess(tmp_path, "lockstep", backend="robosuite", cameras=[CAMERA.model_dump()])
+    collect(hal, hal.keys.joints, 2)
+    status = decode(HalStatus, hal.bus.query(hal.keys.hal_status, StatusQuery(), 10.0))
+    assert status.detail == "cameras off: no renderer was started"
+    assert status.cameras == ()
+    assert "install libegl1 or libosmesa6" in hal.log.read_text()
+    hal.close()

@@ -29,6 +29,8 @@ START_WAIT_S = 120.0
 """Building the environment takes seconds, on a busy machine tens of them."""
 GL_LIBRARIES = (("egl", "EGL"), ("osmesa", "OSMesa"))
 """Values of MUJOCO_GL that render without a screen, and the library each needs."""
+PRESET_GL = os.environ.get("MUJOCO_GL")
+"""The operator's choice, read on import: robosuite overwrites the variable later."""
 
 
 class FrameRequest(msgspec.Struct, frozen=True, array_like=True):
@@ -120,10 +122,9 @@ class CameraProcess:
 
 def start_camera_process(options: SimulatorOptions, control_hz: float) -> CameraProcess | None:
     """Start rendering with the first graphics library that works; None if none does."""
-    preset = os.environ.get("MUJOCO_GL")
     choices = (
-        [preset]
-        if preset
+        [PRESET_GL]
+        if PRESET_GL
         else [gl for gl, library in GL_LIBRARIES if ctypes.util.find_library(library)]
     )
     for gl in choices:

@@ -47,6 +47,11 @@ class FrameSource:
             self._late = threading.Thread(target=self._publish_late, name="frames", daemon=True)
             self._late.start()
 
+    @property
+    def working(self) -> tuple[HalCamera, ...]:
+        """The cameras whose frames can be expected."""
+        return () if self.failure else self._cameras
+
     def send_due(self, tick: int, episode_tick: int, snapshot: Callable[[], bytes]) -> None:
         """Request the frames of ``tick``; in lockstep wait for them and publish them."""
         due = [

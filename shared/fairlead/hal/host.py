@@ -244,6 +244,7 @@ class HalHost:
             state=state,
             detail=detail,
             overruns=self._period.overruns,
+            cameras=self._frames.working,
         )
 
     def _state(self) -> tuple[HalState, str]:

@@ -12,7 +12,7 @@ from fairlead.hal.backend import BackendDescription
 from fairlead.hal.core import Pacing
 from fairlead.hal.identity import HalIdentity
 from fairlead.keys import Keys
-from fairlead.messages import HalStatus, StatusQuery, decode
+from fairlead.messages import HalCamera, HalStatus, StatusQuery, decode
 
 INTERVAL_NS = 500_000_000
 
@@ -67,6 +67,7 @@ class StatusBoard:
         state: HalState,
         detail: str,
         overruns: int,
+        cameras: tuple[HalCamera, ...],
     ) -> None:
         """Take the current facts; publish if one of them (not only the tick) changed."""
         fields: dict[str, Any] = {
@@ -74,6 +75,7 @@ class StatusBoard:
             "state": state,
             "detail": detail,
             "overruns": overruns,
+            "cameras": cameras,
         }
         with self._lock:
             before = self._status
