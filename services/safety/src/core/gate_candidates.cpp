@@ -127,7 +127,10 @@ void Gate::Core::judge_chunk(LiveClaim& claim, const ActionChunk& chunk, Bytes f
   Judgement judgement;
   Evidence& evidence = judgement.evidence;
   evidence = check_ticks(claim, chunk);
-  const bool from_the_future = !evidence.ok() && chunk.obs_tick > hal_.tick();
+  if (!evidence.ok() && chunk.obs_tick > hal_.tick()) {
+    claim.ahead.add(hal_.tick());
+    evidence.raises_stop = claim.ahead.count(hal_.tick(), ahead_window_ticks) >= ahead_limit;
+  }
   if (evidence.ok()) evidence = check_shape(limits_, claim.limits, chunk);
   // G010: the excess over the declared rate, in ticks.
   if (evidence.ok()) {
@@ -145,13 +148,7 @@ void Gate::Core::judge_chunk(LiveClaim& claim, const ActionChunk& chunk, Bytes f
                            claim.plan.row_of(act_before(claim)));
   }
   give_verdict(claim, chunk, frame, judgement, next_verdict_++, received_ns);
-  if (from_the_future) {
-    claim.ahead.add(hal_.tick());
-    if (claim.ahead.count(hal_.tick(), ahead_window_ticks) >= ahead_limit)
-      raise_stop(judgement.evidence);
-  } else if (judgement.evidence.raises_stop) {
-    raise_stop(judgement.evidence);
-  }
+  if (judgement.evidence.raises_stop) raise_stop(judgement.evidence);
 }
 
 void Gate::Core::give_verdict(LiveClaim& claim, const ActionChunk& chunk, Bytes frame,

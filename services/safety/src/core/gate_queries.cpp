@@ -123,6 +123,7 @@ void Gate::Core::on_claim(Bytes frame) {
   if (!objection.none()) return refuse_query(objection);
   place->last_seq = 0;
   place->refused_tick = 0;
+  place->repeat = false;
   place->ahead.clear();
   place->bad_frames.clear();
   place->admitted.clear();

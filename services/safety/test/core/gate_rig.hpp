@@ -33,6 +33,7 @@ class GateRig {
   std::vector<double> positions = std::vector<double>(measured_count, 0.0);
   std::vector<double> velocities = std::vector<double>(measured_count, 0.0);
   Acted acted;  // of every part; starts as a hold
+  std::size_t part_count = 4;
   Limits limits = test_limits();
   std::unique_ptr<Outputs> out = std::make_unique<Outputs>();
   std::unique_ptr<Gate> gate;
@@ -71,7 +72,7 @@ class GateRig {
     state.positions = view(positions);
     state.velocities = view(velocities);
     state.efforts = view(efforts);
-    for (int i = 0; i < 4; ++i) (void)state.acted.push_back(acted);
+    for (std::size_t i = 0; i < part_count; ++i) (void)state.acted.push_back(acted);
     state.robot_hash = hash_of(7);
     send(EventKind::joint_state, state);
   }

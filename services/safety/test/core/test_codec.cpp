@@ -220,6 +220,61 @@ TEST_CASE("every signed number survives") {
   }
 }
 
+TEST_CASE("every fault has a name") {
+  for (std::uint8_t fault = 0; fault <= static_cast<std::uint8_t>(FrameFault::trailing); ++fault)
+    CHECK(fault_name(static_cast<FrameFault>(fault)) != "unknown");
+  CHECK(fault_name(static_cast<FrameFault>(200)) == "unknown");
+}
+
+TEST_CASE("every mode has a name, a width and a checker or none") {
+  CHECK(mode_name(5) == "cartesian_delta");
+  CHECK(mode_name(13) == "unknown");
+  CHECK(mode_width(0, 11) == 11);
+  CHECK(mode_width(4, 11) == 7);
+  CHECK(mode_width(7, 11) == 6);
+  CHECK(mode_width(12, 11) == 1);
+  CHECK(mode_width(3, 11) == 0);
+  CHECK(mode_width(200, 11) == 0);
+  CHECK_FALSE(is_joint_mode(200));
+  std::size_t checkers = 0;
+  for (int mode = 0; mode < 256; ++mode)
+    checkers += mode_has_checker(static_cast<std::uint8_t>(mode)) ? 1U : 0U;
+  CHECK(checkers == 6);
+}
+
+TEST_CASE("signed numbers beyond their range, and numbers of other widths") {
+  Verdict verdict;
+  verdict.row = 7;
+  Frame frame = frame_of(verdict);
+  const auto row = std::find(frame.begin(), frame.end(), 7);
+  REQUIRE(row != frame.end());
+  const auto with_row = [&](const Frame& encoded) {
+    Frame changed(frame.begin(), row);
+    changed.insert(changed.end(), encoded.begin(), encoded.end());
+    changed.insert(changed.end(), row + 1, frame.end());
+    Verdict read;
+    const FrameFault fault = decode(changed, read);
+    return fault == FrameFault::none ? read.row : std::int64_t{-999};
+  };
+  CHECK(with_row({0xD0, 0x80}) == -128);
+  CHECK(with_row({0xD3, 0, 0, 0, 0, 0, 0, 0, 9}) == 9);
+  CHECK(with_row({0xCF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF}) == -999);
+  CHECK(with_row({0xC0}) == -999);
+
+  Claim claim;
+  claim.chunk_rate_hz = 0.5;
+  Frame rate = frame_of(claim);
+  const Frame as_double{0xCB, 0x3F, 0xE0, 0, 0, 0, 0, 0, 0};
+  auto place = std::search(rate.begin(), rate.end(), as_double.begin(), as_double.end());
+  REQUIRE(place != rate.end());
+  place = rate.erase(place, place + 9);
+  const Frame as_single{0xCA, 0x3F, 0, 0, 0};
+  rate.insert(place, as_single.begin(), as_single.end());
+  Claim read;
+  REQUIRE(decode(rate, read) == FrameFault::none);
+  CHECK(read.chunk_rate_hz == 0.5);
+}
+
 TEST_CASE("a buffer that is too small is reported, never overrun") {
   const Frame whole = a_chunk();
   ActionChunk chunk;

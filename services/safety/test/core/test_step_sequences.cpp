@@ -27,6 +27,8 @@ class RandomDay {
       one_event();
       look_at_outputs();
     }
+    CHECK(rig_.counter("released") > steps / 200);  // a day on which something happened
+    CHECK(rig_.counter("refused") > steps / 200);
   }
 
  private:

@@ -153,3 +153,29 @@ TEST_CASE("G013 arming forgets where the robot was before") {
   rig.next_tick();
   CHECK(rig.gate->state() == GateState::armed);
 }
+
+TEST_CASE("G011 a state that does not say what every part did stops") {
+  GateRig rig;
+  rig.connect_and_arm();
+  rig.part_count = 3;
+  rig.next_tick();
+  CHECK(rig.gate->state() == GateState::stopped);
+  CHECK(rig.counter("G011") == 1);
+}
+
+TEST_CASE("states that are late, unreadable or another robot's change nothing") {
+  GateRig rig;
+  rig.ready();
+  rig.next_tick();
+  const std::uint64_t newest = rig.tick;
+  rig.tick = newest - 1;
+  rig.send_state();
+  rig.tick = 0;
+  rig.send_state();
+  rig.send_frame(EventKind::joint_state, {0x9B, 0x01});
+  rig.send_frame(EventKind::hal_status, {0x9B, 0x01});
+  rig.send_frame(EventKind::heartbeat, {0x93});
+  CHECK(rig.status().state_tick == newest);
+  CHECK(rig.counter("G001") == 3);
+  CHECK(rig.gate->state() == GateState::armed);
+}
