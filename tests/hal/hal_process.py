@@ -17,7 +17,6 @@ import yaml
 from fairlead.deployment import Deployment
 from fairlead.session import ZenohBus
 
-
 START_S = 120.0
 """A simulator and its renderer take tens of seconds to start on a busy machine."""
 
