@@ -1,9 +1,5 @@
 #include "zenoh_transport.hpp"
 
-#include <zenoh.h>
-
-#include <algorithm>
-#include <array>
 #include <condition_variable>
 #include <deque>
 #include <map>
@@ -14,61 +10,13 @@
 #include "gate_process.hpp"
 #include "listen_port.hpp"
 #include "refusal.hpp"
+#include "zenoh_values.hpp"
 
 namespace fairlead {
 namespace {
 
 // More than any robot has; a bound on what strangers can make the gate declare.
 constexpr std::size_t kMaxSources = 64;
-
-void check(z_result_t result, const std::string& what) {
-  if (result != Z_OK) {
-    throw StartFailed("zenoh: cannot " + what + " (error " + std::to_string(result) + ")");
-  }
-}
-
-/// A Zenoh value that drops itself. `fill` is the call that makes it; it must always write it.
-template <class T>
-class Owned {
- public:
-  template <class Fill>
-  explicit Owned(Fill fill) {
-    fill(&value_);
-  }
-  ~Owned() { z_drop(z_move(value_)); }
-  Owned(const Owned&) = delete;
-  Owned& operator=(const Owned&) = delete;
-  T& value() { return value_; }
-
- private:
-  T value_;
-};
-
-class KeyView {
- public:
-  explicit KeyView(const std::string& key) {
-    check(z_view_keyexpr_from_str(&view_, key.c_str()), "use the key " + key);
-  }
-  const z_loaned_keyexpr_t* get() const { return z_loan(view_); }
-
- private:
-  z_view_keyexpr_t view_;
-};
-
-/// Copies a payload where it is one run of bytes. One byte more than the largest frame is
-/// kept, so that the core sees an oversized one as oversized.
-class Frame {
- public:
-  Bytes copy(const z_loaned_bytes_t* payload) {
-    if (payload == nullptr) return {};
-    const std::size_t size = std::min(z_bytes_len(payload), bytes_.size());
-    z_bytes_reader_t reader = z_bytes_get_reader(payload);
-    return Bytes(bytes_).first(z_bytes_reader_read(&reader, bytes_.data(), size));
-  }
-
- private:
-  std::array<std::uint8_t, max_frame_bytes + 1> bytes_;
-};
 
 thread_local Frame received_frame;
 
@@ -105,69 +53,12 @@ void open_session(z_owned_session_t* session, const Endpoints& endpoints) {
   check(z_open(session, z_move(config), nullptr), "listen on " + endpoints.listen);
 }
 
-enum class Qos { hot, status };
-
-/// One declared key: dropped on congestion, so that a put never blocks.
-class Publisher {
- public:
-  Publisher(const z_loaned_session_t* session, const std::string& key, const char* type, Qos qos)
-      : publisher_([&](z_owned_publisher_t* out) {
-          z_publisher_options_t options;
-          z_publisher_options_default(&options);
-          z_owned_encoding_t encoding;
-          const std::string name = std::string("application/msgpack;fairlead.") + type + ".v1";
-          check(z_encoding_from_str(&encoding, name.c_str()), "use the encoding " + name);
-          options.encoding = z_move(encoding);
-          options.congestion_control = Z_CONGESTION_CONTROL_DROP;
-          if (qos == Qos::hot) {
-            options.priority = Z_PRIORITY_REAL_TIME;
-            options.is_express = true;
-          }
-          check(z_declare_publisher(session, out, KeyView(key).get(), &options), "publish " + key);
-        }) {}
-
-  void put(Bytes payload) {
-    z_owned_bytes_t bytes;
-    z_bytes_copy_from_buf(&bytes, payload.data(), payload.size());
-    z_publisher_put(z_loan(publisher_.value()), z_move(bytes), nullptr);
-  }
-
- private:
-  Owned<z_owned_publisher_t> publisher_;
-};
-
 struct SourcePublishers {
   SourcePublishers(const z_loaned_session_t* session, const KeyTable& keys, std::string_view source)
       : safe(session, keys.safe(source), "SafeChunk", Qos::hot),
         verdict(session, keys.verdict(source), "Verdict", Qos::hot) {}
   Publisher safe;
   Publisher verdict;
-};
-
-/// Answers on the queryable's own key: the query's may be a wildcard.
-class QueryAnswer final : public Answer {
- public:
-  QueryAnswer(const z_loaned_query_t* query, const std::string& key) : query_(query), key_(key) {}
-  ~QueryAnswer() override {
-    if (!answered_) refuse({});  // an error reply beats a query that times out
-  }
-  void reply(Bytes payload) override {
-    z_owned_bytes_t bytes;
-    z_bytes_copy_from_buf(&bytes, payload.data(), payload.size());
-    z_query_reply(query_, KeyView(key_).get(), z_move(bytes), nullptr);
-    answered_ = true;
-  }
-  void refuse(Bytes payload) override {
-    z_owned_bytes_t bytes;
-    z_bytes_copy_from_buf(&bytes, payload.data(), payload.size());
-    z_query_reply_err(query_, z_move(bytes), nullptr);
-    answered_ = true;
-  }
-
- private:
-  const z_loaned_query_t* query_;
-  const std::string& key_;
-  bool answered_ = false;
 };
 
 /// One subscription or queryable as its callback sees it.

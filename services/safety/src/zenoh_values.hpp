@@ -1,0 +1,123 @@
+// zenoh-c values as C++ ones: they drop themselves, and a failed call throws. Only for
+// zenoh_transport.cpp.
+#pragma once
+
+#include <zenoh.h>
+
+#include <algorithm>
+#include <array>
+#include <string>
+
+#include "fairlead_safety/limits.hpp"
+#include "outlet.hpp"
+#include "refusal.hpp"
+
+namespace fairlead {
+
+inline void check(z_result_t result, const std::string& what) {
+  if (result != Z_OK) {
+    throw StartFailed("zenoh: cannot " + what + " (error " + std::to_string(result) + ")");
+  }
+}
+
+/// A Zenoh value that drops itself. `fill` is the call that makes it; it must always write it.
+template <class T>
+class Owned {
+ public:
+  template <class Fill>
+  explicit Owned(Fill fill) {
+    fill(&value_);
+  }
+  ~Owned() { z_drop(z_move(value_)); }
+  Owned(const Owned&) = delete;
+  Owned& operator=(const Owned&) = delete;
+  T& value() { return value_; }
+
+ private:
+  T value_;
+};
+
+class KeyView {
+ public:
+  explicit KeyView(const std::string& key) {
+    check(z_view_keyexpr_from_str(&view_, key.c_str()), "use the key " + key);
+  }
+  const z_loaned_keyexpr_t* get() const { return z_loan(view_); }
+
+ private:
+  z_view_keyexpr_t view_;
+};
+
+/// Copies a payload where it is one run of bytes. One byte more than the largest frame is
+/// kept, so that the core sees an oversized one as oversized.
+class Frame {
+ public:
+  Bytes copy(const z_loaned_bytes_t* payload) {
+    if (payload == nullptr) return {};
+    const std::size_t size = std::min(z_bytes_len(payload), bytes_.size());
+    z_bytes_reader_t reader = z_bytes_get_reader(payload);
+    return Bytes(bytes_).first(z_bytes_reader_read(&reader, bytes_.data(), size));
+  }
+
+ private:
+  std::array<std::uint8_t, max_frame_bytes + 1> bytes_;
+};
+
+enum class Qos { hot, status };
+
+/// One declared key: dropped on congestion, so that a put never blocks.
+class Publisher {
+ public:
+  Publisher(const z_loaned_session_t* session, const std::string& key, const char* type, Qos qos)
+      : publisher_([&](z_owned_publisher_t* out) {
+          z_publisher_options_t options;
+          z_publisher_options_default(&options);
+          z_owned_encoding_t encoding;
+          const std::string name = std::string("application/msgpack;fairlead.") + type + ".v1";
+          check(z_encoding_from_str(&encoding, name.c_str()), "use the encoding " + name);
+          options.encoding = z_move(encoding);
+          options.congestion_control = Z_CONGESTION_CONTROL_DROP;
+          if (qos == Qos::hot) {
+            options.priority = Z_PRIORITY_REAL_TIME;
+            options.is_express = true;
+          }
+          check(z_declare_publisher(session, out, KeyView(key).get(), &options), "publish " + key);
+        }) {}
+
+  void put(Bytes payload) {
+    z_owned_bytes_t bytes;
+    z_bytes_copy_from_buf(&bytes, payload.data(), payload.size());
+    z_publisher_put(z_loan(publisher_.value()), z_move(bytes), nullptr);
+  }
+
+ private:
+  Owned<z_owned_publisher_t> publisher_;
+};
+
+/// Answers on the queryable's own key: the query's may be a wildcard.
+class QueryAnswer final : public Answer {
+ public:
+  QueryAnswer(const z_loaned_query_t* query, const std::string& key) : query_(query), key_(key) {}
+  ~QueryAnswer() override {
+    if (!answered_) refuse({});  // an error reply beats a query that times out
+  }
+  void reply(Bytes payload) override {
+    z_owned_bytes_t bytes;
+    z_bytes_copy_from_buf(&bytes, payload.data(), payload.size());
+    z_query_reply(query_, KeyView(key_).get(), z_move(bytes), nullptr);
+    answered_ = true;
+  }
+  void refuse(Bytes payload) override {
+    z_owned_bytes_t bytes;
+    z_bytes_copy_from_buf(&bytes, payload.data(), payload.size());
+    z_query_reply_err(query_, z_move(bytes), nullptr);
+    answered_ = true;
+  }
+
+ private:
+  const z_loaned_query_t* query_;
+  const std::string& key_;
+  bool answered_ = false;
+};
+
+}  // namespace fairlead
