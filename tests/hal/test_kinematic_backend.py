@@ -1,0 +1,105 @@
+"""The backend without physics does what a manifest says, and stands still without commands."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from fairlead.errors import ConfigError
+from fairlead.hal.backend import PartCommand
+from fairlead.hal.kinematic_backend import KinematicBackend
+from fairlead.messages import floats
+from fairlead.modes import ControlMode
+from fairlead.robot import load_robot
+
+ROBOT = load_robot("panda_mobile")
+N = ROBOT.n_dof
+
+
+@pytest.fixture
+def backend() -> KinematicBackend:
+    return KinematicBackend(ROBOT, frames={"object": (0.5, 0.0, 0.9)})
+
+
+def command(mode: ControlMode, values: list[float], active: tuple[int, ...] = ()) -> PartCommand:
+    return PartCommand(mode=mode, frame_id="base_link", values=np.array(values), active=active)
+
+
+def base_velocity(x: float, yaw: float, active: tuple[int, ...] = (0, 2)) -> PartCommand:
+    return command(ControlMode.JOINT_VELOCITY, [x, 0.0, yaw] + [0.0] * (N - 3), active)
+
+
+def test_a_velocity_is_integrated_over_one_period(backend: KinematicBackend) -> None:
+    backend.apply({"base": base_velocity(0.4, 0.0)})
+    measured = backend.read()
+    assert measured.positions[0] == pytest.approx(0.02)
+    assert measured.velocities[0] == pytest.approx(0.4)
+
+
+def test_without_commands_everything_stands_still_at_once(backend: KinematicBackend) -> None:
+    backend.apply({"base": base_velocity(0.4, 0.1)})
+    before = backend.read().positions
+    backend.apply({})
+    assert np.array_equal(backend.read().positions, before)
+    assert not backend.read().velocities.any()
+
+
+def test_a_body_twist_drives_along_the_turned_base(backend: KinematicBackend) -> None:
+    for _ in range(20):
+        backend.apply({"base": base_velocity(0.0, np.pi / 2)})
+    backend.apply({"base": command(ControlMode.BODY_TWIST, [0.2, 0.0, 0.0, 0.0, 0.0, 0.0])})
+    assert backend.read().velocities[:2] == pytest.approx([0.0, 0.2], abs=1e-12)
+    pose = backend.transforms()[0]
+    assert (pose.parent, pose.child) == ("odom", "base_link")
+    assert pose.rotation_xyzw[2:] == pytest.approx([np.sin(np.pi / 4), np.cos(np.pi / 4)])
+
+
+def test_the_fingers_share_the_total_opening(backend: KinematicBackend) -> None:
+    for _ in range(40):
+        backend.apply({"gripper": command(ControlMode.GRIPPER_POSITION, [0.06])})
+    positions = backend.read().positions
+    assert positions[N - 1] == pytest.approx(0.06)
+    assert positions[N : N + 2] == pytest.approx([0.03, -0.03])
+
+
+def test_bounded_joints_stay_in_their_range(backend: KinematicBackend) -> None:
+    for _ in range(2000):
+        backend.apply({"arm": command(ControlMode.CARTESIAN_DELTA, [0.05] * 3 + [0.5] * 3)})
+    for index, joint in enumerate(ROBOT.joints):
+        if joint.has_bounds:
+            assert joint.lower <= backend.read().positions[index] <= joint.upper
+
+
+def test_a_seed_decides_the_start(backend: KinematicBackend) -> None:
+    backend.reset(3)
+    first = backend.read().positions
+    backend.reset(4)
+    assert not np.array_equal(backend.read().positions, first)
+    backend.reset(3)
+    assert np.array_equal(backend.read().positions, first)
+
+
+def test_ranges_are_the_limits_of_the_profile(backend: KinematicBackend) -> None:
+    ranges = {
+        (part.name, item.mode): floats(item.upper)
+        for part in backend.describe().parts
+        for item in part.ranges
+    }
+    assert ranges["base", ControlMode.JOINT_VELOCITY].tolist() == [1.0, 1.0, 1.5]
+    assert ranges["gripper", ControlMode.GRIPPER_POSITION].tolist() == [0.08]
+    assert ranges["arm", ControlMode.CARTESIAN_DELTA][0] >= 0.05
+
+
+@pytest.mark.parametrize(
+    ("part", "wrong", "complaint"),
+    [
+        ("base", command(ControlMode.BODY_TWIST, [0.0] * 5), r"6 values .* body_twist \(5,\)"),
+        ("arm", command(ControlMode.BODY_TWIST, [0.0] * 6), r"\(valid: cartesian_delta\)"),
+        ("base", base_velocity(0.1, 0.0, active=(0, 5)), r"joints \[0, 1, 2\], got \(0, 5\)"),
+    ],
+)
+def test_a_command_that_does_not_fit_its_part_is_refused(
+    backend: KinematicBackend, part: str, wrong: PartCommand, complaint: str
+) -> None:
+    with pytest.raises(ConfigError, match=complaint):
+        backend.apply({part: wrong})

@@ -1,0 +1,47 @@
+"""The log never delays a tick, whatever the disk does."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+
+from fairlead.hal import motion_log
+from fairlead.hal.motion_log import LineWriter, MotionLog
+from tests.hal.gate_messages import HELD, executed
+
+
+def test_a_line_says_tick_session_time_and_what_every_part_did(tmp_path: Path) -> None:
+    log = MotionLog(tmp_path, 77, trace=False)
+    log.tick(5, 123456, (executed(9, 2), HELD), "overrun")
+    log.close()
+    (line,) = (tmp_path / "motion.jsonl").read_text().splitlines()
+    assert json.loads(line) == {
+        "tick": 5,
+        "session": 77,
+        "stamp_ns": 123456,
+        "acted": [[0, 9, 2], [2, 0, 0]],
+        "event": "overrun",
+    }
+
+
+def test_a_restarted_hal_appends(tmp_path: Path) -> None:
+    for session in (1, 2):
+        log = MotionLog(tmp_path, session, trace=False)
+        log.tick(1, 0, (), None)
+        log.close()
+    lines = (tmp_path / "motion.jsonl").read_text().splitlines()
+    assert [json.loads(line)["session"] for line in lines] == [1, 2]
+
+
+def test_a_disk_that_hangs_costs_lines_not_ticks(tmp_path: Path) -> None:
+    path = tmp_path / "never_read"
+    os.mkfifo(path)  # opening it for writing blocks until somebody reads
+    writer = LineWriter(path)
+    for _ in range(motion_log.MAX_QUEUED + 10):
+        writer.put("line")
+    assert writer.dropped == 10
+    with path.open() as reader:
+        writer.put("late")
+        reader.readline()
+    writer.close(timeout_s=0.5)
