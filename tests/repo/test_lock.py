@@ -1,0 +1,47 @@
+"""requirements.lock fits pyproject.toml, is complete with hashes, and names no registry."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from importlib.metadata import version
+
+import pytest
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
+
+from tests.repo.tree import ROOT
+
+LOCK = (ROOT / "requirements.lock").read_text()
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
+WANTED = [
+    *PROJECT["project"]["dependencies"],
+    *(one for group in PROJECT["dependency-groups"].values() for one in group),
+]
+
+
+def locked() -> dict[str, list[str]]:
+    """Versions by package: more than one where they differ by Python version."""
+    pins: dict[str, list[str]] = {}
+    for name, pin in re.findall(r"^([a-z0-9-]+)==(\S+)", LOCK, re.M):
+        pins.setdefault(name, []).append(pin)
+    return pins
+
+
+@pytest.mark.parametrize("text", WANTED)
+def test_a_dependency_is_locked_at_a_version_it_allows(text: str) -> None:
+    wanted = Requirement(text)
+    pins = locked().get(canonicalize_name(wanted.name), [])
+    assert pins, "run scripts/lock"
+    assert all(pin in wanted.specifier for pin in pins), "run scripts/lock"
+    assert version(wanted.name) in pins, "run scripts/setup"
+
+
+def test_every_locked_package_has_hashes() -> None:
+    blocks = re.split(r"\n(?=\S)", LOCK)
+    bare = [b.split(" ")[0] for b in blocks if "==" in b and "--hash=sha256:" not in b]
+    assert bare == []
+
+
+def test_the_lock_file_names_no_registry() -> None:
+    assert re.findall(r"https?:|index-url|find-links", LOCK) == []

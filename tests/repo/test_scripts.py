@@ -1,0 +1,67 @@
+"""The set-up scripts: what they find missing, they name with its fix; mistakes are refused."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import tomllib
+
+import pytest
+
+from tests.repo.tree import ROOT
+
+UNFIT = {"FAIRLEAD_PYTHON": "no-python", "CXX": "no-compiler", "FAIRLEAD_NEED_DISK_GB": "9999999"}
+
+
+def run(script: str, *arguments: str, **env: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [ROOT / "scripts" / script, *arguments],
+        env=os.environ | env,
+        capture_output=True,
+        text=True,
+        timeout=60,
+    )
+
+
+def test_a_machine_that_can_run_the_tests_lacks_nothing_needed() -> None:
+    done = run("check-machine")
+    assert (done.returncode, "needed:" in done.stdout) == (0, False), done.stdout
+
+
+def test_every_lack_is_named_with_what_was_found_and_its_fix() -> None:
+    done = run("check-machine", **UNFIT)
+    assert done.returncode == 1
+    lines = done.stdout.splitlines()
+    lacks = [at for at, line in enumerate(lines) if re.match("  (needed|optional): ", line)]
+    assert len(lacks) >= 3
+    for at in lacks:
+        assert "(found: " in lines[at]
+        assert re.match(r"      fix: \S", lines[at + 1])
+    assert "all at once: sudo apt-get install" in done.stdout
+
+
+def test_the_packages_alone_can_be_listed_for_a_package_manager() -> None:
+    assert run("check-machine", "--packages", **UNFIT).stdout.split()[-1] == "g++-12"
+
+
+@pytest.mark.parametrize("script", ["setup", "check-machine", "build-gate"])
+def test_an_unknown_argument_is_refused_by_name(script: str) -> None:
+    done = run(script, "--no-such-thing")
+    assert done.returncode == 2
+    assert "--no-such-thing" in done.stderr
+
+
+@pytest.mark.parametrize("script", ["setup", "check-machine", "build-gate"])
+def test_help_is_the_comment_at_the_top(script: str) -> None:
+    done = run(script, "--help")
+    assert done.returncode == 0
+    assert len(done.stdout.splitlines()) >= 4
+
+
+def test_one_minimum_of_rust_is_said_everywhere() -> None:
+    crate = tomllib.loads((ROOT / "services/safety/zenoh_shim/Cargo.toml").read_text())
+    minimum = crate["package"]["rust-version"]
+    assert f"min_rust={minimum} " in (ROOT / "scripts/check-machine").read_text()
+    assert f"Rust {minimum} " in (ROOT / "scripts/build-gate").read_text()
+    assert f"Rust {minimum};" in (ROOT / "README.md").read_text()
