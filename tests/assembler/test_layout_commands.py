@@ -1,0 +1,62 @@
+"""``fairlead layout``: what it lists, what it verifies, and what it refuses."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from fairlead.bindings import LAYOUT_DIMS, REQUIRED_BINDINGS
+from tests.cli.command import fairlead
+
+
+def test_ls_says_width_needs_and_content_and_that_gr1_has_no_assembler(tmp_path: Path) -> None:
+    done = fairlead("layout", "ls", "--json", state=tmp_path)
+    assert done.returncode == 0, done.stderr
+    rows = {row["layout"]: row for row in json.loads(done.stdout)}
+    assert {name: row["dim"] for name, row in rows.items()} == LAYOUT_DIMS | {"gr1": None}
+    needs = {name: row["required_bindings"] for name, row in rows.items()}
+    assert needs == {name: list(fields) for name, fields in REQUIRED_BINDINGS.items()}
+    assert rows["gr1"]["content"] == "no assembler"
+    assert rows["libero"]["content"] == (
+        "joints of one Franka arm, fingers (LIBERO's own baselines)."
+    )
+
+
+def test_verify_takes_a_layout_instead_of_a_skill(tmp_path: Path) -> None:
+    words = ("--layout", "libero_eef8d", "--ticks", "3", "--json")
+    done = fairlead("layout", "verify", *words, state=tmp_path)
+    report = json.loads(done.stdout)
+    assert (done.returncode, report["layout"], report["ok"]) == (0, "libero_eef8d", True)
+    assert [field["field"] for field in report["fields"]] == [
+        "world_to_eef position",
+        "world_to_eef rotation",
+        "gripper",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("words", "complaint"),
+    [
+        ((), "layout verify: expected a skill or --layout, got both or neither"),
+        (
+            ("oracle-counter-to-cabinet", "--layout", "rc365"),
+            "layout verify: expected a skill or --layout, got both or neither",
+        ),
+        (
+            ("--layout", "gr1"),
+            "layout verify: expected a layout with an assembler, got gr1 (valid: human300_16d, "
+            "rc365, mobile_pick_30d, libero_eef8d, libero, aloha)",
+        ),
+        (
+            ("--layout", "aloha"),
+            "layout verify: expected a layout the simulator has truth for, got aloha (valid: "
+            "human300_16d, rc365, mobile_pick_30d, libero_eef8d, libero)",
+        ),
+    ],
+)
+def test_what_cannot_be_verified_is_refused(
+    words: tuple[str, ...], complaint: str, tmp_path: Path
+) -> None:
+    done = fairlead("layout", "verify", *words, state=tmp_path)
+    assert (done.returncode, done.stdout) == (1, "")
+    assert done.stderr == f"ERROR {complaint}\n"
