@@ -47,6 +47,7 @@ class GoalWatch:
         self._changed = threading.Condition()
         self._feedback: dict[int, GoalFeedback] = {}
         self._verdicts: Counter[str] = Counter()
+        self._answered: set[tuple[int, int]] = set()
         self._tick = 0
         self._first: tuple[float, int] | None = None
         self._subscriptions = [
@@ -93,9 +94,12 @@ class GoalWatch:
             self._changed.notify_all()
 
     def _on_verdict(self, sample: Sample) -> None:
-        outcome = Outcome(decode(Verdict, sample.payload).outcome)
+        verdict = decode(Verdict, sample.payload)
+        chunk = (verdict.claim_id, verdict.seq)
         with self._changed:
-            self._verdicts[outcome.name.lower()] += 1
+            if chunk not in self._answered:  # a copy sent again is answered again
+                self._answered.add(chunk)
+                self._verdicts[Outcome(verdict.outcome).name.lower()] += 1
 
     def _on_joints(self, sample: Sample) -> None:
         tick = decode(JointState, sample.payload).tick

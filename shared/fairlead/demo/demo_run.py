@@ -15,9 +15,9 @@ from fairlead.demo.gate_challenge import Challenge, GateChallenge
 from fairlead.errors import ConfigError
 from fairlead.goal_run import GoalWish, run_goal
 from fairlead.goal_watch import Progress
-from fairlead.messages import GoalResult, Outcome
+from fairlead.messages import GoalResult
 from fairlead.record.film import write_film
-from fairlead.record.recorder import Recorder, Recording
+from fairlead.record.recorder import Recorder, Recording, first_outcomes
 from fairlead.record.timeline import draw_timeline, hold_names
 from fairlead.robot import RobotManifest, load_robot
 from fairlead.scratch_robot import scratch_robot
@@ -134,8 +134,7 @@ def _challenge(
 
 def _summary(wish: DemoWish, run: _Run) -> dict[str, Any]:
     result, ticks = run.result, run.result.last_tick - run.result.first_tick + 1
-    verdicts = [one for one in run.recording.verdicts if one.source == run.source]
-    outcomes = Counter(Outcome(one.outcome).name.lower() for one in verdicts)
+    outcomes = Counter(first_outcomes(run.recording, run.source).values())
     return {
         "skill": wish.skill,
         "seed": wish.seed,

@@ -15,6 +15,7 @@ from fairlead.messages import (
     JointState,
     Lease,
     Message,
+    Outcome,
     SafeChunk,
     TransformBatch,
     Verdict,
@@ -45,6 +46,19 @@ class Recording:
     @property
     def newest_tick(self) -> int:
         return self.joints[-1].tick if self.joints else 0
+
+
+def first_outcomes(recording: Recording, source: str) -> dict[tuple[int, int], str]:
+    """Outcome of each chunk of ``source``, by claim and sequence number.
+
+    A copy sent again is answered again; the first verdict is the one that counts.
+    """
+    outcomes: dict[tuple[int, int], str] = {}
+    for verdict in recording.verdicts:
+        if verdict.source == source:
+            name = Outcome(verdict.outcome).name.lower()
+            outcomes.setdefault((verdict.claim_id, verdict.seq), name)
+    return outcomes
 
 
 class Recorder:

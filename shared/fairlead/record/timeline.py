@@ -98,21 +98,20 @@ def _shade(held: Sequence[int], axis: Axes) -> None:
 
 def _draw_verdicts(recording: Recording, axis: Axes) -> None:
     for level, (outcome, (name, marker, colour)) in enumerate(_OUTCOMES.items()):
-        chosen = [
-            (tick, verdict)
-            for tick, verdict in zip(recording.verdict_ticks, recording.verdicts, strict=True)
-            if verdict.outcome == outcome
-        ]
-        ticks = [tick for tick, _ in chosen]
-        axis.plot(ticks, [level] * len(ticks), marker, color=colour, markersize=7)
-        for tick, verdict in chosen:
-            if verdict.code:
-                axis.annotate(
-                    f"G{verdict.code:03d}", (tick, level), fontsize=7, color=colour,
-                    xytext=(3, 3), textcoords="offset points",
-                )  # fmt: skip
+        codes: dict[int, list[str]] = {}
+        count = 0
+        for tick, verdict in zip(recording.verdict_ticks, recording.verdicts, strict=True):
+            if verdict.outcome == outcome:
+                count += 1
+                codes.setdefault(tick, []).append(f"G{verdict.code:03d}" if verdict.code else "")
+        axis.plot(list(codes), [level] * len(codes), marker, color=colour, markersize=7)
+        for tick, texts in codes.items():
+            axis.annotate(
+                ", ".join(sorted(set(texts) - {""})), (tick, level), fontsize=7, color=colour,
+                xytext=(5, -2), textcoords="offset points",
+            )  # fmt: skip
         axis.text(
-            1.005, level, f"{len(ticks)} {name}", color=colour, fontsize=8, va="center",
+            1.005, level, f"{count} {name}", color=colour, fontsize=8, va="center",
             transform=axis.get_yaxis_transform(),
         )  # fmt: skip
     axis.set_yticks(range(len(_OUTCOMES)), [name for name, *_ in _OUTCOMES.values()], fontsize=8)
@@ -123,7 +122,7 @@ def _draw_verdicts(recording: Recording, axis: Axes) -> None:
 def _label_time(recording: Recording, robot: RobotManifest, column: Sequence[Axes]) -> None:
     period_s = robot.tick_period_ns / 1e9
     first = recording.joints[0].tick if recording.joints else 0
-    column[-1].set_xlabel(f"tick (one is {1e3 * period_s:g} ms)")
+    column[-1].set_xlabel(f"tick (one is {1e3 * period_s:g} ms); refused chunks carry their code")
     above = column[0].secondary_xaxis(
         "top",
         functions=(

@@ -1,0 +1,90 @@
+"""The demo as a newcomer runs it, also after an earlier one was killed in the middle."""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from fairlead.supervisor.process_table import command_of
+from tests.cli.command import fairlead, fairlead_command, fairlead_environment
+from tests.cli.test_running_robot import all_pids
+from tests.system.live_robot import wait_for
+
+pytestmark = [pytest.mark.processes, pytest.mark.simulator, pytest.mark.timeout(400)]
+
+
+def processes_in(folder: Path) -> list[str]:
+    return [line for line in map(command_of, all_pids()) if str(folder / "state") in line]
+
+
+def test_the_demo_does_the_task_challenges_the_gate_and_draws_it(tmp_path: Path) -> None:
+    out = tmp_path / "demo"
+    done = fairlead("demo", "--out", str(out), state=tmp_path / "registry")
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "G020 limit" in done.stderr and "G004 " in done.stderr
+
+    summary = json.loads((out / "summary.json").read_text(encoding="utf-8"))
+    assert (summary["outcome"], summary["decided_by"]) == ("succeeded", "task")
+    assert summary["pacing"] == "lockstep" and summary["ticks"] > 100
+    assert summary["verdicts"] == {"released": summary["policy_calls"]}
+    assert [one["code"] for one in summary["challenges"]] == ["G020", "G004"]
+    assert (out / "timeline.png").read_bytes().startswith(b"\x89PNG")
+    if "film" not in summary:  # the machine can render
+        assert b"ftyp" in (out / "demo.mp4").read_bytes()[:16]
+    assert processes_in(out) == []
+
+
+def test_a_killed_demo_leaves_no_process_and_the_next_one_works(tmp_path: Path) -> None:
+    out, state = tmp_path / "demo", tmp_path / "registry"
+    arguments = ("demo", "--no-video", "--json", "--out", str(out))
+    with subprocess.Popen(
+        fairlead_command(*arguments),
+        env=fairlead_environment(state),
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    ) as first:
+        log = out / "state" / "logs" / "runner.log"
+        wait_for(lambda: log.exists() and "has claim" in log.read_text("utf-8"), "it runs", 120.0)
+        first.send_signal(signal.SIGKILL)
+    wait_for(lambda: not processes_in(out), "no process is left")
+    done = fairlead(*arguments, state=state)
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["outcome"] == "succeeded"
+
+
+def test_an_interrupted_demo_leaves_no_process(tmp_path: Path) -> None:
+    out = tmp_path / "demo"
+    with subprocess.Popen(
+        fairlead_command("demo", "--no-video", "--out", str(out)),
+        env=fairlead_environment(tmp_path / "registry"),
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as demo:
+        log = out / "state" / "logs" / "hal.log"
+        wait_for(lambda: log.exists() and "ready" in log.read_text("utf-8"), "it starts", 120.0)
+        demo.send_signal(signal.SIGINT)
+        _, said = demo.communicate(timeout=60.0)
+    assert demo.returncode != 0 and "Traceback" not in said, said
+    assert processes_in(out) == []
+
+
+def test_a_demo_whose_service_cannot_start_names_it_its_last_lines_and_the_next_command(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    broken = tmp_path / "broken"
+    broken.mkdir()
+    (broken / "mujoco.py").write_text("raise ImportError('no such library')", encoding="utf-8")
+    monkeypatch.setenv("PYTHONPATH", str(broken))
+    out = tmp_path / "demo"
+    done = fairlead("demo", "--no-video", "--out", str(out), state=tmp_path / "registry")
+    assert done.returncode == 1
+    assert f"hal: ended with status 1; its last lines ({out}/state/logs/hal.log):" in done.stderr
+    assert "  [hal] ImportError: no such library" in done.stderr
+    assert f"fairlead logs --state-dir {out / 'state'}" in done.stderr
+    assert "then try again: fairlead demo" in done.stderr
+    assert processes_in(out) == []
