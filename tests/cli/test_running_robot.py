@@ -164,6 +164,23 @@ def test_ctrl_c_ends_up_with_status_0_and_leaves_no_process(start_up: Callable[[
     assert up.processes() == []
 
 
+def test_up_whose_reader_goes_away_ends_and_leaves_no_process(tmp_path: Path) -> None:
+    options = ScratchOptions(f"piped{os.getpid()}", options={"hal": LIGHT_HAL})
+    scratch = make_scratch(SOURCE, tmp_path / "piped", options)
+    with subprocess.Popen(
+        fairlead_command("up", str(scratch.file), "--state-dir", str(scratch.state_dir)),
+        env=fairlead_environment(tmp_path / "registry"),
+        stdout=subprocess.PIPE,
+        text=True,
+    ) as up:
+        assert up.stdout is not None
+        up.stdout.readline()
+        up.stdout.close()
+        assert up.wait(timeout=60.0) == 0
+    mine = str(scratch.state_dir)
+    assert not [pid for pid in all_pids() if mine in command_of(pid)]
+
+
 def test_a_killed_up_leaves_no_process_and_can_be_started_again(
     start_up: Callable[[str], Up],
 ) -> None:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import signal
+import sys
 import threading
 from pathlib import Path
 from types import FrameType
@@ -81,7 +83,11 @@ def _stop_on_signals() -> threading.Event:
 
 
 def _print_line(service: str, line: str) -> None:
-    typer.echo(f"[{service}] {line}")
+    try:
+        typer.echo(f"[{service}] {line}")
+    except BrokenPipeError:  # whoever read our output has gone: end as on Ctrl-C
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        os.kill(os.getpid(), signal.SIGTERM)
 
 
 def _greet(client: RobotClient, folder: Path) -> None:

@@ -1,0 +1,137 @@
+"""When ``run`` arms, asks and disarms, against a gate that is only its replies."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import pytest
+import typer
+
+from fairlead.cli.run import armed
+from fairlead.client import RobotClient
+from fairlead.deployment import Deployment, ServiceSpec
+from fairlead.memory_bus import MemoryBus
+from fairlead.messages import (
+    NO_HASH,
+    ArmReply,
+    ClaimInfo,
+    Done,
+    GateState,
+    GateStatus,
+    Message,
+)
+
+SERVICES = {
+    "hal": ServiceSpec(run="hal_sim", listen="tcp/127.0.0.1:1"),
+    "safety": ServiceSpec(run="safety", listen="tcp/127.0.0.1:2"),
+    "runner": ServiceSpec(run="skill_runner", listen="tcp/127.0.0.1:3"),
+}
+
+
+@dataclass
+class ScriptedGate:
+    """Answers arm, disarm and status; remembers what it was asked."""
+
+    state: GateState = GateState.DISARMED
+    claims: tuple[ClaimInfo, ...] = ()
+    asked: list[str] = field(default_factory=list)
+
+    def arm(self, payload: bytes) -> Message:
+        self.asked.append("arm")
+        self.state = GateState.ARMED
+        return ArmReply(epoch=1, session=1)
+
+    def disarm(self, payload: bytes) -> Message:
+        self.asked.append("disarm")
+        self.state = GateState.DISARMED
+        return Done(text="disarmed")
+
+    def status(self, payload: bytes) -> Message:
+        return GateStatus(
+            robot="r", profile="sim", session=1, epoch=1, state=self.state, cause="", fix="",
+            latch_id=0, stop_ids=(), claims=self.claims, counters=(), state_tick=1,
+            lockstep_allowed=True, config_hash=NO_HASH, robot_hash=NO_HASH,
+        )  # fmt: skip
+
+
+@pytest.fixture
+def gate() -> ScriptedGate:
+    return ScriptedGate()
+
+
+@pytest.fixture
+def clients(gate: ScriptedGate) -> Iterator[dict[str, RobotClient]]:
+    """A client for each profile."""
+    found = {}
+    for profile in ("sim", "hardware"):
+        deployment = Deployment.model_validate(
+            {"robot": "r", "id": "r", "profile": profile, "services": SERVICES}
+        )
+        bus, keys = MemoryBus(), deployment.keys
+        bus.declare_token(keys.alive("safety"))
+        bus.serve(keys.gate_command("arm"), "safety", gate.arm)
+        bus.serve(keys.gate_command("disarm"), "safety", gate.disarm)
+        bus.serve(keys.gate_status, "safety", gate.status)
+        found[profile] = RobotClient(deployment, bus)
+    yield found
+    for client in found.values():
+        client.close()
+
+
+def other_claim() -> ClaimInfo:
+    return ClaimInfo(source="other", skill="s", claim_id=5, parts=("base",))
+
+
+def test_a_disarmed_simulator_is_armed_and_disarmed_again(
+    gate: ScriptedGate, clients: dict[str, RobotClient]
+) -> None:
+    with armed(clients["sim"]):
+        assert gate.state is GateState.ARMED
+    assert gate.asked == ["arm", "disarm"]
+
+
+def test_an_armed_robot_is_left_as_it_was(
+    gate: ScriptedGate, clients: dict[str, RobotClient]
+) -> None:
+    gate.state = GateState.ARMED
+    with armed(clients["sim"]):
+        pass
+    assert gate.asked == []
+
+
+def test_it_disarms_also_when_the_goal_fails(
+    gate: ScriptedGate, clients: dict[str, RobotClient]
+) -> None:
+    with pytest.raises(RuntimeError), armed(clients["sim"]):
+        raise RuntimeError("goal failed")
+    assert gate.asked == ["arm", "disarm"]
+
+
+def test_it_does_not_disarm_under_another_claim(
+    gate: ScriptedGate, clients: dict[str, RobotClient]
+) -> None:
+    with armed(clients["sim"]):
+        gate.claims = (other_claim(),)
+    assert gate.asked == ["arm"]
+
+
+def test_hardware_is_not_armed_without_a_yes(
+    gate: ScriptedGate, clients: dict[str, RobotClient], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def no(text: str, abort: bool) -> None:
+        assert text == "The robot is real and will move. Arm it?" and abort
+        raise typer.Abort
+
+    monkeypatch.setattr("typer.confirm", no)
+    with pytest.raises(typer.Abort), armed(clients["hardware"]):
+        pass
+    assert gate.asked == []
+
+
+def test_hardware_is_armed_when_confirmed_on_the_command_line(
+    gate: ScriptedGate, clients: dict[str, RobotClient]
+) -> None:
+    with armed(clients["hardware"], confirmed=True):
+        assert gate.state is GateState.ARMED
+    assert gate.asked == ["arm", "disarm"]
