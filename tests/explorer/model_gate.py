@@ -67,8 +67,8 @@ class _Claim:
 class ModelGate:
     """Implements `tests.explorer.gate_port.GatePort`."""
 
-    def __init__(self, seed: int) -> None:
-        self._random = random.Random(seed)
+    def __init__(self, seed: int, restarted: bool = False) -> None:
+        self._random = random.Random(2 * seed + restarted)
         self._state = GateState.DISARMED
         self._epoch = self._id()
         self._lease_seq = 0

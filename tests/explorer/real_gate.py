@@ -37,14 +37,18 @@ def core_binary() -> Path:
 
 
 class RealGate:
-    """Implements `tests.explorer.gate_port.GatePort` over the tool's stdin and stdout."""
+    """Implements `tests.explorer.gate_port.GatePort` over the tool's stdin and stdout.
 
-    def __init__(self, seed: int, robot: str = "panda_mobile") -> None:
-        command = [str(core_binary()), "--config", str(gate_config(robot, "sim"))]
+    Args:
+        restarted: whether a gate ran before and was killed: this one boots latched.
+    """
+
+    def __init__(self, seed: int, restarted: bool = False) -> None:
+        command = [str(core_binary()), "--config", str(gate_config("panda_mobile", "sim"))]
         self._child = subprocess.Popen(
             [*command, "--seed", str(seed)], stdin=subprocess.PIPE, stdout=subprocess.PIPE
         )
-        self._call(BOOT, 0, b"", b"\x01\x00")
+        self._call(BOOT, 0, b"", b"\x00\x00" if restarted else b"\x01\x00")
 
     def step(
         self, now_ns: int, kind: EventKind, source: str = "", payload: bytes = b""

@@ -5,7 +5,8 @@ Each schedule is seeded: a failure names its seed and comes again.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+import random
+from collections.abc import Iterator
 
 import pytest
 
@@ -30,23 +31,36 @@ LOCKSTEP_TICKS = 60
 SEEDS = 12
 STOP_ID = 4711
 
-Builder = Callable[[Pacing, int], World]
+
+class Builder:
+    """Makes worlds around one kind of gate, one at a time, and closes their gates."""
+
+    def __init__(self, kind: type[RealGate] | type[ModelGate]) -> None:
+        self._kind = kind
+        self._gate: GatePort | None = None
+
+    def __call__(self, pacing: Pacing, seed: int) -> World:
+        return World(self._new_gate(seed), pacing, seed)
+
+    def kill_gate(self, world: World, seed: int) -> None:
+        """Put a freshly started gate in the place of the one that is gone."""
+        world.gate = self._new_gate(seed, restarted=True)
+
+    def close(self) -> None:
+        if self._gate is not None:
+            self._gate.close()
+
+    def _new_gate(self, seed: int, restarted: bool = False) -> GatePort:
+        self.close()
+        self._gate = self._kind(seed, restarted)
+        return self._gate
 
 
 @pytest.fixture(params=[RealGate, ModelGate], ids=["core", "model"])
 def build(request: pytest.FixtureRequest) -> Iterator[Builder]:
-    """Makes worlds around the gate, and closes their gates afterwards."""
-    gates: list[GatePort] = []
-
-    def make(pacing: Pacing, seed: int) -> World:
-        for gate in gates:
-            gate.close()
-        gates[:] = [request.param(seed)]
-        return World(gates[0], pacing, seed)
-
-    yield make
-    for gate in gates:
-        gate.close()
+    builder = Builder(request.param)
+    yield builder
+    builder.close()
 
 
 def lockstep_run(build: Builder, weather: Weather, seed: int) -> World:
@@ -126,6 +140,54 @@ def test_messages_of_a_dead_epoch_move_nothing(build: Builder, pacing: Pacing) -
         world.bring_up()
         world.run_for(2500 if pacing == "realtime" else 300)
         check_history(world)
+
+
+@pytest.mark.parametrize("pacing", ["realtime", "lockstep"])
+def test_a_gate_that_dies_and_comes_back_moves_nothing_until_armed_again(
+    build: Builder, pacing: Pacing
+) -> None:
+    for seed in range(SEEDS):
+        world = build(pacing, seed)
+        world.bring_up()
+        world.run_ticks(20)
+        world.rain(WEATHERS["reordered"])
+        build.kill_gate(world, seed + 100)
+        world.run_for(400)
+        dead_at = len(world.history)
+        world.run_for(600)
+        assert moves(world.history[dead_at:]) == 0, f"seed {seed}"
+        world.bring_up()
+        world.run_ticks(40)
+        check_history(world)
+        assert moves(world.history[-20:]) >= 12, f"seed {seed} did not recover"
+
+
+@pytest.mark.parametrize("pacing", ["realtime", "lockstep"])
+def test_any_mix_of_weather_stops_and_restarts_is_survived(build: Builder, pacing: Pacing) -> None:
+    for seed in range(2 * SEEDS):
+        rng = random.Random(seed)
+        world = build(pacing, seed)
+        world.bring_up()
+        for trouble in range(3):
+            world.run_ticks(20)
+            world.rain(
+                Weather(
+                    loss=rng.choice([0.0, 0.01, 0.1, 0.3]),
+                    duplicate=rng.choice([0.0, 0.3, 1.0]),
+                    delay_ms=rng.choice([0.0, 20.0, 60.0, 120.0, 300.0]),
+                )
+            )
+            world.run_ticks(rng.randint(5, 40))
+            if rng.random() < 0.5:
+                world.stop(STOP_ID + trouble, to_hal=rng.random() < 0.5, to_gate=True)
+            if rng.random() < 0.3:
+                build.kill_gate(world, 1000 * (trouble + 1) + seed)
+            world.run_for(rng.choice([0, 100, 1000]))
+            world.bring_up()
+        world.run_ticks(40)
+        check_history(world)
+        check_stops(world)
+        assert moves(world.history[-20:]) >= 12, f"seed {seed} did not recover"
 
 
 def test_the_rules_catch_a_hal_that_ignores_what_a_chunk_continues(
