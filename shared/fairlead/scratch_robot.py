@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 
 from fairlead.client import RobotClient
+from fairlead.errors import FairleadError, ServiceError
 from fairlead.supervisor import Registry, Supervisor
 from fairlead.supervisor.scratch import Scratch
 
@@ -43,5 +44,10 @@ def scratch_robot(
             client.wait_alive(*scratch.deployment.services, timeout_s=READY_TIMEOUT_S)
             client.wait_gate_follows()
             yield ScratchRobot(scratch, supervisor, client)
+    except FairleadError as error:
+        story = supervisor.died()
+        if story is None or (isinstance(error, ServiceError) and story in str(error)):
+            raise
+        raise ServiceError(f"{error}\n{story}") from None
     finally:
         supervisor.stop()

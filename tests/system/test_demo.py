@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import signal
 import subprocess
 from pathlib import Path
@@ -70,6 +71,28 @@ def test_an_interrupted_demo_leaves_no_process(tmp_path: Path) -> None:
         demo.send_signal(signal.SIGINT)
         _, said = demo.communicate(timeout=60.0)
     assert demo.returncode != 0 and "Traceback" not in said, said
+    assert processes_in(out) == []
+
+
+def test_a_demo_whose_service_dies_in_the_middle_names_it_with_its_last_lines(
+    tmp_path: Path,
+) -> None:
+    out = tmp_path / "demo"
+    with subprocess.Popen(
+        fairlead_command("demo", "--no-video", "--out", str(out)),
+        env=fairlead_environment(tmp_path / "registry"),
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as demo:
+        log = out / "state" / "logs" / "runner.log"
+        wait_for(lambda: log.exists() and "has claim" in log.read_text("utf-8"), "it runs", 120.0)
+        hal = next(pid for pid in all_pids() if f"{out}/state/hal" in command_of(pid))
+        os.kill(hal, signal.SIGKILL)
+        _, said = demo.communicate(timeout=120.0)
+    assert demo.returncode == 1 and "Traceback" not in said
+    assert "hal: was killed by signal 9; its last lines (" in said
+    assert "then try again: fairlead demo" in said
     assert processes_in(out) == []
 
 

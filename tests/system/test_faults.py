@@ -14,6 +14,7 @@ from itertools import pairwise
 
 import pytest
 
+from fairlead.errors import ServiceError
 from fairlead.goal_watch import Progress
 from fairlead.messages import GateState, GoalResult
 from tests.system.live_robot import LiveRobot, wait_for
@@ -123,7 +124,7 @@ def test_a_lost_runner_ends_motion(
     check_bound(robot, injected_ns, RUNNER_BOUND_MS, f"runner {number.name}")
     wait_for(lambda: not robot.client.gate_status().claims, "the gate ends its claim")
     if number is signal.SIGKILL:
-        with pytest.raises(Exception, match="the runner went away"):
+        with pytest.raises(ServiceError, match="the runner went away"):
             end_of(goal)
         robot.restarted("runner")
     else:
