@@ -232,7 +232,7 @@ def test_children_die_with_a_supervisor_that_is_killed(
     deployment_file: Path, tmp_path: Path
 ) -> None:
     program = f"""
-        import sys, time
+        import signal
         from pathlib import Path
         from fairlead.deployment import load_deployment
         from fairlead.supervisor import Registry, Supervisor
@@ -244,7 +244,7 @@ def test_children_die_with_a_supervisor_that_is_killed(
         supervisor.start()
         supervisor.wait_ready({WAIT_S})
         print(supervisor.pid("hal"), supervisor.pid("runner"), flush=True)
-        time.sleep(1000)
+        signal.pause()
     """
     command = [sys.executable, "-c", textwrap.dedent(program)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as parent:

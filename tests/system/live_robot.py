@@ -9,10 +9,11 @@ import time
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 
+from fairlead.bus import Sample
 from fairlead.errors import FairleadError
 from fairlead.goal_run import GoalWish, run_goal
 from fairlead.goal_watch import Progress
-from fairlead.messages import GateState, GoalResult
+from fairlead.messages import GateState, GoalResult, SafeChunk, decode
 from fairlead.scratch_robot import ScratchRobot
 from tests.system.motion_log import MotionLine, MotionLog
 
@@ -31,14 +32,23 @@ def wait_for(condition: Callable[[], bool], what: str, timeout_s: float = WAIT_S
 
 
 class LiveRobot:
-    """Services that run, a client, and the HAL's motion log."""
+    """Services that run, a client, the HAL's motion log, and what the gate released.
+
+    first_ticks: first tick of each released chunk, by verdict.
+    """
 
     def __init__(self, robot: ScratchRobot) -> None:
         self.robot = robot
         self.client = robot.client
         self.supervisor = robot.supervisor
         self.motion = MotionLog(robot.scratch.state_dir / "hal")
+        self.first_ticks: dict[int, int] = {}
+        self.client.bus.subscribe(self.client.keys.every_safe, self._on_safe)
         self._threads = ThreadPoolExecutor(max_workers=4)
+
+    def _on_safe(self, sample: Sample) -> None:
+        chunk = decode(SafeChunk, sample.payload)
+        self.first_ticks[chunk.verdict_id] = chunk.first_tick
 
     # --- goals -----------------------------------------------------------------------
 
