@@ -144,8 +144,7 @@ void Gate::Core::judge_chunk(LiveClaim& claim, const ActionChunk& chunk, Bytes f
   if (evidence.ok()) evidence = check_past(chunk);
   if (evidence.ok()) {
     const auto first_row = static_cast<std::size_t>(first_open_tick() - chunk.start_tick);
-    judgement = judge_rows(limits_, claim.limits, hal_.state(), chunk, first_row,
-                           claim.plan.row_of(act_before(claim)));
+    judgement = judge_from(claim, chunk, first_row);
   }
   give_verdict(claim, chunk, frame, judgement, next_verdict_++, received_ns);
   if (judgement.evidence.raises_stop) raise_stop(judgement.evidence);
@@ -169,6 +168,21 @@ void Gate::Core::give_verdict(LiveClaim& claim, const ActionChunk& chunk, Bytes 
   }
 }
 
+// G021: a row that acts but that this claim did not release, or whose numbers are gone, is not
+// standing still: nothing can be judged against it. Refusing holds one tick, and a hold is known.
+Judgement Gate::Core::judge_from(const LiveClaim& claim, const ActionChunk& chunk,
+                                 std::size_t first_row) const {
+  const Acted act = act_before(claim);
+  const RowBefore before = claim.plan.row_of(act);
+  if (act.hold != 0 || before.chunk != nullptr)
+    return judge_rows(limits_, claim.limits, hal_.state(), chunk, first_row, before);
+  Judgement refused;
+  refused.first_row = first_row;
+  refused.evidence = broken_rule(code::start, "acted", "the row that acts before is this claim's");
+  refused.evidence.row = static_cast<std::int64_t>(first_row);
+  return refused;
+}
+
 // After the HAL did something else: what is left, from the newest state, under a new verdict.
 void Gate::Core::judge_again(LiveClaim& claim) {
   const Released old = *claim.plan.current();
@@ -176,8 +190,7 @@ void Gate::Core::judge_again(LiveClaim& claim) {
   const auto first_row = static_cast<std::size_t>(first_open_tick() - chunk.start_tick);
   const std::size_t end_row = old.first_row + old.row_count;
   if (first_row >= end_row) return claim.plan.drop_current();
-  Judgement judgement = judge_rows(limits_, claim.limits, hal_.state(), chunk, first_row,
-                                   claim.plan.row_of(act_before(claim)));
+  Judgement judgement = judge_from(claim, chunk, first_row);
   // Rows that were cut off once stay cut off.
   judgement.row_count = std::min(judgement.row_count, end_row - first_row);
   const std::uint64_t verdict_id = next_verdict_++;
@@ -258,13 +271,22 @@ Acted Gate::Core::act_before(const LiveClaim& claim) const {
   return hal_.lockstep() ? acted_of(claim) : claim.plan.expected();
 }
 
-// All parts of a claim act alike; should they not, nothing continues from it.
+// The row that the claim's parts executed. A part that its chunk did not address held beside it;
+// any other mixture is an act that nothing can continue from (verdict 0).
 Acted Gate::Core::acted_of(const LiveClaim& claim) const {
+  constexpr Acted unknown{0, 0, 0};
   const FixedVec<Acted, max_parts>& acted = hal_.state().acted;
-  const Acted first = acted[claim.limits.parts[0]];
-  for (const std::size_t part : claim.limits.parts)
-    if (!same_act(acted[part], first)) return Acted{};
-  return first;
+  Acted act = acted[claim.limits.parts[0]];
+  for (const std::size_t part : claim.limits.parts) {
+    if (acted[part].hold != 0) continue;
+    if (act.hold == 0 && !same_act(act, acted[part])) return unknown;
+    act = acted[part];
+  }
+  const RowBefore row = claim.plan.row_of(act);
+  if (row.chunk == nullptr) return act;
+  for (const ActionPart& part : row.chunk->parts)
+    if (acted[part.part].hold != 0) return unknown;
+  return act;
 }
 
 }  // namespace fairlead

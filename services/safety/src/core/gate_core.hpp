@@ -40,9 +40,9 @@ class Gate::Core {
   void judge_chunk(LiveClaim& claim, const ActionChunk& chunk, Bytes frame,
                    std::uint64_t received_ns);
   void judge_again(LiveClaim& claim);
+  Judgement judge_from(const LiveClaim& claim, const ActionChunk& chunk,
+                       std::size_t first_row) const;
   void answer_again(LiveClaim& claim);
-  void refuse_ahead(LiveClaim& claim, const ActionChunk& chunk, Bytes frame,
-                    const Evidence& evidence, std::uint64_t received_ns);
   void note_bad_frame(const Name& source, FrameFault fault, std::uint64_t received_ns);
   Released make_release(const LiveClaim& claim, const Judgement& judgement,
                         std::uint64_t verdict_id) const;

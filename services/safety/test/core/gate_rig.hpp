@@ -65,6 +65,10 @@ class GateRig {
     send(EventKind::hal_status, hal_status(of_session));
   }
   void send_state() {
+    const std::vector<Acted> every(part_count, acted);
+    send_state_of(every);
+  }
+  void send_state_of(const std::vector<Acted>& each) {
     JointState state;
     state.session = session;
     state.tick = tick;
@@ -72,7 +76,7 @@ class GateRig {
     state.positions = view(positions);
     state.velocities = view(velocities);
     state.efforts = view(efforts);
-    for (std::size_t i = 0; i < part_count; ++i) (void)state.acted.push_back(acted);
+    for (const Acted& act : each) (void)state.acted.push_back(act);
     state.robot_hash = hash_of(7);
     send(EventKind::joint_state, state);
   }
@@ -82,6 +86,12 @@ class GateRig {
     now_ns += period_ns;
     acted = did;
     send_state();
+  }
+  /// The same, where parts did different things.
+  void next_tick_of(const std::vector<Acted>& each) {
+    ++tick;
+    now_ns += period_ns;
+    send_state_of(each);
   }
   std::uint64_t session = hal_session;
 

@@ -5,23 +5,58 @@
 using namespace fairlead;
 using namespace fairlead::test;
 
-TEST_CASE("parts of one claim that act apart continue nothing") {
+TEST_CASE("parts of one chunk that acted apart: refused with G021, so the next tick holds") {
   GateRig rig(true);
   rig.ready();
-  rig.send_chunk(rig.chunk({0.1, 0.2, 0.3, 0.4}));
+  ChunkBuilder both = rig.chunk({0.1, 0.2, 0.3, 0.4});
+  both.joint(arm, Mode::joint_velocity, arm_1, {0.1, 0.1, 0.1, 0.1});
+  CHECK(rig.send_chunk(both).code == 0);
   const SafeChunk safe = rig.safe_chunk();
-  JointState state;
-  state.session = rig.session;
-  state.tick = ++rig.tick;
-  const std::vector<double> zeros(measured_count, 0.0);
-  const Bytes block(reinterpret_cast<const std::uint8_t*>(zeros.data()),
-                    zeros.size() * sizeof(double));
-  state.positions = state.velocities = state.efforts = NumberView(block);
-  state.robot_hash = hash_of(7);
-  for (int i = 0; i < 4; ++i)
-    (void)state.acted.push_back(i == 1 ? Acted{3, 0, 0} : row_of(safe, 0));
-  rig.send(EventKind::joint_state, state);
-  CHECK(rig.safe_chunk().after.hold != 0);  // no part that moved will match it
+  rig.next_tick_of({Acted{3, 0, 0}, Acted{1, 0, 0}, row_of(safe, 0), Acted{1, 0, 0}});
+  CHECK(rig.verdict().code == 21);
+  CHECK(rig.count(OutputKind::safe_chunk) == 0);
+  CHECK(decision(rig) == number(Decision::hold));
+}
+
+TEST_CASE("a chunk for some parts of its claim is continued by its rows and by the next chunk") {
+  for (const bool lockstep : {false, true}) {
+    GateRig rig(lockstep);
+    rig.ready();  // all parts; the chunk moves the base only
+    CHECK(rig.send_chunk(rig.chunk({0.1, 0.2, 0.3, 0.4})).code == 0);
+    const SafeChunk safe = rig.safe_chunk();
+    const Acted beside{1, 0, 0};
+    if (!lockstep) rig.next_tick();
+    rig.next_tick_of({beside, beside, row_of(safe, 0), beside});
+    CHECK(rig.count(OutputKind::verdict) == 0);  // as expected: nothing to judge again
+    CHECK(rig.send_chunk(rig.chunk({0.2, 0.3, 0.4})).code == 0);
+    CHECK(same_act(rig.safe_chunk().after, row_of(safe, lockstep ? 0 : 1)));
+  }
+}
+
+TEST_CASE("G021 the row that acted was another claim's: one held tick, then from standstill") {
+  GateRig rig(true);
+  rig.ready();
+  rig.send_chunk(rig.chunk({0.5, 0.5}));
+  const SafeChunk others = rig.safe_chunk();
+  rig.send(EventKind::release, Release{"runner", rig.claim_id});
+  rig.take_claim();
+  rig.seq = 0;
+  rig.next_tick(row_of(others, 0));  // was under way when its claim ended
+  CHECK(rig.send_chunk(rig.chunk({-0.5, -0.5})).code == 21);
+  CHECK(decision(rig) == number(Decision::hold));
+  CHECK(rig.count(OutputKind::safe_chunk) == 0);
+  rig.next_tick(Acted{6, 0, 0});
+  CHECK(rig.send_chunk(rig.chunk({-0.5, -0.5})).code == 0);
+}
+
+TEST_CASE("G021 the row that acted is forgotten: refused, not judged as a standstill") {
+  GateRig rig(true);
+  rig.ready();
+  rig.send_chunk(rig.chunk({0.5, 0.5, 0.5}));
+  rig.next_tick(Acted{0, 12345, 0});  // a verdict the gate never gave
+  CHECK(rig.verdict().code == 21);
+  CHECK(rig.verdict().axis == "acted");
+  CHECK(decision(rig) == number(Decision::hold));
 }
 
 TEST_CASE("lockstep: the first row is for the tick the robot waits in, and decides it") {

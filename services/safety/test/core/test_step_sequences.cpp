@@ -85,7 +85,7 @@ class RandomDay {
   void tick() {
     Acted did{1, 0, 0};
     if (last_.horizon > 0 && below(4) != 0)
-      did = Acted{0, last_.verdict_id, static_cast<std::uint32_t>(below(4))};
+      did = Acted{0, last_.verdict_id, static_cast<std::uint32_t>(below(last_.horizon + 1))};
     rig_.tick += below(10) == 0 ? below(4) : 0;
     rig_.next_tick(did);
   }
@@ -124,6 +124,7 @@ class RandomDay {
     }
     if (const auto lease = rig_.find<Lease>(OutputKind::lease)) {
       CHECK((armed || lease->grants.empty()));
+      if (lease->grants.empty()) last_.horizon = 0;  // an honest HAL executes nothing then
       CHECK((!armed || lease->stop_ids.empty()));
     }
     const auto safe = rig_.find<SafeChunk>(OutputKind::safe_chunk);
