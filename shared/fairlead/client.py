@@ -234,9 +234,3 @@ class RobotClient:
     ) -> Reply:
         self.wait_alive(service)
         return decode(kind, self.bus.query(key, request, timeout_s))
-
-
-def new_episode(client: RobotClient, seed: int) -> ResetEpisodeReply:
-    """Disarm and start a new simulated episode; leaves the robot disarmed."""
-    client.disarm()
-    return client.reset_episode(seed)

@@ -94,7 +94,9 @@ def test_logs_of_a_folder_that_holds_none_says_so(tmp_path: Path) -> None:
     check(done, 1, f"no *.log in {tmp_path / 'logs'}")
 
 
-def test_an_unknown_service_in_a_start_order_lists_the_services(tmp_path: Path) -> None:
+@pytest.mark.parametrize("order", ["hal,gate", "hal,safety", "hal,hal,safety,runner"])
+def test_a_start_order_must_name_each_service_once(order: str, tmp_path: Path) -> None:
     file = COMPOSE / "panda_mobile_sim.yaml"
-    done = fairlead("up", str(file), "--order", "hal,gate", state=tmp_path)
-    check(done, 1, "no service 'gate' (valid: hal, safety, state_assembler, runner)")
+    done = fairlead("up", str(file), "--order", order, state=tmp_path)
+    wanted = "expected each of hal, safety, state_assembler, runner once"
+    check(done, 1, f"start order: {wanted}, got {order.replace(',', ', ')}")

@@ -33,8 +33,7 @@ def command(deployment: DeploymentOption = None, as_json: JsonOption = False) ->
 
 
 def _print_gate(gate: GateStatus) -> None:
-    state = GateState(gate.state).name.lower()
-    typer.echo(f"gate   {state}" + (f": {gate.cause}" if gate.cause else ""))
+    typer.echo(f"gate   {state_and_cause(gate)}")
     if gate.fix:
         typer.echo(f"       try: {gate.fix}")
     for stop_id in gate.stop_ids:
@@ -45,6 +44,14 @@ def _print_gate(gate: GateStatus) -> None:
         typer.echo(f"claim  {claim.source} runs {claim.skill} on {', '.join(claim.parts)}")
     counted = [f"{name} {count}" for name, count in gate.counters if count]
     typer.echo(f"judged {', '.join(counted) or 'nothing yet'}")
+
+
+def state_and_cause(gate: GateStatus) -> str:
+    """``stopped: operator`` and the like; a cause may name the state itself."""
+    state = GateState(gate.state).name.lower()
+    if not gate.cause or gate.cause.startswith(state):
+        return gate.cause or state
+    return f"{state}: {gate.cause}"
 
 
 def gate_document(gate: GateStatus) -> dict[str, Any]:

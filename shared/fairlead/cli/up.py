@@ -13,6 +13,7 @@ from typing import Annotated
 import typer
 
 from fairlead.cli.console import hex_id
+from fairlead.cli.status import state_and_cause
 from fairlead.client import RobotClient
 from fairlead.deployment import load_deployment
 from fairlead.errors import FairleadError, ServiceError
@@ -111,8 +112,7 @@ def _say(event: ServiceEvent, client: RobotClient) -> None:
 def _explain_gate(client: RobotClient) -> None:
     """Say why the gate will not arm, and the commands that lead back to a goal."""
     gate = client.gate_status()
-    state = GateState(gate.state).name.lower()
-    _print_line("up", f"the gate is {state}: {gate.cause}")
+    _print_line("up", f"the gate is {state_and_cause(gate)}")
     for one in (gate.latch_id, *gate.stop_ids):
         if one:
             _print_line("up", f"when the cause is gone: fairlead reset {hex_id(one)}")

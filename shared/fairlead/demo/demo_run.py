@@ -147,6 +147,7 @@ def _summary(wish: DemoWish, run: _Run) -> dict[str, Any]:
         "ticks_per_s": round(ticks / max(run.goal_s, 1e-9), 1),
         "policy_calls": run.progress.inferences,
         "verdicts": dict(outcomes),
+        "leases": run.recording.leases,
         "held_ticks": hold_names(run.recording),
         "challenges": [asdict(challenge) for challenge in run.challenges],
     }

@@ -88,9 +88,10 @@ class Supervisor:
 
         Raises:
             ServiceError: something of this deployment still runs, or a port is taken.
-            ConfigError: the gate is not built, or its file not compiled.
+            ConfigError: the gate is not built, its file not compiled, or ``order`` does
+                not name each service once.
         """
-        names = list(self.deployment.services) if order is None else list(order)
+        names = self._in_order(order)
         commands = {name: self._command(name) for name in names}
         self._lock = self._registry.lock(self.name)
         try:
@@ -174,11 +175,15 @@ class Supervisor:
             self._lock = None
         return killed
 
-    def _command(self, name: str) -> list[str]:
-        if name not in self.deployment.services:
+    def _in_order(self, order: Sequence[str] | None) -> list[str]:
+        services = list(self.deployment.services)
+        if order is not None and sorted(order) != sorted(services):
             raise ConfigError(
-                f"up: no service {name!r} (valid: {', '.join(self.deployment.services)})"
+                f"start order: expected each of {', '.join(services)} once, got {', '.join(order)}"
             )
+        return services if order is None else list(order)
+
+    def _command(self, name: str) -> list[str]:
         return self._build_command(self._file, self.deployment, name, self.state_dir / name)
 
     def _spawn(self, name: str, command: list[str]) -> Child:
