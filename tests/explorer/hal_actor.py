@@ -61,7 +61,7 @@ class HalActor:
         self._session = session
         self._schedule = schedule
         self._publish = publish
-        self.core = HalCore(session, pacing, len(robot.parts), robot.n_dof)
+        self.core = HalCore(session, pacing, len(robot.parts), robot.n_dof, robot.tick_period_ns)
         self.history: list[Tick] = []
         self.refused: list[str] = []
         self.leases: list[tuple[int, Lease]] = []

@@ -27,6 +27,7 @@ CLAIM = 501
 N_DOF = 4
 PARTS = 2
 MS = 1_000_000
+PERIOD_NS = 50 * MS
 HELD = Acted(hold=Hold.NO_ROW, verdict_id=0, row=0)
 
 

@@ -12,6 +12,7 @@ from tests.hal.gate_messages import (
     EPOCH,
     N_DOF,
     PARTS,
+    PERIOD_NS,
     SESSION,
     chunk,
     executed,
@@ -26,7 +27,7 @@ PAUSED = Wait("standstill")
 
 @pytest.fixture
 def core() -> HalCore:
-    return HalCore(SESSION, "lockstep", PARTS, N_DOF)
+    return HalCore(SESSION, "lockstep", PARTS, N_DOF, PERIOD_NS)
 
 
 def decide(core: HalCore, tick: int, is_still: bool = True) -> TickPlan | Wait:

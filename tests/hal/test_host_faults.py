@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from fairlead.bus import Qos
+from fairlead.bus import Qos, Sample
 from fairlead.errors import ConfigError, RefusedError
 from fairlead.hal.backend import Measurement, PartCommand
 from fairlead.hal.host import HalHost, HostSettings
@@ -34,6 +34,7 @@ from fairlead.robot import load_robot
 from tests.hal.gate_messages import SESSION, chunk, grant, lease
 
 KEYS = Keys("tested")
+NO_STOP = b"stop!"
 
 
 class FailingBackend(KinematicBackend):
@@ -70,7 +71,7 @@ class RunningHost:
         self.backend = FailingBackend()
         self.bus = MemoryBus()
         self.stops: list[StopLevel] = []
-        self.bus.subscribe(KEYS.stop, lambda s: self.stops.append(decode(StopLevel, s.payload)))
+        self.bus.subscribe(KEYS.stop, self._on_stop)
         self.states: list[JointState] = []
         self.bus.subscribe(KEYS.joints, lambda s: self.states.append(decode(JointState, s.payload)))
         self.motion_path = folder / "motion.jsonl"
@@ -87,6 +88,10 @@ class RunningHost:
 
     def status(self) -> HalStatus:
         return decode(HalStatus, self.bus.query(KEYS.hal_status, StatusQuery(), 1.0))
+
+    def _on_stop(self, sample: Sample) -> None:
+        if sample.payload != NO_STOP:
+            self.stops.append(decode(StopLevel, sample.payload))
 
     def close(self) -> None:
         self._stopping.set()
@@ -140,6 +145,34 @@ def test_a_command_the_driver_refuses_is_held_instead_and_stops_the_gate(
     assert set(running.backend.applied) == {0}
     wait_until(lambda: "held instead: driver" in running.motion_path.read_text())
     wait_until(lambda: running.status().state == "holding")
+
+
+def test_a_stop_that_cannot_be_read_or_listed_stops_under_an_id_of_the_hals_own(
+    running: RunningHost,
+) -> None:
+    running.bus.deliver(Sample(KEYS.stop, NO_STOP))
+    wait_until(lambda: running.status().state == "holding")
+    assert "(unreadable stop: 5 bytes)" in running.status().detail
+    running.bus.publisher(KEYS.stop, StopLevel, Qos.HOT).put(
+        StopLevel(stop_id=0, by="operator", reason="now")
+    )
+    wait_until(lambda: "(stop without an id: by operator: now)" in running.status().detail)
+
+
+def test_two_live_gates_stop_the_robot_and_the_status_names_them(running: RunningHost) -> None:
+    leases = running.bus.publisher(KEYS.lease, Lease, Qos.HOT)
+    left_at = time.monotonic()
+    seq = 0
+    while running.status().state != "holding":
+        seq += 1
+        leases.put(lease(seq, 1))
+        leases.put(lease(seq, 1, epoch=lease(1, 1).epoch + 1))
+        assert time.monotonic() < left_at + 20, "waited 20 s"
+        time.sleep(0.01)
+    assert time.monotonic() - left_at > 0.25
+    assert "(two gates: epoch 2a is followed, epoch 29 is alive)" in running.status().detail
+    wait_until(lambda: len(running.stops) > 1)  # repeated until a lease lists it
+    assert len({stop.stop_id for stop in running.stops}) == 1
 
 
 def publish(running: RunningHost, seq: int, tick: int) -> None:

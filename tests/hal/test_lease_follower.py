@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from fairlead.hal.lease_follower import LeaseFollower
+from fairlead.hal.lease_follower import SECOND_GATE, LeaseFollower
 from fairlead.messages import Lease
-from tests.hal.gate_messages import EPOCH, SESSION, grant, lease
+from tests.hal.gate_messages import EPOCH, MS, SESSION, grant, lease
+
+LEFT = "lease of an epoch already left"
 
 
 @pytest.fixture
@@ -40,6 +42,24 @@ def test_a_new_epoch_is_followed_from_any_lease_seq(follower: LeaseFollower) -> 
 def test_an_epoch_once_left_is_never_followed_again(follower: LeaseFollower) -> None:
     follow(follower, lease(1, 1), lease(1, 1, epoch=EPOCH + 1))
     assert follow(follower, lease(999, 99)) == ["lease of an epoch already left"]
+    assert follower.epoch == EPOCH + 1
+
+
+@pytest.mark.parametrize(
+    ("seq", "at_ms", "refused"),
+    [
+        (6, 1251, SECOND_GATE),
+        (6, 1250, LEFT),  # may be late
+        (5, 9000, LEFT),  # the one it was left at, once more
+        (4, 9000, LEFT),
+    ],
+)
+def test_a_new_lease_of_an_epoch_left_long_ago_is_of_a_second_live_gate(
+    follower: LeaseFollower, seq: int, at_ms: int, refused: str
+) -> None:
+    follower.offer(lease(5, 1), now_ns=0)
+    follower.offer(lease(1, 1, epoch=EPOCH + 1), now_ns=1000 * MS)
+    assert follower.offer(lease(seq, 99), at_ms * MS) == refused
     assert follower.epoch == EPOCH + 1
 
 

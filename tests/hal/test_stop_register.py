@@ -77,3 +77,25 @@ def test_one_stop_that_is_reset_leaves_the_other_one_held(register: StopRegister
     register.hold(stop(STOP + 1))
     register.on_lease(lease(1, 2, epoch=EPOCH + 1))
     assert register.ids == (STOP + 1,)
+
+
+def test_a_stop_without_an_id_is_held_under_a_fresh_one_once(register: StopRegister) -> None:
+    assert register.hold(stop(0)) == "stop without an id"
+    assert register.any_held
+    ((cause, detail),) = register.demanded
+    assert detail == "by operator: test"
+    register.raised(cause, stop(STOP))
+    register.hold(stop(0))
+    assert (register.ids, register.demanded) == ((STOP,), ())
+
+
+def test_a_cause_that_lasts_after_its_stop_was_reset_is_raised_again(
+    register: StopRegister,
+) -> None:
+    register.demand("two gates", "a and b")
+    register.raised("two gates", stop(STOP))
+    register.on_lease(lease(1, 1, state=GateState.STOPPED, stops=[STOP]))
+    register.on_lease(lease(1, 2, epoch=EPOCH + 1))
+    assert not register.any_held
+    register.demand("two gates", "a and b")
+    assert register.any_held

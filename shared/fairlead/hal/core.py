@@ -15,7 +15,7 @@ from typing import Literal
 
 from fairlead.hal.backend import PartCommand
 from fairlead.hal.claim_rows import ClaimRows
-from fairlead.hal.lease_follower import LeaseFollower
+from fairlead.hal.lease_follower import LEASE_LIFE_NS, SECOND_GATE, LeaseFollower
 from fairlead.hal.released_chunk import ReleasedChunk, decode_released
 from fairlead.hal.stop_register import StopRegister
 from fairlead.hal.tick_plan import TickPlan, Wait
@@ -46,13 +46,18 @@ class HalCore:
         pacing: ``realtime`` or ``lockstep``.
         part_count: parts of the robot.
         n_dof: commanded joints, the width of joint modes.
+        period_ns: the control period.
     """
 
-    def __init__(self, session: int, pacing: Pacing, part_count: int, n_dof: int) -> None:
+    def __init__(
+        self, session: int, pacing: Pacing, part_count: int, n_dof: int, period_ns: int
+    ) -> None:
         self._session = session
         self._pacing = pacing
         self._part_count = part_count
         self._n_dof = n_dof
+        self._pause_ns = period_ns + LEASE_LIFE_NS
+        self._decided_ns: int | None = None
         self._lease = LeaseFollower(session)
         self._stops = StopRegister()
         self._claims: dict[int, ClaimRows] = {}
@@ -74,6 +79,15 @@ class HalCore:
     def held_stop_ids(self) -> tuple[int, ...]:
         return self._stops.ids
 
+    @property
+    def held_stops(self) -> tuple[StopLevel, ...]:
+        return self._stops.held
+
+    @property
+    def demanded_stops(self) -> tuple[tuple[str, str], ...]:
+        """Stops to raise now, as cause and details; until `on_stop_raised` all parts hold."""
+        return self._stops.demanded
+
     def stops_to_repeat(self) -> tuple[StopLevel, ...]:
         """Stops to publish again every 50 ms: held here, not yet listed by the gate."""
         return self._stops.to_repeat()
@@ -81,6 +95,9 @@ class HalCore:
     def on_lease(self, lease: Lease, now_ns: int) -> str:
         """Follow a lease received at ``now_ns`` (own monotonic clock)."""
         refused = self._lease.offer(lease, now_ns)
+        if refused == SECOND_GATE:
+            epochs = f"epoch {self._lease.epoch:x} is followed, epoch {lease.epoch:x} is alive"
+            self._stops.demand("two gates", epochs)
         if refused:
             return refused
         self._stops.on_lease(lease)
@@ -113,6 +130,14 @@ class HalCore:
         """Hold a stop, from the bus or raised by this HAL."""
         return self._stops.hold(stop)
 
+    def on_unreadable_stop(self, why: str) -> None:
+        """Bytes on the stop key that are no stop: somebody wants one, so everything holds."""
+        self._stops.demand("unreadable stop", why)
+
+    def on_stop_raised(self, cause: str, stop: StopLevel) -> None:
+        """Hold the stop that was demanded for ``cause``."""
+        self._stops.raised(cause, stop)
+
     def set_resetting(self, resetting: bool) -> None:
         """While resetting every part holds and no lease is needed."""
         self._resetting = resetting
@@ -135,7 +160,7 @@ class HalCore:
             raise ValueError(f"tick {tick} was decided before (newest {self._tick})")
         if tick != self._tick + 1:
             self._forget_skipped()
-        everyone = self._hold_for_everyone(now_ns)
+        everyone = self._hold_for_everyone(now_ns, self._decided_ns)
         grants = {grant.claim_id: grant for grant in self._lease.grants()}
         if self._pacing == "lockstep" and not self._resetting:
             if self._stops.any_held or not grants:
@@ -149,18 +174,25 @@ class HalCore:
             else self._choose(claim, tick, grants.get(claim.claim_id))
             for claim in self._claims.values()
         }
+        self._decided_ns = now_ns
         return self._commit(tick, _without_conflicts(chosen), everyone or Hold.NO_CLAIM)
 
-    def _hold_for_everyone(self, now_ns: int) -> Hold:
+    def _hold_for_everyone(self, now_ns: int, before_ns: int | None) -> Hold:
         if self._stops.any_held:
             return Hold.STOPPED
         if self._resetting:
             return Hold.RESETTING
         if self._lease.newest is None:
             return Hold.STARTING
-        if self._pacing == "realtime" and not self._lease.is_fresh(now_ns):
+        if self._pacing == "lockstep":
+            return Hold.NONE
+        # A process that was stopped finds, when it goes on, leases that were sent before and
+        # only now received: they look fresh. The tick after a pause therefore holds, which
+        # discards the rows, and leaves the receiving thread a period to read what came
+        # meanwhile; links keep the order, so the next decision sees the gate as it is now.
+        if before_ns is not None and now_ns - before_ns > self._pause_ns:
             return Hold.LEASE_STALE
-        return Hold.NONE
+        return Hold.NONE if self._lease.is_fresh(now_ns) else Hold.LEASE_STALE
 
     def _all_decided(self, tick: int, grants: Iterable[Grant]) -> bool:
         """Lockstep: the newest lease is of ``tick`` itself, and every row it names is here."""

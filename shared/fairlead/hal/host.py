@@ -86,7 +86,11 @@ class HalHost:
         self._lockstep = settings.pacing == "lockstep"
         self._changed = threading.Condition()
         self._core = HalCore(
-            settings.session, settings.pacing, len(identity.parts), len(identity.joints)
+            settings.session,
+            settings.pacing,
+            len(identity.parts),
+            len(identity.joints),
+            identity.period_ns,
         )
         self._tick = 1
         self._fault = ""
@@ -235,6 +239,7 @@ class HalHost:
     def _housekeep(self) -> None:
         """Repeat stops and post the status; cheap, once per tick or wait."""
         now_ns = self._clock()
+        self._stops.raise_demanded()
         self._stops.repeat_due(now_ns)
         state, detail = self._state()
         self._status.post(
@@ -253,9 +258,9 @@ class HalHost:
         if self._episode.resetting is not None:
             return "resetting", f"seed {self._episode.resetting.seed}"
         with self._changed:
-            held = self._core.held_stop_ids
+            held = self._core.held_stops
         if held:
-            return "holding", "stop " + ", ".join(f"{stop_id:x}" for stop_id in held)
+            return "holding", "stop " + ", ".join(f"{s.stop_id:x} ({s.reason})" for s in held)
         return "ready", self._frames.failure
 
     def _enter_fault(self, reason: str) -> None:

@@ -76,6 +76,10 @@ class HalInbox:
         stop = self._decode(StopLevel, sample)
         if stop is not None:
             self._take(sample.key, lambda: self._core.on_stop(stop))
+            return
+        with self._changed:
+            self._core.on_unreadable_stop(f"{len(sample.payload)} bytes")
+            self._changed.notify_all()
 
     def _take(self, key: str, take: Callable[[], str]) -> None:
         try:

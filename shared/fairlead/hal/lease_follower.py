@@ -2,10 +2,23 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from fairlead.messages import GateState, Grant, Lease
 
 LEASE_LIFE_NS = 75_000_000
 """Realtime: a lease received longer ago than this grants nothing (three lost in a row)."""
+
+LATE_LEASE_NS = 250_000_000
+"""A new lease of an epoch left longer ago than this was not late: its gate is still alive."""
+
+SECOND_GATE = "lease of a second live gate"
+
+
+@dataclass(frozen=True)
+class _LeftEpoch:
+    lease_seq: int  # the newest one that was followed
+    at_ns: int
 
 
 class LeaseFollower:
@@ -13,6 +26,8 @@ class LeaseFollower:
 
     An epoch once left is never followed again. A lease of a new epoch that knows less of
     this robot than the newest one is a late copy of a skipped epoch, and is ignored too.
+    One gate never speaks for an epoch again after it began another one, so new leases of
+    an epoch left long ago mean that a second gate is alive (`SECOND_GATE`).
 
     Args:
         session: the HAL's own session; leases for any other are ignored.
@@ -22,7 +37,7 @@ class LeaseFollower:
         self._session = session
         self._newest: Lease | None = None
         self._received_ns = 0
-        self._left_epochs: set[int] = set()
+        self._left_epochs: dict[int, _LeftEpoch] = {}
 
     @property
     def newest(self) -> Lease | None:
@@ -46,15 +61,17 @@ class LeaseFollower:
         newest = self._newest
         if lease.session != self._session:
             return "lease of another session"
-        if lease.epoch in self._left_epochs:
-            return "lease of an epoch already left"
+        left = self._left_epochs.get(lease.epoch)
+        if left is not None:
+            is_new = lease.lease_seq > left.lease_seq and now_ns - left.at_ns > LATE_LEASE_NS
+            return SECOND_GATE if is_new else "lease of an epoch already left"
         if newest is not None and lease.epoch == newest.epoch:
             if lease.lease_seq <= newest.lease_seq:
                 return "lease not newer"
         elif newest is not None:
             if lease.state_tick < newest.state_tick:
                 return "lease of a skipped epoch"
-            self._left_epochs.add(newest.epoch)
+            self._left_epochs[newest.epoch] = _LeftEpoch(newest.lease_seq, now_ns)
         self._newest = lease
         self._received_ns = now_ns
         return ""

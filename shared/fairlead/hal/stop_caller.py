@@ -31,11 +31,25 @@ class StopCaller:
 
     def raise_stop(self, reason: str) -> None:
         """Hold a new stop of this HAL and tell everyone."""
-        stop = StopLevel(stop_id=secrets.randbits(63) + 1, by=self._service, reason=reason)
-        _LOG.error("stop %x raised: %s", stop.stop_id, reason)
+        stop = self._new_stop(reason)
         with self._changed:
             self._core.on_stop(stop)
         self._publisher.put(stop)
+
+    def raise_demanded(self) -> None:
+        """Raise the stops that the core asks for."""
+        with self._changed:
+            demanded = self._core.demanded_stops
+        for cause, detail in demanded:
+            stop = self._new_stop(f"{cause}: {detail}")
+            with self._changed:
+                self._core.on_stop_raised(cause, stop)
+            self._publisher.put(stop)
+
+    def _new_stop(self, reason: str) -> StopLevel:
+        stop = StopLevel(stop_id=secrets.randbits(63) + 1, by=self._service, reason=reason)
+        _LOG.error("stop %x raised: %s", stop.stop_id, reason)
+        return stop
 
     def repeat_due(self, now_ns: int) -> None:
         """Repeat, every 50 ms, the held stops that the newest lease does not list."""

@@ -6,6 +6,9 @@ from dataclasses import dataclass
 
 from fairlead.messages import GateState, Lease, StopLevel
 
+NO_ID = 0
+STOP_WITHOUT_ID = "stop without an id"
+
 
 @dataclass
 class _HeldStop:
@@ -19,23 +22,52 @@ class StopRegister:
     The gate lists a stop for as long as it stands, and only an operator's reset followed by
     a new arm opens another epoch, so a lost or late message can never end a stop. Ids that
     were let go are remembered: late copies of them are ignored.
+
+    Some causes need a stop of the HAL's own, under a fresh id (two gates, a stop message
+    that cannot be listed). They count as held from the moment they are demanded until the
+    host has raised that stop, and are demanded again only when it has been reset.
     """
 
     def __init__(self) -> None:
         self._held: dict[int, _HeldStop] = {}
         self._dropped: set[int] = set()
         self._listed_now: frozenset[int] = frozenset()
+        self._demanded: dict[str, str] = {}  # details by cause
+        self._raised: dict[str, int] = {}  # stop ids by cause
 
     @property
     def ids(self) -> tuple[int, ...]:
         return tuple(self._held)
 
     @property
+    def held(self) -> tuple[StopLevel, ...]:
+        return tuple(held.message for held in self._held.values())
+
+    @property
     def any_held(self) -> bool:
-        return bool(self._held)
+        return bool(self._held or self._demanded)
+
+    @property
+    def demanded(self) -> tuple[tuple[str, str], ...]:
+        """Stops that this HAL still has to raise: cause and details."""
+        return tuple(self._demanded.items())
+
+    def demand(self, cause: str, detail: str) -> None:
+        """Ask for a stop of this HAL's own, once while the one for this cause is held."""
+        if self._raised.get(cause) not in self._held:
+            self._demanded.setdefault(cause, detail)
+
+    def raised(self, cause: str, stop: StopLevel) -> None:
+        """Hold the stop that was demanded for ``cause``."""
+        self.hold(stop)
+        self._raised[cause] = stop.stop_id
+        self._demanded.pop(cause, None)
 
     def hold(self, stop: StopLevel) -> str:
-        """Hold a stop. Returns "" if it is new, else why nothing changed."""
+        """Hold a stop. Returns "" if it is new, else why it is not held under its id."""
+        if stop.stop_id == NO_ID:  # no lease could list it, no reset could cite it
+            self.demand(STOP_WITHOUT_ID, f"by {stop.by}: {stop.reason}")
+            return STOP_WITHOUT_ID
         if stop.stop_id in self._dropped:
             return "stop already reset"
         if stop.stop_id in self._held:

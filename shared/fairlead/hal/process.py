@@ -1,0 +1,66 @@
+"""What every HAL process does around its backend: one robot, one folder, one host."""
+
+from __future__ import annotations
+
+import logging
+import secrets
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from fairlead.hal.backend import Backend
+from fairlead.hal.camera_feed import CameraFeed
+from fairlead.hal.host import HalHost, HostSettings
+from fairlead.hal.identity import identity_of
+from fairlead.hal.motion_log import MotionLog
+from fairlead.hal.one_hal import lock_state_folder, refuse_second_hal
+from fairlead.hal.trace_source import TraceSource
+from fairlead.robot import RobotManifest, load_robot
+from fairlead.service import ServiceContext, announce_ready
+
+
+@dataclass(frozen=True)
+class Equipment:
+    """What one HAL brings to the host.
+
+    feed: renders camera frames elsewhere; None for no cameras.
+    trace: shows a simulator's state; None records none.
+    """
+
+    backend: Backend
+    feed: CameraFeed | None = None
+    trace: TraceSource | None = None
+
+
+def run_hal(
+    context: ServiceContext, equip: Callable[[RobotManifest], Equipment], *, what: str
+) -> None:
+    """Build the backend and run the host until the process is asked to stop.
+
+    Args:
+        equip: makes the equipment, once it is sure that this is the robot's only HAL.
+        what: the backend's name, for the log.
+
+    Raises:
+        ConfigError: if the robot has a HAL already, or the backend does not fit it.
+    """
+    deployment = context.deployment
+    lock = lock_state_folder(context.name, context.state_dir)
+    refuse_second_hal(context.name, context.bus, deployment.keys)
+    robot = load_robot(deployment.robot)
+    equipment = equip(robot)
+    session = secrets.randbits(63) + 1
+    host = HalHost(
+        HostSettings(context.name, deployment.keys, deployment.pacing, session),
+        identity_of(robot, deployment.profile, deployment.id),
+        equipment.backend,
+        context.bus,
+        MotionLog(context.state_dir, session, equipment.trace is not None),
+        equipment.feed,
+        equipment.trace,
+    )
+    logging.getLogger(context.name).info(
+        "session %x, %s, %s backend", session, deployment.pacing, what
+    )
+    announce_ready(context)
+    host.run(context.stopping)
+    lock.close()
