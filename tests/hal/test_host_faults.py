@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 import pytest
@@ -19,6 +20,7 @@ from fairlead.hal.motion_log import MotionLog
 from fairlead.keys import Keys
 from fairlead.memory_bus import MemoryBus
 from fairlead.messages import (
+    Acted,
     GateState,
     HalStatus,
     Hold,
@@ -45,6 +47,8 @@ class FailingBackend(KinematicBackend):
         super().__init__(load_robot("panda_mobile"))
         self.read_error: Exception | None = None
         self.refuses_commands = False
+        self.apply_error: Exception | None = None
+        self.hold_error: Exception | None = None
         self.applied: list[int] = []
 
     def read(self) -> Measurement:
@@ -53,6 +57,10 @@ class FailingBackend(KinematicBackend):
         return super().read()
 
     def apply(self, commands: Mapping[str, PartCommand]) -> None:
+        if self.apply_error is not None and commands:
+            raise self.apply_error
+        if self.hold_error is not None and not commands:
+            raise self.hold_error
         if commands and self.refuses_commands:
             raise ConfigError("driver: expected 7 joints, got 6")
         self.applied.append(len(commands))
@@ -64,10 +72,23 @@ class FailingBackend(KinematicBackend):
         super().reset(seed)
 
 
+class PausingLog(MotionLog):
+    """Called between a decision and its act: where a test stops the process."""
+
+    def __init__(self, folder: Path, at_tick: Callable[[Sequence[Acted]], None]) -> None:
+        super().__init__(folder, SESSION, trace=False)
+        self._at_tick = at_tick
+
+    def tick(self, tick: int, stamp_ns: int, acted: Sequence[Acted], event: str | None) -> None:
+        super().tick(tick, stamp_ns, acted, event)
+        self._at_tick(acted)
+
+
 class RunningHost:
     """A realtime host in a thread, on a bus in memory."""
 
     def __init__(self, folder: Path) -> None:
+        self.paused_ns = 0
         self.backend = FailingBackend()
         self.bus = MemoryBus()
         self.stops: list[StopLevel] = []
@@ -80,14 +101,20 @@ class RunningHost:
             identity(),
             self.backend,
             self.bus,
-            MotionLog(folder, SESSION, trace=False),
+            PausingLog(folder, self._pause_at),
+            clock=lambda: time.monotonic_ns() + self.paused_ns,
         )
+        self.pauses_at_rows = False
         self._stopping = threading.Event()
         self._thread = threading.Thread(target=self.host.run, args=(self._stopping,))
         self._thread.start()
 
     def status(self) -> HalStatus:
         return decode(HalStatus, self.bus.query(KEYS.hal_status, StatusQuery(), 1.0))
+
+    def _pause_at(self, acted: Sequence[Acted]) -> None:
+        if self.pauses_at_rows and not self.paused_ns and not acted[3].hold:
+            self.paused_ns = 5 * 10**9
 
     def _on_stop(self, sample: Sample) -> None:
         if sample.payload != NO_STOP:
@@ -121,26 +148,44 @@ def test_a_read_that_fails_ends_the_ticks_stops_the_gate_and_is_said(running: Ru
     wait_until(lambda: len(running.backend.applied) > 2)
     running.backend.read_error = OSError("bus off")
     wait_until(lambda: running.status().state == "fault")
-    steps = len(running.backend.applied)
-    assert running.status().detail == "OSError: bus off"
+    ended_at = running.status().tick
+    wait_until(lambda: running.status().detail == "OSError: bus off (held)")
     assert running.stops[0].reason == "backend fault: OSError: bus off"
     wait_until(lambda: len(running.stops) >= 4)
     assert len({stop.stop_id for stop in running.stops}) == 1
-    assert len(running.backend.applied) == steps
+    assert running.status().tick == ended_at
+
+
+def test_after_a_driver_raised_in_mid_motion_the_hold_is_commanded_every_period(
+    running: RunningHost,
+) -> None:
+    backend = running.backend
+    backend.apply_error = OSError("CAN bus glitch")
+    move_until(running, lambda: running.status().state == "fault")
+    holds = len(backend.applied)
+    wait_until(lambda: len(backend.applied) > holds + 3)
+    assert set(backend.applied) == {0}
+    assert running.status().detail == "OSError: CAN bus glitch (held)"
+    last = json.loads(running.motion_path.read_text().splitlines()[-1])
+    assert last["event"] == "backend fault: OSError: CAN bus glitch"
+    assert (last["tick"], last["acted"][0][0]) == (running.status().tick, Hold.STOPPED)
+
+
+def test_a_hold_that_the_driver_refuses_is_tried_again_and_the_status_says_so(
+    running: RunningHost,
+) -> None:
+    backend = running.backend
+    backend.hold_error = OSError("bus off")
+    wait_until(lambda: "(the hold cannot be commanded)" in running.status().detail)
+    backend.hold_error = None
+    wait_until(lambda: running.status().detail == "OSError: bus off (held)")
 
 
 def test_a_command_the_driver_refuses_is_held_instead_and_stops_the_gate(
     running: RunningHost,
 ) -> None:
     running.backend.refuses_commands = True
-    seq = 0
-    wait_until(lambda: running.status().tick > 2)
-    while not running.stops:
-        seq += 1
-        tick = running.status().tick
-        publish(running, seq, tick)
-        time.sleep(0.02)
-        assert seq < 500
+    move_until(running, lambda: bool(running.stops))
     assert "driver: expected 7 joints, got 6" in running.stops[0].reason
     assert set(running.backend.applied) == {0}
     wait_until(lambda: "held instead: driver" in running.motion_path.read_text())
@@ -173,6 +218,28 @@ def test_two_live_gates_stop_the_robot_and_the_status_names_them(running: Runnin
     assert "(two gates: epoch 2a is followed, epoch 29 is alive)" in running.status().detail
     wait_until(lambda: len(running.stops) > 1)  # repeated until a lease lists it
     assert len({stop.stop_id for stop in running.stops}) == 1
+
+
+def test_a_row_decided_before_a_pause_is_not_carried_out_after_it(running: RunningHost) -> None:
+    running.pauses_at_rows = True
+    move_until(running, lambda: running.paused_ns > 0)
+    said = "held instead: paused after the decision"
+    wait_until(lambda: said in running.motion_path.read_text())
+    lines = [json.loads(line) for line in running.motion_path.read_text().splitlines()]
+    (held,) = (line for line in lines if line["event"] == said)
+    assert {code for code, *_ in held["acted"]} == {Hold.LEASE_STALE}
+    assert running.backend.applied[held["tick"] - 1] == 0
+
+
+def move_until(running: RunningHost, condition: Callable[[], bool]) -> None:
+    """Release and grant rows, as a gate would, until there is something to see."""
+    wait_until(lambda: running.status().tick > 2)
+    for seq in range(1, 500):
+        publish(running, seq, running.status().tick)
+        if condition():
+            return
+        time.sleep(0.02)
+    raise AssertionError("nothing happened in 500 rounds")
 
 
 def publish(running: RunningHost, seq: int, tick: int) -> None:

@@ -72,7 +72,12 @@ class BackendDescription:
 
 
 class Backend(Protocol):
-    """One robot or simulator. Called from one thread only."""
+    """One robot or simulator. Called from one thread only.
+
+    On hardware the driver, or better the robot's own controller, needs a watchdog: without
+    an ``apply`` for a few periods (this process stopped, killed or stuck in a call) it must
+    brake and hold by itself, for nothing else can then.
+    """
 
     def describe(self) -> BackendDescription: ...
 
@@ -91,7 +96,12 @@ class Backend(Protocol):
             commands: by part name. A part that is absent holds by its declared hold law.
 
         Raises:
-            ConfigError: for a width, mode or joint the part does not have.
+            ConfigError: for a width, mode, joint or value the part cannot carry out (a twist
+                beyond what the base reaches), before any part was commanded. The host then
+                calls ``apply({})`` for this period, so that every part holds, records the
+                tick as held, and raises a stop that an operator has to reset; ticks go on.
+                Any other exception is a fault: no more ticks until the process is started
+                again, a stop, and ``apply({})`` once a period for as long as it runs.
         """
 
     def task(self) -> TaskReading | None:

@@ -19,9 +19,11 @@ from fairlead.hal.backend import Backend, Measurement
 from fairlead.hal.camera_feed import CameraFeed
 from fairlead.hal.core import HalCore, Pacing
 from fairlead.hal.episode import Episode
+from fairlead.hal.fault_hold import FaultHold
 from fairlead.hal.frame_source import FrameSource
 from fairlead.hal.identity import HalIdentity
 from fairlead.hal.inbox import HalInbox
+from fairlead.hal.lease_follower import LEASE_LIFE_NS
 from fairlead.hal.motion_log import MotionLog
 from fairlead.hal.period_clock import PeriodClock
 from fairlead.hal.reset_desk import ResetDesk
@@ -94,7 +96,9 @@ class HalHost:
         )
         self._tick = 1
         self._fault = ""
+        self._fault_hold = FaultHold(backend)
         self._event: str | None = None
+        self._decided_ns = 0
         self._measured: Measurement | None = None
         self._episode = Episode()
         self._period = PeriodClock(identity.period_ns, clock())
@@ -125,7 +129,8 @@ class HalHost:
         except Exception as error:  # noqa: BLE001 - a driver may raise anything; the robot holds
             _LOG.exception("backend failed")
             self._enter_fault(f"{type(error).__name__}: {error}")
-        while not stopping.wait(0.05):
+        while not stopping.wait(self._identity.period_ns * 1e-9):
+            self._fault_hold.command()
             self._housekeep()
         self._close()
 
@@ -185,6 +190,10 @@ class HalHost:
         """Carry out a plan: exactly one step of the backend."""
         before = self._trace.generalized_state() if self._trace else None
         commands = {self._identity.parts[part]: command for part, command in plan.commands.items()}
+        if not self._lockstep and self._clock() - self._decided_ns > LEASE_LIFE_NS:
+            # This process was stopped since it decided: the row's time has passed.
+            commands = {}
+            self._void(plan.tick, Hold.LEASE_STALE, "held instead: paused after the decision")
         try:
             self._backend.apply(commands)
         except FairleadError as error:
@@ -196,11 +205,15 @@ class HalHost:
     def _hold_instead(self, tick: int, reason: str) -> None:
         """The backend refused a command the gate had released: stop, and hold this tick."""
         self._stops.raise_stop(f"the backend refused a released command: {reason}")
-        with self._changed:
-            self._core.void(Hold.STOPPED)
-            acted = self._core.acted
-        self._log.tick(tick, self._clock(), acted, f"held instead: {reason}")
+        self._void(tick, Hold.STOPPED, f"held instead: {reason}")
         self._backend.apply({})
+
+    def _void(self, tick: int, hold: Hold, event: str) -> None:
+        """Every part held in ``tick``, whatever had been decided; the log says so too."""
+        with self._changed:
+            self._core.void(hold)
+            acted = self._core.acted
+        self._log.tick(tick, self._clock(), acted, event)
 
     def _start_reset_if_due(self) -> None:
         with self._changed:
@@ -233,6 +246,7 @@ class HalHost:
         return not self._episode.must_step and self._identity.is_still(self._measured.velocities)
 
     def _record(self, plan: TickPlan, now_ns: int) -> None:
+        self._decided_ns = now_ns
         self._log.tick(plan.tick, now_ns, plan.acted, self._event)
         self._event = None
 
@@ -254,7 +268,7 @@ class HalHost:
 
     def _state(self) -> tuple[HalState, str]:
         if self._fault:
-            return "fault", self._fault
+            return "fault", f"{self._fault} ({self._fault_hold.detail})"
         if self._episode.resetting is not None:
             return "resetting", f"seed {self._episode.resetting.seed}"
         with self._changed:
@@ -264,8 +278,13 @@ class HalHost:
         return "ready", self._frames.failure
 
     def _enter_fault(self, reason: str) -> None:
-        """The backend cannot be trusted any more: no more ticks, and the gate is told."""
+        """The backend cannot be trusted any more: no more ticks, and the gate is told.
+
+        What it did in this tick is unknown; it is told to hold now and in every period.
+        """
         self._fault = reason
+        self._fault_hold.command()
+        self._void(self._tick, Hold.STOPPED, f"backend fault: {reason}")
         self._stops.raise_stop(f"backend fault: {reason}")
         request = self._episode.resetting
         if request is not None:
