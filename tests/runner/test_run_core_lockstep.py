@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import msgspec
 import numpy as np
 import pytest
@@ -9,7 +11,17 @@ import pytest
 from fairlead.errors import PolicyError
 from fairlead.messages import Outcome
 from fairlead.skill import SkillManifest
-from tests.runner.scripted_robot import SKILL, Story, broken_layout, joints, rows, story, task
+from tests.runner.scripted_robot import (
+    SKILL,
+    Story,
+    broken_layout,
+    joints,
+    rows,
+    setup,
+    story,
+    task,
+    verdict,
+)
 from tests.runner.scripted_robot import layout as layout_of
 
 
@@ -100,15 +112,6 @@ def test_a_repeated_tick_gets_the_identical_bytes_again(run: Story) -> None:
     assert len(run.sent) == 3
     assert run.sent[0] == run.sent[1] == run.sent[2]
     assert run.seen_ticks() == [5]
-
-
-def test_a_repeated_tick_between_decisions_sends_nothing(run: Story) -> None:
-    run.tick(5)
-    run.answer()
-    run.judge()
-    run.tick(6)
-    run.tick(6)
-    assert len(run.sent) == 1
 
 
 def test_without_a_verdict_after_one_tick_the_bytes_are_sent_again_and_nothing_is_asked(
@@ -258,3 +261,56 @@ def test_without_released_rows_the_goal_stalls_and_says_what_is_awaited(run: Sto
     assert result.detail == (
         "no rows released for 5.1 s, waiting for layout mobile_pick_30d at tick 5"
     )
+
+
+def test_a_released_tick_that_comes_again_has_the_chunk_sent_again(run: Story) -> None:
+    """The row may have been judged again and refused, and that verdict been lost."""
+    run.tick(5)
+    run.answer()
+    run.judge(last=12)
+    run.tick(6)
+    assert len(run.sent) == 1
+    run.tick(6)
+    assert len(run.sent) == 2
+    assert run.sent[1] == run.sent[0]
+    run.judge(Outcome.REFUSED)
+    assert run.seen_ticks() == [5, 6]
+
+
+@pytest.mark.parametrize("change", [{"session": 12}, {"epoch": 23}, {"claim_id": 34}])
+def test_a_verdict_of_another_session_epoch_or_claim_is_ignored(
+    run: Story, change: dict[str, int]
+) -> None:
+    run.tick(5)
+    run.answer()
+    other = msgspec.structs.replace(verdict(run.chunk, 1), **change)
+    run.take(run.core.on_verdict(other, 0.0))
+    assert run.core.queue_depth == 0
+
+
+@pytest.mark.parametrize("code", [2, 3, 4, 5])
+def test_the_refusal_of_an_injected_chunk_takes_no_released_row_away(run: Story, code: int) -> None:
+    run.tick(5)
+    run.answer()
+    run.judge(last=12)
+    injected = msgspec.structs.replace(verdict(run.chunk, 9, Outcome.REFUSED), code=code)
+    run.take(run.core.on_verdict(injected, 0.0))
+    assert (run.core.queue_depth, run.core.last_refusal) == (7, "")
+
+
+def test_a_chunk_whose_number_an_injected_one_used_is_answered_by_its_refusal(run: Story) -> None:
+    run.tick(5)
+    run.answer()
+    refused = msgspec.structs.replace(verdict(run.chunk, 1, Outcome.REFUSED), code=5)
+    run.take(run.core.on_verdict(refused, 0.0))
+    assert "G005" in run.core.last_refusal
+
+
+def test_chunks_of_a_goal_share_a_trace_and_have_spans_of_their_own() -> None:
+    plain = setup(lockstep=True)
+    assert plain.trace_of(1) == bytes(24)
+    traced = replace(plain, trace_id=bytes(range(16)))
+    assert traced.trace_of(1) == traced.trace_of(1)
+    assert traced.trace_of(1)[:16] == traced.trace_of(2)[:16] == bytes(range(16))
+    assert traced.trace_of(1)[16:] != traced.trace_of(2)[16:]
+    assert len(traced.trace_of(1)) == 24

@@ -6,6 +6,9 @@ from dataclasses import dataclass
 
 from fairlead.messages import Outcome, Verdict
 
+NEVER_ADMITTED = range(2, 6)
+"""G002 to G005: codes of chunks that the gate did not take for this claim's next one."""
+
 
 @dataclass(frozen=True)
 class SentChunk:
@@ -47,8 +50,15 @@ class ChunkBook:
         self.answered = False
 
     def judged(self, verdict: Verdict) -> bool:
-        """Take a verdict on this claim; False if it says nothing new."""
+        """Take a verdict on this claim; False if it says nothing new.
+
+        A chunk that somebody else put on our key is refused under our claim and perhaps our
+        seq: the first verdict of a seq stands.
+        """
         if verdict.verdict_id <= self._newest_verdict or self.newest is None:
+            return False
+        is_awaited = verdict.seq == self.newest.seq and not self.answered
+        if verdict.code in NEVER_ADMITTED and not is_awaited:
             return False
         self._newest_verdict = verdict.verdict_id
         if verdict.seq == self.newest.seq:
@@ -70,11 +80,16 @@ class ChunkBook:
         return self.answered or self.newest is None or tick > self.newest.last_row_tick
 
     def due_again(self, tick: int, repeated: bool) -> bytes | None:
-        """The bytes to re-send at ``tick``: no verdict after one tick, or the tick came again."""
+        """The bytes to re-send at ``tick``: no verdict after one tick, or the tick came again.
+
+        A tick that comes again although its row counts as released: perhaps the row was
+        judged again and refused, and that verdict is lost. The gate answers a copy with the
+        newest verdict, at no cost where nothing is amiss.
+        """
         chunk = self.newest
         if chunk is None:
             return None
-        if repeated and chunk.obs_tick == tick:
+        if repeated and (chunk.obs_tick == tick or tick <= self.released_last):
             return chunk.payload
         late = not self.answered and (tick > chunk.sent_tick or repeated)
         return chunk.payload if late and tick <= chunk.last_row_tick else None

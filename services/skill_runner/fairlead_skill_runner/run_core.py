@@ -16,7 +16,6 @@ from dataclasses import dataclass
 
 from fairlead.errors import PolicyError
 from fairlead.messages import (
-    NO_TRACE,
     ActionChunk,
     GoalResult,
     HalStatus,
@@ -152,7 +151,9 @@ class RunCore:
         return self._end(results.hal_fault(status.detail))
 
     def on_verdict(self, verdict: Verdict, now_s: float) -> list[Output]:
-        ours = (verdict.claim_id, verdict.epoch) == (self.setup.claim_id, self.setup.epoch)
+        setup = self.setup
+        about = (verdict.session, verdict.epoch, verdict.claim_id)
+        ours = about == (setup.session, setup.epoch, setup.claim_id)
         if self.result or not ours or not self._book.judged(verdict):
             return []
         if verdict.outcome != Outcome.REFUSED:
@@ -253,7 +254,7 @@ class RunCore:
             start_tick=tick,
             horizon=len(rows),
             parts=dispatch(setup.routes, rows, setup.skill.action_contract.dim),
-            trace=NO_TRACE,
+            trace=setup.trace_of(self._book.next_seq),
         )
         return SentChunk(message.seq, tick, len(rows), self.tick, encode(message))
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import secrets
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from hashlib import sha256
 
-from fairlead.messages import ClaimReply, Goal, HalStatus
+from fairlead.messages import NO_TRACE, ClaimReply, Goal, HalStatus
 from fairlead.routes import Route
 from fairlead.skill import SkillManifest
 
@@ -19,6 +21,7 @@ class RunSetup:
         deadline_ticks: ticks after the first observation; 0: none.
         stall_timeout_s: longest time without released rows, the policy's own time not counted.
         camera_periods: ticks between frames, by camera.
+        trace_id: W3C trace id of the goal, 16 bytes; zeros: not traced.
     """
 
     source: str
@@ -35,6 +38,13 @@ class RunSetup:
     claim_id: int
     epoch: int
     camera_periods: Mapping[str, int] = field(default_factory=dict)
+    trace_id: bytes = NO_TRACE[:16]
+
+    def trace_of(self, seq: int) -> bytes:
+        """Trace id and span id (8 bytes) of one chunk; the same bytes whenever it is asked."""
+        if not any(self.trace_id):
+            return NO_TRACE
+        return self.trace_id + sha256(self.trace_id + seq.to_bytes(8, "big")).digest()[:8]
 
     @classmethod
     def of(
@@ -61,5 +71,6 @@ class RunSetup:
             has_task=hal.has_task,
             claim_id=claim.claim_id,
             epoch=claim.epoch,
+            trace_id=secrets.token_bytes(16),
             camera_periods={camera.name: camera.period_ticks for camera in hal.cameras},
         )
