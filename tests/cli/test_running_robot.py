@@ -107,6 +107,7 @@ def test_a_robot_is_started_watched_run_and_stopped(start_up: Callable[[str], Up
     assert status["gate"]["state"] == "disarmed"
     assert status["alive"] == ["hal", "runner", "safety", "state_assembler"]
     assert (status["hal"]["pacing"], status["hal"]["period_ms"]) == ("lockstep", 50.0)
+    assert_topics_can_be_looked_at(up)
 
     done = up.do("run", SKILL, "--deadline-ticks", "40")  # nothing to grasp without physics
     assert done.returncode == 1, done.stdout + done.stderr
@@ -123,6 +124,16 @@ def test_a_robot_is_started_watched_run_and_stopped(start_up: Callable[[str], Up
     assert up.process.wait(timeout=10.0) == 0
     assert up.processes() == []
     assert up.read("ps") == []
+
+
+def assert_topics_can_be_looked_at(up: Up) -> None:
+    listed = {row["key"]: row for row in up.read("topic", "list", "--seconds", "1.5")}
+    assert listed["tf/hal"]["type"] == "TransformBatch"
+    assert listed["state/joints"]["messages"] and listed["safety/lease"]["messages"]
+    joints = up.read("topic", "echo", "state/joints", "--count", "1")
+    assert (joints["type"], len(joints["positions"])) == ("JointState", 14)
+    (rates,) = up.read("topic", "hz", "safety/lease", "--count", "20")
+    assert rates["messages"] == 20 and rates["rate_hz"] > 5
 
 
 def test_arm_stop_reset_disarm_each_name_the_next_command(start_up: Callable[[str], Up]) -> None:

@@ -17,6 +17,7 @@ WANTED = {
     *("up", "down", "ps", "logs", "run", "arm", "disarm", "stop", "reset", "status"),
     *("skill ls", "skill show", "skill check", "robot show", "robot compile"),
     *("layout ls", "layout verify", "parity", "demo"),
+    *("topic list", "topic echo", "topic hz"),
 }
 
 

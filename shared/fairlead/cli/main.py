@@ -24,6 +24,7 @@ from fairlead.cli import (
     skill,
     status,
     stop,
+    topic,
     up,
 )
 from fairlead.cli.group import EXIT_CODES, add_commands
@@ -54,7 +55,7 @@ add_commands(
         "demo": demo,
     },
 )
-for _group in (skill.group, robot.group, layout.group):
+for _group in (skill.group, robot.group, layout.group, topic.group):
     app.add_typer(_group)
 
 

@@ -1,0 +1,54 @@
+"""``fairlead topic hz``: how often a key's messages come."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from typing import Annotated
+
+import typer
+
+from fairlead.cli.console import print_json, print_table
+from fairlead.cli.deployment_choice import DeploymentOption, JsonOption, choose_deployment
+from fairlead.cli.topic_choice import KeyArgument, TimeoutOption, next_heard
+from fairlead.topic_listener import TopicListener, listening_bus
+from fairlead.topics import find_topic, short_key
+
+EXAMPLE = "fairlead topic hz state/joints --count 50"
+
+
+def command(
+    key: KeyArgument,
+    deployment: DeploymentOption = None,
+    count: Annotated[int, typer.Option(min=2, help="messages to time, all keys together")] = 50,
+    timeout: TimeoutOption = 10.0,
+    as_json: JsonOption = False,
+) -> None:
+    """Time a key's messages as they arrive here: rate and the gaps between them."""
+    chosen = choose_deployment(deployment)
+    topic = find_topic(chosen.keys, key)
+    arrived: dict[str, list[float]] = {}
+    with listening_bus(chosen) as bus:
+        listener = TopicListener(bus, [topic.key_expr])
+        for _ in range(count):
+            heard = next_heard(listener, key, timeout)
+            arrived.setdefault(short_key(chosen.keys, heard.key), []).append(heard.at_s)
+    timed = {name: rate_of(times) for name, times in sorted(arrived.items()) if len(times) > 1}
+    if as_json:
+        print_json([{"key": name} | rates for name, rates in timed.items()])
+        return
+    header = ("KEY", "MESSAGES", "HZ", "SHORTEST MS", "LONGEST MS")
+    print_table(
+        header, [(name, *(f"{v:.4g}" for v in rates.values())) for name, rates in timed.items()]
+    )
+
+
+def rate_of(times_s: Sequence[float]) -> dict[str, float]:
+    """Rate and gaps of at least two arrivals [s, ascending]."""
+    gaps = [later - earlier for earlier, later in itertools.pairwise(times_s)]
+    return {
+        "messages": len(times_s),
+        "rate_hz": len(gaps) / max(sum(gaps), 1e-9),
+        "shortest_gap_ms": min(gaps) * 1e3,
+        "longest_gap_ms": max(gaps) * 1e3,
+    }

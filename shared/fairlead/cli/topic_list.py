@@ -1,0 +1,38 @@
+"""``fairlead topic list``: which keys carry something right now."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import Annotated
+
+import typer
+
+from fairlead.cli.console import print_json, print_table
+from fairlead.cli.deployment_choice import DeploymentOption, JsonOption, choose_deployment
+from fairlead.topic_listener import TopicListener, listening_bus
+from fairlead.topics import short_key, topics
+
+EXAMPLE = "fairlead topic list --seconds 2"
+
+
+def command(
+    deployment: DeploymentOption = None,
+    seconds: Annotated[float, typer.Option(min=0.1, help="how long to listen")] = 2.0,
+    as_json: JsonOption = False,
+) -> None:
+    """List a running robot's keys, their message types and how many messages came."""
+    chosen = choose_deployment(deployment)
+    known = topics(chosen.keys)
+    with listening_bus(chosen) as bus:
+        heard = TopicListener(bus, [topic.key_expr for topic in known]).for_seconds(seconds)
+    counted = Counter(one.key for one in heard)
+    rows = []
+    for topic in known:
+        keys = sorted(key for key in counted if topic.matches(key)) or [topic.key_expr]
+        rows += [
+            (short_key(chosen.keys, key), topic.kind.__name__, counted.get(key, 0)) for key in keys
+        ]
+    if as_json:
+        print_json([{"key": key, "type": kind, "messages": count} for key, kind, count in rows])
+        return
+    print_table(("KEY", "TYPE", f"IN {seconds:g} S"), [(k, t, n or "-") for k, t, n in rows])
