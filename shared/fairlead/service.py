@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import argparse
 import logging
-import signal
 import sys
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from types import FrameType
 from typing import Any
 
 from fairlead.deployment import Deployment, load_deployment
 from fairlead.errors import FairleadError
 from fairlead.session import ZenohBus
+from fairlead.stop_signals import StopSignals
 
 
 @dataclass(frozen=True)
@@ -26,7 +25,7 @@ class ServiceContext:
         name: the service's name in the deployment file; also its source in keys.
         options: its ``options`` block, still to be checked by the service.
         state_dir: an existing folder for this service's logs and state.
-        stopping: set when the process was asked to end.
+        stopping: set when the process was asked to end; safe to wait for without a timeout.
     """
 
     name: str
@@ -39,6 +38,9 @@ class ServiceContext:
 
 def run_service(who: str, body: Callable[[ServiceContext], None]) -> int:
     """Run ``body`` until it returns or the process is asked to stop (SIGTERM, SIGINT).
+
+    Asked to stop, or once the body has returned, the process ends within a few seconds
+    even if something in it hangs (exit status 1 then).
 
     Prints ``ready`` from the body's point of view with `announce_ready`.
 
@@ -55,13 +57,7 @@ def run_service(who: str, body: Callable[[ServiceContext], None]) -> int:
     logging.basicConfig(
         level=logging.INFO, format="%(levelname)s %(name)s: %(message)s", stream=sys.stdout
     )
-    stopping = threading.Event()
-
-    def on_signal(number: int, frame: FrameType | None) -> None:
-        stopping.set()
-
-    signal.signal(signal.SIGTERM, on_signal)
-    signal.signal(signal.SIGINT, on_signal)
+    signals = StopSignals(who)
     bus: ZenohBus | None = None
     try:
         deployment = load_deployment(arguments.deployment)
@@ -75,7 +71,7 @@ def run_service(who: str, body: Callable[[ServiceContext], None]) -> int:
                 options=deployment.services[arguments.service].options,
                 state_dir=arguments.state_dir,
                 bus=bus,
-                stopping=stopping,
+                stopping=signals.stopping,
             )
         )
         return 0
@@ -83,6 +79,7 @@ def run_service(who: str, body: Callable[[ServiceContext], None]) -> int:
         print(f"ERROR {who}: {error}", flush=True)
         return 1
     finally:
+        signals.end_in_time()
         if bus is not None:
             bus.close()
 

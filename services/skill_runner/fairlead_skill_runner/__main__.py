@@ -7,8 +7,6 @@ from fairlead.service import ServiceContext, announce_ready, run_service
 from fairlead_skill_runner.options import check_runner_options
 from fairlead_skill_runner.service import SkillRunner
 
-_SIGNAL_CHECK_S = 0.1
-
 
 def serve(context: ServiceContext) -> None:
     """Offer the configured skills until asked to stop."""
@@ -24,9 +22,7 @@ def serve(context: ServiceContext) -> None:
     )
     try:
         announce_ready(context)
-        # A signal that another thread gets does not wake this one: look now and then.
-        while not context.stopping.wait(_SIGNAL_CHECK_S):
-            pass
+        context.stopping.wait()
     finally:
         runner.close()
 

@@ -10,8 +10,6 @@ from fairlead_state_assembler.core import AssemblerCore
 from fairlead_state_assembler.options import read_options
 from fairlead_state_assembler.transport import AssemblerTransport
 
-_SIGNAL_CHECK_S = 0.1
-
 
 def assemble(context: ServiceContext) -> None:
     """Assemble until the process is asked to stop."""
@@ -20,9 +18,7 @@ def assemble(context: ServiceContext) -> None:
     core = AssemblerCore(robot, options.max_age_ticks)
     transport = AssemblerTransport(context.bus, context.deployment.keys, context.name, core)
     announce_ready(context)
-    # A signal that another thread gets does not wake this one: look now and then.
-    while not context.stopping.wait(_SIGNAL_CHECK_S):
-        pass
+    context.stopping.wait()
     transport.close()
 
 

@@ -1,0 +1,85 @@
+"""A service that is asked to stop: it hears it, and it ends."""
+
+from __future__ import annotations
+
+import ctypes
+import signal
+import socket
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+SCRIPT = Path(__file__).with_name("stubborn_service.py")
+
+Start = Callable[[str], "subprocess.Popen[str]"]
+
+DEPLOYMENT = """\
+robot: panda_mobile
+id: panda_mobile
+services:
+  runner:
+    run: skill_runner
+    listen: tcp/127.0.0.1:PORT
+"""
+
+
+@pytest.fixture
+def start(tmp_path: Path) -> Iterator[Start]:
+    started: list[subprocess.Popen[str]] = []
+
+    def run(mode: str) -> subprocess.Popen[str]:
+        deployment = tmp_path / "deployment.yaml"
+        deployment.write_text(DEPLOYMENT.replace("PORT", str(free_port())))
+        arguments = ["--deployment", deployment, "--service", "runner", "--state-dir", tmp_path]
+        process = subprocess.Popen(
+            [sys.executable, SCRIPT, mode, *map(str, arguments)],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+        )
+        started.append(process)
+        assert process.stdout is not None
+        assert "ready" in process.stdout.readline()
+        return process
+
+    yield run
+    for process in started:
+        process.kill()
+        process.communicate()
+
+
+def free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_a_waiting_service_ends_cleanly_when_asked(start: Start, number: signal.Signals) -> None:
+    process = start("plain")
+    process.send_signal(number)
+    assert process.wait(timeout=10) == 0
+
+
+def test_a_signal_that_reaches_another_thread_is_heard_too(start: Start) -> None:
+    process = start("plain")
+    entries = Path(f"/proc/{process.pid}/task").iterdir()
+    tasks = {int(entry.name) for entry in entries} - {process.pid}
+    assert tasks, "the transport has threads"
+    assert ctypes.CDLL(None).tgkill(process.pid, max(tasks), int(signal.SIGTERM)) == 0
+    assert process.wait(timeout=10) == 0
+
+
+@pytest.mark.parametrize("mode", ["deaf", "thread"])
+def test_a_service_that_hangs_when_asked_to_stop_is_ended_and_says_where(
+    start: Start, mode: str
+) -> None:
+    process = start(mode)
+    process.terminate()
+    output, _ = process.communicate(timeout=10)
+    assert process.returncode == 1
+    assert "ERROR stubborn: did not end within 0.5 s, ended" in output
+    assert "threading.py" in output, "the stack of the hanging thread"
