@@ -68,7 +68,7 @@ class RobotClient:
         self.bus: Bus = bus if bus is not None else ZenohBus(deployment.tool_endpoints())
         self.gate = deployment.only("safety")
         self.runner = deployment.only("skill_runner")
-        self.hal = deployment.only("hal_sim")
+        self.hal = deployment.hal
         self._by = by
         self._alive: set[str] = set()
         self._changed = threading.Condition()

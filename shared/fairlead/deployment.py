@@ -12,7 +12,7 @@ from fairlead.keys import Keys, check_name
 from fairlead.session import Endpoints
 from fairlead.yaml_file import load_yaml
 
-ServiceKind = Literal["hal_sim", "safety", "state_assembler", "skill_runner"]
+ServiceKind = Literal["hal_sim", "hal_mujoco", "safety", "state_assembler", "skill_runner"]
 
 
 class ServiceSpec(BaseModel):
@@ -68,6 +68,14 @@ class Deployment(BaseModel):
     def tool_endpoints(self) -> Endpoints:
         """Endpoints of a command-line tool: listens nowhere, connects to everyone."""
         return Endpoints(connect=[spec.listen for spec in self.services.values()])
+
+    @property
+    def hal(self) -> str:
+        """Name of the one service that is a HAL, whichever it is."""
+        names = [name for name, spec in self.services.items() if spec.run.startswith("hal_")]
+        if len(names) != 1:
+            raise ConfigError(f"deployment: expected exactly one HAL, got {names}")
+        return names[0]
 
     def only(self, kind: ServiceKind) -> str:
         """Name of the one service that runs ``kind``."""

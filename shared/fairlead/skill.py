@@ -16,7 +16,7 @@ from fairlead.paths import repo_root, rskill_dir
 from fairlead.slots import MODE_NAMES, ActionContract
 from fairlead.yaml_file import load_yaml
 
-PolicyBackend = Literal["oracle", "replay", "constant"]
+PolicyBackend = Literal["oracle", "joint_reach", "replay", "constant"]
 
 
 class PolicySpec(BaseModel):

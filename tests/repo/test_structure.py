@@ -36,7 +36,7 @@ TOP_LEVEL = {
 }
 # The tools that run every service, or a whole episode in one process.
 TOOLS = ("cli", "demo", "parity")
-SERVICES = ("hal_sim", "safety", "skill_runner", "state_assembler")
+SERVICES = ("hal_mujoco", "hal_sim", "safety", "skill_runner", "state_assembler")
 NAMELESS = {"utils", "util", "helpers", "helper", "common", "manager", "base", "misc"}
 MAX_LINES = 400
 MAX_FUNCTION_LINES = 60

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any, Literal
 
-from pydantic import Field, ValidationError
+from pydantic import Field
 
-from fairlead.errors import ConfigError
+from fairlead.hal.option_block import check_option_block
 from fairlead_hal_sim.options import SimulatorOptions
 
 
@@ -29,15 +29,4 @@ def read_options(service: str, options: dict[str, Any]) -> HalSimOptions:
     Raises:
         ConfigError: naming each option that does not fit, and the valid ones.
     """
-    try:
-        return HalSimOptions.model_validate(options)
-    except ValidationError as error:
-        lines = [
-            f"  {'.'.join(str(place) for place in item['loc'])}: {item['msg']}, "
-            f"got {item['input']!r}"
-            for item in error.errors()
-        ]
-        valid = ", ".join(HalSimOptions.model_fields)
-        raise ConfigError(
-            f"{service}: options do not fit (valid: {valid}):\n" + "\n".join(lines)
-        ) from None
+    return check_option_block(service, HalSimOptions, options)

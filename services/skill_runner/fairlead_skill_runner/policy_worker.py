@@ -29,6 +29,7 @@ from fairlead_skill_runner.policy_wire import (
 
 POLICIES = {
     "oracle": "fairlead_skill_runner.policies.oracle:OraclePolicy",
+    "joint_reach": "fairlead_skill_runner.policies.joint_reach:JointReachPolicy",
     "replay": "fairlead_skill_runner.policies.replay:ReplayPolicy",
     "constant": "fairlead_skill_runner.policies.constant:ConstantPolicy",
 }

@@ -11,6 +11,7 @@ from fairlead.paths import gate_binary, gate_config
 
 _MODULES: dict[ServiceKind, str] = {
     "hal_sim": "fairlead_hal_sim",
+    "hal_mujoco": "fairlead_hal_mujoco",
     "state_assembler": "fairlead_state_assembler",
     "skill_runner": "fairlead_skill_runner",
 }

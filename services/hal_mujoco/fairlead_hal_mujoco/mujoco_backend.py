@@ -1,0 +1,164 @@
+"""MujocoBackend: any MJCF model with position servos behind the HAL contract."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import mujoco
+import numpy as np
+import numpy.typing as npt
+
+from fairlead.errors import ConfigError, expected
+from fairlead.hal.backend import (
+    BackendDescription,
+    FramePose,
+    Measurement,
+    PartCommand,
+    TaskReading,
+)
+from fairlead.hal.kinematic_parts import describe_part
+from fairlead.messages import FloatArray
+from fairlead.paths import robot_dir
+from fairlead.robot import RobotManifest
+from fairlead_hal_mujoco.key_poses import GOAL_KEY, HOME_KEY, GoalPose, key_qpos
+from fairlead_hal_mujoco.model_file import load_model
+from fairlead_hal_mujoco.options import MujocoOptions
+from fairlead_hal_mujoco.servos import find_sources
+from fairlead_hal_mujoco.setpoints import Setpoints
+
+NO_ROTATION = np.array([0.0, 0.0, 0.0, 1.0])
+
+
+class MujocoBackend:
+    """Implements `fairlead.hal.backend.Backend` and `fairlead.hal.trace_source.TraceSource`.
+
+    ``odom`` is the simulator's world and stands still in ``map``; ``base_link`` is the
+    manifest's ``simulator.base_body``, or the world where it names none.
+
+    Args:
+        robot: its manifest; the model must have its joints.
+        profile: safety profile whose limits are told as command ranges.
+
+    Raises:
+        ConfigError: for a model that does not fit the manifest.
+    """
+
+    def __init__(
+        self, robot: RobotManifest, profile: str = "sim", options: MujocoOptions | None = None
+    ) -> None:
+        options = options or MujocoOptions()
+        self._robot, self._options = robot, options
+        path = robot_dir(robot.id) / (options.model or f"{robot.id}.xml")
+        self._model, self._steps = load_model(path, robot.tick_period_ns)
+        self._data = mujoco.MjData(self._model)
+        self._sources = find_sources(self._model, robot)
+        self._setpoints = Setpoints(robot)
+        self._base = _body(self._model, robot)
+        self._parts = tuple(describe_part(robot, part, profile) for part in robot.parts)
+        self._goal: GoalPose | None = None
+        goal = key_qpos(self._model, GOAL_KEY)
+        if goal is not None:
+            wanted = self._measure(goal)[: robot.n_dof]
+            self._goal = GoalPose.of(robot, profile, options, wanted)
+        self.reset(options.seed)
+
+    def describe(self) -> BackendDescription:
+        return BackendDescription(
+            joints=self._robot.joint_names,
+            passive_joints=self._robot.passive_joint_names,
+            parts=self._parts,
+            simulator_order=(),
+            cameras=(),
+            has_task=self._goal is not None,
+        )
+
+    def read(self) -> Measurement:
+        data, sources = self._data, self._sources
+        return Measurement(
+            positions=self._measure(data.qpos),
+            velocities=np.array([s.sum(data.qvel, s.dofs) for s in sources]),
+            efforts=np.array([s.sum(data.qfrc_actuator, s.dofs) / len(s.dofs) for s in sources]),
+        )
+
+    def transforms(self) -> Sequence[FramePose]:
+        # Positions of bodies are one physics step older than the joints': bring them up to date.
+        mujoco.mj_kinematics(self._model, self._data)
+        position, quaternion_wxyz = self._data.xpos[self._base], self._data.xquat[self._base]
+        return [FramePose("odom", "base_link", position.copy(), quaternion_wxyz[[1, 2, 3, 0]])]
+
+    def static_transforms(self) -> Sequence[FramePose]:
+        return [FramePose("map", "odom", np.zeros(3), NO_ROTATION)]
+
+    def apply(self, commands: Mapping[str, PartCommand]) -> None:
+        """As `Backend.apply`; the servos follow a straight line between setpoints.
+
+        Raises:
+            RuntimeError: if the simulation diverges.
+        """
+        before = self._setpoints.positions.copy()
+        measured = self._measure(self._data.qpos)[: self._robot.n_dof]
+        after = self._setpoints.advance(commands, measured)
+        for step in range(1, self._steps + 1):
+            self._write(before + (after - before) * (step / self._steps))
+            mujoco.mj_step(self._model, self._data)
+        if not (np.isfinite(self._data.qpos).all() and np.isfinite(self._data.qvel).all()):
+            raise RuntimeError(f"the simulation diverged at {self._data.time:.3f} s")
+
+    def task(self) -> TaskReading | None:
+        if self._goal is None:
+            return None
+        found, n_dof = self.read(), self._robot.n_dof
+        positions, velocities = found.positions[:n_dof], found.velocities[:n_dof]
+        return TaskReading(
+            success=self._goal.reached(positions, velocities),
+            metrics={"distance_in_tolerances": self._goal.distance(positions)},
+        )
+
+    def reset(self, seed: int) -> None:
+        """At key ``home`` (else the model's own pose), turning joints off by a little."""
+        mujoco.mj_resetData(self._model, self._data)
+        home = key_qpos(self._model, HOME_KEY)
+        if home is not None:
+            self._data.qpos[:] = home
+        spread = np.random.default_rng(seed).uniform(-1.0, 1.0, self._robot.n_dof)
+        spread *= self._options.start_spread_rad
+        for joint, source, offset in zip(
+            self._robot.joints, self._sources[: self._robot.n_dof], spread, strict=True
+        ):
+            if joint.unit == "rad":
+                start = float(self._data.qpos[source.qpos[0]] + offset)
+                inside = np.clip(start, joint.lower, joint.upper) if joint.has_bounds else start
+                self._data.qpos[source.qpos[0]] = inside
+        self._setpoints.restart(self._measure(self._data.qpos)[: self._robot.n_dof])
+        self._write(self._setpoints.positions)
+        mujoco.mj_forward(self._model, self._data)
+
+    def snapshot(self) -> bytes:
+        return b""
+
+    def close(self) -> None:
+        """Nothing to release."""
+
+    def packed(self) -> npt.NDArray[np.float32]:
+        return np.asarray(self._data.ctrl, dtype=np.float32).copy()
+
+    def generalized_state(self) -> tuple[FloatArray, FloatArray]:
+        return self._data.qpos.copy(), self._data.qvel.copy()
+
+    def _measure(self, qpos: FloatArray) -> FloatArray:
+        return np.array([source.sum(qpos, source.qpos) for source in self._sources])
+
+    def _write(self, positions: FloatArray) -> None:
+        for source, position in zip(self._sources, positions, strict=False):
+            self._data.ctrl[list(source.servos)] = source.shares(float(position))
+
+
+def _body(model: mujoco.MjModel, robot: RobotManifest) -> int:
+    """Number of the body that is ``base_link``."""
+    if robot.simulator is None:
+        return 0
+    names = [model.body(index).name for index in range(model.nbody)]
+    name = robot.simulator.base_body
+    if name not in names:
+        raise ConfigError(expected("hal_mujoco", "a body of the model", repr(name), names))
+    return names.index(name)
