@@ -71,7 +71,7 @@ class Hold(IntEnum):
     NO_CLAIM = 1  # no released chunk addresses the part
     NO_ROW = 2  # the released rows have run out
     NOT_GRANTED = 3  # the newest lease does not grant the claim for this tick
-    LEASE_STALE = 4  # no lease within 75 ms
+    LEASE_STALE = 4  # no lease within 75 ms, or the HAL itself was paused
     STOPPED = 5  # a stop is held
     REFUSED = 6  # lockstep: the gate refused the chunk for this tick
     RESETTING = 7  # a reset_episode is running
@@ -404,7 +404,11 @@ class GateStatus(Message, frozen=True, kw_only=True, tag=11):
 
 
 class StopLevel(Message, frozen=True, kw_only=True, tag=12):
-    """A protective stop request, repeated every 50 ms until a lease lists ``stop_id``."""
+    """A protective stop request, repeated every 50 ms until a lease lists ``stop_id``.
+
+    stop_id: random, never 0. A HAL that reads 0, or bytes that are no StopLevel, raises a
+    stop under an id of its own: a stop that is badly said still stops.
+    """
 
     version: V1 = 1
     stop_id: U64
