@@ -1,0 +1,101 @@
+"""Every declared limit names a check and a test that exist, or is said to have none."""
+
+from __future__ import annotations
+
+import json
+import re
+from functools import cache
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from fairlead.cli.main import app
+from fairlead.paths import repo_root
+from fairlead.robot import load_robot
+from fairlead.robot_bounds import robot_bounds
+from fairlead.robot_limits import effective_limits
+
+ROBOT = load_robot("panda_mobile")
+BOUNDS = robot_bounds(ROBOT)
+BASE = ("base_x", "base_y", "base_yaw")
+UNBOUNDED_BY_NATURE = {"acceleration_limit", "effort_limit"}
+
+
+@cache
+def case_names(file: str) -> set[str]:
+    text = (repo_root() / file).read_text(encoding="utf-8")
+    return set(re.findall(r'TEST_CASE\(\s*"((?:[^"\\]|\\.)*)"', text))
+
+
+def checks(where: str, limit: str) -> list[str]:
+    (bound,) = [b for b in BOUNDS if (b.limit.where, b.limit.name) == (where, limit)]
+    return [by.check for by in bound.enforced_by]
+
+
+def test_every_limit_of_the_gate_file_is_listed_once() -> None:
+    listed = [(bound.limit.where, bound.limit.name) for bound in BOUNDS]
+    assert len(set(listed)) == len(listed)
+    assert {(limit.where, limit.name) for limit in effective_limits(ROBOT)} <= set(listed)
+    protocol = set(type(ROBOT.profile("sim").protocol).model_fields)
+    assert {name for where, name in listed if where == "protocol"} == protocol
+
+
+def test_every_test_that_is_named_exists() -> None:
+    named = {(by.file, by.test) for bound in BOUNDS for by in bound.enforced_by}
+    assert named
+    assert {(file, name) for file, name in named if name not in case_names(file)} == set()
+
+
+def test_a_check_named_by_code_is_proven_by_a_test_of_that_code() -> None:
+    wrong = [
+        by
+        for bound in BOUNDS
+        for by in bound.enforced_by
+        if re.fullmatch(r"G\d{3}", by.check) and not by.test.startswith(by.check)
+    ]
+    assert wrong == []
+
+
+def test_what_nothing_enforces_is_exactly_this() -> None:
+    missing = {(b.limit.where, b.limit.name) for b in BOUNDS if not b.enforced_by}
+    joints = {f"joint {name}" for name in ROBOT.joint_names}
+    wanted = {(joint, name) for joint in joints for name in UNBOUNDED_BY_NATURE}
+    wanted |= {(f"joint {name}", "zones") for name in BASE}
+    wanted |= {(joint, "velocity_limit") for joint in joints - {f"joint {b}" for b in BASE}}
+    unmoved = ("panda_gripper", *ROBOT.passive_joint_names)
+    bounds = ("lower", "upper", "tolerance")
+    wanted |= {(f"joint {joint}", name) for joint in unmoved for name in bounds}
+    assert missing == wanted
+
+
+@pytest.mark.parametrize(
+    ("where", "limit", "codes"),
+    [
+        ("joint base_x", "velocity_limit", ["G020"]),
+        ("joint panda_joint1", "upper", ["G011"]),
+        ("joint torso_height", "jump_limit", ["G013"]),
+        ("part arm cartesian_delta", "linear_limit", ["G020"]),
+        ("part base joint_velocity", "step_limit", ["G021", "G022"]),
+        ("protocol", "horizon_max", ["G007"]),
+    ],
+)
+def test_limits_and_their_checks(where: str, limit: str, codes: list[str]) -> None:
+    assert checks(where, limit) == codes
+
+
+def invoke(*arguments: str) -> tuple[int, str]:
+    result = CliRunner().invoke(app, ["robot", "bounds", "panda_mobile", *arguments])
+    return result.exit_code, result.output
+
+
+def test_the_command_counts_what_is_not_enforced_and_strict_fails_on_it() -> None:
+    missing = sum(not bound.enforced_by for bound in BOUNDS)
+    code, output = invoke()
+    assert code == 0
+    assert f"{missing} NOT ENFORCED in this release" in output.splitlines()[-1]
+    assert sum("NOT ENFORCED" in line for line in output.splitlines()) == missing + 1
+    assert invoke("--strict")[0] == 1
+    rows = json.loads(invoke("--json")[1])
+    assert len(rows) == len(BOUNDS)
+    assert Path(rows[0]["enforced_by"][0]["file"]).name == "test_absolute.cpp"
