@@ -10,11 +10,12 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from fairlead.action_contract import ActionContract
 from fairlead.errors import ConfigError
 from fairlead.modes import ControlMode
 from fairlead.robot import RobotManifest
 from fairlead.robot_part import Part
-from fairlead.slots import ActionContract, Slot
+from fairlead.slots import Slot
 
 
 @dataclass(frozen=True)
@@ -62,11 +63,31 @@ def plan_routes(
 ) -> tuple[tuple[Route, ...], list[str]]:
     """As `resolve_routes`, with the problems returned instead of raised."""
     by_part: dict[int, Route] = {}
-    problems = []
+    problems = _joint_space_problems(contract, robot)
     for slot in contract.routed:
         found = _slot_problems(slot, robot) or _place(slot, robot, by_part)
         problems += [f"{slot.name}: {problem}" for problem in found]
     return tuple(by_part[part] for part in sorted(by_part)), problems
+
+
+def _joint_space_problems(contract: ActionContract, robot: RobotManifest) -> list[str]:
+    """What naming joints instead of slots adds to what can be wrong."""
+    names = contract.joint_names
+    if names is None:
+        return []
+    problems = []
+    if contract.dim > robot.n_dof:
+        problems.append(
+            f"action_contract: expected at most the {robot.n_dof} joints of robot {robot.id}, "
+            f"got dim {contract.dim}"
+        )
+    if contract.joint_unit == "deg":
+        problems += [
+            f"joint_unit: deg does not fit joint {joint.name}, which is prismatic (use slots)"
+            for joint in robot.joints
+            if joint.name in names and joint.type == "prismatic"
+        ]
+    return problems
 
 
 def _slot_problems(slot: Slot, robot: RobotManifest) -> list[str]:

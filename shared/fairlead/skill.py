@@ -8,15 +8,16 @@ from typing import Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, JsonValue, field_validator, model_validator
 
+from fairlead.action_contract import ActionContract
 from fairlead.bindings import StateContract
 from fairlead.errors import ConfigError
 from fairlead.keys import check_name
 from fairlead.modes import ControlMode
 from fairlead.paths import repo_root, rskill_dir
-from fairlead.slots import MODE_NAMES, ActionContract
+from fairlead.slots import MODE_NAMES
 from fairlead.yaml_file import load_yaml
 
-PolicyBackend = Literal["oracle", "joint_reach", "replay", "constant"]
+PolicyBackend = Literal["oracle", "joint_reach", "replay", "constant", "openpi", "rldx_zmq"]
 
 
 class PolicySpec(BaseModel):

@@ -1,8 +1,7 @@
 """Slots: what each dimension of a policy's flat action vector means.
 
 A slot covers an inclusive index range ``[first, last]`` and either routes it to one
-control mode of the robot or discards it on purpose. The slots of a contract cover every
-index of ``[0, dim)`` exactly once, so nothing a policy emits is dropped silently.
+control mode of the robot or discards it on purpose.
 """
 
 from __future__ import annotations
@@ -11,7 +10,7 @@ import math
 from collections import Counter
 from typing import Any, NamedTuple, Self
 
-from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
+from pydantic import BaseModel, ConfigDict, field_validator, model_validator
 
 from fairlead.modes import ControlMode
 
@@ -116,27 +115,6 @@ class Slot(BaseModel):
         return self
 
 
-class ActionContract(BaseModel):
-    """The action vector a policy emits: its size and the meaning of every index."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-    dim: int = Field(gt=0)
-    slots: tuple[Slot, ...]
-
-    @property
-    def routed(self) -> tuple[Slot, ...]:
-        """The slots that command something."""
-        return tuple(slot for slot in self.slots if not slot.discard)
-
-    @model_validator(mode="after")
-    def _check(self) -> Self:
-        problems = _cover_problems(self.dim, self.slots) or _repeat_problems(self.routed)
-        if problems:
-            raise ValueError("; ".join(problems))
-        return self
-
-
 def _spread(values: tuple[float, ...] | None, default: float, width: int) -> tuple[float, ...]:
     if values is None:
         return (default,) * width
@@ -225,33 +203,3 @@ def _scale_problems(slot: Slot) -> list[str]:
             kind = "finite and not 0" if name == "scale" else "finite"
             problems.append(f"{name}: expected numbers that are {kind}, got {list(values)}")
     return problems
-
-
-def _cover_problems(dim: int, slots: tuple[Slot, ...]) -> list[str]:
-    if not slots:
-        return [f"slots: expected every index of 0..{dim - 1} to be covered, got no slots"]
-    problems = [
-        f"{slot.name}: index {index} is out of range, dim is {dim}"
-        for slot in slots
-        for index in range(max(slot.first, dim), slot.last + 1)
-    ]
-    for index in range(dim):
-        owners = [slot.name for slot in slots if slot.first <= index <= slot.last]
-        if not owners:
-            problems.append(f"slots: index {index} is covered by no slot (use discard: true)")
-        elif len(owners) > 1:
-            problems.append(f"slots: index {index} is covered by {' and '.join(owners)}")
-    return problems
-
-
-def _repeat_problems(slots: tuple[Slot, ...]) -> list[str]:
-    joints = Counter(name for slot in slots for name in slot.joint_names or ())
-    targets = Counter((slot.control_mode, slot.ee) for slot in slots if slot.joint_names is None)
-    return [
-        *(f"slots: joint {name} is commanded by {n} slots" for name, n in joints.items() if n > 1),
-        *(
-            f"slots: {mode}{f' of {ee}' if ee else ''} is commanded by {n} slots"
-            for (mode, ee), n in targets.items()
-            if n > 1
-        ),
-    ]

@@ -37,7 +37,8 @@ def test_named_skills_and_policies_are_taken() -> None:
          "options: Value error, policies: expected one of this runner's skills, got 'x' "
          f"(valid: {ORACLE})"),
         ({"policies": {ORACLE: {"backend": "magic"}}},
-         f"policies.{ORACLE}.backend: Input should be 'oracle', 'replay' or 'constant'"),
+         f"policies.{ORACLE}.backend: Input should be 'oracle', 'joint_reach', 'replay', "
+         "'constant', 'openpi' or 'rldx_zmq'"),
     ],
 )  # fmt: skip
 def test_options_that_do_not_fit_are_named(options: dict[str, Any], text: str) -> None:

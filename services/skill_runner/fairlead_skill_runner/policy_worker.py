@@ -32,6 +32,8 @@ POLICIES = {
     "joint_reach": "fairlead_skill_runner.policies.joint_reach:JointReachPolicy",
     "replay": "fairlead_skill_runner.policies.replay:ReplayPolicy",
     "constant": "fairlead_skill_runner.policies.constant:ConstantPolicy",
+    "openpi": "fairlead_skill_runner.policies.openpi:OpenpiPolicy",
+    "rldx_zmq": "fairlead_skill_runner.policies.rldx_zmq:RldxZmqPolicy",
 }
 """Backend name in a manifest -> ``module:Class``."""
 

@@ -1,0 +1,128 @@
+"""Tiny policy servers that speak the two wires, written down here a second time by hand."""
+
+from __future__ import annotations
+
+import io
+import threading
+from collections.abc import Callable
+from typing import Any
+
+import msgspec
+import numpy as np
+import zmq
+from websockets.exceptions import ConnectionClosed
+from websockets.sync.server import Server, ServerConnection, serve
+
+Array = np.ndarray[Any, np.dtype[Any]]
+Document = Any
+
+ANSWERS = Callable[[Document, int], bytes | str | None]
+"""What to send for the nth request (0 is the first); None: nothing."""
+
+
+def openpi_array(array: Array) -> dict[bytes, Any]:
+    return {
+        b"__ndarray__": True,
+        b"data": array.tobytes(),
+        b"dtype": array.dtype.str,
+        b"shape": array.shape,
+    }
+
+
+def openpi_actions(array: Array) -> bytes:
+    return msgspec.msgpack.encode(
+        {"actions": openpi_array(array), "server_timing": {"infer_ms": 1.5}}
+    )
+
+
+def read_openpi_array(packed: dict[bytes, Any]) -> Array:
+    return np.frombuffer(packed[b"data"], packed[b"dtype"]).reshape(packed[b"shape"])
+
+
+def npy(array: Array) -> dict[str, Any]:
+    file = io.BytesIO()
+    np.save(file, array, allow_pickle=False)
+    return {"__ndarray_class__": True, "as_npy": file.getvalue()}
+
+
+def read_npy(packed: dict[str, Any]) -> Array:
+    loaded: Array = np.load(io.BytesIO(packed["as_npy"]), allow_pickle=False)
+    return loaded
+
+
+def rldx_actions(arrays: dict[str, Array]) -> bytes:
+    named = {f"action.{name}": npy(array[None]) for name, array in arrays.items()}
+    return msgspec.msgpack.encode([named, {}])
+
+
+class OpenpiServer:
+    """Greets with its metadata, then answers as told."""
+
+    def __init__(self, answers: ANSWERS) -> None:
+        self.requests: list[Document] = []
+        self.connections = 0
+        self.go_on = threading.Event()
+        self._answers = answers
+        self._server: Server = serve(self._handle, "127.0.0.1", 0, compression=None, max_size=None)
+        self.address = f"ws://127.0.0.1:{self._server.socket.getsockname()[1]}"
+        self._thread = threading.Thread(target=self._server.serve_forever)
+        self._thread.start()
+
+    def _handle(self, link: ServerConnection) -> None:
+        self.connections += 1
+        link.send(msgspec.msgpack.encode({"who": "test"}))
+        try:
+            while True:
+                request = link.recv()
+                assert isinstance(request, bytes)
+                self.requests.append(msgspec.msgpack.decode(request))
+                answer = self._answers(self.requests[-1], len(self.requests) - 1)
+                if answer is None:
+                    link.close()
+                    return
+                link.send(answer)
+                if isinstance(answer, str):
+                    link.close(1011)
+        except ConnectionClosed:
+            pass
+
+    def close(self) -> None:
+        self.go_on.set()
+        self._server.shutdown()
+        self._thread.join()
+
+
+class RldxServer:
+    """Answers pings itself and ``get_action`` as told."""
+
+    def __init__(self, answers: ANSWERS) -> None:
+        self.requests: list[Document] = []
+        self.go_on = threading.Event()
+        self._answers = answers
+        self._context = zmq.Context()
+        self._socket = self._context.socket(zmq.REP)
+        port = self._socket.bind_to_random_port("tcp://127.0.0.1")
+        self.address = f"tcp://127.0.0.1:{port}"
+        self._stopping = threading.Event()
+        self._thread = threading.Thread(target=self._run)
+        self._thread.start()
+
+    def _run(self) -> None:
+        while not self._stopping.is_set():
+            if not self._socket.poll(50):
+                continue
+            request = msgspec.msgpack.decode(self._socket.recv())
+            if request["endpoint"] == "ping":
+                self._socket.send(msgspec.msgpack.encode({"status": "ok"}))
+                continue
+            self.requests.append(request["data"])
+            answer = self._answers(request["data"], len(self.requests) - 1)
+            assert isinstance(answer, bytes)
+            self._socket.send(answer)
+
+    def close(self) -> None:
+        self.go_on.set()
+        self._stopping.set()
+        self._thread.join()
+        self._socket.close(linger=0)
+        self._context.term()

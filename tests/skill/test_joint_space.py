@@ -1,0 +1,128 @@
+"""Skills that name joints instead of slots: permuted, converted, or refused; never guessed."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from fairlead.action_contract import ActionContract
+from fairlead.admission import admission_problems
+from fairlead.errors import ConfigError
+from fairlead.messages import floats
+from fairlead.modes import ControlMode
+from fairlead.robot import load_robot
+from fairlead.routes import resolve_routes
+from fairlead.skill import SkillManifest, load_skill
+from fairlead_skill_runner.dispatch import dispatch
+
+MOBILE = load_robot("panda_mobile")
+# The same robot with arm and gripper that take joint positions.
+ROBOT = MOBILE.model_copy(
+    update={
+        "parts": tuple(
+            part.model_copy(update={"modes": ("joint_position",)})
+            if part.name in ("arm", "gripper")
+            else part
+            for part in MOBILE.parts
+        )
+    }
+)
+ARM = tuple(f"panda_joint{number}" for number in range(1, 8))
+SHUFFLED = ("panda_joint7", "panda_gripper", *ARM[:6])
+
+
+def contract(**fields: Any) -> ActionContract:
+    return ActionContract.model_validate(fields)
+
+
+def refusal(**fields: Any) -> str:
+    with pytest.raises(ValidationError) as caught:
+        contract(**fields)
+    return str(caught.value.errors()[0]["msg"])
+
+
+def test_names_in_the_policys_order_land_in_the_robots_order() -> None:
+    routes = resolve_routes(contract(dim=8, joint_names=SHUFFLED), ROBOT)
+    rows = np.arange(1, 17, dtype=np.float32).reshape(2, 8)
+    arm, gripper = dispatch(routes, rows, 8)
+    assert [ControlMode(part.mode) for part in (arm, gripper)] == [ControlMode.JOINT_POSITION] * 2
+    assert (arm.active, gripper.active) == (tuple(range(3, 10)), (10,))
+    np.testing.assert_array_equal(
+        floats(arm.values, 11),
+        [[0, 0, 0, 3, 4, 5, 6, 7, 8, 1, 0], [0, 0, 0, 11, 12, 13, 14, 15, 16, 9, 0]],
+    )
+    np.testing.assert_array_equal(floats(gripper.values, 11)[:, 10], [2, 10])
+
+
+def test_degrees_become_radians() -> None:
+    routes = resolve_routes(contract(dim=7, joint_names=ARM, joint_unit="deg"), ROBOT)
+    rows = np.array([[180, -90, 45, 0, 1, -1, 360]], dtype=np.float32)
+    (arm,) = dispatch(routes, rows, 7)
+    np.testing.assert_allclose(
+        floats(arm.values, 11)[0, 3:10],
+        [math.pi, -math.pi / 2, math.pi / 4, 0, math.pi / 180, -math.pi / 180, 2 * math.pi],
+        rtol=1e-15,
+    )
+
+
+def test_radians_keep_the_policys_bits() -> None:
+    rows = np.random.default_rng(2).uniform(-3, 3, (50, 7)).astype(np.float32)
+    for unit in ({}, {"joint_unit": "rad"}):
+        routes = resolve_routes(contract(dim=7, joint_names=ARM, **unit), ROBOT)
+        (arm,) = dispatch(routes, rows, 7)
+        back = floats(arm.values, 11)[:, 3:10].astype(np.float32)
+        assert back.tobytes() == rows.tobytes()
+
+
+def test_an_angle_unit_for_a_sliding_joint_is_refused() -> None:
+    with pytest.raises(ConfigError) as caught:
+        resolve_routes(contract(dim=8, joint_names=SHUFFLED, joint_unit="deg"), ROBOT)
+    assert str(caught.value) == (
+        "joint_unit: deg does not fit joint panda_gripper, which is prismatic (use slots)"
+    )
+
+
+def test_more_dimensions_than_the_robot_has_joints_are_refused() -> None:
+    names = (*MOBILE.joint_names, "left_elbow")
+    with pytest.raises(ConfigError) as caught:
+        resolve_routes(contract(dim=12, joint_names=names), ROBOT)
+    assert str(caught.value).startswith(
+        "action_contract: expected at most the 11 joints of robot panda_mobile, got dim 12; "
+    )
+    assert "robot panda_mobile has no joint 'left_elbow'" in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("fields", "text"),
+    [
+        ({"dim": 2, "joint_names": ["a"]},
+         "joint_names: expected 2, one per dimension, got 1"),
+        ({"dim": 2, "joint_names": ["a", "a"]}, "joint_names: 'a' is given 2 times"),
+        ({"dim": 1, "joint_names": ["a"], "slots": [{"range": [0, 0], "discard": True}]},
+         "joint_names: not allowed beside slots"),
+        ({"dim": 1, "joint_unit": "deg", "slots": [{"range": [0, 0], "discard": True}]},
+         "joint_unit: only with joint_names; slots have scale"),
+        ({"dim": 1}, "slots: expected every index of 0..0 to be covered, got no slots"),
+    ],
+)  # fmt: skip
+def test_a_contract_that_contradicts_itself_is_refused(fields: dict[str, Any], text: str) -> None:
+    assert refusal(**fields) == f"Value error, {text}"
+
+
+def test_a_layout_that_nothing_assembles_is_refused_and_the_raw_joints_never_take_its_place() -> (
+    None
+):
+    data = load_skill("pi05-robocasa365-human300-nf4").model_dump(mode="json")
+    data["state_contract"]["layout"] = "gr1"
+    joint_space = {"dim": 7, "joint_names": list(ARM)}
+    for actions in (data["action_contract"], joint_space):
+        skill = SkillManifest.model_validate(data | {"action_contract": actions})
+        problems = admission_problems(skill, MOBILE)
+        assert (
+            "layout gr1: no assembler (valid: human300_16d, rc365, mobile_pick_30d, "
+            "libero_eef8d, libero, aloha)" in problems
+        )

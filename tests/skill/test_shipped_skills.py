@@ -1,0 +1,77 @@
+"""The three RoboCasa skills: what they declare, where they are admitted, where not."""
+
+from __future__ import annotations
+
+import msgspec
+import pytest
+
+from fairlead.admission import admission_problems
+from fairlead.messages import HalCamera
+from fairlead.robot import load_robot
+from fairlead.skill import load_skill
+from tests.skill.test_admission import HAL
+
+ROBOCASA = ("rldx1-ft-rc365-nf4", "rldx-robocasa", "pi05-robocasa365-human300-nf4")
+MOBILE = load_robot("panda_mobile")
+CAMERAS = ("robot0_agentview_left", "robot0_agentview_right", "robot0_eye_in_hand")
+
+
+@pytest.mark.parametrize("name", ROBOCASA)
+def test_a_robocasa_skill_routes_the_base_discards_the_torso_and_carries_the_mode(
+    name: str,
+) -> None:
+    contract = load_skill(name).action_contract
+    assert contract.dim == 12
+    assert [(s.first, s.last, s.control_mode) for s in contract.slots] == [
+        (0, 5, "cartesian_delta"),
+        (6, 6, "gripper_position"),
+        (7, 9, "joint_velocity"),
+        (10, 10, None),
+        (11, 11, "composite_mode"),
+    ]
+    assert contract.slots[2].joint_names == ("base_x", "base_y", "base_yaw")
+    assert contract == load_skill("oracle-counter-to-cabinet").action_contract
+
+
+@pytest.mark.parametrize("name", ROBOCASA)
+def test_a_robocasa_skill_binds_the_frames_its_data_was_recorded_in(name: str) -> None:
+    state = load_skill(name).state_contract
+    assert (state.layout, state.dim) == ("human300_16d" if "pi05" in name else "rc365", 16)
+    bound = state.bindings
+    assert (bound.eef_frame, bound.eef_rotation_frame) == ("grip_site", "panda_hand")
+    assert (bound.base_frame, bound.world_frame) == ("base_site", "odom")
+    assert bound.gripper_qpos_joints == ("panda_finger_joint1", "panda_finger_joint2")
+
+
+@pytest.mark.parametrize("name", ROBOCASA)
+def test_a_robocasa_skill_is_admitted_on_its_robot_and_needs_its_cameras_once_it_runs(
+    name: str,
+) -> None:
+    skill = load_skill(name)
+    assert admission_problems(skill, MOBILE) == []
+    cameras = tuple(HalCamera(name=c, width=256, height=256, period_ticks=4) for c in CAMERAS)
+    with_cameras = msgspec.structs.replace(HAL, cameras=cameras)
+    assert admission_problems(skill, MOBILE, with_cameras) == []
+    without = msgspec.structs.replace(HAL, cameras=cameras[1:])
+    assert admission_problems(skill, MOBILE, without) == [
+        f"images: {next(iter(skill.images))} needs camera 'robot0_agentview_left' "
+        "(valid: robot0_agentview_right, robot0_eye_in_hand)"
+    ]
+
+
+@pytest.mark.parametrize("name", ROBOCASA)
+def test_a_robocasa_skill_is_dropped_with_reasons_on_a_robot_without_a_base(name: str) -> None:
+    fixed = MOBILE.model_copy(
+        update={
+            "id": "fixed",
+            "parts": tuple(part for part in MOBILE.parts if part.name in ("arm", "gripper")),
+            "safety": {},
+        }
+    )
+    problems = "\n".join(admission_problems(load_skill(name), fixed))
+    assert "embodiments: made for panda_mobile, not fixed" in problems
+    assert (
+        "slot [7, 9] joint_velocity: expected exactly one part of robot fixed to take it, got none"
+        in problems
+    )
+    assert "slot [11, 11] composite_mode: expected exactly one part" in problems
