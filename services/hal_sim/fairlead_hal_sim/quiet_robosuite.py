@@ -1,12 +1,20 @@
 """Import robosuite without its start-up notes, and keep its loggers at ERROR.
 
 Import this module before any module of robosuite: its notes about optional packages are
-printed while it is being imported.
+printed while it is being imported, and it insists on EGL, so that on a machine without a
+complete EGL it could not be imported at all. Only a process that was told how to render
+(MUJOCO_GL) loads a graphics library.
 """
 
 from __future__ import annotations
 
 import logging
+import os
+
+_GRAPHICS = os.environ.get("MUJOCO_GL")
+if _GRAPHICS is None:
+    os.environ["MUJOCO_GL"] = "disabled"
+import mujoco  # noqa: E402, F401  # chooses its graphics library now, before robosuite does
 
 logging.disable(logging.WARNING)
 try:
@@ -14,6 +22,8 @@ try:
     from robosuite.utils.log_utils import ROBOSUITE_DEFAULT_LOGGER
 finally:
     logging.disable(logging.NOTSET)
+    if _GRAPHICS is None:
+        os.environ.pop("MUJOCO_GL", None)  # robosuite's choice, not one for child processes
 
 ROBOSUITE_DEFAULT_LOGGER.setLevel(logging.ERROR)
 
