@@ -71,7 +71,7 @@ def test_a_layout_without_bindings_is_refused_with_the_whole_list() -> None:
 
 @pytest.mark.parametrize("field", REQUIRED_BINDINGS["mobile_pick_30d"])
 def test_each_required_field_alone_is_missed(field: str) -> None:
-    bindings = {name: value for name, value in PICK.items() if name != field}
+    bindings: dict[str, object] = {n: value for n, value in PICK.items() if n != field}
     if field == "world_frame":
         bindings[field] = None  # absent means "map"
     assert refusal({"layout": "mobile_pick_30d", "dim": 30, "bindings": bindings}) == (
