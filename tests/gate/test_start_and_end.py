@@ -8,9 +8,11 @@ import subprocess
 from pathlib import Path
 
 import pytest
+from msgspec import structs
 
+from fairlead.bus import Qos
 from fairlead.errors import RefusedError
-from fairlead.messages import GateState
+from fairlead.messages import GateState, Lease
 from fairlead.paths import gate_binary
 from tests.gate.running_gate import RunningGate, free_port
 from tests.gate.scene import Scene
@@ -42,6 +44,24 @@ def test_a_second_gate_for_the_same_robot_refuses_to_start(
         "see: fairlead ps"
     )
     assert scene.status().state == GateState.DISARMED
+
+
+def test_leases_of_a_gate_that_comes_later_latch_this_one(scene: Scene) -> None:
+    scene.ready_to_move()
+    other = scene.bus.publisher(scene.keys.lease, Lease, Qos.HOT)
+    other.put(structs.replace(scene.leases.wait_for(lambda m: m.state == GateState.ARMED), epoch=0xBAD))
+    status = scene.wait_state(GateState.LATCHED)
+    assert "two gates" in status.cause
+    assert status.claims == ()
+
+
+def test_refused_claims_of_many_sources_leave_room_for_an_honest_one(scene: Scene) -> None:
+    scene.meet_hal()
+    scene.arm()
+    for number in range(70):
+        with pytest.raises(RefusedError, match="robot_hash"):
+            scene.claim(source=f"stranger{number}", robot_hash=bytes(32))
+    assert scene.claim(source="honest").claim_id != 0
 
 
 def test_a_second_gate_on_the_same_state_folder_refuses_to_start(

@@ -20,6 +20,10 @@ Arguments parse_arguments(const std::vector<std::string>& words) {
       arguments.help = true;
       return arguments;
     }
+    if (word == "--new-state") {
+      arguments.new_state = true;
+      continue;
+    }
     const auto text = texts.find(word);
     if (text == texts.end() && word != "--connect") {
       throw ConfigRefused("unknown argument '" + word + "'; see: fairlead-safety --help");
@@ -50,6 +54,8 @@ Not safety-rated; its stop is a protective stop request.
   --listen ENDPOINT  where others reach this process
   --connect ENDPOINT whom it connects to; may be repeated; tried for ever
   --state-dir DIR    folder for the latch and the clean mark
+  --new-state        this state folder is new and that is right: without it a gate whose profile
+                     is for hardware boots latched when its folder was never used before
   --namespace NAME   first chunk of every key (default: fl)
   --service NAME     this process's name in keys and logs (default: safety)
 

@@ -14,6 +14,7 @@ struct Arguments {
   std::string listen;      // endpoint, for example tcp/127.0.0.1:7502
   std::vector<std::string> connect;
   std::string state_dir;
+  bool new_state = false;  // a state folder never used before is right
   bool help = false;
 };
 

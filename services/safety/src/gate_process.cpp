@@ -1,8 +1,11 @@
 #include "gate_process.hpp"
 
+#include <sys/random.h>
+
+#include <cstdio>
+#include <cstdlib>
 #include <fstream>
 #include <iterator>
-#include <random>
 #include <utility>
 
 #include "fairlead_safety/codec.hpp"
@@ -16,15 +19,16 @@ namespace {
 // Well under the shortest promise the timer serves, a lease every 25 ms.
 constexpr auto kTimerPeriod = std::chrono::milliseconds(5);
 
-/// Ids that nobody can guess or repeat, from the system's entropy.
+/// Ids that nobody can guess or repeat, from the system's entropy. Without any the gate cannot
+/// tell an old command from a new one: it ends, and the robot holds.
 class RandomIds final : public IdSource {
  public:
   std::uint64_t next_id() override {
-    return (std::uint64_t{device_()} << 32) | std::uint64_t{device_()};
+    std::uint64_t id = 0;
+    if (::getrandom(&id, sizeof id, 0) == sizeof id) return id;
+    std::fputs("ERROR fairlead-safety: the system gives no random numbers\n", stderr);
+    std::abort();
   }
-
- private:
-  std::random_device device_;
 };
 
 std::string_view text_of(Bytes payload) {
@@ -57,11 +61,11 @@ GateProcess::GateProcess(const Limits& limits, std::string config_file, LatchSto
 
 GateProcess::~GateProcess() { shut_down(); }
 
-void GateProcess::start() {
+void GateProcess::start(bool new_state) {
   {
     const std::lock_guard lock(mutex_);
     const StoredState& found = store_.found();
-    const BootInfo info{store_.first_start(), found.clean_mark, Bytes(found.latch)};
+    const BootInfo info{store_.first_start(), found.clean_mark, Bytes(found.latch), new_state};
     gate_.boot(monotonic_ns(), info, *outputs_);
     carry_out(nullptr);
   }
@@ -70,7 +74,7 @@ void GateProcess::start() {
 
 void GateProcess::handle(const Event& event, Answer* answer) {
   if (event.kind == EventKind::arm && !prepare_to_arm(answer)) return;
-  if (event.kind == EventKind::claim && !prepare_to_claim(event, answer)) return;
+  if (event.kind == EventKind::claim) return handle_claim(event, answer);
   const std::lock_guard lock(mutex_);
   step(event, answer);
   // Arming was refused after its mark had been removed: leaving is clean again.
@@ -97,13 +101,30 @@ bool GateProcess::prepare_to_arm(Answer* answer) {
   return false;
 }
 
-bool GateProcess::prepare_to_claim(const Event& event, Answer* answer) {
+// The source's publishers are there before its claim is; a claim that the core refuses leaves
+// none behind, so that strangers cannot use them up.
+void GateProcess::handle_claim(const Event& event, Answer* answer) {
+  const std::lock_guard one_claim(claims_mutex_);
   Claim claim;
   // A frame that does not decode is the core's to refuse, with its reason.
-  if (decode(event.payload, claim) != FrameFault::none) return true;
-  if (outlet_.prepare_source(claim.source.view())) return true;
-  refuse(answer, "the source cannot be in a key, or this gate has served too many sources",
-         "use 1 to 64 of a-z 0-9 _ . -, or restart the gate");
+  const bool readable = decode(event.payload, claim) == FrameFault::none;
+  bool is_new = false;
+  if (readable && !outlet_.prepare_source(claim.source.view(), is_new)) {
+    refuse(answer, "the source cannot be in a key, or this gate has served too many sources",
+           "use 1 to 64 of a-z 0-9 _ . -, or restart the gate");
+    return;
+  }
+  {
+    const std::lock_guard lock(mutex_);
+    step(event, answer);
+    if (!was_refused()) is_new = false;
+  }
+  if (is_new) outlet_.forget_source(claim.source.view());
+}
+
+bool GateProcess::was_refused() const {
+  for (const Output& output : outputs_->items())
+    if (output.kind == OutputKind::refusal) return true;
   return false;
 }
 
@@ -160,6 +181,8 @@ void GateProcess::carry_out(Answer* answer) {
 void GateProcess::log_refusal(Bytes payload) {
   Verdict verdict;
   if (decode(payload, verdict) != FrameFault::none || verdict.code == 0) return;
+  if (verdict.verdict_id <= logged_verdict_) return;  // said again for who missed it
+  logged_verdict_ = verdict.verdict_id;
   log_.write(LogWriter::Kind::refusal, verdict_text(verdict));
 }
 

@@ -28,8 +28,9 @@ class GateProcess {
               Outlet& outlet);
   ~GateProcess();
 
-  /// Leave boot and start the timer.
-  void start();
+  /// Leave boot and start the timer. `new_state`: the operator says that a state folder which
+  /// was never used before is right.
+  void start(bool new_state);
   /// Handle one event from any thread. `answer` is null unless the event is a query.
   void handle(const Event& event, Answer* answer);
   /// Stop the timer and disarm; the last lease says so. No events may follow.
@@ -37,11 +38,12 @@ class GateProcess {
 
  private:
   bool prepare_to_arm(Answer* answer);
-  bool prepare_to_claim(const Event& event, Answer* answer);
+  void handle_claim(const Event& event, Answer* answer);
   void refuse(Answer* answer, const char* reason, const char* fix);
   void step(const Event& event, Answer* answer);
   void carry_out(Answer* answer);
   void log_refusal(Bytes verdict);
+  [[nodiscard]] bool was_refused() const;
   void run_timer();
 
   const Limits& limits_;
@@ -51,9 +53,11 @@ class GateProcess {
   Outlet& outlet_;
   std::unique_ptr<IdSource> ids_;
 
-  std::mutex mutex_;  // guards gate_, outputs_, stopping_
+  std::mutex claims_mutex_;  // one claim at a time; taken before mutex_
+  std::mutex mutex_;         // guards gate_, outputs_, stopping_
   Gate gate_;
   std::unique_ptr<Outputs> outputs_ = std::make_unique<Outputs>();
+  std::uint64_t logged_verdict_ = 0;  // the newest whose refusal was logged
   bool stopping_ = false;
   std::condition_variable stop_timer_;
   std::thread timer_;

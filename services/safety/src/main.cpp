@@ -57,7 +57,7 @@ void run(const Arguments& arguments) {
   GateProcess process(*limits, arguments.config, store, log, transport);
   log.info("configuration " + arguments.config + " (profile " +
            std::string(limits->profile.view()) + ") hash " + to_hex(limits->config_hash));
-  process.start();
+  process.start(arguments.new_state);
   transport.listen(
       [&process](const Event& event, Answer* answer) { process.handle(event, answer); });
   transport.announce(arguments.service);

@@ -14,8 +14,11 @@ class Outlet {
   virtual ~Outlet() = default;
 
   /// Make safe/<source> and verdict/<source> ready for `publish`; false if there are too many
-  /// sources or the name cannot be in a key. Not called with the gate's lock held.
-  virtual bool prepare_source(std::string_view source) = 0;
+  /// sources or the name cannot be in a key. `is_new`: they were not before. Not called with the
+  /// gate's lock held, nor is `forget_source`.
+  virtual bool prepare_source(std::string_view source, bool& is_new) = 0;
+  /// Undo `prepare_source` for a source that nothing was, is or will be published for.
+  virtual void forget_source(std::string_view source) = 0;
   /// `kind` is one of safe_chunk, verdict, lease, status. Unprepared sources are left out.
   virtual void publish(OutputKind kind, const Name& source, Bytes payload) = 0;
 };

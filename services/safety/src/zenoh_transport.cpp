@@ -19,6 +19,7 @@ namespace {
 constexpr std::size_t kMaxSources = 64;
 
 thread_local Frame received_frame;
+thread_local bool own_lease = false;
 
 std::string session_config(const Endpoints& endpoints) {
   const nlohmann::json retry = {
@@ -79,6 +80,7 @@ std::string_view source_in(EventKind kind, std::string_view key) {
 void on_sample(z_loaned_sample_t* sample, void* context) {
   const Inlet& inlet = *static_cast<const Inlet*>(context);
   if (z_sample_kind(sample) != Z_SAMPLE_KIND_PUT) return;  // a delete says nothing to the gate
+  if (inlet.kind == EventKind::lease && own_lease) return;
   z_view_string_t key;
   z_keyexpr_as_view_string(z_sample_keyexpr(sample), &key);
   const std::string_view text(z_string_data(z_loan(key)), z_string_len(z_loan(key)));
@@ -141,6 +143,7 @@ class ZenohTransport::Session {
     subscribe(EventKind::hal_status, keys_.hal_status());
     subscribe(EventKind::heartbeat, keys_.every_heartbeat());
     subscribe(EventKind::stop_level, keys_.stop());
+    subscribe(EventKind::lease, keys_.lease());
     answer(EventKind::arm, keys_.gate_command("arm"));
     answer(EventKind::disarm, keys_.gate_command("disarm"));
     answer(EventKind::reset, keys_.gate_command("reset"));
@@ -163,7 +166,8 @@ class ZenohTransport::Session {
         });
   }
 
-  bool prepare_source(std::string_view source) {
+  bool prepare_source(std::string_view source, bool& is_new) {
+    is_new = false;
     if (!is_key_chunk(source)) return false;
     {
       const std::lock_guard lock(sources_mutex_);
@@ -171,28 +175,40 @@ class ZenohTransport::Session {
       if (sources_.size() >= kMaxSources) return false;
     }
     // Declared without the lock: a declaration may take Zenoh's own locks.
-    auto publishers = std::make_unique<SourcePublishers>(get(), keys_, source);
+    auto publishers = std::make_shared<SourcePublishers>(get(), keys_, source);
     const std::lock_guard lock(sources_mutex_);
     sources_.try_emplace(std::string(source), std::move(publishers));
+    is_new = true;
     return true;
+  }
+
+  void forget_source(std::string_view source) {
+    std::shared_ptr<SourcePublishers> unused;  // undeclared without the lock
+    const std::lock_guard lock(sources_mutex_);
+    const auto found = sources_.find(source);
+    if (found == sources_.end()) return;
+    unused = std::move(found->second);
+    sources_.erase(found);
   }
 
   void publish(OutputKind kind, const Name& source, Bytes payload) {
     if (kind == OutputKind::lease) {
+      own_lease = true;  // comes back to this session's own subscription, within `put`
       lease_.put(payload);
+      own_lease = false;
     } else if (kind == OutputKind::status) {
       status_.put(payload);
-    } else if (SourcePublishers* publishers = publishers_of(source.view()); publishers != nullptr) {
+    } else if (const auto publishers = publishers_of(source.view()); publishers != nullptr) {
       (kind == OutputKind::safe_chunk ? publishers->safe : publishers->verdict).put(payload);
     }
   }
 
  private:
-  // Never removed while the session lives, so the pointer stays valid without the lock.
-  SourcePublishers* publishers_of(std::string_view source) {
+  // Shared: it may be forgotten while a verdict for a stranger is being put.
+  std::shared_ptr<SourcePublishers> publishers_of(std::string_view source) {
     const std::lock_guard lock(sources_mutex_);
     const auto found = sources_.find(source);
-    return found == sources_.end() ? nullptr : found->second.get();
+    return found == sources_.end() ? nullptr : found->second;
   }
 
   Inlet& add_inlet(EventKind kind, std::string key) {
@@ -227,7 +243,7 @@ class ZenohTransport::Session {
   Publisher lease_;
   Publisher status_;
   std::mutex sources_mutex_;
-  std::map<std::string, std::unique_ptr<SourcePublishers>, std::less<>> sources_;
+  std::map<std::string, std::shared_ptr<SourcePublishers>, std::less<>> sources_;
   std::deque<Owned<z_owned_subscriber_t>> subscribers_;
   std::deque<Owned<z_owned_queryable_t>> queryables_;
   std::unique_ptr<Owned<z_owned_liveliness_token_t>> token_;
@@ -251,9 +267,11 @@ void ZenohTransport::announce(const std::string& service) { session_->announce(s
 
 void ZenohTransport::stop_listening() { session_->stop_listening(); }
 
-bool ZenohTransport::prepare_source(std::string_view source) {
-  return session_->prepare_source(source);
+bool ZenohTransport::prepare_source(std::string_view source, bool& is_new) {
+  return session_->prepare_source(source, is_new);
 }
+
+void ZenohTransport::forget_source(std::string_view source) { session_->forget_source(source); }
 
 void ZenohTransport::publish(OutputKind kind, const Name& source, Bytes payload) {
   session_->publish(kind, source, payload);

@@ -40,7 +40,8 @@ class ZenohTransport final : public Outlet {
   /// Stop listening: no handler runs when this returns. Publishing still works.
   void stop_listening();
 
-  bool prepare_source(std::string_view source) override;
+  bool prepare_source(std::string_view source, bool& is_new) override;
+  void forget_source(std::string_view source) override;
   void publish(OutputKind kind, const Name& source, Bytes payload) override;
 
  private:

@@ -239,6 +239,7 @@ class HalHost:
             reply = self._episode.finish(self._tick)
             with self._changed:
                 self._core.set_resetting(False)
+            self._housekeep()  # the status first: the gate refuses to arm while it says resetting
             self._desk.answer(request, reply)
 
     def _is_still(self) -> bool:

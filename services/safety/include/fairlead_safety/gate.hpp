@@ -28,6 +28,7 @@ enum class EventKind : std::uint8_t {
   claim = 9,
   release = 10,
   status = 11,
+  lease = 12,  // safety/lease of anybody: a second gate's
 };
 
 struct Event {
@@ -49,6 +50,7 @@ struct BootInfo {
   bool first_start = false;  // the state folder has never been used
   bool clean_mark = false;   // the last process left while disarmed
   Bytes latch;               // payload of the last persist_latch, empty if cleared or none
+  bool new_state = false;    // the operator says that a first start is right
 };
 
 class Gate {

@@ -69,6 +69,7 @@ struct JointModeLimits {
     none.fill(unset);
     return none;
   }();
+  double claimed_velocity = unset;  // joint_velocity: a claim's own limit for all its joints
   Text source;
 };
 

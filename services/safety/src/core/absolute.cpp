@@ -1,5 +1,6 @@
 #include "absolute.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "evidence.hpp"
@@ -14,9 +15,13 @@ double excess(const Bounds& bounds, double position) {
   return 0.0;
 }
 
+}  // namespace
+
 bool is_outside(const Bounds& bounds, double measured) {
   return !(std::abs(excess(bounds, measured)) <= bounds.tolerance);
 }
+
+namespace {
 
 // One number against a range that includes its ends.
 Evidence in_range(std::string_view axis, double value, double lower, double upper,
@@ -53,15 +58,18 @@ Evidence check_positions(const Limits& limits, const MeasuredState& state, const
   return {};
 }
 
-// joint_velocity: within the joint's velocity limit; towards the bounds where it is outside them.
-Evidence check_velocities(const Limits& limits, const MeasuredState& state,
-                          const ActionPart& action, std::size_t row) {
+// joint_velocity: within the joint's velocity limit, and the claim's where it has a tighter one;
+// towards the bounds where the joint is outside them.
+Evidence check_velocities(const Limits& limits, const JointModeLimits& mode,
+                          const MeasuredState& state, const ActionPart& action, std::size_t row) {
   const std::size_t width = limits.joints.size();
   for (const std::uint8_t j : action.active) {
     const JointLimits& joint = limits.joints[j];
     const double value = action.values[row * width + j];
-    const Evidence evidence = in_range(joint.name.view(), value, -joint.velocity_limit,
-                                       joint.velocity_limit, joint.source);
+    const double limit = mode.claimed_velocity > 0.0
+                             ? std::min(mode.claimed_velocity, joint.velocity_limit)
+                             : joint.velocity_limit;
+    const Evidence evidence = in_range(joint.name.view(), value, -limit, limit, joint.source);
     if (!evidence.ok()) return evidence;
     if (!joint.bounded || !is_outside(joint.bounds, state.positions[j])) continue;
     if (value * excess(joint.bounds, state.positions[j]) < 0.0) continue;
@@ -121,7 +129,7 @@ Evidence check_absolute(const Limits& limits, const ModeLimits& modes, const Mea
     case Mode::joint_position:
       return check_positions(limits, state, action, row, first_row);
     case Mode::joint_velocity:
-      return check_velocities(limits, state, action, row);
+      return check_velocities(limits, modes.joint_velocity, state, action, row);
     case Mode::cartesian_delta:
       return check_norms(modes.cartesian_delta, action, row);
     case Mode::body_twist:
@@ -136,18 +144,6 @@ Evidence check_absolute(const Limits& limits, const ModeLimits& modes, const Mea
       return broken_rule(code::addressing, mode_name(action.mode), "no checker for this mode",
                          action.mode);
   }
-}
-
-Evidence check_passive(const Limits& limits, const MeasuredState& state) {
-  for (std::size_t i = 0; i < limits.passive_joints.size(); ++i) {
-    const PassiveLimits& joint = limits.passive_joints[i];
-    const double measured = state.positions[limits.joints.size() + i];
-    if (!is_outside(joint.bounds, measured)) continue;
-    const double bound =
-        excess(joint.bounds, measured) > 0.0 ? joint.bounds.upper : joint.bounds.lower;
-    return above(code::state, joint.name.view(), measured, bound, joint.source.view());
-  }
-  return {};
 }
 
 }  // namespace fairlead

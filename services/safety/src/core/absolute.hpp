@@ -9,7 +9,7 @@ namespace fairlead {
 Evidence check_absolute(const Limits& limits, const ModeLimits& modes, const MeasuredState& state,
                         const ActionPart& action, std::size_t row, std::size_t first_row);
 
-/// G011: a passive joint outside its bounds; no command could bring it back.
-Evidence check_passive(const Limits& limits, const MeasuredState& state);
+/// G011: whether a measurement lies outside its bounds by more than their tolerance.
+bool is_outside(const Bounds& bounds, double measured);
 
 }  // namespace fairlead

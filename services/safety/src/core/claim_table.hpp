@@ -19,8 +19,10 @@ struct LiveClaim {
 
   std::uint64_t heartbeat_ns = 0;  // when the last one arrived; the claim itself counts as one
 
-  StoredChunk newest;  // G005: the last candidate that got a verdict of its own
-  Verdict newest_verdict;
+  StoredChunk newest;        // G005: the last candidate that got a verdict of its own
+  Verdict newest_verdict;    // the answer to it, and to its copies
+  Verdict latest_verdict;    // that, or of what was judged again since; id 0: none yet
+  bool hal_follows = false;  // the HAL has executed a row of this claim
   std::uint64_t last_seq = 0;
   StoredChunk waiting;        // G006: one tick ahead, until the next state
   TickWindow<16> ahead;       // G006: more than one tick ahead
@@ -61,6 +63,7 @@ class ClaimTable {
   }
   /// Every place, free ones too (id 0).
   std::array<LiveClaim, max_claims>& places() { return claims_; }
+  [[nodiscard]] const std::array<LiveClaim, max_claims>& places() const { return claims_; }
 
  private:
   std::array<LiveClaim, max_claims> claims_;

@@ -17,7 +17,7 @@ void Gate::step(std::uint64_t now_ns, const Event& event, Outputs& outputs) {
 GateState Gate::state() const { return core_->state(); }
 
 Gate::Core::Core(const Limits& limits, IdSource& ids) : limits_(limits), ids_(ids), hal_(limits_) {
-  epoch_ = new_id();
+  begin_epoch();
   // Half the range is left to count upwards in.
   next_verdict_ = (new_id() >> 1U) + 1;
 }
@@ -26,6 +26,12 @@ std::uint64_t Gate::Core::new_id() {
   std::uint64_t id = 0;
   while (id == 0) id = ids_.next_id();
   return id;
+}
+
+void Gate::Core::begin_epoch() {
+  epoch_ = new_id();
+  own_epochs_[next_own_epoch_++ % own_epochs_.size()] = epoch_;
+  lease_seq_ = 0;
 }
 
 void Gate::Core::count(std::uint32_t code) { ++code_counts_[code]; }
@@ -69,6 +75,8 @@ void Gate::Core::handle(const Event& event) {
       return on_release(event.payload);
     case EventKind::status:
       return on_status(event.payload);
+    case EventKind::lease:
+      return on_lease(event.payload);
   }
 }
 

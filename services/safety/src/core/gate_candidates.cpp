@@ -26,6 +26,7 @@ void Gate::Core::note_bad_frame(const Name& source, FrameFault fault, std::uint6
   ActionChunk unknown;
   unknown.session = hal_.session();
   unknown.epoch = epoch_;
+  unknown.source = source;
   for (LiveClaim& claim : claims_.places()) {
     if (claim.id == 0 || !(claim.source == source)) continue;
     unknown.claim_id = claim.id;
@@ -122,6 +123,21 @@ void Gate::Core::take_chunk(const ActionChunk& chunk, Bytes frame, const Name& s
   judge_chunk(*claim, chunk, frame, received_ns);
 }
 
+// Lockstep: the world stands until this claim is decided, so a chunk that decides it is no excess.
+bool Gate::Core::is_waited_for(const LiveClaim& claim) const {
+  return hal_.lockstep() && claim.plan.current() == nullptr && claim.refused_tick != hal_.tick();
+}
+
+// G010: the excess over the declared rate, in ticks.
+Evidence Gate::Core::check_rate(LiveClaim& claim) {
+  const std::size_t recent = claim.admitted.count(hal_.tick(), claim.admitted_window);
+  if (recent >= claim.admitted_limit)
+    return above(code::rate, "chunks", static_cast<double>(recent + 1),
+                 static_cast<double>(claim.admitted_limit), "the claim's chunk_rate_hz");
+  claim.admitted.add(hal_.tick());
+  return {};
+}
+
 void Gate::Core::judge_chunk(LiveClaim& claim, const ActionChunk& chunk, Bytes frame,
                              std::uint64_t received_ns) {
   Judgement judgement;
@@ -132,15 +148,7 @@ void Gate::Core::judge_chunk(LiveClaim& claim, const ActionChunk& chunk, Bytes f
     evidence.raises_stop = claim.ahead.count(hal_.tick(), ahead_window_ticks) >= ahead_limit;
   }
   if (evidence.ok()) evidence = check_shape(limits_, claim.limits, chunk);
-  // G010: the excess over the declared rate, in ticks.
-  if (evidence.ok()) {
-    const std::size_t recent = claim.admitted.count(hal_.tick(), claim.admitted_window);
-    if (recent >= claim.admitted_limit)
-      evidence = above(code::rate, "chunks", static_cast<double>(recent + 1),
-                       static_cast<double>(claim.admitted_limit), "the claim's chunk_rate_hz");
-    else
-      claim.admitted.add(hal_.tick());
-  }
+  if (evidence.ok() && !is_waited_for(claim)) evidence = check_rate(claim);
   if (evidence.ok()) evidence = check_past(chunk);
   if (evidence.ok()) {
     const auto first_row = static_cast<std::size_t>(first_open_tick() - chunk.start_tick);
@@ -156,7 +164,7 @@ void Gate::Core::give_verdict(LiveClaim& claim, const ActionChunk& chunk, Bytes 
   const Verdict verdict = make_verdict(chunk, claim.source, judgement, verdict_id, received_ns);
   claim.last_seq = chunk.seq;
   claim.newest.store(frame);
-  claim.newest_verdict = verdict;
+  claim.newest_verdict = claim.latest_verdict = verdict;
   (void)verdicts_.push_back(verdict);
   lease_due_ = true;
   if (judgement.outcome == Outcome::refused) {
@@ -194,7 +202,8 @@ void Gate::Core::judge_again(LiveClaim& claim) {
   // Rows that were cut off once stay cut off.
   judgement.row_count = std::min(judgement.row_count, end_row - first_row);
   const std::uint64_t verdict_id = next_verdict_++;
-  (void)verdicts_.push_back(make_verdict(chunk, claim.source, judgement, verdict_id, now_ns_));
+  claim.latest_verdict = make_verdict(chunk, claim.source, judgement, verdict_id, now_ns_);
+  (void)verdicts_.push_back(claim.latest_verdict);
   lease_due_ = true;
   if (judgement.outcome != Outcome::refused)
     return claim.plan.release_again(make_release(claim, judgement, verdict_id));
@@ -213,12 +222,18 @@ void Gate::Core::answer_again(LiveClaim& claim) {
   lease_due_ = true;
 }
 
-// A verdict that leaves no trace in any claim: it may not even be the claim's own runner.
+// A verdict that leaves no trace in any claim: it may not even be the claim's own runner. It
+// names the claim only if the chunk is the claim's by session, epoch and source.
 void Gate::Core::refuse_stranger(const ActionChunk& chunk, const Name& source,
                                  const Evidence& evidence, std::uint64_t received_ns) {
   Judgement judgement;
   judgement.evidence = evidence;
-  (void)verdicts_.push_back(make_verdict(chunk, source, judgement, next_verdict_++, received_ns));
+  Verdict verdict = make_verdict(chunk, source, judgement, next_verdict_++, received_ns);
+  const LiveClaim* claim = claims_.find(chunk.claim_id);
+  const bool own = claim != nullptr && claim->source == source && chunk.source == source &&
+                   chunk.session == hal_.session() && chunk.epoch == epoch_;
+  if (!own) verdict.claim_id = 0;
+  (void)verdicts_.push_back(verdict);
 }
 
 Verdict Gate::Core::make_verdict(const ActionChunk& chunk, const Name& source,

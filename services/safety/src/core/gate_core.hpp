@@ -35,6 +35,8 @@ class Gate::Core {
   Evidence check_sequence(const LiveClaim& claim, const ActionChunk& chunk) const;
   Evidence check_ticks(const LiveClaim& claim, const ActionChunk& chunk) const;
   Evidence check_past(const ActionChunk& chunk) const;
+  [[nodiscard]] bool is_waited_for(const LiveClaim& claim) const;
+  Evidence check_rate(LiveClaim& claim);
   void take_chunk(const ActionChunk& chunk, Bytes frame, const Name& source,
                   std::uint64_t received_ns);
   void judge_chunk(LiveClaim& claim, const ActionChunk& chunk, Bytes frame,
@@ -63,6 +65,12 @@ class Gate::Core {
   void on_hal_status(Bytes frame);
   void on_heartbeat(const Event& event);
   void on_stop_level(Bytes frame);
+  void on_lease(Bytes frame);
+  void on_session_news(HalLink::News news);
+  void on_rival_state(const JointState& message);
+  void repeat_verdicts();
+  void note_passive_joints();
+  [[nodiscard]] Evidence check_leap(std::uint64_t tick) const;
 
   // Queries
   void on_arm(Bytes frame);
@@ -72,6 +80,7 @@ class Gate::Core {
   void on_release(Bytes frame);
   void on_status(Bytes frame);
   [[nodiscard]] Objection object_to_arming() const;
+  [[nodiscard]] Text two_hals() const;
   [[nodiscard]] Objection object_to_latch_reset() const;
   [[nodiscard]] Objection wrong_state(std::string_view wanted) const;
   template <class Message>
@@ -85,9 +94,11 @@ class Gate::Core {
   void disarm(const Text& cause);
   void raise_stop(const Evidence& evidence);
   void hold_stop(std::uint64_t id, const Text& cause);
+  void ignore_copy(std::uint64_t id);
   void latch(const Text& cause);
   void end_claim(LiveClaim& claim, std::string_view reason);
   void end_claims(std::string_view reason);
+  void begin_epoch();
   void set_state(GateState state, const Text& cause);
 
   // Publishing
@@ -111,12 +122,18 @@ class Gate::Core {
   GateState state_ = GateState::boot;
   Text cause_ = "starting";
   std::uint64_t epoch_ = 0;
+  std::array<std::uint64_t, 64> own_epochs_{};  // leases of any other epoch are another gate's
+  std::size_t next_own_epoch_ = 0;
   std::uint64_t lease_seq_ = 0;
   std::uint64_t latch_id_ = 0;
   std::uint64_t good_states_ = 0;  // in a row since the latch or the last bad one
   std::uint64_t next_verdict_ = 0;
   std::uint64_t claimless_since_ns_ = 0;
-  bool jump_memory_ = false;  // G013: the newest state may be compared with the next
+  std::uint64_t armed_ns_ = 0;
+  std::uint64_t ignored_ns_ = 0;       // when the last ignored stop was logged
+  std::uint64_t passive_outside_ = 0;  // bit i: passive joint i was outside its limits
+  Text status_fault_;                  // why the newest hal/status could not be read
+  bool jump_memory_ = false;           // G013: the newest state may be compared with the next
 
   std::uint64_t lease_ns_ = 0;  // when the last lease was published
   std::uint64_t status_ns_ = 0;
@@ -126,7 +143,8 @@ class Gate::Core {
   bool persist_latch_due_ = false;  // after the lease that says latched: the hold goes out first
 
   std::array<std::uint64_t, 64> code_counts_{};
-  std::uint64_t released_ = 0, truncated_ = 0, refused_ = 0, copies_ = 0, resets_refused_ = 0;
+  std::uint64_t released_ = 0, truncated_ = 0, refused_ = 0, copies_ = 0, resets_refused_ = 0,
+                stops_ignored_ = 0;
 
   // Of the step in progress.
   std::uint64_t now_ns_ = 0;
@@ -140,6 +158,7 @@ class Gate::Core {
   Claim claim_request_;
   SafeChunk safe_chunk_;
   Lease lease_;
+  Lease heard_lease_;
   GateStatus status_;
 };
 

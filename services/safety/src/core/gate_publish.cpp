@@ -139,13 +139,14 @@ void Gate::Core::publish_status(OutputKind kind) {
   fill_status();
   status_.counters.clear();
   const auto add = [this](const Name& name, std::uint64_t value) {
-    (void)status_.counters.push_back(Counter{name, value});  // 21 of 32 places
+    (void)status_.counters.push_back(Counter{name, value});  // 22 of 32 places
   };
   add("released", released_);
   add("truncated", truncated_);
   add("refused", refused_);
   add("copies", copies_);
   add("resets_refused", resets_refused_);
+  add("stops_ignored", stops_ignored_);
   constexpr std::array<std::uint32_t, 16> codes{1, 2,  3,  4,  5,  6,  7,  8,
                                                 9, 10, 11, 12, 13, 20, 21, 22};
   for (const std::uint32_t number : codes)

@@ -7,6 +7,8 @@ namespace {
 
 // A latch is reset only when what caused it has been gone for this many states.
 constexpr std::uint64_t good_states_to_reset = 10;
+// A world that waits repeats its state every 100 ms.
+constexpr std::uint64_t lockstep_silence_ms = 500;
 
 }  // namespace
 
@@ -43,7 +45,10 @@ Objection Gate::Core::object_to_arming() const {
     if (state_ == GateState::armed) objection.fix = "fairlead disarm";
     return objection;
   }
+  if (!status_fault_.empty()) return {status_fault_, "fairlead status"};
   if (!hal_.mismatch().empty()) return {hal_.mismatch(), "fairlead status"};
+  if (hal_.two_at_once(now_ns_)) return {two_hals(), "fairlead ps"};
+  if (hal_.resetting()) return {"the HAL is resetting its episode", "fairlead status"};
   if (!hal_.has_state()) return {"no valid joint state received yet", "fairlead status"};
   const std::uint64_t age_ms = (now_ns_ - hal_.arrival_ns()) / 1'000'000;
   if (!hal_.lockstep() && age_ms > limits_.protocol.state_timeout_ms)
@@ -51,6 +56,11 @@ Objection Gate::Core::object_to_arming() const {
                    limits_.protocol.state_timeout_ms, " ms allowed"),
             "fairlead status"};
   return {};
+}
+
+Text Gate::Core::two_hals() const {
+  return phrase("two HALs publish for this robot: sessions ", Hex{hal_.session()}, " and ",
+                Hex{hal_.rival()});
 }
 
 void Gate::Core::on_arm(Bytes frame) {
@@ -61,8 +71,8 @@ void Gate::Core::on_arm(Bytes frame) {
   // Leaving disarmed: should the process die from here on, it comes back latched.
   out_->add(OutputKind::clear_clean_mark);
   clean_mark_due_ = false;
-  epoch_ = new_id();
-  lease_seq_ = 0;
+  begin_epoch();
+  armed_ns_ = now_ns_;
   jump_memory_ = false;
   claimless_since_ns_ = now_ns_;
   set_state(GateState::armed, phrase("armed by ", request.by));
@@ -81,6 +91,13 @@ void Gate::Core::on_disarm(Bytes frame) {
 Objection Gate::Core::object_to_latch_reset() const {
   if (!hal_.has_state())
     return {"no joint state received: standstill is not known", "fairlead status"};
+  const std::uint64_t silent_ms = (now_ns_ - hal_.heard_ns()) / 1'000'000;
+  const std::uint64_t limit_ms =
+      hal_.lockstep() ? lockstep_silence_ms : limits_.protocol.state_timeout_ms;
+  if (silent_ms > limit_ms)
+    return {phrase("no joint state heard for ", silent_ms, " ms, at most ", limit_ms,
+                   " ms allowed: standstill is not known"),
+            "fairlead status"};
   if (!at_standstill(limits_, hal_.state())) return {"a joint is still moving", fix()};
   if (good_states_ < good_states_to_reset)
     return {phrase("only ", good_states_, " good joint states since the cause, ",
@@ -98,7 +115,7 @@ void Gate::Core::on_reset(Bytes frame) {
     if (!objection.none()) return refuse_query(objection);
     latch_id_ = 0;
     out_->add(OutputKind::clear_latch);
-  } else if (!stops_.reset(request.id)) {
+  } else if (!stops_.reset(request.id, now_ns_)) {
     // Forged, late or mistyped: nothing changes.
     ++resets_refused_;
     return refuse_query({phrase("no stop or latch ", Hex{request.id}, " is held"), fix()});
@@ -124,6 +141,8 @@ void Gate::Core::on_claim(Bytes frame) {
   place->last_seq = 0;
   place->refused_tick = 0;
   place->repeat = false;
+  place->latest_verdict.verdict_id = 0;
+  place->hal_follows = false;
   place->ahead.clear();
   place->bad_frames.clear();
   place->admitted.clear();

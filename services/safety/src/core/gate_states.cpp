@@ -1,14 +1,31 @@
 // What the robot, the runners' heartbeats and the stop key say.
 
+#include "absolute.hpp"
 #include "gate_core.hpp"
 
 namespace fairlead {
 
 void Gate::Core::on_hal_status(Bytes frame) {
-  if (decode(frame, hal_status_) != FrameFault::none) return count(code::frame);
-  const HalLink::News news = hal_.take_status(hal_status_);
+  const FrameFault fault = decode(frame, hal_status_);
+  if (fault != FrameFault::none) {
+    const Text text = phrase("the newest hal/status is unreadable: ", fault_name(fault));
+    if (!(text == status_fault_)) log(text);  // it comes twice a second
+    status_fault_ = text;
+    return count(code::frame);
+  }
+  status_fault_.clear();
+  on_session_news(hal_.take_status(hal_status_));
+}
+
+void Gate::Core::on_session_news(HalLink::News news) {
   if (news == HalLink::News::nothing) return;
   lease_due_ = status_due_ = true;
+  if (news == HalLink::News::two_at_once) {
+    log(two_hals());
+    if (state_ == GateState::armed) return disarm(two_hals());
+    if (state_ == GateState::disarmed) cause_ = two_hals();
+    return;
+  }
   if (news == HalLink::News::new_session) {
     log(phrase("following HAL session ", Hex{hal_.session()}));
     stops_.begin_session();
@@ -22,26 +39,83 @@ void Gate::Core::on_hal_status(Bytes frame) {
                                             : phrase("the HAL changed: ", hal_.mismatch()));
 }
 
+// Another session that announced itself proves with a valid state that it is there.
+void Gate::Core::on_rival_state(const JointState& message) {
+  if (check_state(limits_, message).ok() && message.tick != 0)
+    on_session_news(hal_.take_rival_state(now_ns_));
+}
+
 void Gate::Core::on_joint_state(Bytes frame) {
   if (decode(frame, joint_state_) != FrameFault::none) return count(code::frame);
   // G002 for states: another session's or another robot's say nothing about this one.
-  if (joint_state_.session != hal_.session() || joint_state_.robot_hash != limits_.robot_hash)
-    return count(code::session);
+  if (joint_state_.robot_hash != limits_.robot_hash) return count(code::session);
+  if (joint_state_.session == hal_.rival() && hal_.rival() != 0) on_rival_state(joint_state_);
+  if (joint_state_.session != hal_.session()) return count(code::session);
   if (joint_state_.tick == 0 || joint_state_.tick < hal_.tick()) return;  // overtaken on the way
-  const Evidence evidence = check_state(limits_, joint_state_);
+  Evidence evidence = check_state(limits_, joint_state_);
+  if (evidence.ok()) evidence = check_leap(joint_state_.tick);
   if (!evidence.ok()) {
     good_states_ = 0;
     return raise_stop(evidence);
   }
   ++good_states_;
   lease_due_ = true;
-  if (hal_.has_state() && joint_state_.tick == hal_.tick()) return;  // a repeat: the world waits
+  hal_.note_heard(now_ns_);
+  if (hal_.has_state() && joint_state_.tick == hal_.tick())
+    return repeat_verdicts();  // a repeat: the world waits
   on_new_tick(joint_state_);
+}
+
+// G013: ticks are periods. A state that claims more of them than can have passed would excuse
+// any jump and make later, honest ones look old: it is not taken. In lockstep a claim whose row
+// the HAL executed makes it wait for a lease of each tick.
+Evidence Gate::Core::check_leap(std::uint64_t tick) const {
+  if (!hal_.has_state()) return {};
+  const std::uint64_t leap = tick - hal_.tick();
+  std::uint64_t credit =
+      (now_ns_ - hal_.arrival_ns() + limits_.period_ns - 1) / limits_.period_ns + 1;
+  std::string_view rule = "the periods since the state before";
+  if (hal_.lockstep()) {
+    bool waits = false;
+    for (const LiveClaim& claim : claims_.places()) waits |= claim.id != 0 && claim.hal_follows;
+    if (!waits) return {};
+    credit = 1;
+    rule = "lockstep: one tick for each lease";
+  }
+  if (leap <= credit) return {};
+  Evidence evidence =
+      above(code::jump, "tick", static_cast<double>(leap), static_cast<double>(credit), rule);
+  evidence.raises_stop = true;
+  return evidence;
+}
+
+// What the runner may have missed, as long as the world waits for it: identical bytes.
+void Gate::Core::repeat_verdicts() {
+  if (!hal_.lockstep() || state_ != GateState::armed) return;
+  for (const LiveClaim& claim : claims_.places())
+    if (claim.id != 0 && claim.latest_verdict.verdict_id != 0)
+      (void)verdicts_.push_back(claim.latest_verdict);
+}
+
+// No row moves a passive joint, so none is refused because of one; but it is said and counted.
+void Gate::Core::note_passive_joints() {
+  for (std::size_t i = 0; i < limits_.passive_joints.size(); ++i) {
+    const PassiveLimits& joint = limits_.passive_joints[i];
+    const double measured = hal_.state().positions[limits_.joints.size() + i];
+    const std::uint64_t bit = std::uint64_t{1} << i;
+    const bool outside = is_outside(joint.bounds, measured);
+    if (outside == ((passive_outside_ & bit) != 0)) continue;
+    passive_outside_ ^= bit;
+    if (outside) count(code::state);
+    log(phrase("G011 passive joint ", joint.name, " is ", outside ? "outside" : "back inside",
+               " its limits: ", measured));
+  }
 }
 
 void Gate::Core::on_new_tick(const JointState& message) {
   const MeasuredState before = hal_.state();
   hal_.take_state(message, now_ns_);
+  note_passive_joints();
   if (state_ != GateState::armed) return;
   if (jump_memory_) {
     const Evidence evidence = check_jump(limits_, before, hal_.state());
@@ -50,7 +124,9 @@ void Gate::Core::on_new_tick(const JointState& message) {
   jump_memory_ = true;
   for (LiveClaim& claim : claims_.places()) {
     if (claim.id == 0) continue;
-    claim.plan.begin_tick(hal_.tick(), acted_of(claim));
+    const Acted acted = acted_of(claim);
+    claim.hal_follows = claim.hal_follows || claim.plan.row_of(acted).chunk != nullptr;
+    claim.plan.begin_tick(hal_.tick(), acted);
     // The HAL did something else than expected: what is left is judged from where it is now.
     if (claim.plan.current() != nullptr && !claim.plan.on_track()) judge_again(claim);
   }
@@ -79,6 +155,18 @@ void Gate::Core::on_stop_level(Bytes frame) {
   // Somebody wanted a stop. Without an id it gets one here, once.
   count(code::frame);
   if (stops_.held().empty()) hold_stop(new_id(), "an unreadable stop request");
+}
+
+// Only a second gate publishes leases of epochs that this one never drew. Which of the two the
+// HAL follows is a matter of luck, so neither may move anything.
+void Gate::Core::on_lease(Bytes frame) {
+  if (decode(frame, heard_lease_) != FrameFault::none) return count(code::frame);
+  for (const std::uint64_t own : own_epochs_)
+    if (own == heard_lease_.epoch) return;
+  good_states_ = 0;  // while latched: the cause is still there
+  if (state_ != GateState::latched)
+    latch(phrase("two gates serve this robot: leases of epoch ", Hex{heard_lease_.epoch},
+                 " are another gate's"));
 }
 
 }  // namespace fairlead

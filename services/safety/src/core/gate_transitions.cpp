@@ -3,6 +3,12 @@
 #include "gate_core.hpp"
 
 namespace fairlead {
+namespace {
+
+// How long copies of a reset stop may be under way after arming.
+constexpr std::uint64_t copies_end_ns = 2'000'000'000;
+
+}  // namespace
 
 void Gate::Core::set_state(GateState state, const Text& cause) {
   state_ = state;
@@ -23,6 +29,9 @@ void Gate::Core::boot(std::uint64_t now_ns, const BootInfo& info, Outputs& outpu
     set_state(GateState::latched, phrase("latched before the restart: ",
                                          readable ? record.cause.view() : "unreadable"));
     persist_latch_due_ = !readable;
+  } else if (info.first_start && !limits_.lockstep_allowed && !info.new_state) {
+    // A state folder that went missing must not turn a latched robot into a clean one.
+    latch("the state folder was never used before; start with --new-state if that is right");
   } else if (!info.first_start && !info.clean_mark) {
     latch("the last exit was not clean: armed, stopped or latched");
   } else {
@@ -57,14 +66,27 @@ void Gate::Core::raise_stop(const Evidence& evidence) {
 }
 
 void Gate::Core::hold_stop(std::uint64_t id, const Text& cause) {
-  const bool listed = stops_.hold(id);
-  if (!listed && stops_.was_reset(id)) return;
-  if (listed) lease_due_ = status_due_ = true;
+  if (stops_.is_late_copy(id, now_ns_)) {
+    // Whoever raised it lets go when a new epoch is armed: copies that go on are a new stop.
+    const bool goes_on = state_ == GateState::armed && now_ns_ - armed_ns_ > copies_end_ns;
+    if (!goes_on) return ignore_copy(id);
+    stops_.forget(id);
+  }
+  if (stops_.hold(id)) lease_due_ = status_due_ = true;
   if (state_ != GateState::disarmed && state_ != GateState::armed) return;  // severity only rises
   if (state_ == GateState::disarmed) out_->add(OutputKind::clear_clean_mark);
   clean_mark_due_ = false;
   end_claims("the gate was stopped");
   set_state(GateState::stopped, phrase("stopped: ", cause));
+}
+
+// Counted every time; said once a second, since whoever repeats it does so every 50 ms.
+void Gate::Core::ignore_copy(std::uint64_t id) {
+  ++stops_ignored_;
+  if (now_ns_ - ignored_ns_ < 1'000'000'000) return;
+  ignored_ns_ = now_ns_;
+  log(phrase("ignored a copy of stop ", Hex{id}, ", which was reset (", stops_ignored_,
+             " ignored so far)"));
 }
 
 void Gate::Core::latch(const Text& cause) {

@@ -5,6 +5,9 @@
 namespace fairlead {
 namespace {
 
+// A HAL that lives says so far more often: at least every 100 ms, in any pacing.
+constexpr std::uint64_t silent_ns = 500'000'000;
+
 template <std::size_t N, class Declared>
 Text compare_names(const FixedVec<Name, N>& found, const Declared& declared,
                    std::string_view what) {
@@ -25,20 +28,49 @@ bool HalLink::was_left(std::uint64_t session) const {
   return false;
 }
 
+HalLink::Facts HalLink::facts_of(const HalStatus& status) const {
+  return {status.session, status.pacing == "lockstep", status.state == "resetting",
+          find_mismatch(status)};
+}
+
+void HalLink::follow(const Facts& facts) {
+  if (facts_.session != 0) left_[next_left_++ % left_.size()] = facts_.session;
+  facts_ = facts;
+  rival_ = Facts{};
+  rival_heard_ns_ = 0;
+  has_state_ = false;
+}
+
 HalLink::News HalLink::take_status(const HalStatus& status) {
   if (status.session == 0 || was_left(status.session)) return News::nothing;
-  const bool is_new = status.session != session_;
-  if (is_new) {
-    if (session_ != 0) left_[next_left_++ % left_.size()] = session_;
-    session_ = status.session;
-    has_state_ = false;
+  const Facts facts = facts_of(status);
+  if (facts_.session == 0) {
+    follow(facts);
+    return News::new_session;
   }
-  const Text mismatch = find_mismatch(status);
-  const bool lockstep = status.pacing == "lockstep";
-  const bool changed = !(mismatch == mismatch_) || lockstep != lockstep_;
-  mismatch_ = mismatch;
-  lockstep_ = lockstep;
-  return is_new ? News::new_session : changed ? News::facts_changed : News::nothing;
+  if (facts.session != facts_.session) {  // it has to show a state first
+    if (facts.session != rival_.session) rival_heard_ns_ = 0;
+    rival_ = facts;
+    return News::nothing;
+  }
+  const bool changed = !(facts.mismatch == facts_.mismatch) || facts.lockstep != facts_.lockstep;
+  facts_ = facts;
+  return changed ? News::facts_changed : News::nothing;
+}
+
+HalLink::News HalLink::take_rival_state(std::uint64_t now_ns) {
+  const bool both = has_state_ && now_ns - heard_ns_ <= silent_ns;
+  if (!both) {
+    follow(Facts{rival_});
+    return News::new_session;
+  }
+  const bool known = two_at_once(now_ns);
+  rival_heard_ns_ = now_ns;
+  return known ? News::nothing : News::two_at_once;
+}
+
+bool HalLink::two_at_once(std::uint64_t now_ns) const {
+  return rival_heard_ns_ != 0 && now_ns - rival_heard_ns_ <= 4 * silent_ns;
 }
 
 Text HalLink::find_mismatch(const HalStatus& status) const {
@@ -59,6 +91,7 @@ Text HalLink::find_mismatch(const HalStatus& status) const {
 
 void HalLink::take_state(const JointState& message, std::uint64_t now_ns) {
   if (!has_state_ || message.tick > state_.tick) arrival_ns_ = now_ns;
+  heard_ns_ = now_ns;
   has_state_ = true;
   state_.tick = message.tick;
   state_.count = message.positions.size();

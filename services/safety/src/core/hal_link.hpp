@@ -1,7 +1,9 @@
 // What the gate knows about the robot: whose session it follows, and the newest state of it.
 //
-// Before the first hal/status there is no session and every state is ignored. A session once
-// left is never followed again, so a late message of a dead HAL cannot bring it back.
+// Before the first hal/status there is no session and every state is ignored. Another session
+// is followed only when it has delivered a valid state while the present one is silent, so that
+// a stray message cannot shut out the real HAL. A session once left is never followed again, so
+// a late message of a dead HAL cannot bring it back.
 #pragma once
 
 #include <array>
@@ -15,40 +17,63 @@ namespace fairlead {
 
 class HalLink {
  public:
-  enum class News : std::uint8_t { nothing, facts_changed, new_session };
+  enum class News : std::uint8_t { nothing, facts_changed, new_session, two_at_once };
 
   explicit HalLink(const Limits& limits) : limits_(limits) {}
 
   /// Take a hal/status.
   News take_status(const HalStatus& status);
 
+  /// A valid state of the session that only announced itself so far.
+  News take_rival_state(std::uint64_t now_ns);
+  /// The session that announced itself beside the one that is followed, 0 if none did.
+  [[nodiscard]] std::uint64_t rival() const { return rival_.session; }
+  /// Whether both have delivered states within the last seconds.
+  [[nodiscard]] bool two_at_once(std::uint64_t now_ns) const;
+
   /// What keeps this HAL from being armed, "" if nothing does.
-  [[nodiscard]] const Text& mismatch() const { return mismatch_; }
+  [[nodiscard]] const Text& mismatch() const { return facts_.mismatch; }
 
   /// Copy a state that has passed check_state; its tick is newer or the same.
   void take_state(const JointState& message, std::uint64_t now_ns);
+  /// A valid state was heard, be it a repeat.
+  void note_heard(std::uint64_t now_ns) { heard_ns_ = now_ns; }
 
-  [[nodiscard]] std::uint64_t session() const { return session_; }
-  [[nodiscard]] bool lockstep() const { return lockstep_; }
+  [[nodiscard]] std::uint64_t session() const { return facts_.session; }
+  [[nodiscard]] bool lockstep() const { return facts_.lockstep; }
+  [[nodiscard]] bool resetting() const { return facts_.resetting; }
   [[nodiscard]] bool has_state() const { return has_state_; }
   [[nodiscard]] const MeasuredState& state() const { return state_; }
   [[nodiscard]] std::uint64_t tick() const { return has_state_ ? state_.tick : 0; }
   /// When the newest tick arrived; repeats of it do not count.
   [[nodiscard]] std::uint64_t arrival_ns() const { return arrival_ns_; }
+  /// When a state of this session was heard last; repeats count.
+  [[nodiscard]] std::uint64_t heard_ns() const { return heard_ns_; }
 
  private:
+  // What a hal/status says about its session.
+  struct Facts {
+    std::uint64_t session = 0;
+    bool lockstep = false;
+    bool resetting = false;
+    Text mismatch = "no hal/status received yet";
+  };
+
+  [[nodiscard]] Facts facts_of(const HalStatus& status) const;
+  void follow(const Facts& facts);
   Text find_mismatch(const HalStatus& status) const;
   [[nodiscard]] bool was_left(std::uint64_t session) const;
 
   const Limits& limits_;
-  std::uint64_t session_ = 0;
   std::array<std::uint64_t, 64> left_{};
   std::size_t next_left_ = 0;
-  bool lockstep_ = false;
-  Text mismatch_ = "no hal/status received yet";
+  Facts facts_;
+  Facts rival_;
+  std::uint64_t rival_heard_ns_ = 0;  // its newest valid state, 0: none
   MeasuredState state_;
   bool has_state_ = false;
   std::uint64_t arrival_ns_ = 0;
+  std::uint64_t heard_ns_ = 0;
 };
 
 }  // namespace fairlead

@@ -34,8 +34,6 @@ Judgement judge_rows(const Limits& limits, const ClaimLimits& claim, const Measu
                      const ActionChunk& chunk, std::size_t first_row, const RowBefore& before) {
   Judgement judgement;
   judgement.first_row = first_row;
-  judgement.evidence = check_passive(limits, state);
-  if (!judgement.evidence.ok()) return judgement;
   for (std::size_t row = first_row; row < chunk.horizon; ++row) {
     judgement.evidence = check_row(limits, claim, state, chunk, row, first_row, before);
     if (!judgement.evidence.ok()) break;

@@ -146,6 +146,9 @@ Evidence check_addressing(const Limits& limits, const ClaimLimits& claim,
 
 Evidence check_shape(const Limits& limits, const ClaimLimits& claim, const ActionChunk& chunk) {
   Evidence evidence = check_sizes(limits, claim, chunk);
+  if (evidence.ok() && chunk.start_tick > UINT64_MAX - 2 * max_rows)
+    evidence = broken_rule(code::shape, "start_tick", "its rows' ticks fit 64 bits",
+                           static_cast<double>(chunk.start_tick));
   if (evidence.ok()) evidence = check_numbers(limits, chunk);
   if (evidence.ok()) evidence = check_addressing(limits, claim, chunk);
   return evidence;

@@ -1,5 +1,6 @@
 #include "steps.hpp"
 
+#include <array>
 #include <cmath>
 
 #include "evidence.hpp"
@@ -102,6 +103,61 @@ Evidence start_from_velocity(const Limits& limits, const ModeLimits& modes,
   return {};
 }
 
+// The base's measured twist along base_link's axes: its joints are two slides along odom's x and
+// y and a yaw. False if the part is built otherwise.
+bool measured_twist(const Limits& limits, const MeasuredState& state, std::size_t part,
+                    std::array<double, 6>& twist) {
+  const auto& joints = limits.parts[part].joints;
+  if (joints.size() != 3 || limits.joints[joints[0]].kind != JointKind::prismatic ||
+      limits.joints[joints[1]].kind != JointKind::prismatic ||
+      limits.joints[joints[2]].kind == JointKind::prismatic)
+    return false;
+  const double yaw = state.positions[joints[2]];
+  const double vx = state.velocities[joints[0]];
+  const double vy = state.velocities[joints[1]];
+  twist = {std::cos(yaw) * vx + std::sin(yaw) * vy,
+           std::cos(yaw) * vy - std::sin(yaw) * vx,
+           0.0,
+           0.0,
+           0.0,
+           state.velocities[joints[2]]};
+  return true;
+}
+
+// A joint of the part that is not at standstill, nullptr if there is none.
+const JointLimits* moving_joint(const Limits& limits, const MeasuredState& state,
+                                std::size_t part) {
+  for (const std::size_t j : limits.parts[part].joints)
+    if (!(std::abs(state.velocities[j]) < limits.joints[j].standstill_velocity))
+      return &limits.joints[j];
+  return nullptr;
+}
+
+Evidence still(const Limits& limits, const MeasuredState& state, std::size_t part,
+               std::string_view rule) {
+  const JointLimits* moving = moving_joint(limits, state, part);
+  if (moving == nullptr) return {};
+  const auto j = static_cast<std::size_t>(moving - limits.joints.begin());
+  return above(code::start, moving->name.view(), std::abs(state.velocities[j]),
+               moving->standstill_velocity, rule);
+}
+
+// A twist after none: against the measured one.
+Evidence start_twist(const Limits& limits, const CartesianLimits& mode, const MeasuredState& state,
+                     const ActionPart& action, const Setpoint& first) {
+  std::array<double, 6> measured{};
+  if (!measured_twist(limits, state, action.part, measured))
+    return still(limits, state, action.part, "a first twist of this part: from standstill");
+  std::array<double, 6> change{};
+  for (std::size_t i = 0; i < change.size(); ++i) change[i] = first[i] - measured[i];
+  const Evidence linear =
+      limit_step(code::start, "linear", std::hypot(change[0], change[1], change[2]),
+                 mode.linear_step_limit, mode.source);
+  if (!linear.ok()) return linear;
+  return limit_step(code::start, "angular", std::hypot(change[3], change[4], change[5]),
+                    mode.angular_step_limit, mode.source);
+}
+
 // What the measured state says about the first row; cartesian modes are relative to it anyway.
 Evidence start_from_state(const Limits& limits, const ModeLimits& modes, const MeasuredState& state,
                           const ActionPart& action, const Setpoint& first, const ActionPart* last) {
@@ -124,6 +180,14 @@ const ActionPart* command_before(const RowBefore& before, const ActionPart& acti
   return nullptr;
 }
 
+// The row that acts before moves this part in another mode.
+bool changes_mode(const RowBefore& before, const ActionPart& action) {
+  if (before.chunk == nullptr) return false;
+  for (const ActionPart& other : before.chunk->parts)
+    if (other.part == action.part) return other.mode != action.mode;
+  return false;
+}
+
 }  // namespace
 
 Evidence check_step(const Limits& limits, const ModeLimits& modes, const ActionPart& action,
@@ -139,17 +203,21 @@ Evidence check_start(const Limits& limits, const ModeLimits& modes, const Measur
   const std::size_t width = mode_width(action.mode, limits.joints.size());
   const Setpoint first{&action.values, row * width};
   const ActionPart* last = command_before(before, action);
+  if (changes_mode(before, action)) {
+    const Evidence moving =
+        still(limits, state, action.part, "a part changes its mode at standstill only");
+    if (!moving.ok()) return moving;
+  }
   const Evidence evidence = start_from_state(limits, modes, state, action, first, last);
   if (!evidence.ok()) return evidence;
   if (last != nullptr)
     return step_between(code::start, limits, modes, action, first, *last,
                         Setpoint{&last->values, before.row * width});
-  // Holding is a delta or a twist of zero. A composite switch has no state to start from.
+  // Holding is a delta of zero. A composite switch has no state to start from.
   const auto mode = static_cast<Mode>(action.mode);
   if (mode == Mode::cartesian_delta)
     return step_cartesian(code::start, modes.cartesian_delta, first, Setpoint{});
-  if (mode == Mode::body_twist)
-    return step_cartesian(code::start, modes.body_twist, first, Setpoint{});
+  if (mode == Mode::body_twist) return start_twist(limits, modes.body_twist, state, action, first);
   return {};
 }
 

@@ -48,6 +48,19 @@ Text tighten_scalar(const LimitOverride& wanted, ScalarLimits& mode) {
   return no_such_limit(wanted);
 }
 
+// The joints' own limits are the robot's; a claim adds one of its own, not above any of them.
+Text tighten_velocity(const Limits& limits, const PartLimits& part, const LimitOverride& wanted,
+                      JointModeLimits& mode) {
+  double limit = mode.claimed_velocity;
+  for (const std::size_t joint : part.joints) {
+    const double own = limits.joints[joint].velocity_limit;
+    if (!(limit <= own)) limit = own;
+  }
+  const Text fault = lower_it(wanted, limit);
+  if (fault.empty()) mode.claimed_velocity = limit;
+  return fault;
+}
+
 Text tighten_joints(const PartLimits& part, const LimitOverride& wanted, JointModeLimits& mode) {
   if (!(wanted.name == "step_limit")) return no_such_limit(wanted);
   for (const std::size_t joint : part.joints) {
@@ -68,6 +81,8 @@ Text tighten(const Limits& limits, std::size_t part, const LimitOverride& wanted
     case Mode::joint_position:
       return tighten_joints(limits.parts[part], wanted, modes.joint_position);
     case Mode::joint_velocity:
+      if (wanted.name == "velocity_limit")
+        return tighten_velocity(limits, limits.parts[part], wanted, modes.joint_velocity);
       return tighten_joints(limits.parts[part], wanted, modes.joint_velocity);
     case Mode::cartesian_delta:
       return tighten_cartesian(wanted, modes.cartesian_delta);

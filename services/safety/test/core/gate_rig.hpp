@@ -87,7 +87,12 @@ class GateRig {
     acted = did;
     send_state();
   }
-  /// The same, where parts did different things.
+  /// Periods pass of which the gate hears nothing.
+  void pass(std::uint64_t ticks) {
+    tick += ticks;
+    now_ns += ticks * period_ns;
+  }
+  /// One period later, where parts did different things.
   void next_tick_of(const std::vector<Acted>& each) {
     ++tick;
     now_ns += period_ns;

@@ -2,6 +2,7 @@
 
 #include <doctest/doctest.h>
 
+#include "gate_rig.hpp"
 #include "row_judge.hpp"
 
 using namespace fairlead;
@@ -162,14 +163,24 @@ TEST_CASE("G011 a gripper outside its bounds may go anywhere inside them") {
             .evidence.code == 0);
 }
 
-TEST_CASE("G011 a passive joint outside its bounds: no row can bring it back") {
+TEST_CASE("G011 a passive joint outside its bounds refuses no row; it is counted and said once") {
+  GateRig rig;
+  rig.ready();
+  rig.positions[torso] = 0.412;
+  rig.limits.passive_joints[0].jump_limit = 1.0;
+  rig.restart(BootInfo{false, true, {}});
+  rig.ready();
+  CHECK(rig.counter("G011") == 1);
+  rig.next_tick();
+  CHECK(rig.counter("G011") == 1);
+  CHECK(rig.send_chunk(rig.chunk()).code == 0);
+}
+
+TEST_CASE("G011 a joint outside its bounds blocks the chunks for its own part and no other") {
   MeasuredState state = state_at_rest();
-  const ChunkBuilder builder = ChunkBuilder().scalar(gripper, Mode::gripper_position, {0.04});
-  state.positions[torso] = 0.41;
-  CHECK(judge(builder.chunk, state).evidence.code == 0);  // at the tolerance
-  state.positions[torso] = just_above(0.41) + 1e-9;
-  CHECK(judge(builder.chunk, state).evidence.code == 11);
-  CHECK(judge(builder.chunk, state).evidence.axis == "torso");
-  state.positions[torso] = -0.2;
-  CHECK(judge(builder.chunk, state).evidence.code == 11);
+  state.positions[arm_1] = 2.2;
+  CHECK(judge(ChunkBuilder().along(arm, Mode::cartesian_delta, 0, {0.0}).chunk, state)
+            .evidence.code == 11);
+  CHECK(judge(ChunkBuilder().along(base, Mode::body_twist, 0, {0.1}).chunk, state).evidence.code ==
+        0);
 }

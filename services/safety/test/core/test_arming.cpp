@@ -64,7 +64,7 @@ TEST_CASE("arming needs a fresh state in realtime and any state in lockstep") {
 TEST_CASE("lockstep is the gate file's to allow, not a message's") {
   GateRig rig(true);
   rig.limits.lockstep_allowed = false;
-  rig.restart(BootInfo{true, false, {}});
+  rig.restart(BootInfo{false, true, {}});
   rig.send_hal_status();
   rig.send_state();
   rig.send(EventKind::arm, Arm{"test"});
@@ -139,18 +139,83 @@ TEST_CASE("armed without a claim for 30 s disarms, in realtime only") {
 }
 
 TEST_CASE("a new HAL session disarms, and the old one is never followed again") {
-  GateRig rig;
+  GateRig rig(true);
   rig.ready();
   rig.send_hal_status(0x1111);
+  CHECK(rig.gate->state() == GateState::armed);  // announced, but not there yet
+  rig.now_ns += 501 * ms;                        // the old one is silent
+  rig.session = 0x1111;
+  rig.tick = 1;
+  rig.send_state();
   CHECK(rig.gate->state() == GateState::disarmed);
   CHECK(rig.lease().session == 0x1111);
-  CHECK(rig.lease().state_tick == 0);
+  CHECK(rig.lease().state_tick == 1);
   rig.send_hal_status(hal_session);
+  rig.session = hal_session;
   rig.timer(25 * ms);
   CHECK(rig.lease().session == 0x1111);
   rig.send_state();  // of the old session
   CHECK(rig.counter("G002") == 1);
-  CHECK(rig.status().state_tick == 0);
+  CHECK(rig.status().state_tick == 1);
+}
+
+TEST_CASE("a stray hal/status of another HAL does not shut out the real one") {
+  GateRig rig;
+  rig.ready();
+  rig.send_hal_status(0x1111);
+  for (int i = 0; i < 20; ++i) {
+    rig.next_tick();
+    rig.send_hal_status();
+    rig.send_heartbeat();
+  }
+  CHECK(rig.gate->state() == GateState::armed);
+  rig.timer(25 * ms);
+  CHECK(rig.lease().session == hal_session);
+}
+
+TEST_CASE("two HALs at once disarm, and the cause and the refusal to arm name both") {
+  GateRig rig;
+  rig.ready();
+  rig.send_hal_status(0x1111);
+  rig.session = 0x1111;
+  rig.send_state();
+  CHECK(rig.gate->state() == GateState::disarmed);
+  CHECK(rig.status().cause ==
+        "disarmed: two HALs publish for this robot: sessions 000000000000abcd and "
+        "0000000000001111");
+  rig.session = hal_session;
+  rig.next_tick();
+  rig.send(EventKind::arm, Arm{"test"});
+  CHECK(rig.refusal().reason ==
+        "two HALs publish for this robot: sessions 000000000000abcd and 0000000000001111");
+  for (int i = 0; i < 41; ++i) rig.next_tick();  // the other one has gone
+  CHECK(rig.arm().session == hal_session);
+}
+
+TEST_CASE("a hal/status that cannot be read is said once, and arming is refused because of it") {
+  GateRig rig;
+  rig.send_hal_status();
+  rig.send_state();
+  rig.send_frame(EventKind::hal_status, {0x93});
+  CHECK(rig.count(OutputKind::log) == 1);
+  rig.send_frame(EventKind::hal_status, {0x93});
+  CHECK(rig.count(OutputKind::log) == 0);
+  rig.send(EventKind::arm, Arm{"test"});
+  CHECK(rig.refusal().reason == "the newest hal/status is unreadable: cut short");
+  rig.send_hal_status();
+  CHECK(rig.arm().session == hal_session);
+}
+
+TEST_CASE("arming waits for the HAL to end the reset of its episode") {
+  GateRig rig;
+  HalStatus status = rig.hal_status();
+  status.state = "resetting";
+  rig.send(EventKind::hal_status, status);
+  rig.send_state();
+  rig.send(EventKind::arm, Arm{"test"});
+  CHECK(rig.refusal().reason == "the HAL is resetting its episode");
+  rig.send_hal_status();
+  CHECK(rig.arm().session == hal_session);
 }
 
 TEST_CASE("a HAL that changes its facts under an armed gate disarms it") {

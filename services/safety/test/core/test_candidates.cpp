@@ -63,7 +63,7 @@ TEST_CASE("G001 bad frames far apart, or on another key, leave the claim alone")
   for (int i = 0; i < 10; ++i) rig.send_frame(EventKind::candidate, garbage, "stranger");
   for (int i = 0; i < 10; ++i) {
     rig.send_frame(EventKind::candidate, garbage, "runner");
-    rig.tick += 4;
+    rig.pass(4);
     rig.next_tick();
     rig.send_heartbeat();
   }
@@ -220,4 +220,21 @@ TEST_CASE("releasing a claim needs its source and its id") {
   CHECK(rig.reply<Done>().text == "released");
   CHECK(rig.lease().grants.empty());
   rig.take_claim();
+}
+
+TEST_CASE("a refusal before G006 names the claim only to the claim's own runner") {
+  GateRig rig;
+  rig.ready();
+  ChunkBuilder chunk = rig.chunk();
+  chunk.chunk.session ^= 1;
+  CHECK(rig.send_chunk(chunk).claim_id == 0);
+  chunk = rig.chunk();
+  chunk.chunk.epoch ^= 1;
+  CHECK(rig.send_chunk(chunk).claim_id == 0);
+  chunk = rig.chunk();
+  CHECK(rig.send_chunk(chunk, "other").claim_id == 0);
+  chunk.chunk.seq = 5000;
+  const Verdict own = rig.send_chunk(chunk);
+  CHECK(own.code == 5);
+  CHECK(own.claim_id == rig.claim_id);
 }

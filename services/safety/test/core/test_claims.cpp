@@ -198,3 +198,18 @@ TEST_CASE("there is room for eight claims") {
   CHECK(refusal_of(rig, rig.claim_request({"arm"})) == "all 8 claims are taken");
   CHECK(rig.status().claims.size() == 8);
 }
+
+TEST_CASE("a claim may lower its joint velocities, and never raise them") {
+  GateRig rig;
+  rig.connect_and_arm();
+  Claim claim = rig.claim_request();
+  const auto mode = static_cast<std::uint8_t>(Mode::joint_velocity);
+  (void)claim.limits.push_back(LimitOverride{"base", mode, "velocity_limit", just_above(1.5)});
+  rig.send(EventKind::claim, claim);
+  CHECK(rig.count(OutputKind::refusal) == 1);
+  claim.limits[0].value = 0.4;
+  rig.send(EventKind::claim, claim);
+  rig.claim_id = rig.reply<ClaimReply>().claim_id;
+  CHECK(rig.send_chunk(rig.chunk({0.4, 0.4})).code == 0);
+  CHECK(rig.send_chunk(rig.chunk({0.4, just_above(0.4)})).code == 20);
+}

@@ -49,9 +49,9 @@ TEST_CASE("stops spread wider than the window do not latch, nor do an operator's
   for (int i = 0; i < 4; ++i) {
     stop_by_nan(spread);
     CHECK(spread.gate->state() == GateState::stopped);
-    come_back(spread);
-    spread.tick += 600;  // 30 s
+    spread.pass(600);  // 30 s
     spread.next_tick();
+    come_back(spread);
   }
   GateRig operators;
   operators.connect_and_arm();
@@ -147,4 +147,54 @@ TEST_CASE("a latched gate lists stops, and leads through stopped when one is sti
   other.reset(77);
   CHECK(other.gate->state() == GateState::latched);
   CHECK(other.reply<Done>().text == "000000000000004d was reset");
+}
+
+TEST_CASE("a latch is not reset on a state from long ago") {
+  for (const bool lockstep : {false, true}) {
+    GateRig rig(lockstep);
+    rig.restart(BootInfo{false, false, {}});
+    rig.send_hal_status();
+    for (int i = 0; i < 10; ++i) rig.next_tick();
+    const std::uint64_t limit_ms = lockstep ? 500 : 250;
+    rig.timer((limit_ms + 1) * ms);
+    rig.reset(rig.status().latch_id);
+    CHECK(rig.count(OutputKind::refusal) == 1);
+    CHECK(rig.gate->state() == GateState::latched);
+    rig.send_state();  // a repeat shows that the robot is there
+    rig.timer(limit_ms * ms);
+    rig.reset(rig.status().latch_id);
+    CHECK(rig.gate->state() == GateState::disarmed);
+  }
+}
+
+TEST_CASE("leases of another gate latch, in any state, and hold the latch while they come") {
+  GateRig rig;
+  rig.ready();
+  const Lease own = rig.lease();
+  rig.send(EventKind::lease, own);  // this gate's own, on its way round
+  CHECK(rig.gate->state() == GateState::armed);
+  Lease foreign = own;
+  foreign.epoch = 0x1234567;
+  rig.send(EventKind::lease, foreign);
+  CHECK(rig.gate->state() == GateState::latched);
+  CHECK(rig.lease().grants.empty());
+  CHECK(std::string(rig.status().cause.view()).find("two gates") != std::string::npos);
+  for (int i = 0; i < 10; ++i) rig.next_tick();
+  rig.send(EventKind::lease, foreign);
+  rig.reset(rig.status().latch_id);
+  CHECK(rig.count(OutputKind::refusal) == 1);
+  for (int i = 0; i < 10; ++i) rig.next_tick();
+  rig.reset(rig.status().latch_id);
+  CHECK(rig.gate->state() == GateState::disarmed);
+  rig.send(EventKind::lease, foreign);
+  CHECK(rig.gate->state() == GateState::latched);
+}
+
+TEST_CASE("hardware: a state folder that was never used boots latched unless that is right") {
+  GateRig rig;
+  rig.limits.lockstep_allowed = false;
+  rig.restart(BootInfo{true, false, {}});
+  CHECK(rig.gate->state() == GateState::latched);
+  rig.restart(BootInfo{true, false, {}, true});
+  CHECK(rig.gate->state() == GateState::disarmed);
 }

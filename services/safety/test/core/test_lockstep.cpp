@@ -127,7 +127,6 @@ TEST_CASE("lockstep: the SafeChunk is repeated before every lease until it is na
   }
   rig.send_state();  // the waiting robot repeats its tick
   CHECK(rig.safe_chunk().verdict_id == safe.verdict_id);
-  CHECK(rig.count(OutputKind::verdict) == 0);
   rig.next_tick(row_of(safe, 0));
   rig.timer(25 * ms);
   CHECK(rig.count(OutputKind::safe_chunk) == 0);
@@ -162,4 +161,34 @@ TEST_CASE("lockstep: a chunk one tick ahead waits as long as the world does") {
   CHECK(decision(rig) == number(Decision::undecided));
   rig.next_tick();
   CHECK(decision(rig) == number(Decision::row));
+}
+
+TEST_CASE("lockstep: a repeated tick repeats each claim's newest verdict, byte for byte") {
+  for (const bool lockstep : {false, true}) {
+    GateRig rig(lockstep);
+    rig.ready();
+    rig.send_state();
+    CHECK(rig.count(OutputKind::verdict) == 0);  // none was given yet
+    const auto first = frame_of(rig.send_chunk(rig.chunk({9.0})));
+    rig.now_ns += 100 * ms;
+    rig.send_state();
+    CHECK(rig.count(OutputKind::verdict) == (lockstep ? 1U : 0U));
+    if (lockstep) CHECK(frame_of(rig.verdict()) == first);
+    CHECK(rig.counter("refused") == 1);
+  }
+}
+
+TEST_CASE("lockstep: once the HAL executes a claim's rows, a leap over a tick stops") {
+  GateRig rig(true);
+  rig.ready();
+  rig.pass(5);  // nobody waits for the gate yet: held ticks may have been lost
+  rig.next_tick(Acted{1, 0, 0});
+  CHECK(rig.gate->state() == GateState::armed);
+  rig.send_chunk(rig.chunk({0.1, 0.1, 0.1, 0.1}));
+  const SafeChunk safe = rig.safe_chunk();
+  rig.next_tick(row_of(safe, 0));
+  CHECK(rig.gate->state() == GateState::armed);
+  rig.pass(1);
+  rig.next_tick(row_of(safe, 2));
+  CHECK(rig.gate->state() == GateState::stopped);
 }

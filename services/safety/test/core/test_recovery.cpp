@@ -100,8 +100,7 @@ TEST_CASE("realtime: states may be lost without harm while the HAL does as expec
   rig.ready();
   rig.send_chunk(rig.chunk({0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7}));
   const SafeChunk safe = rig.safe_chunk();
-  rig.tick += 3;
-  rig.now_ns += 3 * period_ns;
+  rig.pass(3);
   rig.next_tick(row_of(safe, 2));
   CHECK(rig.count(OutputKind::verdict) == 0);
   CHECK(rig.gate->state() == GateState::armed);

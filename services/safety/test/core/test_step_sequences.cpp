@@ -88,7 +88,7 @@ class RandomDay {
     Acted did{1, 0, 0};
     if (last_.horizon > 0 && below(4) != 0)
       did = Acted{0, last_.verdict_id, static_cast<std::uint32_t>(below(last_.horizon + 1))};
-    rig_.tick += below(10) == 0 ? below(4) : 0;
+    rig_.pass(below(10) == 0 ? below(4) : 0);
     rig_.next_tick(did);
   }
   void candidate() {

@@ -129,3 +129,35 @@ TEST_CASE("a tighter limit never releases more") {
     CHECK(released(tight) <= released(wide));
   }
 }
+
+TEST_CASE("G021 a twist after none starts from the measured one, turned into base_link") {
+  static Limits limits = test_limits();
+  ClaimLimits claim = whole_robot(limits);
+  claim.modes[base].body_twist.linear_step_limit = 0.3;
+  MeasuredState state = state_at_rest();
+  state.positions[base_yaw] = std::acos(-1.0) / 2.0;
+  state.velocities[base_y] = 1.0;  // along odom's y: forwards, as the base is turned
+  const auto code = [&](std::size_t axis, double speed) {
+    const ChunkBuilder twist = ChunkBuilder().along(base, Mode::body_twist, axis, {speed});
+    return judge_rows(limits, claim, state, twist.chunk, 0, {}).evidence.code;
+  };
+  CHECK(code(0, 0.71) == 0);
+  CHECK(code(0, 0.69) == 21);
+  CHECK(code(0, -0.3) == 21);
+  CHECK(code(1, 0.9) == 21);
+  limits.joints[base_y].kind = JointKind::revolute;  // not a base of two slides and a yaw
+  CHECK(code(0, 0.8) == 21);
+  state.velocities[base_y] = 0.0;
+  CHECK(code(0, 0.8) == 0);
+  limits = test_limits();
+}
+
+TEST_CASE("G021 a part changes its mode at standstill only") {
+  ChunkBuilder before;
+  before.joint(base, Mode::joint_velocity, base_x, {0.5});
+  const ChunkBuilder twist = ChunkBuilder().along(base, Mode::body_twist, 0, {0.5});
+  MeasuredState state = state_at_rest();
+  CHECK(code_after(before, twist, state) == 0);
+  state.velocities[base_x] = 0.05;
+  CHECK(code_after(before, twist, state) == 21);
+}

@@ -120,7 +120,7 @@ TEST_CASE("G013 a measured jump stops; what the robot can do in the ticks betwee
     rig.connect_and_arm();
     rig.next_tick();
     rig.positions[arm_1] = distance;
-    rig.tick += ticks - 1;
+    rig.pass(ticks - 1);
     rig.next_tick();
     return rig.gate->state();
   };
@@ -178,4 +178,55 @@ TEST_CASE("states that are late, unreadable or another robot's change nothing") 
   CHECK(rig.status().state_tick == newest);
   CHECK(rig.counter("G001") == 3);
   CHECK(rig.gate->state() == GateState::armed);
+}
+
+TEST_CASE("G013 a state cannot claim more ticks than periods can have passed, and is not taken") {
+  GateRig rig;
+  rig.connect_and_arm();
+  rig.next_tick();
+  const std::uint64_t honest = rig.tick;
+  rig.tick += 2;
+  rig.next_tick();  // three ticks in one period
+  CHECK(rig.gate->state() == GateState::stopped);
+  CHECK(std::string(rig.status().cause.view()).find("G013  tick") != std::string::npos);
+  CHECK(rig.status().state_tick == honest);
+  rig.tick = honest;
+  rig.next_tick();
+  CHECK(rig.status().state_tick == honest + 1);  // later honest states count
+  rig.tick += 5000;                              // also where a state cannot stop anything
+  rig.next_tick();
+  CHECK(rig.status().state_tick == honest + 1);
+}
+
+TEST_CASE("copies of a reset stop are ignored and counted until none came for two seconds") {
+  GateRig rig;
+  rig.connect_and_arm();
+  const auto press = [&rig] { rig.send(EventKind::stop_level, StopLevel{5, "e-stop", ""}); };
+  press();
+  rig.reset(5);
+  for (int i = 0; i < 3; ++i) {
+    rig.timer(1900 * ms);
+    press();
+    CHECK(rig.gate->state() == GateState::disarmed);
+  }
+  CHECK(rig.counter("stops_ignored") == 3);
+  rig.timer(2001 * ms);
+  press();  // the same button, pressed again
+  CHECK(rig.gate->state() == GateState::stopped);
+}
+
+TEST_CASE("copies of a reset stop that go on under a new arming are a new stop") {
+  GateRig rig(true);
+  rig.connect_and_arm();
+  rig.send(EventKind::stop_level, StopLevel{5, "e-stop", ""});
+  rig.reset(5);
+  rig.arm();
+  for (int i = 0; i < 40; ++i) {
+    rig.timer(50 * ms);
+    rig.send(EventKind::stop_level, StopLevel{5, "e-stop", ""});
+    CHECK(rig.gate->state() == GateState::armed);
+  }
+  rig.timer(50 * ms);
+  rig.send(EventKind::stop_level, StopLevel{5, "e-stop", ""});
+  CHECK(rig.gate->state() == GateState::stopped);
 }
