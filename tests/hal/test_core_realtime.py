@@ -5,16 +5,11 @@ from __future__ import annotations
 import pytest
 
 from fairlead.errors import MessageError
-from fairlead.hal.core import HalCore
-from fairlead.hal.tick_plan import TickPlan
 from fairlead.messages import Acted, Hold
 from tests.hal.gate_messages import (
     CLAIM,
     EPOCH,
     MS,
-    N_DOF,
-    PARTS,
-    PERIOD_NS,
     SESSION,
     chunk,
     executed,
@@ -22,37 +17,9 @@ from tests.hal.gate_messages import (
     lease,
     stop,
 )
+from tests.hal.realtime_hal import RealtimeHal
 
 HOLD_STARTING = Acted(hold=Hold.STARTING, verdict_id=0, row=0)
-STOPPED = Acted(hold=Hold.STOPPED, verdict_id=0, row=0)
-
-
-class RealtimeHal:
-    """A core whose leases arrive at each tick, unless a test says otherwise."""
-
-    def __init__(self) -> None:
-        self.core = HalCore(SESSION, "realtime", PARTS, N_DOF, PERIOD_NS)
-        self.tick = 0
-        self.lease_seq = 0
-
-    def grant(self, until_tick: int = 1000, at_ms: int | None = None) -> None:
-        self.lease_seq += 1
-        now_ns = (self.tick + 1) * 50 * MS if at_ms is None else at_ms * MS
-        message = lease(self.lease_seq, self.tick, [grant(until_tick)])
-        assert self.core.on_lease(message, now_ns) == ""
-
-    def step(self, at_ms: int | None = None) -> tuple[Acted, ...]:
-        self.tick += 1
-        now_ns = self.tick * 50 * MS if at_ms is None else at_ms * MS
-        plan = self.core.decide(self.tick, now_ns, is_still=True)
-        assert isinstance(plan, TickPlan)
-        assert set(plan.commands) == {p for p, acted in enumerate(plan.acted) if not acted.hold}
-        for command in plan.commands.values():
-            assert command.values[0] == self.tick / 1000, "a row of another tick ran"
-        return plan.acted
-
-    def holds(self) -> tuple[int, ...]:
-        return tuple(acted.hold for acted in self.step())
 
 
 @pytest.fixture
@@ -111,50 +78,6 @@ def test_a_lease_lives_75_ms_by_the_hals_own_clock(
     hal.core.on_safe_chunk(chunk(10, first_tick=1))
     hal.grant(at_ms=1000)
     assert hal.step(at_ms=1000 + age_ms)[0].hold == hold
-
-
-@pytest.mark.parametrize(("pause_ms", "hold"), [(125, Hold.NONE), (126, Hold.LEASE_STALE)])
-def test_the_tick_after_a_pause_holds_though_a_lease_sent_before_it_looks_fresh(
-    hal: RealtimeHal, pause_ms: int, hold: Hold
-) -> None:
-    hal.core.on_safe_chunk(chunk(10, first_tick=1, horizon=9))
-    hal.grant()
-    assert hal.step(at_ms=50)[0] == executed(10, 0)
-    hal.grant(at_ms=50 + pause_ms)  # read from the socket only now
-    assert hal.step(at_ms=50 + pause_ms)[0].hold == hold
-
-
-def test_rows_released_before_a_pause_never_run_after_it(hal: RealtimeHal) -> None:
-    hal.core.on_safe_chunk(chunk(10, first_tick=1, horizon=9))
-    hal.core.on_safe_chunk(chunk(11, first_tick=3, after=executed(10, 1)))
-    hal.grant()
-    hal.step(at_ms=50)
-    for at_ms in (5000, 5050, 5100):
-        hal.grant(at_ms=at_ms)
-        assert hal.step(at_ms=at_ms)[0].hold
-
-
-def test_a_second_live_gate_holds_every_part_and_demands_one_stop(hal: RealtimeHal) -> None:
-    hal.core.on_lease(lease(1, 0, epoch=EPOCH), 0)
-    hal.core.on_safe_chunk(chunk(10, first_tick=1, horizon=9, epoch=EPOCH + 1))
-    hal.core.on_lease(lease(1, 0, [grant(1000)], epoch=EPOCH + 1), 0)
-    assert hal.step(at_ms=50)[0] == executed(10, 0)
-    assert hal.core.on_lease(lease(2, 9), 251 * MS) == "lease of a second live gate"
-    hal.core.on_lease(lease(2, 1, [grant(1000)], epoch=EPOCH + 1), 251 * MS)
-    assert hal.step(at_ms=100) == (STOPPED, STOPPED)
-    details = f"epoch {EPOCH + 1:x} is followed, epoch {EPOCH:x} is alive"
-    assert hal.core.demanded_stops == (("two gates", details),)
-    hal.core.on_stop_raised("two gates", stop(5))
-    hal.core.on_lease(lease(3, 9), 300 * MS)
-    assert len(hal.core.demanded_stops) == 0
-    assert hal.core.held_stop_ids == (5,)
-
-
-def test_bytes_on_the_stop_key_that_are_no_stop_hold_every_part(hal: RealtimeHal) -> None:
-    hal.core.on_safe_chunk(chunk(10, first_tick=1, horizon=9))
-    hal.grant()
-    hal.core.on_unreadable_stop("3 bytes")
-    assert hal.step() == (STOPPED, STOPPED)
 
 
 def test_a_repeated_lease_does_not_live_longer(hal: RealtimeHal) -> None:

@@ -234,12 +234,12 @@ def test_a_row_decided_before_a_pause_is_not_carried_out_after_it(running: Runni
 def move_until(running: RunningHost, condition: Callable[[], bool]) -> None:
     """Release and grant rows, as a gate would, until there is something to see."""
     wait_until(lambda: running.status().tick > 2)
-    for seq in range(1, 500):
+    seq = 0
+    while not condition():
+        seq += 1
+        assert seq < 500, "nothing happened in 500 rounds"
         publish(running, seq, running.status().tick)
-        if condition():
-            return
         time.sleep(0.02)
-    raise AssertionError("nothing happened in 500 rounds")
 
 
 def publish(running: RunningHost, seq: int, tick: int) -> None:
