@@ -13,7 +13,7 @@ from fairlead.errors import RefusedError
 from fairlead.messages import ActionChunk, GateState, decode, floats
 from fairlead_skill_runner.trace import read_trace
 from tests.runner.scripted_robot import CLAIM, SKILL
-from tests.runner.scripted_world import ScriptedWorld
+from tests.runner.scripted_world import ScriptedWorld, free_port
 
 pytestmark = pytest.mark.processes
 
@@ -118,6 +118,34 @@ def test_heartbeats_come_while_the_claim_lives_and_end_with_it(world: ScriptedWo
         "cancelled", "operator", "cancelled by test",
     )  # fmt: skip
     assert world.released == [CLAIM]
+
+
+def test_a_policy_server_that_is_not_there_fails_the_goal_before_anything_is_claimed(
+    make_world: Callable[..., ScriptedWorld],
+) -> None:
+    address = f"ws://127.0.0.1:{free_port()}"
+    world = make_world()
+    world.start_runner(
+        {
+            "backend": "openpi",
+            "options": {
+                "address": address,
+                "start": "serve it",
+                "connect_timeout_s": 1.0,
+                "answer_timeout_s": 1.0,
+            },
+        }
+    )
+    ended = world.result(world.start_goal())
+    assert ended.result is not None
+    assert (ended.result.outcome, ended.result.kind) == ("failed", "policy_error")
+    assert ended.result.detail == (
+        f"policy worker: loading failed: openpi policy: no policy server at {address}: "
+        "[Errno 111] Connection refused\n"
+        "  start one: serve it\n"
+        "  or name another address in the skill's policy options"
+    )
+    assert world.claims == []
 
 
 def test_a_lost_claim_fails_the_goal_with_the_gates_cause_and_fix(world: ScriptedWorld) -> None:

@@ -1,0 +1,83 @@
+"""A checkpoint's whole output, random on every axis, through gate and simulator, bit for bit."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from fairlead.deployment import load_deployment
+from fairlead.goal_run import GoalWish
+from fairlead.parity.comparison import compare
+from fairlead.parity.deployed_episode import deployed_episode
+from fairlead.parity.local_episode import local_episode
+from fairlead.paths import ROOT_VARIABLE, repo_root
+from fairlead.skill import SkillManifest, load_skill
+from fairlead_skill_runner.trace import TraceRecord, TraceWriter
+
+pytestmark = [pytest.mark.processes, pytest.mark.simulator, pytest.mark.timeout(300)]
+
+SKILL = "pi05-robocasa365-human300-nf4"
+CALLS, ROWS = 6, 16
+BASE, TORSO, MODE = slice(7, 10), 10, 11
+
+
+def record(path: Path, chunks: np.ndarray) -> Path:
+    writer = TraceWriter(path)
+    for chunk in chunks:
+        writer.write(TraceRecord(tick=1, state=np.zeros(16), actions=chunk))
+    writer.close()
+    return path
+
+
+def checkout_with(folder: Path, skill: SkillManifest, trace: Path) -> None:
+    """A checkout like this one in which ``skill`` sees no pictures and repeats ``trace``."""
+    folder.mkdir()
+    for entry in ("robots", "compose", "build", "services", "shared"):
+        (folder / entry).symlink_to(repo_root() / entry)
+    home = folder / "rskills" / skill.id
+    home.mkdir(parents=True)
+    changed = skill.model_dump(mode="json", exclude_none=True) | {
+        "images": {},
+        "policy": {"backend": "replay", "options": {"trace": str(trace)}},
+    }
+    (home / "rskill.yaml").write_text(yaml.safe_dump(changed))
+
+
+def test_random_vectors_reach_the_simulator_as_the_policy_wrote_them_but_for_the_torso(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("FAIRLEAD_STATE", str(tmp_path / "registry"))
+    skill = load_skill(SKILL)
+    assert skill.execute_steps == ROWS
+    emitted = np.random.default_rng(11).uniform(-1, 1, (CALLS, ROWS, 12)).astype(np.float32)
+    emitted[..., 7] = np.abs(emitted[..., 7])  # random, and on the whole forwards
+    executed = emitted.copy()
+    executed[..., TORSO] = 0.0  # discarded on purpose, so the simulator gets 0
+    source = repo_root() / "compose" / "panda_mobile_sim.yaml"
+
+    checkout_with(tmp_path / "deployed", skill, record(tmp_path / "emitted.jsonl", emitted))
+    monkeypatch.setenv(ROOT_VARIABLE, str(tmp_path / "deployed"))
+    wish = GoalWish(SKILL, deadline_ticks=CALLS * ROWS)
+    deployed, reset = deployed_episode(source, wish, 4, tmp_path / "state", lambda now: None)
+
+    checkout_with(tmp_path / "local", skill, record(tmp_path / "executed.jsonl", executed))
+    monkeypatch.setenv(ROOT_VARIABLE, str(tmp_path / "local"))
+    local = local_episode(
+        load_deployment(source), load_skill(SKILL), 4, reset, len(deployed.packed)
+    )
+
+    assert b"".join(deployed.actions) == emitted.tobytes(), "the whole recording was asked for"
+    rows = {row.quantity: row for row in compare(deployed, local)}
+    for quantity in ("observations", "packed", "qpos", "qvel"):
+        assert rows[quantity].same, rows[quantity].difference
+    assert len(deployed.packed) == reset.held_ticks + CALLS * ROWS
+    packed = np.frombuffer(b"".join(deployed.packed[reset.held_ticks :]), "<f4").reshape(-1, 12)
+    assert packed.tobytes() == executed.tobytes()
+    assert not packed[:, TORSO].any() and np.abs(emitted[..., TORSO]).max() > 0.9
+    assert packed[:, MODE].min() < -0.9 and packed[:, MODE].max() > 0.9
+    seen = [np.frombuffer(state, "<f8") for state in deployed.observations]
+    moved_m = float(np.linalg.norm(seen[-1][BASE] - seen[0][BASE]))
+    assert moved_m > 0.3, f"the base moved {moved_m:.2f} m"
