@@ -24,7 +24,7 @@ def load_model(path: Path, period_ns: int) -> tuple[mujoco.MjModel, int]:
     try:
         model = mujoco.MjModel.from_xml_path(str(path))
     except ValueError as error:
-        raise ConfigError(f"hal_mujoco: {path}: {error}") from None
+        raise ConfigError(f"hal_mujoco: {path}: {' '.join(str(error).split())}") from None
     period_s = period_ns * 1e-9
     steps = round(period_s / model.opt.timestep)
     if steps < 1 or abs(steps * model.opt.timestep - period_s) > 1e-9:

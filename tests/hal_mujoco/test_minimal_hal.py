@@ -1,0 +1,76 @@
+"""The document's complete HAL: short, the same text, and it runs behind the real gate."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fairlead.client import RobotClient
+from fairlead.goal_run import GoalWish, run_goal
+from fairlead.messages import JointState, decode, floats
+from fairlead.paths import repo_root
+from fairlead.supervisor.command_line import service_command, service_environment
+from fairlead.supervisor.scratch import Scratch, ScratchOptions, make_scratch
+from tests.hal_mujoco.test_joint_reach import RUNNER, SKILL, SOURCE, goal_position
+
+EXAMPLE = repo_root() / "docs" / "examples" / "minimal_hal.py"
+DOCUMENT = repo_root() / "docs" / "hal.md"
+END_S = 20.0
+
+
+def test_the_example_is_under_80_lines() -> None:
+    assert len(EXAMPLE.read_text(encoding="utf-8").splitlines()) < 80
+
+
+def test_the_document_shows_the_whole_example() -> None:
+    [shown] = re.findall(r"```python\n(.*?)```", DOCUMENT.read_text(encoding="utf-8"), re.S)
+    assert shown == EXAMPLE.read_text(encoding="utf-8")
+
+
+def test_the_lines_that_swap_the_hal_are_those_of_the_deployment_file() -> None:
+    lines = re.findall(r"^  hal: \{.*$", DOCUMENT.read_text(encoding="utf-8"), re.M)
+    assert len(lines) == 2
+    assert all(line.strip() in SOURCE.read_text(encoding="utf-8") for line in lines)
+
+
+@contextmanager
+def running(scratch: Scratch) -> Iterator[None]:
+    """The deployment's services, with the example as its HAL."""
+    with ExitStack() as ends:
+        for name in scratch.deployment.services:
+            folder = scratch.state_dir / name
+            folder.mkdir()
+            command = service_command(scratch.file, scratch.deployment, name, folder)
+            if name == scratch.deployment.hal:
+                command = [sys.executable, str(EXAMPLE), *command[3:]]
+            log = ends.enter_context((folder / "log").open("wb"))
+            process = subprocess.Popen(
+                command, stdout=log, stderr=subprocess.STDOUT, env=service_environment()
+            )
+            ends.callback(process.wait, END_S)
+            ends.callback(process.terminate)
+        yield
+
+
+@pytest.mark.processes
+def test_the_example_reaches_the_goal_behind_the_real_gate(tmp_path: Path) -> None:
+    scratch = make_scratch(SOURCE, tmp_path / "state", ScratchOptions(options={"runner": RUNNER}))
+    with running(scratch), RobotClient(scratch.deployment) as client:
+        client.wait_alive(*scratch.deployment.services, timeout_s=60.0)
+        client.wait_gate_follows(30.0)
+        states: list[JointState] = []
+        client.bus.subscribe(
+            client.keys.joints, lambda sample: states.append(decode(JointState, sample.payload))
+        )
+        client.arm()
+        result = run_goal(client, GoalWish(SKILL, deadline_ticks=80)).result
+        client.disarm()
+    assert result is not None and result.outcome == "deadline", "it has no task that could succeed"
+    np.testing.assert_allclose(floats(states[-1].positions)[:8], goal_position(), atol=1e-6)

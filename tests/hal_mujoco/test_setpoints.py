@@ -1,0 +1,182 @@
+"""Setpoints by mode and hold law, without a simulator."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from fairlead.errors import ConfigError
+from fairlead.hal.backend import PartCommand
+from fairlead.messages import FloatArray
+from fairlead.modes import ControlMode
+from fairlead.paths import robot_dir
+from fairlead.robot import RobotManifest, load_robot
+from fairlead_hal_mujoco.setpoints import Setpoints
+
+START = np.array([0.1, -0.3, 0.2, -2.2, 0.3, 2.0, 0.7, 0.06])
+ARM = tuple(range(7))
+
+
+@pytest.fixture
+def robot() -> RobotManifest:
+    return load_robot("panda")
+
+
+@pytest.fixture
+def setpoints(robot: RobotManifest) -> Setpoints:
+    made = Setpoints(robot)
+    made.restart(START)
+    return made
+
+
+def joints(mode: ControlMode, values: dict[int, float]) -> PartCommand:
+    row = np.zeros(8)
+    row[list(values)] = list(values.values())
+    return PartCommand(mode, "", row, tuple(values))
+
+
+def opening(value: float) -> PartCommand:
+    return PartCommand(ControlMode.GRIPPER_POSITION, "", np.array([value]), ())
+
+
+def follow(setpoints: Setpoints, **commands: PartCommand) -> FloatArray:
+    """One period of a robot that follows at once."""
+    return setpoints.advance(commands, setpoints.positions.copy())
+
+
+def changed(robot: RobotManifest, part: int, **fields: object) -> RobotManifest:
+    data = yaml.safe_load(Path(robot_dir("panda") / "robot.yaml").read_text(encoding="utf-8"))
+    data["parts"][part] |= fields
+    if "modes" in fields:
+        limits = data["safety"]["sim"]["parts"][data["parts"][part]["name"]]
+        limits.clear()
+        limits["composite_mode"] = {"step_limit": 1.0, "source": "test"}
+        if fields["modes"] == ["cartesian_delta"]:
+            limits.clear()
+            limits["cartesian_delta"] = {
+                "frames": ["base_link"], "linear_limit_m": 1.0, "angular_limit_rad": 1.0,
+                "linear_step_limit_m": 1.0, "angular_step_limit_rad": 1.0, "source": "test",
+            }  # fmt: skip
+    return RobotManifest.model_validate(data)
+
+
+def test_position_commands_are_taken_as_they_are_and_only_by_active_joints(
+    setpoints: Setpoints,
+) -> None:
+    after = follow(setpoints, arm=joints(ControlMode.JOINT_POSITION, {1: -0.25, 6: 0.75}))
+    np.testing.assert_array_equal(after, [0.1, -0.25, 0.2, -2.2, 0.3, 2.0, 0.75, 0.06])
+
+
+def test_velocity_commands_move_active_joints_by_rate_times_period(setpoints: Setpoints) -> None:
+    after = follow(setpoints, arm=joints(ControlMode.JOINT_VELOCITY, {0: 1.0, 3: -0.4}))
+    np.testing.assert_allclose(after - START, [0.05, 0, 0, -0.02, 0, 0, 0, 0], atol=1e-12)
+
+
+def test_velocity_ends_at_the_position_limit(setpoints: Setpoints, robot: RobotManifest) -> None:
+    for _ in range(60):
+        follow(setpoints, arm=joints(ControlMode.JOINT_VELOCITY, {3: 2.0}))
+    assert setpoints.positions[3] == robot.joint("panda_joint4").upper
+
+
+def test_a_blocked_joint_is_led_by_two_periods_of_full_speed_at_most(
+    setpoints: Setpoints, robot: RobotManifest
+) -> None:
+    push = {"arm": joints(ControlMode.JOINT_VELOCITY, {0: 1.0})}
+    for _ in range(60):
+        setpoints.advance(push, START)
+    lead = 2 * robot.joint("panda_joint1").velocity_limit * 0.05
+    np.testing.assert_allclose(setpoints.positions[0] - START[0], lead, atol=1e-12)
+
+
+def test_a_gripper_travels_at_its_own_speed_and_stops_at_the_command(setpoints: Setpoints) -> None:
+    first = follow(setpoints, gripper=opening(0.02))
+    np.testing.assert_allclose(first[7], 0.055, atol=1e-12)
+    for _ in range(10):
+        last = follow(setpoints, gripper=opening(0.02))
+    np.testing.assert_allclose(last, [*START[:7], 0.02], atol=1e-12)
+
+
+def test_keep_position_leaves_the_setpoint_also_after_a_velocity(setpoints: Setpoints) -> None:
+    before = follow(setpoints, arm=joints(ControlMode.JOINT_VELOCITY, {0: 2.0}))
+    for _ in range(5):
+        setpoints.advance({}, START)
+    np.testing.assert_array_equal(setpoints.positions, before)
+
+
+def test_keep_command_lets_a_gripper_finish_its_way(setpoints: Setpoints) -> None:
+    follow(setpoints, gripper=opening(0.0))
+    for _ in range(20):
+        follow(setpoints)
+    np.testing.assert_allclose(setpoints.positions[7], 0.0, atol=1e-12)
+
+
+def test_ramp_to_zero_slows_down_by_the_acceleration_limit(robot: RobotManifest) -> None:
+    setpoints = Setpoints(changed(robot, 0, hold="ramp_to_zero"))
+    setpoints.restart(START)
+    follow(setpoints, arm=joints(ControlMode.JOINT_VELOCITY, {0: 2.0, 1: -0.3}))
+    steps = []
+    for _ in range(4):
+        before = setpoints.positions.copy()
+        steps.append(follow(setpoints)[:2] - before[:2])
+    # 15 rad/s2 and 7.5 rad/s2 over 50 ms: 0.75 and 0.375 rad/s less each period
+    expected = np.array([[1.25, 0], [0.5, 0], [0, 0], [0, 0]]) * 0.05
+    np.testing.assert_allclose(steps, expected, atol=1e-12)
+
+
+def test_a_new_episode_forgets_targets_and_velocities(setpoints: Setpoints) -> None:
+    follow(setpoints, gripper=opening(0.0), arm=joints(ControlMode.JOINT_VELOCITY, {0: 2.0}))
+    setpoints.restart(START)
+    np.testing.assert_array_equal(follow(setpoints), START)
+
+
+@pytest.mark.parametrize(
+    ("part", "command", "text"),
+    [
+        ("arm", opening(0.0),
+         "hal_mujoco: part arm: expected a mode, got gripper_position "
+         "(valid: joint_position, joint_velocity)"),
+        ("arm", PartCommand(ControlMode.JOINT_POSITION, "", np.zeros(7), ARM),
+         "hal_mujoco: part arm: expected 8 value(s) of joint_position, got shape [7]"),
+        ("gripper", PartCommand(ControlMode.GRIPPER_POSITION, "", np.zeros(2), ()),
+         "hal_mujoco: part gripper: expected 1 value(s) of gripper_position, got shape [2]"),
+        ("arm", joints(ControlMode.JOINT_POSITION, {0: 0.0, 7: 0.0}),
+         "hal_mujoco: part arm: expected active joints out of [0, 1, 2, 3, 4, 5, 6], got [0, 7]"),
+        ("leg", opening(0.0), "robot panda: expected a part, got 'leg' (valid: arm, gripper)"),
+    ],
+)  # fmt: skip
+def test_a_command_that_does_not_fit_is_refused_and_moves_nothing(
+    setpoints: Setpoints, part: str, command: PartCommand, text: str
+) -> None:
+    with pytest.raises(ConfigError) as caught:
+        follow(setpoints, **{"gripper": opening(0.0), part: command})
+    assert str(caught.value) == text
+    np.testing.assert_array_equal(setpoints.positions, START)
+
+
+@pytest.mark.parametrize(
+    ("part", "fields", "text"),
+    [
+        (0, {"modes": ["cartesian_delta"], "end_effector": "gripper"},
+         "hal_mujoco: part arm: expected a mode of this HAL, got cartesian_delta "
+         "(valid: joint_position, joint_velocity, gripper_position, composite_mode)"),
+        (0, {"hold": "write_default"},
+         "hal_mujoco: part arm: expected a hold law for joints, got write_default "
+         "(valid: keep_position, zero_delta, ramp_to_zero, keep_command)"),
+    ],
+)  # fmt: skip
+def test_a_robot_that_position_servos_cannot_follow_is_refused(
+    robot: RobotManifest, part: int, fields: dict[str, object], text: str
+) -> None:
+    with pytest.raises(ConfigError) as caught:
+        Setpoints(changed(robot, part, **fields))
+    assert str(caught.value) == text
+
+
+def test_composite_mode_is_accepted_and_does_nothing(robot: RobotManifest) -> None:
+    setpoints = Setpoints(changed(robot, 0, modes=["composite_mode"]))
+    setpoints.restart(START)
+    switch = PartCommand(ControlMode.COMPOSITE_MODE, "", np.array([1.0]), ())
+    np.testing.assert_array_equal(follow(setpoints, arm=switch), START)

@@ -1,0 +1,100 @@
+"""The joint-space policy that ships: smooth targets to one pose."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fairlead.errors import ConfigError, PolicyError
+from fairlead.messages import FloatArray
+from fairlead.skill import load_skill
+from fairlead_skill_runner.policies.joint_reach import ACCELERATION_RAD, JointReachPolicy
+from fairlead_skill_runner.policies.protocol import Observation
+from tests.runner.scripted_robot import SKILL as TWELVE_WIDE
+
+SKILL = load_skill("panda-joint-reach")
+OPTIONS = SKILL.policy.options
+TARGET = np.array(OPTIONS["target_rad"], dtype=float)
+START = np.array([0.0, -0.3, 0.0, -2.2, 0.0, 2.0, 0.785])
+
+
+def policy() -> JointReachPolicy:
+    return JointReachPolicy.from_options(SKILL, OPTIONS)
+
+
+def seen(tick: int, joints: FloatArray) -> Observation:
+    return Observation(tick, np.concatenate([joints, [0.04, -0.04]]), "")
+
+
+def test_rows_start_at_the_joints_end_at_the_target_and_never_leap() -> None:
+    reaching, joints, targets = policy(), START, [START]
+    for chunk in range(4):
+        rows = reaching.infer(seen(1 + 8 * chunk, joints))
+        assert rows.shape == (16, 8) and rows.dtype == np.float32
+        targets += list(rows[:8, :7].astype(float))
+        joints = targets[-3]  # the arm follows two ticks later
+    steps = np.diff(targets, axis=0)
+    assert np.abs(steps).max() <= 0.05 + 1e-6
+    assert np.abs(np.diff(steps, axis=0, prepend=0)).max() <= 2 * ACCELERATION_RAD
+    assert np.abs(steps[0]).max() <= ACCELERATION_RAD + 1e-6
+    np.testing.assert_allclose(targets[-1], TARGET, atol=1e-6)
+
+
+def test_a_chunk_asked_early_goes_on_with_the_plan_of_the_one_before() -> None:
+    reaching = policy()
+    first = reaching.infer(seen(10, START))
+    second = reaching.infer(seen(14, START))
+    np.testing.assert_array_equal(second[:12], first[4:])
+
+
+def test_a_joint_far_from_its_plan_is_where_the_next_plan_begins() -> None:
+    reaching = policy()
+    reaching.infer(seen(1, START))
+    moved = START + 0.5
+    rows = reaching.infer(seen(9, moved))
+    assert np.abs(rows[0, :7] - moved).max() <= ACCELERATION_RAD + 1e-6
+
+
+def test_a_reset_forgets_the_plan() -> None:
+    reaching = policy()
+    reaching.infer(seen(1, START))
+    reaching.reset()
+    rows = reaching.infer(seen(9, START))
+    assert np.abs(rows[0, :7] - START).max() <= ACCELERATION_RAD + 1e-6
+
+
+@pytest.mark.parametrize(("opening_m", "output"), [(0.0, -1.0), (0.02, -0.5), (0.08, 1.0)])
+def test_the_opening_is_normalised(opening_m: float, output: float) -> None:
+    reaching = JointReachPolicy.from_options(SKILL, {**OPTIONS, "opening_m": opening_m})
+    assert reaching.infer(seen(1, START))[0, 7] == output
+
+
+def test_a_state_of_another_size_is_refused() -> None:
+    with pytest.raises(PolicyError) as caught:
+        policy().infer(Observation(1, np.zeros(8), ""))
+    assert str(caught.value) == "joint_reach: expected a state of shape (9,), got (8,)"
+
+
+@pytest.mark.parametrize(
+    ("options", "text"),
+    [
+        ({}, "joint_reach policy: target_rad: Field required; opening_m: Field required"),
+        ({**OPTIONS, "opening_m": 0.1},
+         "joint_reach policy: opening_m: Input should be less than or equal to 0.08"),
+        ({**OPTIONS, "target_rad": [0.0] * 6},
+         "joint_reach policy: target_rad: Tuple should have at least 7 items after validation, "
+         "not 6"),
+    ],
+)  # fmt: skip
+def test_options_that_do_not_fit_are_named(options: dict[str, Any], text: str) -> None:
+    with pytest.raises(ConfigError) as caught:
+        JointReachPolicy.from_options(SKILL, options)
+    assert str(caught.value) == text
+
+
+def test_a_skill_of_another_layout_is_refused() -> None:
+    with pytest.raises(ConfigError) as caught:
+        JointReachPolicy.from_options(TWELVE_WIDE, OPTIONS)
+    assert str(caught.value) == "joint_reach policy: expected layout libero, got mobile_pick_30d"
