@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from fairlead.admission import admission_problems
+from fairlead.checkpoint_stats import read_checkpoint_stats
 from fairlead.cli.console import print_json
 from fairlead.cli.deployment_choice import JsonOption
 from fairlead.client import RobotClient
+from fairlead.contract_findings import contract_findings, named_outputs
 from fairlead.deployment import load_deployment
 from fairlead.messages import HalStatus
 from fairlead.robot import load_robot
-from fairlead.skill import load_skill
+from fairlead.skill import SkillManifest, load_skill
 
 EXAMPLE = "fairlead skill check oracle-counter-to-cabinet --robot panda_mobile"
 
@@ -32,19 +34,59 @@ def command(
             help="also compare with the robot that runs here: ranges, part order, cameras",
         ),
     ] = None,
+    stats: Annotated[
+        Path | None,
+        typer.Option(
+            exists=True,
+            dir_okay=False,
+            help="the checkpoint's normaliser statistics (LeRobot, openpi or RLDX JSON): also "
+            "report dimensions that are constant but routed, or active but discarded",
+        ),
+    ] = None,
+    embodiment: Annotated[
+        str, typer.Option(help="with --stats of RLDX: whose, if the file has several")
+    ] = "",
     as_json: JsonOption = False,
 ) -> None:
     """Check a skill's manifest and whether the robot admits it; exit 1 with every reason if not."""
-    problems = admission_problems(load_skill(skill), load_robot(robot), _running(deployment))
+    manifest = load_skill(skill)
+    problems = admission_problems(manifest, load_robot(robot), _running(deployment))
+    report: dict[str, Any] = {
+        "skill": skill, "robot": robot, "admitted": not problems, "reasons": problems,
+    }  # fmt: skip
+    found = None if stats is None else _compare(manifest, stats, embodiment)
+    if found is not None:
+        report["statistics"] = found
     if as_json:
-        print_json({"skill": skill, "robot": robot, "admitted": not problems, "reasons": problems})
-    elif problems:
+        print_json(report)
+    else:
+        _print(skill, robot, problems)
+        if found is not None:
+            _print_findings(skill, found)
+    if problems or (found is not None and found["findings"]):
+        raise typer.Exit(1)
+
+
+def _compare(skill: SkillManifest, stats: Path, embodiment: str) -> dict[str, Any]:
+    read = read_checkpoint_stats(stats, named_outputs(skill), embodiment)
+    findings = contract_findings(skill.action_contract, read.actions)
+    return {"file": str(stats), "form": read.form, "findings": findings}
+
+
+def _print(skill: str, robot: str, problems: list[str]) -> None:
+    if problems:
         typer.echo(f"{skill} cannot run on {robot}:\n  " + "\n  ".join(problems))
         typer.echo(f"fix rskills/{skill}/rskill.yaml, then: fairlead skill check {skill}")
     else:
         typer.echo(f"{skill} may run on {robot}")
-    if problems:
-        raise typer.Exit(1)
+
+
+def _print_findings(skill: str, found: dict[str, Any]) -> None:
+    if found["findings"]:
+        listed = "\n  ".join(found["findings"])
+        typer.echo(f"{skill} does not fit what {found['file']} was trained on:\n  {listed}")
+    else:
+        typer.echo(f"{skill} fits what {found['file']} ({found['form']}) was trained on")
 
 
 def _running(deployment: Path | None) -> HalStatus | None:
