@@ -37,6 +37,7 @@ Acted ReleasePlan::follow(const Acted& acted, std::uint64_t tick) const {
 
 void ReleasePlan::begin_tick(std::uint64_t tick, const Acted& acted) {
   if (has_current_ && tick >= releases_[newest_].end_tick()) has_current_ = false;
+  did_ = acted;
   expected_ = follow(acted, tick);
   if (!has_current_) {
     on_track_ = false;
@@ -53,11 +54,16 @@ RowBefore ReleasePlan::row_of(const Acted& act) const {
   return RowBefore{&chunk_of(*release), release->first_row + act.row};
 }
 
-// A stored candidate that neither the current release nor the expected row needs.
+bool ReleasePlan::uses_slot(const Acted& act, std::size_t slot) const {
+  const Released* release = act.hold == 0 ? find(act.verdict_id) : nullptr;
+  return release != nullptr && release->slot == slot;
+}
+
+// A stored candidate that neither the current release nor the rows that act now and before need:
+// one of four always is.
 std::size_t ReleasePlan::free_slot() const {
-  const Released* running = expected_.hold == 0 ? find(expected_.verdict_id) : nullptr;
   std::size_t slot = (releases_[newest_].slot + 1) % slot_count;
-  if (running != nullptr && running->slot == slot) slot = (slot + 1) % slot_count;
+  while (uses_slot(expected_, slot) || uses_slot(did_, slot)) slot = (slot + 1) % slot_count;
   return slot;
 }
 
@@ -85,7 +91,7 @@ void ReleasePlan::clear() {
   releases_.fill(Released{});
   has_current_ = false;
   on_track_ = false;
-  expected_ = Acted{};
+  expected_ = did_ = Acted{};
 }
 
 }  // namespace fairlead

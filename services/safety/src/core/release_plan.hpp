@@ -76,6 +76,7 @@ class ReleasePlan {
  private:
   [[nodiscard]] const Released* find(std::uint64_t verdict_id) const;
   [[nodiscard]] Acted follow(const Acted& acted, std::uint64_t tick) const;
+  [[nodiscard]] bool uses_slot(const Acted& act, std::size_t slot) const;
   [[nodiscard]] std::size_t free_slot() const;
   void remember(const Released& release);
 
@@ -86,6 +87,7 @@ class ReleasePlan {
   bool has_current_ = false;
   bool on_track_ = false;
   Acted expected_;
+  Acted did_;  // in the tick before
 };
 
 }  // namespace fairlead
