@@ -10,6 +10,7 @@ import typer
 from fairlead.cli.console import print_json
 from fairlead.cli.deployment_choice import JsonOption
 from fairlead.cli.progress_line import ProgressLine
+from fairlead.cli.wire_number import MAX_NUMBER
 from fairlead.demo.demo_run import DemoWish, check_out_folder, run_demo
 from fairlead.errors import FairleadError, ServiceError
 from fairlead.paths import repo_root
@@ -22,7 +23,7 @@ def command(
     out: Annotated[Path, typer.Option(file_okay=False, help="folder for the results")] = Path(
         "out/demo"
     ),
-    seed: Annotated[int, typer.Option(min=0, help="of the episode")] = 0,
+    seed: Annotated[int, typer.Option(min=0, max=MAX_NUMBER, help="of the episode")] = 0,
     skill: Annotated[str, typer.Option(help="folder under rskills/")] = "oracle-counter-to-cabinet",
     realtime: Annotated[
         bool, typer.Option("--realtime", help="at the robot's own rate instead of lockstep")

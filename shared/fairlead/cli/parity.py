@@ -11,6 +11,7 @@ import typer
 from fairlead.cli.console import print_json, print_table
 from fairlead.cli.deployment_choice import JsonOption
 from fairlead.cli.progress_line import ProgressLine
+from fairlead.cli.wire_number import MAX_NUMBER
 from fairlead.deployment import load_deployment
 from fairlead.goal_run import GoalWish
 from fairlead.parity.comparison import Comparison, compare
@@ -25,7 +26,7 @@ DEADLINE_TICKS = 800
 
 
 def command(
-    seed: Annotated[int, typer.Option(min=0, help="of the episode")] = 0,
+    seed: Annotated[int, typer.Option(min=0, max=MAX_NUMBER, help="of the episode")] = 0,
     skill: Annotated[str, typer.Option(help="folder under rskills/")] = "oracle-counter-to-cabinet",
     deployment: Annotated[
         Path | None,

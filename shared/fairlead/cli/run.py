@@ -13,6 +13,8 @@ import typer
 from fairlead.cli.console import print_json
 from fairlead.cli.deployment_choice import DeploymentOption, JsonOption, choose_deployment
 from fairlead.cli.progress_line import ProgressLine
+from fairlead.cli.status import state_and_cause
+from fairlead.cli.wire_number import MAX_NUMBER
 from fairlead.client import RobotClient
 from fairlead.goal_run import GoalWish, run_goal
 from fairlead.goal_watch import Progress
@@ -26,11 +28,15 @@ def command(
     skill: Annotated[str, typer.Argument(help="folder under rskills/")],
     deployment: DeploymentOption = None,
     seed: Annotated[
-        int | None, typer.Option(min=0, help="simulator: start a new episode of this seed first")
+        int | None,
+        typer.Option(
+            min=0, max=MAX_NUMBER, help="simulator: start a new episode of this seed first"
+        ),
     ] = None,
     prompt: Annotated[str, typer.Option(help="instruction; default: the skill's own")] = "",
     deadline_ticks: Annotated[
-        int, typer.Option(min=0, help="give up after so many control periods; 0: never")
+        int,
+        typer.Option(min=0, max=MAX_NUMBER, help="give up after so many control periods; 0: never"),
     ] = 1200,
     stall_timeout: Annotated[
         float, typer.Option(min=0.1, help="give up after so many seconds without a released row")
@@ -53,9 +59,12 @@ def command(
             wish = GoalWish(skill, prompt, deadline_ticks, stall_timeout)
             with ProgressLine(quiet=as_json) as line:
                 progress = run_goal(client, wish, lambda now: line.show(now.line()))
-    assert progress.result is not None
-    _print_result(skill, progress, progress.result, as_json)
+            assert progress.result is not None
+            _print_result(skill, progress, progress.result, as_json)  # before the gate is asked
+        gate = client.gate_status()
     if progress.result.outcome != "succeeded":
+        if gate.state in (GateState.STOPPED, GateState.LATCHED):
+            typer.echo(f"the gate is {state_and_cause(gate)}\n  try: {gate.fix}", err=True)
         raise typer.Exit(1)
 
 
@@ -71,7 +80,8 @@ def armed(client: RobotClient, confirmed: bool = False) -> Iterator[None]:
     try:
         yield
     finally:
-        if not client.gate_status().claims:
+        gate = client.gate_status()
+        if gate.state == GateState.ARMED and not gate.claims:
             client.disarm()
 
 

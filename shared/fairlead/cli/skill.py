@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
-from fairlead.cli import skill_check, skill_ls, skill_show
+from fairlead.cli import skill_check, skill_install, skill_ls, skill_new, skill_show
 from fairlead.cli.group import make_group
 
 group = make_group(
     "skill",
-    "List, show and check skills.",
-    {"ls": skill_ls, "show": skill_show, "check": skill_check},
+    "List, show, check, start and install skills.",
+    {
+        "ls": skill_ls,
+        "show": skill_show,
+        "check": skill_check,
+        "new": skill_new,
+        "install": skill_install,
+    },
 )

@@ -10,9 +10,8 @@ from fairlead.admission import admission_problems
 from fairlead.cli.console import print_json, print_table
 from fairlead.cli.deployment_choice import JsonOption
 from fairlead.errors import ConfigError
-from fairlead.paths import repo_root
 from fairlead.robot import RobotManifest, load_robot
-from fairlead.skill import load_skill
+from fairlead.skill import load_skill, skill_ids, skill_ids
 
 EXAMPLE = "fairlead skill ls --robot panda_mobile"
 
@@ -21,10 +20,9 @@ def command(
     robot: Annotated[str, typer.Option(help="folder under robots/")] = "panda_mobile",
     as_json: JsonOption = False,
 ) -> None:
-    """Show every skill in rskills/: admitted on this robot, or dropped with the reasons."""
+    """Show every skill, shipped or installed: admitted on this robot, or dropped and why."""
     manifest = load_robot(robot)
-    names = sorted(path.parent.name for path in (repo_root() / "rskills").glob("*/rskill.yaml"))
-    problems = {name: skill_problems(name, manifest) for name in names}
+    problems = {name: skill_problems(name, manifest) for name in skill_ids()}
     if as_json:
         print_json(
             [{"skill": n, "admitted": not found, "reasons": found} for n, found in problems.items()]

@@ -46,17 +46,22 @@ def command(
     try:
         supervisor.start([name for name in order.split(",") if name] or None)
         wait_until_ready(supervisor, stopping)
-        with RobotClient(loaded, by="fairlead up") as client:
-            _greet(client, folder)
-            while not stopping.wait(WATCH_S):
-                for event in supervisor.poll():
-                    _say(event, client)
-            _disarm(client)
+        if not stopping.is_set():  # else asked to end while it started
+            _watch(supervisor, stopping, folder)
     finally:
         killed = supervisor.stop()
         if killed:
             _print_line("up", f"had to kill: {', '.join(killed)}")
     _print_line("up", f"stopped {supervisor.name}; no process is left")
+
+
+def _watch(supervisor: Supervisor, stopping: threading.Event, folder: Path) -> None:
+    with RobotClient(supervisor.deployment, by="fairlead up") as client:
+        _greet(client, folder)
+        while not stopping.wait(WATCH_S):
+            for event in supervisor.poll():
+                _say(event, client)
+        _disarm(client)
 
 
 def wait_until_ready(supervisor: Supervisor, stopping: threading.Event) -> None:
@@ -121,6 +126,7 @@ def _explain_gate(client: RobotClient) -> None:
 def _disarm(client: RobotClient) -> None:
     """End claims before the processes, so that the gate's end is a clean one."""
     try:
-        client.disarm()
+        if client.gate_status().state == GateState.ARMED:
+            client.disarm()
     except FairleadError as error:
         _print_line("up", f"could not disarm before stopping: {error}")
