@@ -11,7 +11,7 @@ from fairlead.cli.console import print_json, print_table
 from fairlead.cli.deployment_choice import JsonOption
 from fairlead.errors import ConfigError
 from fairlead.robot import RobotManifest, load_robot
-from fairlead.skill import load_skill, skill_ids, skill_ids
+from fairlead.skill import load_skill, skill_ids
 
 EXAMPLE = "fairlead skill ls --robot panda_mobile"
 
