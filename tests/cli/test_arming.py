@@ -116,6 +116,15 @@ def test_it_does_not_disarm_under_another_claim(
     assert gate.asked == ["arm"]
 
 
+@pytest.mark.parametrize("state", [GateState.STOPPED, GateState.LATCHED, GateState.DISARMED])
+def test_it_does_not_disarm_what_is_no_longer_armed(
+    state: GateState, gate: ScriptedGate, clients: dict[str, RobotClient]
+) -> None:
+    with armed(clients["sim"]):
+        gate.state = state
+    assert gate.asked == ["arm"]
+
+
 def test_hardware_is_not_armed_without_a_yes(
     gate: ScriptedGate, clients: dict[str, RobotClient], monkeypatch: pytest.MonkeyPatch
 ) -> None:

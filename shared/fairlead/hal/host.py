@@ -275,7 +275,7 @@ class HalHost:
         with self._changed:
             held = self._core.held_stops
         if held:
-            return "holding", "stop " + ", ".join(f"{s.stop_id:x} ({s.reason})" for s in held)
+            return "holding", "stop " + ", ".join(f"{s.stop_id:016x} ({s.reason})" for s in held)
         return "ready", self._frames.failure
 
     def _enter_fault(self, reason: str) -> None:
