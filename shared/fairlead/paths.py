@@ -2,17 +2,19 @@
 
 ``FAIRLEAD_ROOT`` names another checkout; without it the root is found from the
 working directory upwards, then from where this package was installed from.
+Skills of the user's own lie in ``FAIRLEAD_SKILLS``, else in the user's data folder.
 """
 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from fairlead.errors import ConfigError
 
 ROOT_VARIABLE = "FAIRLEAD_ROOT"
+SKILLS_VARIABLE = "FAIRLEAD_SKILLS"
 
 
 def repo_root() -> Path:
@@ -38,7 +40,7 @@ def robot_dir(robot: str) -> Path:
     Raises:
         ConfigError: naming the folder looked for and the robots there are.
     """
-    return _named_dir("robot", robot, repo_root() / "robots", "robot.yaml")
+    return _named_dir("robot", robot, (repo_root() / "robots",), "robot.yaml")
 
 
 def rskill_dir(skill: str) -> Path:
@@ -47,7 +49,21 @@ def rskill_dir(skill: str) -> Path:
     Raises:
         ConfigError: naming the folder looked for and the skills there are.
     """
-    return _named_dir("skill", skill, repo_root() / "rskills", "rskill.yaml")
+    return _named_dir("skill", skill, skill_folders(), "rskill.yaml")
+
+
+def user_skills_dir() -> Path:
+    """Where ``fairlead skill install`` puts skills; it need not exist yet."""
+    override = os.environ.get(SKILLS_VARIABLE)
+    if override:
+        return Path(override)
+    data = os.environ.get("XDG_DATA_HOME") or Path.home() / ".local" / "share"
+    return Path(data) / "fairlead" / "rskills"
+
+
+def skill_folders() -> tuple[Path, ...]:
+    """Folders of skills, those that ship first: a user's skill never takes their name."""
+    return (repo_root() / "rskills", user_skills_dir())
 
 
 def gate_config(robot: str, profile: str) -> Path:
@@ -87,11 +103,12 @@ def _candidates() -> Iterator[Path]:
     yield from Path(__file__).resolve().parents
 
 
-def _named_dir(what: str, name: str, parent: Path, manifest: str) -> Path:
-    path = parent / name
-    if not name or "/" in name or not (path / manifest).is_file():
-        known = sorted(found.parent.name for found in parent.glob(f"*/{manifest}"))
-        raise ConfigError(
-            f"{what} {name!r}: no file {path / manifest} (valid: {', '.join(known) or 'none'})"
-        )
-    return path
+def _named_dir(what: str, name: str, parents: Sequence[Path], manifest: str) -> Path:
+    for parent in parents:
+        if name and "/" not in name and (parent / name / manifest).is_file():
+            return parent / name
+    known = sorted({found.parent.name for one in parents for found in one.glob(f"*/{manifest}")})
+    raise ConfigError(
+        f"{what} {name!r}: no file {parents[0] / name / manifest} "
+        f"(valid: {', '.join(known) or 'none'})"
+    )

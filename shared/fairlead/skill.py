@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+from pathlib import Path
 from typing import Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, JsonValue, field_validator, model_validator
@@ -13,11 +14,13 @@ from fairlead.bindings import StateContract
 from fairlead.errors import ConfigError
 from fairlead.keys import check_name
 from fairlead.modes import ControlMode
-from fairlead.paths import repo_root, rskill_dir
+from fairlead.paths import rskill_dir, skill_folders
 from fairlead.slots import MODE_NAMES
 from fairlead.yaml_file import load_yaml
 
-PolicyBackend = Literal["oracle", "joint_reach", "replay", "constant", "openpi", "rldx_zmq"]
+PolicyBackend = Literal[
+    "oracle", "joint_reach", "replay", "constant", "openpi", "rldx_zmq", "python"
+]
 
 
 class PolicySpec(BaseModel):
@@ -121,20 +124,29 @@ class SkillManifest(BaseModel):
 
 
 def load_skill(skill_id: str) -> SkillManifest:
-    """Read and check ``rskills/<skill_id>/rskill.yaml``.
+    """Read and check a skill that ships or was installed.
 
     Raises:
         ConfigError: naming the file and every field that does not fit.
     """
-    path = rskill_dir(skill_id) / "rskill.yaml"
+    return read_skill(rskill_dir(skill_id))
+
+
+def read_skill(folder: Path) -> SkillManifest:
+    """Read and check ``folder/rskill.yaml``; its id must be the folder's name.
+
+    Raises:
+        ConfigError: naming the file and every field that does not fit.
+    """
+    path = folder / "rskill.yaml"
     manifest = load_yaml(path, SkillManifest)
-    if manifest.id != skill_id:
-        raise ConfigError(
-            f"{path}: id: expected {skill_id!r}, the folder's name, got {manifest.id!r}"
-        )
+    name = folder.resolve().name
+    if manifest.id != name:
+        raise ConfigError(f"{path}: id: expected {name!r}, the folder's name, got {manifest.id!r}")
     return manifest
 
 
 def skill_ids() -> tuple[str, ...]:
-    """Ids of every skill in the checkout, sorted."""
-    return tuple(sorted(path.parent.name for path in repo_root().glob("rskills/*/rskill.yaml")))
+    """Ids of every skill that ships and of every one the user installed, sorted."""
+    found = {path.parent.name for one in skill_folders() for path in one.glob("*/rskill.yaml")}
+    return tuple(sorted(found))

@@ -27,3 +27,14 @@ def test_help_tells_the_exit_codes(name: str) -> None:
 @pytest.mark.parametrize("name", READING)
 def test_commands_that_read_offer_json(name: str) -> None:
     assert "--json" in help_of(name)
+
+
+def test_completion_can_be_shown_and_installed() -> None:
+    assert {"--install-completion", "--show-completion"} <= set(help_of("").split())
+    asked = {
+        "_FAIRLEAD_COMPLETE": "complete_bash",
+        "COMP_WORDS": "fairlead topic ",
+        "COMP_CWORD": "2",
+    }
+    done = CliRunner().invoke(app, prog_name="fairlead", env=asked)
+    assert done.output.split() == ["list", "echo", "hz"]

@@ -15,7 +15,16 @@ from tests.repo.tree import ROOT
 
 WANTED = {
     *("up", "down", "ps", "logs", "run", "arm", "disarm", "stop", "reset", "status"),
-    *("skill ls", "skill show", "skill check", "robot show", "robot bounds", "robot compile"),
+    *(
+        "skill ls",
+        "skill show",
+        "skill check",
+        "skill new",
+        "skill install",
+        "robot show",
+        "robot bounds",
+        "robot compile",
+    ),
     *("layout ls", "layout verify", "parity", "demo"),
     *("topic list", "topic echo", "topic hz"),
 }

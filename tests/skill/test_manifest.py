@@ -61,7 +61,7 @@ def test_the_hash_depends_on_content_and_not_on_how_the_file_is_written(tmp_path
         (
             {"policy": {"backend": "magic"}},
             "policy.backend: Input should be 'oracle', 'joint_reach', 'replay', 'constant', "
-            "'openpi' or 'rldx_zmq'",
+            "'openpi', 'rldx_zmq' or 'python'",
         ),
         ({"torso": True}, "torso: Extra inputs are not permitted"),
         (

@@ -31,6 +31,7 @@ POLICIES = {
     "oracle": "fairlead_skill_runner.policies.oracle:OraclePolicy",
     "joint_reach": "fairlead_skill_runner.policies.joint_reach:JointReachPolicy",
     "replay": "fairlead_skill_runner.policies.replay:ReplayPolicy",
+    "python": "fairlead_skill_runner.policies.python_file:PythonFilePolicy",
     "constant": "fairlead_skill_runner.policies.constant:ConstantPolicy",
     "openpi": "fairlead_skill_runner.policies.openpi:OpenpiPolicy",
     "rldx_zmq": "fairlead_skill_runner.policies.rldx_zmq:RldxZmqPolicy",

@@ -1,0 +1,47 @@
+"""A policy of the user's own: a class in a Python file of the skill's folder."""
+
+from __future__ import annotations
+
+import importlib.util
+from collections.abc import Mapping
+from pathlib import Path
+from types import ModuleType
+
+from pydantic import JsonValue
+
+from fairlead.errors import ConfigError, expected
+from fairlead.paths import rskill_dir
+from fairlead.python_policy import python_policy_options
+from fairlead.skill import SkillManifest
+from fairlead_skill_runner.policies.protocol import Policy
+
+
+class PythonFilePolicy:
+    """Finds the user's class; what it builds is the policy itself, without a wrapper."""
+
+    @classmethod
+    def from_options(cls, skill: SkillManifest, options: Mapping[str, JsonValue]) -> Policy:
+        """Run the file (in the policy's own process) and build its class.
+
+        Raises:
+            ConfigError: for options that do not fit, and a file that cannot be run.
+        """
+        wanted = python_policy_options(options)
+        path = wanted.path(rskill_dir(skill.id))
+        found = getattr(_run_file(path), wanted.class_name, None)
+        if not isinstance(found, type):
+            who, what = f"python policy: {path}", f"a class {wanted.class_name}"
+            raise ConfigError(expected(who, what, repr(found)))
+        build: type[Policy] = found
+        return build.from_options(skill, wanted.options)
+
+
+def _run_file(path: Path) -> ModuleType:
+    spec = importlib.util.spec_from_file_location(f"fairlead_user_policy_{path.stem}", path)
+    assert spec is not None and spec.loader is not None  # a .py file always has a loader
+    module = importlib.util.module_from_spec(spec)
+    try:
+        spec.loader.exec_module(module)
+    except Exception as error:
+        raise ConfigError(f"python policy: {path}: {type(error).__name__}: {error}") from error
+    return module

@@ -1,0 +1,30 @@
+"""``fairlead skill install``: a checked copy in the user's own skills."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from fairlead.skill_install import install_skill
+
+EXAMPLE = "fairlead skill install my-wave"
+
+
+def command(
+    path: Annotated[
+        Path, typer.Argument(exists=True, file_okay=False, help="folder that holds rskill.yaml")
+    ],
+    force: Annotated[
+        bool, typer.Option("--force", help="replace another version of the skill")
+    ] = False,
+) -> None:
+    """Check a skill, with every reason if it does not fit, and copy it to the user's skills.
+
+    They are in $FAIRLEAD_SKILLS, else ~/.local/share/fairlead/rskills. A runner that is
+    running offers it after its next start.
+    """
+    target = install_skill(path, force)
+    typer.echo(f"installed {target}")
+    typer.echo(f"next: fairlead run {target.name} (a robot that is up has to be started again)")

@@ -1,0 +1,30 @@
+"""``fairlead skill new``: a folder with a skill that already works."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from fairlead.errors import ConfigError
+from fairlead.robot import load_robot
+from fairlead.skill_skeleton import skill_skeleton
+
+EXAMPLE = "fairlead skill new my-wave --robot panda_mobile"
+
+
+def command(
+    name: Annotated[str, typer.Argument(help="the skill's id, and the folder made here")],
+    robot: Annotated[str, typer.Option(help="folder under robots/")] = "panda_mobile",
+) -> None:
+    """Write NAME/rskill.yaml and NAME/policy.py, a working skill to start from."""
+    files = skill_skeleton(name, load_robot(robot))
+    folder = Path(name)
+    if folder.exists():
+        raise ConfigError(f"skill new: {folder} exists already; choose another name")
+    folder.mkdir()
+    for file, text in files.items():
+        (folder / file).write_text(text, encoding="utf-8")
+        typer.echo(f"wrote {folder / file}")
+    typer.echo(f"next: fairlead skill install {folder}")

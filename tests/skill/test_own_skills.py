@@ -1,0 +1,202 @@
+"""``skill new`` and ``skill install``: a skeleton that fits, and refusals that write nothing."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fairlead.admission import admission_problems
+from fairlead.errors import ConfigError, PolicyError
+from fairlead.paths import rskill_dir
+from fairlead.python_policy import check_python_policy
+from fairlead.robot import load_robot
+from fairlead.skill import load_skill, read_skill, skill_ids
+from fairlead.skill_install import install_skill
+from fairlead.skill_skeleton import skill_skeleton
+from fairlead_skill_runner.policies.protocol import Observation
+from fairlead_skill_runner.policy_worker import POLICIES, PolicyWorker
+from tests.cli.command import fairlead
+
+OPTIONS = {"file": "policy.py", "class": "Policy"}
+
+
+@pytest.fixture
+def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The user's skills: an empty place of this test's own."""
+    folder = tmp_path / "data" / "rskills"
+    monkeypatch.setenv("FAIRLEAD_SKILLS", str(folder))
+    return folder
+
+
+def written(folder: Path, robot: str = "panda_mobile") -> Path:
+    """A skeleton in ``folder``, as `skill new` writes it."""
+    folder.mkdir(parents=True)
+    for file, text in skill_skeleton(folder.name, load_robot(robot)).items():
+        (folder / file).write_text(text, encoding="utf-8")
+    return folder
+
+
+def edit(path: Path, old: str, new: str) -> None:
+    text = path.read_text(encoding="utf-8")
+    assert old in text
+    path.write_text(text.replace(old, new), encoding="utf-8")
+
+
+@pytest.mark.parametrize("robot", ["panda_mobile", "panda"])
+def test_a_new_skill_is_admitted_on_its_robot(robot: str, tmp_path: Path) -> None:
+    skill = read_skill(written(tmp_path / "mine", robot))
+    assert admission_problems(skill, load_robot(robot)) == []
+
+
+def test_a_name_that_cannot_be_a_key_is_refused() -> None:
+    with pytest.raises(ConfigError, match="skill id: expected"):
+        skill_skeleton("My Skill", load_robot("panda_mobile"))
+
+
+def test_an_installed_skill_is_listed_and_found(installed: Path, tmp_path: Path) -> None:
+    assert "mine" not in skill_ids()
+    assert install_skill(written(tmp_path / "mine")) == installed / "mine"
+    assert "mine" in skill_ids() and rskill_dir("mine") == installed / "mine"
+    assert load_skill("mine").version == "0.1.0"
+    assert sorted(p.name for p in installed.parent.iterdir()) == ["rskills"]
+
+
+def test_the_same_version_is_replaced_and_another_only_with_force(
+    installed: Path, tmp_path: Path
+) -> None:
+    folder = written(tmp_path / "mine")
+    install_skill(folder)
+    edit(folder / "policy.py", "waves the arm", "waves gently")
+    install_skill(folder)
+    assert "waves gently" in (installed / "mine" / "policy.py").read_text(encoding="utf-8")
+    edit(folder / "rskill.yaml", "version: 0.1.0", "version: 0.2.0")
+    with pytest.raises(ConfigError, match=r"version 0\.1\.0 is installed .*--force"):
+        install_skill(folder)
+    assert load_skill("mine").version == "0.1.0"
+    install_skill(folder, force=True)
+    assert load_skill("mine").version == "0.2.0"
+
+
+def test_every_missing_binding_is_named_and_nothing_is_written(
+    installed: Path, tmp_path: Path
+) -> None:
+    folder = written(tmp_path / "mine")
+    edit(folder / "rskill.yaml", "layout: libero", "layout: human300_16d")
+    manifest = folder / "rskill.yaml"
+    text = manifest.read_text(encoding="utf-8")
+    text = re.sub(r"    (joint_names|gripper_qpos_joints): \[panda.*\n", "", text, count=2)
+    text = text.replace("  bindings:\n", "").replace("dim: 9", "dim: 16")
+    manifest.write_text(text, encoding="utf-8")
+    with pytest.raises(ConfigError) as caught:
+        install_skill(folder)
+    assert "eef_frame, base_frame, gripper_qpos_joints" in str(caught.value)
+    assert not installed.exists()
+
+
+def test_what_the_robot_and_the_policy_lack_is_listed_together(
+    installed: Path, tmp_path: Path
+) -> None:
+    folder = written(tmp_path / "mine")
+    edit(folder / "rskill.yaml", "[panda_mobile]", "[panda_mobile, nobody]")
+    edit(folder / "rskill.yaml", "rate_hz: 20", "rate_hz: 10")
+    edit(folder / "policy.py", "class Policy", "class Wave")
+    with pytest.raises(ConfigError) as caught:
+        install_skill(folder)
+    lines = str(caught.value).splitlines()
+    assert lines[0] == "skill mine is not installed:"
+    assert any("on panda_mobile: rate_hz" in line for line in lines)
+    assert any("on nobody: robot 'nobody'" in line for line in lines)
+    assert any("a class Policy, got none (valid: Wave)" in line for line in lines)
+    assert not installed.exists()
+
+
+def test_a_name_that_ships_is_refused(installed: Path, tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match="one of this name ships with fairlead"):
+        install_skill(written(tmp_path / "oracle-counter-to-cabinet"))
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("class Policy:\n  def infer(self): ...\n", "lacks from_options, reset"),
+        ("def f(:\n", "invalid syntax"),
+        ("x = 1\n", "expected a class Policy"),
+    ],
+)
+def test_a_policy_file_is_read_without_being_run(text: str, said: str, tmp_path: Path) -> None:
+    (tmp_path / "policy.py").write_text(f"{text}raise SystemExit(3)\n", encoding="utf-8")
+    with pytest.raises(ConfigError, match=said):
+        check_python_policy(tmp_path, OPTIONS)
+
+
+@pytest.mark.parametrize("file", ["../policy.py", "/tmp/policy.py", "sub/policy.py", "policy.txt"])  # noqa: S108
+def test_a_policy_file_outside_the_skill_is_refused(file: str, tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match="python policy: options: file"):
+        check_python_policy(tmp_path, {"file": file, "class": "Policy"})
+
+
+def test_a_link_out_of_the_skill_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "other.py").write_text("class Policy: ...\n", encoding="utf-8")
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "policy.py").symlink_to(tmp_path / "other.py")
+    with pytest.raises(ConfigError, match=r"no file policy\.py in"):
+        check_python_policy(tmp_path / "mine", OPTIONS)
+
+
+@pytest.fixture
+def workers() -> Iterator[list[PolicyWorker]]:
+    started: list[PolicyWorker] = []
+    yield started
+    for worker in started:
+        worker.close()
+
+
+def worker_of(skill: str, workers: list[PolicyWorker]) -> PolicyWorker:
+    manifest = load_skill(skill)
+    policy = manifest.policy
+    workers.append(PolicyWorker(POLICIES[policy.backend], manifest, policy.options))
+    return workers[-1]
+
+
+@pytest.mark.processes
+def test_the_new_policy_waves_40_rows_then_holds_and_begins_again(
+    installed: Path, tmp_path: Path, workers: list[PolicyWorker]
+) -> None:
+    install_skill(written(tmp_path / "mine"))
+    worker = worker_of("mine", workers)
+    worker.load()
+    seen = Observation(tick=1, state=np.zeros(9), prompt="wave")
+    rows = np.concatenate([worker.infer(seen) for _ in range(6)])
+    assert rows.shape == (48, 6) and np.abs(rows).max() <= 0.2 + 1e-6
+    assert np.abs(rows[:40, 2]).max() > 0.1
+    assert not rows[:, [0, 1, 3, 4, 5]].any() and not rows[40:].any()
+    worker.reset()
+    np.testing.assert_array_equal(worker.infer(seen), rows[:8])
+
+
+@pytest.mark.processes
+def test_a_policy_file_that_raises_says_so_from_its_own_process(
+    installed: Path, tmp_path: Path, workers: list[PolicyWorker]
+) -> None:
+    folder = written(tmp_path / "mine")
+    edit(folder / "policy.py", "ROWS = 8", "ROWS = 1 // 0")
+    install_skill(folder)
+    with pytest.raises(PolicyError, match=r"policy\.py: ZeroDivisionError"):
+        worker_of("mine", workers).load()
+
+
+def test_the_commands_refuse_an_existing_folder_and_a_folder_without_a_skill(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("FAIRLEAD_ROOT", str(Path(__file__).parents[2]))
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine").mkdir()
+    refused = fairlead("skill", "new", "mine", state=tmp_path)
+    assert refused.returncode == 1 and "mine exists already" in refused.stderr
+    empty = fairlead("skill", "install", "mine", state=tmp_path)
+    assert empty.returncode == 1 and "rskill.yaml" in empty.stderr
+    assert "Traceback" not in empty.stderr
