@@ -56,7 +56,8 @@ def draw_timeline(
     _label_time(recording, robot, column)
     figure.suptitle(title, fontsize=12)
     handles, labels = column[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=4, frameon=False)
+    once = dict(zip(labels, handles, strict=True))  # every hold has the same label
+    figure.legend(once.values(), once.keys(), loc="outside lower center", ncols=4, frameon=False)
     figure.savefig(path, dpi=110)
     plt.close(figure)
 
@@ -105,10 +106,11 @@ def _draw_verdicts(recording: Recording, axis: Axes) -> None:
                 count += 1
                 codes.setdefault(tick, []).append(f"G{verdict.code:03d}" if verdict.code else "")
         axis.plot(list(codes), [level] * len(codes), marker, color=colour, markersize=7)
-        for tick, texts in codes.items():
+        for number, (tick, texts) in enumerate(codes.items()):
             axis.annotate(
                 ", ".join(sorted(set(texts) - {""})), (tick, level), fontsize=7, color=colour,
-                xytext=(5, -2), textcoords="offset points",
+                # neighbours take turns above and below, or their codes would overlap
+                xytext=(5, 4 if number % 2 else -9), textcoords="offset points",
             )  # fmt: skip
         axis.text(
             1.005, level, f"{count} {name}", color=colour, fontsize=8, va="center",
