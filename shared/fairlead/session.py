@@ -82,9 +82,10 @@ class ZenohBus:
     """
 
     def __init__(self, endpoints: Endpoints) -> None:
-        # Logged as errors there, and neither is one: a sample under way while its link closes,
-        # and a sample that overtakes the declaration of its key in a session that is just
-        # joining ("unknown expr_id"). It is dropped, as before the join; ticks repair it.
+        # Logged as errors there, and by all we have seen neither is one: a sample under way
+        # while its link closes, and a sample that overtakes the declaration of its key in a
+        # session that is just joining ("unknown expr_id"); ticks repair what is dropped.
+        # RUST_LOG brings the lines back.
         zenoh.init_log_from_env_or("error,zenoh::api::session=off")
         try:
             self._session = zenoh.open(zenoh.Config.from_json5(endpoints.config_json()))
