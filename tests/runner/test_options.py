@@ -38,7 +38,7 @@ def test_named_skills_and_policies_are_taken() -> None:
          f"(valid: {ORACLE})"),
         ({"policies": {ORACLE: {"backend": "magic"}}},
          f"policies.{ORACLE}.backend: Input should be 'oracle', 'joint_reach', 'replay', "
-         "'constant', 'openpi' or 'rldx_zmq'"),
+         "'constant', 'openpi', 'rldx_zmq' or 'python'"),
     ],
 )  # fmt: skip
 def test_options_that_do_not_fit_are_named(options: dict[str, Any], text: str) -> None:

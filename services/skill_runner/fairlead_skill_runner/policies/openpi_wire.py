@@ -34,7 +34,7 @@ def _array_map(value: object) -> object:
             b"dtype": value.dtype.str,
             b"shape": list(value.shape),
         }
-    raise NotImplementedError(f"openpi message: expected an array, got {type(value).__name__}")
+    raise TypeError(f"openpi message: expected an array, got {type(value).__name__}")
 
 
 def _rebuilt(value: object) -> object:

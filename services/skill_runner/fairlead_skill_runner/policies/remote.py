@@ -20,7 +20,8 @@ class RemoteOptions(BaseModel):
     Attributes:
         address: of the server.
         start: how to start one; said when none is there.
-        connect_timeout_s: longest wait for a server, at the start of every goal.
+        connect_timeout_s: longest wait for a server, at the start of every goal; twice it
+            (a handshake and a greeting) must fit into the worker's time for a reset.
         warm_up_timeout_s: longest wait for the first answer, which may compile the model.
         answer_timeout_s: longest wait for any later one; less than the skill's
             ``inference_timeout_s``.
@@ -30,7 +31,7 @@ class RemoteOptions(BaseModel):
 
     address: str
     start: str = Field(min_length=1)
-    connect_timeout_s: float = Field(gt=0, le=8, allow_inf_nan=False)
+    connect_timeout_s: float = Field(gt=0, le=4.5, allow_inf_nan=False)
     warm_up_timeout_s: float = Field(default=100.0, gt=0, le=100, allow_inf_nan=False)
     answer_timeout_s: float = Field(gt=0, allow_inf_nan=False)
 

@@ -30,7 +30,7 @@ def _array_map(value: object) -> object:
         file = io.BytesIO()
         np.save(file, value, allow_pickle=False)
         return {"__ndarray_class__": True, "as_npy": file.getvalue()}
-    raise NotImplementedError(f"rldx message: expected an array, got {type(value).__name__}")
+    raise TypeError(f"rldx message: expected an array, got {type(value).__name__}")
 
 
 def _rebuilt(value: object) -> object:
