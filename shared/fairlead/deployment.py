@@ -27,6 +27,17 @@ class ServiceSpec(BaseModel):
     listen: str
     options: dict[str, Any] = Field(default_factory=dict)
 
+    @field_validator("listen")
+    @classmethod
+    def _endpoint(cls, value: str) -> str:
+        protocol, _, address = value.partition("/")
+        host, _, port = address.rpartition(":")
+        if protocol != "tcp" or not host or not port.isdecimal() or not 0 < int(port) < 2**16:
+            raise ValueError(
+                f"expected an endpoint such as tcp/127.0.0.1:7501 (port 1 to 65535), got {value!r}"
+            )
+        return value
+
 
 class Deployment(BaseModel):
     """One robot's services on one host.
@@ -51,6 +62,16 @@ class Deployment(BaseModel):
             return check_name("deployment", value)
         except ConfigError as error:
             raise ValueError(str(error)) from None  # so that the file's other problems show too
+
+    @field_validator("services")
+    @classmethod
+    def _endpoints_differ(cls, value: dict[str, ServiceSpec]) -> dict[str, ServiceSpec]:
+        owners: dict[str, str] = {}
+        for name, spec in value.items():
+            other = owners.setdefault(spec.listen, name)
+            if other != name:
+                raise ValueError(f"{other} and {name} listen on the same endpoint {spec.listen}")
+        return value
 
     @property
     def keys(self) -> Keys:

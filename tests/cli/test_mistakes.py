@@ -74,6 +74,32 @@ def test_a_broken_deployment_file_is_named_with_every_problem(
     check(done, 1, f"ERROR {broken_file}: 2 problem(s)", "  id: ", "  extra: ")
 
 
+COMPOSED = (COMPOSE / "panda_mobile_sim.yaml").read_text(encoding="utf-8")
+BROKEN_FILES = {
+    "nothing in it": ("", "expected `key: value` lines, got nothing"),
+    "a list": ("- 1\n", "expected `key: value` lines, got list"),
+    "a port that cannot be": (COMPOSED.replace(":7502", ":99999"), "services.safety.listen: "),
+    "two services on a port": (COMPOSED.replace(":7502", ":7501"), "hal and safety listen on"),
+    "a key given twice": (COMPOSED + "id: twice\n", "key 'id' is given twice"),
+}
+
+
+@pytest.mark.parametrize("name", BROKEN_FILES)
+def test_nothing_is_started_from_a_file_with(name: str, tmp_path: Path) -> None:
+    content, text = BROKEN_FILES[name]
+    file = tmp_path / "broken.yaml"
+    file.write_text(content, encoding="utf-8")
+    done = fairlead("up", str(file), state=tmp_path)
+    check(done, 1, f"ERROR {file}: ", text)
+    assert done.stdout == ""
+
+
+def test_a_file_that_is_no_text_is_named(tmp_path: Path) -> None:
+    file = tmp_path / "picture.yaml"
+    file.write_bytes(b"\x89PNG\xff")
+    check(fairlead("up", str(file), state=tmp_path), 1, f"ERROR {file}: not a text file in UTF-8")
+
+
 @pytest.mark.parametrize(
     "command",
     ["run {}", "skill show {}", "skill check {}", "layout verify {}", "parity --skill {}"],

@@ -35,7 +35,7 @@ def _refusal(data: dict[str, Any], folder: Path) -> str:
 
 
 def _top(text: str) -> str:
-    return f"1 problem(s):\n  (top level): Value error, {text}"
+    return f"1 problem(s):\n  (top level): {text}"
 
 
 def test_shipped_robot_has_the_wire_order_of_its_joints_and_parts() -> None:
@@ -80,7 +80,7 @@ def test_missing_joint_limit_names_the_joint_and_the_field(
 ) -> None:
     del data["joints"][3]["upper_rad"]
     assert _refusal(data, tmp_path) == (
-        "1 problem(s):\n  joints.3: Value error, joint 'panda_joint1' (revolute): missing upper_rad"
+        "1 problem(s):\n  joints.3: joint 'panda_joint1' (revolute): missing upper_rad"
     )
 
 
@@ -89,7 +89,7 @@ def test_limit_in_the_wrong_unit_names_the_joint_and_the_valid_fields(
 ) -> None:
     data["joints"][3]["velocity_m_s"] = 1.0
     assert _refusal(data, tmp_path) == (
-        "1 problem(s):\n  joints.3: Value error, joint 'panda_joint1' (revolute, bounded by "
+        "1 problem(s):\n  joints.3: joint 'panda_joint1' (revolute, bounded by "
         "limits): velocity_m_s does not apply (valid: lower_rad, upper_rad, velocity_rad_s, "
         "acceleration_rad_s2, effort_nm)"
     )
@@ -100,7 +100,7 @@ def test_position_limit_of_a_joint_bounded_by_zones_is_refused(
 ) -> None:
     data["joints"][0]["upper_m"] = 5.0
     assert _refusal(data, tmp_path) == (
-        "1 problem(s):\n  joints.0: Value error, joint 'base_x' (prismatic, bounded by zones): "
+        "1 problem(s):\n  joints.0: joint 'base_x' (prismatic, bounded by zones): "
         "upper_m does not apply (valid: velocity_m_s, acceleration_m_s2, effort_n)"
     )
 
@@ -108,7 +108,7 @@ def test_position_limit_of_a_joint_bounded_by_zones_is_refused(
 def test_arm_joint_bounded_by_zones_is_refused(data: dict[str, Any], tmp_path: Path) -> None:
     data["joints"][3]["bounded_by"] = "zones"
     assert _refusal(data, tmp_path) == (
-        "1 problem(s):\n  joints.3: Value error, joint 'panda_joint1': only joints of role base "
+        "1 problem(s):\n  joints.3: joint 'panda_joint1': only joints of role base "
         "are bounded by zones"
     )
 
@@ -116,7 +116,7 @@ def test_arm_joint_bounded_by_zones_is_refused(data: dict[str, Any], tmp_path: P
 def test_continuous_joint_without_zones_is_refused(data: dict[str, Any], tmp_path: Path) -> None:
     data["joints"][2]["bounded_by"] = "limits"
     assert _refusal(data, tmp_path) == (
-        "1 problem(s):\n  joints.2: Value error, joint 'base_yaw': a continuous joint has no "
+        "1 problem(s):\n  joints.2: joint 'base_yaw': a continuous joint has no "
         "position limits, so it must be bounded by zones"
     )
 
@@ -127,7 +127,7 @@ def test_inverted_or_empty_position_range_names_the_joint(
 ) -> None:
     data["joints"][3]["upper_rad"] = upper
     assert _refusal(data, tmp_path) == (
-        "1 problem(s):\n  joints.3: Value error, joint 'panda_joint1': inverted limits, "
+        "1 problem(s):\n  joints.3: joint 'panda_joint1': inverted limits, "
         f"lower -2.8973 is not below upper {upper}"
     )
 
@@ -138,7 +138,7 @@ def test_limit_that_forbids_all_motion_names_the_joint(
 ) -> None:
     data["joints"][3]["effort_nm"] = value
     assert _refusal(data, tmp_path) == (
-        "1 problem(s):\n  joints.3: Value error, joint 'panda_joint1': expected effort_nm "
+        "1 problem(s):\n  joints.3: joint 'panda_joint1': expected effort_nm "
         f"above 0, got {value}"
     )
 
@@ -149,7 +149,7 @@ def test_limit_that_is_not_finite_names_the_joint(
 ) -> None:
     data["joints"][3]["velocity_rad_s"] = value
     assert _refusal(data, tmp_path) == (
-        "1 problem(s):\n  joints.3: Value error, joint 'panda_joint1': velocity_rad_s is not finite"
+        "1 problem(s):\n  joints.3: joint 'panda_joint1': velocity_rad_s is not finite"
     )
 
 
@@ -206,7 +206,7 @@ def test_unknown_mode_lists_the_modes(data: dict[str, Any], tmp_path: Path) -> N
     data["parts"][0]["modes"] = ["cartesian_velocity"]
     text = _refusal(data, tmp_path)
     assert text.startswith(
-        "1 problem(s):\n  parts.0.modes: Value error, modes: expected a control mode, "
+        "1 problem(s):\n  parts.0.modes: modes: expected a control mode, "
         "got 'cartesian_velocity' (valid: joint_position, joint_velocity, "
     )
 
@@ -254,7 +254,7 @@ def test_step_limits_of_the_wrong_width_are_refused(data: dict[str, Any], tmp_pa
 def test_inverted_gripper_range_is_refused(data: dict[str, Any], tmp_path: Path) -> None:
     data["safety"]["sim"]["parts"]["gripper"]["gripper_position"]["upper_m"] = -0.01
     assert _refusal(data, tmp_path) == (
-        "1 problem(s):\n  safety.sim.parts.gripper.gripper_position: Value error, "
+        "1 problem(s):\n  safety.sim.parts.gripper.gripper_position: "
         "gripper_position: inverted limits, lower_m 0.0 is not below upper_m -0.01"
     )
 

@@ -40,6 +40,7 @@ def command(
 ) -> None:
     """Start every service of DEPLOYMENT, print their logs, restart what dies, until Ctrl-C."""
     loaded = load_deployment(deployment)
+    _ = loaded.hal, loaded.only("safety"), loaded.only("skill_runner")  # refused before a start
     folder = state_dir or Registry().default_state_dir(running_name(loaded))
     stopping = _stop_on_signals()
     supervisor = Supervisor(deployment, loaded, folder, on_line=_print_line)
