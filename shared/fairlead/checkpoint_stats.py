@@ -125,11 +125,12 @@ def _dimensions(where: str, block: object) -> tuple[DimensionStats, ...]:
 
 
 def _numbers(where: str, value: object) -> list[float]:
-    items = value if isinstance(value, list) else [value]
-    for item in items:
+    numbers = []
+    for item in value if isinstance(value, list) else [value]:
         if isinstance(item, bool) or not isinstance(item, (int, float)) or not math.isfinite(item):
             raise ConfigError(expected(where, "finite numbers", repr(item)))
-    return [float(item) for item in items]
+        numbers.append(float(item))
+    return numbers
 
 
 def _is_map(value: object) -> bool:
