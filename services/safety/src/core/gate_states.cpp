@@ -69,22 +69,20 @@ void Gate::Core::on_joint_state(Bytes frame) {
 // G013: ticks are periods. A state that claims more of them than can have passed would excuse
 // any jump and make later, honest ones look old: it is not taken. In lockstep a claim whose row
 // the HAL executed makes it wait for a lease of each tick.
-Evidence Gate::Core::check_leap(std::uint64_t tick) const {
+Evidence Gate::Core::check_leap(std::uint64_t tick) {
   if (!hal_.has_state()) return {};
-  const std::uint64_t leap = tick - hal_.tick();
-  std::uint64_t credit =
-      (now_ns_ - hal_.arrival_ns() + limits_.period_ns - 1) / limits_.period_ns + 1;
-  std::string_view rule = "the periods since the state before";
+  std::uint64_t newest = hal_.newest_possible(now_ns_);
+  std::string_view rule = "the periods since the states before";
   if (hal_.lockstep()) {
     bool waits = false;
     for (const LiveClaim& claim : claims_.places()) waits |= claim.id != 0 && claim.hal_follows;
     if (!waits) return {};
-    credit = 1;
+    newest = hal_.tick() + 1;
     rule = "lockstep: one tick for each lease";
   }
-  if (leap <= credit) return {};
-  Evidence evidence =
-      above(code::jump, "tick", static_cast<double>(leap), static_cast<double>(credit), rule);
+  if (tick <= newest || hal_.confirms_leap(tick, now_ns_)) return {};
+  Evidence evidence = above(code::jump, "tick", static_cast<double>(tick - hal_.tick()),
+                            static_cast<double>(newest - hal_.tick()), rule);
   evidence.raises_stop = true;
   return evidence;
 }

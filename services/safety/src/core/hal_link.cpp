@@ -1,5 +1,7 @@
 #include "hal_link.hpp"
 
+#include <algorithm>
+
 #include "phrase.hpp"
 
 namespace fairlead {
@@ -39,6 +41,28 @@ void HalLink::follow(const Facts& facts) {
   rival_ = Facts{};
   rival_heard_ns_ = 0;
   has_state_ = false;
+  arrivals_.fill(Arrival{});
+  refused_leap_ = Arrival{};
+}
+
+// One period for each begun since then, and one for the jitter of either.
+std::uint64_t HalLink::reach(const Arrival& from, std::uint64_t now_ns) const {
+  const std::uint64_t ticks = (now_ns - from.ns + limits_.period_ns - 1) / limits_.period_ns + 1;
+  return from.tick + std::min(ticks, UINT64_MAX - from.tick);
+}
+
+std::uint64_t HalLink::newest_possible(std::uint64_t now_ns) const {
+  std::uint64_t newest = 0;
+  for (const Arrival& arrival : arrivals_)
+    if (arrival.tick != 0) newest = std::max(newest, reach(arrival, now_ns));
+  return newest;
+}
+
+bool HalLink::confirms_leap(std::uint64_t tick, std::uint64_t now_ns) {
+  const bool agrees =
+      refused_leap_.tick != 0 && tick > refused_leap_.tick && tick <= reach(refused_leap_, now_ns);
+  refused_leap_ = agrees ? Arrival{} : Arrival{tick, now_ns};
+  return agrees;
 }
 
 HalLink::News HalLink::take_status(const HalStatus& status) {
@@ -90,7 +114,10 @@ Text HalLink::find_mismatch(const HalStatus& status) const {
 }
 
 void HalLink::take_state(const JointState& message, std::uint64_t now_ns) {
-  if (!has_state_ || message.tick > state_.tick) arrival_ns_ = now_ns;
+  if (!has_state_ || message.tick > state_.tick) {
+    arrival_ns_ = now_ns;
+    arrivals_[next_arrival_++ % arrivals_.size()] = {message.tick, now_ns};
+  }
   heard_ns_ = now_ns;
   has_state_ = true;
   state_.tick = message.tick;

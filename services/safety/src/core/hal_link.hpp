@@ -36,6 +36,12 @@ class HalLink {
 
   /// Copy a state that has passed check_state; its tick is newer or the same.
   void take_state(const JointState& message, std::uint64_t now_ns);
+  /// The newest tick that a HAL in realtime can have reached, by when its last states arrived.
+  /// Several are looked at, because one of them may itself have been late.
+  [[nodiscard]] std::uint64_t newest_possible(std::uint64_t now_ns) const;
+  /// Whether a tick beyond that follows from the last one refused for it: then the HAL's count is
+  /// what it says, and the states taken before were the odd ones. Remembers the tick otherwise.
+  bool confirms_leap(std::uint64_t tick, std::uint64_t now_ns);
   /// A valid state was heard, be it a repeat.
   void note_heard(std::uint64_t now_ns) { heard_ns_ = now_ns; }
 
@@ -59,6 +65,12 @@ class HalLink {
     Text mismatch = "no hal/status received yet";
   };
 
+  struct Arrival {
+    std::uint64_t tick = 0;  // 0: none
+    std::uint64_t ns = 0;
+  };
+
+  [[nodiscard]] std::uint64_t reach(const Arrival& from, std::uint64_t now_ns) const;
   [[nodiscard]] Facts facts_of(const HalStatus& status) const;
   void follow(const Facts& facts);
   Text find_mismatch(const HalStatus& status) const;
@@ -74,6 +86,9 @@ class HalLink {
   bool has_state_ = false;
   std::uint64_t arrival_ns_ = 0;
   std::uint64_t heard_ns_ = 0;
+  std::array<Arrival, 8> arrivals_{};  // of the last new ticks
+  std::size_t next_arrival_ = 0;
+  Arrival refused_leap_;
 };
 
 }  // namespace fairlead

@@ -230,3 +230,28 @@ TEST_CASE("copies of a reset stop that go on under a new arming are a new stop")
   rig.send(EventKind::stop_level, StopLevel{5, "e-stop", ""});
   CHECK(rig.gate->state() == GateState::stopped);
 }
+
+TEST_CASE("G013 a state that came late is no measure for those after it") {
+  GateRig rig;
+  rig.connect_and_arm();
+  rig.next_tick();
+  rig.now_ns += 150 * ms;  // this one spends three periods on the way
+  rig.next_tick();
+  rig.tick += 3;  // what was sent meanwhile is lost; the next comes in time
+  rig.now_ns += 1 * ms;
+  rig.tick += 1;
+  rig.send_state();
+  CHECK(rig.gate->state() == GateState::armed);
+}
+
+TEST_CASE("G013 a tick count that is confirmed by a second state is taken, after the stop") {
+  GateRig rig;
+  rig.connect_and_arm();
+  rig.next_tick();
+  rig.tick += 20;  // everything before came a second late, or the HAL's clock was changed
+  rig.next_tick();
+  CHECK(rig.gate->state() == GateState::stopped);
+  rig.next_tick();
+  CHECK(rig.status().state_tick == rig.tick);
+  CHECK(rig.gate->state() == GateState::stopped);
+}
