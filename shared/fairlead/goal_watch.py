@@ -75,7 +75,7 @@ class GoalWatch:
         rate_hz = 0.0
         if self._first is not None:
             elapsed_s = time.monotonic() - self._first[0]
-            rate_hz = (self._tick - self._first[1]) / max(elapsed_s, 1e-3)
+            rate_hz = max(0, self._tick - self._first[1]) / max(elapsed_s, 1e-3)
         return Progress(
             phase=feedback.phase if feedback else "waiting",
             tick=self._tick,

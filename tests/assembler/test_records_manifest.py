@@ -91,7 +91,7 @@ def test_every_missing_field_is_named_in_one_error_when_the_manifest_is_loaded(
     with pytest.raises(ConfigError) as error:
         checkout.skill("{layout: rc365, dim: 16, bindings: {world_frame: odom}}")
     assert str(error.value).splitlines()[1:] == [
-        "  state_contract: Value error, bindings: layout rc365 also needs eef_frame, base_frame, "
+        "  state_contract: bindings: layout rc365 also needs eef_frame, base_frame, "
         "gripper_qpos_joints"
     ]
 

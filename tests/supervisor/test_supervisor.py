@@ -203,7 +203,7 @@ def test_a_busy_port_is_refused_naming_service_port_pid_and_fix(bench: Bench) ->
             bench.supervisor.start()
         squatter.kill()
     assert f"runner: its port {port} is taken by pid {squatter.pid} (" in str(caught.value)
-    assert f"fairlead down {bench.supervisor.name}" in str(caught.value)
+    assert f"stop that first (kill {squatter.pid})" in str(caught.value)
 
 
 def test_leftover_processes_of_a_killed_run_are_refused_until_they_are_gone(

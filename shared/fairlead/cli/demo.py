@@ -55,5 +55,6 @@ def command(
         for path in result.written:
             typer.echo(f"  {path}")
     if result.goal.outcome != "succeeded":
-        reason = result.summary["reason"]
-        raise ServiceError(f"demo: the goal {result.goal.outcome} {reason}; see {out}/summary.json")
+        raise ServiceError(
+            f"demo: the goal {result.goal.outcome} ({result.goal.detail}); see {out}/summary.json"
+        )

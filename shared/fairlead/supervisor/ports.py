@@ -8,7 +8,7 @@ from contextlib import ExitStack
 from fairlead.deployment import Deployment
 from fairlead.errors import ConfigError, ServiceError
 from fairlead.supervisor.process_table import command_of, is_listening, listener_of
-from fairlead.supervisor.registry import running_name
+from fairlead.supervisor.registry import Registry
 
 
 def port_of(endpoint: str) -> int:
@@ -33,8 +33,8 @@ def check_ports_free(deployment: Deployment) -> None:
         port = port_of(spec.listen)
         if is_listening(port):
             raise ServiceError(
-                f"{name}: its port {port} is taken by {_owner(port)}; stop that first: "
-                f"fairlead down {running_name(deployment)}, or give {name} another port"
+                f"{name}: its port {port} is taken by {_owner(port)}; stop that first "
+                f"({_how_to_stop(port)}) or give {name} another port"
             )
 
 
@@ -47,8 +47,17 @@ def free_ports(count: int) -> list[int]:
         return [int(one.getsockname()[1]) for one in sockets]
 
 
+def _how_to_stop(port: int) -> str:
+    """The command that ends whoever listens: another deployment, or any process."""
+    pid = listener_of(port)
+    for entry in Registry().entries():
+        if pid is not None and pid in [process.pid for process in entry.leftovers]:
+            return f"fairlead down {entry.name}"
+    return f"kill {pid}" if pid is not None else "ask its owner"
+
+
 def _owner(port: int) -> str:
     pid = listener_of(port)
     if pid is None:
         return "a process of another user"
-    return f"pid {pid} ({command_of(pid)[:120]})"
+    return f"pid {pid} ({' '.join(command_of(pid).split())[:120]})"

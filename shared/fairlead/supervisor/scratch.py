@@ -15,7 +15,10 @@ from typing import Any, Literal
 import yaml
 
 from fairlead.deployment import Deployment, load_deployment
+from fairlead.errors import ConfigError
 from fairlead.supervisor.ports import free_ports
+
+_FILE = "deployment.yaml"
 
 
 @dataclass(frozen=True)
@@ -43,7 +46,8 @@ def make_scratch(source: Path, folder: Path, options: ScratchOptions) -> Scratch
     """Copy ``source`` into ``folder`` (emptied first) as a simulator-only deployment.
 
     Raises:
-        ConfigError: if the source cannot be read, or the copy does not fit.
+        ConfigError: if the source cannot be read, the copy does not fit, or the folder
+            holds what was not made here.
     """
     original = load_deployment(source)
     services = original.model_dump(mode="json")["services"]
@@ -58,8 +62,18 @@ def make_scratch(source: Path, folder: Path, options: ScratchOptions) -> Scratch
         "pacing": options.pacing or original.pacing,
         "services": services,
     }
+    file = folder / _FILE
+    try:
+        _empty(folder)
+        file.write_text(yaml.safe_dump(copy, sort_keys=False), encoding="utf-8")
+    except OSError as error:
+        raise ConfigError(f"state folder {folder}: cannot be made anew: {error.strerror}") from None
+    return Scratch(file, load_deployment(file), folder.absolute())
+
+
+def _empty(folder: Path) -> None:
+    """Make ``folder`` anew, but only if an earlier run made it: it may be somebody's own."""
+    if folder.is_dir() and any(folder.iterdir()) and not (folder / _FILE).is_file():
+        raise ConfigError(f"state folder {folder}: holds other things; choose another --out")
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
-    file = folder / "deployment.yaml"
-    file.write_text(yaml.safe_dump(copy, sort_keys=False), encoding="utf-8")
-    return Scratch(file, load_deployment(file), folder.absolute())

@@ -1,0 +1,35 @@
+"""Where copies of deployments are made: never over what somebody else left there."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from fairlead.errors import ConfigError
+from fairlead.paths import repo_root
+from fairlead.supervisor.scratch import ScratchOptions, make_scratch
+
+SOURCE = repo_root() / "compose" / "panda_mobile_sim.yaml"
+
+
+def test_a_folder_of_an_earlier_run_is_emptied(tmp_path: Path) -> None:
+    first = make_scratch(SOURCE, tmp_path / "state", ScratchOptions())
+    (first.state_dir / "latch").write_text("1", encoding="utf-8")
+    second = make_scratch(SOURCE, tmp_path / "state", ScratchOptions())
+    assert [path.name for path in second.state_dir.iterdir()] == ["deployment.yaml"]
+
+
+def test_a_folder_with_other_things_is_left_alone(tmp_path: Path) -> None:
+    mine = tmp_path / "state" / "thesis.tex"
+    mine.parent.mkdir()
+    mine.write_text("mine", encoding="utf-8")
+    with pytest.raises(ConfigError, match="holds other things; choose another --out"):
+        make_scratch(SOURCE, tmp_path / "state", ScratchOptions())
+    assert mine.read_text(encoding="utf-8") == "mine"
+
+
+def test_a_file_where_the_folder_should_be_is_a_clear_error(tmp_path: Path) -> None:
+    (tmp_path / "state").write_text("", encoding="utf-8")
+    with pytest.raises(ConfigError, match="cannot be made anew: File exists"):
+        make_scratch(SOURCE, tmp_path / "state", ScratchOptions())
