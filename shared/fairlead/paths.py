@@ -75,8 +75,8 @@ def gate_config(robot: str, profile: str) -> Path:
     path = robot_dir(robot) / f"gate.{profile}.json"
     if not path.is_file():
         raise ConfigError(
-            f"robot {robot}: no compiled gate file {path}; make it with: "
-            f"fairlead robot compile {robot}"
+            f"robot {robot}: no compiled gate file {path}; if robot.yaml has the safety profile "
+            f"{profile!r}, make it with: fairlead robot compile {robot}"
         )
     return path
 
