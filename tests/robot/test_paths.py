@@ -71,7 +71,8 @@ def test_missing_gate_file_names_the_command_that_makes_it(checkout: Path) -> No
     with pytest.raises(ConfigError) as error:
         gate_config("one", "sim")
     assert str(error.value) == (
-        f"robot one: no compiled gate file {checkout}/robots/one/gate.sim.json; make it with: "
+        f"robot one: no compiled gate file {checkout}/robots/one/gate.sim.json; "
+        "if robot.yaml has the safety profile 'sim', make it with: "
         "fairlead robot compile one"
     )
 
