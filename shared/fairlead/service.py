@@ -26,6 +26,7 @@ class ServiceContext:
         options: its ``options`` block, still to be checked by the service.
         state_dir: an existing folder for this service's logs and state.
         stopping: set when the process was asked to end; safe to wait for without a timeout.
+        started: `announce_ready` calls it; asked to end before, the process just ends.
     """
 
     name: str
@@ -34,6 +35,7 @@ class ServiceContext:
     state_dir: Path
     bus: ZenohBus
     stopping: threading.Event
+    started: Callable[[], None]
 
 
 def run_service(who: str, body: Callable[[ServiceContext], None]) -> int:
@@ -72,6 +74,7 @@ def run_service(who: str, body: Callable[[ServiceContext], None]) -> int:
                 state_dir=arguments.state_dir,
                 bus=bus,
                 stopping=signals.stopping,
+                started=signals.started,
             )
         )
         return 0
@@ -86,5 +89,6 @@ def run_service(who: str, body: Callable[[ServiceContext], None]) -> int:
 
 def announce_ready(context: ServiceContext) -> None:
     """Declare the liveliness token that tools wait for, and say so in the log."""
+    context.started()
     context.bus.declare_token(context.deployment.keys.alive(context.name))
     logging.getLogger(context.name).info("ready")

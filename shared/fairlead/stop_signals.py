@@ -29,6 +29,7 @@ class StopSignals:
     def __init__(self, who: str) -> None:
         self.stopping = threading.Event()
         self._who = who
+        self._starting = True
         self._ending = threading.Lock()  # taken once, by the first reason to end
         self._wake, wake_end = socket.socketpair()
         wake_end.setblocking(False)
@@ -36,6 +37,10 @@ class StopSignals:
         for number in (signal.SIGTERM, signal.SIGINT):
             signal.signal(number, self._on_signal)
         threading.Thread(target=self._read, name="stop signals", daemon=True).start()
+
+    def started(self) -> None:
+        """From now on the service does something that has to be ended in order."""
+        self._starting = False
 
     def end_in_time(self) -> None:
         """From now on the process has `END_S` left, whatever still hangs in it."""
@@ -50,6 +55,9 @@ class StopSignals:
     def _read(self) -> None:
         while signalled := self._wake.recv(64):
             if {signal.SIGTERM, signal.SIGINT} & set(signalled):
+                if self._starting:  # may be deep in a simulator's set-up; nothing moves yet
+                    print(f"INFO {self._who}: asked to end while starting", flush=True)
+                    os._exit(0)
                 self.stopping.set()
                 self.end_in_time()
 

@@ -49,7 +49,9 @@ def test_a_second_gate_for_the_same_robot_refuses_to_start(
 def test_leases_of_a_gate_that_comes_later_latch_this_one(scene: Scene) -> None:
     scene.ready_to_move()
     other = scene.bus.publisher(scene.keys.lease, Lease, Qos.HOT)
-    other.put(structs.replace(scene.leases.wait_for(lambda m: m.state == GateState.ARMED), epoch=0xBAD))
+    other.put(
+        structs.replace(scene.leases.wait_for(lambda m: m.state == GateState.ARMED), epoch=0xBAD)
+    )
     status = scene.wait_state(GateState.LATCHED)
     assert "two gates" in status.cause
     assert status.claims == ()

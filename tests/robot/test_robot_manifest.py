@@ -138,8 +138,7 @@ def test_limit_that_forbids_all_motion_names_the_joint(
 ) -> None:
     data["joints"][3]["effort_nm"] = value
     assert _refusal(data, tmp_path) == (
-        "1 problem(s):\n  joints.3: joint 'panda_joint1': expected effort_nm "
-        f"above 0, got {value}"
+        f"1 problem(s):\n  joints.3: joint 'panda_joint1': expected effort_nm above 0, got {value}"
     )
 
 

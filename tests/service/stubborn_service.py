@@ -12,7 +12,13 @@ MODE = sys.argv.pop(1)
 
 
 def body(context: ServiceContext) -> None:
-    """Wait to be stopped; ``deaf`` then hangs, ``thread`` hangs in a thread at the end."""
+    """Wait to be stopped; ``deaf`` then hangs, ``thread`` hangs in a thread at the end.
+
+    ``starting`` never becomes ready.
+    """
+    if MODE == "starting":
+        print("not ready for a long time", flush=True)
+        threading.Event().wait()
     announce_ready(context)
     context.stopping.wait()
     if MODE == "deaf":

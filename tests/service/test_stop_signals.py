@@ -83,3 +83,11 @@ def test_a_service_that_hangs_when_asked_to_stop_is_ended_and_says_where(
     assert process.returncode == 1
     assert "ERROR stubborn: did not end within 0.5 s, ended" in output
     assert "threading.py" in output, "the stack of the hanging thread"
+
+
+def test_a_service_asked_to_stop_while_it_starts_ends_at_once_and_says_so(start: Start) -> None:
+    process = start("starting")
+    process.send_signal(signal.SIGINT)
+    output, _ = process.communicate(timeout=10)
+    assert process.returncode == 0
+    assert output == "INFO stubborn: asked to end while starting\n"

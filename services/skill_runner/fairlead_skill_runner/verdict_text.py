@@ -37,8 +37,12 @@ def describe(verdict: Verdict) -> str:
     verb = "refused" if verdict.outcome == Outcome.REFUSED else "truncated"
     where = f" at row {verdict.row}" if verdict.row >= 0 else ""
     axis = f", {verdict.part} {verdict.axis}".rstrip() if verdict.part else ""
+    return f"G{verdict.code:03d} {what}: chunk {verdict.seq} {verb}{where}{axis}{_why(verdict)}"
+
+
+def _why(verdict: Verdict) -> str:
+    """The numbers, or for a rule that has none what it asks for."""
+    if verdict.value == 0.0 and verdict.limit == 0.0:
+        return f": needs {verdict.limit_source}" if verdict.limit_source else ""
     source = f" ({verdict.limit_source})" if verdict.limit_source else ""
-    return (
-        f"G{verdict.code:03d} {what}: chunk {verdict.seq} {verb}{where}{axis}: "
-        f"value {verdict.value:g}, limit {verdict.limit:g}{source}"
-    )
+    return f": value {verdict.value:g}, limit {verdict.limit:g}{source}"
