@@ -299,7 +299,7 @@ def test_a_stop_is_held_and_repeated_until_a_gate_lists_it(realtime: HalProcess)
     repeats = collect(realtime, realtime.keys.stop, 5)
     assert {decode(StopLevel, sample.payload).stop_id for sample in repeats} == {77}
     status = decode(HalStatus, realtime.bus.query(realtime.keys.hal_status, StatusQuery(), 5.0))
-    assert (status.state, status.detail) == ("holding", "stop 4d (test)")
+    assert (status.state, status.detail) == ("holding", "stop 000000000000004d (test)")
 
 
 def test_a_killed_hal_leaves_every_decided_tick_in_its_log(realtime: HalProcess) -> None:

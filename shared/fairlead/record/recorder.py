@@ -51,11 +51,12 @@ class Recording:
 def first_outcomes(recording: Recording, source: str) -> dict[tuple[int, int], str]:
     """Outcome of each chunk of ``source``, by claim and sequence number.
 
-    A copy sent again is answered again; the first verdict is the one that counts.
+    A copy sent again is answered again; the first verdict is the one that counts. Chunks that
+    cited no live claim of the source (claim 0: replays, strangers) are not its own.
     """
     outcomes: dict[tuple[int, int], str] = {}
     for verdict in recording.verdicts:
-        if verdict.source == source:
+        if verdict.source == source and verdict.claim_id:
             name = Outcome(verdict.outcome).name.lower()
             outcomes.setdefault((verdict.claim_id, verdict.seq), name)
     return outcomes
