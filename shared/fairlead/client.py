@@ -143,7 +143,7 @@ class RobotClient:
         return self._ask(self.gate, self.keys.gate_command("release"), request, Done)
 
     def wait_gate_follows(self, timeout_s: float = GATE_FOLLOWS_TIMEOUT_S) -> GateStatus:
-        """Wait until the gate has left boot and follows the HAL that runs now.
+        """Wait until the gate has left boot and has a state of the HAL that runs now.
 
         Raises:
             NoAnswerError: saying what it waits for.
@@ -151,7 +151,8 @@ class RobotClient:
         deadline = time.monotonic() + timeout_s
         while True:
             gate, hal = self.gate_status(), self.hal_status()
-            if gate.state != GateState.BOOT and gate.session == hal.session:
+            follows = gate.session == hal.session and gate.state_tick > 0
+            if gate.state != GateState.BOOT and follows:
                 return gate
             if time.monotonic() > deadline:
                 raise NoAnswerError(
