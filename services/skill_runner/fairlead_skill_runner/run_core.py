@@ -29,6 +29,7 @@ from fairlead.messages import (
     Verdict,
     encode,
 )
+from fairlead.verdict_text import describe
 from fairlead_skill_runner import results
 from fairlead_skill_runner.chunk_book import ChunkBook, SentChunk
 from fairlead_skill_runner.claim_watch import ClaimWatch
@@ -36,7 +37,6 @@ from fairlead_skill_runner.dispatch import dispatch
 from fairlead_skill_runner.intake import Gathered, Intake
 from fairlead_skill_runner.policies.protocol import Actions, Observation
 from fairlead_skill_runner.run_setup import RunSetup
-from fairlead_skill_runner.verdict_text import describe
 
 LAYOUT_FAULTS_TO_FAIL = 4
 QUIET_S = 0.5  # without released rows for so long, the phase says what is awaited

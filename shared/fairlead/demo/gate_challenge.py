@@ -26,6 +26,7 @@ from fairlead.modes import ControlMode
 from fairlead.own_claim import own_claim
 from fairlead.robot import RobotManifest
 from fairlead.skill import SkillManifest
+from fairlead.verdict_text import describe
 
 SOURCE = "demo"
 VERDICT_TIMEOUT_S = 3.0
@@ -91,8 +92,6 @@ class GateChallenge:
         return self._send(source, recorded, "a recorded chunk of the finished goal, unchanged")
 
     def _send(self, source: str, payload: bytes, sent: str) -> Challenge:
-        from fairlead_skill_runner.verdict_text import describe
-
         key = self._client.keys.candidate(source)
         with self._arrived:
             self._verdicts.clear()
