@@ -8,12 +8,18 @@ from pathlib import Path
 import pytest
 
 from fairlead import messages
-from fairlead.messages import MESSAGE_TYPES, GateState, Hold, Record
+from fairlead.messages import (
+    MESSAGE_TYPES,
+    RECORD_TYPES,
+    GateState,
+    Hold,
+    Message,
+    Record,
+)
 from fairlead.modes import ControlMode
 from tests.repo.wire_types import rows
 
 TEXT = (Path(__file__).parents[2] / "docs" / "wire-format.md").read_text()
-RECORDS = tuple(Record.__subclasses__())
 
 
 def section(name: str) -> str:
@@ -23,7 +29,7 @@ def section(name: str) -> str:
     return found.group(1)
 
 
-@pytest.mark.parametrize("kind", [*MESSAGE_TYPES, *RECORDS], ids=lambda kind: kind.__name__)
+@pytest.mark.parametrize("kind", [*MESSAGE_TYPES, *RECORD_TYPES], ids=lambda kind: kind.__name__)
 def test_the_table_of_a_type_lists_its_fields_in_wire_order(kind: type) -> None:
     table = re.findall(r"^\| (\d+) \| (\w+) \| (.*?) \| (.*?) *\|$", section(kind.__name__), re.M)
     assert [(int(at), name, wire) for at, name, wire, _ in table] == [
@@ -33,12 +39,17 @@ def test_the_table_of_a_type_lists_its_fields_in_wire_order(kind: type) -> None:
 
 def test_the_document_describes_no_type_that_does_not_exist() -> None:
     described = re.findall(r"^### (\w+)$", TEXT, re.M)
-    assert described == [kind.__name__ for kind in (*MESSAGE_TYPES, *RECORDS)]
+    assert described == [kind.__name__ for kind in (*MESSAGE_TYPES, *RECORD_TYPES)]
 
 
-def test_type_ids_are_unique() -> None:
+def test_the_catalogue_has_every_type_there_is() -> None:
+    assert set(MESSAGE_TYPES) == set(Message.__subclasses__())
+    assert set(RECORD_TYPES) == set(Record.__subclasses__())
+
+
+def test_type_ids_are_unique_and_ascend() -> None:
     ids = [kind.__struct_config__.tag for kind in MESSAGE_TYPES]
-    assert len(set(ids)) == len(ids)
+    assert ids == sorted(set(ids))
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,59 @@
+"""Messages to bytes and back; what does not fit is refused with the reason."""
+
+from __future__ import annotations
+
+from typing import TypeVar, cast
+
+import msgspec
+
+from fairlead.errors import MessageError
+from fairlead.messages.catalogue import MESSAGE_TYPES
+from fairlead.messages.message import U64, Message
+
+_ENCODER = msgspec.msgpack.Encoder()
+
+_DECODERS: dict[type[Message], msgspec.msgpack.Decoder[Message]] = {
+    kind: msgspec.msgpack.Decoder(kind) for kind in MESSAGE_TYPES
+}
+
+_HEAD = msgspec.msgpack.Decoder(list[msgspec.Raw])
+_UINT = msgspec.msgpack.Decoder(U64)
+_NAMES = {kind.__struct_config__.tag: kind.__name__ for kind in MESSAGE_TYPES}
+
+M = TypeVar("M", bound=Message)
+
+
+def encode(message: Message) -> bytes:
+    """Encode one message for the wire."""
+    return _ENCODER.encode(message)
+
+
+def decode(kind: type[M], data: bytes) -> M:
+    """Decode one message of exactly this type and version.
+
+    Raises:
+        MessageError: naming the type and version that came instead, or the path of the
+            field that does not fit.
+    """
+    try:
+        return cast(M, _DECODERS[kind].decode(data))
+    except (ValueError, RecursionError) as error:  # msgspec's own errors are ValueErrors
+        wanted, got = f"{kind.__name__} v1", _announced(data)
+        if got not in ("", wanted):
+            raise MessageError(f"expected {wanted}, got {got} ({len(data)} bytes)") from None
+        raise MessageError(f"{kind.__name__}: {error} ({len(data)} bytes)") from None
+
+
+def _announced(data: bytes) -> str:
+    """The type and version that the first two elements name, "" where they cannot be read."""
+    try:
+        type_id, version = _HEAD.decode(data)[:2]
+        numbers = (_UINT.decode(type_id), _UINT.decode(version))
+    except (ValueError, RecursionError):
+        return ""
+    return f"{_NAMES.get(numbers[0], f'unknown type {numbers[0]}')} v{numbers[1]}"
+
+
+def encoding_of(kind: type[Message]) -> str:
+    """The Zenoh encoding announced for a type: tools read it, services read the bytes."""
+    return f"application/msgpack;fairlead.{kind.__name__}.v1"
