@@ -26,7 +26,7 @@ class ControlMode(IntEnum):
     FOOT_PLACEMENT = 8  # no checker yet: refused by name
     GRIPPER_BINARY = 9  # 0 open, 1 closed
     GRIPPER_POSITION = 10  # total opening [m]
-    DEX_HAND_JOINT = 11  # rad
+    DEX_HAND_JOINT = 11  # rad or m
     COMPOSITE_MODE = 12  # [-1, 1], a simulator controller's own switch
 
     @property
@@ -67,9 +67,14 @@ GATED_MODES = frozenset(
     {
         ControlMode.JOINT_POSITION,
         ControlMode.JOINT_VELOCITY,
+        ControlMode.JOINT_TORQUE,
+        ControlMode.CARTESIAN_POSE,
         ControlMode.CARTESIAN_DELTA,
+        ControlMode.CARTESIAN_TWIST,
         ControlMode.BODY_TWIST,
+        ControlMode.GRIPPER_BINARY,
         ControlMode.GRIPPER_POSITION,
+        ControlMode.DEX_HAND_JOINT,
         ControlMode.COMPOSITE_MODE,
     }
 )

@@ -72,8 +72,12 @@ def _joint_units(unit: str) -> dict[str, str]:
         "upper": unit,
         "velocity_limit": f"{unit}/s",
         "acceleration_limit": f"{unit}/s2",
-        "effort_limit": "N" if unit == "m" else "N m",
+        "effort_limit": _effort_unit(unit),
     }
+
+
+def _effort_unit(unit: str) -> str:
+    return "N" if unit == "m" else "N m"
 
 
 def _measured_units(unit: str) -> dict[str, str]:
@@ -85,12 +89,22 @@ def _measured_units(unit: str) -> dict[str, str]:
 
 
 def _mode_units(mode: str, robot: RobotManifest, joints: list[str]) -> dict[str, str]:
-    per_second = "/s" if mode in ("joint_velocity", "body_twist") else ""
-    units_of_joints = dict.fromkeys(robot.joint(name).unit + per_second for name in joints)
-    if mode in ("cartesian_delta", "body_twist"):
+    per_second = "/s" if mode in ("joint_velocity", "cartesian_twist", "body_twist") else ""
+    if mode == "cartesian_pose":
+        return {
+            "lower": "m",
+            "upper": "m",
+            "linear_step_limit": "m",
+            "angular_step_limit": "rad",
+        }
+    if mode in ("cartesian_delta", "cartesian_twist", "body_twist"):
         names = ("linear_limit", "angular_limit", "linear_step_limit", "angular_step_limit")
         units = (f"m{per_second}", f"rad{per_second}")
         return {name: units["angular" in name] for name in names}
     if mode == "gripper_position":
         return {"lower": "m", "upper": "m", "step_limit": "m"}
+    if mode == "joint_torque":
+        units_of_joints = dict.fromkeys(_effort_unit(robot.joint(name).unit) for name in joints)
+    else:
+        units_of_joints = dict.fromkeys(robot.joint(name).unit + per_second for name in joints)
     return {"step_limit": ", ".join(units_of_joints) or "1"}

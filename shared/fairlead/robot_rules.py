@@ -134,7 +134,12 @@ def _safety_problems(
         yield from _same_names(
             f"part {part.name!r} modes", [m for m in part.modes if m not in unchecked], modes.names
         )
-        for mode in (modes.joint_position, modes.joint_velocity):
+        for mode in (
+            modes.joint_position,
+            modes.joint_velocity,
+            modes.joint_torque,
+            modes.dex_hand_joint,
+        ):
             if mode is not None and len(mode.step_limits) != len(part.joints):
                 yield (
                     f"part {part.name!r}: step_limits: expected one per joint, "

@@ -211,9 +211,9 @@ def test_unknown_mode_lists_the_modes(data: dict[str, Any], tmp_path: Path) -> N
 
 
 def test_mode_the_gate_cannot_check_is_refused(data: dict[str, Any], tmp_path: Path) -> None:
-    data["parts"][0]["modes"].append("joint_torque")
+    data["parts"][0]["modes"].append("joint_trajectory")
     assert _refusal(data, tmp_path) == _top(
-        "safety.sim: part 'arm': the gate has no checker for joint_torque"
+        "safety.sim: part 'arm': the gate has no checker for joint_trajectory"
     )
 
 

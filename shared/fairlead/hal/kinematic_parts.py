@@ -8,7 +8,7 @@ from fairlead.messages import FloatArray, HalPart, ModeRange, pack_floats
 from fairlead.modes import ControlMode
 from fairlead.robot import RobotManifest
 from fairlead.robot_part import Part
-from fairlead.robot_safety import ModeLimits
+from fairlead.robot_mode_limits import ModeLimits
 
 
 def describe_part(robot: RobotManifest, part: Part, profile: str) -> HalPart:

@@ -1,0 +1,163 @@
+"""What one part may be told, mode by mode: the blocks under ``safety.<profile>.parts``.
+
+Units are in the field names; *joint units* means rad for turning joints and m for sliding
+ones (N m and N where it is a torque). Every block names the source of its numbers.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+Point = tuple[Finite, Finite, Finite]
+
+
+class SafetyBlock(BaseModel):
+    """A block of the safety section: nothing unknown in it, nothing changed later."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class JointPositionMode(SafetyBlock):
+    """step_limits: largest jump of the setpoint, per joint of the part (joint units)."""
+
+    step_limits: tuple[Positive, ...]
+    source: str
+
+
+class JointVelocityMode(SafetyBlock):
+    """step_limits: largest change of the velocity from row to row, per joint of the part."""
+
+    step_limits: tuple[Positive, ...]
+    source: str
+
+
+class JointTorqueMode(SafetyBlock):
+    """step_limits: largest change of the torque [N m] or force [N] from row to row, per joint.
+
+    The torque itself is bounded by each joint's own effort limit.
+    """
+
+    step_limits: tuple[Positive, ...]
+    source: str
+
+
+class DexHandJointMode(SafetyBlock):
+    """step_limits: as for ``joint_position``, for the joints of a hand (joint units)."""
+
+    step_limits: tuple[Positive, ...]
+    source: str
+
+
+class CartesianPoseMode(SafetyBlock):
+    """A box for the tool frame's origin, in the frame the pose is given in, and its steps.
+
+    frames: links of the description that a pose may be given in.
+    angular_step_limit_rad: angle of the rotation from one row to the next.
+    """
+
+    frames: tuple[str, ...] = Field(min_length=1)
+    lower_m: Point
+    upper_m: Point
+    linear_step_limit_m: Positive
+    angular_step_limit_rad: Positive
+    source: str
+
+    @model_validator(mode="after")
+    def _ordered(self) -> CartesianPoseMode:
+        for axis, lower, upper in zip("xyz", self.lower_m, self.upper_m, strict=True):
+            if lower >= upper:
+                raise ValueError(
+                    f"cartesian_pose: inverted limits along {axis}, lower_m {lower} is not "
+                    f"below upper_m {upper}"
+                )
+        return self
+
+
+class CartesianDeltaMode(SafetyBlock):
+    """Norms of one row's translation and rotation vector, and of their change per row."""
+
+    frames: tuple[str, ...] = Field(min_length=1)
+    linear_limit_m: Positive
+    angular_limit_rad: Positive
+    linear_step_limit_m: Positive
+    angular_step_limit_rad: Positive
+    source: str
+
+
+class CartesianTwistMode(SafetyBlock):
+    """Norms of the tool frame's linear and angular velocity, and of their change per row."""
+
+    frames: tuple[str, ...] = Field(min_length=1)
+    linear_limit_m_s: Positive
+    angular_limit_rad_s: Positive
+    linear_step_limit_m_s: Positive
+    angular_step_limit_rad_s: Positive
+    source: str
+
+
+class BodyTwistMode(SafetyBlock):
+    """Norms of a twist; ``free_axes`` are those the base can do, the others must be 0."""
+
+    frames: tuple[str, ...] = Field(min_length=1)
+    linear_limit_m_s: Positive
+    angular_limit_rad_s: Positive
+    linear_step_limit_m_s: Positive
+    angular_step_limit_rad_s: Positive
+    free_axes: tuple[Annotated[int, Field(ge=0, le=5)], ...] = Field(min_length=1)
+    source: str
+
+
+class GripperBinaryMode(SafetyBlock):
+    """Open (0) or closed (1), nothing between; every switch is legal."""
+
+    source: str
+
+
+class GripperPositionMode(SafetyBlock):
+    """Total opening and its largest change per row."""
+
+    lower_m: Finite
+    upper_m: Finite
+    step_limit_m: Positive
+    source: str
+
+    @model_validator(mode="after")
+    def _ordered(self) -> GripperPositionMode:
+        if self.lower_m >= self.upper_m:
+            raise ValueError(
+                f"gripper_position: inverted limits, lower_m {self.lower_m} is not below "
+                f"upper_m {self.upper_m}"
+            )
+        return self
+
+
+class CompositeMode(SafetyBlock):
+    """The range is [-1, 1] by definition; ``step_limit`` bounds its change per row."""
+
+    step_limit: Positive
+    source: str
+
+
+class ModeLimits(SafetyBlock):
+    """Limits of each mode one part supports; an absent mode is refused by the gate."""
+
+    joint_position: JointPositionMode | None = None
+    joint_velocity: JointVelocityMode | None = None
+    joint_torque: JointTorqueMode | None = None
+    cartesian_pose: CartesianPoseMode | None = None
+    cartesian_delta: CartesianDeltaMode | None = None
+    cartesian_twist: CartesianTwistMode | None = None
+    body_twist: BodyTwistMode | None = None
+    gripper_binary: GripperBinaryMode | None = None
+    gripper_position: GripperPositionMode | None = None
+    dex_hand_joint: DexHandJointMode | None = None
+    composite_mode: CompositeMode | None = None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The modes that have limits, in mode-number order."""
+        return tuple(name for name in type(self).model_fields if getattr(self, name) is not None)
