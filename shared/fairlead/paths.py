@@ -1,8 +1,14 @@
-"""Where robots, skills and built binaries lie in the checkout.
+"""Where robots, skills, deployment files and the gate lie: one tree, wherever it comes from.
 
-``FAIRLEAD_ROOT`` names another checkout; without it the root is found from the
-working directory upwards, then from where this package was installed from.
-Skills of the user's own lie in ``FAIRLEAD_SKILLS``, else in the user's data folder.
+A checkout is such a tree, and a wheel carries one inside the package, in ``fairlead/data``:
+
+    robots/  rskills/  compose/  build/safety/fairlead-safety  requirements-run.lock
+
+``FAIRLEAD_ROOT`` names the tree; without it the first one is taken that is found from the
+working directory upwards, then inside this package, then from this package upwards (an
+editable install, whose package lies in its checkout). What belongs to the user lies outside
+of it: skills in ``FAIRLEAD_SKILLS`` and robots in ``FAIRLEAD_ROBOTS``, else in the user's
+data folder.
 """
 
 from __future__ import annotations
@@ -15,6 +21,8 @@ from fairlead.errors import ConfigError
 
 ROOT_VARIABLE = "FAIRLEAD_ROOT"
 SKILLS_VARIABLE = "FAIRLEAD_SKILLS"
+ROBOTS_VARIABLE = "FAIRLEAD_ROBOTS"
+PACKAGED_TREE = "data"
 
 
 def repo_root() -> Path:
@@ -40,7 +48,7 @@ def robot_dir(robot: str) -> Path:
     Raises:
         ConfigError: naming the folder looked for and the robots there are.
     """
-    return _named_dir("robot", robot, (repo_root() / "robots",), "robot.yaml")
+    return _named_dir("robot", robot, robot_folders(), "robot.yaml")
 
 
 def rskill_dir(skill: str) -> Path:
@@ -54,16 +62,36 @@ def rskill_dir(skill: str) -> Path:
 
 def user_skills_dir() -> Path:
     """Where ``fairlead skill install`` puts skills; it need not exist yet."""
-    override = os.environ.get(SKILLS_VARIABLE)
-    if override:
-        return Path(override)
-    data = os.environ.get("XDG_DATA_HOME") or Path.home() / ".local" / "share"
-    return Path(data) / "fairlead" / "rskills"
+    return _users_own(SKILLS_VARIABLE, "rskills")
 
 
 def skill_folders() -> tuple[Path, ...]:
     """Folders of skills, those that ship first: a user's skill never takes their name."""
     return (repo_root() / "rskills", user_skills_dir())
+
+
+def robot_folders() -> tuple[Path, ...]:
+    """Folders of robots, those that ship first: a user's robot never takes their name."""
+    return (repo_root() / "robots", _users_own(ROBOTS_VARIABLE, "robots"))
+
+
+def deployment_path(wanted: str) -> Path:
+    """The deployment file a person means: a path, or the name of one in ``compose/``.
+
+    Raises:
+        ConfigError: there is neither, naming the deployments there are.
+    """
+    if Path(wanted).is_file():
+        return Path(wanted)
+    compose = repo_root() / "compose"
+    named = compose / f"{wanted.removesuffix('.yaml')}.yaml"
+    if "/" not in wanted and named.is_file():
+        return named
+    known = sorted(path.stem for path in compose.glob("*.yaml"))
+    raise ConfigError(
+        f"deployment {wanted!r}: no such file, and none of that name in {compose} "
+        f"(valid: {', '.join(known) or 'none'}, or a path)"
+    )
 
 
 def gate_config(robot: str, profile: str) -> Path:
@@ -100,7 +128,17 @@ def _candidates() -> Iterator[Path]:
         return
     yield Path.cwd()
     yield from Path.cwd().parents
-    yield from Path(__file__).resolve().parents
+    package = Path(__file__).resolve().parent
+    yield package / PACKAGED_TREE
+    yield from package.parents
+
+
+def _users_own(variable: str, folder: str) -> Path:
+    override = os.environ.get(variable)
+    if override:
+        return Path(override)
+    data = os.environ.get("XDG_DATA_HOME") or Path.home() / ".local" / "share"
+    return Path(data) / "fairlead" / folder
 
 
 def _named_dir(what: str, name: str, parents: Sequence[Path], manifest: str) -> Path:

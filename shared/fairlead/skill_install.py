@@ -8,7 +8,7 @@ from pathlib import Path
 
 from fairlead.admission import admission_problems
 from fairlead.errors import ConfigError
-from fairlead.paths import repo_root, user_skills_dir
+from fairlead.paths import SKILLS_VARIABLE, repo_root, user_skills_dir
 from fairlead.python_policy import BACKEND, check_python_policy
 from fairlead.robot import load_robot
 from fairlead.skill import SkillManifest, read_skill
@@ -50,7 +50,13 @@ def install_skill(folder: Path, force: bool = False) -> Path:
         raise ConfigError(f"skill {skill.id}: one of this name ships with fairlead; rename yours")
     target = user_skills_dir() / skill.id
     _check_version(target, skill, force)
-    _copy(folder, target)
+    try:
+        _copy(folder, target)
+    except OSError as error:
+        raise ConfigError(
+            f"skill {skill.id}: cannot write {target}: {error.strerror or error}; "
+            f"another folder: set {SKILLS_VARIABLE}"
+        ) from None
     return target
 
 

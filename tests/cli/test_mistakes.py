@@ -31,6 +31,7 @@ WRONG_COMMAND_LINES = {
     "no such command": (["fly"], "No such command 'fly'"),
     "no such option": (["ps", "--all"], "No such option"),
     "a file that is not there": (["up", "nowhere.yaml"], "nowhere.yaml"),
+    "a deployment that is not there": (["status", "-d", "nowhere"], "panda_mujoco"),
     "an argument left out": (["run"], "Missing argument 'skill'"),
     "an id that is no number": (["reset", "xyz"], "expected 1 to 16 hex digits"),
     "an id of zero": (["reset", "0"], "expected 1 to 16 hex digits"),

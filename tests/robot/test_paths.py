@@ -4,8 +4,16 @@ from pathlib import Path
 
 import pytest
 
+from fairlead import paths
 from fairlead.errors import ConfigError
-from fairlead.paths import gate_binary, gate_config, repo_root, robot_dir, rskill_dir
+from fairlead.paths import (
+    deployment_path,
+    gate_binary,
+    gate_config,
+    repo_root,
+    robot_dir,
+    rskill_dir,
+)
 
 
 @pytest.fixture
@@ -14,6 +22,7 @@ def checkout(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (tmp_path / "robots" / "one" / "robot.yaml").touch()
     (tmp_path / "rskills").mkdir()
     monkeypatch.setenv("FAIRLEAD_ROOT", str(tmp_path))
+    monkeypatch.setenv("FAIRLEAD_ROBOTS", str(tmp_path / "own"))
     return tmp_path
 
 
@@ -42,6 +51,45 @@ def test_root_that_is_no_checkout_says_where_it_looked(
     assert str(error.value) == (
         "fairlead: expected a checkout with the folders robots/ and rskills/, looked at "
         f"{tmp_path}; run inside the checkout or set FAIRLEAD_ROOT"
+    )
+
+
+def test_root_is_the_tree_a_wheel_carries_inside_the_package(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    package = tmp_path / "site-packages" / "fairlead"
+    for folder in ("robots", "rskills"):
+        (package / "data" / folder).mkdir(parents=True)
+    monkeypatch.delenv("FAIRLEAD_ROOT", raising=False)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(paths, "__file__", str(package / "paths.py"))
+    assert repo_root() == package / "data"
+
+
+def test_a_robot_of_the_users_own_is_found_but_never_takes_a_shipped_name(checkout: Path) -> None:
+    for name in ("one", "mine"):
+        (checkout / "own" / name).mkdir(parents=True)
+        (checkout / "own" / name / "robot.yaml").touch()
+    assert robot_dir("mine") == checkout / "own" / "mine"
+    assert robot_dir("one") == checkout / "robots" / "one"
+
+
+def test_a_deployment_is_found_by_its_path_and_by_its_name(
+    checkout: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (checkout / "compose").mkdir()
+    shipped = checkout / "compose" / "one.yaml"
+    shipped.touch()
+    monkeypatch.chdir(checkout / "robots")
+    assert deployment_path("one") == deployment_path("one.yaml") == shipped
+    assert deployment_path("../compose/one.yaml") == Path("../compose/one.yaml")
+    Path("one.yaml").touch()
+    assert deployment_path("one.yaml") == Path("one.yaml")
+    with pytest.raises(ConfigError) as error:
+        deployment_path("compose/one.yaml")
+    assert str(error.value) == (
+        "deployment 'compose/one.yaml': no such file, and none of that name in "
+        f"{checkout}/compose (valid: one, or a path)"
     )
 
 

@@ -114,6 +114,17 @@ def test_what_the_robot_and_the_policy_lack_is_listed_together(
     assert not installed.exists()
 
 
+def test_a_place_that_cannot_be_written_is_named_with_the_way_to_another(
+    installed: Path, tmp_path: Path
+) -> None:
+    folder = written(tmp_path / "mine")
+    installed.parent.write_text("a file in the way", encoding="utf-8")
+    with pytest.raises(ConfigError) as caught:
+        install_skill(folder)
+    assert f"skill mine: cannot write {installed / 'mine'}: " in str(caught.value)
+    assert str(caught.value).endswith("another folder: set FAIRLEAD_SKILLS")
+
+
 def test_a_name_that_ships_is_refused(installed: Path, tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match="one of this name ships with fairlead"):
         install_skill(written(tmp_path / "oracle-counter-to-cabinet"))

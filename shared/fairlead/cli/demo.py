@@ -13,10 +13,10 @@ from fairlead.cli.progress_line import ProgressLine
 from fairlead.cli.wire_number import MAX_NUMBER
 from fairlead.demo.demo_run import DemoWish, check_out_folder, run_demo
 from fairlead.errors import FairleadError, ServiceError
-from fairlead.paths import repo_root
+from fairlead.paths import deployment_path
 
 EXAMPLE = "fairlead demo --realtime"
-SOURCE = "panda_mobile_sim.yaml"
+SOURCE = "panda_mobile_sim"
 
 
 def command(
@@ -33,8 +33,7 @@ def command(
 ) -> None:
     """Run a skill through its own four services, challenge the gate, write film and timeline."""
     check_out_folder(out)
-    source = repo_root() / "compose" / SOURCE
-    wish = DemoWish(source, out, skill, seed, realtime, not no_video)
+    wish = DemoWish(deployment_path(SOURCE), out, skill, seed, realtime, not no_video)
     try:
         with ProgressLine(quiet=as_json) as line:
             result = run_demo(

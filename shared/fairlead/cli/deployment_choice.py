@@ -9,17 +9,26 @@ import typer
 
 from fairlead.deployment import Deployment, load_deployment
 from fairlead.errors import ConfigError, NoAnswerError
-from fairlead.paths import repo_root
+from fairlead.paths import deployment_path, repo_root
 from fairlead.supervisor import Registry, Running
+
+
+def parse_deployment(wanted: str) -> Path:
+    """A deployment file given by its path or its name in compose/."""
+    try:
+        return deployment_path(wanted)
+    except ConfigError as error:
+        raise typer.BadParameter(str(error)) from None
+
 
 DeploymentOption = Annotated[
     Path | None,
     typer.Option(
         "--deployment",
         "-d",
-        exists=True,
-        dir_okay=False,
-        help="deployment file; without it: the one that runs here, else the only one in compose/",
+        parser=parse_deployment,
+        metavar="NAME_OR_FILE",
+        help="without it: the deployment that runs here, else the only one in compose/",
     ),
 ]
 NameArgument = Annotated[
@@ -46,7 +55,7 @@ def choose_deployment(file: Path | None) -> Deployment:
     known = sorted((repo_root() / "compose").glob("*.yaml"))
     if len(known) == 1:
         return load_deployment(known[0])
-    first = known[0] if known else "DEPLOYMENT"
+    first = known[0].stem if known else "DEPLOYMENT"
     raise NoAnswerError(f"no deployment runs on this machine; start one: fairlead up {first}")
 
 

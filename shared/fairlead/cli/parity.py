@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from fairlead.cli.console import print_json, print_table
-from fairlead.cli.deployment_choice import JsonOption
+from fairlead.cli.deployment_choice import JsonOption, parse_deployment
 from fairlead.cli.progress_line import ProgressLine
 from fairlead.cli.wire_number import MAX_NUMBER
 from fairlead.deployment import load_deployment
@@ -17,11 +17,11 @@ from fairlead.goal_run import GoalWish
 from fairlead.parity.comparison import Comparison, compare
 from fairlead.parity.deployed_episode import deployed_episode
 from fairlead.parity.local_episode import local_episode
-from fairlead.paths import repo_root
+from fairlead.paths import deployment_path
 from fairlead.skill import load_skill
 
 EXAMPLE = "fairlead parity --seed 3"
-SOURCE = "panda_mobile_sim.yaml"
+SOURCE = "panda_mobile_sim"
 DEADLINE_TICKS = 800
 
 
@@ -31,8 +31,8 @@ def command(
     deployment: Annotated[
         Path | None,
         typer.Option(
-            "--deployment", "-d", exists=True, dir_okay=False,
-            help="file to copy; default: compose/panda_mobile_sim.yaml",
+            "--deployment", "-d", parser=parse_deployment, metavar="NAME_OR_FILE",
+            help="what to copy; default: panda_mobile_sim",
         ),
     ] = None,
     ticks: Annotated[int, typer.Option(min=1, help="longest episode")] = DEADLINE_TICKS,
@@ -46,7 +46,7 @@ def command(
     Compared: observations, raw actions, vectors given to the simulator, its qpos and
     qvel. Uses ports and a state folder of its own; a running robot is not disturbed.
     """
-    source = deployment or repo_root() / "compose" / SOURCE
+    source = deployment or deployment_path(SOURCE)
     manifest = load_skill(skill)
     wish = GoalWish(skill, deadline_ticks=ticks)
     with ProgressLine(quiet=as_json) as line:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from fairlead.errors import ConfigError
 from fairlead.gate_config import compile_gate_config
 from fairlead.paths import robot_dir
 from fairlead.robot import load_robot
@@ -30,9 +32,16 @@ def command(
         elif check:
             stale.append(path)
         else:
-            path.write_text(text, encoding="utf-8")
-            typer.echo(f"wrote {path}")
+            _write(path, text)
     for path in stale:
         typer.echo(f"ERROR {path} is not current; fix: fairlead robot compile {robot}", err=True)
     if stale:
         raise typer.Exit(1)
+
+
+def _write(path: Path, text: str) -> None:
+    try:
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise ConfigError(f"robot compile: cannot write {path}: {error.strerror}") from None
+    typer.echo(f"wrote {path}")

@@ -23,8 +23,13 @@ def command(
     folder = Path(name)
     if folder.exists():
         raise ConfigError(f"skill new: {folder} exists already; choose another name")
-    folder.mkdir()
-    for file, text in files.items():
-        (folder / file).write_text(text, encoding="utf-8")
-        typer.echo(f"wrote {folder / file}")
+    try:
+        folder.mkdir()
+        for file, text in files.items():
+            (folder / file).write_text(text, encoding="utf-8")
+            typer.echo(f"wrote {folder / file}")
+    except OSError as error:
+        raise ConfigError(
+            f"skill new: cannot write {folder.absolute()}: {error.strerror}"
+        ) from None
     typer.echo(f"next: fairlead skill install {folder}")

@@ -13,6 +13,7 @@ from typing import Annotated
 import typer
 
 from fairlead.cli.console import hex_id
+from fairlead.cli.deployment_choice import parse_deployment
 from fairlead.cli.status import state_and_cause
 from fairlead.client import RobotClient
 from fairlead.deployment import load_deployment
@@ -21,14 +22,17 @@ from fairlead.messages import GateState
 from fairlead.supervisor import Registry, ServiceEvent, Supervisor
 from fairlead.supervisor.registry import running_name
 
-EXAMPLE = "fairlead up compose/panda_mobile_sim.yaml"
+EXAMPLE = "fairlead up panda_mobile_sim"
 READY_TIMEOUT_S = 120.0  # a first start compiles and caches much on a slow machine
 WATCH_S = 0.1
 
 
 def command(
     deployment: Annotated[
-        Path, typer.Argument(exists=True, dir_okay=False, help="deployment file, see compose/")
+        Path,
+        typer.Argument(
+            parser=parse_deployment, metavar="NAME_OR_FILE", help="a name in compose/, or a file"
+        ),
     ],
     state_dir: Annotated[
         Path | None,
@@ -38,7 +42,7 @@ def command(
     ] = None,
     order: Annotated[str, typer.Option(help="start order, comma-separated; any order works")] = "",
 ) -> None:
-    """Start every service of DEPLOYMENT, print their logs, restart what dies, until Ctrl-C."""
+    """Start every service of a deployment, print their logs, restart what dies, until Ctrl-C."""
     loaded = load_deployment(deployment)
     _ = loaded.hal, loaded.only("safety"), loaded.only("skill_runner")  # refused before a start
     folder = state_dir or Registry().default_state_dir(running_name(loaded))
