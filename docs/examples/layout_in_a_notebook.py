@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fairlead.bindings import StateContractBindings
+from fairlead import StateContractBindings
 from fairlead_state_assembler import JointPositions, TransformBuffer, assemble_state, pose_from
 
 bindings = StateContractBindings(

@@ -5,12 +5,10 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from fairlead import ControlMode, RobotManifest
 from fairlead.errors import ConfigError, expected
-from fairlead.hal.backend import BackendDescription, FramePose, Measurement, PartCommand
-from fairlead.hal.kinematic_parts import describe_part
+from fairlead.hal import BackendDescription, FramePose, Measurement, PartCommand, describe_part
 from fairlead.hal.process import Equipment, run_hal
-from fairlead.modes import ControlMode
-from fairlead.robot import RobotManifest
 from fairlead.service import ServiceContext, run_service
 
 HERE, UPRIGHT = np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0])

@@ -1,0 +1,76 @@
+"""Runs learned robot policies through typed commands and a safety gate.
+
+What to import from where:
+
+    fairlead                   talk to a running robot; load robots, skills, deployments
+    fairlead.errors            every error that is raised on purpose, as a tree
+    fairlead.messages          what is on the wire, and the codec
+    fairlead.hal               connect a robot or a simulator: the contract
+    fairlead.hal.process       ... and the process around it
+    fairlead.service           what the main of any service does
+    fairlead_state_assembler   state vectors from joints and transforms
+
+Everything else is the inside of these and may change. Names load when they are first
+used: importing this package loads no transport and no simulator.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from fairlead.bindings import StateContractBindings
+    from fairlead.bus import Bus
+    from fairlead.client import RobotClient
+    from fairlead.deployment import Deployment, load_deployment
+    from fairlead.errors import FairleadError
+    from fairlead.keys import Keys
+    from fairlead.memory_bus import MemoryBus
+    from fairlead.modes import ControlMode
+    from fairlead.robot import RobotManifest, load_robot
+    from fairlead.session import Endpoints, ZenohBus
+    from fairlead.skill import SkillManifest, load_skill
+
+__all__ = [
+    "Bus",
+    "ControlMode",
+    "Deployment",
+    "Endpoints",
+    "FairleadError",
+    "Keys",
+    "MemoryBus",
+    "RobotClient",
+    "RobotManifest",
+    "SkillManifest",
+    "StateContractBindings",
+    "ZenohBus",
+    "load_deployment",
+    "load_robot",
+    "load_skill",
+]
+
+_HOME = {
+    "Bus": "bus",
+    "ControlMode": "modes",
+    "Deployment": "deployment",
+    "Endpoints": "session",
+    "FairleadError": "errors",
+    "Keys": "keys",
+    "MemoryBus": "memory_bus",
+    "RobotClient": "client",
+    "RobotManifest": "robot",
+    "SkillManifest": "skill",
+    "StateContractBindings": "bindings",
+    "ZenohBus": "session",
+    "load_deployment": "deployment",
+    "load_robot": "robot",
+    "load_skill": "skill",
+}
+
+
+def __getattr__(name: str) -> object:
+    """Load a public name from its module when it is first used."""
+    if name not in _HOME:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)

@@ -18,6 +18,19 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+__all__ = [
+    "ConfigError",
+    "FairleadError",
+    "LayoutError",
+    "MessageError",
+    "NoAnswerError",
+    "PolicyError",
+    "RefusedError",
+    "ServiceError",
+    "TransportError",
+    "expected",
+]
+
 
 class FairleadError(Exception):
     """Base of every deliberate error; the command line prints it without a traceback."""

@@ -16,6 +16,8 @@ from fairlead.errors import FairleadError
 from fairlead.session import ZenohBus
 from fairlead.stop_signals import StopSignals
 
+__all__ = ["ServiceContext", "announce_ready", "run_service"]
+
 
 @dataclass(frozen=True)
 class ServiceContext:

@@ -1,1 +1,27 @@
-"""The HAL host: everything a HAL does except talking to its robot."""
+"""The HAL host: everything a HAL does except talking to its robot.
+
+The names below are the contract with a robot or a simulator. `fairlead.hal.process` makes
+a process of a `Backend`; ``docs/examples/minimal_hal.py`` is a complete one.
+"""
+
+from fairlead.hal.backend import (
+    Backend,
+    BackendDescription,
+    FramePose,
+    Measurement,
+    PartCommand,
+    TaskReading,
+)
+from fairlead.hal.camera_feed import CameraFeed
+from fairlead.hal.kinematic_parts import describe_part
+
+__all__ = [
+    "Backend",
+    "BackendDescription",
+    "CameraFeed",
+    "FramePose",
+    "Measurement",
+    "PartCommand",
+    "TaskReading",
+    "describe_part",
+]

@@ -17,6 +17,8 @@ from fairlead.hal.trace_source import TraceSource
 from fairlead.robot import RobotManifest, load_robot
 from fairlead.service import ServiceContext, announce_ready
 
+__all__ = ["Equipment", "run_hal"]
+
 
 @dataclass(frozen=True)
 class Equipment:

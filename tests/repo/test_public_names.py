@@ -1,0 +1,165 @@
+"""The names that others may import: which they are, that they say what they are, what they load."""
+
+from __future__ import annotations
+
+import ast
+import importlib
+import re
+import subprocess
+import sys
+
+import pytest
+
+from fairlead import errors
+from tests.repo.tree import ROOT
+
+PUBLIC = {
+    "fairlead": {
+        *("Bus", "ControlMode", "Deployment", "Endpoints", "FairleadError", "Keys", "MemoryBus"),
+        *("RobotClient", "RobotManifest", "SkillManifest", "StateContractBindings", "ZenohBus"),
+        *("load_deployment", "load_robot", "load_skill"),
+    },
+    "fairlead.errors": {
+        *("ConfigError", "FairleadError", "LayoutError", "MessageError", "NoAnswerError"),
+        *("PolicyError", "RefusedError", "ServiceError", "TransportError", "expected"),
+    },
+    "fairlead.hal": {
+        *("Backend", "BackendDescription", "CameraFeed", "FramePose", "Measurement"),
+        *("PartCommand", "TaskReading", "describe_part"),
+    },
+    "fairlead.hal.process": {"Equipment", "run_hal"},
+    "fairlead.messages": {
+        *("Acted", "ActionChunk", "ActionPart", "Arm", "ArmReply", "Cancel", "Claim"),
+        *("ClaimInfo", "ClaimReply", "Decision", "Disarm", "Done", "FloatArray", "GateState"),
+        *("GateStatus", "Goal", "GoalAccepted", "GoalFeedback", "GoalResult", "Grant", "HELD"),
+        *("HalCamera", "HalPart", "HalStatus", "Hash32", "Heartbeat", "Hold", "Image"),
+        *("JointState", "LayoutFault", "LayoutState", "Lease", "LimitOverride", "MESSAGE_TYPES"),
+        *("Message", "ModeRange", "NO_HASH", "NO_TRACE", "Outcome", "RECORD_TYPES", "Record"),
+        *("Refusal", "Release", "Reset", "ResetEpisode", "ResetEpisodeReply", "SafeChunk"),
+        *("StatusQuery", "StopLevel", "TaskState", "Transform", "TransformBatch"),
+        *("U8", "U32", "U64", "V1", "Verdict"),
+        *("decode", "encode", "encoding_of", "floats", "pack_floats"),
+    },
+    "fairlead.service": {"ServiceContext", "announce_ready", "run_service"},
+    "fairlead_state_assembler": {
+        *("ForwardKinematics", "JointPositions", "LAYOUT_ASSEMBLERS", "LAYOUT_EXAMPLES"),
+        *("LocalAssembler", "TransformBuffer", "assemble_state", "pose_from", "register"),
+    },
+    # Processes: nothing in them is for others to import.
+    "fairlead_hal_mujoco": set(),
+    "fairlead_hal_sim": set(),
+    "fairlead_skill_runner": set(),
+}
+# Stands inside the package once it is used: a layout is a file among the others.
+INSIDE = "gripper_pose_8d.py"
+HEAVY = ("mujoco", "robosuite", "pinocchio", "zenoh")
+
+
+def loaded_by(statement: str) -> set[str]:
+    """Which of the heavy packages a fresh interpreter has loaded after a statement."""
+    code = f"{statement}\nimport sys\nprint(*set(sys.modules) & set({HEAVY!r}))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stderr
+    return set(done.stdout.split())
+
+
+def imported_names(code: str) -> set[tuple[str, str]]:
+    """Module and name of everything of this project that a piece of code imports."""
+    found = set()
+    for node in ast.walk(ast.parse(code)):
+        if isinstance(node, ast.ImportFrom):
+            found |= {(node.module or "", alias.name) for alias in node.names}
+        elif isinstance(node, ast.Import):
+            found |= {(alias.name, "") for alias in node.names}
+    return {(module, name) for module, name in found if module.startswith("fairlead")}
+
+
+@pytest.mark.parametrize("module", PUBLIC)
+def test_a_module_offers_exactly_the_names_that_are_public(module: str) -> None:
+    face = importlib.import_module(module)
+    assert set(face.__all__) == PUBLIC[module]
+    assert len(face.__all__) == len(PUBLIC[module])
+    assert [name for name in face.__all__ if getattr(face, name, None) is None] == []
+    assert face.__doc__
+
+
+@pytest.mark.parametrize("module", PUBLIC)
+def test_every_public_class_and_function_says_what_it_is(module: str) -> None:
+    face = importlib.import_module(module)
+    things = {name: getattr(face, name) for name in face.__all__}
+    silent = [
+        name
+        for name, thing in things.items()
+        if getattr(thing, "__module__", "").startswith("fairlead")
+        and not (getattr(thing, "__doc__", None) or "").strip()
+    ]
+    assert silent == []
+
+
+def test_the_editor_and_the_interpreter_find_a_name_of_the_package_in_the_same_module() -> None:
+    tree = ast.parse((ROOT / "shared/fairlead/__init__.py").read_text())
+    for_editors = {
+        alias.name: (node.module or "").removeprefix("fairlead.")
+        for block in tree.body
+        if isinstance(block, ast.If)
+        for node in block.body
+        if isinstance(node, ast.ImportFrom)
+        for alias in node.names
+    }
+    face = importlib.import_module("fairlead")
+    assert for_editors == face._HOME
+
+
+def test_a_name_the_package_does_not_have_is_missing_as_usual() -> None:
+    face = importlib.import_module("fairlead")
+    with pytest.raises(AttributeError, match="^module 'fairlead' has no attribute 'load_robott'$"):
+        _ = face.load_robott
+
+
+@pytest.mark.parametrize(
+    "statement",
+    [
+        "import fairlead",
+        "from fairlead import ControlMode, Keys, MemoryBus, load_robot, load_skill",
+        "import fairlead.errors, fairlead.hal, fairlead.messages",
+    ],
+)
+def test_importing_loads_no_simulator_and_no_transport(statement: str) -> None:
+    assert loaded_by(statement) == set()
+
+
+def test_talking_to_a_robot_loads_the_transport_and_no_simulator() -> None:
+    assert loaded_by("from fairlead import RobotClient; import fairlead.hal.process") == {"zenoh"}
+
+
+def test_documents_and_examples_import_public_names_only() -> None:
+    pieces = {
+        path.name: path.read_text()
+        for path in (ROOT / "docs" / "examples").glob("*.py")
+        if path.name != INSIDE
+    }
+    for path in [*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")]:
+        for number, code in enumerate(re.findall(r"```python\n(.*?)```", path.read_text(), re.S)):
+            is_inside = code.strip() in (ROOT / "docs" / "examples" / INSIDE).read_text()
+            if re.search(r"^(from|import) ", code, re.M) and not is_inside:
+                pieces[f"{path.name} block {number}"] = code
+    used = {
+        (where, module, name)
+        for where, code in pieces.items()
+        for module, name in imported_names(code)
+    }
+    assert used
+    inside = {one for one in used if one[2] not in {"", *PUBLIC.get(one[1], set())}}
+    assert inside == set()
+
+
+def test_the_tree_of_errors_is_the_one_that_is_drawn() -> None:
+    drawn = re.findall(r"^    [│ ]*[├└]── (\w+)  +\S", errors.__doc__ or "", re.M)
+    kinds = [
+        one
+        for one in vars(errors).values()
+        if isinstance(one, type) and one.__module__ == errors.__name__
+    ]
+    real = [one.__name__ for one in kinds if one is not errors.FairleadError]
+    assert drawn == real
+    assert {one.__base__ for one in kinds} == {Exception, errors.FairleadError}
