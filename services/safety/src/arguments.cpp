@@ -5,15 +5,31 @@
 #include "refusal.hpp"
 
 namespace fairlead {
+namespace {
+
+// Peers do not forward for each other, so a gate that also listened beside its router would be
+// heard twice by some and not at all by others.
+void check_endpoints(const Endpoints& endpoints) {
+  if (endpoints.listen.empty() == endpoints.router.empty()) {
+    throw ConfigRefused("--listen or --router: expected one of them; see: fairlead-safety --help");
+  }
+  if (!endpoints.router.empty() && !endpoints.connect.empty()) {
+    throw ConfigRefused("--connect: not with --router, whose client connects to it alone");
+  }
+}
+
+}  // namespace
 
 Arguments parse_arguments(const std::vector<std::string>& words) {
   Arguments arguments;
   arguments.name_space = "fl";
   arguments.service = "safety";
+  Endpoints& endpoints = arguments.endpoints;
   const std::map<std::string, std::string*> texts = {
-      {"--robot", &arguments.robot},     {"--namespace", &arguments.name_space},
-      {"--service", &arguments.service}, {"--config", &arguments.config},
-      {"--listen", &arguments.listen},   {"--state-dir", &arguments.state_dir}};
+      {"--robot", &arguments.robot},        {"--namespace", &arguments.name_space},
+      {"--service", &arguments.service},    {"--config", &arguments.config},
+      {"--listen", &endpoints.listen},      {"--router", &endpoints.router},
+      {"--state-dir", &arguments.state_dir}};
   for (std::size_t i = 0; i < words.size(); ++i) {
     const std::string& word = words[i];
     if (word == "--help" || word == "-h") {
@@ -30,16 +46,17 @@ Arguments parse_arguments(const std::vector<std::string>& words) {
     }
     if (++i == words.size()) throw ConfigRefused(word + ": expected a value after it");
     if (text == texts.end()) {
-      arguments.connect.push_back(words[i]);
+      endpoints.connect.push_back(words[i]);
     } else {
       *text->second = words[i];
     }
   }
-  for (const char* required : {"--robot", "--config", "--listen", "--state-dir"}) {
+  for (const char* required : {"--robot", "--config", "--state-dir"}) {
     if (texts.at(required)->empty()) {
       throw ConfigRefused(std::string(required) + ": missing; see: fairlead-safety --help");
     }
   }
+  check_endpoints(endpoints);
   return arguments;
 }
 
@@ -53,6 +70,7 @@ Not safety-rated; its stop is a protective stop request.
   --config FILE      compiled gate file, robots/<robot>/gate.<profile>.json
   --listen ENDPOINT  where others reach this process
   --connect ENDPOINT whom it connects to; may be repeated; tried for ever
+  --router ENDPOINT  instead of these two: be a client of this router; tried for ever
   --state-dir DIR    folder for the latch and the clean mark
   --new-state        this state folder is new and that is right: without it a gate whose profile
                      is for hardware boots latched when its folder was never used before

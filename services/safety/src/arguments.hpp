@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "zenoh_config.hpp"
+
 namespace fairlead {
 
 struct Arguments {
@@ -11,8 +13,7 @@ struct Arguments {
   std::string name_space;  // first chunk of every key
   std::string service;     // this process's name in keys and logs
   std::string config;      // compiled gate file
-  std::string listen;      // endpoint, for example tcp/127.0.0.1:7502
-  std::vector<std::string> connect;
+  Endpoints endpoints;     // a peer's, or the router of a client
   std::string state_dir;
   bool new_state = false;  // a state folder never used before is right
   bool help = false;

@@ -1,7 +1,9 @@
 // fairlead-safety: reads its configuration, opens its session, and hands every event to the core.
 #include <csignal>
+#include <ctime>
 #include <iostream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "arguments.hpp"
@@ -33,11 +35,39 @@ sigset_t block_stop_signals() {
   return signals;
 }
 
+const char* name_of(int signal) { return signal == SIGTERM ? "SIGTERM" : "SIGINT"; }
+
 std::string wait_for_stop(const sigset_t& signals) {
   int signal = 0;
   sigwait(&signals, &signal);
-  return signal == SIGTERM ? "SIGTERM" : "SIGINT";
+  return name_of(signal);
 }
+
+/// Asked to end before the gate was up.
+struct EndedEarly {};
+
+/// Says what the gate waits for, now and every tenth time, unless it was asked to end.
+class RouterWait {
+ public:
+  RouterWait(std::string router, const sigset_t& signals, LogWriter& log)
+      : router_(std::move(router)), signals_(signals), log_(log) {}
+
+  void operator()() {
+    const timespec at_once{};
+    const int signal = sigtimedwait(&signals_, nullptr, &at_once);
+    if (signal > 0) {
+      log_.info(std::string("ends on ") + name_of(signal) + " before it reached the router");
+      throw EndedEarly();
+    }
+    if (attempts_++ % 10 == 0) log_.warning("waiting for the router " + router_);
+  }
+
+ private:
+  std::string router_;
+  const sigset_t& signals_;
+  LogWriter& log_;
+  int attempts_ = 0;
+};
 
 void run(const Arguments& arguments) {
   const KeyTable keys(arguments.name_space, arguments.robot);
@@ -49,7 +79,8 @@ void run(const Arguments& arguments) {
   const sigset_t signals = block_stop_signals();
   LogWriter log(arguments.service);
   LatchStore store(arguments.state_dir, [&log](const std::string& fault) { log.warning(fault); });
-  ZenohTransport transport({arguments.listen, arguments.connect}, keys);
+  ZenohTransport transport(arguments.endpoints, keys,
+                           RouterWait(arguments.endpoints.router, signals, log));
   if (transport.hears_another_gate(kOtherGatePatience)) {
     throw StartFailed("another gate already serves the robot " + arguments.robot +
                       "; see: fairlead ps");
@@ -82,6 +113,8 @@ int main(int count, char** words) {
       return 0;
     }
     run(arguments);
+    return 0;
+  } catch (const EndedEarly&) {
     return 0;
   } catch (const ConfigRefused& refusal) {
     return report(refusal, 2);

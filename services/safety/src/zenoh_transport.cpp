@@ -4,7 +4,6 @@
 #include <deque>
 #include <map>
 #include <mutex>
-#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "gate_process.hpp"
@@ -21,37 +20,25 @@ constexpr std::size_t kMaxSources = 64;
 thread_local Frame received_frame;
 thread_local bool own_lease = false;
 
-std::string session_config(const Endpoints& endpoints) {
-  const nlohmann::json retry = {
-      {"period_init_ms", 50}, {"period_max_ms", 500}, {"period_increase_factor", 2}};
-  const nlohmann::json off = {{"enabled", false}};
-  // An express message takes a whole batch, so a step's burst must find room for each. Where
-  // there is none the message is dropped at once: whoever puts holds the gate's lock.
-  const nlohmann::json queue = {{"size", {{"real_time", 16}, {"data", 4}}},
-                                {"congestion_control", {{"drop", {{"wait_before_drop", 0}}}}}};
-  const nlohmann::json config = {
-      {"mode", "peer"},
-      {"transport", {{"link", {{"tx", {{"queue", queue}}}}}}},
-      {"listen", {{"endpoints", {endpoints.listen}}, {"exit_on_failure", true}}},
-      {"connect",
-       {{"endpoints", endpoints.connect},
-        {"timeout_ms", endpoints.connect.empty() ? 0 : -1},
-        {"exit_on_failure", false},
-        {"retry", retry}}},
-      {"scouting", {{"multicast", off}, {"gossip", off}}},
-      {"timestamping", off},
-      {"adminspace", off}};
-  return config.dump();
-}
-
-void open_session(z_owned_session_t* session, const Endpoints& endpoints) {
+z_result_t try_to_open(z_owned_session_t* session, const Endpoints& endpoints) {
   z_owned_config_t config;
   const z_result_t parsed = zc_config_from_str(&config, session_config(endpoints).c_str());
   if (parsed != Z_OK) {
     z_drop(z_move(config));
-    check(parsed, "use the endpoints " + endpoints.listen);
+    check(parsed, "use the endpoints " + endpoints.listen + endpoints.router);
   }
-  check(z_open(session, z_move(config), nullptr), "listen on " + endpoints.listen);
+  return z_open(session, z_move(config), nullptr);
+}
+
+void open_session(z_owned_session_t* session, const Endpoints& endpoints,
+                  const ZenohTransport::OnWait& on_wait) {
+  z_result_t opened = try_to_open(session, endpoints);
+  while (opened != Z_OK && !endpoints.router.empty()) {
+    z_drop(z_move(*session));
+    on_wait();
+    opened = try_to_open(session, endpoints);
+  }
+  check(opened, "listen on " + endpoints.listen);
 }
 
 struct SourcePublishers {
@@ -115,9 +102,9 @@ void on_lease(z_loaned_sample_t*, void* context) {
 
 class ZenohTransport::Session {
  public:
-  Session(const Endpoints& endpoints, KeyTable keys)
+  Session(const Endpoints& endpoints, KeyTable keys, const OnWait& on_wait)
       : keys_(std::move(keys)),
-        session_([&](z_owned_session_t* out) { open_session(out, endpoints); }),
+        session_([&](z_owned_session_t* out) { open_session(out, endpoints, on_wait); }),
         lease_(get(), keys_.lease(), "Lease", Qos::hot),
         status_(get(), keys_.gate_status(), "GateStatus", Qos::status) {}
 
@@ -249,10 +236,10 @@ class ZenohTransport::Session {
   std::unique_ptr<Owned<z_owned_liveliness_token_t>> token_;
 };
 
-ZenohTransport::ZenohTransport(const Endpoints& endpoints, KeyTable keys) {
+ZenohTransport::ZenohTransport(const Endpoints& endpoints, KeyTable keys, const OnWait& on_wait) {
   zc_init_log_from_env_or("error");
   check_listen_port(endpoints.listen);
-  session_ = std::make_unique<Session>(endpoints, std::move(keys));
+  session_ = std::make_unique<Session>(endpoints, std::move(keys), on_wait);
 }
 
 ZenohTransport::~ZenohTransport() = default;

@@ -5,29 +5,25 @@
 #include <functional>
 #include <memory>
 #include <string>
-#include <vector>
 
 #include "fairlead_safety/gate.hpp"
 #include "key_table.hpp"
 #include "outlet.hpp"
+#include "zenoh_config.hpp"
 
 namespace fairlead {
-
-/// Where this process listens and whom it connects to.
-struct Endpoints {
-  std::string listen;
-  std::vector<std::string> connect;
-};
 
 /// One Zenoh session. Handlers run on Zenoh's receive threads, several at once; events of one
 /// session and key arrive in order.
 class ZenohTransport final : public Outlet {
  public:
   using Handler = std::function<void(const Event&, Answer*)>;
+  /// Called every two seconds while a client's router cannot be reached; may throw to give up.
+  using OnWait = std::function<void()>;
 
   /// Opens the session and declares the publishers that do not depend on a source.
   /// Throws StartFailed, naming a port that is taken.
-  ZenohTransport(const Endpoints& endpoints, KeyTable keys);
+  ZenohTransport(const Endpoints& endpoints, KeyTable keys, const OnWait& on_wait);
   /// Waits for running handlers; must not be called from one.
   ~ZenohTransport() override;
 

@@ -1,0 +1,51 @@
+#include "zenoh_config.hpp"
+
+#include <nlohmann/json.hpp>
+
+namespace fairlead {
+namespace {
+
+// A link that was silent for so long is closed by Zenoh, and made anew. Never a watchdog: motion
+// ends far earlier, by leases and heartbeats.
+constexpr int kLinkSilenceMs = 2000;
+constexpr int kOpenPatienceMs = 2000;
+
+int open_patience_ms(const Endpoints& endpoints) {
+  if (!endpoints.router.empty()) return kOpenPatienceMs;
+  return endpoints.connect.empty() ? 0 : -1;  // a peer opens at once and connects when it can
+}
+
+}  // namespace
+
+std::string session_config(const Endpoints& endpoints) {
+  using nlohmann::json;
+  const bool client = !endpoints.router.empty();
+  const json retry = {
+      {"period_init_ms", 50}, {"period_max_ms", 500}, {"period_increase_factor", 2}};
+  const json off = {{"enabled", false}};
+  // An express message takes a whole batch, so a step's burst must find room for each. Where
+  // there is none the message is dropped at once: whoever puts holds the gate's lock.
+  const json queue = {{"size", {{"real_time", 16}, {"data", 4}}},
+                      {"congestion_control", {{"drop", {{"wait_before_drop", 0}}}}}};
+  json transport = {{"link", {{"tx", {{"queue", queue}}}}}};
+  if (client) {
+    transport["link"]["tx"]["lease"] = kLinkSilenceMs;
+    transport["unicast"]["open_timeout"] = kLinkSilenceMs;
+  }
+  json config = {
+      {"mode", client ? "client" : "peer"},
+      {"transport", transport},
+      {"connect",
+       {{"endpoints", client ? std::vector<std::string>{endpoints.router} : endpoints.connect},
+        {"timeout_ms", open_patience_ms(endpoints)},
+        {"exit_on_failure", false},
+        {"retry", retry}}},
+      {"scouting", {{"multicast", off}, {"gossip", off}}},
+      {"timestamping", off},
+      {"adminspace", off}};
+  const json listen = client ? json::array() : json::array({endpoints.listen});
+  config["listen"] = {{"endpoints", listen}, {"exit_on_failure", true}};
+  return config.dump();
+}
+
+}  // namespace fairlead

@@ -1,0 +1,20 @@
+// Where the gate meets the others on Zenoh, and the session configuration that follows from it.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace fairlead {
+
+/// Either a peer, which listens and connects, or a client of one router.
+struct Endpoints {
+  std::string listen;                // peer: where others reach this process
+  std::vector<std::string> connect;  // peer: whom it connects to, tried for ever
+  std::string router;                // not empty: a client of it; the two above are empty
+};
+
+/// The session's configuration as JSON: static endpoints, no discovery, endless reconnection. For
+/// a client, opening a session gives up after two seconds, so that somebody can be told.
+std::string session_config(const Endpoints& endpoints);
+
+}  // namespace fairlead
