@@ -62,7 +62,7 @@ class ActionContract(BaseModel):
         if self.joint_names is None and self.joint_unit is not None:
             problems.append("joint_unit: only with joint_names; slots have scale")
         if problems:
-            raise ValueError("; ".join(problems))
+            raise ValueError("\n".join(problems))
         return self
 
 

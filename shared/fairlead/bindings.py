@@ -139,7 +139,7 @@ class StateContract(BaseModel):
             problems.append(f"bindings: layout {self.layout} also needs {', '.join(missing)}")
         problems += _unread(self.layout, self.bindings)
         if problems:
-            raise ValueError("; ".join(problems))
+            raise ValueError("\n".join(problems))
         return self
 
 

@@ -9,8 +9,9 @@ import ast
 from collections.abc import Mapping
 from pathlib import Path
 
-from pydantic import BaseModel, ConfigDict, Field, JsonValue, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, JsonValue
 
+from fairlead.checked_model import checked_model
 from fairlead.errors import ConfigError, expected
 
 BACKEND = "python"
@@ -44,11 +45,7 @@ def python_policy_options(options: Mapping[str, JsonValue]) -> PythonPolicyOptio
     Raises:
         ConfigError: naming every field that does not fit.
     """
-    try:
-        return PythonPolicyOptions.model_validate(dict(options))
-    except ValidationError as error:
-        problems = [f"{'.'.join(map(str, e['loc']))}: {e['msg']}" for e in error.errors()]
-        raise ConfigError(f"python policy: options: {'; '.join(problems)}") from None
+    return checked_model("python policy: options", PythonPolicyOptions, options)
 
 
 def check_python_policy(folder: Path, options: Mapping[str, JsonValue]) -> None:

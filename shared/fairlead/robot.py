@@ -57,7 +57,7 @@ class RobotManifest(BaseModel):
             safety=self.safety,
         )
         if problems:
-            raise ValueError("; ".join(problems))
+            raise ValueError("\n".join(problems))
         return self
 
     @property

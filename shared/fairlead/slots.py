@@ -10,7 +10,7 @@ import math
 from collections import Counter
 from typing import Any, NamedTuple, Self
 
-from pydantic import BaseModel, ConfigDict, field_validator, model_validator
+from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
 from fairlead.modes import ControlMode
 
@@ -57,6 +57,9 @@ class Slot(BaseModel):
         joint_names: joints of a joint mode, one per dimension, in the policy's order.
         axes: body_twist narrower than 6: which of vx vy vz wx wy wz each dimension is.
         scale, offset: SI value = scale * output + offset; one number, or one per dimension.
+        threshold: gripper_binary only: a value, after scale and offset, of at least this is
+            1 (closed), a smaller one 0 (open). Without it values go out as they are, and the
+            gate refuses all but 0 and 1.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -70,6 +73,7 @@ class Slot(BaseModel):
     axes: tuple[int, ...] | None = None
     scale: tuple[float, ...] | None = None
     offset: tuple[float, ...] | None = None
+    threshold: float | None = Field(default=None, allow_inf_nan=False)
 
     @field_validator("scale", "offset", mode="before")
     @classmethod
@@ -111,7 +115,7 @@ class Slot(BaseModel):
     def _check(self) -> Self:
         problems = _range_problems(self) or _target_problems(self)
         if problems:
-            raise ValueError("; ".join(f"{self.name}: {problem}" for problem in problems))
+            raise ValueError("\n".join(f"{self.name}: {problem}" for problem in problems))
         return self
 
 
@@ -136,7 +140,7 @@ def _range_problems(slot: Slot) -> list[str]:
 
 def _target_problems(slot: Slot) -> list[str]:
     if slot.discard:
-        extra = ("control_mode", *_SOURCE_FIELDS, "scale", "offset")
+        extra = ("control_mode", *_SOURCE_FIELDS, "scale", "offset", "threshold")
         given = [name for name in extra if getattr(slot, name) is not None]
         return [f"{name}: not allowed with discard" for name in given]
     return [*_field_problems(slot), *_width_problems(slot), *_scale_problems(slot)]
@@ -150,6 +154,8 @@ def _field_problems(slot: Slot) -> list[str]:
     surplus = [
         name for name in _SOURCE_FIELDS if name not in allowed and getattr(slot, name) is not None
     ]
+    if slot.threshold is not None and slot.mode is not ControlMode.GRIPPER_BINARY:
+        surplus.append("threshold")
     return [
         *(f"{name}: required with {slot.control_mode}" for name in missing),
         *(f"{name}: not allowed with {slot.control_mode}" for name in surplus),

@@ -6,8 +6,9 @@ from pathlib import Path
 from typing import TypeVar
 
 import yaml
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel
 
+from fairlead.checked_model import checked_model
 from fairlead.errors import ConfigError
 
 Model = TypeVar("Model", bound=BaseModel)
@@ -32,7 +33,7 @@ def load_yaml(path: Path, model: type[Model]) -> Model:
     """Load ``path`` as ``model``.
 
     Raises:
-        ConfigError: naming the file and every field that does not fit.
+        ConfigError: naming the file and every field that does not fit, with the valid keys.
     """
     try:
         data = yaml.load(path.read_text(encoding="utf-8"), Loader=_UniqueKeyLoader)  # noqa: S506
@@ -45,12 +46,4 @@ def load_yaml(path: Path, model: type[Model]) -> Model:
     if not isinstance(data, dict):
         got = "nothing" if data is None else type(data).__name__
         raise ConfigError(f"{path}: expected `key: value` lines, got {got}")
-    try:
-        return model.model_validate(data)
-    except ValidationError as error:
-        lines = [
-            f"  {'.'.join(str(part) for part in item['loc']) or '(top level)'}: "
-            f"{item['msg'].removeprefix('Value error, ')}"
-            for item in error.errors()
-        ]
-        raise ConfigError(f"{path}: {len(lines)} problem(s):\n" + "\n".join(lines)) from None
+    return checked_model(str(path), model, data)

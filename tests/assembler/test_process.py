@@ -100,6 +100,6 @@ def test_unknown_option_ends_the_process_with_one_line(tmp_path: Path) -> None:
     output, _ = process.communicate(timeout=DEADLINE_S)
     assert process.returncode == 1
     assert output == (
-        "ERROR fairlead-state-assembler: options of state_assembler: "
-        "max_age: Extra inputs are not permitted\n"
+        "ERROR fairlead-state-assembler: service state_assembler: options: 1 problem(s):\n"
+        "  max_age: unknown key, did you mean max_age_ticks? (valid: max_age_ticks)\n"
     )

@@ -154,13 +154,15 @@ def test_limit_that_is_not_finite_names_the_joint(
 
 def test_limit_without_source_is_refused(data: dict[str, Any], tmp_path: Path) -> None:
     del data["joints"][3]["source"]
-    assert _refusal(data, tmp_path) == "1 problem(s):\n  joints.3.source: Field required"
+    assert _refusal(data, tmp_path) == "1 problem(s):\n  joints.3.source: is missing"
 
 
 def test_unknown_key_is_refused(data: dict[str, Any], tmp_path: Path) -> None:
     data["joints"][3]["damping"] = 1.0
     assert _refusal(data, tmp_path) == (
-        "1 problem(s):\n  joints.3.damping: Extra inputs are not permitted"
+        "1 problem(s):\n  joints.3.damping: unknown key (valid: name, role, type, bounded_by, "
+        "lower_rad, upper_rad, velocity_rad_s, acceleration_rad_s2, effort_nm, lower_m, upper_m, "
+        "velocity_m_s, acceleration_m_s2, effort_n, source)"
     )
 
 
@@ -237,9 +239,10 @@ def test_measured_limits_must_cover_every_joint(data: dict[str, Any], tmp_path: 
 def test_tolerance_goes_with_position_limits(data: dict[str, Any], tmp_path: Path) -> None:
     del data["safety"]["sim"]["measured"]["panda_joint1"]["tolerance"]
     data["safety"]["sim"]["measured"]["base_yaw"]["tolerance"] = 0.1
-    assert _refusal(data, tmp_path) == _top(
-        "safety.sim: measured: joint 'base_yaw': tolerance is given for a joint without "
-        "position limits; safety.sim: measured: joint 'panda_joint1': tolerance is missing"
+    assert _refusal(data, tmp_path) == (
+        "2 problem(s):\n  (top level): safety.sim: measured: joint 'base_yaw': tolerance is given "
+        "for a joint without position limits\n"
+        "  (top level): safety.sim: measured: joint 'panda_joint1': tolerance is missing"
     )
 
 

@@ -30,18 +30,60 @@ def test_named_skills_and_policies_are_taken() -> None:
 @pytest.mark.parametrize(
     ("options", "text"),
     [
-        ({"skill": ORACLE}, "skill: Extra inputs are not permitted"),
+        ({"skill": ORACLE}, "skill: unknown key, did you mean skills? (valid: skills, trace, "
+         "policies, servers)"),
         ({"skills": []},
          "skills: Tuple should have at least 1 item after validation, not 0"),
         ({"policies": {"x": {"backend": "oracle"}}, "skills": [ORACLE]},
-         "options: Value error, policies: expected one of this runner's skills, got 'x' "
+         "(top level): policies: expected one of this runner's skills, got 'x' "
          f"(valid: {ORACLE})"),
         ({"policies": {ORACLE: {"backend": "magic"}}},
          f"policies.{ORACLE}.backend: Input should be 'oracle', 'joint_reach', 'replay', "
-         "'constant', 'openpi', 'rldx_zmq' or 'python'"),
+         "'constant', 'openpi', 'rldx_zmq' or 'python', got 'magic'"),
     ],
 )  # fmt: skip
 def test_options_that_do_not_fit_are_named(options: dict[str, Any], text: str) -> None:
     with pytest.raises(ConfigError) as caught:
         check_runner_options("runner", options)
-    assert str(caught.value) == f"service runner: options:\n  {text}"
+    assert str(caught.value) == f"service runner: options: 1 problem(s):\n  {text}"
+
+
+PI05 = "pi05-robocasa365-human300-nf4"
+
+
+def test_a_server_elsewhere_changes_the_address_and_nothing_else() -> None:
+    options = check_runner_options("runner", {"servers": {PI05: "ws://gpu:9000"}})
+    skills = options.manifests("panda_mobile")
+    (replaced,) = options.replaced_policies(skills).items()
+    own = skills[PI05].policy
+    assert replaced == (
+        PI05,
+        own.model_copy(update={"options": {**own.options, "address": "ws://gpu:9000"}}),
+    )
+
+
+@pytest.mark.parametrize(
+    ("skill", "address", "text"),
+    [
+        (PI05, "gpu:9000", "expected an address such as ws://127.0.0.1:8000, got 'gpu:9000'"),
+        ("rldx-robocasa", "ws://gpu:1",
+         "expected an address such as tcp://127.0.0.1:5555, got 'ws://gpu:1'"),
+        (ORACLE, "ws://gpu:1",
+         "expected a skill whose policy is a server, got oracle (valid: openpi, rldx_zmq)"),
+        ("panda-joint-reach", "ws://gpu:1",
+         "expected one of this runner's skills, got 'panda-joint-reach' (valid: "),
+    ],
+)  # fmt: skip
+def test_a_server_that_does_not_fit_is_refused(skill: str, address: str, text: str) -> None:
+    options = check_runner_options("runner", {"servers": {skill: address}})
+    with pytest.raises(ConfigError) as caught:
+        options.replaced_policies(options.manifests("panda_mobile"))
+    assert str(caught.value).startswith(f"runner: servers.{skill}: {text}")
+
+
+def test_a_skill_is_replaced_in_one_way_only() -> None:
+    with pytest.raises(ConfigError, match=f"skill {PI05}: expected it in policies or in servers"):
+        check_runner_options(
+            "runner",
+            {"servers": {PI05: "ws://gpu:1"}, "policies": {PI05: {"backend": "oracle"}}},
+        )

@@ -40,12 +40,12 @@ def test_constant_repeats_its_row_for_the_skills_horizon() -> None:
 @pytest.mark.parametrize(
     ("options", "text"),
     [
-        ({}, "constant policy: row: Field required"),
+        ({}, "constant policy: 1 problem(s):\n  row: is missing"),
         ({"row": [0.0] * 12, "horizon": 0},
-         "constant policy: horizon: Input should be greater than or equal to 1"),
+         "constant policy: 1 problem(s):\n  horizon: Input should be greater than or equal to 1, got 0"),
         ({"row": [0.0] * 3}, "constant policy: expected a row of 12, got 3"),
         ({"row": [0.0] * 12, "speed": 1},
-         "constant policy: speed: Extra inputs are not permitted"),
+         "constant policy: 1 problem(s):\n  speed: unknown key (valid: row, horizon)"),
     ],
 )  # fmt: skip
 def test_constant_options_that_do_not_fit_are_named(options: dict[str, Any], text: str) -> None:

@@ -141,7 +141,8 @@ def test_no_openpi_server_is_one_error_with_address_and_how_to_start_one(worker:
         "[Errno 111] Connection refused\n"
         "  start one: uv run scripts/serve_policy.py --port 8000 policy:checkpoint "
         "--policy.config CONFIG --policy.dir CHECKPOINT (in a checkout of openpi)\n"
-        "  or name another address in the skill's policy options"
+        "  or, if one runs elsewhere, in the runner's options in the deployment file:\n"
+        "    servers: {pi05-robocasa365-human300-nf4: ADDRESS}"
     )
 
 
@@ -153,7 +154,8 @@ def test_no_rldx_server_is_one_error_with_address_and_how_to_start_one(worker: A
         "  start one: uv run python rldx/eval/run_rldx_server.py --model-path "
         "RLWRLD/RLDX-1-FT-RC365 --embodiment-tag GENERAL_EMBODIMENT --use-sim-policy-wrapper "
         "--host 127.0.0.1 --port 5555 (in a checkout of RLDX-1)\n"
-        "  or name another address in the skill's policy options"
+        "  or, if one runs elsewhere, in the runner's options in the deployment file:\n"
+        "    servers: {rldx1-ft-rc365-nf4: ADDRESS}"
     )
 
 
@@ -326,16 +328,16 @@ def test_an_rldx_server_that_answers_garbage_is_refused_before_any_claim(
 @pytest.mark.parametrize(
     ("skill_id", "options", "text"),
     [
-        (PI05, {"address": "127.0.0.1:8000"}, "openpi policy: address: String should match"),
+        (PI05, {"address": "127.0.0.1:8000"}, "openpi policy: 1 problem(s):\n  address: String should match"),
         (PI05, {"answer_timeout_s": 5.0},
          "openpi policy: answer_timeout_s: expected less than the skill's inference_timeout_s, "
          "5 s, got 5 s"),
-        (RLDX, {"address": "ws://127.0.0.1:1"}, "rldx policy: address: String should match"),
+        (RLDX, {"address": "ws://127.0.0.1:1"}, "rldx policy: 1 problem(s):\n  address: String should match"),
         (RLDX, {"state": {"all": [0, 14]}},
          "rldx policy: state: expected every index of 0..15 once, got indices [0, 1, 2, 3, 4"),
         (RLDX, {"actions": [{"name": "a", "width": 11}]},
          "rldx policy: actions: expected 12 numbers in all, got 11"),
-        (RLDX, {"start": ""}, "rldx policy: start: String should have at least 1 character"),
+        (RLDX, {"start": ""}, "rldx policy: 1 problem(s):\n  start: String should have at least 1 character"),
     ],
 )  # fmt: skip
 def test_options_that_do_not_fit_are_named(

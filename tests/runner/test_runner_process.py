@@ -143,7 +143,8 @@ def test_a_policy_server_that_is_not_there_fails_the_goal_before_anything_is_cla
         f"policy worker: loading failed: openpi policy: no policy server at {address}: "
         "[Errno 111] Connection refused\n"
         "  start one: serve it\n"
-        "  or name another address in the skill's policy options"
+        "  or, if one runs elsewhere, in the runner's options in the deployment file:\n"
+        "    servers: {oracle-counter-to-cabinet: ADDRESS}"
     )
     assert world.claims == []
 

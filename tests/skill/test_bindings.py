@@ -84,7 +84,7 @@ def test_wrong_dim_and_missing_fields_are_reported_together() -> None:
     assert refusal(
         {"layout": "human300_16d", "dim": 30, "bindings": RECORD | {"eef_frame": None}}
     ) == (
-        "Value error, dim: expected 16 for layout human300_16d, got 30; "
+        "Value error, dim: expected 16 for layout human300_16d, got 30\n"
         "bindings: layout human300_16d also needs eef_frame"
     )
 

@@ -73,7 +73,7 @@ def expected_refusal(layout: StateLayout, dim: int, data: dict[str, Any]) -> str
         for name in data.get("quaternion_signs", {})
         if name not in shape.required
     ]
-    return "; ".join(problems)
+    return "\n".join(problems)
 
 
 @given(layouts, st.integers(1, 40), bindings)

@@ -50,8 +50,8 @@ def test_the_hash_depends_on_content_and_not_on_how_the_file_is_written(tmp_path
             {"execute_steps": 9},
             "(top level): execute_steps: expected at most the horizon, 8, got 9",
         ),
-        ({"horizon": 0}, "horizon: Input should be greater than or equal to 1"),
-        ({"version": "1"}, "version: String should match pattern '^\\d+\\.\\d+\\.\\d+$'"),
+        ({"horizon": 0}, "horizon: Input should be greater than or equal to 1, got 0"),
+        ({"version": "1"}, "version: String should match pattern '^\\d+\\.\\d+\\.\\d+$', got '1'"),
         (
             {"id": "Big Oracle"},
             "id: skill id: expected 1 to 64 of a-z 0-9 _ . - starting "
@@ -61,9 +61,11 @@ def test_the_hash_depends_on_content_and_not_on_how_the_file_is_written(tmp_path
         (
             {"policy": {"backend": "magic"}},
             "policy.backend: Input should be 'oracle', 'joint_reach', 'replay', 'constant', "
-            "'openpi', 'rldx_zmq' or 'python'",
+            "'openpi', 'rldx_zmq' or 'python', got 'magic'",
         ),
-        ({"torso": True}, "torso: Extra inputs are not permitted"),
+        ({"torso": True}, "torso: unknown key (valid: id, version, licence, model_family, policy, embodiments, "
+         "prompt, images, state_contract, action_contract, rate_hz, horizon, execute_steps, "
+         "age_max_ticks, inference_timeout_s, limits)"),
         (
             {
                 "limits": [
@@ -81,9 +83,9 @@ def test_the_hash_depends_on_content_and_not_on_how_the_file_is_written(tmp_path
                     {"part": "arm", "control_mode": "body_twist", "name": "x", "value": 1e999}
                 ]
             },
-            "limits.0.value: Input should be a finite number",
+            "limits.0.value: Input should be a finite number, got inf",
         ),
-        ({"rate_hz": float("inf")}, "rate_hz: Input should be a finite number"),
+        ({"rate_hz": float("inf")}, "rate_hz: Input should be a finite number, got inf"),
     ],
 )
 def test_a_field_that_does_not_fit_is_named(

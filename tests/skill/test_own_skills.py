@@ -146,7 +146,7 @@ def test_a_policy_file_is_read_without_being_run(text: str, said: str, tmp_path:
 
 @pytest.mark.parametrize("file", ["../policy.py", "/tmp/policy.py", "sub/policy.py", "policy.txt"])  # noqa: S108
 def test_a_policy_file_outside_the_skill_is_refused(file: str, tmp_path: Path) -> None:
-    with pytest.raises(ConfigError, match="python policy: options: file"):
+    with pytest.raises(ConfigError, match="python policy: options: 1 problem.s.:\n  file"):
         check_python_policy(tmp_path, {"file": file, "class": "Policy"})
 
 

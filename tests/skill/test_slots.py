@@ -98,23 +98,23 @@ def test_every_mode_that_can_be_routed_to_has_an_accepting_case() -> None:
                 "scale": 1.0,
                 "offset": 0.0,
             },
-            "slot [0, 5] cartesian_delta: control_mode: not allowed with discard; "
-            "slot [0, 5] cartesian_delta: ee: not allowed with discard; "
-            "slot [0, 5] cartesian_delta: frame: not allowed with discard; "
-            "slot [0, 5] cartesian_delta: joint_names: not allowed with discard; "
-            "slot [0, 5] cartesian_delta: axes: not allowed with discard; "
-            "slot [0, 5] cartesian_delta: scale: not allowed with discard; "
+            "slot [0, 5] cartesian_delta: control_mode: not allowed with discard\n"
+            "slot [0, 5] cartesian_delta: ee: not allowed with discard\n"
+            "slot [0, 5] cartesian_delta: frame: not allowed with discard\n"
+            "slot [0, 5] cartesian_delta: joint_names: not allowed with discard\n"
+            "slot [0, 5] cartesian_delta: axes: not allowed with discard\n"
+            "slot [0, 5] cartesian_delta: scale: not allowed with discard\n"
             "slot [0, 5] cartesian_delta: offset: not allowed with discard",
         ),
         # cartesian_*: ee and frame, nothing else
         (
             {"range": [0, 5], "control_mode": "cartesian_delta"},
-            "slot [0, 5] cartesian_delta: ee: required with cartesian_delta; "
+            "slot [0, 5] cartesian_delta: ee: required with cartesian_delta\n"
             "slot [0, 5] cartesian_delta: frame: required with cartesian_delta",
         ),
         (
             CARTESIAN | {"joint_names": ["x"], "axes": [0]},
-            "slot [0, 5] cartesian_delta: joint_names: not allowed with cartesian_delta; "
+            "slot [0, 5] cartesian_delta: joint_names: not allowed with cartesian_delta\n"
             "slot [0, 5] cartesian_delta: axes: not allowed with cartesian_delta",
         ),
         (
@@ -144,7 +144,7 @@ def test_every_mode_that_can_be_routed_to_has_an_accepting_case() -> None:
         ),
         (
             JOINT | {"ee": "g", "frame": "b"},
-            "slot [0, 1] joint_velocity: ee: not allowed with joint_velocity; "
+            "slot [0, 1] joint_velocity: ee: not allowed with joint_velocity\n"
             "slot [0, 1] joint_velocity: frame: not allowed with joint_velocity",
         ),
         # gripper_*: ee, one dimension
@@ -189,8 +189,8 @@ def test_every_mode_that_can_be_routed_to_has_an_accepting_case() -> None:
         ),
         (
             COMPOSITE | {"ee": "g", "frame": "b", "joint_names": ["x"]},
-            "slot [0, 0] composite_mode: ee: not allowed with composite_mode; "
-            "slot [0, 0] composite_mode: frame: not allowed with composite_mode; "
+            "slot [0, 0] composite_mode: ee: not allowed with composite_mode\n"
+            "slot [0, 0] composite_mode: frame: not allowed with composite_mode\n"
             "slot [0, 0] composite_mode: joint_names: not allowed with composite_mode",
         ),
         # scale and offset
@@ -252,7 +252,7 @@ def test_discarded_slots_are_not_routed() -> None:
         (contract(2), "slots: expected every index of 0..1 to be covered, got no slots"),
         (
             contract(9, CARTESIAN, GRIPPER | {"range": [7, 7]}),
-            "slots: index 6 is covered by no slot (use discard: true); "
+            "slots: index 6 is covered by no slot (use discard: true)\n"
             "slots: index 8 is covered by no slot (use discard: true)",
         ),
         (

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 
-from fairlead.hal.option_block import check_option_block
+from fairlead.checked_model import checked_model
 from fairlead.hal.process import Equipment, run_hal
 from fairlead.robot import RobotManifest
 from fairlead.service import ServiceContext, run_service
@@ -14,7 +14,7 @@ from fairlead_hal_mujoco.options import MujocoOptions
 
 def body(context: ServiceContext) -> None:
     """Load the model and run the host until the process is asked to stop."""
-    options = check_option_block(context.name, MujocoOptions, context.options)
+    options = checked_model(f"service {context.name}: options", MujocoOptions, context.options)
 
     def equip(robot: RobotManifest) -> Equipment:
         backend = MujocoBackend(robot, context.deployment.profile, options)

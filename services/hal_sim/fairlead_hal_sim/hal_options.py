@@ -6,7 +6,7 @@ from typing import Any, Literal
 
 from pydantic import Field
 
-from fairlead.hal.option_block import check_option_block
+from fairlead.checked_model import checked_model
 from fairlead_hal_sim.options import SimulatorOptions
 
 
@@ -29,4 +29,4 @@ def read_options(service: str, options: dict[str, Any]) -> HalSimOptions:
     Raises:
         ConfigError: naming each option that does not fit, and the valid ones.
     """
-    return check_option_block(service, HalSimOptions, options)
+    return checked_model(f"service {service}: options", HalSimOptions, options)

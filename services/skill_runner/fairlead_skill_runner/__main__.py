@@ -11,13 +11,14 @@ from fairlead_skill_runner.service import SkillRunner
 def serve(context: ServiceContext) -> None:
     """Offer the configured skills until asked to stop."""
     options = check_runner_options(context.name, context.options)
+    skills = options.manifests(context.deployment.robot)
     runner = SkillRunner(
         context.bus,
         context.deployment.keys,
         context.name,
         load_robot(context.deployment.robot),
-        options.manifests(context.deployment.robot),
-        options.policies,
+        skills,
+        options.replaced_policies(skills),
         context.state_dir / "trace.jsonl" if options.trace else None,
     )
     try:

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Mapping
 from typing import Any, Self
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from fairlead.checked_model import checked_model
 from fairlead.errors import ConfigError, expected
 from fairlead.skill import PolicySpec, SkillManifest, load_skill, skill_ids
+from fairlead_skill_runner.policies.server_address import ADDRESS_FORMS
 
 
 class RunnerOptions(BaseModel):
@@ -16,6 +20,7 @@ class RunnerOptions(BaseModel):
     skills: ids of the skills this runner offers; None: every skill made for its robot.
     trace: write ``trace.jsonl`` (state and raw actions of every policy call) per goal.
     policies: by skill id, a policy to run instead of the manifest's own.
+    servers: by skill id, where its policy server is, instead of the manifest's address.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -23,6 +28,7 @@ class RunnerOptions(BaseModel):
     skills: tuple[str, ...] | None = Field(default=None, min_length=1)
     trace: bool = False
     policies: dict[str, PolicySpec] = Field(default_factory=dict)
+    servers: dict[str, str] = Field(default_factory=dict)
 
     @model_validator(mode="after")
     def _policies_belong_to_skills(self) -> Self:
@@ -33,6 +39,8 @@ class RunnerOptions(BaseModel):
                     f"policies: expected one of this runner's skills, got {skill!r} "
                     f"(valid: {', '.join(offered)})"
                 )
+        for skill in self.policies.keys() & self.servers.keys():
+            raise ValueError(f"skill {skill}: expected it in policies or in servers, got both")
         return self
 
     def manifests(self, robot: str) -> dict[str, SkillManifest]:
@@ -49,6 +57,36 @@ class RunnerOptions(BaseModel):
             raise ConfigError(expected("runner", f"a skill made for {robot}", "none", found))
         return mine
 
+    def replaced_policies(self, skills: Mapping[str, SkillManifest]) -> dict[str, PolicySpec]:
+        """By skill id, what runs instead of the manifest's own policy.
+
+        Args:
+            skills: on offer, by id.
+
+        Raises:
+            ConfigError: for the server of a skill that is not on offer or has no server, and
+                for an address that does not fit its protocol.
+        """
+        served = {
+            skill: _policy_at(skill, skills, address) for skill, address in self.servers.items()
+        }
+        return {**self.policies, **served}
+
+
+def _policy_at(name: str, skills: Mapping[str, SkillManifest], address: str) -> PolicySpec:
+    who = f"runner: servers.{name}"
+    if name not in skills:
+        raise ConfigError(expected(who, "one of this runner's skills", repr(name), skills))
+    policy = skills[name].policy
+    form = ADDRESS_FORMS.get(policy.backend)
+    if form is None:
+        raise ConfigError(
+            expected(who, "a skill whose policy is a server", policy.backend, ADDRESS_FORMS)
+        )
+    if not re.search(form.pattern, address):
+        raise ConfigError(expected(who, f"an address such as {form.example}", repr(address)))
+    return PolicySpec(backend=policy.backend, options={**policy.options, "address": address})
+
 
 def check_runner_options(service: str, options: dict[str, Any]) -> RunnerOptions:
     """Validate the options block.
@@ -56,11 +94,4 @@ def check_runner_options(service: str, options: dict[str, Any]) -> RunnerOptions
     Raises:
         ConfigError: naming the service and every field that does not fit.
     """
-    try:
-        return RunnerOptions.model_validate(options)
-    except ValidationError as error:
-        problems = [
-            f"  {'.'.join(str(part) for part in item['loc']) or 'options'}: {item['msg']}"
-            for item in error.errors()
-        ]
-        raise ConfigError(f"service {service}: options:\n" + "\n".join(problems)) from None
+    return checked_model(f"service {service}: options", RunnerOptions, options)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field
 
-from fairlead.errors import ConfigError
+from fairlead.checked_model import checked_model
 from fairlead_state_assembler.transform_buffer import HISTORY_TICKS
 
 
@@ -26,10 +26,4 @@ def read_options(service: str, options: dict[str, Any]) -> AssemblerOptions:
     Raises:
         ConfigError: naming every option that does not fit.
     """
-    try:
-        return AssemblerOptions.model_validate(options)
-    except ValidationError as error:
-        problems = "; ".join(
-            f"{'.'.join(map(str, item['loc']))}: {item['msg']}" for item in error.errors()
-        )
-        raise ConfigError(f"options of {service}: {problems}") from None
+    return checked_model(f"service {service}: options", AssemblerOptions, options)

@@ -10,6 +10,7 @@ from robosuite.environments.manipulation.manipulation_env import ManipulationEnv
 from robosuite.models.tasks import ManipulationTask
 
 from fairlead_hal_sim.task.kitchen_arena import Can, KitchenArena
+from fairlead_hal_sim.task.robocasa_cameras import mount_robocasa_cameras
 from fairlead_hal_sim.task.scene import (
     CABINET_DEPTH_M,
     CABINET_INTERIOR_HEIGHT_M,
@@ -72,6 +73,7 @@ class MobilePickPlace(ManipulationEnv):  # type: ignore[misc]  # robosuite ships
     def _load_model(self) -> None:
         super()._load_model()
         self.robots[0].robot_model.set_base_xpos([0.0, 0.0, 0.0])
+        mount_robocasa_cameras(self.robots[0].robot_model)
         self.can = Can("can")
         self.model = ManipulationTask(
             mujoco_arena=KitchenArena(),

@@ -8,9 +8,9 @@ from typing import Self
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, JsonValue
 
+from fairlead.checked_model import checked_model
 from fairlead.errors import ConfigError, expected
 from fairlead.skill import SkillManifest
-from fairlead_skill_runner.policies.options import check_options
 from fairlead_skill_runner.policies.protocol import Actions, Observation
 
 
@@ -32,7 +32,7 @@ class ConstantPolicy:
     @classmethod
     def from_options(cls, skill: SkillManifest, options: Mapping[str, JsonValue]) -> Self:
         """Raises `ConfigError` where the row is not as wide as the skill's actions."""
-        checked = check_options("constant policy", ConstantOptions, options)
+        checked = checked_model("constant policy", ConstantOptions, options)
         dim = skill.action_contract.dim
         if len(checked.row) != dim:
             raise ConfigError(expected("constant policy", f"a row of {dim}", len(checked.row)))

@@ -8,10 +8,10 @@ from typing import Annotated, Self
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, JsonValue
 
+from fairlead.checked_model import checked_model
 from fairlead.errors import ConfigError, PolicyError, expected
 from fairlead.messages import FloatArray
 from fairlead.skill import SkillManifest
-from fairlead_skill_runner.policies.options import check_options
 from fairlead_skill_runner.policies.protocol import Actions, Observation
 
 LAYOUT = "libero"
@@ -58,7 +58,7 @@ class JointReachPolicy:
     def from_options(cls, skill: SkillManifest, options: Mapping[str, JsonValue]) -> Self:
         """Raises `ConfigError` for options, a layout or an action width that do not fit."""
         who = "joint_reach policy"
-        checked = check_options(who, JointReachOptions, options)
+        checked = checked_model(who, JointReachOptions, options)
         if skill.state_contract.layout != LAYOUT:
             what = f"layout {LAYOUT}"
             raise ConfigError(expected(who, what, skill.state_contract.layout))

@@ -21,6 +21,7 @@ from fairlead_skill_runner.policies.remote import (
     no_server,
     warm_up_observation,
 )
+from fairlead_skill_runner.policies.server_address import ADDRESS_FORMS
 
 WHO = "openpi policy"
 _MESSAGE_MAX_BYTES = 64 * 2**20
@@ -30,7 +31,7 @@ _CLOSE_TIMEOUT_S = 0.2
 class OpenpiOptions(RemoteOptions):
     """state_key, prompt_key: their names in the request; pictures have the skill's names."""
 
-    address: str = Field(pattern=r"^wss?://[^/\s]+(/\S*)?$")
+    address: str = Field(pattern=ADDRESS_FORMS["openpi"].pattern)
     state_key: str = "observation/state"
     prompt_key: str = "prompt"
 
@@ -85,11 +86,11 @@ class OpenpiPolicy:
         except TimeoutError:
             self._close()
             raise no_server(
-                WHO, options, f"no answer within {options.connect_timeout_s:g} s"
+                WHO, self._skill, options, f"no answer within {options.connect_timeout_s:g} s"
             ) from None
         except (OSError, InvalidHandshake, ConnectionClosed) as error:
             self._close()
-            raise no_server(WHO, options, error) from None
+            raise no_server(WHO, self._skill, options, error) from None
 
     def infer(self, observation: Observation) -> Actions:
         """The server's rows.

@@ -13,9 +13,9 @@ from typing import Self
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, JsonValue
 
+from fairlead.checked_model import checked_model
 from fairlead.errors import PolicyError, expected
 from fairlead.skill import SkillManifest
-from fairlead_skill_runner.policies.options import check_options
 from fairlead_skill_runner.policies.oracle_motion import (
     ARM_FULL_SCALE,
     ARM_GAIN,
@@ -66,7 +66,7 @@ class OraclePolicy:
     @classmethod
     def from_options(cls, skill: SkillManifest, options: Mapping[str, JsonValue]) -> Self:
         """Raises `ConfigError` for options it does not know."""
-        checked = check_options("oracle policy", OracleOptions, options)
+        checked = checked_model("oracle policy", OracleOptions, options)
         return cls(checked.horizon or skill.horizon)
 
     def reset(self) -> None:

@@ -8,9 +8,9 @@ from typing import TypeVar
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, JsonValue
 
+from fairlead.checked_model import checked_model
 from fairlead.errors import ConfigError, PolicyError, expected
 from fairlead.skill import SkillManifest
-from fairlead_skill_runner.policies.options import check_options
 from fairlead_skill_runner.policies.protocol import Actions, Observation
 
 
@@ -47,7 +47,7 @@ def check_remote_options(
     Raises:
         ConfigError: for options that do not fit, alone or with the skill's own deadline.
     """
-    checked = check_options(who, model, options)
+    checked = checked_model(who, model, options)
     if checked.answer_timeout_s >= skill.inference_timeout_s:
         raise ConfigError(
             expected(
@@ -59,12 +59,13 @@ def check_remote_options(
     return checked
 
 
-def no_server(who: str, options: RemoteOptions, cause: object) -> PolicyError:
+def no_server(who: str, skill: SkillManifest, options: RemoteOptions, cause: object) -> PolicyError:
     """Nobody answers at the address: the cause and the way out."""
     return PolicyError(
         f"{who}: no policy server at {options.address}: {cause}\n"
         f"  start one: {options.start}\n"
-        "  or name another address in the skill's policy options"
+        "  or, if one runs elsewhere, in the runner's options in the deployment file:\n"
+        f"    servers: {{{skill.id}: ADDRESS}}"
     )
 
 

@@ -8,9 +8,9 @@ from typing import Self
 
 from pydantic import BaseModel, ConfigDict, JsonValue
 
+from fairlead.checked_model import checked_model
 from fairlead.errors import ConfigError, PolicyError, expected
 from fairlead.skill import SkillManifest
-from fairlead_skill_runner.policies.options import check_options
 from fairlead_skill_runner.policies.protocol import Actions, Observation
 from fairlead_skill_runner.trace import read_trace
 
@@ -33,7 +33,7 @@ class ReplayPolicy:
     @classmethod
     def from_options(cls, skill: SkillManifest, options: Mapping[str, JsonValue]) -> Self:
         """Raises `ConfigError` where the recording is missing, empty or of another width."""
-        path = check_options("replay policy", ReplayOptions, options).trace
+        path = checked_model("replay policy", ReplayOptions, options).trace
         chunks = [record.actions for record in read_trace(path)]
         dim = skill.action_contract.dim
         if not chunks:

@@ -21,6 +21,7 @@ from fairlead_skill_runner.policies.remote import (
     warm_up_observation,
 )
 from fairlead_skill_runner.policies.rldx_wire import decode, encode
+from fairlead_skill_runner.policies.server_address import ADDRESS_FORMS
 
 WHO = "rldx policy"
 _CLOSED_FROM = 0.5
@@ -48,7 +49,7 @@ class RldxOptions(RemoteOptions):
         actions: names in the order of the action vector.
     """
 
-    address: str = Field(pattern=r"^tcp://[^/\s:]+:\d+$")
+    address: str = Field(pattern=ADDRESS_FORMS["rldx_zmq"].pattern)
     language_key: str
     state: dict[str, tuple[int, int]] = Field(min_length=1)
     actions: tuple[NamedAction, ...] = Field(min_length=1)
@@ -62,7 +63,7 @@ class RldxZmqPolicy:
     """
 
     def __init__(self, skill: SkillManifest, options: RldxOptions) -> None:
-        self._options = options
+        self._skill, self._options = skill, options
         self._socket: zmq.Socket[bytes] | None = None
         self._session = secrets.token_hex(8)
         self._first = True
@@ -95,7 +96,7 @@ class RldxZmqPolicy:
         try:
             self._call({"endpoint": "ping"}, self._options.connect_timeout_s)
         except TimeoutError as error:
-            raise no_server(WHO, self._options, error) from None
+            raise no_server(WHO, self._skill, self._options, error) from None
         self._session, self._first = secrets.token_hex(8), True
 
     def infer(self, observation: Observation) -> Actions:

@@ -1,0 +1,85 @@
+"""Data from a file into a frozen pydantic model, or one error with all that is wrong."""
+
+from __future__ import annotations
+
+import difflib
+import types
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Annotated, Any, TypeVar, Union, get_args, get_origin
+
+from pydantic import BaseModel, ValidationError
+from pydantic_core import ErrorDetails
+
+from fairlead.errors import ConfigError
+
+Model = TypeVar("Model", bound=BaseModel)
+
+_SCALARS = (str, int, float, type(None))
+"""What an error repeats; a whole block would not help."""
+
+
+def checked_model(who: str, model: type[Model], data: Mapping[str, Any]) -> Model:
+    """``data`` as ``model``.
+
+    Args:
+        who: the file or the option block, as errors call it.
+
+    Raises:
+        ConfigError: naming every field that does not fit; for an unknown key also the valid
+            ones and the one that was probably meant.
+    """
+    try:
+        return model.model_validate(dict(data))
+    except ValidationError as error:
+        lines = [line for item in error.errors() for line in _problems(item, model)]
+        text = "".join(f"\n  {line}" for line in lines)
+        raise ConfigError(f"{who}: {len(lines)} problem(s):{text}") from None
+
+
+def _problems(item: ErrorDetails, model: type[BaseModel]) -> list[str]:
+    """One of pydantic's errors as lines; a validator of ours may have found several."""
+    place = item["loc"]
+    where = ".".join(str(part) for part in place) or "(top level)"
+    if item["type"] == "extra_forbidden":
+        return [f"{where}: {_unknown_key(str(place[-1]), _keys_at(model, place[:-1]))}"]
+    if item["type"] == "missing":
+        return [f"{where}: is missing"]
+    if item["type"] == "value_error":  # one of our validators, which says what it got
+        texts = item["msg"].removeprefix("Value error, ").splitlines()
+        return [f"{where}: {text}" for text in texts]
+    got = item["input"]
+    return [f"{where}: {item['msg']}" + (f", got {got!r}" if isinstance(got, _SCALARS) else "")]
+
+
+def _unknown_key(key: str, valid: Sequence[str]) -> str:
+    close = difflib.get_close_matches(key, valid, n=1)
+    meant = f", did you mean {close[0]}?" if close else ""
+    return f"unknown key{meant} (valid: {', '.join(valid)})"
+
+
+def _keys_at(model: type[BaseModel], place: Sequence[int | str]) -> list[str]:
+    """The keys that are valid where ``place`` leads to."""
+    found = [
+        field.alias or name
+        for block in _models_at(model, place)
+        for name, field in block.model_fields.items()
+    ]
+    return list(dict.fromkeys(found))
+
+
+def _models_at(kind: Any, place: Sequence[int | str]) -> Iterator[type[BaseModel]]:
+    """Every model that may stand at ``place`` inside a value of type ``kind``."""
+    origin, inner = get_origin(kind), get_args(kind)
+    if origin is Annotated:
+        yield from _models_at(inner[0], place)
+    elif origin in (Union, types.UnionType):
+        for one in inner:
+            yield from _models_at(one, place)
+    elif isinstance(kind, type) and issubclass(kind, BaseModel):
+        if not place:
+            yield kind
+        for name, field in kind.model_fields.items():
+            if place and place[0] in (name, field.alias):
+                yield from _models_at(field.annotation, place[1:])
+    elif inner and place:  # a mapping's values, or a sequence's items
+        yield from _models_at(inner[-1] if issubclass(origin, Mapping) else inner[0], place[1:])
