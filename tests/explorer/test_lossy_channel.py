@@ -122,7 +122,7 @@ def test_a_stop_ends_all_motion_until_reset_and_armed_again_whoever_got_it(
         stopped_at = len(world.history)
         world.run_for(1000)
         assert moves(world.history[stopped_at:]) == 0, f"seed {seed} moved while stopped"
-        assert STOP_ID in world.hal.core.held_stop_ids
+        assert STOP_ID in {stop.stop_id for stop in world.hal.core.held_stops}
         world.bring_up()
         world.run_ticks(30)
         check_history(world)

@@ -50,7 +50,7 @@ def test_a_second_live_gate_holds_every_part_and_demands_one_stop(hal: RealtimeH
     hal.core.on_stop_raised("two gates", stop(5))
     hal.core.on_lease(lease(3, 9), 300 * MS)
     assert len(hal.core.demanded_stops) == 0
-    assert hal.core.held_stop_ids == (5,)
+    assert [held.stop_id for held in hal.core.held_stops] == [5]
 
 
 def test_bytes_on_the_stop_key_that_are_no_stop_hold_every_part(hal: RealtimeHal) -> None:

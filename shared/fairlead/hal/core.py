@@ -15,6 +15,7 @@ from typing import Literal
 
 from fairlead.hal.backend import PartCommand
 from fairlead.hal.claim_rows import ClaimRows
+from fairlead.hal.claim_table import ClaimTable
 from fairlead.hal.lease_follower import LEASE_LIFE_NS, SECOND_GATE, LeaseFollower
 from fairlead.hal.released_chunk import ReleasedChunk, decode_released
 from fairlead.hal.stop_register import StopRegister
@@ -31,9 +32,6 @@ from fairlead.messages import (
 )
 
 Pacing = Literal["realtime", "lockstep"]
-
-MAX_CLAIMS = 16
-"""Claims whose rows are kept at once; a robot has fewer parts than that to claim."""
 
 
 class HalCore:
@@ -60,7 +58,7 @@ class HalCore:
         self._decided_ns: int | None = None
         self._lease = LeaseFollower(session)
         self._stops = StopRegister()
-        self._claims: dict[int, ClaimRows] = {}
+        self._claims = ClaimTable()
         self._acted: tuple[Acted, ...] = (HELD,) * part_count
         self._tick = 0
         self._resetting = False
@@ -76,11 +74,8 @@ class HalCore:
         return self._lease.state
 
     @property
-    def held_stop_ids(self) -> tuple[int, ...]:
-        return self._stops.ids
-
-    @property
     def held_stops(self) -> tuple[StopLevel, ...]:
+        """The stops that hold the robot now."""
         return self._stops.held
 
     @property
@@ -101,9 +96,9 @@ class HalCore:
         if refused:
             return refused
         self._stops.on_lease(lease)
-        for claim in list(self._claims.values()):
+        for claim in self._claims:
             if self._lease.has_left(claim.epoch):
-                del self._claims[claim.claim_id]
+                self._claims.drop(claim)
         return ""
 
     def on_safe_chunk(self, message: SafeChunk) -> str:
@@ -119,12 +114,7 @@ class HalCore:
         if message.first_tick <= self._tick:
             return "chunk whose first tick has passed"
         chunk = decode_released(message, self._part_count, self._n_dof)
-        claim = self._claims.get(chunk.claim_id)
-        if claim is None:
-            claim = self._add_claim(chunk)
-        if claim.epoch != chunk.epoch:
-            return "chunk of another epoch than its claim"
-        return claim.store(chunk)
+        return self._claims.store(chunk, self._granted())
 
     def on_stop(self, stop: StopLevel) -> str:
         """Hold a stop, from the bus or raised by this HAL."""
@@ -145,8 +135,7 @@ class HalCore:
     def void(self, hold: Hold) -> None:
         """The tick decided last was not carried out: every part held instead."""
         self._acted = (_held(hold),) * self._part_count
-        for claim in self._claims.values():
-            claim.commit(self._tick, None, _held(hold))
+        self._claims.hold_all(self._tick, _held(hold))
 
     def decide(self, tick: int, now_ns: int, is_still: bool) -> TickPlan | Wait:
         """Decide ``tick``; a plan is final and must be carried out, `Wait` changes nothing.
@@ -159,7 +148,9 @@ class HalCore:
         if tick <= self._tick:
             raise ValueError(f"tick {tick} was decided before (newest {self._tick})")
         if tick != self._tick + 1:
-            self._forget_skipped()
+            # Hardware skipped a tick in number: what acted in it was the hold law.
+            self._acted = (_held(Hold.NO_ROW),) * self._part_count
+            self._claims.forget_rows()
         everyone = self._hold_for_everyone(now_ns, self._decided_ns)
         grants = {grant.claim_id: grant for grant in self._lease.grants()}
         if self._pacing == "lockstep" and not self._resetting:
@@ -172,10 +163,13 @@ class HalCore:
             claim.claim_id: (None, everyone)
             if everyone
             else self._choose(claim, tick, grants.get(claim.claim_id))
-            for claim in self._claims.values()
+            for claim in self._claims
         }
         self._decided_ns = now_ns
         return self._commit(tick, _without_conflicts(chosen), everyone or Hold.NO_CLAIM)
+
+    def _granted(self) -> frozenset[int]:
+        return frozenset(grant.claim_id for grant in self._lease.grants())
 
     def _hold_for_everyone(self, now_ns: int, before_ns: int | None) -> Hold:
         if self._stops.any_held:
@@ -225,8 +219,8 @@ class HalCore:
     def _commit(self, tick: int, chosen: dict[int, _Choice], unclaimed: Hold) -> TickPlan:
         acted = [_held(unclaimed)] * self._part_count
         commands: dict[int, PartCommand] = {}
-        for claim_id, (chunk, hold) in chosen.items():
-            claim = self._claims[claim_id]
+        for claim in self._claims:
+            chunk, hold = chosen[claim.claim_id]
             if chunk is None:
                 for part in claim.parts - commands.keys():
                     acted[part] = _held(hold)
@@ -239,28 +233,8 @@ class HalCore:
             claim.commit(tick, chunk, chunk.acted(row))
         self._tick = tick
         self._acted = tuple(acted)
-        self._drop_dead_claims()
+        self._claims.drop_dead(self._granted())
         return TickPlan(tick=tick, acted=self._acted, commands=commands)
-
-    def _add_claim(self, chunk: ReleasedChunk) -> ClaimRows:
-        if len(self._claims) >= MAX_CLAIMS:
-            granted = {grant.claim_id for grant in self._lease.grants()}
-            oldest_first = sorted(self._claims, key=lambda known: known in granted)
-            del self._claims[oldest_first[0]]
-        claim = self._claims[chunk.claim_id] = ClaimRows(chunk.claim_id, chunk.epoch)
-        return claim
-
-    def _drop_dead_claims(self) -> None:
-        granted = {grant.claim_id for grant in self._lease.grants()}
-        for claim in list(self._claims.values()):
-            if claim.is_empty and claim.claim_id not in granted:
-                del self._claims[claim.claim_id]
-
-    def _forget_skipped(self) -> None:
-        """Hardware skipped a tick in number: what acted in it was the hold law."""
-        self._acted = (_held(Hold.NO_ROW),) * self._part_count
-        for claim in self._claims.values():
-            claim.forget()
 
 
 _Choice = tuple[ReleasedChunk | None, Hold]

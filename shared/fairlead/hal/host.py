@@ -23,9 +23,9 @@ from fairlead.hal.fault_hold import FaultHold
 from fairlead.hal.frame_source import FrameSource
 from fairlead.hal.identity import HalIdentity
 from fairlead.hal.inbox import HalInbox
-from fairlead.hal.lease_follower import LEASE_LIFE_NS
 from fairlead.hal.motion_log import MotionLog
 from fairlead.hal.period_clock import PeriodClock
+from fairlead.hal.plan_executor import PlanExecutor
 from fairlead.hal.reset_desk import ResetDesk
 from fairlead.hal.status_board import HalState, StatusBoard
 from fairlead.hal.stop_caller import REPEAT_NS as STOP_REPEAT_NS
@@ -83,7 +83,6 @@ class HalHost:
         self._identity = identity
         self._backend = backend
         self._log = log
-        self._trace = trace if log.traces else None
         self._clock = clock
         self._lockstep = settings.pacing == "lockstep"
         self._changed = threading.Condition()
@@ -98,7 +97,6 @@ class HalHost:
         self._fault = ""
         self._fault_hold = FaultHold(backend)
         self._event: str | None = None
-        self._decided_ns = 0
         self._measured: Measurement | None = None
         self._episode = Episode()
         self._period = PeriodClock(identity.period_ns, clock())
@@ -110,6 +108,17 @@ class HalHost:
             found.cameras, feed, self._ticks, settings.session, settings.pacing
         )
         self._stops = StopCaller(bus, keys, who, self._core, self._changed)
+        self._executor = PlanExecutor(
+            backend,
+            identity.parts,
+            self._core,
+            self._changed,
+            self._stops,
+            log,
+            trace if log.traces else None,
+            clock,
+            lockstep=self._lockstep,
+        )
         self._status = StatusBoard(
             bus, keys, who, identity, found, settings.session, settings.pacing
         )
@@ -141,7 +150,8 @@ class HalHost:
         self._finish_reset_if_still()
         plan = self._await_plan(stopping)
         if plan is not None:
-            self._act(plan)
+            self._executor.carry_out(plan)
+            self._episode.stepped()
             self._tick += 1
 
     def _wait_for_period(self, stopping: threading.Event) -> bool:
@@ -177,7 +187,8 @@ class HalHost:
                 now_ns = self._clock()
                 decided = self._core.decide(self._tick, now_ns, self._is_still())
                 if isinstance(decided, TickPlan):
-                    self._record(decided, now_ns)
+                    self._executor.record(decided, now_ns, self._event)
+                    self._event = None
                     return decided
                 until_ns = min(repeat_ns, now_ns + STOP_REPEAT_NS)
                 self._changed.wait(max(0, until_ns - now_ns) * 1e-9)
@@ -185,35 +196,6 @@ class HalHost:
                 self._ticks.repeat(self._clock())
                 repeat_ns = self._clock() + REPEAT_NS
         return None
-
-    def _act(self, plan: TickPlan) -> None:
-        """Carry out a plan: exactly one step of the backend."""
-        before = self._trace.generalized_state() if self._trace else None
-        commands = {self._identity.parts[part]: command for part, command in plan.commands.items()}
-        if not self._lockstep and self._clock() - self._decided_ns > LEASE_LIFE_NS:
-            # This process was stopped since it decided: the row's time has passed.
-            commands = {}
-            self._void(plan.tick, Hold.LEASE_STALE, "held instead: paused after the decision")
-        try:
-            self._backend.apply(commands)
-        except FairleadError as error:
-            self._hold_instead(plan.tick, str(error))
-        self._episode.stepped()
-        if self._trace is not None and before is not None:
-            self._log.trace(plan.tick, self._trace.packed(), *before)
-
-    def _hold_instead(self, tick: int, reason: str) -> None:
-        """The backend refused a command the gate had released: stop, and hold this tick."""
-        self._stops.raise_stop(f"the backend refused a released command: {reason}")
-        self._void(tick, Hold.STOPPED, f"held instead: {reason}")
-        self._backend.apply({})
-
-    def _void(self, tick: int, hold: Hold, event: str) -> None:
-        """Every part held in ``tick``, whatever had been decided; the log says so too."""
-        with self._changed:
-            self._core.void(hold)
-            acted = self._core.acted
-        self._log.tick(tick, self._clock(), acted, event)
 
     def _start_reset_if_due(self) -> None:
         with self._changed:
@@ -245,11 +227,6 @@ class HalHost:
     def _is_still(self) -> bool:
         assert self._measured is not None, "a tick is measured before it is decided"
         return not self._episode.must_step and self._identity.is_still(self._measured.velocities)
-
-    def _record(self, plan: TickPlan, now_ns: int) -> None:
-        self._decided_ns = now_ns
-        self._log.tick(plan.tick, now_ns, plan.acted, self._event)
-        self._event = None
 
     def _housekeep(self) -> None:
         """Repeat stops and post the status; cheap, once per tick or wait."""
@@ -285,7 +262,7 @@ class HalHost:
         """
         self._fault = reason
         self._fault_hold.command()
-        self._void(self._tick, Hold.STOPPED, f"backend fault: {reason}")
+        self._executor.void(self._tick, Hold.STOPPED, f"backend fault: {reason}")
         self._stops.raise_stop(f"backend fault: {reason}")
         request = self._episode.resetting
         if request is not None:

@@ -36,15 +36,13 @@ class StopRegister:
         self._raised: dict[str, int] = {}  # stop ids by cause
 
     @property
-    def ids(self) -> tuple[int, ...]:
-        return tuple(self._held)
-
-    @property
     def held(self) -> tuple[StopLevel, ...]:
+        """The stops held now, as they were raised, in the order they came."""
         return tuple(held.message for held in self._held.values())
 
     @property
     def any_held(self) -> bool:
+        """Whether a stop holds the robot, or one of this HAL's own is still to be raised."""
         return bool(self._held or self._demanded)
 
     @property
