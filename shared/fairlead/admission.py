@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from fairlead.bindings import LAYOUT_DIMS, StateContract, bound_gripper, bound_joints
+from fairlead.camera_deployments import camera_deployments
 from fairlead.errors import ConfigError
 from fairlead.messages import HalPart, HalStatus, floats
-from fairlead.modes import GATED_MODES, ControlMode
+from fairlead.modes import ControlMode
 from fairlead.robot import RobotManifest
 from fairlead.routes import Route, plan_routes
 from fairlead.skill import SkillManifest
@@ -13,7 +14,12 @@ from fairlead.tightening import limit_problems
 
 # A policy may emit these in SI without scaling; their full scale is not +-1.
 _ABSOLUTE_MODES = frozenset(
-    {ControlMode.JOINT_POSITION, ControlMode.CARTESIAN_POSE, ControlMode.DEX_HAND_JOINT}
+    {
+        ControlMode.JOINT_POSITION,
+        ControlMode.CARTESIAN_POSE,
+        ControlMode.DEX_HAND_JOINT,
+        ControlMode.GRIPPER_BINARY,
+    }
 )
 _RELATIVE_TOLERANCE = 1e-9
 
@@ -31,7 +37,6 @@ def admission_problems(
     problems = [
         *_embodiment_problems(skill, robot),
         *problems,
-        *_mode_problems(routes),
         *_layout_problems(skill.state_contract, robot),
         *limit_problems(skill, robot),
     ]
@@ -45,12 +50,26 @@ def admission_problems(
 def require_admission(
     skill: SkillManifest, robot: RobotManifest, hal: HalStatus | None = None
 ) -> None:
-    """Raise `ConfigError` with every reason of `admission_problems`, if there is one."""
+    """Let a skill pass that may run on a robot.
+
+    Raises:
+        ConfigError: with every reason of `admission_problems`, and what to do.
+    """
     problems = admission_problems(skill, robot, hal)
-    if problems:
-        raise ConfigError(
-            f"skill {skill.id} cannot run on robot {robot.id}:\n  " + "\n  ".join(problems)
-        )
+    if not problems:
+        return
+    fix = f"fairlead skill ls --robot {robot.id}"
+    if hal is not None and problems == _camera_problems(skill, hal):
+        fix = _way_to_cameras(skill, robot)
+    listed = "\n  ".join(problems)
+    raise ConfigError(f"skill {skill.id} cannot run on robot {robot.id}:\n  {listed}\n  try: {fix}")
+
+
+def _way_to_cameras(skill: SkillManifest, robot: RobotManifest) -> str:
+    ready = camera_deployments(skill, robot.id)
+    if ready:
+        return f"fairlead down, then fairlead up {ready[0]}, which has these cameras"
+    return "options.cameras of the HAL in the deployment file switches cameras on"
 
 
 def _embodiment_problems(skill: SkillManifest, robot: RobotManifest) -> list[str]:
@@ -61,15 +80,6 @@ def _embodiment_problems(skill: SkillManifest, robot: RobotManifest) -> list[str
     if round(1e9 / skill.rate_hz) != robot.tick_period_ns:
         problems.append(f"rate_hz: expected the robot's {rate_hz:g} Hz, got {skill.rate_hz:g}")
     return problems
-
-
-def _mode_problems(routes: tuple[Route, ...]) -> list[str]:
-    return [
-        f"mode {route.mode.yaml_name} of part {route.part_name}: the gate has no checker for it "
-        f"(valid: {', '.join(mode.yaml_name for mode in sorted(GATED_MODES))})"
-        for route in routes
-        if route.mode not in GATED_MODES
-    ]
 
 
 def _layout_problems(contract: StateContract, robot: RobotManifest) -> list[str]:
@@ -113,6 +123,8 @@ def _range_problems(route: Route, robot: RobotManifest, hal: HalStatus) -> list[
     found = [block for block in part.ranges if block.mode == route.mode]
     if not found:
         return [f"part {part.name}: the HAL does not offer {route.mode.yaml_name}"]
+    if route.threshold is not None:  # 0 or 1 comes out of it, whatever goes in
+        return []
     lower, upper = floats(found[0].lower), floats(found[0].upper)
     problems = []
     for column, scale, offset in zip(route.columns, route.scale, route.offset, strict=True):

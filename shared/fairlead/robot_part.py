@@ -47,7 +47,10 @@ class Part(BaseModel):
 
 
 class EndEffector(BaseModel):
-    """A tool: the frame commands move, and the joint that opens it (if it is actuated)."""
+    """A tool: the frame commands move, and the joint that opens it (if it is actuated).
+
+    A hand (a part with ``dex_hand_joint`` has it) is actuated without a ``gripper_joint``.
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 

@@ -84,8 +84,12 @@ def _tool_problems(
 ) -> Iterator[str]:
     tools = {tool.name: tool for tool in end_effectors}
     names = [joint.name for joint in joints]
+    # Each joint of a hand is commanded by name: none of them alone opens it.
+    hands = {part.end_effector for part in parts if "dex_hand_joint" in part.modes}
     for tool in end_effectors:
-        if tool.actuated != (tool.gripper_joint is not None):
+        if tool.name in hands and (tool.gripper_joint is not None or not tool.actuated):
+            yield f"end effector {tool.name!r}: a hand is actuated and has no gripper_joint"
+        elif tool.name not in hands and tool.actuated != (tool.gripper_joint is not None):
             yield f"end effector {tool.name!r}: actuated and gripper_joint go together"
         elif tool.gripper_joint is not None and tool.gripper_joint not in names:
             yield (

@@ -32,6 +32,7 @@ class Route:
         columns: ... and the wire column each becomes.
         scale, offset: SI value = scale * output + offset, per source.
         active: joint modes only, the commanded joints, ascending.
+        threshold: a binary gripper's, in its SI values; None sends them as they are.
     """
 
     part: int
@@ -44,6 +45,7 @@ class Route:
     scale: tuple[float, ...]
     offset: tuple[float, ...]
     active: tuple[int, ...]
+    threshold: float | None = None
 
 
 def resolve_routes(contract: ActionContract, robot: RobotManifest) -> tuple[Route, ...]:
@@ -155,6 +157,7 @@ def _route(slot: Slot, robot: RobotManifest, part: Part) -> Route:
         scale=slot.scales(),
         offset=slot.offsets(),
         active=tuple(sorted(columns)) if mode.is_joint_mode else (),
+        threshold=slot.threshold,
     )
 
 

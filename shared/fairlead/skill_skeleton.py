@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from fairlead.errors import ConfigError, expected
 from fairlead.keys import check_name
 from fairlead.robot import RobotManifest
@@ -90,7 +92,7 @@ CARTESIAN_SLOT = """\
       control_mode: cartesian_delta
       ee: {ee}
       frame: {frame}
-      scale: [0.05, 0.05, 0.05, 0.5, 0.5, 0.5] # m and rad in one control period"""
+      scale: [{shift}, {shift}, {shift}, {turn}, {turn}, {turn}] # m and rad in one period"""
 
 VELOCITY_SLOT = """\
       control_mode: joint_velocity
@@ -152,4 +154,15 @@ def _fingers(robot: RobotManifest) -> tuple[str, ...]:
 
 
 def _cartesian_slot(arm: Part, robot: RobotManifest) -> str:
-    return CARTESIAN_SLOT.format(ee=arm.end_effector, frame=robot.base_frame)
+    """At full scale on every axis at once the robot's limits, which are of norms, still hold."""
+    limits = [profile.parts[arm.name].cartesian_delta for profile in robot.safety.values()]
+    shift = min(delta.linear_limit_m for delta in limits if delta) / math.sqrt(3.0)
+    turn = min(delta.angular_limit_rad for delta in limits if delta) / math.sqrt(3.0)
+    frame, scales = robot.base_frame, {"shift": _floor(shift), "turn": _floor(turn)}
+    return CARTESIAN_SLOT.format(ee=arm.end_effector, frame=frame, **scales)
+
+
+def _floor(value: float) -> float:
+    """Rounded down to two digits: a number to read and to change."""
+    unit = 10.0 ** (math.floor(math.log10(value)) - 1)
+    return float(f"{math.floor(value / unit) * unit:.2g}")

@@ -44,7 +44,7 @@ def opening(value: float) -> PartCommand:
 
 def follow(setpoints: Setpoints, **commands: PartCommand) -> FloatArray:
     """One period of a robot that follows at once."""
-    return setpoints.advance(commands, setpoints.positions.copy())
+    return setpoints.advance(commands, setpoints.positions.copy()).end
 
 
 def changed(robot: RobotManifest, part: int, **fields: object) -> RobotManifest:
@@ -54,12 +54,17 @@ def changed(robot: RobotManifest, part: int, **fields: object) -> RobotManifest:
         limits = data["safety"]["sim"]["parts"][data["parts"][part]["name"]]
         limits.clear()
         limits["composite_mode"] = {"step_limit": 1.0, "source": "test"}
-        if fields["modes"] == ["cartesian_delta"]:
+        if fields["modes"] == ["body_twist"]:
             limits.clear()
-            limits["cartesian_delta"] = {
-                "frames": ["base_link"], "linear_limit_m": 1.0, "angular_limit_rad": 1.0,
-                "linear_step_limit_m": 1.0, "angular_step_limit_rad": 1.0, "source": "test",
+            limits["body_twist"] = {
+                "frames": ["base_link"], "linear_limit_m_s": 1.0, "angular_limit_rad_s": 1.0,
+                "linear_step_limit_m_s": 1.0, "angular_step_limit_rad_s": 1.0,
+                "free_axes": [0], "source": "test",
             }  # fmt: skip
+        if fields["modes"] in (["joint_torque"], ["gripper_binary"]):
+            limits.clear()
+            steps = {} if fields["modes"] == ["gripper_binary"] else {"step_limits": [9.0] * 7}
+            limits[fields["modes"][0]] = {**steps, "source": "test"}
     return RobotManifest.model_validate(data)
 
 
@@ -132,6 +137,35 @@ def test_a_new_episode_forgets_targets_and_velocities(setpoints: Setpoints) -> N
     np.testing.assert_array_equal(follow(setpoints), START)
 
 
+def test_a_binary_gripper_travels_to_an_end_of_its_range(robot: RobotManifest) -> None:
+    setpoints = Setpoints(changed(robot, 1, modes=["gripper_binary"]))
+    setpoints.restart(START)
+    closed = PartCommand(ControlMode.GRIPPER_BINARY, "", np.array([1.0]), ())
+    opened = PartCommand(ControlMode.GRIPPER_BINARY, "", np.array([0.0]), ())
+    np.testing.assert_allclose(follow(setpoints, gripper=closed)[7], 0.055, atol=1e-12)
+    for _ in range(20):
+        follow(setpoints)  # held: it goes on to where it was told to be
+    assert setpoints.positions[7] == 0.0
+    for _ in range(20):
+        follow(setpoints, gripper=opened)
+    assert setpoints.positions[7] == 0.08
+
+
+def test_a_torque_has_no_setpoint_and_ends_where_the_joint_is_then(robot: RobotManifest) -> None:
+    setpoints = Setpoints(changed(robot, 0, modes=["joint_torque"]))
+    setpoints.restart(START)
+    push = {"arm": joints(ControlMode.JOINT_TORQUE, {1: -3.0, 4: 0.5})}
+    first = setpoints.advance(push, START)
+    np.testing.assert_array_equal(first.torques[[1, 4]], [-3.0, 0.5])
+    assert np.isnan(np.delete(first.torques, [1, 4])).all(), "the others keep their servos"
+    moved = START + np.arange(8) * 0.01
+    held = setpoints.advance({}, moved)
+    assert np.isnan(held.torques).all()
+    for targets in (held.start, held.end, setpoints.advance({}, moved + 0.1).end):
+        np.testing.assert_array_equal(targets[[1, 4]], moved[[1, 4]])
+        np.testing.assert_array_equal(np.delete(targets, [1, 4]), np.delete(START, [1, 4]))
+
+
 @pytest.mark.parametrize(
     ("part", "command", "text"),
     [
@@ -144,6 +178,8 @@ def test_a_new_episode_forgets_targets_and_velocities(setpoints: Setpoints) -> N
          "hal_mujoco: part gripper: expected 1 value(s) of gripper_position, got shape [2]"),
         ("arm", joints(ControlMode.JOINT_POSITION, {0: 0.0, 7: 0.0}),
          "hal_mujoco: part arm: expected active joints out of [0, 1, 2, 3, 4, 5, 6], got [0, 7]"),
+        ("gripper", opening(np.nan),
+         "hal_mujoco: part gripper: expected finite values, got [nan]"),
         ("leg", opening(0.0), "robot panda: expected a part, got 'leg' (valid: arm, gripper)"),
     ],
 )  # fmt: skip
@@ -159,9 +195,13 @@ def test_a_command_that_does_not_fit_is_refused_and_moves_nothing(
 @pytest.mark.parametrize(
     ("part", "fields", "text"),
     [
-        (0, {"modes": ["cartesian_delta"], "end_effector": "gripper"},
-         "hal_mujoco: part arm: expected a mode of this HAL, got cartesian_delta "
-         "(valid: joint_position, joint_velocity, gripper_position, composite_mode)"),
+        (0, {"modes": ["body_twist"]},
+         "hal_mujoco: part arm: expected a mode of this HAL, got body_twist "
+         "(valid: joint_position, joint_velocity, joint_torque, cartesian_pose, "
+         "cartesian_delta, cartesian_twist, gripper_binary, gripper_position, "
+         "dex_hand_joint, composite_mode)"),
+        (0, {"modes": ["gripper_binary"], "end_effector": "gripper"},
+         "hal_mujoco: part arm: expected one joint for gripper_binary, got 7 joints"),
         (0, {"hold": "write_default"},
          "hal_mujoco: part arm: expected a hold law for joints, got write_default "
          "(valid: keep_position, zero_delta, ramp_to_zero, keep_command)"),

@@ -20,11 +20,14 @@ from fairlead.hal.kinematic_parts import describe_part
 from fairlead.messages import FloatArray
 from fairlead.paths import robot_dir
 from fairlead.robot import RobotManifest
+from fairlead_hal_mujoco.frame_kinematics import FrameKinematics
 from fairlead_hal_mujoco.key_poses import GOAL_KEY, HOME_KEY, GoalPose, key_qpos
 from fairlead_hal_mujoco.model_file import load_model
 from fairlead_hal_mujoco.options import MujocoOptions
+from fairlead_hal_mujoco.servo_switch import ServoSwitch
 from fairlead_hal_mujoco.servos import find_sources
-from fairlead_hal_mujoco.setpoints import Setpoints
+from fairlead_hal_mujoco.setpoints import Setpoints, Targets
+from fairlead_hal_mujoco.tool_motion import ToolMotion
 
 NO_ROTATION = np.array([0.0, 0.0, 0.0, 1.0])
 
@@ -52,7 +55,11 @@ class MujocoBackend:
         self._model, self._steps = load_model(path, robot.tick_period_ns)
         self._data = mujoco.MjData(self._model)
         self._sources = find_sources(self._model, robot)
-        self._setpoints = Setpoints(robot)
+        commanded = self._sources[: robot.n_dof]
+        kinematics = FrameKinematics(self._model, self._data, robot, commanded)
+        self._setpoints = Setpoints(robot, profile, ToolMotion(robot, profile, kinematics))
+        self._switch = ServoSwitch(self._model)
+        self._shared_by = np.array([len(source.signs) for source in commanded])
         self._base = _body(self._model, robot)
         self._parts = tuple(describe_part(robot, part, profile) for part in robot.parts)
         self._goal: GoalPose | None = None
@@ -92,14 +99,18 @@ class MujocoBackend:
     def apply(self, commands: Mapping[str, PartCommand]) -> None:
         """As `Backend.apply`; the servos follow a straight line between setpoints.
 
+        A joint with a torque gets it, the same one, in every physics step of the period.
+
         Raises:
             RuntimeError: if the simulation diverges.
         """
-        before = self._setpoints.positions.copy()
         measured = self._measure(self._data.qpos)[: self._robot.n_dof]
-        after = self._setpoints.advance(commands, measured)
+        targets = self._setpoints.advance(commands, measured)
+        self._drive_by(targets)
+        forces = targets.torques * self._shared_by  # each finger of a gripper gets all of it
         for step in range(1, self._steps + 1):
-            self._write(before + (after - before) * (step / self._steps))
+            way = targets.start + (targets.end - targets.start) * (step / self._steps)
+            self._write(np.where(np.isnan(forces), way, forces))
             mujoco.mj_step(self._model, self._data)
         if not (np.isfinite(self._data.qpos).all() and np.isfinite(self._data.qvel).all()):
             raise RuntimeError(f"the simulation diverged at {self._data.time:.3f} s")
@@ -129,8 +140,10 @@ class MujocoBackend:
                 start = float(self._data.qpos[source.qpos[0]] + offset)
                 inside = np.clip(start, joint.lower, joint.upper) if joint.has_bounds else start
                 self._data.qpos[source.qpos[0]] = inside
-        self._setpoints.restart(self._measure(self._data.qpos)[: self._robot.n_dof])
-        self._write(self._setpoints.positions)
+        positions = self._measure(self._data.qpos)[: self._robot.n_dof]
+        self._setpoints.restart(positions)
+        self._drive_by(Targets(positions, positions, np.full(self._robot.n_dof, np.nan)))
+        self._write(positions)
         mujoco.mj_forward(self._model, self._data)
 
     def snapshot(self) -> bytes:
@@ -148,9 +161,17 @@ class MujocoBackend:
     def _measure(self, qpos: FloatArray) -> FloatArray:
         return np.array([source.sum(qpos, source.qpos) for source in self._sources])
 
-    def _write(self, positions: FloatArray) -> None:
-        for source, position in zip(self._sources, positions, strict=False):
-            self._data.ctrl[list(source.servos)] = source.shares(float(position))
+    def _drive_by(self, targets: Targets) -> None:
+        for source, torque in zip(self._sources, targets.torques, strict=False):
+            if np.isnan(torque):
+                self._switch.to_position(source.servos)
+            else:
+                self._switch.to_force(source.servos)
+
+    def _write(self, controls: FloatArray) -> None:
+        """Each joint's position or torque, whichever its servos are switched to."""
+        for source, value in zip(self._sources, controls, strict=False):
+            self._data.ctrl[list(source.servos)] = source.shares(float(value))
 
 
 def _body(model: mujoco.MjModel, robot: RobotManifest) -> int:

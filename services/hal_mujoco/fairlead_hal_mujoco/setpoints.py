@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,31 +13,57 @@ from fairlead.messages import FloatArray
 from fairlead.modes import ControlMode
 from fairlead.robot import RobotManifest
 from fairlead.robot_part import Part
+from fairlead_hal_mujoco.command_check import CommandCheck
+from fairlead_hal_mujoco.tool_motion import ToolMotion
 
 LEAD_PERIODS = 2.0
 """Periods of full speed by which a moving setpoint may lead its joint."""
 
 
-class Setpoints:
-    """Position setpoints of the commanded joints, in wire order [rad or m].
+@dataclass(frozen=True)
+class Targets:
+    """What the servos are told in one period, in wire order, shape ``[n_dof]`` each.
 
-    joint_position: the setpoint is the command. joint_velocity: it moves at the commanded
-    rate, ends at the joint's position limits, and leads the joint by no more than it travels
-    in `LEAD_PERIODS` at full speed: a joint that is blocked does not leap when it comes free.
-    gripper_position: it travels to the
-    command at the gripper's own speed limit. A part without a command follows its hold
-    law: ``ramp_to_zero`` slows its joints down by their acceleration limits, the others
-    leave the setpoint (a gripper: its target) where it is.
+    start, end: position setpoints [rad or m] at both ends of the period.
+    torques: [N m or N]; nan for a joint that its position servo drives.
+    """
+
+    start: FloatArray
+    end: FloatArray
+    torques: FloatArray
+
+
+class Setpoints:
+    """Position setpoints of the commanded joints, in wire order [rad or m], and torques.
+
+    joint_position, dex_hand_joint: the setpoint is the command. joint_velocity: it moves at
+    the commanded rate. cartesian modes: it moves so that the tool would be where the command
+    wants it, at the setpoint's own pose plus the command; all joints of the part slow down
+    together where one of them could not follow, so the tool never leaves its way. Setpoints
+    that move end at the joints' position limits, and lead a joint by no more than it travels
+    in `LEAD_PERIODS` at full speed: one that is blocked does not leap when it comes free.
+    gripper_position, gripper_binary (0 the upper position limit, 1 the lower): it travels to
+    the command at the gripper's own speed limit. joint_torque: no setpoint; afterwards it is
+    where the joint was when the torque ended, so the servo brakes there.
+
+    A part without a command follows its hold law: ``ramp_to_zero`` slows its joints down by
+    their acceleration limits, the others leave the setpoint (a gripper: its target) where it
+    is. It is never anchored to the measured pose again, so nothing drifts.
 
     Args:
         robot: every mode of its parts must be in `MODES`.
+        profile: safety profile that declares the frames of cartesian modes.
+        tools: needed by parts with cartesian modes.
 
     Raises:
         ConfigError: for a mode, or a hold law, that position servos cannot follow.
     """
 
-    def __init__(self, robot: RobotManifest) -> None:
-        self._robot = robot
+    def __init__(
+        self, robot: RobotManifest, profile: str = "sim", tools: ToolMotion | None = None
+    ) -> None:
+        self._robot, self._tools = robot, tools
+        self._check = CommandCheck(robot, profile)
         self._period_s = robot.tick_period_ns * 1e-9
         bounded = [joint if joint.has_bounds else None for joint in robot.joints]
         self._lower = np.array([joint.lower if joint else -np.inf for joint in bounded])
@@ -55,43 +82,34 @@ class Setpoints:
         """Stand still at ``positions``, shape ``[n_dof]``."""
         self.positions = positions.copy()
         self._velocities = np.zeros(len(positions))
+        self._torques = np.full(len(positions), np.nan)
         self._measured = positions.copy()
         self._openings: dict[str, float] = {}
 
-    def advance(self, commands: Mapping[str, PartCommand], measured: FloatArray) -> FloatArray:
-        """The setpoints at the end of the next period; a refused command changes nothing.
+    def advance(self, commands: Mapping[str, PartCommand], measured: FloatArray) -> Targets:
+        """What to do in the next period; a refused command changes nothing.
 
         Args:
             commands: by part name; a part that is absent holds.
             measured: positions of the commanded joints now, shape ``[n_dof]``.
 
         Raises:
-            ConfigError: for a part, mode, width or joint that does not fit.
+            ConfigError: for a part, mode, width, frame, joint or value that does not fit.
         """
         for name, command in commands.items():
-            self._check(name, command)
+            self._check.check(name, command)
         self._measured = measured
+        pushed = ~np.isnan(self._torques)
+        self.positions[pushed] = measured[pushed]
+        self._torques[:] = np.nan
+        start = self.positions.copy()
         for part in self._robot.parts:
             given = commands.get(part.name)
             if given is None:
                 self._hold(part)
             else:
                 MODES[given.mode](self, part, given)
-        return self.positions.copy()
-
-    def _check(self, name: str, command: PartCommand) -> None:
-        part = self._robot.part(name)
-        who = f"hal_mujoco: part {name}"
-        if command.mode not in part.control_modes:
-            raise ConfigError(expected(who, "a mode", command.mode.yaml_name, part.modes))
-        width = command.mode.width(self._robot.n_dof)
-        if command.values.shape != (width,):
-            what = f"{width} value(s) of {command.mode.yaml_name}"
-            raise ConfigError(expected(who, what, f"shape {list(command.values.shape)}"))
-        own = self._own[name]
-        if not set(command.active) <= set(own):
-            what = f"active joints out of {own}"
-            raise ConfigError(expected(who, what, list(command.active)))
+        return Targets(start, self.positions.copy(), self._torques.copy())
 
     def _hold(self, part: Part) -> None:
         own = self._own[part.name]
@@ -113,8 +131,24 @@ class Setpoints:
         self._velocities[self._own[part.name]] = 0.0
         self._drive(active, command.values[active])
 
+    def _joint_torque(self, part: Part, command: PartCommand) -> None:
+        active = list(command.active)
+        self._velocities[self._own[part.name]] = 0.0
+        self._torques[active] = command.values[active]
+
+    def _cartesian(self, part: Part, command: PartCommand) -> None:
+        assert self._tools is not None, "checked in __init__ of the backend"
+        own = self._own[part.name]
+        rates = self._tools.steps(part.name, command, self.positions) / self._period_s
+        self._drive(own, rates * self._share(own, rates))
+
     def _gripper_position(self, part: Part, command: PartCommand) -> None:
         self._openings[part.name] = float(command.values[0])
+        self._close_in(part)
+
+    def _gripper_binary(self, part: Part, command: PartCommand) -> None:
+        ends = self._lower if command.values[0] == 1.0 else self._upper
+        self._openings[part.name] = float(ends[self._own[part.name][0]])
         self._close_in(part)
 
     def _composite_mode(self, part: Part, command: PartCommand) -> None:
@@ -122,12 +156,28 @@ class Setpoints:
 
     def _drive(self, joints: list[int], rates: FloatArray) -> None:
         self._velocities[joints] = rates
+        lowest, highest = self._room(joints)
+        moved = self.positions[joints] + rates * self._period_s
+        self.positions[joints] = np.clip(moved, lowest, highest)
+
+    def _room(self, joints: list[int]) -> tuple[FloatArray, FloatArray]:
+        """How far setpoints may go, both ways."""
         now, measured = self.positions[joints], self._measured[joints]
         lead = LEAD_PERIODS * self._speed[joints] * self._period_s
         # A setpoint that leads by more already (it was a position command) may only come back.
         lowest, highest = np.minimum(measured - lead, now), np.maximum(measured + lead, now)
-        moved = np.clip(now + rates * self._period_s, lowest, highest)
-        self.positions[joints] = np.clip(moved, self._lower[joints], self._upper[joints])
+        lower, upper = self._lower[joints], self._upper[joints]
+        return np.clip(lowest, lower, upper), np.clip(highest, lower, upper)
+
+    def _share(self, joints: list[int], rates: FloatArray) -> float:
+        """How much of a motion every joint can do: 1.0, or less for all of them alike."""
+        now, speed = self.positions[joints], self._speed[joints]
+        lowest, highest = self._room(joints)
+        most = np.minimum((highest - now) / self._period_s, speed)
+        least = np.maximum((lowest - now) / self._period_s, -speed)
+        bounds = np.where(rates > 0.0, most, least)
+        moving = rates != 0.0
+        return float(np.clip(np.min(bounds[moving] / rates[moving], initial=1.0), 0.0, 1.0))
 
     def _close_in(self, part: Part) -> None:
         """Move a gripper on towards its newest target, if it has one."""
@@ -141,10 +191,18 @@ class Setpoints:
 MODES: dict[ControlMode, Callable[[Setpoints, Part, PartCommand], None]] = {
     ControlMode.JOINT_POSITION: Setpoints._joint_position,
     ControlMode.JOINT_VELOCITY: Setpoints._joint_velocity,
+    ControlMode.JOINT_TORQUE: Setpoints._joint_torque,
+    ControlMode.CARTESIAN_POSE: Setpoints._cartesian,
+    ControlMode.CARTESIAN_DELTA: Setpoints._cartesian,
+    ControlMode.CARTESIAN_TWIST: Setpoints._cartesian,
+    ControlMode.GRIPPER_BINARY: Setpoints._gripper_binary,
     ControlMode.GRIPPER_POSITION: Setpoints._gripper_position,
+    ControlMode.DEX_HAND_JOINT: Setpoints._joint_position,
     ControlMode.COMPOSITE_MODE: Setpoints._composite_mode,
 }
 """The modes this HAL can follow."""
+
+_GRIPPER_MODES = (ControlMode.GRIPPER_BINARY, ControlMode.GRIPPER_POSITION)
 
 
 def _check_part(part: Part) -> None:
@@ -152,9 +210,9 @@ def _check_part(part: Part) -> None:
     for mode in part.control_modes:
         if mode not in MODES:
             raise ConfigError(expected(who, "a mode of this HAL", mode.yaml_name, valid))
-        if mode is ControlMode.GRIPPER_POSITION and len(part.joints) != 1:
+        if mode in _GRIPPER_MODES and len(part.joints) != 1:
             got = f"{len(part.joints)} joints"
-            raise ConfigError(expected(who, "one joint for gripper_position", got))
+            raise ConfigError(expected(who, f"one joint for {mode.yaml_name}", got))
     if part.joints and part.hold == "write_default":
         laws = ("keep_position", "zero_delta", "ramp_to_zero", "keep_command")
         raise ConfigError(expected(who, "a hold law for joints", part.hold, laws))

@@ -26,7 +26,8 @@ def dispatch(routes: Sequence[Route], actions: Actions, dim: int) -> tuple[Actio
 
     Returns:
         Parts with float64 values ``[H, width]`` in SI; joint modes are padded with 0.0
-        to the robot's joints and name the commanded ones in ``active``.
+        to the robot's joints and name the commanded ones in ``active``, and a binary
+        gripper with a threshold gets exactly 0.0 or 1.0.
 
     Raises:
         ConfigError: if ``actions`` is not ``[H >= 1, dim]`` of float32.
@@ -52,6 +53,9 @@ def _part(route: Route, actions: Actions) -> ActionPart:
     for column, offset in zip(route.columns, route.offset, strict=True):
         if offset != 0.0:
             values[:, column] += offset
+    if route.threshold is not None:
+        # What is no number stays what it is: the gate stops for it, and no gripper opens.
+        values = np.where(np.isfinite(values), values >= route.threshold, values)
     return ActionPart(
         part=route.part,
         mode=int(route.mode),

@@ -1,7 +1,8 @@
 """KinematicBackend: a robot that does what it is told, instantly and without physics.
 
 Velocities are integrated over the period, positions are reached at a bounded speed, and
-end-effector deltas move the part's joints by a fixed linear map (not inverse kinematics).
+end-effector deltas and twists move the part's joints by a fixed linear map (not inverse
+kinematics). Torques and end-effector poses it refuses.
 Deterministic, microseconds per tick: for trying a deployment without a simulator, for
 long runs, and for tests of everything around it.
 """
@@ -27,7 +28,7 @@ from fairlead.modes import ControlMode
 from fairlead.robot import RobotManifest
 
 DELTA_GAIN = 0.1
-"""Joint motion [rad] per m or rad of an end-effector delta."""
+"""Joint motion [rad] per m or rad of an end-effector delta, or of a twist in a second."""
 NO_ROTATION = np.array([0.0, 0.0, 0.0, 1.0])
 
 
@@ -41,6 +42,9 @@ class KinematicBackend:
         robot: its manifest; bounded joints start in the middle of their range and stay in it.
         profile: safety profile whose limits are told as command ranges.
         frames: further frames that stand still in ``odom``: name to xyz [m].
+
+    Raises:
+        ConfigError: for a part with a mode that needs physics or geometry.
     """
 
     def __init__(
@@ -49,6 +53,7 @@ class KinematicBackend:
         profile: str = "sim",
         frames: Mapping[str, Sequence[float]] | None = None,
     ) -> None:
+        _check_modes(robot)
         self._robot = robot
         self._period_s = robot.tick_period_ns * 1e-9
         self._joints = {name: index for index, name in enumerate(robot.joint_names)}
@@ -161,6 +166,13 @@ class KinematicBackend:
         for place, joint in enumerate(own):
             target[joint] += DELTA_GAIN * command.values[place % 6]
 
+    def _cartesian_twist(self, target: FloatArray, own: list[int], command: PartCommand) -> None:
+        for place, joint in enumerate(own):
+            target[joint] += DELTA_GAIN * command.values[place % 6] * self._period_s
+
+    def _gripper_binary(self, target: FloatArray, own: list[int], command: PartCommand) -> None:
+        self._reach(target, own, (self._lower if command.values[0] == 1.0 else self._upper)[own])
+
     def _gripper_position(self, target: FloatArray, own: list[int], command: PartCommand) -> None:
         self._reach(target, own, np.full(len(own), command.values[0]))
 
@@ -185,7 +197,19 @@ _MOVES: dict[ControlMode, _Move] = {
     ControlMode.JOINT_POSITION: KinematicBackend._joint_position,
     ControlMode.JOINT_VELOCITY: KinematicBackend._joint_velocity,
     ControlMode.CARTESIAN_DELTA: KinematicBackend._cartesian_delta,
+    ControlMode.CARTESIAN_TWIST: KinematicBackend._cartesian_twist,
+    ControlMode.GRIPPER_BINARY: KinematicBackend._gripper_binary,
     ControlMode.GRIPPER_POSITION: KinematicBackend._gripper_position,
+    ControlMode.DEX_HAND_JOINT: KinematicBackend._joint_position,
     ControlMode.BODY_TWIST: KinematicBackend._body_twist,
     ControlMode.COMPOSITE_MODE: KinematicBackend._composite_mode,
 }
+
+
+def _check_modes(robot: RobotManifest) -> None:
+    valid = [mode.yaml_name for mode in _MOVES]
+    for part in robot.parts:
+        for mode in part.control_modes:
+            if mode not in _MOVES:
+                who = f"kinematic backend: part {part.name}"
+                raise ConfigError(expected(who, "a mode it can do", mode.yaml_name, valid))
