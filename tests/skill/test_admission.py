@@ -142,7 +142,8 @@ def test_every_reason_is_given_at_once() -> None:
         "  slot [0, 5] cartesian_delta: robot panda_mobile has no end effector 'left' "
         "(valid: gripper)\n"
         "  slot [6, 6] gripper_position: robot panda_mobile has no end effector 'left' "
-        "(valid: gripper)"
+        "(valid: gripper)\n"
+        "  try: fairlead skill ls --robot panda_mobile"
     )
 
 

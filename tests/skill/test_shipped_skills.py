@@ -5,10 +5,11 @@ from __future__ import annotations
 import msgspec
 import pytest
 
-from fairlead.admission import admission_problems
+from fairlead.admission import admission_problems, require_admission
+from fairlead.errors import ConfigError
 from fairlead.messages import HalCamera
 from fairlead.robot import load_robot
-from fairlead.skill import load_skill
+from fairlead.skill import ImageSpec, load_skill
 from tests.skill.test_admission import HAL
 
 ROBOCASA = ("rldx1-ft-rc365-nf4", "rldx-robocasa", "pi05-robocasa365-human300-nf4")
@@ -57,6 +58,29 @@ def test_a_robocasa_skill_is_admitted_on_its_robot_and_needs_its_cameras_once_it
         f"images: {next(iter(skill.images))} needs camera 'robot0_agentview_left' "
         "(valid: robot0_agentview_right, robot0_eye_in_hand)"
     ]
+
+
+def test_a_skill_whose_cameras_are_off_is_refused_with_the_deployment_that_has_them() -> None:
+    without = msgspec.structs.replace(HAL, cameras=())
+    with pytest.raises(ConfigError) as caught:
+        require_admission(load_skill("rldx-robocasa"), MOBILE, without)
+    assert str(caught.value) == (
+        "skill rldx-robocasa cannot run on robot panda_mobile:\n"
+        "  images: left_view needs camera 'robot0_agentview_left' (valid: none)\n"
+        "  images: right_view needs camera 'robot0_agentview_right' (valid: none)\n"
+        "  images: wrist_view needs camera 'robot0_eye_in_hand' (valid: none)\n"
+        "  try: fairlead down, then fairlead up panda_mobile_sim_cameras, which has these cameras"
+    )
+
+
+def test_a_camera_that_no_deployment_has_is_refused_with_the_option_that_switches_it_on() -> None:
+    skill = load_skill("rldx-robocasa")
+    attic = {"attic": ImageSpec(camera="attic", width=64, height=64)}
+    with pytest.raises(ConfigError) as caught:
+        require_admission(skill.model_copy(update={"images": attic}), MOBILE, HAL)
+    assert str(caught.value).endswith(
+        "try: options.cameras of the HAL in the deployment file switches cameras on"
+    )
 
 
 @pytest.mark.parametrize("name", ROBOCASA)

@@ -10,6 +10,7 @@ from typing import Annotated
 import msgspec
 import typer
 
+from fairlead.admission import require_admission
 from fairlead.cli.console import print_json
 from fairlead.cli.deployment_choice import DeploymentOption, JsonOption, choose_deployment
 from fairlead.cli.progress_line import ProgressLine
@@ -19,6 +20,7 @@ from fairlead.client import RobotClient
 from fairlead.goal_run import GoalWish, run_goal
 from fairlead.goal_watch import Progress
 from fairlead.messages import GateState, GoalResult
+from fairlead.robot import load_robot
 from fairlead.skill import load_skill
 
 EXAMPLE = "fairlead run oracle-counter-to-cabinet"
@@ -48,11 +50,14 @@ def command(
 
     It disarms only if it armed, and only if no other claim is live.
     """
-    load_skill(skill)  # a misspelt name should not arm anything
+    manifest = load_skill(skill)
     chosen = choose_deployment(deployment)
+    robot = load_robot(chosen.robot)
+    require_admission(manifest, robot)  # what cannot run should not arm anything
     with RobotClient(chosen, by="fairlead run") as client:
         client.wait_alive(*chosen.services)
         client.wait_gate_follows()
+        require_admission(manifest, robot, client.hal_status())
         if seed is not None:
             _new_episode(client, seed)
         with armed(client, confirmed=yes):
@@ -96,7 +101,6 @@ def _print_result(skill: str, progress: Progress, result: GoalResult, as_json: b
         print_json(dataclasses.asdict(progress) | {"result": msgspec.structs.asdict(result)})
         return
     ticks = result.last_tick - result.first_tick + 1
+    when = f"after {ticks} ticks" if result.first_tick else "before its first tick"
     why = f": {result.kind}: {result.detail}" if result.kind else ""
-    typer.echo(
-        f"{skill} {result.outcome} after {ticks} ticks (decided by the {result.decided_by}){why}"
-    )
+    typer.echo(f"{skill} {result.outcome} {when} (decided by the {result.decided_by}){why}")

@@ -1,0 +1,173 @@
+"""Skills that see through three cameras: real pictures reach a real policy server, or none does."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+
+from fairlead.goal_run import GoalWish, run_goal
+from fairlead.messages import GateState
+from fairlead.paths import repo_root
+from fairlead.scratch_robot import ScratchRobot, scratch_robot
+from fairlead.supervisor import Registry
+from fairlead.supervisor.scratch import ScratchOptions, make_scratch
+from fairlead_hal_sim.options import SimulatorOptions
+from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
+from fairlead_hal_sim.task.scene import COUNTER_HEIGHT_M
+from tests.cli.command import fairlead
+from tests.hal.test_cameras import CAN_RENDER
+from tests.runner.policy_servers import (
+    OpenpiServer,
+    RldxServer,
+    openpi_actions,
+    read_npy,
+    read_openpi_array,
+    rldx_actions,
+)
+from tests.runner.scripted_world import free_port
+from tests.runner.test_remote_policies import rldx_rows
+
+pytestmark = [
+    pytest.mark.processes,
+    pytest.mark.simulator,
+    pytest.mark.timeout(300),
+    pytest.mark.skipif(not CAN_RENDER, reason="no rendering library on this machine"),
+]
+
+PI05, RLDX, SERVERLESS = "pi05-robocasa365-human300-nf4", "rldx1-ft-rc365-nf4", "rldx-robocasa"
+LEFT, RIGHT, HAND = "robot0_agentview_left", "robot0_agentview_right", "robot0_eye_in_hand"
+SIZE_PX, SEED, DEADLINE_TICKS = 256, 0, 24
+STILL = np.zeros((16, 12), dtype=np.float32)
+Picture = np.ndarray[Any, np.dtype[np.uint8]]
+
+
+class Landmark(NamedTuple):
+    """A point that a camera must show, and how its colour [0 to 255] is known."""
+
+    camera: str
+    world_m: tuple[float, float, float]
+    is_seen: Callable[[int, int, int], bool]
+
+
+class CameraRobot(NamedTuple):
+    """A robot with its cameras on, and the servers of two of its skills."""
+
+    robot: ScratchRobot
+    registry: Path
+    openpi: OpenpiServer
+    rldx: RldxServer
+
+    def run(self, skill: str) -> str:
+        """One goal to its deadline in a new episode; returns its outcome."""
+        client = self.robot.client
+        client.reset_episode(SEED)
+        client.arm()
+        progress = run_goal(client, GoalWish(skill, deadline_ticks=DEADLINE_TICKS))
+        client.disarm()
+        assert progress.result is not None
+        return f"{progress.result.outcome} {progress.result.detail}"
+
+
+@pytest.fixture(scope="module")
+def camera_robot(tmp_path_factory: pytest.TempPathFactory) -> Iterator[CameraRobot]:
+    folder = tmp_path_factory.mktemp("cameras")
+    openpi = OpenpiServer(lambda request, n: openpi_actions(STILL))
+    rldx = RldxServer(lambda request, n: rldx_actions(rldx_rows(STILL)))
+    servers = {
+        PI05: openpi.address,
+        RLDX: rldx.address,
+        SERVERLESS: f"tcp://127.0.0.1:{free_port()}",
+    }
+    scratch = make_scratch(
+        repo_root() / "compose" / "panda_mobile_sim_cameras.yaml",
+        folder / "state",
+        ScratchOptions(options={"runner": {"servers": servers}}),
+    )
+    try:
+        with scratch_robot(scratch, Registry(folder / "registry")) as robot:
+            yield CameraRobot(robot, folder / "registry", openpi, rldx)
+    finally:
+        openpi.close()
+        rldx.close()
+
+
+def check_pictures(pictures: dict[str, Picture]) -> None:
+    """Each of the three shows what its camera must see, upright, unmirrored, in RGB."""
+    backend = RobosuiteBackend(SimulatorOptions())
+    backend.reset(SEED)
+    sim, scene = backend.env.sim, backend.env.scene
+    can = tuple(sim.data.body_xpos[sim.model.body_name2id(backend.env.can.root_body)])
+    counter_end = (*scene.counter.at(0.3, -0.5), COUNTER_HEIGHT_M)
+    landmarks = [
+        Landmark(LEFT, can, lambda r, g, b: r > 3 * g and r > 3 * b),
+        Landmark(RIGHT, counter_end, lambda r, g, b: r > g + 20 > b + 40),
+        Landmark(RIGHT, (*scene.counter.at(0.0, -0.3), 0.5), lambda r, g, b: b > r + 10),
+        Landmark(HAND, (*scene.counter.at(0.0, -0.3), 0.5), lambda r, g, b: b > r + 10),
+        Landmark(HAND, (0.4, 0.3, 0.0), lambda r, g, b: min(r, g, b) > 140 > max(r, g, b) - 60),
+    ]
+    for camera, point, is_seen in landmarks:
+        assert pictures[camera].shape == (SIZE_PX, SIZE_PX, 3)
+        row, column = pixel_of(backend, camera, point)
+        red, green, blue = (int(value) for value in pictures[camera][row, column])
+        assert is_seen(red, green, blue), (camera, row, column, (red, green, blue))
+    backend.close()
+
+
+def pixel_of(
+    backend: RobosuiteBackend, camera: str, world_m: tuple[float, float, float]
+) -> tuple[int, int]:
+    """Row and column where a camera shows a point, by a pinhole's geometry."""
+    sim = backend.env.sim
+    index = sim.model.camera_name2id(camera)
+    rotation = sim.data.cam_xmat[index].reshape(3, 3)
+    right, up, back = rotation.T @ (np.array(world_m) - sim.data.cam_xpos[index])
+    focal_px = SIZE_PX / 2 / np.tan(np.radians(sim.model.cam_fovy[index]) / 2)
+    return (
+        int(SIZE_PX / 2 + focal_px * up / back),
+        int(SIZE_PX / 2 - focal_px * right / back),
+    )
+
+
+def test_an_openpi_server_gets_all_three_pictures(camera_robot: CameraRobot) -> None:
+    assert camera_robot.run(PI05).startswith("deadline not done after")
+    warm_up, first, *later = camera_robot.openpi.requests
+    names = {LEFT: "observation/image_left", RIGHT: "observation/image_right",
+             HAND: "observation/wrist_image"}  # fmt: skip
+    assert not any(read_openpi_array(warm_up[name]).any() for name in names.values())
+    pictures = {camera: read_openpi_array(first[name]) for camera, name in names.items()}
+    assert {picture.dtype for picture in pictures.values()} == {np.dtype(np.uint8)}
+    check_pictures(pictures)
+    assert later, "it is asked again, and again with pictures"
+    assert all(read_openpi_array(request[name]).any() for request in later
+               for name in names.values())  # fmt: skip
+
+
+def test_an_rldx_server_gets_all_three_pictures(camera_robot: CameraRobot) -> None:
+    assert camera_robot.run(RLDX).startswith("deadline not done after")
+    asked = camera_robot.rldx.requests[1]["observation"]
+    pictures = {name: read_npy(asked[f"video.{name}"]) for name in (LEFT, RIGHT, HAND)}
+    assert {picture.shape for picture in pictures.values()} == {(1, 1, SIZE_PX, SIZE_PX, 3)}
+    check_pictures({name: picture[0, 0] for name, picture in pictures.items()})
+
+
+def test_without_its_server_a_skill_fails_with_address_and_how_to_start_one(
+    camera_robot: CameraRobot,
+) -> None:
+    client, scratch = camera_robot.robot.client, camera_robot.robot.scratch
+    before = dict(client.gate_status().counters)
+    done = fairlead(
+        "run", SERVERLESS, "--deployment", str(scratch.file), state=camera_robot.registry
+    )
+    assert done.returncode == 1
+    address = scratch.deployment.services["runner"].options["servers"][SERVERLESS]
+    assert done.stdout.startswith(f"{SERVERLESS} failed before its first tick (decided by the ")
+    assert f"rldx policy: no policy server at {address}: no answer within 4 s\n" in done.stdout
+    assert "  start one: uv run python rldx/eval/run_rldx_server.py " in done.stdout
+    assert f"    servers: {{{SERVERLESS}: ADDRESS}}\n" in done.stdout
+    gate = client.gate_status()
+    assert (gate.state, gate.claims) == (GateState.DISARMED, ())
+    assert dict(gate.counters) == before, "nothing was claimed or judged"
