@@ -1,6 +1,6 @@
 # Every target is one script or command: read it there. `make` alone lists them.
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test soak lint bench clean
+.PHONY: help setup demo test soak lint bench wheel clean
 # One at a time: the stages build on each other.
 .NOTPARALLEL:
 
@@ -27,5 +27,8 @@ bench: setup ## what the processes and the gate cost, as ratios; wants a quiet m
 	@.venv/bin/python -m bench.loop
 	@.venv/bin/python -m bench.gate_hop
 
+wheel: setup ## dist/: a wheel that carries the gate, and the source archive
+	@scripts/build-wheel
+
 clean: ## remove what was built here (not the caches outside the checkout)
-	rm -rf build out .venv .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	rm -rf build dist out .venv .pytest_cache .mypy_cache .ruff_cache .hypothesis

@@ -121,6 +121,11 @@ def gate_binary() -> Path:
     return path
 
 
+def runtime_lock() -> Path:
+    """The lock file of every package fairlead runs on, robosuite included."""
+    return repo_root() / "requirements-run.lock"
+
+
 def _candidates() -> Iterator[Path]:
     override = os.environ.get(ROOT_VARIABLE)
     if override:

@@ -45,14 +45,14 @@ def test_the_packages_alone_can_be_listed_for_a_package_manager() -> None:
     assert run("check-machine", "--packages", **UNFIT).stdout.split()[-1] == "g++-12"
 
 
-@pytest.mark.parametrize("script", ["setup", "check-machine", "build-gate"])
+@pytest.mark.parametrize("script", ["setup", "check-machine", "build-gate", "build-wheel", "lock"])
 def test_an_unknown_argument_is_refused_by_name(script: str) -> None:
     done = run(script, "--no-such-thing")
     assert done.returncode == 2
     assert "--no-such-thing" in done.stderr
 
 
-@pytest.mark.parametrize("script", ["setup", "check-machine", "build-gate"])
+@pytest.mark.parametrize("script", ["setup", "check-machine", "build-gate", "build-wheel"])
 def test_help_is_the_comment_at_the_top(script: str) -> None:
     done = run(script, "--help")
     assert done.returncode == 0

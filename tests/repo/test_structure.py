@@ -26,6 +26,7 @@ TOP_LEVEL = {
     "compose",
     "docs",
     "pyproject.toml",
+    "requirements-run.lock",
     "requirements.lock",
     "robots",
     "rskills",

@@ -4,12 +4,20 @@ Import this module before any module of robosuite: its notes about optional pack
 printed while it is being imported, and it insists on EGL, so that on a machine without a
 complete EGL it could not be imported at all. Only a process that was told how to render
 (MUJOCO_GL) loads a graphics library.
+
+Raises on import:
+    ConfigError: robosuite is not installed (a wheel of fairlead does without), and the command
+        that installs it.
 """
 
 from __future__ import annotations
 
 import logging
 import os
+import sys
+
+from fairlead.errors import ConfigError
+from fairlead.paths import runtime_lock
 
 _GRAPHICS = os.environ.get("MUJOCO_GL")
 if _GRAPHICS is None:
@@ -20,6 +28,11 @@ logging.disable(logging.WARNING)
 try:
     import robosuite
     from robosuite.utils.log_utils import ROBOSUITE_DEFAULT_LOGGER
+except ModuleNotFoundError as error:
+    raise ConfigError(
+        f"hal_sim: the Python package {error.name} is not installed; install the locked set, which "
+        f"has it: {sys.executable} -m pip install --no-deps -r {runtime_lock()}"
+    ) from None
 finally:
     logging.disable(logging.NOTSET)
     if _GRAPHICS is None:

@@ -6,6 +6,7 @@ Exit codes: 0 it worked, 1 it was refused or failed, 2 the command line was wron
 from __future__ import annotations
 
 import sys
+from typing import Annotated
 
 import typer
 
@@ -20,6 +21,7 @@ from fairlead.cli import (
     ps,
     reset,
     robot,
+    router,
     run,
     skill,
     status,
@@ -28,6 +30,7 @@ from fairlead.cli import (
     up,
 )
 from fairlead.cli.group import EXIT_CODES, add_commands
+from fairlead.cli.version import print_version
 from fairlead.errors import FairleadError
 
 app = typer.Typer(
@@ -37,6 +40,23 @@ app = typer.Typer(
     no_args_is_help=True,
     pretty_exceptions_enable=False,
 )
+
+
+@app.callback()
+def _options(
+    show_version: Annotated[
+        bool,
+        typer.Option(
+            "--version",
+            callback=print_version,
+            is_eager=True,
+            help="Show which fairlead, gate and data this is, and exit.",
+        ),
+    ] = False,
+) -> None:
+    """Options of ``fairlead`` itself; the text of its help stands above."""
+
+
 add_commands(
     app,
     {
@@ -52,6 +72,7 @@ add_commands(
         "status": status,
         "parity": parity,
         "demo": demo,
+        "router": router,
     },
 )
 for _group in (skill.group, robot.group, layout.group, topic.group):

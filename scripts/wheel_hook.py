@@ -1,0 +1,105 @@
+"""What hatchling runs for the wheel: builds the gate, packs it with all that fairlead reads.
+
+The wheel gets the tree of fairlead.paths in ``fairlead/data``: robots, skills, deployment files,
+the lock file, and the gate, stripped, with the Zenoh library it was built with beside it.
+
+FAIRLEAD_GATE_DIR names a folder where the gate lies built: it is packed as it is then.
+"""
+
+from __future__ import annotations
+
+import os
+import platform
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from hatchling.builders.hooks.plugin.interface import BuildHookInterface
+
+TREE = "fairlead/data"
+READ_AS_THEY_ARE = ("robots", "rskills", "compose", "requirements-run.lock")
+GATE = "fairlead-safety"
+SHIM = "libfairlead_zenoh_shim.so"
+# Every distribution has these; what versions of them a glibc comes with, PEP 600 settles: a glibc
+# 2.35 with the C++ library's symbols up to 3.4.30, and so on (as auditwheel's policies say).
+EVERYWHERE = re.compile(r"(lib(c|m|gcc_s|stdc\+\+|pthread|dl|rt)\.so\.\d|ld-linux[-\w]*\.so\.\d)")
+GLIBC_OF_CXX = ((28, 31), (29, 34), (30, 35), (33, 39))
+
+
+class GateWheelHook(BuildHookInterface):  # type: ignore[type-arg]
+    """Adds the gate and the data to a wheel; an editable install has both in its checkout."""
+
+    def initialize(self, version: str, build_data: dict[str, Any]) -> None:
+        """Hatchling's first call: say what goes into the wheel, and for which machines it is."""
+        if version == "editable":
+            return
+        root = Path(self.root)
+        self._stage = Path(tempfile.mkdtemp(prefix="fairlead-wheel-"))
+        packed = {root / name: f"{TREE}/{name}" for name in READ_AS_THEY_ARE}
+        gate_files = stripped(gate_dir(root), self._stage)
+        packed |= {file: f"{TREE}/build/safety/{file.name}" for file in gate_files}
+        build_data["force_include"] |= {str(file): place for file, place in packed.items()}
+        build_data["pure_python"] = False
+        build_data["tag"] = f"py3-none-{platform_of(gate_files)}"
+
+    def finalize(self, version: str, build_data: dict[str, Any], artifact_path: str) -> None:
+        """Hatchling's last call."""
+        if version != "editable":
+            shutil.rmtree(self._stage)
+
+
+def gate_dir(root: Path) -> Path:
+    """The folder of a built gate; builds it first unless told that there is one."""
+    ready = os.environ.get("FAIRLEAD_GATE_DIR")
+    if not ready:
+        run(root / "scripts" / "check-machine", FAIRLEAD_PYTHON=sys.executable)
+        compiler = output(root / "scripts" / "check-machine", "--compiler").strip()
+        run(root / "scripts" / "build-gate", CXX=compiler)
+    folder = Path(ready) if ready else root / "build" / "safety"
+    if not (folder / GATE).is_file():
+        raise SystemExit(f"wheel: no {GATE} in {folder}; build it with: scripts/build-gate")
+    return folder
+
+
+def stripped(folder: Path, stage: Path) -> list[Path]:
+    """Copies without debugging symbols of the gate and of what it loads from its own folder."""
+    copies = []
+    for name in (GATE, SHIM):
+        if (folder / name).is_file():  # a gate on the official zenoh-c has no shim
+            copies.append(Path(shutil.copy2(folder / name, stage)))
+            run("strip", str(copies[-1]))
+    return copies
+
+
+def platform_of(binaries: list[Path]) -> str:
+    """The platform tag that is true: the newest symbols asked for decide.
+
+    What is not in the wheel and not in every distribution makes it a wheel for this machine only.
+    """
+    shown = [output("readelf", "--wide", "--dynamic", "--version-info", str(b)) for b in binaries]
+    machine, text = platform.machine(), "\n".join(shown)
+    needed = set(re.findall(r"\(NEEDED\).*\[(.*)\]", text)) - {binary.name for binary in binaries}
+    others = sorted(name for name in needed if not EVERYWHERE.fullmatch(name))
+    newest = max(map(int, re.findall(r"\bGLIBC_2\.(\d+)", text)), default=0)
+    newest_cxx = max(map(int, re.findall(r"\bGLIBCXX_3\.4\.(\d+)", text)), default=0)
+    with_cxx = [glibc for cxx, glibc in GLIBC_OF_CXX if cxx >= newest_cxx]
+    if others or not with_cxx:
+        why = ", ".join(others) or f"GLIBCXX_3.4.{newest_cxx}"
+        print(f"wheel: for machines like this one only: it needs {why}", file=sys.stderr)
+        return f"linux_{machine}"
+    return f"manylinux_2_{max(newest, with_cxx[0])}_{machine}"
+
+
+def run(*command: str | Path, **environment: str) -> None:
+    """Run a command with its output in sight, or end the build."""
+    if subprocess.run(command, env=os.environ | environment, stdout=sys.stderr).returncode:
+        raise SystemExit(f"wheel: {command[0]} failed; what it said stands above")
+
+
+def output(*command: str | Path) -> str:
+    """What a command prints."""
+    return subprocess.run(command, check=True, capture_output=True, text=True).stdout

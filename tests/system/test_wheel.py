@@ -1,0 +1,188 @@
+"""The wheel, installed where nothing of the checkout is: it has all that it needs."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import stat
+import subprocess
+import sys
+import tarfile
+import threading
+import zipfile
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from fairlead.paths import gate_binary
+from fairlead.supervisor.scratch import ScratchOptions, make_scratch
+from tests.repo.tree import ROOT, files
+from tests.system.live_robot import wait_for
+from tests.system.wheel_environment import Person, built, install
+
+pytestmark = [pytest.mark.processes, pytest.mark.simulator, pytest.mark.timeout(300)]
+
+GATE = "build/safety/fairlead-safety"
+
+
+@pytest.fixture(scope="module")
+def dist(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("dist")
+    built(folder, gate_binary().parent)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def wheel(dist: Path) -> Path:
+    [path] = dist.glob("*.whl")
+    return path
+
+
+@pytest.fixture(scope="module")
+def person(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Person:
+    home = tmp_path_factory.mktemp("home")
+    return Person(install(wheel, tmp_path_factory.mktemp("env")), home)
+
+
+def contents(wheel: Path) -> dict[str, bytes]:
+    with zipfile.ZipFile(wheel) as archive:
+        names = archive.namelist()
+        return {name: archive.read(name) for name in names if "dist-info" not in name}
+
+
+def test_the_gate_in_the_wheel_runs_alone_and_claims_no_more_machines_than_are_true(
+    person: Person, wheel: Path
+) -> None:
+    gate = person.tree / GATE
+    assert gate.stat().st_mode & stat.S_IXUSR
+    assert subprocess.run([gate, "--help"], capture_output=True, timeout=10).returncode == 0
+    binaries = [gate, *gate.parent.glob("*.so")]
+    asked = ""
+    for one in binaries:
+        shown = ["readelf", "--wide", "--dynamic", "--version-info", str(one)]
+        asked += subprocess.run(shown, check=True, capture_output=True, text=True).stdout
+        loaded = subprocess.run(["ldd", one], check=True, capture_output=True, text=True).stdout
+        own = {path for path in re.findall(r"=> (\S+)", loaded) if "/lib/" not in path[:10]}
+        assert own <= {str(binary) for binary in binaries} and "not found" not in loaded
+    assert set(re.findall(r"R(?:UN)?PATH.*\[(.*)\]", asked)) <= {"$ORIGIN"}
+    symbols = [int(minor) for minor in re.findall(r"\bGLIBC_2\.(\d+)", asked)]
+    tag = re.search(r"-(manylinux_2_(\d+)|linux)_\w+\.whl$", wheel.name)
+    assert tag and (tag[1] == "linux" or int(tag[2]) >= max(symbols))
+
+
+def test_nothing_installed_points_back_into_the_checkout(person: Person) -> None:
+    places = [*person.site.glob("fairlead*"), *person.site.glob("*.pth"), *person.bin.iterdir()]
+    candidates = [one for place in places for one in (place, *place.rglob("*"))]
+    assert len(candidates) > 100
+    pointing = [
+        str(path)
+        for path in candidates
+        if path.is_file() and not path.is_symlink() and os.fsencode(ROOT) in path.read_bytes()
+    ]
+    assert pointing == []
+
+
+def test_it_says_what_it_is_and_what_it_has(person: Person) -> None:
+    assert "Usage: fairlead" in person.does("fairlead", "--help")
+    said = person.does("fairlead", "--version")
+    assert f"  tree: {person.tree}\n" in said and f"  gate: {person.tree / GATE}, SHA-256" in said
+    assert re.search(
+        r"^oracle-counter-to-cabinet +admitted$", person.does("fairlead", "skill", "ls"), re.M
+    )
+    assert json.loads(person.does("fairlead", "robot", "show", "panda"))["parts"]
+    refused = person.run("fairlead", "up", "nowhere")
+    assert refused.returncode == 2 and "panda_mobile_sim" in refused.stderr
+
+
+def test_own_skills_go_to_the_users_folder_and_leave_the_installation_alone(person: Person) -> None:
+    before = sorted(person.tree.rglob("*"))
+    person.does("fairlead", "skill", "new", "my-wave")
+    person.does("fairlead", "skill", "install", "my-wave")
+    installed = person.home / ".local/share/fairlead/rskills/my-wave"
+    assert sorted(path.name for path in installed.iterdir()) == ["policy.py", "rskill.yaml"]
+    assert re.search(r"^my-wave +admitted$", person.does("fairlead", "skill", "ls"), re.M)
+    assert sorted(person.tree.rglob("*")) == before
+
+
+def test_the_demo_does_its_task(person: Person) -> None:
+    person.does("fairlead", "demo", "--no-video")
+    summary = json.loads((person.home / "out/demo/summary.json").read_text(encoding="utf-8"))
+    assert (summary["outcome"], summary["decided_by"]) == ("succeeded", "task")
+
+
+@pytest.fixture
+def own_ports(person: Person, tmp_path: Path) -> None:
+    """The packaged deployment of the Panda on ports that nobody else uses."""
+    file = person.tree / "compose" / "panda_mujoco.yaml"
+    text = make_scratch(file, tmp_path / "scratch", ScratchOptions()).file.read_text("utf-8")
+    file.unlink()
+    file.write_text(text, encoding="utf-8")
+
+
+@pytest.fixture
+def up(person: Person, own_ports: None) -> Iterator[subprocess.Popen[str]]:
+    command = person.command("fairlead", "up", "panda_mujoco")
+    with subprocess.Popen(command, cwd=person.home, stdout=subprocess.PIPE, text=True) as process:
+        lines: list[str] = []
+        assert process.stdout is not None
+        stream = process.stdout
+        threading.Thread(target=lambda: lines.extend(stream), daemon=True).start()
+        try:
+            wait_for(
+                lambda: process.poll() is not None or any(" is up" in line for line in lines),
+                "the robot is up",
+                120.0,
+            )
+            assert process.poll() is None, "".join(lines)
+            yield process
+        finally:
+            process.terminate()
+
+
+def test_a_packaged_deployment_runs_by_its_name(person: Person, up: subprocess.Popen[str]) -> None:
+    assert "succeeded" in person.does("fairlead", "run", "panda-joint-reach")
+    assert "stopped panda" in person.does("fairlead", "down")
+    assert up.wait(timeout=30.0) == 0
+
+
+def test_without_robosuite_the_one_command_that_installs_it_is_named(person: Person) -> None:
+    code = "import sys; sys.modules['robosuite'] = None; import fairlead_hal_sim.quiet_robosuite"
+    refused = person.run("python", "-c", code)
+    assert refused.stderr.strip().splitlines()[-1] == (
+        "fairlead.errors.ConfigError: hal_sim: the Python package robosuite is not installed; "
+        f"install the locked set, which has it: {person.bin}/python -m pip install --no-deps -r "
+        f"{person.tree}/requirements-run.lock"
+    )
+
+
+def test_the_source_archive_has_every_file_and_makes_the_same_wheel(
+    dist: Path, wheel: Path, tmp_path: Path
+) -> None:
+    [archive] = dist.glob("*.tar.gz")
+    with tarfile.open(archive) as packed:
+        packed.extractall(tmp_path, filter="data")
+    [source] = tmp_path.iterdir()
+    missing = [str(p) for p in files() if p.parts[0] != ".ci" and not (source / p).is_file()]
+    assert missing == []
+    again = tmp_path / "dist"
+    command = [sys.executable, "-m", "hatchling", "build", "-d", str(again), "-t", "wheel"]
+    environment = os.environ | {"FAIRLEAD_GATE_DIR": str(gate_binary().parent)}
+    subprocess.run(command, cwd=source, env=environment, check=True, timeout=120)
+    assert contents(again / wheel.name) == contents(wheel)
+
+
+def test_a_wheel_without_a_gate_is_not_built(tmp_path: Path) -> None:
+    done = subprocess.run(
+        [ROOT / "scripts/build-wheel", "--gate", tmp_path, "--out", tmp_path / "dist"],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert done.returncode == 1
+    assert (
+        f"wheel: no fairlead-safety in {tmp_path}; build it with: scripts/build-gate" in done.stderr
+    )
+    assert not list((tmp_path / "dist").glob("*.whl"))
