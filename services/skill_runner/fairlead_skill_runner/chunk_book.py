@@ -22,6 +22,7 @@ class SentChunk:
 
     @property
     def last_row_tick(self) -> int:
+        """The tick of the last row."""
         return self.obs_tick + self.horizon - 1
 
 
@@ -38,6 +39,7 @@ class ChunkBook:
 
     @property
     def next_seq(self) -> int:
+        """The number of the chunk to be sent next, from 1."""
         return self.newest.seq + 1 if self.newest else 1
 
     @property
@@ -46,6 +48,7 @@ class ChunkBook:
         return self.newest.obs_tick if self.newest else 0
 
     def sent(self, chunk: SentChunk) -> None:
+        """Take note of a new chunk: from now on the gate's answer to it is awaited."""
         self.newest = chunk
         self.answered = False
 

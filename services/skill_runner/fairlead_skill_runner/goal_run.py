@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import logging
 import threading
-import time
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,7 +11,7 @@ import msgspec
 
 from fairlead.admission import require_admission
 from fairlead.bus import Bus, Publisher
-from fairlead.errors import ConfigError, FairleadError, PolicyError
+from fairlead.errors import FairleadError
 from fairlead.keys import Keys
 from fairlead.messages import (
     ClaimReply,
@@ -35,15 +33,10 @@ from fairlead_skill_runner.claims import (
     release_claim,
     take_claim,
 )
+from fairlead_skill_runner.core_drive import CoreDrive, Handle, Progress
 from fairlead_skill_runner.heartbeat import HeartbeatThread
-from fairlead_skill_runner.inference import InferenceThread
-from fairlead_skill_runner.policies.protocol import Actions
 from fairlead_skill_runner.policy_worker import PolicyWorker
-from fairlead_skill_runner.run_core import AskPolicy, Output, RunCore, SendChunk
 from fairlead_skill_runner.run_setup import RunSetup
-from fairlead_skill_runner.trace import TraceRecord, TraceWriter
-
-_CHECK_S = 0.05
 
 
 @dataclass(frozen=True)
@@ -77,48 +70,43 @@ class GoalRun:
         self._goal = goal
         self._worker = worker
         self._phase = "loading"
-        self._lock = threading.RLock()
-        self._core: RunCore | None = None
-        self._inference: InferenceThread | None = None
-        self._trace: TraceWriter | None = None
+        self._lock = threading.Lock()
+        self._drive: CoreDrive | None = None
         self._cancelled_by = ""
         self._ended = threading.Event()
         self._log = logging.getLogger(around.source)
 
-    def deliver(self, handle: Callable[[RunCore, float], Sequence[Output]]) -> None:
+    def deliver(self, handle: Handle) -> None:
         """Let the core handle one message, and do what it says. Ignored outside the run."""
-        with self._lock:
-            core = self._core
-            if core is None or core.is_over():
-                return
-            self._execute(handle(core, time.monotonic()))
-            if core.is_over():
-                self._ended.set()
+        drive = self._drive
+        if drive is not None:
+            drive.deliver(handle)
 
     def cancel(self, by: str) -> None:
         """End the goal as soon as possible."""
         with self._lock:
             self._cancelled_by = self._cancelled_by or by
-            if self._core is not None:
-                self._core.cancel(by)
-            self._ended.set()
+            drive = self._drive
+        self._ended.set()
+        if drive is not None:
+            drive.cancel(by)
 
     def feedback(self) -> GoalFeedback:
         """How the goal stands now."""
-        with self._lock:
-            core = self._core
-            return GoalFeedback(
-                source=self._around.source,
-                goal_id=self.goal_id,
-                skill=self.skill.id,
-                phase="ended" if self.result else core.phase if core else self._phase,
-                tick=core.tick if core else 0,
-                queue_depth=core.queue_depth if core else 0,
-                inferences=core.inferences if core else 0,
-                starved=core.starved if core else 0,
-                last_refusal=core.last_refusal if core else "",
-                result=self.result,
-            )
+        result, drive = self.result, self._drive
+        progress = drive.progress() if drive is not None else Progress(self._phase)
+        return GoalFeedback(
+            source=self._around.source,
+            goal_id=self.goal_id,
+            skill=self.skill.id,
+            phase="ended" if result else progress.phase,
+            tick=progress.tick,
+            queue_depth=progress.queue_depth,
+            inferences=progress.inferences,
+            starved=progress.starved,
+            last_refusal=progress.last_refusal,
+            result=result,
+        )
 
     def run(self) -> GoalResult:
         """Blocks until the goal has ended; never raises."""
@@ -133,8 +121,7 @@ class GoalRun:
         self._log.info(
             "goal %016x %s %s: %s", self.goal_id, result.outcome, result.kind, result.detail
         )
-        with self._lock:
-            self.result = result
+        self.result = result
         return result
 
     def _run(self) -> GoalResult:
@@ -190,55 +177,11 @@ class GoalRun:
         return msgspec.structs.replace(result, detail=detail)
 
     def _follow(self, setup: RunSetup) -> GoalResult:
-        if self._around.trace_file is not None:
-            self._trace = TraceWriter(self._around.trace_file)
-        self._inference = InferenceThread(self._worker, self._on_answer)
-        core = RunCore(setup, time.monotonic())
+        around = self._around
+        drive = CoreDrive(setup, self._worker, around.candidate, around.trace_file)
         with self._lock:
-            self._core = core
-            if self._cancelled_by:
-                core.cancel(self._cancelled_by)
-        while core.result is None:
-            self._ended.wait(_CHECK_S)
-            self.deliver(lambda running, now_s: running.on_time(now_s))
-        threading.Thread(target=self._close_inference, daemon=True).start()
-        return core.result
-
-    def _close_inference(self) -> None:
-        """A policy call may still be running; the claim is not kept waiting for it."""
-        assert self._inference is not None
-        self._inference.close()
-        if self._trace is not None:
-            self._trace.close()
-
-    def _on_answer(self, question: AskPolicy, answer: Actions | PolicyError) -> None:
-        with self._lock:
-            core = self._core
-            if core is not None and core.result is None:
-                self._record(question, answer)
-            self.deliver(lambda running, now_s: running.on_policy(question.call, answer, now_s))
-
-    def _record(self, question: AskPolicy, answer: Actions | PolicyError) -> None:
-        if self._trace is not None and not isinstance(answer, PolicyError):
-            seen = question.observation
-            self._trace.write(TraceRecord(tick=seen.tick, state=seen.state, actions=answer))
-
-    def _execute(self, outputs: Sequence[Output]) -> None:
-        for output in outputs:
-            if isinstance(output, SendChunk):
-                self._around.candidate.put_bytes(output.payload)
-            elif self._inference is not None:
-                self._inference.ask(output)
-
-
-def check_goal(goal: Goal, skill: SkillManifest) -> None:
-    """Raise `ConfigError` for a goal whose numbers cannot be meant."""
-    if not 0.0 < goal.stall_timeout_s < float("inf"):
-        raise ConfigError(
-            f"goal: stall_timeout_s: expected more than 0 s, got {goal.stall_timeout_s:g}"
-        )
-    if goal.skill_hash not in (bytes(32), skill.skill_hash):
-        raise ConfigError(
-            f"goal: skill {skill.id}: expected the manifest {skill.skill_hash.hex()[:16]} this "
-            f"runner has loaded, got {goal.skill_hash.hex()[:16]}"
-        )
+            self._drive = drive
+            cancelled_by = self._cancelled_by
+        if cancelled_by:
+            drive.cancel(cancelled_by)
+        return drive.follow()

@@ -27,6 +27,7 @@ class HeartbeatThread:
             self._publisher.put(Heartbeat(claim_id=claim_id))
 
     def close(self) -> None:
+        """Beat no more; the gate ends a claim that is still held."""
         self._stopping.set()
         self._thread.join()
 

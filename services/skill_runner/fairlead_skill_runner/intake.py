@@ -50,14 +50,17 @@ class Intake:
         self._images: dict[str, Image] = {}
 
     def add_layout(self, layout: LayoutState) -> None:
+        """Keep a state vector if it is newer; a fault is none."""
         if layout.values is not None and (not self.layout or layout.tick > self.layout.tick):
             self.layout = layout
 
     def add_task(self, task: TaskState) -> None:
+        """Keep a task state if it is newer."""
         if self.task is None or task.tick > self.task.tick:
             self.task = task
 
     def add_image(self, image: Image) -> None:
+        """Keep a picture if it is newer than its camera's last."""
         newest = self._images.get(image.camera)
         if newest is None or image.tick > newest.tick:
             self._images[image.camera] = image

@@ -44,6 +44,7 @@ class Infer(msgspec.Struct, frozen=True, tag=True):
 
     @classmethod
     def of(cls, observation: Observation) -> Infer:
+        """Pack an observation for the pipe."""
         pictures = tuple(
             Picture(name, image.shape[0], image.shape[1], image.tobytes())
             for name, image in observation.images.items()
@@ -52,6 +53,7 @@ class Infer(msgspec.Struct, frozen=True, tag=True):
         return cls(observation.tick, state, observation.prompt, pictures)
 
     def observation(self) -> Observation:
+        """The observation again, bit for bit; arrays are views of the received bytes."""
         images = {
             p.name: np.frombuffer(p.data, dtype=np.uint8).reshape(p.height, p.width, 3)
             for p in self.pictures
@@ -83,10 +85,12 @@ _REPLIES: msgspec.msgpack.Decoder[Reply] = msgspec.msgpack.Decoder(Reply)
 
 
 def encode(message: Request | Reply) -> bytes:
+    """One message for the pipe, as msgpack."""
     return _ENCODER.encode(message)
 
 
 def decode_request(data: bytes) -> Request:
+    """Decode what the runner sent; its own worker is asked nothing else."""
     return _REQUESTS.decode(data)
 
 

@@ -27,6 +27,7 @@ def at_ticks(result: GoalResult, first_tick: int, last_tick: int) -> GoalResult:
 
 
 def success() -> GoalResult:
+    """The task is done, as the simulator checks it."""
     return GoalResult(
         outcome="succeeded",
         decided_by="task",
@@ -38,6 +39,7 @@ def success() -> GoalResult:
 
 
 def deadline(ticks: int) -> GoalResult:
+    """The goal had ``ticks`` ticks after its first observation, and they are over."""
     return GoalResult(
         outcome="deadline",
         decided_by="runner",
@@ -49,6 +51,7 @@ def deadline(ticks: int) -> GoalResult:
 
 
 def cancelled(by: str) -> GoalResult:
+    """``by`` asked for the end."""
     return GoalResult(
         outcome="cancelled",
         decided_by="operator",
@@ -60,6 +63,7 @@ def cancelled(by: str) -> GoalResult:
 
 
 def policy_error(error: FairleadError) -> GoalResult:
+    """The policy failed, hung, or returned something that is no action."""
     result = _failed("policy_error", str(error))
     return msgspec.structs.replace(result, decided_by="policy")
 
@@ -77,26 +81,31 @@ def of_error(error: FairleadError) -> GoalResult:
 
 
 def claim_lost(words: str) -> GoalResult:
+    """The gate does not grant the claim any more; ``words`` say how that was seen."""
     return _failed("claim_lost", words)
 
 
 def new_session(ours: int, theirs: int) -> GoalResult:
+    """The HAL was restarted: ticks and claims of the old session mean nothing."""
     return _failed(
         "new_session", f"the HAL started anew: session {theirs:016x}, the claim's was {ours:016x}"
     )
 
 
 def hal_fault(detail: str) -> GoalResult:
+    """The backend failed; the robot holds until its HAL is started again."""
     return _failed("hal_fault", f"the HAL reports a fault: {detail}")
 
 
 def stalled(quiet_s: float, awaited: str, tick: int, last_refusal: str) -> GoalResult:
+    """Nothing was released for ``quiet_s``; says what was awaited and refused last."""
     refusal = f"; last refusal: {last_refusal}" if last_refusal else ""
     where = f"waiting for {awaited} at tick {tick}"
     return _failed("stalled", f"no rows released for {quiet_s:.1f} s, {where}{refusal}")
 
 
 def layout_fault(tick: int, fault: LayoutFault) -> GoalResult:
+    """The assembler's own reason, as ``layout_<kind>``."""
     parent = f" in {fault.parent}" if fault.parent else ""
     age = f", newest {fault.age_ticks} ticks old" if fault.age_ticks >= 0 else ", never seen"
     return _failed(

@@ -16,7 +16,6 @@ from dataclasses import dataclass
 
 from fairlead.errors import PolicyError
 from fairlead.messages import (
-    ActionChunk,
     GoalResult,
     HalStatus,
     Hold,
@@ -27,14 +26,14 @@ from fairlead.messages import (
     Outcome,
     TaskState,
     Verdict,
-    encode,
 )
 from fairlead.verdict_text import describe
 from fairlead_skill_runner import results
-from fairlead_skill_runner.chunk_book import ChunkBook, SentChunk
+from fairlead_skill_runner.candidate import candidate
+from fairlead_skill_runner.chunk_book import ChunkBook
 from fairlead_skill_runner.claim_watch import ClaimWatch
-from fairlead_skill_runner.dispatch import dispatch
 from fairlead_skill_runner.intake import Gathered, Intake
+from fairlead_skill_runner.observation_schedule import ObservationSchedule
 from fairlead_skill_runner.policies.protocol import Actions, Observation
 from fairlead_skill_runner.run_setup import RunSetup
 
@@ -84,7 +83,7 @@ class RunCore:
         self._asked: Gathered | None = None
         self._asked_s = 0.0
         self._progress_s = now_s
-        self._next_obs_tick = 0
+        self._schedule = ObservationSchedule(setup.skill.execute_steps)
         self._faults = 0
 
     def is_over(self) -> bool:
@@ -115,6 +114,7 @@ class RunCore:
         return outputs + self._advance(now_s)
 
     def on_layout(self, layout: LayoutState, now_s: float) -> list[Output]:
+        """A state vector, or a fault of which several in a row end the goal."""
         if self.result or layout.session != self.setup.session:
             return []
         problem = results.wrong_layout(self.setup.skill, layout)
@@ -130,27 +130,32 @@ class RunCore:
         return self._advance(now_s)
 
     def on_task(self, task: TaskState, now_s: float) -> list[Output]:
+        """The task's own check; a success ends the goal at the next decision."""
         if self.result or task.session != self.setup.session:
             return []
         self._intake.add_task(task)
         return self._advance(now_s)
 
     def on_image(self, image: Image, now_s: float) -> list[Output]:
+        """A picture from a camera of this skill."""
         if self.result or image.session != self.setup.session:
             return []
         self._intake.add_image(image)
         return self._advance(now_s)
 
     def on_lease(self, lease: Lease) -> list[Output]:
+        """The goal ends with its claim."""
         lost = "" if self.result else self._watch.lost(lease)
         return self._end(results.claim_lost(lost)) if lost else []
 
     def on_hal_status(self, status: HalStatus) -> list[Output]:
+        """The goal ends when the HAL reports a fault."""
         if self.result or status.state != "fault":
             return []
         return self._end(results.hal_fault(status.detail))
 
     def on_verdict(self, verdict: Verdict, now_s: float) -> list[Output]:
+        """The gate's answer to a chunk; those of others' claims are ignored."""
         setup = self.setup
         about = (verdict.session, verdict.epoch, verdict.claim_id)
         ours = about == (setup.session, setup.epoch, setup.claim_id)
@@ -161,8 +166,9 @@ class RunCore:
             self.phase = "running"
         if verdict.outcome != Outcome.RELEASED:
             self.last_refusal = describe(verdict)
-        if verdict.seq == self._book.next_seq - 1:
-            self._plan_next(verdict)
+        newest = self._book.newest
+        if newest is not None and verdict.seq == newest.seq:
+            self._schedule.judged(newest, verdict, self._book.delay_ticks)
         return self._advance(now_s)
 
     def on_policy(self, call: int, answer: Actions | PolicyError, now_s: float) -> list[Output]:
@@ -174,10 +180,9 @@ class RunCore:
         self._progress_s += now_s - self._asked_s  # the policy's own time is no stall
         if isinstance(answer, PolicyError):
             return self._end(results.policy_error(answer))
-        chunk = self._chunk(asked, answer)
+        chunk = candidate(self.setup, self._book.next_seq, asked, answer, self.tick)
         self._book.sent(chunk)
-        delay = max(0, self.tick + 1 - chunk.obs_tick)
-        self._next_obs_tick = chunk.obs_tick + self._spacing(chunk.horizon, delay)
+        self._schedule.sent(chunk, self.tick)
         return [SendChunk(chunk.payload), *self._advance(now_s)]
 
     def on_time(self, now_s: float) -> list[Output]:
@@ -192,6 +197,7 @@ class RunCore:
         return []
 
     def cancel(self, by: str) -> None:
+        """End the goal now, unless it has ended."""
         if not self.result:
             self._end(results.cancelled(by))
 
@@ -205,7 +211,7 @@ class RunCore:
         ended = self._ended()
         if ended:
             return self._end(ended)
-        wanted = max(self._next_obs_tick, self._book.last_obs_tick + 1)
+        wanted = max(self._schedule.next_tick, self._book.last_obs_tick + 1)
         if self._asked or self.tick < wanted or self._intake.missing(wanted):
             return []
         return self._ask(now_s)
@@ -236,41 +242,6 @@ class RunCore:
         self.inferences += 1
         self.first_tick = self.first_tick or gathered.observation.tick
         return [AskPolicy(self.inferences, gathered.observation)]
-
-    def _chunk(self, asked: Gathered, actions: Actions) -> SentChunk:
-        setup = self.setup
-        rows = actions[: setup.skill.execute_steps] if setup.lockstep else actions
-        tick = asked.observation.tick
-        message = ActionChunk(
-            robot_hash=setup.robot_hash,
-            session=setup.session,
-            epoch=setup.epoch,
-            claim_id=setup.claim_id,
-            source=setup.source,
-            seq=self._book.next_seq,
-            goal_id=setup.goal_id,
-            obs_tick=tick,
-            oldest_tick=asked.oldest_tick,
-            start_tick=tick,
-            horizon=len(rows),
-            parts=dispatch(setup.routes, rows, setup.skill.action_contract.dim),
-            trace=setup.trace_of(self._book.next_seq),
-        )
-        return SentChunk(message.seq, tick, len(rows), self.tick, encode(message))
-
-    def _plan_next(self, verdict: Verdict) -> None:
-        """When the next observation is due, now that the newest chunk is judged (realtime)."""
-        chunk = self._book.newest
-        assert chunk is not None
-        if verdict.outcome == Outcome.REFUSED:
-            self._next_obs_tick = chunk.obs_tick + 1
-            return
-        rows = verdict.released_last - chunk.obs_tick + 1
-        self._next_obs_tick = chunk.obs_tick + self._spacing(rows, self._book.delay_ticks)
-
-    def _spacing(self, rows: int, delay: int) -> int:
-        """Ticks between observations: the spare tick pays for one re-send."""
-        return max(1, min(self.setup.skill.execute_steps, rows - delay - 1))
 
     def _count_starved(self, joints: JointState) -> None:
         if not self._book.released_last:

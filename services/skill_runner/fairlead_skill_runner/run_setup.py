@@ -57,6 +57,7 @@ class RunSetup:
         hal: HalStatus,
         claim: ClaimReply,
     ) -> RunSetup:
+        """Put together what the goal, the manifest, the HAL and the gate have said."""
         return cls(
             source=source,
             goal_id=goal_id,

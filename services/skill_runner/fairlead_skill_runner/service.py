@@ -33,7 +33,8 @@ from fairlead.messages import (
 )
 from fairlead.robot import RobotManifest
 from fairlead.skill import PolicySpec, SkillManifest
-from fairlead_skill_runner.goal_run import GoalRun, Surroundings, check_goal
+from fairlead_skill_runner.goal_check import check_goal
+from fairlead_skill_runner.goal_run import GoalRun, Surroundings
 from fairlead_skill_runner.heartbeat import HeartbeatThread
 from fairlead_skill_runner.policy_worker import POLICIES, PolicyWorker
 from fairlead_skill_runner.run_core import Output, RunCore

@@ -51,6 +51,7 @@ class TraceWriter:
         self._file.flush()
 
     def close(self) -> None:
+        """Close the file."""
         self._file.close()
 
 

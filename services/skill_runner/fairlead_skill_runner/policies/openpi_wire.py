@@ -13,7 +13,7 @@ _KINDS = "biuf"
 
 
 def encode(document: object) -> bytes:
-    """msgpack of anything made of maps, lists, strings, numbers and arrays."""
+    """Msgpack of anything made of maps, lists, strings, numbers and arrays."""
     return msgspec.msgpack.encode(document, enc_hook=_array_map)
 
 

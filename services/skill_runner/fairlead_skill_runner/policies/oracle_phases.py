@@ -85,10 +85,12 @@ class Motion:
 
     @property
     def eef_slow(self) -> bool:
+        """Whether the hand moves by less than 0.04 m/s."""
         return bool(np.linalg.norm(self.eef) < 0.04)
 
     @property
     def base_slow(self) -> bool:
+        """Whether the base moves by less than 0.04 m/s or rad/s on every axis."""
         return bool(np.abs(self.base).max() < 0.04)
 
 

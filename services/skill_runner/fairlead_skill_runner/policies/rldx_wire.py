@@ -12,7 +12,7 @@ import numpy as np
 
 
 def encode(document: object) -> bytes:
-    """msgpack of anything made of maps, lists, strings, numbers and arrays."""
+    """Msgpack of anything made of maps, lists, strings, numbers and arrays."""
     return msgspec.msgpack.encode(document, enc_hook=_array_map)
 
 
