@@ -72,6 +72,7 @@ class Relay:
         self.publisher = self.bus.publisher(KEY_IN, kind, Qos.HOT)
 
     def close(self) -> None:
+        """Leave the session and end the relay's process."""
         self.bus.close()
         self.process.terminate()
         self.process.communicate(timeout=DEADLINE_S)
@@ -86,6 +87,7 @@ class Samples:
     decision_us: list[float] = field(default_factory=list)
 
     def report(self) -> dict[str, float]:
+        """Medians and 99th percentiles [us], and how much longer the way through the gate is."""
         relay, gate = np.array(self.relay_us), np.array(self.gate_us)
         return {
             "relay_p50_us": float(np.median(relay)),

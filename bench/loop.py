@@ -42,6 +42,7 @@ class Round:
 
     @property
     def ratio(self) -> float:
+        """How often the in-process loop fits into a tick through the processes."""
         return self.deployed_ms / self.local_ms
 
 

@@ -50,7 +50,8 @@ class Publisher(Protocol):
 class Undeclare(Protocol):
     """Something declared on the bus that can be taken back."""
 
-    def undeclare(self) -> None: ...
+    def undeclare(self) -> None:
+        """Take it back: its handler is called no more."""
 
 
 class Bus(Protocol):
@@ -60,9 +61,11 @@ class Bus(Protocol):
     must be thread-safe, and they must not block.
     """
 
-    def publisher(self, key: str, kind: type[Message], qos: Qos) -> Publisher: ...
+    def publisher(self, key: str, kind: type[Message], qos: Qos) -> Publisher:
+        """Declare a key to send messages of one type on; ``qos`` says how they travel."""
 
-    def subscribe(self, key_expr: str, handler: SampleHandler) -> Undeclare: ...
+    def subscribe(self, key_expr: str, handler: SampleHandler) -> Undeclare:
+        """Call ``handler`` for every sample on a key, or on all that match a ``*``."""
 
     def serve(self, key: str, who: str, handler: QueryHandler) -> Undeclare:
         """Answer queries on ``key``; a `FairleadError` becomes a `Refusal` from ``who``."""
@@ -75,9 +78,11 @@ class Bus(Protocol):
             NoAnswerError: nobody answered within ``timeout_s``.
         """
 
-    def declare_token(self, key: str) -> Undeclare: ...
+    def declare_token(self, key: str) -> Undeclare:
+        """Announce a liveliness token for as long as this session lives."""
 
     def watch_tokens(self, key_expr: str, handler: TokenHandler) -> Undeclare:
         """Call ``handler`` for every token alive now and for each change afterwards."""
 
-    def close(self) -> None: ...
+    def close(self) -> None:
+        """Take everything back that was declared and end the session."""

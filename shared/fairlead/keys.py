@@ -54,9 +54,11 @@ class Keys:
 
     @property
     def joints(self) -> str:
+        """The measured state of every tick (`JointState`); its tick is everybody's clock."""
         return self._key("state", "joints")
 
     def tf(self, publisher: str) -> str:
+        """Transforms of one publisher (`TransformBatch`): the HAL, the assembler, a localiser."""
         return self._key("tf", publisher)
 
     @property
@@ -65,42 +67,53 @@ class Keys:
         return self._key("tf", "*")
 
     def camera(self, name: str) -> str:
+        """Pictures of one camera (`Image`)."""
         return self._key("camera", name)
 
     def layout(self, skill: str) -> str:
+        """State vectors for one skill (`LayoutState`), while somebody wants them."""
         return self._key("state", "layout", skill)
 
     def candidate(self, source: str) -> str:
+        """Chunks that a runner proposes (`ActionChunk`): they move nothing."""
         return self._key("action", "candidate", source)
 
     @property
     def every_candidate(self) -> str:
+        """Proposals of every runner: what the gate judges."""
         return self._key("action", "candidate", "*")
 
     def safe(self, source: str) -> str:
+        """Rows of one runner that the gate released (`SafeChunk`). The gate alone writes here."""
         return self._key("action", "safe", source)
 
     @property
     def every_safe(self) -> str:
+        """Released rows of every runner: what the HAL executes."""
         return self._key("action", "safe", "*")
 
     @property
     def lease(self) -> str:
+        """The gate's permission to move (`Lease`). The gate alone writes here."""
         return self._key("safety", "lease")
 
     def verdict(self, source: str) -> str:
+        """The gate's answers to one runner's chunks (`Verdict`)."""
         return self._key("safety", "verdict", source)
 
     @property
     def every_verdict(self) -> str:
+        """The gate's answers to every runner: for viewers."""
         return self._key("safety", "verdict", "*")
 
     @property
     def gate_status(self) -> str:
+        """What the gate is doing and why (`GateStatus`); also answers a query."""
         return self._key("safety", "status")
 
     @property
     def stop(self) -> str:
+        """Protective stop requests (`StopLevel`), by anyone."""
         return self._key("safety", "stop")
 
     def gate_command(self, verb: str) -> str:
@@ -109,6 +122,7 @@ class Keys:
 
     @property
     def hal_status(self) -> str:
+        """Who the robot is and how it is paced (`HalStatus`); also answers a query."""
         return self._key("hal", "status")
 
     def hal_command(self, verb: str) -> str:
@@ -116,37 +130,47 @@ class Keys:
         return self._key("hal", "cmd", verb)
 
     def goal(self, source: str) -> str:
+        """Query: give one runner a `Goal`."""
         return self._key("skill", source, "goal")
 
     def cancel(self, source: str) -> str:
+        """Query: end one runner's goal (`Cancel`)."""
         return self._key("skill", source, "cancel")
 
     def feedback(self, source: str) -> str:
+        """How one runner's newest goal goes (`GoalFeedback`)."""
         return self._key("skill", source, "feedback")
 
     def heartbeat(self, source: str) -> str:
+        """Signs of life of one runner while it holds a claim (`Heartbeat`)."""
         return self._key("skill", source, "heartbeat")
 
     @property
     def every_heartbeat(self) -> str:
+        """Signs of life of every runner: without them the gate ends their claims."""
         return self._key("skill", "*", "heartbeat")
 
     def alive(self, service: str) -> str:
+        """Liveliness token of one service: a hint for people, never a watchdog."""
         return self._key("alive", service)
 
     @property
     def every_alive(self) -> str:
+        """Liveliness tokens of all services of this robot."""
         return self._key("alive", "*")
 
     @property
     def task(self) -> str:
+        """A simulator's own success check (`TaskState`)."""
         return self._key("task", "state")
 
     def want_layout(self, skill: str) -> str:
+        """Liveliness token of a runner that wants state vectors for this skill."""
         return self._key("want", "layout", skill)
 
     @property
     def every_want_layout(self) -> str:
+        """Tokens for every skill: whom the assembler works for."""
         return self._key("want", "layout", "*")
 
 

@@ -72,15 +72,24 @@ class MemoryBus:
                     entry.handler(out)
 
     def publisher(self, key: str, kind: type[Message], qos: Qos) -> _MemoryPublisher:
+        """A publisher whose every put is delivered before it returns, whatever its ``qos``."""
         return _MemoryPublisher(self, key)
 
     def subscribe(self, key_expr: str, handler: SampleHandler) -> _Entry[SampleHandler]:
+        """Call ``handler`` within every matching put, in the order of subscription."""
         return self._add(self._subscribers, key_expr, handler)
 
     def serve(self, key: str, who: str, handler: QueryHandler) -> _Entry[tuple[str, QueryHandler]]:
+        """Answer queries on ``key`` with whatever ``handler`` returns or refuses."""
         return self._add(self._queryables, key, (who, handler))
 
     def query(self, key: str, request: Message, timeout_s: float) -> bytes:
+        """Call the handler of ``key`` and return its encoded reply; ``timeout_s`` is never waited.
+
+        Raises:
+            RefusedError: the handler raised a `FairleadError`.
+            NoAnswerError: nobody serves ``key``.
+        """
         for entry in list(self._queryables):
             if entry.key == key:
                 who, handler = entry.handler
@@ -93,18 +102,21 @@ class MemoryBus:
         raise NoAnswerError(f"{key}: no answer within {timeout_s:g} s; see: fairlead ps")
 
     def declare_token(self, key: str) -> _Entry[None]:
+        """Announce a token to those who watch, until it is taken back."""
         self._announce(key, True)
         entry = self._add(self._tokens, key, None)
         entry.on_undeclare = lambda: self._announce(key, False)
         return entry
 
     def watch_tokens(self, key_expr: str, handler: TokenHandler) -> _Entry[TokenHandler]:
+        """Call ``handler`` for the tokens there are, then within each change."""
         for token in self._tokens:
             if matches(key_expr, token.key):
                 handler(token.key, True)
         return self._add(self._watchers, key_expr, handler)
 
     def close(self) -> None:
+        """Take back every token (watchers are told), then all handlers."""
         for token in list(self._tokens):
             token.undeclare()
         self._subscribers.clear()

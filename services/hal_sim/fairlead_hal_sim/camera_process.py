@@ -72,6 +72,7 @@ class CameraProcess:
 
     @property
     def failure(self) -> str:
+        """Why there will be no more frames; "" while all is well."""
         return self._failure
 
     def wait_ready(self) -> bool:
@@ -82,6 +83,7 @@ class CameraProcess:
         return not self._failure
 
     def request(self, session: int, tick: int, cameras: Sequence[str], snapshot: bytes) -> bool:
+        """Send a snapshot; False while frames are owed, or once the child has ended."""
         with self._lock:
             if self._owed or self._failure:
                 return False
@@ -94,6 +96,7 @@ class CameraProcess:
         return not self._failure
 
     def take(self, timeout_s: float) -> Image | None:
+        """The next frame the child has finished; None if none came within ``timeout_s``."""
         try:
             if not self._pipe.poll(timeout_s):
                 return None
@@ -108,6 +111,7 @@ class CameraProcess:
         return decode(Image, answer.image) if answer.image else None
 
     def close(self) -> None:
+        """Close the pipe, which ends the child; kill it if it does not end in 5 s."""
         self._fail("closed")
         self._pipe.close()
         try:

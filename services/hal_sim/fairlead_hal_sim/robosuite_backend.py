@@ -58,6 +58,7 @@ class RobosuiteBackend:
         self._find_frames()
 
     def describe(self) -> BackendDescription:
+        """What robosuite's composite controller and model say of the robot."""
         composite = self.env.robots[0].composite_controller
         return BackendDescription(
             joints=self._joints.names,
@@ -69,6 +70,10 @@ class RobosuiteBackend:
         )
 
     def read(self) -> Measurement:
+        """Joints from ``qpos``, ``qvel`` and ``qfrc_actuator`` as they are after the newest step.
+
+        A gripper's opening is the sum over its fingers, its effort their mean.
+        """
         data = self.env.sim.data
         sources = (*self._joints.commanded, *self._joints.passive)
         return Measurement(
@@ -78,14 +83,17 @@ class RobosuiteBackend:
         )
 
     def transforms(self) -> Sequence[FramePose]:
+        """``odom -> base_link``, and the bodies that the task tracks, in ``odom``."""
         self._poses.update()
         return [self._poses.frame(self._odom, child) for child in self._tracked]
 
     def static_transforms(self) -> Sequence[FramePose]:
+        """``map -> odom``: where the base stood when the episode began."""
         self._poses.update()
         return [self._poses.frame(("map", WORLD_BODY), self._odom)]
 
     def apply(self, commands: Mapping[str, PartCommand]) -> None:
+        """One ``env.step`` with the vector of `pack`."""
         vector = self.pack(commands)
         self.last_packed = vector.copy()
         self.env.step(vector)
@@ -113,19 +121,23 @@ class RobosuiteBackend:
         return vector
 
     def task(self) -> TaskReading | None:
+        """The environment's own success check, and its metrics where it has some."""
         metrics: dict[str, float] = getattr(self.env, "task_metrics", dict)()
         return TaskReading(success=bool(self.env._check_success()), metrics=metrics)
 
     def reset(self, seed: int) -> None:
+        """Build the scene of ``seed``; the same seed gives the same scene to the bit."""
         seed_environment(self.env, seed)
         self.env.reset()
         self.last_packed = None
         self._reset_yaw = self._base_yaw()
 
     def snapshot(self) -> bytes:
+        """The simulator state that `restore_snapshot` takes; b"" without cameras."""
         return take_snapshot(self.env.sim) if self._cameras else b""
 
     def close(self) -> None:
+        """Free the simulator."""
         self.env.close()
 
     def _find_frames(self) -> None:

@@ -16,9 +16,11 @@ class RobosuiteTrace:
         self._backend = backend
 
     def packed(self) -> npt.NDArray[np.float32]:
+        """The float32 vector of the newest ``env.step``; empty before an episode's first."""
         packed = self._backend.last_packed
         return np.zeros(0, dtype=np.float32) if packed is None else packed.copy()
 
     def generalized_state(self) -> tuple[FloatArray, FloatArray]:
+        """MuJoCo's ``qpos`` and ``qvel`` now, in the model's order."""
         data = self._backend.env.sim.data
         return np.array(data.qpos, dtype=np.float64), np.array(data.qvel, dtype=np.float64)

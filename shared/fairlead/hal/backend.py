@@ -79,9 +79,11 @@ class Backend(Protocol):
     brake and hold by itself, for nothing else can then.
     """
 
-    def describe(self) -> BackendDescription: ...
+    def describe(self) -> BackendDescription:
+        """What was found on the robot: joints, parts, command ranges, cameras. Called once."""
 
-    def read(self) -> Measurement: ...
+    def read(self) -> Measurement:
+        """Measure every joint, commanded ones in wire order, then passive ones."""
 
     def transforms(self) -> Sequence[FramePose]:
         """Measured transforms only this HAL can know (``odom -> base_link``, objects)."""
@@ -117,4 +119,5 @@ class Backend(Protocol):
     def snapshot(self) -> bytes:
         """State from which the camera process can render; b"" without cameras."""
 
-    def close(self) -> None: ...
+    def close(self) -> None:
+        """Let go of the robot or simulator; nothing is called afterwards."""

@@ -21,4 +21,5 @@ class CameraFeed(Protocol):
     def take(self, timeout_s: float) -> Image | None:
         """The next finished frame; None if there is none in time, or no feed any more."""
 
-    def close(self) -> None: ...
+    def close(self) -> None:
+        """End the renderer; frames still under way are lost."""

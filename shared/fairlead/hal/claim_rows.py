@@ -12,8 +12,11 @@ MAX_PENDING = 16
 
 
 class ClaimRows:
-    """Rows of one claim. A chunk takes over only at its first tick, and only if it continues
-    what the claim really did in the tick before."""
+    """Rows of one claim.
+
+    A chunk takes over only at its first tick, and only if it continues what the claim
+    really did in the tick before.
+    """
 
     def __init__(self, claim_id: int, epoch: int) -> None:
         self.claim_id = claim_id
@@ -25,6 +28,7 @@ class ClaimRows:
 
     @property
     def is_empty(self) -> bool:
+        """Whether nothing is left to execute."""
         return self._active is None and not self._pending
 
     def store(self, chunk: ReleasedChunk) -> str:
@@ -40,8 +44,11 @@ class ClaimRows:
         return ""
 
     def candidate(self, tick: int, acted: Sequence[Acted]) -> ReleasedChunk | None:
-        """The chunk whose row is for ``tick``: the highest verdict that starts now and
-        continues ``acted`` (per part, tick - 1), else the active one."""
+        """The chunk whose row is for ``tick``, None if there is none.
+
+        The highest verdict that starts now and continues ``acted`` (per part, what was done
+        in ``tick - 1``), else the active one.
+        """
         for verdict_id in sorted(self._pending, reverse=True):
             chunk = self._pending[verdict_id]
             if chunk.first_tick == tick and self._continues(chunk, acted):
@@ -83,9 +90,12 @@ class ClaimRows:
         self.acted = HELD
 
     def _continues(self, chunk: ReleasedChunk, acted: Sequence[Acted]) -> bool:
-        """Two holds match whatever their codes; rows match by verdict and row, also where
+        """Whether the chunk follows on what its parts did in the tick before.
+
+        Two holds match whatever their codes; rows match by verdict and row, also where
         that row was another claim's (one ended while the world stood). A part that the row
-        before did not address has held beside it, as the gate knows."""
+        before did not address has held beside it, as the gate knows.
+        """
         if self._active is not None and chunk.verdict_id <= self._active.verdict_id:
             return False
         parts_before = [acted[part] for part in chunk.part_indices]

@@ -245,8 +245,10 @@ def _held(hold: Hold) -> Acted:
 
 
 def _without_conflicts(chosen: dict[int, _Choice]) -> dict[int, _Choice]:
-    """Claims that would command the same part in one tick all hold (the gate never grants
-    one part twice; two chunks that say otherwise cannot both be right)."""
+    """Claims that would command the same part in one tick all hold.
+
+    The gate never grants one part twice; two chunks that say otherwise cannot both be right.
+    """
     users: dict[int, int] = {}
     for chunk, _ in chosen.values():
         for part in chunk.part_indices if chunk else ():

@@ -68,6 +68,7 @@ class FrameSource:
             self._fail(self._feed.failure)
 
     def close(self) -> None:
+        """End the feed and the thread that waits for its late frames."""
         if self._feed is not None:
             self._feed.close()
             self._feed = None

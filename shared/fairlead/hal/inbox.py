@@ -54,6 +54,7 @@ class HalInbox:
         ]
 
     def close(self) -> None:
+        """Take no more messages."""
         for subscription in self._subscriptions:
             subscription.undeclare()
 

@@ -41,6 +41,7 @@ class LeaseFollower:
 
     @property
     def newest(self) -> Lease | None:
+        """The lease that is followed, None before the first."""
         return self._newest
 
     @property
@@ -54,6 +55,7 @@ class LeaseFollower:
         return self._newest.state if self._newest else None
 
     def has_left(self, epoch: int) -> bool:
+        """Whether this epoch was followed once and is over."""
         return epoch in self._left_epochs
 
     def offer(self, lease: Lease, now_ns: int) -> str:

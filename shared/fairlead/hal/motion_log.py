@@ -40,6 +40,7 @@ class LineWriter:
         self._thread.start()
 
     def put(self, line: str) -> None:
+        """Queue one line; dropped and counted where the disk is stuck."""
         try:
             self._queue.put_nowait(line)
         except queue.Full:
@@ -74,6 +75,7 @@ class MotionLog:
 
     @property
     def traces(self) -> bool:
+        """Whether `trace` records anything."""
         return self._trace is not None
 
     def tick(self, tick: int, stamp_ns: int, acted: Sequence[Acted], event: str | None) -> None:
@@ -107,6 +109,7 @@ class MotionLog:
             )
 
     def close(self) -> None:
+        """Write what is queued, for a few seconds at most."""
         self._motion.close()
         if self._trace is not None:
             self._trace.close()

@@ -36,6 +36,7 @@ class ReleasedChunk:
 
     @property
     def part_indices(self) -> frozenset[int]:
+        """The parts that the rows command, as indices in robot order."""
         return frozenset(part.part for part in self.parts)
 
     def row_at(self, tick: int) -> int | None:

@@ -87,6 +87,7 @@ class StatusBoard:
             self._publisher.put(status)
 
     def close(self) -> None:
+        """Answer no more queries."""
         self._queryable.undeclare()
 
     def _answer(self, payload: bytes) -> HalStatus:

@@ -32,6 +32,7 @@ class Comparison:
 
     @property
     def same(self) -> bool:
+        """Whether both sides agree bit for bit."""
         return not self.difference
 
 

@@ -45,6 +45,7 @@ class Recording:
 
     @property
     def newest_tick(self) -> int:
+        """The newest tick recorded, 0 before the first."""
         return self.joints[-1].tick if self.joints else 0
 
 
