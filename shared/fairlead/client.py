@@ -86,6 +86,7 @@ class RobotClient:
         self.close()
 
     def close(self) -> None:
+        """End the session; the services are left as they are."""
         self.bus.close()
 
     # --- who is there ---------------------------------------------------------------
@@ -120,6 +121,7 @@ class RobotClient:
     # --- the gate -------------------------------------------------------------------
 
     def gate_status(self) -> GateStatus:
+        """What the gate is doing and why."""
         return self._ask(self.gate, self.keys.gate_status, StatusQuery(), GateStatus)
 
     def arm(self) -> ArmReply:
@@ -136,9 +138,11 @@ class RobotClient:
         return self._ask(self.gate, self.keys.gate_command("reset"), request, Done)
 
     def claim(self, request: Claim) -> ClaimReply:
+        """Ask for parts of the robot, as a runner does. `RefusedError` says why not."""
         return self._ask(self.gate, self.keys.gate_command("claim"), request, ClaimReply)
 
     def release(self, source: str, claim_id: int) -> Done:
+        """Give a claim back; its parts hold."""
         request = Release(source=source, claim_id=claim_id)
         return self._ask(self.gate, self.keys.gate_command("release"), request, Done)
 
@@ -198,6 +202,7 @@ class RobotClient:
     # --- the HAL and the runner ------------------------------------------------------
 
     def hal_status(self) -> HalStatus:
+        """Who the robot is, what it has, and how it is paced."""
         return self._ask(self.hal, self.keys.hal_status, StatusQuery(), HalStatus)
 
     def reset_episode(self, seed: int) -> ResetEpisodeReply:
@@ -222,6 +227,7 @@ class RobotClient:
         return self._ask(self.runner, self.keys.goal(self.runner), request, GoalAccepted).goal_id
 
     def cancel(self, goal_id: int) -> Done:
+        """End a goal as soon as possible; how it ended is in the runner's feedback."""
         request = Cancel(goal_id=goal_id, by=self._by)
         return self._ask(self.runner, self.keys.cancel(self.runner), request, Done)
 

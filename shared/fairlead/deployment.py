@@ -75,6 +75,7 @@ class Deployment(BaseModel):
 
     @property
     def keys(self) -> Keys:
+        """The keys of this robot in this namespace."""
         return Keys(self.id, self.namespace)
 
     def endpoints(self, service: str) -> Endpoints:

@@ -57,6 +57,7 @@ class GoalWatch:
         ]
 
     def close(self) -> None:
+        """Look on no longer."""
         for subscription in self._subscriptions:
             subscription.undeclare()
 

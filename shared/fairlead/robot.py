@@ -67,6 +67,7 @@ class RobotManifest(BaseModel):
 
     @property
     def passive_joint_names(self) -> tuple[str, ...]:
+        """Joints that are measured and not commanded, in wire order."""
         return tuple(joint.name for joint in self.passive_joints)
 
     @property
@@ -76,6 +77,7 @@ class RobotManifest(BaseModel):
 
     @property
     def part_names(self) -> tuple[str, ...]:
+        """Parts in the order in which messages number them."""
         return tuple(part.name for part in self.parts)
 
     @property
@@ -85,6 +87,7 @@ class RobotManifest(BaseModel):
 
     @property
     def tick_period_ns(self) -> int:
+        """The control period, one tick [ns]."""
         return round(self.control_period_ms * 1e6)
 
     @property

@@ -43,6 +43,7 @@ class Part(BaseModel):
 
     @property
     def control_modes(self) -> tuple[ControlMode, ...]:
+        """The declared modes, in the order of the manifest."""
         return tuple(ControlMode[mode.upper()] for mode in self.modes)
 
 

@@ -99,6 +99,7 @@ class ZenohBus:
         self._kept: list[Undeclare] = []
 
     def publisher(self, key: str, kind: type[Message], qos: Qos) -> _ZenohPublisher:
+        """Declare a key; hot ones are express at real-time priority. All drop rather than wait."""
         return _ZenohPublisher(
             self._session.declare_publisher(
                 key,
@@ -110,6 +111,8 @@ class ZenohBus:
         )
 
     def subscribe(self, key_expr: str, handler: SampleHandler) -> Undeclare:
+        """Call ``handler`` in Zenoh's receive thread, in the order of arrival."""
+
         def on_sample(sample: zenoh.Sample) -> None:
             if sample.kind == zenoh.SampleKind.PUT:
                 handler(Sample(str(sample.key_expr), sample.payload.to_bytes()))
@@ -120,6 +123,8 @@ class ZenohBus:
         return self._session.declare_subscriber(key_expr, direct)
 
     def serve(self, key: str, who: str, handler: QueryHandler) -> Undeclare:
+        """Answer queries on ``key`` on Zenoh's threads; a `FairleadError` becomes a `Refusal`."""
+
         def on_query(query: zenoh.Query) -> None:
             payload = query.payload.to_bytes() if query.payload is not None else b""
             with query:
@@ -133,6 +138,12 @@ class ZenohBus:
         return self._session.declare_queryable(key, on_query)
 
     def query(self, key: str, request: Message, timeout_s: float) -> bytes:
+        """Ask and wait for the first reply.
+
+        Raises:
+            RefusedError: the service answered no.
+            NoAnswerError: nobody answered within ``timeout_s``, or not in words of ours.
+        """
         for reply in self._session.get(key, payload=encode(request), timeout=timeout_s):
             if reply.ok is not None:
                 return reply.ok.payload.to_bytes()
@@ -141,9 +152,12 @@ class ZenohBus:
         raise NoAnswerError(f"{key}: no answer within {timeout_s:g} s; see: fairlead ps")
 
     def declare_token(self, key: str) -> Undeclare:
+        """Announce a token that ends with the session, or when its process dies."""
         return self._keep(self._session.liveliness().declare_token(key))
 
     def watch_tokens(self, key_expr: str, handler: TokenHandler) -> Undeclare:
+        """Call ``handler`` on Zenoh's threads for each token alive now and each change."""
+
         def on_token(sample: zenoh.Sample) -> None:
             handler(str(sample.key_expr), sample.kind == zenoh.SampleKind.PUT)
 
@@ -156,6 +170,7 @@ class ZenohBus:
         return declared
 
     def close(self) -> None:
+        """End the session; everything declared goes with it."""
         self._session.close()  # type: ignore[no-untyped-call]
 
 

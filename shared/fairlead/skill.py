@@ -62,6 +62,7 @@ class SkillLimit(BaseModel):
 
     @property
     def mode(self) -> ControlMode:
+        """The mode whose limit is tightened."""
         return ControlMode[self.control_mode.upper()]
 
 

@@ -82,10 +82,12 @@ class Slot(BaseModel):
 
     @property
     def first(self) -> int:
+        """Index of the slot's first number in the policy's vector."""
         return self.range[0]
 
     @property
     def last(self) -> int:
+        """Index of the slot's last number in the policy's vector, included."""
         return self.range[1]
 
     @property

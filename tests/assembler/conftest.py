@@ -1,3 +1,7 @@
+"""A robot and what it measures, for every test of the assembler."""
+
+from __future__ import annotations
+
 import pytest
 
 from fairlead.robot import RobotManifest, load_robot

@@ -1,3 +1,5 @@
+"""How long the supervisor waits before it starts a service again."""
+
 from __future__ import annotations
 
 from fairlead.supervisor.backoff import FIRST_DELAY_S, FORGIVEN_AFTER_S, LONGEST_DELAY_S, Backoff

@@ -1,3 +1,5 @@
+"""With what command and environment a service is started."""
+
 from __future__ import annotations
 
 import sys

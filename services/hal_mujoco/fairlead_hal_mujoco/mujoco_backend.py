@@ -70,6 +70,7 @@ class MujocoBackend:
         self.reset(options.seed)
 
     def describe(self) -> BackendDescription:
+        """What the model says of the joints, and the declared ranges of each part."""
         return BackendDescription(
             joints=self._robot.joint_names,
             passive_joints=self._robot.passive_joint_names,
@@ -80,6 +81,7 @@ class MujocoBackend:
         )
 
     def read(self) -> Measurement:
+        """Joints as they are after the newest physics step; a gripper is the sum of its fingers."""
         data, sources = self._data, self._sources
         return Measurement(
             positions=self._measure(data.qpos),
@@ -88,12 +90,14 @@ class MujocoBackend:
         )
 
     def transforms(self) -> Sequence[FramePose]:
+        """``odom -> base_link``: the arm stands still."""
         # Positions of bodies are one physics step older than the joints': bring them up to date.
         mujoco.mj_kinematics(self._model, self._data)
         position, quaternion_wxyz = self._data.xpos[self._base], self._data.xquat[self._base]
         return [FramePose("odom", "base_link", position.copy(), quaternion_wxyz[[1, 2, 3, 0]])]
 
     def static_transforms(self) -> Sequence[FramePose]:
+        """``map -> odom``: the world of the model."""
         return [FramePose("map", "odom", np.zeros(3), NO_ROTATION)]
 
     def apply(self, commands: Mapping[str, PartCommand]) -> None:
@@ -116,6 +120,7 @@ class MujocoBackend:
             raise RuntimeError(f"the simulation diverged at {self._data.time:.3f} s")
 
     def task(self) -> TaskReading | None:
+        """How far the joints are from the model's key ``goal``; None without one."""
         if self._goal is None:
             return None
         found, n_dof = self.read(), self._robot.n_dof
@@ -147,15 +152,18 @@ class MujocoBackend:
         mujoco.mj_forward(self._model, self._data)
 
     def snapshot(self) -> bytes:
+        """Nothing to render from: this HAL has no cameras."""
         return b""
 
     def close(self) -> None:
         """Nothing to release."""
 
     def packed(self) -> npt.NDArray[np.float32]:
+        """The model's ``ctrl`` as float32: what its actuators were told last."""
         return np.asarray(self._data.ctrl, dtype=np.float32).copy()
 
     def generalized_state(self) -> tuple[FloatArray, FloatArray]:
+        """MuJoCo's ``qpos`` and ``qvel`` now, in the model's order."""
         return self._data.qpos.copy(), self._data.qvel.copy()
 
     def _measure(self, qpos: FloatArray) -> FloatArray:

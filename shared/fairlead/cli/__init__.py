@@ -1,0 +1,1 @@
+"""The command line ``fairlead``: one file a command, named after it."""

@@ -47,10 +47,12 @@ class Field:
 
     @property
     def width(self) -> int:
+        """How many numbers of the vector this field has."""
         return _WIDTHS[self.kind]
 
     @property
     def is_rotation(self) -> bool:
+        """Whether it is compared as an angle."""
         return self.kind in ("quaternion", "axis-angle")
 
 

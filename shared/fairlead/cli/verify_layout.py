@@ -64,6 +64,7 @@ class FieldReport:
 
     @property
     def ok(self) -> bool:
+        """Whether the worst difference is allowed."""
         return self.worst <= self.allowed
 
 

@@ -70,6 +70,7 @@ class KinematicBackend:
         self.reset(0)
 
     def describe(self) -> BackendDescription:
+        """What the manifest declares: there is nothing else to look at."""
         return BackendDescription(
             joints=self._robot.joint_names,
             passive_joints=self._robot.passive_joint_names,
@@ -80,11 +81,13 @@ class KinematicBackend:
         )
 
     def read(self) -> Measurement:
+        """Where the joints were told to be; nothing weighs anything, so efforts are 0."""
         positions = np.concatenate([self._positions, self._shares @ self._positions])
         velocities = np.concatenate([self._velocities, self._shares @ self._velocities])
         return Measurement(positions, velocities, np.zeros_like(positions))
 
     def transforms(self) -> Sequence[FramePose]:
+        """``odom -> base_link`` from the base joints, and the frames given, which stand still."""
         x, y, yaw = self._base_pose()
         rotation = np.array([0.0, 0.0, np.sin(yaw / 2), np.cos(yaw / 2)])
         base = FramePose("odom", "base_link", np.array([x, y, 0.0]), rotation)
@@ -92,9 +95,11 @@ class KinematicBackend:
         return [base, *still]
 
     def static_transforms(self) -> Sequence[FramePose]:
+        """``map -> odom``: the same frame."""
         return [FramePose("map", "odom", np.zeros(3), NO_ROTATION)]
 
     def apply(self, commands: Mapping[str, PartCommand]) -> None:
+        """Every joint does at once what its command says, within its bounds."""
         target = self._positions.copy()
         for name, command in commands.items():
             self._move(target, name, command)
@@ -105,6 +110,7 @@ class KinematicBackend:
         self._packed = np.concatenate([np.zeros(0), *values]).astype(np.float32)
 
     def task(self) -> TaskReading | None:
+        """None: there is nothing to succeed at."""
         return None
 
     def reset(self, seed: int) -> None:
@@ -118,15 +124,18 @@ class KinematicBackend:
         self._packed = np.zeros(0, dtype=np.float32)
 
     def snapshot(self) -> bytes:
+        """Nothing to render from."""
         return b""
 
     def close(self) -> None:
         """Nothing to release."""
 
     def packed(self) -> npt.NDArray[np.float32]:
+        """The values of the newest `apply` in robot order, as float32."""
         return self._packed.copy()
 
     def generalized_state(self) -> tuple[FloatArray, FloatArray]:
+        """Positions and velocities of the commanded joints."""
         return self._positions.copy(), self._velocities.copy()
 
     def _base_pose(self) -> tuple[float, float, float]:

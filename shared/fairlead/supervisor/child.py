@@ -62,6 +62,7 @@ class Child:
 
     @property
     def pid(self) -> int:
+        """Process id, also after the process has ended."""
         return self._process.pid
 
     @property

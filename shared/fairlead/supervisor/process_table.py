@@ -22,6 +22,7 @@ class ProcessId:
 
     @property
     def is_running(self) -> bool:
+        """Whether this very process, and no later one with its number, still runs."""
         return process_id(self.pid) == self
 
 

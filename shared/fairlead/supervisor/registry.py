@@ -50,6 +50,7 @@ class Running:
 
     @property
     def is_supervised(self) -> bool:
+        """Whether the supervisor that wrote the entry still runs."""
         return self.supervisor.is_running
 
     @property
@@ -77,6 +78,7 @@ class Registry:
         self.root = root if root is not None else _default_root()
 
     def default_state_dir(self, name: str) -> Path:
+        """Where a deployment keeps logs and state if it is not told."""
         return self.root / name
 
     def entries(self) -> list[Running]:

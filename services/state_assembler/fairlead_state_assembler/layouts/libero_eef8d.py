@@ -41,7 +41,7 @@ def assemble(
 
 
 def example_libero_eef8d() -> StateContractBindings:
-    """robosuite's numbers, whose sign keeps x positive while the hand points down.
+    """The numbers of robosuite, whose sign keeps x positive while the hand points down.
 
     With w >= 0 the vector would jump to its opposite there, in the middle of the work.
     """
