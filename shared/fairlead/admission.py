@@ -37,6 +37,7 @@ def admission_problems(
     problems = [
         *_embodiment_problems(skill, robot),
         *problems,
+        *_frame_problems(routes, robot),
         *_layout_problems(skill.state_contract, robot),
         *limit_problems(skill, robot),
     ]
@@ -79,6 +80,22 @@ def _embodiment_problems(skill: SkillManifest, robot: RobotManifest) -> list[str
     rate_hz = 1e9 / robot.tick_period_ns
     if round(1e9 / skill.rate_hz) != robot.tick_period_ns:
         problems.append(f"rate_hz: expected the robot's {rate_hz:g} Hz, got {skill.rate_hz:g}")
+    return problems
+
+
+def _frame_problems(routes: tuple[Route, ...], robot: RobotManifest) -> list[str]:
+    """A frame that a profile does not declare: the gate would refuse every chunk."""
+    problems = []
+    for profile, safety in robot.safety.items():
+        for route in routes:
+            limits = getattr(safety.parts[route.part_name], route.mode.yaml_name)
+            frames = getattr(limits, "frames", (route.frame_id,))
+            if route.frame_id not in frames:
+                what = f"{route.mode.yaml_name} of part {route.part_name}"
+                problems.append(
+                    f"{what}: the robot takes no frame {route.frame_id!r} "
+                    f"(valid: {', '.join(frames)}; profile {profile})"
+                )
     return problems
 
 

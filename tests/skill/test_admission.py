@@ -110,6 +110,11 @@ MODES = (
             f"got none ({MODES})",
         ),
         (
+            slot(0, frame="map"),
+            "cartesian_delta of part arm: the robot takes no frame 'map' "
+            "(valid: base_link; profile sim)",
+        ),
+        (
             lambda data: data.update(embodiments=["aloha"]),
             "embodiments: made for aloha, not panda_mobile",
         ),
