@@ -8,10 +8,13 @@ statuses, leases and verdicts.
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Sequence
 
 from pydantic import BaseModel
 
+from fairlead.description_tree import DescriptionTree, Link, description_tree
+from fairlead.errors import ConfigError, expected
 from fairlead.robot import RobotManifest
 from fairlead.robot_joint import Joint
 from fairlead.robot_part import Part
@@ -19,8 +22,9 @@ from fairlead.robot_safety import MeasuredLimits, SafetyProfile
 
 FORMAT = "fairlead-gate-1"
 
-Json = str | float | bool | Sequence["Json"] | dict[str, "Json"]
+Json = str | float | bool | None | Sequence["Json"] | dict[str, "Json"]
 
+_NUMBER_LIST = re.compile(r"\[\s+(-?\d[^\[\]\"{}]*?)\s+\]")
 _UNIT_SUFFIXES = ("_rad_s", "_m_s", "_rad", "_m")
 
 
@@ -31,9 +35,12 @@ def compile_gate_config(robot: RobotManifest, profile: str) -> str:
     control period where it says jump or step.
 
     Raises:
-        ConfigError: if the robot has no such profile.
+        ConfigError: if the robot has no such profile, or its description is not one tree of
+            measured joints, or lacks a frame that a mode or an end effector names.
     """
     safety = robot.profile(profile)
+    tree = description_tree(robot)
+    _check_frames(robot, safety, tree)
     config: dict[str, Json] = {
         "format": FORMAT,
         "robot": robot.id,
@@ -48,10 +55,43 @@ def compile_gate_config(robot: RobotManifest, profile: str) -> str:
         "passive_joints": [
             _passive_joint(joint, safety.measured[joint.name]) for joint in robot.passive_joints
         ],
-        "parts": [_part(part, safety) for part in robot.parts],
+        "kinematics": {"root": tree.root, "links": [_link(link) for link in tree.links]},
+        "parts": [_part(robot, part, safety) for part in robot.parts],
         "protocol": safety.protocol.model_dump(),
     }
-    return json.dumps(config, indent=2, ensure_ascii=True, allow_nan=False) + "\n"
+    text = json.dumps(config, indent=2, ensure_ascii=True, allow_nan=False) + "\n"
+    return _NUMBER_LIST.sub(_on_one_line, text)
+
+
+def _on_one_line(numbers: re.Match[str]) -> str:
+    return "[" + " ".join(numbers[1].split()) + "]"
+
+
+def _check_frames(robot: RobotManifest, safety: SafetyProfile, tree: DescriptionTree) -> None:
+    named: list[tuple[str, tuple[str, ...]]] = [
+        (f"end effector {tool.name!r}", (tool.tool_frame,)) for tool in robot.end_effectors
+    ]
+    for part, modes in safety.parts.items():
+        for name in modes.names:
+            frames = getattr(getattr(modes, name), "frames", ())
+            named.append((f"part {part!r}: {name}: frames", frames))
+    for who, frames in named:
+        for frame in frames:
+            if frame not in tree.frames:
+                who = f"robot {robot.id}: {who}"
+                raise ConfigError(expected(who, "a link", repr(frame), tree.frames))
+
+
+def _link(link: Link) -> dict[str, Json]:
+    return {
+        "name": link.name,
+        "parent": link.parent,
+        "joint": link.joint,
+        "kind": link.kind,
+        "axis": link.axis,
+        "translation": link.translation,
+        "rotation_xyzw": link.rotation_xyzw,
+    }
 
 
 def _owner(robot: RobotManifest, joint: str) -> str:
@@ -95,11 +135,13 @@ def _bounds(joint: Joint, measured: MeasuredLimits) -> dict[str, Json]:
     }
 
 
-def _part(part: Part, safety: SafetyProfile) -> dict[str, Json]:
+def _part(robot: RobotManifest, part: Part, safety: SafetyProfile) -> dict[str, Json]:
     limits = safety.parts[part.name]
+    tool = None if part.end_effector is None else robot.end_effector(part.end_effector)
     return {
         "name": part.name,
         "joints": list(part.joints),
+        "tool_frame": None if tool is None else tool.tool_frame,
         "modes": {name: _mode(getattr(limits, name)) for name in limits.names},
         "source": f"robot.yaml, part {part.name}",
     }

@@ -55,8 +55,57 @@ BAD: dict[str, tuple[Change, str]] = {
         "joints[3].velocity_limit: expected a number, got null",
     ),
     "mode without a checker": (
-        lambda f: modes(f, 0).update(cartesian_pose={}),
-        "parts[0].modes.cartesian_pose: no checker for this mode (valid: joint_position",
+        lambda f: modes(f, 0).update(joint_trajectory={}),
+        "parts[0].modes.joint_trajectory: no checker for this mode (valid: joint_position",
+    ),
+    "no tree": (lambda f: f.pop("kinematics"), "kinematics: missing"),
+    "link before its parent": (
+        lambda f: f["kinematics"]["links"].reverse(),
+        "kinematics.links[0].parent: expected a link that comes before it, got ",
+    ),
+    "link moved by a joint that is not measured": (
+        lambda f: f["kinematics"]["links"][0].update(joint="torso"),
+        'kinematics.links[0].joint: expected the name of a measured joint, got "torso"',
+    ),
+    "fixed link with a joint": (
+        lambda f: f["kinematics"]["links"][0].update(kind="fixed"),
+        "kinematics.links[0].joint: expected null for a fixed link",
+    ),
+    "kind of motion that is none": (
+        lambda f: f["kinematics"]["links"][0].update(kind="floating"),
+        "kinematics.links[0].kind: expected fixed, revolute, continuous or prismatic",
+    ),
+    "axis of two numbers": (
+        lambda f: f["kinematics"]["links"][0].update(axis=[0.0, 1.0]),
+        "kinematics.links[0].axis: expected 3 numbers, got [0.0,1.0]",
+    ),
+    "axis that is no unit": (
+        lambda f: f["kinematics"]["links"][0].update(axis=[0.0, 0.0, 1.001]),
+        "kinematics.torso.axis: expected a unit length, got 1.001",
+    ),
+    "rotation as text": (
+        lambda f: f["kinematics"]["links"][0].update(rotation_xyzw=["0", 0, 0, 1]),
+        'kinematics.links[0].rotation_xyzw[0]: expected a number, got "0"',
+    ),
+    "unknown key of a link": (
+        lambda f: f["kinematics"]["links"][0].update(mass=1.0),
+        "kinematics.links[0].mass: unknown key",
+    ),
+    "link that turns by a joint that slides": (
+        lambda f: f["kinematics"]["links"][0].update(joint="panda_joint1"),
+        "kinematics.torso.kind: not that of joint panda_joint1",
+    ),
+    "tool that is no link": (
+        lambda f: f["parts"][0].update(tool_frame="hook"),
+        "parts[0].tool_frame: expected null or the name of a link",
+    ),
+    "no tool for a cartesian mode": (
+        lambda f: f["parts"][0].update(tool_frame=None),
+        "parts.arm.modes.cartesian_delta: the part has no tool_frame",
+    ),
+    "frame that is no link": (
+        lambda f: modes(f, 0)["cartesian_delta"].update(frames=["odom"]),
+        "parts.arm.modes.cartesian_delta.frames: odom is no link of the description",
     ),
     "too few steps": (
         lambda f: modes(f, 2)["joint_velocity"].update(step_limit=[1.0]),

@@ -5,8 +5,10 @@
 #include <limits>
 #include <string>
 
+#include "config_modes.hpp"
+#include "config_tree.hpp"
+#include "config_values.hpp"
 #include "sha256.hpp"
-#include "strict_json.hpp"
 
 namespace fairlead {
 namespace {
@@ -14,16 +16,6 @@ namespace {
 using nlohmann::json;
 
 constexpr std::uint64_t kMaxU32 = std::numeric_limits<std::uint32_t>::max();
-
-Name name_in(Section& section, const char* key) { return Name(section.text(key, Name::capacity)); }
-
-Text source_in(Section& section) { return Text(section.text("source", 4096)); }
-
-// Appends, refusing what exceeds the gate's fixed capacity.
-template <class T, std::size_t N>
-void append(FixedVec<T, N>& list, const T& item, const std::string& path) {
-  if (!list.push_back(item)) throw ConfigRefused(path + ": more than " + std::to_string(N));
-}
 
 Hash hash_in(Section& section, const char* key) {
   const std::string hex = section.text(key, 64);
@@ -100,93 +92,6 @@ PassiveLimits read_passive(Section section) {
   return joint;
 }
 
-JointModeLimits read_joint_mode(Section section, const PartLimits& part) {
-  JointModeLimits mode;
-  mode.supported = true;
-  const json& steps = section.list("step_limit");
-  if (steps.size() != part.joints.size()) {
-    refuse(section.path_of("step_limit"),
-           std::to_string(part.joints.size()) + " numbers, one per joint of the part", steps);
-  }
-  for (std::size_t i = 0; i < steps.size(); ++i) {
-    if (!steps[i].is_number()) refuse(section.path_of("step_limit", i), "a number", steps[i]);
-    mode.step_limit[part.joints[i]] = steps[i].get<double>();
-  }
-  mode.source = source_in(section);
-  section.refuse_unknown_keys();
-  return mode;
-}
-
-std::array<bool, 6> read_axes(Section& section) {
-  std::array<bool, 6> axes{};
-  const json& list = section.list("free_axes");
-  for (std::size_t i = 0; i < list.size(); ++i) {
-    const auto axis = list[i].is_number_unsigned() ? list[i].get<std::size_t>() : axes.size();
-    if (axis >= axes.size() || axes[axis]) {
-      refuse(section.path_of("free_axes", i), "an axis from 0 to 5, each once", list[i]);
-    }
-    axes[axis] = true;
-  }
-  return axes;
-}
-
-CartesianLimits read_cartesian(Section section, bool axes_are_listed) {
-  CartesianLimits mode;
-  mode.supported = true;
-  const json& frames = section.list("frames");
-  for (std::size_t i = 0; i < frames.size(); ++i) {
-    const std::string path = section.path_of("frames", i);
-    if (!frames[i].is_string() || frames[i].get_ref<const std::string&>().size() > Name::capacity) {
-      refuse(path, "a frame name", frames[i]);
-    }
-    append(mode.frames, Name(frames[i].get_ref<const std::string&>()), path);
-  }
-  mode.linear_limit = section.number("linear_limit");
-  mode.angular_limit = section.number("angular_limit");
-  mode.linear_step_limit = section.number("linear_step_limit");
-  mode.angular_step_limit = section.number("angular_step_limit");
-  mode.free_axes.fill(true);
-  if (axes_are_listed) mode.free_axes = read_axes(section);
-  mode.source = source_in(section);
-  section.refuse_unknown_keys();
-  return mode;
-}
-
-ScalarLimits read_scalar(Section section, bool range_is_listed) {
-  ScalarLimits mode;
-  mode.supported = true;
-  mode.lower = range_is_listed ? section.number("lower") : -1.0;
-  mode.upper = range_is_listed ? section.number("upper") : 1.0;
-  mode.step_limit = section.number("step_limit");
-  mode.source = source_in(section);
-  section.refuse_unknown_keys();
-  return mode;
-}
-
-void read_modes(Section section, PartLimits& part) {
-  ModeLimits& modes = part.modes;
-  for (const auto& [name, unused] : section.node().items()) {
-    const auto mode = [&section, &key = name] { return section.section(key.c_str()); };
-    if (name == "joint_position") {
-      modes.joint_position = read_joint_mode(mode(), part);
-    } else if (name == "joint_velocity") {
-      modes.joint_velocity = read_joint_mode(mode(), part);
-    } else if (name == "cartesian_delta") {
-      modes.cartesian_delta = read_cartesian(mode(), false);
-    } else if (name == "body_twist") {
-      modes.body_twist = read_cartesian(mode(), true);
-    } else if (name == "gripper_position") {
-      modes.gripper_position = read_scalar(mode(), true);
-    } else if (name == "composite_mode") {
-      modes.composite_mode = read_scalar(mode(), false);
-    } else {
-      throw ConfigRefused(section.path_of(name) +
-                          ": no checker for this mode (valid: joint_position, joint_velocity, "
-                          "cartesian_delta, body_twist, gripper_position, composite_mode)");
-    }
-  }
-}
-
 void read_part_joints(Section& section, const Limits& limits, PartLimits& part) {
   const json& names = section.list("joints");
   for (std::size_t i = 0; i < names.size(); ++i) {
@@ -204,6 +109,7 @@ PartLimits read_part(Section section, const Limits& limits) {
   PartLimits part;
   part.name = name_in(section, "name");
   read_part_joints(section, limits, part);
+  part.tool = read_tool(section, limits.kinematics);
   read_modes(section.section("modes"), part);
   part.source = source_in(section);
   section.refuse_unknown_keys();
@@ -232,7 +138,7 @@ ProtocolLimits read_protocol(Section section) {
   return protocol;
 }
 
-void read_lists(Section& file, Limits& limits) {
+void read_joints(Section& file, Limits& limits) {
   const json& joints = file.list("joints");
   const json& passive = file.list("passive_joints");
   const json& parts = file.list("parts");
@@ -244,6 +150,10 @@ void read_lists(Section& file, Limits& limits) {
     const std::string path = file.path_of("passive_joints", i);
     append(limits.passive_joints, read_passive(Section(passive[i], path)), path);
   }
+}
+
+void read_parts(Section& file, Limits& limits) {
+  const json& parts = file.list("parts");
   for (std::size_t i = 0; i < parts.size(); ++i) {
     const std::string path = file.path_of("parts", i);
     append(limits.parts, read_part(Section(parts[i], path), limits), path);
@@ -264,7 +174,9 @@ std::unique_ptr<Limits> parse_limits(std::string_view text) {
   limits->robot_hash = hash_in(file, "robot_hash");
   limits->period_ns = file.integer("period_ns", 1, 10'000'000'000);
   limits->lockstep_allowed = file.boolean("lockstep_allowed");
-  read_lists(file, *limits);
+  read_joints(file, *limits);
+  limits->kinematics = read_tree(file.section("kinematics"), *limits);
+  read_parts(file, *limits);
   limits->protocol = read_protocol(file.section("protocol"));
   file.refuse_unknown_keys();
   limits->config_hash =

@@ -144,6 +144,8 @@ const json& Section::list(const char* key) {
   return value;
 }
 
+const json& Section::any(const char* key) { return get(key); }
+
 void Section::refuse_unknown_keys() const {
   for (const auto& [key, value] : node_.items()) {
     if (known_.contains(key)) continue;

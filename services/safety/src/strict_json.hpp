@@ -30,6 +30,8 @@ class Section {
   std::string text(const char* key, std::size_t longest);
   Section section(const char* key);
   const nlohmann::json& list(const char* key);
+  /// Whatever is there, null too.
+  const nlohmann::json& any(const char* key);
 
   std::string path_of(std::string_view key) const;
   std::string path_of(std::string_view key, std::size_t index) const;

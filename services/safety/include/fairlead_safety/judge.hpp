@@ -32,6 +32,7 @@ struct MeasuredState {
   std::size_t count = 0;
   std::array<double, max_measured> positions{};
   std::array<double, max_measured> velocities{};
+  std::array<double, max_measured> efforts{};
   FixedVec<Acted, max_parts> acted;  // what each part did in tick - 1
 };
 

@@ -21,6 +21,8 @@ inline constexpr std::size_t max_parts = 8;
 inline constexpr std::size_t max_rows = 64;
 inline constexpr std::size_t max_claims = 8;
 inline constexpr std::size_t max_frames = 4;  // frames a cartesian mode accepts
+inline constexpr std::size_t max_links = 64;  // of the robot's description, its root among them
+inline constexpr std::size_t no_link = max_links;
 inline constexpr std::size_t max_stops = 16;  // stops held at once
 inline constexpr std::size_t max_frame_bytes = 65536;
 
@@ -60,7 +62,29 @@ struct PassiveLimits {
   Text source;
 };
 
-/// joint_position [rad or m], joint_velocity [rad/s or m/s].
+enum class LinkMotion : std::uint8_t { fixed, turn, slide };
+
+/// How one link hangs on its parent: a placement, then the motion of one measured joint.
+struct Link {
+  Name name;
+  std::size_t parent = no_link;  // index into Kinematics::links, below the link's own
+  LinkMotion motion = LinkMotion::fixed;
+  std::size_t joint = max_measured;  // index of the measured joint; unused where fixed
+  std::array<double, 3> axis{unset, unset, unset};         // unit vector in the link's frame
+  std::array<double, 3> translation{unset, unset, unset};  // [m] in the parent's frame
+  std::array<double, 4> rotation_xyzw{unset, unset, unset, unset};
+};
+
+/// Every link of the robot's description, parents first; links[0] is the root.
+struct Kinematics {
+  FixedVec<Link, max_links> links;
+
+  /// Index of the link of that name, no_link if there is none.
+  [[nodiscard]] std::size_t find(const Name& name) const;
+};
+
+/// joint_position, dex_hand_joint [rad or m], joint_velocity [rad/s or m/s], joint_torque
+/// [N m or N].
 struct JointModeLimits {
   bool supported = false;
   // By index of the robot's commanded joint (not of the part's): the file lists them in part order.
@@ -69,11 +93,12 @@ struct JointModeLimits {
     none.fill(unset);
     return none;
   }();
-  double claimed_velocity = unset;  // joint_velocity: a claim's own limit for all its joints
+  double claimed_limit = unset;  // joint_velocity, joint_torque: a claim's own, for all joints
   Text source;
 };
 
-/// cartesian_delta [m, rad], body_twist [m/s, rad/s]. Limits are norms, not per axis.
+/// cartesian_delta [m, rad], cartesian_twist and body_twist [m/s, rad/s]. Limits are norms, not
+/// per axis.
 struct CartesianLimits {
   bool supported = false;
   FixedVec<Name, max_frames> frames;
@@ -81,8 +106,25 @@ struct CartesianLimits {
   double angular_limit = unset;
   double linear_step_limit = unset;
   double angular_step_limit = unset;
-  std::array<bool, 6>
-      free_axes{};  // body_twist: axes the base can move along; cartesian_delta: all true
+  std::array<bool, 6> free_axes{};  // body_twist: axes the base can move along; else all true
+  Text source;
+};
+
+/// cartesian_pose: a box for the tool frame's origin, along the axes of the frame that the pose is
+/// given in [m], and the largest step from row to row [m, rad].
+struct PoseLimits {
+  bool supported = false;
+  FixedVec<Name, max_frames> frames;
+  std::array<double, 3> lower{unset, unset, unset};
+  std::array<double, 3> upper{unset, unset, unset};
+  double linear_step_limit = unset;
+  double angular_step_limit = unset;
+  Text source;
+};
+
+/// gripper_binary: 0 or 1, and every switch is legal.
+struct BinaryLimits {
+  bool supported = false;
   Text source;
 };
 
@@ -99,9 +141,14 @@ struct ScalarLimits {
 struct ModeLimits {
   JointModeLimits joint_position;
   JointModeLimits joint_velocity;
+  JointModeLimits joint_torque;
+  PoseLimits cartesian_pose;
   CartesianLimits cartesian_delta;
+  CartesianLimits cartesian_twist;
   CartesianLimits body_twist;
+  BinaryLimits gripper_binary;
   ScalarLimits gripper_position;
+  JointModeLimits dex_hand_joint;
   ScalarLimits composite_mode;
 
   [[nodiscard]] bool supports(std::uint8_t mode) const;
@@ -110,6 +157,7 @@ struct ModeLimits {
 struct PartLimits {
   Name name;
   FixedVec<std::size_t, max_joints> joints;  // indices into Limits::joints
+  std::size_t tool = no_link;                // link that cartesian modes move, none without a tool
   ModeLimits modes;
   Text source;
 };
@@ -142,6 +190,7 @@ struct Limits {
   FixedVec<JointLimits, max_joints> joints;
   FixedVec<PassiveLimits, max_passive> passive_joints;
   FixedVec<PartLimits, max_parts> parts;
+  Kinematics kinematics;
   ProtocolLimits protocol;
 
   [[nodiscard]] std::size_t measured_count() const { return joints.size() + passive_joints.size(); }
@@ -149,7 +198,8 @@ struct Limits {
 
 /// The first thing wrong with a configuration, "" if nothing is: the key, what was expected and
 /// what was found. Covers missing (NaN), not finite, inverted and non-positive values, capacities,
-/// and joints or modes that contradict each other. Unknown keys are the loader's to refuse.
+/// joints or modes that contradict each other, and a tree that is none. Unknown keys are the
+/// loader's to refuse.
 Text check_limits(const Limits& limits);
 
 }  // namespace fairlead

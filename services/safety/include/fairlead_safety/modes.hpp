@@ -10,16 +10,16 @@ namespace fairlead {
 enum class Mode : std::uint8_t {
   joint_position = 0,     // rad or m, as wide as the robot has commanded joints
   joint_velocity = 1,     // rad/s or m/s, likewise
-  joint_torque = 2,       // no checker yet
+  joint_torque = 2,       // N m or N, likewise
   joint_trajectory = 3,   // no checker yet
-  cartesian_pose = 4,     // no checker yet
+  cartesian_pose = 4,     // xyz [m], quaternion xyzw, of the tool frame in frame_id
   cartesian_delta = 5,    // xyz [m], rotation vector [rad], along frame_id's axes
-  cartesian_twist = 6,    // no checker yet
+  cartesian_twist = 6,    // xyz [m/s], rotation vector [rad/s], along frame_id's axes
   body_twist = 7,         // xyz [m/s], xyz [rad/s], in the base frame
   foot_placement = 8,     // no checker yet
-  gripper_binary = 9,     // no checker yet
+  gripper_binary = 9,     // 0 open, 1 closed
   gripper_position = 10,  // total opening [m]
-  dex_hand_joint = 11,    // no checker yet
+  dex_hand_joint = 11,    // rad or m, as wide as the robot has commanded joints
   composite_mode = 12,    // [-1, 1], a simulator controller's own switch
 };
 

@@ -1,28 +1,9 @@
 // Is a configuration fit to judge with? Missing is NaN here, so it fails like any other non-number.
 
-#include <cmath>
-
-#include "fairlead_safety/limits.hpp"
-#include "phrase.hpp"
+#include "check_text.hpp"
 
 namespace fairlead {
 namespace {
-
-Text positive(const Text& key, double value) {
-  if (std::isfinite(value) && value > 0.0) return {};
-  return phrase(key, ": expected a finite number above 0, got ", value);
-}
-
-Text first_of(std::initializer_list<Text> faults) {
-  for (const Text& fault : faults)
-    if (!fault.empty()) return fault;
-  return {};
-}
-
-Text check_range(const Text& key, double lower, double upper) {
-  if (std::isfinite(lower) && std::isfinite(upper) && lower < upper) return {};
-  return phrase(key, ": expected finite lower < upper, got ", lower, " and ", upper);
-}
 
 Text check_bounds(const Text& key, const Bounds& bounds) {
   const Text range = check_range(phrase(key, ".bounds"), bounds.lower, bounds.upper);
@@ -52,43 +33,6 @@ Text check_passive_joint(const PassiveLimits& joint) {
                    positive(phrase(key, ".standstill_velocity"), joint.standstill_velocity)});
 }
 
-Text check_joint_mode(const Limits& limits, const PartLimits& part, const JointModeLimits& mode,
-                      const Text& key, bool is_position) {
-  if (!mode.supported) return {};
-  if (part.joints.empty()) return phrase(key, ": the part has no joints");
-  for (const std::size_t j : part.joints) {
-    const JointLimits& joint = limits.joints[j];
-    const Text fault = positive(phrase(key, ".step_limit of ", joint.name), mode.step_limit[j]);
-    if (!fault.empty()) return fault;
-    // A target needs a bound to be judged by; only a continuous joint has none to give.
-    if (is_position && !joint.bounded && joint.kind != JointKind::continuous)
-      return phrase(key, ": ", joint.name, " has no bounds to judge positions by");
-  }
-  return {};
-}
-
-Text check_cartesian(const CartesianLimits& mode, const Text& key) {
-  if (!mode.supported) return {};
-  if (mode.frames.empty()) return phrase(key, ".frames: expected at least one");
-  return first_of({positive(phrase(key, ".linear_limit"), mode.linear_limit),
-                   positive(phrase(key, ".angular_limit"), mode.angular_limit),
-                   positive(phrase(key, ".linear_step_limit"), mode.linear_step_limit),
-                   positive(phrase(key, ".angular_step_limit"), mode.angular_step_limit)});
-}
-
-Text check_scalar(const ScalarLimits& mode, const Text& key) {
-  if (!mode.supported) return {};
-  return first_of({check_range(key, mode.lower, mode.upper),
-                   positive(phrase(key, ".step_limit"), mode.step_limit)});
-}
-
-Text check_gripper(const Limits& limits, const PartLimits& part, const Text& key) {
-  if (!part.modes.gripper_position.supported) return {};
-  if (part.joints.size() != 1 || !limits.joints[part.joints[0]].bounded)
-    return phrase(key, ".modes.gripper_position: expected exactly one joint, with bounds");
-  return {};
-}
-
 Text check_part(const Limits& limits, std::size_t index) {
   const PartLimits& part = limits.parts[index];
   if (part.name.empty()) return "parts: a part without a name";
@@ -96,16 +40,9 @@ Text check_part(const Limits& limits, std::size_t index) {
   for (const std::size_t j : part.joints)
     if (j >= limits.joints.size() || limits.joints[j].part != index)
       return phrase(key, ".joints: a joint that is not this part's");
-  const auto mode_key = [&key](std::string_view name) { return phrase(key, ".modes.", name); };
-  const ModeLimits& modes = part.modes;
-  return first_of(
-      {check_joint_mode(limits, part, modes.joint_position, mode_key("joint_position"), true),
-       check_joint_mode(limits, part, modes.joint_velocity, mode_key("joint_velocity"), false),
-       check_cartesian(modes.cartesian_delta, mode_key("cartesian_delta")),
-       check_cartesian(modes.body_twist, mode_key("body_twist")),
-       check_scalar(modes.gripper_position, mode_key("gripper_position")),
-       check_gripper(limits, part, key),
-       check_scalar(modes.composite_mode, mode_key("composite_mode"))});
+  if (part.tool != no_link && part.tool >= limits.kinematics.links.size())
+    return phrase(key, ".tool_frame: no such link");
+  return check_modes(limits, part);
 }
 
 Text in_range(std::string_view key, double value, double lowest, double highest) {
@@ -132,14 +69,6 @@ Text check_protocol(const ProtocolLimits& protocol) {
                    in_range("bad_frames_window_ticks", protocol.bad_frames_window_ticks, 1, 1000)});
 }
 
-template <class List>
-Text check_names(const List& list, std::string_view key) {
-  for (std::size_t i = 0; i < list.size(); ++i)
-    for (std::size_t k = 0; k < i; ++k)
-      if (list[i].name == list[k].name) return phrase(key, ": ", list[i].name, " is there twice");
-  return {};
-}
-
 }  // namespace
 
 Text check_limits(const Limits& limits) {
@@ -151,7 +80,7 @@ Text check_limits(const Limits& limits) {
     return "joints, parts: expected at least one of each";
   Text fault = first_of({check_names(limits.joints, "joints"),
                          check_names(limits.passive_joints, "passive_joints"),
-                         check_names(limits.parts, "parts")});
+                         check_names(limits.parts, "parts"), check_tree(limits)});
   for (const JointLimits& joint : limits.joints)
     if (fault.empty()) fault = check_joint(limits, joint);
   for (const PassiveLimits& joint : limits.passive_joints)

@@ -1,7 +1,7 @@
 // What the robot, the runners' heartbeats and the stop key say.
 
-#include "absolute.hpp"
 #include "gate_core.hpp"
+#include "outside_bounds.hpp"
 
 namespace fairlead {
 

@@ -125,6 +125,7 @@ void HalLink::take_state(const JointState& message, std::uint64_t now_ns) {
   for (std::size_t i = 0; i < state_.count; ++i) {
     state_.positions[i] = message.positions[i];
     state_.velocities[i] = message.velocities[i];
+    state_.efforts[i] = message.efforts[i];
   }
   state_.acted = message.acted;
 }

@@ -1,8 +1,6 @@
 #include "fairlead_safety/judge.hpp"
 
-#include "absolute.hpp"
-#include "evidence.hpp"
-#include "steps.hpp"
+#include "mode_checkers.hpp"
 
 namespace fairlead {
 namespace {
@@ -11,19 +9,18 @@ namespace {
 Evidence check_row(const Limits& limits, const ClaimLimits& claim, const MeasuredState& state,
                    const ActionChunk& chunk, std::size_t row, std::size_t first_row,
                    const RowBefore& before) {
-  for (const ActionPart& action : chunk.parts) {
-    const Evidence evidence =
-        check_absolute(limits, claim.modes[action.part], state, action, row, first_row);
-    if (!evidence.ok())
-      return at(evidence, static_cast<std::int64_t>(row), limits.parts[action.part].name);
-  }
-  for (const ActionPart& action : chunk.parts) {
-    const ModeLimits& modes = claim.modes[action.part];
-    const Evidence evidence = row == first_row
-                                  ? check_start(limits, modes, state, action, row, before)
-                                  : check_step(limits, modes, action, row);
-    if (!evidence.ok())
-      return at(evidence, static_cast<std::int64_t>(row), limits.parts[action.part].name);
+  const bool is_first = row == first_row;
+  for (const bool steps : {false, true}) {
+    for (const ActionPart& action : chunk.parts) {
+      const Setpoint previous = row_of(action, is_first ? row : row - 1, limits);
+      const RowView view{limits, claim.modes[action.part], state, row_of(action, row, limits),
+                         is_first ? nullptr : &previous};
+      const Evidence evidence = !steps     ? check_absolute(view)
+                                : is_first ? check_start(view, before)
+                                           : check_step(view);
+      if (!evidence.ok())
+        return at(evidence, static_cast<std::int64_t>(row), limits.parts[action.part].name);
+    }
   }
   return {};
 }

@@ -26,12 +26,6 @@ Evidence check_block(const Limits& limits, const NumberView& block, std::string_
   return {};
 }
 
-double standstill_velocity(const Limits& limits, std::size_t i) {
-  const std::size_t commanded = limits.joints.size();
-  return i < commanded ? limits.joints[i].standstill_velocity
-                       : limits.passive_joints[i - commanded].standstill_velocity;
-}
-
 // Distance between two measurements; a continuous joint may be reported in any turn.
 double moved(const Limits& limits, std::size_t i, double from, double to) {
   const double change = to - from;
@@ -71,12 +65,6 @@ Evidence check_jump(const Limits& limits, const MeasuredState& before, const Mea
     return evidence;
   }
   return {};
-}
-
-bool at_standstill(const Limits& limits, const MeasuredState& state) {
-  for (std::size_t i = 0; i < state.count; ++i)
-    if (!(std::abs(state.velocities[i]) < standstill_velocity(limits, i))) return false;
-  return state.count == limits.measured_count();
 }
 
 }  // namespace fairlead

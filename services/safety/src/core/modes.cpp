@@ -16,16 +16,16 @@ struct ModeRow {
 constexpr std::array<ModeRow, mode_count> table{{
     {"joint_position", Width::robot, true},
     {"joint_velocity", Width::robot, true},
-    {"joint_torque", Width::robot, false},
+    {"joint_torque", Width::robot, true},
     {"joint_trajectory", Width::none, false},
-    {"cartesian_pose", Width::seven, false},
+    {"cartesian_pose", Width::seven, true},
     {"cartesian_delta", Width::six, true},
-    {"cartesian_twist", Width::six, false},
+    {"cartesian_twist", Width::six, true},
     {"body_twist", Width::six, true},
     {"foot_placement", Width::none, false},
-    {"gripper_binary", Width::one, false},
+    {"gripper_binary", Width::one, true},
     {"gripper_position", Width::one, true},
-    {"dex_hand_joint", Width::robot, false},
+    {"dex_hand_joint", Width::robot, true},
     {"composite_mode", Width::one, true},
 }};
 

@@ -5,6 +5,7 @@
 
 #include "evidence.hpp"
 #include "fairlead_safety/judge.hpp"
+#include "fairlead_safety/mode_blocks.hpp"
 
 namespace fairlead {
 namespace {
@@ -86,12 +87,10 @@ Evidence check_mask(const Limits& limits, const PartLimits& part, const ActionCh
   return {};
 }
 
-// G009, cartesian modes: a frame the gate knows, and nothing along axes the part does not have.
+// G009: nothing along axes the part does not have.
 Evidence check_axes(const CartesianLimits& mode, const ActionChunk& chunk,
                     const ActionPart& action) {
   constexpr std::array<std::string_view, 6> axes{"x", "y", "z", "rx", "ry", "rz"};
-  if (!mode.frames.contains(action.frame_id))
-    return broken_rule(code::addressing, "frame_id", "a frame declared for this mode");
   for (std::size_t row = 0; row < chunk.horizon; ++row)
     for (std::size_t axis = 0; axis < axes.size(); ++axis) {
       const double value = action.values[row * axes.size() + axis];
@@ -119,13 +118,13 @@ Evidence check_part(const Limits& limits, const ModeLimits& modes, const ActionC
   }
   if (!action.active.empty())
     return broken_rule(code::addressing, "active", "only joint modes have a mask");
-  if (action.mode == static_cast<std::uint8_t>(Mode::cartesian_delta))
-    return check_axes(modes.cartesian_delta, chunk, action);
-  if (action.mode == static_cast<std::uint8_t>(Mode::body_twist))
-    return check_axes(modes.body_twist, chunk, action);
-  if (!action.frame_id.empty())
+  const FixedVec<Name, max_frames>* frames = frames_of(modes, action.mode);
+  if (frames == nullptr && !action.frame_id.empty())
     return broken_rule(code::addressing, "frame_id", "this mode has no frame");
-  return {};
+  if (frames != nullptr && !frames->contains(action.frame_id))
+    return broken_rule(code::addressing, "frame_id", "a frame declared for this mode");
+  const CartesianLimits* norms = norm_block(modes, action.mode);
+  return norms == nullptr ? Evidence{} : check_axes(*norms, chunk, action);
 }
 
 // G009: each part once. Parts own their joints, so nothing is commanded twice in a tick.
@@ -155,22 +154,12 @@ Evidence check_shape(const Limits& limits, const ClaimLimits& claim, const Actio
 }
 
 bool ModeLimits::supports(std::uint8_t mode) const {
-  switch (static_cast<Mode>(mode)) {
-    case Mode::joint_position:
-      return joint_position.supported;
-    case Mode::joint_velocity:
-      return joint_velocity.supported;
-    case Mode::cartesian_delta:
-      return cartesian_delta.supported;
-    case Mode::body_twist:
-      return body_twist.supported;
-    case Mode::gripper_position:
-      return gripper_position.supported;
-    case Mode::composite_mode:
-      return composite_mode.supported;
-    default:
-      return false;
-  }
+  if (const JointModeLimits* joints = joint_block(*this, mode)) return joints->supported;
+  if (const CartesianLimits* norms = norm_block(*this, mode)) return norms->supported;
+  if (const ScalarLimits* scalar = scalar_block(*this, mode)) return scalar->supported;
+  if (mode == static_cast<std::uint8_t>(Mode::cartesian_pose)) return cartesian_pose.supported;
+  if (mode == static_cast<std::uint8_t>(Mode::gripper_binary)) return gripper_binary.supported;
+  return false;
 }
 
 }  // namespace fairlead

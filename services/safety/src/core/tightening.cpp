@@ -1,5 +1,6 @@
 #include "tightening.hpp"
 
+#include "fairlead_safety/mode_blocks.hpp"
 #include "phrase.hpp"
 
 namespace fairlead {
@@ -23,7 +24,7 @@ Text no_such_limit(const LimitOverride& wanted) {
                 wanted.name);
 }
 
-Text tighten_cartesian(const LimitOverride& wanted, CartesianLimits& mode) {
+Text tighten_norms(const LimitOverride& wanted, CartesianLimits& mode) {
   if (wanted.name == "linear_limit") return lower_it(wanted, mode.linear_limit);
   if (wanted.name == "angular_limit") return lower_it(wanted, mode.angular_limit);
   if (wanted.name == "linear_step_limit") return lower_it(wanted, mode.linear_step_limit);
@@ -31,43 +32,62 @@ Text tighten_cartesian(const LimitOverride& wanted, CartesianLimits& mode) {
   return no_such_limit(wanted);
 }
 
+// The lower end of a range only rises, and stays below the upper one. NaN fails.
+Text raise_lower(const LimitOverride& wanted, double& lower, double upper) {
+  if (!(wanted.value >= lower && wanted.value < upper)) return refuse(wanted, "at least", lower);
+  lower = wanted.value;
+  return {};
+}
+
+Text lower_upper(const LimitOverride& wanted, double lower, double& upper) {
+  if (!(wanted.value <= upper && wanted.value > lower)) return refuse(wanted, "at most", upper);
+  upper = wanted.value;
+  return {};
+}
+
 Text tighten_scalar(const LimitOverride& wanted, ScalarLimits& mode) {
   if (wanted.name == "step_limit") return lower_it(wanted, mode.step_limit);
-  if (wanted.name == "lower") {
-    if (!(wanted.value >= mode.lower && wanted.value < mode.upper))
-      return refuse(wanted, "at least", mode.lower);
-    mode.lower = wanted.value;
-    return {};
-  }
-  if (wanted.name == "upper") {
-    if (!(wanted.value <= mode.upper && wanted.value > mode.lower))
-      return refuse(wanted, "at most", mode.upper);
-    mode.upper = wanted.value;
-    return {};
-  }
+  if (wanted.name == "lower") return raise_lower(wanted, mode.lower, mode.upper);
+  if (wanted.name == "upper") return lower_upper(wanted, mode.lower, mode.upper);
   return no_such_limit(wanted);
 }
 
 // The joints' own limits are the robot's; a claim adds one of its own, not above any of them.
-Text tighten_velocity(const Limits& limits, const PartLimits& part, const LimitOverride& wanted,
-                      JointModeLimits& mode) {
-  double limit = mode.claimed_velocity;
-  for (const std::size_t joint : part.joints) {
-    const double own = limits.joints[joint].velocity_limit;
-    if (!(limit <= own)) limit = own;
-  }
+Text tighten_own_limit(const Limits& limits, const PartLimits& part, const LimitOverride& wanted,
+                       double JointLimits::*own, JointModeLimits& mode) {
+  double limit = mode.claimed_limit;
+  for (const std::size_t joint : part.joints)
+    if (!(limit <= limits.joints[joint].*own)) limit = limits.joints[joint].*own;
   const Text fault = lower_it(wanted, limit);
-  if (fault.empty()) mode.claimed_velocity = limit;
+  if (fault.empty()) mode.claimed_limit = limit;
   return fault;
 }
 
-Text tighten_joints(const PartLimits& part, const LimitOverride& wanted, JointModeLimits& mode) {
+Text tighten_joints(const Limits& limits, const PartLimits& part, const LimitOverride& wanted,
+                    JointModeLimits& mode) {
+  const auto is = [&wanted](Mode name) { return wanted.mode == static_cast<std::uint8_t>(name); };
+  if (wanted.name == "velocity_limit" && is(Mode::joint_velocity))
+    return tighten_own_limit(limits, part, wanted, &JointLimits::velocity_limit, mode);
+  if (wanted.name == "effort_limit" && is(Mode::joint_torque))
+    return tighten_own_limit(limits, part, wanted, &JointLimits::effort_limit, mode);
   if (!(wanted.name == "step_limit")) return no_such_limit(wanted);
   for (const std::size_t joint : part.joints) {
     const Text fault = lower_it(wanted, mode.step_limit[joint]);
     if (!fault.empty()) return fault;
   }
   return {};
+}
+
+Text tighten_pose(const LimitOverride& wanted, PoseLimits& mode) {
+  if (wanted.name == "linear_step_limit") return lower_it(wanted, mode.linear_step_limit);
+  if (wanted.name == "angular_step_limit") return lower_it(wanted, mode.angular_step_limit);
+  constexpr std::array<std::string_view, 3> lower{"lower_x", "lower_y", "lower_z"};
+  constexpr std::array<std::string_view, 3> upper{"upper_x", "upper_y", "upper_z"};
+  for (std::size_t i = 0; i < lower.size(); ++i) {
+    if (wanted.name == lower[i]) return raise_lower(wanted, mode.lower[i], mode.upper[i]);
+    if (wanted.name == upper[i]) return lower_upper(wanted, mode.lower[i], mode.upper[i]);
+  }
+  return no_such_limit(wanted);
 }
 
 }  // namespace
@@ -77,24 +97,14 @@ Text tighten(const Limits& limits, std::size_t part, const LimitOverride& wanted
   if (!modes.supports(wanted.mode))
     return phrase("limits: ", wanted.part, " has no mode ", mode_name(wanted.mode), " (",
                   wanted.mode, ")");
-  switch (static_cast<Mode>(wanted.mode)) {
-    case Mode::joint_position:
-      return tighten_joints(limits.parts[part], wanted, modes.joint_position);
-    case Mode::joint_velocity:
-      if (wanted.name == "velocity_limit")
-        return tighten_velocity(limits, limits.parts[part], wanted, modes.joint_velocity);
-      return tighten_joints(limits.parts[part], wanted, modes.joint_velocity);
-    case Mode::cartesian_delta:
-      return tighten_cartesian(wanted, modes.cartesian_delta);
-    case Mode::body_twist:
-      return tighten_cartesian(wanted, modes.body_twist);
-    case Mode::gripper_position:
-      return tighten_scalar(wanted, modes.gripper_position);
-    case Mode::composite_mode:
-      return tighten_scalar(wanted, modes.composite_mode);
-    default:
-      return no_such_limit(wanted);
-  }
+  if (JointModeLimits* joints = joint_block(modes, wanted.mode))
+    return tighten_joints(limits, limits.parts[part], wanted, *joints);
+  if (CartesianLimits* norms = norm_block(modes, wanted.mode)) return tighten_norms(wanted, *norms);
+  if (ScalarLimits* scalar = scalar_block(modes, wanted.mode))
+    return tighten_scalar(wanted, *scalar);
+  if (wanted.mode == static_cast<std::uint8_t>(Mode::cartesian_pose))
+    return tighten_pose(wanted, modes.cartesian_pose);
+  return no_such_limit(wanted);  // gripper_binary has none
 }
 
 }  // namespace fairlead

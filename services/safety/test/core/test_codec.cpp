@@ -239,7 +239,7 @@ TEST_CASE("every mode has a name, a width and a checker or none") {
   std::size_t checkers = 0;
   for (int mode = 0; mode < 256; ++mode)
     checkers += mode_has_checker(static_cast<std::uint8_t>(mode)) ? 1U : 0U;
-  CHECK(checkers == 6);
+  CHECK(checkers == 11);
 }
 
 TEST_CASE("signed numbers beyond their range, and numbers of other widths") {

@@ -1,5 +1,9 @@
-// A small robot for the tests: two arm joints, a gripper, a three-axis base and a composite
-// switch. Its numbers are round so that a test can say them again by hand.
+// A small robot for the tests: two arm joints on a slide that nothing commands, a gripper, a
+// three-axis base and a composite switch. Its numbers are round so that a test can say them again
+// by hand.
+//
+// base_link -(torso: up)- column -(arm_1 about z, 0.5 up)- upper -(arm_2 about y, 0.4 ahead)- lower
+// -(0.3 ahead)- tool: at rest the tool is at (0.7, 0, 0.5) with the base's axes.
 #pragma once
 
 #include "fairlead_safety/judge.hpp"
@@ -72,6 +76,31 @@ inline ScalarLimits scalar_mode(double lower, double upper, double step) {
   return mode;
 }
 
+inline PoseLimits pose_mode(double reach, double linear_step, double angular_step) {
+  PoseLimits mode;
+  mode.supported = true;
+  (void)mode.frames.push_back("base_link");
+  mode.lower.fill(-reach);
+  mode.upper.fill(reach);
+  mode.linear_step_limit = linear_step;
+  mode.angular_step_limit = angular_step;
+  mode.source = "test pose mode";
+  return mode;
+}
+
+inline BinaryLimits binary_mode() { return {true, "test binary mode"}; }
+
+inline Link link(const char* name, std::size_t parent, LinkMotion motion, std::size_t joint,
+                 std::array<double, 3> axis, std::array<double, 3> translation) {
+  return {name, parent, motion, joint, axis, translation, {0.0, 0.0, 0.0, 1.0}};
+}
+
+inline Kinematics tree_of(std::initializer_list<Link> links) {
+  Kinematics tree;
+  for (const Link& item : links) (void)tree.links.push_back(item);
+  return tree;
+}
+
 inline PartLimits part(const char* name, std::initializer_list<std::size_t> joints) {
   PartLimits limits;
   limits.name = name;
@@ -117,6 +146,16 @@ inline void add_joints(Limits& limits) {
   (void)limits.passive_joints.push_back(slide);
 }
 
+inline Kinematics test_tree() {
+  constexpr auto turn = LinkMotion::turn;
+  Link root;
+  root.name = "base_link";
+  return tree_of({root, link("column", 0, LinkMotion::slide, torso, {0, 0, 1}, {0, 0, 0}),
+                  link("upper", 1, turn, arm_1, {0, 0, 1}, {0, 0, 0.5}),
+                  link("lower", 2, turn, arm_2, {0, 1, 0}, {0.4, 0, 0}),
+                  link("tool", 3, LinkMotion::fixed, max_measured, {1, 0, 0}, {0.3, 0, 0})});
+}
+
 inline Limits test_limits() {
   Limits limits;
   limits.robot = "test_robot";
@@ -126,12 +165,19 @@ inline Limits test_limits() {
   limits.period_ns = period_ns;
   limits.lockstep_allowed = true;
   add_joints(limits);
+  limits.kinematics = test_tree();
   PartLimits arm_part = part("arm", {arm_1, arm_2});
+  arm_part.tool = 4;
   arm_part.modes.joint_position = joint_mode({arm_1, arm_2}, 0.25);
   arm_part.modes.joint_velocity = joint_mode({arm_1, arm_2}, 0.5);
+  arm_part.modes.joint_torque = joint_mode({arm_1, arm_2}, 10.0);
+  arm_part.modes.cartesian_pose = pose_mode(1.0, 0.05, 0.25);
   arm_part.modes.cartesian_delta = cartesian_mode(0.1, 0.5, {0, 1, 2, 3, 4, 5});
+  arm_part.modes.cartesian_twist = cartesian_mode(0.5, 1.0, {0, 1, 2, 3, 4, 5});
   PartLimits gripper_part = part("gripper", {gripper_joint});
+  gripper_part.tool = 4;
   gripper_part.modes.gripper_position = scalar_mode(0.0, 0.08, 0.05);
+  gripper_part.modes.gripper_binary = binary_mode();
   PartLimits base_part = part("base", {base_x, base_y, base_yaw});
   base_part.modes.joint_velocity = joint_mode({base_x, base_y, base_yaw}, 2.0);
   base_part.modes.body_twist = cartesian_mode(1.0, 1.5, {0, 1, 5});

@@ -1,0 +1,37 @@
+// Where a link of the robot is, and how it moves, from what its joints are measured to do.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <cstddef>
+
+#include "fairlead_safety/judge.hpp"
+#include "fairlead_safety/limits.hpp"
+
+namespace fairlead {
+
+/// A frame as seen from another: its origin [m] there, and the rotation of its axes.
+struct Pose {
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();
+  Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
+};
+
+/// Velocity of a link's origin [m/s] and of its axes [rad/s].
+struct Twist {
+  Eigen::Vector3d linear = Eigen::Vector3d::Zero();
+  Eigen::Vector3d angular = Eigen::Vector3d::Zero();
+};
+
+/// T_frame_link: the pose of one link in the frame of another, both anywhere in the tree.
+/// NaN where a measurement is, or a link is none of the tree's.
+Pose link_pose(const Kinematics& kinematics, const MeasuredState& state, std::size_t frame,
+               std::size_t link);
+
+/// The velocity of `link` relative to the root, along the axes of `frame`: Jacobian times joint
+/// velocities.
+Twist link_twist(const Kinematics& kinematics, const MeasuredState& state, std::size_t frame,
+                 std::size_t link);
+
+/// Angle between two rotations [rad], 0 to pi; q and -q are the same. NaN if a number is.
+double angle_between(const Eigen::Quaterniond& a, const Eigen::Quaterniond& b);
+
+}  // namespace fairlead

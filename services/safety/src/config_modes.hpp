@@ -1,0 +1,13 @@
+// The modes of one part in a compiled gate file.
+#pragma once
+
+#include "fairlead_safety/limits.hpp"
+#include "strict_json.hpp"
+
+namespace fairlead {
+
+/// Read `modes` of a part whose joints are known. Throws ConfigRefused naming the path, also for a
+/// mode that has no checker.
+void read_modes(Section section, PartLimits& part);
+
+}  // namespace fairlead

@@ -1,0 +1,84 @@
+// Modes that move a frame by a small motion or a velocity: three linear and three angular numbers,
+// judged by the norms of the two halves, never by single axes.
+
+#include <array>
+#include <cmath>
+
+#include "fairlead_safety/kinematics.hpp"
+#include "fairlead_safety/mode_blocks.hpp"
+#include "mode_checkers.hpp"
+
+namespace fairlead {
+namespace {
+
+const CartesianLimits& block_of(const RowView& view) {
+  return *norm_block(view.modes, view.mode());
+}
+
+Twist halves(const Setpoint& row) { return {{row[0], row[1], row[2]}, {row[3], row[4], row[5]}}; }
+
+Evidence step_from(std::uint32_t code, const RowView& view, const Twist& before) {
+  const CartesianLimits& mode = block_of(view);
+  const Twist now = halves(view.now);
+  const Evidence linear = at_most(code, "linear", (now.linear - before.linear).norm(),
+                                  mode.linear_step_limit, mode.source);
+  if (!linear.ok()) return linear;
+  return at_most(code, "angular", (now.angular - before.angular).norm(), mode.angular_step_limit,
+                 mode.source);
+}
+
+// The base's measured twist along base_link's axes: its joints are two slides along odom's x and
+// y and a yaw. False if the part is built otherwise.
+bool measured_base_twist(const RowView& view, Twist& twist) {
+  const auto& joints = view.part().joints;
+  const auto slides = [&](std::size_t i) {
+    return view.limits.joints[joints[i]].kind == JointKind::prismatic;
+  };
+  if (joints.size() != 3 || !slides(0) || !slides(1) || slides(2)) return false;
+  const double yaw = view.state.positions[joints[2]];
+  const double vx = view.state.velocities[joints[0]];
+  const double vy = view.state.velocities[joints[1]];
+  twist.linear = {std::cos(yaw) * vx + std::sin(yaw) * vy, std::cos(yaw) * vy - std::sin(yaw) * vx,
+                  0.0};
+  twist.angular = {0.0, 0.0, view.state.velocities[joints[2]]};
+  return true;
+}
+
+}  // namespace
+
+Evidence norm_absolute(const RowView& view) {
+  const CartesianLimits& mode = block_of(view);
+  const Twist now = halves(view.now);
+  const Evidence linear =
+      at_most(code::absolute, "linear", now.linear.norm(), mode.linear_limit, mode.source);
+  if (!linear.ok()) return linear;
+  return at_most(code::absolute, "angular", now.angular.norm(), mode.angular_limit, mode.source);
+}
+
+// Holding is a delta of zero.
+Evidence delta_start(const RowView& view, const Setpoint* acted) {
+  if (acted != nullptr) return {};
+  return step_from(code::start, view, Twist{});
+}
+
+// A twist after none: against the tool's measured one, along the axes of the row's frame.
+Evidence tool_twist_start(const RowView& view, const Setpoint* acted) {
+  if (acted != nullptr) return {};
+  const Kinematics& tree = view.limits.kinematics;
+  const std::size_t frame = tree.find(view.now.action->frame_id);
+  return step_from(code::start, view, link_twist(tree, view.state, frame, view.part().tool));
+}
+
+Evidence body_twist_start(const RowView& view, const Setpoint* acted) {
+  if (acted != nullptr) return {};
+  Twist measured;
+  if (!measured_base_twist(view, measured))
+    return check_still(view, "a first twist of this part: from standstill");
+  return step_from(code::start, view, measured);
+}
+
+Evidence norm_step(std::uint32_t code, const RowView& view, const Setpoint& before) {
+  return step_from(code, view, halves(before));
+}
+
+}  // namespace fairlead

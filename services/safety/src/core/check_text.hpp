@@ -1,0 +1,43 @@
+// What the checks of a configuration have in common: a fault is a text, none is "".
+#pragma once
+
+#include <cmath>
+#include <initializer_list>
+
+#include "fairlead_safety/limits.hpp"
+#include "phrase.hpp"
+
+namespace fairlead {
+
+inline Text positive(const Text& key, double value) {
+  if (std::isfinite(value) && value > 0.0) return {};
+  return phrase(key, ": expected a finite number above 0, got ", value);
+}
+
+inline Text first_of(std::initializer_list<Text> faults) {
+  for (const Text& fault : faults)
+    if (!fault.empty()) return fault;
+  return {};
+}
+
+inline Text check_range(const Text& key, double lower, double upper) {
+  if (std::isfinite(lower) && std::isfinite(upper) && lower < upper) return {};
+  return phrase(key, ": expected finite lower < upper, got ", lower, " and ", upper);
+}
+
+/// Two entries of a list with the same name, "" if there are none.
+template <class List>
+Text check_names(const List& list, std::string_view key) {
+  for (std::size_t i = 0; i < list.size(); ++i)
+    for (std::size_t k = 0; k < i; ++k)
+      if (list[i].name == list[k].name) return phrase(key, ": ", list[i].name, " is there twice");
+  return {};
+}
+
+/// check_modes.cpp: the limits of every mode the part declares.
+Text check_modes(const Limits& limits, const PartLimits& part);
+
+/// check_tree.cpp: the robot's links are one tree of measured joints.
+Text check_tree(const Limits& limits);
+
+}  // namespace fairlead

@@ -1,0 +1,82 @@
+#include "mode_checkers.hpp"
+
+#include <array>
+
+#include "outside_bounds.hpp"
+
+namespace fairlead {
+namespace {
+
+struct ModeChecker {
+  Evidence (*absolute)(const RowView& view) = nullptr;
+  Evidence (*start)(const RowView& view, const Setpoint* acted) = nullptr;
+  Evidence (*step)(std::uint32_t code, const RowView& view, const Setpoint& before) = nullptr;
+};
+
+// A composite switch has no state to start from, and a binary gripper may switch at any time.
+Evidence start_anywhere(const RowView&, const Setpoint*) { return {}; }
+Evidence step_anywhere(std::uint32_t, const RowView&, const Setpoint&) { return {}; }
+
+// By mode number. Nothing judges the rows of the two empty ones: they are refused by name.
+constexpr std::array<ModeChecker, mode_count> checkers{{
+    {joint_target_absolute, joint_target_start, joint_step},      // joint_position
+    {joint_velocity_absolute, joint_velocity_start, joint_step},  // joint_velocity
+    {joint_torque_absolute, joint_torque_start, joint_step},      // joint_torque
+    {},                                                           // joint_trajectory
+    {pose_absolute, pose_start, pose_step},                       // cartesian_pose
+    {norm_absolute, delta_start, norm_step},                      // cartesian_delta
+    {norm_absolute, tool_twist_start, norm_step},                 // cartesian_twist
+    {norm_absolute, body_twist_start, norm_step},                 // body_twist
+    {},                                                           // foot_placement
+    {binary_absolute, start_anywhere, step_anywhere},             // gripper_binary
+    {scalar_absolute, gripper_start, scalar_step},                // gripper_position
+    {joint_target_absolute, joint_target_start, joint_step},      // dex_hand_joint
+    {scalar_absolute, start_anywhere, scalar_step},               // composite_mode
+}};
+
+const ModeChecker& checker_of(const RowView& view) {
+  static constexpr ModeChecker none{};
+  return view.mode() < mode_count ? checkers[view.mode()] : none;
+}
+
+// The command of the same part in the row that acts before, nullptr if that row has none.
+const ActionPart* command_before(const RowBefore& before, const ActionPart& action) {
+  if (before.chunk == nullptr) return nullptr;
+  for (const ActionPart& other : before.chunk->parts)
+    if (other.part == action.part) return &other;
+  return nullptr;
+}
+
+}  // namespace
+
+Evidence check_absolute(const RowView& view) {
+  const ModeChecker& checker = checker_of(view);
+  if (checker.absolute == nullptr)
+    return broken_rule(code::addressing, mode_name(view.mode()), "no checker for this mode",
+                       view.mode());
+  const Evidence evidence = check_outside(view);
+  return evidence.ok() ? checker.absolute(view) : evidence;
+}
+
+Evidence check_start(const RowView& view, const RowBefore& before) {
+  const ActionPart& action = *view.now.action;
+  const ActionPart* last = command_before(before, action);
+  const bool goes_on =
+      last != nullptr && last->mode == action.mode && last->frame_id == action.frame_id;
+  if (last != nullptr && !goes_on) {
+    const Evidence moving =
+        check_still(view, "a part changes its mode or frame at standstill only");
+    if (!moving.ok()) return moving;
+  }
+  const ModeChecker& checker = checker_of(view);
+  if (!goes_on) return checker.start(view, nullptr);
+  const Setpoint acted = row_of(*last, before.row, view.limits);
+  const Evidence evidence = checker.start(view, &acted);
+  return evidence.ok() ? checker.step(code::start, view, acted) : evidence;
+}
+
+Evidence check_step(const RowView& view) {
+  return checker_of(view).step(code::step, view, *view.previous);
+}
+
+}  // namespace fairlead

@@ -1,0 +1,49 @@
+#include "outside_bounds.hpp"
+
+namespace fairlead {
+
+double excess(const Bounds& bounds, double position) {
+  if (position > bounds.upper) return position - bounds.upper;
+  if (position < bounds.lower) return position - bounds.lower;
+  return 0.0;
+}
+
+bool is_outside(const Bounds& bounds, double measured) {
+  return !(std::abs(excess(bounds, measured)) <= bounds.tolerance);
+}
+
+namespace {
+
+// Modes whose own rule decides whether a row leads a joint back. A torque says nothing about where
+// it leads, and a cartesian row not through which joints.
+bool decides_itself(const RowView& view, std::size_t joint) {
+  switch (static_cast<Mode>(view.mode())) {
+    case Mode::joint_position:
+    case Mode::joint_velocity:
+    case Mode::dex_hand_joint:
+      return view.now.commands(joint);
+    // A gripper's target is its joint's own position, and lies inside the range.
+    case Mode::gripper_binary:
+    case Mode::gripper_position:
+      return true;
+    default:
+      return false;
+  }
+}
+
+}  // namespace
+
+Evidence check_outside(const RowView& view) {
+  for (const std::size_t j : view.part().joints) {
+    const JointLimits& joint = view.limits.joints[j];
+    const double measured = view.state.positions[j];
+    if (!joint.bounded || !is_outside(joint.bounds, measured) || decides_itself(view, j)) continue;
+    const double bound =
+        excess(joint.bounds, measured) > 0.0 ? joint.bounds.upper : joint.bounds.lower;
+    return above(code::state, joint.name.view(), measured, bound,
+                 "measured outside bounds + tolerance: only rows that reduce it");
+  }
+  return {};
+}
+
+}  // namespace fairlead

@@ -1,0 +1,29 @@
+// Whether a part, or the whole robot, stands still.
+
+#include <cmath>
+
+#include "mode_checkers.hpp"
+
+namespace fairlead {
+
+Evidence check_still(const RowView& view, std::string_view rule) {
+  for (const std::size_t j : view.part().joints) {
+    const JointLimits& joint = view.limits.joints[j];
+    const double speed = std::abs(view.state.velocities[j]);
+    if (!(speed < joint.standstill_velocity))
+      return above(code::start, joint.name.view(), speed, joint.standstill_velocity, rule);
+  }
+  return {};
+}
+
+bool at_standstill(const Limits& limits, const MeasuredState& state) {
+  const std::size_t commanded = limits.joints.size();
+  for (std::size_t i = 0; i < state.count; ++i) {
+    const double limit = i < commanded ? limits.joints[i].standstill_velocity
+                                       : limits.passive_joints[i - commanded].standstill_velocity;
+    if (!(std::abs(state.velocities[i]) < limit)) return false;
+  }
+  return state.count == limits.measured_count();
+}
+
+}  // namespace fairlead
