@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from fairlead.messages import HalStatus, Image, StatusQuery, decode
-from fairlead_hal_sim.camera_process import GL_LIBRARIES, start_camera_process
+from fairlead_hal_sim.camera_process import start_camera_process
+from fairlead_hal_sim.graphics_choice import LIBRARIES
 from fairlead_hal_sim.options import CameraOptions, SimulatorOptions
 from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
 from tests.hal.hal_process import HalProcess
@@ -18,7 +19,7 @@ from tests.hal.test_host_process import collect
 pytestmark = pytest.mark.simulator
 
 CAMERA = CameraOptions(name="overview", width=96, height=64, period_ticks=5)
-CAN_RENDER = any(ctypes.util.find_library(library) for _, library in GL_LIBRARIES)
+CAN_RENDER = any(ctypes.util.find_library(library) for _, library in LIBRARIES)
 
 
 def pixels(image: Image) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
@@ -83,4 +84,24 @@ def test_without_a_working_renderer_the_hal_runs_and_says_that_cameras_are_off(
     assert status.detail == "cameras off: no renderer was started"
     assert status.cameras == ()
     assert "install libegl1 or libosmesa6" in hal.log.read_text()
+    hal.close()
+
+
+@pytest.mark.parametrize(
+    ("choice", "why"),
+    [
+        ("disable", "MUJOCO_GL=disable switches rendering off"),
+        ("vulkan", "MUJOCO_GL: expected a renderer, got 'vulkan' "
+         "(valid: egl, osmesa, glfw, glx, disabled)"),
+    ],
+)  # fmt: skip
+def test_a_choice_that_renders_nothing_is_said_in_one_line_and_the_hal_runs(
+    choice: str, why: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("MUJOCO_GL", choice)
+    hal = HalProcess(tmp_path, "lockstep", backend="robosuite", cameras=[CAMERA.model_dump()])
+    collect(hal, hal.keys.joints, 2)
+    log = hal.log.read_text()
+    assert f"cameras off: {why}\n" in log
+    assert "Traceback" not in log
     hal.close()

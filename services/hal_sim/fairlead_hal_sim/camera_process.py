@@ -7,7 +7,6 @@ ends by itself when the pipe to the HAL closes, however the HAL ended.
 
 from __future__ import annotations
 
-import ctypes.util
 import logging
 import os
 import signal
@@ -21,16 +20,13 @@ from multiprocessing.connection import Connection
 import msgspec
 
 from fairlead.messages import Image, decode, encode
+from fairlead_hal_sim.graphics_choice import VARIABLE, renderers, why_none
 from fairlead_hal_sim.options import CameraOptions, SimulatorOptions
 
 _LOG = logging.getLogger("hal.cameras")
 
 START_WAIT_S = 120.0
 """Building the environment takes seconds, on a busy machine tens of them."""
-GL_LIBRARIES = (("egl", "EGL"), ("osmesa", "OSMesa"))
-"""Values of MUJOCO_GL that render without a screen, and the library each needs."""
-PRESET_GL = os.environ.get("MUJOCO_GL")
-"""The operator's choice, read on import: robosuite overwrites the variable later."""
 
 
 class FrameRequest(msgspec.Struct, frozen=True, array_like=True):
@@ -60,7 +56,7 @@ class CameraProcess:
         self._process = subprocess.Popen(
             [sys.executable, "-m", "fairlead_hal_sim.camera_process", str(theirs.fileno())],
             pass_fds=[theirs.fileno()],
-            env={**os.environ, "MUJOCO_GL": gl},
+            env={**os.environ, VARIABLE: gl},
         )
         theirs.close()
         plain = SimulatorOptions(
@@ -126,19 +122,14 @@ class CameraProcess:
 
 def start_camera_process(options: SimulatorOptions, control_hz: float) -> CameraProcess | None:
     """Start rendering with the first graphics library that works; None if none does."""
-    choices = (
-        [PRESET_GL]
-        if PRESET_GL
-        else [gl for gl, library in GL_LIBRARIES if ctypes.util.find_library(library)]
-    )
-    for gl in choices:
+    for gl in renderers():
         process = CameraProcess(options, control_hz, gl)
         if process.wait_ready():
             _LOG.info("cameras render with MUJOCO_GL=%s", gl)
             return process
         _LOG.warning("cannot render with MUJOCO_GL=%s: %s", gl, process.failure)
         process.close()
-    _LOG.error("cameras off: no rendering library works; install libegl1 or libosmesa6")
+    _LOG.error("cameras off: %s", why_none())
     return None
 
 

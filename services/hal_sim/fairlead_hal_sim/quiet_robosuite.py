@@ -3,7 +3,7 @@
 Import this module before any module of robosuite: its notes about optional packages are
 printed while it is being imported, and it insists on EGL, so that on a machine without a
 complete EGL it could not be imported at all. Only a process that was told how to render
-(MUJOCO_GL) loads a graphics library.
+(MUJOCO_GL, and by a value that MuJoCo takes) loads a graphics library.
 
 Raises on import:
     ConfigError: robosuite is not installed (a wheel of fairlead does without), and the command
@@ -18,10 +18,11 @@ import sys
 
 from fairlead.errors import ConfigError
 from fairlead.paths import runtime_lock
+from fairlead_hal_sim.graphics_choice import CHOICE, VARIABLE, is_renderer
 
-_GRAPHICS = os.environ.get("MUJOCO_GL")
-if _GRAPHICS is None:
-    os.environ["MUJOCO_GL"] = "disabled"
+_GRAPHICS = os.environ.get(VARIABLE)
+if not is_renderer(CHOICE):
+    os.environ[VARIABLE] = "disabled"
 import mujoco  # noqa: E402, F401  # chooses its graphics library now, before robosuite does
 
 logging.disable(logging.WARNING)
@@ -35,8 +36,9 @@ except ModuleNotFoundError as error:
     ) from None
 finally:
     logging.disable(logging.NOTSET)
-    if _GRAPHICS is None:
-        os.environ.pop("MUJOCO_GL", None)  # robosuite's choice, not one for child processes
+    os.environ.pop(VARIABLE, None)  # robosuite's choice, not one for child processes
+    if _GRAPHICS is not None:
+        os.environ[VARIABLE] = _GRAPHICS
 
 ROBOSUITE_DEFAULT_LOGGER.setLevel(logging.ERROR)
 
