@@ -13,6 +13,7 @@ from typing import Any
 
 from fairlead.deployment import Deployment, load_deployment
 from fairlead.errors import FairleadError
+from fairlead.router_watch import open_and_say, refuse_namesake, watch_router
 from fairlead.session import ZenohBus
 from fairlead.stop_signals import StopSignals
 
@@ -65,9 +66,12 @@ def run_service(who: str, body: Callable[[ServiceContext], None]) -> int:
     bus: ZenohBus | None = None
     try:
         deployment = load_deployment(arguments.deployment)
-        endpoints = deployment.endpoints(arguments.service)
+        endpoints, log = deployment.endpoints(arguments.service), logging.getLogger(who)
         arguments.state_dir.mkdir(parents=True, exist_ok=True)
-        bus = ZenohBus(endpoints)
+        bus = open_and_say(endpoints, log)
+        if deployment.router is not None:
+            refuse_namesake(arguments.service, bus, deployment.keys.alive(arguments.service))
+            watch_router(bus, deployment.router_endpoint, log, signals.stopping)
         body(
             ServiceContext(
                 name=arguments.service,
@@ -85,6 +89,7 @@ def run_service(who: str, body: Callable[[ServiceContext], None]) -> int:
         return 1
     finally:
         signals.end_in_time()
+        signals.stopping.set()  # for whoever still watches
         if bus is not None:
             bus.close()
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import zenoh
 
@@ -19,6 +20,14 @@ _PRIORITY = {
 }
 
 
+LINK_SILENCE_S = 2.0
+"""Behind a router a link that was silent for so long is closed, with what was declared
+over it, and made anew. Never a watchdog: motion ends far earlier, by leases and heartbeats."""
+
+ROUTER_PATIENCE_S = 2.0
+"""How long one attempt to reach a router takes."""
+
+
 @dataclass(frozen=True)
 class Endpoints:
     """Where a session listens and whom it connects to.
@@ -27,39 +36,58 @@ class Endpoints:
     link: each service listens on its own fixed port and connects to those listed.
 
     Args:
-        listen: endpoints such as ``tcp/127.0.0.1:7501``; empty for tools.
-        connect: endpoints tried for ever, in the background.
-        mode: ``peer``, ``client`` (behind a router) or ``router``.
+        listen: endpoints such as ``tcp/127.0.0.1:7501``; empty for tools and clients.
+        connect: a peer's: tried for ever, in the background; a client's: its router.
+        mode: ``peer``, ``client`` (of a router) or ``router``.
+        router_host: a client's: the name of the host where its router runs.
     """
 
     listen: Sequence[str] = ()
     connect: Sequence[str] = ()
     mode: str = "peer"
+    router_host: str = ""
 
-    def config_json(self) -> str:
+    def config(self) -> dict[str, Any]:
         """The Zenoh configuration: static endpoints, no multicast, endless reconnect."""
-        return json.dumps(
-            {
-                "mode": self.mode,
-                "listen": {"endpoints": list(self.listen), "exit_on_failure": True},
-                "connect": {
-                    "endpoints": list(self.connect),
-                    "timeout_ms": -1 if self.connect else 0,
-                    "exit_on_failure": False,
-                    "retry": {
-                        "period_init_ms": 50,
-                        "period_max_ms": 500,
-                        "period_increase_factor": 2,
-                    },
+        return {
+            "mode": self.mode,
+            "listen": {"endpoints": list(self.listen), "exit_on_failure": True},
+            "connect": {
+                "endpoints": list(self.connect),
+                "timeout_ms": self._connect_timeout_ms(),
+                "exit_on_failure": False,
+                "retry": {
+                    "period_init_ms": 50,
+                    "period_max_ms": 500,
+                    "period_increase_factor": 2,
                 },
-                "scouting": {"multicast": {"enabled": False}, "gossip": {"enabled": False}},
-                # An express message takes a whole batch; a burst of one tick (transforms, task,
-                # joints) must find room, or its last messages are dropped.
-                "transport": {"link": {"tx": {"queue": {"size": {"real_time": 16}}}}},
-                "timestamping": {"enabled": False},
-                "adminspace": {"enabled": False},
-            }
-        )
+            },
+            "scouting": {"multicast": {"enabled": False}, "gossip": {"enabled": False}},
+            "transport": self._transport(),
+            "timestamping": {"enabled": False},
+            "adminspace": {"enabled": False},
+        }
+
+    def _connect_timeout_ms(self) -> int:
+        if self.mode == "client":
+            return int(1000 * ROUTER_PATIENCE_S)
+        return -1 if self.connect else 0
+
+    def _transport(self) -> dict[str, Any]:
+        # An express message takes a whole batch; a burst of one tick (transforms, task,
+        # joints) must find room, or its last messages are dropped.
+        queue: dict[str, Any] = {"size": {"real_time": 16}}
+        if self.mode == "peer":
+            return {"link": {"tx": {"queue": queue}}}
+        if self.mode == "router":
+            # A client that takes nothing any more is cut off before the others notice: what
+            # must not be dropped (declarations, answers) would else wait for it for 5 s.
+            queue["congestion_control"] = {"block": {"wait_before_close": 500_000}}  # us
+        silence_ms = int(1000 * LINK_SILENCE_S)
+        return {
+            "link": {"tx": {"queue": queue, "lease": silence_ms, "keep_alive": 4}},
+            "unicast": {"open_timeout": silence_ms, "accept_timeout": silence_ms},
+        }
 
 
 class _ZenohPublisher:
@@ -77,8 +105,8 @@ class ZenohBus:
     """A `fairlead.bus.Bus` over one Zenoh session.
 
     Raises:
-        TransportError: if the session cannot be opened, naming the endpoints (most
-            often: the listening port is taken by another process).
+        TransportError: if the session cannot be opened, naming the endpoints (a peer's, most
+            often: the listening port is taken; a client's: its router cannot be reached).
     """
 
     def __init__(self, endpoints: Endpoints) -> None:
@@ -88,13 +116,9 @@ class ZenohBus:
         # RUST_LOG brings the lines back.
         zenoh.init_log_from_env_or("error,zenoh::api::session=off")
         try:
-            self._session = zenoh.open(zenoh.Config.from_json5(endpoints.config_json()))
+            self._session = zenoh.open(zenoh.Config.from_json5(json.dumps(endpoints.config())))
         except zenoh.ZError as error:
-            raise TransportError(
-                f"zenoh session: cannot open with listen={list(endpoints.listen)} "
-                f"connect={list(endpoints.connect)}: {error}; is another process of this "
-                "robot still running? see: fairlead ps"
-            ) from None
+            raise _cannot_open(endpoints, error) from None
         # Zenoh takes tokens and token watchers back as soon as nobody refers to them.
         self._kept: list[Undeclare] = []
 
@@ -165,6 +189,16 @@ class ZenohBus:
             self._session.liveliness().declare_subscriber(key_expr, on_token, history=True)
         )
 
+    def is_declared(self, token: str) -> bool:
+        """Whether somebody has declared this liveliness token."""
+        replies = self._session.liveliness().get(token, timeout=ROUTER_PATIENCE_S)
+        return any(reply.ok is not None for reply in replies)
+
+    @property
+    def has_router(self) -> bool:
+        """Whether there is a link to a router now."""
+        return bool(list(self._session.info.routers_zid()))
+
     def _keep(self, declared: Undeclare) -> Undeclare:
         self._kept.append(declared)
         return declared
@@ -172,6 +206,38 @@ class ZenohBus:
     def close(self) -> None:
         """End the session; everything declared goes with it."""
         self._session.close()  # type: ignore[no-untyped-call]
+
+
+def open_patiently(endpoints: Endpoints, on_wait: Callable[[TransportError], None]) -> ZenohBus:
+    """Open a session; a client's is tried until its router is reached.
+
+    Args:
+        on_wait: called after each attempt in vain; may raise to give up.
+
+    Raises:
+        TransportError: a peer's or router's session cannot be opened.
+    """
+    while True:
+        try:
+            return ZenohBus(endpoints)
+        except TransportError as error:
+            if endpoints.mode != "client":
+                raise
+            on_wait(error)
+
+
+def _cannot_open(endpoints: Endpoints, error: Exception) -> TransportError:
+    if endpoints.mode == "client":
+        where = f" on host {endpoints.router_host}" if endpoints.router_host else ""
+        return TransportError(
+            f"router {', '.join(endpoints.connect)}: not reached within {ROUTER_PATIENCE_S:g} s; "
+            f"does it run{where}, and is the network up? there: fairlead up or fairlead router"
+        )
+    return TransportError(
+        f"zenoh session: cannot open with listen={list(endpoints.listen)} "
+        f"connect={list(endpoints.connect)}: {error}; is another process of this "
+        "robot still running? see: fairlead ps"
+    )
 
 
 def _refusal(key: str, payload: bytes) -> FairleadError:

@@ -14,13 +14,16 @@ import typer
 
 from fairlead.cli.console import hex_id
 from fairlead.cli.deployment_choice import parse_deployment
+from fairlead.cli.other_hosts import OtherHosts, router_reached
 from fairlead.cli.status import state_and_cause
 from fairlead.client import RobotClient
 from fairlead.deployment import load_deployment
 from fairlead.errors import FairleadError, ServiceError
+from fairlead.hosts import ROUTER
 from fairlead.messages import GateState
 from fairlead.supervisor import Registry, ServiceEvent, Supervisor
 from fairlead.supervisor.registry import running_name
+from fairlead.supervisor.this_host import choose_host
 
 EXAMPLE = "fairlead up panda_mobile_sim"
 READY_TIMEOUT_S = 120.0  # a first start compiles and caches much on a slow machine
@@ -41,14 +44,30 @@ def command(
         ),
     ] = None,
     order: Annotated[str, typer.Option(help="start order, comma-separated; any order works")] = "",
+    host: Annotated[
+        str | None, typer.Option(help="which host of the file this machine is, if it has several")
+    ] = None,
+    no_router: Annotated[
+        bool, typer.Option("--no-router", help="the router runs by itself: fairlead router, zenohd")
+    ] = False,
 ) -> None:
-    """Start every service of a deployment, print their logs, restart what dies, until Ctrl-C."""
+    """Start a deployment's services (on one host), print their logs, restart what dies.
+
+    It runs until Ctrl-C. A deployment of several hosts is started once on each, with --host,
+    in any order.
+    """
     loaded = load_deployment(deployment)
     _ = loaded.hal, loaded.only("safety"), loaded.only("skill_runner")  # refused before a start
-    folder = state_dir or Registry().default_state_dir(running_name(loaded))
+    host = choose_host(loaded, host)
+    folder = state_dir or Registry().default_state_dir(running_name(loaded, host))
     stopping = _stop_on_signals()
-    supervisor = Supervisor(deployment, loaded, folder, on_line=_print_line)
+    left_out = {ROUTER} if no_router else set()
+    supervisor = Supervisor(
+        deployment, loaded, folder, on_line=_print_line, host=host, leave_out=left_out
+    )
     try:
+        if ROUTER not in supervisor.processes and not router_reached(loaded, stopping, _print_line):
+            return
         supervisor.start([name for name in order.split(",") if name] or None)
         wait_until_ready(supervisor, stopping)
         if not stopping.is_set():  # else asked to end while it started
@@ -61,12 +80,18 @@ def command(
 
 
 def _watch(supervisor: Supervisor, stopping: threading.Event, folder: Path) -> None:
-    with RobotClient(supervisor.deployment, by="fairlead up") as client:
-        _greet(client, folder)
+    deployment = supervisor.deployment
+    with RobotClient(deployment, by="fairlead up") as client:
+        others = OtherHosts(client, supervisor.processes, _print_line)
+        greeted = False
         while not stopping.wait(WATCH_S):
             for event in supervisor.poll():
                 _say(event, client)
-        _disarm(client)
+            if others.are_there() and not greeted:
+                greeted = True
+                _greet_or_say(client, folder)
+        if client.gate in supervisor.processes:
+            _disarm(client)
 
 
 def wait_until_ready(supervisor: Supervisor, stopping: threading.Event) -> None:
@@ -99,6 +124,15 @@ def _print_line(service: str, line: str) -> None:
     except BrokenPipeError:  # whoever read our output has gone: end as on Ctrl-C
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         os.kill(os.getpid(), signal.SIGTERM)
+
+
+def _greet_or_say(client: RobotClient, folder: Path) -> None:
+    try:
+        _greet(client, folder)
+    except FairleadError as error:
+        if client.deployment.router is None:
+            raise
+        _print_line("up", str(error))  # another host's to mend; what runs here goes on
 
 
 def _greet(client: RobotClient, folder: Path) -> None:

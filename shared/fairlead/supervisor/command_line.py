@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 from fairlead.deployment import Deployment, ServiceKind
+from fairlead.hosts import ROUTER
 from fairlead.paths import gate_binary, gate_config
 
 _MODULES: dict[ServiceKind, str] = {
@@ -20,11 +21,13 @@ _MODULES: dict[ServiceKind, str] = {
 def service_command(
     deployment_file: Path, deployment: Deployment, service: str, state_dir: Path
 ) -> list[str]:
-    """What to execute for one service.
+    """What to execute for one service, or for the router.
 
     Raises:
         ConfigError: if the gate is not built or its file not compiled.
     """
+    if service == ROUTER and deployment.router is not None:
+        return [sys.executable, "-m", "fairlead.cli.main", "router", str(deployment_file)]
     kind = deployment.services[service].run
     if kind == "safety":
         return _gate_command(deployment, service, state_dir)
@@ -46,6 +49,8 @@ def _gate_command(deployment: Deployment, service: str, state_dir: Path) -> list
         "--config", str(gate_config(deployment.robot, deployment.profile)),
         "--state-dir", str(state_dir),
     ]  # fmt: skip
+    if endpoints.mode == "client":
+        return [*command, "--router", deployment.router_endpoint]
     for endpoint in endpoints.listen:
         command += ["--listen", endpoint]
     for endpoint in endpoints.connect:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import socket
+from collections.abc import Iterable
 from contextlib import ExitStack
 
 from fairlead.deployment import Deployment
 from fairlead.errors import ConfigError, ServiceError
+from fairlead.hosts import ROUTER
 from fairlead.supervisor.process_table import command_of, is_listening, listener_of
 from fairlead.supervisor.registry import Registry
 
@@ -23,19 +25,27 @@ def port_of(endpoint: str) -> int:
     return int(port)
 
 
-def check_ports_free(deployment: Deployment) -> None:
-    """Make sure that nobody listens where a service of this deployment will.
+def check_ports_free(deployment: Deployment, names: Iterable[str]) -> None:
+    """Make sure that nobody listens where these processes of a deployment will.
 
     Raises:
         ServiceError: naming the service, the port and the process that has it.
     """
-    for name, spec in deployment.services.items():
-        port = port_of(spec.listen)
-        if is_listening(port):
+    for name in names:
+        endpoint = _endpoint(deployment, name)
+        if endpoint and is_listening(port_of(endpoint)):
+            port = port_of(endpoint)
             raise ServiceError(
                 f"{name}: its port {port} is taken by {_owner(port)}; stop that first "
                 f"({_how_to_stop(port)}) or give {name} another port"
             )
+
+
+def _endpoint(deployment: Deployment, name: str) -> str:
+    """Where a process listens; "" for a client of the router."""
+    if name == ROUTER and deployment.router is not None:
+        return deployment.router_endpoint
+    return deployment.services[name].listen
 
 
 def free_ports(count: int) -> list[int]:

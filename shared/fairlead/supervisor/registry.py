@@ -39,7 +39,8 @@ class ServiceEntry:
 class Running:
     """One deployment that was started on this machine.
 
-    name: ``<id>``, or ``<id>@<namespace>`` outside the default namespace.
+    name: ``<id>``, or ``<id>@<namespace>`` outside the default namespace; of several hosts
+        one: ``<id>.<host>``.
     """
 
     name: str
@@ -60,11 +61,10 @@ class Running:
         return [process for process in found if process is not None and process.is_running]
 
 
-def running_name(deployment: Deployment) -> str:
+def running_name(deployment: Deployment, host: str | None = None) -> str:
     """The name under which ``ps``, ``down`` and ``logs`` know a deployment."""
-    if deployment.namespace == "fl":
-        return deployment.id
-    return f"{deployment.id}@{deployment.namespace}"
+    name = deployment.id if host is None else f"{deployment.id}.{host}"
+    return name if deployment.namespace == "fl" else f"{name}@{deployment.namespace}"
 
 
 class Registry:

@@ -52,7 +52,7 @@ def make_scratch(source: Path, folder: Path, options: ScratchOptions) -> Scratch
     original = load_deployment(source)
     services = original.model_dump(mode="json")["services"]
     for port, (name, spec) in zip(free_ports(len(services)), services.items(), strict=True):
-        spec["listen"] = f"tcp/127.0.0.1:{port}"
+        spec["listen"], spec["host"] = f"tcp/127.0.0.1:{port}", ""  # peers, all of them here
         spec["options"] |= options.options.get(name, {})
     copy = {
         "robot": original.robot,

@@ -1,10 +1,10 @@
-"""The processes of one deployment, from the first check to the last SIGKILL."""
+"""The processes of one deployment on this host, from the first check to the last SIGKILL."""
 
 from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO, Literal
@@ -47,7 +47,7 @@ class _Slot:
 
 
 class Supervisor:
-    """Runs one deployment. Use it from one thread that lives as long as it does.
+    """Runs one deployment's processes here. Use it from one thread that lives as long.
 
     Args:
         deployment_file: where ``deployment`` was read from; the services read it too.
@@ -55,6 +55,8 @@ class Supervisor:
         on_line: called from a thread for every line a service prints.
         registry: where the deployment is listed while it runs.
         command: builds a service's command line.
+        host: which of the deployment's hosts this is; None where it has none.
+        leave_out: names of processes that somebody else runs.
     """
 
     def __init__(
@@ -66,9 +68,12 @@ class Supervisor:
         registry: Registry | None = None,
         command: CommandBuilder = service_command,
         clock: Callable[[], float] = time.monotonic,
+        host: str | None = None,
+        leave_out: Collection[str] = (),
     ) -> None:
         self.deployment = deployment
-        self.name = running_name(deployment)
+        self.name = running_name(deployment, host)
+        self.processes = [n for n in deployment.processes(host) if n not in leave_out]
         self.state_dir = state_dir.absolute()
         self._file = deployment_file.absolute()
         self._on_line = on_line
@@ -96,7 +101,7 @@ class Supervisor:
         self._lock = self._registry.lock(self.name)
         try:
             self._refuse_leftovers()
-            check_ports_free(self.deployment)
+            check_ports_free(self.deployment, names)
             for name in names:
                 self._slots[name] = _Slot(self._spawn(name, commands[name]), self._clock())
                 self._write_entry()
@@ -176,12 +181,12 @@ class Supervisor:
         return killed
 
     def _in_order(self, order: Sequence[str] | None) -> list[str]:
-        services = list(self.deployment.services)
-        if order is not None and sorted(order) != sorted(services):
+        if order is not None and sorted(order) != sorted(self.processes):
             raise ConfigError(
-                f"start order: expected each of {', '.join(services)} once, got {', '.join(order)}"
+                f"start order: expected each of {', '.join(self.processes)} once, "
+                f"got {', '.join(order)}"
             )
-        return services if order is None else list(order)
+        return self.processes if order is None else list(order)
 
     def _command(self, name: str) -> list[str]:
         return self._build_command(self._file, self.deployment, name, self.state_dir / name)

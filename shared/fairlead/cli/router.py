@@ -1,0 +1,78 @@
+"""``fairlead router``: what joins the services of a deployment with several hosts."""
+
+from __future__ import annotations
+
+import logging
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from fairlead.cli.console import print_json
+from fairlead.cli.deployment_choice import parse_deployment
+from fairlead.deployment import Deployment, load_deployment
+from fairlead.errors import ConfigError
+from fairlead.hosts import ROUTER
+from fairlead.session import Endpoints, ZenohBus
+from fairlead.stop_signals import StopSignals
+from fairlead.supervisor.ports import check_ports_free
+from fairlead.supervisor.this_host import choose_host
+
+EXAMPLE = "fairlead router panda_mobile_two_hosts --json"
+
+
+def command(
+    deployment: Annotated[
+        Path,
+        typer.Argument(
+            parser=parse_deployment, metavar="NAME_OR_FILE", help="a name in compose/, or a file"
+        ),
+    ],
+    as_json: Annotated[
+        bool,
+        typer.Option(
+            "--json",
+            "--print-config",
+            help="print the Zenoh configuration instead, as zenohd reads it",
+        ),
+    ] = False,
+) -> None:
+    """Run a deployment's router in the foreground, on its host; `up` there starts it too."""
+    loaded = load_deployment(deployment)
+    endpoints = router_endpoints(loaded)
+    if as_json:
+        print_json(endpoints.config())
+        return
+    assert loaded.router is not None
+    choose_host(loaded, loaded.router.host)
+    check_ports_free(loaded, [ROUTER])
+    _serve(endpoints)
+
+
+def router_endpoints(deployment: Deployment) -> Endpoints:
+    """The router's own endpoints.
+
+    Raises:
+        ConfigError: if the deployment has no router.
+    """
+    if deployment.router is None:
+        raise ConfigError(
+            f"deployment {deployment.id}: has no router: its services are peers on one host; "
+            "see docs/hosts.md"
+        )
+    return Endpoints(listen=[deployment.router_endpoint], mode="router")
+
+
+def _serve(endpoints: Endpoints) -> None:
+    """Route until asked to stop; all of it happens in Zenoh's own threads."""
+    logging.basicConfig(
+        level=logging.INFO, format="%(levelname)s %(name)s: %(message)s", stream=sys.stdout
+    )
+    signals, log = StopSignals("router"), logging.getLogger(ROUTER)
+    bus = ZenohBus(endpoints)
+    signals.started()
+    log.info("listens on %s", ", ".join(endpoints.listen))
+    log.info("ready")
+    signals.stopping.wait()
+    bus.close()

@@ -1,0 +1,53 @@
+"""More than one host: the hosts' addresses, and the router that joins them."""
+
+from __future__ import annotations
+
+import ipaddress
+import re
+
+from pydantic import BaseModel, ConfigDict, Field
+
+ROUTER = "router"
+"""The router's name beside the services, in logs and in lists of processes."""
+
+_NAME = re.compile(r"^[a-z0-9][a-z0-9_\-]*$")
+_ADDRESS = re.compile(r"^[A-Za-z0-9][A-Za-z0-9.:\-]*$")
+
+
+class RouterSpec(BaseModel):
+    """Where the router runs: on one of the hosts, reached at that host's address."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    host: str
+    port: int = Field(ge=1, le=65535)
+
+
+def host_problems(hosts: dict[str, str]) -> list[str]:
+    """What does not fit in a table of hosts and addresses."""
+    problems = []
+    owners: dict[str, str] = {}
+    for name, address in hosts.items():
+        if not _NAME.match(name):
+            problems.append(f"hosts: {name!r}: expected a name of a-z 0-9 _ -")
+        if not _ADDRESS.match(address) or _is_everywhere(address):
+            problems.append(
+                f"hosts.{name}: expected the one address or name by which the other hosts reach "
+                f"it, such as 192.168.1.10, got {address!r}"
+            )
+        other = owners.setdefault(address, name)
+        if other != name:
+            problems.append(f"hosts: {other} and {name} have the same address {address}")
+    return problems
+
+
+def endpoint_of(address: str, port: int) -> str:
+    """A Zenoh endpoint; IPv6 addresses get their brackets."""
+    return f"tcp/[{address}]:{port}" if ":" in address else f"tcp/{address}:{port}"
+
+
+def _is_everywhere(address: str) -> bool:
+    try:
+        return ipaddress.ip_address(address).is_unspecified
+    except ValueError:  # a name
+        return False

@@ -1,0 +1,80 @@
+"""Which of a deployment's hosts this machine is."""
+
+from __future__ import annotations
+
+import socket
+from typing import Any
+
+from fairlead.deployment import Deployment
+from fairlead.errors import ConfigError, ServiceError, expected
+
+
+def choose_host(deployment: Deployment, wanted: str | None) -> str | None:
+    """The host whose services are started here; None where there are no hosts.
+
+    Raises:
+        ConfigError: none was named of several, or one that the file does not have.
+        ServiceError: its address is not this machine's.
+    """
+    hosts = deployment.hosts
+    if not hosts:
+        if wanted is not None:
+            raise ConfigError(
+                f"deployment {deployment.id}: --host {wanted}: the file has no hosts; all its "
+                "services run on this machine, without --host"
+            )
+        return None
+    if wanted is None and len(hosts) > 1:
+        raise ConfigError(
+            f"deployment {deployment.id} has {len(hosts)} hosts; start each on its own machine, "
+            f"with --host (valid: {_listed(hosts)}){_hint(hosts)}"
+        )
+    host = wanted if wanted is not None else next(iter(hosts))
+    if host not in hosts:
+        raise ConfigError(expected("--host", "a host of the file", repr(host), hosts))
+    if not is_own_address(host, hosts[host]):
+        raise ServiceError(
+            f"host {host}: its address {hosts[host]} is none of this machine's (see: ip addr); "
+            f"correct hosts.{host} in the deployment file, on every host{_hint(hosts)}"
+        )
+    return host
+
+
+def is_own_address(host: str, address: str) -> bool:
+    """Whether a process on this machine can listen on an address or name.
+
+    Raises:
+        ServiceError: if the name is not known here.
+    """
+    try:
+        found = socket.getaddrinfo(address, 0, type=socket.SOCK_STREAM)
+    except OSError as error:
+        raise ServiceError(
+            f"host {host}: its name {address} is not known here ({error}); write its address"
+        ) from None
+    return any(_can_bind(family, where) for family, _, _, _, where in found)
+
+
+def _can_bind(family: int, where: tuple[Any, ...]) -> bool:
+    with socket.socket(family, socket.SOCK_STREAM) as probe:
+        try:
+            probe.bind(where)
+        except OSError:
+            return False
+    return True
+
+
+def _listed(hosts: dict[str, str]) -> str:
+    return ", ".join(f"{name} at {address}" for name, address in hosts.items())
+
+
+def _hint(hosts: dict[str, str]) -> str:
+    """Which hosts this machine could be, for people at the wrong one."""
+    here = []
+    for name, address in hosts.items():
+        try:
+            if is_own_address(name, address):
+                here.append(name)
+        except ServiceError:
+            continue
+    return f"; this machine has the address of {', '.join(here)}" if here else ""
