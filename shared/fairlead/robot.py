@@ -11,7 +11,6 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator, model_valida
 
 from fairlead.errors import ConfigError, expected
 from fairlead.keys import check_name
-from fairlead.modes import ControlMode
 from fairlead.paths import robot_dir
 from fairlead.robot_joint import Joint
 from fairlead.robot_part import EndEffector, Part, SimulatorNames
@@ -89,11 +88,6 @@ class RobotManifest(BaseModel):
     def tick_period_ns(self) -> int:
         """The control period, one tick [ns]."""
         return round(self.control_period_ms * 1e6)
-
-    @property
-    def supported_control_modes(self) -> tuple[ControlMode, ...]:
-        """Every mode some part supports, in mode-number order."""
-        return tuple(sorted({mode for part in self.parts for mode in part.control_modes}))
 
     @cached_property
     def robot_hash(self) -> bytes:

@@ -6,6 +6,8 @@ import json
 import os
 from pathlib import Path
 
+import pytest
+
 from fairlead.hal import motion_log
 from fairlead.hal.motion_log import LineWriter, MotionLog
 from tests.hal.gate_messages import HELD, executed
@@ -34,7 +36,9 @@ def test_a_restarted_hal_appends(tmp_path: Path) -> None:
     assert [json.loads(line)["session"] for line in lines] == [1, 2]
 
 
-def test_a_disk_that_hangs_costs_lines_not_ticks(tmp_path: Path) -> None:
+def test_a_disk_that_hangs_costs_lines_not_ticks_and_the_log_says_so(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
     path = tmp_path / "never_read"
     os.mkfifo(path)  # opening it for writing blocks until somebody reads
     writer = LineWriter(path)
@@ -45,3 +49,5 @@ def test_a_disk_that_hangs_costs_lines_not_ticks(tmp_path: Path) -> None:
         writer.put("late")
         reader.readline()
     writer.close(timeout_s=0.5)
+    assert caplog.messages[0] == f"{path}: the disk is stuck, lines are lost"
+    assert any(message.endswith("lines were lost") for message in caplog.messages[1:])

@@ -44,10 +44,14 @@ class LineWriter:
         try:
             self._queue.put_nowait(line)
         except queue.Full:
+            if not self.dropped:
+                _LOG.error("%s: the disk is stuck, lines are lost", self._path)
             self.dropped += 1
 
     def close(self, timeout_s: float = 2.0) -> None:
-        """Write what is queued, for at most ``timeout_s``."""
+        """Write what is queued, for at most ``timeout_s``, and say what was lost."""
+        if self.dropped:
+            _LOG.error("%s: %d lines were lost", self._path, self.dropped)
         try:
             self._queue.put(None, timeout=timeout_s)
         except queue.Full:

@@ -10,18 +10,13 @@ from dataclasses import dataclass
 import numpy as np
 
 COUNTER_HEIGHT_M = 0.90
-COUNTER_DEPTH_M = 0.60
 
 SHELF_HEIGHT_M = 0.90
 CABINET_DEPTH_M = 0.40
 CABINET_WIDTH_M = 0.60
 CABINET_INTERIOR_HEIGHT_M = 0.55
 
-CAN_RADIUS_M = 0.030
 CAN_HEIGHT_M = 0.100
-
-GOAL_DEPTH_M = 0.16
-"""How far behind the cabinet's front edge the can should stand."""
 
 
 @dataclass(frozen=True)
