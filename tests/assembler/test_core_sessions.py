@@ -1,0 +1,106 @@
+"""Episodes, sessions and robots: whose joints and transforms the assembler believes."""
+
+import pytest
+
+from fairlead.errors import MessageError
+from fairlead.messages import (
+    JointState,
+    LayoutState,
+    decode,
+)
+from fairlead.robot import RobotManifest
+from fairlead_state_assembler.core import AssemblerCore, Output
+from tests.assembler.robot_feed import SKILL, RobotFeed
+
+
+@pytest.fixture
+def core(robot: RobotManifest, feed: RobotFeed) -> AssemblerCore:
+    """Wants the oracle's layout, knows the static transforms, has seen no joints."""
+    core = AssemblerCore(robot)
+    core.want(SKILL)
+    assert core.on_transforms(feed.static(1)) == []
+    return core
+
+
+def layouts(outputs: list[Output]) -> list[LayoutState]:
+    return [decode(LayoutState, item.payload) for item in outputs if item.skill == SKILL]
+
+
+def test_older_joint_state_is_ignored(core: AssemblerCore, feed: RobotFeed) -> None:
+    core.on_transforms(feed.moving(5))
+    core.on_joints(feed.joints(5))
+    assert core.on_joints(feed.joints(4)) == []
+
+
+def test_new_episode_does_not_use_transforms_from_before_it(
+    core: AssemblerCore, feed: RobotFeed
+) -> None:
+    core.on_transforms(feed.moving(4))
+    core.on_joints(feed.joints(4))
+    feed.episode_tick = 6
+    assert layouts(core.on_joints(feed.joints(6))) == []
+    core.on_transforms(feed.static(6))
+    [state] = layouts(core.on_transforms(feed.moving(6)))
+    assert (state.tick, state.episode_tick, state.oldest_tick) == (6, 6, 6)
+
+
+def test_new_session_is_answered_from_its_own_data_and_the_old_one_ignored(
+    core: AssemblerCore, feed: RobotFeed, robot: RobotManifest
+) -> None:
+    core.on_transforms(feed.moving(9))
+    core.on_joints(feed.joints(9))
+    restarted = RobotFeed(robot, session=12)
+    core.on_transforms(restarted.static(1))
+    core.on_transforms(restarted.moving(1))
+    [state] = layouts(core.on_joints(restarted.joints(1)))
+    assert (state.session, state.tick, state.fault) == (12, 1, None)
+    assert core.on_joints(feed.joints(10)) == []
+    assert core.on_transforms(feed.moving(10)) == []
+
+
+def test_new_session_whose_transforms_come_first_is_never_mixed_with_the_old_joints(
+    core: AssemblerCore, feed: RobotFeed, robot: RobotManifest
+) -> None:
+    core.on_joints(feed.joints(9))
+    restarted = RobotFeed(robot, session=12)
+    core.on_transforms(restarted.static(9))
+    assert core.on_transforms(restarted.moving(9)) == []
+
+
+def test_joint_state_of_another_robot_is_refused(core: AssemblerCore, feed: RobotFeed) -> None:
+    good = feed.joints(1)
+    other = JointState(
+        session=good.session,
+        tick=1,
+        episode_tick=1,
+        stamp_ns=0,
+        positions=good.positions,
+        velocities=good.velocities,
+        efforts=good.efforts,
+        acted=good.acted,
+        robot_hash=bytes([171]) * 32,
+    )
+    with pytest.raises(MessageError) as error:
+        core.on_joints(other)
+    assert str(error.value) == (
+        f"state/joints: expected robot panda_mobile ({feed.robot.robot_hash.hex()[:12]}), got "
+        "abababababab; the HAL runs with another robot.yaml"
+    )
+
+
+def test_joint_state_of_the_wrong_width_is_refused(core: AssemblerCore, feed: RobotFeed) -> None:
+    good = feed.joints(1)
+    short = JointState(
+        session=good.session,
+        tick=1,
+        episode_tick=1,
+        stamp_ns=0,
+        positions=good.positions[8:],
+        velocities=good.velocities,
+        efforts=good.efforts,
+        acted=good.acted,
+        robot_hash=good.robot_hash,
+    )
+    with pytest.raises(MessageError) as error:
+        core.on_joints(short)
+    assert str(error.value) == "state/joints: expected 14 positions, got 13"
