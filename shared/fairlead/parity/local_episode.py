@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import time
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -48,33 +49,42 @@ def local_episode(
     episode = EpisodeTrace()
     try:
         backend.reset(seed)
-        for _ in range(reset.held_ticks):
-            _note_state(episode, backend)
-            backend.apply({})
-            assert backend.last_packed is not None
-            episode.packed.append(backend.last_packed.tobytes())
+        _hold(episode, backend, reset.held_ticks)
         started = time.monotonic()
-        while len(episode.packed) < most_ticks:
-            task = backend.task()
-            if task is not None and task.success:
-                episode.succeeded = True
-                break
+        while len(episode.packed) < most_ticks and not _has_succeeded(backend):
             state = _observe(assembler, backend, skill)
             tick = reset.tick + len(episode.packed) - reset.held_ticks
             actions = policy.infer(Observation(tick, state, skill.prompt))
             episode.observations.append(state.astype("<f8").tobytes())
             episode.actions.append(np.asarray(actions, dtype="<f4").tobytes())
-            for row in actions[: skill.execute_steps]:
-                _note_state(episode, backend)
-                vector = np.array(row, dtype=np.float32)
-                episode.packed.append(vector.tobytes())
-                backend.env.step(vector)  # turns the base's numbers in place: ours to lose
+            _execute(episode, backend, actions[: skill.execute_steps])
         episode.seconds = time.monotonic() - started
-        task = backend.task()
-        episode.succeeded = task is not None and task.success
+        episode.succeeded = _has_succeeded(backend)
     finally:
         backend.close()
     return episode
+
+
+def _hold(episode: EpisodeTrace, backend: RobosuiteBackend, ticks: int) -> None:
+    """What the host does until the robot stands still after a reset."""
+    for _ in range(ticks):
+        _note_state(episode, backend)
+        backend.apply({})
+        assert backend.last_packed is not None
+        episode.packed.append(backend.last_packed.tobytes())
+
+
+def _execute(episode: EpisodeTrace, backend: RobosuiteBackend, rows: Iterable[Any]) -> None:
+    for row in rows:
+        _note_state(episode, backend)
+        vector = np.array(row, dtype=np.float32)
+        episode.packed.append(vector.tobytes())
+        backend.env.step(vector)  # turns the base's numbers in place: ours to lose
+
+
+def _has_succeeded(backend: RobosuiteBackend) -> bool:
+    task = backend.task()
+    return task is not None and task.success
 
 
 def _make_policy(skill: SkillManifest) -> Any:
