@@ -13,7 +13,8 @@ import pytest
 from fairlead.bus import Qos, Sample
 from fairlead.errors import ConfigError, RefusedError
 from fairlead.hal.backend import Measurement, PartCommand
-from fairlead.hal.host import HalHost, HostSettings
+from fairlead.hal.host import HalHost
+from fairlead.hal.host_settings import HostSettings
 from fairlead.hal.identity import HalIdentity, identity_of
 from fairlead.hal.kinematic_backend import KinematicBackend
 from fairlead.hal.motion_log import MotionLog

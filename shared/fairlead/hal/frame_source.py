@@ -7,7 +7,7 @@ import threading
 from collections.abc import Callable, Sequence
 
 from fairlead.hal.camera_feed import CameraFeed
-from fairlead.hal.core import Pacing
+from fairlead.hal.host_settings import HostSettings
 from fairlead.hal.tick_publisher import TickPublisher
 from fairlead.messages import HalCamera
 
@@ -33,14 +33,13 @@ class FrameSource:
         cameras: Sequence[HalCamera],
         feed: CameraFeed | None,
         publisher: TickPublisher,
-        session: int,
-        pacing: Pacing,
+        settings: HostSettings,
     ) -> None:
         self._cameras = tuple(cameras)
         self._feed = feed
         self._publisher = publisher
-        self._session = session
-        self._lockstep = pacing == "lockstep"
+        self._session = settings.session
+        self._lockstep = settings.lockstep
         self.failure = "" if feed or not cameras else "cameras off: no renderer was started"
         self._late: threading.Thread | None = None
         if feed is not None and not self._lockstep:

@@ -11,16 +11,16 @@ import logging
 import threading
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 
 from fairlead.bus import Bus
 from fairlead.errors import FairleadError, RefusedError
 from fairlead.hal.backend import Backend, Measurement
 from fairlead.hal.camera_feed import CameraFeed
-from fairlead.hal.core import HalCore, Pacing
+from fairlead.hal.core import HalCore
 from fairlead.hal.episode import Episode
 from fairlead.hal.fault_hold import FaultHold
 from fairlead.hal.frame_source import FrameSource
+from fairlead.hal.host_settings import HostSettings
 from fairlead.hal.identity import HalIdentity
 from fairlead.hal.inbox import HalInbox
 from fairlead.hal.motion_log import MotionLog
@@ -33,23 +33,12 @@ from fairlead.hal.stop_caller import StopCaller
 from fairlead.hal.tick_plan import TickPlan
 from fairlead.hal.tick_publisher import TickPublisher
 from fairlead.hal.trace_source import TraceSource
-from fairlead.keys import Keys
 from fairlead.messages import Hold
 
 _LOG = logging.getLogger("hal.host")
 
 REPEAT_NS = 100_000_000
 """Lockstep: a waiting or paused world publishes its tick again this often."""
-
-
-@dataclass(frozen=True)
-class HostSettings:
-    """How one HAL is deployed. ``service`` is its name in keys and log lines."""
-
-    service: str
-    keys: Keys
-    pacing: Pacing
-    session: int
 
 
 class HalHost:
@@ -84,15 +73,6 @@ class HalHost:
         self._backend = backend
         self._log = log
         self._clock = clock
-        self._lockstep = settings.pacing == "lockstep"
-        self._changed = threading.Condition()
-        self._core = HalCore(
-            settings.session,
-            settings.pacing,
-            len(identity.parts),
-            len(identity.joints),
-            identity.period_ns,
-        )
         self._tick = 1
         self._fault = ""
         self._fault_hold = FaultHold(backend)
@@ -100,28 +80,26 @@ class HalHost:
         self._measured: Measurement | None = None
         self._episode = Episode()
         self._period = PeriodClock(identity.period_ns, clock())
-        keys, who = settings.keys, settings.service
-        self._ticks = TickPublisher(
-            bus, keys, who, settings.session, [camera.name for camera in found.cameras]
-        )
-        self._frames = FrameSource(
-            found.cameras, feed, self._ticks, settings.session, settings.pacing
-        )
-        self._stops = StopCaller(bus, keys, who, self._core, self._changed)
+        self._changed = threading.Condition()
+        n_parts, n_dof = len(identity.parts), len(identity.joints)
+        self._core = HalCore(settings.session, settings.pacing, n_parts, n_dof, identity.period_ns)
+        self._ticks = TickPublisher(bus, settings, found.cameras)
+        self._frames = FrameSource(found.cameras, feed, self._ticks, settings)
+        self._stops = StopCaller(bus, settings, self._core, self._changed)
+        self._status = StatusBoard(bus, settings, identity, found)
+        shown = trace if log.traces else None
         self._executor = PlanExecutor(
             backend,
+            settings,
             identity.parts,
             self._core,
             self._changed,
             self._stops,
             log,
-            trace if log.traces else None,
+            shown,
             clock,
-            lockstep=self._lockstep,
         )
-        self._status = StatusBoard(
-            bus, keys, who, identity, found, settings.session, settings.pacing
-        )
+        keys, who = settings.keys, settings.service
         self._desk = ResetDesk(self._core, self._changed, who)
         self._inbox = HalInbox(self._core, bus, keys, self._changed, clock)
         self._reset_query = bus.serve(keys.hal_command("reset_episode"), who, self._desk.handle)
@@ -144,7 +122,7 @@ class HalHost:
         self._close()
 
     def _run_tick(self, stopping: threading.Event) -> None:
-        if not self._lockstep and self._wait_for_period(stopping):
+        if not self._settings.lockstep and self._wait_for_period(stopping):
             return
         self._measure_and_publish()
         self._finish_reset_if_still()

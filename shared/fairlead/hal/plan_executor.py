@@ -8,6 +8,7 @@ from threading import Condition
 from fairlead.errors import FairleadError
 from fairlead.hal.backend import Backend
 from fairlead.hal.core import HalCore
+from fairlead.hal.host_settings import HostSettings
 from fairlead.hal.lease_follower import LEASE_LIFE_NS
 from fairlead.hal.motion_log import MotionLog
 from fairlead.hal.stop_caller import StopCaller
@@ -25,12 +26,12 @@ class PlanExecutor:
         log: gets one line per decided tick, and another where it was held after all.
         trace: shows the simulator's state before each step; None: it is not recorded.
         clock: monotonic nanoseconds.
-        lockstep: the world waits for its decision, so a decision is never too old.
     """
 
     def __init__(
         self,
         backend: Backend,
+        settings: HostSettings,
         parts: Sequence[str],
         core: HalCore,
         changed: Condition,
@@ -38,8 +39,6 @@ class PlanExecutor:
         log: MotionLog,
         trace: TraceSource | None,
         clock: Callable[[], int],
-        *,
-        lockstep: bool,
     ) -> None:
         self._backend = backend
         self._parts = tuple(parts)
@@ -49,7 +48,7 @@ class PlanExecutor:
         self._log = log
         self._trace = trace
         self._clock = clock
-        self._lockstep = lockstep
+        self._lockstep = settings.lockstep
         self._decided_ns = 0
 
     def record(self, plan: TickPlan, now_ns: int, event: str | None) -> None:

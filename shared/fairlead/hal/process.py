@@ -9,7 +9,8 @@ from dataclasses import dataclass
 
 from fairlead.hal.backend import Backend
 from fairlead.hal.camera_feed import CameraFeed
-from fairlead.hal.host import HalHost, HostSettings
+from fairlead.hal.host import HalHost
+from fairlead.hal.host_settings import HostSettings
 from fairlead.hal.identity import identity_of
 from fairlead.hal.motion_log import MotionLog
 from fairlead.hal.one_hal import lock_state_folder, refuse_second_hal

@@ -9,9 +9,8 @@ import msgspec
 
 from fairlead.bus import Bus, Qos
 from fairlead.hal.backend import BackendDescription
-from fairlead.hal.core import Pacing
+from fairlead.hal.host_settings import HostSettings
 from fairlead.hal.identity import HalIdentity
-from fairlead.keys import Keys
 from fairlead.messages import HalCamera, HalStatus, StatusQuery, decode
 
 INTERVAL_NS = 500_000_000
@@ -28,21 +27,19 @@ class StatusBoard:
     def __init__(
         self,
         bus: Bus,
-        keys: Keys,
-        who: str,
+        settings: HostSettings,
         identity: HalIdentity,
         found: BackendDescription,
-        session: int,
-        pacing: Pacing,
     ) -> None:
-        self._publisher = bus.publisher(keys.hal_status, HalStatus, Qos.STATUS)
+        key = settings.keys.hal_status
+        self._publisher = bus.publisher(key, HalStatus, Qos.STATUS)
         self._lock = threading.Lock()
         self._due_ns = 0
         self._status = HalStatus(
-            session=session,
+            session=settings.session,
             robot=identity.robot,
             robot_hash=identity.robot_hash,
-            pacing=pacing,
+            pacing=settings.pacing,
             period_ns=identity.period_ns,
             tick=0,
             episode_tick=0,
@@ -56,7 +53,7 @@ class StatusBoard:
             has_task=found.has_task,
             overruns=0,
         )
-        self._queryable = bus.serve(keys.hal_status, who, self._answer)
+        self._queryable = bus.serve(key, settings.service, self._answer)
 
     def post(
         self,

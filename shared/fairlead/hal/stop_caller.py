@@ -8,7 +8,7 @@ from threading import Condition
 
 from fairlead.bus import Bus, Qos
 from fairlead.hal.core import HalCore
-from fairlead.keys import Keys
+from fairlead.hal.host_settings import HostSettings
 from fairlead.messages import StopLevel
 
 _LOG = logging.getLogger("hal.stop")
@@ -20,11 +20,9 @@ REPEAT_NS = 50_000_000
 class StopCaller:
     """Puts stops on ``safety/stop``; a lost one is repeated, so it cannot be missed."""
 
-    def __init__(
-        self, bus: Bus, keys: Keys, service: str, core: HalCore, changed: Condition
-    ) -> None:
-        self._publisher = bus.publisher(keys.stop, StopLevel, Qos.HOT)
-        self._service = service
+    def __init__(self, bus: Bus, settings: HostSettings, core: HalCore, changed: Condition) -> None:
+        self._publisher = bus.publisher(settings.keys.stop, StopLevel, Qos.HOT)
+        self._service = settings.service
         self._core = core
         self._changed = changed
         self._due_ns = 0

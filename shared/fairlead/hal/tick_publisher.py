@@ -6,9 +6,10 @@ from collections.abc import Sequence
 
 from fairlead.bus import Bus, Publisher, Qos
 from fairlead.hal.backend import FramePose, Measurement, TaskReading
-from fairlead.keys import Keys
+from fairlead.hal.host_settings import HostSettings
 from fairlead.messages import (
     Acted,
+    HalCamera,
     Image,
     JointState,
     TaskState,
@@ -29,19 +30,19 @@ class TickPublisher:
     kept encoded: a repeat sends the identical bytes.
 
     Args:
-        service: the HAL's own name, its publisher name for transforms.
-        cameras: names of the cameras that may send frames.
+        settings: the service's name is its publisher name for transforms.
+        cameras: those that may send frames.
     """
 
-    def __init__(
-        self, bus: Bus, keys: Keys, service: str, session: int, cameras: Sequence[str]
-    ) -> None:
-        self._session = session
-        self._tf = bus.publisher(keys.tf(service), TransformBatch, Qos.HOT)
+    def __init__(self, bus: Bus, settings: HostSettings, cameras: Sequence[HalCamera]) -> None:
+        keys = settings.keys
+        self._session = settings.session
+        self._tf = bus.publisher(keys.tf(settings.service), TransformBatch, Qos.HOT)
         self._joints = bus.publisher(keys.joints, JointState, Qos.HOT)
         self._task = bus.publisher(keys.task, TaskState, Qos.STATUS)
         self._cameras = {
-            name: bus.publisher(keys.camera(name), Image, Qos.CAMERA) for name in cameras
+            camera.name: bus.publisher(keys.camera(camera.name), Image, Qos.CAMERA)
+            for camera in cameras
         }
         self._static = b""
         self._static_due_ns = 0

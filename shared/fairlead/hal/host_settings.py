@@ -1,0 +1,27 @@
+"""How one HAL is deployed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from fairlead.hal.core import Pacing
+from fairlead.keys import Keys
+
+
+@dataclass(frozen=True)
+class HostSettings:
+    """What every piece of the host has to know.
+
+    service: its name in the deployment file, in keys and in log lines.
+    session: a random number that is this run of the HAL.
+    """
+
+    service: str
+    keys: Keys
+    pacing: Pacing
+    session: int
+
+    @property
+    def lockstep(self) -> bool:
+        """Whether the world waits for the decision on its tick."""
+        return self.pacing == "lockstep"
