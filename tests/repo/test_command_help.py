@@ -10,7 +10,7 @@ import pytest
 import typer.main
 from typer.core import TyperCommand, TyperGroup
 
-from fairlead.cli.main import app
+from fairlead.cli.app import app
 from tests.repo.tree import ROOT
 
 WANTED = {

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from fairlead.cli.main import app
+from fairlead.cli.app import app
 from fairlead.paths import repo_root
 from fairlead.robot import load_robot
 from fairlead.robot_bounds import robot_bounds

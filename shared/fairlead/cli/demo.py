@@ -11,7 +11,7 @@ from fairlead.cli.console import print_json
 from fairlead.cli.deployment_choice import JsonOption
 from fairlead.cli.progress_line import ProgressLine
 from fairlead.cli.wire_number import MAX_NUMBER
-from fairlead.demo.demo_run import DemoWish, check_out_folder, run_demo
+from fairlead.demo.demo_run import DemoWish, check_wish, run_demo
 from fairlead.errors import FairleadError, ServiceError
 from fairlead.paths import deployment_path
 
@@ -32,8 +32,8 @@ def command(
     as_json: JsonOption = False,
 ) -> None:
     """Run a skill through its own four services, challenge the gate, write film and timeline."""
-    check_out_folder(out)
     wish = DemoWish(deployment_path(SOURCE), out, skill, seed, realtime, not no_video)
+    check_wish(wish)
     try:
         with ProgressLine(quiet=as_json) as line:
             result = run_demo(
@@ -53,6 +53,8 @@ def command(
         typer.echo(f"{result.goal.outcome}: {ticks} ticks in {seconds} s")
         for path in result.written:
             typer.echo(f"  {path}")
+        if "film" in result.summary:
+            typer.echo(f"  no film: {result.summary['film']}")
     if result.goal.outcome != "succeeded":
         raise ServiceError(
             f"demo: the goal {result.goal.outcome} ({result.goal.detail}); see {out}/summary.json"

@@ -28,7 +28,7 @@ DeploymentOption = Annotated[
         "-d",
         parser=parse_deployment,
         metavar="NAME_OR_FILE",
-        help="without it: the deployment that runs here, else the only one in compose/",
+        help="without it: the only deployment that runs on this machine",
     ),
 ]
 NameArgument = Annotated[
@@ -42,7 +42,8 @@ def choose_deployment(file: Path | None) -> Deployment:
     """The deployment a command is about.
 
     Raises:
-        ConfigError: several run, or none runs and compose/ leaves the choice open.
+        ConfigError: several run.
+        NoAnswerError: none runs, naming those that can be started.
     """
     if file is not None:
         return load_deployment(file)
@@ -52,23 +53,29 @@ def choose_deployment(file: Path | None) -> Deployment:
     if running:
         files = "\n".join(f"  --deployment {entry.deployment}" for entry in running)
         raise ConfigError(f"several deployments run on this machine; add one of:\n{files}")
-    known = sorted((repo_root() / "compose").glob("*.yaml"))
-    if len(known) == 1:
-        return load_deployment(known[0])
-    first = known[0].stem if known else "DEPLOYMENT"
-    raise NoAnswerError(f"no deployment runs on this machine; start one: fairlead up {first}")
+    raise nothing_runs()
+
+
+def nothing_runs() -> NoAnswerError:
+    """What to say where no deployment was started: how, and which there are."""
+    known = ", ".join(sorted(path.stem for path in (repo_root() / "compose").glob("*.yaml")))
+    return NoAnswerError(
+        "no deployment runs on this machine; start one: fairlead up NAME "
+        f"(valid: {known or 'none'}, or a file)"
+    )
 
 
 def choose_running(name: str | None) -> Running:
     """A deployment that was started on this machine.
 
     Raises:
-        ConfigError: none runs, several run and none was named, or the name is unknown.
+        ConfigError: several run and none was named, or the name is unknown.
+        NoAnswerError: none runs, naming those that can be started.
     """
     running = Registry().entries()
     names = [entry.name for entry in running]
     if not running:
-        raise NoAnswerError("no deployment runs on this machine; see: fairlead up --help")
+        raise nothing_runs()
     if name is None:
         if len(running) > 1:
             raise ConfigError(f"several deployments run here; name one of: {', '.join(names)}")

@@ -7,7 +7,7 @@ from types import ModuleType
 
 import typer
 
-EXIT_CODES = "Exit codes: 0 it worked, 1 refused or failed, 2 wrong command line."
+EXIT_CODES = "Exit codes: 0 it worked, 1 refused or failed, 2 wrong command line, 130 Ctrl-C."
 
 
 def add_commands(app: typer.Typer, commands: Mapping[str, ModuleType]) -> None:

@@ -1,94 +1,41 @@
-"""``fairlead``: one command per file, errors without tracebacks.
+"""``fairlead``: runs a command line, errors without tracebacks.
 
-Exit codes: 0 it worked, 1 it was refused or failed, 2 the command line was wrong.
+Exit codes: 0 it worked, 1 it was refused or failed, 2 the command line was wrong, 130 it was
+interrupted (Ctrl-C).
 """
 
 from __future__ import annotations
 
 import sys
-from typing import Annotated
 
-import typer
-
-from fairlead.cli import (
-    arm,
-    demo,
-    disarm,
-    down,
-    layout,
-    logs,
-    parity,
-    ps,
-    reset,
-    robot,
-    router,
-    run,
-    skill,
-    status,
-    stop,
-    topic,
-    up,
-)
-from fairlead.cli.group import EXIT_CODES, add_commands
-from fairlead.cli.version import print_version
 from fairlead.errors import FairleadError
 
-app = typer.Typer(
-    name="fairlead",
-    help="Run learned robot policies through typed commands and a C++ safety gate.",
-    epilog=EXIT_CODES,
-    no_args_is_help=True,
-    pretty_exceptions_enable=False,
-)
-
-
-@app.callback()
-def _options(
-    show_version: Annotated[
-        bool,
-        typer.Option(
-            "--version",
-            callback=print_version,
-            is_eager=True,
-            help="Show which fairlead, gate and data this is, and exit.",
-        ),
-    ] = False,
-) -> None:
-    """Options of ``fairlead`` itself; the text of its help stands above."""
-
-
-add_commands(
-    app,
-    {
-        "up": up,
-        "down": down,
-        "ps": ps,
-        "logs": logs,
-        "run": run,
-        "arm": arm,
-        "disarm": disarm,
-        "stop": stop,
-        "reset": reset,
-        "status": status,
-        "parity": parity,
-        "demo": demo,
-        "router": router,
-    },
-)
-for _group in (skill.group, robot.group, layout.group, topic.group):
-    app.add_typer(_group)
+INTERRUPTED = 130  # what typer and a shell say after Ctrl-C
 
 
 def main() -> None:
     """Entry point of the ``fairlead`` command."""
     try:
+        # Imported here: it takes a moment, in which Ctrl-C is no error either.
+        from fairlead.cli.app import app
+
         app(prog_name="fairlead")
-    except FairleadError as error:
-        print(f"ERROR {error}", file=sys.stderr)
-        sys.exit(1)
     except KeyboardInterrupt:
-        print("interrupted", file=sys.stderr)
-        sys.exit(1)
+        _end("interrupted", INTERRUPTED)
+    except SystemExit as end:
+        if end.code == INTERRUPTED:
+            print("interrupted", file=sys.stderr)
+        raise
+    except FairleadError as error:
+        _end(f"ERROR {error}", 1)
+    except OSError as error:  # a full disk, a folder that may not be written
+        where = f"{error.filename}: " if error.filename else ""
+        _end(f"ERROR {where}{error.strerror or error}", 1)
+
+
+def _end(text: str, code: int) -> None:
+    print(text, file=sys.stderr)
+    sys.exit(code)
 
 
 if __name__ == "__main__":

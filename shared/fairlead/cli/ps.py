@@ -6,7 +6,7 @@ import msgspec
 import typer
 
 from fairlead.cli.console import print_json, print_table
-from fairlead.cli.deployment_choice import JsonOption
+from fairlead.cli.deployment_choice import JsonOption, nothing_runs
 from fairlead.supervisor import Registry, Running
 from fairlead.supervisor.registry import ServiceEntry
 
@@ -20,7 +20,7 @@ def command(as_json: JsonOption = False) -> None:
         print_json([_document(entry) for entry in entries])
         return
     if not entries:
-        typer.echo("no deployment runs on this machine; start one: fairlead up DEPLOYMENT")
+        typer.echo(str(nothing_runs()))
         return
     rows = [
         (entry.name, name, _pid(service), _state(entry, service), service.restarts)

@@ -17,7 +17,7 @@ from fairlead.cli.progress_line import ProgressLine
 from fairlead.cli.status import state_and_cause
 from fairlead.cli.wire_number import MAX_NUMBER
 from fairlead.client import RobotClient
-from fairlead.goal_run import GoalWish, run_goal
+from fairlead.goal_run import GoalInterrupted, GoalWish, run_goal
 from fairlead.goal_watch import Progress
 from fairlead.messages import GateState, GoalResult
 from fairlead.robot import load_robot
@@ -48,7 +48,7 @@ def command(
 ) -> None:
     """Arm if disarmed, run SKILL, show its progress, print the result, disarm again.
 
-    It disarms only if it armed, and only if no other claim is live.
+    It disarms only if it armed, and only if no other claim is live. Ctrl-C cancels the goal.
     """
     manifest = load_skill(skill)
     chosen = choose_deployment(deployment)
@@ -62,15 +62,26 @@ def command(
             _new_episode(client, seed)
         with armed(client, confirmed=yes):
             wish = GoalWish(skill, prompt, deadline_ticks, stall_timeout)
-            with ProgressLine(quiet=as_json) as line:
-                progress = run_goal(client, wish, lambda now: line.show(now.line()))
-            assert progress.result is not None
-            _print_result(skill, progress, progress.result, as_json)  # before the gate is asked
+            result = _run(client, wish, as_json)
         gate = client.gate_status()
-    if progress.result.outcome != "succeeded":
+    if result.outcome != "succeeded":
         if gate.state in (GateState.STOPPED, GateState.LATCHED):
             typer.echo(f"the gate is {state_and_cause(gate)}\n  try: {gate.fix}", err=True)
         raise typer.Exit(1)
+
+
+def _run(client: RobotClient, wish: GoalWish, as_json: bool) -> GoalResult:
+    """One goal; its result is printed before anything else is asked, also after Ctrl-C."""
+    try:
+        with ProgressLine(quiet=as_json) as line:
+            progress = run_goal(client, wish, lambda now: line.show(now.line()))
+    except GoalInterrupted as interrupted:
+        if interrupted.progress.result is not None:
+            _print_result(wish.skill, interrupted.progress, interrupted.progress.result, as_json)
+        raise
+    assert progress.result is not None
+    _print_result(wish.skill, progress, progress.result, as_json)
+    return progress.result
 
 
 @contextmanager

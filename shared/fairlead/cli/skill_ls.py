@@ -29,9 +29,19 @@ def command(
         )
         return
     rows = [
-        (n, "dropped" if found else "admitted", "; ".join(found)) for n, found in problems.items()
+        (n, "dropped" if found else "admitted", _why(n, robot, found))
+        for n, found in problems.items()
     ]
     print_table(("SKILL", f"ON {robot}", "WHY"), rows)
+
+
+def _why(skill: str, robot: str, reasons: list[str]) -> str:
+    """The first reason, and where the others are said."""
+    if not reasons:
+        return ""
+    first = reasons[0].splitlines()[0]
+    more = f"  (all {len(reasons)}: fairlead skill check {skill} --robot {robot})"
+    return first + (more if len(reasons) > 1 else "")
 
 
 def skill_problems(name: str, robot: RobotManifest) -> list[str]:

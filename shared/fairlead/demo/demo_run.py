@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import tempfile
 import time
 from collections import Counter
 from collections.abc import Callable, Sequence
@@ -10,8 +11,10 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Literal
 
+from fairlead.admission import require_admission
 from fairlead.client import RobotClient
 from fairlead.demo.gate_challenge import Challenge, GateChallenge
+from fairlead.deployment import load_deployment
 from fairlead.errors import ConfigError
 from fairlead.goal_run import GoalWish, run_goal
 from fairlead.goal_watch import Progress
@@ -170,18 +173,22 @@ def _write(
         write_film(run.recording.images, frames_per_s, film)
         written.append(film)
     elif wish.video:
-        summary["film"] = "no frame arrived; rendering is off, see the hal's log"
+        logs = f"fairlead logs hal --state-dir {wish.out / STATE}"
+        summary["film"] = f"no picture arrived; why is in: {logs}"
     (wish.out / SUMMARY).write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
     return (*written, wish.out / SUMMARY)
 
 
-def check_out_folder(out: Path) -> None:
-    """Make the folder for the results.
+def check_wish(wish: DemoWish) -> None:
+    """See that the demo can start, and make the folder for its results.
 
     Raises:
-        ConfigError: it cannot be made.
+        ConfigError: the skill cannot run on the robot, or the folder cannot be written.
     """
+    require_admission(load_skill(wish.skill), load_robot(load_deployment(wish.source).robot))
     try:
-        out.mkdir(parents=True, exist_ok=True)
+        wish.out.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=wish.out):
+            pass
     except OSError as error:
-        raise ConfigError(f"demo: cannot make {out}: {error.strerror}") from None
+        raise ConfigError(f"demo: cannot write to {wish.out}: {error.strerror}") from None

@@ -1,0 +1,57 @@
+"""Ctrl-C: what runs is ended in order, one line says so, and the exit code is 130."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+from pathlib import Path
+from typing import IO
+
+import pytest
+
+from fairlead.supervisor.process_table import command_of
+from tests.cli.command import fairlead_command, fairlead_environment
+from tests.system.live_robot import wait_for
+
+pytestmark = [pytest.mark.processes, pytest.mark.simulator, pytest.mark.timeout(300)]
+
+
+def read_until(stream: IO[str], text: str) -> None:
+    for line in stream:
+        if text in line:
+            return
+    raise AssertionError(f"the stream ended without {text!r}")
+
+
+def mentions(folder: Path) -> list[str]:
+    """Command lines of processes that belong to a run in ``folder``."""
+    pids = [int(entry.name) for entry in Path("/proc").iterdir() if entry.name.isdigit()]
+    return [line for line in map(command_of, pids) if str(folder) in line]
+
+
+@pytest.mark.parametrize(
+    ("moment", "done_after"),
+    [("starting hal", "ready after"), ("| running", "now two chunks that must not pass")],
+)
+def test_ctrl_c_ends_the_demo_at_once_and_leaves_no_process(
+    moment: str, done_after: str, tmp_path: Path
+) -> None:
+    out = tmp_path / "out"
+    with subprocess.Popen(
+        fairlead_command("demo", "--no-video", "--out", str(out)),
+        env=fairlead_environment(tmp_path / "registry"),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,  # a terminal sends Ctrl-C to the whole group
+    ) as demo:
+        assert demo.stderr is not None and demo.stdout is not None
+        read_until(demo.stderr, moment)
+        os.killpg(demo.pid, signal.SIGINT)
+        rest, printed = demo.stderr.read(), demo.stdout.read()
+        assert demo.wait(timeout=60.0) == 130
+    assert rest.endswith("interrupted\n") and done_after not in rest
+    assert "Traceback" not in rest and printed == ""
+    assert sorted(path.name for path in out.iterdir()) == ["state"], "nothing was drawn"
+    wait_for(lambda: not mentions(out), "no process is left")

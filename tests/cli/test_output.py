@@ -1,0 +1,78 @@
+"""Where the output goes: a full disk, a reader that leaves, a folder that cannot be written."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from fairlead.cli.console import print_table
+from tests.cli.command import fairlead, fairlead_command, fairlead_environment
+
+
+@pytest.mark.parametrize("command", ["skill ls", "robot show panda_mobile --json"])
+def test_a_full_disk_is_one_line_and_exit_code_1(command: str, tmp_path: Path) -> None:
+    with Path("/dev/full").open("w", encoding="utf-8") as full:
+        done = subprocess.run(
+            fairlead_command(*command.split()),
+            env=fairlead_environment(tmp_path),
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+            timeout=120,
+            check=False,
+        )
+    assert (done.returncode, done.stderr) == (1, "ERROR No space left on device\n")
+
+
+def test_a_reader_that_leaves_is_no_error_text(tmp_path: Path) -> None:
+    with subprocess.Popen(
+        fairlead_command("skill", "ls"),
+        env=fairlead_environment(tmp_path),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as listing:
+        assert listing.stdout is not None and listing.stderr is not None
+        listing.stdout.close()
+        assert listing.stderr.read() == ""
+
+
+@pytest.mark.parametrize("out", ["/proc/nowhere", "{}/file/below"])
+def test_a_demo_that_cannot_write_says_so_before_anything_starts(out: str, tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("", encoding="utf-8")
+    folder = out.format(tmp_path)
+    done = fairlead("demo", "--out", folder, state=tmp_path)
+    assert (done.returncode, done.stdout) == (1, "")
+    assert done.stderr.startswith(f"ERROR demo: cannot write to {folder}: ")
+    assert "starting" not in done.stderr
+
+
+def test_a_demo_of_another_robots_skill_says_why_before_anything_starts(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    done = fairlead("demo", "--skill", "panda-joint-reach", "--out", str(out), state=tmp_path)
+    assert done.returncode == 1 and not out.exists()
+    assert done.stderr.startswith(
+        "ERROR skill panda-joint-reach cannot run on robot panda_mobile:\n"
+        "  embodiments: made for panda, not panda_mobile\n"
+    )
+    assert done.stderr.endswith("  try: fairlead skill ls --robot panda_mobile\n")
+
+
+def test_skill_ls_says_one_reason_a_skill_and_where_the_others_are(tmp_path: Path) -> None:
+    lines = fairlead("skill", "ls", state=tmp_path).stdout.splitlines()
+    (reach,) = (line for line in lines if line.startswith("panda-joint-reach"))
+    assert reach.split("  ")[-2:] == [
+        "embodiments: made for panda, not panda_mobile",
+        "(all 2: fairlead skill check panda-joint-reach --robot panda_mobile)",
+    ]
+    rows = {row["skill"]: row for row in json.loads(
+        fairlead("skill", "ls", "--json", state=tmp_path).stdout)}  # fmt: skip
+    assert len(rows["panda-joint-reach"]["reasons"]) == 2
+
+
+def test_a_table_keeps_its_columns_apart(capsys: pytest.CaptureFixture[str]) -> None:
+    print_table(("A", "LONGER"), [("wide cell", 1), ("", "x")])
+    assert capsys.readouterr().out == "A          LONGER\nwide cell  1\n           x\n"
