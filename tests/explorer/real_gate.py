@@ -41,13 +41,17 @@ class RealGate:
 
     Args:
         restarted: whether a gate ran before and was killed: this one boots latched.
+        config: the compiled gate file, by default panda_mobile's.
     """
 
-    def __init__(self, seed: int, restarted: bool = False) -> None:
-        command = [str(core_binary()), "--config", str(gate_config("panda_mobile", "sim"))]
-        self._child = subprocess.Popen(
-            [*command, "--seed", str(seed)], stdin=subprocess.PIPE, stdout=subprocess.PIPE
-        )
+    def __init__(self, seed: int, restarted: bool = False, config: Path | None = None) -> None:
+        file = config or gate_config("panda_mobile", "sim")
+        command = [str(core_binary()), "--config", str(file), "--seed", str(seed)]
+        self._child = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+        self.boot(restarted)
+
+    def boot(self, restarted: bool = False) -> None:
+        """Put a new gate in the place of the present one; its time starts anew."""
         self._call(BOOT, 0, b"", b"\x00\x00" if restarted else b"\x01\x00")
 
     def step(

@@ -11,7 +11,8 @@
 //
 // Kinds are those of EventKind (gate.hpp) and OutputKind (outputs.hpp). The first event must
 // be kind 255, boot: its payload is u8 first_start, u8 clean_mark, then the latch record (the
-// payload of an earlier persist_latch) or nothing.
+// payload of an earlier persist_latch) or nothing. Every further boot puts a new gate in the
+// place of the present one, whose time starts anew; ids go on.
 
 #include <cstdio>
 #include <cstdlib>
@@ -90,7 +91,7 @@ fairlead::BootInfo boot_info(const std::vector<std::uint8_t>& payload) {
 
 void run(const fairlead::Limits& limits, std::uint64_t seed) {
   SeededIds ids(seed);
-  fairlead::Gate gate(limits, ids);
+  auto gate = std::make_unique<fairlead::Gate>(limits, ids);
   const auto outputs = std::make_unique<fairlead::Outputs>();
   std::uint8_t kind = 0;
   std::uint64_t now_ns = 0;
@@ -98,14 +99,15 @@ void run(const fairlead::Limits& limits, std::uint64_t seed) {
   std::vector<std::uint8_t> payload;
   while (read_number(kind) && read_number(now_ns) && read_bytes(source) && read_bytes(payload)) {
     if (kind == boot_kind) {
-      gate.boot(now_ns, boot_info(payload), *outputs);
+      gate = std::make_unique<fairlead::Gate>(limits, ids);
+      gate->boot(now_ns, boot_info(payload), *outputs);
     } else {
       fairlead::Event event;
       event.kind = static_cast<fairlead::EventKind>(kind);
       event.source = {reinterpret_cast<const char*>(source.data()), source.size()};
       event.payload = payload;
       event.received_ns = now_ns;
-      gate.step(now_ns, event, *outputs);
+      gate->step(now_ns, event, *outputs);
     }
     answer(*outputs);
   }

@@ -1,0 +1,109 @@
+"""Cases by the thousand: ordinary ones, ones at every limit, and nonsense."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from fairlead.messages import LimitOverride
+from tests.differential.case import Case, Chunk, Measured, Pacing, PartRows
+from tests.differential.gate_file import GateFile
+from tests.differential.nonsense import spoil
+from tests.differential.rows import RowMaker
+from tests.differential.states import StateMaker
+
+ROW_COUNTS = (1, 1, 2, 3, 4, 8)
+TICKS = (1, 2, 2**53 + 1, 2**63, 2**64 - 9, 2**64 - 3)
+
+
+class CaseMaker:
+    """Draws cases for one robot; the same seed draws the same cases."""
+
+    def __init__(self, robot: str, file: GateFile, seed: int) -> None:
+        self._robot = robot
+        self._file = file
+        self._rng = np.random.default_rng(seed)
+        self._states = StateMaker(file, self._rng)
+        self._rows = RowMaker(file, self._rng)
+
+    def draw(self) -> Case:
+        """One case; in a third of them an earlier chunk acts before the judged one."""
+        rng = self._rng
+        pacing: Pacing = "lockstep" if rng.random() < 0.7 else "realtime"
+        tick = TICKS[int(rng.integers(len(TICKS)))] if rng.random() < 0.1 else 100
+        first = self._states.draw(tick)
+        overrides = self._overrides() if rng.random() < 0.3 else ()
+        case = Case(
+            robot=self._robot,
+            pacing=pacing,
+            measured=first,
+            chunk=Chunk(tick, 1, ()),
+            overrides=overrides,
+            horizon_max=int(rng.choice([64, 64, 8, 4])),
+        )
+        if rng.random() < 0.35:
+            case = self._with_earlier(case, first)
+        return self._with_chunk(case)
+
+    def _with_earlier(self, case: Case, first: Measured) -> Case:
+        earlier = self.chunk(first, {}, first.tick, calm=True)
+        return replace(
+            case,
+            first=first,
+            earlier=earlier,
+            held=bool(self._rng.random() < 0.2),
+            measured=self._states.next(first),
+            pacing="lockstep",
+            horizon_max=64,
+        )
+
+    def _with_chunk(self, case: Case) -> Case:
+        start = case.measured.tick - int(self._rng.choice([0, 0, 0, 1, 2]))
+        start += int(case.pacing == "realtime")
+        start = max(0, start)
+        modes = {rows.part: rows for rows in case.earlier.parts} if case.earlier else {}
+        chunk = self.chunk(case.measured, modes, start, calm=False)
+        about = ""
+        if self._rng.random() < 0.2:
+            chunk, about = spoil(self._file, chunk, case.measured.tick, self._rng)
+        return replace(case, chunk=chunk, about=about)
+
+    def chunk(
+        self, measured: Measured, earlier: dict[int, PartRows], start: int, calm: bool
+    ) -> Chunk:
+        """Rows for some of the parts; where the part acted before, mostly on from there."""
+        rng = self._rng
+        count = int(rng.choice(ROW_COUNTS))
+        order = rng.permutation(len(self._file.parts))
+        chosen = order[: int(rng.integers(1, len(order) + 1))]
+        parts = []
+        for index in chosen.tolist():
+            last = earlier.get(index) if rng.random() < 0.8 else None
+            mode = last.mode if last and rng.random() < 0.8 else self._mode(index)
+            rows = self._rows.draw(index, mode, count, measured, last)
+            parts.append(
+                rows if calm and rng.random() < 0.8 else self._rows.to_limits(rows, measured)
+            )
+        return Chunk(start, count, tuple(parts))
+
+    def _mode(self, part: int) -> int:
+        return int(self._rng.choice(sorted(self._file.parts[part].modes)))
+
+    def _overrides(self) -> tuple[LimitOverride, ...]:
+        """Tighter limits of one or two modes."""
+        found: list[LimitOverride] = []
+        for _ in range(int(self._rng.integers(1, 3))):
+            part = self._file.parts[int(self._rng.integers(len(self._file.parts)))]
+            mode = int(self._rng.choice(sorted(part.modes)))
+            names = [name for name in part.modes[mode] if name.endswith("_limit")]
+            if not names:
+                continue
+            name = str(self._rng.choice(names))
+            if (part.name, mode, name) in {(o.part, o.mode, o.name) for o in found}:
+                continue
+            value = part.modes[mode][name]
+            most = float(min(value)) if isinstance(value, list) else float(value)
+            factor = float(self._rng.choice([1.0, self._rng.uniform(0.05, 1.0)]))
+            found.append(LimitOverride(part=part.name, mode=mode, name=name, value=most * factor))
+        return tuple(found)

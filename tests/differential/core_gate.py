@@ -1,0 +1,216 @@
+"""Shows one case to the real core and returns what it said."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeVar
+
+from fairlead.messages import (
+    NO_TRACE,
+    Acted,
+    ActionChunk,
+    ActionPart,
+    Arm,
+    ArmReply,
+    Claim,
+    ClaimReply,
+    GateState,
+    GateStatus,
+    HalPart,
+    HalStatus,
+    JointState,
+    Message,
+    Refusal,
+    SafeChunk,
+    StatusQuery,
+    Verdict,
+    decode,
+    encode,
+    pack_floats,
+)
+from tests.differential.case import Case, Chunk, Measured, Pacing
+from tests.explorer.gate_port import EventKind, GateOutput
+from tests.explorer.real_gate import RealGate
+
+SESSION = 0x5E5510
+SOURCE = "runner"
+HELD = Acted(hold=2, verdict_id=0, row=0)
+M = TypeVar("M", bound=Message)
+
+
+class CaseRefusedError(Exception):
+    """The gate did not even take what leads up to the chunk: a query was refused."""
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What came back for one chunk. stopped: whether the gate raised a stop."""
+
+    verdict: Verdict
+    safe: SafeChunk | None
+    stopped: bool
+    chunk: ActionChunk
+
+
+class CoreGate:
+    """The real core, made new for every case; one process per gate file."""
+
+    def __init__(self, config: Path) -> None:
+        self.file: dict[str, Any] = json.loads(config.read_text())
+        self._gate = RealGate(seed=1, config=config)
+        self._parts = tuple(part["name"] for part in self.file["parts"])
+        self._hash = bytes.fromhex(self.file["robot_hash"])
+        self._now_ns = 0
+        self._seq = 0
+        self._claim = ClaimReply(claim_id=0, epoch=0, session=0)
+
+    def close(self) -> None:
+        self._gate.close()
+
+    def answers(self, case: Case) -> list[Answer]:
+        """The answer to the earlier chunk, if there is one, and to the chunk.
+
+        Raises:
+            CaseRefusedError: if the gate does not get as far as judging them.
+        """
+        first = case.first or case.measured
+        self.start(case.pacing, first)
+        self.claim(case)
+        if case.earlier is None:
+            return [self.send(case.chunk, case.measured.tick)]
+        earlier = self.send(case.earlier, first.tick)
+        self.state(case.measured, self.acted(case, earlier))
+        return [earlier, self.send(case.chunk, case.measured.tick)]
+
+    def acted(self, case: Case, earlier: Answer) -> tuple[Acted, ...]:
+        """Per part: row 0 of what was released where addressed, unless the HAL held."""
+        acted = [HELD] * len(self._parts)
+        if earlier.safe is not None and not case.held:
+            for part in earlier.safe.parts:
+                row = Acted(hold=0, verdict_id=earlier.verdict.verdict_id, row=0)
+                acted[part.part] = row
+        return tuple(acted)
+
+    def start(self, pacing: Pacing, first: Measured) -> None:
+        """A new gate that has met the HAL and is armed."""
+        self._gate.boot()
+        self._now_ns, self._seq = 1_000_000, 0
+        self._tell("hal_status", self._status(pacing, first.tick))
+        self.state(first)
+        self.ask("arm", Arm(by="test"), ArmReply)
+
+    def claim(self, case: Case) -> None:
+        """Claim every part of the robot with the case's limits."""
+        request = Claim(
+            source=SOURCE,
+            skill="test",
+            skill_hash=bytes(range(32)),
+            robot_hash=self._hash,
+            period_ns=self.file["period_ns"],
+            parts=self._parts,
+            chunk_rate_hz=self.file["protocol"]["chunk_rate_max_hz"],
+            horizon_max=case.horizon_max,
+            age_max_ticks=self.file["protocol"]["age_max_ticks"],
+            limits=case.overrides,
+        )
+        self._claim = self.ask("claim", request, ClaimReply)
+
+    def send(self, chunk: Chunk, newest_tick: int) -> Answer:
+        """Send a chunk computed from the newest state; exactly one verdict answers it."""
+        self._seq += 1
+        message = self.message(chunk, newest_tick)
+        outputs = self._step("candidate", SOURCE, encode(message))
+        (verdict,) = [decode(Verdict, out.payload) for out in outputs if out.kind == "verdict"]
+        safe = [decode(SafeChunk, out.payload) for out in outputs if out.kind == "safe_chunk"]
+        assert len(safe) <= 1
+        return Answer(verdict, safe[0] if safe else None, self._has_stopped(outputs), message)
+
+    def message(self, chunk: Chunk, newest_tick: int) -> ActionChunk:
+        """The chunk on the wire, with the next sequence number of the live claim."""
+        return ActionChunk(
+            robot_hash=self._hash,
+            session=SESSION,
+            epoch=self._claim.epoch,
+            claim_id=self._claim.claim_id,
+            source=SOURCE,
+            seq=self._seq,
+            goal_id=1,
+            obs_tick=newest_tick,
+            oldest_tick=newest_tick,
+            start_tick=chunk.start_tick,
+            horizon=chunk.horizon,
+            parts=tuple(
+                ActionPart(
+                    part=rows.part,
+                    mode=rows.mode,
+                    frame_id=rows.frame,
+                    values=pack_floats(rows.values),
+                    active=rows.active,
+                )
+                for rows in chunk.parts
+            ),
+            trace=NO_TRACE,
+        )
+
+    def state(self, measured: Measured, acted: tuple[Acted, ...] | None = None) -> bool:
+        """Publish a state one period after the last; returns whether the gate stopped."""
+        self._now_ns += int(self.file["period_ns"])
+        message = JointState(
+            session=SESSION,
+            tick=measured.tick,
+            episode_tick=1,
+            stamp_ns=0,
+            positions=pack_floats(measured.positions),
+            velocities=pack_floats(measured.velocities),
+            efforts=pack_floats(measured.efforts),
+            acted=acted or (HELD,) * len(self._parts),
+            robot_hash=self._hash,
+        )
+        return self._has_stopped(self._step("joint_state", "", encode(message)))
+
+    def ask(self, kind: EventKind, request: Message, reply: type[M]) -> M:
+        outputs = self._step(kind, "", encode(request))
+        for out in outputs:
+            if out.kind == "refusal":
+                raise CaseRefusedError(decode(Refusal, out.payload).reason)
+        (answer,) = [out.payload for out in outputs if out.kind == "reply"]
+        return decode(reply, answer)
+
+    def status(self) -> GateStatus:
+        return self.ask("status", StatusQuery(), GateStatus)
+
+    def _tell(self, kind: EventKind, message: Message) -> None:
+        self._step(kind, "", encode(message))
+
+    def _step(self, kind: EventKind, source: str, payload: bytes) -> list[GateOutput]:
+        return self._gate.step(self._now_ns, kind, source, payload)
+
+    def _has_stopped(self, outputs: list[GateOutput]) -> bool:
+        states = [decode(GateStatus, out.payload).state for out in outputs if out.kind == "status"]
+        return any(state in (GateState.STOPPED, GateState.LATCHED) for state in states)
+
+    def _status(self, pacing: Pacing, tick: int) -> HalStatus:
+        parts = tuple(
+            HalPart(name=part["name"], simulator_part="", joints=tuple(part["joints"]), ranges=())
+            for part in self.file["parts"]
+        )
+        return HalStatus(
+            session=SESSION,
+            robot=self.file["robot"],
+            robot_hash=self._hash,
+            pacing=pacing,
+            period_ns=self.file["period_ns"],
+            tick=tick,
+            episode_tick=1,
+            state="ready",
+            detail="",
+            joints=tuple(joint["name"] for joint in self.file["joints"]),
+            passive_joints=tuple(joint["name"] for joint in self.file["passive_joints"]),
+            parts=parts,
+            simulator_order=(),
+            cameras=(),
+            has_task=False,
+            overruns=0,
+        )

@@ -1,0 +1,144 @@
+"""The compiled gate file as plain numbers, and what a claim makes of it."""
+
+from __future__ import annotations
+
+import copy
+import json
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from fairlead.messages import LimitOverride
+from tests.differential.kinematics import Kinematics
+
+# docs/wire-format.md, "Control modes".
+MODES = (
+    "joint_position",
+    "joint_velocity",
+    "joint_torque",
+    "joint_trajectory",
+    "cartesian_pose",
+    "cartesian_delta",
+    "cartesian_twist",
+    "body_twist",
+    "foot_placement",
+    "gripper_binary",
+    "gripper_position",
+    "dex_hand_joint",
+    "composite_mode",
+)
+WIDTHS = {4: 7, 5: 6, 6: 6, 7: 6, 9: 1, 10: 1, 12: 1}
+JOINT_MODES = (0, 1, 2, 11)
+FRAMED_MODES = (4, 5, 6, 7)
+NO_CHECKER = (3, 8)
+ROWS_MAX = 64
+
+Block = dict[str, Any]
+"""One mode of one part, as in the file."""
+
+
+@dataclass(frozen=True)
+class Joint:
+    """One measured joint [rad or m, and per s]. Without bounds: -inf, inf, tolerance 0."""
+
+    name: str
+    lower: float
+    upper: float
+    tolerance: float
+    jump_limit: float
+    standstill: float
+    source: str
+    velocity_limit: float = math.nan
+    effort_limit: float = math.nan
+
+    def violation(self, position: float) -> float:
+        """How far a position lies outside the bounds, 0 inside."""
+        return max(self.lower - position, position - self.upper, 0.0)
+
+    def is_outside(self, position: float) -> bool:
+        """Outside the bounds and their tolerance."""
+        return self.violation(position) > self.tolerance
+
+
+@dataclass(frozen=True)
+class Part:
+    """joints: indices of the commanded joints. modes: the blocks by number. tool: its frame."""
+
+    name: str
+    joints: tuple[int, ...]
+    modes: dict[int, Block]
+    tool: str | None
+
+
+@dataclass(frozen=True)
+class GateFile:
+    """joints: commanded, in wire order."""
+
+    joints: tuple[Joint, ...]
+    passive: tuple[Joint, ...]
+    parts: tuple[Part, ...]
+    protocol: dict[str, Any]
+    kinematics: Kinematics
+
+    def width(self, mode: int) -> int:
+        return len(self.joints) if mode in JOINT_MODES else WIDTHS[mode]
+
+
+def read_gate_file(path: Path, urdf: Path) -> GateFile:
+    """The file that the gate itself reads, and the robot's description."""
+    data = json.loads(path.read_text())
+    joints = tuple(_joint(entry) for entry in data["joints"])
+    names = [joint.name for joint in joints]
+    return GateFile(
+        joints=joints,
+        passive=tuple(_joint(entry) for entry in data["passive_joints"]),
+        parts=tuple(_part(entry, names) for entry in data["parts"]),
+        protocol=data["protocol"],
+        kinematics=Kinematics(urdf, (*names, *(j["name"] for j in data["passive_joints"]))),
+    )
+
+
+def _joint(entry: dict[str, Any]) -> Joint:
+    bounds = entry.get("bounds", {"lower": -math.inf, "upper": math.inf, "tolerance": 0.0})
+    return Joint(
+        name=entry["name"],
+        lower=bounds["lower"],
+        upper=bounds["upper"],
+        tolerance=bounds["tolerance"],
+        jump_limit=entry["jump_limit"],
+        standstill=entry["standstill_velocity"],
+        source=entry["source"],
+        velocity_limit=entry.get("velocity_limit", math.nan),
+        effort_limit=entry.get("effort_limit", math.nan),
+    )
+
+
+def _part(entry: dict[str, Any], names: list[str]) -> Part:
+    return Part(
+        name=entry["name"],
+        joints=tuple(names.index(name) for name in entry["joints"]),
+        modes={MODES.index(name): dict(block) for name, block in entry["modes"].items()},
+        tool=entry["tool_frame"],
+    )
+
+
+def tightened(file: GateFile, overrides: Iterable[LimitOverride]) -> GateFile:
+    """The file with a claim's own limits in place of the robot's.
+
+    "A claim's limits may be tighter than the robot's, never looser; a mode that the claim does
+    not tighten keeps the robot's limits" (docs/safety.md, Claims). Only tighter ones may be
+    given here.
+    """
+    parts = list(file.parts)
+    for override in overrides:
+        index = [part.name for part in parts].index(override.part)
+        modes = copy.deepcopy(parts[index].modes)
+        block = modes[override.mode]
+        old = block.get(override.name)
+        block[override.name] = (
+            [override.value] * len(old) if isinstance(old, list) else override.value
+        )
+        parts[index] = replace(parts[index], modes=modes)
+    return replace(file, parts=tuple(parts))

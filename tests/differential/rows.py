@@ -1,0 +1,199 @@
+"""Rows of one part: a walk from where the robot is, then numbers moved onto limits."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pinocchio
+
+from fairlead.messages import FloatArray
+from tests.differential.case import Measured, PartRows
+from tests.differential.gate_file import JOINT_MODES, MODES, Block, GateFile
+from tests.differential.kinematics import quaternion_of, rotation_of
+from tests.differential.states import nudged
+
+
+class RowMaker:
+    """Draws rows for one robot."""
+
+    def __init__(self, file: GateFile, rng: np.random.Generator) -> None:
+        self._file = file
+        self._rng = rng
+
+    def draw(
+        self, part: int, mode: int, count: int, measured: Measured, last: PartRows | None
+    ) -> PartRows:
+        """Mostly good rows: each a step within, or just beyond, the limit from the last."""
+        block = self._file.parts[part].modes[mode]
+        frame = str(self._rng.choice(block["frames"])) if "frames" in block else ""
+        active = self._active(part) if mode in JOINT_MODES else ()
+        start = self._start(part, mode, measured, frame)
+        if last is not None and last.mode == mode and last.values.ndim == 2:
+            start = last.values[0].copy()
+        values = np.zeros((count, self._file.width(mode)))
+        for row in range(count):
+            start = self._step(part, mode, start)
+            values[row] = start
+        if mode in JOINT_MODES:
+            idle = [n for n in range(values.shape[1]) if n not in active]
+            values[:, idle] = 0.0
+        return PartRows(part, mode, values, frame, active)
+
+    def _active(self, part: int) -> tuple[int, ...]:
+        joints = self._file.parts[part].joints
+        if self._rng.random() < 0.8:
+            return joints
+        chosen = tuple(joint for joint in joints if self._rng.random() < 0.6)
+        return chosen or joints[:1]
+
+    def _start(self, part: int, mode: int, measured: Measured, frame: str) -> FloatArray:
+        width = self._file.width(mode)
+        joints = self._file.parts[part].joints
+        tool, name = self._file.parts[part].tool, MODES[mode]
+        if name == "cartesian_pose" and tool:
+            place, turn = self._file.kinematics.pose(measured.positions, tool, frame)
+            return np.concatenate([place, quaternion_of(turn)])
+        if name == "cartesian_twist" and tool:
+            q, v = measured.positions, measured.velocities
+            return self._file.kinematics.twist(q, v, tool, frame)
+        if mode in JOINT_MODES:
+            rates = {"joint_velocity": measured.velocities, "joint_torque": measured.efforts}
+            source = rates.get(name, measured.positions)
+            return np.array(source[:width], dtype=np.float64)
+        if width == 1:
+            return np.array([measured.positions[joints[0]] if joints else 0.0])
+        return np.zeros(width)
+
+    def _step(self, part: int, mode: int, start: FloatArray) -> FloatArray:
+        scale = float(self._rng.choice([0.2, 0.2, 0.6, 0.6, 1.05]))
+        block = self._file.parts[part].modes[mode]
+        if mode in JOINT_MODES:
+            return self._joint_step(part, mode, start, scale)
+        if MODES[mode] == "cartesian_pose":
+            return self._pose_step(block, start, scale)
+        if MODES[mode] == "gripper_binary":
+            return np.array([float(self._rng.choice([0.0, 1.0, 1.0, 0.5]))])
+        if "linear_limit" in block:
+            three = [self._ball(block[f"{half}_limit"] * scale) for half in ("linear", "angular")]
+            moved = np.concatenate(three)
+            free = block.get("free_axes", range(6))
+            return np.array([x if n in free else 0.0 for n, x in enumerate(moved)])
+        lower, upper = block.get("lower", -1.0), block.get("upper", 1.0)
+        step = block["step_limit"] * scale * self._rng.uniform(-1.0, 1.0)
+        return np.array([self._kept(float(start[0] + step), lower, upper)])
+
+    def _joint_step(self, part: int, mode: int, start: FloatArray, scale: float) -> FloatArray:
+        joints = self._file.parts[part].joints
+        limits = self._file.parts[part].modes[mode]["step_limit"]
+        moved = start.copy()
+        for place, index in enumerate(joints):
+            joint = self._file.joints[index]
+            top = joint.velocity_limit
+            lower, upper = joint.lower, joint.upper
+            if MODES[mode] == "joint_velocity":
+                lower, upper = -top, top
+            if MODES[mode] == "joint_torque":
+                lower, upper = -joint.effort_limit, joint.effort_limit
+            step = limits[place] * scale * self._rng.uniform(-1.0, 1.0)
+            outside = max(lower - start[index], start[index] - upper, 0.0)
+            if outside > 0.0 and self._rng.random() < 0.8:
+                back = -1.0 if start[index] > upper else 1.0
+                moved[index] = start[index] + back * abs(step)
+            else:
+                moved[index] = self._kept(start[index] + step, lower, upper)
+        return moved
+
+    def _pose_step(self, block: Block, start: FloatArray, scale: float) -> FloatArray:
+        place = start[:3] + self._ball(block["linear_step_limit"] * scale)
+        for n, (lower, upper) in enumerate(zip(block["lower"], block["upper"], strict=True)):
+            place[n] = self._kept(float(place[n]), lower, upper)
+        turned = self._turned(start[3:], block["angular_step_limit"] * scale * self._rng.random())
+        return np.concatenate([place, turned * self._rng.choice([-1.0, 1.0])])
+
+    def _turned(self, xyzw: FloatArray, angle: float) -> FloatArray:
+        """The quaternion after a turn by that angle about any axis; of none, one turned by it."""
+        if np.linalg.norm(xyzw) < 0.5:
+            xyzw = np.array([0.0, 0.0, 0.0, 1.0])
+        turn = pinocchio.exp3(self._ball(1.0, hollow=True) * angle)
+        return quaternion_of(turn @ rotation_of(xyzw))
+
+    def _kept(self, value: float, lower: float, upper: float) -> float:
+        return min(max(value, lower), upper) if self._rng.random() < 0.97 else value
+
+    def _ball(self, radius: float, hollow: bool = False) -> FloatArray:
+        direction = self._rng.normal(size=3)
+        direction /= np.linalg.norm(direction)
+        if hollow:
+            return np.asarray(direction * radius, dtype=np.float64)
+        return np.asarray(direction * radius * self._rng.random(), dtype=np.float64)
+
+    def to_limits(self, rows: PartRows, measured: Measured) -> PartRows:
+        """The same rows, half of the time with one number moved onto a limit."""
+        if self._rng.random() < 0.5 or not len(rows.values):
+            return rows
+        values = rows.values.copy()
+        row = int(self._rng.integers(len(values)))
+        block = self._file.parts[rows.part].modes[rows.mode]
+        if rows.mode in JOINT_MODES:
+            column = int(self._rng.choice(rows.active))
+            here = self._start(rows.part, rows.mode, measured, rows.frame)
+            start = here if row == 0 else values[row - 1]
+            edges = self._joint_edges(rows, column, float(start[column]))
+            values[row, column] = nudged(float(self._rng.choice(edges)), self._rng)
+        elif "linear_limit" in block:
+            self._onto_norm(values, row, block)
+        elif MODES[rows.mode] == "cartesian_pose":
+            self._onto_box(values, row, block)
+        elif MODES[rows.mode] == "gripper_binary":
+            values[row, 0] = nudged(float(self._rng.choice([0.0, 1.0])), self._rng)
+        else:
+            values[row, 0] = nudged(float(self._rng.choice(self._scalar_edges(block))), self._rng)
+        return replace(rows, values=values)
+
+    def _joint_edges(self, rows: PartRows, column: int, start: float) -> list[float]:
+        part, joint = self._file.parts[rows.part], self._file.joints[column]
+        step = part.modes[rows.mode]["step_limit"][part.joints.index(column)]
+        edges = [start - step, start, start + step]
+        edges += [start - step - joint.tolerance, start + step + joint.tolerance]
+        if MODES[rows.mode] == "joint_velocity":
+            return [*edges, -joint.velocity_limit, joint.velocity_limit, 0.0]
+        if MODES[rows.mode] == "joint_torque":
+            return [*edges, -joint.effort_limit, joint.effort_limit]
+        if math.isinf(joint.lower):
+            return edges
+        return [*edges, joint.lower, joint.upper]
+
+    def _onto_norm(self, values: FloatArray, row: int, block: Block) -> None:
+        """One half of the row gets a limit's norm, along one axis or in any direction."""
+        half = int(self._rng.integers(2))
+        name = str(self._rng.choice(["limit", "step_limit"]))
+        limit = block[f"{('linear', 'angular')[half]}_{name}"]
+        free = [n for n in block.get("free_axes", range(6)) if n // 3 == half]
+        direction = np.zeros(6)
+        if self._rng.random() < 0.5:
+            direction[self._rng.choice(free)] = self._rng.choice([-1.0, 1.0])
+        else:
+            direction[free] = self._rng.normal(size=len(free))
+            direction /= np.linalg.norm(direction)
+        last = values[row - 1] if row and name == "step_limit" else np.zeros(6)
+        three = slice(3 * half, 3 * half + 3)
+        values[row, three] = (last + direction * nudged(limit, self._rng))[three]
+
+    def _onto_box(self, values: FloatArray, row: int, block: Block) -> None:
+        """A side of the box, a step of exactly the limit, or a quaternion of another norm."""
+        kind = int(self._rng.integers(3))
+        axis = int(self._rng.integers(3))
+        if kind == 0:
+            side = block[str(self._rng.choice(["lower", "upper"]))][axis]
+            values[row, axis] = nudged(side, self._rng)
+        elif kind == 1 and row:
+            values[row] = values[row - 1]
+            values[row, axis] += nudged(block["linear_step_limit"], self._rng)
+        else:
+            values[row, 3:] *= float(self._rng.choice([1.0 + 9e-7, 1.0 + 1.1e-6, 1.0 - 1e-5, 0.0]))
+
+    def _scalar_edges(self, block: Block) -> list[float]:
+        lower, upper = block.get("lower", -1.0), block.get("upper", 1.0)
+        return [lower, upper, lower + block["step_limit"], upper - block["step_limit"]]

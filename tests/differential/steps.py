@@ -1,0 +1,172 @@
+"""G021 and G022: from where the robot is, and from row to row."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from tests.differential.absolute import norm
+from tests.differential.case import ActedRow, Before, Measured, PartRows
+from tests.differential.fault import Fault, above
+from tests.differential.gate_file import JOINT_MODES, MODES, GateFile
+from tests.differential.poses import pose_jumps
+
+STILL = "a part changes its mode or frame at standstill only"
+
+
+def step_faults(
+    file: GateFile, measured: Measured, before: Before, rows: PartRows, row: int, first_row: int
+) -> Iterator[Fault]:
+    """The jump into one row of one part."""
+    acted = before.get(rows.part)
+    is_switch = acted is not None and (acted.mode, acted.frame) != (rows.mode, rows.frame)
+    if row == first_row and is_switch:
+        yield from _moving(file, measured, rows, row)
+    if MODES[rows.mode] == "gripper_binary":
+        return  # "Any switch is legal by declaration."
+    if MODES[rows.mode] == "cartesian_pose":
+        last_pose = None if is_switch else acted
+        yield from pose_jumps(file, measured, rows, (row, first_row), last_pose)
+    elif row > first_row:
+        last = rows.values[row - 1].tolist()
+        yield from _jump(file, rows, row, 22, dict(enumerate(last)), measured)
+    else:
+        known = {} if is_switch else _known(rows, acted)
+        yield from _jump(file, rows, row, 21, known, measured)
+
+
+def _known(rows: PartRows, acted: ActedRow | None) -> dict[int, float]:
+    """Numbers of the row before by column; for a joint mode those of its active joints only."""
+    if acted is None:
+        return {}
+    columns = acted.active if rows.mode in JOINT_MODES else range(len(acted.values))
+    return {n: float(acted.values[n]) for n in columns}
+
+
+def _moving(file: GateFile, measured: Measured, rows: PartRows, row: int) -> Iterator[Fault]:
+    """ "a part changes its mode at standstill only"; standstill: "every joint of the part is
+    below its declared standstill_velocity" (docs/time-and-pacing.md)."""
+    part = file.parts[rows.part]
+    for index in part.joints:
+        speed, limit = abs(float(measured.velocities[index])), file.joints[index].standstill
+        if not speed < limit:
+            yield above(21, row, (part.name, file.joints[index].name), speed, limit, STILL)
+
+
+def _jump(
+    file: GateFile,
+    rows: PartRows,
+    row: int,
+    code: int,
+    last: dict[int, float],
+    measured: Measured,
+) -> Iterator[Fault]:
+    block = file.parts[rows.part].modes[rows.mode]
+    if rows.mode in JOINT_MODES:
+        yield from _joint_jump(file, rows, row, code, last, measured)
+    elif "linear_step_limit" in block:
+        yield from _norm_jump(file, rows, row, code, last, measured)
+    else:
+        yield from _scalar_jump(file, rows, row, code, last, measured)
+
+
+def _joint_jump(
+    file: GateFile,
+    rows: PartRows,
+    row: int,
+    code: int,
+    last: dict[int, float],
+    measured: Measured,
+) -> Iterator[Fault]:
+    """Joint by joint against the measurement, then against the row before.
+
+    A velocity or torque follows the row before alone, if there is one; a position starts near
+    the measurement in either case.
+    """
+    part = file.parts[rows.part]
+    block = part.modes[rows.mode]
+    limits = dict(zip(part.joints, block["step_limit"], strict=True))
+    measured_of = {"joint_velocity": measured.velocities, "joint_torque": measured.efforts}
+    rates = measured_of.get(MODES[rows.mode])
+    starts = []
+    for index in rows.active if code == 21 else ():
+        if rates is None:
+            room = limits[index] + file.joints[index].tolerance
+            starts.append((index, float(measured.positions[index]), room))
+        elif index not in last:
+            starts.append((index, float(rates[index]), limits[index]))
+    starts += [(index, last[index], limits[index]) for index in rows.active if index in last]
+    for index, start, limit in starts:
+        size = abs(float(rows.values[row][index]) - start)
+        if not size <= limit:
+            where = (part.name, file.joints[index].name)
+            yield above(code, row, where, size, limit, block["source"])
+
+
+def _norm_jump(
+    file: GateFile,
+    rows: PartRows,
+    row: int,
+    code: int,
+    last: dict[int, float],
+    measured: Measured,
+) -> Iterator[Fault]:
+    part = file.parts[rows.part]
+    block = part.modes[rows.mode]
+    start = list(last.values()) or _free_start(file, rows, measured)
+    now = rows.values[row].tolist()
+    change = [a - b for a, b in zip(now, start, strict=True)]
+    for axis, three in (("linear", change[:3]), ("angular", change[3:])):
+        size, limit = norm(three), block[f"{axis}_step_limit"]
+        if not size <= limit:
+            yield above(code, row, (part.name, axis), size, limit, block["source"])
+
+
+def _free_start(file: GateFile, rows: PartRows, measured: Measured) -> list[float]:
+    """ "for a twist the base's, turned from odom into base_link by the measured yaw, deltas with
+    zero"."""
+    if MODES[rows.mode] == "cartesian_delta":
+        return [0.0] * 6
+    if MODES[rows.mode] == "cartesian_twist":
+        tool = file.parts[rows.part].tool
+        assert tool is not None
+        q, v = measured.positions, measured.velocities
+        return list(file.kinematics.twist(q, v, tool, rows.frame).tolist())
+    x, y, yaw = file.parts[rows.part].joints
+    angle = float(measured.positions[yaw])
+    vx, vy = float(measured.velocities[x]), float(measured.velocities[y])
+    cos, sin = math.cos(angle), math.sin(angle)
+    return [
+        cos * vx + sin * vy,
+        -sin * vx + cos * vy,
+        0.0,
+        0.0,
+        0.0,
+        float(measured.velocities[yaw]),
+    ]
+
+
+def _scalar_jump(
+    file: GateFile,
+    rows: PartRows,
+    row: int,
+    code: int,
+    last: dict[int, float],
+    measured: Measured,
+) -> Iterator[Fault]:
+    """A gripper starts from its measured opening; nothing is measured of a composite mode."""
+    part = file.parts[rows.part]
+    block = part.modes[rows.mode]
+    limit = float(block["step_limit"])
+    axis = "composite" if MODES[rows.mode] == "composite_mode" else "opening"
+    starts = []
+    if code == 21 and part.joints:
+        (index,) = part.joints
+        room = limit + file.joints[index].tolerance
+        starts.append((float(measured.positions[index]), room))
+    if last:
+        starts.append((last[0], limit))
+    for start, most in starts:
+        size = abs(float(rows.values[row][0]) - start)
+        if not size <= most:
+            yield above(code, row, (part.name, axis), size, most, block["source"])

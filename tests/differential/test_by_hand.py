@@ -1,0 +1,105 @@
+"""Rulings computed by hand: the reference can be wrong too, and both judges must agree here.
+
+Numbers are those of robots/panda/gate.sim.json: joint 1 within 2.8973 rad, tolerance 0.05 rad,
+2.175 rad/s, steps 0.10875 rad and 0.75 rad/s; gripper 0 to 0.08 m.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fairlead.messages import LimitOverride, Outcome
+from tests.differential.case import Case, Chunk, still
+from tests.differential.comparison import readable, rulings
+from tests.differential.gates import Pair
+from tests.differential.known import KNOWN, Known
+from tests.differential.plain import TICK, arm, case, gripper, moving, rest, speeds
+
+RELEASED, TRUNCATED, REFUSED = Outcome.RELEASED, Outcome.TRUNCATED, Outcome.REFUSED
+UPPER = 2.8973
+OUTSIDE = still(TICK, rest(j1=UPPER + 0.3))
+TIGHTER = (LimitOverride(part="arm", mode=1, name="velocity_limit", value=0.5),)
+
+CASES: dict[str, tuple[Case, tuple[Outcome, int, int, int]]] = {
+    # name: case, (outcome, code, row at fault, rows released)
+    "a row where the robot stands": (case(arm(rest())), (RELEASED, 0, -1, 1)),
+    "a step of 0.1 rad": (case(arm(rest(), rest(j1=0.1))), (RELEASED, 0, -1, 2)),
+    "a step of 0.11 rad": (case(arm(rest(), rest(j1=0.11))), (TRUNCATED, 22, 1, 1)),
+    "a start within step and tolerance": (case(arm(rest(j1=0.158))), (RELEASED, 0, -1, 1)),
+    "a start beyond both": (case(arm(rest(j1=0.159))), (REFUSED, 21, 0, 0)),
+    "a target beyond the bounds": (
+        case(arm(rest(j1=UPPER), rest(j1=2.8974)), measured=still(TICK, rest(j1=UPPER))),
+        (TRUNCATED, 20, 1, 1),
+    ),
+    "2.2 rad/s": (case(speeds([2.2]), measured=moving(2.1)), (REFUSED, 20, 0, 0)),
+    "a velocity far from the measured one": (case(speeds([-0.7])), (RELEASED, 0, -1, 1)),
+    "a velocity too far from it": (case(speeds([-0.76])), (REFUSED, 21, 0, 0)),
+    "a velocity above the claim's own": (
+        replace(case(speeds([0.5], [0.51])), overrides=TIGHTER),
+        (TRUNCATED, 20, 1, 1),
+    ),
+    "outside, a target nearer": (
+        case(arm(rest(j1=UPPER + 0.2)), measured=OUTSIDE),
+        (RELEASED, 0, -1, 1),
+    ),
+    "outside, a target further": (
+        case(arm(rest(j1=UPPER + 0.31)), measured=OUTSIDE),
+        (REFUSED, 11, 0, 0),
+    ),
+    "outside, nearer and then further": (
+        case(arm(rest(j1=UPPER + 0.2), rest(j1=UPPER + 0.25)), measured=OUTSIDE),
+        (TRUNCATED, 11, 1, 1),
+    ),
+    "outside, only the gripper": (case(gripper(0.04), measured=OUTSIDE), (RELEASED, 0, -1, 1)),
+    "outside, standing still": (case(speeds([0.0]), measured=OUTSIDE), (REFUSED, 11, 0, 0)),
+    "a gripper wider than it opens": (case(gripper(0.081)), (REFUSED, 20, 0, 0)),
+    "no number in the last row": (case(gripper(0.04, np.nan)), (REFUSED, 8, 1, 0)),
+    "bad rows, but past ones": (
+        case(arm(rest(j1=1.0), rest(j1=0.1)), start=TICK - 1),
+        (RELEASED, 0, -1, 1),
+    ),
+    "all rows past": (case(gripper(0.04), start=TICK - 1), (REFUSED, 12, -1, 0)),
+    "one bad part of two": (case(arm(rest()), gripper(0.1)), (REFUSED, 20, 0, 0)),
+    "a part twice": (case(gripper(0.04), gripper(0.04)), (REFUSED, 9, -1, 0)),
+}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_both_judges_say_what_was_computed_by_hand(panda: Pair, name: str) -> None:
+    shown, (outcome, code, row, released) = CASES[name]
+    (ruling,) = rulings(panda.file, shown)
+    (answer,) = panda.answers(shown)
+    verdict, fault = answer.verdict, ruling.fault
+
+    assert (ruling.outcome, ruling.row_count) == (outcome, released)
+    assert (fault.code if fault else 0, fault.row if fault else -1) == (code, row)
+    assert (verdict.outcome, verdict.code, verdict.row) == (outcome, code, row)
+    assert (answer.safe.horizon if answer.safe else 0) == released
+
+
+DIFFERENT: dict[str, Case] = {
+    "the last 128 ticks of 64 bits": replace(
+        case(gripper(0.04)),
+        measured=still(2**64 - 100, rest()),
+        chunk=Chunk(2**64 - 100, 1, (gripper(0.04),)),
+    ),
+    "the margin of a breached lower bound": case(
+        speeds([0.0, 0.0, 0.0, -0.1]), measured=still(TICK, rest(j4=-3.5))
+    ),
+    "the smallest number there is": case(speeds([-5e-324]), measured=OUTSIDE),
+}
+
+
+def test_each_known_difference_is_shown_by_a_case_here() -> None:
+    assert {known.name for known in KNOWN} == set(DIFFERENT)
+
+
+@pytest.mark.parametrize("known", KNOWN, ids=lambda known: known.name)
+def test_a_known_difference_is_still_one(panda: Pair, known: Known) -> None:
+    shown = DIFFERENT[known.name]
+    found = panda.differences(shown)
+    assert found, f"no longer: take it from known.py\n{readable(shown, found)}"
+    assert known.covers(shown, found)
