@@ -16,7 +16,7 @@ from tests.differential.campaign import Campaign, run_campaign
 from tests.differential.gates import Pair, pair_of
 
 SEED = 20261121
-COUNT = 1000
+COUNT = 800
 LONG_COUNT = 40_000
 ROW_CODES = (0, 6, 7, 8, 9, 11, 12, 20, 21, 22)
 
