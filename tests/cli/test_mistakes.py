@@ -38,6 +38,8 @@ WRONG_COMMAND_LINES = {
     "an id that is too long": (["reset", "1" * 17], "expected 1 to 16 hex digits"),
     "a negative seed": (["parity", "--seed", "-1"], "greater than or equal to 0"),
     "a seed beyond 64 bits": (["run", "x", "--seed", str(2**64)], f"equal to {2**64 - 1}"),
+    "a time to listen beyond a day": (["topic", "list", "--seconds", "1e99"], "equal to 86400"),
+    "no number": (["run", "x", "--stall-timeout", "nan"], "equal to 86400"),
     "a deadline beyond 64 bits": (
         ["run", "x", "--deadline-ticks", str(2**64)],
         f"equal to {2**64 - 1}",

@@ -109,6 +109,8 @@ def test_a_robot_is_started_watched_run_and_stopped(start_up: Callable[[str], Up
     assert (status["hal"]["pacing"], status["hal"]["period_ms"]) == ("lockstep", 50.0)
     assert_topics_can_be_looked_at(up)
 
+    assert_what_cannot_run_is_refused(up)
+
     done = up.do("run", SKILL, "--deadline-ticks", "40")  # nothing to grasp without physics
     assert done.returncode == 1, done.stdout + done.stderr
     assert f"{SKILL} deadline after 4" in done.stdout and "not done after 40 ticks" in done.stdout
@@ -124,6 +126,20 @@ def test_a_robot_is_started_watched_run_and_stopped(start_up: Callable[[str], Up
     assert up.process.wait(timeout=10.0) == 0
     assert up.processes() == []
     assert up.read("ps") == []
+
+
+def assert_what_cannot_run_is_refused(up: Up) -> None:
+    """Before anything is armed, with the reason and the next command."""
+    before = up.read("status")["gate"]
+    blind = up.do("run", "rldx-robocasa")
+    assert blind.returncode == 1 and "needs camera 'robot0_agentview_left'" in blind.stderr
+    assert "try: fairlead down, then fairlead up panda_mobile_sim_cameras" in blind.stderr
+    dropped = up.do("run", "panda-joint-reach")
+    assert dropped.returncode == 1
+    assert "embodiments: made for panda, not panda_mobile" in dropped.stderr
+    assert dropped.stderr.endswith("try: fairlead skill ls --robot panda_mobile\n")
+    after = up.read("status")["gate"]
+    assert (after["state"], after["epoch"]) == ("disarmed", before["epoch"]), "nothing was armed"
 
 
 def assert_topics_can_be_looked_at(up: Up) -> None:

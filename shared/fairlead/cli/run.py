@@ -24,6 +24,7 @@ from fairlead.robot import load_robot
 from fairlead.skill import load_skill
 
 EXAMPLE = "fairlead run oracle-counter-to-cabinet"
+MAX_STALL_S = 86_400.0
 
 
 def command(
@@ -41,7 +42,10 @@ def command(
         typer.Option(min=0, max=MAX_NUMBER, help="give up after so many control periods; 0: never"),
     ] = 1200,
     stall_timeout: Annotated[
-        float, typer.Option(min=0.1, help="give up after so many seconds without a released row")
+        float,
+        typer.Option(
+            min=0.1, max=MAX_STALL_S, help="give up after so many seconds without a released row"
+        ),
     ] = 30.0,
     yes: Annotated[bool, typer.Option("--yes", help="arm hardware without asking")] = False,
     as_json: JsonOption = False,

@@ -9,11 +9,14 @@ import typer
 from fairlead.errors import NoAnswerError
 from fairlead.topic_listener import Heard, TopicListener
 
+MAX_WAIT_S = 86_400.0
+
 KeyArgument = Annotated[
     str, typer.Argument(help="key as in `fairlead topic list`; * stands for any name")
 ]
 TimeoutOption = Annotated[
-    float, typer.Option(min=0.1, help="seconds without a message before it gives up")
+    float,
+    typer.Option(min=0.1, max=MAX_WAIT_S, help="seconds without a message before it gives up"),
 ]
 
 

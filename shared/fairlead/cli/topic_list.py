@@ -9,6 +9,7 @@ import typer
 
 from fairlead.cli.console import print_json, print_table
 from fairlead.cli.deployment_choice import DeploymentOption, JsonOption, choose_deployment
+from fairlead.cli.topic_choice import MAX_WAIT_S
 from fairlead.topic_listener import TopicListener, listening_bus
 from fairlead.topics import short_key, topics
 
@@ -17,7 +18,9 @@ EXAMPLE = "fairlead topic list --seconds 2"
 
 def command(
     deployment: DeploymentOption = None,
-    seconds: Annotated[float, typer.Option(min=0.1, help="how long to listen")] = 2.0,
+    seconds: Annotated[
+        float, typer.Option(min=0.1, max=MAX_WAIT_S, help="how long to listen")
+    ] = 2.0,
     as_json: JsonOption = False,
 ) -> None:
     """List a running robot's keys, their message types and how many messages came."""
