@@ -1,9 +1,9 @@
-"""The gate as the explorer drives it: events in, messages out, time as an argument."""
+"""What goes into the gate core and what comes out of it; time is an argument."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal, Protocol
+from typing import Literal
 
 EventKind = Literal[
     "timer",
@@ -30,13 +30,3 @@ class GateOutput:
     kind: OutputKind
     source: str
     payload: bytes
-
-
-class GatePort(Protocol):
-    """A gate: the real core in a child process, or a model of it."""
-
-    def step(
-        self, now_ns: int, kind: EventKind, source: str = "", payload: bytes = b""
-    ) -> list[GateOutput]: ...
-
-    def close(self) -> None: ...

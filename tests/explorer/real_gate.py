@@ -37,7 +37,7 @@ def core_binary() -> Path:
 
 
 class RealGate:
-    """Implements `tests.explorer.gate_port.GatePort` over the tool's stdin and stdout.
+    """One gate core, driven over the tool's stdin and stdout.
 
     Args:
         restarted: whether a gate ran before and was killed: this one boots latched.

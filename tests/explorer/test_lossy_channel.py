@@ -14,8 +14,6 @@ from fairlead.hal.claim_rows import ClaimRows
 from fairlead.hal.core import Pacing
 from fairlead.hal.lease_follower import LeaseFollower
 from tests.explorer.channel import FAIR, Weather
-from tests.explorer.gate_port import GatePort
-from tests.explorer.model_gate import ModelGate
 from tests.explorer.real_gate import RealGate
 from tests.explorer.rules import check_history, check_stops, moves, trajectory
 from tests.explorer.world import World
@@ -33,11 +31,10 @@ STOP_ID = 4711
 
 
 class Builder:
-    """Makes worlds around one kind of gate, one at a time, and closes their gates."""
+    """Makes worlds around the real gate core, one at a time, and closes their gates."""
 
-    def __init__(self, kind: type[RealGate] | type[ModelGate]) -> None:
-        self._kind = kind
-        self._gate: GatePort | None = None
+    def __init__(self) -> None:
+        self._gate: RealGate | None = None
 
     def __call__(self, pacing: Pacing, seed: int) -> World:
         return World(self._new_gate(seed), pacing, seed)
@@ -50,15 +47,15 @@ class Builder:
         if self._gate is not None:
             self._gate.close()
 
-    def _new_gate(self, seed: int, restarted: bool = False) -> GatePort:
+    def _new_gate(self, seed: int, restarted: bool = False) -> RealGate:
         self.close()
-        self._gate = self._kind(seed, restarted)
+        self._gate = RealGate(seed, restarted)
         return self._gate
 
 
-@pytest.fixture(params=[RealGate, ModelGate], ids=["core", "model"])
-def build(request: pytest.FixtureRequest) -> Iterator[Builder]:
-    builder = Builder(request.param)
+@pytest.fixture
+def build() -> Iterator[Builder]:
+    builder = Builder()
     yield builder
     builder.close()
 

@@ -29,8 +29,9 @@ from fairlead.messages import (
 )
 from fairlead.robot import RobotManifest, load_robot
 from tests.explorer.channel import FAIR, MS, Channel, Schedule, Weather
-from tests.explorer.gate_port import EventKind, GateOutput, GatePort
+from tests.explorer.gate_port import EventKind, GateOutput
 from tests.explorer.hal_actor import HalActor, Tick
+from tests.explorer.real_gate import RealGate
 from tests.explorer.runner_actor import HORIZON, SOURCE, RunnerActor
 
 TIMER_NS = 5 * MS
@@ -45,7 +46,7 @@ def _robot() -> RobotManifest:
 class World:
     """One deployment in virtual time. Queries (the operator's) are never lost."""
 
-    def __init__(self, gate: GatePort, pacing: Pacing, seed: int) -> None:
+    def __init__(self, gate: RealGate, pacing: Pacing, seed: int) -> None:
         self.robot = _robot()
         self.schedule = Schedule()
         self.channel = Channel(self.schedule, random.Random(seed))

@@ -1,4 +1,7 @@
-"""The model of the gate on a real bus and a real clock, for tests of the HAL as a process."""
+"""The real gate core on the bus of a HAL, with its leases in our hands.
+
+Unlike the gate's own process it can fall silent at a moment that the test knows exactly.
+"""
 
 from __future__ import annotations
 
@@ -10,9 +13,13 @@ from fairlead.keys import Keys
 from fairlead.messages import (
     Arm,
     ArmReply,
+    Claim,
+    ClaimReply,
     HalStatus,
+    Heartbeat,
     Lease,
     Message,
+    Refusal,
     Reset,
     SafeChunk,
     StatusQuery,
@@ -20,7 +27,7 @@ from fairlead.messages import (
     encode,
 )
 from tests.explorer.gate_port import EventKind, GateOutput
-from tests.explorer.model_gate import ModelGate
+from tests.explorer.real_gate import RealGate
 
 TIMER_S = 0.005
 
@@ -29,11 +36,12 @@ class LiveGate:
     """Answers states with leases until silenced; commands are plain method calls."""
 
     def __init__(self, bus: Bus, keys: Keys) -> None:
-        self._gate = ModelGate(seed=1)
+        self._gate = RealGate(seed=1)
         self._lock = threading.Lock()
         self._lease = bus.publisher(keys.lease, Lease, Qos.HOT)
         self._safe = bus.publisher(keys.safe("runner"), SafeChunk, Qos.HOT)
         self._silent = threading.Event()
+        self._claim_id = 0
         self.last_lease_ns = 0
         status = decode(HalStatus, bus.query(keys.hal_status, StatusQuery(), 5.0))
         self.hal = status
@@ -46,15 +54,22 @@ class LiveGate:
         self._timer.start()
 
     def arm(self) -> ArmReply:
-        replies = self._feed("arm", encode(Arm(by="test")))
-        return decode(ArmReply, next(out.payload for out in replies if out.kind == "reply"))
+        return decode(ArmReply, self.ask("arm", Arm(by="test")))
 
     def reset(self, stop_id: int) -> None:
         self._feed("reset", encode(Reset(by="test", id=stop_id)))
 
     def ask(self, kind: EventKind, request: Message) -> bytes:
-        replies = self._feed(kind, encode(request))
-        return next(out.payload for out in replies if out.kind == "reply")
+        """The gate's reply; a refusal fails the test with the gate's words."""
+        answers = {out.kind: out.payload for out in self._feed(kind, encode(request))}
+        assert "reply" in answers, decode(Refusal, answers["refusal"]).reason
+        return answers["reply"]
+
+    def claim(self, request: Claim) -> ClaimReply:
+        """Take a claim, and beat for it as its runner would."""
+        reply = decode(ClaimReply, self.ask("claim", request))
+        self._claim_id = reply.claim_id
+        return reply
 
     def offer(self, chunk: Message) -> None:
         self._feed("candidate", encode(chunk), source="runner")
@@ -70,6 +85,8 @@ class LiveGate:
         self._timer.join()
         for subscription in self._subscriptions:
             subscription.undeclare()
+        with self._lock:  # a message under way is the last one
+            self._gate.close()
 
     def _on(self, kind: EventKind, sample: Sample) -> None:
         self._feed(kind, sample.payload)
@@ -77,6 +94,9 @@ class LiveGate:
     def _run_timer(self) -> None:
         while not self._silent.wait(TIMER_S):
             self._feed("timer", b"")
+            if self._claim_id:
+                heartbeat = Heartbeat(claim_id=self._claim_id)
+                self._feed("heartbeat", encode(heartbeat), source="runner")
 
     def _feed(self, kind: EventKind, payload: bytes, source: str = "") -> list[GateOutput]:
         with self._lock:

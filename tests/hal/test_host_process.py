@@ -10,13 +10,11 @@ import numpy as np
 import pytest
 
 from fairlead.bus import Qos, Sample
-from fairlead.errors import RefusedError
 from fairlead.messages import (
     NO_TRACE,
     ActionChunk,
     ActionPart,
     Claim,
-    ClaimReply,
     GateStatus,
     HalStatus,
     Hold,
@@ -29,12 +27,11 @@ from fairlead.messages import (
     StopLevel,
     TransformBatch,
     decode,
-    floats,
     pack_floats,
 )
 from fairlead.modes import ControlMode
 from fairlead.robot import load_robot
-from tests.hal.hal_process import HalProcess, free_port
+from tests.hal.hal_process import HalProcess
 from tests.hal.live_gate import LiveGate
 
 pytestmark = pytest.mark.processes
@@ -64,7 +61,7 @@ def drive(gate: LiveGate, horizon: int = 64) -> None:
     request = Claim(
         source="runner",
         skill="test",
-        skill_hash=bytes(32),
+        skill_hash=bytes([7]) * 32,
         robot_hash=robot.robot_hash,
         period_ns=robot.tick_period_ns,
         parts=("base",),
@@ -73,7 +70,7 @@ def drive(gate: LiveGate, horizon: int = 64) -> None:
         age_max_ticks=10,
         limits=(),
     )
-    claim = decode(ClaimReply, gate.ask("claim", request))
+    claim = gate.claim(request)
     values = np.zeros((horizon, robot.n_dof))
     values[:, 0] = 0.1
     start = newest_tick(gate)
@@ -210,74 +207,6 @@ def test_when_the_gate_falls_silent_the_ramp_begins_within_the_lease_life_and_a_
     assert (moved[-1]["stamp_ns"] - last_lease_ns) / 1e6 <= LEASE_LIFE_MS + 5
     assert held["tick"] == moved[-1]["tick"] + 1
     gate.close()
-
-
-def test_reset_episode_is_refused_until_a_lease_says_disarmed(lockstep: HalProcess) -> None:
-    with pytest.raises(RefusedError, match="no lease received, so the gate may be armed"):
-        reset(lockstep, seed=3)
-    gate = LiveGate(lockstep.bus, lockstep.keys)
-    lockstep.wait_until(lambda: newest_tick(gate) == 1, "the first state")
-    gate.arm()
-    lockstep.wait_until(lambda: refusal(lockstep) != "no lease", "a lease")
-    with pytest.raises(RefusedError, match="needs a disarmed gate, it is armed") as caught:
-        reset(lockstep, seed=3)
-    assert caught.value.fix == "fairlead disarm"
-    gate.close()
-
-
-def refusal(hal: HalProcess) -> str:
-    with pytest.raises(RefusedError) as caught:
-        reset(hal, seed=3)
-    return caught.value.reason[:8]
-
-
-def test_reset_episode_steps_held_ticks_until_standstill_and_starts_an_episode(
-    lockstep: HalProcess,
-) -> None:
-    gate = LiveGate(lockstep.bus, lockstep.keys)
-    lockstep.wait_until(lambda: newest_tick(gate) == 1, "the first state")
-    reply = reset(lockstep, seed=3)
-    assert (reply.tick, reply.episode_tick, reply.held_ticks) == (2, 2, 1)
-    lockstep.wait_until(lambda: len(lockstep.motion()) == 1, "the held tick")
-    (line,) = lockstep.motion()
-    assert {part[0] for part in line["acted"]} == {Hold.RESETTING}
-    assert line["event"] == "reset_episode seed 3"
-    state = decode(JointState, collect(lockstep, lockstep.keys.joints, 1)[0].payload)
-    assert (state.tick, state.episode_tick) == (2, 2)
-    first = floats(state.positions)
-    reply = reset(lockstep, seed=4)
-    assert (reply.tick, reply.episode_tick, reply.held_ticks) == (3, 3, 1)
-    other = floats(
-        decode(JointState, collect(lockstep, lockstep.keys.joints, 1)[0].payload).positions
-    )
-    assert not np.array_equal(first, other)
-    gate.close()
-
-
-def test_a_second_hal_on_the_same_port_says_what_to_look_for(realtime: HalProcess) -> None:
-    log = realtime.folder / "second.log"
-    second = realtime.launch(realtime.spec, realtime.folder / "other", log)
-    assert second.wait(timeout=30) == 1
-    assert "is another process of this robot still running? see: fairlead ps" in log.read_text()
-
-
-def test_a_second_hal_that_can_see_the_first_names_it(realtime: HalProcess) -> None:
-    services = {
-        "first": realtime.spec["services"]["hal"],  # type: ignore[index]
-        "hal": {"run": "hal_sim", "listen": f"tcp/127.0.0.1:{free_port()}"},
-    }
-    log = realtime.folder / "second.log"
-    second = realtime.launch({**realtime.spec, "services": services}, realtime.folder / "b", log)
-    assert second.wait(timeout=30) == 1
-    assert "robot tested already has a HAL (session" in log.read_text()
-
-
-def test_a_second_hal_in_the_same_state_folder_is_refused(realtime: HalProcess) -> None:
-    services = {"hal": {"run": "hal_sim", "listen": f"tcp/127.0.0.1:{free_port()}"}}
-    log = realtime.folder / "second.log"
-    second = realtime.launch({**realtime.spec, "services": services}, realtime.state_dir, log)
-    assert second.wait(timeout=30) == 1
-    assert f"another HAL still uses {realtime.state_dir}" in log.read_text()
 
 
 def test_garbage_on_every_key_it_reads_does_not_disturb_a_tick(realtime: HalProcess) -> None:

@@ -1,0 +1,132 @@
+"""A new episode and a second HAL: what the HAL's process refuses and how it restarts the scene."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fairlead.bus import Sample
+from fairlead.errors import RefusedError
+from fairlead.messages import (
+    GateStatus,
+    Hold,
+    JointState,
+    ResetEpisode,
+    ResetEpisodeReply,
+    StatusQuery,
+    decode,
+    floats,
+)
+from tests.hal.hal_process import HalProcess, free_port
+from tests.hal.live_gate import LiveGate
+
+
+@pytest.fixture
+def realtime(tmp_path: Path) -> Iterator[HalProcess]:
+    hal = HalProcess(tmp_path, "realtime")
+    yield hal
+    hal.close()
+
+
+@pytest.fixture
+def lockstep(tmp_path: Path) -> Iterator[HalProcess]:
+    hal = HalProcess(tmp_path, "lockstep", trace=True)
+    yield hal
+    hal.close()
+
+
+def newest_tick(gate: LiveGate) -> int:
+    return decode(GateStatus, gate.ask("status", StatusQuery())).state_tick
+
+
+def collect(hal: HalProcess, key: str, count: int) -> list[Sample]:
+    """The next samples on a key expression."""
+    samples: list[Sample] = []
+    enough = threading.Event()
+
+    def on_sample(sample: Sample) -> None:
+        samples.append(sample)
+        if len(samples) >= count:
+            enough.set()
+
+    subscription = hal.bus.subscribe(key, on_sample)
+    assert enough.wait(20.0), f"{len(samples)} of {count} samples on {key}"
+    subscription.undeclare()
+    return samples[:count]
+
+
+def reset(hal: HalProcess, seed: int) -> ResetEpisodeReply:
+    key = hal.keys.hal_command("reset_episode")
+    return decode(ResetEpisodeReply, hal.bus.query(key, ResetEpisode(seed=seed), 20.0))
+
+
+def test_reset_episode_is_refused_until_a_lease_says_disarmed(lockstep: HalProcess) -> None:
+    with pytest.raises(RefusedError, match="no lease received, so the gate may be armed"):
+        reset(lockstep, seed=3)
+    gate = LiveGate(lockstep.bus, lockstep.keys)
+    lockstep.wait_until(lambda: newest_tick(gate) == 1, "the first state")
+    gate.arm()
+    lockstep.wait_until(lambda: refusal(lockstep) != "no lease", "a lease")
+    with pytest.raises(RefusedError, match="needs a disarmed gate, it is armed") as caught:
+        reset(lockstep, seed=3)
+    assert caught.value.fix == "fairlead disarm"
+    gate.close()
+
+
+def refusal(hal: HalProcess) -> str:
+    with pytest.raises(RefusedError) as caught:
+        reset(hal, seed=3)
+    return caught.value.reason[:8]
+
+
+def test_reset_episode_steps_held_ticks_until_standstill_and_starts_an_episode(
+    lockstep: HalProcess,
+) -> None:
+    gate = LiveGate(lockstep.bus, lockstep.keys)
+    lockstep.wait_until(lambda: newest_tick(gate) == 1, "the first state")
+    reply = reset(lockstep, seed=3)
+    assert (reply.tick, reply.episode_tick, reply.held_ticks) == (2, 2, 1)
+    lockstep.wait_until(lambda: len(lockstep.motion()) == 1, "the held tick")
+    (line,) = lockstep.motion()
+    assert {part[0] for part in line["acted"]} == {Hold.RESETTING}
+    assert line["event"] == "reset_episode seed 3"
+    state = decode(JointState, collect(lockstep, lockstep.keys.joints, 1)[0].payload)
+    assert (state.tick, state.episode_tick) == (2, 2)
+    first = floats(state.positions)
+    reply = reset(lockstep, seed=4)
+    assert (reply.tick, reply.episode_tick, reply.held_ticks) == (3, 3, 1)
+    other = floats(
+        decode(JointState, collect(lockstep, lockstep.keys.joints, 1)[0].payload).positions
+    )
+    assert not np.array_equal(first, other)
+    gate.close()
+
+
+def test_a_second_hal_on_the_same_port_says_what_to_look_for(realtime: HalProcess) -> None:
+    log = realtime.folder / "second.log"
+    second = realtime.launch(realtime.spec, realtime.folder / "other", log)
+    assert second.wait(timeout=30) == 1
+    assert "is another process of this robot still running? see: fairlead ps" in log.read_text()
+
+
+def test_a_second_hal_that_can_see_the_first_names_it(realtime: HalProcess) -> None:
+    services = {
+        "first": realtime.spec["services"]["hal"],  # type: ignore[index]
+        "hal": {"run": "hal_sim", "listen": f"tcp/127.0.0.1:{free_port()}"},
+    }
+    log = realtime.folder / "second.log"
+    second = realtime.launch({**realtime.spec, "services": services}, realtime.folder / "b", log)
+    assert second.wait(timeout=30) == 1
+    assert "robot tested already has a HAL (session" in log.read_text()
+
+
+def test_a_second_hal_in_the_same_state_folder_is_refused(realtime: HalProcess) -> None:
+    services = {"hal": {"run": "hal_sim", "listen": f"tcp/127.0.0.1:{free_port()}"}}
+    log = realtime.folder / "second.log"
+    second = realtime.launch({**realtime.spec, "services": services}, realtime.state_dir, log)
+    assert second.wait(timeout=30) == 1
+    assert f"another HAL still uses {realtime.state_dir}" in log.read_text()
