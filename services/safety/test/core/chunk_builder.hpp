@@ -66,6 +66,10 @@ class ChunkBuilder {
     }
     return add(part, mode, rows, {}, "base_link");
   }
+  /// Poses in base_link: xyz and quaternion xyzw, row by row.
+  ChunkBuilder& poses(std::uint8_t part, const Rows& rows) {
+    return add(part, Mode::cartesian_pose, rows, {}, "base_link");
+  }
   ChunkBuilder& scalar(std::uint8_t part, Mode mode, const Row& values) {
     Rows rows;
     for (const double value : values) rows.push_back({value});

@@ -32,6 +32,7 @@ class GateRig {
   bool lockstep;
   std::vector<double> positions = std::vector<double>(measured_count, 0.0);
   std::vector<double> velocities = std::vector<double>(measured_count, 0.0);
+  std::vector<double> efforts = std::vector<double>(measured_count, 0.0);
   Acted acted;  // of every part; starts as a hold
   std::size_t part_count = 4;
   Limits limits = test_limits();
@@ -72,7 +73,6 @@ class GateRig {
     JointState state;
     state.session = session;
     state.tick = tick;
-    const std::vector<double> efforts(measured_count, 0.0);
     state.positions = view(positions);
     state.velocities = view(velocities);
     state.efforts = view(efforts);

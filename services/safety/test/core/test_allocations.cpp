@@ -86,6 +86,28 @@ TEST_CASE("no event allocates: chunks, states, heartbeats, queries, stops, time"
   }
 }
 
+TEST_CASE("no chunk allocates, in any mode") {
+  const Row tool{0.7, 0.0, 0.5, 0.0, 0.0, 0.0, 1.0};
+  const std::vector<ChunkBuilder> commands{
+      ChunkBuilder().joint(arm, Mode::joint_torque, arm_1, Row(64, 1.0)),
+      ChunkBuilder().poses(arm, Rows(64, tool)),
+      ChunkBuilder().along(arm, Mode::cartesian_delta, 0, Row(64, 0.01)),
+      ChunkBuilder().along(arm, Mode::cartesian_twist, 0, Row(64, 0.1)),
+      ChunkBuilder().along(base, Mode::body_twist, 0, Row(64, 0.1)),
+      ChunkBuilder().scalar(gripper, Mode::gripper_binary, Row(64, 1.0)),
+  };
+  for (const ChunkBuilder& command : commands) {
+    GateRig rig;
+    rig.ready();
+    ChunkBuilder chunk = rig.chunk();
+    chunk.chunk.parts = command.chunk.parts;
+    chunk.chunk.horizon = command.chunk.horizon;
+    CHECK(allocations_of(rig, EventKind::candidate, chunk.frame()) == 0);
+    CHECK(rig.verdict().code == 0);
+    CHECK(rig.safe_chunk().horizon == 63);  // realtime: the first row is past
+  }
+}
+
 TEST_CASE("no state allocates, not even one that has rows judged again") {
   GateRig rig;
   rig.ready();

@@ -115,6 +115,53 @@ TEST_CASE("joints, parts and modes must agree") {
         "parts.arm.modes.cartesian_delta.frames: expected at least one");
 }
 
+TEST_CASE("the robot's links are one tree, root first, moved by measured joints") {
+  const auto fault = [](auto field, auto value, std::size_t link = 2) {
+    return fault_after([=](Limits& l) { l.kinematics.links[link].*field = value; });
+  };
+  CHECK(fault_after([](Limits& l) { l.kinematics.links.clear(); }) ==
+        "kinematics: expected a root");
+  CHECK(fault(&Link::name, Name("column")) == "kinematics: column is there twice");
+  CHECK(fault(&Link::name, Name()) == "kinematics: a link without a name");
+  CHECK(fault(&Link::name, Name(), 0) == "kinematics: a link without a name");
+  for (const std::size_t parent : {std::size_t{2}, std::size_t{3}, no_link})
+    CHECK(fault(&Link::parent, parent) ==
+          "kinematics.upper.parent: expected a link that comes before it");
+  CHECK(fault(&Link::joint, measured_count) == "kinematics.upper.joint: no such measured joint");
+  CHECK(fault(&Link::joint, max_measured, 4) == "");  // the tool is fixed
+  CHECK(fault(&Link::motion, LinkMotion::slide) ==
+        "kinematics.upper.kind: not that of joint arm_1");
+  CHECK(fault(&Link::joint, gripper_joint) ==
+        "kinematics.upper.kind: not that of joint gripper_joint");
+  for (const double bad : {unset, infinite, 0.0, 1.0 + 1e-8}) {
+    CHECK(fault(&Link::axis, std::array{0.0, 0.0, bad})
+              .starts_with("kinematics.upper.axis: expected a unit length, got "));
+    CHECK(fault(&Link::rotation_xyzw, std::array{0.0, 0.0, 0.0, bad})
+              .starts_with("kinematics.upper.rotation_xyzw: expected a unit length, got "));
+  }
+  for (const double bad : {unset, infinite, -infinite})
+    CHECK(fault(&Link::translation, std::array{0.0, bad, 0.0}) ==
+          "kinematics.upper.translation: expected finite numbers");
+}
+
+TEST_CASE("a pose needs a box, and a frame that the part does not move") {
+  const auto fault = [](const std::function<void(PoseLimits&)>& spoil) {
+    return fault_after([&](Limits& l) { spoil(l.parts[arm].modes.cartesian_pose); });
+  };
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    for (const double bad : {unset, infinite, 1.0, 2.0})
+      CHECK(fault([=](PoseLimits& pose) { pose.lower[axis] = bad; })
+                .starts_with(std::string("parts.arm.modes.cartesian_pose ") + "xyz"[axis] +
+                             ": expected finite lower < upper"));
+  CHECK(fault([](PoseLimits& pose) { pose.frames.clear(); }) ==
+        "parts.arm.modes.cartesian_pose.frames: expected at least one");
+  CHECK(fault([](PoseLimits& pose) { pose.frames[0] = "odom"; }) ==
+        "parts.arm.modes.cartesian_pose.frames: odom is no link of the description");
+  CHECK(fault([](PoseLimits& pose) { pose.frames[0] = "upper"; }) ==
+        "parts.arm.modes.cartesian_pose.frames: upper moves with the part");
+  CHECK(fault([](PoseLimits& pose) { pose.frames[0] = "column"; }) == "");  // moved by no arm joint
+}
+
 TEST_CASE("the protocol's own limits are within what the gate has room for") {
   const auto fault = [](auto field, auto value) {
     return fault_after([=](Limits& l) { l.protocol.*field = value; });

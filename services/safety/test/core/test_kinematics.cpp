@@ -1,0 +1,101 @@
+// Where a link is and how it moves, against numbers worked out by hand and against differences.
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+
+#include "boundary.hpp"
+#include "fairlead_safety/kinematics.hpp"
+#include "test_robot.hpp"
+
+using namespace fairlead;
+using namespace fairlead::test;
+
+namespace {
+
+constexpr std::size_t root = 0, lower = 3, tool = 4;
+const double half_pi = std::acos(0.0);
+
+MeasuredState at(double torso_height, double first, double second) {
+  MeasuredState state = state_at_rest();
+  state.positions[torso] = torso_height;
+  state.positions[arm_1] = first;
+  state.positions[arm_2] = second;
+  return state;
+}
+
+void check_position(const Pose& pose, double x, double y, double z) {
+  CHECK((pose.position - Eigen::Vector3d(x, y, z)).norm() < 1e-12);
+}
+
+}  // namespace
+
+TEST_CASE("the tool of the test robot is where it is drawn") {
+  const Kinematics tree = test_tree();
+  check_position(link_pose(tree, at(0, 0, 0), root, tool), 0.7, 0.0, 0.5);
+  check_position(link_pose(tree, at(0.1, 0, 0), root, tool), 0.7, 0.0, 0.6);
+  check_position(link_pose(tree, at(0, half_pi, 0), root, tool), 0.0, 0.7, 0.5);
+  check_position(link_pose(tree, at(0, 0, half_pi), root, tool), 0.4, 0.0, 0.2);
+  const Pose turned = link_pose(tree, at(0, half_pi, 0), root, tool);
+  const Eigen::Quaterniond about_z(Eigen::AngleAxisd(half_pi, Eigen::Vector3d::UnitZ()));
+  CHECK(angle_between(turned.rotation, about_z) < 1e-12);
+}
+
+TEST_CASE("a pose is told in any frame of the tree") {
+  const Kinematics tree = test_tree();
+  check_position(link_pose(tree, at(0.2, 0.7, -0.3), lower, tool), 0.3, 0.0, 0.0);
+  check_position(link_pose(tree, at(0.2, 0.0, half_pi), tool, root), 0.4, 0.0, -0.4);
+  check_position(link_pose(tree, at(0.2, 0.7, 0.3), tool, tool), 0.0, 0.0, 0.0);
+}
+
+TEST_CASE("a twist is the change of the pose") {
+  const Kinematics tree = test_tree();
+  const double dt = 1e-6;
+  for (int i = 0; i < 50; ++i) {
+    MeasuredState state = at(0.1 * std::sin(i), 2.0 * std::sin(3.0 * i), 2.0 * std::cos(i));
+    state.velocities[torso] = 0.3 * std::cos(2.0 * i);
+    state.velocities[arm_1] = std::sin(5.0 * i);
+    state.velocities[arm_2] = std::cos(7.0 * i);
+    MeasuredState later = state;
+    for (std::size_t j = 0; j < measured_count; ++j) later.positions[j] += dt * state.velocities[j];
+    const Pose now = link_pose(tree, state, root, tool);
+    const Pose then = link_pose(tree, later, root, tool);
+    const Twist twist = link_twist(tree, state, root, tool);
+    CHECK(((then.position - now.position) / dt - twist.linear).norm() < 1e-5);
+    CHECK(std::abs(angle_between(now.rotation, then.rotation) / dt - twist.angular.norm()) < 1e-5);
+    const Pose T_root_lower = link_pose(tree, state, root, lower);
+    const Twist turned = link_twist(tree, state, lower, tool);
+    CHECK((T_root_lower.rotation * turned.linear - twist.linear).norm() < 1e-12);
+    CHECK((T_root_lower.rotation * turned.angular - twist.angular).norm() < 1e-12);
+  }
+}
+
+TEST_CASE("the angle between rotations knows no sign of a quaternion, and no number but NaN") {
+  const Eigen::Quaterniond q(Eigen::AngleAxisd(2.5, Eigen::Vector3d(1, 2, 3).normalized()));
+  const Eigen::Quaterniond same(-q.w(), -q.x(), -q.y(), -q.z());
+  CHECK(angle_between(q, same) < 1e-15);
+  CHECK(angle_between(q, Eigen::Quaterniond::Identity()) == doctest::Approx(2.5));
+  CHECK(angle_between(Eigen::Quaterniond(0, 1, 0, 0), Eigen::Quaterniond::Identity()) ==
+        doctest::Approx(std::acos(-1.0)));
+  CHECK(std::isnan(
+      angle_between(Eigen::Quaterniond(1, not_a_number, 0, 0), Eigen::Quaterniond::Identity())));
+  CHECK(std::isnan(
+      angle_between(Eigen::Quaterniond(not_a_number, 0, 0, 0), Eigen::Quaterniond::Identity())));
+}
+
+TEST_CASE("what is measured as no number, or is no link, is nowhere") {
+  const Kinematics tree = test_tree();
+  for (const double bad : {not_a_number, infinite}) {
+    CHECK(std::isnan(link_pose(tree, at(0, bad, 0), root, tool).position.norm()));
+    CHECK_FALSE(std::isfinite(link_pose(tree, at(bad, 0, 0), root, tool).position.norm()));
+  }
+  CHECK(tree.find("wrist") == no_link);
+  CHECK(tree.find("base_link") == root);
+  for (const std::size_t bad : {no_link, std::size_t{5}}) {
+    CHECK(std::isnan(link_pose(tree, at(0, 0, 0), root, bad).position.norm()));
+    CHECK(std::isnan(link_pose(tree, at(0, 0, 0), bad, tool).position.norm()));
+    CHECK(std::isnan(link_pose(tree, at(0, 0, 0), bad, tool).rotation.norm()));
+    CHECK(std::isnan(link_twist(tree, at(0, 0, 0), root, bad).linear.norm()));
+    CHECK(std::isnan(link_twist(tree, at(0, 0, 0), bad, tool).angular.norm()));
+  }
+}

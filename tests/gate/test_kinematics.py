@@ -1,0 +1,75 @@
+"""Where the gate takes every link to be, against pinocchio on the robot's own description."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from fairlead.messages import FloatArray
+from fairlead.paths import gate_binary, gate_config
+from fairlead.robot import RobotManifest, load_robot
+
+pytestmark = pytest.mark.processes
+
+ROBOTS = ("panda", "panda_mobile", "dual_panda")
+TOLERANCE = 1e-9  # [m], [rad], [m/s], [rad/s]
+
+
+def samples(robot: RobotManifest, count: int) -> tuple[FloatArray, FloatArray]:
+    """Positions over each joint's range and velocities up to its limit, every measured joint."""
+    rng = np.random.default_rng(7)
+    joints = (*robot.joints, *robot.passive_joints)
+    ranges = [(j.lower, j.upper) if j.has_bounds else (-np.pi, np.pi) for j in joints]
+    lower, upper = np.array(ranges).T
+    speeds = np.array([joint.velocity_limit for joint in joints])
+    positions = rng.uniform(lower, upper, (count, len(joints)))
+    return positions, rng.uniform(-speeds, speeds, positions.shape)
+
+
+def gate_links(config: Path, positions: FloatArray, velocities: FloatArray) -> FloatArray:
+    """What the gate's own code says: [samples, links, 13]."""
+    tool = gate_binary().with_name("link-poses")
+    sent = np.hstack([positions, velocities]).astype("<f8").tobytes()
+    answer = subprocess.run([tool, config], input=sent, stdout=subprocess.PIPE, check=True)
+    return np.frombuffer(answer.stdout, "<f8").reshape(len(positions), -1, 13)
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+@pytest.mark.parametrize(
+    "count", [1000, pytest.param(10_000, marks=pytest.mark.soak)], ids=["short", "long"]
+)
+def test_every_link_is_where_pinocchio_says_and_moves_as_it_says(name: str, count: int) -> None:
+    robot, config = load_robot(name), gate_config(name, "sim")
+    tree = json.loads(config.read_text())["kinematics"]
+    links = [tree["root"], *(link["name"] for link in tree["links"])]
+    positions, velocities = samples(robot, count)
+    ours = gate_links(config, positions, velocities)
+    assert ours.shape[1] == len(links)
+
+    model = pin.buildModelFromUrdf(str(robot.description_path()))
+    data = model.createData()
+    ids = [model.getFrameId(link, pin.FrameType.BODY) for link in links]
+    columns = [
+        (model.joints[model.getJointId(joint)].idx_q, robot.measured_joint_names.index(joint))
+        for joint in list(model.names)[1:]
+    ]
+    into, out_of = np.array(columns).T
+    q, v = np.zeros(model.nq), np.zeros(model.nv)
+    assert len(into) == model.nq == model.nv
+    worst = 0.0
+    for sample in range(count):
+        q[into], v[into] = positions[sample, out_of], velocities[sample, out_of]
+        pin.forwardKinematics(model, data, q, v)
+        pin.updateFramePlacements(model, data)
+        for link, frame in enumerate(ids):
+            truth, row = data.oMf[frame], ours[sample, link]
+            turn = truth.rotation.T @ pin.Quaternion(row[3:7]).toRotationMatrix()
+            motion = pin.getFrameVelocity(model, data, frame, pin.LOCAL_WORLD_ALIGNED)
+            errors = (row[:3] - truth.translation, pin.log3(turn), row[7:] - motion.vector)
+            worst = max(worst, *(float(np.abs(error).max()) for error in errors))
+    assert worst <= TOLERANCE
