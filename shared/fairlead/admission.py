@@ -61,12 +61,14 @@ def require_admission(
         return
     fix = f"fairlead skill ls --robot {robot.id}"
     if hal is not None and problems == _camera_problems(skill, hal):
-        fix = _way_to_cameras(skill, robot)
+        fix = _way_to_cameras(skill, robot, hal)
     listed = "\n  ".join(problems)
     raise ConfigError(f"skill {skill.id} cannot run on robot {robot.id}:\n  {listed}\n  try: {fix}")
 
 
-def _way_to_cameras(skill: SkillManifest, robot: RobotManifest) -> str:
+def _way_to_cameras(skill: SkillManifest, robot: RobotManifest, hal: HalStatus) -> str:
+    if "cameras off" in hal.detail:  # they were asked for, and nothing renders them
+        return f"fairlead logs, which says why; the HAL: {hal.detail}"
     ready = camera_deployments(skill, robot.id)
     if ready:
         return f"fairlead down, then fairlead up {ready[0]}, which has these cameras"

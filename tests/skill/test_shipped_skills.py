@@ -73,6 +73,15 @@ def test_a_skill_whose_cameras_are_off_is_refused_with_the_deployment_that_has_t
     )
 
 
+def test_where_nothing_renders_the_refusal_sends_to_the_hals_log() -> None:
+    off = msgspec.structs.replace(HAL, cameras=(), detail="cameras off: no renderer was started")
+    with pytest.raises(ConfigError) as caught:
+        require_admission(load_skill("rldx-robocasa"), MOBILE, off)
+    assert str(caught.value).endswith(
+        "try: fairlead logs, which says why; the HAL: cameras off: no renderer was started"
+    )
+
+
 def test_a_camera_that_no_deployment_has_is_refused_with_the_option_that_switches_it_on() -> None:
     skill = load_skill("rldx-robocasa")
     attic = {"attic": ImageSpec(camera="attic", width=64, height=64)}

@@ -10,6 +10,7 @@ from fairlead.cli.console import hex_id, print_json
 from fairlead.cli.deployment_choice import DeploymentOption, JsonOption, choose_deployment
 from fairlead.client import RobotClient
 from fairlead.messages import GateState, GateStatus, HalStatus
+from fairlead.verdict_text import CHECKS
 
 EXAMPLE = "fairlead status --json"
 
@@ -23,7 +24,7 @@ def command(deployment: DeploymentOption = None, as_json: JsonOption = False) ->
     if as_json:
         print_json({"alive": alive, "gate": gate_document(gate), "hal": hal_document(hal)})
         return
-    _print_gate(gate)
+    print_gate(gate)
     typer.echo(
         f"robot  {hal.robot}: {hal.state}, {hal.pacing} at {1e9 / hal.period_ns:g} Hz, "
         f"tick {hal.tick}, overruns {hal.overruns}" + (f" ({hal.detail})" if hal.detail else "")
@@ -32,7 +33,8 @@ def command(deployment: DeploymentOption = None, as_json: JsonOption = False) ->
     typer.echo(f"alive  {', '.join(alive)}" + (f"; missing: {missing}" if missing else ""))
 
 
-def _print_gate(gate: GateStatus) -> None:
+def print_gate(gate: GateStatus) -> None:
+    """The gate's state, its cause, what to do, its claims and what it counted."""
     typer.echo(f"gate   {state_and_cause(gate)}")
     if gate.fix:
         typer.echo(f"       try: {gate.fix}")
@@ -42,8 +44,21 @@ def _print_gate(gate: GateStatus) -> None:
         typer.echo(f"       latch {hex_id(gate.latch_id)}")
     for claim in gate.claims:
         typer.echo(f"claim  {claim.source} runs {claim.skill} on {', '.join(claim.parts)}")
-    counted = [f"{name} {count}" for name, count in gate.counters if count]
-    typer.echo(f"judged {', '.join(counted) or 'nothing yet'}")
+    for line in _counted(gate):
+        typer.echo(line)
+
+
+def _counted(gate: GateStatus) -> list[str]:
+    """Chunks by outcome, then each check's finds in words: chunks, and other messages too."""
+    found = {name: count for name, count in gate.counters if count}
+    codes = {f"G{code:03d}": what for code, what in CHECKS.items()}
+    outcomes = [f"{name} {count}" for name, count in found.items() if name not in codes]
+    lines = [f"judged {', '.join(outcomes) or 'nothing yet'}"]
+    for name, what in codes.items():
+        if name in found:
+            before = " (also states from before the gate follows)" if name == "G002" else ""
+            lines.append(f"       {name} {found[name]} times: {what}{before}")
+    return lines
 
 
 def state_and_cause(gate: GateStatus) -> str:

@@ -1,0 +1,34 @@
+"""What ``fairlead status`` says of the gate's counters."""
+
+from __future__ import annotations
+
+import pytest
+
+from fairlead.cli.status import print_gate
+from fairlead.messages import NO_HASH, GateState, GateStatus
+
+
+def gate_with(*counters: tuple[str, int]) -> GateStatus:
+    return GateStatus(
+        robot="r", profile="sim", session=1, epoch=1, state=GateState.ARMED, cause="", fix="",
+        latch_id=0, stop_ids=(), claims=(), counters=counters, state_tick=1,
+        lockstep_allowed=True, config_hash=NO_HASH, robot_hash=NO_HASH,
+    )  # fmt: skip
+
+
+def test_chunks_are_counted_by_outcome_and_findings_are_said_in_words(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    print_gate(gate_with(("released", 9), ("refused", 1), ("copies", 0), ("G002", 3), ("G020", 1)))
+    assert capsys.readouterr().out.splitlines() == [
+        "gate   armed",
+        "judged released 9, refused 1",
+        "       G002 3 times: other HAL session or robot "
+        "(also states from before the gate follows)",
+        "       G020 1 times: limit",
+    ]
+
+
+def test_a_gate_that_judged_nothing_says_so(capsys: pytest.CaptureFixture[str]) -> None:
+    print_gate(gate_with(("released", 0)))
+    assert capsys.readouterr().out == "gate   armed\njudged nothing yet\n"
