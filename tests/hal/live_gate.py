@@ -30,6 +30,7 @@ from tests.explorer.gate_port import EventKind, GateOutput
 from tests.explorer.real_gate import RealGate
 
 TIMER_S = 0.005
+READY_TIMEOUT_S = 10.0
 
 
 class LiveGate:
@@ -43,11 +44,10 @@ class LiveGate:
         self._silent = threading.Event()
         self._claim_id = 0
         self.last_lease_ns = 0
-        status = decode(HalStatus, bus.query(keys.hal_status, StatusQuery(), 5.0))
-        self.hal = status
-        self._feed("hal_status", encode(status))
+        self._feed("hal_status", encode(_ready_status(bus, keys)))
         self._subscriptions = [
             bus.subscribe(keys.joints, lambda sample: self._on("joint_state", sample)),
+            bus.subscribe(keys.hal_status, lambda sample: self._on("hal_status", sample)),
             bus.subscribe(keys.stop, lambda sample: self._on("stop_level", sample)),
         ]
         self._timer = threading.Thread(target=self._run_timer, daemon=True)
@@ -110,3 +110,14 @@ class LiveGate:
                     self.last_lease_ns = time.monotonic_ns()
                     self._lease.put_bytes(output.payload)
         return outputs
+
+
+def _ready_status(bus: Bus, keys: Keys) -> HalStatus:
+    """The HAL's status once it has begun to tick: no gate arms before."""
+    deadline_s = time.monotonic() + READY_TIMEOUT_S
+    while time.monotonic() < deadline_s:
+        status = decode(HalStatus, bus.query(keys.hal_status, StatusQuery(), READY_TIMEOUT_S))
+        if status.state == "ready":
+            return status
+        time.sleep(TIMER_S)
+    raise AssertionError(f"the HAL is still {status.state} after {READY_TIMEOUT_S:g} s")
