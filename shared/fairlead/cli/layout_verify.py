@@ -10,7 +10,7 @@ import typer
 from fairlead.bindings import LAYOUT_DIMS, StateContract
 from fairlead.cli.console import print_json, print_table
 from fairlead.cli.deployment_choice import JsonOption
-from fairlead.cli.verify_layout import FieldReport, verify_layout
+from fairlead.cli.layout_comparison import FieldReport, verify_layout
 from fairlead.errors import ConfigError, expected
 from fairlead.skill import load_skill
 
