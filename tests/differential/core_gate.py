@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -16,13 +16,17 @@ from fairlead.messages import (
     ArmReply,
     Claim,
     ClaimReply,
+    Disarm,
+    Done,
     GateState,
     GateStatus,
     HalPart,
     HalStatus,
+    Heartbeat,
     JointState,
     Message,
     Refusal,
+    Release,
     SafeChunk,
     StatusQuery,
     Verdict,
@@ -54,6 +58,15 @@ class Answer:
     chunk: ActionChunk
 
 
+@dataclass(frozen=True)
+class CoreReply:
+    """What one event was answered. stopped: whether the gate raised a stop."""
+
+    verdicts: list[Verdict]
+    stopped: bool
+    safe: list[SafeChunk] = field(default_factory=list)
+
+
 class CoreGate:
     """The real core, made new for every case; one process per gate file."""
 
@@ -65,6 +78,8 @@ class CoreGate:
         self._now_ns = 0
         self._seq = 0
         self._claim = ClaimReply(claim_id=0, epoch=0, session=0)
+        self.has_stopped = False
+        self._session = SESSION
 
     def close(self) -> None:
         self._gate.close()
@@ -93,15 +108,16 @@ class CoreGate:
                 acted[part.part] = row
         return tuple(acted)
 
-    def start(self, pacing: Pacing, first: Measured) -> None:
+    def start(self, pacing: Pacing, first: Measured, session: int = SESSION) -> None:
         """A new gate that has met the HAL and is armed."""
         self._gate.boot()
-        self._now_ns, self._seq = 1_000_000, 0
+        self._now_ns, self._seq, self.has_stopped = 1_000_000, 0, False
+        self._session = session
         self._tell("hal_status", self._status(pacing, first.tick))
         self.state(first)
         self.ask("arm", Arm(by="test"), ArmReply)
 
-    def claim(self, case: Case) -> None:
+    def claim(self, case: Case) -> ClaimReply:
         """Claim every part of the robot with the case's limits."""
         request = Claim(
             source=SOURCE,
@@ -116,6 +132,17 @@ class CoreGate:
             limits=case.overrides,
         )
         self._claim = self.ask("claim", request, ClaimReply)
+        return self._claim
+
+    def release(self) -> None:
+        """Give the live claim back."""
+        request = Release(source=SOURCE, claim_id=self._claim.claim_id)
+        self.ask("release", request, Done)
+
+    def arm_again(self) -> None:
+        """Disarm and arm: a new epoch without claims."""
+        self.ask("disarm", Disarm(by="test"), Done)
+        self.ask("arm", Arm(by="test"), ArmReply)
 
     def send(self, chunk: Chunk, newest_tick: int) -> Answer:
         """Send a chunk computed from the newest state; exactly one verdict answers it."""
@@ -131,7 +158,7 @@ class CoreGate:
         """The chunk on the wire, with the next sequence number of the live claim."""
         return ActionChunk(
             robot_hash=self._hash,
-            session=SESSION,
+            session=self._session,
             epoch=self._claim.epoch,
             claim_id=self._claim.claim_id,
             source=SOURCE,
@@ -156,9 +183,15 @@ class CoreGate:
 
     def state(self, measured: Measured, acted: tuple[Acted, ...] | None = None) -> bool:
         """Publish a state one period after the last; returns whether the gate stopped."""
+        return self.state_reply(measured, acted).stopped
+
+    def state_reply(self, measured: Measured, acted: tuple[Acted, ...] | None = None) -> CoreReply:
+        """Publish a state one period after the last, just after the runner's heartbeat."""
         self._now_ns += int(self.file["period_ns"])
+        beat = encode(Heartbeat(claim_id=self._claim.claim_id))
+        self._step("heartbeat", SOURCE, beat)
         message = JointState(
-            session=SESSION,
+            session=self._session,
             tick=measured.tick,
             episode_tick=1,
             stamp_ns=0,
@@ -168,7 +201,18 @@ class CoreGate:
             acted=acted or (HELD,) * len(self._parts),
             robot_hash=self._hash,
         )
-        return self._has_stopped(self._step("joint_state", "", encode(message)))
+        return self._reply(self._step("joint_state", "", encode(message)))
+
+    def send_bytes(self, frame: bytes, key_source: str = SOURCE) -> CoreReply:
+        """Put any bytes on the key for chunks of that source."""
+        return self._reply(self._step("candidate", key_source, frame))
+
+    def _reply(self, outputs: list[GateOutput]) -> CoreReply:
+        verdicts = [decode(Verdict, out.payload) for out in outputs if out.kind == "verdict"]
+        stopped = self._has_stopped(outputs)
+        self.has_stopped = self.has_stopped or stopped
+        safe = [decode(SafeChunk, out.payload) for out in outputs if out.kind == "safe_chunk"]
+        return CoreReply(verdicts, stopped, safe)
 
     def ask(self, kind: EventKind, request: Message, reply: type[M]) -> M:
         outputs = self._step(kind, "", encode(request))
@@ -197,7 +241,7 @@ class CoreGate:
             for part in self.file["parts"]
         )
         return HalStatus(
-            session=SESSION,
+            session=self._session,
             robot=self.file["robot"],
             robot_hash=self._hash,
             pacing=pacing,

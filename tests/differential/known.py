@@ -23,18 +23,26 @@ class Known:
     covers: Callable[[Case, list[Difference]], bool]
 
 
-def _is_at_the_end_of_time(case: Case, _: list[Difference]) -> bool:
+def _is_at_the_end_of_time(case: Case, found: list[Difference]) -> bool:
     chunks = (case.chunk, case.earlier or case.chunk)
-    return any(2**64 - chunk.start_tick <= ROWS_NEAR_THE_END for chunk in chunks)
+    return _gate_says(found, "axis", "start_tick") and any(
+        2**64 - chunk.start_tick <= ROWS_NEAR_THE_END for chunk in chunks
+    )
+
+
+def _gate_says(found: list[Difference], field: str, value: object) -> bool:
+    return any((difference.field, difference.got) == (field, value) for difference in found)
 
 
 def _is_only_the_margin(_: Case, found: list[Difference]) -> bool:
     return all(d.field == "margin" and d.expected == -float(str(d.got)) for d in found)
 
 
-def _commands_the_least_of_all_velocities(case: Case, _: list[Difference]) -> bool:
+def _commands_the_least_of_all_velocities(case: Case, found: list[Difference]) -> bool:
     chunks = (case.chunk, case.earlier or case.chunk)
-    return any(abs(value) == 5e-324 for c in chunks for p in c.parts for value in p.values.flat)
+    return _gate_says(found, "code", 11) and any(
+        abs(value) == 5e-324 for c in chunks for p in c.parts for value in p.values.flat
+    )
 
 
 KNOWN = (
