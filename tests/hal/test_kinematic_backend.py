@@ -10,7 +10,7 @@ from fairlead.hal.backend import PartCommand
 from fairlead.hal.kinematic_backend import KinematicBackend
 from fairlead.messages import floats
 from fairlead.modes import ControlMode
-from fairlead.robot import load_robot
+from fairlead.robot import RobotManifest, load_robot
 
 ROBOT = load_robot("panda_mobile")
 N = ROBOT.n_dof
@@ -103,3 +103,41 @@ def test_a_command_that_does_not_fit_its_part_is_refused(
 ) -> None:
     with pytest.raises(ConfigError, match=complaint):
         backend.apply({part: wrong})
+
+
+def dual_panda_without(*modes: str) -> RobotManifest:
+    """The robot of two arms, less what a robot without physics cannot do."""
+    robot = load_robot("dual_panda")
+    parts = [
+        part.model_copy(update={"modes": tuple(mode for mode in part.modes if mode not in modes)})
+        for part in robot.parts
+    ]
+    return robot.model_copy(update={"parts": tuple(parts)})
+
+
+def test_a_hand_a_binary_gripper_and_a_twist_of_a_tool_move_their_own_joints() -> None:
+    robot = dual_panda_without("joint_torque", "cartesian_pose")
+    backend, hand = KinematicBackend(robot), list(range(15, 21))
+    start, row = backend.read().positions, np.zeros(robot.n_dof)
+    row[hand] = start[hand] + [0.05, -0.06, 0.07, -0.08, 0.09, -0.1]
+    bend = PartCommand(ControlMode.DEX_HAND_JOINT, "", row, tuple(hand))
+    twist = command(ControlMode.CARTESIAN_TWIST, [0.1, -0.2, 0.3, -0.4, 0.5, -0.6])
+    backend.apply({"right_hand": bend, "left_arm": twist})
+    now = backend.read().positions
+    assert now[hand] == pytest.approx(row[hand])
+    assert np.array_equal(np.sign(now - start)[:6], np.sign(twist.values))
+    assert np.array_equal(now[7:15], start[7:15]), "the right arm and the left gripper stand"
+    for value, opening in ((1.0, 0.0), (0.0, 0.08)):
+        for _ in range(40):
+            backend.apply({"left_gripper": command(ControlMode.GRIPPER_BINARY, [value])})
+        assert backend.read().positions[7] == pytest.approx(opening)
+
+
+def test_a_robot_with_torques_or_poses_is_refused_at_start() -> None:
+    with pytest.raises(ConfigError) as caught:
+        KinematicBackend(dual_panda_without("cartesian_pose"))
+    assert str(caught.value) == (
+        "kinematic backend: part right_arm: expected a mode it can do, got joint_torque (valid: "
+        "joint_position, joint_velocity, cartesian_delta, cartesian_twist, gripper_binary, "
+        "gripper_position, dex_hand_joint, body_twist, composite_mode)"
+    )

@@ -29,6 +29,7 @@ VALID: list[dict[str, Any]] = [
     JOINT | {"control_mode": "dex_hand_joint"},
     GRIPPER,
     GRIPPER | {"control_mode": "gripper_binary"},
+    GRIPPER | {"control_mode": "gripper_binary", "threshold": 0.0},
     BODY,
     COMPOSITE,
     DISCARD,
@@ -105,6 +106,19 @@ def test_every_mode_that_can_be_routed_to_has_an_accepting_case() -> None:
             "slot [0, 5] cartesian_delta: axes: not allowed with discard\n"
             "slot [0, 5] cartesian_delta: scale: not allowed with discard\n"
             "slot [0, 5] cartesian_delta: offset: not allowed with discard",
+        ),
+        # threshold: binary grippers only
+        (
+            GRIPPER | {"threshold": 0.0},
+            "slot [0, 0] gripper_position: threshold: not allowed with gripper_position",
+        ),
+        (
+            DISCARD | {"threshold": 0.0},
+            "slot [0, 0] discard: threshold: not allowed with discard",
+        ),
+        (
+            GRIPPER | {"control_mode": "gripper_binary", "threshold": float("nan")},
+            "Input should be a finite number",
         ),
         # cartesian_*: ee and frame, nothing else
         (
@@ -216,7 +230,7 @@ def test_every_mode_that_can_be_routed_to_has_an_accepting_case() -> None:
     ],
 )
 def test_a_slot_that_breaks_a_rule_is_refused_by_name(data: dict[str, Any], text: str) -> None:
-    prefix = "" if text.startswith("Extra") else "Value error, "
+    prefix = "" if text.startswith(("Extra", "Input")) else "Value error, "
     assert refusal(Slot, data) == prefix + text
 
 

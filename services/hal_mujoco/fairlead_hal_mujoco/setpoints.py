@@ -14,10 +14,8 @@ from fairlead.modes import ControlMode
 from fairlead.robot import RobotManifest
 from fairlead.robot_part import Part
 from fairlead_hal_mujoco.command_check import CommandCheck
+from fairlead_hal_mujoco.joint_room import JointRoom
 from fairlead_hal_mujoco.tool_motion import ToolMotion
-
-LEAD_PERIODS = 2.0
-"""Periods of full speed by which a moving setpoint may lead its joint."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +39,7 @@ class Setpoints:
     wants it, at the setpoint's own pose plus the command; all joints of the part slow down
     together where one of them could not follow, so the tool never leaves its way. Setpoints
     that move end at the joints' position limits, and lead a joint by no more than it travels
-    in `LEAD_PERIODS` at full speed: one that is blocked does not leap when it comes free.
+    in two periods at full speed: one that is blocked does not leap when it comes free.
     gripper_position, gripper_binary (0 the upper position limit, 1 the lower): it travels to
     the command at the gripper's own speed limit. joint_torque: no setpoint; afterwards it is
     where the joint was when the torque ended, so the servo brakes there.
@@ -65,10 +63,7 @@ class Setpoints:
         self._robot, self._tools = robot, tools
         self._check = CommandCheck(robot, profile)
         self._period_s = robot.tick_period_ns * 1e-9
-        bounded = [joint if joint.has_bounds else None for joint in robot.joints]
-        self._lower = np.array([joint.lower if joint else -np.inf for joint in bounded])
-        self._upper = np.array([joint.upper if joint else np.inf for joint in bounded])
-        self._speed = np.array([joint.velocity_limit for joint in robot.joints])
+        self._room = JointRoom(robot)
         self._slowing = np.array([joint.acceleration_limit for joint in robot.joints])
         self._own = {
             part.name: [robot.joint_names.index(name) for name in part.joints]
@@ -139,15 +134,16 @@ class Setpoints:
     def _cartesian(self, part: Part, command: PartCommand) -> None:
         assert self._tools is not None, "checked in __init__ of the backend"
         own = self._own[part.name]
-        rates = self._tools.steps(part.name, command, self.positions) / self._period_s
-        self._drive(own, rates * self._share(own, rates))
+        steps = self._tools.steps(part.name, command, self.positions)
+        share = self._room.share(own, steps, self.positions[own], self._measured[own])
+        self._drive(own, steps * share / self._period_s)
 
     def _gripper_position(self, part: Part, command: PartCommand) -> None:
         self._openings[part.name] = float(command.values[0])
         self._close_in(part)
 
     def _gripper_binary(self, part: Part, command: PartCommand) -> None:
-        ends = self._lower if command.values[0] == 1.0 else self._upper
+        ends = self._room.lower if command.values[0] == 1.0 else self._room.upper
         self._openings[part.name] = float(ends[self._own[part.name][0]])
         self._close_in(part)
 
@@ -156,35 +152,16 @@ class Setpoints:
 
     def _drive(self, joints: list[int], rates: FloatArray) -> None:
         self._velocities[joints] = rates
-        lowest, highest = self._room(joints)
+        lowest, highest = self._room.ends(joints, self.positions[joints], self._measured[joints])
         moved = self.positions[joints] + rates * self._period_s
         self.positions[joints] = np.clip(moved, lowest, highest)
-
-    def _room(self, joints: list[int]) -> tuple[FloatArray, FloatArray]:
-        """How far setpoints may go, both ways."""
-        now, measured = self.positions[joints], self._measured[joints]
-        lead = LEAD_PERIODS * self._speed[joints] * self._period_s
-        # A setpoint that leads by more already (it was a position command) may only come back.
-        lowest, highest = np.minimum(measured - lead, now), np.maximum(measured + lead, now)
-        lower, upper = self._lower[joints], self._upper[joints]
-        return np.clip(lowest, lower, upper), np.clip(highest, lower, upper)
-
-    def _share(self, joints: list[int], rates: FloatArray) -> float:
-        """How much of a motion every joint can do: 1.0, or less for all of them alike."""
-        now, speed = self.positions[joints], self._speed[joints]
-        lowest, highest = self._room(joints)
-        most = np.minimum((highest - now) / self._period_s, speed)
-        least = np.maximum((lowest - now) / self._period_s, -speed)
-        bounds = np.where(rates > 0.0, most, least)
-        moving = rates != 0.0
-        return float(np.clip(np.min(bounds[moving] / rates[moving], initial=1.0), 0.0, 1.0))
 
     def _close_in(self, part: Part) -> None:
         """Move a gripper on towards its newest target, if it has one."""
         target = self._openings.get(part.name)
         if target is not None:
             joint = self._own[part.name][0]
-            reach = self._speed[joint] * self._period_s
+            reach = self._room.reach[joint]
             self.positions[joint] += np.clip(target - self.positions[joint], -reach, reach)
 
 

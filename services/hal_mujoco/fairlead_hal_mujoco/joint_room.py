@@ -1,0 +1,56 @@
+"""How far and how fast setpoints may move."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from fairlead.messages import FloatArray
+from fairlead.robot import RobotManifest
+
+LEAD_PERIODS = 2.0
+"""Periods of full speed by which a moving setpoint may lead its joint."""
+
+
+class JointRoom:
+    """Position limits, speeds and the lead of a robot's commanded joints.
+
+    Attributes:
+        lower, upper: position limits [rad or m], infinite for a joint without.
+        reach: farthest way in one period [rad or m].
+    """
+
+    def __init__(self, robot: RobotManifest) -> None:
+        bounded = [joint if joint.has_bounds else None for joint in robot.joints]
+        self.lower = np.array([joint.lower if joint else -np.inf for joint in bounded])
+        self.upper = np.array([joint.upper if joint else np.inf for joint in bounded])
+        speed = np.array([joint.velocity_limit for joint in robot.joints])
+        self.reach = speed * robot.tick_period_ns * 1e-9
+
+    def ends(
+        self, joints: Sequence[int], setpoints: FloatArray, measured: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Where the setpoints of ``joints`` may go, both ways.
+
+        Args:
+            setpoints, measured: of these joints, now.
+        """
+        own = list(joints)
+        lead = LEAD_PERIODS * self.reach[own]
+        # A setpoint that leads by more already (it was a position command) may only come back.
+        lowest, highest = np.minimum(measured - lead, setpoints), measured + lead
+        highest = np.maximum(highest, setpoints)
+        lower, upper = self.lower[own], self.upper[own]
+        return np.clip(lowest, lower, upper), np.clip(highest, lower, upper)
+
+    def share(
+        self, joints: Sequence[int], steps: FloatArray, setpoints: FloatArray, measured: FloatArray
+    ) -> float:
+        """How much of these steps every joint can do in one period: 1.0, or less for all."""
+        lowest, highest = self.ends(joints, setpoints, measured)
+        reach, moving = self.reach[list(joints)], steps != 0.0
+        most = np.minimum(highest - setpoints, reach)
+        least = np.maximum(lowest - setpoints, -reach)
+        possible = np.where(steps > 0.0, most, least)[moving] / steps[moving]
+        return float(np.clip(np.min(possible, initial=1.0), 0.0, 1.0))

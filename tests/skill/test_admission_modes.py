@@ -1,0 +1,106 @@
+"""Full scale of every mode against what the HAL takes: at its range admitted, above it refused."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fairlead.admission import admission_problems
+from fairlead.hal import describe_part
+from fairlead.messages import HalStatus, floats
+from fairlead.modes import ControlMode
+from fairlead.robot import load_robot
+from fairlead.skill import SkillManifest, load_skill
+
+ROBOT = load_robot("dual_panda")
+SKILL = load_skill("dual-panda-lift")
+HAL = HalStatus(
+    session=1, robot=ROBOT.id, robot_hash=ROBOT.robot_hash, pacing="lockstep",
+    period_ns=ROBOT.tick_period_ns, tick=1, episode_tick=1, state="ready", detail="",
+    joints=ROBOT.joint_names, passive_joints=ROBOT.passive_joint_names,
+    parts=tuple(describe_part(ROBOT, part, "sim") for part in ROBOT.parts),
+    simulator_order=(), cameras=(), has_task=False, overruns=0,
+)  # fmt: skip
+LEFT = {"ee": "left_tool", "frame": "base_link"}
+
+
+def problems(width: int, slot: dict[str, Any]) -> list[str]:
+    data = SKILL.model_dump(mode="json")
+    data["action_contract"] = {"dim": width, "slots": [{"range": [0, width - 1], **slot}]}
+    return admission_problems(SkillManifest.model_validate(data), ROBOT, HAL)
+
+
+@pytest.mark.parametrize(
+    ("mode", "width", "fields", "part", "largest"),
+    [
+        ("joint_velocity", 1, {"joint_names": ["right_joint6"]}, "right_arm", 2.61),
+        ("joint_torque", 1, {"joint_names": ["right_joint2"]}, "right_arm", 87.0),
+        ("cartesian_delta", 6, LEFT, "left_arm", 0.125 / np.sqrt(3.0)),
+        ("cartesian_twist", 6, LEFT, "left_arm", 2.5 / np.sqrt(3.0)),
+    ],
+)
+def test_a_scale_is_admitted_up_to_the_range_of_its_mode(
+    mode: str, width: int, fields: dict[str, Any], part: str, largest: float
+) -> None:
+    scale = [1e-3] * (width - 1) + [largest]
+    assert problems(width, {"control_mode": mode, **fields, "scale": scale}) == []
+    scale[-1] *= 1.01
+    index = ROBOT.part(part).joints.index(fields["joint_names"][0]) if width == 1 else 5
+    assert problems(width, {"control_mode": mode, **fields, "scale": scale}) == [
+        f"part {part} {mode} value {index}: full-scale output is [-{scale[-1]:g}, {scale[-1]:g}], "
+        f"the HAL takes [-{largest:g}, {largest:g}]"
+    ]
+
+
+@pytest.mark.parametrize(
+    ("mode", "width", "fields"),
+    [
+        ("joint_position", 1, {"joint_names": ["left_joint4"]}),
+        ("dex_hand_joint", 1, {"joint_names": ["right_thumb_joint2"]}),
+        ("cartesian_pose", 7, LEFT),
+        ("gripper_binary", 1, {"ee": "left_tool"}),
+    ],
+)
+def test_a_mode_that_says_where_may_come_in_si_without_a_scale(
+    mode: str, width: int, fields: dict[str, Any]
+) -> None:
+    assert problems(width, {"control_mode": mode, **fields}) == []
+
+
+def test_a_scaled_pose_must_stay_in_its_box() -> None:
+    slot = {"control_mode": "cartesian_pose", **LEFT, "offset": [0.5, 0.4, 1.0, 0, 0, 0, 0]}
+    inside = {"scale": [0.35, 0.6, 0.6, 1, 1, 1, 1]}
+    assert problems(7, slot | inside) == []
+    outside = {"scale": [0.35, 0.6, 0.61, 1, 1, 1, 1]}
+    assert problems(7, slot | outside) == [
+        "part left_arm cartesian_pose value 2: full-scale output is [0.39, 1.61], "
+        "the HAL takes [0.4, 1.6]"
+    ]
+
+
+@pytest.mark.parametrize(
+    ("fields", "found"),
+    [
+        ({"scale": 0.5, "offset": 0.5}, []),
+        ({"scale": -3.0, "threshold": 0.25}, []),
+        ({"scale": 0.5},
+         ["part left_gripper gripper_binary value 0: full-scale output is [-0.5, 0.5], "
+          "the HAL takes [0, 1]"]),
+    ],
+)  # fmt: skip
+def test_a_binary_gripper_needs_a_threshold_or_a_scale_to_0_and_1(
+    fields: dict[str, Any], found: list[str]
+) -> None:
+    assert problems(1, {"control_mode": "gripper_binary", "ee": "left_tool", **fields}) == found
+
+
+def test_the_hals_ranges_have_the_width_of_their_mode() -> None:
+    for part, described in zip(ROBOT.parts, HAL.parts, strict=True):
+        for block in described.ranges:
+            mode = ControlMode(block.mode)
+            width = len(part.joints) if mode.is_joint_mode else mode.width(0)
+            lower, upper = floats(block.lower), floats(block.upper)
+            assert (len(lower), len(upper)) == (width, width), (part.name, mode)
+            assert np.all(lower < upper)
