@@ -106,7 +106,10 @@ def test_options_declare_the_age_of_slow_frames() -> None:
 @pytest.mark.parametrize(
     ("options", "problem"),
     [
-        ({"max_age": 3}, "max_age: unknown key, did you mean max_age_ticks? (valid: max_age_ticks)"),
+        (
+            {"max_age": 3},
+            "max_age: unknown key, did you mean max_age_ticks? (valid: max_age_ticks)",
+        ),
         (
             {"max_age_ticks": {"odom": 65}},
             "max_age_ticks.odom: Input should be less than or equal to 64, got 65",

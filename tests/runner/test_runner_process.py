@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from fairlead.errors import RefusedError
-from fairlead.messages import ActionChunk, GateState, decode, floats
+from fairlead.messages import NO_HASH, ActionChunk, GateState, Goal, decode, floats
 from fairlead_skill_runner.trace import read_trace
 from tests.runner.scripted_robot import CLAIM, SKILL
 from tests.runner.scripted_world import ScriptedWorld, free_port
@@ -196,6 +196,21 @@ def test_a_second_goal_is_refused_while_one_runs_and_accepted_afterwards(
     world.result(first)
     second = world.wait_for(lambda: _accepted(world))
     assert second != first
+
+
+def test_a_skill_that_was_not_there_when_the_runner_started_is_refused_with_the_way_out(
+    world: ScriptedWorld,
+) -> None:
+    goal = Goal(
+        skill="my-new-one", skill_hash=NO_HASH, prompt="", deadline_ticks=0, stall_timeout_s=5.0
+    )
+    with pytest.raises(RefusedError) as caught:
+        world.bus.query(world.keys.goal("runner"), goal, 10.0)
+    assert str(caught.value) == (
+        f"runner refused: goal: expected a skill on offer, got 'my-new-one' (valid: {SKILL.id}); "
+        "a runner loads its skills when it starts\n"
+        "  try: fairlead down, then fairlead up"
+    )
 
 
 def _accepted(world: ScriptedWorld) -> int | None:

@@ -11,7 +11,7 @@ from typing import TypeVar
 
 from fairlead.admission import require_admission
 from fairlead.bus import Bus, Qos, Sample
-from fairlead.errors import ConfigError, MessageError, RefusedError, expected
+from fairlead.errors import MessageError, RefusedError, expected
 from fairlead.keys import Keys
 from fairlead.messages import (
     ActionChunk,
@@ -162,7 +162,12 @@ class SkillRunner:
         goal = decode(Goal, payload)
         skill = self._skills.get(goal.skill)
         if skill is None:
-            raise ConfigError(expected("goal", "a skill", repr(goal.skill), self._skills))
+            offer = expected("goal", "a skill on offer", repr(goal.skill), self._skills)
+            raise RefusedError(
+                self._source,
+                f"{offer}; a runner loads its skills when it starts",
+                "fairlead down, then fairlead up",
+            )
         check_goal(goal, skill)
         if self._hal is not None:
             require_admission(skill, self._robot, self._hal)
