@@ -129,7 +129,9 @@ def _vector(element: ET.Element | None, name: str, default: str, who: str) -> Ve
     try:
         x, y, z = (float(word) for word in text.split())
     except ValueError:
-        raise ConfigError(expected(f"{who}: {name}", "three numbers", repr(text))) from None
+        x = y = z = math.nan
+    if not all(map(math.isfinite, (x, y, z))):
+        raise ConfigError(expected(f"{who}: {name}", "three numbers", repr(text)))
     return x, y, z
 
 

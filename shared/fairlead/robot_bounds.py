@@ -12,27 +12,8 @@ from dataclasses import dataclass
 
 from fairlead.gate_config import compile_gate_config
 from fairlead.robot import RobotManifest
+from fairlead.robot_bound_tests import MODE_TESTS, Enforcement, core_test
 from fairlead.robot_limits import EffectiveLimit, effective_limits
-
-CORE_TESTS = "services/safety/test/core"
-GATE = "safety"
-
-
-@dataclass(frozen=True)
-class Enforcement:
-    """One check.
-
-    Attributes:
-        check: its code, or in words what the limit decides.
-        file: test file, from the root of the checkout.
-        test: the test's name in that file.
-        process: the kind of service that enforces it.
-    """
-
-    check: str
-    file: str
-    test: str
-    process: str = GATE
 
 
 @dataclass(frozen=True)
@@ -43,99 +24,74 @@ class Bound:
     enforced_by: tuple[Enforcement, ...]
 
 
-def _core(check: str, file: str, test: str) -> Enforcement:
-    return Enforcement(check, f"{CORE_TESTS}/{file}.cpp", test)
-
-
-_OUTSIDE = "G011 an arm joint outside bounds and tolerance: only targets nearer to them"
-_POSITION = _core(
-    "G020", "test_absolute", "G020 joint position: inside the joint's bounds, ends included"
-)
-_VELOCITY = _core(
-    "G020", "test_absolute", "G020 joint velocity: up to the joint's limit in both directions"
-)
-_JUMP = _core(
+_JUMP = core_test(
     "G013",
     "test_stops",
     "G013 a measured jump stops; what the robot can do in the ticks between does not",
 )
-_STANDSTILL = _core(
+_STANDSTILL = core_test(
     "reset of a latch",
     "test_latch",
     "a latch is reset by its id, at standstill, after ten good states, to disarmed",
 )
-_ROW_STEP = _core("G022", "test_steps", "G022 the jump from row to row, for every mode")
-
-_DELTA_NORM = _core("G020", "test_absolute", "G020 cartesian delta: the norm counts, not the axes")
-_TWIST_NORM = _core("G020", "test_absolute", "G020 body twist: the norm of each half")
-_RANGE = _core(
-    "G020", "test_absolute", "G020 gripper and composite: inside their ranges, ends included"
+_OUTSIDE = core_test(
+    "G011",
+    "test_absolute",
+    "G011 an arm joint outside bounds and tolerance: only targets nearer to them",
 )
-_ABSOLUTE = {
-    "cartesian_delta": _DELTA_NORM,
-    "body_twist": _TWIST_NORM,
-    "gripper_position": _RANGE,
-}
-_FREE_START = "G021 a delta or twist after a hold starts from zero"
-_KNOWN_START = "G021 gripper and composite start from what is known of them"
-_FIRST_STEP = {
-    "joint_position": "G021 a joint target starts within a step of the measured position",
-    "joint_velocity": (
-        "G021 a velocity starts from what was executed, after a hold from what is measured"
-    ),
-    "cartesian_delta": _FREE_START,
-    "body_twist": _FREE_START,
-    "gripper_position": _KNOWN_START,
-    "composite_mode": _KNOWN_START,
-}
+_OUTSIDE_HAND = core_test(
+    "G011",
+    "test_two_arms",
+    "G011 dex hand joint: a finger outside its bounds may only come back",
+)
 
-_HEARTBEAT = _core(
+_HEARTBEAT = core_test(
     "end of the claim",
     "test_candidates",
     "heartbeats keep a claim, their loss ends it, and only its own source's count",
 )
 _PROTOCOL: Mapping[str, Enforcement] = {
-    "horizon_max": _core(
+    "horizon_max": core_test(
         "G007", "test_shape", "G007 the horizon lies between 1 and the claim's maximum"
     ),
-    "age_max_ticks": _core(
+    "age_max_ticks": core_test(
         "G006",
         "test_ticks",
         "G006 ages at the limit, beyond it, and inputs newer than the observation",
     ),
-    "chunk_rate_max_hz": _core(
+    "chunk_rate_max_hz": core_test(
         "G010",
         "test_ticks",
         "G010 the excess over the declared rate is refused, counted in ticks",
     ),
-    "seq_jump_max": _core(
+    "seq_jump_max": core_test(
         "G005", "test_candidates", "G005 seq is strictly increasing and jumps at most 1,000"
     ),
-    "state_timeout_ms": _core(
+    "state_timeout_ms": core_test(
         "G011", "test_stops", "G011 no new state for 250 ms stops an armed gate in realtime"
     ),
     "heartbeat_timeout_realtime_ms": _HEARTBEAT,
     "heartbeat_timeout_lockstep_ms": _HEARTBEAT,
-    "lease_interval_ms": _core(
+    "lease_interval_ms": core_test(
         "leases", "test_arming", "leases come with every state and at least every 25 ms"
     ),
-    "idle_disarm_s": _core(
+    "idle_disarm_s": core_test(
         "disarming", "test_arming", "armed without a claim for 30 s disarms, in realtime only"
     ),
-    "stops_to_latch": _core(
+    "stops_to_latch": core_test(
         "latch", "test_latch", "three stops of the gate's own within 60 s of ticks latch"
     ),
-    "stop_window_s": _core(
+    "stop_window_s": core_test(
         "latch",
         "test_latch",
         "stops spread wider than the window do not latch, nor do an operator's",
     ),
-    "bad_frames_limit": _core(
+    "bad_frames_limit": core_test(
         "G001",
         "test_candidates",
         "G001 an unreadable frame is refused; five in 20 ticks end the claim",
     ),
-    "bad_frames_window_ticks": _core(
+    "bad_frames_window_ticks": core_test(
         "G001",
         "test_candidates",
         "G001 bad frames far apart, or on another key, leave the claim alone",
@@ -169,14 +125,22 @@ def _enforced_by(limit: EffectiveLimit, robot: RobotManifest) -> tuple[Enforceme
 def _of_joint(limit: str, joint: str, robot: RobotManifest) -> tuple[Enforcement, ...]:
     modes = [mode for part in robot.parts if joint in part.joints for mode in part.modes]
     measured = _measured_bounds(joint, robot, modes)
+    targets = _absolute(modes, "joint_position", "dex_hand_joint")
     by_limit: dict[str, tuple[Enforcement, ...]] = {
-        "lower": (*measured, _POSITION) if "joint_position" in modes else measured,
+        "lower": (*measured, *targets),
+        "upper": (*measured, *targets),
         "tolerance": measured,
         "jump_limit": (_JUMP,),
         "standstill_velocity": (_STANDSTILL,),
-        "velocity_limit": (_VELOCITY,) if "joint_velocity" in modes else (),
+        "velocity_limit": _absolute(modes, "joint_velocity"),
+        "effort_limit": _absolute(modes, "joint_torque"),
     }
-    return by_limit.get("lower" if limit == "upper" else limit, ())
+    return by_limit.get(limit, ())
+
+
+def _absolute(modes: list[str], *judging: str) -> tuple[Enforcement, ...]:
+    """The checks of rows by the joint's own limit, in those modes its part has."""
+    return tuple(MODE_TESTS[mode].absolute for mode in judging if mode in modes)
 
 
 def _measured_bounds(joint: str, robot: RobotManifest, modes: list[str]) -> tuple[Enforcement, ...]:
@@ -185,17 +149,16 @@ def _measured_bounds(joint: str, robot: RobotManifest, modes: list[str]) -> tupl
     Nothing brings a passive joint back, so no row is refused for it; a gripper's target is
     judged by its mode's own range.
     """
-    if joint in robot.passive_joint_names or set(modes) <= {"gripper_position"}:
+    if joint in robot.passive_joint_names or set(modes) <= {"gripper_position", "gripper_binary"}:
         return ()
-    return (_core("G011", "test_absolute", _OUTSIDE),)
+    return (_OUTSIDE_HAND if modes == ["dex_hand_joint"] else _OUTSIDE,)
 
 
 def _of_mode(limit: str, mode: str) -> tuple[Enforcement, ...]:
-    if mode not in _FIRST_STEP:
+    if mode not in MODE_TESTS:
         return ()
-    if limit.endswith("step_limit"):
-        return (_core("G021", "test_steps", _FIRST_STEP[mode]), _ROW_STEP)
-    return (_ABSOLUTE[mode],) if mode in _ABSOLUTE else ()
+    tests = MODE_TESTS[mode]
+    return (tests.start, tests.step) if limit.endswith("step_limit") else (tests.absolute,)
 
 
 def _protocol_bounds(robot: RobotManifest, profile: str) -> list[Bound]:

@@ -13,7 +13,11 @@ from fairlead.gate_config import compile_gate_config
 from fairlead.robot import RobotManifest
 from fairlead.skill import SkillLimit, SkillManifest
 
+Range = tuple[float, float]
+
 _NOT_A_LIMIT = ("source", "frames", "free_axes")
+_OF_THE_JOINTS = {"joint_velocity": "velocity_limit", "joint_torque": "effort_limit"}
+"""A mode's limit that is the joints' own: a claim gives one number for all of them."""
 
 
 def limit_problems(skill: SkillManifest, robot: RobotManifest) -> list[str]:
@@ -21,7 +25,7 @@ def limit_problems(skill: SkillManifest, robot: RobotManifest) -> list[str]:
     problems = []
     for profile in robot.safety:
         config = json.loads(compile_gate_config(robot, profile))
-        blocks = {part["name"]: part["modes"] for part in config["parts"]}
+        blocks = {part["name"]: _ranges(part, config["joints"]) for part in config["parts"]}
         found = [
             *_protocol_problems(skill, config["protocol"]),
             *(text for limit in skill.limits for text in _override_problems(limit, blocks)),
@@ -43,25 +47,43 @@ def _protocol_problems(skill: SkillManifest, protocol: dict[str, Any]) -> list[s
     ]
 
 
-def _override_problems(limit: SkillLimit, blocks: dict[str, Any]) -> list[str]:
+def _override_problems(limit: SkillLimit, blocks: dict[str, dict[str, Any]]) -> list[str]:
     where = f"limits: {limit.part} {limit.control_mode} {limit.name}"
-    block = blocks.get(limit.part, {}).get(limit.control_mode)
-    if block is None:
+    ranges = blocks.get(limit.part, {}).get(limit.control_mode)
+    if ranges is None:
         valid = "; ".join(f"{part}: {', '.join(modes)}" for part, modes in blocks.items())
         return [f"{where}: no such part and mode (valid: {valid})"]
-    names = [name for name in block if name not in _NOT_A_LIMIT]
-    if limit.name not in names:
-        return [f"{where}: no such limit (valid: {', '.join(names)})"]
-    lower, upper = _allowed(limit.name, block)
-    if lower <= limit.value <= upper and (limit.value > 0 or limit.name in ("lower", "upper")):
+    if limit.name not in ranges:
+        return [f"{where}: no such limit (valid: {', '.join(ranges) or 'none'})"]
+    lower, upper = ranges[limit.name]
+    is_end = limit.name.startswith(("lower", "upper"))
+    if lower <= limit.value <= upper and (limit.value > 0 or is_end):
         return []
-    floor = f"at least {lower:g}" if limit.name in ("lower", "upper") else "above 0"
+    floor = f"at least {lower:g}" if is_end else "above 0"
     return [f"{where}: expected {floor} and at most {upper:g}, got {limit.value:g}"]
 
 
-def _allowed(name: str, block: dict[str, Any]) -> tuple[float, float]:
-    """The values that do not loosen: an upper bound may only fall, a lower one only rise."""
-    if name in ("lower", "upper"):
-        return float(block["lower"]), float(block["upper"])
-    value = block[name]
-    return 0.0, float(min(value)) if isinstance(value, list) else float(value)
+def _ranges(part: dict[str, Any], joints: list[dict[str, Any]]) -> dict[str, dict[str, Range]]:
+    """For each mode of a part, the values of each limit that do not loosen it."""
+    own = [joint for joint in joints if joint["name"] in part["joints"]]
+    ranges = {mode: _block_ranges(block) for mode, block in part["modes"].items()}
+    for mode, name in _OF_THE_JOINTS.items():
+        if mode in ranges:
+            ranges[mode][name] = (0.0, min(joint[name] for joint in own))
+    return ranges
+
+
+def _block_ranges(block: dict[str, Any]) -> dict[str, Range]:
+    """An upper bound may only fall, a lower one only rise; a box has one of each per axis."""
+    ranges: dict[str, Range] = {}
+    for name, value in block.items():
+        if name in _NOT_A_LIMIT:
+            continue
+        if name not in ("lower", "upper"):
+            ranges[name] = (0.0, min(value) if isinstance(value, list) else value)
+        elif isinstance(value, list):
+            ends = zip("xyz", block["lower"], block["upper"], strict=True)
+            ranges |= {f"{name}_{axis}": (lower, upper) for axis, lower, upper in ends}
+        else:
+            ranges[name] = (block["lower"], block["upper"])
+    return ranges

@@ -28,11 +28,17 @@ class RunningGate:
     """One gate process; ``lines`` are those it has printed so far."""
 
     def __init__(
-        self, config: Path, state_dir: Path, *, port: int | None = None, connect: Sequence[int] = ()
+        self,
+        config: Path,
+        state_dir: Path,
+        *,
+        robot: str = ROBOT,
+        port: int | None = None,
+        connect: Sequence[int] = (),
     ) -> None:
         self.port = free_port() if port is None else port
         self.lines: list[str] = []
-        words = [str(gate_binary()), "--robot", ROBOT, "--config", str(config)]
+        words = [str(gate_binary()), "--robot", robot, "--config", str(config)]
         words += ["--listen", f"tcp/127.0.0.1:{self.port}", "--state-dir", str(state_dir)]
         for other in connect:
             words += ["--connect", f"tcp/127.0.0.1:{other}"]

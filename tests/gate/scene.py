@@ -50,19 +50,24 @@ class Scene:
     """One gate process and everybody it talks to, in one session."""
 
     def __init__(
-        self, config: Path, state_dir: Path, pacing: Literal["realtime", "lockstep"] = "lockstep"
+        self,
+        config: Path,
+        state_dir: Path,
+        pacing: Literal["realtime", "lockstep"] = "lockstep",
+        robot: str = ROBOT,
     ) -> None:
-        self.keys = Keys(ROBOT)
+        self.robot = robot
+        self.keys = Keys(robot)
         self.config = config
         self.state_dir = state_dir
-        self.gate = RunningGate(config, state_dir)
+        self.gate = RunningGate(config, state_dir, robot=robot)
         self.gate.wait_line("ready")
         self.bus = ZenohBus(Endpoints(connect=[f"tcp/127.0.0.1:{self.gate.port}"]))
         self.leases = Mailbox(self.bus, self.keys.lease, Lease)
         self.statuses = Mailbox(self.bus, self.keys.gate_status, GateStatus)
         self.verdicts = Mailbox(self.bus, self.keys.verdict(SOURCE), Verdict)
         self.safe = Mailbox(self.bus, self.keys.safe(SOURCE), SafeChunk)
-        self.hal = ScriptedHal(self.bus, config, pacing=pacing)
+        self.hal = ScriptedHal(self.bus, config, pacing=pacing, robot=robot)
         self._candidates = self.bus.publisher(self.keys.candidate(SOURCE), ActionChunk, Qos.HOT)
         self._heartbeats = self.bus.publisher(self.keys.heartbeat(SOURCE), Heartbeat, Qos.HOT)
         self._stops = self.bus.publisher(self.keys.stop, StopLevel, Qos.HOT)
@@ -85,7 +90,7 @@ class Scene:
     def restart_gate(self) -> None:
         """Start the gate again on the same port and state folder."""
         self._alive.clear()
-        self.gate = RunningGate(self.config, self.state_dir, port=self.gate.port)
+        self.gate = RunningGate(self.config, self.state_dir, robot=self.robot, port=self.gate.port)
         self.gate.wait_line("ready")
         self.wait_alive()
         self.leases.skip()

@@ -38,8 +38,10 @@ class ScriptedHal:
         session: int = SESSION,
         pacing: Literal["realtime", "lockstep"] = "lockstep",
         robot_hash: bytes | None = None,
+        robot: str = ROBOT,
     ) -> None:
-        keys = Keys(ROBOT)
+        keys = Keys(robot)
+        self.robot = robot
         file = json.loads(config.read_text())
         self.robot_hash = robot_hash or bytes.fromhex(file["robot_hash"])
         self.period_ns = int(file["period_ns"])
@@ -51,6 +53,7 @@ class ScriptedHal:
         self.tick = 0
         self.acted: list[Acted] = [HELD] * len(self.parts)
         self.positions = np.array([REST.get(name, 0.0) for name in (*self.joints, *self.passive)])
+        self.efforts = np.zeros(len(self.positions))
         self._states = bus.publisher(keys.joints, JointState, Qos.HOT)
         self._status = bus.publisher(keys.hal_status, HalStatus, Qos.STATUS)
 
@@ -65,7 +68,7 @@ class ScriptedHal:
         )
         return HalStatus(
             session=self.session,
-            robot=ROBOT,
+            robot=self.robot,
             robot_hash=self.robot_hash,
             pacing=self.pacing,
             period_ns=self.period_ns,
@@ -101,7 +104,7 @@ class ScriptedHal:
                 stamp_ns=0,
                 positions=pack_floats(self.positions),
                 velocities=still,
-                efforts=still,
+                efforts=pack_floats(self.efforts),
                 acted=tuple(self.acted),
                 robot_hash=self.robot_hash,
             )

@@ -13,13 +13,19 @@ from typer.testing import CliRunner
 from fairlead.cli.app import app
 from fairlead.paths import repo_root
 from fairlead.robot import load_robot
-from fairlead.robot_bounds import robot_bounds
+from fairlead.robot_bounds import Bound, robot_bounds
 from fairlead.robot_limits import effective_limits
 
 ROBOT = load_robot("panda_mobile")
 BOUNDS = robot_bounds(ROBOT)
+TWO_ARMED = robot_bounds(load_robot("dual_panda"))
 BASE = ("base_x", "base_y", "base_yaw")
 UNBOUNDED_BY_NATURE = {"acceleration_limit", "effort_limit"}
+
+
+@pytest.fixture(params=["panda", "panda_mobile", "dual_panda"])
+def bounds(request: pytest.FixtureRequest) -> list[Bound]:
+    return robot_bounds(load_robot(request.param))
 
 
 @cache
@@ -41,16 +47,16 @@ def test_every_limit_of_the_gate_file_is_listed_once() -> None:
     assert {name for where, name in listed if where == "protocol"} == protocol
 
 
-def test_every_test_that_is_named_exists() -> None:
-    named = {(by.file, by.test) for bound in BOUNDS for by in bound.enforced_by}
+def test_every_test_that_is_named_exists(bounds: list[Bound]) -> None:
+    named = {(by.file, by.test) for bound in bounds for by in bound.enforced_by}
     assert named
     assert {(file, name) for file, name in named if name not in case_names(file)} == set()
 
 
-def test_a_check_named_by_code_is_proven_by_a_test_of_that_code() -> None:
+def test_a_check_named_by_code_is_proven_by_a_test_of_that_code(bounds: list[Bound]) -> None:
     wrong = [
         by
-        for bound in BOUNDS
+        for bound in bounds
         for by in bound.enforced_by
         if re.fullmatch(r"G\d{3}", by.check) and not by.test.startswith(by.check)
     ]
@@ -67,6 +73,33 @@ def test_what_nothing_enforces_is_exactly_this() -> None:
     bounds = ("lower", "upper", "tolerance")
     wanted |= {(f"joint {joint}", name) for joint in unmoved for name in bounds}
     assert missing == wanted
+
+
+def test_every_limit_of_a_mode_is_enforced(bounds: list[Bound]) -> None:
+    of_modes = [bound for bound in bounds if bound.limit.where.startswith("part ")]
+    assert of_modes
+    assert [bound.limit for bound in of_modes if not bound.enforced_by] == []
+
+
+@pytest.mark.parametrize(
+    ("where", "limit", "codes"),
+    [
+        ("joint right_joint1", "effort_limit", ["G020"]),
+        ("joint left_joint1", "effort_limit", []),
+        ("joint right_thumb_joint1", "upper", ["G011", "G020"]),
+        ("joint left_gripper", "upper", []),
+        ("part left_arm cartesian_pose", "lower", ["G020"]),
+        ("part left_arm cartesian_pose", "angular_step_limit", ["G021", "G022"]),
+        ("part right_arm cartesian_twist", "linear_limit", ["G020"]),
+        ("part right_arm joint_torque", "step_limit", ["G021", "G022"]),
+        ("part right_hand dex_hand_joint", "step_limit", ["G021", "G022"]),
+    ],
+)
+def test_limits_of_a_two_armed_robot_and_their_checks(
+    where: str, limit: str, codes: list[str]
+) -> None:
+    (bound,) = [b for b in TWO_ARMED if (b.limit.where, b.limit.name) == (where, limit)]
+    assert [by.check for by in bound.enforced_by] == codes
 
 
 @pytest.mark.parametrize(

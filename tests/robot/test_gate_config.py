@@ -17,10 +17,11 @@ def robot() -> RobotManifest:
     return load_robot("panda_mobile")
 
 
-def test_committed_gate_file_is_what_the_manifest_compiles_to(robot: RobotManifest) -> None:
-    committed = gate_config("panda_mobile", "sim").read_text(encoding="utf-8")
-    assert committed == compile_gate_config(robot, "sim"), (
-        "robots/panda_mobile/gate.sim.json is out of date: run fairlead robot compile panda_mobile"
+@pytest.mark.parametrize("name", ["panda", "panda_mobile", "dual_panda"])
+def test_committed_gate_file_is_what_the_manifest_compiles_to(name: str) -> None:
+    committed = gate_config(name, "sim").read_text(encoding="utf-8")
+    assert committed == compile_gate_config(load_robot(name), "sim"), (
+        f"robots/{name}/gate.sim.json is out of date: run fairlead robot compile {name}"
     )
 
 

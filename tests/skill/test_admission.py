@@ -286,6 +286,7 @@ def limited(**limit: Any) -> SkillManifest:
         ("base", "joint_velocity", "step_limit", 2.0),
         ("gripper", "gripper_position", "lower", 0.01),
         ("gripper", "gripper_position", "upper", 0.08),
+        ("base", "joint_velocity", "velocity_limit", 1.0),
     ],
 )
 def test_a_limit_that_tightens_is_admitted(part: str, mode: str, name: str, value: float) -> None:
@@ -308,6 +309,8 @@ def test_a_limit_that_tightens_is_admitted(part: str, mode: str, name: str, valu
          "upper: expected at least 0 and at most 0.08, got 0.09"),
         ("gripper", "gripper_position", "speed", 1.0,
          "speed: no such limit (valid: lower, upper, step_limit)"),
+        ("base", "joint_velocity", "velocity_limit", 1.1,
+         "velocity_limit: expected above 0 and at most 1, got 1.1"),
         ("arm", "joint_velocity", "step_limit", 1.0,
          f"step_limit: no such part and mode (valid: {MODES})"),
     ],

@@ -1,0 +1,173 @@
+"""The real gate on a robot with two arms: a chunk of every mode is released, and one refused."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from msgspec import structs
+
+from fairlead.messages import ActionPart, GateState, Outcome, pack_floats
+from fairlead.modes import ControlMode
+from fairlead.paths import gate_config
+from fairlead.robot import load_robot
+from tests.gate.scene import Scene
+
+pytestmark = pytest.mark.processes
+
+ROBOT = load_robot("dual_panda")
+BENT = {"joint4": -1.8, "joint6": 1.8}
+"""Arm joints that are not at 0, in whose place 0 would be outside the limits."""
+
+JOINT_MODES = {
+    ControlMode.JOINT_POSITION: "left_arm",
+    ControlMode.JOINT_VELOCITY: "left_arm",
+    ControlMode.JOINT_TORQUE: "right_arm",
+    ControlMode.DEX_HAND_JOINT: "right_hand",
+}
+"""Modes whose numbers are per joint, and a part that has each."""
+
+
+@pytest.fixture
+def scene(tmp_path: Path) -> Iterator[Scene]:
+    """A gate for the two-armed robot, every part of it claimed."""
+    scene = Scene(gate_config(ROBOT.id, "sim"), tmp_path / "gate", robot=ROBOT.id)
+    names = (*scene.hal.joints, *scene.hal.passive)
+    scene.hal.positions = np.array([BENT.get(name.split("_", 1)[1], 0.0) for name in names])
+    scene.meet_hal()
+    scene.arm()
+    scene.take_claim(*ROBOT.part_names)
+    yield scene
+    scene.close()
+
+
+def action(part: str, mode: ControlMode, rows: list[np.ndarray], frame: str = "") -> ActionPart:
+    joints = [ROBOT.joint_names.index(name) for name in ROBOT.part(part).joints]
+    return ActionPart(
+        part=ROBOT.part_names.index(part),
+        mode=mode,
+        frame_id=frame,
+        values=pack_floats(np.array(rows)),
+        active=tuple(joints) if mode.is_joint_mode else (),
+    )
+
+
+def per_joint(scene: Scene, part: str, mode: ControlMode, first: float) -> ActionPart:
+    """Two rows; ``first`` is what the first joint is to do, the others stay as they are."""
+    joints = [ROBOT.joint_names.index(name) for name in ROBOT.part(part).joints]
+    row = np.zeros(ROBOT.n_dof)
+    if mode in (ControlMode.JOINT_POSITION, ControlMode.DEX_HAND_JOINT):
+        row[joints] = scene.hal.positions[joints]
+    row[joints[0]] += first
+    return action(part, mode, [row, row])
+
+
+def tool_pose(scene: Scene, part: str) -> np.ndarray:
+    """Measured pose of the part's tool in base_link: xyz [m], quaternion xyzw. By pinocchio."""
+    model = pin.buildModelFromUrdf(str(ROBOT.description_path()))
+    data, q = model.createData(), np.zeros(model.nq)
+    names = (*scene.hal.joints, *scene.hal.passive)
+    for name in list(model.names)[1:]:
+        q[model.joints[model.getJointId(name)].idx_q] = scene.hal.positions[names.index(name)]
+    pin.framesForwardKinematics(model, data, q)
+    tool = ROBOT.end_effector(str(ROBOT.part(part).end_effector)).tool_frame
+    return np.array(pin.SE3ToXYZQUAT(data.oMf[model.getFrameId(tool)]))
+
+
+def outcome(scene: Scene, *parts: ActionPart) -> tuple[Outcome, int, str]:
+    scene.safe.skip()
+    verdict = scene.send(scene.chunk(rows=2, parts=parts))
+    if verdict.outcome == Outcome.REFUSED:
+        assert scene.safe.unread() == []
+    else:
+        assert scene.safe.wait_for(lambda m: m.verdict_id == verdict.verdict_id).horizon == 2
+    return Outcome(verdict.outcome), verdict.code, verdict.part
+
+
+@pytest.mark.parametrize("mode", JOINT_MODES, ids=lambda mode: mode.yaml_name)
+def test_a_joint_mode_is_released_within_its_limits_and_refused_beyond(
+    scene: Scene, mode: ControlMode
+) -> None:
+    part = JOINT_MODES[mode]
+    good, jump = per_joint(scene, part, mode, 0.05), per_joint(scene, part, mode, 60.0)
+    assert outcome(scene, jump)[0] == Outcome.REFUSED
+    scene.next_tick()
+    assert outcome(scene, good) == (Outcome.RELEASED, 0, "")
+
+
+def test_a_torque_far_from_the_measured_effort_is_refused(scene: Scene) -> None:
+    torque = ControlMode.JOINT_TORQUE
+    scene.hal.efforts[ROBOT.joint_names.index("right_joint1")] = 40.0
+    scene.next_tick()
+    assert outcome(scene, per_joint(scene, "right_arm", torque, -11.0)) == (
+        Outcome.REFUSED,
+        21,
+        "right_arm",
+    )
+    scene.next_tick()
+    assert outcome(scene, per_joint(scene, "right_arm", torque, 80.0))[0] == Outcome.RELEASED
+
+
+@pytest.mark.parametrize("part", ["left_arm", "right_arm"])
+def test_a_pose_is_released_where_the_tool_is_and_refused_elsewhere(
+    scene: Scene, part: str
+) -> None:
+    pose = tool_pose(scene, part)
+    ahead = np.array([1.0, 0, 0, 0, 0, 0, 0])
+    moved, far = pose + 0.01 * ahead, pose + 0.06 * ahead
+    longer = pose * np.array([1, 1, 1, 1.01, 1.01, 1.01, 1.01])
+    for rows, code in (([far, far], 21), ([longer, longer], 20)):
+        poses = action(part, ControlMode.CARTESIAN_POSE, rows, "base_link")
+        assert outcome(scene, poses) == (Outcome.REFUSED, code, part)
+        scene.next_tick()
+    poses = action(part, ControlMode.CARTESIAN_POSE, [pose, moved], "base_link")
+    assert outcome(scene, poses) == (Outcome.RELEASED, 0, "")
+
+
+@pytest.mark.parametrize("mode", [ControlMode.CARTESIAN_TWIST, ControlMode.CARTESIAN_DELTA])
+def test_a_small_motion_of_the_tool_is_released_and_a_large_one_refused(
+    scene: Scene, mode: ControlMode
+) -> None:
+    for size, expected in ((1.1, Outcome.REFUSED), (0.02, Outcome.RELEASED)):
+        row = np.array([0.0, size, 0.0, 0.0, 0.0, 0.0])
+        assert outcome(scene, action("left_arm", mode, [row, row], "base_link"))[0] == expected
+        scene.next_tick()
+
+
+def test_a_gripper_opens_or_closes_and_does_nothing_between(scene: Scene) -> None:
+    binary = ControlMode.GRIPPER_BINARY
+    half = action("left_gripper", binary, [np.array([0.5]), np.array([1.0])])
+    assert outcome(scene, half) == (Outcome.REFUSED, 20, "left_gripper")
+    scene.next_tick()
+    switch = action("left_gripper", binary, [np.array([1.0]), np.array([0.0])])
+    assert outcome(scene, switch) == (Outcome.RELEASED, 0, "")
+
+
+def test_both_arms_move_in_one_chunk_or_neither_does(scene: Scene) -> None:
+    left, right = tool_pose(scene, "left_arm"), tool_pose(scene, "right_arm")
+    mode = ControlMode.CARTESIAN_POSE
+    ours = action("left_arm", mode, [left, left], "base_link")
+    swapped = action("right_arm", mode, [left, left], "base_link")
+    assert outcome(scene, ours, swapped)[::2] == (Outcome.REFUSED, "right_arm")
+    scene.next_tick()
+    both = (ours, action("right_arm", mode, [right, right], "base_link"))
+    assert outcome(scene, *both) == (Outcome.RELEASED, 0, "")
+
+
+def test_a_chunk_for_one_arm_cannot_command_a_joint_of_the_other(scene: Scene) -> None:
+    row = np.zeros(ROBOT.n_dof)
+    other = ROBOT.joint_names.index("right_joint1")
+    left = action("left_arm", ControlMode.JOINT_VELOCITY, [row, row])
+    stolen = structs.replace(left, active=(*left.active, other))
+    assert outcome(scene, stolen) == (Outcome.REFUSED, 9, "left_arm")
+
+
+def test_no_number_at_all_stops_the_robot_in_a_pose_too(scene: Scene) -> None:
+    pose = tool_pose(scene, "left_arm")
+    pose[4] = np.nan
+    poses = action("left_arm", ControlMode.CARTESIAN_POSE, [pose, pose], "base_link")
+    assert outcome(scene, poses) == (Outcome.REFUSED, 8, "left_arm")
+    scene.wait_state(GateState.STOPPED)

@@ -1,0 +1,56 @@
+"""A skill's own limits against a two-armed robot's, mode by mode."""
+
+from __future__ import annotations
+
+import pytest
+
+from fairlead.robot import load_robot
+from fairlead.skill import SkillLimit, load_skill
+from fairlead.tightening import limit_problems
+
+ROBOT = load_robot("dual_panda")
+SKILL = load_skill("dual-panda-lift")
+
+
+def problems(part: str, mode: str, name: str, value: float) -> list[str]:
+    limit = SkillLimit(part=part, control_mode=mode, name=name, value=value)
+    return limit_problems(SKILL.model_copy(update={"limits": (limit,)}), ROBOT)
+
+
+@pytest.mark.parametrize(
+    ("part", "mode", "name", "value"),
+    [
+        ("right_arm", "joint_torque", "effort_limit", 12.0),
+        ("right_arm", "joint_torque", "step_limit", 12.0),
+        ("left_arm", "cartesian_pose", "lower_y", -0.2),
+        ("left_arm", "cartesian_pose", "upper_z", 1.6),
+        ("left_arm", "cartesian_pose", "angular_step_limit", 0.1),
+        ("left_arm", "cartesian_twist", "angular_limit", 2.5),
+        ("right_hand", "dex_hand_joint", "step_limit", 0.15),
+    ],
+)
+def test_a_limit_up_to_the_robots_own_is_admitted(
+    part: str, mode: str, name: str, value: float
+) -> None:
+    assert problems(part, mode, name, value) == []
+
+
+@pytest.mark.parametrize(
+    ("part", "mode", "name", "value", "text"),
+    [
+        ("right_arm", "joint_torque", "effort_limit", 12.5,
+         "effort_limit: expected above 0 and at most 12, got 12.5"),
+        ("left_arm", "cartesian_pose", "lower_y", -0.21,
+         "lower_y: expected at least -0.2 and at most 1, got -0.21"),
+        ("left_arm", "cartesian_pose", "upper_x", 0.91,
+         "upper_x: expected at least 0.15 and at most 0.9, got 0.91"),
+        ("left_arm", "cartesian_twist", "linear_limit", 1.01,
+         "linear_limit: expected above 0 and at most 1, got 1.01"),
+        ("left_gripper", "gripper_binary", "step_limit", 1.0,
+         "step_limit: no such limit (valid: none)"),
+    ],
+)  # fmt: skip
+def test_a_limit_beyond_the_robots_own_is_refused(
+    part: str, mode: str, name: str, value: float, text: str
+) -> None:
+    assert problems(part, mode, name, value) == [f"limits: {part} {mode} {text} (profile sim)"]
