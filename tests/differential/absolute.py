@@ -92,7 +92,8 @@ def _joint_faults(
         if joint.is_outside(position):
             yield from _velocity_back(where, row, value, position > joint.upper)
     elif MODES[rows.mode] == "joint_torque":
-        yield from _symmetric(where, row, value, joint.effort_limit, joint.source)
+        limit = min(joint.effort_limit, part.modes[rows.mode].get("effort_limit", math.inf))
+        yield from _symmetric(where, row, value, limit, joint.source)
     elif joint.is_outside(position):
         before = position if row == first_row else float(rows.values[row - 1][index])
         yield from _position_back(where, row, value, before, joint)

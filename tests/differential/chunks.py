@@ -8,6 +8,7 @@ import numpy as np
 
 from fairlead.messages import LimitOverride
 from tests.differential.case import Case, Chunk, Measured, Pacing, PartRows
+from tests.differential.claims import drawn_override, tightenable, tightened
 from tests.differential.gate_file import GateFile
 from tests.differential.nonsense import spoil
 from tests.differential.rows import RowMaker
@@ -91,19 +92,12 @@ class CaseMaker:
         return int(self._rng.choice(sorted(self._file.parts[part].modes)))
 
     def _overrides(self) -> tuple[LimitOverride, ...]:
-        """Tighter limits of one or two modes."""
+        """One to three tighter limits."""
         found: list[LimitOverride] = []
-        for _ in range(int(self._rng.integers(1, 3))):
-            part = self._file.parts[int(self._rng.integers(len(self._file.parts)))]
-            mode = int(self._rng.choice(sorted(part.modes)))
-            names = [name for name in part.modes[mode] if name.endswith("_limit")]
-            if not names:
-                continue
-            name = str(self._rng.choice(names))
-            if (part.name, mode, name) in {(o.part, o.mode, o.name) for o in found}:
-                continue
-            value = part.modes[mode][name]
-            most = float(min(value)) if isinstance(value, list) else float(value)
-            factor = float(self._rng.choice([1.0, self._rng.uniform(0.05, 1.0)]))
-            found.append(LimitOverride(part=part.name, mode=mode, name=name, value=most * factor))
+        for _ in range(int(self._rng.integers(1, 4))):
+            part = int(self._rng.integers(len(self._file.parts)))
+            mode = self._mode(part)
+            file = tightened(self._file, found)
+            if tightenable(file, part, mode):
+                found.append(drawn_override(file, part, mode, self._rng))
         return tuple(found)

@@ -10,9 +10,10 @@ import numpy as np
 
 from fairlead.messages import Outcome
 from tests.differential.case import ActedRow, Before, Case, Chunk, PartRows
+from tests.differential.claims import tightened
 from tests.differential.core_gate import Answer
 from tests.differential.fault import Fault
-from tests.differential.gate_file import GateFile, tightened
+from tests.differential.gate_file import GateFile
 from tests.differential.reference import Ruling, judge, open_tick
 
 NOTHING = Fault(0, -1, "", "")

@@ -1,16 +1,13 @@
-"""The compiled gate file as plain numbers, and what a claim makes of it."""
+"""The compiled gate file as plain numbers."""
 
 from __future__ import annotations
 
-import copy
 import json
 import math
-from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from fairlead.messages import LimitOverride
 from tests.differential.kinematics import Kinematics
 
 # docs/wire-format.md, "Control modes".
@@ -122,23 +119,3 @@ def _part(entry: dict[str, Any], names: list[str]) -> Part:
         modes={MODES.index(name): dict(block) for name, block in entry["modes"].items()},
         tool=entry["tool_frame"],
     )
-
-
-def tightened(file: GateFile, overrides: Iterable[LimitOverride]) -> GateFile:
-    """The file with a claim's own limits in place of the robot's.
-
-    "A claim's limits may be tighter than the robot's, never looser; a mode that the claim does
-    not tighten keeps the robot's limits" (docs/safety.md, Claims). Only tighter ones may be
-    given here.
-    """
-    parts = list(file.parts)
-    for override in overrides:
-        index = [part.name for part in parts].index(override.part)
-        modes = copy.deepcopy(parts[index].modes)
-        block = modes[override.mode]
-        old = block.get(override.name)
-        block[override.name] = (
-            [override.value] * len(old) if isinstance(old, list) else override.value
-        )
-        parts[index] = replace(parts[index], modes=modes)
-    return replace(file, parts=tuple(parts))

@@ -11,9 +11,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fairlead.messages import LimitOverride, Outcome, Verdict
+from fairlead.messages import Outcome, Verdict
 from tests.differential.case import Case, Chunk, PartRows
 from tests.differential.chunks import CaseMaker
+from tests.differential.claims import drawn_override, tightenable, tightened
 from tests.differential.comparison import readable
 from tests.differential.gate_file import JOINT_MODES, GateFile
 from tests.differential.gates import Pair
@@ -63,25 +64,17 @@ def is_regular(case: Case) -> bool:
 
 
 def tighter(file: GateFile, case: Case, rng: np.random.Generator) -> Case:
-    """The same under a claim with one limit of one commanded mode made tighter, or more."""
-    overrides = {(o.part, o.mode, o.name): o for o in case.overrides}
+    """The same under a claim with one more limit of each commanded mode made tighter."""
+    overrides = list(case.overrides)
     for rows in case.chunk.parts:
         if rows.part >= len(file.parts) or rows.mode not in file.parts[rows.part].modes:
             continue
-        part = file.parts[rows.part]
-        names = [n for n in part.modes[rows.mode] if n.endswith("_limit")]
-        if not names:
-            continue
-        name = str(rng.choice(names))
-        declared = part.modes[rows.mode][name]
-        most = min(declared) if isinstance(declared, list) else declared
-        old = overrides.get((part.name, rows.mode, name))
-        value = float(rng.uniform(0.1, 1.0)) * (old.value if old else float(most))
-        found = LimitOverride(part=part.name, mode=rows.mode, name=name, value=value)
-        overrides[(part.name, rows.mode, name)] = found
-    horizon_max = int(rng.integers(1, case.horizon_max + 1)) if rng.random() < 0.2 else None
-    horizon_max = horizon_max or case.horizon_max
-    return replace(case, overrides=tuple(overrides.values()), horizon_max=horizon_max)
+        now = tightened(file, overrides)
+        if tightenable(now, rows.part, rows.mode):
+            overrides.append(drawn_override(now, rows.part, rows.mode, rng))
+    is_shorter = rng.random() < 0.2
+    horizon_max = int(rng.integers(1, case.horizon_max + 1)) if is_shorter else case.horizon_max
+    return replace(case, overrides=tuple(overrides), horizon_max=horizon_max)
 
 
 @counts
