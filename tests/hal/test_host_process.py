@@ -15,6 +15,7 @@ from fairlead.messages import (
     ActionChunk,
     ActionPart,
     Claim,
+    ClaimReply,
     GateStatus,
     HalStatus,
     Hold,
@@ -70,10 +71,14 @@ def drive(gate: LiveGate, horizon: int = 64) -> None:
         age_max_ticks=10,
         limits=(),
     )
-    claim = gate.claim(request)
+    gate.offer(slow_base(gate.claim(request), newest_tick(gate), horizon))
+
+
+def slow_base(claim: ClaimReply, start: int, horizon: int) -> ActionChunk:
+    """Rows from tick ``start`` on that move the base along x at 0.1 m/s."""
+    robot = load_robot("panda_mobile")
     values = np.zeros((horizon, robot.n_dof))
     values[:, 0] = 0.1
-    start = newest_tick(gate)
     part = ActionPart(
         part=BASE,
         mode=ControlMode.JOINT_VELOCITY,
@@ -81,22 +86,20 @@ def drive(gate: LiveGate, horizon: int = 64) -> None:
         values=pack_floats(values),
         active=(0, 1, 2),
     )
-    gate.offer(
-        ActionChunk(
-            robot_hash=robot.robot_hash,
-            session=claim.session,
-            epoch=claim.epoch,
-            claim_id=claim.claim_id,
-            source="runner",
-            seq=1,
-            goal_id=1,
-            obs_tick=start,
-            oldest_tick=start,
-            start_tick=start,
-            horizon=horizon,
-            parts=(part,),
-            trace=NO_TRACE,
-        )
+    return ActionChunk(
+        robot_hash=robot.robot_hash,
+        session=claim.session,
+        epoch=claim.epoch,
+        claim_id=claim.claim_id,
+        source="runner",
+        seq=1,
+        goal_id=1,
+        obs_tick=start,
+        oldest_tick=start,
+        start_tick=start,
+        horizon=horizon,
+        parts=(part,),
+        trace=NO_TRACE,
     )
 
 

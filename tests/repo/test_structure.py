@@ -1,17 +1,13 @@
-"""What may stand where, and who may import whom: the rules of docs/design.md as tests."""
+"""What may stand where, and how long it may be."""
 
 from __future__ import annotations
 
 import ast
 import re
-import subprocess
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-import pytest
-
-from tests.repo.tree import ROOT, files, imports, python_files, text_of, tree
+from tests.repo.tree import ROOT, files, python_files, text_of, tree
 
 TOP_LEVEL = {
     ".ci",
@@ -35,28 +31,24 @@ TOP_LEVEL = {
     "shared",
     "tests",
 }
-# The tools that run every service, or a whole episode in one process.
-TOOLS = ("cli", "demo", "parity")
-SERVICES = ("hal_mujoco", "hal_sim", "safety", "skill_runner", "state_assembler")
 NAMELESS = {"utils", "util", "helpers", "helper", "common", "manager", "base", "misc"}
-MAX_LINES = 400
-MAX_FUNCTION_LINES = 60
-
-
-def service_of(module: str) -> str:
-    """The service a module belongs to, "" if none."""
-    head = module.split(".")[0]
-    return head.removeprefix("fairlead_") if head.startswith("fairlead_") else ""
+MAX_LINES = 300
+MAX_BODY_LINES = 40
+# Longer files, and why each is better read as one.
+LONG_FILES = {
+    "services/safety/src/core/gate_candidates.cpp": "a chunk's way, from its bytes to its verdict",
+    "services/safety/test/core/test_codec.cpp": "every message once, field by field",
+    "tests/golden/instances.py": "every message once, as data",
+    "tests/robot/test_robot_manifest.py": "every rule of robot.yaml",
+    "tests/runner/test_remote_policies.py": "two protocols in the same situations",
+    "tests/skill/test_admission.py": "every reason to refuse a skill",
+    "tests/skill/test_slots.py": "every rule of a slot",
+    "tests/system/test_modes.py": "one story for every mode",
+}
 
 
 def test_the_top_level_is_the_fixed_one() -> None:
     assert {path.parts[0] for path in files()} == TOP_LEVEL
-
-
-def test_the_services_are_the_known_ones_and_any_number_of_hals() -> None:
-    others = {name for name in SERVICES if not name.startswith("hal_")}
-    assert others == {"safety", "skill_runner", "state_assembler"}
-    assert "hal_sim" in SERVICES
 
 
 def test_robots_and_skills_are_data_only() -> None:
@@ -66,88 +58,18 @@ def test_robots_and_skills_are_data_only() -> None:
     assert code == []
 
 
-@pytest.mark.parametrize("service", SERVICES)
-def test_no_service_imports_another(service: str) -> None:
-    foreign = {
-        f"{path}: {module}"
-        for path in python_files(f"services/{service}/")
-        for module in imports(path)
-        if service_of(module) not in ("", service)
-    }
-    assert foreign == set()
-
-
-def test_only_the_tools_of_the_shared_package_import_services() -> None:
-    wrong = {
-        f"{path}: {module}"
-        for path in python_files("shared/")
-        for module in imports(path)
-        if service_of(module) and path.parts[2] not in TOOLS
-    }
-    assert wrong == set()
-
-
-def test_zenoh_is_imported_in_one_file() -> None:
-    importers = {
-        str(path)
-        for path in python_files("shared/", "services/")
-        if any(module.split(".")[0] == "zenoh" for module in imports(path))
-    }
-    assert importers == {"shared/fairlead/session.py"}
-
-
-def test_zenoh_is_included_only_in_the_transport_of_the_gate() -> None:
-    includers = {
-        path.name
-        for path in files()
-        if path.parts[:2] == ("services", "safety")
-        and path.suffix in (".cpp", ".hpp")
-        and re.search(r"#include\s*[<\"]zenoh\.h", text_of(path))
-        and "tools" not in path.parts  # benchmarks, no part of the gate
-    }
-    assert includers
-    assert {name for name in includers if not name.startswith("zenoh_")} == set()
-
-
-def test_the_core_of_the_gate_includes_no_clock_thread_file_or_json() -> None:
-    forbidden = re.compile(
-        r"#include\s*<(chrono|thread|mutex|fstream|iostream|filesystem|random|nlohmann/.*)>"
-    )
-    core = [
-        path
-        for path in files()
-        if str(path).startswith(("services/safety/src/core/", "services/safety/include/"))
-    ]
-    assert core
-    assert {str(p): found for p in core if (found := forbidden.findall(text_of(p)))} == {}
-
-
-@pytest.mark.parametrize(
-    "statement",
-    [
-        "import fairlead.messages, fairlead.keys, fairlead.errors, fairlead.memory_bus",
-        "from fairlead_state_assembler import LAYOUT_ASSEMBLERS, assemble_state",
-    ],
-)
-def test_a_notebook_can_import_it_without_zenoh(statement: str) -> None:
-    code = f"{statement}; import sys; sys.exit('zenoh' in sys.modules)"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, timeout=60)
-    assert done.returncode == 0, done.stderr.decode()
-
-
 def test_no_file_has_a_name_that_says_nothing() -> None:
     assert [str(p) for p in files() if p.stem in NAMELESS] == []
 
 
-def test_no_file_of_code_is_too_long_to_read() -> None:
+def test_no_file_of_code_is_too_long_to_read_but_those_that_say_why() -> None:
     long = {
-        str(path): lines
+        str(path)
         for path in files()
-        if path.suffix in (".py", ".cpp", ".hpp", ".rs")
-        and "golden" not in path.parts
-        and (lines := text_of(path).count("\n")) > MAX_LINES
+        if path.suffix in (".py", ".cpp", ".hpp", ".rs") and text_of(path).count("\n") > MAX_LINES
     }
-    assert long == {}
+    assert long - set(LONG_FILES) == set()
+    assert {name for name in LONG_FILES if not (ROOT / name).is_file()} == set()
 
 
 def test_no_function_is_too_long_to_read() -> None:
@@ -156,9 +78,15 @@ def test_no_function_is_too_long_to_read() -> None:
         for path in python_files("shared/", "services/", "bench/", "tests/")
         for node in ast.walk(tree(path))
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)
-        and (node.end_lineno or 0) - node.lineno > MAX_FUNCTION_LINES
+        and body_lines(node) > MAX_BODY_LINES
     }
     assert long == set()
+
+
+def body_lines(function: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
+    """Lines of a function without its signature and its docstring."""
+    body = function.body[1 if ast.get_docstring(function) else 0 :] or function.body
+    return (function.end_lineno or 0) - body[0].lineno + 1
 
 
 def test_no_test_sleeps_but_in_a_loop_that_waits_for_something() -> None:
