@@ -27,6 +27,18 @@ def run() -> Story:
     return story(lockstep=False)
 
 
+def test_before_the_first_joint_state_nothing_is_asked_and_the_phase_says_what_is_awaited(
+    run: Story,
+) -> None:
+    run.take(run.core.on_task(task(5), 0.0))
+    run.take(run.core.on_layout(layout(5), 0.0))
+    run.take(run.core.on_time(1.0))
+    assert (run.asked, run.sent) == ([], [])
+    assert run.core.phase == "waiting for a joint state"
+    run.take(run.core.on_joints(joints(5), 1.0))
+    assert run.seen_ticks() == [5]
+
+
 def test_the_next_observation_leaves_a_spare_tick_before_the_rows_run_out(run: Story) -> None:
     run.tick(10)
     run.answer()

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from fairlead.errors import RefusedError
-from fairlead.messages import NO_HASH, ActionChunk, GateState, Goal, decode, floats
+from fairlead.messages import NO_HASH, ActionChunk, Cancel, GateState, Goal, decode, floats
 from fairlead_skill_runner.trace import read_trace
 from tests.runner.scripted_robot import CLAIM, SKILL
 from tests.runner.scripted_world import ScriptedWorld, free_port
@@ -77,6 +77,16 @@ def test_a_goal_is_claimed_run_and_released(world: ScriptedWorld, tmp_path: Path
     assert [record.tick for record in trace] == [5, 13, 21]
     np.testing.assert_array_equal(trace[1].state, np.full(30, 13.0))
     np.testing.assert_array_equal(trace[1].actions, np.full((8, 12), 0.5, dtype=np.float32))
+
+
+def test_before_its_first_goal_a_runner_says_nothing_and_wants_nothing(
+    world: ScriptedWorld,
+) -> None:
+    world.tick(5)
+    with pytest.raises(RefusedError, match="no goal 0000000000000001 is running"):
+        world.bus.query(world.keys.cancel("runner"), Cancel(goal_id=1, by="test"), 10.0)
+    assert (world.chunks, world.heartbeats, world.feedback, world.claims) == ([], [], [], [])
+    assert not world.wanted
 
 
 def test_the_result_is_repeated_until_the_next_goal(world: ScriptedWorld) -> None:
