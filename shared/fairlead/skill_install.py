@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 
 from fairlead.admission import admission_problems
@@ -31,10 +32,13 @@ def install_problems(folder: Path, skill: SkillManifest) -> list[str]:
     return problems
 
 
-def install_skill(folder: Path, force: bool = False) -> Path:
+def install_skill(folder: Path, force: bool = False, found: Sequence[str] = ()) -> Path:
     """Check the skill in ``folder`` and copy it to where `load_skill` finds it.
 
     The same version is replaced, another version only with ``force``.
+
+    Args:
+        found: reasons against it that the caller knows of.
 
     Returns:
         The folder it was copied to.
@@ -43,7 +47,7 @@ def install_skill(folder: Path, force: bool = False) -> Path:
         ConfigError: with every reason why not; nothing has been written then.
     """
     skill = read_skill(folder)
-    problems = install_problems(folder, skill)
+    problems = [*install_problems(folder, skill), *found]
     if problems:
         raise ConfigError(f"skill {skill.id} is not installed:\n  " + "\n  ".join(problems))
     if (repo_root() / "rskills" / skill.id).exists():

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from fairlead.paths import repo_root
-from tests.cli.command import fairlead
+from tests.cli.command import fairlead, fairlead_command, fairlead_environment
 
 COMPOSE = repo_root() / "compose"
 
@@ -134,3 +134,27 @@ def test_a_start_order_must_name_each_service_once(order: str, tmp_path: Path) -
     done = fairlead("up", str(file), "--order", order, state=tmp_path)
     wanted = "expected each of hal, safety, state_assembler, runner once"
     check(done, 1, f"start order: {wanted}, got {order.replace(',', ', ')}")
+
+
+@pytest.mark.parametrize("command", ["check", "install"])
+def test_a_misspelt_option_of_a_policy_is_found_before_the_skill_runs(
+    command: str, tmp_path: Path
+) -> None:
+    shipped = repo_root() / "rskills" / "rldx-robocasa" / "rskill.yaml"
+    mine = tmp_path / "rskills" / "mine"
+    mine.mkdir(parents=True)
+    text = shipped.read_text(encoding="utf-8").replace("id: rldx-robocasa", "id: mine")
+    (mine / "rskill.yaml").write_text(text.replace("language_key:", "langage_key:"), encoding="utf-8")
+    wanted = "mine" if command == "check" else str(mine)
+    done = subprocess.run(
+        fairlead_command("skill", command, wanted),
+        env=fairlead_environment(tmp_path) | {"FAIRLEAD_SKILLS": str(mine.parent)},
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+    assert done.returncode == 1
+    said = done.stdout + done.stderr
+    assert "policy.options: rldx policy: 2 problem(s):" in said
+    assert "langage_key: unknown key, did you mean language_key? (valid: address, " in said

@@ -11,6 +11,7 @@ from fairlead.admission import admission_problems
 from fairlead.checkpoint_stats import read_checkpoint_stats
 from fairlead.cli.console import print_json
 from fairlead.cli.deployment_choice import JsonOption
+from fairlead.cli.policy_problems import policy_problems
 from fairlead.client import RobotClient
 from fairlead.contract_findings import contract_findings, named_outputs
 from fairlead.deployment import load_deployment
@@ -23,7 +24,9 @@ EXAMPLE = "fairlead skill check oracle-counter-to-cabinet --robot panda_mobile"
 
 def command(
     skill: Annotated[str, typer.Argument(help="folder under rskills/")],
-    robot: Annotated[str, typer.Option(help="folder under robots/")] = "panda_mobile",
+    robot: Annotated[
+        str, typer.Option(help="folder under robots/; default: the first the skill was made for")
+    ] = "",
     deployment: Annotated[
         Path | None,
         typer.Option(
@@ -50,7 +53,9 @@ def command(
 ) -> None:
     """Check a skill's manifest and whether the robot admits it; exit 1 with every reason if not."""
     manifest = load_skill(skill)
+    robot = robot or manifest.embodiments[0]
     problems = admission_problems(manifest, load_robot(robot), _running(deployment))
+    problems += policy_problems(manifest)
     report: dict[str, Any] = {
         "skill": skill, "robot": robot, "admitted": not problems, "reasons": problems,
     }  # fmt: skip

@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from fairlead.cli.policy_problems import policy_problems
+from fairlead.skill import read_skill
 from fairlead.skill_install import install_skill
 
 EXAMPLE = "fairlead skill install my-wave"
@@ -25,6 +27,6 @@ def command(
     They are in $FAIRLEAD_SKILLS, else ~/.local/share/fairlead/rskills. A runner that is
     running offers it after its next start.
     """
-    target = install_skill(path, force)
+    target = install_skill(path, force, policy_problems(read_skill(path)))
     typer.echo(f"installed {target}")
     typer.echo(f"next: fairlead run {target.name} (a robot that is up has to be started again)")

@@ -57,7 +57,7 @@ class OpenpiPolicy:
             ConfigError: for options that do not fit.
             PolicyError: if no server is there, or it answers with another width.
         """
-        policy = cls(skill, check_remote_options(WHO, OpenpiOptions, options, skill))
+        policy = cls(skill, check_openpi_options(skill, options))
         policy.reset()
         policy._ask(warm_up_observation(skill), policy._options.warm_up_timeout_s)
         return policy
@@ -141,3 +141,12 @@ class OpenpiPolicy:
     def _close(self) -> None:
         self._open.close()
         self._link = None
+
+
+def check_openpi_options(skill: SkillManifest, options: Mapping[str, JsonValue]) -> OpenpiOptions:
+    """The options of an openpi policy.
+
+    Raises:
+        ConfigError: for options that do not fit, alone or with the skill.
+    """
+    return check_remote_options(WHO, OpenpiOptions, options, skill)

@@ -76,8 +76,7 @@ class RldxZmqPolicy:
             ConfigError: for options that do not fit.
             PolicyError: if no server is there, or it answers with other widths.
         """
-        checked = check_remote_options(WHO, RldxOptions, options, skill)
-        _check_widths(checked, skill)
+        checked = check_rldx_options(skill, options)
         policy = cls(skill, checked)
         policy.reset()
         policy._act(warm_up_observation(skill), checked.warm_up_timeout_s)
@@ -183,6 +182,17 @@ class RldxZmqPolicy:
         if self._socket is not None:
             self._socket.close(linger=0)
             self._socket = None
+
+
+def check_rldx_options(skill: SkillManifest, options: Mapping[str, JsonValue]) -> RldxOptions:
+    """The options of an RLDX policy.
+
+    Raises:
+        ConfigError: for options that do not fit, alone or with the skill's contracts.
+    """
+    checked = check_remote_options(WHO, RldxOptions, options, skill)
+    _check_widths(checked, skill)
+    return checked
 
 
 def _check_widths(options: RldxOptions, skill: SkillManifest) -> None:
