@@ -63,6 +63,29 @@ def test_sim_limits_admit_full_scale_on_every_axis_and_full_reversals(
     assert modes["composite"]["composite_mode"]["step_limit"] == 2.0
 
 
+def test_the_two_armed_robots_limits_stay_within_what_its_maker_allows() -> None:
+    """The Franka Control Interface's limits, written again by hand, over one 50 ms period."""
+    config = json.loads(compile_gate_config(load_robot("dual_panda"), "sim"))
+    modes = {part["name"]: part["modes"] for part in config["parts"]}
+    efforts = {joint["name"]: joint["effort_limit"] for joint in config["joints"]}
+    for side in ("left", "right"):
+        of_arm = [efforts[f"{side}_joint{index}"] for index in range(1, 8)]
+        assert of_arm == [87.0, 87.0, 87.0, 87.0, 12.0, 12.0, 12.0]
+        pose, twist = (
+            modes[f"{side}_arm"]["cartesian_pose"],
+            modes[f"{side}_arm"]["cartesian_twist"],
+        )
+        assert pose["linear_step_limit"] <= 1.7 * 0.05
+        assert pose["angular_step_limit"] <= 2.5 * 0.05
+        assert twist["linear_limit"] <= 1.7
+        assert twist["angular_limit"] <= 2.5
+        assert twist["linear_step_limit"] <= 13.0 * 0.05
+        assert twist["angular_step_limit"] <= 25.0 * 0.05
+    assert max(modes["right_arm"]["joint_torque"]["step_limit"]) <= 1000.0 * 0.05
+    assert "joint_torque" not in modes["left_arm"]
+    assert set(modes["left_gripper"]["gripper_binary"]) == {"source"}
+
+
 def test_compiling_an_undeclared_profile_lists_the_declared_ones(robot: RobotManifest) -> None:
     with pytest.raises(ConfigError) as error:
         compile_gate_config(robot, "hardware")

@@ -52,11 +52,11 @@ Evidence joint_target_absolute(const RowView& view) {
     if (!joint.bounded) continue;  // continuous: no bound by declaration
     const double target = view.now[j];
     const double measured = view.state.positions[j];
-    const Evidence evidence =
-        is_outside(joint.bounds, measured)
-            ? reduces(joint, target, view.previous != nullptr ? (*view.previous)[j] : measured)
-            : in_range(joint.name.view(), target, joint.bounds.lower, joint.bounds.upper,
-                       joint.source);
+    const double previous = view.previous.action != nullptr ? view.previous[j] : measured;
+    const Evidence evidence = is_outside(joint.bounds, measured)
+                                  ? reduces(joint, target, previous)
+                                  : in_range(joint.name.view(), target, joint.bounds.lower,
+                                             joint.bounds.upper, joint.source);
     if (!evidence.ok()) return evidence;
   }
   return {};

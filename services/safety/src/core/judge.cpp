@@ -5,22 +5,26 @@
 namespace fairlead {
 namespace {
 
+RowView view_of(const Limits& limits, const ClaimLimits& claim, const MeasuredState& state,
+                const ActionPart& action, std::size_t row, std::size_t first_row) {
+  const Setpoint previous = row > first_row ? row_of(action, row - 1, limits) : Setpoint{};
+  return {limits, claim.modes[action.part], state, row_of(action, row, limits), previous};
+}
+
 // What is wrong with one row, over all parts of the chunk: a row runs for all of them or for none.
 Evidence check_row(const Limits& limits, const ClaimLimits& claim, const MeasuredState& state,
                    const ActionChunk& chunk, std::size_t row, std::size_t first_row,
                    const RowBefore& before) {
-  const bool is_first = row == first_row;
-  for (const bool steps : {false, true}) {
-    for (const ActionPart& action : chunk.parts) {
-      const Setpoint previous = row_of(action, is_first ? row : row - 1, limits);
-      const RowView view{limits, claim.modes[action.part], state, row_of(action, row, limits),
-                         is_first ? nullptr : &previous};
-      const Evidence evidence = !steps     ? check_absolute(view)
-                                : is_first ? check_start(view, before)
-                                           : check_step(view);
-      if (!evidence.ok())
-        return at(evidence, static_cast<std::int64_t>(row), limits.parts[action.part].name);
-    }
+  for (const ActionPart& action : chunk.parts) {
+    const Evidence evidence = check_absolute(view_of(limits, claim, state, action, row, first_row));
+    if (!evidence.ok())
+      return at(evidence, static_cast<std::int64_t>(row), limits.parts[action.part].name);
+  }
+  for (const ActionPart& action : chunk.parts) {
+    const RowView view = view_of(limits, claim, state, action, row, first_row);
+    const Evidence evidence = row == first_row ? check_start(view, before) : check_step(view);
+    if (!evidence.ok())
+      return at(evidence, static_cast<std::int64_t>(row), limits.parts[action.part].name);
   }
   return {};
 }

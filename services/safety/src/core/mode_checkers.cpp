@@ -76,7 +76,7 @@ Evidence check_start(const RowView& view, const RowBefore& before) {
 }
 
 Evidence check_step(const RowView& view) {
-  return checker_of(view).step(code::step, view, *view.previous);
+  return checker_of(view).step(code::step, view, view.previous);
 }
 
 }  // namespace fairlead

@@ -29,7 +29,7 @@ struct RowView {
   const ModeLimits& modes;  // the claim's own
   const MeasuredState& state;
   Setpoint now;
-  const Setpoint* previous = nullptr;  // the row before it in its chunk, nullptr for the first live
+  Setpoint previous;  // the row before it in its chunk; of no action for the first live row
 
   [[nodiscard]] const PartLimits& part() const { return limits.parts[now.action->part]; }
   [[nodiscard]] std::uint8_t mode() const { return now.action->mode; }

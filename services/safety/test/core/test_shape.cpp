@@ -54,6 +54,73 @@ TEST_CASE("G007 a block holds exactly horizon times width numbers") {
   CHECK(code_of(ChunkBuilder().add(gripper, Mode::gripper_position, {{}})) == 7);
 }
 
+namespace {
+
+// A good row of every mode of the test robot.
+struct ModeRow {
+  std::uint8_t part;
+  Mode mode;
+  Row row;
+  std::vector<std::uint8_t> active;
+  const char* frame;
+};
+
+const std::vector<ModeRow>& every_mode() {
+  static const Row joints(joint_count, 0.0);
+  static const Row six(6, 0.0);
+  static const std::vector<ModeRow> rows{
+      {arm, Mode::joint_position, joints, {arm_1}, ""},
+      {arm, Mode::joint_velocity, joints, {arm_1}, ""},
+      {arm, Mode::joint_torque, joints, {arm_1}, ""},
+      {arm, Mode::cartesian_pose, {0.7, 0, 0.5, 0, 0, 0, 1}, {}, "base_link"},
+      {arm, Mode::cartesian_delta, six, {}, "base_link"},
+      {arm, Mode::cartesian_twist, six, {}, "base_link"},
+      {base, Mode::body_twist, six, {}, "base_link"},
+      {gripper, Mode::gripper_binary, {1.0}, {}, ""},
+      {gripper, Mode::gripper_position, {0.04}, {}, ""},
+      {arm, Mode::dex_hand_joint, joints, {arm_1}, ""},
+      {composite, Mode::composite_mode, {0.0}, {}, ""},
+  };
+  return rows;
+}
+
+// The code for two rows of a mode, changed by `change`; every mode declared.
+std::uint32_t code_with(ModeRow item, const auto& change) {
+  Limits limits = test_limits();
+  limits.parts[arm].modes.dex_hand_joint = limits.parts[arm].modes.joint_position;
+  change(item);
+  ChunkBuilder builder;
+  builder.add(item.part, item.mode, {item.row, item.row}, {}, item.frame);
+  for (const std::uint8_t joint : item.active) (void)builder.chunk.parts[0].active.push_back(joint);
+  return check_shape(limits, whole_robot(limits), builder.chunk).code;
+}
+
+}  // namespace
+
+TEST_CASE("the shape of every mode: its width, its numbers, its mask, its frame") {
+  for (const ModeRow& item : every_mode()) {
+    CAPTURE(mode_name(static_cast<std::uint8_t>(item.mode)));
+    CHECK(code_with(item, [](ModeRow&) {}) == 0);
+    CHECK(code_with(item, [](ModeRow& it) { it.row.push_back(0.0); }) == 7);
+    CHECK(code_with(item, [](ModeRow& it) { it.row.pop_back(); }) == 7);
+    for (std::size_t i = 0; i < item.row.size(); ++i)
+      for (const double bad : {not_a_number, infinite, -infinite, just_above(1e6)})
+        CHECK(code_with(item, [=](ModeRow& it) { it.row[i] = bad; }) == 8);
+    const bool masked = is_joint_mode(static_cast<std::uint8_t>(item.mode));
+    CHECK(code_with(item, [=](ModeRow& it) {
+            it.active = masked ? std::vector<std::uint8_t>{} : std::vector<std::uint8_t>{arm_1};
+          }) == 9);
+    if (masked) {
+      CHECK(code_with(item, [](ModeRow& it) { it.row[arm_2] = 5e-324; }) == 9);
+      CHECK(code_with(item, [](ModeRow& it) { it.active[0] = base_x; }) == 9);
+    }
+    const bool framed = !std::string_view(item.frame).empty();
+    CHECK(code_with(item, [=](ModeRow& it) { it.frame = framed ? "" : "base_link"; }) == 9);
+    CHECK(code_with(item, [](ModeRow& it) { it.frame = "odom"; }) == 9);
+    CHECK(code_with(item, [](ModeRow& it) { it.part = it.part == base ? gripper : base; }) == 9);
+  }
+}
+
 TEST_CASE("G007 a chunk without parts is refused") { CHECK(code_of(ChunkBuilder(1)) == 7); }
 
 TEST_CASE("G008 every number of every row is finite and at most 1e6, and a breach stops") {
