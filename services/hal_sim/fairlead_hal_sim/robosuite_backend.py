@@ -31,7 +31,7 @@ from fairlead_hal_sim.options import SimulatorOptions
 from fairlead_hal_sim.packing import MODE_HOLD, ActionVector, pack
 from fairlead_hal_sim.snapshot import take_snapshot
 
-log = logging.getLogger(__name__)
+_LOG = logging.getLogger("hal.robosuite")
 
 WORLD_BODY = 0
 
@@ -116,7 +116,7 @@ class RobosuiteBackend:
         if previous is None and "composite" in commands:
             index = self._action_map.slot("composite").first
             if vector[index] > 0:
-                log.warning("composite_mode %g held at -1 in the first tick", vector[index])
+                _LOG.warning("composite_mode %g held at -1 in the first tick", vector[index])
                 vector[index] = MODE_HOLD
         return vector
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 import msgspec
 
 from fairlead.errors import (
@@ -14,11 +16,18 @@ from fairlead.errors import (
 from fairlead.messages import GoalResult, LayoutFault, LayoutState
 from fairlead.skill import SkillManifest
 
+Ending = Literal["succeeded", "failed", "cancelled", "deadline"]
+Decider = Literal["task", "policy", "operator", "runner"]
+
+
+def _ended(outcome: Ending, by: Decider, kind: str, detail: str) -> GoalResult:
+    return GoalResult(
+        outcome=outcome, decided_by=by, kind=kind, detail=detail, first_tick=0, last_tick=0
+    )
+
 
 def _failed(kind: str, detail: str) -> GoalResult:
-    return GoalResult(
-        outcome="failed", decided_by="runner", kind=kind, detail=detail, first_tick=0, last_tick=0
-    )
+    return _ended("failed", "runner", kind, detail)
 
 
 def at_ticks(result: GoalResult, first_tick: int, last_tick: int) -> GoalResult:
@@ -28,44 +37,22 @@ def at_ticks(result: GoalResult, first_tick: int, last_tick: int) -> GoalResult:
 
 def success() -> GoalResult:
     """The task is done, as the simulator checks it."""
-    return GoalResult(
-        outcome="succeeded",
-        decided_by="task",
-        kind="",
-        detail="the task's own check says so",
-        first_tick=0,
-        last_tick=0,
-    )
+    return _ended("succeeded", "task", "", "the task's own check says so")
 
 
 def deadline(ticks: int) -> GoalResult:
     """The goal had ``ticks`` ticks after its first observation, and they are over."""
-    return GoalResult(
-        outcome="deadline",
-        decided_by="runner",
-        kind="deadline",
-        detail=f"not done after {ticks} ticks",
-        first_tick=0,
-        last_tick=0,
-    )
+    return _ended("deadline", "runner", "deadline", f"not done after {ticks} ticks")
 
 
 def cancelled(by: str) -> GoalResult:
     """``by`` asked for the end."""
-    return GoalResult(
-        outcome="cancelled",
-        decided_by="operator",
-        kind="cancelled",
-        detail=f"cancelled by {by}",
-        first_tick=0,
-        last_tick=0,
-    )
+    return _ended("cancelled", "operator", "cancelled", f"cancelled by {by}")
 
 
 def policy_error(error: FairleadError) -> GoalResult:
     """The policy failed, hung, or returned something that is no action."""
-    result = _failed("policy_error", str(error))
-    return msgspec.structs.replace(result, decided_by="policy")
+    return _ended("failed", "policy", "policy_error", str(error))
 
 
 def of_error(error: FairleadError) -> GoalResult:
