@@ -22,6 +22,7 @@ from fairlead.scratch_robot import scratch_robot
 from fairlead.supervisor import Registry
 from fairlead.supervisor.scratch import ScratchOptions, make_scratch
 from tests.system.mode_robot import ModeRobot, ModeSkill, Story, write_skills
+from tests.system.tool_geometry import ToolGeometry
 
 pytestmark = [pytest.mark.processes, pytest.mark.simulator, pytest.mark.timeout(300)]
 
@@ -54,30 +55,7 @@ ARRIVED = 1.5e-3
 """m or rad: what is left of a way at standstill velocity (0.02 rad/s, 62 ms behind)."""
 
 
-class Geometry:
-    """The description's own kinematics: where a tool is for measured joints."""
-
-    def __init__(self) -> None:
-        self._model = pin.buildModelFromUrdf(str(ROBOT.description_path()))
-        self._data = self._model.createData()
-
-    def tool(self, positions: FloatArray, frame: str) -> pin.SE3:
-        """T_base_tool; ``positions`` of commanded, then passive joints."""
-        q = np.zeros(self._model.nq)
-        for name, value in zip(ROBOT.measured_joint_names, positions, strict=True):
-            if self._model.existJointName(name):
-                q[self._model.joints[self._model.getJointId(name)].idx_q] = value
-        pin.framesForwardKinematics(self._model, self._data, q)
-        return self._data.oMf[self._model.getFrameId(frame, pin.FrameType.BODY)].copy()
-
-    def moved(self, story: Story, frame: str) -> tuple[FloatArray, FloatArray]:
-        """Shift [m] and rotation vector [rad] of a tool along base_link's axes."""
-        before, after = self.tool(story.start, frame), self.tool(story.end, frame)
-        turn = pin.log3(after.rotation @ before.rotation.T)
-        return after.translation - before.translation, turn
-
-
-GEOMETRY = Geometry()
+GEOMETRY = ToolGeometry(ROBOT)
 START = np.array([HOME.get(name, OPENING) for name in ROBOT.joint_names] + [0.03, -0.03])
 
 

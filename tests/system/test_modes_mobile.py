@@ -19,12 +19,14 @@ from fairlead.scratch_robot import scratch_robot
 from fairlead.supervisor import Registry
 from fairlead.supervisor.scratch import ScratchOptions, make_scratch
 from tests.system.mode_robot import ModeRobot, ModeSkill, write_skills
+from tests.system.tool_geometry import ToolGeometry
 
 pytestmark = [pytest.mark.processes, pytest.mark.simulator, pytest.mark.timeout(300)]
 
 SOURCE = repo_root() / "compose" / "panda_mobile_sim.yaml"
 ROBOT = load_robot("panda_mobile")
-BASE, SWITCH = ROBOT.part_names.index("base"), ROBOT.part_names.index("composite")
+ARM, GRIPPER, BASE, SWITCH = range(4)
+GEOMETRY = ToolGeometry(ROBOT)
 STATE = {"layout": "libero", "dim": 9}
 PERIOD_S = ROBOT.tick_period_ns * 1e-9
 LINEAR, YAW = 0.53, 1.33
@@ -36,7 +38,19 @@ NUMBERS = (0.5, -0.25, 0.125)
 GATHERING = 5
 """Ticks in which the base gathers speed."""
 
+DELTA = {
+    "control_mode": "cartesian_delta", "ee": "gripper", "frame": "base_link",
+    "scale": [0.05, 0.05, 0.05, 0.5, 0.5, 0.5],
+}  # fmt: skip
+OPENING = {"control_mode": "gripper_position", "ee": "gripper", "scale": -0.04, "offset": 0.04}
+SHIFT, TURN = (0.5, -0.25, 0.125, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0625, -0.125, 0.25)
+STILL_M, STILL_RAD = 0.08, 0.05
+"""What the simulator's controller moves an arm by on axes that it is told nothing of: one that
+only turns it also shifts it, by 5 cm here."""
+
 SKILLS = {
+    "shift": ModeSkill((OPENING, DELTA), ((-1.0,), SHIFT), ticks=16),
+    "turn": ModeSkill((DELTA, OPENING), (TURN, (1.0,)), ticks=16),
     "drive": ModeSkill((MODE, TWIST), ((-0.75,), NUMBERS), ticks=24),
     "twist-limit": ModeSkill((TWIST,), ((0.0, -1.001, 0.0),), ticks=3),
     "switch-limit": ModeSkill((MODE,), ((1.001,),), ticks=3),
@@ -121,6 +135,36 @@ def test_a_body_twist_drives_as_it_says_while_the_switch_reaches_the_controller(
     given = packed(folder)
     assert {float(given[tick][11]) for tick in ticks} == {-0.75}
     assert not any(given[tick][:6].any() for tick in ticks), "the arm was told nothing"
+
+
+def along(found: FloatArray, told: FloatArray) -> float:
+    """Cosine of the angle between a motion and what was told."""
+    return float(found @ told / np.linalg.norm(found) / np.linalg.norm(told))
+
+
+def test_the_arm_moves_along_its_delta_and_the_gripper_opens(robot: ModeRobot) -> None:
+    story = robot.run("shift")
+    told = np.array(SHIFT) * DELTA["scale"]
+    mode, frame, row, active = story.row(ARM)
+    assert (mode, frame, active) == (ControlMode.CARTESIAN_DELTA, "base_link", ())
+    np.testing.assert_array_equal(row, told)
+    assert story.row(GRIPPER)[0] == ControlMode.GRIPPER_POSITION
+    np.testing.assert_array_equal(story.row(GRIPPER)[2], [0.08])
+    shift, turn = GEOMETRY.moved(story, "grip_site")
+    assert along(shift, told[:3]) > 0.98 and np.linalg.norm(shift) > 0.05, shift
+    assert np.linalg.norm(turn) < STILL_RAD, turn
+    assert story.end[ROBOT.joint_names.index("panda_gripper")] > 0.07
+
+
+def test_the_arm_turns_about_its_delta_and_the_gripper_closes(robot: ModeRobot) -> None:
+    story = robot.run("turn")
+    told = np.array(TURN) * DELTA["scale"]
+    np.testing.assert_array_equal(story.row(ARM)[2], told)
+    np.testing.assert_array_equal(story.row(GRIPPER)[2], [0.0])
+    shift, turn = GEOMETRY.moved(story, "grip_site")
+    assert along(turn, told[3:]) > 0.98 and np.linalg.norm(turn) > 0.3, turn
+    assert np.linalg.norm(shift) < STILL_M, shift
+    assert story.end[ROBOT.joint_names.index("panda_gripper")] < 0.01
 
 
 @pytest.mark.parametrize(
