@@ -84,6 +84,11 @@ class CoreGate:
     def close(self) -> None:
         self._gate.close()
 
+    @property
+    def now_ns(self) -> int:
+        """The gate's clock."""
+        return self._now_ns
+
     def answers(self, case: Case) -> list[Answer]:
         """The answer to the earlier chunk, if there is one, and to the chunk.
 
@@ -185,11 +190,16 @@ class CoreGate:
         """Publish a state one period after the last; returns whether the gate stopped."""
         return self.state_reply(measured, acted).stopped
 
-    def state_reply(self, measured: Measured, acted: tuple[Acted, ...] | None = None) -> CoreReply:
-        """Publish a state one period after the last, just after the runner's heartbeat."""
-        self._now_ns += int(self.file["period_ns"])
+    def state_reply(
+        self,
+        measured: Measured,
+        acted: tuple[Acted, ...] | None = None,
+        after_ns: int | None = None,
+    ) -> CoreReply:
+        """Publish a state, by default one period after the last, just after the heartbeat."""
+        self._now_ns += int(self.file["period_ns"]) if after_ns is None else after_ns
         beat = encode(Heartbeat(claim_id=self._claim.claim_id))
-        self._step("heartbeat", SOURCE, beat)
+        outputs = self._step("heartbeat", SOURCE, beat)
         message = JointState(
             session=self._session,
             tick=measured.tick,
@@ -201,7 +211,7 @@ class CoreGate:
             acted=acted or (HELD,) * len(self._parts),
             robot_hash=self._hash,
         )
-        return self._reply(self._step("joint_state", "", encode(message)))
+        return self._reply([*outputs, *self._step("joint_state", "", encode(message))])
 
     def send_bytes(self, frame: bytes, key_source: str = SOURCE) -> CoreReply:
         """Put any bytes on the key for chunks of that source."""

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from tests.differential.case import Chunk, PartRows
-from tests.differential.gate_file import GateFile
+from tests.differential.gate_file import JOINT_MODES, WIDTHS, GateFile
 
 NUMBERS = (
     np.nan,
@@ -25,6 +25,7 @@ NUMBERS = (
     -0.0,
     0.0,
 )
+U32_MAX = 2**32 - 1
 MODE_NUMBERS = (*range(14), 255)
 Rng = np.random.Generator
 Spoiler = Callable[[GateFile, Chunk, int, Rng], Chunk]
@@ -37,7 +38,20 @@ def spoil(file: GateFile, chunk: Chunk, tick: int, rng: Rng) -> tuple[Chunk, str
         name = str(rng.choice(list(SPOILERS)))
         chunk = SPOILERS[name](file, chunk, tick, rng)
         names.append(name)
-    return chunk, " and ".join(names)
+    return _as_read(file, chunk), " and ".join(names)
+
+
+def _as_read(file: GateFile, chunk: Chunk) -> Chunk:
+    """The blocks have no width of their own: where the numbers fit, they are read as rows."""
+
+    def read(rows: PartRows) -> PartRows:
+        is_known = rows.mode in JOINT_MODES or rows.mode in WIDTHS
+        width = file.width(rows.mode) if is_known else 0
+        if rows.values.size != chunk.horizon * width or rows.values.size == 0:
+            return rows
+        return replace(rows, values=rows.values.reshape(chunk.horizon, width))
+
+    return replace(chunk, parts=tuple(read(rows) for rows in chunk.parts))
 
 
 def _one(chunk: Chunk, rng: Rng, change: Callable[[PartRows], PartRows]) -> Chunk:
@@ -70,7 +84,9 @@ def _width(_: GateFile, chunk: Chunk, __: int, rng: Rng) -> Chunk:
 
 
 def _horizon(_: GateFile, chunk: Chunk, __: int, rng: Rng) -> Chunk:
-    return replace(chunk, horizon=int(rng.choice([0, chunk.horizon + 1, 65, 2**32 - 1])))
+    return replace(
+        chunk, horizon=int(rng.choice([0, min(chunk.horizon + 1, U32_MAX), 65, U32_MAX]))
+    )
 
 
 def _long(_: GateFile, chunk: Chunk, __: int, rng: Rng) -> Chunk:
