@@ -62,7 +62,8 @@ class Case:
     """What the gate is shown, in order: ``first`` and, where there is one, ``earlier``.
 
     earlier: a chunk judged against ``first``, of which the HAL executes row 0 in every part it
-    addresses, or holds. Then comes ``measured``, one tick later, and ``chunk``.
+    addresses, or holds (realtime: it is about to execute row 0). Then comes ``measured``, one tick
+    later, and ``chunk``.
     Without ``earlier`` there is only ``measured`` (``first`` is None).
     """
 

@@ -11,6 +11,7 @@ from tests.differential.case import Case, Chunk, Measured, Pacing, PartRows
 from tests.differential.claims import drawn_override, tightenable, tightened
 from tests.differential.gate_file import GateFile
 from tests.differential.nonsense import spoil
+from tests.differential.reference import open_tick
 from tests.differential.rows import RowMaker
 from tests.differential.states import StateMaker
 
@@ -48,14 +49,14 @@ class CaseMaker:
         return self._with_chunk(case)
 
     def _with_earlier(self, case: Case, first: Measured) -> Case:
-        earlier = self.chunk(first, {}, first.tick, calm=True)
+        start = open_tick(case.pacing, first.tick)
+        earlier = self.chunk(first, {}, start, calm=True)
         return replace(
             case,
             first=first,
             earlier=earlier,
-            held=bool(self._rng.random() < 0.2),
+            held=case.pacing == "lockstep" and bool(self._rng.random() < 0.2),
             measured=self._states.next(first),
-            pacing="lockstep",
             horizon_max=64,
         )
 

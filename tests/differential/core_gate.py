@@ -105,9 +105,13 @@ class CoreGate:
         return [earlier, self.send(case.chunk, case.measured.tick)]
 
     def acted(self, case: Case, earlier: Answer) -> tuple[Acted, ...]:
-        """Per part: row 0 of what was released where addressed, unless the HAL held."""
+        """Per part: row 0 of what was released where addressed, unless the HAL held.
+
+        In realtime that row is for the tick that begins only now: until then all held.
+        """
         acted = [HELD] * len(self._parts)
-        if earlier.safe is not None and not case.held:
+        is_past = case.pacing == "lockstep" and not case.held
+        if earlier.safe is not None and is_past:
             for part in earlier.safe.parts:
                 row = Acted(hold=0, verdict_id=earlier.verdict.verdict_id, row=0)
                 acted[part.part] = row
