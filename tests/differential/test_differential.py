@@ -18,7 +18,8 @@ from tests.differential.gates import Pair, pair_of
 SEED = 20261121
 COUNT = 800
 LONG_COUNT = 40_000
-ROW_CODES = (0, 6, 7, 8, 9, 11, 12, 20, 21, 22)
+# Without G022: the steps of panda_mobile admit a full reversal, only a claim's own do not.
+ROW_CODES = (0, 6, 7, 8, 9, 11, 12, 20, 21)
 
 
 @pytest.fixture(scope="session")
