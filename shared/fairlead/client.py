@@ -110,7 +110,8 @@ class RobotClient:
             missing = ", ".join(sorted(wanted - self._alive))
         raise NoAnswerError(
             f"robot {self.deployment.id}: {missing} not seen within {timeout_s:g} s; "
-            "is it running? see: fairlead ps, fairlead logs; start with: fairlead up DEPLOYMENT"
+            "is it running, or starting again? see: fairlead ps, fairlead logs; "
+            "start with: fairlead up DEPLOYMENT"
         )
 
     def _on_token(self, key: str, is_alive: bool) -> None:

@@ -67,7 +67,12 @@ def test_asking_a_robot_that_does_not_answer_names_who_is_missing(tmp_path: Path
     text = (COMPOSE / "panda_mobile_sim.yaml").read_text(encoding="utf-8")
     file.write_text(text.replace(":750", ":1"), encoding="utf-8")  # ports where nobody listens
     done = fairlead("status", "--deployment", str(file), state=tmp_path)
-    check(done, 1, "ERROR robot panda_mobile: safety not seen within 3 s", "fairlead ps")
+    check(
+        done,
+        1,
+        "ERROR robot panda_mobile: hal, runner, safety, state_assembler not seen within 3 s",
+        "fairlead ps",
+    )
 
 
 def test_a_broken_deployment_file_is_named_with_every_problem(
@@ -144,7 +149,8 @@ def test_a_misspelt_option_of_a_policy_is_found_before_the_skill_runs(
     mine = tmp_path / "rskills" / "mine"
     mine.mkdir(parents=True)
     text = shipped.read_text(encoding="utf-8").replace("id: rldx-robocasa", "id: mine")
-    (mine / "rskill.yaml").write_text(text.replace("language_key:", "langage_key:"), encoding="utf-8")
+    text = text.replace("language_key:", "langage_key:")
+    (mine / "rskill.yaml").write_text(text, encoding="utf-8")
     wanted = "mine" if command == "check" else str(mine)
     done = subprocess.run(
         fairlead_command("skill", command, wanted),

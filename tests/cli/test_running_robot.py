@@ -246,6 +246,24 @@ def test_a_second_up_of_the_same_robot_is_refused_and_disturbs_nothing(
     assert up.read("status")["gate"]["state"] == "disarmed"
 
 
+def test_status_of_a_robot_whose_hal_is_gone_still_shows_the_gate(
+    start_up: Callable[[str], Up],
+) -> None:
+    up = start_up("robot")
+    up.wait_line("is up")
+    (entry,) = up.read("ps")
+    os.kill(entry["services"]["hal"]["process"]["pid"], signal.SIGSTOP)
+    os.kill(entry["supervisor"]["pid"], signal.SIGSTOP)  # or it would be brought back
+    os.kill(entry["services"]["hal"]["process"]["pid"], signal.SIGKILL)
+    shown = up.do("status")
+    os.kill(entry["supervisor"]["pid"], signal.SIGCONT)
+    assert shown.returncode == 1, shown.stderr
+    lines = shown.stdout.splitlines()
+    assert lines[0].startswith("gate   ")
+    assert "robot  the HAL does not answer" in lines
+    assert lines[-1] == "missing hal; see: fairlead ps, fairlead logs hal"
+
+
 def test_two_robots_run_side_by_side_and_must_then_be_named(start_up: Callable[[str], Up]) -> None:
     one, other = start_up("one"), start_up("other")
     one.wait_line("is up")

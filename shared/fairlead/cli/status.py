@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from typing import Any
 
 import typer
@@ -9,6 +10,7 @@ import typer
 from fairlead.cli.console import hex_id, print_json
 from fairlead.cli.deployment_choice import DeploymentOption, JsonOption, choose_deployment
 from fairlead.client import RobotClient
+from fairlead.errors import NoAnswerError
 from fairlead.messages import GateState, GateStatus, HalStatus
 from fairlead.verdict_text import CHECKS
 
@@ -16,21 +18,64 @@ EXAMPLE = "fairlead status --json"
 
 
 def command(deployment: DeploymentOption = None, as_json: JsonOption = False) -> None:
-    """Show the gate's state and cause, the robot's, and who is alive."""
+    """Show the gate's state and cause, the robot's, and who is alive; exit 1 if one is not."""
     chosen = choose_deployment(deployment)
     with RobotClient(chosen) as client:
-        gate, hal = client.gate_status(), client.hal_status()
+        try:
+            client.wait_alive(*chosen.services)
+        except NoAnswerError:
+            if not client.alive:
+                raise
+        gate, hal = _answers(client)
         alive = sorted(client.alive)
+    missing = sorted(set(chosen.services) - set(alive))
     if as_json:
-        print_json({"alive": alive, "gate": gate_document(gate), "hal": hal_document(hal)})
-        return
-    print_gate(gate)
+        print_json(
+            {
+                "alive": alive,
+                "missing": missing,
+                "gate": gate and gate_document(gate),
+                "hal": hal and hal_document(hal),
+            }
+        )
+    else:
+        _print(gate, hal, alive, missing)
+    if missing:
+        raise typer.Exit(1)
+
+
+def _answers(client: RobotClient) -> tuple[GateStatus | None, HalStatus | None]:
+    """What gate and HAL say; None for one that does not answer."""
+    gate, hal = None, None
+    with suppress(NoAnswerError):
+        gate = client.gate_status()
+    with suppress(NoAnswerError):
+        hal = client.hal_status()
+    return gate, hal
+
+
+def _print(
+    gate: GateStatus | None, hal: HalStatus | None, alive: list[str], missing: list[str]
+) -> None:
+    if gate is None:
+        typer.echo("gate   does not answer")
+    else:
+        print_gate(gate)
+    if hal is None:
+        typer.echo("robot  the HAL does not answer")
+    else:
+        print_robot(hal)
+    typer.echo(f"alive  {', '.join(alive)}")
+    if missing:
+        typer.echo(f"missing {', '.join(missing)}; see: fairlead ps, fairlead logs {missing[0]}")
+
+
+def print_robot(hal: HalStatus) -> None:
+    """The robot's state, pacing and tick, and what its HAL says besides."""
     typer.echo(
         f"robot  {hal.robot}: {hal.state}, {hal.pacing} at {1e9 / hal.period_ns:g} Hz, "
         f"tick {hal.tick}, overruns {hal.overruns}" + (f" ({hal.detail})" if hal.detail else "")
     )
-    missing = sorted(set(chosen.services) - set(alive))
-    typer.echo(f"alive  {', '.join(alive)}" + (f"; missing: {missing}" if missing else ""))
 
 
 def print_gate(gate: GateStatus) -> None:
