@@ -1,4 +1,4 @@
-"""RoboCasa's two cameras over the shoulders: where they hang, and that physics does not see them."""
+"""RoboCasa's two cameras over the shoulders: where they hang; physics does not see them."""
 
 from __future__ import annotations
 
