@@ -1,15 +1,20 @@
 """A robot's messages as its HAL would send them, at made-up joint positions."""
 
+from __future__ import annotations
+
 import numpy as np
 
 from fairlead.messages import (
     HELD,
     JointState,
+    LayoutState,
     Transform,
     TransformBatch,
+    decode,
     pack_floats,
 )
 from fairlead.robot import RobotManifest
+from fairlead_state_assembler.core import Output
 
 SKILL = "oracle-counter-to-cabinet"
 
@@ -69,3 +74,8 @@ class RobotFeed:
                 for parent, child, x in links
             ),
         )
+
+
+def layouts(outputs: list[Output]) -> list[LayoutState]:
+    """The oracle's state vectors among what the assembler puts out."""
+    return [decode(LayoutState, item.payload) for item in outputs if item.skill == SKILL]

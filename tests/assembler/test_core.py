@@ -1,8 +1,9 @@
 """When the assembler answers, waits, repeats itself and gives up."""
 
+from __future__ import annotations
+
 import numpy as np
 import pinocchio as pin
-import pytest
 
 from fairlead.hal.backend import FramePose
 from fairlead.messages import (
@@ -17,20 +18,7 @@ from fairlead.robot import RobotManifest
 from fairlead.skill import load_skill
 from fairlead_state_assembler import ForwardKinematics, LocalAssembler
 from fairlead_state_assembler.core import AssemblerCore, Output
-from tests.assembler.robot_feed import SKILL, RobotFeed
-
-
-@pytest.fixture
-def core(robot: RobotManifest, feed: RobotFeed) -> AssemblerCore:
-    """Wants the oracle's layout, knows the static transforms, has seen no joints."""
-    core = AssemblerCore(robot)
-    core.want(SKILL)
-    assert core.on_transforms(feed.static(1)) == []
-    return core
-
-
-def layouts(outputs: list[Output]) -> list[LayoutState]:
-    return [decode(LayoutState, item.payload) for item in outputs if item.skill == SKILL]
+from tests.assembler.robot_feed import SKILL, RobotFeed, layouts
 
 
 def links(outputs: list[Output]) -> list[TransformBatch]:

@@ -1,29 +1,16 @@
 """Episodes, sessions and robots: whose joints and transforms the assembler believes."""
 
+from __future__ import annotations
+
 import pytest
 
 from fairlead.errors import MessageError
 from fairlead.messages import (
     JointState,
-    LayoutState,
-    decode,
 )
 from fairlead.robot import RobotManifest
-from fairlead_state_assembler.core import AssemblerCore, Output
-from tests.assembler.robot_feed import SKILL, RobotFeed
-
-
-@pytest.fixture
-def core(robot: RobotManifest, feed: RobotFeed) -> AssemblerCore:
-    """Wants the oracle's layout, knows the static transforms, has seen no joints."""
-    core = AssemblerCore(robot)
-    core.want(SKILL)
-    assert core.on_transforms(feed.static(1)) == []
-    return core
-
-
-def layouts(outputs: list[Output]) -> list[LayoutState]:
-    return [decode(LayoutState, item.payload) for item in outputs if item.skill == SKILL]
+from fairlead_state_assembler.core import AssemblerCore
+from tests.assembler.robot_feed import RobotFeed, layouts
 
 
 def test_older_joint_state_is_ignored(core: AssemblerCore, feed: RobotFeed) -> None:

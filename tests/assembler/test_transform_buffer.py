@@ -1,16 +1,14 @@
 """Looking transforms up at a tick: what is found, and the full text of what is not."""
 
+from __future__ import annotations
+
 import numpy as np
 import pinocchio as pin
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fairlead.errors import LayoutError
-from fairlead.messages import Transform, TransformBatch, pack_floats
-from fairlead_state_assembler import TransformBuffer
-
-SESSION = 7
+from tests.assembler.buffer_inputs import buffer_with, error_of
 
 
 def pose(x: float = 0.0, yaw: float = 0.0) -> pin.SE3:
@@ -21,37 +19,6 @@ def random_pose(rng: np.random.Generator) -> pin.SE3:
     quaternion = rng.normal(size=4)
     rotation = pin.Quaternion(quaternion / np.linalg.norm(quaternion)).toRotationMatrix()
     return pin.SE3(rotation, rng.uniform(-2, 2, 3))
-
-
-def buffer_with(**max_age: int) -> TransformBuffer:
-    buffer = TransformBuffer(max_age)
-    assert buffer.enter(SESSION, 1)
-    return buffer
-
-
-def batch(tick: int, *links: tuple[str, str, float], **changed: object) -> TransformBatch:
-    transforms = tuple(
-        Transform(
-            parent=parent,
-            child=child,
-            translation=pack_floats([x, 0.0, 0.0]),
-            rotation_xyzw=pack_floats([0.0, 0.0, 0.0, 1.0]),
-        )
-        for parent, child, x in links
-    )
-    fields: dict[str, object] = {
-        "session": SESSION,
-        "tick": tick,
-        "is_static": False,
-        "transforms": transforms,
-    }
-    return TransformBatch(**{**fields, **changed})  # type: ignore[arg-type]
-
-
-def error_of(buffer: TransformBuffer, parent: str, child: str, tick: int) -> LayoutError:
-    with pytest.raises(LayoutError) as error:
-        buffer.lookup(parent, child, tick)
-    return error.value
 
 
 def test_lookup_goes_up_and_down_the_tree_through_a_common_ancestor() -> None:

@@ -7,6 +7,7 @@ import os
 import socket
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -14,6 +15,7 @@ from typing import Any
 
 import yaml
 
+from fairlead.bus import Sample
 from fairlead.deployment import Deployment
 from fairlead.session import ZenohBus
 
@@ -75,6 +77,21 @@ class HalProcess:
         """Whole lines of motion.jsonl so far."""
         text = (self.state_dir / "motion.jsonl").read_text()
         return [json.loads(line) for line in text[: text.rfind("\n") + 1].splitlines()]
+
+    def collect(self, key: str, count: int) -> list[Sample]:
+        """The next samples on a key expression."""
+        samples: list[Sample] = []
+        enough = threading.Event()
+
+        def on_sample(sample: Sample) -> None:
+            samples.append(sample)
+            if len(samples) >= count:
+                enough.set()
+
+        subscription = self.bus.subscribe(key, on_sample)
+        assert enough.wait(20.0), f"{len(samples)} of {count} samples on {key}"
+        subscription.undeclare()
+        return samples[:count]
 
     def wait_until(self, condition: Callable[[], bool], what: str, timeout_s: float = 30.0) -> None:
         deadline = time.monotonic() + timeout_s

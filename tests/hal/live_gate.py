@@ -15,6 +15,7 @@ from fairlead.messages import (
     ArmReply,
     Claim,
     ClaimReply,
+    GateStatus,
     HalStatus,
     Heartbeat,
     Lease,
@@ -52,6 +53,11 @@ class LiveGate:
         ]
         self._timer = threading.Thread(target=self._run_timer, daemon=True)
         self._timer.start()
+
+    @property
+    def newest_tick(self) -> int:
+        """Tick of the newest joint state the gate has taken."""
+        return decode(GateStatus, self.ask("status", StatusQuery())).state_tick
 
     def arm(self) -> ArmReply:
         return decode(ArmReply, self.ask("arm", Arm(by="test")))

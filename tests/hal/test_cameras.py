@@ -14,7 +14,6 @@ from fairlead_hal_sim.graphics_choice import LIBRARIES
 from fairlead_hal_sim.options import CameraOptions, SimulatorOptions
 from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
 from tests.hal.hal_process import HalProcess
-from tests.hal.test_host_process import collect
 
 pytestmark = pytest.mark.simulator
 
@@ -57,7 +56,7 @@ def test_lockstep_sends_the_due_frames_with_every_repeat_of_the_tick(tmp_path: P
     status = decode(HalStatus, hal.bus.query(hal.keys.hal_status, StatusQuery(), 10.0))
     assert [camera.name for camera in status.cameras] == ["overview"]
     if CAN_RENDER:
-        images = collect(hal, hal.keys.camera("overview"), 3)
+        images = hal.collect(hal.keys.camera("overview"), 3)
         assert len({sample.payload for sample in images}) == 1
         assert decode(Image, images[0].payload).tick == 1
     else:
@@ -79,7 +78,7 @@ def test_without_a_working_renderer_the_hal_runs_and_says_that_cameras_are_off(
     monkeypatch.setenv("MUJOCO_GL", "glx")  # needs a screen
     monkeypatch.delenv("DISPLAY", raising=False)
     hal = HalProcess(tmp_path, "lockstep", backend="robosuite", cameras=[CAMERA.model_dump()])
-    collect(hal, hal.keys.joints, 2)
+    hal.collect(hal.keys.joints, 2)
     status = decode(HalStatus, hal.bus.query(hal.keys.hal_status, StatusQuery(), 10.0))
     assert status.detail == "cameras off: no renderer was started"
     assert status.cameras == ()
@@ -100,7 +99,7 @@ def test_a_choice_that_renders_nothing_is_said_in_one_line_and_the_hal_runs(
 ) -> None:
     monkeypatch.setenv("MUJOCO_GL", choice)
     hal = HalProcess(tmp_path, "lockstep", backend="robosuite", cameras=[CAMERA.model_dump()])
-    collect(hal, hal.keys.joints, 2)
+    hal.collect(hal.keys.joints, 2)
     log = hal.log.read_text()
     assert f"cameras off: {why}\n" in log
     assert "Traceback" not in log

@@ -2,61 +2,22 @@
 
 from __future__ import annotations
 
-import threading
-from collections.abc import Iterator
-from pathlib import Path
-
 import numpy as np
 import pytest
 
-from fairlead.bus import Sample
 from fairlead.errors import RefusedError
 from fairlead.messages import (
-    GateStatus,
     Hold,
     JointState,
     ResetEpisode,
     ResetEpisodeReply,
-    StatusQuery,
     decode,
     floats,
 )
 from tests.hal.hal_process import HalProcess, free_port
 from tests.hal.live_gate import LiveGate
 
-
-@pytest.fixture
-def realtime(tmp_path: Path) -> Iterator[HalProcess]:
-    hal = HalProcess(tmp_path, "realtime")
-    yield hal
-    hal.close()
-
-
-@pytest.fixture
-def lockstep(tmp_path: Path) -> Iterator[HalProcess]:
-    hal = HalProcess(tmp_path, "lockstep", trace=True)
-    yield hal
-    hal.close()
-
-
-def newest_tick(gate: LiveGate) -> int:
-    return decode(GateStatus, gate.ask("status", StatusQuery())).state_tick
-
-
-def collect(hal: HalProcess, key: str, count: int) -> list[Sample]:
-    """The next samples on a key expression."""
-    samples: list[Sample] = []
-    enough = threading.Event()
-
-    def on_sample(sample: Sample) -> None:
-        samples.append(sample)
-        if len(samples) >= count:
-            enough.set()
-
-    subscription = hal.bus.subscribe(key, on_sample)
-    assert enough.wait(20.0), f"{len(samples)} of {count} samples on {key}"
-    subscription.undeclare()
-    return samples[:count]
+pytestmark = pytest.mark.processes
 
 
 def reset(hal: HalProcess, seed: int) -> ResetEpisodeReply:
@@ -68,7 +29,7 @@ def test_reset_episode_is_refused_until_a_lease_says_disarmed(lockstep: HalProce
     with pytest.raises(RefusedError, match="no lease received, so the gate may be armed"):
         reset(lockstep, seed=3)
     gate = LiveGate(lockstep.bus, lockstep.keys)
-    lockstep.wait_until(lambda: newest_tick(gate) == 1, "the first state")
+    lockstep.wait_until(lambda: gate.newest_tick == 1, "the first state")
     gate.arm()
     lockstep.wait_until(lambda: refusal(lockstep) != "no lease", "a lease")
     with pytest.raises(RefusedError, match="needs a disarmed gate, it is armed") as caught:
@@ -87,20 +48,20 @@ def test_reset_episode_steps_held_ticks_until_standstill_and_starts_an_episode(
     lockstep: HalProcess,
 ) -> None:
     gate = LiveGate(lockstep.bus, lockstep.keys)
-    lockstep.wait_until(lambda: newest_tick(gate) == 1, "the first state")
+    lockstep.wait_until(lambda: gate.newest_tick == 1, "the first state")
     reply = reset(lockstep, seed=3)
     assert (reply.tick, reply.episode_tick, reply.held_ticks) == (2, 2, 1)
     lockstep.wait_until(lambda: len(lockstep.motion()) == 1, "the held tick")
     (line,) = lockstep.motion()
     assert {part[0] for part in line["acted"]} == {Hold.RESETTING}
     assert line["event"] == "reset_episode seed 3"
-    state = decode(JointState, collect(lockstep, lockstep.keys.joints, 1)[0].payload)
+    state = decode(JointState, lockstep.collect(lockstep.keys.joints, 1)[0].payload)
     assert (state.tick, state.episode_tick) == (2, 2)
     first = floats(state.positions)
     reply = reset(lockstep, seed=4)
     assert (reply.tick, reply.episode_tick, reply.held_ticks) == (3, 3, 1)
     other = floats(
-        decode(JointState, collect(lockstep, lockstep.keys.joints, 1)[0].payload).positions
+        decode(JointState, lockstep.collect(lockstep.keys.joints, 1)[0].payload).positions
     )
     assert not np.array_equal(first, other)
     gate.close()

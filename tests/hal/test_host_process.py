@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-import threading
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from fairlead.bus import Qos, Sample
+from fairlead.bus import Qos
 from fairlead.messages import (
     NO_TRACE,
     ActionChunk,
     ActionPart,
     Claim,
     ClaimReply,
-    GateStatus,
     HalStatus,
     Hold,
     JointState,
@@ -42,20 +39,6 @@ LEASE_LIFE_MS = 75
 BASE = 2
 
 
-@pytest.fixture
-def realtime(tmp_path: Path) -> Iterator[HalProcess]:
-    hal = HalProcess(tmp_path, "realtime")
-    yield hal
-    hal.close()
-
-
-@pytest.fixture
-def lockstep(tmp_path: Path) -> Iterator[HalProcess]:
-    hal = HalProcess(tmp_path, "lockstep", trace=True)
-    yield hal
-    hal.close()
-
-
 def drive(gate: LiveGate, horizon: int = 64) -> None:
     """Claim the base and offer rows that keep it moving slowly for ``horizon`` ticks."""
     robot = load_robot("panda_mobile")
@@ -71,7 +54,7 @@ def drive(gate: LiveGate, horizon: int = 64) -> None:
         age_max_ticks=10,
         limits=(),
     )
-    gate.offer(slow_base(gate.claim(request), newest_tick(gate), horizon))
+    gate.offer(slow_base(gate.claim(request), gate.newest_tick, horizon))
 
 
 def slow_base(claim: ClaimReply, start: int, horizon: int) -> ActionChunk:
@@ -103,26 +86,6 @@ def slow_base(claim: ClaimReply, start: int, horizon: int) -> ActionChunk:
     )
 
 
-def newest_tick(gate: LiveGate) -> int:
-    return decode(GateStatus, gate.ask("status", StatusQuery())).state_tick
-
-
-def collect(hal: HalProcess, key: str, count: int) -> list[Sample]:
-    """The next samples on a key expression."""
-    samples: list[Sample] = []
-    enough = threading.Event()
-
-    def on_sample(sample: Sample) -> None:
-        samples.append(sample)
-        if len(samples) >= count:
-            enough.set()
-
-    subscription = hal.bus.subscribe(key, on_sample)
-    assert enough.wait(20.0), f"{len(samples)} of {count} samples on {key}"
-    subscription.undeclare()
-    return samples[:count]
-
-
 def reset(hal: HalProcess, seed: int) -> ResetEpisodeReply:
     key = hal.keys.hal_command("reset_episode")
     return decode(ResetEpisodeReply, hal.bus.query(key, ResetEpisode(seed=seed), 20.0))
@@ -139,7 +102,7 @@ def test_status_names_the_robot_its_parts_and_its_pacing(realtime: HalProcess) -
 
 
 def test_realtime_ticks_come_in_order_at_the_control_rate(realtime: HalProcess) -> None:
-    states = [decode(JointState, s.payload) for s in collect(realtime, realtime.keys.joints, 20)]
+    states = [decode(JointState, s.payload) for s in realtime.collect(realtime.keys.joints, 20)]
     ticks = [state.tick for state in states]
     assert ticks == list(range(ticks[0], ticks[0] + 20))
     assert {part.hold for state in states for part in state.acted} == {Hold.STARTING}
@@ -148,7 +111,7 @@ def test_realtime_ticks_come_in_order_at_the_control_rate(realtime: HalProcess) 
 
 
 def test_each_tick_sends_its_transforms_before_its_joints(realtime: HalProcess) -> None:
-    samples = collect(realtime, "fl/tested/**", 60)
+    samples = realtime.collect("fl/tested/**", 60)
     newest_transform = 0
     for sample in samples:
         if sample.key == realtime.keys.tf("hal"):
@@ -161,7 +124,7 @@ def test_each_tick_sends_its_transforms_before_its_joints(realtime: HalProcess) 
 def test_static_transforms_come_again_for_late_joiners(realtime: HalProcess) -> None:
     batches = [
         decode(TransformBatch, sample.payload)
-        for sample in collect(realtime, realtime.keys.tf("hal"), 45)
+        for sample in realtime.collect(realtime.keys.tf("hal"), 45)
     ]
     static = [batch for batch in batches if batch.is_static]
     assert 1 <= len(static) <= 4
@@ -169,7 +132,7 @@ def test_static_transforms_come_again_for_late_joiners(realtime: HalProcess) -> 
 
 
 def test_a_paused_lockstep_world_repeats_its_tick_in_identical_bytes(lockstep: HalProcess) -> None:
-    samples = collect(lockstep, lockstep.keys.joints, 4)
+    samples = lockstep.collect(lockstep.keys.joints, 4)
     assert len({sample.payload for sample in samples}) == 1
     assert decode(JointState, samples[0].payload).tick == 1
     assert lockstep.motion() == []
@@ -177,7 +140,7 @@ def test_a_paused_lockstep_world_repeats_its_tick_in_identical_bytes(lockstep: H
 
 def test_a_lockstep_claim_steps_the_world_row_by_row(lockstep: HalProcess) -> None:
     gate = LiveGate(lockstep.bus, lockstep.keys)
-    lockstep.wait_until(lambda: newest_tick(gate) == 1, "the first state")
+    lockstep.wait_until(lambda: gate.newest_tick == 1, "the first state")
     gate.arm()
     drive(gate, horizon=16)
     lockstep.wait_until(lambda: len(lockstep.motion()) >= 16, "16 rows")
@@ -194,7 +157,7 @@ def test_when_the_gate_falls_silent_the_ramp_begins_within_the_lease_life_and_a_
     realtime: HalProcess,
 ) -> None:
     gate = LiveGate(realtime.bus, realtime.keys)
-    realtime.wait_until(lambda: newest_tick(gate) > 1, "a state")
+    realtime.wait_until(lambda: gate.newest_tick > 1, "a state")
     gate.arm()
     drive(gate)
     realtime.wait_until(lambda: not realtime.motion()[-1]["acted"][BASE][0], "motion")
@@ -218,7 +181,7 @@ def test_garbage_on_every_key_it_reads_does_not_disturb_a_tick(realtime: HalProc
         publisher = realtime.bus.publisher(key, kind, Qos.HOT)
         for payload in (b"", b"\x00", b"\x93\x09\x01\x00", bytes(70_000)):
             publisher.put_bytes(payload)
-    states = [decode(JointState, s.payload) for s in collect(realtime, keys.joints, 10)]
+    states = [decode(JointState, s.payload) for s in realtime.collect(keys.joints, 10)]
     ticks = [state.tick for state in states]
     assert ticks == list(range(ticks[0], ticks[0] + 10))
     realtime.wait_until(lambda: "StopLevel that cannot be read" in realtime.log.read_text(), "log")
@@ -228,15 +191,15 @@ def test_garbage_on_every_key_it_reads_does_not_disturb_a_tick(realtime: HalProc
 def test_a_stop_is_held_and_repeated_until_a_gate_lists_it(realtime: HalProcess) -> None:
     stop = StopLevel(stop_id=77, by="operator", reason="test")
     realtime.bus.publisher(realtime.keys.stop, StopLevel, Qos.HOT).put(stop)
-    repeats = collect(realtime, realtime.keys.stop, 5)
+    repeats = realtime.collect(realtime.keys.stop, 5)
     assert {decode(StopLevel, sample.payload).stop_id for sample in repeats} == {77}
     status = decode(HalStatus, realtime.bus.query(realtime.keys.hal_status, StatusQuery(), 5.0))
     assert (status.state, status.detail) == ("holding", "stop 000000000000004d (test)")
 
 
 def test_a_killed_hal_leaves_every_decided_tick_in_its_log(realtime: HalProcess) -> None:
-    collect(realtime, realtime.keys.joints, 20)
-    state = decode(JointState, collect(realtime, realtime.keys.joints, 1)[0].payload)
+    realtime.collect(realtime.keys.joints, 20)
+    state = decode(JointState, realtime.collect(realtime.keys.joints, 1)[0].payload)
     realtime.process.kill()
     realtime.process.wait(timeout=10)
     ticks = [line["tick"] for line in realtime.motion()]
@@ -248,7 +211,7 @@ def test_a_full_disk_is_said_once_and_control_goes_on(tmp_path: Path) -> None:
     (tmp_path / "state").mkdir()
     (tmp_path / "state" / "motion.jsonl").symlink_to("/dev/full")
     hal = HalProcess(tmp_path, "realtime")
-    collect(hal, hal.keys.joints, 20)
+    hal.collect(hal.keys.joints, 20)
     assert hal.log.read_text().count("no longer recorded: No space left on device") == 1
     hal.close()
 
