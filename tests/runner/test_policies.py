@@ -42,7 +42,8 @@ def test_constant_repeats_its_row_for_the_skills_horizon() -> None:
     [
         ({}, "constant policy: 1 problem(s):\n  row: is missing"),
         ({"row": [0.0] * 12, "horizon": 0},
-         "constant policy: 1 problem(s):\n  horizon: Input should be greater than or equal to 1, got 0"),
+         "constant policy: 1 problem(s):\n  horizon: Input should be greater than or equal to 1, "
+         "got 0"),
         ({"row": [0.0] * 3}, "constant policy: expected a row of 12, got 3"),
         ({"row": [0.0] * 12, "speed": 1},
          "constant policy: 1 problem(s):\n  speed: unknown key (valid: row, horizon)"),

@@ -328,16 +328,19 @@ def test_an_rldx_server_that_answers_garbage_is_refused_before_any_claim(
 @pytest.mark.parametrize(
     ("skill_id", "options", "text"),
     [
-        (PI05, {"address": "127.0.0.1:8000"}, "openpi policy: 1 problem(s):\n  address: String should match"),
+        (PI05, {"address": "127.0.0.1:8000"},
+         "openpi policy: 1 problem(s):\n  address: String should match"),
         (PI05, {"answer_timeout_s": 5.0},
          "openpi policy: answer_timeout_s: expected less than the skill's inference_timeout_s, "
          "5 s, got 5 s"),
-        (RLDX, {"address": "ws://127.0.0.1:1"}, "rldx policy: 1 problem(s):\n  address: String should match"),
+        (RLDX, {"address": "ws://127.0.0.1:1"},
+         "rldx policy: 1 problem(s):\n  address: String should match"),
         (RLDX, {"state": {"all": [0, 14]}},
          "rldx policy: state: expected every index of 0..15 once, got indices [0, 1, 2, 3, 4"),
         (RLDX, {"actions": [{"name": "a", "width": 11}]},
          "rldx policy: actions: expected 12 numbers in all, got 11"),
-        (RLDX, {"start": ""}, "rldx policy: 1 problem(s):\n  start: String should have at least 1 character"),
+        (RLDX, {"start": ""},
+         "rldx policy: 1 problem(s):\n  start: String should have at least 1 character"),
     ],
 )  # fmt: skip
 def test_options_that_do_not_fit_are_named(
