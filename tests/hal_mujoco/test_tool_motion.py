@@ -102,6 +102,30 @@ def test_at_a_joints_limit_the_tool_stops_on_its_way(world: DualPanda) -> None:
     assert end[2] < start[2] - 0.2 and np.all(np.abs(end - start)[:2] < 0.005), end - start
 
 
+def test_tools_driven_at_full_scale_break_no_measured_limit(world: DualPanda) -> None:
+    world.backend._model.geom_conaffinity[:] = 0  # nothing to hit
+    robot, rng = world.robot, np.random.default_rng(1)
+    names = robot.measured_joint_names
+    limits = [robot.profile("sim").measured[name] for name in names]
+    joints = [robot.joint(name) for name in names]
+    twists: dict[str, PartCommand] = {}
+    before, fastest = world.backend.read().positions, 0.0
+    for tick in range(300):
+        if tick % 15 == 0:
+            for part in ARMS:
+                way, turn = rng.normal(size=(2, 3))
+                halves = [way / np.linalg.norm(way), 2.5 * turn / np.linalg.norm(turn)]
+                twists[part] = tool_row(ControlMode.CARTESIAN_TWIST, np.concatenate(halves))
+        world.backend.apply(twists)
+        now = world.backend.read().positions
+        for joint, limit, old, new in zip(joints, limits, before, now, strict=True):
+            assert limit.tolerance is not None
+            assert abs(new - old) < limit.jump_per_tick, joint.name
+            assert joint.lower - limit.tolerance < new < joint.upper + limit.tolerance
+        fastest, before = max(fastest, float(np.abs(now - before).max())), now
+    assert fastest > 0.08, "the drive was too gentle to prove anything"
+
+
 @pytest.mark.parametrize(
     ("command", "text"),
     [
