@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -23,6 +24,11 @@ _PRIORITY = {
 LINK_SILENCE_S = 2.0
 """Behind a router a link that was silent for so long is closed, with what was declared
 over it, and made anew. Never a watchdog: motion ends far earlier, by leases and heartbeats."""
+
+RUNTIME_VARIABLE = "ZENOH_RUNTIME"
+RUNTIME = "(rx: (worker_threads: 8))"
+"""Zenoh closes a dead TCP link in one of its receive threads, and waits there up to 10 s for
+what was not sent. With the usual two, two dead clients would hold up all that a router does."""
 
 ROUTER_PATIENCE_S = 2.0
 """How long one attempt to reach a router takes."""
@@ -115,6 +121,8 @@ class ZenohBus:
         # session that is just joining ("unknown expr_id"); ticks repair what is dropped.
         # RUST_LOG brings the lines back.
         zenoh.init_log_from_env_or("error,zenoh::api::session=off")
+        if endpoints.mode != "peer":  # read when the process opens its first session
+            os.environ.setdefault(RUNTIME_VARIABLE, RUNTIME)
         try:
             self._session = zenoh.open(zenoh.Config.from_json5(json.dumps(endpoints.config())))
         except zenoh.ZError as error:

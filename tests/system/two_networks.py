@@ -38,8 +38,15 @@ class TwoNetworks:
         self._set_link("down")
         return now_ns
 
-    def heal(self) -> None:
+    def heal(self) -> int:
+        """Bring the link back.
+
+        Returns:
+            CLOCK_MONOTONIC just before [ns].
+        """
+        now_ns = time.monotonic_ns()
         self._set_link("up")
+        return now_ns
 
     def _set_link(self, state: str) -> None:
         _ip("-n", self._names["gpu"], "link", "set", "eth0", state)

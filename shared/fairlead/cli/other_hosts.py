@@ -79,6 +79,8 @@ class OtherHosts:
     def _report(self, missing: Collection[str]) -> None:
         if missing:
             names = ", ".join(self._deployment.with_host(name) for name in sorted(missing))
-            self._say("up", f"not seen: {names}; start there: fairlead up FILE --host HOST")
+            hosts = sorted({self._deployment.services[name].host for name in missing})
+            there = ", ".join(f"fairlead up FILE --host {host}" for host in hosts)
+            self._say("up", f"not seen yet: {names}; start there: {there}")
         else:
             self._say("up", "every service of the other hosts is there")

@@ -12,7 +12,7 @@ import numpy as np
 from fairlead.errors import ServiceError
 from fairlead.goal_run import GoalWish, run_goal
 from fairlead.goal_watch import Progress
-from fairlead.messages import GoalResult, ResetEpisodeReply
+from fairlead.messages import ResetEpisodeReply
 from fairlead.parity.episode_trace import EpisodeTrace
 from fairlead.scratch_robot import scratch_robot
 from fairlead.supervisor.scratch import ScratchOptions, make_scratch
@@ -52,22 +52,32 @@ def deployed_episode(
             f"parity: the deployed goal {result.outcome}: {result.kind}: {result.detail}; "
             f"logs: {folder / 'logs'}"
         )
-    return _read(folder, reset, result), reset
+    # The goal ends on what it sees in its last tick, before a row acts in it.
+    ticks = range(reset.tick - reset.held_ticks, result.last_tick)
+    succeeded = result.outcome == "succeeded"
+    return read_episode(folder / "hal", folder / "runner", ticks, succeeded), reset
 
 
-def _read(folder: Path, reset: ResetEpisodeReply, result: GoalResult) -> EpisodeTrace:
+def read_episode(hal: Path, runner: Path, ticks: range, succeeded: bool) -> EpisodeTrace:
+    """One episode from the traces in the state folders of a HAL and a runner.
+
+    Args:
+        ticks: from the reset to the last one in which a row acted.
+
+    Raises:
+        ServiceError: the HAL's trace misses a tick.
+    """
     from fairlead_skill_runner.trace import read_trace
 
-    episode = EpisodeTrace(succeeded=result.outcome == "succeeded")
-    for call in read_trace(folder / "runner" / "trace.jsonl"):
+    episode = EpisodeTrace(succeeded=succeeded)
+    for call in read_trace(runner / "trace.jsonl"):
         episode.observations.append(np.asarray(call.state, dtype="<f8").tobytes())
         episode.actions.append(np.asarray(call.actions, dtype="<f4").tobytes())
-    lines = (folder / "hal" / "trace.jsonl").read_text(encoding="ascii").splitlines()
+    lines = (hal / "trace.jsonl").read_text(encoding="ascii").splitlines()
     steps = {step["tick"]: step for step in map(json.loads, lines)}
-    # The goal ends on what it sees in its last tick, before a row acts in it.
-    for tick in range(reset.tick - reset.held_ticks, result.last_tick):
+    for tick in ticks:
         if tick not in steps:
-            raise ServiceError(f"parity: the HAL's trace has no tick {tick}; see {folder / 'hal'}")
+            raise ServiceError(f"parity: the HAL's trace has no tick {tick}; see {hal}")
         for name in ("packed", "qpos", "qvel"):
             getattr(episode, name).append(bytes.fromhex(steps[tick][name]))
     return episode

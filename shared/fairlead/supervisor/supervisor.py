@@ -11,6 +11,7 @@ from typing import IO, Literal
 
 from fairlead.deployment import Deployment
 from fairlead.errors import ConfigError, ServiceError
+from fairlead.hosts import ROUTER
 from fairlead.supervisor.backoff import Backoff
 from fairlead.supervisor.child import Child, LineHandler
 from fairlead.supervisor.command_line import service_command, service_environment
@@ -23,6 +24,7 @@ CommandBuilder = Callable[[Path, Deployment, str, Path], list[str]]
 
 STOP_GRACE_S = 5.0  # from SIGTERM to SIGKILL
 POLL_S = 0.05
+ROUTER_READY_S = 30.0
 
 
 @dataclass(frozen=True)
@@ -85,7 +87,7 @@ class Supervisor:
         self._lock: IO[str] | None = None
 
     def start(self, order: Sequence[str] | None = None, one_by_one_s: float | None = None) -> None:
-        """Start every service, in the file's order or in ``order``.
+        """Start every process, in the file's order (the router first) or in ``order``.
 
         Args:
             one_by_one_s: wait up to so long for each to be ready before the next starts;
@@ -107,6 +109,8 @@ class Supervisor:
                 self._write_entry()
                 if one_by_one_s is not None:
                     self.wait_ready(one_by_one_s)
+                elif name == ROUTER:  # or its clients would begin with complaints
+                    self.wait_ready(ROUTER_READY_S)
         except BaseException:
             self.stop(grace_s=0.0)
             raise

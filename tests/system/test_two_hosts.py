@@ -1,0 +1,164 @@
+"""The policy on another host: the same numbers, and a hold when the network dies.
+
+Two network namespaces with a veth link are the hosts. Where the machine permits none, two
+loopback addresses are: the numbers are still compared, the tests that cut the link skip.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from fairlead.goal_run import GoalWish
+from fairlead.parity.comparison import compare
+from fairlead.parity.deployed_episode import deployed_episode, read_episode
+from fairlead.paths import repo_root
+from tests.system.live_robot import MOVING_TICKS, wait_for
+from tests.system.motion_log import MotionLine
+from tests.system.test_faults import hold_delay_ms, longest_tick_ms
+from tests.system.two_hosts import SKILL, TwoHosts, two_hosts
+from tests.system.two_networks import TwoNetworks, two_networks
+
+pytestmark = [pytest.mark.processes, pytest.mark.simulator, pytest.mark.timeout(300)]
+
+ONE_HOST = repo_root() / "compose" / "panda_mobile_sim.yaml"
+SEED = 3
+CUT_BOUND_MS = 550.0
+ROUTER_BOUND_MS = 150.0
+SETTLE_TICKS = 4
+
+
+@pytest.fixture(scope="module")
+def network() -> Iterator[TwoNetworks]:
+    with two_networks() as network:
+        yield network
+
+
+@pytest.fixture(scope="module")
+def realtime(network: TwoNetworks, tmp_path_factory: pytest.TempPathFactory) -> Iterator[TwoHosts]:
+    with two_hosts(network, tmp_path_factory.mktemp("realtime"), "realtime") as hosts:
+        yield hosts
+
+
+def test_the_demo_across_two_hosts_packs_the_same_actions_as_on_one(
+    network: TwoNetworks, tmp_path: Path
+) -> None:
+    print(f"hosts: {network.why_loopback or 'two network namespaces'} {network.addresses}")
+    one, _ = deployed_episode(
+        ONE_HOST, GoalWish(SKILL, deadline_ticks=1200), SEED, tmp_path / "one", lambda _: None
+    )
+    with two_hosts(network, tmp_path / "two", "lockstep") as hosts:
+        result = hosts.ask("gpu", "run", SKILL, "--seed", str(SEED))["result"]
+        for host in ("gpu", "robot"):
+            assert hosts.ask(host, "status")["alive"] == [
+                "hal", "runner", "safety", "state_assembler",
+            ]  # fmt: skip
+        for host in ("gpu", "robot"):
+            hosts.end(host)
+    hal, runner = hosts.state_of("robot", "hal"), hosts.state_of("gpu", "runner")
+    ticks = range(first_tick_of_the_episode(hal), result["last_tick"])
+    two = read_episode(hal, runner, ticks, result["outcome"] == "succeeded")
+    assert one.succeeded and two.succeeded
+    rows = {row.quantity: row for row in compare(two, one)}
+    assert {name: row.difference for name, row in rows.items()} == dict.fromkeys(rows, "")
+    assert rows["packed"].deployed > 100
+
+
+def first_tick_of_the_episode(hal: Path) -> int:
+    """The tick of the newest reset, from the HAL's log."""
+    lines = map(json.loads, (hal / "motion.jsonl").read_text(encoding="ascii").splitlines())
+    resets = [line["tick"] for line in lines if line["event"] == f"reset_episode seed {SEED}"]
+    return int(resets[-1])
+
+
+def start_moving(hosts: TwoHosts) -> subprocess.Popen[str]:
+    """A goal that an operator at the robot follows, and whose rows are being executed now."""
+    began_ns = time.monotonic_ns()
+    goal = hosts.start("robot", "run", SKILL, "--seed", "0", "--json")
+
+    def moves() -> bool:
+        assert goal.poll() is None, goal.communicate()
+        newest = hosts.motion.since(began_ns)[-MOVING_TICKS:]
+        return len(newest) == MOVING_TICKS and all(line.moves for line in newest)
+
+    wait_for(moves, "the robot moves")
+    return goal
+
+
+def held_since(hosts: TwoHosts, injected_ns: int) -> list[MotionLine]:
+    """Every tick decided after an injection, once some held ticks have followed."""
+
+    def held() -> bool:
+        newest = hosts.motion.since(injected_ns)[-SETTLE_TICKS:]
+        return len(newest) == SETTLE_TICKS and not any(line.moves for line in newest)
+
+    wait_for(held, "the robot holds")
+    return hosts.motion.since(injected_ns)
+
+
+def check_bound(hosts: TwoHosts, injected_ns: int, bound_ms: float, what: str) -> None:
+    delay_ms = hold_delay_ms(held_since(hosts, injected_ns), injected_ns)
+    before = [line for line in hosts.motion.lines if line.stamp_ns < injected_ns][-10:]
+    print(
+        f"{what}: held after {delay_ms:.0f} ms (bound {bound_ms:g} ms); "
+        f"control: longest undisturbed tick {longest_tick_ms(before):.0f} ms"
+    )
+    assert delay_ms <= bound_ms
+
+
+def ended_badly(goal: subprocess.Popen[str], text: str) -> None:
+    """The operator's command says why there is no result, or that the goal failed."""
+    out, err = goal.communicate(timeout=60.0)
+    assert goal.returncode == 1 and text in out + err, out + err
+
+
+def acknowledge(hosts: TwoHosts) -> None:
+    """Reset whatever the gate holds, as `fairlead status` lists it."""
+    gate = hosts.ask("robot", "status")["gate"]
+    for one in (gate["latch_id"], *gate["stop_ids"]):
+        if one != "none":
+            reset = hosts.start("robot", "reset", one)
+            assert reset.wait(30.0) == 0, reset.communicate()
+
+
+def test_a_cut_link_ends_motion_and_once_healed_a_new_goal_succeeds(realtime: TwoHosts) -> None:
+    if realtime.network.why_loopback:
+        pytest.skip(f"the link cannot be cut: {realtime.network.why_loopback}")
+    goal = start_moving(realtime)
+    seen = len(realtime.printed("gpu"))
+    injected_ns = realtime.network.cut()
+    check_bound(realtime, injected_ns, CUT_BOUND_MS, "link cut")
+    ended_badly(goal, "the runner went away")
+    realtime.wait_printed("gpu", "lost the router", seen)
+    healed_ns = realtime.network.heal()
+    realtime.wait_printed("gpu", "is back", seen)
+    assert not any(line.moves for line in realtime.motion.since(injected_ns)[20:])
+    acknowledge(realtime)
+    assert not any(line.moves for line in realtime.motion.since(healed_ns))
+    result = realtime.ask("robot", "run", SKILL, "--seed", "1")["result"]
+    assert result["outcome"] == "succeeded"
+
+
+def test_a_killed_router_ends_motion_and_once_restarted_a_new_goal_moves_the_robot(
+    realtime: TwoHosts,
+) -> None:
+    goal = start_moving(realtime)
+    pid, seen = realtime.pid("robot", "router"), len(realtime.printed("robot"))
+    injected_ns = time.monotonic_ns()
+    os.kill(pid, signal.SIGKILL)
+    check_bound(realtime, injected_ns, ROUTER_BOUND_MS, "router kill -9")
+    realtime.wait_printed("robot", "router is ready again", seen)
+    goal.communicate(timeout=60.0)
+    assert goal.returncode == 1
+    wait_for(lambda: realtime.printed("robot")[seen:].count("is back") >= 2, "both reconnect")
+    acknowledge(realtime)
+    moving = start_moving(realtime)
+    moving.send_signal(signal.SIGINT)
+    ended_badly(moving, "cancelled")

@@ -1,0 +1,143 @@
+"""A deployment on two hosts, run as its users do: ``fairlead up --host`` on each, and tools."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from fairlead.paths import repo_root
+from fairlead.supervisor.ports import free_ports
+from tests.system.live_robot import wait_for
+from tests.system.motion_log import MotionLog
+from tests.system.two_networks import HOSTS, TwoNetworks
+
+SOURCE = repo_root() / "compose" / "panda_mobile_two_hosts.yaml"
+SKILL = "oracle-counter-to-cabinet"
+COMMAND_S = 120.0
+END_S = 20.0
+
+
+class TwoHosts:
+    """Both hosts' ``fairlead up``, each with its own copy of the file and its own state.
+
+    Args:
+        folder: gets a folder for each host.
+        pacing: ``lockstep`` (with traces) or ``realtime``.
+    """
+
+    def __init__(self, network: TwoNetworks, folder: Path, pacing: str) -> None:
+        self.network, self._folder = network, folder
+        self._id = f"hosts{os.getpid()}"
+        content = yaml.safe_load(SOURCE.read_text(encoding="utf-8"))
+        content |= {"hosts": network.addresses, "pacing": pacing, "id": self._id}
+        content["router"]["port"] = free_ports(1)[0]
+        for name in ("hal", "runner"):
+            content["services"][name]["options"]["trace"] = pacing == "lockstep"
+        for host in HOSTS:
+            self._file(host).parent.mkdir(parents=True)
+            self._file(host).write_text(yaml.safe_dump(content, sort_keys=False), encoding="utf-8")
+        self._ups: dict[str, subprocess.Popen[bytes]] = {}
+        self.motion = MotionLog(self.state_of("robot", "hal"))
+
+    def state_of(self, host: str, service: str) -> Path:
+        """A service's own state folder."""
+        return self._folder / host / "state" / f"{self._id}.{host}" / service
+
+    def printed(self, host: str) -> str:
+        """What ``fairlead up`` has printed on a host so far."""
+        return (self._folder / host / "up.log").read_text(encoding="utf-8")
+
+    # --- the hosts -------------------------------------------------------------------
+
+    def up(self, host: str) -> None:
+        """Start a host."""
+        with (self._folder / host / "up.log").open("wb") as log:
+            self._ups[host] = subprocess.Popen(
+                self._words(host, "up", str(self._file(host)), "--host", host),
+                env=self._environment(host),
+                stdout=log,
+                stderr=subprocess.STDOUT,
+            )
+
+    def wait_printed(self, host: str, text: str, start: int = 0) -> None:
+        """Wait until ``fairlead up`` has printed something, behind ``start`` characters."""
+
+        def is_there() -> bool:
+            assert self._ups[host].poll() is None, self.printed(host)
+            return text in self.printed(host)[start:]
+
+        wait_for(is_there, f"{host} prints {text!r}")
+
+    def end(self, host: str) -> None:
+        """Ask a host to end, and wait for it."""
+        self._ups[host].terminate()
+        assert self._ups.pop(host).wait(END_S) == 0, self.printed(host)
+
+    def close(self) -> None:
+        """Leave nothing behind, whatever the test did."""
+        for host, process in self._ups.items():
+            process.terminate()
+            try:
+                process.wait(END_S)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()
+                print(f"killed fairlead up on {host}")
+        self._ups.clear()
+
+    # --- tools -----------------------------------------------------------------------
+
+    def start(self, host: str, *arguments: str) -> subprocess.Popen[str]:
+        """Start a command on a host."""
+        return subprocess.Popen(
+            self._words(host, *arguments),
+            env=self._environment(host),
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+
+    def ask(self, host: str, *arguments: str) -> Any:
+        """Run a command with ``--json`` on a host; what it printed."""
+        process = self.start(host, *arguments, "--json")
+        out, err = process.communicate(timeout=COMMAND_S)
+        assert process.returncode == 0, f"{arguments} on {host}: {out}\n{err}"
+        return json.loads(out)
+
+    def pid(self, host: str, service: str) -> int:
+        """Process number of a service, from ``fairlead ps`` there."""
+        (entry,) = self.ask(host, "ps")
+        return int(entry["services"][service]["process"]["pid"])
+
+    def _words(self, host: str, *arguments: str) -> list[str]:
+        return [*self.network.on(host), sys.executable, "-m", "fairlead.cli.main", *arguments]
+
+    def _environment(self, host: str) -> dict[str, str]:
+        state = {"FAIRLEAD_STATE": str(self._folder / host / "state")}
+        return os.environ | state | {"COLUMNS": "200", "TERM": "dumb", "NO_COLOR": "1"}
+
+    def _file(self, host: str) -> Path:
+        return self._folder / host / "deployment.yaml"
+
+
+@contextmanager
+def two_hosts(network: TwoNetworks, folder: Path, pacing: str) -> Iterator[TwoHosts]:
+    """Both hosts, the one without the router first, until every service is there."""
+    hosts = TwoHosts(network, folder, pacing)
+    try:
+        hosts.up("gpu")
+        hosts.wait_printed("gpu", "waiting: router ")
+        hosts.up("robot")
+        for host in HOSTS:
+            hosts.wait_printed(host, " is up; state and logs: ")
+        yield hosts
+    finally:
+        hosts.close()
