@@ -15,6 +15,8 @@ from fairlead.bus import Sample
 from fairlead.goal_run import GoalWish, run_goal
 from fairlead.messages import (
     FloatArray,
+    GateState,
+    GoalResult,
     Hold,
     JointState,
     Outcome,
@@ -127,6 +129,21 @@ class ModeRobot:
 
     def run(self, name: str) -> Story:
         """The skill's goal for its ticks, from a still robot to a still robot."""
+        story, result = self._goal(name)
+        assert result.outcome == "deadline", result
+        return story
+
+    def run_into_stop(self, name: str) -> tuple[Story, str]:
+        """The same for a goal that the gate stops: with the stop's cause; the stop is reset."""
+        story, result = self._goal(name)
+        assert result.outcome == "failed", result
+        gate = self._client.gate_status()
+        assert gate.state == GateState.STOPPED, gate
+        for one in gate.stop_ids:
+            self._client.reset(one)
+        return story, gate.cause
+
+    def _goal(self, name: str) -> tuple[Story, GoalResult]:
         self._client.disarm()
         self._client.reset_episode(SEED)
         self._client.arm()
@@ -135,10 +152,10 @@ class ModeRobot:
             self._story = Story(states=self._story.states[-1:])
         wish = GoalWish(name, deadline_ticks=self._skills[name].ticks, stall_timeout_s=STALL_S)
         result = run_goal(self._client, wish).result
-        assert result is not None and result.outcome == "deadline", result
+        assert result is not None
         self._wait_still()
         with self._changed:
-            return self._story
+            return self._story, result
 
     def _wait_still(self) -> None:
         """Without a claim a still world repeats its tick; one that moves does not."""

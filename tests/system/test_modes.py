@@ -103,6 +103,9 @@ RELEASED = {
         joint_slot("joint_torque", RIGHT[::-1], scale=12.0),
         [torque / 12.0 for torque in TORQUES][::-1],
     ),
+    "joint-torque-runaway": skill(
+        joint_slot("joint_torque", ["right_joint1"], scale=40.0), [1.0], ticks=40
+    ),
     "cartesian-pose": skill(
         tool_slot("cartesian_pose", "left"), pose_numbers("left_tcp", SHIFT, TURN)
     ),
@@ -278,6 +281,17 @@ def test_joint_torque_pushes_each_joint_and_the_arm_brakes_afterwards(robot: Mod
     assert np.abs(let_go - story.start[own]).max() > 0.1
     np.testing.assert_allclose(story.end[own], let_go, rtol=0, atol=ARRIVED)
     others_are_still(story, "right_arm")
+
+
+def test_an_arm_that_runs_away_under_a_torque_is_stopped_and_brakes(robot: ModeRobot) -> None:
+    story, cause = robot.run_into_stop("joint-torque-runaway")
+    assert "G013" in cause and "right_joint1" in cause, cause
+    limit = ROBOT.profile("sim").measured["right_joint1"].jump_per_tick
+    own = ROBOT.joint_names.index("right_joint1")
+    places = np.array([floats(state.positions)[own] for state in story.states])
+    assert np.diff(places).max() > limit
+    assert len(story.acted(PARTS["right_arm"])) < 40
+    assert places[-1] - story.start[own] < 2.0, "it was stopped on its way to the joint's limit"
 
 
 def test_cartesian_pose_is_where_the_tool_comes_to_rest(robot: ModeRobot) -> None:
