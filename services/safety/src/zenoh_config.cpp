@@ -1,5 +1,6 @@
 #include "zenoh_config.hpp"
 
+#include <cstdlib>
 #include <nlohmann/json.hpp>
 
 namespace fairlead {
@@ -46,6 +47,11 @@ std::string session_config(const Endpoints& endpoints) {
   const json listen = client ? json::array() : json::array({endpoints.listen});
   config["listen"] = {{"endpoints", listen}, {"exit_on_failure", true}};
   return config.dump();
+}
+
+void prepare_runtime(const Endpoints& endpoints) {
+  const int keep = 0;  // whoever set it knows better
+  if (!endpoints.router.empty()) ::setenv("ZENOH_RUNTIME", "(rx: (worker_threads: 8))", keep);
 }
 
 }  // namespace fairlead

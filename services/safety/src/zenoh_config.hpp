@@ -17,4 +17,8 @@ struct Endpoints {
 /// a client, opening a session gives up after two seconds, so that somebody can be told.
 std::string session_config(const Endpoints& endpoints);
 
+/// Zenoh closes a dead TCP link in one of its receive threads, and waits there up to 10 s for what
+/// was not sent; a client gets more of them than the usual two. Before the first session.
+void prepare_runtime(const Endpoints& endpoints);
+
 }  // namespace fairlead

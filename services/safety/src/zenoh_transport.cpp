@@ -237,6 +237,7 @@ class ZenohTransport::Session {
 };
 
 ZenohTransport::ZenohTransport(const Endpoints& endpoints, KeyTable keys, const OnWait& on_wait) {
+  prepare_runtime(endpoints);
   zc_init_log_from_env_or("error");
   check_listen_port(endpoints.listen);
   session_ = std::make_unique<Session>(endpoints, std::move(keys), on_wait);
