@@ -9,7 +9,7 @@ from fairlead.cli.app import app
 from fairlead.cli.group import EXIT_CODES
 
 READING = ("ps", "logs", "status", "parity", "demo", "run", "skill ls", "skill show",
-           "skill check", "robot show", "layout ls", "layout verify")  # fmt: skip
+           "skill check", "robot show", "layout ls", "layout verify", "router")  # fmt: skip
 ACTING = ("up", "down", "arm", "disarm", "stop", "reset", "robot compile")
 
 

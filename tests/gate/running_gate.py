@@ -35,11 +35,13 @@ class RunningGate:
         robot: str = ROBOT,
         port: int | None = None,
         connect: Sequence[int] = (),
+        router: str = "",
     ) -> None:
         self.port = free_port() if port is None else port
         self.lines: list[str] = []
         words = [str(gate_binary()), "--robot", robot, "--config", str(config)]
-        words += ["--listen", f"tcp/127.0.0.1:{self.port}", "--state-dir", str(state_dir)]
+        words += ["--state-dir", str(state_dir)]
+        words += ["--router", router] if router else ["--listen", f"tcp/127.0.0.1:{self.port}"]
         for other in connect:
             words += ["--connect", f"tcp/127.0.0.1:{other}"]
         self.process = subprocess.Popen(

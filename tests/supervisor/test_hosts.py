@@ -1,0 +1,151 @@
+"""Deployment files with several hosts: what fits, what does not, and which host this is."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+from fairlead.deployment import Deployment, load_deployment
+from fairlead.errors import ConfigError, ServiceError
+from fairlead.paths import gate_binary, repo_root
+from fairlead.supervisor.command_line import service_command
+from fairlead.supervisor.scratch import ScratchOptions, make_scratch
+from fairlead.supervisor.this_host import choose_host
+
+COMPOSE = repo_root() / "compose"
+FILES = [COMPOSE / f"panda_mobile_two_hosts{pacing}.yaml" for pacing in ("", "_realtime")]
+HERE, ELSEWHERE = "127.0.0.1", "192.0.2.1"  # the second is reserved for documents
+
+
+def content(**changes: Any) -> dict[str, Any]:
+    """The shipped file on this machine and one elsewhere, with other top-level keys."""
+    read: dict[str, Any] = yaml.safe_load(FILES[0].read_text(encoding="utf-8"))
+    return read | {"hosts": {"robot": HERE, "gpu": ELSEWHERE}} | changes
+
+
+def problem(tmp_path: Path, changed: dict[str, Any]) -> str:
+    """What `load_deployment` says about a file, behind the file's name."""
+    file = tmp_path / "hosts.yaml"
+    file.write_text(yaml.safe_dump(changed, sort_keys=False), encoding="utf-8")
+    with pytest.raises(ConfigError) as caught:
+        load_deployment(file)
+    return str(caught.value).removeprefix(f"{file}: ")
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
+def test_shipped_files_place_the_policy_on_the_gpu_host(file: Path) -> None:
+    deployment = load_deployment(file)
+    assert deployment.processes("robot") == ["router", "hal", "safety", "state_assembler"]
+    assert deployment.processes("gpu") == ["runner"]
+    assert deployment.with_host("runner") == "runner (host gpu)"
+    assert deployment.pacing == ("realtime" if "realtime" in file.stem else "lockstep")
+
+
+def test_services_and_tools_are_clients_of_the_router_alone() -> None:
+    deployment = Deployment.model_validate(content())
+    for endpoints in (deployment.endpoints("runner"), deployment.tool_endpoints()):
+        assert (endpoints.mode, endpoints.listen) == ("client", ())
+        assert list(endpoints.connect) == ["tcp/127.0.0.1:7500"]
+    command = service_command(FILES[0], deployment, "safety", Path("/state/safety"))
+    assert command[0] == str(gate_binary())
+    assert command[-2:] == ["--router", "tcp/127.0.0.1:7500"]
+    assert not {"--listen", "--connect"} & set(command)
+
+
+def test_an_ipv6_address_gets_its_brackets() -> None:
+    deployment = Deployment.model_validate(content(hosts={"robot": "fd00::1", "gpu": ELSEWHERE}))
+    assert deployment.router_endpoint == "tcp/[fd00::1]:7500"
+
+
+def test_a_copy_for_tests_runs_on_one_host_without_a_router(tmp_path: Path) -> None:
+    copy = make_scratch(FILES[0], tmp_path / "state", ScratchOptions()).deployment
+    assert copy.router is None and copy.hosts == {}
+    assert copy.processes(None) == ["hal", "safety", "state_assembler", "runner"]
+
+
+def services(**changes: dict[str, Any]) -> dict[str, Any]:
+    return content()["services"] | changes  # type: ignore[no-any-return]
+
+
+MISTAKES: dict[str, tuple[dict[str, Any], str]] = {
+    "no router": (content(router=None), "router: missing; hosts and router go together"),
+    "no hosts": (content(hosts={}), "hosts: missing; hosts and router go together"),
+    "a host nobody has": (
+        content(services=services(runner={"run": "skill_runner", "host": "gpo"})),
+        "services.runner.host: expected a host, got 'gpo' (valid: robot, gpu)",
+    ),
+    "a service without a host": (
+        content(services=services(runner={"run": "skill_runner"})),
+        "services.runner.host: expected a host, got none (valid: robot, gpu)",
+    ),
+    "a client that listens": (
+        content(
+            services=services(
+                runner={"run": "skill_runner", "host": "gpu", "listen": "tcp/127.0.0.1:7504"}
+            )
+        ),
+        "services.runner.listen: clients of a router listen nowhere; leave it out",
+    ),
+    "a router on no host": (
+        content(router={"host": "pi", "port": 7500}),
+        "router.host: expected a host, got 'pi' (valid: robot, gpu)",
+    ),
+    "an address that is everybody's": (
+        content(hosts={"robot": "0.0.0.0", "gpu": ELSEWHERE}),  # noqa: S104 - that is the point
+        "hosts.robot: expected the one address or name by which the other hosts reach it",
+    ),
+    "an address with a port": (
+        content(hosts={"robot": "tcp/10.0.0.1:7500", "gpu": ELSEWHERE}),
+        "hosts.robot: expected the one address or name",
+    ),
+    "the same address twice": (
+        content(hosts={"robot": HERE, "gpu": HERE}),
+        "hosts: robot and gpu have the same address 127.0.0.1",
+    ),
+}
+
+
+@pytest.mark.parametrize("mistake", MISTAKES)
+def test_a_file_is_refused_with(mistake: str, tmp_path: Path) -> None:
+    changed, text = MISTAKES[mistake]
+    assert text in problem(tmp_path, changed)
+
+
+def test_peers_need_an_endpoint_each_and_no_host(tmp_path: Path) -> None:
+    read = yaml.safe_load((COMPOSE / "panda_mobile_sim.yaml").read_text(encoding="utf-8"))
+    read["services"]["hal"] |= {"host": "robot", "listen": ""}
+    del read["services"]["hal"]["listen"]
+    said = problem(tmp_path, read)
+    assert "services.hal.listen: missing (or give hosts and a router)" in said
+    assert "services.hal.host: 'robot', but there are no hosts" in said
+
+
+def test_several_hosts_need_one_named_and_the_error_lists_them() -> None:
+    with pytest.raises(ConfigError) as caught:
+        choose_host(Deployment.model_validate(content()), None)
+    assert str(caught.value) == (
+        "deployment panda_mobile has 2 hosts; start each on its own machine, with --host "
+        "(valid: robot at 127.0.0.1, gpu at 192.0.2.1); this machine has the address of robot"
+    )
+
+
+def test_a_host_that_is_not_in_the_file_is_refused() -> None:
+    with pytest.raises(ConfigError, match=r"got 'robto' \(valid: robot, gpu\)"):
+        choose_host(Deployment.model_validate(content()), "robto")
+
+
+def test_an_address_of_another_machine_is_refused_naming_who_this_could_be() -> None:
+    with pytest.raises(ServiceError) as caught:
+        choose_host(Deployment.model_validate(content()), "gpu")
+    assert "host gpu: its address 192.0.2.1 is none of this machine's" in str(caught.value)
+    assert str(caught.value).endswith("; this machine has the address of robot")
+
+
+def test_this_machine_is_the_host_whose_address_it_has() -> None:
+    assert choose_host(Deployment.model_validate(content()), "robot") == "robot"
+    assert choose_host(load_deployment(COMPOSE / "panda_mobile_sim.yaml"), None) is None
+    with pytest.raises(ConfigError, match="the file has no hosts"):
+        choose_host(load_deployment(COMPOSE / "panda_mobile_sim.yaml"), "robot")
