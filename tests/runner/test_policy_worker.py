@@ -11,8 +11,9 @@ import pytest
 from fairlead.errors import PolicyError
 from fairlead.paths import repo_root
 from fairlead.skill import SkillManifest, load_skill
+from fairlead_skill_runner.policies.backends import POLICIES
 from fairlead_skill_runner.policies.protocol import Observation
-from fairlead_skill_runner.policy_worker import POLICIES, PolicyWorker
+from fairlead_skill_runner.policy_worker import PolicyWorker
 
 ORACLE = load_skill("oracle-counter-to-cabinet")
 SKILL = SkillManifest.model_validate(ORACLE.model_dump(mode="json") | {"inference_timeout_s": 0.3})

@@ -13,10 +13,11 @@ import pytest
 
 from fairlead.errors import ConfigError, PolicyError
 from fairlead.skill import SkillManifest, load_skill
+from fairlead_skill_runner.policies.backends import POLICIES
 from fairlead_skill_runner.policies.openpi import OpenpiPolicy
 from fairlead_skill_runner.policies.protocol import Observation
 from fairlead_skill_runner.policies.rldx_zmq import RldxZmqPolicy
-from fairlead_skill_runner.policy_worker import POLICIES, PolicyWorker
+from fairlead_skill_runner.policy_worker import PolicyWorker
 from tests.runner.policy_servers import (
     ANSWERS,
     OpenpiServer,

@@ -17,8 +17,9 @@ from fairlead.robot import load_robot
 from fairlead.skill import load_skill, read_skill, skill_ids
 from fairlead.skill_install import install_skill
 from fairlead.skill_skeleton import skill_skeleton
+from fairlead_skill_runner.policies.backends import POLICIES
 from fairlead_skill_runner.policies.protocol import Observation
-from fairlead_skill_runner.policy_worker import POLICIES, PolicyWorker
+from fairlead_skill_runner.policy_worker import PolicyWorker
 from tests.cli.command import fairlead
 
 OPTIONS = {"file": "policy.py", "class": "Policy"}

@@ -6,7 +6,6 @@ heartbeats come from another process. It ends with its runner.
 
 from __future__ import annotations
 
-import importlib
 import json
 import os
 import signal
@@ -17,8 +16,9 @@ from multiprocessing.connection import Connection
 
 import numpy as np
 
-from fairlead.errors import ConfigError, FairleadError, PolicyError
+from fairlead.errors import FairleadError, PolicyError
 from fairlead.skill import SkillManifest
+from fairlead_skill_runner.policies.backends import policy_class
 from fairlead_skill_runner.policies.protocol import Policy
 from fairlead_skill_runner.policy_wire import (
     Answer,
@@ -69,13 +69,8 @@ def _end_with(parent: int) -> None:
 
 
 def _load(request: Load) -> Policy:
-    module, _, name = request.policy.partition(":")
-    try:
-        found: type[Policy] = getattr(importlib.import_module(module), name)
-    except (ImportError, AttributeError) as error:
-        raise ConfigError(f"policy {request.policy}: cannot be imported: {error}") from None
     skill = SkillManifest.model_validate_json(request.skill)
-    return found.from_options(skill, json.loads(request.options))
+    return policy_class(request.policy).from_options(skill, json.loads(request.options))
 
 
 def _answer(policy: Policy | None, request: Request) -> Answer:

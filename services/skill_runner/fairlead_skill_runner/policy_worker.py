@@ -27,17 +27,6 @@ from fairlead_skill_runner.policy_wire import (
     encode,
 )
 
-POLICIES = {
-    "oracle": "fairlead_skill_runner.policies.oracle:OraclePolicy",
-    "joint_reach": "fairlead_skill_runner.policies.joint_reach:JointReachPolicy",
-    "replay": "fairlead_skill_runner.policies.replay:ReplayPolicy",
-    "python": "fairlead_skill_runner.policies.python_file:PythonFilePolicy",
-    "constant": "fairlead_skill_runner.policies.constant:ConstantPolicy",
-    "openpi": "fairlead_skill_runner.policies.openpi:OpenpiPolicy",
-    "rldx_zmq": "fairlead_skill_runner.policies.rldx_zmq:RldxZmqPolicy",
-}
-"""Backend name in a manifest -> ``module:Class``."""
-
 LOAD_TIMEOUT_S = 120.0
 RESET_TIMEOUT_S = 10.0
 _END_TIMEOUT_S = 1.0

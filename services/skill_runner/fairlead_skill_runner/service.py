@@ -36,7 +36,8 @@ from fairlead.skill import PolicySpec, SkillManifest
 from fairlead_skill_runner.goal_check import check_goal
 from fairlead_skill_runner.goal_run import GoalRun, Surroundings
 from fairlead_skill_runner.heartbeat import HeartbeatThread
-from fairlead_skill_runner.policy_worker import POLICIES, PolicyWorker
+from fairlead_skill_runner.policies.backends import POLICIES
+from fairlead_skill_runner.policy_worker import PolicyWorker
 from fairlead_skill_runner.run_core import Output, RunCore
 
 FEEDBACK_S = 0.5

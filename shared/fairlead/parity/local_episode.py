@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import time
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
@@ -17,6 +16,7 @@ from fairlead.skill import SkillManifest
 
 if TYPE_CHECKING:
     from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
+    from fairlead_skill_runner.policies.protocol import Policy
     from fairlead_state_assembler import LocalAssembler
 
 
@@ -87,13 +87,11 @@ def _has_succeeded(backend: RobosuiteBackend) -> bool:
     return task is not None and task.success
 
 
-def _make_policy(skill: SkillManifest) -> Any:
-    from fairlead_skill_runner.policy_worker import POLICIES
+def _make_policy(skill: SkillManifest) -> Policy:
+    from fairlead_skill_runner.policies.backends import POLICIES, policy_class
 
-    module, _, name = POLICIES[skill.policy.backend].partition(":")
-    policy = getattr(importlib.import_module(module), name).from_options(
-        skill, skill.policy.options
-    )
+    kind = policy_class(POLICIES[skill.policy.backend])
+    policy = kind.from_options(skill, skill.policy.options)
     policy.reset()
     return policy
 
