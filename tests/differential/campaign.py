@@ -9,6 +9,7 @@ from fairlead.messages import Outcome
 from tests.differential.case import Case
 from tests.differential.chunks import CaseMaker
 from tests.differential.comparison import differences, readable, rulings, smallest
+from tests.differential.core_gate import CaseRefusedError
 from tests.differential.gates import Pair
 from tests.differential.known import is_known
 
@@ -34,7 +35,12 @@ def run_campaign(pair: Pair, seed: int, count: int) -> Campaign:
         fault = expected[-1].fault
         campaign.codes[fault.code if fault else 0] += 1
         campaign.outcomes[expected[-1].outcome] += 1
-        found = differences(case, expected, pair.answers(case))
+        try:
+            found = differences(case, expected, pair.answers(case))
+        except CaseRefusedError as refusal:
+            text = f"refused before any chunk: {refusal}"
+            campaign.disagreements.append(f"seed {seed}, case {number}: {text}")
+            continue
         if found and not is_known(case, found):
             text = _least(pair, case)
             campaign.disagreements.append(f"seed {seed}, case {number}: {text}")

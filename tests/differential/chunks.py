@@ -10,6 +10,7 @@ from fairlead.messages import LimitOverride
 from tests.differential.case import Case, Chunk, Measured, Pacing, PartRows
 from tests.differential.claims import drawn_override, tightenable, tightened
 from tests.differential.gate_file import GateFile
+from tests.differential.limit_rows import LimitMover
 from tests.differential.nonsense import spoil
 from tests.differential.reference import open_tick
 from tests.differential.rows import RowMaker
@@ -27,7 +28,6 @@ class CaseMaker:
         self._file = file
         self._rng = np.random.default_rng(seed)
         self._states = StateMaker(file, self._rng)
-        self._rows = RowMaker(file, self._rng)
 
     def draw(self) -> Case:
         """One case; in a third of them an earlier chunk acts before the judged one."""
@@ -50,7 +50,7 @@ class CaseMaker:
 
     def _with_earlier(self, case: Case, first: Measured) -> Case:
         start = open_tick(case.pacing, first.tick)
-        earlier = self.chunk(first, {}, start, calm=True)
+        earlier = self._drawn_chunk(case, first, {}, start, calm=True)
         return replace(
             case,
             first=first,
@@ -65,28 +65,33 @@ class CaseMaker:
         start += int(case.pacing == "realtime")
         start = max(0, start)
         modes = {rows.part: rows for rows in case.earlier.parts} if case.earlier else {}
-        chunk = self.chunk(case.measured, modes, start, calm=False)
+        chunk = self._drawn_chunk(case, case.measured, modes, start, calm=False)
         about = ""
         if self._rng.random() < 0.2:
             chunk, about = spoil(self._file, chunk, case.measured.tick, self._rng)
         return replace(case, chunk=chunk, about=about)
 
-    def chunk(
-        self, measured: Measured, earlier: dict[int, PartRows], start: int, calm: bool
+    def _drawn_chunk(
+        self,
+        case: Case,
+        measured: Measured,
+        earlier: dict[int, PartRows],
+        start: int,
+        calm: bool,
     ) -> Chunk:
         """Rows for some of the parts; where the part acted before, mostly on from there."""
         rng = self._rng
+        file = tightened(self._file, case.overrides)
+        maker, mover = RowMaker(file, rng), LimitMover(file, rng)
         count = int(rng.choice(ROW_COUNTS))
         order = rng.permutation(len(self._file.parts))
-        chosen = order[: int(rng.integers(1, len(order) + 1))]
         parts = []
-        for index in chosen.tolist():
+        for index in order[: int(rng.integers(1, len(order) + 1))].tolist():
             last = earlier.get(index) if rng.random() < 0.8 else None
             mode = last.mode if last and rng.random() < 0.8 else self._mode(index)
-            rows = self._rows.draw(index, mode, count, measured, last)
-            parts.append(
-                rows if calm and rng.random() < 0.8 else self._rows.to_limits(rows, measured)
-            )
+            rows = maker.draw(index, mode, count, measured, last)
+            is_moved = rng.random() < (0.1 if calm else 0.5)
+            parts.append(mover.moved(rows, measured) if is_moved else rows)
         return Chunk(start, count, tuple(parts))
 
     def _mode(self, part: int) -> int:

@@ -35,7 +35,7 @@ def spoil(file: GateFile, chunk: Chunk, tick: int, rng: Rng) -> tuple[Chunk, str
     """The chunk with one or two things wrong, and their names."""
     names = []
     for _ in range(int(rng.integers(1, 3))):
-        name = str(rng.choice(list(SPOILERS)))
+        name = "a number" if rng.random() < 0.25 else str(rng.choice(list(SPOILERS)))
         chunk = SPOILERS[name](file, chunk, tick, rng)
         names.append(name)
     return _as_read(file, chunk), " and ".join(names)

@@ -1,9 +1,6 @@
-"""Rows of one part: a walk from where the robot is, then numbers moved onto limits."""
+"""Rows of one part: a walk from where the robot is."""
 
 from __future__ import annotations
-
-import math
-from dataclasses import replace
 
 import numpy as np
 import pinocchio
@@ -12,7 +9,6 @@ from fairlead.messages import FloatArray
 from tests.differential.case import Measured, PartRows
 from tests.differential.gate_file import JOINT_MODES, MODES, Block, GateFile
 from tests.differential.kinematics import quaternion_of, rotation_of
-from tests.differential.states import nudged
 
 
 class RowMaker:
@@ -29,7 +25,7 @@ class RowMaker:
         block = self._file.parts[part].modes[mode]
         frame = str(self._rng.choice(block["frames"])) if "frames" in block else ""
         active = self._active(part) if mode in JOINT_MODES else ()
-        start = self._start(part, mode, measured, frame)
+        start = self.start(part, mode, measured, frame)
         if last is not None and last.mode == mode and last.values.ndim == 2:
             start = last.values[0].copy()
         values = np.zeros((count, self._file.width(mode)))
@@ -48,7 +44,8 @@ class RowMaker:
         chosen = tuple(joint for joint in joints if self._rng.random() < 0.6)
         return chosen or joints[:1]
 
-    def _start(self, part: int, mode: int, measured: Measured, frame: str) -> FloatArray:
+    def start(self, part: int, mode: int, measured: Measured, frame: str) -> FloatArray:
+        """The row that would leave the part as it is measured; zeros where nothing is."""
         width = self._file.width(mode)
         joints = self._file.parts[part].joints
         tool, name = self._file.parts[part].tool, MODES[mode]
@@ -128,72 +125,3 @@ class RowMaker:
         if hollow:
             return np.asarray(direction * radius, dtype=np.float64)
         return np.asarray(direction * radius * self._rng.random(), dtype=np.float64)
-
-    def to_limits(self, rows: PartRows, measured: Measured) -> PartRows:
-        """The same rows, half of the time with one number moved onto a limit."""
-        if self._rng.random() < 0.5 or not len(rows.values):
-            return rows
-        values = rows.values.copy()
-        row = int(self._rng.integers(len(values)))
-        block = self._file.parts[rows.part].modes[rows.mode]
-        if rows.mode in JOINT_MODES:
-            column = int(self._rng.choice(rows.active))
-            here = self._start(rows.part, rows.mode, measured, rows.frame)
-            start = here if row == 0 else values[row - 1]
-            edges = self._joint_edges(rows, column, float(start[column]))
-            values[row, column] = nudged(float(self._rng.choice(edges)), self._rng)
-        elif "linear_limit" in block:
-            self._onto_norm(values, row, block)
-        elif MODES[rows.mode] == "cartesian_pose":
-            self._onto_box(values, row, block)
-        elif MODES[rows.mode] == "gripper_binary":
-            values[row, 0] = nudged(float(self._rng.choice([0.0, 1.0])), self._rng)
-        else:
-            values[row, 0] = nudged(float(self._rng.choice(self._scalar_edges(block))), self._rng)
-        return replace(rows, values=values)
-
-    def _joint_edges(self, rows: PartRows, column: int, start: float) -> list[float]:
-        part, joint = self._file.parts[rows.part], self._file.joints[column]
-        step = part.modes[rows.mode]["step_limit"][part.joints.index(column)]
-        edges = [start - step, start, start + step]
-        edges += [start - step - joint.tolerance, start + step + joint.tolerance]
-        if MODES[rows.mode] == "joint_velocity":
-            return [*edges, -joint.velocity_limit, joint.velocity_limit, 0.0]
-        if MODES[rows.mode] == "joint_torque":
-            return [*edges, -joint.effort_limit, joint.effort_limit]
-        if math.isinf(joint.lower):
-            return edges
-        return [*edges, joint.lower, joint.upper]
-
-    def _onto_norm(self, values: FloatArray, row: int, block: Block) -> None:
-        """One half of the row gets a limit's norm, along one axis or in any direction."""
-        half = int(self._rng.integers(2))
-        name = str(self._rng.choice(["limit", "step_limit"]))
-        limit = block[f"{('linear', 'angular')[half]}_{name}"]
-        free = [n for n in block.get("free_axes", range(6)) if n // 3 == half]
-        direction = np.zeros(6)
-        if self._rng.random() < 0.5:
-            direction[self._rng.choice(free)] = self._rng.choice([-1.0, 1.0])
-        else:
-            direction[free] = self._rng.normal(size=len(free))
-            direction /= np.linalg.norm(direction)
-        last = values[row - 1] if row and name == "step_limit" else np.zeros(6)
-        three = slice(3 * half, 3 * half + 3)
-        values[row, three] = (last + direction * nudged(limit, self._rng))[three]
-
-    def _onto_box(self, values: FloatArray, row: int, block: Block) -> None:
-        """A side of the box, a step of exactly the limit, or a quaternion of another norm."""
-        kind = int(self._rng.integers(3))
-        axis = int(self._rng.integers(3))
-        if kind == 0:
-            side = block[str(self._rng.choice(["lower", "upper"]))][axis]
-            values[row, axis] = nudged(side, self._rng)
-        elif kind == 1 and row:
-            values[row] = values[row - 1]
-            values[row, axis] += nudged(block["linear_step_limit"], self._rng)
-        else:
-            values[row, 3:] *= float(self._rng.choice([1.0 + 9e-7, 1.0 + 1.1e-6, 1.0 - 1e-5, 0.0]))
-
-    def _scalar_edges(self, block: Block) -> list[float]:
-        lower, upper = block.get("lower", -1.0), block.get("upper", 1.0)
-        return [lower, upper, lower + block["step_limit"], upper - block["step_limit"]]
