@@ -107,7 +107,8 @@ class RobotClient:
         with self._changed:
             if self._changed.wait_for(lambda: wanted <= self._alive, timeout_s):
                 return
-            missing = ", ".join(sorted(wanted - self._alive))
+            unseen = sorted(wanted - self._alive)
+        missing = ", ".join(self.deployment.with_host(name) for name in unseen)
         raise NoAnswerError(
             f"robot {self.deployment.id}: {missing} not seen within {timeout_s:g} s; "
             "is it running, or starting again? see: fairlead ps, fairlead logs; "

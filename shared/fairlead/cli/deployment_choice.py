@@ -47,11 +47,11 @@ def choose_deployment(file: Path | None) -> Deployment:
     """
     if file is not None:
         return load_deployment(file)
-    running = Registry().entries()
-    if len(running) == 1:
-        return load_deployment(Path(running[0].deployment))
+    running = sorted({entry.deployment for entry in Registry().entries()})
+    if len(running) == 1:  # perhaps once for each of its hosts
+        return load_deployment(Path(running[0]))
     if running:
-        files = "\n".join(f"  --deployment {entry.deployment}" for entry in running)
+        files = "\n".join(f"  --deployment {file}" for file in running)
         raise ConfigError(f"several deployments run on this machine; add one of:\n{files}")
     raise nothing_runs()
 

@@ -1,0 +1,94 @@
+"""What a service behind a router says and refuses."""
+
+from __future__ import annotations
+
+import logging
+import threading
+from collections.abc import Iterator
+
+import pytest
+
+from fairlead.errors import ConfigError, TransportError
+from fairlead.keys import Keys
+from fairlead.router_watch import open_and_say, refuse_namesake, watch_router
+from fairlead.session import Endpoints, ZenohBus
+from fairlead.supervisor.ports import free_ports
+
+LOG = logging.getLogger("runner")
+TOKEN = Keys("r").alive("runner")
+DEADLINE_S = 20.0
+
+
+@pytest.fixture
+def endpoint() -> str:
+    return f"tcp/127.0.0.1:{free_ports(1)[0]}"
+
+
+@pytest.fixture
+def client_of(endpoint: str) -> Endpoints:
+    return Endpoints(connect=[endpoint], mode="client", router_host="robot")
+
+
+@pytest.fixture
+def router(endpoint: str) -> Iterator[ZenohBus]:
+    bus = ZenohBus(Endpoints(listen=[endpoint], mode="router"))
+    yield bus
+    bus.close()
+
+
+def test_a_tool_is_told_which_router_it_cannot_reach(client_of: Endpoints) -> None:
+    with pytest.raises(TransportError) as caught:
+        ZenohBus(client_of)
+    assert str(caught.value) == (
+        f"router {client_of.connect[0]}: not reached within 2 s; does it run on host robot, and "
+        "is the network up? there: fairlead up or fairlead router"
+    )
+
+
+def test_a_service_waits_for_its_router_and_says_so_once(
+    endpoint: str, client_of: Endpoints, caplog: pytest.LogCaptureFixture
+) -> None:
+    opened: list[ZenohBus] = []
+    thread = threading.Thread(target=lambda: opened.append(open_and_say(client_of, LOG)))
+    thread.start()
+    while not caplog.records:  # the test's timeout is the deadline
+        thread.join(0.05)
+    router = ZenohBus(Endpoints(listen=[endpoint], mode="router"))
+    thread.join(DEADLINE_S)
+    assert opened[0].has_router
+    assert len(caplog.messages) == 1
+    assert caplog.messages[0].startswith(f"waiting: router {endpoint}: not reached")
+    opened[0].close()
+    router.close()
+
+
+def test_a_namesake_behind_the_same_router_is_refused(
+    router: ZenohBus, client_of: Endpoints
+) -> None:
+    first, second = ZenohBus(client_of), ZenohBus(client_of)
+    refuse_namesake("runner", first, TOKEN)
+    first.declare_token(TOKEN)
+    with pytest.raises(ConfigError, match="another runner of this robot is alive behind the same"):
+        refuse_namesake("runner", second, TOKEN)
+    first.close()
+    refuse_namesake("runner", second, TOKEN)
+    second.close()
+
+
+def test_a_lost_router_is_named_and_so_is_its_return(
+    endpoint: str, client_of: Endpoints, caplog: pytest.LogCaptureFixture
+) -> None:
+    caplog.set_level(logging.INFO)
+    stopping, pause = threading.Event(), threading.Event()
+    router = ZenohBus(Endpoints(listen=[endpoint], mode="router"))
+    bus = ZenohBus(client_of)
+    watch_router(bus, endpoint, LOG, stopping)
+    router.close()
+    while not any("lost the router" in line for line in caplog.messages):
+        pause.wait(0.05)
+    router = ZenohBus(Endpoints(listen=[endpoint], mode="router"))
+    while not any(line == f"the router {endpoint} is back" for line in caplog.messages):
+        pause.wait(0.05)
+    stopping.set()
+    bus.close()
+    router.close()
