@@ -31,7 +31,7 @@ class RunningGate:
         self,
         config: Path,
         state_dir: Path,
-        *,
+        *options: str,
         robot: str = ROBOT,
         port: int | None = None,
         connect: Sequence[int] = (),
@@ -40,7 +40,7 @@ class RunningGate:
         self.port = free_port() if port is None else port
         self.lines: list[str] = []
         words = [str(gate_binary()), "--robot", robot, "--config", str(config)]
-        words += ["--state-dir", str(state_dir)]
+        words += ["--state-dir", str(state_dir), *options]
         words += ["--router", router] if router else ["--listen", f"tcp/127.0.0.1:{self.port}"]
         for other in connect:
             words += ["--connect", f"tcp/127.0.0.1:{other}"]

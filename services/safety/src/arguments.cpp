@@ -18,18 +18,29 @@ void check_endpoints(const Endpoints& endpoints) {
   }
 }
 
+std::uint64_t whole_number(const std::string& word, const std::string& text) {
+  const bool digits =
+      !text.empty() && text.size() < 8 && text.find_first_not_of("0123456789") == std::string::npos;
+  if (!digits || std::stoull(text) == 0)
+    throw ConfigRefused(word + ": expected a whole number from 1 to 9999999, got '" + text + "'");
+  return std::stoull(text);
+}
+
 }  // namespace
 
 Arguments parse_arguments(const std::vector<std::string>& words) {
   Arguments arguments;
   arguments.name_space = "fl";
   arguments.service = "safety";
+  std::string runs = "10";
+  std::string mib = "1024";
   Endpoints& endpoints = arguments.endpoints;
   const std::map<std::string, std::string*> texts = {
-      {"--robot", &arguments.robot},        {"--namespace", &arguments.name_space},
-      {"--service", &arguments.service},    {"--config", &arguments.config},
-      {"--listen", &endpoints.listen},      {"--router", &endpoints.router},
-      {"--state-dir", &arguments.state_dir}};
+      {"--robot", &arguments.robot},         {"--namespace", &arguments.name_space},
+      {"--service", &arguments.service},     {"--config", &arguments.config},
+      {"--listen", &endpoints.listen},       {"--router", &endpoints.router},
+      {"--state-dir", &arguments.state_dir}, {"--decision-log", &arguments.decision_log},
+      {"--decision-log-runs", &runs},        {"--decision-log-mib", &mib}};
   for (std::size_t i = 0; i < words.size(); ++i) {
     const std::string& word = words[i];
     if (word == "--help" || word == "-h") {
@@ -57,6 +68,10 @@ Arguments parse_arguments(const std::vector<std::string>& words) {
     }
   }
   check_endpoints(endpoints);
+  arguments.decision_log_runs = whole_number("--decision-log-runs", runs);
+  arguments.decision_log_mib = whole_number("--decision-log-mib", mib);
+  if (arguments.decision_log.empty()) arguments.decision_log = arguments.state_dir + "/decisions";
+  if (arguments.decision_log == "none") arguments.decision_log.clear();
   return arguments;
 }
 
@@ -74,6 +89,11 @@ Not safety-rated; its stop is a protective stop request.
   --state-dir DIR    folder for the latch and the clean mark
   --new-state        this state folder is new and that is right: without it a gate whose profile
                      is for hardware boots latched when its folder was never used before
+  --decision-log DIR where what the gate was given and decided is recorded, a file a run, or none
+                     (default: decisions/ in the state folder); read it with: fairlead why, and
+                     fairlead-safety judge --help
+  --decision-log-runs N  how many runs are kept there (default: 10)
+  --decision-log-mib N   a run's log ends at this size (default: 1024)
   --namespace NAME   first chunk of every key (default: fl)
   --service NAME     this process's name in keys and logs (default: safety)
 

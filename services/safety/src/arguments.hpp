@@ -1,6 +1,7 @@
 // The command line.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -15,7 +16,10 @@ struct Arguments {
   std::string config;      // compiled gate file
   Endpoints endpoints;     // a peer's, or the router of a client
   std::string state_dir;
-  bool new_state = false;  // a state folder never used before is right
+  std::string decision_log;  // folder of the decision logs; empty: none is kept
+  std::uint64_t decision_log_runs = 10;
+  std::uint64_t decision_log_mib = 1024;  // of one run
+  bool new_state = false;                 // a state folder never used before is right
   bool help = false;
 };
 

@@ -50,14 +50,16 @@ std::uint64_t monotonic_ns() {
 }
 
 GateProcess::GateProcess(const Limits& limits, std::string config_file, LatchStore& store,
-                         LogWriter& log, Outlet& outlet)
+                         LogWriter& log, DecisionLog& decisions, Outlet& outlet)
     : limits_(limits),
       config_file_(std::move(config_file)),
       store_(store),
       log_(log),
+      decisions_(decisions),
       outlet_(outlet),
-      ids_(std::make_unique<RandomIds>()),
-      gate_(limits, *ids_) {}
+      random_ids_(std::make_unique<RandomIds>()),
+      ids_(*random_ids_),
+      gate_(limits, ids_) {}
 
 GateProcess::~GateProcess() { shut_down(); }
 
@@ -66,8 +68,10 @@ void GateProcess::start(bool new_state) {
     const std::lock_guard lock(mutex_);
     const StoredState& found = store_.found();
     const BootInfo info{store_.first_start(), found.clean_mark, Bytes(found.latch), new_state};
-    gate_.boot(monotonic_ns(), info, *outputs_);
+    const std::uint64_t now_ns = monotonic_ns();
+    gate_.boot(now_ns, info, *outputs_);
     carry_out(nullptr);
+    decisions_.boot(now_ns, info, ids_, *outputs_);
   }
   timer_ = std::thread([this] { run_timer(); });
 }
@@ -135,8 +139,10 @@ void GateProcess::refuse(Answer* answer, const char* reason, const char* fix) {
 }
 
 void GateProcess::step(const Event& event, Answer* answer) {
-  gate_.step(monotonic_ns(), event, *outputs_);
+  const std::uint64_t now_ns = monotonic_ns();
+  gate_.step(now_ns, event, *outputs_);
   carry_out(answer);
+  decisions_.step(now_ns, event, ids_, *outputs_);  // last: nothing waits for a receipt
 }
 
 void GateProcess::carry_out(Answer* answer) {

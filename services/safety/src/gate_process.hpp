@@ -2,7 +2,7 @@
 //
 // Zenoh's threads and the timer thread all come through here; one mutex serialises them and
 // is held until the outputs of a step are sent, so that nothing overtakes. Nothing in there
-// waits: publishing drops on congestion, disk and log have threads of their own.
+// waits: publishing drops on congestion; disk, log and decision log have their own threads.
 #pragma once
 
 #include <chrono>
@@ -11,6 +11,7 @@
 #include <mutex>
 #include <thread>
 
+#include "decisions/decision_log.hpp"
 #include "fairlead_safety/gate.hpp"
 #include "latch_store.hpp"
 #include "log_writer.hpp"
@@ -25,7 +26,7 @@ class GateProcess {
  public:
   /// All arguments must outlive the process. `config_file` is hashed again at each arm.
   GateProcess(const Limits& limits, std::string config_file, LatchStore& store, LogWriter& log,
-              Outlet& outlet);
+              DecisionLog& decisions, Outlet& outlet);
   ~GateProcess();
 
   /// Leave boot and start the timer. `new_state`: the operator says that a state folder which
@@ -50,8 +51,10 @@ class GateProcess {
   std::string config_file_;
   LatchStore& store_;
   LogWriter& log_;
+  DecisionLog& decisions_;
   Outlet& outlet_;
-  std::unique_ptr<IdSource> ids_;
+  std::unique_ptr<IdSource> random_ids_;
+  DrawnIds ids_;  // remembered for the decision log
 
   std::mutex claims_mutex_;  // one claim at a time; taken before mutex_
   std::mutex mutex_;         // guards gate_, outputs_, stopping_

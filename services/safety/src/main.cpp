@@ -8,6 +8,8 @@
 
 #include "arguments.hpp"
 #include "config_loader.hpp"
+#include "decisions/header.hpp"
+#include "decisions/judge_command.hpp"
 #include "gate_process.hpp"
 #include "key_table.hpp"
 #include "latch_store.hpp"
@@ -32,6 +34,7 @@ sigset_t block_stop_signals() {
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
   // A log reader or peer that goes away must not end the gate.
   std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);  // a file at its size limit is a failed write, no more
   return signals;
 }
 
@@ -85,7 +88,10 @@ void run(const Arguments& arguments) {
     throw StartFailed("another gate already serves the robot " + arguments.robot +
                       "; see: fairlead ps");
   }
-  GateProcess process(*limits, arguments.config, store, log, transport);
+  DecisionLog decisions(
+      {arguments.decision_log, arguments.decision_log_runs, arguments.decision_log_mib << 20U},
+      make_header(*limits, arguments.config), log);
+  GateProcess process(*limits, arguments.config, store, log, decisions, transport);
   log.info("configuration " + arguments.config + " (profile " +
            std::string(limits->profile.view()) + ") hash " + to_hex(limits->config_hash));
   process.start(arguments.new_state);
@@ -107,6 +113,8 @@ int report(const std::exception& error, int status) {
 
 int main(int count, char** words) {
   try {
+    if (count > 1 && std::string(words[1]) == "judge")
+      return judge_command({words + 2, words + count});
     const Arguments arguments = parse_arguments({words + 1, words + count});
     if (arguments.help) {
       std::cout << usage();

@@ -1,0 +1,62 @@
+#include "decisions/header.hpp"
+
+#include <array>
+#include <ctime>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+
+#include "refusal.hpp"
+#include "sha256.hpp"
+
+namespace fairlead {
+namespace {
+
+using nlohmann::json;
+
+std::string text_of_file(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+}
+
+Hash hash_of(const std::string& text) {
+  return sha256(Bytes(reinterpret_cast<const std::uint8_t*>(text.data()), text.size()));
+}
+
+std::string utc_now() {
+  const std::time_t now = std::time(nullptr);
+  std::tm parts{};
+  ::gmtime_r(&now, &parts);
+  std::array<char, 32> text{};
+  std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%SZ", &parts);
+  return text.data();
+}
+
+}  // namespace
+
+std::string hash_of_this_program() {
+  const std::string program = text_of_file("/proc/self/exe");
+  return program.empty() ? "" : to_hex(hash_of(program));
+}
+
+std::string make_header(const Limits& limits, const std::string& config_file) {
+  const std::string config = text_of_file(config_file);
+  if (hash_of(config) != limits.config_hash)
+    throw StartFailed("configuration " + config_file + " changed while the gate was starting");
+  return json{{"robot", limits.robot.view()},   {"profile", limits.profile.view()},
+              {"gate", hash_of_this_program()}, {"started", utc_now()},
+              {"config_file", config_file},     {"config", config}}
+      .dump();
+}
+
+LogHeader read_header(const std::string& text) {
+  try {
+    const json document = json::parse(text);
+    return {document.at("robot"),   document.at("profile"),     document.at("gate"),
+            document.at("started"), document.at("config_file"), document.at("config")};
+  } catch (const json::exception& fault) {
+    throw ConfigRefused(std::string("decision log: header: ") + fault.what());
+  }
+}
+
+}  // namespace fairlead

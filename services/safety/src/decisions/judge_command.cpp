@@ -1,0 +1,279 @@
+#include "decisions/judge_command.hpp"
+
+#include <iostream>
+#include <memory>
+
+#include "config_loader.hpp"
+#include "decisions/header.hpp"
+#include "decisions/log_choice.hpp"
+#include "decisions/log_reader.hpp"
+#include "decisions/replay.hpp"
+#include "decisions/verdict_document.hpp"
+#include "decisions/what_if.hpp"
+#include "refusal.hpp"
+#include "sha256.hpp"
+#include "verdict_text.hpp"
+
+namespace fairlead {
+namespace {
+
+using nlohmann::json;
+
+struct Request {
+  std::string log;
+  std::string config;
+  bool as_json = false;
+  bool help = false;
+};
+
+Request parse(const std::vector<std::string>& words) {
+  Request request;
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    if (words[i] == "--help" || words[i] == "-h") {
+      request.help = true;
+      return request;
+    }
+    if (words[i] == "--json") {
+      request.as_json = true;
+    } else if (words[i] == "--config" && i + 1 < words.size()) {
+      request.config = words[++i];
+    } else if (request.log.empty() && !words[i].starts_with("-")) {
+      request.log = words[i];
+    } else {
+      throw ConfigRefused("judge: unknown argument '" + words[i] +
+                          "'; see: fairlead-safety judge --help");
+    }
+  }
+  if (request.log.empty())
+    throw ConfigRefused("judge: expected a decision log; see: fairlead-safety judge --help");
+  return request;
+}
+
+/// What a run through a log found.
+struct Findings {
+  std::uint64_t steps = 0, lost = 0, verdicts = 0;
+  std::array<std::uint64_t, 3> outcomes{};  // by Outcome
+  std::uint64_t newest_verdict = 0;
+  std::uint64_t tick = 0;
+  json difference;  // null: none
+
+  void take(const Record& record);
+};
+
+void Findings::take(const Record& record) {
+  lost += record.lost;
+  if (record.type == RecordType::step && record.event.kind == EventKind::joint_state) {
+    JointState state;
+    if (decode(record.event.payload, state) == FrameFault::none) tick = state.tick;
+  }
+  for (const RecordedOutput& output : record.outputs) {
+    Verdict verdict;
+    if (output.kind != OutputKind::verdict || decode(output.payload, verdict) != FrameFault::none ||
+        verdict.verdict_id <= newest_verdict || verdict.outcome >= outcomes.size())
+      continue;
+    newest_verdict = verdict.verdict_id;
+    ++verdicts;
+    ++outcomes[verdict.outcome];
+  }
+}
+
+json first_difference(const Record& record, const Replay& replay, const Findings& findings) {
+  json difference = {{"step", findings.steps},
+                     {"tick", findings.tick},
+                     {"outputs_recorded", record.output_count},
+                     {"outputs_now", replay.outputs().items().size()}};
+  for (const RecordedOutput& output : record.outputs) {
+    Verdict verdict;
+    if (output.kind == OutputKind::verdict && decode(output.payload, verdict) == FrameFault::none)
+      difference["recorded"].push_back(verdict_document(verdict));
+  }
+  for (const Output& output : replay.outputs().items()) {
+    Verdict verdict;
+    if (output.kind == OutputKind::verdict &&
+        decode(replay.outputs().payload(output), verdict) == FrameFault::none)
+      difference["now"].push_back(verdict_document(verdict));
+  }
+  return difference;
+}
+
+// The same limits: every output of every step must be the recorded one. A gap ends it, since
+// what the gate knew then is gone.
+Findings judge_again(LogReader& log, const Limits& limits) {
+  Findings findings;
+  Replay replay(limits);
+  Record record;
+  while (findings.difference.is_null() && findings.lost == 0 && log.next(record)) {
+    findings.take(record);
+    if (record.type == RecordType::gap || record.type == RecordType::end) continue;
+    ++findings.steps;
+    replay.feed(record);
+    if (!replay.same_as(record)) findings.difference = first_difference(record, replay, findings);
+  }
+  return findings;
+}
+
+Findings judge_otherwise(LogReader& log, WhatIf& what_if) {
+  Findings findings;
+  Record record;
+  while (findings.lost == 0 && log.next(record)) {
+    findings.take(record);
+    if (record.type == RecordType::gap || record.type == RecordType::end) continue;
+    ++findings.steps;
+    what_if.feed(record, findings.tick);
+  }
+  return findings;
+}
+
+std::string how_far(const LogReader& log, const Findings& findings) {
+  if (findings.lost > 0)
+    return "judged up to a gap of " + std::to_string(findings.lost) +
+           " records that could not be written";
+  if (!findings.difference.is_null()) return "judged up to the first difference";
+  return log.end_text();
+}
+
+json document_of(const LogReader& log, const LogHeader& header, const Findings& findings,
+                 const std::filesystem::path& path) {
+  return {{"log", path.string()},
+          {"robot", header.robot},
+          {"profile", header.profile},
+          {"started", header.started},
+          {"same_program", header.gate == hash_of_this_program()},
+          {"read", how_far(log, findings)},
+          {"damaged", log.end() == LogEnd::damaged},
+          {"lost", findings.lost},
+          {"steps", findings.steps},
+          {"chunks", findings.verdicts},
+          {"released", findings.outcomes[0]},
+          {"truncated", findings.outcomes[1]},
+          {"refused", findings.outcomes[2]}};
+}
+
+void print_head(const json& found) {
+  const auto text = [&found](const char* key) { return found.at(key).get<std::string>(); };
+  const auto count = [&found](const char* key) {
+    return std::to_string(found.at(key).get<std::uint64_t>());
+  };
+  std::cout << "log     " << text("log") << "\n        " << text("robot") << ", profile "
+            << text("profile") << ", begun " << text("started")
+            << (found.at("same_program") ? "" : ", by another build of the gate") << "\nread    "
+            << text("read") << "\njudged  " << count("steps") << " steps, " << count("chunks")
+            << " verdicts: " << count("released") << " released, " << count("truncated")
+            << " truncated, " << count("refused") << " refused\n";
+}
+
+void print_difference(const json& difference) {
+  std::cout << "DIFFERENT at step " << difference.at("step") << " (tick " << difference.at("tick")
+            << "): recorded " << difference.at("outputs_recorded") << " outputs, now "
+            << difference.at("outputs_now") << "\n";
+  for (const char* which : {"recorded", "now"}) {
+    for (const json& verdict : difference.value(which, json::array()))
+      std::cout << "  " << which << ": " << verdict.dump() << "\n";
+  }
+}
+
+int report_again(const Request& request, json found, const Findings& findings) {
+  const bool identical = findings.difference.is_null();
+  found["identical"] = identical;
+  found["first_difference"] = findings.difference;
+  if (request.as_json) {
+    std::cout << found.dump(2) << "\n";
+  } else {
+    print_head(found);
+    if (identical) {
+      std::cout << "identical: this gate gives every output bit for bit as recorded\n";
+    } else {
+      print_difference(findings.difference);
+    }
+  }
+  if (!identical) return 1;
+  return found.at("damaged") ? 2 : 0;
+}
+
+std::string in_words(const Verdict& verdict) {
+  if (verdict.outcome == static_cast<std::uint8_t>(Outcome::released)) return "released";
+  return verdict_text(verdict);
+}
+
+constexpr const char* kOpenLoop =
+    "open loop: states are as recorded; rows that would not have been released count as holds, "
+    "but the robot was where they had moved it";
+
+json changes_of(const WhatIf& what_if) {
+  json changes = json::array();
+  for (const ChangedVerdict& change : what_if.changed())
+    changes.push_back({{"tick", change.tick},
+                       {"recorded", verdict_document(change.recorded)},
+                       {"instead", verdict_document(change.instead)}});
+  return changes;
+}
+
+int report_otherwise(const Request& request, json found, const Limits& limits,
+                     const WhatIf& what_if) {
+  if (request.as_json) {
+    found["config"] = request.config;
+    found["config_hash"] = to_hex(limits.config_hash);
+    found["changed"] = changes_of(what_if);
+    found["unjudged"] = what_if.unjudged();
+    found["notes"] = what_if.notes();
+    found["open_loop"] = kOpenLoop;
+    std::cout << found.dump(2) << "\n";
+  } else {
+    print_head(found);
+    std::cout << "under   " << request.config << " hash " << to_hex(limits.config_hash) << "\n";
+    for (const ChangedVerdict& change : what_if.changed())
+      std::cout << "  tick " << change.tick << ": chunk " << change.recorded.seq << " of "
+                << change.recorded.source.view() << " was " << outcome_name(change.recorded.outcome)
+                << "; instead: " << in_words(change.instead) << "\n";
+    for (const std::string& note : what_if.notes()) std::cout << "  " << note << "\n";
+    std::cout << what_if.changed().size() << " of " << found.at("chunks").get<std::uint64_t>()
+              << " verdicts change";
+    if (what_if.unjudged() > 0)
+      std::cout << "; " << what_if.unjudged() << " chunks not judged: the gate had no such claim";
+    std::cout << "\n" << kOpenLoop << "\n";
+  }
+  if (!what_if.changed().empty() || what_if.unjudged() > 0 || !what_if.notes().empty()) return 1;
+  return found.at("damaged") ? 2 : 0;
+}
+
+}  // namespace
+
+std::string judge_usage() {
+  return R"(fairlead-safety judge LOG [--config FILE] [--json]: judge recorded steps again.
+
+  LOG            a *.decisions file, or a folder of them: its newest
+  --config FILE  another compiled gate file of the same robot: which chunks would have come to
+                 another outcome under its limits
+  --json         one JSON document
+
+Exit status: 0 identical (with --config: no outcome changes), 1 different, 2 not readable, or
+damaged: what is before the damage is judged and found identical.
+
+example: fairlead-safety judge ~/.local/state/fairlead/panda_mobile/safety/decisions
+)";
+}
+
+int judge_command(const std::vector<std::string>& words) {
+  const Request request = parse(words);
+  if (request.help) {
+    std::cout << judge_usage();
+    return 0;
+  }
+  const std::filesystem::path path = choose_log(request.log);
+  LogReader log(path);
+  const LogHeader header = read_header(log.header());
+  if (request.config.empty()) {
+    const std::unique_ptr<Limits> limits = parse_limits(header.config);
+    const Findings findings = judge_again(log, *limits);
+    return report_again(request, document_of(log, header, findings, path), findings);
+  }
+  const std::unique_ptr<Limits> limits = load_limits(request.config);
+  if (limits->robot != Name(header.robot))
+    throw ConfigRefused("judge: the log is of the robot " + header.robot + ", " + request.config +
+                        " of " + std::string(limits->robot.view()));
+  WhatIf what_if(*limits);
+  const Findings findings = judge_otherwise(log, what_if);
+  return report_otherwise(request, document_of(log, header, findings, path), *limits, what_if);
+}
+
+}  // namespace fairlead
