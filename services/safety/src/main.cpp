@@ -8,6 +8,7 @@
 
 #include "arguments.hpp"
 #include "config_loader.hpp"
+#include "decisions/explain_command.hpp"
 #include "decisions/header.hpp"
 #include "decisions/judge_command.hpp"
 #include "gate_process.hpp"
@@ -113,9 +114,12 @@ int report(const std::exception& error, int status) {
 
 int main(int count, char** words) {
   try {
-    if (count > 1 && std::string(words[1]) == "judge")
-      return judge_command({words + 2, words + count});
-    const Arguments arguments = parse_arguments({words + 1, words + count});
+    const std::vector<std::string> given(words + 1, words + count);
+    if (!given.empty() && given[0] == "judge")
+      return judge_command({given.begin() + 1, given.end()});
+    if (!given.empty() && given[0] == "explain")
+      return explain_command({given.begin() + 1, given.end()});
+    const Arguments arguments = parse_arguments(given);
     if (arguments.help) {
       std::cout << usage();
       return 0;

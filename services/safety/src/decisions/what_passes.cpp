@@ -1,0 +1,158 @@
+#include "decisions/what_passes.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "decisions/verdict_document.hpp"
+
+namespace fairlead {
+namespace {
+
+using nlohmann::json;
+
+constexpr double kFarEnough = 100.0;  // a limit beyond so many times the chunk is not near
+
+bool is_released(const std::optional<Verdict>& verdict) {
+  return verdict.has_value() && verdict->outcome == static_cast<std::uint8_t>(Outcome::released);
+}
+
+/// Four digits, towards zero.
+double rounded_down(double value) {
+  if (value <= 0.0) return 0.0;
+  const double unit = std::pow(10.0, std::floor(std::log10(value)) - 3.0);
+  return std::floor(value / unit) * unit;
+}
+
+/// Where numbers of the mode count from: standing still, or where the robot is. Empty: unknown.
+std::vector<double> rest_of(const ActionPart& action, const std::vector<std::size_t>& columns,
+                            const Limits& limits, const std::vector<double>& measured) {
+  switch (static_cast<Mode>(action.mode)) {
+    case Mode::joint_velocity:
+    case Mode::joint_torque:
+    case Mode::cartesian_delta:
+    case Mode::cartesian_twist:
+    case Mode::body_twist:
+    case Mode::composite_mode:
+      return std::vector<double>(columns.size(), 0.0);
+    case Mode::joint_position:
+    case Mode::dex_hand_joint: {
+      std::vector<double> rest;
+      for (const std::size_t j : columns)
+        if (j < measured.size()) rest.push_back(measured[j]);
+      return rest;
+    }
+    case Mode::gripper_position: {
+      const std::size_t joint = limits.parts[action.part].joints[0];
+      if (joint < measured.size()) return {measured[joint]};
+      return {};
+    }
+    default:
+      return {};
+  }
+}
+
+/// The largest scale between `passes` and `fails` that passes, to four digits; it was judged.
+double largest_passing(ChunkProbe& probe, const Selection& selection,
+                       const std::vector<double>& about, double passes, double fails) {
+  const double lowest = passes;
+  for (int i = 0; i < 40; ++i) {
+    const double middle = 0.5 * (passes + fails);
+    (is_released(probe.scaled(selection, about, middle)) ? passes : fails) = middle;
+  }
+  const double rounded = rounded_down(passes * (1.0 + 1e-9));
+  if (rounded > lowest && is_released(probe.scaled(selection, about, rounded))) return rounded;
+  return passes;
+}
+
+double size_of(const ChunkProbe& probe, const Selection& selection) {
+  if (selection.columns.size() == 1)
+    return probe.number(selection.action, selection.first_row, selection.columns[0]);
+  double sum = 0.0;
+  for (const std::size_t column : selection.columns) {
+    const double x = probe.number(selection.action, selection.first_row, column);
+    sum += x * x;
+  }
+  return std::sqrt(sum);
+}
+
+Selection every_row(const ChunkProbe& probe, std::size_t action) {
+  return Selection{action, 0, probe.chunk().horizon, probe.columns_of(action, "")};
+}
+
+// The numbers of the verdict's axis in its row alone, moved towards the row before, or towards
+// rest if there is none that acts.
+json one_row(ChunkProbe& probe, const Verdict& verdict, std::size_t action, const Limits& limits,
+             const std::vector<double>& measured) {
+  const auto row = static_cast<std::size_t>(verdict.row);
+  const Selection selection{action, row, row + 1, probe.columns_of(action, verdict.axis.view())};
+  if (selection.columns.empty()) return nullptr;
+  std::vector<double> about;
+  const bool is_first = verdict.outcome == static_cast<std::uint8_t>(Outcome::refused) || row == 0;
+  if (is_first) {
+    about = rest_of(probe.chunk().parts[action], selection.columns, limits, measured);
+    if (about.size() != selection.columns.size()) return nullptr;
+  } else {
+    for (const std::size_t column : selection.columns)
+      about.push_back(probe.number(action, row - 1, column));
+  }
+  if (!is_released(probe.scaled(selection, about, 0.0))) return nullptr;
+  const double scale = largest_passing(probe, selection, about, 0.0, 1.0);
+  json found = {{"change", "row"}, {"row", row}, {"scale", scale}, {"about_row", !is_first}};
+  found["asked"] = size_of(probe, selection);
+  if (selection.columns.size() == 1)
+    found["number"] = about[0] + scale * (size_of(probe, selection) - about[0]);
+  else if (is_first)
+    found["number"] = scale * size_of(probe, selection);
+  return found;
+}
+
+json all_rows(ChunkProbe& probe, std::size_t action, const Limits& limits,
+              const std::vector<double>& measured) {
+  const Selection selection = every_row(probe, action);
+  const std::vector<double> rest =
+      rest_of(probe.chunk().parts[action], selection.columns, limits, measured);
+  if (selection.columns.empty() || rest.size() != selection.columns.size()) return nullptr;
+  const std::optional<Verdict> still = probe.scaled(selection, rest, 0.0);
+  if (!is_released(still))
+    return {{"change", "none"}, {"still", still.has_value() ? verdict_document(*still) : json()}};
+  return {{"change", "rows"}, {"scale", largest_passing(probe, selection, rest, 0.0, 1.0)}};
+}
+
+bool is_about_numbers(const Verdict& verdict) {
+  return verdict.row >= 0 && verdict.code >= 20 && std::isfinite(verdict.value);
+}
+
+}  // namespace
+
+json what_would_pass(ChunkProbe& probe, const Verdict& verdict, const Limits& limits,
+                     const std::vector<double>& measured) {
+  const auto action = probe.action_of(verdict.part.view());
+  if (!is_about_numbers(verdict) || !action.has_value()) return nullptr;
+  const json row = one_row(probe, verdict, *action, limits, measured);
+  return row.is_null() ? all_rows(probe, *action, limits, measured) : row;
+}
+
+json nearest_limits(ChunkProbe& probe, const Limits& limits, const std::vector<double>& measured) {
+  json found = json::array();
+  for (std::size_t action = 0; action < probe.chunk().parts.size(); ++action) {
+    const ActionPart& part = probe.chunk().parts[action];
+    const Selection selection = every_row(probe, action);
+    const std::vector<double> rest = rest_of(part, selection.columns, limits, measured);
+    if (selection.columns.empty() || rest.size() != selection.columns.size()) continue;
+    json entry = {{"part", limits.parts[part.part].name.view()}, {"scale", nullptr}};
+    double passes = 1.0;
+    double fails = 2.0;
+    while (fails <= kFarEnough && is_released(probe.scaled(selection, rest, fails)))
+      passes = std::exchange(fails, 2.0 * fails);
+    if (fails <= kFarEnough) {
+      const double scale = largest_passing(probe, selection, rest, passes, fails);
+      entry["scale"] = scale;
+      const std::optional<Verdict> beyond = probe.scaled(selection, rest, scale * 1.01);
+      if (beyond.has_value() && !is_released(beyond)) entry["beyond"] = verdict_document(*beyond);
+    }
+    found.push_back(entry);
+  }
+  return found;
+}
+
+}  // namespace fairlead
