@@ -18,6 +18,15 @@ bool has_halves(std::uint8_t mode) {
          mode == static_cast<std::uint8_t>(Mode::body_twist);
 }
 
+// A rotation cannot be scaled number by number: none of its columns is one of its own.
+std::vector<std::size_t> pose_columns(std::string_view axis) {
+  if (axis == "linear") return {0, 1, 2};
+  if (axis == "x") return {0};
+  if (axis == "y") return {1};
+  if (axis == "z") return {2};
+  return {};
+}
+
 }  // namespace
 
 ChunkProbe::ChunkProbe(Replay& replay, const Record& record, const Limits& limits)
@@ -41,6 +50,7 @@ std::vector<std::size_t> ChunkProbe::columns_of(std::size_t action, std::string_
       if (axis.empty() || limits_.joints[j].name == axis) columns.push_back(j);
     return columns;
   }
+  if (part.mode == static_cast<std::uint8_t>(Mode::cartesian_pose)) return pose_columns(axis);
   if (has_halves(part.mode) && axis == "linear") return {0, 1, 2};
   if (has_halves(part.mode) && axis == "angular") return {3, 4, 5};
   std::vector<std::size_t> columns(mode_width(part.mode, limits_.joints.size()));
