@@ -6,6 +6,7 @@ import math
 from pathlib import Path
 
 from fairlead.declared_limit import DeclaredLimit, declared_limit
+from fairlead.paths import repo_root
 from fairlead.receipts import Answer, Chunk, Explanation, Judged, Latch, Nearest, Passes, Stop
 from fairlead.verdict_text import CHECKS
 
@@ -116,10 +117,17 @@ def _limit_lines(asked: Explanation, answer: Answer) -> list[str]:
     mode = answer.chunk.mode if answer.chunk is not None else ""
     found = declared_limit(Path(asked.config_file), asked.profile, answer, mode)
     if found is not None:
-        lines.append(_line("limit", f"{found.file}: {found.key}{_tightened(found, answer)}"))
+        lines.append(
+            _line("limit", f"{_from_root(found.file)}: {found.key}{_tightened(found, answer)}")
+        )
     if answer.limit_source:
         lines.append(_line("" if found else "limit", answer.limit_source))
     return lines
+
+
+def _from_root(file: Path) -> Path:
+    root = repo_root()
+    return file.relative_to(root) if file.is_relative_to(root) else file
 
 
 def _tightened(found: DeclaredLimit, verdict: Judged) -> str:
@@ -137,19 +145,19 @@ def _passes(answer: Answer, passes: Passes) -> str:
     scale = f"{passes.scale:.4g}"
     if passes.change == "rows":
         return (
-            f"the whole chunk, with every number of {answer.part} times {scale}"
-            f"{_about(answer)} (asked of this gate)"
+            f"the whole chunk, asked of this gate with every number of {answer.part} times {scale}"
+            f"{_about(answer)}"
         )
     unit = answer.chunk.unit if answer.chunk is not None else ""
     where = f"{answer.part} {answer.axis} in row {answer.row}"
     if passes.number is not None and passes.asked is not None:
         return (
-            f"the whole chunk, with {where} at {_number(_trimmed(passes.number), unit)} instead "
-            f"of {_number(passes.asked, unit)} (asked of this gate)"
+            f"the whole chunk, asked of this gate with {where} at "
+            f"{_number(_trimmed(passes.number), unit)} instead of {_number(passes.asked, unit)}"
         )
     return (
-        f"the whole chunk, with the change of {where} from the row before times {scale} "
-        "(asked of this gate)"
+        f"the whole chunk, asked of this gate with the change of {where} from the row before "
+        f"times {scale}"
     )
 
 
@@ -163,10 +171,10 @@ def _nearest(nearest: Nearest) -> str:
     if nearest.scale is None or nearest.beyond is None:
         return f"{nearest.part}: even 100 times its numbers would have passed"
     beyond = nearest.beyond
-    what = f"G{beyond.code:03d} {CHECKS.get(beyond.code, 'check')}"
     return (
-        f"{nearest.part}: up to {nearest.scale:.4g} times its numbers; beyond that {what}, "
-        f"row {beyond.row}, {beyond.axis}, limit {_number(beyond.limit, '')} (asked of this gate)"
+        f"{nearest.part}: up to {nearest.scale:.4g} times its numbers, asked of this gate; then "
+        f"G{beyond.code:03d} {beyond.axis} in row {beyond.row}, "
+        f"limit {_number(beyond.limit, nearest.unit)}"
     )
 
 

@@ -84,12 +84,14 @@ class Passes(msgspec.Struct, frozen=True):
 class Nearest(msgspec.Struct, frozen=True):
     """How far a released part was from refusal: ``scale`` times its numbers about rest pass.
 
-    ``scale`` is None if 100 times would pass too; ``beyond`` is the verdict just above it.
+    ``scale`` is None if 100 times would pass too; ``beyond`` is the verdict just above it,
+    its numbers in ``unit``.
     """
 
     part: str
     scale: float | None = None
     beyond: Judged | None = None
+    unit: str = ""
 
 
 class Answer(Judged, frozen=True, tag_field="kind", tag="verdict"):

@@ -14,7 +14,7 @@ from fairlead.cli.app import app
 from tests.repo.tree import ROOT
 
 WANTED = {
-    *("up", "down", "ps", "logs", "run", "arm", "disarm", "stop", "reset", "status"),
+    *("up", "down", "ps", "logs", "run", "arm", "disarm", "stop", "reset", "status", "why"),
     *(
         "skill ls",
         "skill show",

@@ -24,6 +24,7 @@ from fairlead.cli import (
     stop,
     topic,
     up,
+    why,
 )
 from fairlead.cli.group import EXIT_CODES, add_commands
 from fairlead.cli.version import print_version
@@ -65,6 +66,7 @@ add_commands(
         "stop": stop,
         "reset": reset,
         "status": status,
+        "why": why,
         "parity": parity,
         "demo": demo,
         "router": router,

@@ -174,7 +174,7 @@ int explain_command(const std::vector<std::string>& words) {
   }
   const std::filesystem::path path = choose_log(request.log);
   const LogHeader header = read_header(LogReader(path).header());
-  const std::unique_ptr<Limits> limits = parse_limits(header.config);
+  const std::unique_ptr<Limits> limits = recorded_limits(header);
   const Reading reading = read_through(path, *limits, request);
   const json document = {{"log", path.string()},
                          {"robot", header.robot},

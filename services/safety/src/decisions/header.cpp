@@ -2,10 +2,12 @@
 
 #include <array>
 #include <ctime>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
 
+#include "config_loader.hpp"
 #include "refusal.hpp"
 #include "sha256.hpp"
 
@@ -43,9 +45,12 @@ std::string make_header(const Limits& limits, const std::string& config_file) {
   const std::string config = text_of_file(config_file);
   if (hash_of(config) != limits.config_hash)
     throw StartFailed("configuration " + config_file + " changed while the gate was starting");
-  return json{{"robot", limits.robot.view()},   {"profile", limits.profile.view()},
-              {"gate", hash_of_this_program()}, {"started", utc_now()},
-              {"config_file", config_file},     {"config", config}}
+  return json{{"robot", limits.robot.view()},
+              {"profile", limits.profile.view()},
+              {"gate", hash_of_this_program()},
+              {"started", utc_now()},
+              {"config_file", std::filesystem::absolute(config_file).string()},
+              {"config", config}}
       .dump();
 }
 
@@ -56,6 +61,16 @@ LogHeader read_header(const std::string& text) {
             document.at("started"), document.at("config_file"), document.at("config")};
   } catch (const json::exception& fault) {
     throw ConfigRefused(std::string("decision log: header: ") + fault.what());
+  }
+}
+
+std::unique_ptr<Limits> recorded_limits(const LogHeader& header) {
+  try {
+    return parse_limits(header.config);
+  } catch (const ConfigRefused& refusal) {
+    throw ConfigRefused("decision log: its configuration does not fit this gate, which is " +
+                        std::string(header.gate == hash_of_this_program() ? "the" : "not the") +
+                        " one that wrote it: " + refusal.what());
   }
 }
 

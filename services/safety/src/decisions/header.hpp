@@ -1,6 +1,7 @@
 // The first record of a decision log: which gate, which robot, which limits.
 #pragma once
 
+#include <memory>
 #include <string>
 
 #include "fairlead_safety/limits.hpp"
@@ -22,6 +23,10 @@ std::string make_header(const Limits& limits, const std::string& config_file);
 
 /// Throws ConfigRefused if it is not a header.
 LogHeader read_header(const std::string& json);
+
+/// The limits that decided. Throws ConfigRefused if this gate does not take such a file, as one of
+/// another version may not.
+std::unique_ptr<Limits> recorded_limits(const LogHeader& header);
 
 /// SHA-256 of the running program, in hex; "" if it cannot be read.
 std::string hash_of_this_program();

@@ -263,7 +263,7 @@ int judge_command(const std::vector<std::string>& words) {
   LogReader log(path);
   const LogHeader header = read_header(log.header());
   if (request.config.empty()) {
-    const std::unique_ptr<Limits> limits = parse_limits(header.config);
+    const std::unique_ptr<Limits> limits = recorded_limits(header);
     const Findings findings = judge_again(log, *limits);
     return report_again(request, document_of(log, header, findings, path), findings);
   }

@@ -1,5 +1,6 @@
 #include "decisions/log_story.hpp"
 
+#include "decisions/unit.hpp"
 #include "decisions/verdict_document.hpp"
 
 namespace fairlead {
@@ -107,7 +108,8 @@ Moment LogStory::moment_of(const Record& record, const Verdict& verdict) const {
     for (const json& part : chunk->chunk.at("parts"))
       if (part.at("part") == verdict.part.view()) {
         moment.chunk["mode"] = part.at("mode");
-        moment.chunk["unit"] = unit_of(verdict, part.at("mode_number").get<std::uint8_t>());
+        moment.chunk["unit"] =
+            unit_of(limits_, verdict, part.at("mode_number").get<std::uint8_t>());
       }
     break;
   }
@@ -128,24 +130,6 @@ bool LogStory::take_status(Bytes payload) {
              {"stop_ids", stops},
              {"latch_id", hex_id(room_.latch_id)}};
   return is_new;
-}
-
-std::string LogStory::unit_of(const Verdict& verdict, std::uint8_t mode) const {
-  const auto kind = static_cast<Mode>(mode);
-  const std::string_view axis = verdict.axis.view();
-  const bool rate = kind == Mode::body_twist || kind == Mode::cartesian_twist;
-  if (axis == "linear") return rate ? "m/s" : "m";
-  if (axis == "angular") return rate ? "rad/s" : "rad";
-  if (axis == "opening" || axis == "x" || axis == "y" || axis == "z") return "m";
-  for (const JointLimits& joint : limits_.joints) {
-    if (!(joint.name == axis)) continue;
-    const std::string length = joint.kind == JointKind::prismatic ? "m" : "rad";
-    const bool still = verdict.limit_source.view().find("standstill") != std::string_view::npos;
-    if (kind == Mode::joint_velocity || still) return length + "/s";
-    if (kind == Mode::joint_torque) return length == "m" ? "N" : "N m";
-    return length;
-  }
-  return "";
 }
 
 }  // namespace fairlead

@@ -55,7 +55,6 @@ class LogStory {
   void remember_chunk(const Event& event);
   Moment moment_of(const Record& record, const Verdict& verdict) const;
   bool take_status(Bytes payload);
-  [[nodiscard]] std::string unit_of(const Verdict& verdict, std::uint8_t mode) const;
 
   const Limits& limits_;
   std::uint64_t steps_ = 0;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "decisions/unit.hpp"
 #include "decisions/verdict_document.hpp"
 
 namespace fairlead {
@@ -148,7 +149,10 @@ json nearest_limits(ChunkProbe& probe, const Limits& limits, const std::vector<d
       const double scale = largest_passing(probe, selection, rest, passes, fails);
       entry["scale"] = scale;
       const std::optional<Verdict> beyond = probe.scaled(selection, rest, scale * 1.01);
-      if (beyond.has_value() && !is_released(beyond)) entry["beyond"] = verdict_document(*beyond);
+      if (beyond.has_value() && !is_released(beyond)) {
+        entry["beyond"] = verdict_document(*beyond);
+        entry["unit"] = unit_of(limits, *beyond, part.mode);
+      }
     }
     found.push_back(entry);
   }
