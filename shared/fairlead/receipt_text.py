@@ -187,7 +187,7 @@ def _trimmed(number: float) -> float:
     if number == 0.0 or not math.isfinite(number):
         return number
     unit = 10.0 ** (math.floor(math.log10(abs(number))) - 5)
-    return math.trunc(number / unit * (1 + 1e-12)) * unit
+    return math.trunc(number / unit * (1 + 1e-9)) * unit
 
 
 def _number(value: float | str, unit: str) -> str:

@@ -52,17 +52,21 @@ std::vector<double> rest_of(const ActionPart& action, const std::vector<std::siz
   }
 }
 
-/// The largest scale between `passes` and `fails` that passes, to four digits; it was judged.
+/// The largest scale between `passes` and `fails` that passes.
 double largest_passing(ChunkProbe& probe, const Selection& selection,
                        const std::vector<double>& about, double passes, double fails) {
-  const double lowest = passes;
   for (int i = 0; i < 40; ++i) {
     const double middle = 0.5 * (passes + fails);
     (is_released(probe.scaled(selection, about, middle)) ? passes : fails) = middle;
   }
-  const double rounded = rounded_down(passes * (1.0 + 1e-9));
-  if (rounded > lowest && is_released(probe.scaled(selection, about, rounded))) return rounded;
   return passes;
+}
+
+/// That scale to four digits, so that it can be told; the gate was asked about exactly this one.
+double told(ChunkProbe& probe, const Selection& selection, const std::vector<double>& about,
+            double scale) {
+  const double rounded = rounded_down(scale * (1.0 + 1e-9));
+  return is_released(probe.scaled(selection, about, rounded)) ? rounded : scale;
 }
 
 double size_of(const ChunkProbe& probe, const Selection& selection) {
@@ -98,12 +102,14 @@ json one_row(ChunkProbe& probe, const Verdict& verdict, std::size_t action, cons
   }
   if (!is_released(probe.scaled(selection, about, 0.0))) return nullptr;
   const double scale = largest_passing(probe, selection, about, 0.0, 1.0);
-  json found = {{"change", "row"}, {"row", row}, {"scale", scale}, {"about_row", !is_first}};
-  found["asked"] = size_of(probe, selection);
+  const double asked = size_of(probe, selection);
+  json found = {{"change", "row"}, {"scale", scale}, {"about_row", !is_first}, {"asked", asked}};
   if (selection.columns.size() == 1)
-    found["number"] = about[0] + scale * (size_of(probe, selection) - about[0]);
+    found["number"] = about[0] + scale * (asked - about[0]);
   else if (is_first)
-    found["number"] = scale * size_of(probe, selection);
+    found["number"] = scale * asked;
+  else
+    found["scale"] = told(probe, selection, about, scale);
   return found;
 }
 
@@ -116,7 +122,8 @@ json all_rows(ChunkProbe& probe, std::size_t action, const Limits& limits,
   const std::optional<Verdict> still = probe.scaled(selection, rest, 0.0);
   if (!is_released(still))
     return {{"change", "none"}, {"still", still.has_value() ? verdict_document(*still) : json()}};
-  return {{"change", "rows"}, {"scale", largest_passing(probe, selection, rest, 0.0, 1.0)}};
+  const double scale = largest_passing(probe, selection, rest, 0.0, 1.0);
+  return {{"change", "rows"}, {"scale", told(probe, selection, rest, scale)}};
 }
 
 bool is_about_numbers(const Verdict& verdict) {
@@ -146,7 +153,8 @@ json nearest_limits(ChunkProbe& probe, const Limits& limits, const std::vector<d
     while (fails <= kFarEnough && is_released(probe.scaled(selection, rest, fails)))
       passes = std::exchange(fails, 2.0 * fails);
     if (fails <= kFarEnough) {
-      const double scale = largest_passing(probe, selection, rest, passes, fails);
+      const double largest = largest_passing(probe, selection, rest, passes, fails);
+      const double scale = told(probe, selection, rest, largest);
       entry["scale"] = scale;
       const std::optional<Verdict> beyond = probe.scaled(selection, rest, scale * 1.01);
       if (beyond.has_value() && !is_released(beyond)) {
