@@ -40,7 +40,7 @@ def decision_lines(asked: Explanation, decision: Answer | Stop | Latch) -> list[
 
 def _ended_lines(asked: Explanation, ended: Stop | Latch) -> list[str]:
     what = "stopped" if isinstance(ended, Stop) else "latched"
-    cause = ended.cause.removeprefix(f"{what}: ")
+    cause = " ".join(ended.cause.removeprefix(f"{what}: ").split())
     now = asked.status
     held = now is not None and (
         ended.latch_id == now.latch_id
@@ -140,8 +140,7 @@ def _tightened(found: DeclaredLimit, verdict: Judged) -> str:
 
 def _passes(answer: Answer, passes: Passes) -> str:
     if passes.change == "none":
-        still = f": G{passes.still.code:03d} {passes.still.axis}".rstrip() if passes.still else ""
-        return f"no smaller motion of {answer.part} alone{still}"
+        return f"nothing nearer to rest: {_at_rest(answer, passes)}"
     scale = f"{passes.scale:.4g}"
     if passes.change == "rows":
         return (
@@ -159,6 +158,13 @@ def _passes(answer: Answer, passes: Passes) -> str:
         f"the whole chunk, asked of this gate with the change of {where} from the row before "
         f"times {scale}"
     )
+
+
+def _at_rest(answer: Answer, passes: Passes) -> str:
+    if passes.still is None:
+        return f"with {answer.part} at rest the gate gives no verdict"
+    still = passes.still
+    return f"with {answer.part} at rest it is G{still.code:03d} {still.axis} in row {still.row}"
 
 
 def _about(answer: Answer) -> str:
