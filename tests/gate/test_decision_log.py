@@ -16,7 +16,7 @@ import pytest
 from fairlead.bus import Qos
 from fairlead.keys import Keys
 from fairlead.messages import GateState, Outcome, StopLevel, pack_floats
-from fairlead.paths import gate_binary
+from fairlead.paths import gate_binary, gate_config
 from fairlead.session import Endpoints, ZenohBus
 from tests.gate.mailbox import DEADLINE_S
 from tests.gate.running_gate import ROBOT, RunningGate
@@ -122,6 +122,40 @@ def test_the_same_limits_under_another_name_change_nothing(
 ) -> None:
     status, found = judge(a_run, "--config", tightened(config, tmp_path, 0.0867))
     assert (status, found["changed"], found["unjudged"]) == (0, [], 0)
+
+
+def test_chunks_of_a_claim_that_would_have_been_refused_are_counted_not_judged(
+    a_run: Path, config: Path, tmp_path: Path
+) -> None:
+    file = json.loads(config.read_text())
+    file["protocol"]["chunk_rate_max_hz"] = 10.0
+    (tmp_path / "slower.json").write_text(json.dumps(file))
+    status, found = judge(a_run, "--config", tmp_path / "slower.json")
+    assert (status, found["changed"], found["unjudged"]) == (1, [], 6), found
+    assert found["notes"][0].startswith("tick 1: refused a query: "), found["notes"]
+    assert found["open_loop"].startswith("open loop: states are as recorded")
+
+
+def test_a_log_is_not_judged_under_the_limits_of_another_robot(a_run: Path) -> None:
+    other = gate_config("panda", "sim")
+    assert judged_text(a_run, "--config", other) == (
+        2,
+        f"ERROR fairlead-safety: judge: the log is of the robot panda_mobile, {other} of panda\n",
+    )
+
+
+def test_judge_says_in_words_what_changes(a_run: Path, config: Path, tmp_path: Path) -> None:
+    status, text = judged_text(a_run, "--config", tightened(config, tmp_path, 0.03))
+    assert status == 1
+    assert [line for line in text.splitlines() if line.startswith("  tick")] == [
+        "  tick 5: chunk 2 of runner was released; instead: chunk 2 of runner refused: G020 arm "
+        "linear, row 0: 0.05, limit 0.03 (robosuite OSC_POSE output_max 0.05 m and 0.5 rad on all "
+        "three axes at once; steps admit a full reversal)",
+        "  tick 14: chunk 5 of runner was released; instead: chunk 5 of runner refused: G020 arm "
+        "linear, row 0: 0.06, limit 0.03 (robosuite OSC_POSE output_max 0.05 m and 0.5 rad on all "
+        "three axes at once; steps admit a full reversal)",
+    ]
+    assert "2 of 7 verdicts change\n" in text
 
 
 def test_a_changed_byte_is_found_wherever_it_is(a_run: Path, tmp_path: Path) -> None:

@@ -97,6 +97,9 @@ Not safety-rated; its stop is a protective stop request.
   --namespace NAME   first chunk of every key (default: fl)
   --service NAME     this process's name in keys and logs (default: safety)
 
+fairlead-safety judge LOG    judges a decision log again; see: fairlead-safety judge --help
+fairlead-safety explain LOG  what `fairlead why` puts into words
+
 Prints `ready` when it is up. SIGTERM and SIGINT disarm it and end it with status 0.
 Exit status: 0 ended on request, 1 network or state folder unusable, 2 refused configuration.
 

@@ -112,7 +112,7 @@ json document_of(const Moment& moment) {
   json document = verdict_document(moment.verdict);
   document["kind"] = "verdict";
   document["tick"] = moment.tick;
-  document["judged_again"] = !moment.of_candidate;
+  document["judged_again"] = moment.again;
   document["chunk"] = moment.has_chunk ? moment.chunk : json();
   return document;
 }

@@ -1,5 +1,7 @@
 #include "decisions/log_story.hpp"
 
+#include <utility>
+
 #include "decisions/unit.hpp"
 #include "decisions/verdict_document.hpp"
 
@@ -81,7 +83,8 @@ void LogStory::remember_chunk(const Event& event) {
                      {"frame", part.frame_id.view()}});
   }
   const auto skill = skills_.find(chunk_.claim_id);
-  Remembered chunk{std::string(event.source), chunk_.seq, chunk_.start_tick, chunk_.horizon, {}};
+  Remembered chunk{
+      std::string(event.source), chunk_.seq, chunk_.start_tick, chunk_.horizon, false, {}};
   chunk.chunk = {{"goal_id", hex_id(chunk_.goal_id)},
                  {"skill", skill == skills_.end() ? "" : skill->second},
                  {"obs_tick", chunk_.obs_tick},
@@ -92,7 +95,7 @@ void LogStory::remember_chunk(const Event& event) {
   if (chunks_.size() > kRemembered) chunks_.pop_front();
 }
 
-Moment LogStory::moment_of(const Record& record, const Verdict& verdict) const {
+Moment LogStory::moment_of(const Record& record, const Verdict& verdict) {
   Moment moment;
   moment.step = steps_;
   moment.tick = tick_;
@@ -102,6 +105,7 @@ Moment LogStory::moment_of(const Record& record, const Verdict& verdict) const {
   for (auto chunk = chunks_.rbegin(); chunk != chunks_.rend(); ++chunk) {
     if (chunk->seq != verdict.seq || chunk->source != verdict.source.view()) continue;
     moment.has_chunk = true;
+    moment.again = std::exchange(chunk->has_verdict, true);
     moment.start_tick = chunk->start_tick;
     moment.horizon = chunk->horizon;
     moment.chunk = chunk->chunk;

@@ -18,7 +18,8 @@ struct Moment {
   std::uint64_t step = 0;  // number of the record, counted from 1
   std::uint64_t tick = 0;  // newest state when it was made
   bool is_verdict = true;
-  bool of_candidate = false;  // made when the chunk came, not when rows were judged again
+  bool of_candidate = false;  // made when the chunk came, not with a later state
+  bool again = false;         // the chunk has had a verdict before
   Verdict verdict;
   bool has_chunk = false;  // what follows is known
   std::uint64_t start_tick = 0;
@@ -48,12 +49,13 @@ class LogStory {
   struct Remembered {
     std::string source;
     std::uint64_t seq = 0, start_tick = 0, horizon = 0;
+    bool has_verdict = false;
     nlohmann::json chunk;
   };
   void take_event(const Event& event);
   void take_claim(const Record& record);
   void remember_chunk(const Event& event);
-  Moment moment_of(const Record& record, const Verdict& verdict) const;
+  Moment moment_of(const Record& record, const Verdict& verdict);
   bool take_status(Bytes payload);
 
   const Limits& limits_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "decisions/unit.hpp"
 #include "decisions/verdict_document.hpp"

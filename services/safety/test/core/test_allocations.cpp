@@ -3,6 +3,8 @@
 #include <cstdlib>
 #include <new>
 
+#include "decisions/record.hpp"
+#include "decisions/record_ring.hpp"
 #include "gate_rig.hpp"
 
 namespace {
@@ -127,4 +129,23 @@ TEST_CASE("no state allocates, not even one that has rows judged again") {
     judged_again += rig.count(OutputKind::verdict);
   }
   CHECK(judged_again == 1);
+}
+
+TEST_CASE("recording a step for the decision log allocates nothing") {
+  GateRig rig;
+  rig.ready();
+  RecordRing ring(1U << 20U);
+  const std::vector<std::uint8_t> frame = full_chunk(rig);
+  rig.send_frame(EventKind::candidate, frame, "runner");
+  REQUIRE(rig.count(OutputKind::safe_chunk) == 1);
+  const Event event{EventKind::candidate, "runner", frame, rig.now_ns};
+  allocations = 0;
+  counting = true;
+  const Record record = step_record(rig.now_ns, event, {}, *rig.out);
+  const std::span<std::uint8_t> room = ring.reserve(room_for(record));
+  const bool has_room = !room.empty();
+  if (has_room) ring.commit(encode_record(record, room));
+  counting = false;
+  CHECK(has_room);
+  CHECK(allocations == 0);
 }
