@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -98,6 +99,36 @@ def test_judge_says_in_words_what_changes(a_run: Path, config: Path, tmp_path: P
         "three axes at once; steps admit a full reversal)",
     ]
     assert "2 of 7 verdicts change\n" in text
+
+
+def forged(log: Path, config: str) -> bytes:
+    """The log with another configuration in its header, and every CRC made right again."""
+    data = log.read_bytes()
+    start = data.index(b"\n") + 1
+    crc = zlib.crc32(data[:start])
+    made = data[:start]
+    while start < len(data):
+        length = int.from_bytes(data[start + 1 : start + 4], "little")
+        kind, body = data[start], data[start + 5 : start + 5 + length]
+        start += 9 + length
+        if kind == 1:
+            body = json.dumps(json.loads(body) | {"config": config}).encode()
+        head = bytes([kind]) + len(body).to_bytes(3, "little")
+        head += bytes([head[0] ^ head[1] ^ head[2] ^ head[3] ^ 0xA5])
+        crc = zlib.crc32(head + body, crc)
+        made += head + body + crc.to_bytes(4, "little")
+    return made
+
+
+def test_decisions_that_do_not_follow_from_the_recorded_limits_are_different(
+    a_run: Path, config: Path, tmp_path: Path
+) -> None:
+    copy = tmp_path / "forged.decisions"
+    copy.write_bytes(forged(a_run, config.read_text()))
+    assert judge(copy)[0] == 0
+    copy.write_bytes(forged(a_run, tightened(config, tmp_path, 0.03).read_text()))
+    status, found = judge(copy)
+    assert (status, found["identical"], found["first_difference"]["step"]) == (1, False, 1)
 
 
 def test_a_changed_byte_is_found_wherever_it_is(a_run: Path, tmp_path: Path) -> None:
