@@ -7,6 +7,7 @@ a skill is not refused only once it runs.
 from __future__ import annotations
 
 import json
+from collections.abc import Iterable
 from typing import Any
 
 from fairlead.gate_config import compile_gate_config
@@ -25,13 +26,21 @@ def limit_problems(skill: SkillManifest, robot: RobotManifest) -> list[str]:
     problems = []
     for profile in robot.safety:
         config = json.loads(compile_gate_config(robot, profile))
-        blocks = {part["name"]: _ranges(part, config["joints"]) for part in config["parts"]}
         found = [
             *_protocol_problems(skill, config["protocol"]),
-            *(text for limit in skill.limits for text in _override_problems(limit, blocks)),
+            *override_problems(skill.limits, config),
         ]
         problems += [f"{text} (profile {profile})" for text in found]
     return problems
+
+
+def override_problems(limits: Iterable[SkillLimit], config: dict[str, Any]) -> list[str]:
+    """Every one of a claim's limits that a gate with this gate file refuses, in words.
+
+    Taken one after the other, as the gate does: one that fits narrows the room of the next.
+    """
+    blocks = {part["name"]: _ranges(part, config["joints"]) for part in config["parts"]}
+    return [text for limit in limits for text in _problems_of(limit, blocks)]
 
 
 def _protocol_problems(skill: SkillManifest, protocol: dict[str, Any]) -> list[str]:
@@ -47,7 +56,7 @@ def _protocol_problems(skill: SkillManifest, protocol: dict[str, Any]) -> list[s
     ]
 
 
-def _override_problems(limit: SkillLimit, blocks: dict[str, dict[str, Any]]) -> list[str]:
+def _problems_of(limit: SkillLimit, blocks: dict[str, dict[str, Any]]) -> list[str]:
     where = f"limits: {limit.part} {limit.control_mode} {limit.name}"
     ranges = blocks.get(limit.part, {}).get(limit.control_mode)
     if ranges is None:
@@ -56,11 +65,29 @@ def _override_problems(limit: SkillLimit, blocks: dict[str, dict[str, Any]]) -> 
     if limit.name not in ranges:
         return [f"{where}: no such limit (valid: {', '.join(ranges) or 'none'})"]
     lower, upper = ranges[limit.name]
-    is_end = limit.name.startswith(("lower", "upper"))
-    if lower <= limit.value <= upper and (limit.value > 0 or is_end):
-        return []
-    floor = f"at least {lower:g}" if is_end else "above 0"
-    return [f"{where}: expected {floor} and at most {upper:g}, got {limit.value:g}"]
+    if limit.name.startswith("lower"):
+        fits, room = lower <= limit.value < upper, f"at least {lower:g} and below upper, {upper:g}"
+    elif limit.name.startswith("upper"):
+        fits, room = lower < limit.value <= upper, f"above lower, {lower:g}, and at most {upper:g}"
+    else:
+        fits, room = lower < limit.value <= upper, f"above {lower:g} and at most {upper:g}"
+    if not fits:
+        return [f"{where}: expected {room}, got {limit.value:g}"]
+    _narrow(ranges, limit)
+    return []
+
+
+def _narrow(ranges: dict[str, Range], limit: SkillLimit) -> None:
+    """A limit that was taken is what the next one is measured by; two ends bound each other."""
+    lower, upper = ranges[limit.name]
+    if limit.name.startswith("lower"):
+        opposite = limit.name.replace("lower", "upper")
+        ranges[limit.name] = ranges[opposite] = (limit.value, upper)
+    elif limit.name.startswith("upper"):
+        opposite = limit.name.replace("upper", "lower")
+        ranges[limit.name] = ranges[opposite] = (lower, limit.value)
+    else:
+        ranges[limit.name] = (lower, limit.value)
 
 
 def _ranges(part: dict[str, Any], joints: list[dict[str, Any]]) -> dict[str, dict[str, Range]]:
@@ -70,6 +97,8 @@ def _ranges(part: dict[str, Any], joints: list[dict[str, Any]]) -> dict[str, dic
     for mode, name in _OF_THE_JOINTS.items():
         if mode in ranges:
             ranges[mode][name] = (0.0, min(joint[name] for joint in own))
+    if "composite_mode" in ranges:  # its range is its definition, not in the file
+        ranges["composite_mode"] |= {"lower": (-1.0, 1.0), "upper": (-1.0, 1.0)}
     return ranges
 
 

@@ -41,9 +41,11 @@ def test_a_limit_up_to_the_robots_own_is_admitted(
         ("right_arm", "joint_torque", "effort_limit", 12.5,
          "effort_limit: expected above 0 and at most 12, got 12.5"),
         ("left_arm", "cartesian_pose", "lower_y", -0.21,
-         "lower_y: expected at least -0.2 and at most 1, got -0.21"),
+         "lower_y: expected at least -0.2 and below upper, 1, got -0.21"),
         ("left_arm", "cartesian_pose", "upper_x", 0.91,
-         "upper_x: expected at least 0.15 and at most 0.9, got 0.91"),
+         "upper_x: expected above lower, 0.15, and at most 0.9, got 0.91"),
+        ("left_arm", "cartesian_pose", "lower_y", 1.0,
+         "lower_y: expected at least -0.2 and below upper, 1, got 1"),
         ("left_arm", "cartesian_twist", "linear_limit", 1.01,
          "linear_limit: expected above 0 and at most 1, got 1.01"),
         ("left_gripper", "gripper_binary", "step_limit", 1.0,
@@ -54,3 +56,15 @@ def test_a_limit_beyond_the_robots_own_is_refused(
     part: str, mode: str, name: str, value: float, text: str
 ) -> None:
     assert problems(part, mode, name, value) == [f"limits: {part} {mode} {text} (profile sim)"]
+
+
+def test_ends_of_a_range_may_not_cross_each_other_either() -> None:
+    ends = {"lower_y": 0.3, "upper_y": 0.3}
+    limits = tuple(
+        SkillLimit(part="left_arm", control_mode="cartesian_pose", name=name, value=value)
+        for name, value in ends.items()
+    )
+    assert limit_problems(SKILL.model_copy(update={"limits": limits}), ROBOT) == [
+        "limits: left_arm cartesian_pose upper_y: expected above lower, 0.3, and at most 1, got 0.3"
+        " (profile sim)"
+    ]

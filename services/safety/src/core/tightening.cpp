@@ -6,15 +6,15 @@
 namespace fairlead {
 namespace {
 
-Text refuse(const LimitOverride& wanted, std::string_view rule, double limit) {
+Text refuse(const LimitOverride& wanted, const Text& room) {
   return phrase("limits: ", wanted.part, " ", mode_name(wanted.mode), " ", wanted.name,
-                ": expected ", rule, " ", limit, ", got ", wanted.value);
+                ": expected ", room, ", got ", wanted.value);
 }
 
 // An upper limit: positive and not above the present one. NaN fails.
 Text lower_it(const LimitOverride& wanted, double& limit) {
   if (!(wanted.value > 0.0 && wanted.value <= limit))
-    return refuse(wanted, "above 0 and at most", limit);
+    return refuse(wanted, phrase("above 0 and at most ", limit));
   limit = wanted.value;
   return {};
 }
@@ -34,13 +34,15 @@ Text tighten_norms(const LimitOverride& wanted, CartesianLimits& mode) {
 
 // The lower end of a range only rises, and stays below the upper one. NaN fails.
 Text raise_lower(const LimitOverride& wanted, double& lower, double upper) {
-  if (!(wanted.value >= lower && wanted.value < upper)) return refuse(wanted, "at least", lower);
+  if (!(wanted.value >= lower && wanted.value < upper))
+    return refuse(wanted, phrase("at least ", lower, " and below upper, ", upper));
   lower = wanted.value;
   return {};
 }
 
 Text lower_upper(const LimitOverride& wanted, double lower, double& upper) {
-  if (!(wanted.value <= upper && wanted.value > lower)) return refuse(wanted, "at most", upper);
+  if (!(wanted.value <= upper && wanted.value > lower))
+    return refuse(wanted, phrase("above lower, ", lower, ", and at most ", upper));
   upper = wanted.value;
   return {};
 }

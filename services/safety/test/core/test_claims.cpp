@@ -146,6 +146,11 @@ TEST_CASE("a claim's limits may be tighter or equal, never looser, and must exis
     CHECK_FALSE(refusal_with({"gripper", number(Mode::gripper_position), "lower", bad}).empty());
   for (const double bad : {0.081, 0.0, infinite, not_a_number})
     CHECK_FALSE(refusal_with({"gripper", number(Mode::gripper_position), "upper", bad}).empty());
+  CHECK(refusal_with({"gripper", number(Mode::gripper_position), "lower", 0.2}) ==
+        "limits: gripper gripper_position lower: expected at least 0 and below upper, 0.08, got "
+        "0.2");
+  CHECK(refusal_with({"gripper", number(Mode::gripper_position), "upper", 0.0}) ==
+        "limits: gripper gripper_position upper: expected above lower, 0, and at most 0.08, got 0");
   CHECK(refusal_with({"tail", number(Mode::cartesian_delta), "linear_limit", 0.1}) ==
         "limits: tail is not a part of this claim");
   CHECK(refusal_with({"arm", number(Mode::body_twist), "linear_limit", 0.1}) ==
