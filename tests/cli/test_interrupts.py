@@ -10,8 +10,8 @@ from typing import IO
 
 import pytest
 
-from fairlead.supervisor.process_table import command_of
 from tests.cli.command import fairlead_command, fairlead_environment
+from tests.cli.process_list import pids_that_mention
 from tests.system.live_robot import wait_for
 
 pytestmark = [pytest.mark.processes, pytest.mark.simulator, pytest.mark.timeout(300)]
@@ -22,12 +22,6 @@ def read_until(stream: IO[str], text: str) -> None:
         if text in line:
             return
     raise AssertionError(f"the stream ended without {text!r}")
-
-
-def mentions(folder: Path) -> list[str]:
-    """Command lines of processes that belong to a run in ``folder``."""
-    pids = [int(entry.name) for entry in Path("/proc").iterdir() if entry.name.isdigit()]
-    return [line for line in map(command_of, pids) if str(folder) in line]
 
 
 @pytest.mark.parametrize(
@@ -54,4 +48,4 @@ def test_ctrl_c_ends_the_demo_at_once_and_leaves_no_process(
     assert rest.endswith("interrupted\n") and done_after not in rest
     assert "Traceback" not in rest and printed == ""
     assert sorted(path.name for path in out.iterdir()) == ["state"], "nothing was drawn"
-    wait_for(lambda: not mentions(out), "no process is left")
+    wait_for(lambda: not pids_that_mention(out), "no process is left")

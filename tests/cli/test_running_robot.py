@@ -17,17 +17,14 @@ from fairlead.paths import repo_root
 from fairlead.supervisor.process_table import command_of
 from fairlead.supervisor.scratch import Scratch, ScratchOptions, make_scratch
 from tests.cli.command import fairlead, fairlead_command, fairlead_environment
-from tests.system.conftest import LIGHT_HAL
+from tests.cli.process_list import all_pids, pids_that_mention
+from tests.system.light_hal import LIGHT_HAL
 from tests.system.live_robot import wait_for
 
 pytestmark = [pytest.mark.processes, pytest.mark.timeout(300)]
 
 SKILL = "oracle-counter-to-cabinet"
 SOURCE = repo_root() / "compose" / "panda_mobile_sim.yaml"
-
-
-def all_pids() -> list[int]:
-    return [int(entry.name) for entry in Path("/proc").iterdir() if entry.name.isdigit()]
 
 
 class Up:
@@ -65,11 +62,9 @@ class Up:
         assert done.returncode == 0, done.stderr
         return json.loads(done.stdout)
 
-    def processes(self) -> list[str]:
-        """Command lines of processes that mention this deployment's folder."""
-        mine = str(self.scratch.state_dir)
-        lines = [command_of(pid) for pid in all_pids() if pid != self.process.pid]
-        return [line for line in lines if mine in line]
+    def processes(self) -> list[int]:
+        """Processes of this deployment's folder, without ``up`` itself."""
+        return [pid for pid in pids_that_mention(self.scratch.state_dir) if pid != self.process.pid]
 
     def end(self, number: signal.Signals) -> int:
         self.process.send_signal(number)
@@ -204,8 +199,7 @@ def test_up_whose_reader_goes_away_ends_and_leaves_no_process(tmp_path: Path) ->
         up.stdout.readline()
         up.stdout.close()
         assert up.wait(timeout=60.0) == 0
-    mine = str(scratch.state_dir)
-    assert not [pid for pid in all_pids() if mine in command_of(pid)]
+    assert pids_that_mention(scratch.state_dir) == []
 
 
 def test_a_killed_up_leaves_no_process_and_can_be_started_again(

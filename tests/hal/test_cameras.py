@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ctypes.util
 from pathlib import Path
 
 import numpy as np
@@ -10,15 +9,14 @@ import pytest
 
 from fairlead.messages import HalStatus, Image, StatusQuery, decode
 from fairlead_hal_sim.camera_process import start_camera_process
-from fairlead_hal_sim.graphics_choice import LIBRARIES
 from fairlead_hal_sim.options import CameraOptions, SimulatorOptions
 from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
 from tests.hal.hal_process import HalProcess
+from tests.hal.rendering import CAN_RENDER
 
 pytestmark = pytest.mark.simulator
 
 CAMERA = CameraOptions(name="overview", width=96, height=64, period_ticks=5)
-CAN_RENDER = any(ctypes.util.find_library(library) for _, library in LIBRARIES)
 
 
 def pixels(image: Image) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:

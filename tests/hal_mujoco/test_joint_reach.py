@@ -13,27 +13,17 @@ from fairlead.bus import Sample
 from fairlead.deployment import load_deployment
 from fairlead.goal_run import GoalWish, run_goal
 from fairlead.messages import FloatArray, GoalResult, JointState, decode, floats
-from fairlead.paths import repo_root
 from fairlead.robot import load_robot
 from fairlead.scratch_robot import ScratchRobot, scratch_robot
-from fairlead.skill import load_skill
 from fairlead.supervisor import Registry
 from fairlead.supervisor.scratch import ScratchOptions, make_scratch
+from tests.hal_mujoco.joint_reach import RUNNER, SKILL, SOURCE, goal_position
 from tests.system.motion_log import MotionLog
 
-SOURCE = repo_root() / "compose" / "panda_mujoco.yaml"
-SKILL = "panda-joint-reach"
 DEADLINE_TICKS = 120
 Pacing = Literal["realtime", "lockstep"]
-RUNNER = {"skills": [SKILL]}
 
 pytestmark = pytest.mark.processes
-
-
-def goal_position() -> FloatArray:
-    options = load_skill(SKILL).policy.options
-    assert isinstance(options["target_rad"], list)
-    return np.array([*options["target_rad"], options["opening_m"]], dtype=float)
 
 
 def reach(robot: ScratchRobot, seed: int) -> tuple[GoalResult, FloatArray]:

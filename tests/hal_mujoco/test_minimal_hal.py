@@ -18,7 +18,7 @@ from fairlead.messages import JointState, decode, floats
 from fairlead.paths import repo_root
 from fairlead.supervisor.command_line import service_command, service_environment
 from fairlead.supervisor.scratch import Scratch, ScratchOptions, make_scratch
-from tests.hal_mujoco.test_joint_reach import RUNNER, SKILL, SOURCE, goal_position
+from tests.hal_mujoco.joint_reach import RUNNER, SKILL, SOURCE, goal_position
 
 EXAMPLE = repo_root() / "docs" / "examples" / "minimal_hal.py"
 DOCUMENT = repo_root() / "docs" / "hal.md"

@@ -20,6 +20,11 @@ ANSWERS = Callable[[Document, int], bytes | str | None]
 """What to send for the nth request (0 is the first); None: nothing."""
 
 
+RLDX_SHARES = {"end_effector_position": (0, 3), "end_effector_rotation": (3, 6),
+          "gripper_close": (6, 7), "base_motion": (7, 11), "control_mode": (11, 12)}  # fmt: skip
+"""Columns of a row of 12 numbers, by the name under which an RLDX server sends them."""
+
+
 def openpi_array(array: Array) -> dict[bytes, Any]:
     return {
         b"__ndarray__": True,
@@ -48,6 +53,10 @@ def npy(array: Array) -> dict[str, Any]:
 def read_npy(packed: dict[str, Any]) -> Array:
     loaded: Array = np.load(io.BytesIO(packed["as_npy"]), allow_pickle=False)
     return loaded
+
+
+def rldx_rows(rows: Array) -> dict[str, Array]:
+    return {name: rows[:, first:last] for name, (first, last) in RLDX_SHARES.items()}
 
 
 def rldx_actions(arrays: dict[str, Array]) -> bytes:

@@ -27,6 +27,7 @@ from tests.runner.policy_servers import (
     read_npy,
     read_openpi_array,
     rldx_actions,
+    rldx_rows,
 )
 
 pytestmark = pytest.mark.processes
@@ -34,8 +35,6 @@ pytestmark = pytest.mark.processes
 PI05 = "pi05-robocasa365-human300-nf4"
 RLDX = "rldx1-ft-rc365-nf4"
 ROWS = np.random.default_rng(5).uniform(-1, 1, (4, 12)).astype(np.float32)
-SHARES = {"end_effector_position": (0, 3), "end_effector_rotation": (3, 6),
-          "gripper_close": (6, 7), "base_motion": (7, 11), "control_mode": (11, 12)}  # fmt: skip
 
 
 def observation(skill: SkillManifest, tick: int = 9) -> Observation:
@@ -45,10 +44,6 @@ def observation(skill: SkillManifest, tick: int = 9) -> Observation:
         for name, spec in skill.images.items()
     }
     return Observation(tick, rng.normal(size=16), "put it there", images)
-
-
-def rldx_rows(rows: np.ndarray) -> dict[str, np.ndarray]:
-    return {name: rows[:, first:last] for name, (first, last) in SHARES.items()}
 
 
 Ask = Callable[..., PolicyWorker]

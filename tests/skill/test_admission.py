@@ -10,54 +10,15 @@ import pytest
 
 from fairlead.admission import admission_problems, require_admission
 from fairlead.errors import ConfigError
-from fairlead.messages import HalCamera, HalPart, HalStatus, ModeRange, pack_floats
-from fairlead.modes import GATED_MODES, ControlMode
+from fairlead.modes import GATED_MODES
 from fairlead.robot import load_robot
 from fairlead.routes import resolve_routes
 from fairlead.skill import SkillManifest, load_skill
 from fairlead.slots import FIELD_RULES
+from tests.skill.mobile_hal import HAL
 
 SKILL = load_skill("oracle-counter-to-cabinet")
 ROBOT = load_robot("panda_mobile")
-RANGES = {
-    "arm": {ControlMode.CARTESIAN_DELTA: [0.05, 0.05, 0.05, 0.5, 0.5, 0.5]},
-    "gripper": {ControlMode.GRIPPER_POSITION: [0.08]},
-    "base": {ControlMode.JOINT_VELOCITY: [1.0, 1.0, 1.5]},
-    "composite": {ControlMode.COMPOSITE_MODE: [1.0]},
-}
-
-
-def hal_part(name: str) -> HalPart:
-    ranges = tuple(
-        ModeRange(
-            mode=mode,
-            lower=pack_floats([0.0 if name == "gripper" else -v for v in upper]),
-            upper=pack_floats(upper),
-        )
-        for mode, upper in RANGES[name].items()
-    )
-    joints = ROBOT.part(name).joints
-    return HalPart(name=name, simulator_part="", joints=joints, ranges=ranges)
-
-
-HAL = HalStatus(
-    session=1,
-    robot="panda_mobile",
-    robot_hash=ROBOT.robot_hash,
-    pacing="lockstep",
-    period_ns=ROBOT.tick_period_ns,
-    tick=1,
-    episode_tick=1,
-    state="ready",
-    detail="",
-    joints=ROBOT.joint_names,
-    passive_joints=ROBOT.passive_joint_names,
-    parts=tuple(hal_part(name) for name in ROBOT.part_names),
-    simulator_order=(),
-    cameras=(HalCamera(name="front", width=128, height=128, period_ticks=2),),
-    has_task=True,
-    overruns=0,
-)
 
 
 def skill(change: Callable[[dict[str, Any]], None]) -> SkillManifest:
@@ -304,9 +265,9 @@ def test_a_limit_that_tightens_is_admitted(part: str, mode: str, name: str, valu
         ("base", "joint_velocity", "step_limit", 2.5,
          "step_limit: expected above 0 and at most 2, got 2.5"),
         ("gripper", "gripper_position", "lower", -0.01,
-         "lower: expected at least 0 and at most 0.08, got -0.01"),
+         "lower: expected at least 0 and below upper, 0.08, got -0.01"),
         ("gripper", "gripper_position", "upper", 0.09,
-         "upper: expected at least 0 and at most 0.08, got 0.09"),
+         "upper: expected above lower, 0, and at most 0.08, got 0.09"),
         ("gripper", "gripper_position", "speed", 1.0,
          "speed: no such limit (valid: lower, upper, step_limit)"),
         ("base", "joint_velocity", "velocity_limit", 1.1,

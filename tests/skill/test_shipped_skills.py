@@ -10,7 +10,7 @@ from fairlead.errors import ConfigError
 from fairlead.messages import HalCamera
 from fairlead.robot import load_robot
 from fairlead.skill import ImageSpec, load_skill
-from tests.skill.test_admission import HAL
+from tests.skill.mobile_hal import HAL
 
 ROBOCASA = ("rldx1-ft-rc365-nf4", "rldx-robocasa", "pi05-robocasa365-human300-nf4")
 MOBILE = load_robot("panda_mobile")

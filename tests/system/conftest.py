@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Literal
 
 import pytest
 
@@ -12,14 +11,10 @@ from fairlead.paths import repo_root
 from fairlead.scratch_robot import scratch_robot
 from fairlead.supervisor import Registry
 from fairlead.supervisor.scratch import Scratch, ScratchOptions, make_scratch
+from tests.system.light_hal import LIGHT_HAL, Pacing
 from tests.system.live_robot import LiveRobot
 
 SOURCE = repo_root() / "compose" / "panda_mobile_sim.yaml"
-Pacing = Literal["realtime", "lockstep"]
-LIGHT_HAL = {
-    "backend": "kinematic",
-    "frames": {"object": [0.6, 0.0, 0.95], "goal": [0.0, 1.8, 1.1]},
-}
 
 
 @pytest.fixture(scope="session")

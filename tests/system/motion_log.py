@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterable
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 from fairlead.messages import Hold
@@ -50,6 +52,24 @@ class MotionLog:
 
     def since(self, stamp_ns: int) -> list[MotionLine]:
         return [line for line in self.read() if line.stamp_ns >= stamp_ns]
+
+
+def hold_delay_ms(lines: Iterable[MotionLine], injected_ns: int) -> float:
+    """Injection to the tick from which on nothing moved; asserts that it stays so."""
+    last_move_ns, first_hold_ns = injected_ns, None
+    for line in lines:
+        if line.moves:
+            last_move_ns, first_hold_ns = line.stamp_ns, None
+        elif first_hold_ns is None:
+            first_hold_ns = line.stamp_ns
+    assert first_hold_ns is not None and first_hold_ns >= last_move_ns
+    return (first_hold_ns - injected_ns) / 1e6
+
+
+def longest_tick_ms(lines: list[MotionLine]) -> float:
+    """The longest time between two decisions; 0 if there are not two."""
+    stamps = [line.stamp_ns for line in lines]
+    return max((later - one for one, later in pairwise(stamps)), default=0) / 1e6
 
 
 def _parse(line: bytes) -> MotionLine:

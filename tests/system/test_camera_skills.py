@@ -19,7 +19,7 @@ from fairlead_hal_sim.options import SimulatorOptions
 from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
 from fairlead_hal_sim.task.scene import COUNTER_HEIGHT_M
 from tests.cli.command import fairlead
-from tests.hal.test_cameras import CAN_RENDER
+from tests.hal.rendering import CAN_RENDER
 from tests.runner.policy_servers import (
     OpenpiServer,
     RldxServer,
@@ -27,9 +27,9 @@ from tests.runner.policy_servers import (
     read_npy,
     read_openpi_array,
     rldx_actions,
+    rldx_rows,
 )
 from tests.runner.scripted_world import free_port
-from tests.runner.test_remote_policies import rldx_rows
 
 pytestmark = [
     pytest.mark.processes,

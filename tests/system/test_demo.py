@@ -10,16 +10,15 @@ from pathlib import Path
 
 import pytest
 
-from fairlead.supervisor.process_table import command_of
 from tests.cli.command import fairlead, fairlead_command, fairlead_environment
-from tests.cli.test_running_robot import all_pids
+from tests.cli.process_list import pids_that_mention
 from tests.system.live_robot import wait_for
 
 pytestmark = [pytest.mark.processes, pytest.mark.simulator, pytest.mark.timeout(400)]
 
 
-def processes_in(folder: Path) -> list[str]:
-    return [line for line in map(command_of, all_pids()) if str(folder / "state") in line]
+def processes_in(folder: Path) -> list[int]:
+    return pids_that_mention(folder / "state")
 
 
 def test_the_demo_does_the_task_challenges_the_gate_and_draws_it(tmp_path: Path) -> None:
@@ -87,7 +86,7 @@ def test_a_demo_whose_service_dies_in_the_middle_names_it_with_its_last_lines(
     ) as demo:
         log = out / "state" / "logs" / "runner.log"
         wait_for(lambda: log.exists() and "has claim" in log.read_text("utf-8"), "it runs", 120.0)
-        hal = next(pid for pid in all_pids() if f"{out}/state/hal" in command_of(pid))
+        hal = pids_that_mention(out / "state" / "hal")[0]
         os.kill(hal, signal.SIGKILL)
         _, said = demo.communicate(timeout=120.0)
     assert demo.returncode == 1 and "Traceback" not in said

@@ -8,9 +8,7 @@ from __future__ import annotations
 
 import os
 import signal
-from collections.abc import Iterable
 from concurrent.futures import Future
-from itertools import pairwise
 
 import pytest
 
@@ -18,7 +16,7 @@ from fairlead.errors import ServiceError
 from fairlead.goal_watch import Progress
 from fairlead.messages import GateState, GoalResult
 from tests.system.live_robot import LiveRobot, wait_for
-from tests.system.motion_log import MotionLine
+from tests.system.motion_log import hold_delay_ms, longest_tick_ms
 
 pytestmark = [pytest.mark.processes, pytest.mark.simulator, pytest.mark.timeout(600)]
 
@@ -31,23 +29,6 @@ def end_of(goal: Future[Progress]) -> GoalResult:
     result = goal.result(timeout=60.0).result
     assert result is not None
     return result
-
-
-def hold_delay_ms(lines: Iterable[MotionLine], injected_ns: int) -> float:
-    """Injection to the tick from which on nothing moved; asserts that it stays so."""
-    last_move_ns, first_hold_ns = injected_ns, None
-    for line in lines:
-        if line.moves:
-            last_move_ns, first_hold_ns = line.stamp_ns, None
-        elif first_hold_ns is None:
-            first_hold_ns = line.stamp_ns
-    assert first_hold_ns is not None and first_hold_ns >= last_move_ns
-    return (first_hold_ns - injected_ns) / 1e6
-
-
-def longest_tick_ms(lines: list[MotionLine]) -> float:
-    stamps = [line.stamp_ns for line in lines]
-    return max((later - one for one, later in pairwise(stamps)), default=0) / 1e6
 
 
 def every_row_was_judged_for_its_tick(robot: LiveRobot) -> None:

@@ -15,7 +15,7 @@ import pytest
 
 from fairlead.paths import repo_root
 from fairlead.supervisor.scratch import ScratchOptions, make_scratch
-from tests.system.conftest import LIGHT_HAL
+from tests.system.light_hal import LIGHT_HAL
 from tests.system.live_robot import wait_for
 
 pytestmark = [pytest.mark.processes, pytest.mark.timeout(300)]

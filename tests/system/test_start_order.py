@@ -11,7 +11,7 @@ import pytest
 from fairlead.scratch_robot import scratch_robot
 from fairlead.supervisor import Registry
 from fairlead.supervisor.scratch import Scratch
-from tests.system.conftest import Pacing
+from tests.system.light_hal import Pacing
 from tests.system.live_robot import LiveRobot
 
 pytestmark = [pytest.mark.processes, pytest.mark.timeout(300)]

@@ -21,8 +21,7 @@ from fairlead.parity.comparison import compare
 from fairlead.parity.deployed_episode import deployed_episode, read_episode
 from fairlead.paths import repo_root
 from tests.system.live_robot import MOVING_TICKS, wait_for
-from tests.system.motion_log import MotionLine
-from tests.system.test_faults import hold_delay_ms, longest_tick_ms
+from tests.system.motion_log import MotionLine, hold_delay_ms, longest_tick_ms
 from tests.system.two_hosts import SKILL, TwoHosts, two_hosts
 from tests.system.two_networks import TwoNetworks, two_networks
 

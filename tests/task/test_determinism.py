@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import subprocess
 import sys
 from pathlib import Path
@@ -10,34 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fairlead_hal_sim.options import SimulatorOptions
 from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
 from fairlead_hal_sim.task import Scene
 from tests.task.episode import commands
+from tests.task.trajectory import trajectory
 
 pytestmark = pytest.mark.simulator
-
-TICKS = 60
-
-
-def trajectory(backend: RobosuiteBackend, seed: int) -> str:
-    """Hash of qpos, qvel, packed vectors and readings under random commands."""
-    backend.reset(seed)
-    rng = np.random.default_rng(99)
-    digest = hashlib.sha256()
-    for _ in range(TICKS):
-        row = rng.uniform(-1, 1, 12).astype(np.float32)
-        row[6] = np.sign(row[6])
-        backend.apply(commands(row))
-        data = backend.env.sim.data
-        measured = backend.read()
-        for block in (data.qpos, data.qvel, measured.positions, measured.efforts):
-            digest.update(np.ascontiguousarray(block).tobytes())
-        for frame in backend.transforms():
-            digest.update(frame.translation.tobytes() + frame.rotation_xyzw.tobytes())
-        assert backend.last_packed is not None
-        digest.update(backend.last_packed.tobytes())
-    return digest.hexdigest()
 
 
 def test_a_replay_after_another_episode_is_bit_identical(backend: RobosuiteBackend) -> None:
@@ -50,7 +27,7 @@ def test_a_replay_after_another_episode_is_bit_identical(backend: RobosuiteBacke
 def test_another_process_gives_the_same_bits(backend: RobosuiteBackend) -> None:
     here = trajectory(backend, 7)
     process = subprocess.run(
-        [sys.executable, "-m", "tests.task.test_determinism", "7"],
+        [sys.executable, "-m", "tests.task.trajectory", "7"],
         check=True,
         capture_output=True,
         text=True,
@@ -81,10 +58,3 @@ def test_each_seed_has_its_own_scene_and_keeps_it(backend: RobosuiteBackend) -> 
         backend.reset(seed)
         assert scenes.setdefault(seed, backend.env.scene) == backend.env.scene
     assert len({repr(scene) for scene in scenes.values()}) == 3
-
-
-if __name__ == "__main__":
-    # Another history on purpose: made with another seed, one episode behind it.
-    fresh = RobosuiteBackend(SimulatorOptions(seed=4))
-    trajectory(fresh, 1)
-    print(trajectory(fresh, int(sys.argv[1])))

@@ -8,7 +8,7 @@ import pytest
 from fairlead_hal_sim.options import SimulatorOptions
 from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
 from fairlead_hal_sim.task import mobile_pick_place
-from tests.task.test_determinism import trajectory
+from tests.task.trajectory import trajectory
 
 pytestmark = pytest.mark.simulator
 
