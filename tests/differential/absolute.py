@@ -55,7 +55,9 @@ def absolute_faults(
     elif MODES[rows.mode] == "gripper_binary":
         if values[0] not in (0.0, 1.0):
             text = "exactly 0 (open) or 1 (closed)"
-            yield Fault(20, row, part.name, "closed", values[0], 0.0, 0.0, text)
+            nearer = 0.0 if values[0] < 0.5 else 1.0
+            off = abs(values[0] - nearer)
+            yield Fault(20, row, part.name, "closed", values[0], nearer, -off, text)
     elif rows.mode in JOINT_MODES:
         for index in rows.active:
             yield from _joint_faults(file, measured, rows, (row, first_row), index)

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 
 from tests.differential.case import Chunk, PartRows
-from tests.differential.fault import Fault, above
+from tests.differential.fault import Fault, above, below
 from tests.differential.gate_file import (
     FRAMED_MODES,
     JOINT_MODES,
@@ -22,10 +22,10 @@ AXES = ("x", "y", "z", "rx", "ry", "rz")
 
 
 def shape_fault(file: GateFile, horizon_max: int, chunk: Chunk) -> Fault | None:
-    """The first thing wrong with the shape, by code; a mode that has no width comes first."""
+    """The first thing wrong with the shape, by code."""
     checks = (
         _horizon(horizon_max, chunk),
-        _unknown_modes_and_widths(file, chunk),
+        _widths(file, chunk),
         _ticks(chunk),
         _numbers(file, chunk),
         _commands(file, chunk),
@@ -47,14 +47,14 @@ def _horizon(horizon_max: int, chunk: Chunk) -> Iterator[Fault]:
         yield Fault(7, -1, "", "parts", 0.0, 0.0, 0.0, "a chunk commands at least one part")
 
 
-def _unknown_modes_and_widths(file: GateFile, chunk: Chunk) -> Iterator[Fault]:
-    """A mode without a checker has no width that a chunk could be measured by."""
-    for rows in chunk.parts:
+def _has_checker(rows: PartRows) -> bool:
+    """A mode without a checker has no width: nothing of it is measured or read."""
+    return rows.mode < len(MODES) and rows.mode not in NO_CHECKER
+
+
+def _widths(file: GateFile, chunk: Chunk) -> Iterator[Fault]:
+    for rows in filter(_has_checker, chunk.parts):
         name = file.parts[rows.part].name
-        if rows.mode in NO_CHECKER or rows.mode >= len(MODES):
-            mode = MODES[rows.mode] if rows.mode < len(MODES) else "unknown"
-            yield Fault(9, -1, name, mode, rows.mode, 0.0, 0.0, "no checker for this mode")
-            continue
         expected = chunk.horizon * file.width(rows.mode)
         if rows.values.size != expected:
             text = "horizon x width of the mode"
@@ -62,21 +62,24 @@ def _unknown_modes_and_widths(file: GateFile, chunk: Chunk) -> Iterator[Fault]:
 
 
 def _ticks(chunk: Chunk) -> Iterator[Fault]:
-    """ "ticks of all rows within 64 bits"."""
-    if chunk.start_tick + chunk.horizon - 1 > TICK_MAX:
-        start = float(chunk.start_tick)
-        yield Fault(7, -1, "", "start_tick", start, 0.0, 0.0, "its rows' ticks fit 64 bits")
+    """ "ticks of all rows, and the one after the last, within 64 bits"."""
+    if chunk.start_tick + chunk.horizon > TICK_MAX:
+        text = "its rows' ticks, and the one after, fit 64 bits"
+        yield Fault(7, -1, "", "start_tick", float(chunk.start_tick), 0.0, 0.0, text)
 
 
 def _numbers(file: GateFile, chunk: Chunk) -> Iterator[Fault]:
-    """ "G008 every value finite and at most 1e6"."""
-    for rows in chunk.parts:
+    """ "G008 every value finite and at most 1e6", also beside a mode without a checker."""
+    for rows in filter(_has_checker, chunk.parts):
         for row, values in enumerate(rows.values):
             for value in values.tolist():
                 if not (math.isfinite(value) and abs(value) <= MAGNITUDE_MAX):
                     where = (file.parts[rows.part].name, MODES[rows.mode])
                     text = "every value is finite and at most 1e6"
-                    yield above(8, row, where, value, MAGNITUDE_MAX, text)
+                    if value < 0.0:
+                        yield below(8, row, where, value, -MAGNITUDE_MAX, text)
+                    else:
+                        yield above(8, row, where, value, MAGNITUDE_MAX, text)
 
 
 def _commands(file: GateFile, chunk: Chunk) -> Iterator[Fault]:
@@ -88,6 +91,10 @@ def _commands(file: GateFile, chunk: Chunk) -> Iterator[Fault]:
         if rows.part in seen:
             yield Fault(9, -1, part.name, "parts", 0.0, 0.0, 0.0, "each part at most once")
         seen.add(rows.part)
+        if not _has_checker(rows):
+            mode = MODES[rows.mode] if rows.mode < len(MODES) else "unknown"
+            yield Fault(9, -1, part.name, mode, rows.mode, 0.0, 0.0, "no checker for this mode")
+            continue
         if rows.mode not in part.modes:
             text = "a mode this part declares"
             yield Fault(9, -1, part.name, MODES[rows.mode], rows.mode, 0.0, 0.0, text)

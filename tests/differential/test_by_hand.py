@@ -12,10 +12,9 @@ import numpy as np
 import pytest
 
 from fairlead.messages import LimitOverride, Outcome
-from tests.differential.case import Case, Chunk, still
+from tests.differential.case import Case, Chunk, PartRows, still
 from tests.differential.comparison import readable, rulings
 from tests.differential.gates import Pair
-from tests.differential.known import KNOWN, Known
 from tests.differential.plain import TICK, arm, case, gripper, moving, rest, speeds
 
 RELEASED, TRUNCATED, REFUSED = Outcome.RELEASED, Outcome.TRUNCATED, Outcome.REFUSED
@@ -80,26 +79,35 @@ def test_both_judges_say_what_was_computed_by_hand(panda: Pair, name: str) -> No
     assert (answer.safe.horizon if answer.safe else 0) == released
 
 
-DIFFERENT: dict[str, Case] = {
-    "the last 128 ticks of 64 bits": replace(
-        case(gripper(0.04)),
-        measured=still(2**64 - 100, rest()),
-        chunk=Chunk(2**64 - 100, 1, (gripper(0.04),)),
+LAST = 2**64 - 2
+ONCE_DIFFERENT: dict[str, tuple[Case, tuple[int, float]]] = {
+    # name: case, (code, margin)
+    "a row for the last tick that can end": (
+        replace(
+            case(gripper(0.04)),
+            measured=still(LAST, rest()),
+            chunk=Chunk(LAST, 1, (gripper(0.04),)),
+        ),
+        (0, 0.0),
     ),
-    "the margin of a breached lower bound": case(
-        speeds([0.0, 0.0, 0.0, -0.1]), measured=still(TICK, rest(j4=-3.5))
+    "below a lower bound and away": (
+        case(speeds([0.0, 0.0, 0.0, -0.1]), measured=still(TICK, rest(j4=-3.5))),
+        (11, -0.1),
     ),
-    "the smallest number there is": case(speeds([-5e-324]), measured=OUTSIDE),
+    "the smallest velocity back": (case(speeds([-5e-324]), measured=OUTSIDE), (0, 0.0)),
+    "a number below -1e6": (case(gripper(-2e6)), (8, 1e6 - 2e6)),
+    "no number beside a mode without a checker": (
+        case(PartRows(0, 3, np.zeros((1, 1))), gripper(np.nan)),
+        (8, np.nan),
+    ),
 }
 
 
-def test_each_known_difference_is_shown_by_a_case_here() -> None:
-    assert {known.name for known in KNOWN} == set(DIFFERENT)
-
-
-@pytest.mark.parametrize("known", KNOWN, ids=lambda known: known.name)
-def test_a_known_difference_is_still_one(panda: Pair, known: Known) -> None:
-    shown = DIFFERENT[known.name]
+@pytest.mark.parametrize("name", ONCE_DIFFERENT)
+def test_both_judges_give_the_same_code_and_margin(panda: Pair, name: str) -> None:
+    shown, (code, margin) = ONCE_DIFFERENT[name]
     found = panda.differences(shown)
-    assert found, f"no longer: take it from known.py\n{readable(shown, found)}"
-    assert known.covers(shown, found)
+    assert not found, readable(shown, found)
+    (answer,) = panda.answers(shown)
+    assert answer.verdict.code == code
+    np.testing.assert_equal(answer.verdict.margin, margin)

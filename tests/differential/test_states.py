@@ -52,7 +52,7 @@ def odd(file: GateFile, last: Measured, state: Measured, rng: np.random.Generato
 
 def told(core: CoreGate) -> tuple[int, str]:
     """Code and joint of the stop, as the gate's status says in words."""
-    found = re.search(r"G0(\d\d)\s+([^:]+):", core.status().cause)
+    found = re.search(r"G0(\d\d) (\S[^:]*):", core.status().cause)
     assert found is not None, core.status().cause
     return int(found[1]), found[2]
 

@@ -19,8 +19,9 @@ class Verdict(Message, frozen=True, kw_only=True, tag=10):
     """The gate's answer to one chunk.
 
     code: 0, or 1..50 for G001..G050. row: the offending row, -1 if none. part, axis:
-    names, "" if none. value, limit, margin (limit minus value, in the axis' unit):
-    0.0 if code is 0. released_first/last: ticks, 0 if nothing was released.
+    names, "" if none. value, limit, margin (limit minus value, for a lower limit value minus
+    limit: negative outside): 0.0 if code is 0. released_first/last: ticks, 0 if nothing was
+    released.
     """
 
     version: V1 = 1

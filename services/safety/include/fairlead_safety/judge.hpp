@@ -19,7 +19,7 @@ struct Evidence {
   std::string_view axis;
   double value = 0.0;
   double limit = 0.0;
-  double margin = 0.0;  // limit minus value; negative outside
+  double margin = 0.0;  // limit minus value, at a lower limit value minus limit: negative outside
   std::string_view limit_source;
   bool raises_stop = false;
 

@@ -105,9 +105,10 @@ Evidence Gate::Core::check_past(const ActionChunk& chunk) const {
                static_cast<double>(first_open_tick()), "the next open tick");
 }
 
-// The first tick a row can still be for: in lockstep the robot waits in the newest one.
+// The first tick a row can still be for: in lockstep the robot waits in the newest one. After the
+// last tick there is none, and G007 lets no row be for that one.
 std::uint64_t Gate::Core::first_open_tick() const {
-  return hal_.tick() + (hal_.lockstep() ? 0 : 1);
+  return hal_.lockstep() || hal_.tick() == UINT64_MAX ? hal_.tick() : hal_.tick() + 1;
 }
 
 void Gate::Core::take_chunk(const ActionChunk& chunk, Bytes frame, const Name& source,

@@ -55,8 +55,8 @@ void Gate::Core::raise_stop(const Evidence& evidence) {
   if (state_ != GateState::armed) return;
   count(evidence.code);
   const Text cause = phrase("G", evidence.code < 10 ? "00" : "0", evidence.code, " ", evidence.part,
-                            " ", evidence.axis, ": ", evidence.value, ", limit ", evidence.limit,
-                            " (", evidence.limit_source, ")");
+                            evidence.part.empty() ? "" : " ", evidence.axis, ": ", evidence.value,
+                            ", limit ", evidence.limit, " (", evidence.limit_source, ")");
   const std::uint64_t window =
       limits_.protocol.stop_window_s * 1'000'000'000ULL / limits_.period_ns;
   if (stops_.note_raised(hal_.tick(), window) >= limits_.protocol.stops_to_latch)

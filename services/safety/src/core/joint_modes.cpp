@@ -23,6 +23,16 @@ Evidence reduces(const JointLimits& joint, double target, double previous) {
   return above(code::state, joint.name.view(), now, then, "outside its bounds: only towards them");
 }
 
+// G011: the measurement is outside by `out`, of either sign; the velocity must point the other way.
+Evidence leads_back(const JointLimits& joint, double velocity, double out) {
+  constexpr std::string_view rule = "outside its bounds: only towards them";
+  if (out < 0.0 && !(velocity > 0.0))
+    return below(code::state, joint.name.view(), velocity, 0.0, rule);
+  if (out > 0.0 && !(velocity < 0.0))
+    return above(code::state, joint.name.view(), velocity, 0.0, rule);
+  return {};
+}
+
 // Within the joint's own limit in both directions, and the claim's where it has a tighter one.
 Evidence within_own_limit(const RowView& view, std::size_t j, double own) {
   const double claimed = block_of(view).claimed_limit;
@@ -81,13 +91,11 @@ Evidence joint_target_start(const RowView& view, const Setpoint*) {
 Evidence joint_velocity_absolute(const RowView& view) {
   for (const std::uint8_t j : view.now.action->active) {
     const JointLimits& joint = view.limits.joints[j];
-    const Evidence evidence = within_own_limit(view, j, joint.velocity_limit);
-    if (!evidence.ok()) return evidence;
+    Evidence evidence = within_own_limit(view, j, joint.velocity_limit);
     const double measured = view.state.positions[j];
-    if (!joint.bounded || !is_outside(joint.bounds, measured)) continue;
-    if (view.now[j] * excess(joint.bounds, measured) < 0.0) continue;
-    return above(code::state, joint.name.view(), view.now[j], 0.0,
-                 "outside its bounds: only towards them");
+    if (evidence.ok() && joint.bounded && is_outside(joint.bounds, measured))
+      evidence = leads_back(joint, view.now[j], excess(joint.bounds, measured));
+    if (!evidence.ok()) return evidence;
   }
   return {};
 }

@@ -38,10 +38,11 @@ Evidence check_outside(const RowView& view) {
     const JointLimits& joint = view.limits.joints[j];
     const double measured = view.state.positions[j];
     if (!joint.bounded || !is_outside(joint.bounds, measured) || decides_itself(view, j)) continue;
-    const double bound =
-        excess(joint.bounds, measured) > 0.0 ? joint.bounds.upper : joint.bounds.lower;
-    return above(code::state, joint.name.view(), measured, bound,
-                 "measured outside bounds + tolerance: only rows that reduce it");
+    constexpr std::string_view rule =
+        "measured outside bounds + tolerance: only rows that reduce it";
+    if (measured < joint.bounds.lower)
+      return below(code::state, joint.name.view(), measured, joint.bounds.lower, rule);
+    return above(code::state, joint.name.view(), measured, joint.bounds.upper, rule);
   }
   return {};
 }

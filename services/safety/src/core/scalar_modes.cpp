@@ -1,5 +1,7 @@
 // Modes of one number: a gripper's opening or switch, and the composite switch.
 
+#include <cmath>
+
 #include "fairlead_safety/mode_blocks.hpp"
 #include "mode_checkers.hpp"
 
@@ -22,7 +24,11 @@ Evidence scalar_absolute(const RowView& view) {
 Evidence binary_absolute(const RowView& view) {
   const double value = view.now[0];
   if (value == 0.0 || value == 1.0) return {};
-  return broken_rule(code::absolute, "closed", "exactly 0 (open) or 1 (closed)", value);
+  constexpr std::string_view rule = "exactly 0 (open) or 1 (closed)";
+  // The nearer of the two is the limit; its margin is how far off the value is.
+  Evidence evidence = above(code::absolute, "closed", value, value < 0.5 ? 0.0 : 1.0, rule);
+  evidence.margin = -std::abs(value - evidence.limit);
+  return evidence;
 }
 
 // The opening starts where it is measured; the tolerance as for any joint target.

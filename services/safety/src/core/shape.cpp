@@ -30,9 +30,9 @@ Evidence check_sizes(const Limits& limits, const ClaimLimits& claim, const Actio
   for (const ActionPart& action : chunk.parts) {
     const PartLimits& part = limits.parts[action.part];
     const std::size_t width = mode_width(action.mode, limits.joints.size());
-    // The row stride is the mode's width, never the robot's dof; without a width nothing can be
-    // read.
-    if (width == 0) return no_checker(part, action.mode);
+    // The row stride is the mode's width, never the robot's dof. A mode without one has no checker
+    // either: nothing of it is read, and G009 refuses it.
+    if (width == 0) continue;
     const std::size_t expected = std::size_t{chunk.horizon} * width;  // at most 64 x 32
     if (action.values.size() != expected)
       return at(
@@ -40,18 +40,26 @@ Evidence check_sizes(const Limits& limits, const ClaimLimits& claim, const Actio
                       static_cast<double>(action.values.size()), static_cast<double>(expected)),
           -1, part.name);
   }
+  // The tick after the last row counts too: it is where a release ends.
+  if (chunk.start_tick > UINT64_MAX - chunk.horizon)
+    return broken_rule(code::shape, "start_tick", "its rows' ticks, and the one after, fit 64 bits",
+                       static_cast<double>(chunk.start_tick));
   return {};
 }
 
 // G008: every number of every row, past ones too, is finite and small enough to calculate with.
+// Also beside a part whose mode is unknown: that one is refused, this one stops.
 Evidence check_numbers(const Limits& limits, const ActionChunk& chunk) {
   for (const ActionPart& action : chunk.parts) {
     const std::size_t width = mode_width(action.mode, limits.joints.size());
+    if (width == 0) continue;
     for (std::size_t i = 0; i < action.values.size(); ++i) {
       const double value = action.values[i];
       if (std::abs(value) <= largest_magnitude) continue;  // false for NaN
-      Evidence evidence = above(code::finite, mode_name(action.mode), value, largest_magnitude,
-                                "every value is finite and at most 1e6");
+      constexpr std::string_view rule = "every value is finite and at most 1e6";
+      const std::string_view mode = mode_name(action.mode);
+      Evidence evidence = value < 0.0 ? below(code::finite, mode, value, -largest_magnitude, rule)
+                                      : above(code::finite, mode, value, largest_magnitude, rule);
       evidence.raises_stop = true;  // a policy that emits this is broken, not merely wrong
       return at(evidence, static_cast<std::int64_t>(i / width), limits.parts[action.part].name);
     }
@@ -145,9 +153,6 @@ Evidence check_addressing(const Limits& limits, const ClaimLimits& claim,
 
 Evidence check_shape(const Limits& limits, const ClaimLimits& claim, const ActionChunk& chunk) {
   Evidence evidence = check_sizes(limits, claim, chunk);
-  if (evidence.ok() && chunk.start_tick > UINT64_MAX - 2 * max_rows)
-    evidence = broken_rule(code::shape, "start_tick", "its rows' ticks fit 64 bits",
-                           static_cast<double>(chunk.start_tick));
   if (evidence.ok()) evidence = check_numbers(limits, chunk);
   if (evidence.ok()) evidence = check_addressing(limits, claim, chunk);
   return evidence;

@@ -156,6 +156,27 @@ TEST_CASE("G011 an arm joint outside: velocities lead back, other commands do no
             .evidence.code == 0);
 }
 
+TEST_CASE("G011 below its bounds: the smallest velocity upwards is one, and margins are negative") {
+  MeasuredState state = state_at_rest();
+  state.positions[arm_1] = -2.2;
+  const auto velocity = [&state](double value) {
+    return judge(ChunkBuilder().joint(arm, Mode::joint_velocity, arm_1, {value}).chunk, state)
+        .evidence;
+  };
+  CHECK(velocity(5e-324).ok());
+  CHECK(velocity(-5e-324).code == 11);
+  CHECK(velocity(-0.0).code == 11);
+  CHECK(velocity(-0.1).margin == -0.1);
+  const Evidence torque =
+      judge(ChunkBuilder().joint(arm, Mode::joint_torque, arm_1, {0.0}).chunk, state).evidence;
+  CHECK(torque.limit == -2.0);
+  CHECK(torque.margin == doctest::Approx(-0.2));
+  state.positions[arm_1] = 2.2;
+  CHECK(velocity(-5e-324).ok());
+  CHECK(velocity(5e-324).code == 11);
+  CHECK(velocity(0.1).margin == -0.1);
+}
+
 TEST_CASE("G011 a gripper outside its bounds may go anywhere inside them") {
   MeasuredState state = state_at_rest();
   state.positions[gripper_joint] = 0.095;

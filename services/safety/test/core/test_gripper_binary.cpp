@@ -25,6 +25,13 @@ TEST_CASE("G020 gripper binary: exactly 0 or 1") {
   CHECK(cut.outcome == Outcome::truncated);
   CHECK(cut.row_count == 2);
   CHECK(cut.evidence.axis == "closed");
+  const auto evidence = [](double value) { return judge(binary({value}).chunk).evidence; };
+  CHECK(evidence(0.5).limit == 1.0);
+  CHECK(evidence(0.5).margin == -0.5);
+  CHECK(evidence(0.25).limit == 0.0);
+  CHECK(evidence(-0.25).margin == -0.25);
+  CHECK(evidence(1.25).limit == 1.0);
+  CHECK(evidence(1.25).margin == -0.25);
 }
 
 TEST_CASE("a binary gripper switches at any time, from any opening") {

@@ -135,6 +135,8 @@ TEST_CASE("G008 every number of every row is finite and at most 1e6, and a breac
       CHECK(evidence.row == static_cast<std::int64_t>(row));
       CHECK(evidence.part == "gripper");
       CHECK(evidence.raises_stop);
+      CHECK(evidence.limit == (bad < 0.0 ? -1e6 : 1e6));
+      CHECK_FALSE(evidence.margin >= 0.0);
     }
   }
   for (const double fine : {1e6, -1e6, just_below(1e6), 5e-324, -5e-324, 0.0, -0.0})
@@ -159,6 +161,22 @@ TEST_CASE("G009 modes without a checker are refused by name") {
   }
   CHECK(code_of(ChunkBuilder().add(arm, static_cast<Mode>(13), {{0.0}})) == 9);
   CHECK(code_of(ChunkBuilder().add(arm, static_cast<Mode>(255), {{0.0}})) == 9);
+}
+
+TEST_CASE("G008 stops also beside a mode that is refused by name, in either order") {
+  for (const Mode unknown : {Mode::joint_trajectory, Mode::foot_placement, static_cast<Mode>(255)})
+    for (const bool first : {false, true}) {
+      ChunkBuilder builder;
+      if (first) builder.add(arm, unknown, {{0.0}});
+      builder.scalar(gripper, Mode::gripper_position, {not_a_number});
+      if (!first) builder.add(arm, unknown, {{0.0}});
+      const Evidence evidence = shape(builder.chunk);
+      CHECK(evidence.code == 8);
+      CHECK(evidence.raises_stop);
+      CHECK(evidence.part == "gripper");
+    }
+  // What nothing can read the width of is not read.
+  CHECK(code_of(ChunkBuilder().add(arm, Mode::joint_trajectory, {{not_a_number}})) == 9);
 }
 
 TEST_CASE("G009 a mode the part does not declare is refused") {

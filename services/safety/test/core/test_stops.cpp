@@ -188,7 +188,7 @@ TEST_CASE("G013 a state cannot claim more ticks than periods can have passed, an
   rig.tick += 2;
   rig.next_tick();  // three ticks in one period
   CHECK(rig.gate->state() == GateState::stopped);
-  CHECK(std::string(rig.status().cause.view()).find("G013  tick") != std::string::npos);
+  CHECK(std::string(rig.status().cause.view()).find("G013 tick") != std::string::npos);
   CHECK(rig.status().state_tick == honest);
   rig.tick = honest;
   rig.next_tick();

@@ -145,8 +145,31 @@ TEST_CASE("G010 in lockstep a chunk that the world waits for is no excess; a sec
 TEST_CASE("G007 rows whose ticks do not fit 64 bits") {
   const Limits limits = test_limits();
   ChunkBuilder builder = ChunkBuilder().along(base, Mode::body_twist, 0, {0.1, 0.1});
-  builder.chunk.start_tick = UINT64_MAX - 2 * max_rows;
+  builder.chunk.start_tick = UINT64_MAX - 2;  // rows for this and the next: one tick is left
   CHECK(check_shape(limits, whole_robot(limits), builder.chunk).ok());
-  ++builder.chunk.start_tick;
-  CHECK(check_shape(limits, whole_robot(limits), builder.chunk).code == 7);
+  for (const std::uint64_t start : {UINT64_MAX - 1, UINT64_MAX}) {
+    builder.chunk.start_tick = start;
+    CHECK(check_shape(limits, whole_robot(limits), builder.chunk).code == 7);
+  }
+}
+
+TEST_CASE("rows for the last ticks there are: released, executed and ended as any other") {
+  for (const bool lockstep : {false, true}) {
+    GateRig rig(lockstep);
+    rig.tick = UINT64_MAX - (lockstep ? 1 : 2);
+    rig.ready();
+    CHECK(rig.send_chunk(rig.chunk(lockstep ? Row{0.1} : Row{0.1, 0.1})).code == 0);
+    const SafeChunk safe = rig.safe_chunk();
+    CHECK(safe.first_tick == UINT64_MAX - 1);
+    CHECK(safe.horizon == 1);
+    if (!lockstep) rig.next_tick(Acted{2, 0, 0});
+    rig.next_tick(row_of(safe, 0));
+    CHECK(rig.count(OutputKind::safe_chunk) == 0);
+    for (const std::uint64_t back : {0U, 1U, 2U, 3U}) {  // rows that go too far, or are past
+      ChunkBuilder late = rig.chunk({0.1, 0.1, 0.1});
+      late.chunk.start_tick -= back;
+      CHECK(rig.send_chunk(late).code == (back == 3 ? 12 : 7));
+      CHECK(rig.count(OutputKind::safe_chunk) == 0);
+    }
+  }
 }
