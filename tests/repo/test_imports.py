@@ -111,6 +111,17 @@ def test_no_modules_of_the_shared_package_import_each_other_in_a_circle() -> Non
         pytest.fail(" -> ".join(error.args[1]))
 
 
+def test_no_module_of_tests_is_imported_by_another() -> None:
+    """What tests share is in a file that is named after it."""
+    found = {
+        f"{path}: {module}"
+        for path in python_files("tests/", "bench/")
+        for module in imports(path)
+        if module.rpartition(".")[2].startswith(("test_", "conftest"))
+    }
+    assert found == set()
+
+
 def test_zenoh_is_imported_in_one_file() -> None:
     assert importers("zenoh") == {"shared/fairlead/session.py"}
 
