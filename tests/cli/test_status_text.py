@@ -23,8 +23,7 @@ def test_chunks_are_counted_by_outcome_and_findings_are_said_in_words(
     assert capsys.readouterr().out.splitlines() == [
         "gate   armed",
         "judged released 9, refused 1",
-        "       G002 3 times: other HAL session or robot "
-        "(also states from before the gate follows)",
+        "       G002 3 times: other HAL session or robot",
         "       G020 1 times: limit",
     ]
 

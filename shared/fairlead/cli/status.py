@@ -101,8 +101,7 @@ def _counted(gate: GateStatus) -> list[str]:
     lines = [f"judged {', '.join(outcomes) or 'nothing yet'}"]
     for name, what in codes.items():
         if name in found:
-            before = " (also states from before the gate follows)" if name == "G002" else ""
-            lines.append(f"       {name} {found[name]} times: {what}{before}")
+            lines.append(f"       {name} {found[name]} times: {what}")
     return lines
 
 

@@ -132,6 +132,7 @@ class Gate::Core {
   std::uint64_t armed_ns_ = 0;
   std::uint64_t ignored_ns_ = 0;       // when the last ignored stop was logged
   std::uint64_t passive_outside_ = 0;  // bit i: passive joint i was outside its limits
+  std::uint64_t counted_rival_ = 0;    // G002: the announced session whose state was counted
   Text status_fault_;                  // why the newest hal/status could not be read
   bool jump_memory_ = false;           // G013: the newest state may be compared with the next
 

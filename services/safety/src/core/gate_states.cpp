@@ -47,10 +47,16 @@ void Gate::Core::on_rival_state(const JointState& message) {
 
 void Gate::Core::on_joint_state(Bytes frame) {
   if (decode(frame, joint_state_) != FrameFault::none) return count(code::frame);
-  // G002 for states: another session's or another robot's say nothing about this one.
+  // G002 for states: another session's or another robot's say nothing about this one. Ignored all
+  // the same, but not counted: any while no session is followed, and all but the first of one that
+  // has announced itself.
   if (joint_state_.robot_hash != limits_.robot_hash) return count(code::session);
   if (joint_state_.session == hal_.rival() && hal_.rival() != 0) on_rival_state(joint_state_);
-  if (joint_state_.session != hal_.session()) return count(code::session);
+  if (joint_state_.session != hal_.session()) {
+    if (hal_.session() != 0 && joint_state_.session != counted_rival_) count(code::session);
+    if (joint_state_.session == hal_.rival()) counted_rival_ = joint_state_.session;
+    return;
+  }
   if (joint_state_.tick == 0 || joint_state_.tick < hal_.tick()) return;  // overtaken on the way
   Evidence evidence = check_state(limits_, joint_state_);
   if (evidence.ok()) evidence = check_leap(joint_state_.tick);

@@ -159,6 +159,24 @@ TEST_CASE("a new HAL session disarms, and the old one is never followed again") 
   CHECK(rig.status().state_tick == 1);
 }
 
+TEST_CASE("G002 counts no state before a HAL is followed, and one of a HAL that comes anew") {
+  GateRig rig;
+  rig.send_state();
+  CHECK(rig.counter("G002") == 0);
+  rig.connect_and_arm();
+  rig.session = 0x1111;
+  for (int i = 0; i < 3; ++i) rig.next_tick();
+  CHECK(rig.counter("G002") == 3);  // of nobody who announced itself
+  CHECK(rig.status().state_tick == 100);
+  rig.send_hal_status(0x1111);
+  for (int i = 0; i < 7; ++i) rig.next_tick();
+  CHECK(rig.counter("G002") == 4);
+  CHECK(rig.status().state_tick == 100);  // still ignored
+  for (int i = 0; i < 7; ++i) rig.next_tick();
+  CHECK(rig.status().session == 0x1111);
+  CHECK(rig.counter("G002") == 4);
+}
+
 TEST_CASE("a stray hal/status of another HAL does not shut out the real one") {
   GateRig rig;
   rig.ready();
