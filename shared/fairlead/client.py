@@ -39,7 +39,7 @@ from fairlead.messages import (
 from fairlead.session import ZenohBus
 
 ALIVE_TIMEOUT_S = 3.0
-ANSWER_TIMEOUT_S = 3.0
+ANSWER_TIMEOUT_S = 3.0  # > LINK_SILENCE_S, else a paused router may arm after "no answer"
 EPISODE_TIMEOUT_S = 60.0  # a simulator builds and settles its scene
 GATE_FOLLOWS_TIMEOUT_S = 10.0
 STOP_REPEAT_S = 0.05

@@ -21,7 +21,7 @@ _PRIORITY = {
 }
 
 
-LINK_SILENCE_S = 2.0
+LINK_SILENCE_S = 2.0  # < ANSWER_TIMEOUT_S of the client, which says why
 """Behind a router a link that was silent for so long is closed, with what was declared
 over it, and made anew. Never a watchdog: motion ends far earlier, by leases and heartbeats."""
 

@@ -70,6 +70,13 @@ def test_bounded_joints_stay_in_their_range(backend: KinematicBackend) -> None:
             assert joint.lower <= backend.read().positions[index] <= joint.upper
 
 
+def test_a_tool_command_moves_no_joint_faster_than_it_may(backend: KinematicBackend) -> None:
+    backend.apply({"arm": command(ControlMode.CARTESIAN_DELTA, [5.0, -5.0] * 3)})
+    arm = [ROBOT.joint_names.index(name) for name in ROBOT.part("arm").joints]
+    fastest = np.array([ROBOT.joints[joint].velocity_limit for joint in arm])
+    assert np.abs(backend.read().velocities[arm]) == pytest.approx(fastest)
+
+
 def test_a_seed_decides_the_start(backend: KinematicBackend) -> None:
     backend.reset(3)
     first = backend.read().positions

@@ -31,7 +31,7 @@ class JointRoom:
     def ends(
         self, joints: Sequence[int], setpoints: FloatArray, measured: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Where the setpoints of ``joints`` may go, both ways.
+        """Where the setpoints of ``joints`` may go, both ways: as far as they are, at least.
 
         Args:
             setpoints, measured: of these joints, now.
@@ -41,7 +41,10 @@ class JointRoom:
         # A setpoint that leads by more already (it was a position command) may only come back.
         lowest, highest = np.minimum(measured - lead, setpoints), measured + lead
         highest = np.maximum(highest, setpoints)
-        lower, upper = self.lower[own], self.upper[own]
+        # One outside the position limits (a torque led there) may only come back, and step by
+        # step: limits that left it out would pull it in at once.
+        lower = np.minimum(self.lower[own], setpoints)
+        upper = np.maximum(self.upper[own], setpoints)
         return np.clip(lowest, lower, upper), np.clip(highest, lower, upper)
 
     def share(

@@ -38,15 +38,18 @@ class Setpoints:
     the commanded rate. cartesian modes: it moves so that the tool would be where the command
     wants it, at the setpoint's own pose plus the command; all joints of the part slow down
     together where one of them could not follow, so the tool never leaves its way. Setpoints
-    that move end at the joints' position limits, and lead a joint by no more than it travels
+    that move do so no faster than the joints may, end at their position limits (one outside
+    may only come back, at the rate it is told), and lead a joint by no more than it travels
     in two periods at full speed: one that is blocked does not leap when it comes free.
     gripper_position, gripper_binary (0 the upper position limit, 1 the lower): it travels to
     the command at the gripper's own speed limit. joint_torque: no setpoint; afterwards it is
     where the joint was when the torque ended, so the servo brakes there.
 
-    A part without a command follows its hold law: ``ramp_to_zero`` slows its joints down by
-    their acceleration limits, the others leave the setpoint (a gripper: its target) where it
-    is. It is never anchored to the measured pose again, so nothing drifts.
+    A part without a command, and a joint that a joint mode leaves out, follow the part's hold
+    law: ``ramp_to_zero`` slows joints down by their acceleration limits, the others leave the
+    setpoint where it is; with ``keep_command`` a gripper travels on to its target, which any
+    other law and any other mode forgets. It is never anchored to the measured pose again, so
+    nothing drifts.
 
     Args:
         robot: every mode of its parts must be in `MODES`.
@@ -103,33 +106,46 @@ class Setpoints:
             if given is None:
                 self._hold(part)
             else:
+                if given.mode not in _GRIPPER_MODES:
+                    self._openings.pop(part.name, None)
                 MODES[given.mode](self, part, given)
         return Targets(start, self.positions.copy(), self._torques.copy())
 
     def _hold(self, part: Part) -> None:
-        own = self._own[part.name]
+        self._slow_down(part, self._own[part.name])
+        if part.hold == "keep_command":
+            self._close_in(part)
+        else:
+            self._openings.pop(part.name, None)
+
+    def _slow_down(self, part: Part, joints: list[int]) -> None:
+        """Joints that nothing is told: they come to rest as the part's hold law says."""
+        rates = np.zeros(len(joints))
         if part.hold == "ramp_to_zero":
-            less = self._slowing[own] * self._period_s
-            rates = self._velocities[own]
-            self._drive(own, np.sign(rates) * np.maximum(np.abs(rates) - less, 0.0))
-            return
-        self._velocities[own] = 0.0
-        self._close_in(part)
+            less = self._slowing[joints] * self._period_s
+            now = self._velocities[joints]
+            rates = np.sign(now) * np.maximum(np.abs(now) - less, 0.0)
+        self._drive(joints, rates)
 
     def _joint_position(self, part: Part, command: PartCommand) -> None:
-        active = list(command.active)
-        self._velocities[self._own[part.name]] = 0.0
+        active = self._active(part, command)
+        self._velocities[active] = 0.0
         self.positions[active] = command.values[active]
 
     def _joint_velocity(self, part: Part, command: PartCommand) -> None:
-        active = list(command.active)
-        self._velocities[self._own[part.name]] = 0.0
+        active = self._active(part, command)
         self._drive(active, command.values[active])
 
     def _joint_torque(self, part: Part, command: PartCommand) -> None:
-        active = list(command.active)
-        self._velocities[self._own[part.name]] = 0.0
+        active = self._active(part, command)
+        self._velocities[active] = 0.0
         self._torques[active] = command.values[active]
+
+    def _active(self, part: Part, command: PartCommand) -> list[int]:
+        """The joints a row is for; the part's others hold."""
+        left_out = [joint for joint in self._own[part.name] if joint not in command.active]
+        self._slow_down(part, left_out)
+        return list(command.active)
 
     def _cartesian(self, part: Part, command: PartCommand) -> None:
         assert self._tools is not None, "checked in __init__ of the backend"
@@ -148,9 +164,12 @@ class Setpoints:
         self._close_in(part)
 
     def _composite_mode(self, part: Part, command: PartCommand) -> None:
-        """No composite controller here: accepted, and does nothing."""
+        """No composite controller here: accepted, and nothing moves."""
+        self._velocities[self._own[part.name]] = 0.0
 
     def _drive(self, joints: list[int], rates: FloatArray) -> None:
+        fastest = self._room.reach[joints] / self._period_s
+        rates = np.clip(rates, -fastest, fastest)
         self._velocities[joints] = rates
         lowest, highest = self._room.ends(joints, self.positions[joints], self._measured[joints])
         moved = self.positions[joints] + rates * self._period_s
@@ -158,6 +177,7 @@ class Setpoints:
 
     def _close_in(self, part: Part) -> None:
         """Move a gripper on towards its newest target, if it has one."""
+        self._velocities[self._own[part.name]] = 0.0
         target = self._openings.get(part.name)
         if target is not None:
             joint = self._own[part.name][0]

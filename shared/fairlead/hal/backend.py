@@ -94,6 +94,9 @@ class Backend(Protocol):
     def apply(self, commands: Mapping[str, PartCommand]) -> None:
         """Act for one period: exactly one bus write or simulator step.
 
+        The gate judges the tool of a cartesian row, not the joints that move it: keeping each
+        of them within its speed and position limits is up to this method.
+
         Args:
             commands: by part name. A part that is absent holds by its declared hold law.
 

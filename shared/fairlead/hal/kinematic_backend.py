@@ -172,12 +172,15 @@ class KinematicBackend:
             target[joint] += command.values[joint] * self._period_s
 
     def _cartesian_delta(self, target: FloatArray, own: list[int], command: PartCommand) -> None:
-        for place, joint in enumerate(own):
-            target[joint] += DELTA_GAIN * command.values[place % 6]
+        self._spread(target, own, DELTA_GAIN * command.values)
 
     def _cartesian_twist(self, target: FloatArray, own: list[int], command: PartCommand) -> None:
-        for place, joint in enumerate(own):
-            target[joint] += DELTA_GAIN * command.values[place % 6] * self._period_s
+        self._spread(target, own, DELTA_GAIN * command.values * self._period_s)
+
+    def _spread(self, target: FloatArray, own: list[int], motion: FloatArray) -> None:
+        """Axes of a tool onto joints, none faster than it may: the gate bounds only the tool."""
+        step = self._speed[own] * self._period_s
+        target[own] += np.clip(np.resize(motion, len(own)), -step, step)
 
     def _gripper_binary(self, target: FloatArray, own: list[int], command: PartCommand) -> None:
         self._reach(target, own, (self._lower if command.values[0] == 1.0 else self._upper)[own])
