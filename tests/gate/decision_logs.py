@@ -17,15 +17,9 @@ from tests.gate.scene import Scene
 
 
 def judge(*words: object) -> tuple[int, dict[str, Any]]:
-    """Exit status and document of ``fairlead-safety judge``."""
-    done = subprocess.run(
-        [str(gate_binary()), "judge", *map(str, words), "--json"],
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=False,
-    )
-    return done.returncode, json.loads(done.stdout) if done.stdout.startswith("{") else {}
+    """Exit status and document of ``fairlead-safety judge``; {} if it refused to judge."""
+    status, text = judged_text(*words, "--json")
+    return status, json.loads(text) if text.startswith("{") else {}
 
 
 def judged_text(*words: object) -> tuple[int, str]:

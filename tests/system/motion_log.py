@@ -66,6 +66,25 @@ def hold_delay_ms(lines: Iterable[MotionLine], injected_ns: int) -> float:
     return (first_hold_ns - injected_ns) / 1e6
 
 
+def assert_held_within(
+    bound_ms: float,
+    after: Iterable[MotionLine],
+    before: list[MotionLine],
+    injected_ns: int,
+    what: str,
+) -> None:
+    """Nothing moved later than ``bound_ms`` after an injection; prints what was measured.
+
+    before: the newest lines without the injection, the control beside which the bound is read.
+    """
+    delay_ms = hold_delay_ms(after, injected_ns)
+    print(
+        f"{what}: held after {delay_ms:.0f} ms (bound {bound_ms:g} ms); "
+        f"control: longest undisturbed tick {longest_tick_ms(before):.0f} ms"
+    )
+    assert delay_ms <= bound_ms
+
+
 def longest_tick_ms(lines: list[MotionLine]) -> float:
     """The longest time between two decisions; 0 if there are not two."""
     stamps = [line.stamp_ns for line in lines]

@@ -16,7 +16,7 @@ from fairlead.errors import ServiceError
 from fairlead.goal_watch import Progress
 from fairlead.messages import GateState, GoalResult
 from tests.system.live_robot import LiveRobot, wait_for
-from tests.system.motion_log import hold_delay_ms, longest_tick_ms
+from tests.system.motion_log import assert_held_within
 
 pytestmark = [pytest.mark.processes, pytest.mark.simulator, pytest.mark.timeout(600)]
 
@@ -59,12 +59,8 @@ def every_row_was_judged_for_its_tick(robot: LiveRobot) -> None:
 
 def check_bound(robot: LiveRobot, injected_ns: int, bound_ms: float, what: str) -> None:
     before = [line for line in robot.motion.read() if line.stamp_ns < injected_ns][-10:]
-    delay_ms = hold_delay_ms(robot.motion_ended(injected_ns), injected_ns)
-    print(
-        f"{what}: held after {delay_ms:.0f} ms (bound {bound_ms:g} ms); "
-        f"control: longest undisturbed tick {longest_tick_ms(before):.0f} ms"
-    )
-    assert delay_ms <= bound_ms
+    after = robot.motion_ended(injected_ns)
+    assert_held_within(bound_ms, after, before, injected_ns, what)
 
 
 def moves_again(robot: LiveRobot) -> None:

@@ -21,7 +21,7 @@ from fairlead.parity.comparison import compare
 from fairlead.parity.deployed_episode import deployed_episode, read_episode
 from fairlead.paths import repo_root
 from tests.system.live_robot import MOVING_TICKS, wait_for
-from tests.system.motion_log import MotionLine, hold_delay_ms, longest_tick_ms
+from tests.system.motion_log import MotionLine, assert_held_within, longest_tick_ms
 from tests.system.two_hosts import SKILL, TwoHosts, two_hosts
 from tests.system.two_networks import TwoNetworks, two_networks
 
@@ -114,13 +114,9 @@ def held_since(hosts: TwoHosts, injected_ns: int) -> list[MotionLine]:
 
 
 def check_bound(hosts: TwoHosts, injected_ns: int, bound_ms: float, what: str) -> None:
-    delay_ms = hold_delay_ms(held_since(hosts, injected_ns), injected_ns)
+    after = held_since(hosts, injected_ns)
     before = [line for line in hosts.motion.lines if line.stamp_ns < injected_ns][-10:]
-    print(
-        f"{what}: held after {delay_ms:.0f} ms (bound {bound_ms:g} ms); "
-        f"control: longest undisturbed tick {longest_tick_ms(before):.0f} ms"
-    )
-    assert delay_ms <= bound_ms
+    assert_held_within(bound_ms, after, before, injected_ns, what)
 
 
 def ended_badly(goal: subprocess.Popen[str], text: str) -> None:
