@@ -22,10 +22,10 @@ from pathlib import Path
 
 import numpy as np
 
-from fairlead.bus import Bus, Qos, Sample
 from fairlead.messages import ActionChunk, Message, Verdict, encode
 from fairlead.paths import gate_binary, gate_config
-from fairlead.session import Endpoints, ZenohBus
+from fairlead.wire.bus import Bus, Qos, Sample
+from fairlead.wire.session import Endpoints, ZenohBus
 from tests.gate.running_gate import ROBOT, free_port
 from tests.gate.scene import Scene
 

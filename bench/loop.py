@@ -18,13 +18,13 @@ import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
-from fairlead.deployment import load_deployment
-from fairlead.goal_run import GoalWish, run_goal
+from fairlead.deploy.deployment import load_deployment
 from fairlead.messages import Hold, ResetEpisodeReply
+from fairlead.operate.goal_run import GoalWish, run_goal
+from fairlead.operate.scratch_robot import scratch_robot
 from fairlead.parity.local_episode import local_episode
 from fairlead.paths import repo_root
-from fairlead.scratch_robot import scratch_robot
-from fairlead.skill import load_skill
+from fairlead.skill.manifest import load_skill
 from fairlead.supervisor.scratch import ScratchOptions, make_scratch
 
 SKILL = "oracle-counter-to-cabinet"

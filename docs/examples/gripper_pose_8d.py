@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from fairlead.bindings import StateContractBindings
 from fairlead.messages import FloatArray
+from fairlead.skill.bindings import StateContractBindings
 from fairlead_state_assembler.bound_frames import BoundFrames
 from fairlead_state_assembler.joint_positions import JointPositions
 from fairlead_state_assembler.pose_vector import gripper_pair

@@ -20,17 +20,17 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from fairlead.bindings import StateContractBindings
-    from fairlead.bus import Bus
-    from fairlead.client import RobotClient
-    from fairlead.deployment import Deployment, load_deployment
+    from fairlead.deploy.deployment import Deployment, load_deployment
     from fairlead.errors import FairleadError
     from fairlead.keys import Keys
-    from fairlead.memory_bus import MemoryBus
     from fairlead.modes import ControlMode
-    from fairlead.robot import RobotManifest, load_robot
-    from fairlead.session import Endpoints, ZenohBus
-    from fairlead.skill import SkillManifest, load_skill
+    from fairlead.operate.client import RobotClient
+    from fairlead.robot.manifest import RobotManifest, load_robot
+    from fairlead.skill.bindings import StateContractBindings
+    from fairlead.skill.manifest import SkillManifest, load_skill
+    from fairlead.wire.bus import Bus
+    from fairlead.wire.memory_bus import MemoryBus
+    from fairlead.wire.session import Endpoints, ZenohBus
 
 __all__ = [
     "Bus",
@@ -51,21 +51,21 @@ __all__ = [
 ]
 
 _HOME = {
-    "Bus": "bus",
+    "Bus": "wire.bus",
     "ControlMode": "modes",
-    "Deployment": "deployment",
-    "Endpoints": "session",
+    "Deployment": "deploy.deployment",
+    "Endpoints": "wire.session",
     "FairleadError": "errors",
     "Keys": "keys",
-    "MemoryBus": "memory_bus",
-    "RobotClient": "client",
-    "RobotManifest": "robot",
-    "SkillManifest": "skill",
-    "StateContractBindings": "bindings",
-    "ZenohBus": "session",
-    "load_deployment": "deployment",
-    "load_robot": "robot",
-    "load_skill": "skill",
+    "MemoryBus": "wire.memory_bus",
+    "RobotClient": "operate.client",
+    "RobotManifest": "robot.manifest",
+    "SkillManifest": "skill.manifest",
+    "StateContractBindings": "skill.bindings",
+    "ZenohBus": "wire.session",
+    "load_deployment": "deploy.deployment",
+    "load_robot": "robot.manifest",
+    "load_skill": "skill.manifest",
 }
 
 

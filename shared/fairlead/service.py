@@ -11,11 +11,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from fairlead.deployment import Deployment, load_deployment
+from fairlead.deploy.deployment import Deployment, load_deployment
+from fairlead.deploy.router_watch import open_and_say, refuse_namesake, watch_router
+from fairlead.deploy.stop_signals import StopSignals
 from fairlead.errors import FairleadError
-from fairlead.router_watch import open_and_say, refuse_namesake, watch_router
-from fairlead.session import ZenohBus
-from fairlead.stop_signals import StopSignals
+from fairlead.wire.session import ZenohBus
 
 __all__ = ["ServiceContext", "announce_ready", "run_service"]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from fairlead.robot import RobotManifest, load_robot
+from fairlead.robot.manifest import RobotManifest, load_robot
 from fairlead_state_assembler.core import AssemblerCore
 from tests.assembler.robot_feed import SKILL, RobotFeed
 

@@ -13,7 +13,7 @@ from fairlead.messages import (
     decode,
     pack_floats,
 )
-from fairlead.robot import RobotManifest
+from fairlead.robot.manifest import RobotManifest
 from fairlead_state_assembler.core import Output
 
 SKILL = "oracle-counter-to-cabinet"

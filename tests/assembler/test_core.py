@@ -14,8 +14,8 @@ from fairlead.messages import (
     floats,
     pack_floats,
 )
-from fairlead.robot import RobotManifest
-from fairlead.skill import load_skill
+from fairlead.robot.manifest import RobotManifest
+from fairlead.skill.manifest import load_skill
 from fairlead_state_assembler import ForwardKinematics, LocalAssembler
 from fairlead_state_assembler.core import AssemblerCore, Output
 from tests.assembler.robot_feed import SKILL, RobotFeed, layouts

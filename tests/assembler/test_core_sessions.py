@@ -8,7 +8,7 @@ from fairlead.errors import MessageError
 from fairlead.messages import (
     JointState,
 )
-from fairlead.robot import RobotManifest
+from fairlead.robot.manifest import RobotManifest
 from fairlead_state_assembler.core import AssemblerCore
 from tests.assembler.robot_feed import RobotFeed, layouts
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from fairlead.bindings import LAYOUT_DIMS, REQUIRED_BINDINGS
+from fairlead.skill.bindings import LAYOUT_DIMS, REQUIRED_BINDINGS
 from tests.cli.command import fairlead
 
 

@@ -4,10 +4,10 @@ from typing import get_args
 
 import pytest
 
-from fairlead.bindings import LAYOUT_DIMS, StateContract, StateLayout
 from fairlead.cli.layout_comparison import FieldReport, verify_layout
 from fairlead.errors import ConfigError, LayoutError
-from fairlead.skill import load_skill
+from fairlead.skill.bindings import LAYOUT_DIMS, StateContract, StateLayout
+from fairlead.skill.manifest import load_skill
 from fairlead_state_assembler import LAYOUT_EXAMPLES
 from tests.assembler.robot_feed import SKILL
 

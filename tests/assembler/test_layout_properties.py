@@ -9,7 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from robosuite.utils.transform_utils import quat2axisangle
 
-from fairlead.bindings import (
+from fairlead.errors import LayoutError
+from fairlead.messages import FloatArray
+from fairlead.skill.bindings import (
     LAYOUT_DIMS,
     LAYOUTS,
     QuaternionSign,
@@ -18,8 +20,6 @@ from fairlead.bindings import (
     bound_gripper,
     bound_joints,
 )
-from fairlead.errors import LayoutError
-from fairlead.messages import FloatArray
 from fairlead_state_assembler import (
     LAYOUT_EXAMPLES,
     JointPositions,

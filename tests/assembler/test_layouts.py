@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from fairlead.bindings import (
+from fairlead.errors import ConfigError, LayoutError
+from fairlead.skill.bindings import (
     LAYOUT_DIMS,
     LAYOUTS,
     StateContractBindings,
     StateLayout,
     bound_joints,
 )
-from fairlead.errors import ConfigError, LayoutError
 from fairlead_state_assembler import (
     LAYOUT_ASSEMBLERS,
     LAYOUT_EXAMPLES,
@@ -250,7 +250,7 @@ def test_layout_that_is_not_declared_cannot_be_registered() -> None:
 def test_layout_without_a_width_cannot_be_registered() -> None:
     with pytest.raises(ConfigError) as error:
         register("gr1")(LAYOUT_ASSEMBLERS["libero"])
-    assert str(error.value) == "layout gr1: fairlead.bindings.LAYOUTS gives it no width"
+    assert str(error.value) == "layout gr1: fairlead.skill.bindings.LAYOUTS gives it no width"
 
 
 def test_assembler_of_the_wrong_width_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:

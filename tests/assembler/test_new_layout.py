@@ -20,7 +20,7 @@ ROW = (
 )
 ASSEMBLE = """
 import numpy as np
-from fairlead.bindings import LAYOUT_DIMS, StateContract
+from fairlead.skill.bindings import LAYOUT_DIMS, StateContract
 from fairlead_state_assembler import (
     LAYOUT_EXAMPLES, JointPositions, TransformBuffer, assemble_state, pose_from
 )
@@ -51,7 +51,7 @@ class Copy:
             ),
         ):
             shutil.copytree(ROOT / source, target, ignore=ignored)
-        self.bindings = root / "shared" / "fairlead" / "bindings.py"
+        self.bindings = root / "shared" / "fairlead" / "skill" / "bindings.py"
         self.layouts = root / "assembler" / "fairlead_state_assembler" / "layouts"
 
     def edit(self, *changes: tuple[str, str]) -> None:

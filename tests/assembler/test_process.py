@@ -10,10 +10,10 @@ from pathlib import Path
 import pytest
 import yaml
 
-from fairlead.bus import Qos
 from fairlead.keys import Keys
 from fairlead.messages import JointState, LayoutState, TransformBatch, decode
-from fairlead.session import Endpoints, ZenohBus
+from fairlead.wire.bus import Qos
+from fairlead.wire.session import Endpoints, ZenohBus
 from tests.assembler.robot_feed import SKILL, RobotFeed
 
 KEYS = Keys("panda_mobile")

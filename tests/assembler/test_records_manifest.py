@@ -7,12 +7,12 @@ import pinocchio as pin
 import pytest
 import yaml
 
-from fairlead.admission import admission_problems
 from fairlead.errors import ConfigError
 from fairlead.messages import LayoutState, decode, floats
 from fairlead.paths import rskill_dir
-from fairlead.robot import RobotManifest
-from fairlead.skill import SkillManifest, load_skill
+from fairlead.robot.manifest import RobotManifest
+from fairlead.skill.admission import admission_problems
+from fairlead.skill.manifest import SkillManifest, load_skill
 from fairlead_state_assembler import ForwardKinematics
 from fairlead_state_assembler.core import AssemblerCore
 from tests.assembler.robot_feed import SKILL, RobotFeed

@@ -4,12 +4,12 @@ import logging
 
 import pytest
 
-from fairlead.bus import Qos, Sample
 from fairlead.errors import ConfigError
 from fairlead.keys import Keys
-from fairlead.memory_bus import MemoryBus
 from fairlead.messages import JointState, LayoutState, TransformBatch, decode, encode
-from fairlead.robot import RobotManifest
+from fairlead.robot.manifest import RobotManifest
+from fairlead.wire.bus import Qos, Sample
+from fairlead.wire.memory_bus import MemoryBus
 from fairlead_state_assembler.core import AssemblerCore
 from fairlead_state_assembler.options import read_options
 from fairlead_state_assembler.transport import AssemblerTransport

@@ -9,9 +9,7 @@ import pytest
 import typer
 
 from fairlead.cli.run import armed
-from fairlead.client import RobotClient
-from fairlead.deployment import Deployment, ServiceSpec
-from fairlead.memory_bus import MemoryBus
+from fairlead.deploy.deployment import Deployment, ServiceSpec
 from fairlead.messages import (
     NO_HASH,
     ArmReply,
@@ -21,6 +19,8 @@ from fairlead.messages import (
     GateStatus,
     Message,
 )
+from fairlead.operate.client import RobotClient
+from fairlead.wire.memory_bus import MemoryBus
 
 SERVICES = {
     "hal": ServiceSpec(run="hal_sim", listen="tcp/127.0.0.1:1"),

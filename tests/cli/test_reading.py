@@ -8,9 +8,9 @@ from typing import Any
 
 import pytest
 
-from fairlead.gate_config import compile_gate_config
-from fairlead.robot import load_robot
-from fairlead.skill import load_skill
+from fairlead.robot.gate_file import compile_gate_config
+from fairlead.robot.manifest import load_robot
+from fairlead.skill.manifest import load_skill
 from tests.cli.command import fairlead
 
 SKILL = "oracle-counter-to-cabinet"

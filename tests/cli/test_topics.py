@@ -12,7 +12,6 @@ import pytest
 from fairlead.cli.topic_hz import rate_of
 from fairlead.errors import ConfigError
 from fairlead.keys import Keys
-from fairlead.message_document import message_document
 from fairlead.messages import (
     MESSAGE_TYPES,
     Acted,
@@ -23,9 +22,10 @@ from fairlead.messages import (
     pack_floats,
 )
 from fairlead.paths import repo_root
-from fairlead.session import ZenohBus
 from fairlead.supervisor.scratch import ScratchOptions, make_scratch
-from fairlead.topics import find_topic, topics
+from fairlead.wire.message_document import message_document
+from fairlead.wire.session import ZenohBus
+from fairlead.wire.topics import find_topic, topics
 from tests.cli.command import fairlead
 
 KEYS = Keys("arm_1", "lab")

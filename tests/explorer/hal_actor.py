@@ -22,7 +22,7 @@ from fairlead.messages import (
     encode,
     pack_floats,
 )
-from fairlead.robot import RobotManifest
+from fairlead.robot.manifest import RobotManifest
 from tests.explorer.channel import MS, Schedule
 
 BASE = 2

@@ -27,7 +27,7 @@ from fairlead.messages import (
     decode,
     encode,
 )
-from fairlead.robot import RobotManifest, load_robot
+from fairlead.robot.manifest import RobotManifest, load_robot
 from tests.explorer.channel import FAIR, MS, Channel, Schedule, Weather
 from tests.explorer.gate_port import EventKind, GateOutput
 from tests.explorer.hal_actor import HalActor, Tick

@@ -7,8 +7,8 @@ import time
 from collections.abc import Callable
 from typing import Generic, TypeVar
 
-from fairlead.bus import Bus, Sample
 from fairlead.messages import Message, decode
+from fairlead.wire.bus import Bus, Sample
 
 M = TypeVar("M", bound=Message)
 

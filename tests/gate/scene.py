@@ -9,7 +9,6 @@ from typing import Any, Literal
 
 import numpy as np
 
-from fairlead.bus import Qos
 from fairlead.keys import Keys
 from fairlead.messages import (
     NO_TRACE,
@@ -36,7 +35,8 @@ from fairlead.messages import (
     pack_floats,
 )
 from fairlead.modes import ControlMode
-from fairlead.session import Endpoints, ZenohBus
+from fairlead.wire.bus import Qos
+from fairlead.wire.session import Endpoints, ZenohBus
 from tests.gate.mailbox import DEADLINE_S, Mailbox
 from tests.gate.running_gate import ROBOT, RunningGate
 from tests.gate.scripted_hal import ScriptedHal

@@ -9,7 +9,6 @@ from typing import Literal
 
 import numpy as np
 
-from fairlead.bus import Bus, Qos
 from fairlead.keys import Keys
 from fairlead.messages import (
     HELD,
@@ -19,6 +18,7 @@ from fairlead.messages import (
     JointState,
     pack_floats,
 )
+from fairlead.wire.bus import Bus, Qos
 from tests.gate.running_gate import ROBOT
 
 SESSION = 0x5E5510

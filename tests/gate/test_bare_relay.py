@@ -9,10 +9,10 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from fairlead.bus import Publisher, Qos
 from fairlead.messages import Image
 from fairlead.paths import gate_binary
-from fairlead.session import Endpoints, ZenohBus
+from fairlead.wire.bus import Publisher, Qos
+from fairlead.wire.session import Endpoints, ZenohBus
 from tests.gate.mailbox import DEADLINE_S
 from tests.gate.running_gate import free_port
 

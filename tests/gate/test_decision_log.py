@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from fairlead.bus import Qos
 from fairlead.keys import Keys
 from fairlead.messages import GateState, Outcome, StopLevel
-from fairlead.session import Endpoints, ZenohBus
+from fairlead.wire.bus import Qos
+from fairlead.wire.session import Endpoints, ZenohBus
 from tests.gate.decision_logs import (
     drive,
     judge,

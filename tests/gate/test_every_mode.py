@@ -13,7 +13,7 @@ from msgspec import structs
 from fairlead.messages import ActionPart, GateState, Outcome, pack_floats
 from fairlead.modes import ControlMode
 from fairlead.paths import gate_config
-from fairlead.robot import load_robot
+from fairlead.robot.manifest import load_robot
 from tests.gate.scene import Scene
 
 pytestmark = pytest.mark.processes

@@ -12,7 +12,7 @@ import pytest
 
 from fairlead.messages import FloatArray
 from fairlead.paths import gate_binary, gate_config
-from fairlead.robot import RobotManifest, load_robot
+from fairlead.robot.manifest import RobotManifest, load_robot
 
 pytestmark = pytest.mark.processes
 

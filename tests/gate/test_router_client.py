@@ -12,7 +12,7 @@ import pytest
 from fairlead.keys import Keys
 from fairlead.messages import GateStatus, StatusQuery, decode
 from fairlead.paths import gate_binary
-from fairlead.session import Endpoints, ZenohBus
+from fairlead.wire.session import Endpoints, ZenohBus
 from tests.gate.running_gate import ROBOT, RunningGate, free_port
 
 pytestmark = pytest.mark.processes

@@ -15,9 +15,9 @@ from typing import Any
 
 import yaml
 
-from fairlead.bus import Sample
-from fairlead.deployment import Deployment
-from fairlead.session import ZenohBus
+from fairlead.deploy.deployment import Deployment
+from fairlead.wire.bus import Sample
+from fairlead.wire.session import ZenohBus
 
 START_S = 120.0
 """A simulator and its renderer take tens of seconds to start on a busy machine."""

@@ -8,7 +8,6 @@ from __future__ import annotations
 import threading
 import time
 
-from fairlead.bus import Bus, Qos, Sample
 from fairlead.keys import Keys
 from fairlead.messages import (
     Arm,
@@ -27,6 +26,7 @@ from fairlead.messages import (
     decode,
     encode,
 )
+from fairlead.wire.bus import Bus, Qos, Sample
 from tests.explorer.gate_port import EventKind, GateOutput
 from tests.explorer.real_gate import RealGate
 

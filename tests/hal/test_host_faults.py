@@ -10,7 +10,6 @@ from pathlib import Path
 
 import pytest
 
-from fairlead.bus import Qos, Sample
 from fairlead.errors import ConfigError, RefusedError
 from fairlead.hal.backend import Measurement, PartCommand
 from fairlead.hal.host import HalHost
@@ -19,7 +18,6 @@ from fairlead.hal.identity import HalIdentity, identity_of
 from fairlead.hal.kinematic_backend import KinematicBackend
 from fairlead.hal.motion_log import MotionLog
 from fairlead.keys import Keys
-from fairlead.memory_bus import MemoryBus
 from fairlead.messages import (
     Acted,
     GateState,
@@ -33,7 +31,9 @@ from fairlead.messages import (
     StopLevel,
     decode,
 )
-from fairlead.robot import load_robot
+from fairlead.robot.manifest import load_robot
+from fairlead.wire.bus import Qos, Sample
+from fairlead.wire.memory_bus import MemoryBus
 from tests.hal.gate_messages import SESSION, chunk, grant, lease
 
 KEYS = Keys("tested")

@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fairlead.bus import Qos
 from fairlead.messages import (
     NO_TRACE,
     ActionChunk,
@@ -28,7 +27,8 @@ from fairlead.messages import (
     pack_floats,
 )
 from fairlead.modes import ControlMode
-from fairlead.robot import load_robot
+from fairlead.robot.manifest import load_robot
+from fairlead.wire.bus import Qos
 from tests.hal.hal_process import HalProcess
 from tests.hal.live_gate import LiveGate
 

@@ -10,7 +10,7 @@ from fairlead.hal.backend import PartCommand
 from fairlead.hal.kinematic_backend import KinematicBackend
 from fairlead.messages import floats
 from fairlead.modes import ControlMode
-from fairlead.robot import RobotManifest, load_robot
+from fairlead.robot.manifest import RobotManifest, load_robot
 
 ROBOT = load_robot("panda_mobile")
 N = ROBOT.n_dof

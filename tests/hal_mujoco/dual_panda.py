@@ -11,7 +11,7 @@ import numpy.typing as npt
 from fairlead.hal.backend import PartCommand
 from fairlead.messages import FloatArray
 from fairlead.modes import ControlMode
-from fairlead.robot import RobotManifest
+from fairlead.robot.manifest import RobotManifest
 from fairlead_hal_mujoco.mujoco_backend import MujocoBackend
 from fairlead_hal_mujoco.options import MujocoOptions
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from fairlead.messages import FloatArray
 from fairlead.paths import repo_root
-from fairlead.skill import load_skill
+from fairlead.skill.manifest import load_skill
 
 SOURCE = repo_root() / "compose" / "panda_mujoco.yaml"
 SKILL = "panda-joint-reach"

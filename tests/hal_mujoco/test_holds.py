@@ -8,7 +8,7 @@ import pytest
 from fairlead.hal.backend import PartCommand
 from fairlead.messages import FloatArray
 from fairlead.modes import ControlMode
-from fairlead.robot import RobotManifest, load_robot
+from fairlead.robot.manifest import RobotManifest, load_robot
 from fairlead_hal_mujoco.setpoints import Setpoints
 from tests.hal_mujoco.dual_panda import DualPanda, tool_row
 

@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 import yaml
 
-from fairlead.bus import Sample
-from fairlead.deployment import load_deployment
-from fairlead.goal_run import GoalWish, run_goal
+from fairlead.deploy.deployment import load_deployment
 from fairlead.messages import FloatArray, GoalResult, JointState, decode, floats
-from fairlead.robot import load_robot
-from fairlead.scratch_robot import ScratchRobot, scratch_robot
+from fairlead.operate.goal_run import GoalWish, run_goal
+from fairlead.operate.scratch_robot import ScratchRobot, scratch_robot
+from fairlead.robot.manifest import load_robot
 from fairlead.supervisor import Registry
 from fairlead.supervisor.scratch import ScratchOptions, make_scratch
+from fairlead.wire.bus import Sample
 from tests.hal_mujoco.joint_reach import RUNNER, SKILL, SOURCE, goal_position
 from tests.system.motion_log import MotionLog
 

@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fairlead.client import RobotClient
-from fairlead.goal_run import GoalWish, run_goal
 from fairlead.messages import JointState, decode, floats
+from fairlead.operate.client import RobotClient
+from fairlead.operate.goal_run import GoalWish, run_goal
 from fairlead.paths import repo_root
 from fairlead.supervisor.command_line import service_command, service_environment
 from fairlead.supervisor.scratch import Scratch, ScratchOptions, make_scratch

@@ -11,11 +11,11 @@ import pinocchio as pin
 import pytest
 
 from fairlead.errors import ConfigError
-from fairlead.gate_config import compile_gate_config
 from fairlead.hal.backend import PartCommand
 from fairlead.modes import ControlMode
 from fairlead.paths import gate_config, repo_root, robot_dir
-from fairlead.robot import RobotManifest, load_robot
+from fairlead.robot.gate_file import compile_gate_config
+from fairlead.robot.manifest import RobotManifest, load_robot
 from fairlead_hal_mujoco.mujoco_backend import MujocoBackend
 from fairlead_hal_mujoco.options import MujocoOptions
 

@@ -13,7 +13,7 @@ from fairlead.hal.backend import PartCommand
 from fairlead.messages import FloatArray
 from fairlead.modes import ControlMode
 from fairlead.paths import robot_dir
-from fairlead.robot import RobotManifest, load_robot
+from fairlead.robot.manifest import RobotManifest, load_robot
 from fairlead_hal_mujoco.setpoints import Setpoints
 
 START = np.array([0.1, -0.3, 0.2, -2.2, 0.3, 2.0, 0.7, 0.06])

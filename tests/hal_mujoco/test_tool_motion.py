@@ -12,7 +12,7 @@ from fairlead.errors import ConfigError
 from fairlead.hal.backend import PartCommand
 from fairlead.messages import FloatArray
 from fairlead.modes import ControlMode
-from fairlead.robot import RobotManifest, load_robot
+from fairlead.robot.manifest import RobotManifest, load_robot
 from tests.hal_mujoco.dual_panda import OTHER, TOOLS, DualPanda, tool_row
 
 pytestmark = pytest.mark.simulator

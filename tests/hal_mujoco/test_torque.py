@@ -10,7 +10,7 @@ from fairlead.hal.backend import PartCommand
 from fairlead.messages import FloatArray
 from fairlead.modes import ControlMode
 from fairlead.paths import robot_dir
-from fairlead.robot import RobotManifest, load_robot
+from fairlead.robot.manifest import RobotManifest, load_robot
 from tests.hal_mujoco.dual_panda import DualPanda
 
 pytestmark = pytest.mark.simulator

@@ -8,9 +8,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from fairlead.bus import Qos
 from fairlead.keys import Keys
-from fairlead.memory_bus import MemoryBus
 from fairlead.messages import (
     NO_HASH,
     NO_TRACE,
@@ -32,7 +30,9 @@ from fairlead.record.film import pixels, write_film
 from fairlead.record.part_series import Panel, held_ticks, panels
 from fairlead.record.recorder import Recorder, Recording, first_outcomes
 from fairlead.record.timeline import draw_timeline, hold_names
-from fairlead.robot import load_robot
+from fairlead.robot.manifest import load_robot
+from fairlead.wire.bus import Qos
+from fairlead.wire.memory_bus import MemoryBus
 
 ROBOT = load_robot("panda_mobile")
 ROW = Acted(hold=Hold.NONE, verdict_id=9, row=0)

@@ -9,7 +9,7 @@ import sys
 import pytest
 import yaml
 
-from fairlead.bindings import StateContract
+from fairlead.skill.bindings import StateContract
 from fairlead_state_assembler import LAYOUT_EXAMPLES
 from tests.repo.tree import ROOT
 

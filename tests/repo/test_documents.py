@@ -7,8 +7,8 @@ import re
 
 import pytest
 
-from fairlead.bindings import LAYOUT_DIMS, REQUIRED_BINDINGS
 from fairlead.modes import GATED_MODES
+from fairlead.skill.bindings import LAYOUT_DIMS, REQUIRED_BINDINGS
 from tests.repo.tree import ROOT
 
 DESIGN = (ROOT / "docs" / "design.md").read_text()

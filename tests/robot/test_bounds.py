@@ -12,9 +12,9 @@ from typer.testing import CliRunner
 
 from fairlead.cli.app import app
 from fairlead.paths import repo_root
-from fairlead.robot import load_robot
-from fairlead.robot_bounds import Bound, robot_bounds
-from fairlead.robot_limits import effective_limits
+from fairlead.robot.bounds import Bound, robot_bounds
+from fairlead.robot.limits import effective_limits
+from fairlead.robot.manifest import load_robot
 
 ROBOT = load_robot("panda_mobile")
 BOUNDS = robot_bounds(ROBOT)

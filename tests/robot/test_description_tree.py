@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from fairlead.description_tree import description_tree
 from fairlead.errors import ConfigError
-from fairlead.gate_config import compile_gate_config
-from fairlead.robot import RobotManifest, load_robot
+from fairlead.robot.description_tree import description_tree
+from fairlead.robot.gate_file import compile_gate_config
+from fairlead.robot.manifest import RobotManifest, load_robot
 
 URDF = load_robot("panda").description_path().read_text(encoding="utf-8")
 

@@ -6,10 +6,10 @@ import math
 import pytest
 
 from fairlead.errors import ConfigError
-from fairlead.gate_config import compile_gate_config
 from fairlead.paths import gate_config
-from fairlead.robot import RobotManifest, load_robot
-from fairlead.robot_limits import effective_limits
+from fairlead.robot.gate_file import compile_gate_config
+from fairlead.robot.limits import effective_limits
+from fairlead.robot.manifest import RobotManifest, load_robot
 
 
 @pytest.fixture(scope="module")

@@ -10,7 +10,7 @@ import yaml
 from pydantic import ValidationError
 
 from fairlead.paths import robot_dir
-from fairlead.robot import RobotManifest
+from fairlead.robot.manifest import RobotManifest
 
 
 @pytest.fixture

@@ -6,7 +6,7 @@ import pinocchio as pin
 import pytest
 import robosuite
 
-from fairlead.robot import RobotManifest, load_robot
+from fairlead.robot.manifest import RobotManifest, load_robot
 
 SAMPLES = 1000
 POSITION_TOLERANCE_M = 1e-4

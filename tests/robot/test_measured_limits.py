@@ -6,7 +6,7 @@ import pytest
 from fairlead.hal.backend import PartCommand
 from fairlead.messages import floats
 from fairlead.modes import ControlMode
-from fairlead.robot import load_robot
+from fairlead.robot.manifest import load_robot
 from fairlead_hal_sim.options import SimulatorOptions
 from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
 

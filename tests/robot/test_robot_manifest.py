@@ -10,7 +10,7 @@ import yaml
 
 from fairlead.errors import ConfigError
 from fairlead.paths import robot_dir
-from fairlead.robot import RobotManifest, load_robot
+from fairlead.robot.manifest import RobotManifest, load_robot
 from fairlead.yaml_file import load_yaml
 
 

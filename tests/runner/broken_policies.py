@@ -9,7 +9,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from fairlead.skill import SkillManifest
+from fairlead.skill.manifest import SkillManifest
 from fairlead_skill_runner.policies.protocol import Observation
 
 

@@ -24,9 +24,9 @@ from fairlead.messages import (
     decode,
     pack_floats,
 )
-from fairlead.robot import load_robot
-from fairlead.routes import resolve_routes
-from fairlead.skill import SkillManifest, load_skill
+from fairlead.robot.manifest import load_robot
+from fairlead.skill.manifest import SkillManifest, load_skill
+from fairlead.skill.routes import resolve_routes
 from fairlead_skill_runner.policies.protocol import Actions
 from fairlead_skill_runner.run_core import AskPolicy, Output, RunCore, SendChunk
 from fairlead_skill_runner.run_setup import RunSetup

@@ -14,7 +14,6 @@ from typing import Any, Literal, TypeVar
 
 import yaml
 
-from fairlead.bus import Qos
 from fairlead.errors import RefusedError
 from fairlead.keys import Keys
 from fairlead.messages import (
@@ -42,7 +41,8 @@ from fairlead.messages import (
     decode,
     pack_floats,
 )
-from fairlead.session import Endpoints, ZenohBus
+from fairlead.wire.bus import Qos
+from fairlead.wire.session import Endpoints, ZenohBus
 from tests.runner.scripted_robot import (
     CLAIM,
     EPOCH,

@@ -8,9 +8,9 @@ import pytest
 from fairlead.errors import ConfigError
 from fairlead.messages import floats
 from fairlead.modes import ControlMode
-from fairlead.robot import load_robot
-from fairlead.routes import resolve_routes
-from fairlead.skill import SkillManifest, load_skill
+from fairlead.robot.manifest import load_robot
+from fairlead.skill.manifest import SkillManifest, load_skill
+from fairlead.skill.routes import resolve_routes
 from fairlead_skill_runner.dispatch import dispatch
 
 ROBOT = load_robot("panda_mobile")

@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fairlead.action_contract import ActionContract
 from fairlead.errors import ConfigError
 from fairlead.messages import ActionPart, floats
 from fairlead.modes import ControlMode
-from fairlead.robot import RobotManifest, load_robot
-from fairlead.routes import resolve_routes
-from fairlead.slots import MODE_NAMES
+from fairlead.robot.manifest import RobotManifest, load_robot
+from fairlead.skill.action_contract import ActionContract
+from fairlead.skill.routes import resolve_routes
+from fairlead.skill.slots import MODE_NAMES
 from fairlead_skill_runner.dispatch import dispatch
 
 DUAL, MOBILE = load_robot("dual_panda"), load_robot("panda_mobile")

@@ -8,7 +8,7 @@ import pytest
 
 from fairlead.errors import PolicyError
 from fairlead.messages import Image
-from fairlead.skill import SkillManifest
+from fairlead.skill.manifest import SkillManifest
 from fairlead_skill_runner.intake import Intake
 from tests.runner.scripted_robot import SESSION, SKILL, layout, task
 

@@ -9,7 +9,7 @@ import pytest
 
 from fairlead.errors import ConfigError, PolicyError
 from fairlead.messages import FloatArray
-from fairlead.skill import load_skill
+from fairlead.skill.manifest import load_skill
 from fairlead_skill_runner.policies.joint_reach import ACCELERATION_RAD, JointReachPolicy
 from fairlead_skill_runner.policies.protocol import Observation
 from tests.runner.scripted_robot import SKILL as TWELVE_WIDE

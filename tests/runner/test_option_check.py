@@ -7,7 +7,7 @@ from typing import get_args
 import pytest
 
 from fairlead.errors import ConfigError
-from fairlead.skill import PolicyBackend, PolicySpec, load_skill, skill_ids
+from fairlead.skill.manifest import PolicyBackend, PolicySpec, load_skill, skill_ids
 from fairlead_skill_runner.policies.option_check import CHECKS, check_policy_options
 
 

@@ -10,7 +10,7 @@ import pytest
 
 from fairlead.errors import PolicyError
 from fairlead.paths import repo_root
-from fairlead.skill import SkillManifest, load_skill
+from fairlead.skill.manifest import SkillManifest, load_skill
 from fairlead_skill_runner.policies.backends import POLICIES
 from fairlead_skill_runner.policies.protocol import Observation
 from fairlead_skill_runner.policy_worker import PolicyWorker

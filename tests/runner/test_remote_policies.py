@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 
 from fairlead.errors import ConfigError, PolicyError
-from fairlead.skill import SkillManifest, load_skill
+from fairlead.skill.manifest import SkillManifest, load_skill
 from fairlead_skill_runner.policies.backends import POLICIES
-from fairlead_skill_runner.policies.openpi import OpenpiPolicy
 from fairlead_skill_runner.policies.protocol import Observation
-from fairlead_skill_runner.policies.rldx_zmq import RldxZmqPolicy
+from fairlead_skill_runner.policies.remote.openpi import OpenpiPolicy
+from fairlead_skill_runner.policies.remote.rldx_zmq import RldxZmqPolicy
 from fairlead_skill_runner.policy_worker import PolicyWorker
 from tests.runner.policy_servers import (
     ANSWERS,

@@ -10,7 +10,7 @@ import pytest
 
 from fairlead.errors import PolicyError
 from fairlead.messages import Outcome
-from fairlead.skill import SkillManifest
+from fairlead.skill.manifest import SkillManifest
 from tests.runner.scripted_robot import (
     SKILL,
     Story,

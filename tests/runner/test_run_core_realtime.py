@@ -6,7 +6,7 @@ import msgspec
 import pytest
 
 from fairlead.messages import GateState, Outcome
-from fairlead.skill import SkillManifest
+from fairlead.skill.manifest import SkillManifest
 from tests.runner.scripted_robot import (
     CLAIM,
     EPOCH,

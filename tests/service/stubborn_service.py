@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 import threading
 
-from fairlead import stop_signals
+from fairlead.deploy import stop_signals
 from fairlead.service import ServiceContext, announce_ready, run_service
 
 MODE = sys.argv.pop(1)

@@ -8,11 +8,11 @@ from collections.abc import Iterator
 
 import pytest
 
+from fairlead.deploy.router_watch import open_and_say, refuse_namesake, watch_router
 from fairlead.errors import ConfigError, TransportError
 from fairlead.keys import Keys
-from fairlead.router_watch import open_and_say, refuse_namesake, watch_router
-from fairlead.session import Endpoints, ZenohBus
 from fairlead.supervisor.ports import free_ports
+from fairlead.wire.session import Endpoints, ZenohBus
 
 LOG = logging.getLogger("runner")
 TOKEN = Keys("r").alive("runner")

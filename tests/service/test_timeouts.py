@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from fairlead.client import ANSWER_TIMEOUT_S
-from fairlead.session import LINK_SILENCE_S
+from fairlead.operate.client import ANSWER_TIMEOUT_S
+from fairlead.wire.session import LINK_SILENCE_S
 
 
 def test_a_tool_waits_for_an_answer_longer_than_a_silent_link_lives() -> None:

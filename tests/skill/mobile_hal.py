@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from fairlead.messages import HalCamera, HalPart, HalStatus, ModeRange, pack_floats
 from fairlead.modes import ControlMode
-from fairlead.robot import load_robot
+from fairlead.robot.manifest import load_robot
 
 ROBOT = load_robot("panda_mobile")
 RANGES = {

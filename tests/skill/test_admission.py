@@ -8,13 +8,13 @@ from typing import Any
 import msgspec
 import pytest
 
-from fairlead.admission import admission_problems, require_admission
 from fairlead.errors import ConfigError
 from fairlead.modes import GATED_MODES
-from fairlead.robot import load_robot
-from fairlead.routes import resolve_routes
-from fairlead.skill import SkillManifest, load_skill
-from fairlead.slots import FIELD_RULES
+from fairlead.robot.manifest import load_robot
+from fairlead.skill.admission import admission_problems, require_admission
+from fairlead.skill.manifest import SkillManifest, load_skill
+from fairlead.skill.routes import resolve_routes
+from fairlead.skill.slots import FIELD_RULES
 from tests.skill.mobile_hal import HAL
 
 SKILL = load_skill("oracle-counter-to-cabinet")

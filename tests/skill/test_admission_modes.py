@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fairlead.admission import admission_problems
 from fairlead.hal import describe_part
 from fairlead.messages import HalStatus, floats
 from fairlead.modes import ControlMode
-from fairlead.robot import load_robot
-from fairlead.skill import SkillManifest, load_skill
+from fairlead.robot.manifest import load_robot
+from fairlead.skill.admission import admission_problems
+from fairlead.skill.manifest import SkillManifest, load_skill
 
 ROBOT = load_robot("dual_panda")
 SKILL = load_skill("dual-panda-lift")

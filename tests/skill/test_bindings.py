@@ -7,7 +7,7 @@ from typing import Any, get_args
 import pytest
 from pydantic import ValidationError
 
-from fairlead.bindings import (
+from fairlead.skill.bindings import (
     LAYOUT_DIMS,
     LAYOUTS,
     REQUIRED_BINDINGS,

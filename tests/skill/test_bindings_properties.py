@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from fairlead.bindings import (
+from fairlead.skill.bindings import (
     LAYOUTS,
     PoseBinding,
     QuaternionSign,

@@ -8,11 +8,11 @@ from typing import Any
 
 import pytest
 
-from fairlead.action_contract import ActionContract
-from fairlead.checkpoint_stats import read_checkpoint_stats
-from fairlead.contract_findings import contract_findings, named_outputs
 from fairlead.errors import ConfigError
-from fairlead.skill import load_skill
+from fairlead.skill.action_contract import ActionContract
+from fairlead.skill.checkpoint_stats import read_checkpoint_stats
+from fairlead.skill.contract_findings import contract_findings, named_outputs
+from fairlead.skill.manifest import load_skill
 from tests.cli.command import fairlead
 
 STATS = Path(__file__).parent / "stats"

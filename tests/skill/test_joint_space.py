@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from fairlead.action_contract import ActionContract
-from fairlead.admission import admission_problems
 from fairlead.errors import ConfigError
 from fairlead.messages import floats
 from fairlead.modes import ControlMode
-from fairlead.robot import load_robot
-from fairlead.routes import resolve_routes
-from fairlead.skill import SkillManifest, load_skill
+from fairlead.robot.manifest import load_robot
+from fairlead.skill.action_contract import ActionContract
+from fairlead.skill.admission import admission_problems
+from fairlead.skill.manifest import SkillManifest, load_skill
+from fairlead.skill.routes import resolve_routes
 from fairlead_skill_runner.dispatch import dispatch
 
 MOBILE = load_robot("panda_mobile")

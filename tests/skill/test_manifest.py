@@ -10,7 +10,7 @@ import yaml
 
 from fairlead.errors import ConfigError
 from fairlead.paths import rskill_dir
-from fairlead.skill import SkillManifest, load_skill
+from fairlead.skill.manifest import SkillManifest, load_skill
 from fairlead.yaml_file import load_yaml
 
 ORACLE = "oracle-counter-to-cabinet"

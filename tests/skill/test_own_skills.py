@@ -9,14 +9,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fairlead.admission import admission_problems
 from fairlead.errors import ConfigError, PolicyError
 from fairlead.paths import rskill_dir
-from fairlead.python_policy import check_python_policy
-from fairlead.robot import load_robot
-from fairlead.skill import load_skill, read_skill, skill_ids
-from fairlead.skill_install import install_skill
-from fairlead.skill_skeleton import skill_skeleton
+from fairlead.robot.manifest import load_robot
+from fairlead.skill.admission import admission_problems
+from fairlead.skill.install import install_skill
+from fairlead.skill.manifest import load_skill, read_skill, skill_ids
+from fairlead.skill.python_policy import check_python_policy
+from fairlead.skill.skeleton import skill_skeleton
 from fairlead_skill_runner.policies.backends import POLICIES
 from fairlead_skill_runner.policies.protocol import Observation
 from fairlead_skill_runner.policy_worker import PolicyWorker

@@ -5,11 +5,11 @@ from __future__ import annotations
 import msgspec
 import pytest
 
-from fairlead.admission import admission_problems, require_admission
 from fairlead.errors import ConfigError
 from fairlead.messages import HalCamera
-from fairlead.robot import load_robot
-from fairlead.skill import ImageSpec, load_skill
+from fairlead.robot.manifest import load_robot
+from fairlead.skill.admission import admission_problems, require_admission
+from fairlead.skill.manifest import ImageSpec, load_skill
 from tests.skill.mobile_hal import HAL
 
 ROBOCASA = ("rldx1-ft-rc365-nf4", "rldx-robocasa", "pi05-robocasa365-human300-nf4")

@@ -7,9 +7,9 @@ from typing import Any
 import pytest
 from pydantic import ValidationError
 
-from fairlead.action_contract import ActionContract
 from fairlead.modes import ControlMode
-from fairlead.slots import FIELD_RULES, MODE_NAMES, Slot
+from fairlead.skill.action_contract import ActionContract
+from fairlead.skill.slots import FIELD_RULES, MODE_NAMES, Slot
 
 CARTESIAN = {"range": [0, 5], "control_mode": "cartesian_delta", "ee": "gripper", "frame": "b"}
 POSE = CARTESIAN | {"range": [0, 6], "control_mode": "cartesian_pose"}

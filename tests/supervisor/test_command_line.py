@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from fairlead.deployment import load_deployment
+from fairlead.deploy.deployment import load_deployment
 from fairlead.paths import gate_binary, gate_config, repo_root
 from fairlead.supervisor.command_line import service_command, service_environment
 

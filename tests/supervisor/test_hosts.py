@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 import yaml
 
-from fairlead.deployment import Deployment, load_deployment
+from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.errors import ConfigError, ServiceError
 from fairlead.paths import gate_binary, repo_root
 from fairlead.supervisor.command_line import service_command

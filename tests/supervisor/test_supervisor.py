@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from fairlead.deployment import Deployment, load_deployment
+from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.errors import ServiceError
 from fairlead.supervisor import Registry, ServiceEvent, Supervisor
 from fairlead.supervisor.ports import free_ports
@@ -234,7 +234,7 @@ def test_children_die_with_a_supervisor_that_is_killed(
     program = f"""
         import signal
         from pathlib import Path
-        from fairlead.deployment import load_deployment
+        from fairlead.deploy.deployment import load_deployment
         from fairlead.supervisor import Registry, Supervisor
         file, folder = Path({str(deployment_file)!r}), Path({str(tmp_path)!r})
         supervisor = Supervisor(

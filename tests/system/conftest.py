@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from fairlead.operate.scratch_robot import scratch_robot
 from fairlead.paths import repo_root
-from fairlead.scratch_robot import scratch_robot
 from fairlead.supervisor import Registry
 from fairlead.supervisor.scratch import Scratch, ScratchOptions, make_scratch
 from tests.system.light_hal import LIGHT_HAL, Pacing

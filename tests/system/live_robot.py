@@ -9,12 +9,12 @@ import time
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 
-from fairlead.bus import Sample
 from fairlead.errors import FairleadError
-from fairlead.goal_run import GoalWish, run_goal
-from fairlead.goal_watch import Progress
 from fairlead.messages import GateState, GoalResult, SafeChunk, decode
-from fairlead.scratch_robot import ScratchRobot
+from fairlead.operate.goal_run import GoalWish, run_goal
+from fairlead.operate.goal_watch import Progress
+from fairlead.operate.scratch_robot import ScratchRobot
+from fairlead.wire.bus import Sample
 from tests.system.motion_log import MotionLine, MotionLog
 
 SKILL = "oracle-counter-to-cabinet"

@@ -11,8 +11,6 @@ from typing import Any
 import numpy as np
 import yaml
 
-from fairlead.bus import Sample
-from fairlead.goal_run import GoalWish, run_goal
 from fairlead.messages import (
     FloatArray,
     GateState,
@@ -26,8 +24,10 @@ from fairlead.messages import (
     floats,
 )
 from fairlead.modes import ControlMode
-from fairlead.robot import RobotManifest
-from fairlead.scratch_robot import ScratchRobot
+from fairlead.operate.goal_run import GoalWish, run_goal
+from fairlead.operate.scratch_robot import ScratchRobot
+from fairlead.robot.manifest import RobotManifest
+from fairlead.wire.bus import Sample
 from tests.system.live_robot import wait_for
 
 SEED = 0

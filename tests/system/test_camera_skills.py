@@ -9,10 +9,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
-from fairlead.goal_run import GoalWish, run_goal
 from fairlead.messages import GateState
+from fairlead.operate.goal_run import GoalWish, run_goal
+from fairlead.operate.scratch_robot import ScratchRobot, scratch_robot
 from fairlead.paths import repo_root
-from fairlead.scratch_robot import ScratchRobot, scratch_robot
 from fairlead.supervisor import Registry
 from fairlead.supervisor.scratch import ScratchOptions, make_scratch
 from fairlead_hal_sim.options import SimulatorOptions

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 import yaml
 
-from fairlead.deployment import load_deployment
-from fairlead.goal_run import GoalWish
+from fairlead.deploy.deployment import load_deployment
+from fairlead.operate.goal_run import GoalWish
 from fairlead.parity.comparison import compare
 from fairlead.parity.deployed_episode import deployed_episode
 from fairlead.parity.local_episode import local_episode
 from fairlead.paths import ROOT_VARIABLE, repo_root
-from fairlead.skill import SkillManifest, load_skill
+from fairlead.skill.manifest import SkillManifest, load_skill
 from fairlead_skill_runner.trace import TraceRecord, TraceWriter
 
 pytestmark = [pytest.mark.processes, pytest.mark.simulator, pytest.mark.timeout(300)]

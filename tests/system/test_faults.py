@@ -13,8 +13,8 @@ from concurrent.futures import Future
 import pytest
 
 from fairlead.errors import ServiceError
-from fairlead.goal_watch import Progress
 from fairlead.messages import GateState, GoalResult
+from fairlead.operate.goal_watch import Progress
 from tests.system.live_robot import LiveRobot, wait_for
 from tests.system.motion_log import assert_held_within
 

@@ -10,7 +10,6 @@ import msgspec
 import numpy as np
 import pytest
 
-from fairlead.bus import Qos, Sample
 from fairlead.messages import (
     NO_TRACE,
     ActionChunk,
@@ -27,9 +26,10 @@ from fairlead.messages import (
     pack_floats,
 )
 from fairlead.modes import ControlMode
-from fairlead.own_claim import own_claim
-from fairlead.robot import load_robot
-from fairlead.skill import load_skill
+from fairlead.operate.own_claim import own_claim
+from fairlead.robot.manifest import load_robot
+from fairlead.skill.manifest import load_skill
+from fairlead.wire.bus import Qos, Sample
 from tests.system.live_robot import SKILL, LiveRobot, wait_for
 
 pytestmark = [pytest.mark.processes, pytest.mark.simulator, pytest.mark.timeout(300)]

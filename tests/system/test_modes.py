@@ -16,9 +16,9 @@ import pytest
 
 from fairlead.messages import FloatArray, floats
 from fairlead.modes import ControlMode
+from fairlead.operate.scratch_robot import scratch_robot
 from fairlead.paths import SKILLS_VARIABLE, repo_root, robot_dir
-from fairlead.robot import load_robot
-from fairlead.scratch_robot import scratch_robot
+from fairlead.robot.manifest import load_robot
 from fairlead.supervisor import Registry
 from fairlead.supervisor.scratch import ScratchOptions, make_scratch
 from tests.system.mode_robot import ModeRobot, ModeSkill, Story, write_skills

@@ -8,7 +8,7 @@ from itertools import permutations
 
 import pytest
 
-from fairlead.scratch_robot import scratch_robot
+from fairlead.operate.scratch_robot import scratch_robot
 from fairlead.supervisor import Registry
 from fairlead.supervisor.scratch import Scratch
 from tests.system.light_hal import Pacing

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import pytest
 
-from fairlead.bus import Sample
 from fairlead.messages import GoalResult, TaskState, decode
+from fairlead.wire.bus import Sample
 from tests.system.live_robot import LiveRobot
 
 pytestmark = [pytest.mark.processes, pytest.mark.simulator]

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import pytest
 
-from fairlead.goal_run import GoalWish
+from fairlead.operate.goal_run import GoalWish
 from fairlead.parity.comparison import compare
 from fairlead.parity.deployed_episode import deployed_episode, read_episode
 from fairlead.paths import repo_root

@@ -6,7 +6,7 @@ import numpy as np
 import pinocchio as pin
 
 from fairlead.messages import FloatArray
-from fairlead.robot import RobotManifest
+from fairlead.robot.manifest import RobotManifest
 from tests.system.mode_robot import Story
 
 

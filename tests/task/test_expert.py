@@ -9,7 +9,7 @@ import pytest
 
 from fairlead.errors import PolicyError
 from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
-from fairlead_skill_runner.policies.oracle import OraclePolicy
+from fairlead_skill_runner.policies.oracle.policy import OraclePolicy
 from fairlead_skill_runner.policies.protocol import Observation
 from tests.task.episode import run_episode, true_state
 
@@ -71,7 +71,7 @@ def test_the_expert_needs_no_simulator() -> None:
     import sys
 
     code = (
-        "import sys, fairlead_skill_runner.policies.oracle;"
+        "import sys, fairlead_skill_runner.policies.oracle.policy;"
         "print([m for m in ('robosuite', 'mujoco', 'fairlead_hal_sim') if m in sys.modules])"
     )
     out = subprocess.run(

@@ -1,4 +1,4 @@
-"""The contract of `fairlead.bus.Bus`, held by the network and by the in-memory transport."""
+"""The contract of `fairlead.wire.bus.Bus`, held by the network and by the in-memory transport."""
 
 from __future__ import annotations
 
@@ -10,9 +10,7 @@ from dataclasses import dataclass
 
 import pytest
 
-from fairlead.bus import Bus, Qos, Sample
 from fairlead.errors import ConfigError, NoAnswerError, RefusedError, TransportError
-from fairlead.memory_bus import MemoryBus, matches
 from fairlead.messages import (
     Arm,
     ArmReply,
@@ -23,7 +21,9 @@ from fairlead.messages import (
     decode,
     encode,
 )
-from fairlead.session import Endpoints, ZenohBus
+from fairlead.wire.bus import Bus, Qos, Sample
+from fairlead.wire.memory_bus import MemoryBus, matches
+from fairlead.wire.session import Endpoints, ZenohBus
 
 DEADLINE_S = 20.0
 

@@ -6,7 +6,7 @@ import sys
 
 from fairlead.checked_model import checked_model
 from fairlead.hal.process import Equipment, run_hal
-from fairlead.robot import RobotManifest
+from fairlead.robot.manifest import RobotManifest
 from fairlead.service import ServiceContext, run_service
 from fairlead_hal_mujoco.mujoco_backend import MujocoBackend
 from fairlead_hal_mujoco.options import MujocoOptions

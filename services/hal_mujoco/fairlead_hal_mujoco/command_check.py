@@ -7,7 +7,7 @@ import numpy as np
 from fairlead.errors import ConfigError, expected
 from fairlead.hal.backend import PartCommand
 from fairlead.modes import ControlMode
-from fairlead.robot import RobotManifest
+from fairlead.robot.manifest import RobotManifest
 
 QUATERNION_TOLERANCE = 1e-6
 """How far a pose's quaternion may be from length 1; the gate's bound as well."""

@@ -10,7 +10,7 @@ import numpy as np
 
 from fairlead.errors import ConfigError, expected
 from fairlead.messages import FloatArray
-from fairlead.robot import RobotManifest
+from fairlead.robot.manifest import RobotManifest
 from fairlead_hal_mujoco.servos import Source
 
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from fairlead.messages import FloatArray
-from fairlead.robot import RobotManifest
+from fairlead.robot.manifest import RobotManifest
 
 LEAD_PERIODS = 2.0
 """Periods of full speed by which a moving setpoint may lead its joint."""

@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 
 from fairlead.messages import FloatArray
-from fairlead.robot import RobotManifest
+from fairlead.robot.manifest import RobotManifest
 from fairlead_hal_mujoco.options import MujocoOptions
 
 HOME_KEY = "home"

@@ -19,7 +19,7 @@ from fairlead.hal.backend import (
 from fairlead.hal.kinematic_parts import describe_part
 from fairlead.messages import FloatArray
 from fairlead.paths import robot_dir
-from fairlead.robot import RobotManifest
+from fairlead.robot.manifest import RobotManifest
 from fairlead_hal_mujoco.frame_kinematics import FrameKinematics
 from fairlead_hal_mujoco.key_poses import GOAL_KEY, HOME_KEY, GoalPose, key_qpos
 from fairlead_hal_mujoco.model_file import load_model

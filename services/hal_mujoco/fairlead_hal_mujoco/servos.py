@@ -9,8 +9,8 @@ import numpy as np
 
 from fairlead.errors import ConfigError, expected
 from fairlead.messages import FloatArray
-from fairlead.robot import RobotManifest
-from fairlead.robot_joint import Joint
+from fairlead.robot.joint import Joint
+from fairlead.robot.manifest import RobotManifest
 
 _ONE_COORDINATE = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
 _RANGE_SLACK = 1e-6

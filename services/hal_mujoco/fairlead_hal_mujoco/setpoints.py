@@ -11,8 +11,8 @@ from fairlead.errors import ConfigError, expected
 from fairlead.hal.backend import PartCommand
 from fairlead.messages import FloatArray
 from fairlead.modes import ControlMode
-from fairlead.robot import RobotManifest
-from fairlead.robot_part import Part
+from fairlead.robot.manifest import RobotManifest
+from fairlead.robot.part import Part
 from fairlead_hal_mujoco.command_check import CommandCheck
 from fairlead_hal_mujoco.joint_room import JointRoom
 from fairlead_hal_mujoco.tool_motion import ToolMotion

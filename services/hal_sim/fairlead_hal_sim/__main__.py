@@ -7,7 +7,7 @@ import sys
 from fairlead.hal.camera_feed import CameraFeed
 from fairlead.hal.kinematic_backend import KinematicBackend
 from fairlead.hal.process import Equipment, run_hal
-from fairlead.robot import RobotManifest
+from fairlead.robot.manifest import RobotManifest
 from fairlead.service import ServiceContext, run_service
 from fairlead_hal_sim.camera_process import start_camera_process
 from fairlead_hal_sim.hal_options import HalSimOptions, read_options

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fairlead.robot import load_robot
+from fairlead.robot.manifest import load_robot
 from fairlead.service import ServiceContext, announce_ready, run_service
 from fairlead_skill_runner.options import check_runner_options
 from fairlead_skill_runner.service import SkillRunner

@@ -5,7 +5,6 @@ from __future__ import annotations
 import threading
 import time
 
-from fairlead.bus import Bus
 from fairlead.errors import FairleadError, RefusedError
 from fairlead.keys import Keys
 from fairlead.messages import (
@@ -18,8 +17,9 @@ from fairlead.messages import (
     StatusQuery,
     decode,
 )
-from fairlead.routes import Route
-from fairlead.skill import SkillManifest
+from fairlead.skill.manifest import SkillManifest
+from fairlead.skill.routes import Route
+from fairlead.wire.bus import Bus
 
 QUERY_TIMEOUT_S = 2.0
 _RETRY_S = 0.1

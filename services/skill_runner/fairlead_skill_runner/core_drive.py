@@ -8,9 +8,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from fairlead.bus import Publisher
 from fairlead.errors import PolicyError
 from fairlead.messages import GoalResult
+from fairlead.wire.bus import Publisher
 from fairlead_skill_runner.inference import InferenceThread
 from fairlead_skill_runner.policies.protocol import Actions
 from fairlead_skill_runner.policy_worker import PolicyWorker

@@ -1,6 +1,6 @@
 """Dispatch: a policy's flat float32 rows become typed action parts in SI.
 
-Pure arithmetic along routes that `fairlead.routes` has resolved; which dimension goes
+Pure arithmetic along routes that `fairlead.skill.routes` has resolved; which dimension goes
 where, and what is discarded, has been decided and checked there.
 """
 
@@ -12,7 +12,7 @@ import numpy as np
 
 from fairlead.errors import ConfigError, expected
 from fairlead.messages import ActionPart, pack_floats
-from fairlead.routes import Route
+from fairlead.skill.routes import Route
 from fairlead_skill_runner.policies.protocol import Actions
 
 
@@ -20,7 +20,7 @@ def dispatch(routes: Sequence[Route], actions: Actions, dim: int) -> tuple[Actio
     """One action part per route, rows in the order given.
 
     Args:
-        routes: from `fairlead.routes.resolve_routes`.
+        routes: from `fairlead.skill.routes.resolve_routes`.
         actions: float32 ``[H, dim]``, the policy's normalised output.
         dim: the action contract's width.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from fairlead.errors import ConfigError
 from fairlead.messages import NO_HASH, Goal
-from fairlead.skill import SkillManifest
+from fairlead.skill.manifest import SkillManifest
 
 
 def check_goal(goal: Goal, skill: SkillManifest) -> None:

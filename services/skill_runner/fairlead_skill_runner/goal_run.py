@@ -9,8 +9,6 @@ from pathlib import Path
 
 import msgspec
 
-from fairlead.admission import require_admission
-from fairlead.bus import Bus, Publisher
 from fairlead.errors import FairleadError
 from fairlead.keys import Keys
 from fairlead.messages import (
@@ -22,9 +20,11 @@ from fairlead.messages import (
     StatusQuery,
     decode,
 )
-from fairlead.robot import RobotManifest
-from fairlead.routes import Route, resolve_routes
-from fairlead.skill import SkillManifest
+from fairlead.robot.manifest import RobotManifest
+from fairlead.skill.admission import require_admission
+from fairlead.skill.manifest import SkillManifest
+from fairlead.skill.routes import Route, resolve_routes
+from fairlead.wire.bus import Bus, Publisher
 from fairlead_skill_runner import results
 from fairlead_skill_runner.claims import (
     QUERY_TIMEOUT_S,

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import threading
 
-from fairlead.bus import Publisher
 from fairlead.messages import Heartbeat
+from fairlead.wire.bus import Publisher
 
 INTERVAL_S = 0.05
 

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from fairlead.errors import PolicyError, expected
 from fairlead.messages import Image, LayoutState, TaskState, floats
-from fairlead.skill import ImageSpec, SkillManifest
+from fairlead.skill.manifest import ImageSpec, SkillManifest
 from fairlead_skill_runner.policies.protocol import Observation
 
 

@@ -10,8 +10,8 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from fairlead.checked_model import checked_model
 from fairlead.errors import ConfigError, expected
-from fairlead.skill import PolicySpec, SkillManifest, load_skill, skill_ids
-from fairlead_skill_runner.policies.server_address import ADDRESS_FORMS
+from fairlead.skill.manifest import PolicySpec, SkillManifest, load_skill, skill_ids
+from fairlead_skill_runner.policies.remote.server_address import ADDRESS_FORMS
 
 
 class RunnerOptions(BaseModel):

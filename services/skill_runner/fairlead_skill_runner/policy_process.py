@@ -17,7 +17,7 @@ from multiprocessing.connection import Connection
 import numpy as np
 
 from fairlead.errors import FairleadError, PolicyError
-from fairlead.skill import SkillManifest
+from fairlead.skill.manifest import SkillManifest
 from fairlead_skill_runner.policies.backends import policy_class
 from fairlead_skill_runner.policies.protocol import Policy
 from fairlead_skill_runner.policy_wire import (

@@ -13,7 +13,7 @@ from multiprocessing.connection import Connection
 from pydantic import JsonValue
 
 from fairlead.errors import PolicyError
-from fairlead.skill import SkillManifest
+from fairlead.skill.manifest import SkillManifest
 from fairlead_skill_runner.policies.protocol import Actions, Observation
 from fairlead_skill_runner.policy_wire import (
     Answer,

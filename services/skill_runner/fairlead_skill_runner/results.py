@@ -14,7 +14,7 @@ from fairlead.errors import (
     RefusedError,
 )
 from fairlead.messages import GoalResult, LayoutFault, LayoutState
-from fairlead.skill import SkillManifest
+from fairlead.skill.manifest import SkillManifest
 
 Ending = Literal["succeeded", "failed", "cancelled", "deadline"]
 Decider = Literal["task", "policy", "operator", "runner"]

@@ -27,7 +27,7 @@ from fairlead.messages import (
     TaskState,
     Verdict,
 )
-from fairlead.verdict_text import describe
+from fairlead.wire.verdict_text import describe
 from fairlead_skill_runner import results
 from fairlead_skill_runner.candidate import candidate
 from fairlead_skill_runner.chunk_book import ChunkBook

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 from hashlib import sha256
 
 from fairlead.messages import NO_TRACE, ClaimReply, Goal, HalStatus
-from fairlead.routes import Route
-from fairlead.skill import SkillManifest
+from fairlead.skill.manifest import SkillManifest
+from fairlead.skill.routes import Route
 
 
 @dataclass(frozen=True)

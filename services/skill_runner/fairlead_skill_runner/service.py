@@ -9,8 +9,6 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TypeVar
 
-from fairlead.admission import require_admission
-from fairlead.bus import Bus, Qos, Sample
 from fairlead.errors import MessageError, RefusedError, expected
 from fairlead.keys import Keys
 from fairlead.messages import (
@@ -31,8 +29,10 @@ from fairlead.messages import (
     Verdict,
     decode,
 )
-from fairlead.robot import RobotManifest
-from fairlead.skill import PolicySpec, SkillManifest
+from fairlead.robot.manifest import RobotManifest
+from fairlead.skill.admission import require_admission
+from fairlead.skill.manifest import PolicySpec, SkillManifest
+from fairlead.wire.bus import Bus, Qos, Sample
 from fairlead_skill_runner.goal_check import check_goal
 from fairlead_skill_runner.goal_run import GoalRun, Surroundings
 from fairlead_skill_runner.heartbeat import HeartbeatThread

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 
-from fairlead.robot import load_robot
+from fairlead.robot.manifest import load_robot
 from fairlead.service import ServiceContext, announce_ready, run_service
 from fairlead_state_assembler.core import AssemblerCore
 from fairlead_state_assembler.options import read_options

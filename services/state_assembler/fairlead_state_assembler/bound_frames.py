@@ -6,14 +6,14 @@ from typing import Literal
 
 import numpy as np
 
-from fairlead.bindings import (
+from fairlead.errors import LayoutError
+from fairlead.messages import FloatArray
+from fairlead.skill.bindings import (
     PoseBinding,
     QuaternionSign,
     StateContractBindings,
     StateLayout,
 )
-from fairlead.errors import LayoutError
-from fairlead.messages import FloatArray
 from fairlead_state_assembler.pose_decoding import SE3
 from fairlead_state_assembler.pose_vector import axis_angle3, rotation4
 from fairlead_state_assembler.registry import Transforms

@@ -23,7 +23,7 @@ from fairlead.messages import (
     floats,
     pack_floats,
 )
-from fairlead.robot import RobotManifest
+from fairlead.robot.manifest import RobotManifest
 from fairlead_state_assembler.forward_kinematics import ForwardKinematics
 from fairlead_state_assembler.joint_positions import JointPositions
 from fairlead_state_assembler.pose_decoding import SE3

@@ -7,7 +7,7 @@ import pinocchio as pin
 
 from fairlead.errors import ConfigError, expected
 from fairlead.messages import FloatArray
-from fairlead.robot import RobotManifest
+from fairlead.robot.manifest import RobotManifest
 from fairlead_state_assembler.pose_decoding import SE3
 
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from fairlead.bindings import StateContract
 from fairlead.hal.backend import FramePose
 from fairlead.messages import FloatArray
-from fairlead.robot import RobotManifest
+from fairlead.robot.manifest import RobotManifest
+from fairlead.skill.bindings import StateContract
 from fairlead_state_assembler.forward_kinematics import ForwardKinematics
 from fairlead_state_assembler.joint_positions import JointPositions
 from fairlead_state_assembler.pose_decoding import pose_from

@@ -9,9 +9,9 @@ from typing import Literal
 import numpy as np
 import pinocchio as pin
 
-from fairlead.bindings import QuaternionSign
 from fairlead.errors import LayoutError
 from fairlead.messages import FloatArray
+from fairlead.skill.bindings import QuaternionSign
 from fairlead_state_assembler.joint_positions import JointPositions
 from fairlead_state_assembler.pose_decoding import SE3
 

@@ -4,7 +4,7 @@ Works without Zenoh, for example in a notebook::
 
     values = assemble_state("human300_16d", bindings, joints, buffer.at(tick))
 
-A new layout is one name and one row in ``fairlead.bindings``, and one file in
+A new layout is one name and one row in ``fairlead.skill.bindings``, and one file in
 ``layouts/``, named after it: a function registered here, and ``example_<layout>()``.
 """
 
@@ -16,9 +16,9 @@ from typing import Protocol, get_args
 
 import numpy as np
 
-from fairlead.bindings import LAYOUT_DIMS, StateContractBindings, StateLayout
 from fairlead.errors import ConfigError, LayoutError, expected
 from fairlead.messages import FloatArray
+from fairlead.skill.bindings import LAYOUT_DIMS, StateContractBindings, StateLayout
 from fairlead_state_assembler.joint_positions import JointPositions
 from fairlead_state_assembler.pose_decoding import SE3
 
@@ -53,7 +53,7 @@ def register(layout: StateLayout) -> Callable[[Assembler], Assembler]:
                 expected("StateLayout", "a declared layout", repr(layout), get_args(StateLayout))
             )
         if layout not in LAYOUT_DIMS:
-            raise ConfigError(f"layout {layout}: fairlead.bindings.LAYOUTS gives it no width")
+            raise ConfigError(f"layout {layout}: fairlead.skill.bindings.LAYOUTS gives it no width")
         if layout in LAYOUT_ASSEMBLERS:
             raise ConfigError(f"layout {layout}: has an assembler already")
         LAYOUT_ASSEMBLERS[layout] = assembler

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from fairlead.errors import FairleadError, LayoutError
 from fairlead.messages import NO_HASH, LayoutFault, LayoutState, encode, pack_floats
-from fairlead.skill import SkillManifest, load_skill
+from fairlead.skill.manifest import SkillManifest, load_skill
 from fairlead_state_assembler.joint_positions import JointPositions
 from fairlead_state_assembler.registry import assemble_state
 from fairlead_state_assembler.transform_buffer import TransformsAtTick

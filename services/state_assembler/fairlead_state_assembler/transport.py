@@ -6,10 +6,10 @@ import logging
 import threading
 from collections.abc import Callable
 
-from fairlead.bus import Bus, Publisher, Qos, Sample
 from fairlead.errors import MessageError
 from fairlead.keys import Keys, last_chunk
 from fairlead.messages import JointState, LayoutState, TransformBatch, decode
+from fairlead.wire.bus import Bus, Publisher, Qos, Sample
 from fairlead_state_assembler.core import AssemblerCore, Output
 
 

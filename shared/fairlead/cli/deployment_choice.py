@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from fairlead.deployment import Deployment, load_deployment
+from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.errors import ConfigError, NoAnswerError
 from fairlead.paths import deployment_path, repo_root
 from fairlead.supervisor import Registry, Running

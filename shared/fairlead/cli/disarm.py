@@ -5,7 +5,7 @@ from __future__ import annotations
 import typer
 
 from fairlead.cli.deployment_choice import DeploymentOption, choose_deployment
-from fairlead.client import RobotClient
+from fairlead.operate.client import RobotClient
 
 EXAMPLE = "fairlead disarm"
 

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fairlead.bindings import StateContract, bound_gripper, bound_joints
 from fairlead.cli.layout_truth import (
     Field,
     Truth,
@@ -24,7 +23,8 @@ from fairlead.errors import LayoutError
 from fairlead.hal.backend import FramePose, PartCommand
 from fairlead.messages import FloatArray, HalPart, floats
 from fairlead.modes import ControlMode
-from fairlead.robot import RobotManifest, load_robot
+from fairlead.robot.manifest import RobotManifest, load_robot
+from fairlead.skill.bindings import StateContract, bound_gripper, bound_joints
 
 if TYPE_CHECKING:
     from fairlead_state_assembler import LocalAssembler

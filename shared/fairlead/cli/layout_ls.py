@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import sys
 
-from fairlead.bindings import LAYOUTS, LayoutShape
 from fairlead.cli.console import print_json, print_table
 from fairlead.cli.deployment_choice import JsonOption
+from fairlead.skill.bindings import LAYOUTS, LayoutShape
 
 EXAMPLE = "fairlead layout ls"
 

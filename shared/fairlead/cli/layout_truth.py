@@ -13,9 +13,9 @@ from typing import Any, Literal
 
 import numpy as np
 
-from fairlead.bindings import StateLayout
 from fairlead.errors import ConfigError, expected
 from fairlead.messages import FloatArray
+from fairlead.skill.bindings import StateLayout
 
 FieldKind = Literal["position", "quaternion", "axis-angle", "gripper", "joints"]
 

@@ -7,12 +7,12 @@ from typing import Annotated
 
 import typer
 
-from fairlead.bindings import LAYOUT_DIMS, StateContract
 from fairlead.cli.console import print_json, print_table
 from fairlead.cli.deployment_choice import JsonOption
 from fairlead.cli.layout_comparison import FieldReport, verify_layout
 from fairlead.errors import ConfigError, expected
-from fairlead.skill import load_skill
+from fairlead.skill.bindings import LAYOUT_DIMS, StateContract
+from fairlead.skill.manifest import load_skill
 
 EXAMPLE = "fairlead layout verify oracle-counter-to-cabinet"
 

@@ -6,10 +6,10 @@ import threading
 import time
 from collections.abc import Callable, Collection
 
-from fairlead.client import RobotClient
-from fairlead.deployment import Deployment
+from fairlead.deploy.deployment import Deployment
 from fairlead.errors import TransportError
-from fairlead.session import open_patiently
+from fairlead.operate.client import RobotClient
+from fairlead.wire.session import open_patiently
 
 SETTLE_S = 1.0
 """Services that start together are not announced as missing one by one."""

@@ -12,13 +12,13 @@ from fairlead.cli.console import print_json, print_table
 from fairlead.cli.deployment_choice import JsonOption, parse_deployment
 from fairlead.cli.progress_line import ProgressLine
 from fairlead.cli.wire_number import MAX_NUMBER
-from fairlead.deployment import load_deployment
-from fairlead.goal_run import GoalWish
+from fairlead.deploy.deployment import load_deployment
+from fairlead.operate.goal_run import GoalWish
 from fairlead.parity.comparison import Comparison, compare
 from fairlead.parity.deployed_episode import deployed_episode
 from fairlead.parity.local_episode import local_episode
 from fairlead.paths import deployment_path
-from fairlead.skill import load_skill
+from fairlead.skill.manifest import load_skill
 
 EXAMPLE = "fairlead parity --seed 3"
 SOURCE = "panda_mobile_sim"

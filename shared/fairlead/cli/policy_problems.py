@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from fairlead.errors import ConfigError
-from fairlead.skill import SkillManifest
+from fairlead.skill.manifest import SkillManifest
 
 
 def policy_problems(skill: SkillManifest) -> list[str]:

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from fairlead.cli.deployment_choice import DeploymentOption, choose_deployment
-from fairlead.client import RobotClient
+from fairlead.operate.client import RobotClient
 
 EXAMPLE = "fairlead reset 5f0c3a9e12d4b687"
 _HIGHEST_ID = 2**64 - 1

@@ -9,8 +9,8 @@ import typer
 
 from fairlead.cli.console import print_json, print_table
 from fairlead.cli.deployment_choice import JsonOption
-from fairlead.robot import load_robot
-from fairlead.robot_bounds import Bound, robot_bounds
+from fairlead.robot.bounds import Bound, robot_bounds
+from fairlead.robot.manifest import load_robot
 
 EXAMPLE = "fairlead robot bounds panda_mobile"
 NOTHING = "NOT ENFORCED"

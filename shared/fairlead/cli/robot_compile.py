@@ -8,9 +8,9 @@ from typing import Annotated
 import typer
 
 from fairlead.errors import ConfigError
-from fairlead.gate_config import compile_gate_config
 from fairlead.paths import robot_dir
-from fairlead.robot import load_robot
+from fairlead.robot.gate_file import compile_gate_config
+from fairlead.robot.manifest import load_robot
 
 EXAMPLE = "fairlead robot compile panda_mobile"
 

@@ -9,9 +9,9 @@ import typer
 
 from fairlead.cli.console import print_json, print_table
 from fairlead.cli.deployment_choice import JsonOption
-from fairlead.gate_config import compile_gate_config
-from fairlead.robot import load_robot
-from fairlead.robot_limits import effective_limits
+from fairlead.robot.gate_file import compile_gate_config
+from fairlead.robot.limits import effective_limits
+from fairlead.robot.manifest import load_robot
 
 EXAMPLE = "fairlead robot show panda_mobile"
 

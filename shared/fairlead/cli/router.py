@@ -11,13 +11,13 @@ import typer
 
 from fairlead.cli.console import print_json
 from fairlead.cli.deployment_choice import parse_deployment
-from fairlead.deployment import Deployment, load_deployment
+from fairlead.deploy.deployment import Deployment, load_deployment
+from fairlead.deploy.hosts import ROUTER
+from fairlead.deploy.stop_signals import StopSignals
 from fairlead.errors import ConfigError
-from fairlead.hosts import ROUTER
-from fairlead.session import Endpoints, ZenohBus
-from fairlead.stop_signals import StopSignals
 from fairlead.supervisor.ports import check_ports_free
 from fairlead.supervisor.this_host import choose_host
+from fairlead.wire.session import Endpoints, ZenohBus
 
 EXAMPLE = "fairlead router panda_mobile_two_hosts --json"
 

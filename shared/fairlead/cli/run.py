@@ -10,18 +10,18 @@ from typing import Annotated
 import msgspec
 import typer
 
-from fairlead.admission import require_admission
 from fairlead.cli.console import print_json
 from fairlead.cli.deployment_choice import DeploymentOption, JsonOption, choose_deployment
 from fairlead.cli.progress_line import ProgressLine
 from fairlead.cli.status import state_and_cause
 from fairlead.cli.wire_number import MAX_NUMBER
-from fairlead.client import RobotClient
-from fairlead.goal_run import GoalInterrupted, GoalWish, run_goal
-from fairlead.goal_watch import Progress
 from fairlead.messages import GateState, GoalResult
-from fairlead.robot import load_robot
-from fairlead.skill import load_skill
+from fairlead.operate.client import RobotClient
+from fairlead.operate.goal_run import GoalInterrupted, GoalWish, run_goal
+from fairlead.operate.goal_watch import Progress
+from fairlead.robot.manifest import load_robot
+from fairlead.skill.admission import require_admission
+from fairlead.skill.manifest import load_skill
 
 EXAMPLE = "fairlead run oracle-counter-to-cabinet"
 MAX_STALL_S = 86_400.0

@@ -7,17 +7,17 @@ from typing import Annotated, Any
 
 import typer
 
-from fairlead.admission import admission_problems
-from fairlead.checkpoint_stats import read_checkpoint_stats
 from fairlead.cli.console import print_json
 from fairlead.cli.deployment_choice import JsonOption
 from fairlead.cli.policy_problems import policy_problems
-from fairlead.client import RobotClient
-from fairlead.contract_findings import contract_findings, named_outputs
-from fairlead.deployment import load_deployment
+from fairlead.deploy.deployment import load_deployment
 from fairlead.messages import HalStatus
-from fairlead.robot import load_robot
-from fairlead.skill import SkillManifest, load_skill
+from fairlead.operate.client import RobotClient
+from fairlead.robot.manifest import load_robot
+from fairlead.skill.admission import admission_problems
+from fairlead.skill.checkpoint_stats import read_checkpoint_stats
+from fairlead.skill.contract_findings import contract_findings, named_outputs
+from fairlead.skill.manifest import SkillManifest, load_skill
 
 EXAMPLE = "fairlead skill check oracle-counter-to-cabinet --robot panda_mobile"
 

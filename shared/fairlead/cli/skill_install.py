@@ -8,8 +8,8 @@ from typing import Annotated
 import typer
 
 from fairlead.cli.policy_problems import policy_problems
-from fairlead.skill import read_skill
-from fairlead.skill_install import install_skill
+from fairlead.skill.install import install_skill
+from fairlead.skill.manifest import read_skill
 
 EXAMPLE = "fairlead skill install my-wave"
 

@@ -6,12 +6,12 @@ from typing import Annotated
 
 import typer
 
-from fairlead.admission import admission_problems
 from fairlead.cli.console import print_json, print_table
 from fairlead.cli.deployment_choice import JsonOption
 from fairlead.errors import ConfigError
-from fairlead.robot import RobotManifest, load_robot
-from fairlead.skill import load_skill, skill_ids
+from fairlead.robot.manifest import RobotManifest, load_robot
+from fairlead.skill.admission import admission_problems
+from fairlead.skill.manifest import load_skill, skill_ids
 
 EXAMPLE = "fairlead skill ls --robot panda_mobile"
 

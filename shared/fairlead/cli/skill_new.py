@@ -8,8 +8,8 @@ from typing import Annotated
 import typer
 
 from fairlead.errors import ConfigError
-from fairlead.robot import load_robot
-from fairlead.skill_skeleton import skill_skeleton
+from fairlead.robot.manifest import load_robot
+from fairlead.skill.skeleton import skill_skeleton
 
 EXAMPLE = "fairlead skill new my-wave --robot panda_mobile"
 

@@ -9,7 +9,7 @@ import yaml
 
 from fairlead.cli.console import print_json
 from fairlead.cli.deployment_choice import JsonOption
-from fairlead.skill import load_skill
+from fairlead.skill.manifest import load_skill
 
 EXAMPLE = "fairlead skill show oracle-counter-to-cabinet"
 

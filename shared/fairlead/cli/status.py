@@ -9,10 +9,10 @@ import typer
 
 from fairlead.cli.console import hex_id, print_json
 from fairlead.cli.deployment_choice import DeploymentOption, JsonOption, choose_deployment
-from fairlead.client import RobotClient
 from fairlead.errors import NoAnswerError
 from fairlead.messages import GateState, GateStatus, HalStatus
-from fairlead.verdict_text import CHECKS
+from fairlead.operate.client import RobotClient
+from fairlead.wire.verdict_text import CHECKS
 
 EXAMPLE = "fairlead status --json"
 

@@ -8,7 +8,7 @@ import typer
 
 from fairlead.cli.console import hex_id
 from fairlead.cli.deployment_choice import DeploymentOption, choose_deployment
-from fairlead.client import RobotClient
+from fairlead.operate.client import RobotClient
 
 EXAMPLE = 'fairlead stop --reason "hand in the cell"'
 

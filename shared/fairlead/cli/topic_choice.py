@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from fairlead.errors import NoAnswerError
-from fairlead.topic_listener import Heard, TopicListener
+from fairlead.operate.topic_listener import Heard, TopicListener
 
 MAX_WAIT_S = 86_400.0
 

@@ -10,10 +10,10 @@ import yaml
 
 from fairlead.cli.deployment_choice import DeploymentOption, choose_deployment
 from fairlead.cli.topic_choice import KeyArgument, TimeoutOption, next_heard
-from fairlead.message_document import message_document
 from fairlead.messages import decode
-from fairlead.topic_listener import TopicListener, listening_bus
-from fairlead.topics import find_topic, short_key
+from fairlead.operate.topic_listener import TopicListener, listening_bus
+from fairlead.wire.message_document import message_document
+from fairlead.wire.topics import find_topic, short_key
 
 EXAMPLE = "fairlead topic echo state/joints --count 1"
 

@@ -11,8 +11,8 @@ import typer
 from fairlead.cli.console import print_json, print_table
 from fairlead.cli.deployment_choice import DeploymentOption, JsonOption, choose_deployment
 from fairlead.cli.topic_choice import KeyArgument, TimeoutOption, next_heard
-from fairlead.topic_listener import TopicListener, listening_bus
-from fairlead.topics import find_topic, short_key
+from fairlead.operate.topic_listener import TopicListener, listening_bus
+from fairlead.wire.topics import find_topic, short_key
 
 EXAMPLE = "fairlead topic hz state/joints --count 50"
 

@@ -10,8 +10,8 @@ import typer
 from fairlead.cli.console import print_json, print_table
 from fairlead.cli.deployment_choice import DeploymentOption, JsonOption, choose_deployment
 from fairlead.cli.topic_choice import MAX_WAIT_S
-from fairlead.topic_listener import TopicListener, listening_bus
-from fairlead.topics import short_key, topics
+from fairlead.operate.topic_listener import TopicListener, listening_bus
+from fairlead.wire.topics import short_key, topics
 
 EXAMPLE = "fairlead topic list --seconds 2"
 

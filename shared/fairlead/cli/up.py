@@ -16,11 +16,11 @@ from fairlead.cli.console import hex_id
 from fairlead.cli.deployment_choice import parse_deployment
 from fairlead.cli.other_hosts import OtherHosts, router_reached
 from fairlead.cli.status import state_and_cause
-from fairlead.client import RobotClient
-from fairlead.deployment import load_deployment
+from fairlead.deploy.deployment import load_deployment
+from fairlead.deploy.hosts import ROUTER
 from fairlead.errors import FairleadError, ServiceError
-from fairlead.hosts import ROUTER
 from fairlead.messages import GateState
+from fairlead.operate.client import RobotClient
 from fairlead.supervisor import Registry, ServiceEvent, Supervisor
 from fairlead.supervisor.registry import running_name
 from fairlead.supervisor.this_host import choose_host

@@ -11,8 +11,8 @@ import typer
 from fairlead.cli.console import print_json
 from fairlead.cli.decision_log_choice import choose_decision_log
 from fairlead.cli.deployment_choice import JsonOption
-from fairlead.receipt_text import decision_lines
-from fairlead.receipts import Explanation, explain
+from fairlead.receipts.explanation import Explanation, explain
+from fairlead.receipts.text import decision_lines
 
 EXAMPLE = "fairlead why last"
 

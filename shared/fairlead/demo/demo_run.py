@@ -11,20 +11,20 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from fairlead.admission import require_admission
-from fairlead.client import RobotClient
 from fairlead.demo.gate_challenge import Challenge, GateChallenge
-from fairlead.deployment import load_deployment
+from fairlead.deploy.deployment import load_deployment
 from fairlead.errors import ConfigError
-from fairlead.goal_run import GoalWish, run_goal
-from fairlead.goal_watch import Progress
 from fairlead.messages import GoalResult
+from fairlead.operate.client import RobotClient
+from fairlead.operate.goal_run import GoalWish, run_goal
+from fairlead.operate.goal_watch import Progress
+from fairlead.operate.scratch_robot import scratch_robot
 from fairlead.record.film import write_film
 from fairlead.record.recorder import Recorder, Recording, first_outcomes
 from fairlead.record.timeline import draw_timeline, hold_names
-from fairlead.robot import RobotManifest, load_robot
-from fairlead.scratch_robot import scratch_robot
-from fairlead.skill import load_skill
+from fairlead.robot.manifest import RobotManifest, load_robot
+from fairlead.skill.admission import require_admission
+from fairlead.skill.manifest import load_skill
 from fairlead.supervisor.scratch import Scratch, ScratchOptions, make_scratch
 
 CAMERA = "overview"

@@ -7,8 +7,6 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from fairlead.bus import Qos, Sample
-from fairlead.client import RobotClient
 from fairlead.errors import NoAnswerError, ServiceError
 from fairlead.keys import last_chunk
 from fairlead.messages import (
@@ -23,10 +21,12 @@ from fairlead.messages import (
     pack_floats,
 )
 from fairlead.modes import ControlMode
-from fairlead.own_claim import own_claim
-from fairlead.robot import RobotManifest
-from fairlead.skill import SkillManifest
-from fairlead.verdict_text import describe
+from fairlead.operate.client import RobotClient
+from fairlead.operate.own_claim import own_claim
+from fairlead.robot.manifest import RobotManifest
+from fairlead.skill.manifest import SkillManifest
+from fairlead.wire.bus import Qos, Sample
+from fairlead.wire.verdict_text import describe
 
 SOURCE = "demo"
 VERDICT_TIMEOUT_S = 3.0

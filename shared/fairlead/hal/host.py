@@ -12,7 +12,6 @@ import threading
 import time
 from collections.abc import Callable
 
-from fairlead.bus import Bus
 from fairlead.errors import FairleadError, RefusedError
 from fairlead.hal.backend import Backend, Measurement
 from fairlead.hal.camera_feed import CameraFeed
@@ -34,6 +33,7 @@ from fairlead.hal.tick_plan import TickPlan
 from fairlead.hal.tick_publisher import TickPublisher
 from fairlead.hal.trace_source import TraceSource
 from fairlead.messages import Hold
+from fairlead.wire.bus import Bus
 
 _LOG = logging.getLogger("hal.host")
 

@@ -9,7 +9,7 @@ import numpy as np
 from fairlead.errors import ConfigError, expected
 from fairlead.hal.backend import BackendDescription
 from fairlead.messages import FloatArray
-from fairlead.robot import RobotManifest
+from fairlead.robot.manifest import RobotManifest
 
 
 @dataclass(frozen=True)

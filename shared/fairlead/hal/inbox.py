@@ -8,11 +8,11 @@ from collections.abc import Callable
 from threading import Condition
 from typing import TypeVar
 
-from fairlead.bus import Bus, Sample, Undeclare
 from fairlead.errors import MessageError
 from fairlead.hal.core import HalCore
 from fairlead.keys import Keys, last_chunk
 from fairlead.messages import Lease, Message, SafeChunk, StopLevel, decode
+from fairlead.wire.bus import Bus, Sample, Undeclare
 
 _LOG = logging.getLogger("hal.inbox")
 M = TypeVar("M", bound=Message)

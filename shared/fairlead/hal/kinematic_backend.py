@@ -25,7 +25,7 @@ from fairlead.hal.backend import (
 from fairlead.hal.kinematic_parts import describe_part, finger_shares
 from fairlead.messages import FloatArray
 from fairlead.modes import ControlMode
-from fairlead.robot import RobotManifest
+from fairlead.robot.manifest import RobotManifest
 
 DELTA_GAIN = 0.1
 """Joint motion [rad] per m or rad of an end-effector delta, or of a twist in a second."""

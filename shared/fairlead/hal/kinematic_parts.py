@@ -8,10 +8,10 @@ import numpy as np
 
 from fairlead.messages import FloatArray, HalPart, ModeRange, pack_floats
 from fairlead.modes import ControlMode
-from fairlead.robot import RobotManifest
-from fairlead.robot_joint import Joint
-from fairlead.robot_mode_limits import ModeLimits
-from fairlead.robot_part import Part
+from fairlead.robot.joint import Joint
+from fairlead.robot.manifest import RobotManifest
+from fairlead.robot.mode_limits import ModeLimits
+from fairlead.robot.part import Part
 
 
 def describe_part(robot: RobotManifest, part: Part, profile: str) -> HalPart:

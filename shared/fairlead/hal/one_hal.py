@@ -6,10 +6,10 @@ import fcntl
 from pathlib import Path
 from typing import TextIO
 
-from fairlead.bus import Bus
 from fairlead.errors import ConfigError, NoAnswerError
 from fairlead.keys import Keys
 from fairlead.messages import HalStatus, StatusQuery, decode
+from fairlead.wire.bus import Bus
 
 ANSWER_WAIT_S = 0.5
 

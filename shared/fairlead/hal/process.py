@@ -15,7 +15,7 @@ from fairlead.hal.identity import identity_of
 from fairlead.hal.motion_log import MotionLog
 from fairlead.hal.one_hal import lock_state_folder, refuse_second_hal
 from fairlead.hal.trace_source import TraceSource
-from fairlead.robot import RobotManifest, load_robot
+from fairlead.robot.manifest import RobotManifest, load_robot
 from fairlead.service import ServiceContext, announce_ready
 
 __all__ = ["Equipment", "run_hal"]

@@ -7,11 +7,11 @@ from typing import Any, Literal
 
 import msgspec
 
-from fairlead.bus import Bus, Qos
 from fairlead.hal.backend import BackendDescription
 from fairlead.hal.host_settings import HostSettings
 from fairlead.hal.identity import HalIdentity
 from fairlead.messages import HalCamera, HalStatus, StatusQuery, decode
+from fairlead.wire.bus import Bus, Qos
 
 INTERVAL_NS = 500_000_000
 

@@ -6,10 +6,10 @@ import logging
 import secrets
 from threading import Condition
 
-from fairlead.bus import Bus, Qos
 from fairlead.hal.core import HalCore
 from fairlead.hal.host_settings import HostSettings
 from fairlead.messages import StopLevel
+from fairlead.wire.bus import Bus, Qos
 
 _LOG = logging.getLogger("hal.stop")
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from fairlead.bus import Bus, Publisher, Qos
 from fairlead.hal.backend import FramePose, Measurement, TaskReading
 from fairlead.hal.host_settings import HostSettings
 from fairlead.messages import (
@@ -18,6 +17,7 @@ from fairlead.messages import (
     encode,
     pack_floats,
 )
+from fairlead.wire.bus import Bus, Publisher, Qos
 
 STATIC_INTERVAL_NS = 1_000_000_000
 """Static transforms are sent again this often, so that a late joiner gets them."""

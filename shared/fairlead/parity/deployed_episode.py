@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 
 from fairlead.errors import ServiceError
-from fairlead.goal_run import GoalWish, run_goal
-from fairlead.goal_watch import Progress
 from fairlead.messages import ResetEpisodeReply
+from fairlead.operate.goal_run import GoalWish, run_goal
+from fairlead.operate.goal_watch import Progress
+from fairlead.operate.scratch_robot import scratch_robot
 from fairlead.parity.episode_trace import EpisodeTrace
-from fairlead.scratch_robot import scratch_robot
 from fairlead.supervisor.scratch import ScratchOptions, make_scratch
 
 

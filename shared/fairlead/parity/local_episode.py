@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fairlead.deployment import Deployment
+from fairlead.deploy.deployment import Deployment
 from fairlead.messages import ResetEpisodeReply
 from fairlead.parity.episode_trace import EpisodeTrace
-from fairlead.robot import load_robot
-from fairlead.skill import SkillManifest
+from fairlead.robot.manifest import load_robot
+from fairlead.skill.manifest import SkillManifest
 
 if TYPE_CHECKING:
     from fairlead_hal_sim.robosuite_backend import RobosuiteBackend

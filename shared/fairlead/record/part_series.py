@@ -10,8 +10,8 @@ import numpy as np
 from fairlead.messages import ActionPart, FloatArray, Hold, JointState, TransformBatch, floats
 from fairlead.modes import ControlMode
 from fairlead.record.recorder import Recording
-from fairlead.robot import RobotManifest
-from fairlead.robot_part import Part
+from fairlead.robot.manifest import RobotManifest
+from fairlead.robot.part import Part
 
 Curve = dict[int, float]
 """Value by tick."""

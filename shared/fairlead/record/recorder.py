@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import TypeVar
 
-from fairlead.bus import Bus, Sample, Undeclare
 from fairlead.keys import Keys
 from fairlead.messages import (
     ActionChunk,
@@ -21,6 +20,7 @@ from fairlead.messages import (
     Verdict,
     decode,
 )
+from fairlead.wire.bus import Bus, Sample, Undeclare
 
 M = TypeVar("M", bound=Message)
 

@@ -11,7 +11,7 @@ import numpy as np
 from fairlead.messages import Hold, Outcome
 from fairlead.record.part_series import Curve, Panel, held_ticks, panels
 from fairlead.record.recorder import Recording
-from fairlead.robot import RobotManifest
+from fairlead.robot.manifest import RobotManifest
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

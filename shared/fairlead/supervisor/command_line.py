@@ -6,8 +6,8 @@ import os
 import sys
 from pathlib import Path
 
-from fairlead.deployment import Deployment, ServiceKind
-from fairlead.hosts import ROUTER
+from fairlead.deploy.deployment import Deployment, ServiceKind
+from fairlead.deploy.hosts import ROUTER
 from fairlead.paths import gate_binary, gate_config
 
 _MODULES: dict[ServiceKind, str] = {

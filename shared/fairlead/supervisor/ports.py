@@ -6,9 +6,9 @@ import socket
 from collections.abc import Iterable
 from contextlib import ExitStack
 
-from fairlead.deployment import Deployment
+from fairlead.deploy.deployment import Deployment
+from fairlead.deploy.hosts import ROUTER
 from fairlead.errors import ConfigError, ServiceError
-from fairlead.hosts import ROUTER
 from fairlead.supervisor.process_table import command_of, is_listening, listener_of
 from fairlead.supervisor.registry import Registry
 

@@ -19,7 +19,7 @@ from typing import IO
 
 import msgspec
 
-from fairlead.deployment import Deployment
+from fairlead.deploy.deployment import Deployment
 from fairlead.errors import ServiceError
 from fairlead.supervisor.process_table import ProcessId
 

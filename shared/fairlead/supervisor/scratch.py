@@ -14,7 +14,7 @@ from typing import Any, Literal
 
 import yaml
 
-from fairlead.deployment import Deployment, load_deployment
+from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.errors import ConfigError
 from fairlead.supervisor.ports import free_ports
 

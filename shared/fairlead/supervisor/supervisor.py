@@ -9,9 +9,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO, Literal
 
-from fairlead.deployment import Deployment
+from fairlead.deploy.deployment import Deployment
+from fairlead.deploy.hosts import ROUTER
 from fairlead.errors import ConfigError, ServiceError
-from fairlead.hosts import ROUTER
 from fairlead.supervisor.backoff import Backoff
 from fairlead.supervisor.child import Child, LineHandler
 from fairlead.supervisor.command_line import service_command, service_environment

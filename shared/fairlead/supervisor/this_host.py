@@ -5,7 +5,7 @@ from __future__ import annotations
 import socket
 from typing import Any
 
-from fairlead.deployment import Deployment
+from fairlead.deploy.deployment import Deployment
 from fairlead.errors import ConfigError, ServiceError, expected
 
 

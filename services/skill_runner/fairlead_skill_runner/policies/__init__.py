@@ -1,1 +1,1 @@
-"""Policies that ship with the runner; each is one file with one class."""
+"""Policies that ship with the runner: one class each, in a file or a folder of its own."""

@@ -8,13 +8,13 @@ from fairlead.errors import ConfigError
 from fairlead_skill_runner.policies.protocol import Policy
 
 POLICIES = {
-    "oracle": "fairlead_skill_runner.policies.oracle:OraclePolicy",
+    "oracle": "fairlead_skill_runner.policies.oracle.policy:OraclePolicy",
     "joint_reach": "fairlead_skill_runner.policies.joint_reach:JointReachPolicy",
     "replay": "fairlead_skill_runner.policies.replay:ReplayPolicy",
     "python": "fairlead_skill_runner.policies.python_file:PythonFilePolicy",
     "constant": "fairlead_skill_runner.policies.constant:ConstantPolicy",
-    "openpi": "fairlead_skill_runner.policies.openpi:OpenpiPolicy",
-    "rldx_zmq": "fairlead_skill_runner.policies.rldx_zmq:RldxZmqPolicy",
+    "openpi": "fairlead_skill_runner.policies.remote.openpi:OpenpiPolicy",
+    "rldx_zmq": "fairlead_skill_runner.policies.remote.rldx_zmq:RldxZmqPolicy",
 }
 """Backend name in a manifest -> ``module:Class``, so that only the worker imports it."""
 

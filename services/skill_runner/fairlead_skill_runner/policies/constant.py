@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field, JsonValue
 
 from fairlead.checked_model import checked_model
 from fairlead.errors import ConfigError, expected
-from fairlead.skill import SkillManifest
+from fairlead.skill.manifest import SkillManifest
 from fairlead_skill_runner.policies.protocol import Actions, Observation
 
 

@@ -11,7 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field, JsonValue
 from fairlead.checked_model import checked_model
 from fairlead.errors import ConfigError, PolicyError, expected
 from fairlead.messages import FloatArray
-from fairlead.skill import SkillManifest
+from fairlead.skill.manifest import SkillManifest
 from fairlead_skill_runner.policies.protocol import Actions, Observation
 
 LAYOUT = "libero"

@@ -6,14 +6,14 @@ from collections.abc import Callable, Mapping
 
 from pydantic import JsonValue
 
-from fairlead.python_policy import python_policy_options
-from fairlead.skill import SkillManifest
+from fairlead.skill.manifest import SkillManifest
+from fairlead.skill.python_policy import python_policy_options
 from fairlead_skill_runner.policies.constant import ConstantPolicy
 from fairlead_skill_runner.policies.joint_reach import JointReachPolicy
-from fairlead_skill_runner.policies.openpi import check_openpi_options
-from fairlead_skill_runner.policies.oracle import OraclePolicy
+from fairlead_skill_runner.policies.oracle.policy import OraclePolicy
+from fairlead_skill_runner.policies.remote.openpi import check_openpi_options
+from fairlead_skill_runner.policies.remote.rldx_zmq import check_rldx_options
 from fairlead_skill_runner.policies.replay import ReplayPolicy
-from fairlead_skill_runner.policies.rldx_zmq import check_rldx_options
 
 CHECKS: Mapping[str, Callable[[SkillManifest, Mapping[str, JsonValue]], object]] = {
     "oracle": OraclePolicy.from_options,

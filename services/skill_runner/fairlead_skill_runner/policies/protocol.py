@@ -11,7 +11,7 @@ import numpy.typing as npt
 from pydantic import JsonValue
 
 from fairlead.messages import FloatArray
-from fairlead.skill import SkillManifest
+from fairlead.skill.manifest import SkillManifest
 
 Actions = npt.NDArray[np.float32]
 """A policy's raw output: shape ``[H, dim]``, 1 <= H <= the skill's horizon."""

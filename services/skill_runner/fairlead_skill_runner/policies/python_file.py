@@ -11,8 +11,8 @@ from pydantic import JsonValue
 
 from fairlead.errors import ConfigError, expected
 from fairlead.paths import rskill_dir
-from fairlead.python_policy import python_policy_options
-from fairlead.skill import SkillManifest
+from fairlead.skill.manifest import SkillManifest
+from fairlead.skill.python_policy import python_policy_options
 from fairlead_skill_runner.policies.protocol import Policy
 
 

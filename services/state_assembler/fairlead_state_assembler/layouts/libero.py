@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from fairlead.bindings import StateContractBindings, bound_gripper, bound_joints
 from fairlead.messages import FloatArray
+from fairlead.skill.bindings import StateContractBindings, bound_gripper, bound_joints
 from fairlead_state_assembler.joint_positions import JointPositions
 from fairlead_state_assembler.pose_vector import gripper_pair
 from fairlead_state_assembler.registry import Transforms, register

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from fairlead.bindings import StateContractBindings
 from fairlead.messages import FloatArray
+from fairlead.skill.bindings import StateContractBindings
 from fairlead_state_assembler.joint_positions import JointPositions
 from fairlead_state_assembler.layouts import human300_16d
 from fairlead_state_assembler.registry import Transforms, register

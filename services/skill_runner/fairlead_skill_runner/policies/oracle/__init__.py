@@ -1,0 +1,1 @@
+"""A scripted expert for the mobile pick-and-place task: it sees the state vector alone."""

@@ -1,0 +1,152 @@
+"""A policy behind an openpi server: one question, one answer, over a websocket."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from contextlib import ExitStack
+from typing import Self
+
+from pydantic import Field, JsonValue
+from websockets.exceptions import ConnectionClosed, InvalidHandshake
+from websockets.sync.client import ClientConnection, connect
+
+from fairlead.errors import PolicyError, expected
+from fairlead.skill.manifest import SkillManifest
+from fairlead_skill_runner.policies.protocol import Actions, Observation
+from fairlead_skill_runner.policies.remote.openpi_wire import decode, encode
+from fairlead_skill_runner.policies.remote.served_policy import (
+    RemoteOptions,
+    check_remote_options,
+    float_rows,
+    no_server,
+    warm_up_observation,
+)
+from fairlead_skill_runner.policies.remote.server_address import ADDRESS_FORMS
+
+WHO = "openpi policy"
+_MESSAGE_MAX_BYTES = 64 * 2**20
+_CLOSE_TIMEOUT_S = 0.2
+
+
+class OpenpiOptions(RemoteOptions):
+    """state_key, prompt_key: their names in the request; pictures have the skill's names."""
+
+    address: str = Field(pattern=ADDRESS_FORMS["openpi"].pattern)
+    state_key: str = "observation/state"
+    prompt_key: str = "prompt"
+
+
+class OpenpiPolicy:
+    """Asks the server and checks what comes back.
+
+    A connection on which something went wrong is closed, so that an answer that comes
+    late has nowhere to come to.
+    """
+
+    def __init__(self, skill: SkillManifest, options: OpenpiOptions) -> None:
+        self._skill = skill
+        self._options = options
+        self._link: ClientConnection | None = None
+        self._open = ExitStack()
+
+    @classmethod
+    def from_options(cls, skill: SkillManifest, options: Mapping[str, JsonValue]) -> Self:
+        """Connect, and let the server compile.
+
+        Raises:
+            ConfigError: for options that do not fit.
+            PolicyError: if no server is there, or it answers with another width.
+        """
+        policy = cls(skill, check_openpi_options(skill, options))
+        policy.reset()
+        policy._ask(warm_up_observation(skill), policy._options.warm_up_timeout_s)
+        return policy
+
+    def reset(self) -> None:
+        """A connection of its own for every episode, which also proves that a server is there.
+
+        Raises:
+            PolicyError: if none is.
+        """
+        self._close()
+        options = self._options
+        try:
+            # A server that infers answers no keep-alive; the deadlines are ours.
+            dialled = connect(
+                options.address,
+                open_timeout=options.connect_timeout_s,
+                close_timeout=_CLOSE_TIMEOUT_S,
+                ping_interval=None,
+                compression=None,
+                max_size=_MESSAGE_MAX_BYTES,
+                proxy=None,
+            )
+            self._link = self._open.enter_context(dialled)
+            self._link.recv(timeout=options.connect_timeout_s)  # what the server is
+        except TimeoutError:
+            self._close()
+            raise no_server(
+                WHO, self._skill, options, f"no answer within {options.connect_timeout_s:g} s"
+            ) from None
+        except (OSError, InvalidHandshake, ConnectionClosed) as error:
+            self._close()
+            raise no_server(WHO, self._skill, options, error) from None
+
+    def infer(self, observation: Observation) -> Actions:
+        """The server's rows.
+
+        Raises:
+            PolicyError: if it fails, is late, goes away or answers anything else.
+        """
+        return self._ask(observation, self._options.answer_timeout_s)
+
+    def _ask(self, observation: Observation, timeout_s: float) -> Actions:
+        try:
+            answer = self._exchange(encode(self._request(observation)), timeout_s)
+            if not isinstance(answer, dict):
+                raise PolicyError(expected(WHO, "a map with actions", type(answer).__name__))
+            return float_rows(
+                WHO, "actions", answer.get("actions"), self._skill.action_contract.dim
+            )
+        except PolicyError:
+            self._close()
+            raise
+
+    def _request(self, observation: Observation) -> dict[str, object]:
+        return {
+            self._options.state_key: observation.state.astype("<f4"),
+            **observation.images,
+            self._options.prompt_key: observation.prompt,
+        }
+
+    def _exchange(self, request: bytes, timeout_s: float) -> object:
+        if self._link is None:
+            raise PolicyError(f"{WHO}: asked without a connection")
+        address = self._options.address
+        try:
+            self._link.send(request)
+            reply = self._link.recv(timeout=timeout_s)
+        except TimeoutError:
+            raise PolicyError(f"{WHO}: no answer from {address} within {timeout_s:g} s") from None
+        except (ConnectionClosed, OSError) as error:
+            raise PolicyError(f"{WHO}: {address} closed the connection: {error}") from None
+        if isinstance(reply, str):  # a traceback
+            last = (reply.strip().splitlines() or ["it does not say why"])[-1]
+            raise PolicyError(f"{WHO}: {address} failed: {last}")
+        try:
+            return decode(reply)
+        except ValueError as error:
+            raise PolicyError(f"{WHO}: {address} answered no message: {error}") from None
+
+    def _close(self) -> None:
+        self._open.close()
+        self._link = None
+
+
+def check_openpi_options(skill: SkillManifest, options: Mapping[str, JsonValue]) -> OpenpiOptions:
+    """The options of an openpi policy.
+
+    Raises:
+        ConfigError: for options that do not fit, alone or with the skill.
+    """
+    return check_remote_options(WHO, OpenpiOptions, options, skill)

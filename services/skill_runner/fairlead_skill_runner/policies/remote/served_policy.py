@@ -1,0 +1,96 @@
+"""What every policy behind a server has: an address, deadlines, and how to start one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TypeVar
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, JsonValue
+
+from fairlead.checked_model import checked_model
+from fairlead.errors import ConfigError, PolicyError, expected
+from fairlead.skill.manifest import SkillManifest
+from fairlead_skill_runner.policies.protocol import Actions, Observation
+
+
+class RemoteOptions(BaseModel):
+    """Where the server is and how long to wait for it.
+
+    Attributes:
+        address: of the server.
+        start: how to start one; said when none is there.
+        connect_timeout_s: longest wait for a server, at the start of every goal; twice it
+            (a handshake and a greeting) must fit into the worker's time for a reset.
+        warm_up_timeout_s: longest wait for the first answer, which may compile the model.
+        answer_timeout_s: longest wait for any later one; less than the skill's
+            ``inference_timeout_s``.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    address: str
+    start: str = Field(min_length=1)
+    connect_timeout_s: float = Field(gt=0, le=4.5, allow_inf_nan=False)
+    warm_up_timeout_s: float = Field(default=100.0, gt=0, le=100, allow_inf_nan=False)
+    answer_timeout_s: float = Field(gt=0, allow_inf_nan=False)
+
+
+Options = TypeVar("Options", bound=RemoteOptions)
+
+
+def check_remote_options(
+    who: str, model: type[Options], options: Mapping[str, JsonValue], skill: SkillManifest
+) -> Options:
+    """Validate ``options`` as ``model``.
+
+    Raises:
+        ConfigError: for options that do not fit, alone or with the skill's own deadline.
+    """
+    checked = checked_model(who, model, options)
+    if checked.answer_timeout_s >= skill.inference_timeout_s:
+        raise ConfigError(
+            expected(
+                f"{who}: answer_timeout_s",
+                f"less than the skill's inference_timeout_s, {skill.inference_timeout_s:g} s",
+                f"{checked.answer_timeout_s:g} s",
+            )
+        )
+    return checked
+
+
+def no_server(who: str, skill: SkillManifest, options: RemoteOptions, cause: object) -> PolicyError:
+    """Nobody answers at the address: the cause and the way out."""
+    return PolicyError(
+        f"{who}: no policy server at {options.address}: {cause}\n"
+        f"  start one: {options.start}\n"
+        "  or, if one runs elsewhere, in the runner's options in the deployment file:\n"
+        f"    servers: {{{skill.id}: ADDRESS}}"
+    )
+
+
+def warm_up_observation(skill: SkillManifest) -> Observation:
+    """Something to ask before the first goal, so that a server compiles, and shows its width.
+
+    Black pictures and 0.5 everywhere: four of them are a rotation, four zeros are none.
+    """
+    images = {
+        name: np.zeros((spec.height, spec.width, 3), dtype=np.uint8)
+        for name, spec in skill.images.items()
+    }
+    return Observation(0, np.full(skill.state_contract.dim, 0.5), skill.prompt, images)
+
+
+def float_rows(who: str, name: str, value: object, width: int) -> Actions:
+    """A server's array as float32 ``[H >= 1, width]``.
+
+    Raises:
+        PolicyError: for anything else than floats of that shape.
+    """
+    wanted = f"{name} as floats [H >= 1, {width}]"
+    if not isinstance(value, np.ndarray):
+        raise PolicyError(expected(who, wanted, type(value).__name__))
+    if value.dtype.kind != "f" or value.ndim != 2 or value.shape[1] != width or not len(value):
+        raise PolicyError(expected(who, wanted, f"{value.dtype} {list(value.shape)}"))
+    with np.errstate(over="ignore"):  # what overflows is infinite, and refused by the runner
+        return value.astype(np.float32)

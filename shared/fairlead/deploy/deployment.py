@@ -1,0 +1,187 @@
+"""Deployment files (``compose/*.yaml``): which services run where, and how they meet."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
+
+from fairlead.deploy.hosts import ROUTER, RouterSpec, endpoint_of, host_problems
+from fairlead.errors import ConfigError, expected
+from fairlead.keys import Keys, check_name
+from fairlead.wire.session import Endpoints
+from fairlead.yaml_file import load_yaml
+
+ServiceKind = Literal["hal_sim", "hal_mujoco", "safety", "state_assembler", "skill_runner"]
+
+
+class ServiceSpec(BaseModel):
+    """One process: what it runs, where it is, and its own options.
+
+    Attributes:
+        listen: its endpoint, where there is no router; else "".
+        host: the host it runs on, where there is a router; else "".
+        options: checked by the service that reads it.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    run: ServiceKind
+    listen: str = ""
+    host: str = ""
+    options: dict[str, Any] = Field(default_factory=dict)
+
+    @field_validator("listen")
+    @classmethod
+    def _endpoint(cls, value: str) -> str:
+        protocol, _, address = value.partition("/")
+        host, _, port = address.rpartition(":")
+        if protocol != "tcp" or not host or not port.isdecimal() or not 0 < int(port) < 2**16:
+            raise ValueError(
+                f"expected an endpoint such as tcp/127.0.0.1:7501 (port 1 to 65535), got {value!r}"
+            )
+        return value
+
+
+class Deployment(BaseModel):
+    """One robot's services.
+
+    On one host they are peers: every service listens on its own endpoint and connects to
+    those above it in the file, so that each pair has exactly one link whatever the start
+    order. On several hosts they, and all tools, are clients of one router.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    robot: str = Field(description="folder under robots/")
+    id: str = Field(description="the robot's id in keys")
+    namespace: str = "fl"
+    profile: Literal["sim", "hardware"] = "sim"
+    pacing: Literal["realtime", "lockstep"] = "lockstep"
+    hosts: dict[str, str] = Field(default_factory=dict, description="address of each host")
+    router: RouterSpec | None = None
+    services: dict[str, ServiceSpec]
+
+    @field_validator("id", "namespace")
+    @classmethod
+    def _key_chunk(cls, value: str) -> str:
+        try:
+            return check_name("deployment", value)
+        except ConfigError as error:
+            raise ValueError(str(error)) from None  # so that the file's other problems show too
+
+    @field_validator("services")
+    @classmethod
+    def _endpoints_differ(cls, value: dict[str, ServiceSpec]) -> dict[str, ServiceSpec]:
+        owners: dict[str, str] = {}
+        for name, spec in value.items():
+            other = owners.setdefault(spec.listen or name, name)
+            if other != name:
+                raise ValueError(f"{other} and {name} listen on the same endpoint {spec.listen}")
+        return value
+
+    @model_validator(mode="after")
+    def _places_fit(self) -> Deployment:
+        problems = self._host_problems() if self.hosts or self.router else self._peer_problems()
+        if problems:
+            raise ValueError("\n  ".join(problems))
+        return self
+
+    def _peer_problems(self) -> list[str]:
+        problems = []
+        for name, spec in self.services.items():
+            if not spec.listen:
+                problems.append(f"services.{name}.listen: missing (or give hosts and a router)")
+            if spec.host:
+                problems.append(f"services.{name}.host: {spec.host!r}, but there are no hosts")
+        return problems
+
+    def _host_problems(self) -> list[str]:
+        if not self.hosts or self.router is None:
+            missing = "hosts" if not self.hosts else "router"
+            return [f"{missing}: missing; hosts and router go together"]
+        problems = host_problems(self.hosts)
+        if self.router.host not in self.hosts:
+            problems.append(expected("router.host", "a host", repr(self.router.host), self.hosts))
+        for name, spec in self.services.items():
+            if spec.host not in self.hosts:
+                got = repr(spec.host) if spec.host else "none"
+                problems.append(expected(f"services.{name}.host", "a host", got, self.hosts))
+            if spec.listen:
+                problems.append(
+                    f"services.{name}.listen: clients of a router listen nowhere; leave it out"
+                )
+        if ROUTER in self.services:
+            problems.append(f"services.{ROUTER}: the router itself has this name")
+        return problems
+
+    @property
+    def keys(self) -> Keys:
+        """The keys of this robot in this namespace."""
+        return Keys(self.id, self.namespace)
+
+    def endpoints(self, service: str) -> Endpoints:
+        """Endpoints of one named service."""
+        above: list[str] = []
+        for name, spec in self.services.items():
+            if name == service:
+                if self.router is not None:
+                    return self.tool_endpoints()
+                return Endpoints(listen=[spec.listen], connect=above)
+            above.append(spec.listen)
+        raise ConfigError(f"deployment: no service {service!r} (valid: {', '.join(self.services)})")
+
+    def tool_endpoints(self) -> Endpoints:
+        """Endpoints of a command-line tool: listens nowhere, connects to everyone."""
+        if self.router is not None:
+            return Endpoints(
+                connect=[self.router_endpoint], mode="client", router_host=self.router.host
+            )
+        return Endpoints(connect=[spec.listen for spec in self.services.values()])
+
+    @property
+    def router_endpoint(self) -> str:
+        """Where the router listens and its clients find it.
+
+        Raises:
+            ConfigError: if the deployment has no router.
+        """
+        if self.router is None:
+            raise ConfigError(f"deployment {self.id}: has no router: its services are peers")
+        return endpoint_of(self.hosts[self.router.host], self.router.port)
+
+    def processes(self, host: str | None) -> list[str]:
+        """What runs on one host, the router first where it lives; without hosts: everything."""
+        first = [ROUTER] if self.router is not None and self.router.host == host else []
+        here = [name for name, spec in self.services.items() if spec.host == (host or "")]
+        return first + here
+
+    def with_host(self, service: str) -> str:
+        """A service's name, with its host's where there are hosts: ``runner (host gpu)``."""
+        spec = self.services.get(service)
+        return f"{service} (host {spec.host})" if spec is not None and spec.host else service
+
+    @property
+    def hal(self) -> str:
+        """Name of the one service that is a HAL, whichever it is."""
+        names = [name for name, spec in self.services.items() if spec.run.startswith("hal_")]
+        if len(names) != 1:
+            raise ConfigError(f"deployment: expected exactly one HAL, got {names}")
+        return names[0]
+
+    def only(self, kind: ServiceKind) -> str:
+        """Name of the one service that runs ``kind``."""
+        names = [name for name, spec in self.services.items() if spec.run == kind]
+        if len(names) != 1:
+            raise ConfigError(f"deployment: expected exactly one {kind}, got {names}")
+        return names[0]
+
+
+def load_deployment(path: Path) -> Deployment:
+    """Read and check a deployment file.
+
+    Raises:
+        ConfigError: naming the file and each field that does not fit.
+    """
+    return load_yaml(path, Deployment)

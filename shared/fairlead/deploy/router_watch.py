@@ -1,0 +1,66 @@
+"""What a client of a router says while it waits for it, and when it is lost and found."""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+
+from fairlead.errors import ConfigError, TransportError
+from fairlead.wire.session import LINK_SILENCE_S, Endpoints, ZenohBus, open_patiently
+
+CHECK_S = 0.25
+REMIND_S = 20.0
+"""While it waits, a service says so again this often."""
+
+
+def open_and_say(endpoints: Endpoints, log: logging.Logger) -> ZenohBus:
+    """Open a service's session; a client waits for its router, and says so."""
+    due_s = 0.0
+
+    def on_wait(error: TransportError) -> None:
+        nonlocal due_s
+        if time.monotonic() >= due_s:
+            log.warning("waiting: %s", error)
+            due_s = time.monotonic() + REMIND_S
+
+    return open_patiently(endpoints, on_wait)
+
+
+def refuse_namesake(service: str, bus: ZenohBus, token: str) -> None:
+    """Make sure that no process of this name is alive behind the same router.
+
+    The token of a process that died with its host stays until its link has been silent
+    for long enough; so it gets that time to go.
+
+    Raises:
+        ConfigError: if it stays.
+    """
+    deadline = time.monotonic() + 2.0 * LINK_SILENCE_S
+    pause = threading.Event()
+    while bus.is_declared(token):
+        if time.monotonic() > deadline:
+            raise ConfigError(
+                f"{service}: another {service} of this robot is alive behind the same router, "
+                "perhaps on another host; end that one first: fairlead ps, fairlead down there"
+            )
+        pause.wait(CHECK_S)
+
+
+def watch_router(bus: ZenohBus, where: str, log: logging.Logger, stopping: threading.Event) -> None:
+    """Say in the log when the router is lost and when it is back, from a thread of its own.
+
+    The session reconnects by itself; what it means for the robot is not decided here.
+    """
+
+    def run() -> None:
+        linked = True
+        while not stopping.wait(CHECK_S):
+            if bus.has_router != linked:
+                linked = not linked
+                if linked:
+                    log.info("the router %s is back", where)
+                else:
+                    log.warning("lost the router %s; connecting again until it is back", where)
+
+    threading.Thread(target=run, name="router watch", daemon=True).start()

@@ -1,0 +1,79 @@
+"""Run one goal from outside: send it, follow it, hand back how it ended."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
+
+from fairlead.errors import RefusedError, ServiceError
+from fairlead.operate.client import RobotClient
+from fairlead.operate.goal_watch import GoalWatch, Progress
+
+REFRESH_S = 0.25
+CANCEL_TIMEOUT_S = 3.0  # a runner gives its claim back within that
+
+
+@dataclass(frozen=True)
+class GoalWish:
+    """What to ask a runner for. deadline_ticks 0: none; prompt "": the skill's own."""
+
+    skill: str
+    prompt: str = ""
+    deadline_ticks: int = 0
+    stall_timeout_s: float = 30.0
+
+
+class GoalInterrupted(KeyboardInterrupt):
+    """Ctrl-C while a goal ran; it has been cancelled.
+
+    Attributes:
+        progress: where it stood; its result is None if the runner did not confirm in time.
+    """
+
+    def __init__(self, progress: Progress) -> None:
+        super().__init__()
+        self.progress = progress
+
+
+def run_goal(
+    client: RobotClient,
+    wish: GoalWish,
+    on_progress: Callable[[Progress], None] = lambda progress: None,
+) -> Progress:
+    """Send one goal and follow it until it has a result.
+
+    Raises:
+        RefusedError: the runner did not take the goal.
+        ServiceError: the runner went away meanwhile.
+        GoalInterrupted: Ctrl-C; the goal has been cancelled. A second one is not waited for.
+    """
+    watch = GoalWatch(client)
+    try:
+        goal_id = client.goal(wish.skill, wish.prompt, wish.deadline_ticks, wish.stall_timeout_s)
+        try:
+            return _follow(client, watch, goal_id, on_progress)
+        except KeyboardInterrupt:
+            raise GoalInterrupted(_cancel(client, watch, goal_id)) from None
+    finally:
+        watch.close()
+
+
+def _follow(
+    client: RobotClient, watch: GoalWatch, goal_id: int, on_progress: Callable[[Progress], None]
+) -> Progress:
+    while True:
+        progress = watch.wait(goal_id, REFRESH_S)
+        on_progress(progress)
+        if progress.result is not None:
+            return progress
+        if client.runner not in client.alive:
+            raise ServiceError(
+                f"the runner went away while the goal ran; see: fairlead logs {client.runner}"
+            )
+
+
+def _cancel(client: RobotClient, watch: GoalWatch, goal_id: int) -> Progress:
+    with suppress(RefusedError):  # it has just ended by itself
+        client.cancel(goal_id)
+    return watch.wait(goal_id, CANCEL_TIMEOUT_S)

@@ -1,0 +1,82 @@
+"""Which key of robot.yaml declares the limit that a verdict names."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from fairlead.receipts.explanation import Judged
+
+_ABSOLUTE = 20
+_SUFFIXES = ("", "_m", "_rad", "_m_s", "_rad_s", "_n", "_nm")
+
+
+@dataclass(frozen=True)
+class DeclaredLimit:
+    """A key, ``safety.sim.parts.arm.cartesian_delta.linear_limit_m``, and its number.
+
+    ``number`` is None where the key has a list or the number is not the verdict's alone.
+    """
+
+    file: Path
+    key: str
+    number: float | None
+
+
+def declared_limit(
+    config_file: Path, profile: str, verdict: Judged, mode: str
+) -> DeclaredLimit | None:
+    """The key behind a verdict of G020 to G022; None if robot.yaml has none that is certain.
+
+    Args:
+        config_file: the compiled gate file; robot.yaml lies beside it.
+        mode: control mode of the verdict's part, by its name in YAML.
+    """
+    file = config_file.parent / "robot.yaml"
+    if verdict.code not in (_ABSOLUTE, 21, 22) or not mode or not file.is_file():
+        return None
+    robot = yaml.safe_load(file.read_text(encoding="utf-8"))
+    for path in _candidates(robot, profile, verdict, mode):
+        found: Any = robot
+        for name in path.split("."):
+            found = _child(found, name)
+        if found is not None:
+            number = float(found) if isinstance(found, int | float) else None
+            return DeclaredLimit(file, path, number)
+    return None
+
+
+def _child(node: Any, name: str) -> Any:
+    if isinstance(node, list):  # joints, by their names
+        return next((item for item in node if item.get("name") == name), None)
+    return node.get(name) if isinstance(node, dict) else None
+
+
+def _candidates(robot: dict[str, Any], profile: str, verdict: Judged, mode: str) -> list[str]:
+    """Keys that may declare it, in the units a manifest can have; at most one exists."""
+    block = f"safety.{profile}.parts.{verdict.part}.{mode}"
+    is_joint = any(joint["name"] == verdict.axis for joint in robot["joints"])
+    return [f"{stem}{suffix}" for stem in _stems(block, verdict, mode, is_joint)
+            for suffix in _SUFFIXES]  # fmt: skip
+
+
+def _stems(block: str, verdict: Judged, mode: str, is_joint: bool) -> list[str]:
+    side = "upper" if _is_above(verdict) else "lower"
+    if verdict.code != _ABSOLUTE:
+        if verdict.axis in ("linear", "angular"):
+            return [f"{block}.{verdict.axis}_step_limit"]
+        return [f"{block}.step_limits", f"{block}.step_limit"]
+    if is_joint:
+        what = {"joint_velocity": "velocity", "joint_torque": "effort"}.get(mode, side)
+        return [f"joints.{verdict.axis}.{what}"]
+    if verdict.axis in ("linear", "angular"):
+        return [f"{block}.{verdict.axis}_limit"]
+    return [f"{block}.{side}"] if verdict.axis in ("opening", "x", "y", "z") else []
+
+
+def _is_above(verdict: Judged) -> bool:
+    numbers = isinstance(verdict.value, float) and isinstance(verdict.limit, float)
+    return not numbers or float(verdict.value) > float(verdict.limit)

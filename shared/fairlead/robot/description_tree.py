@@ -1,0 +1,160 @@
+"""The links of a robot's description (URDF) as the gate reads them: a plain tree.
+
+Each link but the root hangs on its parent by a fixed placement, ``translation`` and then
+``rotation_xyzw``, followed by the motion of one measured joint along or about ``axis``
+(none where it is fixed). Parents come before their children.
+"""
+
+from __future__ import annotations
+
+import math
+import xml.etree.ElementTree as ET
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from fairlead.errors import ConfigError, expected
+from fairlead.robot.manifest import RobotManifest
+
+Vector = tuple[float, float, float]
+Quaternion = tuple[float, float, float, float]
+
+_DIGITS = 15  # of a quaternion's numbers: well below 1e-9 m, and the same on every machine
+_MOVING = ("revolute", "continuous", "prismatic")
+
+
+@dataclass(frozen=True)
+class Link:
+    """One link and how it hangs on its parent.
+
+    Attributes:
+        joint: name of the measured joint that moves it, None where it is fixed.
+        kind: ``fixed``, ``revolute``, ``continuous`` or ``prismatic``.
+        axis: unit vector in the link's own frame.
+        translation: of the link's frame at joint position 0, in the parent's frame [m].
+        rotation_xyzw: likewise, a unit quaternion.
+    """
+
+    name: str
+    parent: str
+    joint: str | None
+    kind: str
+    axis: Vector
+    translation: Vector
+    rotation_xyzw: Quaternion
+
+
+@dataclass(frozen=True)
+class DescriptionTree:
+    """Every link of a description; ``links`` are all but the root, parents first."""
+
+    root: str
+    links: tuple[Link, ...]
+
+    @property
+    def frames(self) -> tuple[str, ...]:
+        """The root and every link."""
+        return (self.root, *(link.name for link in self.links))
+
+
+def description_tree(robot: RobotManifest) -> DescriptionTree:
+    """Read the robot's description.
+
+    Raises:
+        ConfigError: naming the file and the link or joint: no XML, more than one root, a
+            root that is not the robot's base frame, a joint the robot does not measure or
+            of another type than the manifest says.
+    """
+    path = str(robot.description_path())
+    try:
+        document = ET.parse(path).getroot()  # noqa: S314 - a file of the robot's own folder
+    except (OSError, ET.ParseError) as error:
+        raise ConfigError(f"{path}: cannot be read as XML: {error}") from None
+    joints = [_link(joint, robot, path) for joint in document.findall("joint")]
+    children = {link.name for link in joints}
+    roots = [name for name in _names(document, "link") if name not in children]
+    if roots != [robot.base_frame]:
+        raise ConfigError(expected(path, f"root link {robot.base_frame!r}", repr(roots)))
+    links = tuple(_below(robot.base_frame, joints))
+    if len(links) != len(joints):
+        lost = children - {link.name for link in links}
+        raise ConfigError(f"{path}: links that do not hang on the root: {sorted(lost)}")
+    return DescriptionTree(robot.base_frame, links)
+
+
+def _names(document: ET.Element, tag: str) -> list[str]:
+    return [item.get("name", "") for item in document.findall(tag)]
+
+
+def _below(parent: str, links: list[Link]) -> Iterator[Link]:
+    for link in links:
+        if link.parent == parent:
+            yield link
+            yield from _below(link.name, links)
+
+
+def _link(joint: ET.Element, robot: RobotManifest, path: str) -> Link:
+    name, kind = joint.get("name", ""), joint.get("type", "")
+    who = f"{path}: joint {name!r}"
+    if kind not in (*_MOVING, "fixed"):
+        raise ConfigError(expected(who, "a type", repr(kind), (*_MOVING, "fixed")))
+    if kind != "fixed":
+        _check_measured(name, kind, robot, who)
+    parent, child = (joint.find(tag) for tag in ("parent", "child"))
+    if parent is None or child is None:
+        raise ConfigError(f"{who}: expected a parent and a child link")
+    origin, axis = joint.find("origin"), joint.find("axis")
+    return Link(
+        name=child.get("link", ""),
+        parent=parent.get("link", ""),
+        joint=None if kind == "fixed" else name,
+        kind=kind,
+        axis=_unit(_vector(axis, "xyz", "1 0 0", who), who),
+        translation=_vector(origin, "xyz", "0 0 0", who),
+        rotation_xyzw=_quaternion(_vector(origin, "rpy", "0 0 0", who)),
+    )
+
+
+def _check_measured(name: str, kind: str, robot: RobotManifest, who: str) -> None:
+    if name not in robot.measured_joint_names:
+        raise ConfigError(
+            expected(who, "a joint the robot measures", repr(name), robot.measured_joint_names)
+        )
+    declared = robot.joint(name).type
+    if (kind == "prismatic") != (declared == "prismatic"):
+        raise ConfigError(expected(who, f"the manifest's type {declared!r}", repr(kind)))
+
+
+def _vector(element: ET.Element | None, name: str, default: str, who: str) -> Vector:
+    text = default if element is None else element.get(name, default)
+    try:
+        x, y, z = (float(word) for word in text.split())
+    except ValueError:
+        x = y = z = math.nan
+    if not all(map(math.isfinite, (x, y, z))):
+        raise ConfigError(expected(f"{who}: {name}", "three numbers", repr(text)))
+    return x, y, z
+
+
+def _unit(axis: Vector, who: str) -> Vector:
+    norm = math.hypot(*axis)
+    if not norm > 0.0:
+        raise ConfigError(expected(f"{who}: axis", "a direction", repr(axis)))
+    x, y, z = (_rounded(value / norm) for value in axis)
+    return x, y, z
+
+
+def _quaternion(rpy: Vector) -> Quaternion:
+    """Rotation about the fixed axes x, then y, then z [rad], as xyzw with w >= 0."""
+    (sr, sp, sy), (cr, cp, cy) = ([f(a / 2) for a in rpy] for f in (math.sin, math.cos))
+    x, y, z, w = (
+        sr * cp * cy - cr * sp * sy,
+        cr * sp * cy + sr * cp * sy,
+        cr * cp * sy - sr * sp * cy,
+        cr * cp * cy + sr * sp * sy,
+    )
+    sign = -1.0 if w < 0.0 else 1.0
+    return _rounded(sign * x), _rounded(sign * y), _rounded(sign * z), _rounded(sign * w)
+
+
+def _rounded(value: float) -> float:
+    return round(value, _DIGITS) + 0.0  # never -0.0

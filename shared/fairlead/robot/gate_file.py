@@ -1,0 +1,161 @@
+"""Compile a robot manifest into the one file the safety gate loads.
+
+The text is deterministic and meant to be read: the committed ``gate.<profile>.json``
+must equal it byte for byte (a test compares them), and its SHA-256 is the config hash in
+statuses, leases and verdicts.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Sequence
+
+from pydantic import BaseModel
+
+from fairlead.errors import ConfigError, expected
+from fairlead.robot.description_tree import DescriptionTree, Link, description_tree
+from fairlead.robot.joint import Joint
+from fairlead.robot.manifest import RobotManifest
+from fairlead.robot.part import Part
+from fairlead.robot.safety_profile import MeasuredLimits, SafetyProfile
+
+FORMAT = "fairlead-gate-1"
+
+Json = str | float | bool | None | Sequence["Json"] | dict[str, "Json"]
+
+_NUMBER_LIST = re.compile(r"\[\s+(-?\d[^\[\]\"{}]*?)\s+\]")
+_UNIT_SUFFIXES = ("_rad_s", "_m_s", "_rad", "_m")
+
+
+def compile_gate_config(robot: RobotManifest, profile: str) -> str:
+    """The gate's configuration of one profile as JSON text, ending in a newline.
+
+    Limits are SI: rad and m, per second where the name says velocity or standstill, per
+    control period where it says jump or step.
+
+    Raises:
+        ConfigError: if the robot has no such profile, or its description is not one tree of
+            measured joints, or lacks a frame that a mode or an end effector names.
+    """
+    safety = robot.profile(profile)
+    tree = description_tree(robot)
+    _check_frames(robot, safety, tree)
+    config: dict[str, Json] = {
+        "format": FORMAT,
+        "robot": robot.id,
+        "profile": profile,
+        "robot_hash": robot.robot_hash.hex(),
+        "period_ns": robot.tick_period_ns,
+        "lockstep_allowed": safety.lockstep_allowed,
+        "joints": [
+            _joint(joint, _owner(robot, joint.name), safety.measured[joint.name])
+            for joint in robot.joints
+        ],
+        "passive_joints": [
+            _passive_joint(joint, safety.measured[joint.name]) for joint in robot.passive_joints
+        ],
+        "kinematics": {"root": tree.root, "links": [_link(link) for link in tree.links]},
+        "parts": [_part(robot, part, safety) for part in robot.parts],
+        "protocol": safety.protocol.model_dump(),
+    }
+    text = json.dumps(config, indent=2, ensure_ascii=True, allow_nan=False) + "\n"
+    return _NUMBER_LIST.sub(_on_one_line, text)
+
+
+def _on_one_line(numbers: re.Match[str]) -> str:
+    return "[" + " ".join(numbers[1].split()) + "]"
+
+
+def _check_frames(robot: RobotManifest, safety: SafetyProfile, tree: DescriptionTree) -> None:
+    named: list[tuple[str, tuple[str, ...]]] = [
+        (f"end effector {tool.name!r}", (tool.tool_frame,)) for tool in robot.end_effectors
+    ]
+    for part, modes in safety.parts.items():
+        for name in modes.names:
+            frames = getattr(getattr(modes, name), "frames", ())
+            named.append((f"part {part!r}: {name}: frames", frames))
+    for who, frames in named:
+        for frame in frames:
+            if frame not in tree.frames:
+                who = f"robot {robot.id}: {who}"
+                raise ConfigError(expected(who, "a link", repr(frame), tree.frames))
+
+
+def _link(link: Link) -> dict[str, Json]:
+    return {
+        "name": link.name,
+        "parent": link.parent,
+        "joint": link.joint,
+        "kind": link.kind,
+        "axis": link.axis,
+        "translation": link.translation,
+        "rotation_xyzw": link.rotation_xyzw,
+    }
+
+
+def _owner(robot: RobotManifest, joint: str) -> str:
+    return next(part.name for part in robot.parts if joint in part.joints)
+
+
+def _joint(joint: Joint, part: str, measured: MeasuredLimits) -> dict[str, Json]:
+    return {
+        "name": joint.name,
+        "part": part,
+        "kind": joint.type,
+        **_bounds(joint, measured),
+        "velocity_limit": joint.velocity_limit,
+        "acceleration_limit": joint.acceleration_limit,
+        "effort_limit": joint.effort_limit,
+        "jump_limit": measured.jump_per_tick,
+        "standstill_velocity": measured.standstill_per_s,
+        "source": f"{joint.source}; measured state: {measured.source}",
+    }
+
+
+def _passive_joint(joint: Joint, measured: MeasuredLimits) -> dict[str, Json]:
+    return {
+        "name": joint.name,
+        "jump_limit": measured.jump_per_tick,
+        **_bounds(joint, measured),
+        "standstill_velocity": measured.standstill_per_s,
+        "source": f"{joint.source}; measured state: {measured.source}",
+    }
+
+
+def _bounds(joint: Joint, measured: MeasuredLimits) -> dict[str, Json]:
+    if not joint.has_bounds or measured.tolerance is None:
+        return {"zones": {"frame": "odom"}}
+    return {
+        "bounds": {
+            "lower": joint.lower,
+            "upper": joint.upper,
+            "tolerance": measured.tolerance,
+        }
+    }
+
+
+def _part(robot: RobotManifest, part: Part, safety: SafetyProfile) -> dict[str, Json]:
+    limits = safety.parts[part.name]
+    tool = None if part.end_effector is None else robot.end_effector(part.end_effector)
+    return {
+        "name": part.name,
+        "joints": list(part.joints),
+        "tool_frame": None if tool is None else tool.tool_frame,
+        "modes": {name: _mode(getattr(limits, name)) for name in limits.names},
+        "source": f"robot.yaml, part {part.name}",
+    }
+
+
+def _mode(limits: BaseModel) -> dict[str, Json]:
+    """One mode's block: the units in robot.yaml's field names are implied in the gate."""
+    return {_gate_name(name): value for name, value in limits.model_dump().items()}
+
+
+def _gate_name(field: str) -> str:
+    if field == "step_limits":
+        return "step_limit"
+    for suffix in _UNIT_SUFFIXES:
+        if field.endswith(suffix):
+            return field.removesuffix(suffix)
+    return field

@@ -1,0 +1,110 @@
+"""The effective limits of a robot: what the gate really enforces, after every factor.
+
+A declared cap that a hidden factor has changed is a known trap, so this view is read
+back from the compiled gate configuration, not from the manifest.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+
+from fairlead.robot.gate_file import compile_gate_config
+from fairlead.robot.manifest import RobotManifest
+
+
+@dataclass(frozen=True)
+class EffectiveLimit:
+    """One enforced number.
+
+    Attributes:
+        where: ``joint NAME`` or ``part NAME MODE``.
+        name: the limit, as in the compiled gate file.
+        value: in ``unit``; a tuple where there is one number per joint of the part.
+        source: where the number comes from.
+    """
+
+    where: str
+    name: str
+    value: float | tuple[float, ...]
+    unit: str
+    source: str
+
+
+def effective_limits(robot: RobotManifest, profile: str = "sim") -> list[EffectiveLimit]:
+    """Every limit of a profile in SI, joints first, each with its own source.
+
+    Raises:
+        ConfigError: if the robot has no such profile.
+    """
+    config = json.loads(compile_gate_config(robot, profile))
+    measured = robot.profile(profile).measured
+    rows: list[EffectiveLimit] = []
+    for joint in config["joints"] + config["passive_joints"]:
+        declared, where = robot.joint(joint["name"]), f"joint {joint['name']}"
+        flat = {**joint.pop("bounds", {}), **joint}
+        rows += _rows(where, flat, _joint_units(declared.unit), declared.source)
+        state_units = _measured_units(declared.unit)
+        rows += _rows(where, flat, state_units, measured[declared.name].source)
+    for part in config["parts"]:
+        for mode, block in part["modes"].items():
+            where = f"part {part['name']} {mode}"
+            rows += _rows(where, block, _mode_units(mode, robot, part["joints"]), block["source"])
+    return rows
+
+
+def _rows(
+    where: str, block: dict[str, object], units: dict[str, str], source: str
+) -> list[EffectiveLimit]:
+    rows = []
+    for name, unit in units.items():
+        value = block.get(name)
+        if isinstance(value, list):
+            rows.append(EffectiveLimit(where, name, tuple(map(float, value)), unit, source))
+        elif isinstance(value, int | float):
+            rows.append(EffectiveLimit(where, name, float(value), unit, source))
+    return rows
+
+
+def _joint_units(unit: str) -> dict[str, str]:
+    return {
+        "lower": unit,
+        "upper": unit,
+        "velocity_limit": f"{unit}/s",
+        "acceleration_limit": f"{unit}/s2",
+        "effort_limit": _effort_unit(unit),
+    }
+
+
+def _effort_unit(unit: str) -> str:
+    return "N" if unit == "m" else "N m"
+
+
+def _measured_units(unit: str) -> dict[str, str]:
+    return {
+        "tolerance": unit,
+        "jump_limit": f"{unit}/period",
+        "standstill_velocity": f"{unit}/s",
+    }
+
+
+def _mode_units(mode: str, robot: RobotManifest, joints: list[str]) -> dict[str, str]:
+    per_second = "/s" if mode in ("joint_velocity", "cartesian_twist", "body_twist") else ""
+    if mode == "cartesian_pose":
+        return {
+            "lower": "m",
+            "upper": "m",
+            "linear_step_limit": "m",
+            "angular_step_limit": "rad",
+        }
+    if mode in ("cartesian_delta", "cartesian_twist", "body_twist"):
+        names = ("linear_limit", "angular_limit", "linear_step_limit", "angular_step_limit")
+        units = (f"m{per_second}", f"rad{per_second}")
+        return {name: units["angular" in name] for name in names}
+    if mode == "gripper_position":
+        return {"lower": "m", "upper": "m", "step_limit": "m"}
+    if mode == "joint_torque":
+        units_of_joints = dict.fromkeys(_effort_unit(robot.joint(name).unit) for name in joints)
+    else:
+        units_of_joints = dict.fromkeys(robot.joint(name).unit + per_second for name in joints)
+    return {"step_limit": ", ".join(units_of_joints) or "1"}

@@ -1,0 +1,156 @@
+"""``robots/<id>/robot.yaml``: what a robot is and what it may do."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from functools import cached_property
+from pathlib import Path
+
+from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
+
+from fairlead.errors import ConfigError, expected
+from fairlead.keys import check_name
+from fairlead.paths import robot_dir
+from fairlead.robot.joint import Joint
+from fairlead.robot.part import EndEffector, Part, SimulatorNames
+from fairlead.robot.rules import reference_problems
+from fairlead.robot.safety_profile import ProfileName, SafetyProfile
+from fairlead.yaml_file import load_yaml
+
+
+class RobotManifest(BaseModel):
+    """One robot. Joint order here is wire order: commanded joints, then passive ones."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    id: str
+    description: str = Field(description="URDF file in the robot's folder")
+    control_period_ms: float = Field(gt=0, le=1000)
+    base_frame: str
+    joints: tuple[Joint, ...] = Field(min_length=1)
+    passive_joints: tuple[Joint, ...] = ()
+    base_joints: tuple[str, ...] = ()
+    parts: tuple[Part, ...] = Field(min_length=1)
+    end_effectors: tuple[EndEffector, ...] = ()
+    simulator: SimulatorNames | None = None
+    safety: dict[ProfileName, SafetyProfile] = Field(min_length=1)
+
+    @field_validator("id")
+    @classmethod
+    def _key_chunk(cls, value: str) -> str:
+        try:
+            return check_name("robot id", value)
+        except ConfigError as error:
+            raise ValueError(str(error)) from None
+
+    @model_validator(mode="after")
+    def _references_resolve(self) -> RobotManifest:
+        problems = reference_problems(
+            joints=self.joints,
+            passive_joints=self.passive_joints,
+            base_joints=self.base_joints,
+            parts=self.parts,
+            end_effectors=self.end_effectors,
+            simulator=self.simulator,
+            safety=self.safety,
+        )
+        if problems:
+            raise ValueError("\n".join(problems))
+        return self
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Commanded joints in wire order."""
+        return tuple(joint.name for joint in self.joints)
+
+    @property
+    def passive_joint_names(self) -> tuple[str, ...]:
+        """Joints that are measured and not commanded, in wire order."""
+        return tuple(joint.name for joint in self.passive_joints)
+
+    @property
+    def measured_joint_names(self) -> tuple[str, ...]:
+        """Order of the blocks in a `JointState`: commanded, then passive joints."""
+        return self.joint_names + self.passive_joint_names
+
+    @property
+    def part_names(self) -> tuple[str, ...]:
+        """Parts in the order in which messages number them."""
+        return tuple(part.name for part in self.parts)
+
+    @property
+    def n_dof(self) -> int:
+        """Number of commanded joints."""
+        return len(self.joints)
+
+    @property
+    def tick_period_ns(self) -> int:
+        """The control period, one tick [ns]."""
+        return round(self.control_period_ms * 1e6)
+
+    @cached_property
+    def robot_hash(self) -> bytes:
+        """SHA-256 of the canonical identity: joints, passive joints, parts and modes."""
+        identity = {
+            "joints": [[item.name, item.role, item.type] for item in self.joints],
+            "passive_joints": [[item.name, item.role, item.type] for item in self.passive_joints],
+            "parts": [[p.name, p.joints, p.end_effector, p.modes] for p in self.parts],
+            "end_effectors": [[tool.name, tool.tool_frame] for tool in self.end_effectors],
+        }
+        text = json.dumps(identity, separators=(",", ":"), sort_keys=True, ensure_ascii=True)
+        return hashlib.sha256(text.encode()).digest()
+
+    def part(self, name: str) -> Part:
+        """The part of that name; `ConfigError` lists the parts there are."""
+        for part in self.parts:
+            if part.name == name:
+                return part
+        raise ConfigError(expected(f"robot {self.id}", "a part", repr(name), self.part_names))
+
+    def joint(self, name: str) -> Joint:
+        """The commanded or passive joint of that name; `ConfigError` lists those there are."""
+        for joint in self.joints + self.passive_joints:
+            if joint.name == name:
+                return joint
+        raise ConfigError(
+            expected(f"robot {self.id}", "a joint", repr(name), self.measured_joint_names)
+        )
+
+    def end_effector(self, name: str) -> EndEffector:
+        """The end effector of that name; `ConfigError` lists those there are."""
+        for tool in self.end_effectors:
+            if tool.name == name:
+                return tool
+        valid = [tool.name for tool in self.end_effectors]
+        raise ConfigError(expected(f"robot {self.id}", "an end effector", repr(name), valid))
+
+    def profile(self, name: str) -> SafetyProfile:
+        """The safety block of a profile; `ConfigError` lists those there are."""
+        for known, block in self.safety.items():
+            if known == name:
+                return block
+        raise ConfigError(
+            expected(f"robot {self.id}", "a safety profile", repr(name), sorted(self.safety))
+        )
+
+    def description_path(self) -> Path:
+        """The URDF file."""
+        return robot_dir(self.id) / self.description
+
+
+def load_robot(robot: str) -> RobotManifest:
+    """Load ``robots/<robot>/robot.yaml``.
+
+    Raises:
+        ConfigError: naming the file and everything in it that does not fit.
+    """
+    folder = robot_dir(robot)
+    manifest = load_yaml(folder / "robot.yaml", RobotManifest)
+    if manifest.id != robot:
+        raise ConfigError(
+            f"{folder / 'robot.yaml'}: expected id {robot!r} (its folder), got {manifest.id!r}"
+        )
+    if not manifest.description_path().is_file():
+        raise ConfigError(f"robot {robot}: no description file {manifest.description_path()}")
+    return manifest

@@ -1,0 +1,191 @@
+"""Admission: may this skill run on this robot, and if not, every reason why."""
+
+from __future__ import annotations
+
+from fairlead.errors import ConfigError
+from fairlead.messages import HalPart, HalStatus, floats
+from fairlead.modes import ControlMode
+from fairlead.robot.manifest import RobotManifest
+from fairlead.skill.bindings import LAYOUT_DIMS, StateContract, bound_gripper, bound_joints
+from fairlead.skill.camera_deployments import camera_deployments
+from fairlead.skill.manifest import SkillManifest
+from fairlead.skill.routes import Route, plan_routes
+from fairlead.skill.tightening import limit_problems
+
+# A policy may emit these in SI without scaling; their full scale is not +-1.
+_ABSOLUTE_MODES = frozenset(
+    {
+        ControlMode.JOINT_POSITION,
+        ControlMode.CARTESIAN_POSE,
+        ControlMode.DEX_HAND_JOINT,
+        ControlMode.GRIPPER_BINARY,
+    }
+)
+_RELATIVE_TOLERANCE = 1e-9
+
+
+def admission_problems(
+    skill: SkillManifest, robot: RobotManifest, hal: HalStatus | None = None
+) -> list[str]:
+    """Every reason against running ``skill`` on ``robot``; empty means admitted.
+
+    Args:
+        hal: what the running HAL found, for its command ranges, part order and cameras;
+            None checks the manifests alone.
+    """
+    routes, problems = plan_routes(skill.action_contract, robot)
+    problems = [
+        *_embodiment_problems(skill, robot),
+        *problems,
+        *_frame_problems(routes, robot),
+        *_layout_problems(skill.state_contract, robot),
+        *limit_problems(skill, robot),
+    ]
+    if hal is None:
+        return problems
+    identity = _identity_problems(robot, hal)
+    ranges = [] if identity else [p for r in routes for p in _range_problems(r, robot, hal)]
+    return [*problems, *identity, *ranges, *_camera_problems(skill, hal)]
+
+
+def require_admission(
+    skill: SkillManifest, robot: RobotManifest, hal: HalStatus | None = None
+) -> None:
+    """Let a skill pass that may run on a robot.
+
+    Raises:
+        ConfigError: with every reason of `admission_problems`, and what to do.
+    """
+    problems = admission_problems(skill, robot, hal)
+    if not problems:
+        return
+    fix = f"fairlead skill ls --robot {robot.id}"
+    if hal is not None and problems == _camera_problems(skill, hal):
+        fix = _way_to_cameras(skill, robot, hal)
+    listed = "\n  ".join(problems)
+    raise ConfigError(f"skill {skill.id} cannot run on robot {robot.id}:\n  {listed}\n  try: {fix}")
+
+
+def _way_to_cameras(skill: SkillManifest, robot: RobotManifest, hal: HalStatus) -> str:
+    if "cameras off" in hal.detail:  # they were asked for, and nothing renders them
+        return f"fairlead logs, which says why; the HAL: {hal.detail}"
+    ready = camera_deployments(skill, robot.id)
+    if ready:
+        return f"fairlead down, then fairlead up {ready[0]}, which has these cameras"
+    return "options.cameras of the HAL in the deployment file switches cameras on"
+
+
+def _embodiment_problems(skill: SkillManifest, robot: RobotManifest) -> list[str]:
+    problems = []
+    if robot.id not in skill.embodiments:
+        problems.append(f"embodiments: made for {', '.join(skill.embodiments)}, not {robot.id}")
+    rate_hz = 1e9 / robot.tick_period_ns
+    if round(1e9 / skill.rate_hz) != robot.tick_period_ns:
+        problems.append(f"rate_hz: expected the robot's {rate_hz:g} Hz, got {skill.rate_hz:g}")
+    return problems
+
+
+def _frame_problems(routes: tuple[Route, ...], robot: RobotManifest) -> list[str]:
+    """A frame that a profile does not declare: the gate would refuse every chunk."""
+    problems = []
+    for profile, safety in robot.safety.items():
+        for route in routes:
+            limits = getattr(safety.parts[route.part_name], route.mode.yaml_name)
+            frames = getattr(limits, "frames", (route.frame_id,))
+            if route.frame_id not in frames:
+                what = f"{route.mode.yaml_name} of part {route.part_name}"
+                problems.append(
+                    f"{what}: the robot takes no frame {route.frame_id!r} "
+                    f"(valid: {', '.join(frames)}; profile {profile})"
+                )
+    return problems
+
+
+def _layout_problems(contract: StateContract, robot: RobotManifest) -> list[str]:
+    """Nothing that assembles it, and joints that the robot does not measure."""
+    if contract.layout not in LAYOUT_DIMS:
+        return [f"layout {contract.layout}: no assembler (valid: {', '.join(LAYOUT_DIMS)})"]
+    bound = (
+        ("joint_names", bound_joints(contract.layout, contract.bindings)),
+        ("gripper_qpos_joints", bound_gripper(contract.layout, contract.bindings)),
+    )
+    return [
+        f"{binding}: robot {robot.id} measures no joint {name!r} "
+        f"(valid: {', '.join(robot.measured_joint_names)})"
+        for binding, names in bound
+        for name in names
+        if name not in robot.measured_joint_names
+    ]
+
+
+def _identity_problems(robot: RobotManifest, hal: HalStatus) -> list[str]:
+    pairs = (
+        ("part order", robot.part_names, tuple(part.name for part in hal.parts)),
+        ("joint order", robot.joint_names, hal.joints),
+        ("passive joint order", robot.passive_joint_names, hal.passive_joints),
+        ("robot hash", robot.robot_hash.hex()[:16], hal.robot_hash.hex()[:16]),
+        ("control period [ns]", robot.tick_period_ns, hal.period_ns),
+    )
+    return [
+        f"{what}: the robot's manifest says {_plain(ours)}, the HAL says {_plain(theirs)}"
+        for what, ours, theirs in pairs
+        if ours != theirs
+    ]
+
+
+def _plain(value: object) -> str:
+    return ", ".join(map(str, value)) if isinstance(value, tuple) else str(value)
+
+
+def _range_problems(route: Route, robot: RobotManifest, hal: HalStatus) -> list[str]:
+    part = hal.parts[route.part]
+    found = [block for block in part.ranges if block.mode == route.mode]
+    if not found:
+        return [f"part {part.name}: the HAL does not offer {route.mode.yaml_name}"]
+    if route.threshold is not None:  # 0 or 1 comes out of it, whatever goes in
+        return []
+    lower, upper = floats(found[0].lower), floats(found[0].upper)
+    problems = []
+    for column, scale, offset in zip(route.columns, route.scale, route.offset, strict=True):
+        if route.mode in _ABSOLUTE_MODES and (scale, offset) == (1.0, 0.0):
+            continue
+        index = _range_index(route, column, part, robot)
+        if index >= len(lower):
+            problems.append(
+                f"part {part.name}: the HAL states no range for {route.mode.yaml_name} "
+                f"value {index}"
+            )
+            continue
+        low, high = sorted((offset - scale, offset + scale))
+        slack = _RELATIVE_TOLERANCE * max(abs(low), abs(high))
+        if low < lower[index] - slack or high > upper[index] + slack:
+            problems.append(
+                f"part {part.name} {route.mode.yaml_name} value {index}: full-scale output is "
+                f"[{low:g}, {high:g}], the HAL takes [{lower[index]:g}, {upper[index]:g}]"
+            )
+    return problems
+
+
+def _range_index(route: Route, column: int, part: HalPart, robot: RobotManifest) -> int:
+    """A HAL's joint ranges follow its part's joints, the wire follows the robot's."""
+    if not route.mode.is_joint_mode:
+        return column
+    return part.joints.index(robot.joint_names[column])
+
+
+def _camera_problems(skill: SkillManifest, hal: HalStatus) -> list[str]:
+    cameras = {camera.name: camera for camera in hal.cameras}
+    problems = []
+    for name, image in skill.images.items():
+        camera = cameras.get(image.camera)
+        if camera is None:
+            problems.append(
+                f"images: {name} needs camera {image.camera!r} "
+                f"(valid: {', '.join(cameras) or 'none'})"
+            )
+        elif (camera.width, camera.height) != (image.width, image.height):
+            problems.append(
+                f"images: {name} expects {image.width} x {image.height} pixels, camera "
+                f"{image.camera} gives {camera.width} x {camera.height}"
+            )
+    return problems

@@ -1,0 +1,153 @@
+"""Skill manifests (``rskills/<id>/rskill.yaml``): what a policy needs and what it emits."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from pathlib import Path
+from typing import Literal, Self
+
+from pydantic import BaseModel, ConfigDict, Field, JsonValue, field_validator, model_validator
+
+from fairlead.errors import ConfigError
+from fairlead.keys import check_name
+from fairlead.modes import ControlMode
+from fairlead.paths import rskill_dir, skill_folders
+from fairlead.skill.action_contract import ActionContract
+from fairlead.skill.bindings import StateContract
+from fairlead.skill.slots import MODE_NAMES
+from fairlead.yaml_file import load_yaml
+
+PolicyBackend = Literal[
+    "oracle", "joint_reach", "replay", "constant", "openpi", "rldx_zmq", "python"
+]
+
+
+class PolicySpec(BaseModel):
+    """Which policy runs; ``options`` are checked by that policy."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    backend: PolicyBackend
+    options: dict[str, JsonValue] = Field(default_factory=dict)
+
+
+class ImageSpec(BaseModel):
+    """One picture a policy wants: the camera, its size [pixels], its rotation [deg]."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    camera: str
+    width: int = Field(gt=0)
+    height: int = Field(gt=0)
+    rotation_deg: Literal[0, 90, 180, 270] = 0
+
+
+class SkillLimit(BaseModel):
+    """A limit tighter than the robot's; ``name`` as in the compiled gate file's mode block."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    part: str
+    control_mode: str
+    name: str
+    value: float = Field(allow_inf_nan=False)
+
+    @field_validator("control_mode")
+    @classmethod
+    def _known_mode(cls, value: str) -> str:
+        if value not in MODE_NAMES:
+            raise ValueError(f"expected a mode, got {value!r} (valid: {', '.join(MODE_NAMES)})")
+        return value
+
+    @property
+    def mode(self) -> ControlMode:
+        """The mode whose limit is tightened."""
+        return ControlMode[self.control_mode.upper()]
+
+
+class SkillManifest(BaseModel):
+    """One skill.
+
+    Attributes:
+        embodiments: ids of the robots it was made for.
+        prompt: the instruction given to the policy unless the goal brings its own.
+        images: picture name in the policy's observation -> camera.
+        rate_hz: rows per second; must be the robot's control rate.
+        horizon: most rows one policy call returns.
+        execute_steps: most rows used before the next call.
+        age_max_ticks: oldest observation (control periods) the gate may accept.
+        inference_timeout_s: a policy call that takes longer has failed.
+        limits: tighter than the robot's; the gate refuses looser ones.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    id: str
+    version: str = Field(pattern=r"^\d+\.\d+\.\d+$")
+    licence: str = Field(min_length=1)
+    model_family: str = Field(min_length=1)
+    policy: PolicySpec
+    embodiments: tuple[str, ...] = Field(min_length=1)
+    prompt: str
+    images: dict[str, ImageSpec] = Field(default_factory=dict)
+    state_contract: StateContract
+    action_contract: ActionContract
+    rate_hz: float = Field(gt=0, allow_inf_nan=False)
+    horizon: int = Field(ge=1)
+    execute_steps: int = Field(ge=1)
+    age_max_ticks: int = Field(ge=1)
+    inference_timeout_s: float = Field(gt=0, allow_inf_nan=False)
+    limits: tuple[SkillLimit, ...] = ()
+
+    @field_validator("id")
+    @classmethod
+    def _key_chunk(cls, value: str) -> str:
+        try:
+            return check_name("skill id", value)
+        except ConfigError as error:
+            raise ValueError(str(error)) from None
+
+    @model_validator(mode="after")
+    def _check_steps(self) -> Self:
+        if self.execute_steps > self.horizon:
+            raise ValueError(
+                f"execute_steps: expected at most the horizon, {self.horizon}, "
+                f"got {self.execute_steps}"
+            )
+        return self
+
+    @property
+    def skill_hash(self) -> bytes:
+        """SHA-256 of the manifest's canonical JSON: defaults filled in, keys sorted."""
+        canonical = json.dumps(self.model_dump(mode="json"), sort_keys=True, separators=(",", ":"))
+        return hashlib.sha256(canonical.encode()).digest()
+
+
+def load_skill(skill_id: str) -> SkillManifest:
+    """Read and check a skill that ships or was installed.
+
+    Raises:
+        ConfigError: naming the file and every field that does not fit.
+    """
+    return read_skill(rskill_dir(skill_id))
+
+
+def read_skill(folder: Path) -> SkillManifest:
+    """Read and check ``folder/rskill.yaml``; its id must be the folder's name.
+
+    Raises:
+        ConfigError: naming the file and every field that does not fit.
+    """
+    path = folder / "rskill.yaml"
+    manifest = load_yaml(path, SkillManifest)
+    name = folder.resolve().name
+    if manifest.id != name:
+        raise ConfigError(f"{path}: id: expected {name!r}, the folder's name, got {manifest.id!r}")
+    return manifest
+
+
+def skill_ids() -> tuple[str, ...]:
+    """Ids of every skill that ships and of every one the user installed, sorted."""
+    found = {path.parent.name for one in skill_folders() for path in one.glob("*/rskill.yaml")}
+    return tuple(sorted(found))

@@ -1,0 +1,88 @@
+"""What a service may ask of its transport, and nothing more.
+
+Two implementations ship: `fairlead.wire.session.ZenohBus` (the real one) and
+`fairlead.wire.memory_bus.MemoryBus` (one process, synchronous, deterministic).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum
+from typing import Protocol
+
+from fairlead.messages import Message
+
+
+class Qos(Enum):
+    """How a key is sent. Nothing here ever blocks the sender."""
+
+    HOT = "real-time priority, express, dropped on congestion"
+    CAMERA = "data-low priority, dropped on congestion"
+    STATUS = "default priority, dropped on congestion"
+
+
+@dataclass(frozen=True)
+class Sample:
+    """One received publication."""
+
+    key: str
+    payload: bytes
+
+
+SampleHandler = Callable[[Sample], None]
+QueryHandler = Callable[[bytes], Message]
+"""Gets the query's payload; returns the reply; raises `FairleadError` to refuse."""
+TokenHandler = Callable[[str, bool], None]
+"""Gets a liveliness key and whether its owner is alive."""
+
+
+class Publisher(Protocol):
+    """One declared key."""
+
+    def put(self, message: Message) -> None:
+        """Encode and send; never blocks, never raises for a missing reader."""
+
+    def put_bytes(self, payload: bytes) -> None:
+        """Send bytes already encoded (re-sends are byte-identical)."""
+
+
+class Undeclare(Protocol):
+    """Something declared on the bus that can be taken back."""
+
+    def undeclare(self) -> None:
+        """Take it back: its handler is called no more."""
+
+
+class Bus(Protocol):
+    """Publish, subscribe, query, liveliness.
+
+    Handlers run on the transport's threads, possibly several at once: what they touch
+    must be thread-safe, and they must not block.
+    """
+
+    def publisher(self, key: str, kind: type[Message], qos: Qos) -> Publisher:
+        """Declare a key to send messages of one type on; ``qos`` says how they travel."""
+
+    def subscribe(self, key_expr: str, handler: SampleHandler) -> Undeclare:
+        """Call ``handler`` for every sample on a key, or on all that match a ``*``."""
+
+    def serve(self, key: str, who: str, handler: QueryHandler) -> Undeclare:
+        """Answer queries on ``key``; a `FairleadError` becomes a `Refusal` from ``who``."""
+
+    def query(self, key: str, request: Message, timeout_s: float) -> bytes:
+        """Ask and wait for one reply.
+
+        Raises:
+            RefusedError: the service answered no.
+            NoAnswerError: nobody answered within ``timeout_s``.
+        """
+
+    def declare_token(self, key: str) -> Undeclare:
+        """Announce a liveliness token for as long as this session lives."""
+
+    def watch_tokens(self, key_expr: str, handler: TokenHandler) -> Undeclare:
+        """Call ``handler`` for every token alive now and for each change afterwards."""
+
+    def close(self) -> None:
+        """Take everything back that was declared and end the session."""

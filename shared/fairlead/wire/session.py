@@ -1,0 +1,256 @@
+"""The Zenoh session every Python service uses: one place that imports zenoh."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import zenoh
+
+from fairlead.errors import FairleadError, MessageError, NoAnswerError, RefusedError, TransportError
+from fairlead.messages import Message, Refusal, decode, encode, encoding_of
+from fairlead.wire.bus import Qos, QueryHandler, Sample, SampleHandler, TokenHandler, Undeclare
+
+_PRIORITY = {
+    Qos.HOT: zenoh.Priority.REAL_TIME,
+    Qos.CAMERA: zenoh.Priority.DATA_LOW,
+    Qos.STATUS: zenoh.Priority.DATA,
+}
+
+
+LINK_SILENCE_S = 2.0  # < ANSWER_TIMEOUT_S of the client, which says why
+"""Behind a router a link that was silent for so long is closed, with what was declared
+over it, and made anew. Never a watchdog: motion ends far earlier, by leases and heartbeats."""
+
+RUNTIME_VARIABLE = "ZENOH_RUNTIME"
+RUNTIME = "(rx: (worker_threads: 8))"
+"""Zenoh closes a dead TCP link in one of its receive threads, and waits there up to 10 s for
+what was not sent. With the usual two, two dead clients would hold up all that a router does."""
+
+ROUTER_PATIENCE_S = 2.0
+"""How long one attempt to reach a router takes."""
+
+
+@dataclass(frozen=True)
+class Endpoints:
+    """Where a session listens and whom it connects to.
+
+    Peers do not forward for each other, so on one host every pair of services has a
+    link: each service listens on its own fixed port and connects to those listed.
+
+    Args:
+        listen: endpoints such as ``tcp/127.0.0.1:7501``; empty for tools and clients.
+        connect: a peer's: tried for ever, in the background; a client's: its router.
+        mode: ``peer``, ``client`` (of a router) or ``router``.
+        router_host: a client's: the name of the host where its router runs.
+    """
+
+    listen: Sequence[str] = ()
+    connect: Sequence[str] = ()
+    mode: str = "peer"
+    router_host: str = ""
+
+    def config(self) -> dict[str, Any]:
+        """The Zenoh configuration: static endpoints, no multicast, endless reconnect."""
+        return {
+            "mode": self.mode,
+            "listen": {"endpoints": list(self.listen), "exit_on_failure": True},
+            "connect": {
+                "endpoints": list(self.connect),
+                "timeout_ms": self._connect_timeout_ms(),
+                "exit_on_failure": False,
+                "retry": {
+                    "period_init_ms": 50,
+                    "period_max_ms": 500,
+                    "period_increase_factor": 2,
+                },
+            },
+            "scouting": {"multicast": {"enabled": False}, "gossip": {"enabled": False}},
+            "transport": self._transport(),
+            "timestamping": {"enabled": False},
+            "adminspace": {"enabled": False},
+        }
+
+    def _connect_timeout_ms(self) -> int:
+        if self.mode == "client":
+            return int(1000 * ROUTER_PATIENCE_S)
+        return -1 if self.connect else 0
+
+    def _transport(self) -> dict[str, Any]:
+        # An express message takes a whole batch; a burst of one tick (transforms, task,
+        # joints) must find room, or its last messages are dropped.
+        queue: dict[str, Any] = {"size": {"real_time": 16}}
+        if self.mode == "peer":
+            return {"link": {"tx": {"queue": queue}}}
+        if self.mode == "router":
+            # A client that takes nothing any more is cut off before the others notice: what
+            # must not be dropped (declarations, answers) would else wait for it for 5 s.
+            queue["congestion_control"] = {"block": {"wait_before_close": 500_000}}  # us
+        silence_ms = int(1000 * LINK_SILENCE_S)
+        return {
+            "link": {"tx": {"queue": queue, "lease": silence_ms, "keep_alive": 4}},
+            "unicast": {"open_timeout": silence_ms, "accept_timeout": silence_ms},
+        }
+
+
+class _ZenohPublisher:
+    def __init__(self, publisher: zenoh.Publisher) -> None:
+        self._publisher = publisher
+
+    def put(self, message: Message) -> None:
+        self.put_bytes(encode(message))
+
+    def put_bytes(self, payload: bytes) -> None:
+        self._publisher.put(payload)
+
+
+class ZenohBus:
+    """A `fairlead.wire.bus.Bus` over one Zenoh session.
+
+    Raises:
+        TransportError: if the session cannot be opened, naming the endpoints (a peer's, most
+            often: the listening port is taken; a client's: its router cannot be reached).
+    """
+
+    def __init__(self, endpoints: Endpoints) -> None:
+        # Logged as errors there, and by all we have seen neither is one: a sample under way
+        # while its link closes, and a sample that overtakes the declaration of its key in a
+        # session that is just joining ("unknown expr_id"); ticks repair what is dropped.
+        # RUST_LOG brings the lines back.
+        zenoh.init_log_from_env_or("error,zenoh::api::session=off")
+        if endpoints.mode != "peer":  # read when the process opens its first session
+            os.environ.setdefault(RUNTIME_VARIABLE, RUNTIME)
+        try:
+            self._session = zenoh.open(zenoh.Config.from_json5(json.dumps(endpoints.config())))
+        except zenoh.ZError as error:
+            raise _cannot_open(endpoints, error) from None
+        # Zenoh takes tokens and token watchers back as soon as nobody refers to them.
+        self._kept: list[Undeclare] = []
+
+    def publisher(self, key: str, kind: type[Message], qos: Qos) -> _ZenohPublisher:
+        """Declare a key; hot ones are express at real-time priority. All drop rather than wait."""
+        return _ZenohPublisher(
+            self._session.declare_publisher(
+                key,
+                encoding=zenoh.Encoding(encoding_of(kind)),
+                congestion_control=zenoh.CongestionControl.DROP,
+                priority=_PRIORITY[qos],
+                express=qos is Qos.HOT,
+            )
+        )
+
+    def subscribe(self, key_expr: str, handler: SampleHandler) -> Undeclare:
+        """Call ``handler`` in Zenoh's receive thread, in the order of arrival."""
+
+        def on_sample(sample: zenoh.Sample) -> None:
+            if sample.kind == zenoh.SampleKind.PUT:
+                handler(Sample(str(sample.key_expr), sample.payload.to_bytes()))
+
+        # In Zenoh's own receive thread: a thread per subscriber (the default) would let one
+        # key's messages overtake another's, and joints must come after their transforms.
+        direct = zenoh.handlers.Callback(on_sample, indirect=False)
+        return self._session.declare_subscriber(key_expr, direct)
+
+    def serve(self, key: str, who: str, handler: QueryHandler) -> Undeclare:
+        """Answer queries on ``key`` on Zenoh's threads; a `FairleadError` becomes a `Refusal`."""
+
+        def on_query(query: zenoh.Query) -> None:
+            payload = query.payload.to_bytes() if query.payload is not None else b""
+            with query:
+                try:
+                    query.reply(key, encode(handler(payload)))
+                except RefusedError as error:
+                    query.reply_err(encode(Refusal(who=who, reason=error.reason, fix=error.fix)))
+                except FairleadError as error:
+                    query.reply_err(encode(Refusal(who=who, reason=str(error), fix="")))
+
+        return self._session.declare_queryable(key, on_query)
+
+    def query(self, key: str, request: Message, timeout_s: float) -> bytes:
+        """Ask and wait for the first reply.
+
+        Raises:
+            RefusedError: the service answered no.
+            NoAnswerError: nobody answered within ``timeout_s``, or not in words of ours.
+        """
+        for reply in self._session.get(key, payload=encode(request), timeout=timeout_s):
+            if reply.ok is not None:
+                return reply.ok.payload.to_bytes()
+            assert reply.err is not None
+            raise _refusal(key, reply.err.payload.to_bytes())
+        raise NoAnswerError(f"{key}: no answer within {timeout_s:g} s; see: fairlead ps")
+
+    def declare_token(self, key: str) -> Undeclare:
+        """Announce a token that ends with the session, or when its process dies."""
+        return self._keep(self._session.liveliness().declare_token(key))
+
+    def watch_tokens(self, key_expr: str, handler: TokenHandler) -> Undeclare:
+        """Call ``handler`` on Zenoh's threads for each token alive now and each change."""
+
+        def on_token(sample: zenoh.Sample) -> None:
+            handler(str(sample.key_expr), sample.kind == zenoh.SampleKind.PUT)
+
+        return self._keep(
+            self._session.liveliness().declare_subscriber(key_expr, on_token, history=True)
+        )
+
+    def is_declared(self, token: str) -> bool:
+        """Whether somebody has declared this liveliness token."""
+        replies = self._session.liveliness().get(token, timeout=ROUTER_PATIENCE_S)
+        return any(reply.ok is not None for reply in replies)
+
+    @property
+    def has_router(self) -> bool:
+        """Whether there is a link to a router now."""
+        return bool(list(self._session.info.routers_zid()))
+
+    def _keep(self, declared: Undeclare) -> Undeclare:
+        self._kept.append(declared)
+        return declared
+
+    def close(self) -> None:
+        """End the session; everything declared goes with it."""
+        self._session.close()  # type: ignore[no-untyped-call]
+
+
+def open_patiently(endpoints: Endpoints, on_wait: Callable[[TransportError], None]) -> ZenohBus:
+    """Open a session; a client's is tried until its router is reached.
+
+    Args:
+        on_wait: called after each attempt in vain; may raise to give up.
+
+    Raises:
+        TransportError: a peer's or router's session cannot be opened.
+    """
+    while True:
+        try:
+            return ZenohBus(endpoints)
+        except TransportError as error:
+            if endpoints.mode != "client":
+                raise
+            on_wait(error)
+
+
+def _cannot_open(endpoints: Endpoints, error: Exception) -> TransportError:
+    if endpoints.mode == "client":
+        where = f" on host {endpoints.router_host}" if endpoints.router_host else ""
+        return TransportError(
+            f"router {', '.join(endpoints.connect)}: not reached within {ROUTER_PATIENCE_S:g} s; "
+            f"does it run{where}, and is the network up? there: fairlead up or fairlead router"
+        )
+    return TransportError(
+        f"zenoh session: cannot open with listen={list(endpoints.listen)} "
+        f"connect={list(endpoints.connect)}: {error}; is another process of this "
+        "robot still running? see: fairlead ps"
+    )
+
+
+def _refusal(key: str, payload: bytes) -> FairleadError:
+    try:
+        refusal = decode(Refusal, payload)
+    except MessageError:
+        return NoAnswerError(f"{key}: {payload.decode(errors='replace')}")
+    return RefusedError(refusal.who, refusal.reason, refusal.fix)
