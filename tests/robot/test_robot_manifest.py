@@ -2,6 +2,7 @@
 
 import copy
 import json
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -54,19 +55,51 @@ def test_shipped_robot_has_the_wire_order_of_its_joints_and_parts() -> None:
     assert len(robot.robot_hash) == 32
 
 
-def test_robot_hash_ignores_limits_and_changes_with_joints_parts_and_modes(
-    data: dict[str, Any],
+def test_robot_hash_leaves_out_the_safety_block_and_prose(data: dict[str, Any]) -> None:
+    before = RobotManifest.model_validate(data).robot_hash
+    data["joints"][3]["source"] = "another datasheet"
+    data["safety"]["sim"]["parts"]["base"]["body_twist"]["linear_limit_m_s"] = 0.5
+    assert RobotManifest.model_validate(data).robot_hash == before
+
+
+@pytest.mark.parametrize(
+    ("block", "index", "field", "value"),
+    [
+        ("joints", 3, "velocity_rad_s", 1.0),
+        ("parts", 0, "hold", "ramp_to_zero"),
+        ("end_effectors", 0, "tool_frame", "panda_hand"),
+        ("passive_joints", 0, "upper_m", 0.05),
+    ],
+)
+def test_robot_hash_changes_with_limits_hold_laws_and_tools(
+    data: dict[str, Any], block: str, index: int, field: str, value: object
 ) -> None:
     before = RobotManifest.model_validate(data).robot_hash
-    data["joints"][3]["velocity_rad_s"] = 1.0
-    assert RobotManifest.model_validate(data).robot_hash == before
-    data["parts"][2]["modes"] = ["joint_velocity"]
-    del data["safety"]["sim"]["parts"]["base"]["body_twist"]
-    changed = RobotManifest.model_validate(data).robot_hash
-    assert changed != before
+    assert data[block][index][field] != value
+    data[block][index][field] = value
+    assert RobotManifest.model_validate(data).robot_hash != before
+
+
+def test_robot_hash_changes_with_the_order_of_joints(data: dict[str, Any]) -> None:
+    before = RobotManifest.model_validate(data).robot_hash
     data["joints"][0], data["joints"][1] = data["joints"][1], data["joints"][0]
     data["base_joints"] = ["base_y", "base_x", "base_yaw"]
-    assert RobotManifest.model_validate(data).robot_hash not in (before, changed)
+    assert RobotManifest.model_validate(data).robot_hash != before
+
+
+def test_robot_hash_changes_with_the_description_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before = load_robot("panda").robot_hash
+    shutil.copytree(robot_dir("panda"), tmp_path / "robots" / "panda")
+    (tmp_path / "rskills").mkdir()
+    monkeypatch.setenv("FAIRLEAD_ROOT", str(tmp_path))
+    copied = load_robot("panda")
+    assert copied.description_path().is_relative_to(tmp_path)
+    assert copied.robot_hash == before
+    urdf = copied.description_path()
+    urdf.write_text(urdf.read_text().replace('xyz="0 0 0.1034"', 'xyz="0 0 0.2068"'))
+    assert load_robot("panda").robot_hash != before
 
 
 def test_manifest_is_frozen() -> None:

@@ -91,15 +91,35 @@ class RobotManifest(BaseModel):
 
     @cached_property
     def robot_hash(self) -> bytes:
-        """SHA-256 of the canonical identity: joints, passive joints, parts and modes."""
-        identity = {
-            "joints": [[item.name, item.role, item.type] for item in self.joints],
-            "passive_joints": [[item.name, item.role, item.type] for item in self.passive_joints],
-            "parts": [[p.name, p.joints, p.end_effector, p.modes] for p in self.parts],
-            "end_effectors": [[tool.name, tool.tool_frame] for tool in self.end_effectors],
-        }
+        """SHA-256 of what the robot is: this manifest and its description file.
+
+        The safety block is left out: it has a hash of its own for each profile, that of the
+        gate's file. So are sources, which are prose. Everything else counts, limits, hold laws
+        and frames too: two processes that disagree on one of them mean two robots.
+
+        Raises:
+            ConfigError: if the robot has no folder or no description file.
+        """
+        identity = self.model_dump(
+            mode="json",
+            exclude={
+                "safety": True,
+                "joints": {"__all__": {"source"}},
+                "passive_joints": {"__all__": {"source"}},
+            },
+        )
+        identity["description"] = hashlib.sha256(self._description_bytes()).hexdigest()
         text = json.dumps(identity, separators=(",", ":"), sort_keys=True, ensure_ascii=True)
         return hashlib.sha256(text.encode()).digest()
+
+    def _description_bytes(self) -> bytes:
+        path = self.description_path()
+        try:
+            return path.read_bytes()
+        except OSError as error:
+            raise ConfigError(
+                f"robot {self.id}: no description file {path} ({error.strerror})"
+            ) from None
 
     def part(self, name: str) -> Part:
         """The part of that name; `ConfigError` lists the parts there are."""
