@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import numpy as np
@@ -26,10 +27,10 @@ HAL = HalStatus(
 LEFT = {"ee": "left_tool", "frame": "base_link"}
 
 
-def problems(width: int, slot: dict[str, Any]) -> list[str]:
+def problems(width: int, slot: dict[str, Any], hal: HalStatus | None = HAL) -> list[str]:
     data = SKILL.model_dump(mode="json")
     data["action_contract"] = {"dim": width, "slots": [{"range": [0, width - 1], **slot}]}
-    return admission_problems(SkillManifest.model_validate(data), ROBOT, HAL)
+    return admission_problems(SkillManifest.model_validate(data), ROBOT, hal)
 
 
 @pytest.mark.parametrize(
@@ -48,10 +49,40 @@ def test_a_scale_is_admitted_up_to_the_range_of_its_mode(
     assert problems(width, {"control_mode": mode, **fields, "scale": scale}) == []
     scale[-1] *= 1.01
     index = ROBOT.part(part).joints.index(fields["joint_names"][0]) if width == 1 else 5
-    assert problems(width, {"control_mode": mode, **fields, "scale": scale}) == [
+    (found,) = problems(width, {"control_mode": mode, **fields, "scale": scale})
+    assert found.startswith(
         f"part {part} {mode} value {index}: full-scale output is [-{scale[-1]:g}, {scale[-1]:g}], "
         f"the HAL takes [-{largest:g}, {largest:g}]"
+    )
+
+
+TWIST = {"control_mode": "cartesian_twist", **LEFT}
+
+
+@pytest.mark.parametrize(("hal", "who"), [(HAL, "HAL"), (None, "robot")])
+def test_a_twist_beyond_its_norm_is_refused_at_run_and_before_with_the_norm_and_a_scale_that_fits(
+    hal: HalStatus | None, who: str
+) -> None:
+    assert problems(6, TWIST | {"scale": [1.0] * 3 + [2.0] * 3}, hal) == [
+        f"part left_arm cartesian_twist values {values}: full-scale output is [-{full}, {full}], "
+        f"the {who} takes [-{share}, {share}] (a norm of {norm} is {share} on each of three axes "
+        "at once); a policy's outputs are taken as full scale [-1, 1], which the slot's scale "
+        f"makes SI: scale {fits} fits"
+        for values, full, share, norm, fits in (
+            ("0, 1, 2", "1", "0.57735", "1 m/s", "0.57735"),
+            ("3, 4, 5", "2", "1.44338", "2.5 rad/s", "1.44337"),
+        )
     ]
+    assert problems(6, TWIST | {"scale": [0.57735] * 3 + [1.44337] * 3}, hal) == []
+
+
+def test_the_scale_and_offset_that_a_refusal_names_are_admitted() -> None:
+    joint = {"control_mode": "joint_position", "joint_names": ["left_joint6"]}
+    (found,) = problems(1, joint | {"scale": 3.0}, None)
+    named = re.search(r"scale (\S+) with offset (\S+) fits", found)
+    assert named is not None
+    scale, offset = map(float, named.groups())
+    assert problems(1, joint | {"scale": scale, "offset": offset}, None) == []
 
 
 @pytest.mark.parametrize(
@@ -74,10 +105,11 @@ def test_a_scaled_pose_must_stay_in_its_box() -> None:
     inside = {"scale": [0.35, 0.6, 0.6, 1, 1, 1, 1]}
     assert problems(7, slot | inside) == []
     outside = {"scale": [0.35, 0.6, 0.61, 1, 1, 1, 1]}
-    assert problems(7, slot | outside) == [
+    (found,) = problems(7, slot | outside)
+    assert found.startswith(
         "part left_arm cartesian_pose value 2: full-scale output is [0.39, 1.61], "
         "the HAL takes [0.4, 1.6]"
-    ]
+    )
 
 
 @pytest.mark.parametrize(
@@ -87,7 +119,8 @@ def test_a_scaled_pose_must_stay_in_its_box() -> None:
         ({"scale": -3.0, "threshold": 0.25}, []),
         ({"scale": 0.5},
          ["part left_gripper gripper_binary value 0: full-scale output is [-0.5, 0.5], "
-          "the HAL takes [0, 1]"]),
+          "the HAL takes [0, 1]; a policy's outputs are taken as full scale [-1, 1], "
+          "which the slot's scale makes SI: scale 0.5 with offset 0.5 fits"]),
     ],
 )  # fmt: skip
 def test_a_binary_gripper_needs_a_threshold_or_a_scale_to_0_and_1(

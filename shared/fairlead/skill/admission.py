@@ -3,25 +3,14 @@
 from __future__ import annotations
 
 from fairlead.errors import ConfigError
-from fairlead.messages import HalPart, HalStatus, floats
-from fairlead.modes import ControlMode
+from fairlead.messages import HalStatus
 from fairlead.robot.manifest import RobotManifest
 from fairlead.skill.bindings import LAYOUT_DIMS, StateContract, bound_gripper, bound_joints
 from fairlead.skill.camera_deployments import camera_deployments
+from fairlead.skill.full_scale import declared_range_problems, hal_range_problems
 from fairlead.skill.manifest import SkillManifest
 from fairlead.skill.routes import Route, plan_routes
 from fairlead.skill.tightening import limit_problems
-
-# A policy may emit these in SI without scaling; their full scale is not +-1.
-_ABSOLUTE_MODES = frozenset(
-    {
-        ControlMode.JOINT_POSITION,
-        ControlMode.CARTESIAN_POSE,
-        ControlMode.DEX_HAND_JOINT,
-        ControlMode.GRIPPER_BINARY,
-    }
-)
-_RELATIVE_TOLERANCE = 1e-9
 
 
 def admission_problems(
@@ -31,7 +20,7 @@ def admission_problems(
 
     Args:
         hal: what the running HAL found, for its command ranges, part order and cameras;
-            None checks the manifests alone.
+            None checks the manifests alone, with the ranges the robot declares.
     """
     routes, problems = plan_routes(skill.action_contract, robot)
     problems = [
@@ -42,9 +31,9 @@ def admission_problems(
         *limit_problems(skill, robot),
     ]
     if hal is None:
-        return problems
+        return [*problems, *declared_range_problems(routes, robot)]
     identity = _identity_problems(robot, hal)
-    ranges = [] if identity else [p for r in routes for p in _range_problems(r, robot, hal)]
+    ranges = [] if identity else hal_range_problems(routes, robot, hal)
     return [*problems, *identity, *ranges, *_camera_problems(skill, hal)]
 
 
@@ -135,42 +124,6 @@ def _identity_problems(robot: RobotManifest, hal: HalStatus) -> list[str]:
 
 def _plain(value: object) -> str:
     return ", ".join(map(str, value)) if isinstance(value, tuple) else str(value)
-
-
-def _range_problems(route: Route, robot: RobotManifest, hal: HalStatus) -> list[str]:
-    part = hal.parts[route.part]
-    found = [block for block in part.ranges if block.mode == route.mode]
-    if not found:
-        return [f"part {part.name}: the HAL does not offer {route.mode.yaml_name}"]
-    if route.threshold is not None:  # 0 or 1 comes out of it, whatever goes in
-        return []
-    lower, upper = floats(found[0].lower), floats(found[0].upper)
-    problems = []
-    for column, scale, offset in zip(route.columns, route.scale, route.offset, strict=True):
-        if route.mode in _ABSOLUTE_MODES and (scale, offset) == (1.0, 0.0):
-            continue
-        index = _range_index(route, column, part, robot)
-        if index >= len(lower):
-            problems.append(
-                f"part {part.name}: the HAL states no range for {route.mode.yaml_name} "
-                f"value {index}"
-            )
-            continue
-        low, high = sorted((offset - scale, offset + scale))
-        slack = _RELATIVE_TOLERANCE * max(abs(low), abs(high))
-        if low < lower[index] - slack or high > upper[index] + slack:
-            problems.append(
-                f"part {part.name} {route.mode.yaml_name} value {index}: full-scale output is "
-                f"[{low:g}, {high:g}], the HAL takes [{lower[index]:g}, {upper[index]:g}]"
-            )
-    return problems
-
-
-def _range_index(route: Route, column: int, part: HalPart, robot: RobotManifest) -> int:
-    """A HAL's joint ranges follow its part's joints, the wire follows the robot's."""
-    if not route.mode.is_joint_mode:
-        return column
-    return part.joints.index(robot.joint_names[column])
 
 
 def _camera_problems(skill: SkillManifest, hal: HalStatus) -> list[str]:

@@ -1,0 +1,144 @@
+"""What a policy's outputs of -1 and +1 become, against what the robot takes.
+
+A policy's numbers are taken as full scale, [-1, 1]; a slot's scale and offset make SI of
+them. Modes that say where something is to be may also come in SI, without a scale.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from fairlead.messages import HalStatus, floats
+from fairlead.modes import ControlMode
+from fairlead.robot.command_ranges import command_range, norm_limits
+from fairlead.robot.manifest import RobotManifest
+from fairlead.robot.part import Part
+from fairlead.skill.routes import Route
+
+# A policy may emit these in SI without scaling; their full scale is not +-1.
+_ABSOLUTE_MODES = frozenset(
+    {
+        ControlMode.JOINT_POSITION,
+        ControlMode.CARTESIAN_POSE,
+        ControlMode.DEX_HAND_JOINT,
+        ControlMode.GRIPPER_BINARY,
+    }
+)
+_RELATIVE_TOLERANCE = 1e-9
+_SAME = 1e-6  # relative: the HAL's range comes from the norm in the robot's manifest
+
+
+class _Range(NamedTuple):
+    """Lower and upper ends of a part's values, in SI, and who says so."""
+
+    lower: Sequence[float]
+    upper: Sequence[float]
+    who: str
+
+
+class _Excess(NamedTuple):
+    """Full scale of a value, what is taken instead, and the norm behind it as words."""
+
+    full: tuple[float, float]
+    taken: tuple[float, float]
+    norm: str
+
+
+def hal_range_problems(routes: Sequence[Route], robot: RobotManifest, hal: HalStatus) -> list[str]:
+    """Every value whose full scale leaves the range that the running HAL states."""
+    problems = []
+    for route in routes:
+        stated = [block for block in hal.parts[route.part].ranges if block.mode == route.mode]
+        if not stated:
+            problems.append(
+                f"part {route.part_name}: the HAL does not offer {route.mode.yaml_name}"
+            )
+            continue
+        ends = _Range(floats(stated[0].lower).tolist(), floats(stated[0].upper).tolist(), "HAL")
+        problems += _problems(route, robot, hal.parts[route.part].joints, ends)
+    return problems
+
+
+def declared_range_problems(routes: Sequence[Route], robot: RobotManifest) -> list[str]:
+    """Every value whose full scale leaves the range that the robot declares.
+
+    Of several safety profiles the one that complains least: which one holds is a matter of
+    the deployment.
+    """
+    found = [_in_profile(routes, robot, profile) for profile in robot.safety]
+    return min(found, key=len, default=[])
+
+
+def _in_profile(routes: Sequence[Route], robot: RobotManifest, profile: str) -> list[str]:
+    problems = []
+    for route in routes:
+        part = robot.part(route.part_name)
+        limits = robot.profile(profile).parts[part.name]
+        lower, upper = command_range(robot, part, route.mode, limits)
+        ends = _Range(lower.tolist(), upper.tolist(), "robot")
+        problems += _problems(route, robot, part.joints, ends)
+    return problems
+
+
+def _problems(route: Route, robot: RobotManifest, joints: Sequence[str], ends: _Range) -> list[str]:
+    if route.threshold is not None:  # 0 or 1 comes out of it, whatever goes in
+        return []
+    where = f"part {route.part_name} {route.mode.yaml_name}"
+    missing: list[str] = []
+    excesses: dict[_Excess, list[int]] = {}
+    for column, scale, offset in zip(route.columns, route.scale, route.offset, strict=True):
+        if route.mode in _ABSOLUTE_MODES and (scale, offset) == (1.0, 0.0):
+            continue
+        # Ranges follow the part's joints, the wire follows the robot's.
+        index = joints.index(robot.joint_names[column]) if route.mode.is_joint_mode else column
+        if index >= len(ends.lower):
+            missing.append(f"{where}: the {ends.who} states no range for value {index}")
+            continue
+        low, high = sorted((offset - scale, offset + scale))
+        taken = (ends.lower[index], ends.upper[index])
+        slack = _RELATIVE_TOLERANCE * max(abs(low), abs(high))
+        if low < taken[0] - slack or high > taken[1] + slack:
+            norm = _norm_words(robot, robot.part(route.part_name), route.mode, index, taken[1])
+            excesses.setdefault(_Excess((low, high), taken, norm), []).append(index)
+    return [*missing, *(f"{where} {_words(e, i, ends.who)}" for e, i in excesses.items())]
+
+
+def _words(excess: _Excess, indices: Sequence[int], who: str) -> str:
+    values = ("value " if len(indices) == 1 else "values ") + ", ".join(map(str, indices))
+    low, high = excess.full
+    return (
+        f"{values}: full-scale output is [{low:g}, {high:g}], the {who} takes "
+        f"[{excess.taken[0]:g}, {excess.taken[1]:g}]{excess.norm}; a policy's outputs are taken "
+        f"as full scale [-1, 1], which the slot's scale makes SI: {_fitting(*excess.taken)}"
+    )
+
+
+def _norm_words(
+    robot: RobotManifest, part: Part, mode: ControlMode, index: int, upper: float
+) -> str:
+    """Where a range is a norm's share of one axis: the norm, which is the known number."""
+    for safety in robot.safety.values():
+        for norm, unit in norm_limits(mode, safety.parts[part.name])[index // 3 : index // 3 + 1]:
+            share = norm / math.sqrt(3.0)
+            if math.isclose(upper, share, rel_tol=_SAME):
+                return f" (a norm of {norm:g} {unit} is {share:g} on each of three axes at once)"
+    return ""
+
+
+def _fitting(lower: float, upper: float) -> str:
+    """The largest scale, and the offset it needs, whose full scale lies in a range."""
+    offset = float(f"{(lower + upper) / 2:.6g}")
+    reach = min(upper - offset, offset - lower)
+    if reach <= 0.0:
+        return "none fits, this value is to be discarded"
+    beside = f" with offset {offset:g}" if offset else ""
+    return f"scale {_rounded_down(reach):g}{beside} fits"
+
+
+def _rounded_down(value: float) -> float:
+    """Six digits, none of which is rounded up."""
+    unit = 10.0 ** (math.floor(math.log10(value)) - 5)
+    nearest = float(f"{value:.6g}")
+    return nearest if nearest <= value else float(f"{nearest - unit:.6g}")
