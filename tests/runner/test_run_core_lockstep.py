@@ -166,6 +166,22 @@ def test_the_deadline_counts_ticks_from_the_first_observation() -> None:
     )  # fmt: skip
 
 
+def test_a_goal_whose_every_chunk_is_refused_ends_with_their_number_and_the_last_refusal() -> None:
+    run = story(lockstep=True, deadline_ticks=2)
+    for tick in (5, 6):
+        run.tick(tick)
+        run.answer()
+        run.judge(Outcome.REFUSED)
+    run.tick(7)
+    result = run.core.result
+    assert result is not None
+    assert (result.outcome, result.detail) == (
+        "deadline",
+        "not done after 2 ticks; 2 of 2 chunks refused, the last: G020 limit: chunk 2 refused at "
+        "row 2, arm linear: value 5, limit 0.0867 (robot.yaml)",
+    )
+
+
 def test_four_layout_faults_in_a_row_fail_the_goal_naming_frame_parent_and_age(run: Story) -> None:
     run.take(run.core.on_joints(joints(5), 0.0))
     for _ in range(3):

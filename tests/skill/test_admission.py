@@ -41,6 +41,8 @@ MODES = (
     "arm: cartesian_delta; gripper: gripper_position; base: joint_velocity, body_twist; "
     "composite: composite_mode"
 )
+ARM, GRIPPER = "arm takes cartesian_delta", "gripper takes gripper_position"
+BASE = "base takes joint_velocity, body_twist"
 
 
 @pytest.mark.parametrize(
@@ -62,13 +64,13 @@ MODES = (
             slot(2, joint_names=["base_x", "base_y", "panda_joint1"]),
             "slot [7, 9] joint_velocity: expected exactly one part of robot "
             "panda_mobile to take it, "
-            f"got none ({MODES})",
+            f"got none ({ARM}; {BASE})",
         ),
         (
             slot(0, control_mode="cartesian_twist"),
             "slot [0, 5] cartesian_twist: expected exactly one part of robot "
             "panda_mobile to take it, "
-            f"got none ({MODES})",
+            f"got none ({ARM}; {GRIPPER})",
         ),
         (
             slot(0, frame="map"),
@@ -96,7 +98,7 @@ def test_a_skill_the_robot_cannot_run_is_refused_with_the_reason(
 
 def test_every_reason_is_given_at_once() -> None:
     def change(data: dict[str, Any]) -> None:
-        data["embodiments"] = ["aloha"]
+        data["rate_hz"] = 10.0
         slot(0, ee="left")(data)
         slot(1, ee="left")(data)
 
@@ -104,13 +106,27 @@ def test_every_reason_is_given_at_once() -> None:
         require_admission(skill(change), ROBOT)
     assert str(caught.value) == (
         "skill oracle-counter-to-cabinet cannot run on robot panda_mobile:\n"
-        "  embodiments: made for aloha, not panda_mobile\n"
+        "  rate_hz: expected the robot's 20 Hz, got 10\n"
         "  slot [0, 5] cartesian_delta: robot panda_mobile has no end effector 'left' "
         "(valid: gripper)\n"
         "  slot [6, 6] gripper_position: robot panda_mobile has no end effector 'left' "
         "(valid: gripper)\n"
         "  try: fairlead skill ls --robot panda_mobile"
     )
+
+
+def test_a_skill_for_another_robot_is_refused_with_that_and_the_number_of_other_reasons() -> None:
+    def change(data: dict[str, Any]) -> None:
+        data["embodiments"] = ["aloha"]
+        slot(0, ee="left")(data)
+        slot(1, ee="left")(data)
+
+    with pytest.raises(ConfigError) as caught:
+        require_admission(skill(change), ROBOT)
+    assert str(caught.value).splitlines()[1:-1] == [
+        "  embodiments: made for aloha, not panda_mobile",
+        "  and 2 more, as on any robot it was not made for",
+    ]
 
 
 def test_an_end_effector_that_is_not_actuated_is_refused() -> None:

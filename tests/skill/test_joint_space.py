@@ -105,7 +105,9 @@ def test_more_dimensions_than_the_robot_has_joints_are_refused() -> None:
         ({"dim": 1, "joint_names": ["a"], "slots": [{"range": [0, 0], "discard": True}]},
          "joint_names: not allowed beside slots"),
         ({"dim": 1, "joint_unit": "deg", "slots": [{"range": [0, 0], "discard": True}]},
-         "joint_unit: only with joint_names; slots have scale"),
+         "joint_unit: only with joint_names; for degrees in a slot: scale: 0.0174533"),
+        ({"dim": 1, "slots": [{"range": [0, 0], "discard": True, "joint_unit": "deg"}]},
+         "joint_unit: not in a slot; for degrees write scale: 0.0174533"),
         ({"dim": 1}, "slots: expected every index of 0..0 to be covered, got no slots"),
     ],
 )  # fmt: skip

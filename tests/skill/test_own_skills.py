@@ -14,7 +14,7 @@ from fairlead.paths import rskill_dir
 from fairlead.robot.manifest import load_robot
 from fairlead.skill.admission import admission_problems
 from fairlead.skill.install import install_skill
-from fairlead.skill.manifest import load_skill, read_skill, skill_ids
+from fairlead.skill.manifest import find_skill, load_skill, read_skill, skill_ids
 from fairlead.skill.python_policy import check_python_policy
 from fairlead.skill.skeleton import skill_skeleton
 from fairlead_skill_runner.policies.backends import POLICIES
@@ -212,3 +212,24 @@ def test_the_commands_refuse_an_existing_folder_and_a_folder_without_a_skill(
     empty = fairlead("skill", "install", "mine", state=tmp_path)
     assert empty.returncode == 1 and "rskill.yaml" in empty.stderr
     assert "Traceback" not in empty.stderr
+
+
+def test_a_skill_being_written_is_checked_and_shown_by_its_path(tmp_path: Path) -> None:
+    folder = written(tmp_path / "mine")
+    for command in ("check", "show"):
+        done = fairlead("skill", command, str(folder), state=tmp_path)
+        assert done.returncode == 0, done.stderr
+        assert "mine" in done.stdout
+    edit(folder / "rskill.yaml", "rate_hz: 20", "rate_hz: 10")
+    refused = fairlead("skill", "check", str(folder), state=tmp_path)
+    assert refused.returncode == 1
+    assert f"fix {folder / 'rskill.yaml'}" in refused.stdout
+
+
+def test_a_skill_that_is_nowhere_is_answered_with_those_that_ship_and_those_installed(
+    installed: Path, tmp_path: Path
+) -> None:
+    install_skill(written(tmp_path / "mine"))
+    with pytest.raises(ConfigError, match=r"valid: .*mine, .*oracle-.*or a folder"):
+        find_skill("./nowhere")
+    assert find_skill("mine") == installed / "mine"

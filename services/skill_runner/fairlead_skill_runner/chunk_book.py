@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from fairlead.messages import Outcome, Verdict
+from fairlead.wire.verdict_text import describe
 
 NEVER_ADMITTED = range(2, 6)
 """G002 to G005: codes of chunks that the gate did not take for this claim's next one."""
@@ -36,6 +37,8 @@ class ChunkBook:
         self.delay_ticks = 1  # from an observation to its first live row, as measured
         self._released_seq = 0  # chunk of the released rows
         self._newest_verdict = 0  # verdict ids increase
+        self._refused: set[int] = set()
+        self._last_refused = ""
 
     @property
     def next_seq(self) -> int:
@@ -46,6 +49,14 @@ class ChunkBook:
     def last_obs_tick(self) -> int:
         """Observation tick of the newest chunk; 0 before the first."""
         return self.newest.obs_tick if self.newest else 0
+
+    @property
+    def refusals(self) -> str:
+        """How many chunks were refused of how many, and the last refusal; "" if none was."""
+        if not self._refused or self.newest is None:
+            return ""
+        counts = f"{len(self._refused)} of {self.newest.seq} chunks refused"
+        return f"{counts}, the last: {self._last_refused}"
 
     def sent(self, chunk: SentChunk) -> None:
         """Take note of a new chunk: from now on the gate's answer to it is awaited."""
@@ -67,6 +78,8 @@ class ChunkBook:
         if verdict.seq == self.newest.seq:
             self.answered = True
         if verdict.outcome == Outcome.REFUSED:
+            self._refused.add(verdict.seq)
+            self._last_refused = describe(verdict)
             # A refused chunk leaves older released rows as they are; but rows that were
             # released and are judged again, because the robot did something else, are gone.
             if verdict.seq == self._released_seq:

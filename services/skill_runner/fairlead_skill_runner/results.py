@@ -40,9 +40,10 @@ def success() -> GoalResult:
     return _ended("succeeded", "task", "", "the task's own check says so")
 
 
-def deadline(ticks: int) -> GoalResult:
+def deadline(ticks: int, refused: str = "") -> GoalResult:
     """The goal had ``ticks`` ticks after its first observation, and they are over."""
-    return _ended("deadline", "runner", "deadline", f"not done after {ticks} ticks")
+    why = f"; {refused}" if refused else ""
+    return _ended("deadline", "runner", "deadline", f"not done after {ticks} ticks{why}")
 
 
 def cancelled(by: str) -> GoalResult:

@@ -230,7 +230,7 @@ class RunCore:
             return results.success()
         deadline = self.setup.deadline_ticks
         if deadline and self.first_tick and self.tick - self.first_tick >= deadline:
-            return results.deadline(deadline)
+            return results.deadline(deadline, self._book.refusals)
         return None
 
     def _ask(self, now_s: float) -> list[Output]:

@@ -7,7 +7,7 @@ from fairlead.cli.group import make_group
 
 group = make_group(
     "skill",
-    "List, show, check, start and install skills.",
+    "List, show and check skills, write a new one, install it.",
     {
         "ls": skill_ls,
         "show": skill_show,

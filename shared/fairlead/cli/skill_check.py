@@ -8,22 +8,23 @@ from typing import Annotated, Any
 import typer
 
 from fairlead.cli.console import print_json
-from fairlead.cli.deployment_choice import JsonOption
+from fairlead.cli.deployment_choice import JsonOption, parse_deployment
 from fairlead.cli.policy_problems import policy_problems
+from fairlead.cli.skill_choice import SkillArgument
 from fairlead.deploy.deployment import load_deployment
 from fairlead.messages import HalStatus
 from fairlead.operate.client import RobotClient
 from fairlead.robot.manifest import load_robot
-from fairlead.skill.admission import admission_problems
+from fairlead.skill.admission import admission_problems, worth_saying
 from fairlead.skill.checkpoint_stats import read_checkpoint_stats
 from fairlead.skill.contract_findings import contract_findings, named_outputs
-from fairlead.skill.manifest import SkillManifest, load_skill
+from fairlead.skill.manifest import SkillManifest, find_skill, read_skill
 
 EXAMPLE = "fairlead skill check oracle-counter-to-cabinet --robot panda_mobile"
 
 
 def command(
-    skill: Annotated[str, typer.Argument(help="folder under rskills/")],
+    skill: SkillArgument,
     robot: Annotated[
         str, typer.Option(help="folder under robots/; default: the first the skill was made for")
     ] = "",
@@ -32,8 +33,8 @@ def command(
         typer.Option(
             "--deployment",
             "-d",
-            exists=True,
-            dir_okay=False,
+            parser=parse_deployment,
+            metavar="NAME_OR_FILE",
             help="also compare with the robot that runs here: ranges, part order, cameras",
         ),
     ] = None,
@@ -52,10 +53,14 @@ def command(
     as_json: JsonOption = False,
 ) -> None:
     """Check a skill's manifest and whether the robot admits it; exit 1 with every reason if not."""
-    manifest = load_skill(skill)
+    folder = find_skill(skill)
+    manifest = read_skill(folder)
     robot = robot or manifest.embodiments[0]
-    problems = admission_problems(manifest, load_robot(robot), _running(deployment))
-    problems += policy_problems(manifest)
+    loaded = load_robot(robot)
+    problems = admission_problems(manifest, loaded, _running(deployment))
+    told = worth_saying(problems, manifest, loaded)
+    wrong = policy_problems(manifest)
+    problems, told = problems + wrong, told + wrong
     report: dict[str, Any] = {
         "skill": skill, "robot": robot, "admitted": not problems, "reasons": problems,
     }  # fmt: skip
@@ -65,7 +70,7 @@ def command(
     if as_json:
         print_json(report)
     else:
-        _print(skill, robot, problems)
+        _print(skill, robot, told, folder)
         if found is not None:
             _print_findings(skill, found)
     if problems or (found is not None and found["findings"]):
@@ -78,10 +83,10 @@ def _compare(skill: SkillManifest, stats: Path, embodiment: str) -> dict[str, An
     return {"file": str(stats), "form": read.form, "findings": findings}
 
 
-def _print(skill: str, robot: str, problems: list[str]) -> None:
+def _print(skill: str, robot: str, problems: list[str], folder: Path) -> None:
     if problems:
         typer.echo(f"{skill} cannot run on {robot}:\n  " + "\n  ".join(problems))
-        typer.echo(f"fix rskills/{skill}/rskill.yaml, then: fairlead skill check {skill}")
+        typer.echo(f"fix {folder / 'rskill.yaml'}, then: fairlead skill check {skill}")
     else:
         typer.echo(f"{skill} may run on {robot}")
 

@@ -2,26 +2,37 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Any
 
 import typer
 import yaml
 
 from fairlead.cli.console import print_json
 from fairlead.cli.deployment_choice import JsonOption
-from fairlead.skill.manifest import load_skill
+from fairlead.cli.skill_choice import SkillArgument
+from fairlead.skill.manifest import find_skill, read_skill
 
 EXAMPLE = "fairlead skill show oracle-counter-to-cabinet"
 
+WIDTH = 100
+
+
+class _RowDumper(yaml.SafeDumper):
+    """Numbers and names in a row stand on one line, as people write them."""
+
+    def represent_sequence(self, tag: str, sequence: Any, flow_style: bool | None = None) -> Any:
+        plain = all(not isinstance(item, (list, dict)) for item in sequence)
+        return super().represent_sequence(tag, sequence, flow_style=plain)
+
 
 def command(
-    skill: Annotated[str, typer.Argument(help="folder under rskills/")],
+    skill: SkillArgument,
     as_json: JsonOption = False,
 ) -> None:
     """Show a skill: its policy, what it needs as state, what its numbers mean."""
-    manifest = load_skill(skill)
+    manifest = read_skill(find_skill(skill))
     document = manifest.model_dump(mode="json") | {"skill_hash": manifest.skill_hash.hex()}
     if as_json:
         print_json(document)
     else:
-        typer.echo(yaml.safe_dump(document, sort_keys=False).rstrip())
+        typer.echo(yaml.dump(document, Dumper=_RowDumper, sort_keys=False, width=WIDTH).rstrip())

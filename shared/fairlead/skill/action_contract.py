@@ -60,7 +60,9 @@ class ActionContract(BaseModel):
             else _joint_problems(self.dim, self.slots, self.joint_names)
         )
         if self.joint_names is None and self.joint_unit is not None:
-            problems.append("joint_unit: only with joint_names; slots have scale")
+            problems.append(
+                "joint_unit: only with joint_names; for degrees in a slot: scale: 0.0174533"
+            )
         if problems:
             raise ValueError("\n".join(problems))
         return self

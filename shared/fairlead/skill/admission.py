@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from fairlead.errors import ConfigError
 from fairlead.messages import HalStatus
 from fairlead.robot.manifest import RobotManifest
@@ -51,8 +53,15 @@ def require_admission(
     fix = f"fairlead skill ls --robot {robot.id}"
     if hal is not None and problems == _camera_problems(skill, hal):
         fix = _way_to_cameras(skill, robot, hal)
-    listed = "\n  ".join(problems)
+    listed = "\n  ".join(worth_saying(problems, skill, robot))
     raise ConfigError(f"skill {skill.id} cannot run on robot {robot.id}:\n  {listed}\n  try: {fix}")
+
+
+def worth_saying(problems: Sequence[str], skill: SkillManifest, robot: RobotManifest) -> list[str]:
+    """The problems for a person: of a skill made for other robots, that, and how many more."""
+    if robot.id in skill.embodiments or len(problems) < 2:
+        return list(problems)
+    return [problems[0], f"and {len(problems) - 1} more, as on any robot it was not made for"]
 
 
 def _way_to_cameras(skill: SkillManifest, robot: RobotManifest, hal: HalStatus) -> str:

@@ -133,6 +133,23 @@ def load_skill(skill_id: str) -> SkillManifest:
     return read_skill(rskill_dir(skill_id))
 
 
+def find_skill(wanted: str) -> Path:
+    """The folder of the skill a person means: a path, or the name of a known one.
+
+    Raises:
+        ConfigError: there is neither, naming the skills there are.
+    """
+    here = (Path(wanted) / "rskill.yaml").is_file()
+    if here and (wanted not in skill_ids() or "/" in wanted):
+        return Path(wanted)
+    if wanted in skill_ids():
+        return rskill_dir(wanted)
+    raise ConfigError(
+        f"skill {wanted!r}: no {Path(wanted) / 'rskill.yaml'}, and none of that name ships or is "
+        f"installed (valid: {', '.join(skill_ids()) or 'none'}, or a folder)"
+    )
+
+
 def read_skill(folder: Path) -> SkillManifest:
     """Read and check ``folder/rskill.yaml``; its id must be the folder's name.
 

@@ -116,7 +116,7 @@ def _place(slot: Slot, robot: RobotManifest, by_part: dict[int, Route]) -> list[
         names = ", ".join(part.name for part in parts) or "none"
         return [
             f"expected exactly one part of robot {robot.id} to take it, got {names} "
-            f"({_describe_modes(robot)})"
+            f"({_describe_modes(_addressed(slot, robot) or robot.parts)})"
         ]
     route = _route(slot, robot, parts[0])
     known = by_part.get(route.part)
@@ -126,8 +126,15 @@ def _place(slot: Slot, robot: RobotManifest, by_part: dict[int, Route]) -> list[
     return []
 
 
-def _describe_modes(robot: RobotManifest) -> str:
-    return "; ".join(f"{part.name}: {', '.join(part.modes)}" for part in robot.parts)
+def _addressed(slot: Slot, robot: RobotManifest) -> list[Part]:
+    """The parts that a slot's joints or end effector belong to, whatever modes they take."""
+    if slot.joint_names is not None:
+        return [part for part in robot.parts if set(slot.joint_names) & set(part.joints)]
+    return [part for part in robot.parts if slot.ee and part.end_effector == slot.ee]
+
+
+def _describe_modes(parts: Iterable[Part]) -> str:
+    return "; ".join(f"{part.name} takes {', '.join(part.modes)}" for part in parts)
 
 
 def _takes(part: Part, slot: Slot) -> bool:

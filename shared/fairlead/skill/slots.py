@@ -75,6 +75,13 @@ class Slot(BaseModel):
     offset: tuple[float, ...] | None = None
     threshold: float | None = Field(default=None, allow_inf_nan=False)
 
+    @model_validator(mode="before")
+    @classmethod
+    def _no_unit(cls, data: Any) -> Any:
+        if isinstance(data, dict) and "joint_unit" in data:
+            raise ValueError("joint_unit: not in a slot; for degrees write scale: 0.0174533")
+        return data
+
     @field_validator("scale", "offset", mode="before")
     @classmethod
     def _one_number_is_a_list(cls, value: Any) -> Any:
