@@ -51,6 +51,8 @@ class ActedRow:
     frame: str
     active: tuple[int, ...]
     values: FloatArray
+    is_measured: bool = True
+    """Whether the newest state was measured after it (lockstep) or before (realtime)."""
 
 
 Before = Mapping[int, ActedRow]

@@ -17,7 +17,7 @@ from tests.differential.rows import RowMaker
 from tests.differential.states import StateMaker
 
 ROW_COUNTS = (1, 1, 2, 3, 4, 8)
-TICKS = (1, 2, 2**53 + 1, 2**63, 2**64 - 9, 2**64 - 3)
+TICKS = (2, 3, 2**53 + 1, 2**63, 2**64 - 9, 2**64 - 3)
 
 
 class CaseMaker:

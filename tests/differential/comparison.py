@@ -14,7 +14,7 @@ from tests.differential.claims import tightened
 from tests.differential.core_gate import Answer
 from tests.differential.fault import Fault
 from tests.differential.gate_file import GateFile
-from tests.differential.reference import Ruling, judge, open_tick
+from tests.differential.reference import NOT_ARMED, Ruling, has_stopped, judge, open_tick
 
 NOTHING = Fault(0, -1, "", "")
 ULPS = 4
@@ -42,18 +42,27 @@ def rulings(file: GateFile, case: Case) -> list[Ruling]:
     if case.earlier is not None:
         tick = open_tick(case.pacing, first.tick)
         found.append(judge(file, case.horizon_max, tick, first, {}, case.earlier))
-        before = {} if case.held else acted_rows(case.earlier, found[0])
+        is_measured = case.pacing == "lockstep"
+        before = {} if case.held else acted_rows(case.earlier, found[0], is_measured)
     tick = open_tick(case.pacing, case.measured.tick)
-    found.append(judge(file, case.horizon_max, tick, case.measured, before, case.chunk))
-    return found
+    ruling = judge(file, case.horizon_max, tick, case.measured, before, case.chunk)
+    if (
+        case.earlier is not None
+        and not case.held
+        and has_stopped(file, case.measured, case.earlier, found[0])
+    ):
+        ruling = NOT_ARMED
+    return [*found, ruling]
 
 
-def acted_rows(chunk: Chunk, ruling: Ruling) -> Before:
+def acted_rows(chunk: Chunk, ruling: Ruling, is_measured: bool) -> Before:
     """What the parts did when the HAL executed the first released row."""
     if ruling.row_count == 0:
         return {}
     return {
-        rows.part: ActedRow(rows.mode, rows.frame, rows.active, rows.values[ruling.first_row])
+        rows.part: ActedRow(
+            rows.mode, rows.frame, rows.active, rows.values[ruling.first_row], is_measured
+        )
         for rows in chunk.parts
     }
 

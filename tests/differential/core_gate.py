@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, TypeVar
+
+import numpy as np
 
 from fairlead.messages import (
     NO_TRACE,
@@ -118,13 +120,20 @@ class CoreGate:
         return tuple(acted)
 
     def start(self, pacing: Pacing, first: Measured, session: int = SESSION) -> None:
-        """A new gate that has met the HAL and is armed."""
+        """A new gate that has met the HAL, is armed at standstill and then sees ``first``."""
         self._gate.boot()
         self._now_ns, self._seq, self.has_stopped = 1_000_000, 0, False
         self._session = session
         self._tell("hal_status", self._status(pacing, first.tick))
-        self.state(first)
+        is_moving = bool(np.any(first.velocities != 0.0))
+        if is_moving:
+            none = np.zeros(len(first.velocities))
+            self.state(replace(first, tick=first.tick - 1, velocities=none))
+        else:
+            self.state(first)
         self.ask("arm", Arm(by="test"), ArmReply)
+        if is_moving:
+            self.state(first)
 
     def claim(self, case: Case) -> ClaimReply:
         """Claim every part of the robot with the case's limits."""

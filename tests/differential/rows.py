@@ -9,6 +9,7 @@ from fairlead.messages import FloatArray
 from tests.differential.case import Measured, PartRows
 from tests.differential.gate_file import JOINT_MODES, MODES, Block, GateFile
 from tests.differential.kinematics import quaternion_of, rotation_of
+from tests.differential.steps import own_speeds
 
 
 class RowMaker:
@@ -53,7 +54,7 @@ class RowMaker:
             place, turn = self._file.kinematics.pose(measured.positions, tool, frame)
             return np.concatenate([place, quaternion_of(turn)])
         if name == "cartesian_twist" and tool:
-            q, v = measured.positions, measured.velocities
+            q, v = measured.positions, own_speeds(self._file, part, measured.velocities)
             return self._file.kinematics.twist(q, v, tool, frame)
         if mode in JOINT_MODES:
             rates = {"joint_velocity": measured.velocities, "joint_torque": measured.efforts}

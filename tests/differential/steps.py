@@ -5,6 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+import numpy as np
+
+from fairlead.messages import FloatArray
 from tests.differential.absolute import norm
 from tests.differential.case import ActedRow, Before, Measured, PartRows
 from tests.differential.fault import Fault, above
@@ -12,6 +15,9 @@ from tests.differential.gate_file import JOINT_MODES, MODES, GateFile
 from tests.differential.poses import pose_jumps
 
 STILL = "a part changes its mode or frame at standstill only"
+UNMEASURED = STILL + ", after a tick without a row for it"
+FAST = "driven by torque: not above its velocity_limit"
+LEFT = "a joint is left out of torques at standstill only"
 
 
 def step_faults(
@@ -20,8 +26,12 @@ def step_faults(
     """The jump into one row of one part."""
     acted = before.get(rows.part)
     is_switch = acted is not None and (acted.mode, acted.frame) != (rows.mode, rows.frame)
-    if row == first_row and is_switch:
-        yield from _moving(file, measured, rows, row)
+    if row == first_row and acted is not None and is_switch:
+        if acted.is_measured:
+            yield from _moving(file, measured, rows, row)
+        else:
+            name = file.parts[rows.part].name
+            yield Fault(21, row, name, "mode", rows.mode, acted.mode, 0.0, UNMEASURED)
     if MODES[rows.mode] == "gripper_binary":
         return  # "Any switch is legal by declaration."
     if MODES[rows.mode] == "cartesian_pose":
@@ -88,6 +98,8 @@ def _joint_jump(
     limits = dict(zip(part.joints, block["step_limit"], strict=True))
     measured_of = {"joint_velocity": measured.velocities, "joint_torque": measured.efforts}
     rates = measured_of.get(MODES[rows.mode])
+    if code == 21 and MODES[rows.mode] == "joint_torque":
+        yield from too_fast(file, measured, rows, row)
     starts = []
     for index in rows.active if code == 21 else ():
         if rates is None:
@@ -95,12 +107,58 @@ def _joint_jump(
             starts.append((index, float(measured.positions[index]), room))
         elif index not in last:
             starts.append((index, float(rates[index]), limits[index]))
-    starts += [(index, last[index], limits[index]) for index in rows.active if index in last]
+    yield from _changes(file, rows, row, code, starts)
+    if code == 21:
+        yield from _left_out(file, measured, rows, row, last)
+    follows = [(index, last[index], limits[index]) for index in rows.active if index in last]
+    yield from _changes(file, rows, row, code, follows)
+
+
+def _changes(
+    file: GateFile, rows: PartRows, row: int, code: int, starts: list[tuple[int, float, float]]
+) -> Iterator[Fault]:
+    """Joints whose row lies further than the limit from where it starts (joint, start, limit)."""
+    part = file.parts[rows.part]
+    block = part.modes[rows.mode]
     for index, start, limit in starts:
         size = abs(float(rows.values[row][index]) - start)
         if not size <= limit:
             where = (part.name, file.joints[index].name)
             yield above(code, row, where, size, limit, block["source"])
+
+
+def too_fast(file: GateFile, measured: Measured, rows: PartRows, row: int) -> Iterator[Fault]:
+    """No torque "while a joint that it commands is measured above its velocity limit"."""
+    for index in rows.active:
+        joint, speed = file.joints[index], abs(float(measured.velocities[index]))
+        if not speed <= joint.velocity_limit:
+            where = (file.parts[rows.part].name, joint.name)
+            yield above(21, row, where, speed, joint.velocity_limit, FAST)
+
+
+def _left_out(
+    file: GateFile, measured: Measured, rows: PartRows, row: int, last: dict[int, float]
+) -> Iterator[Fault]:
+    """Joints of the row before that this one does not command: told 0 as a velocity, taken over by
+    their servo "at standstill only" after a torque, and where they were told to be otherwise."""
+    part, mode = file.parts[rows.part], MODES[rows.mode]
+    block = part.modes[rows.mode]
+    limits = dict(zip(part.joints, block["step_limit"], strict=True))
+    for index in sorted(set(last) - set(rows.active)):
+        joint, speed = file.joints[index], abs(float(measured.velocities[index]))
+        where = (part.name, joint.name)
+        if mode == "joint_velocity" and not abs(last[index]) <= limits[index]:
+            yield above(21, row, where, abs(last[index]), limits[index], block["source"])
+        if mode == "joint_torque" and not speed < joint.standstill:
+            yield above(21, row, where, speed, joint.standstill, LEFT)
+
+
+def own_speeds(file: GateFile, part: int, velocities: FloatArray) -> FloatArray:
+    """Only the part's own joints count: its twist comes on top of what other parts do."""
+    own = np.zeros_like(velocities)
+    joints = list(file.parts[part].joints)
+    own[joints] = velocities[joints]
+    return own
 
 
 def _norm_jump(
@@ -130,7 +188,7 @@ def _free_start(file: GateFile, rows: PartRows, measured: Measured) -> list[floa
     if MODES[rows.mode] == "cartesian_twist":
         tool = file.parts[rows.part].tool
         assert tool is not None
-        q, v = measured.positions, measured.velocities
+        q, v = measured.positions, own_speeds(file, rows.part, measured.velocities)
         return list(file.kinematics.twist(q, v, tool, rows.frame).tolist())
     x, y, yaw = file.parts[rows.part].joints
     angle = float(measured.positions[yaw])

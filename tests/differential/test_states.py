@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.differential.case import Case, Chunk, Measured, Pacing, PartRows
+from tests.differential.case import Case, Chunk, Measured, Pacing, PartRows, still
 from tests.differential.core_gate import CoreGate
 from tests.differential.gate_file import GateFile
 from tests.differential.gates import Pair
@@ -76,7 +76,7 @@ def disagreement(pair: Pair, seed: int, codes: Counter[int]) -> str:
     core, period_ns = pair.core, int(pair.core.file["period_ns"])
     timeout_ns = pair.file.protocol["state_timeout_ms"] * 1_000_000
     last = maker.draw(int(rng.integers(1, 200)))
-    core.start(pacing, last)
+    core.start(pacing, still(last.tick, last.positions))
     core.claim(Case(pair.robot, pacing, last, Chunk(last.tick, 1, ())))
     judge = StateJudge(pair.file, pacing, period_ns, timeout_ns)
     judge.arrivals.append((last.tick, core.now_ns))

@@ -43,7 +43,7 @@ STATE = {
     "layout": "aloha", "dim": 14, "bindings": {"joint_names": [*LEFT, *RIGHT]},
 }  # fmt: skip
 SEVEN = (0.05, -0.06, 0.07, -0.08, 0.09, -0.1, 0.04)
-TORQUES = (3.0, -6.0, 2.0, -4.0, 0.5, -0.625, 0.25)
+TORQUES = (3.0, -5.0, 2.0, -4.0, 0.5, -0.625, 0.25)
 SHIFT, TURN = (0.01, -0.02, 0.03), (0.02, -0.04, 0.06)
 """Of the pose, from where the tool is [m, rad]."""
 HALVES = (0.5, -0.25, 0.75, 0.25, -0.5, 0.875)
@@ -285,11 +285,11 @@ def test_joint_torque_pushes_each_joint_and_the_arm_brakes_afterwards(robot: Mod
 
 def test_an_arm_that_runs_away_under_a_torque_is_stopped_and_brakes(robot: ModeRobot) -> None:
     story, cause = robot.run_into_stop("joint-torque-runaway")
-    assert "G013" in cause and "right_joint1" in cause, cause
-    limit = ROBOT.profile("sim").measured["right_joint1"].jump_per_tick
+    assert "G021" in cause and "right_joint1" in cause, cause
+    limit = ROBOT.joint("right_joint1").velocity_limit
     own = ROBOT.joint_names.index("right_joint1")
     places = np.array([floats(state.positions)[own] for state in story.states])
-    assert np.diff(places).max() > limit
+    assert max(floats(state.velocities)[own] for state in story.states) > limit
     assert len(story.acted(PARTS["right_arm"])) < 40
     assert places[-1] - story.start[own] < 2.0, "it was stopped on its way to the joint's limit"
 

@@ -7,6 +7,7 @@
 
 #include "fairlead_safety/limits.hpp"
 #include "fairlead_safety/messages.hpp"
+#include "fairlead_safety/part_memory.hpp"
 
 namespace fairlead {
 
@@ -40,6 +41,8 @@ struct MeasuredState {
 struct RowBefore {
   const ActionChunk* chunk = nullptr;  // nullptr: the parts hold in that tick
   std::size_t row = 0;
+  bool measured = true;  // the newest state was measured after it acted (lockstep)
+  const PartMemories* memories = nullptr;  // by part; nullptr: nothing moved before
 };
 
 struct Judgement {
@@ -66,6 +69,10 @@ Evidence check_shape(const Limits& limits, const ClaimLimits& claim, const Actio
 Judgement judge_rows(const Limits& limits, const ClaimLimits& claim, const MeasuredState& state,
                      const ActionChunk& chunk, std::size_t first_row, const RowBefore& before);
 
+/// G011, and G021 for torques, of a released row that is about to act: may it still, in this state?
+Evidence check_running(const Limits& limits, const ClaimLimits& claim, const MeasuredState& state,
+                       const ActionChunk& chunk, std::size_t row);
+
 /// G011: every joint there and finite. `state` is the decoded message.
 Evidence check_state(const Limits& limits, const JointState& state);
 
@@ -74,5 +81,8 @@ Evidence check_jump(const Limits& limits, const MeasuredState& before, const Mea
 
 /// True if every joint is slower than its declared standstill velocity.
 bool at_standstill(const Limits& limits, const MeasuredState& state);
+
+/// The same of one part's joints.
+bool part_at_standstill(const Limits& limits, const MeasuredState& state, const PartLimits& part);
 
 }  // namespace fairlead

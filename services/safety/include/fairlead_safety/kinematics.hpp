@@ -26,10 +26,10 @@ struct Twist {
 Pose link_pose(const Kinematics& kinematics, const MeasuredState& state, std::size_t frame,
                std::size_t link);
 
-/// The velocity of `link` relative to the root, along the axes of `frame`: Jacobian times joint
-/// velocities.
+/// The velocity of `link` relative to the root, along the axes of `frame`, Jacobian times joint
+/// velocities; only of the joints of `part` where one is given.
 Twist link_twist(const Kinematics& kinematics, const MeasuredState& state, std::size_t frame,
-                 std::size_t link);
+                 std::size_t link, const PartLimits* part = nullptr);
 
 /// Angle between two rotations [rad], 0 to pi; q and -q are the same. NaN if a number is.
 double angle_between(const Eigen::Quaterniond& a, const Eigen::Quaterniond& b);

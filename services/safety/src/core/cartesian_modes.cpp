@@ -61,12 +61,14 @@ Evidence delta_start(const RowView& view, const Setpoint* acted) {
   return step_from(code::start, view, Twist{});
 }
 
-// A twist after none: against the tool's measured one, along the axes of the row's frame.
+// A twist after none: against the tool's measured one, along the axes of the row's frame. What
+// other parts add to it is not this part's: its twist comes on top of theirs.
 Evidence tool_twist_start(const RowView& view, const Setpoint* acted) {
   if (acted != nullptr) return {};
   const Kinematics& tree = view.limits.kinematics;
   const std::size_t frame = tree.find(view.now.action->frame_id);
-  return step_from(code::start, view, link_twist(tree, view.state, frame, view.part().tool));
+  return step_from(code::start, view,
+                   link_twist(tree, view.state, frame, view.part().tool, &view.part()));
 }
 
 Evidence body_twist_start(const RowView& view, const Setpoint* acted) {

@@ -40,6 +40,14 @@ Text check_part(const Limits& limits, std::size_t index) {
   for (const std::size_t j : part.joints)
     if (j >= limits.joints.size() || limits.joints[j].part != index)
       return phrase(key, ".joints: a joint that is not this part's");
+  for (std::size_t i = 0; i < part.joints.size(); ++i)
+    for (std::size_t k = 0; k < i; ++k)
+      if (part.joints[i] == part.joints[k])
+        return phrase(key, ".joints: ", limits.joints[part.joints[i]].name, " is there twice");
+  for (std::size_t j = 0; j < limits.joints.size(); ++j)
+    if (limits.joints[j].part == index && !part.joints.contains(j))
+      return phrase("joints.", limits.joints[j].name, ": ", part.name,
+                    " does not list it among its joints");
   if (part.tool != no_link && part.tool >= limits.kinematics.links.size())
     return phrase(key, ".tool_frame: no such link");
   return check_modes(limits, part);

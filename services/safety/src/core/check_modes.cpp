@@ -37,12 +37,16 @@ Text check_pose(const PoseLimits& block, const Text& key) {
                    positive(phrase(key, ".angular_step_limit"), block.angular_step_limit)});
 }
 
+Text check_gripper(const Limits& limits, const PartLimits& part, const Text& key) {
+  if (part.joints.size() == 1 && limits.joints[part.joints[0]].bounded) return {};
+  return phrase(key, ": expected exactly one joint, with bounds");
+}
+
 Text check_scalar(const Limits& limits, const PartLimits& part, const ScalarLimits& block,
                   Mode mode, const Text& key) {
-  if (mode == Mode::gripper_position &&
-      (part.joints.size() != 1 || !limits.joints[part.joints[0]].bounded))
-    return phrase(key, ": expected exactly one joint, with bounds");
-  return first_of({check_range(key, block.lower, block.upper),
+  const bool grips = mode == Mode::gripper_position;
+  return first_of({grips ? check_gripper(limits, part, key) : Text(),
+                   check_range(key, block.lower, block.upper),
                    positive(phrase(key, ".step_limit"), block.step_limit)});
 }
 
@@ -86,7 +90,7 @@ Text check_mode(const Limits& limits, const PartLimits& part, Mode mode) {
   if (const ScalarLimits* scalar = scalar_block(part.modes, number))
     return check_scalar(limits, part, *scalar, mode, key);
   if (mode == Mode::cartesian_pose) return check_pose(part.modes.cartesian_pose, key);
-  return {};  // gripper_binary has no number
+  return check_gripper(limits, part, key);  // gripper_binary has no number
 }
 
 }  // namespace

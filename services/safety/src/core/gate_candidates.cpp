@@ -182,7 +182,9 @@ void Gate::Core::give_verdict(LiveClaim& claim, const ActionChunk& chunk, Bytes 
 Judgement Gate::Core::judge_from(const LiveClaim& claim, const ActionChunk& chunk,
                                  std::size_t first_row) const {
   const Acted act = act_before(claim);
-  const RowBefore before = claim.plan.row_of(act);
+  RowBefore before = claim.plan.row_of(act);
+  before.measured = hal_.lockstep();
+  before.memories = &memories_;
   if (act.hold != 0 || before.chunk != nullptr)
     return judge_rows(limits_, claim.limits, hal_.state(), chunk, first_row, before);
   Judgement refused;
@@ -280,29 +282,6 @@ Released Gate::Core::make_release(const LiveClaim& claim, const Judgement& judge
   release.row_count = static_cast<std::uint32_t>(judgement.row_count);
   release.after = act_before(claim);
   return release;
-}
-
-// What acts in the tick before the first open one: measured in lockstep, expected in realtime.
-Acted Gate::Core::act_before(const LiveClaim& claim) const {
-  return hal_.lockstep() ? acted_of(claim) : claim.plan.expected();
-}
-
-// The row that the claim's parts executed. A part that its chunk did not address held beside it;
-// any other mixture is an act that nothing can continue from (verdict 0).
-Acted Gate::Core::acted_of(const LiveClaim& claim) const {
-  constexpr Acted unknown{0, 0, 0};
-  const FixedVec<Acted, max_parts>& acted = hal_.state().acted;
-  Acted act = acted[claim.limits.parts[0]];
-  for (const std::size_t part : claim.limits.parts) {
-    if (acted[part].hold != 0) continue;
-    if (act.hold == 0 && !same_act(act, acted[part])) return unknown;
-    act = acted[part];
-  }
-  const RowBefore row = claim.plan.row_of(act);
-  if (row.chunk == nullptr) return act;
-  for (const ActionPart& part : row.chunk->parts)
-    if (acted[part.part].hold != 0) return unknown;
-  return act;
 }
 
 }  // namespace fairlead

@@ -1,6 +1,7 @@
 // The gate's memory and its rules; `Gate` is the face of it. Spread over files by topic:
 // gate.cpp (steps, deadlines), gate_candidates.cpp (chunks), gate_states.cpp (robot, heartbeats,
-// stops), gate_queries.cpp (queries), gate_transitions.cpp (state machine), gate_publish.cpp.
+// stops), gate_queries.cpp (queries), gate_transitions.cpp (state machine), gate_publish.cpp,
+// gate_motion.cpp (modes in which parts move, rows that are about to act).
 #pragma once
 
 #include <array>
@@ -58,6 +59,12 @@ class Gate::Core {
   [[nodiscard]] std::uint64_t first_open_tick() const;
   [[nodiscard]] Acted act_before(const LiveClaim& claim) const;
   [[nodiscard]] Acted acted_of(const LiveClaim& claim) const;
+
+  // What still moves (gate_motion.cpp)
+  void begin_memories();
+  void update_memories();
+  void keep_memories(const LiveClaim& claim);
+  Evidence check_live_rows() const;
 
   // The robot
   void on_joint_state(Bytes frame);
@@ -134,6 +141,7 @@ class Gate::Core {
   std::uint64_t passive_outside_ = 0;  // bit i: passive joint i was outside its limits
   std::uint64_t counted_rival_ = 0;    // G002: the announced session whose state was counted
   Text status_fault_;                  // why the newest hal/status could not be read
+  PartMemories memories_;              // G021: in which mode each part may still move
   bool jump_memory_ = false;           // G013: the newest state may be compared with the next
 
   std::uint64_t lease_ns_ = 0;  // when the last lease was published

@@ -74,6 +74,7 @@ void Gate::Core::on_arm(Bytes frame) {
   begin_epoch();
   armed_ns_ = now_ns_;
   jump_memory_ = false;
+  begin_memories();
   claimless_since_ns_ = now_ns_;
   set_state(GateState::armed, phrase("armed by ", request.by));
   reply(ArmReply{epoch_, hal_.session()});

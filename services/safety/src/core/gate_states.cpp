@@ -126,6 +126,7 @@ void Gate::Core::on_new_tick(const JointState& message) {
     if (!evidence.ok()) return raise_stop(evidence);
   }
   jump_memory_ = true;
+  update_memories();
   for (LiveClaim& claim : claims_.places()) {
     if (claim.id == 0) continue;
     const Acted acted = acted_of(claim);
@@ -134,6 +135,8 @@ void Gate::Core::on_new_tick(const JointState& message) {
     // The HAL did something else than expected: what is left is judged from where it is now.
     if (claim.plan.current() != nullptr && !claim.plan.on_track()) judge_again(claim);
   }
+  const Evidence running = check_live_rows();
+  if (!running.ok()) return raise_stop(running);
   for (LiveClaim& claim : claims_.places()) {
     if (claim.id == 0 || claim.waiting.empty()) continue;
     const Name source = claim.source;

@@ -101,6 +101,7 @@ void Gate::Core::latch(const Text& cause) {
 
 void Gate::Core::end_claim(LiveClaim& claim, std::string_view reason) {
   log(phrase("claim ", Hex{claim.id}, " of ", claim.source, " ended: ", reason));
+  keep_memories(claim);
   claim.id = 0;
   claim.plan.clear();
   claim.waiting.clear();

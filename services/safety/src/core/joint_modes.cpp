@@ -33,6 +33,41 @@ Evidence leads_back(const JointLimits& joint, double velocity, double out) {
   return {};
 }
 
+// G011: the target leads back, where the joint is outside its bounds.
+Evidence target_leads_back(const RowView& view, std::size_t j) {
+  const JointLimits& joint = view.limits.joints[j];
+  const double measured = view.state.positions[j];
+  if (!joint.bounded || !is_outside(joint.bounds, measured)) return {};
+  const bool follows = view.previous.action != nullptr;
+  return reduces(joint, view.now[j], follows ? view.previous[j] : measured);
+}
+
+// G011: the velocity points towards the bounds, where the joint is outside them.
+Evidence velocity_leads_back(const RowView& view, std::size_t j) {
+  const JointLimits& joint = view.limits.joints[j];
+  const double measured = view.state.positions[j];
+  if (!joint.bounded || !is_outside(joint.bounds, measured)) return {};
+  return leads_back(joint, view.now[j], excess(joint.bounds, measured));
+}
+
+// The first fault that a rule finds among the joints that the row commands.
+Evidence each_active(const RowView& view, Evidence (*rule)(const RowView&, std::size_t)) {
+  for (const std::uint8_t j : view.now.action->active) {
+    const Evidence evidence = rule(view, j);
+    if (!evidence.ok()) return evidence;
+  }
+  return {};
+}
+
+// G021: a torque does not end where the velocity limit is reached.
+Evidence slow_enough(const RowView& view, std::size_t j) {
+  const JointLimits& joint = view.limits.joints[j];
+  const double speed = std::abs(view.state.velocities[j]);
+  if (speed <= joint.velocity_limit) return {};
+  return above(code::start, joint.name.view(), speed, joint.velocity_limit,
+               "driven by torque: not above its velocity_limit");
+}
+
 // Within the joint's own limit in both directions, and the claim's where it has a tighter one.
 Evidence within_own_limit(const RowView& view, std::size_t j, double own) {
   const double claimed = block_of(view).claimed_limit;
@@ -60,17 +95,16 @@ Evidence joint_target_absolute(const RowView& view) {
   for (const std::uint8_t j : view.now.action->active) {
     const JointLimits& joint = view.limits.joints[j];
     if (!joint.bounded) continue;  // continuous: no bound by declaration
-    const double target = view.now[j];
-    const double measured = view.state.positions[j];
-    const double previous = view.previous.action != nullptr ? view.previous[j] : measured;
-    const Evidence evidence = is_outside(joint.bounds, measured)
-                                  ? reduces(joint, target, previous)
-                                  : in_range(joint.name.view(), target, joint.bounds.lower,
+    const Evidence evidence = is_outside(joint.bounds, view.state.positions[j])
+                                  ? target_leads_back(view, j)
+                                  : in_range(joint.name.view(), view.now[j], joint.bounds.lower,
                                              joint.bounds.upper, joint.source);
     if (!evidence.ok()) return evidence;
   }
   return {};
 }
+
+Evidence joint_target_acting(const RowView& view) { return each_active(view, target_leads_back); }
 
 // Targets start where the robot is measured to be, also while rows act. The joint's tolerance is
 // added because a measurement may lie that far outside a range that the target keeps.
@@ -90,18 +124,29 @@ Evidence joint_target_start(const RowView& view, const Setpoint*) {
 // Towards the bounds where the joint is outside them.
 Evidence joint_velocity_absolute(const RowView& view) {
   for (const std::uint8_t j : view.now.action->active) {
-    const JointLimits& joint = view.limits.joints[j];
-    Evidence evidence = within_own_limit(view, j, joint.velocity_limit);
-    const double measured = view.state.positions[j];
-    if (evidence.ok() && joint.bounded && is_outside(joint.bounds, measured))
-      evidence = leads_back(joint, view.now[j], excess(joint.bounds, measured));
+    Evidence evidence = within_own_limit(view, j, view.limits.joints[j].velocity_limit);
+    if (evidence.ok()) evidence = velocity_leads_back(view, j);
     if (!evidence.ok()) return evidence;
   }
   return {};
 }
 
+Evidence joint_velocity_acting(const RowView& view) {
+  return each_active(view, velocity_leads_back);
+}
+
+// A joint that the row before commanded and that this one leaves out is told 0.
 Evidence joint_velocity_start(const RowView& view, const Setpoint* acted) {
-  return start_from(view, acted, view.state.velocities);
+  const Evidence evidence = start_from(view, acted, view.state.velocities);
+  if (!evidence.ok() || acted == nullptr) return evidence;
+  const JointModeLimits& mode = block_of(view);
+  for (const std::uint8_t j : acted->action->active) {
+    if (view.now.commands(j)) continue;
+    const Evidence left = at_most(code::start, view.limits.joints[j].name.view(), (*acted)[j],
+                                  mode.step_limit[j], mode.source);
+    if (!left.ok()) return left;
+  }
+  return {};
 }
 
 Evidence joint_torque_absolute(const RowView& view) {
@@ -112,9 +157,23 @@ Evidence joint_torque_absolute(const RowView& view) {
   return {};
 }
 
-// A part that holds is held by the torque that is measured, not by none.
+Evidence joint_torque_acting(const RowView& view) { return each_active(view, slow_enough); }
+
+// A part that holds is held by the torque that is measured, not by none. A joint that the row
+// before commanded and that this one leaves out is taken over by its servo: at standstill only.
 Evidence joint_torque_start(const RowView& view, const Setpoint* acted) {
-  return start_from(view, acted, view.state.efforts);
+  Evidence evidence = each_active(view, slow_enough);
+  if (evidence.ok()) evidence = start_from(view, acted, view.state.efforts);
+  if (!evidence.ok() || acted == nullptr) return evidence;
+  for (const std::uint8_t j : acted->action->active) {
+    if (view.now.commands(j)) continue;
+    const JointLimits& joint = view.limits.joints[j];
+    const double speed = std::abs(view.state.velocities[j]);
+    if (!(speed < joint.standstill_velocity))
+      return above(code::start, joint.name.view(), speed, joint.standstill_velocity,
+                   "a joint is left out of torques at standstill only");
+  }
+  return {};
 }
 
 // Of the joints that both rows command.

@@ -31,6 +31,16 @@ Evidence check_row(const Limits& limits, const ClaimLimits& claim, const Measure
 
 }  // namespace
 
+Evidence check_running(const Limits& limits, const ClaimLimits& claim, const MeasuredState& state,
+                       const ActionChunk& chunk, std::size_t row) {
+  for (const ActionPart& action : chunk.parts) {
+    const Evidence evidence = check_acting(view_of(limits, claim, state, action, row, 0));
+    if (!evidence.ok())
+      return at(evidence, static_cast<std::int64_t>(row), limits.parts[action.part].name);
+  }
+  return {};
+}
+
 Judgement judge_rows(const Limits& limits, const ClaimLimits& claim, const MeasuredState& state,
                      const ActionChunk& chunk, std::size_t first_row, const RowBefore& before) {
   Judgement judgement;

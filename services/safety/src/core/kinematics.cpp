@@ -55,14 +55,15 @@ Pose link_pose(const Kinematics& kinematics, const MeasuredState& state, std::si
 // Each joint on the way turns or slides all that hangs behind it; `twist` and `behind` (where the
 // link's origin is) are told in the frame that the walk has reached.
 Twist link_twist(const Kinematics& kinematics, const MeasuredState& state, std::size_t frame,
-                 std::size_t link) {
+                 std::size_t link, const PartLimits* part) {
   if (link >= kinematics.links.size())
     return {Eigen::Vector3d::Constant(unset), Eigen::Vector3d::Constant(unset)};
   Twist twist;
   Pose behind;
   for (; link != 0; link = kinematics.links[link].parent) {
     const Link& here = kinematics.links[link];
-    if (here.motion != LinkMotion::fixed) {
+    const bool counts = part == nullptr || part->joints.contains(here.joint);
+    if (here.motion != LinkMotion::fixed && counts) {
       const Eigen::Vector3d rate = state.velocities[here.joint] * vector(here.axis);
       if (here.motion == LinkMotion::turn) {
         twist.angular += rate;

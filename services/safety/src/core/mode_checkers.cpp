@@ -11,6 +11,7 @@ struct ModeChecker {
   Evidence (*absolute)(const RowView& view) = nullptr;
   Evidence (*start)(const RowView& view, const Setpoint* acted) = nullptr;
   Evidence (*step)(std::uint32_t code, const RowView& view, const Setpoint& before) = nullptr;
+  Evidence (*acting)(const RowView& view) = nullptr;
 };
 
 // A composite switch has no state to start from, and a binary gripper may switch at any time.
@@ -19,19 +20,21 @@ Evidence step_anywhere(std::uint32_t, const RowView&, const Setpoint&) { return 
 
 // By mode number. Nothing judges the rows of the two empty ones: they are refused by name.
 constexpr std::array<ModeChecker, mode_count> checkers{{
-    {joint_target_absolute, joint_target_start, joint_step},      // joint_position
-    {joint_velocity_absolute, joint_velocity_start, joint_step},  // joint_velocity
-    {joint_torque_absolute, joint_torque_start, joint_step},      // joint_torque
-    {},                                                           // joint_trajectory
-    {pose_absolute, pose_start, pose_step},                       // cartesian_pose
-    {norm_absolute, delta_start, norm_step},                      // cartesian_delta
-    {norm_absolute, tool_twist_start, norm_step},                 // cartesian_twist
-    {norm_absolute, body_twist_start, norm_step},                 // body_twist
-    {},                                                           // foot_placement
-    {binary_absolute, start_anywhere, step_anywhere},             // gripper_binary
-    {scalar_absolute, gripper_start, scalar_step},                // gripper_position
-    {joint_target_absolute, joint_target_start, joint_step},      // dex_hand_joint
-    {scalar_absolute, start_anywhere, scalar_step},               // composite_mode
+    // joint_position, joint_velocity, joint_torque
+    {joint_target_absolute, joint_target_start, joint_step, joint_target_acting},
+    {joint_velocity_absolute, joint_velocity_start, joint_step, joint_velocity_acting},
+    {joint_torque_absolute, joint_torque_start, joint_step, joint_torque_acting},
+    {},                                                // joint_trajectory
+    {pose_absolute, pose_start, pose_step},            // cartesian_pose
+    {norm_absolute, delta_start, norm_step},           // cartesian_delta
+    {norm_absolute, tool_twist_start, norm_step},      // cartesian_twist
+    {norm_absolute, body_twist_start, norm_step},      // body_twist
+    {},                                                // foot_placement
+    {binary_absolute, start_anywhere, step_anywhere},  // gripper_binary
+    {scalar_absolute, gripper_start, scalar_step},     // gripper_position
+    // dex_hand_joint
+    {joint_target_absolute, joint_target_start, joint_step, joint_target_acting},
+    {scalar_absolute, start_anywhere, scalar_step},  // composite_mode
 }};
 
 const ModeChecker& checker_of(const RowView& view) {
@@ -45,6 +48,26 @@ const ActionPart* command_before(const RowBefore& before, const ActionPart& acti
   for (const ActionPart& other : before.chunk->parts)
     if (other.part == action.part) return &other;
   return nullptr;
+}
+
+// G021: a part changes its mode, or the frame it is told in, at standstill only. In lockstep the
+// state was measured after the row that acts before, so standstill is all it takes; in realtime it
+// was measured before that row, so only a state after a tick without a row can show it, and such a
+// state ends the memory.
+Evidence check_change(const RowView& view, const RowBefore& before, const ActionPart* last) {
+  const ActionPart& action = *view.now.action;
+  PartMemory moved_in;
+  if (last != nullptr)
+    moved_in.note(*last);
+  else if (before.memories != nullptr)
+    moved_in = (*before.memories)[action.part];
+  if (!moved_in.differs(action)) return {};
+  if (before.measured)
+    return check_still(view, "a part changes its mode or frame at standstill only");
+  return broken_rule(code::start, "mode",
+                     "a part changes its mode or frame at standstill only, after a tick without a "
+                     "row for it",
+                     action.mode, moved_in.mode);
 }
 
 }  // namespace
@@ -63,16 +86,19 @@ Evidence check_start(const RowView& view, const RowBefore& before) {
   const ActionPart* last = command_before(before, action);
   const bool goes_on =
       last != nullptr && last->mode == action.mode && last->frame_id == action.frame_id;
-  if (last != nullptr && !goes_on) {
-    const Evidence moving =
-        check_still(view, "a part changes its mode or frame at standstill only");
-    if (!moving.ok()) return moving;
-  }
+  const Evidence change = check_change(view, before, last);
+  if (!change.ok()) return change;
   const ModeChecker& checker = checker_of(view);
   if (!goes_on) return checker.start(view, nullptr);
   const Setpoint acted = row_of(*last, before.row, view.limits);
   const Evidence evidence = checker.start(view, &acted);
   return evidence.ok() ? checker.step(code::start, view, acted) : evidence;
+}
+
+Evidence check_acting(const RowView& view) {
+  const Evidence outside = check_outside(view);
+  const ModeChecker& checker = checker_of(view);
+  return !outside.ok() || checker.acting == nullptr ? outside : checker.acting(view);
 }
 
 Evidence check_step(const RowView& view) {

@@ -3,6 +3,7 @@
 //   absolute  G020: limits of a row by itself; and G011 for joints that the row moves
 //   start     G021: the first live row against the measured state. `acted`: the row of the same
 //             part, mode and frame that acts right before, nullptr if there is none
+//   acting    what must hold on when a newer state is measured, nullptr if nothing does
 //   step      G022, and G021 against `acted`: the change from one row to the next
 #pragma once
 
@@ -19,13 +20,20 @@ Evidence check_start(const RowView& view, const RowBefore& before);
 /// G022: a row against `view.previous`.
 Evidence check_step(const RowView& view);
 
+/// What a released row has to keep to when a newer state has been measured: G011, and the speed of
+/// a joint that is driven by torque.
+Evidence check_acting(const RowView& view);
+
 // joint_modes.cpp: joint_position and dex_hand_joint (targets), joint_velocity, joint_torque
 Evidence joint_target_absolute(const RowView& view);
 Evidence joint_target_start(const RowView& view, const Setpoint* acted);
+Evidence joint_target_acting(const RowView& view);
 Evidence joint_velocity_absolute(const RowView& view);
 Evidence joint_velocity_start(const RowView& view, const Setpoint* acted);
+Evidence joint_velocity_acting(const RowView& view);
 Evidence joint_torque_absolute(const RowView& view);
 Evidence joint_torque_start(const RowView& view, const Setpoint* acted);
+Evidence joint_torque_acting(const RowView& view);
 Evidence joint_step(std::uint32_t code, const RowView& view, const Setpoint& before);
 
 // cartesian_modes.cpp: cartesian_delta, cartesian_twist, body_twist

@@ -16,6 +16,12 @@ Evidence check_still(const RowView& view, std::string_view rule) {
   return {};
 }
 
+bool part_at_standstill(const Limits& limits, const MeasuredState& state, const PartLimits& part) {
+  for (const std::size_t j : part.joints)
+    if (!(std::abs(state.velocities[j]) < limits.joints[j].standstill_velocity)) return false;
+  return true;
+}
+
 bool at_standstill(const Limits& limits, const MeasuredState& state) {
   const std::size_t commanded = limits.joints.size();
   for (std::size_t i = 0; i < state.count; ++i) {

@@ -100,3 +100,19 @@ TEST_CASE("G011 cartesian twist: refused while a joint of the part is outside it
   state.positions[arm_2] = -2.2;
   CHECK(code({{0, 0, 0, 0, 0, 0}}, state) == 11);
 }
+
+TEST_CASE("G021 a tool twist: what another part adds to the tool's motion is not this part's") {
+  static Limits limits = test_limits();
+  limits.parts[arm].joints.erase_at(0);  // arm_1 is another part's, and turns the whole arm
+  (void)limits.parts[base].joints.push_back(arm_1);
+  limits.joints[arm_1].part = base;
+  ClaimLimits claim = whole_robot(limits);
+  claim.modes[arm].cartesian_twist.linear_step_limit = 0.2;
+  MeasuredState state = state_at_rest();
+  state.velocities[arm_1] = 1.0;  // the tool moves at 0.7 m/s along y
+  const auto start = [&](const Row& row) {
+    return judge_rows(limits, claim, state, twist({row}).chunk, 0, {}).evidence.code;
+  };
+  CHECK(start({0, 0, 0, 0, 0, 0}) == 0);
+  CHECK(start({0, 0.45, 0, 0, 0, 1.0}) == 21);
+}

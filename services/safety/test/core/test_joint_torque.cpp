@@ -77,3 +77,29 @@ TEST_CASE("G011 joint torque: no row is seen to lead a joint back") {
   state.positions[arm_1] = 2.0625;  // within the tolerance
   CHECK(judge(torque({1.0}).chunk, state).evidence.code == 0);
 }
+
+TEST_CASE("G021 joint torque: no row while a commanded joint is above its velocity limit") {
+  MeasuredState state = state_at_rest();
+  const auto code = [&state](std::uint8_t joint) {
+    return judge(torque({1.0}, joint).chunk, state).evidence.code;
+  };
+  for (const double speed : {1.5, -1.5}) {
+    state.velocities[arm_1] = speed;
+    CHECK(code(arm_1) == 0);
+  }
+  for (const double speed : {just_above(1.5), just_below(-1.5), not_a_number}) {
+    state.velocities[arm_1] = speed;
+    CHECK(code(arm_1) == 21);
+    CHECK(code(arm_2) == 0);
+  }
+}
+
+TEST_CASE("G021 joint torque: a joint is left to its servo at standstill only") {
+  MeasuredState state = state_at_rest();
+  ChunkBuilder previous = torque({5.0});
+  state.velocities[arm_1] = just_below(0.05);
+  CHECK(code_after(previous, torque({0.0}, arm_2), state) == 0);
+  state.velocities[arm_1] = -0.05;
+  CHECK(code_after(previous, torque({0.0}, arm_2), state) == 21);
+  CHECK(code_after(previous, torque({5.0}), state) == 0);
+}

@@ -185,3 +185,17 @@ TEST_CASE("the protocol's own limits are within what the gate has room for") {
   CHECK_FALSE(fault(&ProtocolLimits::bad_frames_window_ticks, 0U).empty());
   CHECK_FALSE(fault_after([](Limits& l) { l.period_ns = 0; }).empty());
 }
+
+TEST_CASE("a binary gripper is one joint with bounds, like one of openings") {
+  CHECK(fault_after([](Limits& l) { l.parts[arm].modes.gripper_binary = binary_mode(); }) ==
+        "parts.arm.modes.gripper_binary: expected exactly one joint, with bounds");
+}
+
+TEST_CASE("every joint is listed once, by the part it says it belongs to") {
+  CHECK(fault_after([](Limits& l) { l.parts[arm].joints[1] = arm_1; }) ==
+        "parts.arm.joints: arm_1 is there twice");
+  CHECK(fault_after([](Limits& l) { (void)l.parts[arm].joints.push_back(arm_1); }) ==
+        "parts.arm.joints: arm_1 is there twice");
+  CHECK(fault_after([](Limits& l) { l.parts[base].joints.erase_at(2); }) ==
+        "joints.base_yaw: base does not list it among its joints");
+}

@@ -161,3 +161,26 @@ TEST_CASE("G021 a part changes its mode at standstill only") {
   state.velocities[base_x] = 0.05;
   CHECK(code_after(before, twist, state) == 21);
 }
+
+TEST_CASE("G021 a joint that is left out of velocities counts as told 0") {
+  const auto velocities = [](double first, double second) {
+    Row row(joint_count, 0.0);
+    row[arm_1] = first;
+    row[arm_2] = second;
+    return ChunkBuilder().add(arm, Mode::joint_velocity, {row}, {arm_1, arm_2});
+  };
+  const ChunkBuilder second = ChunkBuilder().joint(arm, Mode::joint_velocity, arm_2, {0.1});
+  for (const double sign : {1.0, -1.0}) {
+    ChunkBuilder slow = velocities(sign * 0.5, 0.1);  // step limit 0.5
+    CHECK(code_after(slow, second) == 0);
+    ChunkBuilder fast = velocities(sign * just_above(0.5), 0.1);
+    CHECK(code_after(fast, second) == 21);
+  }
+}
+
+TEST_CASE("a joint that is left out of targets keeps its setpoint: no step") {
+  Row row(joint_count, 0.0);
+  row[arm_1] = 1.0;
+  ChunkBuilder both = ChunkBuilder().add(arm, Mode::joint_position, {row}, {arm_1, arm_2});
+  CHECK(code_after(both, ChunkBuilder().joint(arm, Mode::joint_position, arm_2, {0.1})) == 0);
+}

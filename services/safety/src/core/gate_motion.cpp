@@ -1,0 +1,88 @@
+// What moves: the rows that acted, in which mode each part still moves, and whether the rows that
+// act next still may.
+
+#include "gate_core.hpp"
+
+namespace fairlead {
+
+// What acts in the tick before the first open one: measured in lockstep, expected in realtime.
+Acted Gate::Core::act_before(const LiveClaim& claim) const {
+  return hal_.lockstep() ? acted_of(claim) : claim.plan.expected();
+}
+
+// The row that the claim's parts executed. A part that its chunk did not address held beside it;
+// any other mixture is an act that nothing can continue from (verdict 0).
+Acted Gate::Core::acted_of(const LiveClaim& claim) const {
+  constexpr Acted unknown{0, 0, 0};
+  const FixedVec<Acted, max_parts>& acted = hal_.state().acted;
+  Acted act = acted[claim.limits.parts[0]];
+  for (const std::size_t part : claim.limits.parts) {
+    if (acted[part].hold != 0) continue;
+    if (act.hold == 0 && !same_act(act, acted[part])) return unknown;
+    act = acted[part];
+  }
+  const RowBefore row = claim.plan.row_of(act);
+  if (row.chunk == nullptr) return act;
+  for (const ActionPart& part : row.chunk->parts)
+    if (acted[part.part].hold != 0) return unknown;
+  return act;
+}
+
+// Nothing is known of what happened before arming.
+void Gate::Core::begin_memories() {
+  for (std::size_t i = 0; i < limits_.parts.size(); ++i) {
+    memories_[i] = PartMemory{};
+    if (!part_at_standstill(limits_, hal_.state(), limits_.parts[i]))
+      memories_[i].kind = PartMemory::Kind::unknown;
+  }
+}
+
+// By what each part did in the tick before the newest state.
+void Gate::Core::update_memories() {
+  for (std::size_t i = 0; i < limits_.parts.size(); ++i) {
+    const Acted& act = hal_.state().acted[i];
+    PartMemory& memory = memories_[i];
+    if (act.hold != 0) {
+      if (part_at_standstill(limits_, hal_.state(), limits_.parts[i])) memory = PartMemory{};
+      continue;
+    }
+    const LiveClaim* claim = claims_.holder_of(i);
+    const RowBefore row = claim != nullptr ? claim->plan.row_of(act) : RowBefore{};
+    bool found = false;
+    if (row.chunk != nullptr)
+      for (const ActionPart& action : row.chunk->parts)
+        if (action.part == i) {
+          memory.note(action);
+          found = true;
+        }
+    // A row of a claim that has ended: `keep_memories` has noted its mode.
+    if (!found && memory.kind == PartMemory::Kind::none) memory.kind = PartMemory::Kind::unknown;
+  }
+}
+
+// The HAL may still execute a row of a claim that ends here.
+void Gate::Core::keep_memories(const LiveClaim& claim) {
+  const Released* release = claim.plan.current();
+  if (release == nullptr) return;
+  for (const ActionPart& action : claim.plan.chunk_of(*release).parts)
+    memories_[action.part].add(action);
+}
+
+// The rows that act next were released from an older state. What they may not do in this one is a
+// stop: the HAL has them already. Other limits cannot be broken by a newer state.
+Evidence Gate::Core::check_live_rows() const {
+  for (const LiveClaim& claim : claims_.places()) {
+    if (claim.id == 0) continue;
+    Acted next = claim.plan.expected();
+    if (!hal_.lockstep()) ++next.row;  // the row of this tick acts already
+    const RowBefore row = claim.plan.row_of(next);
+    if (row.chunk == nullptr) continue;
+    Evidence evidence = check_running(limits_, claim.limits, hal_.state(), *row.chunk, row.row);
+    if (evidence.ok()) continue;
+    evidence.raises_stop = true;
+    return evidence;
+  }
+  return {};
+}
+
+}  // namespace fairlead

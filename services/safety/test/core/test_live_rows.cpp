@@ -1,0 +1,82 @@
+// Released rows meet newer states: G011, and the speed of a joint that is driven by torque.
+
+#include "acted_rows.hpp"
+
+using namespace fairlead;
+using namespace fairlead::test;
+
+namespace {
+
+constexpr Acted hold{2, 0, 0};
+
+// An arm whose two joints were told something for three ticks; the first row has begun.
+struct LiveArm : GateRig {
+  SafeChunk safe;
+
+  LiveArm(bool in_lockstep, double position, Mode mode, const Row& values) : GateRig(in_lockstep) {
+    positions[arm_1] = position;
+    ready();
+    ChunkBuilder builder = chunk();
+    builder.chunk.parts.clear();
+    builder.chunk.start_tick += lockstep ? 0 : 1;
+    Rows rows;
+    for (const double value : values) {
+      Row row(joint_count, 0.0);
+      row[arm_1] = value;
+      rows.push_back(row);
+    }
+    builder.add(fairlead::test::arm, mode, rows, {arm_1, arm_2});
+    const Verdict verdict = send_chunk(builder);
+    REQUIRE(verdict.code == 0);
+    safe = safe_chunk();
+  }
+  void after_row() {
+    if (!lockstep) next_tick(hold);
+    next_tick_of({row_of(safe, 0), hold, hold, hold});
+  }
+  bool stopped() const { return gate->state() == GateState::stopped; }
+};
+
+}  // namespace
+
+TEST_CASE("G011 released rows stop where a joint has left its bounds and they do not lead back") {
+  for (const bool lockstep : {true, false}) {
+    for (const Mode mode : {Mode::joint_velocity, Mode::joint_torque}) {
+      LiveArm rig(lockstep, 2.0, mode, {0.5, 0.5, 0.5});
+      rig.positions[arm_1] = just_above(2.1);  // bounds of 2, tolerance 0.1
+      rig.after_row();
+      CHECK(rig.stopped());
+      const Text cause = rig.status().cause;
+      CHECK(cause.view().starts_with("stopped: G011 arm arm_1: "));
+    }
+  }
+}
+
+TEST_CASE("G011 released rows run on within the tolerance, and where they lead back") {
+  for (const bool lockstep : {true, false}) {
+    LiveArm inside(lockstep, 2.0, Mode::joint_velocity, {0.5, 0.5, 0.5});
+    inside.positions[arm_1] = 2.09;
+    inside.after_row();
+    CHECK_FALSE(inside.stopped());
+    LiveArm back(lockstep, 2.2, Mode::joint_velocity, {-0.5, -0.5, -0.5});
+    back.after_row();
+    CHECK_FALSE(back.stopped());
+    LiveArm target(lockstep, 2.2, Mode::joint_position, {2.15, 2.1, 2.05});
+    target.after_row();
+    CHECK_FALSE(target.stopped());
+  }
+}
+
+TEST_CASE("G021 a torque stops where its joint is faster than its velocity limit") {
+  for (const bool lockstep : {true, false}) {
+    LiveArm fast(lockstep, 0.0, Mode::joint_torque, {5.0, 5.0, 5.0});
+    fast.velocities[arm_1] = just_above(1.5);
+    fast.after_row();
+    CHECK(fast.stopped());
+    CHECK(fast.status().cause.view().starts_with("stopped: G021 arm arm_1: "));
+    LiveArm fine(lockstep, 0.0, Mode::joint_torque, {5.0, 5.0, 5.0});
+    fine.velocities[arm_1] = -1.5;
+    fine.after_row();
+    CHECK_FALSE(fine.stopped());
+  }
+}

@@ -1,0 +1,134 @@
+// G021: a part changes its mode or frame at standstill only, whatever held or moved beside it.
+
+#include "acted_rows.hpp"
+
+using namespace fairlead;
+using namespace fairlead::test;
+
+namespace {
+
+constexpr Acted hold{2, 0, 0};
+
+// A base that is told 0.5 m/s at tick 100 and does it, armed and claimed, in either pacing.
+struct MovingBase : GateRig {
+  SafeChunk safe;
+  std::uint64_t lead;  // ticks from the newest state to the first row
+
+  explicit MovingBase(bool in_lockstep) : GateRig(in_lockstep), lead(in_lockstep ? 0 : 1) {
+    ready();
+    const Verdict verdict = send_chunk(speeds({0.5}));
+    REQUIRE(verdict.code == 0);
+    safe = safe_chunk();
+  }
+  ChunkBuilder speeds(const Row& values) {
+    ChunkBuilder builder = chunk(values);
+    builder.chunk.start_tick += lead;
+    return builder;
+  }
+  ChunkBuilder twist() {
+    ChunkBuilder builder = speeds({0.0});
+    builder.chunk.parts.clear();
+    return builder.along(base, Mode::body_twist, 0, {0.4});
+  }
+  ChunkBuilder grip() {
+    ChunkBuilder builder = speeds({0.0});
+    builder.chunk.parts.clear();
+    return builder.scalar(gripper, Mode::gripper_binary, {1.0});
+  }
+  // The first row has acted; the base moves (or not) at the state that says so.
+  void act(double speed) {
+    if (lead == 1) next_tick(hold);  // the row is for the tick that begins now
+    velocities[base_x] = speed;
+    next_tick_of({hold, hold, row_of(safe, 0), hold});
+  }
+};
+
+}  // namespace
+
+TEST_CASE("G021 a held tick does not let a moving part change its mode; standstill does") {
+  for (const bool lockstep : {true, false}) {
+    MovingBase rig(lockstep);
+    rig.act(0.5);
+    rig.next_tick(hold);
+    CHECK(rig.send_chunk(rig.twist()).code == 21);
+    rig.velocities[base_x] = 0.04;
+    rig.next_tick(hold);
+    CHECK(rig.send_chunk(rig.twist()).code == 0);
+  }
+}
+
+TEST_CASE("G021 a chunk for another part does not let a moving part change its mode") {
+  MovingBase rig(true);
+  rig.act(0.5);
+  REQUIRE(rig.send_chunk(rig.grip()).code == 0);
+  const SafeChunk grip = rig.safe_chunk();
+  rig.next_tick_of({hold, row_of(grip, 0), hold, hold});
+  CHECK(rig.send_chunk(rig.twist()).code == 21);
+}
+
+TEST_CASE("G021 the same mode goes on after a hold, also while the part moves") {
+  for (const bool lockstep : {true, false}) {
+    MovingBase rig(lockstep);
+    rig.act(0.5);
+    rig.next_tick(hold);
+    CHECK(rig.send_chunk(rig.speeds({0.5})).code == 0);
+  }
+}
+
+TEST_CASE("G021 a part that came to rest may change its mode, though it moves again by itself") {
+  MovingBase rig(true);
+  rig.act(0.5);
+  rig.velocities[base_x] = 0.0;
+  rig.next_tick(hold);
+  rig.velocities[base_x] = 0.06;
+  rig.next_tick(hold);
+  CHECK(rig.send_chunk(rig.twist()).code == 0);
+}
+
+TEST_CASE("G021 lockstep: standstill after the row that acted is enough") {
+  MovingBase rig(true);
+  rig.act(0.04);
+  CHECK(rig.send_chunk(rig.twist()).code == 0);
+}
+
+TEST_CASE("G021 realtime: a row that begins in this tick is not measured yet") {
+  MovingBase rig(false);
+  rig.next_tick(hold);  // stands still, but the row acts from now on
+  const Verdict early = rig.send_chunk(rig.twist());
+  CHECK(early.code == 21);
+  CHECK(early.axis == "mode");
+  rig.next_tick_of({hold, hold, row_of(rig.safe, 0), hold});
+  CHECK(rig.send_chunk(rig.twist()).code == 21);  // still, but after a row: it may have just begun
+  rig.next_tick(hold);
+  CHECK(rig.send_chunk(rig.twist()).code == 0);
+}
+
+TEST_CASE("G021 a part in motion at arming needs standstill before its first row") {
+  for (const bool lockstep : {true, false}) {
+    GateRig rig(lockstep);
+    rig.velocities[base_x] = 0.5;
+    rig.ready();
+    const auto send = [&rig, lockstep] {
+      ChunkBuilder chunk = rig.chunk({0.5});
+      chunk.chunk.start_tick += lockstep ? 0 : 1;
+      return rig.send_chunk(chunk).code;
+    };
+    CHECK(send() == 21);
+    rig.next_tick(hold);
+    CHECK(send() == 21);
+    rig.velocities[base_x] = 0.0;
+    rig.next_tick(hold);
+    CHECK(send() == 0);
+  }
+}
+
+TEST_CASE("G021 the claim that moved a part has ended: the next one may not change its mode") {
+  MovingBase rig(true);
+  rig.act(0.5);
+  rig.send(EventKind::release, Release{"runner", rig.claim_id});
+  rig.take_claim();
+  rig.seq = 0;
+  rig.next_tick(hold);
+  CHECK(rig.send_chunk(rig.twist()).code == 21);
+  CHECK(rig.send_chunk(rig.speeds({0.5})).code == 0);
+}
