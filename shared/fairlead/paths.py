@@ -75,6 +75,12 @@ def robot_folders() -> tuple[Path, ...]:
     return (repo_root() / "robots", _users_own(ROBOTS_VARIABLE, "robots"))
 
 
+def robot_ids() -> tuple[str, ...]:
+    """Ids of every robot that ships and of every one of the user's own, sorted."""
+    found = {path.parent.name for one in robot_folders() for path in one.glob("*/robot.yaml")}
+    return tuple(sorted(found))
+
+
 def deployment_path(wanted: str) -> Path:
     """The deployment file a person means: a path, or the name of one in ``compose/``.
 

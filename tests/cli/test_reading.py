@@ -27,6 +27,14 @@ def test_skill_ls_lists_every_skill_with_its_admission(tmp_path: Path) -> None:
     assert rows[SKILL] == {"skill": SKILL, "admitted": True, "reasons": []}
 
 
+def test_robot_ls_lists_every_robot_with_its_parts_and_modes(tmp_path: Path) -> None:
+    rows = {row["robot"]: row for row in document("robot", "ls", state=tmp_path)}
+    parts = {part.name: list(part.modes) for part in load_robot("panda").parts}
+    assert rows["panda"] == {"robot": "panda", "hz": 20.0, "joints": 8, "parts": parts}
+    table = fairlead("robot", "ls", state=tmp_path).stdout
+    assert "dual_panda" in table and "right_hand" in table
+
+
 def test_skill_check_passes_the_shipped_skill(tmp_path: Path) -> None:
     report = document("skill", "check", SKILL, state=tmp_path)
     assert report == {"skill": SKILL, "robot": "panda_mobile", "admitted": True, "reasons": []}

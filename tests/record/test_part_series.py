@@ -29,7 +29,7 @@ from fairlead.modes import ControlMode
 from fairlead.record.film import pixels, write_film
 from fairlead.record.part_series import Panel, held_ticks, panels
 from fairlead.record.recorder import Recorder, Recording, first_outcomes
-from fairlead.record.timeline import draw_timeline, hold_names
+from fairlead.record.timeline import draw_timeline, hold_names, verdict_counts
 from fairlead.robot.manifest import load_robot
 from fairlead.wire.bus import Qos
 from fairlead.wire.memory_bus import MemoryBus
@@ -156,7 +156,17 @@ def test_a_tick_in_which_every_part_held_is_marked_with_its_reason(recording: Re
 
 def test_only_the_first_verdict_of_a_chunk_counts(recording: Recording) -> None:
     recording.verdicts += [verdict(1, Outcome.REFUSED, 4), verdict(1, Outcome.REFUSED, 20, "demo")]
+    recording.verdict_ticks += [10, 10]
     assert first_outcomes(recording, "runner") == {(1, 1): "released", (1, 2): "refused"}
+
+
+def test_the_timeline_counts_a_chunk_once_however_often_it_was_answered(
+    recording: Recording,
+) -> None:
+    once = verdict_counts(recording)
+    recording.verdicts += [verdict(1, Outcome.RELEASED), verdict(1, Outcome.REFUSED, 20, "demo")]
+    recording.verdict_ticks += [10, 10]
+    assert verdict_counts(recording) == {**once, "refused": once["refused"] + 1}
 
 
 def test_the_recorder_keeps_what_it_hears_and_drops_repeats_of_a_tick() -> None:

@@ -21,6 +21,7 @@ WANTED = {
         "skill check",
         "skill new",
         "skill install",
+        "robot ls",
         "robot show",
         "robot bounds",
         "robot compile",

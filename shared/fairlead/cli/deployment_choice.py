@@ -45,11 +45,16 @@ def choose_deployment(file: Path | None) -> Deployment:
         ConfigError: several run.
         NoAnswerError: none runs, naming those that can be started.
     """
+    return load_deployment(choose_file(file))
+
+
+def choose_file(file: Path | None) -> Path:
+    """The file of the deployment a command is about; raises as `choose_deployment` does."""
     if file is not None:
-        return load_deployment(file)
+        return file
     running = sorted({entry.deployment for entry in Registry().entries()})
     if len(running) == 1:  # perhaps once for each of its hosts
-        return load_deployment(Path(running[0]))
+        return Path(running[0])
     if running:
         files = "\n".join(f"  --deployment {file}" for file in running)
         raise ConfigError(f"several deployments run on this machine; add one of:\n{files}")

@@ -11,10 +11,12 @@ import msgspec
 import typer
 
 from fairlead.cli.console import print_json
-from fairlead.cli.deployment_choice import DeploymentOption, JsonOption, choose_deployment
+from fairlead.cli.deployment_choice import DeploymentOption, JsonOption, choose_file
 from fairlead.cli.progress_line import ProgressLine
+from fairlead.cli.starting import wait_started
 from fairlead.cli.status import state_and_cause
 from fairlead.cli.wire_number import MAX_NUMBER
+from fairlead.deploy.deployment import load_deployment
 from fairlead.messages import GateState, GoalResult
 from fairlead.operate.client import RobotClient
 from fairlead.operate.goal_run import GoalInterrupted, GoalWish, run_goal
@@ -28,7 +30,7 @@ MAX_STALL_S = 86_400.0
 
 
 def command(
-    skill: Annotated[str, typer.Argument(help="folder under rskills/")],
+    skill: Annotated[str, typer.Argument(help="a skill of: fairlead skill ls")],
     deployment: DeploymentOption = None,
     seed: Annotated[
         int | None,
@@ -55,9 +57,11 @@ def command(
     It disarms only if it armed, and only if no other claim is live. Ctrl-C cancels the goal.
     """
     manifest = load_skill(skill)
-    chosen = choose_deployment(deployment)
+    file = choose_file(deployment)
+    chosen = load_deployment(file)
     robot = load_robot(chosen.robot)
     require_admission(manifest, robot)  # what cannot run should not arm anything
+    wait_started(file, lambda line: typer.echo(line, err=True))
     with RobotClient(chosen, by="fairlead run") as client:
         client.wait_alive(*chosen.services)
         client.wait_gate_follows()

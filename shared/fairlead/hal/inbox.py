@@ -10,6 +10,7 @@ from typing import TypeVar
 
 from fairlead.errors import MessageError
 from fairlead.hal.core import HalCore
+from fairlead.hal.lease_follower import OTHER_SESSION
 from fairlead.keys import Keys, last_chunk
 from fairlead.messages import Lease, Message, SafeChunk, StopLevel, decode
 from fairlead.wire.bus import Bus, Sample, Undeclare
@@ -47,6 +48,7 @@ class HalInbox:
         self._changed = changed
         self._clock = clock
         self.refused: Counter[str] = Counter()
+        self._said: set[tuple[str, int]] = set()
         self._subscriptions: list[Undeclare] = [
             bus.subscribe(keys.lease, self._on_lease),
             bus.subscribe(keys.every_safe, self._on_safe_chunk),
@@ -102,5 +104,9 @@ class HalInbox:
 
     def _refuse(self, key: str, reason: str, detail: str = "") -> None:
         self.refused[reason] += 1
-        if self.refused[reason] == 1 and reason not in EXPECTED:
-            _LOG.warning("%s: ignored: %s%s", key, reason, f": {detail}" if detail else "")
+        # A gate that was here first speaks of the last session until it has seen this one.
+        is_start = reason == OTHER_SESSION and self._core.gate_state is None
+        level = logging.INFO if is_start else logging.WARNING
+        if reason not in EXPECTED and (reason, level) not in self._said:
+            self._said.add((reason, level))
+            _LOG.log(level, "%s: ignored: %s%s", key, reason, f": {detail}" if detail else "")

@@ -12,6 +12,7 @@ LEASE_LIFE_NS = 75_000_000
 LATE_LEASE_NS = 250_000_000
 """A new lease of an epoch left longer ago than this was not late: its gate is still alive."""
 
+OTHER_SESSION = "lease of another session"
 SECOND_GATE = "lease of a second live gate"
 
 
@@ -62,7 +63,7 @@ class LeaseFollower:
         """Take a lease. Returns "" if it is now the newest, else why it is not."""
         newest = self._newest
         if lease.session != self._session:
-            return "lease of another session"
+            return OTHER_SESSION
         left = self._left_epochs.get(lease.epoch)
         if left is not None:
             is_new = lease.lease_seq > left.lease_seq and now_ns - left.at_ns > LATE_LEASE_NS

@@ -55,12 +55,19 @@ def first_outcomes(recording: Recording, source: str) -> dict[tuple[int, int], s
     A copy sent again is answered again; the first verdict is the one that counts. Chunks that
     cited no live claim of the source (claim 0: replays, strangers) are not its own.
     """
-    outcomes: dict[tuple[int, int], str] = {}
-    for verdict in recording.verdicts:
-        if verdict.source == source and verdict.claim_id:
-            name = Outcome(verdict.outcome).name.lower()
-            outcomes.setdefault((verdict.claim_id, verdict.seq), name)
-    return outcomes
+    return {
+        (claim_id, seq): Outcome(verdict.outcome).name.lower()
+        for (whose, claim_id, seq), (_, verdict) in first_verdicts(recording).items()
+        if whose == source and claim_id
+    }
+
+
+def first_verdicts(recording: Recording) -> dict[tuple[str, int, int], tuple[int, Verdict]]:
+    """The first verdict of each chunk and its tick, by source, claim and sequence number."""
+    first: dict[tuple[str, int, int], tuple[int, Verdict]] = {}
+    for tick, verdict in zip(recording.verdict_ticks, recording.verdicts, strict=True):
+        first.setdefault((verdict.source, verdict.claim_id, verdict.seq), (tick, verdict))
+    return first
 
 
 class Recorder:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -10,7 +11,7 @@ import numpy as np
 
 from fairlead.messages import Hold, Outcome
 from fairlead.record.part_series import Curve, Panel, held_ticks, panels
-from fairlead.record.recorder import Recording
+from fairlead.record.recorder import Recording, first_verdicts
 from fairlead.robot.manifest import RobotManifest
 
 if TYPE_CHECKING:
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 
 PANEL_HEIGHT_IN = 1.35
 WIDTH_IN = 14.0
+LATE = 0.85  # of the time shown: labels after it are written to the left
 _STYLES = {
     "proposed": {"color": "#9aa0a6", "linewidth": 5.0, "alpha": 0.6},
     "released": {"color": "#1a56db", "linewidth": 1.3},
@@ -98,19 +100,21 @@ def _shade(held: Sequence[int], axis: Axes) -> None:
 
 
 def _draw_verdicts(recording: Recording, axis: Axes) -> None:
+    first = recording.joints[0].tick if recording.joints else 0
     for level, (outcome, (name, marker, colour)) in enumerate(_OUTCOMES.items()):
         codes: dict[int, list[str]] = {}
-        count = 0
+        count = verdict_counts(recording).get(name, 0)
         for tick, verdict in zip(recording.verdict_ticks, recording.verdicts, strict=True):
             if verdict.outcome == outcome:
-                count += 1
                 codes.setdefault(tick, []).append(f"G{verdict.code:03d}" if verdict.code else "")
         axis.plot(list(codes), [level] * len(codes), marker, color=colour, markersize=7)
         for number, (tick, texts) in enumerate(codes.items()):
+            late = tick > first + LATE * (recording.newest_tick - first)  # it would leave the frame
             axis.annotate(
                 ", ".join(sorted(set(texts) - {""})), (tick, level), fontsize=7, color=colour,
                 # neighbours take turns above and below, or their codes would overlap
-                xytext=(5, 4 if number % 2 else -9), textcoords="offset points",
+                xytext=(-5 if late else 5, 4 if number % 2 else -9), textcoords="offset points",
+                ha="right" if late else "left",
             )  # fmt: skip
         axis.text(
             1.005, level, f"{count} {name}", color=colour, fontsize=8, va="center",
@@ -133,6 +137,13 @@ def _label_time(recording: Recording, robot: RobotManifest, column: Sequence[Axe
         ),
     )
     above.set_xlabel("robot time [s]", fontsize=8)
+
+
+def verdict_counts(recording: Recording) -> dict[str, int]:
+    """How many chunks of all sources had which outcome; a copy's answer counts no second time."""
+    return Counter(
+        Outcome(verdict.outcome).name.lower() for _, verdict in first_verdicts(recording).values()
+    )
 
 
 def hold_names(recording: Recording) -> dict[str, int]:
