@@ -6,7 +6,9 @@ interrupted (Ctrl-C).
 
 from __future__ import annotations
 
+import os
 import sys
+from pathlib import Path
 
 from fairlead.errors import FairleadError
 
@@ -30,7 +32,14 @@ def main() -> None:
         _end(f"ERROR {error}", 1)
     except OSError as error:  # a full disk, a folder that may not be written
         where = f"{error.filename}: " if error.filename else ""
+        _forget_output()
         _end(f"ERROR {where}{error.strerror or error}", 1)
+
+
+def _forget_output() -> None:
+    """What could not be written is not tried again at exit: that would be another error."""
+    with Path(os.devnull).open("w", encoding="utf-8") as nowhere:
+        os.dup2(nowhere.fileno(), sys.stdout.fileno())
 
 
 def _end(text: str, code: int) -> None:
