@@ -114,10 +114,8 @@ Text HalLink::find_mismatch(const HalStatus& status) const {
 }
 
 void HalLink::take_state(const JointState& message, std::uint64_t now_ns) {
-  if (!has_state_ || message.tick > state_.tick) {
-    arrival_ns_ = now_ns;
-    arrivals_[next_arrival_++ % arrivals_.size()] = {message.tick, now_ns};
-  }
+  arrival_ns_ = now_ns;
+  arrivals_[next_arrival_++ % arrivals_.size()] = {message.tick, now_ns};
   heard_ns_ = now_ns;
   has_state_ = true;
   state_.tick = message.tick;

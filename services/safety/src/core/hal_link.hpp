@@ -34,7 +34,7 @@ class HalLink {
   /// What keeps this HAL from being armed, "" if nothing does.
   [[nodiscard]] const Text& mismatch() const { return facts_.mismatch; }
 
-  /// Copy a state that has passed check_state; its tick is newer or the same.
+  /// Copy a state that has passed check_state and has a newer tick than the last.
   void take_state(const JointState& message, std::uint64_t now_ns);
   /// The newest tick that a HAL in realtime can have reached, by when its last states arrived.
   /// Several are looked at, because one of them may itself have been late.

@@ -45,7 +45,7 @@ std::size_t mode_width(std::uint8_t mode, std::size_t joint_count) {
   if (mode >= mode_count) return 0;
   switch (table[mode].width) {
     case Width::none:
-      return 0;
+      break;
     case Width::robot:
       return joint_count;
     case Width::one:

@@ -115,7 +115,6 @@ Evidence check_axes(const CartesianLimits& mode, const ActionChunk& chunk,
 Evidence check_part(const Limits& limits, const ModeLimits& modes, const ActionChunk& chunk,
                     const ActionPart& action) {
   const PartLimits& part = limits.parts[action.part];
-  if (!mode_has_checker(action.mode)) return no_checker(part, action.mode);
   if (!modes.supports(action.mode))
     return broken_rule(code::addressing, mode_name(action.mode), "a mode this part declares",
                        action.mode);
@@ -141,8 +140,9 @@ Evidence check_addressing(const Limits& limits, const ClaimLimits& claim,
   FixedVec<std::uint8_t, max_parts> seen;
   for (const ActionPart& action : chunk.parts) {
     const Name& name = limits.parts[action.part].name;
-    if (seen.contains(action.part) || !seen.push_back(action.part))
+    if (seen.contains(action.part))
       return at(broken_rule(code::addressing, "parts", "each part at most once"), -1, name);
+    (void)seen.push_back(action.part);  // as many places as parts
     Evidence evidence = check_part(limits, claim.modes[action.part], chunk, action);
     if (!evidence.ok()) return at(evidence, evidence.row, name);
   }
