@@ -52,7 +52,7 @@ void Gate::Core::on_joint_state(Bytes frame) {
   // has announced itself.
   if (joint_state_.robot_hash != limits_.robot_hash) return count(code::session);
   if (joint_state_.session == hal_.rival() && hal_.rival() != 0) on_rival_state(joint_state_);
-  if (joint_state_.session != hal_.session()) {
+  if (joint_state_.session != hal_.session() || hal_.session() == 0) {
     if (hal_.session() != 0 && joint_state_.session != counted_rival_) count(code::session);
     if (joint_state_.session == hal_.rival()) counted_rival_ = joint_state_.session;
     return;
