@@ -1,6 +1,6 @@
 # Every target is one script or command: read it there. `make` alone lists them.
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test soak lint bench wheel clean
+.PHONY: help setup demo test soak coverage mutate sanitize lint bench wheel clean
 # One at a time: the stages build on each other.
 .NOTPARALLEL:
 
@@ -19,6 +19,17 @@ test: setup ## every test; scripts/test PATH runs some of them
 soak: setup ## the long tests: twenty seeds of the task, twenty of each fault
 	@scripts/test -m soak
 	@FAIRLEAD_INJECTIONS=20 scripts/test tests/system/test_faults.py
+
+coverage: setup ## fails where a line or branch of the gate's core is not tested
+	@.venv/bin/python -m tests.core_coverage
+
+mutate: setup ## breaks the gate's core in each small way: a test has to notice
+	@.venv/bin/python -m tests.mutants
+
+sanitize: setup ## the gate's C++ tests under address and undefined behaviour sanitizers
+	@scripts/build-gate --tests --target fairlead-safety-tests --build-dir build/sanitize -- \
+		-DFAIRLEAD_SANITIZE=address,undefined
+	@ctest --test-dir build/sanitize --output-on-failure --no-tests=error
 
 lint: setup ## formatting, lint, strict types
 	@scripts/lint

@@ -176,6 +176,13 @@ TEST_CASE("text that is not UTF-8 is refused") {
   CHECK(by({'a', 0xC3, 0xA9}) == FrameFault::none);         // é
   CHECK(by({0xE2, 0x82, 0xAC}) == FrameFault::none);        // €
   CHECK(by({0xF0, 0x9F, 0xA4, 0x96}) == FrameFault::none);  // a robot
+  CHECK(by({0xE0, 0xA0, 0x80}) == FrameFault::none);        // the first of three bytes
+  CHECK(by({0xED, 0x9F, 0xBF}) == FrameFault::none);        // the last before the surrogates
+  CHECK(by({0xF0, 0x90, 0x80, 0x80}) == FrameFault::none);  // the first of four bytes
+  CHECK(by({0xF4, 0x8F, 0xBF, 0xBF}) == FrameFault::none);  // the last character
+  CHECK(by({0x7F, 0xC2, 0x80, 0xDF, 0xBF}) == FrameFault::none);
+  CHECK(by({0xC1, 0xBF}) == FrameFault::text);
+  CHECK(by({0xF5, 0x80, 0x80, 0x80}) == FrameFault::text);
   CHECK(by({0xFF}) == FrameFault::text);
   CHECK(by({0x80}) == FrameFault::text);  // a continuation alone
   CHECK(by({0xC3}) == FrameFault::text);  // cut

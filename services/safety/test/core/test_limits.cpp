@@ -199,3 +199,43 @@ TEST_CASE("every joint is listed once, by the part it says it belongs to") {
   CHECK(fault_after([](Limits& l) { l.parts[base].joints.erase_at(2); }) ==
         "joints.base_yaw: base does not list it among its joints");
 }
+
+TEST_CASE("names, period and lists at the edge of what a configuration may be") {
+  CHECK(fault_after([](Limits& limits) { limits.profile = ""; }) ==
+        "robot, profile: expected names");
+  CHECK(fault_after([](Limits& limits) { limits.robot = ""; }) == "robot, profile: expected names");
+  for (const std::uint64_t good : {1'000'000ULL, 1'000'000'000ULL})
+    CHECK(fault_after([good](Limits& limits) { limits.period_ns = good; }).empty());
+  for (const std::uint64_t bad : {999'999ULL, 1'000'000'001ULL})
+    CHECK(fault_after([bad](Limits& limits) { limits.period_ns = bad; }).find("period_ns") == 0);
+  CHECK(fault_after([](Limits& limits) { limits.parts.clear(); }) ==
+        "joints, parts: expected at least one of each");
+  CHECK(fault_after([](Limits& limits) { limits.joints.clear(); }) ==
+        "joints, parts: expected at least one of each");
+}
+
+TEST_CASE("a range needs two finite ends, the lower one below") {
+  const auto fault = [](double lower, double upper) {
+    return fault_after([=](Limits& limits) {
+      limits.joints[arm_1].bounds.lower = lower;
+      limits.joints[arm_1].bounds.upper = upper;
+    });
+  };
+  CHECK(fault(-1.0, 1.0).empty());
+  CHECK(fault(-infinite, 1.0).find("joints.arm_1.bounds") == 0);
+  CHECK(fault(-1.0, infinite).find("joints.arm_1.bounds") == 0);
+  CHECK(fault(1.0, 1.0).find("joints.arm_1.bounds") == 0);
+}
+
+TEST_CASE("positions of a joint without bounds: a continuous one may have them, a slide may not") {
+  CHECK(fault_after([](Limits& limits) {
+          PartLimits& yaw = limits.parts[base];
+          yaw.modes.joint_position = joint_mode({base_x, base_y, base_yaw}, 0.1);
+          for (const std::size_t j : {base_x, base_y}) {
+            limits.joints[j].bounded = true;
+            limits.joints[j].bounds = {-1.0, 1.0, 0.0};
+          }
+        }).empty());
+  CHECK(fault_after([](Limits& limits) { limits.joints[gripper_joint].bounded = false; }) ==
+        "parts.gripper.modes.gripper_position: expected exactly one joint, with bounds");
+}

@@ -1,0 +1,177 @@
+// Every mutation of the core, behind a number: tests/mutants writes calls of these into copies of
+// the core's sources, and one run of the tests has one of them switched on.
+//
+// Operators are replaced by a detour of the same precedence, so nothing has to be parsed:
+// `a < b` becomes `a < fm::Less{17} < b`. Never part of the product.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <string_view>
+#include <type_traits>
+
+namespace fm {
+
+inline constexpr unsigned most = 8192;
+extern unsigned active;     // the mutant of this process, 0: none
+extern bool reached[most];  // which ones the running test has come by
+
+inline bool on(unsigned id) {
+  reached[id] = true;
+  return active == id;
+}
+
+/// A condition, negated by its mutant.
+template <class T>
+bool flip(unsigned id, const T& value) {
+  return on(id) != static_cast<bool>(value);
+}
+
+/// A check that its mutant does not ask: it finds nothing.
+template <class Check>
+auto ask(unsigned id, const Check& check) {
+  return on(id) ? decltype(check()){} : check();
+}
+
+/// A number, one more (twice as much, if it is no integer and not 0) in its mutant.
+template <class T>
+T number(unsigned id, T value) {
+  if (!on(id)) return value;
+  if constexpr (std::is_same_v<T, bool>) {
+    return !value;
+  } else if constexpr (std::is_integral_v<T>) {
+    return static_cast<T>(value + 1);
+  } else {
+    return value == T{} ? T{1} : value * 2;
+  }
+}
+
+template <class T>
+T least(unsigned id, const std::type_identity_t<T>& a, const std::type_identity_t<T>& b) {
+  return on(id) ? std::max<T>(a, b) : std::min<T>(a, b);
+}
+template <class T>
+T most_of(unsigned id, const std::type_identity_t<T>& a, const std::type_identity_t<T>& b) {
+  return on(id) ? std::min<T>(a, b) : std::max<T>(a, b);
+}
+template <class T>
+T magnitude(unsigned id, T value) {
+  return on(id) ? value : std::abs(value);
+}
+inline double sine(unsigned id, double x) { return on(id) ? std::cos(x) : std::sin(x); }
+inline double cosine(unsigned id, double x) { return on(id) ? std::sin(x) : std::cos(x); }
+
+// The tags that stand between two operands; id, and id + 1 where there are two mutants.
+struct Compare {
+  unsigned id;
+};
+struct Equal {
+  unsigned id;
+};
+struct Sum {
+  unsigned id;
+};
+struct Product {
+  unsigned id;
+};
+struct Not {
+  unsigned id;
+};
+
+template <class T>
+bool operator->*(Not tag, const T& value) {
+  return on(tag.id) == static_cast<bool>(value);
+}
+
+template <class A, int kind>
+struct Left {
+  const A& value;
+  unsigned id;
+};
+
+#define FM_COMPARE(op, moved, kind)                                      \
+  template <class A>                                                     \
+  Left<A, kind> operator op(const A & a, Compare tag) {                  \
+    return {a, tag.id};                                                  \
+  }                                                                      \
+  template <class A, class B>                                            \
+  bool operator op(Left<A, kind> left, const B& b) {                     \
+    const bool boundary = on(left.id), negated = on(left.id + 1);        \
+    return boundary ? left.value moved b : (left.value op b) != negated; \
+  }
+FM_COMPARE(<, <=, 0)
+FM_COMPARE(<=, <, 1)
+FM_COMPARE(>, >=, 2)
+FM_COMPARE(>=, >, 3)
+#undef FM_COMPARE
+
+#define FM_EQUAL(op, kind)                            \
+  template <class A>                                  \
+  Left<A, kind> operator op(const A & a, Equal tag) { \
+    return {a, tag.id};                               \
+  }                                                   \
+  template <class A, class B>                         \
+  bool operator op(Left<A, kind> left, const B& b) {  \
+    return (left.value op b) != on(left.id);          \
+  }
+FM_EQUAL(==, 4)
+FM_EQUAL(!=, 5)
+#undef FM_EQUAL
+
+// Sums of vectors are lazy: their value is taken before an operand goes out of scope.
+#define FM_SUM(op, other, kind)                                  \
+  template <class A>                                             \
+  Left<A, kind> operator op(const A & a, Sum tag) {              \
+    return {a, tag.id};                                          \
+  }                                                              \
+  template <class A, class B>                                    \
+  auto operator op(Left<A, kind> left, const B& b) {             \
+    const A& a = left.value;                                     \
+    if constexpr (requires { (a op b).eval(); })                 \
+      return on(left.id) ? (a other b).eval() : (a op b).eval(); \
+    else if constexpr (requires { a other b; })                  \
+      return on(left.id) ? a other b : a op b;                   \
+    else                                                         \
+      return on(left.id) ? (a op b) + 1 : a op b;                \
+  }
+FM_SUM(+, -, 6)
+FM_SUM(-, +, 7)
+#undef FM_SUM
+
+template <class A>
+Left<A, 8> operator*(const A& a, Product tag) {
+  return {a, tag.id};
+}
+// Numbers are divided, rotations put in the other order, and what they turn is left as it is.
+template <class A, class B>
+auto operator*(Left<A, 8> left, const B& b) {
+  const A& a = left.value;
+  if constexpr (std::is_arithmetic_v<A> && std::is_arithmetic_v<B>) {
+    return on(left.id) ? a / b : a * b;
+  } else if constexpr (requires {
+                         a.coeffs();
+                         b.coeffs();
+                       }) {
+    return on(left.id) ? b * a : a * b;
+  } else if constexpr (!requires { (a * b).eval(); }) {
+    using Result = decltype(a * b);
+    return on(left.id) ? Result(a) : Result(a * b);
+  } else {
+    using Result = std::remove_cvref_t<decltype((a * b).eval())>;
+    if constexpr (std::is_arithmetic_v<B>)
+      return on(left.id) ? Result(a) : Result(a * b);
+    else
+      return on(left.id) ? Result(b) : Result(a * b);
+  }
+}
+template <class A>
+Left<A, 9> operator/(const A& a, Product tag) {
+  return {a, tag.id};
+}
+template <class A, class B>
+auto operator/(Left<A, 9> left, const B& b) {
+  return on(left.id) ? left.value * b : left.value / b;
+}
+
+}  // namespace fm

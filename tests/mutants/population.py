@@ -1,0 +1,65 @@
+"""All mutants of the core: written into one set of sources, built into one program."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+from dataclasses import dataclass
+from pathlib import Path
+
+from tests.mutants.mutations import Mutant, Mutations, checked_functions, storage_sizes
+
+ROOT = Path(__file__).resolve().parents[2]
+TESTS = "fairlead-safety-tests"
+CORE = ROOT / "services/safety/src/core"
+
+
+@dataclass(frozen=True)
+class Population:
+    """The mutants by id (from 1), and each file's text with them in it."""
+
+    mutants: dict[int, Mutant]
+    texts: dict[str, str]
+
+
+def populate(files: tuple[str, ...] = ()) -> Population:
+    """Mutate the core, or only some files of it by name."""
+    sources = {path.name: path.read_text() for path in sorted(CORE.glob("*.?pp"))}
+    checked = checked_functions(list(sources.values()))
+    sizes = storage_sizes(list(sources.values()))
+    mutants: dict[int, Mutant] = {}
+    texts = dict(sources)
+    for name, source in sources.items():
+        if files and name not in files:
+            continue
+        found = Mutations(name, source, checked, sizes, first=len(mutants) + 1)
+        mutants.update(enumerate(found.mutants, start=len(mutants) + 1))
+        texts[name] = found.text()
+    return Population(mutants, texts)
+
+
+def write(population: Population, folder: Path) -> None:
+    """The sources into a folder; files that are as they were keep their time."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, text in population.texts.items():
+        path = folder / name
+        if not path.exists() or path.read_text() != text:
+            path.write_text(text)
+
+
+def build(population: Population, build_dir: Path) -> Path:
+    """The test program with every mutant in it."""
+    core = build_dir / "mutated/core"
+    write(population, core)
+    jobs = {"FAIRLEAD_BUILD_JOBS": os.environ.get("FAIRLEAD_BUILD_JOBS", "2")}
+    subprocess.run(
+        [
+            *(ROOT / "scripts/build-gate", "--tests", "--target", TESTS),
+            *("--build-dir", build_dir, "--", "-DFAIRLEAD_SAFETY_MUTANTS=ON"),
+            f"-DFAIRLEAD_CORE_DIR={core}",
+            "-DCMAKE_CXX_FLAGS_RELEASE=-O1 -D_GLIBCXX_ASSERTIONS",
+        ],
+        env=os.environ | jobs,
+        check=True,
+    )
+    return build_dir / TESTS
