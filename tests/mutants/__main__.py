@@ -3,6 +3,7 @@
     python -m tests.mutants                    every mutant (make mutate)
     python -m tests.mutants shape.cpp codec    only those of some files
     python -m tests.mutants --json FILE        the fates as JSON besides
+    python -m tests.mutants --update           list what survives as open in reviewed.json
     FAIRLEAD_MUTANT_JOBS=1                     how many run at once (2)
 
 Exits 1 if a mutant survives that tests/mutants/reviewed.json does not explain, or if an
@@ -72,12 +73,30 @@ def print_survivors(fates: dict[int, Fate], mutants: dict[int, Mutant], whole: b
     return unknown + len(gone)
 
 
+def update(fates: dict[int, Fate], mutants: dict[int, Mutant]) -> None:
+    """Rewrite the list of open survivors; what is explained stays where it is."""
+    lists = json.loads(REVIEWED.read_text())
+    explained = reviewed()["equivalent"]
+    alive = sorted({key_of(mutants[i]) for i, fate in fates.items() if fate in ALIVE})
+    why = reviewed()["open"]
+    lists["open"] = [
+        dict(zip(("file", "text", "change"), key, strict=True))
+        | {"why": why.get(key, "not looked at yet")}
+        for key in alive
+        if key not in explained
+    ]
+    REVIEWED.write_text(json.dumps(lists, indent=1) + "\n")
+
+
 def main() -> int:
     """The exit status."""
     parser = argparse.ArgumentParser(prog="python -m tests.mutants", description=__doc__)
     parser.add_argument("files", nargs="*", help="names of files of the core, or parts of names")
     parser.add_argument("--json", type=Path, help="write id, file, line, text, change and fate")
+    parser.add_argument("--update", action="store_true", help="rewrite the list of open ones")
     options = parser.parse_args()
+    if options.update and options.files:
+        parser.error("--update needs every file")
     begun = time.monotonic()
     population = populate()
     program = build(population, BUILD)
@@ -88,6 +107,8 @@ def main() -> int:
         if not options.files or any(part in mutant.file for part in options.files)
     }
     fates = hunt(program, wanted, int(os.environ.get("FAIRLEAD_MUTANT_JOBS", "2")))
+    if options.update:
+        update(fates, population.mutants)
     faults = print_survivors(fates, population.mutants, whole=not options.files)
     print()
     print_fates(fates, population.mutants)

@@ -169,7 +169,7 @@ void Gate::Core::on_stop_level(Bytes frame) {
 void Gate::Core::on_lease(Bytes frame) {
   if (decode(frame, heard_lease_) != FrameFault::none) return count(code::frame);
   for (const std::uint64_t own : own_epochs_)
-    if (own == heard_lease_.epoch) return;
+    if (own == heard_lease_.epoch && own != 0) return;
   good_states_ = 0;  // while latched: the cause is still there
   if (state_ != GateState::latched)
     latch(phrase("two gates serve this robot: leases of epoch ", Hex{heard_lease_.epoch},

@@ -43,7 +43,7 @@ bool is_joint_mode(std::uint8_t mode) {
 
 std::size_t mode_width(std::uint8_t mode, std::size_t joint_count) {
   if (mode >= mode_count) return 0;
-  switch (table[mode].width) {
+  switch (table[mode].width) {  // GCOVR_EXCL_BR_LINE: the enum has no further value
     case Width::none:
       break;
     case Width::robot:

@@ -239,3 +239,64 @@ TEST_CASE("positions of a joint without bounds: a continuous one may have them, 
   CHECK(fault_after([](Limits& limits) { limits.joints[gripper_joint].bounded = false; }) ==
         "parts.gripper.modes.gripper_position: expected exactly one joint, with bounds");
 }
+
+TEST_CASE("every number of the protocol has its range, ends included") {
+  struct Range {
+    const char* name;
+    std::function<void(ProtocolLimits&, double)> set;
+    double lowest, highest, unit;
+  };
+  const auto whole = [](auto ProtocolLimits::*field) {
+    return [field](ProtocolLimits& limits, double value) {
+      limits.*field = static_cast<std::remove_reference_t<decltype(limits.*field)>>(value);
+    };
+  };
+  using P = ProtocolLimits;
+  const std::vector<Range> ranges{
+      {"horizon_max", whole(&P::horizon_max), 1, 64, 1},
+      {"age_max_ticks", whole(&P::age_max_ticks), 1, 1000, 1},
+      {"chunk_rate_max_hz", whole(&P::chunk_rate_max_hz), 0.01, 50, 0.001},
+      {"seq_jump_max", whole(&P::seq_jump_max), 1, 1e9, 1},
+      {"state_timeout_ms", whole(&P::state_timeout_ms), 1, 10'000, 1},
+      {"heartbeat_timeout_realtime_ms", whole(&P::heartbeat_timeout_realtime_ms), 50, 10'000, 1},
+      {"heartbeat_timeout_lockstep_ms", whole(&P::heartbeat_timeout_lockstep_ms), 50, 60'000, 1},
+      {"lease_interval_ms", whole(&P::lease_interval_ms), 6, 1000, 1},
+      {"idle_disarm_s", whole(&P::idle_disarm_s), 1, 86'400, 1},
+      {"stops_to_latch", whole(&P::stops_to_latch), 1, 16, 1},
+      {"stop_window_s", whole(&P::stop_window_s), 1, 86'400, 1},
+      {"bad_frames_limit", whole(&P::bad_frames_limit), 1, 16, 1},
+      {"bad_frames_window_ticks", whole(&P::bad_frames_window_ticks), 1, 1000, 1}};
+  for (const Range& range : ranges) {
+    const auto fault = [&range](double value) {
+      return fault_after([&](Limits& limits) { range.set(limits.protocol, value); });
+    };
+    CHECK(fault(range.lowest).empty());
+    CHECK(fault(range.highest).empty());
+    for (const double outside : {range.lowest - range.unit, range.highest + range.unit})
+      CHECK(fault(outside).find(std::string("protocol.") + range.name + ": expected") == 0);
+  }
+}
+
+TEST_CASE("a joint, a part and a name at the first index that is none are refused") {
+  CHECK(fault_after([](Limits& limits) { limits.joints[arm_1].part = 4; }) ==
+        "joints.arm_1.part: no such part");
+  CHECK(fault_after([](Limits& limits) {
+          (void)limits.parts[composite].joints.push_back(joint_count);
+        }) == "parts.composite.joints: a joint that is not this part's");
+  CHECK(fault_after([](Limits& limits) {
+          (void)limits.passive_joints.push_back(limits.passive_joints[0]);
+        }) == "passive_joints: torso is there twice");
+  CHECK(fault_after([](Limits& limits) { limits.joints[1].name = limits.joints[0].name; }) ==
+        "joints: base_x is there twice");
+}
+
+TEST_CASE("each axis of a pose's box has its own range") {
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    for (const bool lower_end : {true, false}) {
+      const std::string fault = fault_after([=](Limits& limits) {
+        PoseLimits& box = limits.parts[arm].modes.cartesian_pose;
+        (lower_end ? box.lower : box.upper)[axis] = not_a_number;
+      });
+      CHECK(fault.find(std::string("parts.arm.modes.cartesian_pose ") + "xyz"[axis]) == 0);
+    }
+}
