@@ -1,6 +1,6 @@
 # Every target is one script or command: read it there. `make` alone lists them.
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test soak coverage mutate sanitize lint bench wheel clean
+.PHONY: help setup demo test soak coverage mutate sanitize fuzz lint bench wheel clean
 # One at a time: the stages build on each other.
 .NOTPARALLEL:
 
@@ -30,6 +30,11 @@ sanitize: setup ## the gate's C++ tests under address and undefined behaviour sa
 	@scripts/build-gate --tests --target fairlead-safety-tests --build-dir build/sanitize -- \
 		-DFAIRLEAD_SANITIZE=address,undefined
 	@ctest --test-dir build/sanitize --output-on-failure --no-tests=error
+
+fuzz: sanitize ## generated frames, chunks and days for the gate's core; SECONDS_EACH=120
+	@FAIRLEAD_FUZZ_SECONDS=$(or $(SECONDS_EACH),120) FAIRLEAD_SEQUENCE_STEPS=400000 \
+		FAIRLEAD_FUZZ_FRAMES=2000000 build/sanitize/fairlead-safety-tests \
+		--test-case='fuzz*,random*'
 
 lint: setup ## formatting, lint, strict types
 	@scripts/lint
