@@ -20,7 +20,7 @@ soak: setup ## the long tests: twenty seeds of the task, twenty of each fault
 	@scripts/test -m soak
 	@FAIRLEAD_INJECTIONS=20 scripts/test tests/system/test_faults.py
 
-coverage: setup ## fails where a line or branch of the gate's core is not tested
+coverage: setup ## lines and branches of the gate's core that no test runs; fails below the floor
 	@.venv/bin/python -m tests.core_coverage
 
 mutate: setup ## breaks the gate's core in each small way: a test has to notice
