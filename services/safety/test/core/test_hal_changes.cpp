@@ -93,7 +93,7 @@ TEST_CASE("G011 every number of every joint has to be finite, and the fault name
       CHECK(rig.gate->state() == GateState::stopped);
       const Name& name =
           joint < joint_count ? rig.limits.joints[joint].name : rig.limits.passive_joints[0].name;
-      CHECK(cause(rig).find("stopped: G011  " + std::string(name.view())) == 0);
+      CHECK(cause(rig).find("stopped: G011 " + std::string(name.view())) == 0);
     }
 }
 
@@ -104,20 +104,20 @@ TEST_CASE("G013 a jump is named, with distance, allowance and source") {
   rig.positions[base_x] = -1.25;
   rig.pass(1);
   rig.next_tick();
-  CHECK(cause(rig) == "stopped: G013  base_x: 1.25, limit 1 (test joint)");
+  CHECK(cause(rig) == "stopped: G013 base_x: 1.25, limit 1 (test joint)");
   GateRig slide;
   slide.ready();
   slide.next_tick();
   slide.positions[torso] = 0.25;
   slide.next_tick();
-  CHECK(cause(slide) == "stopped: G013  torso: 0.25, limit 0.02 (test passive joint)");
+  CHECK(cause(slide) == "stopped: G013 torso: 0.25, limit 0.02 (test passive joint)");
 }
 
 TEST_CASE("G011 a stale state is told with its age") {
   GateRig rig;
   rig.ready();
   rig.timer(300 * ms);
-  CHECK(cause(rig) == "stopped: G011  state age [ms]: 300, limit 250 (protocol state_timeout_ms)");
+  CHECK(cause(rig) == "stopped: G011 state age [ms]: 300, limit 250 (protocol state_timeout_ms)");
 }
 
 TEST_CASE("G013 a tick too far is told with both distances") {
@@ -126,14 +126,14 @@ TEST_CASE("G013 a tick too far is told with both distances") {
   rig.now_ns += period_ns;
   rig.tick += 100;
   rig.send_state();
-  CHECK(cause(rig) == "stopped: G013  tick: 100, limit 2 (the periods since the states before)");
+  CHECK(cause(rig) == "stopped: G013 tick: 100, limit 2 (the periods since the states before)");
   GateRig waiting(true);
   waiting.ready();
   CHECK(waiting.send_chunk(waiting.chunk(Row(8, 0.5))).code == 0);
   waiting.next_tick(row_of(waiting.safe_chunk(), 0));
   waiting.tick += 5;
   waiting.send_state();
-  CHECK(cause(waiting) == "stopped: G013  tick: 5, limit 1 (lockstep: one tick for each lease)");
+  CHECK(cause(waiting) == "stopped: G013 tick: 5, limit 1 (lockstep: one tick for each lease)");
 }
 
 TEST_CASE("G013 a leap is confirmed by a later tick only, and only as far as periods have passed") {
