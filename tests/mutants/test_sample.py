@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 from pathlib import Path
 
@@ -21,7 +22,10 @@ EVERY = 8
 def compile_and_link(texts: dict[str, str], folder: Path) -> Path:
     """The built tests, linked with mutated objects before the library that has the true ones."""
     compiler = [os.environ.get("CXX", "c++"), "-std=c++20", "-O1", "-w", "-fpermissive"]
-    include = [f"-I{SAFETY / name}" for name in ("include", "src/core", "test")]
+    eigen = re.search(r"^EIGEN_INCLUDE:\w+=(.+)$", (BUILT / "CMakeCache.txt").read_text(), re.M)
+    assert eigen
+    folders = [SAFETY / name for name in ("include", "src/core", "test")]
+    include = [f"-I{folder}" for folder in (*folders, eigen[1])]
     running = []
     for name in FILES:
         (folder / name).write_text(texts[name])
@@ -37,7 +41,9 @@ def compile_and_link(texts: dict[str, str], folder: Path) -> Path:
     return folder / TESTS
 
 
+@pytest.mark.soak
 def test_every_mutant_of_a_fixed_sample_is_noticed(tmp_path: Path) -> None:
+    """Not in make test: each edit of these files draws another sample, whose survivors are new."""
     population = populate(FILES)
     known = [key for entries in reviewed().values() for key in entries]
     sample = {

@@ -14,9 +14,9 @@ struct Setpoint {
   std::size_t offset = 0;  // of the row's first number
 
   double operator[](std::size_t i) const { return action->values[offset + i]; }
-  /// Joint modes only: whether the joint is commanded; its number is padding if not.
+  /// Joint modes: whether the joint is commanded; its number is padding if not.
   [[nodiscard]] bool commands(std::size_t joint) const {
-    return action->active.contains(static_cast<std::uint8_t>(joint));
+    return is_joint_mode(action->mode) && action->active.contains(static_cast<std::uint8_t>(joint));
   }
 };
 

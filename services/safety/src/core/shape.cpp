@@ -115,6 +115,7 @@ Evidence check_axes(const CartesianLimits& mode, const ActionChunk& chunk,
 Evidence check_part(const Limits& limits, const ModeLimits& modes, const ActionChunk& chunk,
                     const ActionPart& action) {
   const PartLimits& part = limits.parts[action.part];
+  if (!mode_has_checker(action.mode)) return no_checker(part, action.mode);
   if (!modes.supports(action.mode))
     return broken_rule(code::addressing, mode_name(action.mode), "a mode this part declares",
                        action.mode);
