@@ -216,10 +216,7 @@ TEST_CASE("names, period and lists at the edge of what a configuration may be") 
 
 TEST_CASE("a range needs two finite ends, the lower one below") {
   const auto fault = [](double lower, double upper) {
-    return fault_after([=](Limits& limits) {
-      limits.joints[arm_1].bounds.lower = lower;
-      limits.joints[arm_1].bounds.upper = upper;
-    });
+    return fault_after([=](Limits& l) { l.joints[arm_1].bounds = {lower, upper, 0.0}; });
   };
   CHECK(fault(-1.0, 1.0).empty());
   CHECK(fault(-infinite, 1.0).find("joints.arm_1.bounds") == 0);
