@@ -76,8 +76,8 @@ TEST_CASE("G021 a delta or a twist that goes on is judged against the row before
 }
 
 TEST_CASE("G021 a joint that the acting row left alone starts from what is measured of it") {
-  ChunkBuilder before = ChunkBuilder().joint(arm, Mode::joint_velocity, arm_1, {1.0});
-  CHECK(code_after(before, ChunkBuilder().joint(arm, Mode::joint_velocity, arm_1, {1.5})) == 0);
+  ChunkBuilder before = ChunkBuilder().joint(arm, Mode::joint_velocity, arm_1, {0.5});
+  CHECK(code_after(before, ChunkBuilder().joint(arm, Mode::joint_velocity, arm_1, {1.0})) == 0);
   CHECK(code_after(before, ChunkBuilder().joint(arm, Mode::joint_velocity, arm_2, {0.5})) == 0);
   CHECK(code_after(before, ChunkBuilder().joint(arm, Mode::joint_velocity, arm_2, {0.6})) == 21);
 }

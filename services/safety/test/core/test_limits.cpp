@@ -234,7 +234,7 @@ TEST_CASE("positions of a joint without bounds: a continuous one may have them, 
           }
         }).empty());
   CHECK(fault_after([](Limits& limits) { limits.joints[gripper_joint].bounded = false; }) ==
-        "parts.gripper.modes.gripper_position: expected exactly one joint, with bounds");
+        "parts.gripper.modes.gripper_binary: expected exactly one joint, with bounds");
 }
 
 TEST_CASE("every number of the protocol has its range, ends included") {
