@@ -8,7 +8,6 @@ import re
 import stat
 import subprocess
 import sys
-import tarfile
 import threading
 import zipfile
 from collections.abc import Iterator
@@ -162,8 +161,7 @@ def test_the_source_archive_has_every_file_and_makes_the_same_wheel(
     dist: Path, wheel: Path, tmp_path: Path
 ) -> None:
     [archive] = dist.glob("*.tar.gz")
-    with tarfile.open(archive) as packed:
-        packed.extractall(tmp_path, filter="data")
+    subprocess.run(["tar", "-xzf", archive, "-C", tmp_path], check=True)
     [source] = tmp_path.iterdir()
     missing = [str(p) for p in files() if p.parts[0] != ".ci" and not (source / p).is_file()]
     assert missing == []
