@@ -7,26 +7,19 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 
 #include "fairlead_safety/fixed.hpp"
+#include "fairlead_safety/geometry_limits.hpp"
 #include "fairlead_safety/modes.hpp"
 
 namespace fairlead {
 
-inline constexpr std::size_t max_joints = 32;   // commanded joints
-inline constexpr std::size_t max_passive = 16;  // measured, never commanded
-inline constexpr std::size_t max_measured = max_joints + max_passive;
 inline constexpr std::size_t max_parts = 8;
 inline constexpr std::size_t max_rows = 64;
 inline constexpr std::size_t max_claims = 8;
 inline constexpr std::size_t max_frames = 4;  // frames a cartesian mode accepts
-inline constexpr std::size_t max_links = 64;  // of the robot's description, its root among them
-inline constexpr std::size_t no_link = max_links;
 inline constexpr std::size_t max_stops = 16;  // stops held at once
 inline constexpr std::size_t max_frame_bytes = 65536;
-
-inline constexpr double unset = std::numeric_limits<double>::quiet_NaN();
 
 enum class JointKind : std::uint8_t { revolute, prismatic, continuous };
 
@@ -50,6 +43,9 @@ struct JointLimits {
   double effort_limit = unset;
   double jump_limit = unset;  // largest change of the measured position in one tick
   double standstill_velocity = unset;
+  double contact_limit = unset;  // G042: largest measured effort [N m or N]
+  double encoder_step = unset;   // G041: a smaller change of the measured position is none
+  double dead_band = unset;      // G041: commanded motion per tick below which nothing may move
   Text source;
 };
 
@@ -62,25 +58,10 @@ struct PassiveLimits {
   Text source;
 };
 
-enum class LinkMotion : std::uint8_t { fixed, turn, slide };
-
-/// How one link hangs on its parent: a placement, then the motion of one measured joint.
-struct Link {
-  Name name;
-  std::size_t parent = no_link;  // index into Kinematics::links, below the link's own
-  LinkMotion motion = LinkMotion::fixed;
-  std::size_t joint = max_measured;  // index of the measured joint; unused where fixed
-  std::array<double, 3> axis{unset, unset, unset};         // unit vector in the link's frame
-  std::array<double, 3> translation{unset, unset, unset};  // [m] in the parent's frame
-  std::array<double, 4> rotation_xyzw{unset, unset, unset, unset};
-};
-
-/// Every link of the robot's description, parents first; links[0] is the root.
-struct Kinematics {
-  FixedVec<Link, max_links> links;
-
-  /// Index of the link of that name, no_link if there is none.
-  [[nodiscard]] std::size_t find(const Name& name) const;
+/// Which share of the motion that a row asks for happens within its tick: the tracking model.
+struct Gain {
+  double lower = unset;
+  double upper = unset;
 };
 
 /// joint_position, dex_hand_joint [rad or m], joint_velocity [rad/s or m/s], joint_torque
@@ -94,6 +75,14 @@ struct JointModeLimits {
     return none;
   }();
   double claimed_limit = unset;  // joint_velocity, joint_torque: a claim's own, for all joints
+  Gain gain;                     // joint_velocity
+  // G040, by index of the robot's commanded joint: how far the measured position (or velocity, in
+  // joint_velocity) may be from the rows that acted. Unused in joint_torque.
+  std::array<double, max_joints> tracking = [] {
+    std::array<double, max_joints> none{};
+    none.fill(unset);
+    return none;
+  }();
   Text source;
 };
 
@@ -107,6 +96,9 @@ struct CartesianLimits {
   double linear_step_limit = unset;
   double angular_step_limit = unset;
   std::array<bool, 6> free_axes{};  // body_twist: axes the base can move along; else all true
+  Gain gain;
+  double linear_tracking = unset;  // G040: beyond what the gain allows [m or m/s]
+  double angular_tracking = unset;
   Text source;
 };
 
@@ -119,6 +111,8 @@ struct PoseLimits {
   std::array<double, 3> upper{unset, unset, unset};
   double linear_step_limit = unset;
   double angular_step_limit = unset;
+  double linear_tracking = unset;  // G040: distance of the measured tool from the pose told [m]
+  double angular_tracking = unset;
   Text source;
 };
 
@@ -134,6 +128,11 @@ struct ScalarLimits {
   double lower = unset;
   double upper = unset;
   double step_limit = unset;
+  // gripper_position, G042: opening that a gripper may lose on what it holds; infinite where the
+  // file declares that losing an object is no stop.
+  double slip_limit = unset;
+  // composite_mode, G025: the sign may change at standstill only, unless declared otherwise.
+  bool switches_anywhere = false;
   Text source;
 };
 
@@ -159,6 +158,9 @@ struct PartLimits {
   FixedVec<std::size_t, max_joints> joints;  // indices into Limits::joints
   std::size_t tool = no_link;                // link that cartesian modes move, none without a tool
   ModeLimits modes;
+  double singularity_limit = unset;  // G033: smallest singular value of the tool's Jacobian
+  // G025, by number of the mode that acted last: bit m is set if mode m may follow.
+  std::array<std::uint16_t, mode_count> followers{};
   Text source;
 };
 
@@ -177,6 +179,9 @@ struct ProtocolLimits {
   std::uint32_t stop_window_s = 0;
   std::uint32_t bad_frames_limit = 0;
   std::uint32_t bad_frames_window_ticks = 0;
+  std::uint32_t stuck_ticks = 0;       // G041: ticks of commanded motion without a change
+  std::uint32_t stop_ramp_ms = 0;      // G043: told to stop, at standstill within it
+  std::uint32_t step_deadline_us = 0;  // G050: a step of the gate itself, in realtime
 };
 
 /// The whole file. The loader fills it; `check_limits` must then find no fault.
@@ -191,6 +196,9 @@ struct Limits {
   FixedVec<PassiveLimits, max_passive> passive_joints;
   FixedVec<PartLimits, max_parts> parts;
   Kinematics kinematics;
+  CollisionLimits collision;
+  WorkspaceLimits workspace;
+  BaseLimits base;
   ProtocolLimits protocol;
 
   [[nodiscard]] std::size_t measured_count() const { return joints.size() + passive_joints.size(); }
