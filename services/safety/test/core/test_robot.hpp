@@ -8,6 +8,7 @@
 
 #include "fairlead_safety/judge.hpp"
 #include "fairlead_safety/limits.hpp"
+#include "wide_limits.hpp"
 
 namespace fairlead::test {
 
@@ -36,10 +37,10 @@ inline JointLimits joint(const char* name, std::size_t part, JointKind kind, boo
   limits.bounded = bounded;
   if (bounded) limits.bounds = {-2.0, 2.0, 0.1};
   limits.velocity_limit = 1.5;
-  limits.acceleration_limit = 10.0;
   limits.effort_limit = 80.0;
   limits.jump_limit = 0.5;
   limits.standstill_velocity = 0.05;
+  widen(limits);
   limits.source = "test joint";
   return limits;
 }
@@ -47,7 +48,11 @@ inline JointLimits joint(const char* name, std::size_t part, JointKind kind, boo
 inline JointModeLimits joint_mode(std::initializer_list<std::size_t> joints, double step) {
   JointModeLimits mode;
   mode.supported = true;
-  for (const std::size_t j : joints) mode.step_limit[j] = step;
+  for (const std::size_t j : joints) {
+    mode.step_limit[j] = step;
+    mode.tracking[j] = vast;
+  }
+  mode.gain = hardly_moves;
   mode.source = "test joint mode";
   return mode;
 }
@@ -62,6 +67,9 @@ inline CartesianLimits cartesian_mode(double linear, double angular,
   mode.linear_step_limit = 1.5 * linear;
   mode.angular_step_limit = 1.5 * angular;
   for (const std::size_t axis : axes) mode.free_axes[axis] = true;
+  mode.gain = hardly_moves;
+  mode.linear_tracking = vast;
+  mode.angular_tracking = vast;
   mode.source = "test cartesian mode";
   return mode;
 }
@@ -72,6 +80,8 @@ inline ScalarLimits scalar_mode(double lower, double upper, double step) {
   mode.lower = lower;
   mode.upper = upper;
   mode.step_limit = step;
+  mode.slip_limit = vast;
+  mode.switches_anywhere = true;
   mode.source = "test scalar mode";
   return mode;
 }
@@ -84,6 +94,8 @@ inline PoseLimits pose_mode(double reach, double linear_step, double angular_ste
   mode.upper.fill(reach);
   mode.linear_step_limit = linear_step;
   mode.angular_step_limit = angular_step;
+  mode.linear_tracking = vast;
+  mode.angular_tracking = vast;
   mode.source = "test pose mode";
   return mode;
 }
@@ -124,6 +136,7 @@ inline ProtocolLimits protocol() {
   limits.stop_window_s = 60;
   limits.bad_frames_limit = 5;
   limits.bad_frames_window_ticks = 20;
+  widen(limits);
   return limits;
 }
 
@@ -183,8 +196,13 @@ inline Limits test_limits() {
   base_part.modes.body_twist = cartesian_mode(1.0, 1.5, {0, 1, 5});
   PartLimits composite_part = part("composite", {});
   composite_part.modes.composite_mode = scalar_mode(-1.0, 1.0, 1.5);
-  for (const PartLimits& item : {arm_part, gripper_part, base_part, composite_part})
+  for (PartLimits item : {arm_part, gripper_part, base_part, composite_part}) {
+    widen(item);
     (void)limits.parts.push_back(item);
+  }
+  limits.collision = wide_shape(0, 3);
+  limits.workspace = wide_workspace();
+  limits.base = wide_base(base_x, base_y, base_yaw);
   limits.protocol = protocol();
   return limits;
 }

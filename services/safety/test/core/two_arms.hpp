@@ -54,9 +54,13 @@ inline Limits limits() {
   PartLimits hand_part = part("right_hand", {finger_1, finger_2});
   hand_part.tool = 4;
   hand_part.modes.dex_hand_joint = joint_mode({finger_1, finger_2}, 0.125);
-  for (const PartLimits& item :
-       {arm_part("left_arm", left_1, 2), arm_part("right_arm", right_1, 4), hand_part})
+  for (PartLimits item :
+       {arm_part("left_arm", left_1, 2), arm_part("right_arm", right_1, 4), hand_part}) {
+    widen(item);
     (void)limits.parts.push_back(item);
+  }
+  limits.collision = wide_shape(1, 3);
+  limits.workspace = wide_workspace();
   limits.protocol = protocol();
   return limits;
 }
