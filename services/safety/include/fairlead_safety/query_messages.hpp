@@ -34,7 +34,7 @@ struct GateStatus {
   std::uint64_t latch_id = 0;
   FixedVec<std::uint64_t, max_stops> stop_ids;
   FixedVec<ClaimInfo, max_claims> claims;
-  FixedVec<Counter, 32> counters;
+  FixedVec<Counter, 48> counters;
   std::uint64_t state_tick = 0;
   bool lockstep_allowed = false;
   Hash config_hash{};

@@ -1,7 +1,8 @@
 // The gate's memory and its rules; `Gate` is the face of it. Spread over files by topic:
-// gate.cpp (steps, deadlines), gate_candidates.cpp (chunks), gate_states.cpp (robot, heartbeats,
-// stops), gate_queries.cpp (queries), gate_transitions.cpp (state machine), gate_publish.cpp,
-// gate_motion.cpp (modes in which parts move, rows that are about to act).
+// gate.cpp (steps, deadlines), gate_candidates.cpp (chunks), gate_verdicts.cpp (answers to them),
+// gate_states.cpp (robot, heartbeats, stops), gate_queries.cpp (queries), gate_transitions.cpp
+// (state machine), gate_publish.cpp, gate_motion.cpp (modes in which parts move, rows that are
+// about to act).
 #pragma once
 
 #include <array>
