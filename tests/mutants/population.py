@@ -24,7 +24,8 @@ class Population:
 
 def populate(files: tuple[str, ...] = ()) -> Population:
     """Mutate the core, or only some files of it by name."""
-    sources = {path.name: path.read_text() for path in sorted(CORE.glob("*.?pp"))}
+    paths = sorted(CORE.rglob("*.?pp"))
+    sources = {path.relative_to(CORE).as_posix(): path.read_text() for path in paths}
     checked = checked_functions(list(sources.values()))
     sizes = storage_sizes(list(sources.values()))
     mutants: dict[int, Mutant] = {}
@@ -43,6 +44,7 @@ def write(population: Population, folder: Path) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     for name, text in population.texts.items():
         path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
         if not path.exists() or path.read_text() != text:
             path.write_text(text)
 

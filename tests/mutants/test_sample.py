@@ -61,7 +61,9 @@ def test_every_mutant_of_a_fixed_sample_is_noticed(tmp_path: Path) -> None:
     assert alive == []
 
 
-@pytest.mark.parametrize("name", sorted(path.name for path in CORE.glob("*.cpp")))
+@pytest.mark.parametrize(
+    "name", sorted(path.relative_to(CORE).as_posix() for path in CORE.rglob("*.cpp"))
+)
 def test_every_source_of_the_core_has_mutants_of_its_own(name: str) -> None:
     population = populate((name,))
     assert population.texts[name] != (CORE / name).read_text()

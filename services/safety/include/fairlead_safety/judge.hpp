@@ -64,11 +64,6 @@ struct ClaimLimits {
 /// that its parts know? Judges every row, past ones too.
 Evidence check_shape(const Limits& limits, const ClaimLimits& claim, const ActionChunk& chunk);
 
-/// G011 (part), G020, G021, G022 on the rows from `first_row` on. `chunk` has passed check_shape.
-/// A chunk is released or cut for all its parts together.
-Judgement judge_rows(const Limits& limits, const ClaimLimits& claim, const MeasuredState& state,
-                     const ActionChunk& chunk, std::size_t first_row, const RowBefore& before);
-
 /// G011, and G021 for torques, of a released row that is about to act: may it still, in this state?
 Evidence check_running(const Limits& limits, const ClaimLimits& claim, const MeasuredState& state,
                        const ActionChunk& chunk, std::size_t row);

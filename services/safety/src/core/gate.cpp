@@ -16,7 +16,8 @@ void Gate::step(std::uint64_t now_ns, const Event& event, Outputs& outputs) {
 }
 GateState Gate::state() const { return core_->state(); }
 
-Gate::Core::Core(const Limits& limits, IdSource& ids) : limits_(limits), ids_(ids), hal_(limits_) {
+Gate::Core::Core(const Limits& limits, IdSource& ids)
+    : limits_(limits), path_plan_(limits_), ids_(ids), hal_(limits_) {
   begin_epoch();
   // Half the range is left to count upwards in.
   next_verdict_ = (new_id() >> 1U) + 1;

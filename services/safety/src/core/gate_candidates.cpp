@@ -163,12 +163,12 @@ void Gate::Core::judge_chunk(LiveClaim& claim, const ActionChunk& chunk, Bytes f
 // standing still: nothing can be judged against it. Refusing holds one tick, and a hold is known.
 Judgement Gate::Core::judge_from(const LiveClaim& claim, const ActionChunk& chunk,
                                  std::size_t first_row) const {
-  const Acted act = act_before(claim);
-  RowBefore before = claim.plan.row_of(act);
-  before.measured = hal_.lockstep();
-  before.memories = &memories_;
-  if (act.hold != 0 || before.chunk != nullptr)
-    return judge_rows(limits_, claim.limits, hal_.state(), chunk, first_row, before);
+  const RowBefore before = row_before(claim);
+  if (act_before(claim).hold != 0 || before.chunk != nullptr) {
+    const FixedVec<Companion, max_claims> companions = companions_of(claim);
+    return judge_rows(path_plan_, claim.limits, hal_.state(), chunk, first_row, before,
+                      Companions(companions.begin(), companions.size()));
+  }
   Judgement refused;
   refused.first_row = first_row;
   refused.evidence = broken_rule(code::start, "acted", "the row that acts before is this claim's");

@@ -13,6 +13,7 @@
 #include "claim_table.hpp"
 #include "evidence.hpp"
 #include "fairlead_safety/gate.hpp"
+#include "fairlead_safety/path.hpp"
 #include "hal_link.hpp"
 #include "phrase.hpp"
 #include "stop_book.hpp"
@@ -46,6 +47,8 @@ class Gate::Core {
   void judge_again(LiveClaim& claim);
   Judgement judge_from(const LiveClaim& claim, const ActionChunk& chunk,
                        std::size_t first_row) const;
+  [[nodiscard]] RowBefore row_before(const LiveClaim& claim) const;
+  FixedVec<Companion, max_claims> companions_of(const LiveClaim& claim) const;
   void answer_again(LiveClaim& claim);
   void note_bad_frame(const Name& source, FrameFault fault, std::uint64_t received_ns);
   Released make_release(const LiveClaim& claim, const Judgement& judgement,
@@ -122,6 +125,7 @@ class Gate::Core {
   void log(const Text& line) { out_->add_log(line.view()); }
 
   const Limits limits_;
+  const PathPlan path_plan_;
   IdSource& ids_;
   HalLink hal_;
   ClaimTable claims_;

@@ -28,6 +28,30 @@ Acted Gate::Core::acted_of(const LiveClaim& claim) const {
   return act;
 }
 
+RowBefore Gate::Core::row_before(const LiveClaim& claim) const {
+  RowBefore before = claim.plan.row_of(act_before(claim));
+  before.measured = hal_.lockstep();
+  before.memories = &memories_;
+  return before;
+}
+
+// What the other claims' parts do from the first open tick on, as far as it is released.
+FixedVec<Companion, max_claims> Gate::Core::companions_of(const LiveClaim& claim) const {
+  FixedVec<Companion, max_claims> companions;
+  for (const LiveClaim& other : claims_.places()) {
+    if (other.id == 0 || other.id == claim.id) continue;
+    Companion companion{row_before(other)};
+    const Released* release = other.plan.current();
+    if (release != nullptr && first_open_tick() >= release->first_tick) {
+      companion.chunk = &other.plan.chunk_of(*release);
+      companion.row = release->first_row + (first_open_tick() - release->first_tick);
+      companion.end_row = release->first_row + release->row_count;
+    }
+    (void)companions.push_back(companion);
+  }
+  return companions;
+}
+
 // Nothing is known of what happened before arming.
 void Gate::Core::begin_memories() {
   for (std::size_t i = 0; i < limits_.parts.size(); ++i) {

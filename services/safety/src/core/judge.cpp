@@ -1,6 +1,7 @@
 #include "fairlead_safety/judge.hpp"
 
 #include "mode_checkers.hpp"
+#include "path/path_walk.hpp"
 
 namespace fairlead {
 namespace {
@@ -41,12 +42,15 @@ Evidence check_running(const Limits& limits, const ClaimLimits& claim, const Mea
   return {};
 }
 
-Judgement judge_rows(const Limits& limits, const ClaimLimits& claim, const MeasuredState& state,
-                     const ActionChunk& chunk, std::size_t first_row, const RowBefore& before) {
+Judgement judge_rows(const PathPlan& plan, const ClaimLimits& claim, const MeasuredState& state,
+                     const ActionChunk& chunk, std::size_t first_row, const RowBefore& before,
+                     Companions companions) {
   Judgement judgement;
   judgement.first_row = first_row;
+  PathWalk walk(plan, claim, state, chunk, first_row, before, companions);
   for (std::size_t row = first_row; row < chunk.horizon; ++row) {
-    judgement.evidence = check_row(limits, claim, state, chunk, row, first_row, before);
+    judgement.evidence = check_row(plan.limits, claim, state, chunk, row, first_row, before);
+    if (judgement.evidence.ok()) judgement.evidence = walk.check_next();
     if (!judgement.evidence.ok()) break;
     ++judgement.row_count;
   }

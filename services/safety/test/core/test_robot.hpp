@@ -8,6 +8,7 @@
 
 #include "fairlead_safety/judge.hpp"
 #include "fairlead_safety/limits.hpp"
+#include "fairlead_safety/path.hpp"
 #include "wide_limits.hpp"
 
 namespace fairlead::test {
@@ -217,6 +218,13 @@ inline ClaimLimits whole_robot(const Limits& limits) {
   claim.horizon_max = 64;
   claim.age_max_ticks = 5;
   return claim;
+}
+
+/// Judging with limits that a test has just changed; nobody else moves.
+inline Judgement judge_rows(const Limits& limits, const ClaimLimits& claim,
+                            const MeasuredState& state, const ActionChunk& chunk,
+                            std::size_t first_row, const RowBefore& before) {
+  return judge_rows(PathPlan(limits), claim, state, chunk, first_row, before, {});
 }
 
 /// Everything at zero except the gripper, which is half open, standing still.
