@@ -165,7 +165,9 @@ TEST_CASE("a status counts outcomes and every code by its name") {
                        "stops_ignored", "G001",      "G002",    "G003",   "G004",
                        "G005",          "G006",      "G007",    "G008",   "G009",
                        "G010",          "G011",      "G012",    "G013",   "G020",
-                       "G021",          "G022"});
+                       "G021",          "G022",      "G023",    "G024",   "G025",
+                       "G030",          "G031",      "G032",    "G033",   "G034",
+                       "G040",          "G041",      "G042",    "G043",   "G050"});
   rig.ready();
   CHECK(rig.send_chunk(rig.chunk({0.5, 9.0})).code == 20);
   ChunkBuilder past = rig.chunk();
