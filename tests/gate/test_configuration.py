@@ -22,7 +22,10 @@ def modes(file: dict[str, Any], part: int) -> dict[str, Any]:
 
 
 BAD: dict[str, tuple[Change, str]] = {
-    "unknown key": (lambda f: f.update(speed=1), "speed: unknown key (valid: base, collision, format, "),
+    "unknown key": (
+        lambda f: f.update(speed=1),
+        "speed: unknown key (valid: base, collision, format, ",
+    ),
     "unknown nested key": (
         lambda f: f["joints"][0].update(velocity=1),
         "joints[0].velocity: unknown key",

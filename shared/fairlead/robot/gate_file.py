@@ -22,6 +22,8 @@ from fairlead.robot.part import Part
 from fairlead.robot.safety_profile import MeasuredLimits, SafetyProfile
 
 FORMAT = "fairlead-gate-1"
+MAX_SOURCE = 256
+"""Bytes of a source that the gate keeps and cites."""
 
 _NUMBER_LIST = re.compile(r"\[\s+(-?\d[^\[\]\"{}]*?)\s+\]")
 _UNIT_SUFFIXES = ("_rad_s", "_m_s", "_rad", "_m")
@@ -36,7 +38,8 @@ def compile_gate_config(robot: RobotManifest, profile: str) -> str:
 
     Raises:
         ConfigError: if the robot has no such profile, or its description is not one tree of
-            measured joints, or lacks a frame that a mode or an end effector names.
+            measured joints, or lacks a frame that a mode or an end effector names; or if a
+            source is longer than the gate keeps.
     """
     safety = robot.profile(profile)
     tree = description_tree(robot)
@@ -63,8 +66,23 @@ def compile_gate_config(robot: RobotManifest, profile: str) -> str:
         "base": compiled_base(safety.base, robot.base_joints),
         "protocol": safety.protocol.model_dump(),
     }
+    _check_sources(robot, config, "")
     text = json.dumps(config, indent=2, ensure_ascii=True, allow_nan=False) + "\n"
     return _NUMBER_LIST.sub(_on_one_line, text)
+
+
+def _check_sources(robot: RobotManifest, entry: Json, path: str) -> None:
+    """What the gate would cut, it would cite wrongly."""
+    if isinstance(entry, dict):
+        for key, value in entry.items():
+            _check_sources(robot, value, f"{path}.{key}" if path else key)
+            if key == "source" and len(str(value).encode()) > MAX_SOURCE:
+                who = f"robot {robot.id}: gate file: {path}.source"
+                got = f"{len(str(value).encode())}: {str(value)!r}"
+                raise ConfigError(expected(who, f"at most {MAX_SOURCE} bytes", got))
+    elif isinstance(entry, list):
+        for index, value in enumerate(entry):
+            _check_sources(robot, value, f"{path}[{index}]")
 
 
 def _on_one_line(numbers: re.Match[str]) -> str:
