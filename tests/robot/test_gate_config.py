@@ -11,15 +11,6 @@ from fairlead.robot.gate_file import compile_gate_config
 from fairlead.robot.limits import effective_limits
 from fairlead.robot.manifest import RobotManifest, load_robot
 
-NOT_LISTED_YET = (
-    "gain",
-    "tracking",
-    "linear_tracking",
-    "angular_tracking",
-    "slip_limit",
-    "switching",
-)
-
 
 @pytest.fixture(scope="module")
 def robot() -> RobotManifest:
@@ -126,7 +117,7 @@ def test_effective_limits_count_is_that_of_the_numbers_in_the_compiled_file(
     )
     for part in config["parts"]:
         for block in part["modes"].values():
-            count += len(set(block) - {"frames", "free_axes", "source", *NOT_LISTED_YET})
+            count += len(set(block) - {"frames", "free_axes", "source"})
     assert len(effective_limits(robot)) == count
 
 

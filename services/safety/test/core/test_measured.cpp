@@ -1,0 +1,125 @@
+// Checks of the measured state, by themselves: what is missing, not finite, or jumps.
+
+#include <doctest/doctest.h>
+
+#include <numbers>
+#include <vector>
+
+#include "boundary.hpp"
+#include "chunk_builder.hpp"
+
+using namespace fairlead;
+using namespace fairlead::test;
+
+namespace {
+
+struct Message {
+  std::vector<double> positions = std::vector<double>(measured_count, 0.0);
+  std::vector<double> velocities = std::vector<double>(measured_count, 0.0);
+  std::vector<double> efforts = std::vector<double>(measured_count, 0.0);
+  std::size_t parts = 4;
+
+  Evidence check() const {
+    JointState state;
+    state.positions = view(positions);
+    state.velocities = view(velocities);
+    state.efforts = view(efforts);
+    for (std::size_t i = 0; i < parts; ++i) (void)state.acted.push_back(Acted{});
+    return check_state(test_limits(), state);
+  }
+  static NumberView view(const std::vector<double>& numbers) {
+    return NumberView(Bytes(reinterpret_cast<const std::uint8_t*>(numbers.data()),
+                            numbers.size() * sizeof(double)));
+  }
+};
+
+MeasuredState state_at(std::uint64_t tick, std::size_t joint, double position) {
+  MeasuredState state;
+  state.tick = tick;
+  state.count = measured_count;
+  state.positions[joint] = position;
+  return state;
+}
+
+Evidence jump(std::size_t joint, double from, double to, std::uint64_t ticks = 1) {
+  return check_jump(test_limits(), state_at(100, joint, from), state_at(100 + ticks, joint, to));
+}
+
+}  // namespace
+
+TEST_CASE("G011 a whole state passes and raises nothing") {
+  const Evidence evidence = Message{}.check();
+  CHECK(evidence.ok());
+  CHECK_FALSE(evidence.raises_stop);
+}
+
+TEST_CASE("G011 every number of every block has to be finite: a stop that names the joint") {
+  const char* names[] = {"base_x", "base_y",        "base_yaw", "arm_1",
+                         "arm_2",  "gripper_joint", "torso"};
+  for (std::size_t i = 0; i < measured_count; ++i)
+    for (const double bad : {not_a_number, infinite, -infinite})
+      for (auto block : {&Message::positions, &Message::velocities, &Message::efforts}) {
+        Message message;
+        (message.*block)[i] = bad;
+        const Evidence evidence = message.check();
+        CHECK(evidence.code == 11);
+        CHECK(evidence.axis == names[i]);
+        CHECK(evidence.raises_stop);
+      }
+}
+
+TEST_CASE("G011 blocks of another length, or a part without its act, are stops") {
+  for (const std::size_t count : {std::size_t{0}, measured_count - 1, measured_count + 1}) {
+    Message message;
+    message.efforts.resize(count);
+    const Evidence evidence = message.check();
+    CHECK(evidence.code == 11);
+    CHECK(evidence.axis == "efforts");
+    CHECK(evidence.value == static_cast<double>(count));
+    CHECK(evidence.limit == 7.0);
+    CHECK(evidence.raises_stop);
+  }
+  for (const std::size_t parts : {std::size_t{3}, std::size_t{5}}) {
+    Message message;
+    message.parts = parts;
+    const Evidence evidence = message.check();
+    CHECK(evidence.code == 11);
+    CHECK(evidence.axis == "acted");
+    CHECK(evidence.raises_stop);
+  }
+}
+
+TEST_CASE("G013 a joint moves at most its jump limit a tick, either way") {
+  CHECK(jump(arm_1, 0.25, 0.75).ok());
+  CHECK(jump(arm_1, 0.75, 0.25).ok());
+  const Evidence evidence = jump(arm_1, 0.25, just_above(0.75));
+  CHECK(evidence.code == 13);
+  CHECK(evidence.axis == "arm_1");
+  CHECK(evidence.limit == 0.5);
+  CHECK(evidence.raises_stop);
+  CHECK_FALSE(jump(arm_1, -0.25, 0.375).ok());
+  CHECK(jump(arm_1, -0.25, 0.25).ok());
+  CHECK(jump(arm_1, 0.0, 1.5, 3).ok());
+  CHECK_FALSE(jump(arm_1, 0.0, 1.5, 2).ok());
+}
+
+TEST_CASE("G013 a passive joint has its own limit and its own source") {
+  CHECK(jump(torso, 0.0, 0.02).ok());
+  const Evidence evidence = jump(torso, 0.0, just_above(0.02));
+  CHECK(evidence.code == 13);
+  CHECK(evidence.axis == "torso");
+  CHECK(evidence.limit_source == "test passive joint");
+  CHECK(evidence.raises_stop);
+  CHECK(jump(gripper_joint, 0.0, 0.25).ok());  // the commanded joint right before it
+}
+
+TEST_CASE("G013 only a continuous joint may be reported in another turn") {
+  constexpr double turn = 2.0 * std::numbers::pi;
+  CHECK(jump(base_yaw, 3.0, 3.25 - turn).ok());
+  CHECK(jump(base_yaw, -3.0, -3.25 + turn).ok());
+  CHECK_FALSE(jump(base_yaw, 3.0, 3.75 - turn).ok());
+  CHECK_FALSE(jump(base_yaw, 0.0, turn / 4.0).ok());
+  CHECK_FALSE(jump(arm_1, 3.0, 3.25 - turn).ok());
+  CHECK_FALSE(jump(torso, 0.0, turn).ok());
+  CHECK_FALSE(jump(base_x, 0.0, turn).ok());
+}
