@@ -19,10 +19,8 @@ from tests.gate.scene import SOURCE, Scene
 pytestmark = pytest.mark.processes
 
 DECLARED = "robots/panda_mobile/robot.yaml: safety.sim.parts.arm.cartesian_delta"
-FROM = (
-    "          robosuite OSC_POSE output_max 0.05 m and 0.5 rad on all three axes at once; "
-    "steps admit a full reversal"
-)
+ARM = json.loads(gate_config("panda_mobile", "sim").read_text(encoding="utf-8"))["parts"][0]
+FROM = f"          {ARM['modes']['cartesian_delta']['source']}"
 ASK_FOR_LESS = (
     "  do      ask for less; a limit that is wrong for the robot is changed where it is declared"
 )

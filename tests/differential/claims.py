@@ -35,7 +35,7 @@ def tightenable(file: GateFile, part: int, mode: int) -> dict[str, Room]:
     found = {
         name: Room(0.0, float(min(value) if isinstance(value, list) else value), True)
         for name, value in block.items()
-        if name.endswith("_limit")
+        if name.endswith("_limit") and name != "slip_limit"
     }
     joints = [file.joints[index] for index in file.parts[part].joints]
     if MODES[mode] == "joint_velocity":

@@ -22,7 +22,10 @@ def modes(file: dict[str, Any], part: int) -> dict[str, Any]:
 
 
 BAD: dict[str, tuple[Change, str]] = {
-    "unknown key": (lambda f: f.update(speed=1), "speed: unknown key (valid: format, "),
+    "unknown key": (
+        lambda f: f.update(speed=1),
+        "speed: unknown key (valid: base, collision, format, ",
+    ),
     "unknown nested key": (
         lambda f: f["joints"][0].update(velocity=1),
         "joints[0].velocity: unknown key",
@@ -100,7 +103,7 @@ BAD: dict[str, tuple[Change, str]] = {
         "parts[0].tool_frame: expected null or the name of a link",
     ),
     "no tool for a cartesian mode": (
-        lambda f: f["parts"][0].update(tool_frame=None),
+        lambda f: f["parts"][0].update(tool_frame=None, singularity_limit=None),
         "parts.arm.modes.cartesian_delta: the part has no tool_frame",
     ),
     "frame that is no link": (

@@ -89,14 +89,13 @@ def test_a_log_is_not_judged_under_the_limits_of_another_robot(a_run: Path) -> N
 
 def test_judge_says_in_words_what_changes(a_run: Path, config: Path, tmp_path: Path) -> None:
     status, text = judged_text(a_run, "--config", tightened(config, tmp_path, 0.03))
+    source = json.loads(config.read_text())["parts"][0]["modes"]["cartesian_delta"]["source"]
     assert status == 1
     assert [line for line in text.splitlines() if line.startswith("  tick")] == [
         "  tick 5: chunk 2 of runner was released; instead: chunk 2 of runner refused: G020 arm "
-        "linear, row 0: 0.05, limit 0.03 (robosuite OSC_POSE output_max 0.05 m and 0.5 rad on all "
-        "three axes at once; steps admit a full reversal)",
+        f"linear, row 0: 0.05, limit 0.03 ({source})",
         "  tick 14: chunk 5 of runner was released; instead: chunk 5 of runner refused: G020 arm "
-        "linear, row 0: 0.06, limit 0.03 (robosuite OSC_POSE output_max 0.05 m and 0.5 rad on all "
-        "three axes at once; steps admit a full reversal)",
+        f"linear, row 0: 0.06, limit 0.03 ({source})",
     ]
     assert "2 of 7 verdicts change\n" in text
 

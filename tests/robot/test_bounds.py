@@ -70,6 +70,7 @@ def test_what_nothing_enforces_is_exactly_this() -> None:
     wanted |= {(f"joint {name}", "zones") for name in BASE}
     wanted |= {(joint, "velocity_limit") for joint in joints - {f"joint {b}" for b in BASE}}
     unmoved = ("panda_gripper", *ROBOT.passive_joint_names)
+    wanted |= {("protocol", name) for name in ("stuck_ticks", "stop_ramp_ms", "step_deadline_us")}
     bounds = ("lower", "upper", "tolerance")
     wanted |= {(f"joint {joint}", name) for joint in unmoved for name in bounds}
     assert missing == wanted

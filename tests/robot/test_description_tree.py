@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import pytest
 
 from fairlead.errors import ConfigError
+from fairlead.paths import robot_dir
 from fairlead.robot.description_tree import description_tree
 from fairlead.robot.gate_file import compile_gate_config
 from fairlead.robot.manifest import RobotManifest, load_robot
@@ -74,6 +76,7 @@ def test_a_description_that_is_no_tree_is_refused(name: str, tmp_path: Path) -> 
 
 
 def test_a_frame_that_is_no_link_is_refused_before_the_gate_would(tmp_path: Path) -> None:
+    shutil.copy(robot_dir("panda") / "capsules.yaml", tmp_path)
     without_tool = panda(tmp_path, '<link name="panda_hand_tcp"/>', '<link name="hook"/>')
     text = without_tool.file.read_text().replace('"panda_hand_tcp"', '"hook"')
     without_tool.file.write_text(text)

@@ -207,9 +207,29 @@ def test_joint_that_no_part_commands_is_named(data: dict[str, Any], tmp_path: Pa
 
 
 def test_joint_in_two_parts_is_named(data: dict[str, Any], tmp_path: Path) -> None:
-    data["parts"][1]["joints"].append("panda_joint7")
+    data["parts"][2]["joints"].append("panda_joint7")
+    data["safety"]["sim"]["parts"]["base"]["joint_velocity"]["step_limits"] += [1.0]
+    data["safety"]["sim"]["parts"]["base"]["joint_velocity"]["tracking_limits"] += [1.0]
     assert _refusal(data, tmp_path) == _top(
-        "joint 'panda_joint7': expected exactly one part, got ['arm', 'gripper']"
+        "joint 'panda_joint7': expected exactly one part, got ['arm', 'base']"
+    )
+
+
+def test_a_part_that_names_a_joint_twice_is_refused(data: dict[str, Any], tmp_path: Path) -> None:
+    data["parts"][2]["joints"] = ["base_x", "base_y", "base_yaw", "base_x"]
+    assert "(top level): part 'base': joint 'base_x' is declared 2 times" in _refusal(
+        data, tmp_path
+    )
+
+
+def test_a_binary_gripper_of_seven_joints_is_refused(data: dict[str, Any], tmp_path: Path) -> None:
+    data["parts"][0]["modes"].append("gripper_binary")
+    data["safety"]["sim"]["parts"]["arm"]["gripper_binary"] = {"source": "test"}
+    assert _refusal(data, tmp_path).startswith(
+        _top(
+            "part 'arm': gripper_binary: expected exactly one joint, with position limits, got "
+            "['panda_joint1', "
+        )
     )
 
 
@@ -298,6 +318,7 @@ def test_cartesian_mode_without_an_end_effector_is_refused(
     data: dict[str, Any], tmp_path: Path
 ) -> None:
     data["parts"][0]["end_effector"] = None
+    data["safety"]["sim"]["parts"]["arm"]["singularity_limit"] = None
     assert _refusal(data, tmp_path) == _top("part 'arm': cartesian_delta needs an end_effector")
 
 

@@ -207,9 +207,6 @@ def _check_part(part: Part) -> None:
     for mode in part.control_modes:
         if mode not in MODES:
             raise ConfigError(expected(who, "a mode of this HAL", mode.yaml_name, valid))
-        if mode in _GRIPPER_MODES and len(part.joints) != 1:
-            got = f"{len(part.joints)} joints"
-            raise ConfigError(expected(who, f"one joint for {mode.yaml_name}", got))
     if part.joints and part.hold == "write_default":
         laws = ("keep_position", "zero_delta", "ramp_to_zero", "keep_command")
         raise ConfigError(expected(who, "a hold law for joints", part.hold, laws))

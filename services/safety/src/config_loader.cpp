@@ -6,6 +6,7 @@
 #include <string>
 
 #include "config_modes.hpp"
+#include "config_shape.hpp"
 #include "config_tree.hpp"
 #include "config_values.hpp"
 #include "sha256.hpp"
@@ -76,6 +77,9 @@ JointLimits read_joint(Section section, const json& parts) {
   joint.effort_limit = section.number("effort_limit");
   joint.jump_limit = section.number("jump_limit");
   joint.standstill_velocity = section.number("standstill_velocity");
+  joint.contact_limit = section.number("contact_limit");
+  joint.encoder_step = section.number("encoder_step");
+  joint.dead_band = section.number("dead_band");
   joint.source = source_in(section);
   section.refuse_unknown_keys();
   return joint;
@@ -105,12 +109,23 @@ void read_part_joints(Section& section, const Limits& limits, PartLimits& part) 
   }
 }
 
+// Only a part with a tool has a Jacobian to judge by.
+double read_singularity(Section& section, const PartLimits& part) {
+  if (part.tool != no_link) return section.number("singularity_limit");
+  const json& none = section.any("singularity_limit");
+  if (!none.is_null())
+    refuse(section.path_of("singularity_limit"), "null for a part without a tool_frame", none);
+  return unset;
+}
+
 PartLimits read_part(Section section, const Limits& limits) {
   PartLimits part;
   part.name = name_in(section, "name");
   read_part_joints(section, limits, part);
   part.tool = read_tool(section, limits.kinematics);
+  part.singularity_limit = read_singularity(section, part);
   read_modes(section.section("modes"), part);
+  read_transitions(section, part);
   part.source = source_in(section);
   section.refuse_unknown_keys();
   return part;
@@ -134,6 +149,9 @@ ProtocolLimits read_protocol(Section section) {
   protocol.stop_window_s = count("stop_window_s");
   protocol.bad_frames_limit = count("bad_frames_limit");
   protocol.bad_frames_window_ticks = count("bad_frames_window_ticks");
+  protocol.stuck_ticks = count("stuck_ticks");
+  protocol.stop_ramp_ms = count("stop_ramp_ms");
+  protocol.step_deadline_us = count("step_deadline_us");
   section.refuse_unknown_keys();
   return protocol;
 }
@@ -177,6 +195,9 @@ std::unique_ptr<Limits> parse_limits(std::string_view text) {
   read_joints(file, *limits);
   limits->kinematics = read_tree(file.section("kinematics"), *limits);
   read_parts(file, *limits);
+  limits->collision = read_collision(file.section("collision"), limits->kinematics);
+  limits->workspace = read_workspace(file.section("workspace"));
+  limits->base = read_base(file, *limits);
   limits->protocol = read_protocol(file.section("protocol"));
   file.refuse_unknown_keys();
   limits->config_hash =

@@ -10,4 +10,7 @@ namespace fairlead {
 /// mode that has no checker.
 void read_modes(Section section, PartLimits& part);
 
+/// Read `transitions` of a part whose modes are known. Throws ConfigRefused naming the path.
+void read_transitions(Section& part, PartLimits& limits);
+
 }  // namespace fairlead

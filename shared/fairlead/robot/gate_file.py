@@ -9,23 +9,25 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Sequence
 
 from pydantic import BaseModel
 
 from fairlead.errors import ConfigError, expected
+from fairlead.robot.capsules import CapsuleFile, load_capsules
 from fairlead.robot.description_tree import DescriptionTree, Link, description_tree
+from fairlead.robot.gate_geometry import Json, compiled_base, compiled_shape, compiled_workspace
 from fairlead.robot.joint import Joint
 from fairlead.robot.manifest import RobotManifest
 from fairlead.robot.part import Part
 from fairlead.robot.safety_profile import MeasuredLimits, SafetyProfile
 
 FORMAT = "fairlead-gate-1"
-
-Json = str | float | bool | None | Sequence["Json"] | dict[str, "Json"]
+MAX_SOURCE = 256
+"""Bytes of a source that the gate keeps and cites."""
 
 _NUMBER_LIST = re.compile(r"\[\s+(-?\d[^\[\]\"{}]*?)\s+\]")
 _UNIT_SUFFIXES = ("_rad_s", "_m_s", "_rad", "_m")
+_GATE_NAMES = {"step_limits": "step_limit", "tracking_limits": "tracking"}
 
 
 def compile_gate_config(robot: RobotManifest, profile: str) -> str:
@@ -36,11 +38,13 @@ def compile_gate_config(robot: RobotManifest, profile: str) -> str:
 
     Raises:
         ConfigError: if the robot has no such profile, or its description is not one tree of
-            measured joints, or lacks a frame that a mode or an end effector names.
+            measured joints, or lacks a frame that a mode or an end effector names; or if a
+            source is longer than the gate keeps.
     """
     safety = robot.profile(profile)
     tree = description_tree(robot)
-    _check_frames(robot, safety, tree)
+    capsules = load_capsules(robot)
+    _check_frames(robot, safety, tree, capsules)
     config: dict[str, Json] = {
         "format": FORMAT,
         "robot": robot.id,
@@ -57,20 +61,41 @@ def compile_gate_config(robot: RobotManifest, profile: str) -> str:
         ],
         "kinematics": {"root": tree.root, "links": [_link(link) for link in tree.links]},
         "parts": [_part(robot, part, safety) for part in robot.parts],
+        "collision": compiled_shape(capsules, safety.self_collision),
+        "workspace": compiled_workspace(safety.workspace),
+        "base": compiled_base(safety.base, robot.base_joints),
         "protocol": safety.protocol.model_dump(),
     }
+    _check_sources(robot, config, "")
     text = json.dumps(config, indent=2, ensure_ascii=True, allow_nan=False) + "\n"
     return _NUMBER_LIST.sub(_on_one_line, text)
+
+
+def _check_sources(robot: RobotManifest, entry: Json, path: str) -> None:
+    """What the gate would cut, it would cite wrongly."""
+    if isinstance(entry, dict):
+        for key, value in entry.items():
+            _check_sources(robot, value, f"{path}.{key}" if path else key)
+            if key == "source" and len(str(value).encode()) > MAX_SOURCE:
+                who = f"robot {robot.id}: gate file: {path}.source"
+                got = f"{len(str(value).encode())}: {str(value)!r}"
+                raise ConfigError(expected(who, f"at most {MAX_SOURCE} bytes", got))
+    elif isinstance(entry, list):
+        for index, value in enumerate(entry):
+            _check_sources(robot, value, f"{path}[{index}]")
 
 
 def _on_one_line(numbers: re.Match[str]) -> str:
     return "[" + " ".join(numbers[1].split()) + "]"
 
 
-def _check_frames(robot: RobotManifest, safety: SafetyProfile, tree: DescriptionTree) -> None:
+def _check_frames(
+    robot: RobotManifest, safety: SafetyProfile, tree: DescriptionTree, shape: CapsuleFile
+) -> None:
     named: list[tuple[str, tuple[str, ...]]] = [
         (f"end effector {tool.name!r}", (tool.tool_frame,)) for tool in robot.end_effectors
     ]
+    named += [(f"{robot.capsules}: capsules", (capsule.link,)) for capsule in shape.capsules]
     for part, modes in safety.parts.items():
         for name in modes.names:
             frames = getattr(getattr(modes, name), "frames", ())
@@ -109,6 +134,9 @@ def _joint(joint: Joint, part: str, measured: MeasuredLimits) -> dict[str, Json]
         "effort_limit": joint.effort_limit,
         "jump_limit": measured.jump_per_tick,
         "standstill_velocity": measured.standstill_per_s,
+        "contact_limit": measured.contact_limit,
+        "encoder_step": measured.encoder_step,
+        "dead_band": measured.dead_band_per_tick,
         "source": f"{joint.source}; measured state: {measured.source}",
     }
 
@@ -142,7 +170,9 @@ def _part(robot: RobotManifest, part: Part, safety: SafetyProfile) -> dict[str, 
         "name": part.name,
         "joints": list(part.joints),
         "tool_frame": None if tool is None else tool.tool_frame,
+        "singularity_limit": limits.singularity_limit,
         "modes": {name: _mode(getattr(limits, name)) for name in limits.names},
+        "transitions": limits.mode_changes,
         "source": f"robot.yaml, part {part.name}",
     }
 
@@ -153,8 +183,8 @@ def _mode(limits: BaseModel) -> dict[str, Json]:
 
 
 def _gate_name(field: str) -> str:
-    if field == "step_limits":
-        return "step_limit"
+    if field in _GATE_NAMES:
+        return _GATE_NAMES[field]
     for suffix in _UNIT_SUFFIXES:
         if field.endswith(suffix):
             return field.removesuffix(suffix)

@@ -26,6 +26,7 @@ class RobotManifest(BaseModel):
 
     id: str
     description: str = Field(description="URDF file in the robot's folder")
+    capsules: str = Field(description="file of the robot's shape, in its folder")
     control_period_ms: float = Field(gt=0, le=1000)
     base_frame: str
     joints: tuple[Joint, ...] = Field(min_length=1)
@@ -93,9 +94,10 @@ class RobotManifest(BaseModel):
     def robot_hash(self) -> bytes:
         """SHA-256 of what the robot is: this manifest and its description file.
 
-        The safety block is left out: it has a hash of its own for each profile, that of the
-        gate's file. So are sources, which are prose. Everything else counts, limits, hold laws
-        and frames too: two processes that disagree on one of them mean two robots.
+        The safety block and the capsules are left out: they have a hash of their own for each
+        profile, that of the gate's file. So are sources, which are prose. Everything else counts,
+        limits, hold laws and frames too: two processes that disagree on one of them mean two
+        robots.
 
         Raises:
             ConfigError: if the robot has no folder or no description file.
@@ -104,6 +106,7 @@ class RobotManifest(BaseModel):
             mode="json",
             exclude={
                 "safety": True,
+                "capsules": True,
                 "joints": {"__all__": {"source"}},
                 "passive_joints": {"__all__": {"source"}},
             },

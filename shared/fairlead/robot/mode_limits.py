@@ -6,13 +6,28 @@ ones (N m and N where it is a torque). Every block names the source of its numbe
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
+
+from fairlead.errors import expected
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Point = tuple[Finite, Finite, Finite]
+MOST_GAIN = 1.5
+
+
+def _ordered_gain(gain: tuple[float, float]) -> tuple[float, float]:
+    lower, upper = gain
+    if 0.0 <= lower <= upper <= MOST_GAIN and upper > 0.0:
+        return gain
+    wanted = f"0 <= lower <= upper <= {MOST_GAIN} and upper above 0"
+    raise ValueError(expected("gain", wanted, str(list(gain))))
+
+
+Gain = Annotated[tuple[Finite, Finite], AfterValidator(_ordered_gain)]
+"""Which share of the motion a row asks for happens within its tick, from the least to the most."""
 
 
 class SafetyBlock(BaseModel):
@@ -22,16 +37,25 @@ class SafetyBlock(BaseModel):
 
 
 class JointPositionMode(SafetyBlock):
-    """step_limits: largest jump of the setpoint, per joint of the part (joint units)."""
+    """step_limits: largest jump of the setpoint, per joint of the part (joint units).
+
+    tracking_limits: how far a joint may be from the targets that acted (joint units).
+    """
 
     step_limits: tuple[Positive, ...]
+    tracking_limits: tuple[Positive, ...]
     source: str
 
 
 class JointVelocityMode(SafetyBlock):
-    """step_limits: largest change of the velocity from row to row, per joint of the part."""
+    """step_limits: largest change of the velocity from row to row, per joint of the part.
+
+    tracking_limits: how far a joint's velocity may be from those that acted, beyond ``gain``.
+    """
 
     step_limits: tuple[Positive, ...]
+    gain: Gain
+    tracking_limits: tuple[Positive, ...]
     source: str
 
 
@@ -46,9 +70,10 @@ class JointTorqueMode(SafetyBlock):
 
 
 class DexHandJointMode(SafetyBlock):
-    """step_limits: as for ``joint_position``, for the joints of a hand (joint units)."""
+    """As for ``joint_position``, for the joints of a hand (joint units)."""
 
     step_limits: tuple[Positive, ...]
+    tracking_limits: tuple[Positive, ...]
     source: str
 
 
@@ -57,6 +82,7 @@ class CartesianPoseMode(SafetyBlock):
 
     frames: links of the description that a pose may be given in.
     angular_step_limit_rad: angle of the rotation from one row to the next.
+    linear_tracking_m, angular_tracking_rad: how far the tool may be from the poses that acted.
     """
 
     frames: tuple[str, ...] = Field(min_length=1)
@@ -64,6 +90,8 @@ class CartesianPoseMode(SafetyBlock):
     upper_m: Point
     linear_step_limit_m: Positive
     angular_step_limit_rad: Positive
+    linear_tracking_m: Positive
+    angular_tracking_rad: Positive
     source: str
 
     @model_validator(mode="after")
@@ -78,24 +106,36 @@ class CartesianPoseMode(SafetyBlock):
 
 
 class CartesianDeltaMode(SafetyBlock):
-    """Norms of one row's translation and rotation vector, and of their change per row."""
+    """Norms of one row's translation and rotation vector, and of their change per row.
+
+    Tracking is how far the tool's motion within a tick may be from ``gain`` times the row's.
+    """
 
     frames: tuple[str, ...] = Field(min_length=1)
     linear_limit_m: Positive
     angular_limit_rad: Positive
     linear_step_limit_m: Positive
     angular_step_limit_rad: Positive
+    gain: Gain
+    linear_tracking_m: Positive
+    angular_tracking_rad: Positive
     source: str
 
 
 class CartesianTwistMode(SafetyBlock):
-    """Norms of the tool frame's linear and angular velocity, and of their change per row."""
+    """Norms of the tool frame's linear and angular velocity, and of their change per row.
+
+    Tracking is how far the tool's velocity may be from ``gain`` times the row's.
+    """
 
     frames: tuple[str, ...] = Field(min_length=1)
     linear_limit_m_s: Positive
     angular_limit_rad_s: Positive
     linear_step_limit_m_s: Positive
     angular_step_limit_rad_s: Positive
+    gain: Gain
+    linear_tracking_m_s: Positive
+    angular_tracking_rad_s: Positive
     source: str
 
 
@@ -107,6 +147,9 @@ class BodyTwistMode(SafetyBlock):
     angular_limit_rad_s: Positive
     linear_step_limit_m_s: Positive
     angular_step_limit_rad_s: Positive
+    gain: Gain
+    linear_tracking_m_s: Positive
+    angular_tracking_rad_s: Positive
     free_axes: tuple[Annotated[int, Field(ge=0, le=5)], ...] = Field(min_length=1)
     source: str
 
@@ -118,11 +161,16 @@ class GripperBinaryMode(SafetyBlock):
 
 
 class GripperPositionMode(SafetyBlock):
-    """Total opening and its largest change per row."""
+    """Total opening and its largest change per row.
+
+    slip_limit_m: opening that the gripper may lose on what it holds; null declares that losing
+    an object is no stop.
+    """
 
     lower_m: Finite
     upper_m: Finite
     step_limit_m: Positive
+    slip_limit_m: Positive | None
     source: str
 
     @model_validator(mode="after")
@@ -136,9 +184,13 @@ class GripperPositionMode(SafetyBlock):
 
 
 class CompositeMode(SafetyBlock):
-    """The range is [-1, 1] by definition; ``step_limit`` bounds its change per row."""
+    """The range is [-1, 1] by definition; ``step_limit`` bounds its change per row.
+
+    switching: where the sign may change.
+    """
 
     step_limit: Positive
+    switching: Literal["anywhere", "at_standstill"]
     source: str
 
 
@@ -160,4 +212,4 @@ class ModeLimits(SafetyBlock):
     @property
     def names(self) -> tuple[str, ...]:
         """The modes that have limits, in mode-number order."""
-        return tuple(name for name in type(self).model_fields if getattr(self, name) is not None)
+        return tuple(name for name in ModeLimits.model_fields if getattr(self, name) is not None)

@@ -9,10 +9,11 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-from fairlead.modes import GATED_MODES, ControlMode
+from fairlead.modes import ControlMode
 from fairlead.robot.joint import Joint
 from fairlead.robot.part import EndEffector, Part, SimulatorNames
 from fairlead.robot.safety_profile import ProfileName, SafetyProfile
+from fairlead.robot.safety_rules import safety_problems, same_names
 
 
 def reference_problems(
@@ -34,7 +35,7 @@ def reference_problems(
     problems += _base_problems(joints, base_joints)
     problems += _tool_problems(joints, parts, end_effectors)
     if simulator is not None:
-        problems += _same_names("simulator.joints", measured, simulator.joints)
+        problems += same_names("simulator.joints", measured, simulator.joints)
         for name, sources in simulator.joints.items():
             if not 1 <= len(sources) <= 2:
                 problems.append(
@@ -43,7 +44,8 @@ def reference_problems(
                 )
     for profile, block in safety.items():
         problems += (
-            f"safety.{profile}: {text}" for text in _safety_problems(measured, parts, block)
+            f"safety.{profile}: {text}"
+            for text in safety_problems(joints, passive_joints, parts, block)
         )
     return problems
 
@@ -57,7 +59,9 @@ def _repeated(what: str, names: Iterable[str]) -> Iterator[str]:
 def _part_problems(joints: Sequence[Joint], parts: Sequence[Part]) -> Iterator[str]:
     owners: dict[str, list[str]] = {joint.name: [] for joint in joints}
     for part in parts:
-        for name in part.joints:
+        yield from _repeated(f"part {part.name!r}: joint", part.joints)
+        yield from _gripper_problems(joints, part)
+        for name in dict.fromkeys(part.joints):
             if name not in owners:
                 yield (
                     f"part {part.name!r}: joint {name!r} is not a commanded joint "
@@ -68,6 +72,16 @@ def _part_problems(joints: Sequence[Joint], parts: Sequence[Part]) -> Iterator[s
     for name, owning in owners.items():
         if len(owning) != 1:
             yield f"joint {name!r}: expected exactly one part, got {owning}"
+
+
+def _gripper_problems(joints: Sequence[Joint], part: Part) -> Iterator[str]:
+    modes = [mode for mode in ("gripper_binary", "gripper_position") if mode in part.modes]
+    bounded = [joint.name for joint in joints if joint.has_bounds and joint.name in part.joints]
+    if modes and not len(part.joints) == len(bounded) == 1:
+        yield (
+            f"part {part.name!r}: {', '.join(modes)}: expected exactly one joint, with position "
+            f"limits, got {list(part.joints)}"
+        )
 
 
 def _base_problems(joints: Sequence[Joint], base_joints: Sequence[str]) -> Iterator[str]:
@@ -116,46 +130,3 @@ _TOOL_MODES = frozenset(
         ControlMode.GRIPPER_POSITION,
     }
 )
-
-
-def _safety_problems(
-    measured: Mapping[str, Joint], parts: Sequence[Part], block: SafetyProfile
-) -> Iterator[str]:
-    yield from _same_names("measured", measured, block.measured)
-    for name, limits in block.measured.items():
-        joint = measured.get(name)
-        if joint is not None and joint.has_bounds != (limits.tolerance is not None):
-            state = "missing" if joint.has_bounds else "given for a joint without position limits"
-            yield f"measured: joint {name!r}: tolerance is {state}"
-    yield from _same_names("parts", [part.name for part in parts], block.parts)
-    for part in parts:
-        modes = block.parts.get(part.name)
-        if modes is None:
-            continue
-        unchecked = [mode.yaml_name for mode in part.control_modes if mode not in GATED_MODES]
-        if unchecked:
-            yield f"part {part.name!r}: the gate has no checker for {', '.join(unchecked)}"
-        yield from _same_names(
-            f"part {part.name!r} modes", [m for m in part.modes if m not in unchecked], modes.names
-        )
-        for mode in (
-            modes.joint_position,
-            modes.joint_velocity,
-            modes.joint_torque,
-            modes.dex_hand_joint,
-        ):
-            if mode is not None and len(mode.step_limits) != len(part.joints):
-                yield (
-                    f"part {part.name!r}: step_limits: expected one per joint, "
-                    f"{len(part.joints)}, got {len(mode.step_limits)}"
-                )
-
-
-def _same_names(what: str, wanted: Iterable[str], got: Iterable[str]) -> Iterator[str]:
-    wanted, got = list(wanted), list(got)
-    missing = [name for name in wanted if name not in got]
-    extra = [name for name in got if name not in wanted]
-    if missing:
-        yield f"{what}: missing {', '.join(missing)}"
-    if extra:
-        yield f"{what}: unknown {', '.join(extra)} (valid: {', '.join(wanted)})"

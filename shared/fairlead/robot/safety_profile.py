@@ -6,11 +6,13 @@ sliding ones. `fairlead.robot.gate_file` compiles this into the file the gate lo
 
 from __future__ import annotations
 
+from itertools import permutations
 from typing import Annotated, Literal
 
 from pydantic import Field
 
 from fairlead.robot.mode_limits import ModeLimits, Positive, SafetyBlock
+from fairlead.robot.surroundings import BaseSurroundings, SelfCollision, Workspace
 
 Count = Annotated[int, Field(gt=0)]
 
@@ -21,11 +23,20 @@ class MeasuredLimits(SafetyBlock):
     tolerance: beyond the position limits (joints with position limits only).
     jump_per_tick: change of the measured position within one control period.
     standstill_per_s: speed below which the joint counts as standing still.
+
+    Commanded joints only:
+    contact_limit: largest measured effort [N m or N].
+    encoder_step: a smaller change of the measured position is none.
+    dead_band_per_tick: commanded motion within one control period below which the joint need
+        not move.
     """
 
     tolerance: Positive | None = None
     jump_per_tick: Positive
     standstill_per_s: Positive
+    contact_limit: Positive | None = None
+    encoder_step: Positive | None = None
+    dead_band_per_tick: Positive | None = None
     source: str
 
 
@@ -45,14 +56,40 @@ class Protocol(SafetyBlock):
     stop_window_s: Count
     bad_frames_limit: Count
     bad_frames_window_ticks: Count
+    stuck_ticks: Count
+    stop_ramp_ms: Count
+    step_deadline_us: Count
+
+
+class PartSafety(ModeLimits):
+    """What one part may be told, and when its mode may change.
+
+    singularity_limit: smallest singular value of the tool's Jacobian that cartesian modes may
+        go down to; exactly the parts with an end effector have one.
+    transitions: pairs of modes, from and to, that may follow each other at standstill; ``any``
+        stands for all pairs of the part's modes.
+    """
+
+    singularity_limit: Positive | None = None
+    transitions: Literal["any"] | tuple[tuple[str, str], ...]
+
+    @property
+    def mode_changes(self) -> tuple[tuple[str, str], ...]:
+        """The pairs, ``any`` written out in mode-number order."""
+        if self.transitions != "any":
+            return self.transitions
+        return tuple(permutations(self.names, 2))
 
 
 class SafetyProfile(SafetyBlock):
-    """Everything the gate enforces in one profile."""
+    """Everything the gate enforces in one profile; ``base`` for robots with zones only."""
 
     lockstep_allowed: bool
     measured: dict[str, MeasuredLimits]
-    parts: dict[str, ModeLimits]
+    parts: dict[str, PartSafety]
+    self_collision: SelfCollision
+    workspace: Workspace
+    base: BaseSurroundings | None = None
     protocol: Protocol
 
 

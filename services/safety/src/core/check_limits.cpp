@@ -22,7 +22,10 @@ Text check_joint(const Limits& limits, const JointLimits& joint) {
                    positive(phrase(key, ".acceleration_limit"), joint.acceleration_limit),
                    positive(phrase(key, ".effort_limit"), joint.effort_limit),
                    positive(phrase(key, ".jump_limit"), joint.jump_limit),
-                   positive(phrase(key, ".standstill_velocity"), joint.standstill_velocity)});
+                   positive(phrase(key, ".standstill_velocity"), joint.standstill_velocity),
+                   positive(phrase(key, ".contact_limit"), joint.contact_limit),
+                   positive(phrase(key, ".encoder_step"), joint.encoder_step),
+                   positive(phrase(key, ".dead_band"), joint.dead_band)});
 }
 
 Text check_passive_joint(const PassiveLimits& joint) {
@@ -48,9 +51,10 @@ Text check_part(const Limits& limits, std::size_t index) {
     if (limits.joints[j].part == index && !part.joints.contains(j))
       return phrase("joints.", limits.joints[j].name, ": ", part.name,
                     " does not list it among its joints");
-  if (part.tool != no_link && part.tool >= limits.kinematics.links.size())
-    return phrase(key, ".tool_frame: no such link");
-  return check_modes(limits, part);
+  if (part.tool == no_link) return check_modes(limits, part);
+  if (part.tool >= limits.kinematics.links.size()) return phrase(key, ".tool_frame: no such link");
+  return first_of({positive(phrase(key, ".singularity_limit"), part.singularity_limit),
+                   check_modes(limits, part)});
 }
 
 Text in_range(std::string_view key, double value, double lowest, double highest) {
@@ -74,7 +78,10 @@ Text check_protocol(const ProtocolLimits& protocol) {
                    in_range("stops_to_latch", protocol.stops_to_latch, 1, 16),
                    in_range("stop_window_s", protocol.stop_window_s, 1, 86'400),
                    in_range("bad_frames_limit", protocol.bad_frames_limit, 1, 16),
-                   in_range("bad_frames_window_ticks", protocol.bad_frames_window_ticks, 1, 1000)});
+                   in_range("bad_frames_window_ticks", protocol.bad_frames_window_ticks, 1, 1000),
+                   in_range("stuck_ticks", protocol.stuck_ticks, 1, 1000),
+                   in_range("stop_ramp_ms", protocol.stop_ramp_ms, 1, 60'000),
+                   in_range("step_deadline_us", protocol.step_deadline_us, 1, 1'000'000)});
 }
 
 }  // namespace
@@ -95,7 +102,8 @@ Text check_limits(const Limits& limits) {
     if (fault.empty()) fault = check_passive_joint(joint);
   for (std::size_t i = 0; i < limits.parts.size(); ++i)
     if (fault.empty()) fault = check_part(limits, i);
-  return fault.empty() ? check_protocol(limits.protocol) : fault;
+  return first_of({fault, check_collision(limits), check_workspace(limits), check_base(limits),
+                   check_protocol(limits.protocol)});
 }
 
 }  // namespace fairlead

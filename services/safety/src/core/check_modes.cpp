@@ -8,12 +8,31 @@ namespace {
 
 bool is_target(Mode mode) { return mode == Mode::joint_position || mode == Mode::dex_hand_joint; }
 
+// A lower end below 0 would say that the robot moves against its command.
+Text check_gain(const Text& key, const Gain& gain) {
+  constexpr double most = 1.5;
+  if (gain.lower >= 0.0 && gain.lower <= gain.upper && gain.upper > 0.0 && gain.upper <= most)
+    return {};
+  return phrase(key, ".gain: expected 0 <= lower <= upper <= ", most, " and upper above 0, got ",
+                gain.lower, " and ", gain.upper);
+}
+
+Text check_joint_numbers(const JointModeLimits& block, std::size_t joint, Mode mode,
+                         const Text& key, const Name& name) {
+  const Text fault = positive(phrase(key, ".step_limit of ", name), block.step_limit[joint]);
+  if (!fault.empty() || mode == Mode::joint_torque) return fault;
+  return positive(phrase(key, ".tracking of ", name), block.tracking[joint]);
+}
+
 Text check_joint_mode(const Limits& limits, const PartLimits& part, const JointModeLimits& block,
                       Mode mode, const Text& key) {
   if (part.joints.empty()) return phrase(key, ": the part has no joints");
+  if (const Text fault = check_gain(key, block.gain);
+      mode == Mode::joint_velocity && !fault.empty())
+    return fault;
   for (const std::size_t j : part.joints) {
     const JointLimits& joint = limits.joints[j];
-    const Text fault = positive(phrase(key, ".step_limit of ", joint.name), block.step_limit[j]);
+    const Text fault = check_joint_numbers(block, j, mode, key, joint.name);
     if (!fault.empty()) return fault;
     // A target needs a bound to be judged by; only a continuous joint has none to give.
     if (is_target(mode) && !joint.bounded && joint.kind != JointKind::continuous)
@@ -26,7 +45,10 @@ Text check_norms(const CartesianLimits& block, const Text& key) {
   return first_of({positive(phrase(key, ".linear_limit"), block.linear_limit),
                    positive(phrase(key, ".angular_limit"), block.angular_limit),
                    positive(phrase(key, ".linear_step_limit"), block.linear_step_limit),
-                   positive(phrase(key, ".angular_step_limit"), block.angular_step_limit)});
+                   positive(phrase(key, ".angular_step_limit"), block.angular_step_limit),
+                   check_gain(key, block.gain),
+                   positive(phrase(key, ".linear_tracking"), block.linear_tracking),
+                   positive(phrase(key, ".angular_tracking"), block.angular_tracking)});
 }
 
 Text check_pose(const PoseLimits& block, const Text& key) {
@@ -34,7 +56,9 @@ Text check_pose(const PoseLimits& block, const Text& key) {
                    check_range(phrase(key, " y"), block.lower[1], block.upper[1]),
                    check_range(phrase(key, " z"), block.lower[2], block.upper[2]),
                    positive(phrase(key, ".linear_step_limit"), block.linear_step_limit),
-                   positive(phrase(key, ".angular_step_limit"), block.angular_step_limit)});
+                   positive(phrase(key, ".angular_step_limit"), block.angular_step_limit),
+                   positive(phrase(key, ".linear_tracking"), block.linear_tracking),
+                   positive(phrase(key, ".angular_tracking"), block.angular_tracking)});
 }
 
 Text check_gripper(const Limits& limits, const PartLimits& part, const Text& key) {
@@ -42,12 +66,19 @@ Text check_gripper(const Limits& limits, const PartLimits& part, const Text& key
   return phrase(key, ": expected exactly one joint, with bounds");
 }
 
+// Infinite where the file declares that losing an object is no stop.
+Text check_slip(const Text& key, double slip) {
+  if (slip > 0.0) return {};
+  return phrase(key, ".slip_limit: expected a number above 0 or null, got ", slip);
+}
+
 Text check_scalar(const Limits& limits, const PartLimits& part, const ScalarLimits& block,
                   Mode mode, const Text& key) {
   const bool grips = mode == Mode::gripper_position;
   return first_of({grips ? check_gripper(limits, part, key) : Text(),
                    check_range(key, block.lower, block.upper),
-                   positive(phrase(key, ".step_limit"), block.step_limit)});
+                   positive(phrase(key, ".step_limit"), block.step_limit),
+                   grips ? check_slip(key, block.slip_limit) : Text()});
 }
 
 // Whether one of the part's own joints stands between the root and a link.

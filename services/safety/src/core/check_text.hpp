@@ -1,6 +1,7 @@
 // What the checks of a configuration have in common: a fault is a text, none is "".
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <initializer_list>
 
@@ -14,6 +15,13 @@ inline Text positive(const Text& key, double value) {
   return phrase(key, ": expected a finite number above 0, got ", value);
 }
 
+template <std::size_t N>
+bool all_finite(const std::array<double, N>& numbers) {
+  for (const double number : numbers)
+    if (!std::isfinite(number)) return false;
+  return true;
+}
+
 inline Text first_of(std::initializer_list<Text> faults) {
   for (const Text& fault : faults)
     if (!fault.empty()) return fault;
@@ -23,6 +31,12 @@ inline Text first_of(std::initializer_list<Text> faults) {
 inline Text check_range(const Text& key, double lower, double upper) {
   if (std::isfinite(lower) && std::isfinite(upper) && lower < upper) return {};
   return phrase(key, ": expected finite lower < upper, got ", lower, " and ", upper);
+}
+
+inline bool has_tool(const Limits& limits) {
+  for (const PartLimits& part : limits.parts)
+    if (part.tool != no_link) return true;
+  return false;
 }
 
 /// Two entries of a list with the same name, "" if there are none.
@@ -39,5 +53,12 @@ Text check_modes(const Limits& limits, const PartLimits& part);
 
 /// check_tree.cpp: the robot's links are one tree of measured joints.
 Text check_tree(const Limits& limits);
+
+/// check_collision.cpp: capsules on links there are, and pairs of two that can come nearer.
+Text check_collision(const Limits& limits);
+
+/// check_surroundings.cpp: where tools and links may be, and where the base may be.
+Text check_workspace(const Limits& limits);
+Text check_base(const Limits& limits);
 
 }  // namespace fairlead

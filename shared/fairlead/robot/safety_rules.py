@@ -1,0 +1,104 @@
+"""Rules of a safety profile: what it must say about the joints and parts of its robot."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+
+from fairlead.modes import GATED_MODES
+from fairlead.robot.joint import Joint
+from fairlead.robot.part import Part
+from fairlead.robot.safety_profile import MeasuredLimits, PartSafety, SafetyProfile
+
+_OF_COMMANDED = ("contact_limit", "encoder_step", "dead_band_per_tick")
+_PER_JOINT = ("joint_position", "joint_velocity", "joint_torque", "dex_hand_joint")
+
+
+def safety_problems(
+    joints: Sequence[Joint],
+    passive_joints: Sequence[Joint],
+    parts: Sequence[Part],
+    block: SafetyProfile,
+) -> Iterator[str]:
+    """Everything in one profile that does not fit its robot, in the order of the file."""
+    measured = {joint.name: joint for joint in (*joints, *passive_joints)}
+    yield from same_names("measured", measured, block.measured)
+    for name, limits in block.measured.items():
+        if name in measured:
+            commanded = measured[name] in joints
+            yield from _measured_problems(measured[name], limits, commanded=commanded)
+    yield from same_names("parts", [part.name for part in parts], block.parts)
+    for part in parts:
+        if part.name in block.parts:
+            yield from _part_problems(part, block.parts[part.name])
+    yield from _surroundings_problems(joints, parts, block)
+
+
+def same_names(what: str, wanted: Iterable[str], got: Iterable[str]) -> Iterator[str]:
+    """What is missing in a list of names, and what is there without being asked for."""
+    wanted, got = list(wanted), list(got)
+    missing = [name for name in wanted if name not in got]
+    extra = [name for name in got if name not in wanted]
+    if missing:
+        yield f"{what}: missing {', '.join(missing)}"
+    if extra:
+        yield f"{what}: unknown {', '.join(extra)} (valid: {', '.join(wanted)})"
+
+
+def _measured_problems(joint: Joint, limits: MeasuredLimits, *, commanded: bool) -> Iterator[str]:
+    key = f"measured: joint {joint.name!r}"
+    if joint.has_bounds != (limits.tolerance is not None):
+        state = "missing" if joint.has_bounds else "given for a joint without position limits"
+        yield f"{key}: tolerance is {state}"
+    for name in _OF_COMMANDED:
+        if commanded != (getattr(limits, name) is not None):
+            state = "missing" if commanded else "given for a joint that is not commanded"
+            yield f"{key}: {name} is {state}"
+
+
+def _part_problems(part: Part, limits: PartSafety) -> Iterator[str]:
+    key = f"part {part.name!r}"
+    unchecked = [mode.yaml_name for mode in part.control_modes if mode not in GATED_MODES]
+    if unchecked:
+        yield f"{key}: the gate has no checker for {', '.join(unchecked)}"
+    yield from same_names(
+        f"{key} modes", [mode for mode in part.modes if mode not in unchecked], limits.names
+    )
+    for mode in _PER_JOINT:
+        for name in ("step_limits", "tracking_limits"):
+            numbers = getattr(getattr(limits, mode), name, None)
+            if numbers is not None and len(numbers) != len(part.joints):
+                yield (
+                    f"{key}: {name}: expected one per joint, {len(part.joints)}, got {len(numbers)}"
+                )
+    if (part.end_effector is None) != (limits.singularity_limit is None):
+        state = "given without an end_effector" if part.end_effector is None else "missing"
+        yield f"{key}: singularity_limit is {state}"
+    yield from _transition_problems(key, limits)
+
+
+def _transition_problems(key: str, limits: PartSafety) -> Iterator[str]:
+    if limits.transitions == "any":
+        return
+    for pair, count in Counter(limits.transitions).items():
+        if not set(pair) <= set(limits.names) or pair[0] == pair[1]:
+            yield (
+                f"{key}: transitions: expected two different modes of the part, got "
+                f"{list(pair)} (valid: {', '.join(limits.names)})"
+            )
+        elif count > 1:
+            yield f"{key}: transitions: {list(pair)} is there {count} times"
+
+
+def _surroundings_problems(
+    joints: Sequence[Joint], parts: Sequence[Part], block: SafetyProfile
+) -> Iterator[str]:
+    kinds = [volume.kind for volume in block.workspace.volumes]
+    if "keep_in" not in kinds and any(part.end_effector is not None for part in parts):
+        yield f"workspace.volumes: expected one of kind keep_in for the robot's tools, got {kinds}"
+    zoned = [joint.name for joint in joints if not joint.has_bounds]
+    if zoned and block.base is None:
+        yield f"base: missing; zones bound {', '.join(zoned)}"
+    base = [joint.name for joint in joints if joint.role == "base"]
+    if block.base is not None and len(base) != 3:
+        yield f"base: expected three joints of role base, x, y and yaw, got {base}"

@@ -1,0 +1,130 @@
+"""Where a robot may be: ``self_collision``, ``workspace`` and ``base`` of ``safety.<profile>``.
+
+Lengths are in metres. Boxes lie along the axes of the description's root link, polygons in
+``odom``; a polygon is convex and goes counter-clockwise.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable
+from typing import Literal, TypeVar
+
+from pydantic import Field, field_validator, model_validator
+
+from fairlead.errors import expected
+from fairlead.robot.mode_limits import Finite, Point, Positive, SafetyBlock
+
+Corner = tuple[Finite, Finite]
+Kind = Literal["keep_in", "keep_out"]
+Place = TypeVar("Place", "Volume", "Zone")
+MAX_VOLUMES = 8
+MAX_ZONES = 8
+MAX_CORNERS = 8
+
+
+class SelfCollision(SafetyBlock):
+    """clearance_m: the least distance between two capsules that are kept apart."""
+
+    clearance_m: Positive
+    source: str
+
+
+class Volume(SafetyBlock):
+    """A box; ``keep_in`` is for tools only, ``keep_out`` for tools and capsules."""
+
+    name: str = Field(min_length=1)
+    kind: Kind
+    lower_m: Point
+    upper_m: Point
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Volume:
+        for axis, lower, upper in zip("xyz", self.lower_m, self.upper_m, strict=True):
+            if lower >= upper:
+                raise ValueError(
+                    f"volume {self.name!r}: inverted limits along {axis}, lower_m {lower} is not "
+                    f"below upper_m {upper}"
+                )
+        return self
+
+
+class Workspace(SafetyBlock):
+    """Where tools and links may be."""
+
+    volumes: tuple[Volume, ...] = Field(max_length=MAX_VOLUMES)
+    source: str
+
+    @field_validator("volumes")
+    @classmethod
+    def _names_once(cls, volumes: tuple[Volume, ...]) -> tuple[Volume, ...]:
+        return _once("volume", volumes)
+
+
+class Zone(SafetyBlock):
+    """A polygon in ``odom`` that the base's footprint stays in, or out of."""
+
+    name: str = Field(min_length=1)
+    kind: Kind
+    corners_m: tuple[Corner, ...] = Field(min_length=3, max_length=MAX_CORNERS)
+
+    @field_validator("corners_m")
+    @classmethod
+    def _convex(cls, corners: tuple[Corner, ...]) -> tuple[Corner, ...]:
+        return _convex("corners_m", corners)
+
+
+class BaseSurroundings(SafetyBlock):
+    """What G034 judges a mobile base by.
+
+    footprint_m: the base's outline about the root link's origin.
+    yaw_axis_m: where the base turns, in the root link's frame.
+    reaction_s: time before braking begins.
+    """
+
+    footprint_m: tuple[Corner, ...] = Field(min_length=3, max_length=MAX_CORNERS)
+    yaw_axis_m: Corner
+    reaction_s: Positive
+    zones: tuple[Zone, ...] = Field(max_length=MAX_ZONES)
+    source: str
+
+    @field_validator("footprint_m")
+    @classmethod
+    def _convex(cls, corners: tuple[Corner, ...]) -> tuple[Corner, ...]:
+        return _convex("footprint_m", corners)
+
+    @field_validator("zones")
+    @classmethod
+    def _usable(cls, zones: tuple[Zone, ...]) -> tuple[Zone, ...]:
+        kinds = [zone.kind for zone in zones]
+        if "keep_in" not in kinds:
+            raise ValueError(expected("zones", "one of kind keep_in", str(kinds)))
+        return _once("zone", zones)
+
+
+def _once(what: str, places: tuple[Place, ...]) -> tuple[Place, ...]:
+    for name, count in Counter(place.name for place in places).items():
+        if count > 1:
+            raise ValueError(f"{what} {name!r} is declared {count} times")
+    return places
+
+
+def _convex(key: str, corners: tuple[Corner, ...]) -> tuple[Corner, ...]:
+    count = len(corners)
+    sides = ((corners[i], corners[(i + 1) % count]) for i in range(count))
+    if all(_left_of(side, _others(corners, side)) for side in sides):
+        return corners
+    raise ValueError(expected(key, "a convex polygon, counter-clockwise", str(corners)))
+
+
+def _others(corners: Iterable[Corner], side: tuple[Corner, Corner]) -> list[Corner]:
+    """All corners but the side's two, and those again where they are repeated."""
+    rest = list(corners)
+    for end in side:
+        rest.remove(end)
+    return rest
+
+
+def _left_of(side: tuple[Corner, Corner], corners: Iterable[Corner]) -> bool:
+    (ax, ay), (bx, by) = side
+    return all((bx - ax) * (y - ay) - (by - ay) * (x - ax) > 0.0 for x, y in corners)
