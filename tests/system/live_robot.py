@@ -20,6 +20,7 @@ from tests.system.motion_log import MotionLine, MotionLog
 SKILL = "oracle-counter-to-cabinet"
 WAIT_S = 60.0
 POLL_S = 0.02
+DEADLINE_TICKS = 800
 MOVING_TICKS = 10  # rows in a row before a fault is injected
 
 
@@ -37,8 +38,9 @@ class LiveRobot:
     first_ticks: first tick of each released chunk, by verdict.
     """
 
-    def __init__(self, robot: ScratchRobot) -> None:
+    def __init__(self, robot: ScratchRobot, skill: str = SKILL) -> None:
         self.robot = robot
+        self._skill = skill
         self.client = robot.client
         self.supervisor = robot.supervisor
         self.motion = MotionLog(robot.scratch.state_dir / "hal")
@@ -61,8 +63,8 @@ class LiveRobot:
         self.client.arm()
 
     def start_goal(self, stall_timeout_s: float = 3.0) -> Future[Progress]:
-        """Run the oracle's goal in the background."""
-        wish = GoalWish(SKILL, deadline_ticks=800, stall_timeout_s=stall_timeout_s)
+        """Run a goal of the skill in the background."""
+        wish = GoalWish(self._skill, deadline_ticks=DEADLINE_TICKS, stall_timeout_s=stall_timeout_s)
         return self._threads.submit(run_goal, self.client, wish)
 
     def run_goal(self, seed: int) -> GoalResult:

@@ -9,7 +9,9 @@ from dataclasses import dataclass
 from fairlead.errors import FairleadError, ServiceError
 from fairlead.operate.client import RobotClient
 from fairlead.supervisor import Registry, Supervisor
+from fairlead.supervisor.command_line import service_command
 from fairlead.supervisor.scratch import Scratch
+from fairlead.supervisor.supervisor import CommandBuilder
 
 READY_TIMEOUT_S = 120.0
 
@@ -25,18 +27,30 @@ class ScratchRobot:
 
 @contextmanager
 def scratch_robot(
-    scratch: Scratch, registry: Registry | None = None, order: list[str] | None = None
+    scratch: Scratch,
+    registry: Registry | None = None,
+    order: list[str] | None = None,
+    command: CommandBuilder = service_command,
 ) -> Iterator[ScratchRobot]:
     """Start the services of ``scratch``, wait until the gate follows the HAL, stop them.
 
     Args:
         order: start them one by one in this order; None: all at once.
+        command: builds a service's command line.
 
     Raises:
         ServiceError: a service died or was not ready in time, with its last lines.
         NoAnswerError: the gate does not follow the HAL.
     """
-    supervisor = Supervisor(scratch.file, scratch.deployment, scratch.state_dir, registry=registry)
+    hosts = list(scratch.deployment.hosts)
+    supervisor = Supervisor(
+        scratch.file,
+        scratch.deployment,
+        scratch.state_dir,
+        registry=registry,
+        command=command,
+        host=hosts[0] if hosts else None,
+    )
     try:
         supervisor.start(order, None if order is None else READY_TIMEOUT_S)
         supervisor.wait_ready(READY_TIMEOUT_S)

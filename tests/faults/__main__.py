@@ -1,0 +1,82 @@
+"""``python -m tests.faults``: the campaign on the command line; ``make faults`` runs it."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from tests.faults.campaign import Campaign, RowResult
+from tests.faults.report import document, summary, write_document
+from tests.faults.row import Row
+from tests.faults.table import ROWS
+from tests.faults.timer_process import TimerProcess
+
+
+def main() -> int:
+    """Run what was asked for; 1 if a row failed."""
+    chosen = _arguments().parse_args()
+    rows = [row for row in ROWS if not chosen.row or row.number in chosen.row]
+    if not rows:
+        known = ", ".join(str(number) for number in sorted({row.number for row in ROWS}))
+        print(f"faults: no row {chosen.row} is run here (valid: {known})", file=sys.stderr)
+        return 2
+    stages = list(dict.fromkeys(row.stage for row in rows))
+    rows.sort(key=lambda row: (stages.index(row.stage), row.number))
+    load = os.getloadavg()[0]
+    results = _run(rows, chosen.injections)
+    machine = f"load average {load:.1f} before and {os.getloadavg()[0]:.1f} after"
+    results.sort(key=lambda result: (result.row.number, ROWS.index(result.row)))
+    if chosen.json:
+        print(json.dumps({"machine": machine, "rows": [r.entry() for r in results]}, indent=2))
+    else:
+        print(summary(results))
+    if chosen.results:
+        entries = [result.entry() for result in results]
+        chosen.results.write_text(json.dumps({"machine": machine, "rows": entries}, indent=1))
+    if chosen.write:
+        write_document(document(results, machine))
+    return 0 if all(result.passed for result in results) else 1
+
+
+def _run(rows: list[Row], injections: int | None) -> list[RowResult]:
+    results = []
+    began = time.monotonic()
+    with tempfile.TemporaryDirectory(prefix="fairlead-faults-") as folder, TimerProcess() as timer:
+        campaign = Campaign(Path(folder), timer, _say)
+        try:
+            for number, row in enumerate(rows, 1):
+                _say(f"[{number}/{len(rows)}, {time.monotonic() - began:.0f} s] {row.number} "
+                     f"{row.fault}")  # fmt: skip
+                results.append(campaign.run(row, injections))
+                _say(f"  -> {'passed' if results[-1].passed else 'FAILED'}")
+        finally:
+            campaign.close()
+    return results
+
+
+def _say(line: str) -> None:
+    print(line, file=sys.stderr, flush=True)
+
+
+def _arguments() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="python -m tests.faults",
+        description="Does every fault of docs/faults.md to real processes and measures what "
+        "they do.",
+        epilog="example: python -m tests.faults --row 1 --row 26 --injections 3",
+    )
+    parser.add_argument("--row", type=int, action="append", help="only this row; repeatable")
+    parser.add_argument("--injections", type=int, help="per row; else 5, and 20 for tight bounds")
+    parser.add_argument("--json", action="store_true", help="print the results as data")
+    parser.add_argument("--results", type=Path, help="also write the results to this file")
+    parser.add_argument("--write", action="store_true", help="rewrite the table of docs/faults.md")
+    return parser
+
+
+if __name__ == "__main__":
+    sys.exit(main())

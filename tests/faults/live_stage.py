@@ -1,0 +1,170 @@
+"""A whole robot without physics, in realtime, that keeps executing rows until something happens."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import Future
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from fairlead.deploy.deployment import Deployment
+from fairlead.errors import FairleadError
+from fairlead.messages import GateState, GoalResult, Lease, decode
+from fairlead.operate.goal_watch import Progress
+from fairlead.operate.scratch_robot import ScratchRobot, scratch_robot
+from fairlead.paths import repo_root, rskill_dir
+from fairlead.supervisor import Registry
+from fairlead.supervisor.command_line import service_command
+from fairlead.supervisor.scratch import ScratchOptions, make_scratch
+from fairlead.wire.bus import Sample
+from tests.faults.motion_rules import every_row_was_judged_for_its_tick
+from tests.faults.row import Shot
+from tests.system.light_hal import LIGHT_HAL
+from tests.system.live_robot import LiveRobot, wait_for
+from tests.system.motion_log import hold_delay_ms, longest_tick_ms
+
+SOURCE = repo_root() / "compose" / "panda_mobile_sim.yaml"
+SKILL = "steady-motion"
+TURN_RAD_S = 0.1
+BEFORE_TICKS = 10
+
+
+@dataclass(frozen=True)
+class Changes:
+    """How a robot differs from the shipped deployment.
+
+    environment: by service ("" for all of them), variables it is started with.
+    command: makes a service's words from the usual ones.
+    """
+
+    pacing: str = "realtime"
+    environment: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+    command: Callable[[str, list[str]], list[str]] = lambda service, words: words
+
+    def words(self, file: Path, deployment: Deployment, service: str, state: Path) -> list[str]:
+        """The command line of one service."""
+        usual = service_command(file, deployment, service, state)
+        mine = {**self.environment.get("", {}), **self.environment.get(service, {})}
+        variables = [f"{name}={value}" for name, value in mine.items()]
+        return ["env", *variables, *self.command(service, usual)]
+
+
+class LiveStage(LiveRobot):
+    """A robot whose base turns slowly for as long as its goal lasts, and the gate's leases.
+
+    leases: CLOCK_MONOTONIC of the arrival [ns], and the lease.
+    """
+
+    def __init__(self, robot: ScratchRobot) -> None:
+        super().__init__(robot, SKILL)
+        self.leases: list[tuple[int, Lease]] = []
+        self.client.bus.subscribe(self.client.keys.lease, self._on_lease)
+
+    def _on_lease(self, sample: Sample) -> None:
+        self.leases.append((time.monotonic_ns(), decode(Lease, sample.payload)))
+        if len(self.leases) > 4000:
+            del self.leases[:2000]
+
+    # --- measurements ----------------------------------------------------------------
+
+    def hold_shot(self, injected_ns: int, note: str = "") -> Shot:
+        """Injection to the first tick from which on nothing moved; then the rules of all rows."""
+        delay_ms = hold_delay_ms(self.motion_ended(injected_ns), injected_ns)
+        every_row_was_judged_for_its_tick(self)
+        ended_ns = injected_ns + int(delay_ms * 1e6)
+        return Shot(delay_ms, injected_ns, ended_ns, self.tick_ms(injected_ns), note)
+
+    def tick_ms(self, before_ns: int) -> float:
+        """The longest of the last undisturbed ticks."""
+        lines = [line for line in self.motion.read()[-400:] if line.stamp_ns < before_ns]
+        return longest_tick_ms(lines[-BEFORE_TICKS:])
+
+    def stop_ms(self, injected_ns: int) -> float:
+        """Injection to the gate's first lease that says stopped or latched."""
+        found: list[int] = []
+
+        def stopped() -> bool:
+            found[:] = [
+                stamp
+                for stamp, lease in list(self.leases)
+                if stamp >= injected_ns and lease.state in (GateState.STOPPED, GateState.LATCHED)
+            ]
+            return bool(found)
+
+        wait_for(stopped, "a lease says stopped")
+        return (found[0] - injected_ns) / 1e6
+
+    def no_hold_between(self, began_ns: int, ended_ns: int) -> int:
+        """Asserts that rows acted in every tick of a stretch; how many."""
+        wait_for(lambda: self.motion.read()[-1].stamp_ns > ended_ns, "the stretch is over")
+        lines = [line for line in self.motion.lines if began_ns <= line.stamp_ns <= ended_ns]
+        held = [line.tick for line in lines if not line.moves]
+        assert lines and not held, f"held in ticks {held} of {len(lines)}"
+        return len(lines)
+
+    # --- the way back ----------------------------------------------------------------
+
+    def ended(self, goal: Future[Progress]) -> GoalResult:
+        """How a goal ended."""
+        result = goal.result(timeout=60.0).result
+        assert result is not None
+        return result
+
+    def finish(self, goal: Future[Progress]) -> None:
+        """End a goal that still runs; whatever it said."""
+        if self.client.gate_status().state == GateState.ARMED:
+            self.client.disarm()
+        try:
+            goal.result(timeout=60.0)
+        except FairleadError:  # the runner may have died meanwhile
+            return
+
+
+def steady_skill(folder: Path) -> Path:
+    """A folder of skills with one whose policy always says: turn slowly, arm still."""
+    oracle = yaml.safe_load((rskill_dir("oracle-counter-to-cabinet") / "rskill.yaml").read_text())
+    manifest: dict[str, Any] = {
+        **{name: oracle[name] for name in ("licence", "embodiments", "prompt", "state_contract")},
+        "id": SKILL, "version": "0.1.0", "model_family": "test",
+        "policy": {"backend": "constant", "options": {"row": [0.0] * 8 + [TURN_RAD_S]}},
+        "action_contract": {
+            "dim": 9,
+            "slots": [
+                {"range": [0, 5], "control_mode": "cartesian_delta", "ee": "gripper",
+                 "frame": "base_link", "scale": [0.05] * 3 + [0.5] * 3},
+                {"range": [6, 8], "control_mode": "joint_velocity",
+                 "joint_names": ["base_x", "base_y", "base_yaw"], "scale": [1.0, 1.0, 1.5]},
+            ],
+        },
+        "rate_hz": 20.0, "horizon": 16, "execute_steps": 8, "age_max_ticks": 10,
+        "inference_timeout_s": 5.0,
+    }  # fmt: skip
+    (folder / SKILL).mkdir(parents=True)
+    text = yaml.safe_dump(manifest)
+    (folder / SKILL / "rskill.yaml").write_text(text, encoding="utf-8")
+    return folder
+
+
+def with_skill(folder: Path, changes: Changes) -> Changes:
+    """The same changes for services that also know the steady skill."""
+    everywhere = dict(changes.environment.get("", {}))
+    everywhere["FAIRLEAD_SKILLS"] = str(steady_skill(folder / "skills"))
+    return Changes(changes.pacing, {**changes.environment, "": everywhere}, changes.command)
+
+
+@contextmanager
+def live_stage(folder: Path, changes: Changes | None = None) -> Iterator[LiveStage]:
+    """Services without physics, all started."""
+    changes = with_skill(folder, changes or Changes())
+    assert changes.pacing in ("realtime", "lockstep")
+    pacing: Any = changes.pacing
+    options = ScratchOptions(pacing=pacing, options={"hal": LIGHT_HAL})
+    scratch = make_scratch(SOURCE, folder / "state", options)
+    registry = Registry(folder / "registry")
+    with scratch_robot(scratch, registry, command=changes.words) as robot:
+        yield LiveStage(robot)

@@ -1,0 +1,66 @@
+"""One row of the fault matrix: what is done to the robot, and what one injection showed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+TIGHT_MS = 150.0
+"""Rows with a bound up to this get more injections."""
+INJECTIONS, INJECTIONS_TIGHT = 5, 20
+
+
+@dataclass(frozen=True)
+class Shot:
+    """One injection whose outcome was right.
+
+    measured_ms: from the injection to what the row promises; None: the row has no time.
+    began_ns, ended_ns: CLOCK_MONOTONIC around it, for the control measurement.
+    tick_ms: the longest undisturbed tick of the robot's HAL just before; None: no HAL of ours.
+    note: what else was seen, for the reader of the log.
+    """
+
+    measured_ms: float | None
+    began_ns: int
+    ended_ns: int
+    tick_ms: float | None = None
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class Row:
+    """A fault and its promise.
+
+    number: of the fault matrix; a fault with several forms has one row for each.
+    measures: what the time is, in words: from where to where, on whose clock.
+    stage: which robot it is done to, see `tests.faults.stages`.
+    inject: does it once, asserts the outcome.
+    injections: if neither 5 nor 20 are right.
+    """
+
+    number: int
+    fault: str
+    outcome: str
+    bound_ms: float | None
+    stage: str
+    inject: Callable[[Any], Shot]
+    measures: str = "to the hold, HAL log"
+    injections: int | None = None
+
+    @property
+    def times(self) -> int:
+        """How often it is done if nobody says otherwise."""
+        if self.injections is not None:
+            return self.injections
+        tight = self.bound_ms is not None and self.bound_ms <= TIGHT_MS
+        return INJECTIONS_TIGHT if tight else INJECTIONS
+
+
+@dataclass(frozen=True)
+class NotRun:
+    """A row that the campaign does not run, and why that is so."""
+
+    number: int
+    fault: str
+    reason: str

@@ -1,0 +1,73 @@
+"""The control: a process that only sleeps, and how late the machine woke it.
+
+A bound that this process misses too says nothing about the robot.
+"""
+
+from __future__ import annotations
+
+import struct
+import subprocess
+import sys
+import threading
+import time
+from types import TracebackType
+
+PERIOD_S = 0.005
+_ENTRY = struct.Struct("<qq")
+
+
+def _sleep_for_ever() -> None:
+    period_ns, out = int(PERIOD_S * 1e9), sys.stdout.buffer
+    while True:
+        due_ns = time.monotonic_ns() + period_ns
+        time.sleep(PERIOD_S)
+        now_ns = time.monotonic_ns()
+        out.write(_ENTRY.pack(now_ns, now_ns - due_ns))
+        out.flush()
+
+
+class TimerProcess:
+    """Runs beside the campaign; asked afterwards about a stretch of time."""
+
+    def __init__(self) -> None:
+        words = [sys.executable, "-m", "tests.faults.timer_process"]
+        self._process = subprocess.Popen(words, stdout=subprocess.PIPE)
+        self._entries: list[tuple[int, int]] = []
+        self._reader = threading.Thread(target=self._read, daemon=True)
+        self._reader.start()
+
+    def __enter__(self) -> TimerProcess:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._process.kill()
+        self._process.wait()
+        self._reader.join()
+
+    def late_ms(self, began_ns: int, ended_ns: int) -> list[float]:
+        """How late each wake-up was whose sleep touched that stretch [ms]; at least one."""
+        margin_ns = 10_000_000
+        deadline = time.monotonic() + 10.0
+        while not self._entries or self._entries[-1][0] < ended_ns:
+            assert time.monotonic() < deadline, "the timer process does not wake up"
+            time.sleep(PERIOD_S)
+        return [
+            late_ns / 1e6
+            for now_ns, late_ns in self._entries
+            if now_ns >= began_ns and now_ns - late_ns - margin_ns <= ended_ns
+        ] or [0.0]
+
+    def _read(self) -> None:
+        assert self._process.stdout is not None
+        with self._process.stdout as stream:
+            while len(entry := stream.read(_ENTRY.size)) == _ENTRY.size:
+                self._entries.append(_ENTRY.unpack(entry))
+
+
+if __name__ == "__main__":
+    _sleep_for_ever()
