@@ -1,6 +1,6 @@
 # Every target is one script or command: read it there. `make` alone lists them.
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test soak coverage mutate sanitize fuzz lint bench wheel clean
+.PHONY: help setup demo test soak faults coverage mutate sanitize fuzz lint bench wheel clean
 # One at a time: the stages build on each other.
 .NOTPARALLEL:
 
@@ -16,9 +16,11 @@ demo: setup ## the robot does its task, in the simulator; ARGS=--realtime shows 
 test: setup ## every test; scripts/test PATH runs some of them
 	@scripts/test
 
-soak: setup ## the long tests: twenty seeds of the task, twenty of each fault
+soak: setup ## the long tests: twenty seeds of the task
 	@scripts/test -m soak
-	@FAIRLEAD_INJECTIONS=20 scripts/test tests/system/test_faults.py
+
+faults: setup ## every fault of docs/faults.md, five to twenty times; ARGS="--row 1 --write"
+	@.venv/bin/python -m tests.faults $(ARGS)
 
 coverage: setup ## lines and branches of the gate's core that no test runs; fails below the floor
 	@.venv/bin/python -m tests.core_coverage

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import queue
 import statistics
 import time
 import traceback
@@ -12,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from fairlead.errors import FairleadError
-from tests.faults.row import Row, Shot
+from tests.faults.row import NotHereError, Row, Shot
 from tests.faults.stages import STAGES
 from tests.faults.timer_process import TimerProcess
 
@@ -26,6 +27,7 @@ class RowResult:
 
     measured_ms: of the injections that count. machine_late: injections that missed the bound
     by less than the control process was late in the same stretch of time: not counted.
+    not_here: why this machine does not permit the row.
     """
 
     row: Row
@@ -35,6 +37,8 @@ class RowResult:
     counted: int = 0
     machine_late: int = 0
     failures: list[str] = field(default_factory=list)
+    not_here: str = ""
+    notes: list[str] = field(default_factory=list)
     wall_s: float = 0.0
 
     @property
@@ -54,6 +58,7 @@ class RowResult:
                 f"{measured:.1f} ms, bound {bound:g} ms; control at most {max(control_ms):.1f} ms"
             )
         self.counted += 1
+        self.notes.append(shot.note)
         if measured is not None:
             self.measured_ms.append(measured)
         if shot.tick_ms is not None:
@@ -69,7 +74,8 @@ class RowResult:
             "control_p50_ms": _middle(self.control_ms),
             "control_max_ms": max(self.control_ms, default=None),
             "tick_max_ms": max(self.tick_ms, default=None),
-            "passed": self.passed, "failures": self.failures, "wall_s": round(self.wall_s, 1),
+            "passed": self.passed, "not_here": self.not_here, "failures": self.failures,
+            "notes": self.notes, "wall_s": round(self.wall_s, 1),
         }  # fmt: skip
 
 
@@ -97,6 +103,8 @@ class Campaign:
         for _ in range(wanted * (1 + RETRIES)):
             if result.counted + len(result.failures) >= wanted or len(result.failures) >= 3:
                 break
+            if result.not_here:
+                return result
             self._inject(row, result)
         if not result.counted and not result.failures:
             result.failures.append("the machine was too late each time")
@@ -114,12 +122,16 @@ class Campaign:
         try:
             shot = row.inject(self._on(row.stage))
             result.take(shot, self._timer.late_ms(shot.began_ns, shot.ended_ns))
-        except (AssertionError, FairleadError, OSError, TimeoutError) as error:
+        except NotHereError as error:
+            result.not_here = str(error)
+            self._say(f"  row {row.number}: not here: {error}")
+            return
+        except (AssertionError, FairleadError, OSError, TimeoutError, queue.Empty) as error:
             where = traceback.extract_tb(error.__traceback__)[-1]
             text = f"{type(error).__name__} in {where.name}:{where.lineno}: {error}"
             result.failures.append(text[:2000])
             self._say(f"  row {row.number}: FAILED: {text[:600]}")
-            self._close_after(error)
+            self._close_after()
             return
         measured = "" if shot.measured_ms is None else f"{shot.measured_ms:.1f} ms "
         self._say(f"  row {row.number}: {measured}{shot.note}".rstrip())
@@ -134,7 +146,7 @@ class Campaign:
             self._stage = (stage, context, context.__enter__())
         return self._stage[2]
 
-    def _close_after(self, error: BaseException) -> None:
+    def _close_after(self) -> None:
         """A robot that failed may be in any state: the next injection gets a new one."""
         try:
             self.close()

@@ -23,7 +23,7 @@ def summary(results: Sequence[RowResult]) -> str:
     for result in results:
         entry = result.entry()
         lines.append(
-            f"{result.row.number:3d} {'ok  ' if result.passed else 'FAIL'} {result.row.fault}: "
+            f"{result.row.number:3d} {_verdict(result):6s} {result.row.fault}: "
             f"n {result.counted}, p50 {_ms(entry['p50_ms'])}, max {_ms(entry['max_ms'])} "
             f"(bound {_ms(result.row.bound_ms)}), control {_ms(entry['control_p50_ms'])} / "
             f"{_ms(entry['control_max_ms'])}, {result.wall_s:.0f} s"
@@ -71,9 +71,15 @@ def _line(result: RowResult) -> str:
         str(row.number), row.fault, row.outcome, row.measures if row.bound_ms else "",
         _ms(row.bound_ms), f"{result.counted}{late}", _ms(entry["p50_ms"]), _ms(entry["max_ms"]),
         f"{_ms(entry['control_p50_ms'])} / {_ms(entry['control_max_ms'])}",
-        _ms(entry["tick_max_ms"]), "passed" if result.passed else "FAILED",
+        _ms(entry["tick_max_ms"]), _verdict(result),
     ]  # fmt: skip
     return f"| {' | '.join(cells)} |"
+
+
+def _verdict(result: RowResult) -> str:
+    if result.not_here:
+        return f"not run: {result.not_here}"
+    return "passed" if result.passed else "FAILED"
 
 
 def _ms(value: float | None) -> str:

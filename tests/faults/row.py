@@ -6,9 +6,15 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from fairlead.errors import FairleadError
+
 TIGHT_MS = 150.0
 """Rows with a bound up to this get more injections."""
 INJECTIONS, INJECTIONS_TIGHT = 5, 20
+
+
+class NotHereError(FairleadError):
+    """This machine does not permit the fault; the text says why."""
 
 
 @dataclass(frozen=True)

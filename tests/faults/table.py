@@ -2,10 +2,29 @@
 
 from __future__ import annotations
 
-from tests.faults import process_faults
-from tests.faults.row import NotRun, Row
-
-ROWS: tuple[Row, ...] = tuple(
-    sorted((*process_faults.ROWS,), key=lambda row: row.number)
+from tests.faults import (
+    life_faults,
+    machine_faults,
+    network_faults,
+    process_faults,
+    protocol_faults,
+    sensor_faults,
+    stop_faults,
 )
-NOT_RUN: tuple[NotRun, ...] = ()
+from tests.faults.explained import NOT_RUN
+from tests.faults.row import Row
+
+__all__ = ["NOT_RUN", "ROWS"]
+
+_FAMILIES = (
+    process_faults,
+    network_faults,
+    protocol_faults,
+    sensor_faults,
+    stop_faults,
+    machine_faults,
+    life_faults,
+)
+ROWS: tuple[Row, ...] = tuple(
+    sorted((row for family in _FAMILIES for row in family.ROWS), key=lambda row: row.number)
+)

@@ -19,6 +19,7 @@ from tests.system.motion_log import MotionLine, MotionLog
 
 SKILL = "oracle-counter-to-cabinet"
 WAIT_S = 60.0
+HOLD_TIMEOUT_S = 15.0  # far beyond any promise
 POLL_S = 0.02
 DEADLINE_TICKS = 800
 MOVING_TICKS = 10  # rows in a row before a fault is injected
@@ -107,7 +108,7 @@ class LiveRobot:
             newest = self.motion.since(injected_ns)[-settle_ticks:]
             return len(newest) == settle_ticks and not any(line.moves for line in newest)
 
-        wait_for(held, "the robot holds")
+        wait_for(held, "the robot holds", HOLD_TIMEOUT_S)
         return self.motion.since(injected_ns)
 
     def restarted(self, service: str) -> None:

@@ -241,6 +241,11 @@ def _cannot_open(endpoints: Endpoints, error: Exception) -> TransportError:
             f"router {', '.join(endpoints.connect)}: not reached within {ROUTER_PATIENCE_S:g} s; "
             f"does it run{where}, and is the network up? there: fairlead up or fairlead router"
         )
+    if "Address already in use" in str(error):
+        return TransportError(
+            f"{', '.join(endpoints.listen)}: the port is in use by another process; see which: "
+            "fairlead ps"
+        )
     return TransportError(
         f"zenoh session: cannot open with listen={list(endpoints.listen)} "
         f"connect={list(endpoints.connect)}: {error}; is another process of this "

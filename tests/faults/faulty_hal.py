@@ -1,0 +1,124 @@
+"""A HAL process whose light robot can break: a real host around a backend that reads its fault.
+
+The test writes the fault's name into the file that `FAULT_FILE` names; empty: none.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from fairlead.hal.backend import FramePose, Measurement, PartCommand
+from fairlead.hal.kinematic_backend import KinematicBackend
+from fairlead.hal.process import Equipment, run_hal
+from fairlead.service import ServiceContext, run_service
+from fairlead_hal_sim.hal_options import read_options
+
+FAULT_FILE = "FAIRLEAD_TEST_FAULT"
+JOINT = "panda_joint1"
+OFFSET_RAD = 0.3
+PUSH_M = 0.3
+CONTACT = 1e4
+OPENED_M = 0.03
+
+
+class FaultyBackend(KinematicBackend):
+    """Moves like any other light robot, but measures and moves as its fault says."""
+
+    _file = Path(os.environ.get(FAULT_FILE, os.devnull))
+    _frozen: Measurement | None = None
+    _newest: Mapping[str, PartCommand] = {}
+
+    @property
+    def fault(self) -> str:
+        """The fault it has now."""
+        return self._file.read_text(encoding="ascii").strip()
+
+    def read(self) -> Measurement:
+        """What a broken sensor says."""
+        true, fault = super().read(), self.fault
+        if fault != "frozen":
+            self._frozen = true
+        change = _MEASURED.get(fault)
+        joint = self._joints[JOINT]
+        if fault == "frozen" and self._frozen is not None:
+            return self._frozen
+        return change(true, joint) if change else true
+
+    def transforms(self) -> Sequence[FramePose]:
+        """What a broken localiser says of the object."""
+        frames = list(super().transforms())
+        change = _FRAMES.get(self.fault)
+        return frames if change is None else change(frames)
+
+    def apply(self, commands: Mapping[str, PartCommand]) -> None:
+        """A robot that does not stop goes on as it was told last."""
+        if self.fault == "runs on":
+            commands = {**self._newest, **commands}
+        elif commands:
+            self._newest = dict(commands)
+        super().apply(commands)
+        if self.fault == "pushed":
+            self._positions[self._joints["base_x"]] += PUSH_M
+
+
+def _nan(true: Measurement, joint: int) -> Measurement:
+    positions = true.positions.copy()
+    positions[joint] = np.nan
+    return replace(true, positions=positions)
+
+
+def _offset(true: Measurement, joint: int) -> Measurement:
+    positions = true.positions.copy()
+    positions[joint] += OFFSET_RAD
+    return replace(true, positions=positions)
+
+
+def _contact(true: Measurement, joint: int) -> Measurement:
+    efforts = true.efforts.copy()
+    efforts[joint] = CONTACT
+    return replace(true, efforts=efforts)
+
+
+def _without(frames: list[FramePose]) -> list[FramePose]:
+    return [frame for frame in frames if frame.child != "object"]
+
+
+def _renamed(frames: list[FramePose]) -> list[FramePose]:
+    return [replace(f, child="objekt") if f.child == "object" else f for f in frames]
+
+
+def _loop(frames: list[FramePose]) -> list[FramePose]:
+    parents = {"object": "goal", "goal": "object"}
+    return [replace(f, parent=parents.get(f.child, f.parent)) for f in frames]
+
+
+_MEASURED: dict[str, Callable[[Measurement, int], Measurement]] = {
+    "nan": _nan,
+    "offset": _offset,
+    "contact": _contact,
+}
+_FRAMES: dict[str, Callable[[list[FramePose]], list[FramePose]]] = {
+    "frame stale": _without,
+    "frame renamed": _renamed,
+    "frames in a loop": _loop,
+}
+
+
+def body(context: ServiceContext) -> None:
+    """As `fairlead_hal_sim`, around the backend that can break."""
+    options, profile = read_options(context.name, context.options), context.deployment.profile
+    run_hal(
+        context,
+        lambda robot: Equipment(FaultyBackend(robot, profile, options.frames)),
+        what="faulty",
+    )
+
+
+if __name__ == "__main__":
+    sys.exit(run_service("tests.faults.faulty_hal", body))

@@ -1,0 +1,100 @@
+"""The light robot on a machine whose clock, disk and files can be tampered with."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import struct
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from fairlead.paths import repo_root
+from tests.faults.live_stage import SOURCE, Changes, LiveStage, live_stage
+from tests.faults.row import NotHereError
+
+MACHINE_FILE = "FAIRLEAD_TEST_MACHINE"
+SMALL_DISK = "8m"
+ON_SMALL_DISK = ("safety", "runner")
+
+
+class MachineStage(LiveStage):
+    """tree: the robots' own copy of ``robots/``. disk: where gate and runner write."""
+
+    tree: Path
+    disk: Path
+    machine_file: Path
+
+    def tamper(self, wall_shift_s: int = 0, fsync_ms: int = 0) -> int:
+        """Set the wall clock and the disk of every service.
+
+        Returns:
+            CLOCK_MONOTONIC just before [ns].
+        """
+        now_ns = time.monotonic_ns()
+        with self.machine_file.open("r+b") as file:
+            file.write(struct.pack("<qq", wall_shift_s, fsync_ms))
+        return now_ns
+
+    def wall_clock(self) -> float:
+        """What a process of this machine takes for the time."""
+        words = [sys.executable, "-c", "import time; print(time.time())"]
+        environment = os.environ | self.variables()
+        return float(subprocess.check_output(words, env=environment, timeout=30))
+
+    def variables(self) -> dict[str, str]:
+        """The environment that makes the tampering reach a process."""
+        return _variables(self.machine_file)
+
+
+def _variables(file: Path) -> dict[str, str]:
+    return {"LD_PRELOAD": str(file.with_suffix(".so")), MACHINE_FILE: str(file)}
+
+
+@contextmanager
+def machine_stage(folder: Path) -> Iterator[MachineStage]:
+    """All services, with a copy of the robots, on a small disk and under the preload library."""
+    file, tree, disk = folder / "machine", folder / "tree", folder / "disk"
+    file.write_bytes(struct.pack("<qq", 0, 0))
+    source = Path(__file__).with_name("preload.c")
+    compiler = ["cc", "-O1", "-shared", "-fPIC", "-o", str(file.with_suffix(".so")), str(source)]
+    subprocess.run([*compiler, "-ldl"], check=True, timeout=60)
+    _copy_tree(tree)
+    disk.mkdir()
+    variables = {**_variables(file), "FAIRLEAD_ROOT": str(tree)}
+
+    def command(service: str, words: list[str]) -> list[str]:
+        moved = [word.replace(f"{repo_root()}/robots", f"{tree}/robots") for word in words]
+        if service in ON_SMALL_DISK:
+            at = moved.index("--state-dir") + 1
+            moved[at] = str(disk / service)
+            Path(moved[at]).mkdir(exist_ok=True)
+        return moved
+
+    with _small_disk(disk), live_stage(folder, Changes("realtime", {"": variables}, command)) as r:
+        stage = MachineStage(r.robot)
+        stage.tree, stage.disk, stage.machine_file = tree, disk, file
+        yield stage
+
+
+def _copy_tree(tree: Path) -> None:
+    tree.mkdir()
+    shutil.copytree(repo_root() / "robots", tree / "robots")
+    for name in ("rskills", "compose", "build"):
+        (tree / name).symlink_to(repo_root() / name)
+    assert SOURCE.is_file()
+
+
+@contextmanager
+def _small_disk(folder: Path) -> Iterator[None]:
+    words = ["mount", "-t", "tmpfs", "-o", f"size={SMALL_DISK}", "fairlead-faults", str(folder)]
+    done = subprocess.run(words, capture_output=True, text=True, timeout=20, check=False)
+    if done.returncode:
+        raise NotHereError(f"no small disk: {done.stderr.strip()}")
+    try:
+        yield
+    finally:
+        subprocess.run(["umount", str(folder)], check=True, timeout=20)

@@ -1,0 +1,146 @@
+"""A bad or dead network between the services and their router."""
+
+from __future__ import annotations
+
+import random
+import signal
+import threading
+import time
+from collections.abc import Callable
+from functools import partial
+
+from fairlead.deploy.hosts import ROUTER
+from fairlead.messages import GateState
+from tests.faults.motion_rules import every_row_was_judged_for_its_tick
+from tests.faults.proxy import (
+    Rule,
+    delays,
+    doubles,
+    drop,
+    forward,
+    loses,
+    stalls,
+    swaps,
+)  # fmt: skip
+from tests.faults.routed_stage import RoutedStage
+from tests.faults.row import Row, Shot
+from tests.system.live_robot import wait_for
+
+BAD_S = 2.0
+STALL_S = 0.1
+
+
+def lost_state(robot: RoutedStage) -> Shot:
+    """What the HAL says is lost; what it is told arrives."""
+    goal = robot.start_moving()
+    injected_ns = robot.proxies["hal"].set("up", drop)
+    shot = robot.hold_shot(injected_ns)
+    stop_ms = robot.stop_ms(injected_ns)
+    robot.good_network()
+    robot.ended(goal)
+    assert stop_ms <= 300 or stop_ms - 300 <= (shot.tick_ms or 0), f"stopped after {stop_ms} ms"
+    return Shot(shot.measured_ms, injected_ns, shot.ended_ns, shot.tick_ms,
+                f"gate stopped after {stop_ms:.0f} ms")  # fmt: skip
+
+
+def partition(service: str, robot: RoutedStage) -> Shot:
+    """Both directions of one service's link are dead; the link itself stays open."""
+    goal = robot.start_moving()
+    shot = robot.hold_shot(robot.proxies[service].both(drop))
+    robot.good_network()
+    robot.finish(goal)
+    every_row_was_judged_for_its_tick(robot)
+    return shot
+
+
+def bad_network(rule: Callable[[], Rule], may_hold: bool, robot: RoutedStage) -> Shot:
+    """The gate's link is bad for two seconds; rows act in their tick, once, or not at all."""
+    goal = robot.start_moving()
+    proxy = robot.proxies["safety"]
+    tick_ms = robot.tick_ms(time.monotonic_ns())
+    injected_ns = proxy.set("up", rule())
+    proxy.set("down", rule())  # one of its own: some remember batches
+    threading.Event().wait(BAD_S)
+    ended_ns = proxy.both(forward)
+    every_row_was_judged_for_its_tick(robot)
+    lines = [line for line in robot.motion.since(injected_ns) if line.stamp_ns < ended_ns]
+    held = sum(not line.moves for line in lines)
+    assert may_hold or not held, f"held in {held} of {len(lines)} ticks"
+    robot.good_network()
+    robot.finish(goal)
+    first = next((line.stamp_ns for line in lines if not line.moves), None)
+    note = f"{held} of {len(lines)} ticks held"
+    if first is None:
+        return Shot(None, injected_ns, ended_ns, tick_ms, note)
+    return Shot((first - injected_ns) / 1e6, injected_ns, ended_ns, tick_ms, note)
+
+
+def late_leases(robot: RoutedStage) -> Shot:
+    """Two ticks of leases and rows come late, all at once: what held stays held."""
+    goal = robot.start_moving()
+    every_row_was_judged_for_its_tick(robot)
+    tick_ms, before = robot.tick_ms(time.monotonic_ns()), robot.motion.read()[-1]
+    injected_ns = robot.proxies["hal"].set("down", stalls(STALL_S))
+    wait_for(lambda: robot.motion.since(injected_ns)[-1:] != [], "the next tick")
+    threading.Event().wait(4 * STALL_S)
+    robot.proxies["hal"].set("down", forward)
+    lines = robot.motion.since(injected_ns)
+    first = next((line for line in lines if not line.moves), None)
+    every_row_was_judged_for_its_tick(robot)  # also: no verdict resumes after a hold
+    robot.finish(goal)
+    if first is None:
+        return Shot(None, injected_ns, lines[-1].stamp_ns, tick_ms, "no tick held")
+    held_ms = (first.stamp_ns - injected_ns) / 1e6
+    again = sorted(v for line in lines for v in line.verdicts if v not in before.verdicts)
+    note = f"held after {held_ms:.0f} ms; went on under {len(set(again))} new verdicts"
+    return Shot(held_ms, injected_ns, lines[-1].stamp_ns, tick_ms, note)
+
+
+def kill_router(robot: RoutedStage) -> Shot:
+    goal = robot.start_moving()
+    shot = robot.hold_shot(robot.signal(ROUTER, signal.SIGKILL))
+    robot.router_restarted()
+    robot.finish(goal)
+    assert GateState(robot.client.gate_status().state) != GateState.BOOT
+    return shot
+
+
+def pause_router(robot: RoutedStage) -> Shot:
+    goal = robot.start_moving()
+    injected_ns = robot.signal(ROUTER, signal.SIGSTOP)
+    shot = robot.hold_shot(injected_ns)
+    woken_ns = robot.signal(ROUTER, signal.SIGCONT)
+    robot.good_network()
+    robot.finish(goal)
+    every_row_was_judged_for_its_tick(robot)
+    assert woken_ns > injected_ns
+    return shot
+
+
+RNG = random.Random(15)
+BAD = (
+    ("1 % of messages lost", lambda: loses(0.01, RNG), False, None),
+    ("10 % of messages lost", lambda: loses(0.1, RNG), True, None),
+    ("30 % of messages lost", lambda: loses(0.3, RNG), True, None),
+    ("delay 200 +- 100 ms", lambda: delays(0.2, 0.1, RNG), True, 200),
+    ("each second message overtakes one", swaps, True, None),
+    ("each message twice", lambda: doubles, False, None),
+)
+ROWS = (
+    Row(10, "router killed, restarted", "hold; all reconnect by themselves", 150, "routed",
+        kill_router),
+    Row(11, "router paused, TCP alive", "hold", 150, "routed", pause_router),
+    Row(12, "partition between runner and gate", "hold", 550, "routed",
+        partial(partition, "runner")),
+    Row(13, "partition between gate and HAL", "hold", 150, "routed", partial(partition, "hal")),
+    Row(14, "one-way loss of the HAL's state", "hold, then the gate stops within 300 ms", 150,
+        "routed", lost_state),
+    *(
+        Row(15, f"gate's link for {BAD_S:g} s: {what}",
+            "rows in their tick, once, or hold" if may_hold else "no effect", bound, "routed",
+            partial(bad_network, rule, may_hold), "to the first hold, HAL log", 5)
+        for what, rule, may_hold, bound in BAD
+    ),
+    Row(42, f"leases and rows {STALL_S * 1e3:g} ms late in mid-chunk",
+        "hold; goes on only under a new verdict", 150, "routed", late_leases),
+)  # fmt: skip

@@ -1,0 +1,98 @@
+"""The light robot with its services as clients of a router, each behind a proxy of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from fairlead.deploy.deployment import Deployment, load_deployment
+from fairlead.deploy.hosts import ROUTER
+from fairlead.operate.scratch_robot import scratch_robot
+from fairlead.supervisor import Registry
+from fairlead.supervisor.ports import free_ports
+from fairlead.supervisor.scratch import Scratch
+from tests.faults.live_stage import SOURCE, Changes, LiveStage, with_skill
+from tests.faults.proxy import FaultProxy, forward
+from tests.system.light_hal import LIGHT_HAL
+from tests.system.live_robot import wait_for
+
+PROXIED = ("hal", "safety", "runner")
+OPERATOR = "operator"
+HOST = "robot"
+
+
+class RoutedStage(LiveStage):
+    """proxies: between each of `PROXIED`, or an operator, and the router."""
+
+    proxies: dict[str, FaultProxy]
+    operators_file: Path
+
+    def router_restarted(self) -> None:
+        """Let the supervisor bring the dead router back, and wait for everybody."""
+
+        def is_ready() -> bool:
+            return any(e.kind == "ready" and e.service == ROUTER for e in self.supervisor.poll())
+
+        wait_for(is_ready, "the router is ready again")
+        self.good_network()
+
+    def good_network(self) -> None:
+        """No faults any more, and everybody is back."""
+        for proxy in self.proxies.values():
+            proxy.both(forward)
+        wait_for(
+            lambda: set(self.client.deployment.services) <= self.client.alive, "everybody is back"
+        )
+        self.client.wait_gate_follows(60.0)
+
+
+def routed_deployment(folder: Path, router_port: int) -> dict[str, Any]:
+    """The shipped deployment on one host, around a router."""
+    content: dict[str, Any] = yaml.safe_load(SOURCE.read_text(encoding="utf-8"))
+    for spec in content["services"].values():
+        del spec["listen"]
+        spec["host"] = HOST
+    content["services"]["hal"]["options"] |= LIGHT_HAL
+    content |= {"hosts": {HOST: "127.0.0.1"}, "pacing": "realtime", "id": f"routed{router_port}"}
+    content["router"] = {"host": HOST, "port": router_port}
+    return content
+
+
+def _write(file: Path, content: dict[str, Any]) -> Deployment:
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_text(yaml.safe_dump(content, sort_keys=False), encoding="utf-8")
+    return load_deployment(file)
+
+
+@contextmanager
+def routed_stage(folder: Path) -> Iterator[RoutedStage]:
+    """Router, proxies and services, all started."""
+    [router_port] = free_ports(1)
+    content = routed_deployment(folder, router_port)
+    file = folder / "state" / "deployment.yaml"
+    scratch = Scratch(file, _write(file, content), file.parent)
+    with ExitStack() as stack:
+        proxies = {
+            name: stack.enter_context(FaultProxy(router_port)) for name in (*PROXIED, OPERATOR)
+        }
+        files = {name: folder / f"{name}.yaml" for name in proxies}
+        views = {
+            name: _write(files[name], content | {"router": {"host": HOST, "port": proxy.port}})
+            for name, proxy in proxies.items()
+        }
+        changes = with_skill(folder, Changes())
+
+        def words(own: Path, deployment: Deployment, service: str, state: Path) -> list[str]:
+            if service not in PROXIED:
+                return changes.words(own, deployment, service, state)
+            return changes.words(files[service], views[service], service, state)
+
+        registry = Registry(folder / "registry")
+        robot = stack.enter_context(scratch_robot(scratch, registry, command=words))
+        stage = RoutedStage(robot)
+        stage.proxies, stage.operators_file = proxies, files[OPERATOR]
+        yield stage

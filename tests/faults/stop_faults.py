@@ -1,0 +1,91 @@
+"""An operator's stop, on a good day and on bad ones."""
+
+from __future__ import annotations
+
+import secrets
+import subprocess
+import sys
+import threading
+import time
+
+from fairlead.deploy.deployment import load_deployment
+from fairlead.messages import GateState, StopLevel
+from fairlead.operate.client import RobotClient
+from fairlead.wire.bus import Qos
+from tests.faults.live_stage import LiveStage
+from tests.faults.proxy import forward, keeps_every
+from tests.faults.routed_stage import OPERATOR, RoutedStage
+from tests.faults.row import Row, Shot
+
+STOP_MS = 70.0  # 20 ms and one tick
+LOSSY_MS = 500.0
+LOST_OF = 10
+REPEAT_S = 0.05
+
+
+def operator_stop(robot: LiveStage) -> Shot:
+    goal = robot.start_moving()
+    injected_ns = time.monotonic_ns()
+    stop_id = robot.client.stop("test")
+    shot = robot.hold_shot(injected_ns)
+    assert stop_id in robot.client.gate_status().stop_ids
+    robot.ended(goal)
+    return shot
+
+
+def lossy_stop(robot: RoutedStage) -> Shot:
+    """The operator's messages pass a link that loses nine of ten, the first nine first."""
+    proxy = robot.proxies[OPERATOR]
+    with RobotClient(load_deployment(robot.operators_file)) as operator:
+        operator.wait_alive("safety", timeout_s=30.0)
+        publisher = operator.bus.publisher(operator.keys.stop, StopLevel, Qos.HOT)
+        goal = robot.start_moving()
+        message = StopLevel(stop_id=secrets.randbits(63) + 1, by="operator", reason="test")
+        injected_ns, sent = proxy.set("up", keeps_every(LOST_OF)), 0
+        while not any(message.stop_id in lease.stop_ids for _, lease in robot.leases[-100:]):
+            publisher.put(message)
+            sent += 1
+            assert sent < 100, "no lease lists the stop"
+            threading.Event().wait(REPEAT_S)
+        proxy.set("up", forward)
+        shot = robot.hold_shot(injected_ns, f"{sent} sent")
+        assert sent > LOST_OF // 2, "the link lost too little"
+        robot.ended(goal)
+        return shot
+
+
+def stop_in_a_flood(robot: LiveStage) -> Shot:
+    goal = robot.start_moving()
+    words = [sys.executable, "-m", "tests.faults.flood", str(robot.robot.scratch.file)]
+    with subprocess.Popen(words, stdout=subprocess.PIPE) as flood:
+        try:
+            assert flood.stdout is not None and flood.stdout.readline() == b"ready\n"
+            before, began = refused_so_far(robot), time.monotonic()
+            threading.Event().wait(0.5)
+            rate = (refused_so_far(robot) - before) / (time.monotonic() - began)
+            moved = robot.motion.read()[-1].moves
+            injected_ns = time.monotonic_ns()
+            robot.client.stop("test")
+            note = f"{rate:.0f} chunks a second refused; moving before: {moved}"
+            assert moved or goal.done(), note
+            shot = robot.hold_shot(injected_ns, note)
+        finally:
+            flood.kill()
+    robot.ended(goal)
+    assert robot.client.gate_status().state in (GateState.STOPPED, GateState.LATCHED)
+    return shot
+
+
+def refused_so_far(robot: LiveStage) -> int:
+    """Chunks refused for their session or robot."""
+    return dict(robot.client.gate_status().counters).get("G002", 0)
+
+
+FROM_PUT = "operator's first message to the hold, HAL log"
+ROWS = (
+    Row(26, "operator stop in motion", "stops", STOP_MS, "robot", operator_stop, FROM_PUT),
+    Row(26, "operator stop, 9 of 10 of its messages lost", "stops", LOSSY_MS, "routed",
+        lossy_stop, FROM_PUT),
+    Row(26, "operator stop while 10,000 chunks a second flood in", "stops", STOP_MS, "robot",
+        stop_in_a_flood, FROM_PUT),
+)  # fmt: skip

@@ -1,0 +1,50 @@
+"""A few rows of the campaign in every test run; ``make faults`` runs them all."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+
+from tests.faults.campaign import Campaign
+from tests.faults.row import Row
+from tests.faults.table import NOT_RUN, ROWS
+from tests.faults.timer_process import TimerProcess
+
+pytestmark = [pytest.mark.processes, pytest.mark.timeout(300)]
+
+SHORT = (1, 2, 4, 5, 7, 8, 9, 16, 17, 19, 20, 21, 22, 27, 34, 38)
+"""Those that need no more than one light robot or one gate, once each."""
+ORDERS, ORDER_SAMPLES = 41, 2
+MATRIX = range(1, 43)
+
+
+@pytest.fixture(scope="module")
+def campaign(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Campaign]:
+    with TimerProcess() as timer:
+        campaign = Campaign(tmp_path_factory.mktemp("faults"), timer, print)
+        yield campaign
+        campaign.close()
+
+
+def in_order_of_stages() -> list[Row]:
+    """So that each stage opens once."""
+    chosen = [row for row in ROWS if row.number in SHORT]
+    return sorted(chosen, key=lambda row: row.stage)
+
+
+@pytest.mark.parametrize("row", in_order_of_stages(), ids=lambda row: f"{row.number}-{row.fault}")
+def test_a_fault_has_its_outcome_within_its_bound(campaign: Campaign, row: Row) -> None:
+    result = campaign.run(row, injections=1)
+    print(result.entry())
+    assert result.passed, result.failures
+
+
+def test_a_goal_moves_the_robot_after_a_sample_of_start_orders(campaign: Campaign) -> None:
+    [row] = [row for row in ROWS if row.number == ORDERS and row.stage == "orders"]
+    result = campaign.run(row, injections=ORDER_SAMPLES)
+    assert result.passed, result.failures
+
+
+def test_each_row_of_the_matrix_is_run_or_explained() -> None:
+    assert {row.number for row in ROWS} | {row.number for row in NOT_RUN} == set(MATRIX)
