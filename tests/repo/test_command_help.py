@@ -25,6 +25,7 @@ WANTED = {
         "robot show",
         "robot bounds",
         "robot compile",
+        "robot capsules",
     ),
     *("layout ls", "layout verify", "parity", "demo"),
     *("topic list", "topic echo", "topic hz"),

@@ -11,8 +11,8 @@ import pytest
 from tests.repo.tree import files, imports, python_files, text_of
 
 SERVICES = ("hal_mujoco", "hal_sim", "safety", "skill_runner", "state_assembler")
-# The tools that run every service, or a whole episode in one process.
-TOOLS = ("cli", "demo", "parity")
+# The tools that run every service, or a whole episode in one process, or read simulators' models.
+TOOLS = ("cli", "demo", "parity", "shape")
 DRAWING = ("imageio", "imageio_ffmpeg", "matplotlib")
 HAL = "shared/fairlead/hal/"
 RUNNER = "services/skill_runner/fairlead_skill_runner/"

@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
-from fairlead.cli import robot_bounds, robot_compile, robot_ls, robot_show
+from fairlead.cli import robot_bounds, robot_capsules, robot_compile, robot_ls, robot_show
 from fairlead.cli.group import make_group
 
 group = make_group(
     "robot",
-    "List and show robots, what bounds them, and compile their gate files.",
-    {"ls": robot_ls, "show": robot_show, "bounds": robot_bounds, "compile": robot_compile},
+    "List and show robots, what bounds them; fit their capsules, compile their gate files.",
+    {
+        "ls": robot_ls,
+        "show": robot_show,
+        "bounds": robot_bounds,
+        "capsules": robot_capsules,
+        "compile": robot_compile,
+    },
 )
