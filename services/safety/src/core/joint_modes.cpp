@@ -1,10 +1,10 @@
 // Modes that command joints one by one, those that `active` names; the other numbers of a row are
 // padding, never setpoints.
 
-#include <algorithm>
 #include <cmath>
 
 #include "fairlead_safety/mode_blocks.hpp"
+#include "joint_range.hpp"
 #include "mode_checkers.hpp"
 #include "outside_bounds.hpp"
 
@@ -68,12 +68,10 @@ Evidence slow_enough(const RowView& view, std::size_t j) {
                "driven by torque: not above its velocity_limit");
 }
 
-// Within the joint's own limit in both directions, and the claim's where it has a tighter one.
-Evidence within_own_limit(const RowView& view, std::size_t j, double own) {
-  const double claimed = block_of(view).claimed_limit;
-  const double limit = claimed > 0.0 ? std::min(claimed, own) : own;
+Evidence in_joint_range(const RowView& view, std::size_t j) {
   const JointLimits& joint = view.limits.joints[j];
-  return in_range(joint.name.view(), view.now[j], -limit, limit, joint.source);
+  const JointRange range = joint_range(joint, block_of(view), view.mode());
+  return in_range(joint.name.view(), view.now[j], range.lower, range.upper, joint.source);
 }
 
 // G021: a joint that nothing commands yet starts from what is measured of it.
@@ -97,8 +95,7 @@ Evidence joint_target_absolute(const RowView& view) {
     if (!joint.bounded) continue;  // continuous: no bound by declaration
     const Evidence evidence = is_outside(joint.bounds, view.state.positions[j])
                                   ? target_leads_back(view, j)
-                                  : in_range(joint.name.view(), view.now[j], joint.bounds.lower,
-                                             joint.bounds.upper, joint.source);
+                                  : in_joint_range(view, j);
     if (!evidence.ok()) return evidence;
   }
   return {};
@@ -124,7 +121,7 @@ Evidence joint_target_start(const RowView& view, const Setpoint*) {
 // Towards the bounds where the joint is outside them.
 Evidence joint_velocity_absolute(const RowView& view) {
   for (const std::uint8_t j : view.now.action->active) {
-    Evidence evidence = within_own_limit(view, j, view.limits.joints[j].velocity_limit);
+    Evidence evidence = in_joint_range(view, j);
     if (evidence.ok()) evidence = velocity_leads_back(view, j);
     if (!evidence.ok()) return evidence;
   }
@@ -151,7 +148,7 @@ Evidence joint_velocity_start(const RowView& view, const Setpoint* acted) {
 
 Evidence joint_torque_absolute(const RowView& view) {
   for (const std::uint8_t j : view.now.action->active) {
-    const Evidence evidence = within_own_limit(view, j, view.limits.joints[j].effort_limit);
+    const Evidence evidence = in_joint_range(view, j);
     if (!evidence.ok()) return evidence;
   }
   return {};
@@ -179,8 +176,9 @@ Evidence joint_torque_start(const RowView& view, const Setpoint* acted) {
 // Of the joints that both rows command.
 Evidence joint_step(std::uint32_t code, const RowView& view, const Setpoint& before) {
   const JointModeLimits& mode = block_of(view);
+  const bool same_joints = before.action == view.now.action;
   for (const std::uint8_t j : view.now.action->active) {
-    if (!before.commands(j)) continue;
+    if (!same_joints && !before.commands(j)) continue;
     const Evidence evidence = at_most(code, view.limits.joints[j].name.view(),
                                       view.now[j] - before[j], mode.step_limit[j], mode.source);
     if (!evidence.ok()) return evidence;

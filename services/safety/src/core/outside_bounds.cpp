@@ -2,16 +2,6 @@
 
 namespace fairlead {
 
-double excess(const Bounds& bounds, double position) {
-  if (position > bounds.upper) return position - bounds.upper;
-  if (position < bounds.lower) return position - bounds.lower;
-  return 0.0;
-}
-
-bool is_outside(const Bounds& bounds, double measured) {
-  return !(std::abs(excess(bounds, measured)) <= bounds.tolerance);
-}
-
 namespace {
 
 // Modes whose own rule decides whether a row leads a joint back. A torque says nothing about where

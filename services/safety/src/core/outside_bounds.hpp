@@ -1,15 +1,23 @@
 // G011: what may be commanded while a joint is measured outside its bounds.
 #pragma once
 
+#include <cmath>
+
 #include "row_view.hpp"
 
 namespace fairlead {
 
-/// Whether a measurement lies outside its bounds by more than their tolerance.
-bool is_outside(const Bounds& bounds, double measured);
-
 /// How far `position` lies outside the bounds, signed by the side; 0 inside.
-double excess(const Bounds& bounds, double position);
+inline double excess(const Bounds& bounds, double position) {
+  if (position > bounds.upper) return position - bounds.upper;
+  if (position < bounds.lower) return position - bounds.lower;
+  return 0.0;
+}
+
+/// Whether a measurement lies outside its bounds by more than their tolerance.
+inline bool is_outside(const Bounds& bounds, double measured) {
+  return !(std::abs(excess(bounds, measured)) <= bounds.tolerance);
+}
 
 /// A joint of the part is outside and this row cannot be seen to bring it back.
 /// Targets and velocities of the joint itself are judged by their mode instead.

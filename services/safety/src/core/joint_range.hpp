@@ -1,0 +1,33 @@
+// Where the number that commands a joint may lie, by mode.
+#pragma once
+
+#include <algorithm>
+#include <limits>
+
+#include "fairlead_safety/limits.hpp"
+
+namespace fairlead {
+
+struct JointRange {
+  double lower = unset;
+  double upper = unset;
+};
+
+/// G020: inside the bounds as a target, if it has any; else within the joint's own limit in both
+/// directions, and within the claim's where that is tighter.
+inline JointRange joint_range(const JointLimits& joint, const JointModeLimits& mode,
+                              std::uint8_t number) {
+  constexpr double endless = std::numeric_limits<double>::infinity();
+  const bool is_velocity = number == static_cast<std::uint8_t>(Mode::joint_velocity);
+  const bool is_torque = number == static_cast<std::uint8_t>(Mode::joint_torque);
+  if (is_velocity || is_torque) {
+    const double own = is_velocity ? joint.velocity_limit : joint.effort_limit;
+    const double claimed = mode.claimed_limit;
+    const double limit = claimed > 0.0 ? std::min(claimed, own) : own;
+    return {-limit, limit};
+  }
+  if (!joint.bounded) return {-endless, endless};  // continuous: no bound by declaration
+  return {joint.bounds.lower, joint.bounds.upper};
+}
+
+}  // namespace fairlead

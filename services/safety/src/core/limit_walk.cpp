@@ -1,0 +1,46 @@
+#include "limit_walk.hpp"
+
+#include <algorithm>
+
+#include "quick_look.hpp"
+
+namespace fairlead {
+
+LimitWalk::LimitWalk(const Limits& limits, const ClaimLimits& claim, const MeasuredState& state,
+                     const ActionChunk& chunk, std::size_t first_row, const RowBefore& before)
+    : limits_(limits),
+      claim_(claim),
+      state_(state),
+      chunk_(chunk),
+      first_row_(first_row),
+      before_(before),
+      doubtful_row_(chunk.horizon) {
+  for (const ActionPart& action : chunk.parts) {
+    const ModeLimits& modes = claim.modes[action.part];
+    doubtful_row_ = std::min(
+        doubtful_row_, first_doubtful_row(limits, modes, state, action, first_row, chunk.horizon));
+  }
+}
+
+RowView LimitWalk::view_of(const ActionPart& action, std::size_t row) const {
+  const bool follows = row > first_row_;
+  return {limits_, claim_.modes[action.part], state_, row_of(action, row, limits_),
+          follows ? row_of(action, row - 1, limits_) : Setpoint{}};
+}
+
+Evidence LimitWalk::check(std::size_t row) const {
+  const auto number = static_cast<std::int64_t>(row);
+  if (row >= doubtful_row_)
+    for (const ActionPart& action : chunk_.parts) {
+      const Evidence evidence = check_absolute(view_of(action, row));
+      if (!evidence.ok()) return at(evidence, number, limits_.parts[action.part].name);
+    }
+  for (const ActionPart& action : chunk_.parts) {
+    const RowView view = view_of(action, row);
+    const Evidence evidence = row == first_row_ ? check_start(view, before_) : check_step(view);
+    if (!evidence.ok()) return at(evidence, number, limits_.parts[action.part].name);
+  }
+  return {};
+}
+
+}  // namespace fairlead
