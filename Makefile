@@ -43,6 +43,7 @@ lint: setup ## formatting, lint, strict types
 
 bench: setup ## what the processes and the gate cost, as ratios; wants a quiet machine
 	@.venv/bin/python -m bench.loop
+	@.venv/bin/python -m bench.gate_core
 	@.venv/bin/python -m bench.gate_hop
 
 wheel: setup ## dist/: a wheel that carries the gate, and the source archive

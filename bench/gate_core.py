@@ -1,0 +1,162 @@
+"""How long the gate's core takes: rows against limits, rows along their path, and whole steps.
+
+A C++ program with the gate's own code does the timing, all cases in turn, so that what the machine
+does to one it does to the other; of each the quickest of many batches counts. Beside each case
+stands a yardstick timed in the same run: it copies the chunk's numbers and compares each with two
+bounds and with the row before. Instructions are counted by valgrind, and do not depend on how
+busy the machine is.
+
+    .venv/bin/python -m bench.gate_core [--config robots/panda_mobile/gate.sim.json] [--json]
+
+Prints a table, aims beside it. Whole steps are 64 rows for every part of the robot, from received
+to encoded bytes; `busy` is the processor's time alone, `wall` what the clock says.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import re
+import shutil
+import subprocess
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from fairlead.paths import gate_binary, gate_config, repo_root
+
+ROBOT = "panda_mobile"
+TARGET = "fairlead-safety-bench"
+AIMS_NS = {
+    "limits H=1": 10.0,
+    "limits H=16": 100.0,
+    "limits H=50": 350.0,
+    "all checks H=1": 1_500.0,
+    "all checks H=16": 16 * 1_500.0,
+    "all checks H=50": 50 * 1_500.0,
+}
+STEP_AIM_NS = 200_000.0
+COLLECTED = re.compile(r"Collected : (\d+)")
+FEW, MANY = 100, 1100
+
+
+@dataclass(frozen=True)
+class Timed:
+    """One case: quickest and median batch [ns a call], and instructions a call if counted."""
+
+    name: str
+    least_ns: float
+    median_ns: float
+    yardstick_ns: float
+    instructions: int | None
+
+    @property
+    def ratio(self) -> float:
+        """How many yardsticks of the same length it takes."""
+        return self.least_ns / self.yardstick_ns
+
+
+class Program:
+    """The timing program, built when needed."""
+
+    def __init__(self, config: Path) -> None:
+        self.config = config
+        build = [str(repo_root() / "scripts" / "build-gate"), "--target", TARGET]
+        subprocess.run(build, check=True, stdout=subprocess.DEVNULL)
+        self.binary = gate_binary().with_name(TARGET)
+
+    def timings(self, rounds: int, ticks: int) -> dict[str, Any]:
+        """What it prints: cases and whole steps, times in ns."""
+        words = [str(self.binary), str(self.config)]
+        words += ["--rounds", str(rounds), "--ticks", str(ticks)]
+        done = subprocess.run(words, capture_output=True, text=True, check=False)
+        if done.returncode != 0:
+            raise SystemExit(f"bench/gate_core: {done.stderr.strip()}")
+        found: dict[str, Any] = json.loads(done.stdout)
+        return found
+
+    def instructions(self, case: str) -> int | None:
+        """Instructions of one call; None without valgrind."""
+        if shutil.which("valgrind") is None:
+            return None
+        few, many = self._collected(case, FEW), self._collected(case, MANY)
+        return round((many - few) / (MANY - FEW))
+
+    def _collected(self, case: str, calls: int) -> int:
+        words = ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null"]
+        words += [str(self.binary), str(self.config), "--case", case, "--calls", str(calls)]
+        done = subprocess.run(words, capture_output=True, text=True, check=True)
+        found = COLLECTED.search(done.stderr)
+        assert found is not None, done.stderr
+        return int(found.group(1))
+
+
+def timed_cases(program: Program, cases: dict[str, dict[str, float]]) -> list[Timed]:
+    """Every case but the yardsticks, each with the yardstick of its length."""
+    found = []
+    for name, times in cases.items():
+        length = name.rsplit(" ", 1)[1]
+        if name.startswith("yardstick"):
+            continue
+        yardstick = cases[f"yardstick {length}"]["least_ns"]
+        count = program.instructions(name)
+        found.append(Timed(name, times["least_ns"], times["median_ns"], yardstick, count))
+    return sorted(found, key=lambda one: (one.name.split(" H=")[0], one.least_ns))
+
+
+def as_text(found: dict[str, Any]) -> str:
+    """Two tables in Markdown, as docs/speed.md shows them."""
+    lines = [
+        f"| rows of {found['joints']} joints, {found['pairs']} pairs | least ns | median ns | yardsticks | instructions | aim |",
+        "|---|---|---|---|---|---|",
+    ]
+    for one in found["cases"]:
+        aim = AIMS_NS.get(one["name"])
+        count = "valgrind not installed" if one["instructions"] is None else one["instructions"]
+        lines.append(
+            f"| {one['name']} | {one['least_ns']:.0f} | {one['median_ns']:.0f} "
+            f"| {one['ratio']:.2f} | {count} | {'' if aim is None else f'< {aim:.0f} ns'} |"
+        )
+    lines += [
+        "",
+        f"| step of {found['rows']} rows, {found['ticks']} times | clock | p50 us | p99 us "
+        "| p99.9 us | most us | aim p99.9 |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    for pacing, steps in found["steps"].items():
+        for event, clocks in steps.items():
+            for clock, times in clocks.items():
+                numbers = " | ".join(
+                    f"{times[key] / 1e3:.1f}" for key in ("p50_ns", "p99_ns", "p999_ns", "max_ns")
+                )
+                aim_text = f"< {STEP_AIM_NS / 1e3:.0f} us" if event == "chunk" else ""
+                lines.append(f"| {pacing}, {event} | {clock} | {numbers} | {aim_text} |")
+    before, after = found["load_average"]
+    lines += ["", f"load average {before:.1f} before, {after:.1f} after; {found['config']}"]
+    return "\n".join(lines)
+
+
+def main() -> None:
+    """Build, time, count, print."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--config", type=Path, default=gate_config(ROBOT, "sim"), help="gate file")
+    parser.add_argument("--rounds", type=int, default=300, help="batches of each case")
+    parser.add_argument("--ticks", type=int, default=20000, help="whole steps of each kind")
+    parser.add_argument("--json", action="store_true", help="print one JSON document instead")
+    arguments = parser.parse_args()
+    program = Program(arguments.config)
+    load_before = os.getloadavg()[0]
+    found = program.timings(arguments.rounds, arguments.ticks)
+    load_after = os.getloadavg()[0]
+    cases = timed_cases(program, found["cases"])
+    found["cases"] = [vars(one) | {"ratio": one.ratio} for one in cases]
+    found["load_average"] = [load_before, load_after]
+    found["config"] = os.path.relpath(arguments.config, repo_root())
+    print(json.dumps(found, indent=2) if arguments.json else as_text(found))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,43 @@
+// The robot and the chunks that the short cases judge: a shipped robot's links and capsules, with
+// all of its commanded joints in one part.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "fairlead_safety/judge.hpp"
+
+namespace fairlead::bench {
+
+/// `shipped` with one part that has every commanded joint, in joint_position, and at most `pairs`
+/// pairs of capsules. Every joint is bounded, and it starts half-way between its bounds.
+Limits one_part_of(const Limits& shipped, std::size_t pairs);
+
+/// That part's claim.
+ClaimLimits claim_of(const Limits& limits);
+
+/// Every joint half-way between its bounds, 0 without any, standing still.
+MeasuredState middle_of(const Limits& limits);
+
+/// A chunk of joint targets that owns its numbers: every joint goes on by half a step a row, there
+/// and back, so that no row is refused.
+class JointChunk {
+ public:
+  JointChunk(const Limits& limits, const MeasuredState& state, std::uint32_t horizon);
+  [[nodiscard]] const ActionChunk& chunk() const { return chunk_; }
+  [[nodiscard]] const std::vector<double>& numbers() const { return numbers_; }
+
+ private:
+  std::vector<double> numbers_;
+  ActionChunk chunk_;
+};
+
+/// Rows that ask a part to stay, in a mode that it has: joint targets and openings where the joint
+/// is, 0 for deltas, velocities and the composite switch; row by row.
+std::vector<double> still_rows(const Limits& limits, const MeasuredState& state, std::size_t part,
+                               std::uint32_t rows);
+
+/// That part of a chunk; its numbers are the caller's.
+ActionPart still_part(const Limits& limits, std::size_t part, const std::vector<double>& numbers);
+
+}  // namespace fairlead::bench

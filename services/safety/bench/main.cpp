@@ -1,0 +1,133 @@
+// fairlead-safety-bench: how long the gate's core takes, as numbers for bench/gate_core.py.
+//
+//   fairlead-safety-bench CONFIG [--rounds N] [--rows N] [--ticks N] [--case NAME --calls N]
+#include <algorithm>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "config_loader.hpp"
+#include "judge_cases.hpp"
+#include "step_bench.hpp"
+#include "stopwatch.hpp"
+
+namespace {
+
+using namespace fairlead;
+using namespace fairlead::bench;
+using nlohmann::json;
+
+constexpr std::size_t most_pairs = 60;
+constexpr double batch_ns = 200'000.0;  // long beside the clock's own cost, short beside a tick
+
+using Cases = std::vector<std::unique_ptr<Case>>;
+
+Cases all_cases(const Limits& robot) {
+  Cases cases;
+  for (const std::uint32_t rows : {1U, 16U, 50U}) {
+    const std::string suffix = " H=" + std::to_string(rows);
+    cases.push_back(std::make_unique<CopyAndCompare>("yardstick" + suffix, robot, rows));
+    cases.push_back(std::make_unique<LimitRows>("limits" + suffix, robot, rows));
+    cases.push_back(std::make_unique<WholeRows>("all checks" + suffix, robot, rows));
+  }
+  return cases;
+}
+
+double timed_ns(Case& one, std::size_t calls) {
+  const std::uint64_t start = now_ns();
+  one.run(calls);
+  return static_cast<double>(now_ns() - start) / static_cast<double>(calls);
+}
+
+std::size_t calls_of(Case& one) {
+  std::size_t calls = 1;
+  while (timed_ns(one, calls) * static_cast<double>(calls) < batch_ns) calls *= 2;
+  return calls;
+}
+
+json time_all(Cases& cases, std::size_t rounds) {
+  std::vector<std::size_t> calls;
+  std::vector<std::vector<double>> times(cases.size());
+  for (const auto& one : cases) calls.push_back(calls_of(*one));
+  for (std::size_t round = 0; round < rounds; ++round)
+    for (std::size_t i = 0; i < cases.size(); ++i)
+      times[i].push_back(timed_ns(*cases[i], calls[i]));
+  json found = json::object();
+  for (std::size_t i = 0; i < cases.size(); ++i) {
+    std::sort(times[i].begin(), times[i].end());
+    found[cases[i]->name()] = {{"least_ns", times[i].front()},
+                               {"median_ns", times[i][times[i].size() / 2]}};
+  }
+  return found;
+}
+
+std::string option(const std::vector<std::string>& words, const std::string& name,
+                   const std::string& otherwise) {
+  for (std::size_t i = 0; i + 1 < words.size(); ++i)
+    if (words[i] == name) return words[i + 1];
+  return otherwise;
+}
+
+json spread(const std::vector<StepTime>& steps, double StepTime::*clock) {
+  std::vector<double> times;
+  for (const StepTime& step : steps) times.push_back(step.*clock);
+  std::sort(times.begin(), times.end());
+  const auto at = [&times](double share) {
+    return times[static_cast<std::size_t>(share * static_cast<double>(times.size() - 1))];
+  };
+  return {{"p50_ns", at(0.5)}, {"p99_ns", at(0.99)}, {"p999_ns", at(0.999)}, {"max_ns", at(1.0)}};
+}
+
+json both_clocks(const std::vector<StepTime>& steps) {
+  return {{"wall", spread(steps, &StepTime::wall_ns)}, {"busy", spread(steps, &StepTime::busy_ns)}};
+}
+
+json time_whole_steps(const Limits& robot, std::uint32_t rows, std::size_t ticks) {
+  json found = json::object();
+  for (const bool lockstep : {true, false}) {
+    const StepTimes times = time_steps(robot, lockstep, rows, ticks);
+    if (!times.refused.empty())
+      throw std::runtime_error("a chunk that stays was not released: " + times.refused);
+    found[lockstep ? "lockstep" : "realtime"] = {{"chunk", both_clocks(times.chunks)},
+                                                 {"state", both_clocks(times.states)}};
+  }
+  return found;
+}
+
+void run(const std::vector<std::string>& words) {
+  const auto shipped = load_limits(words.at(0));
+  const auto robot = std::make_unique<Limits>(one_part_of(*shipped, most_pairs));
+  Cases cases = all_cases(*robot);
+  const std::string only = option(words, "--case", "");
+  if (only.empty()) {
+    const std::size_t rounds = std::stoul(option(words, "--rounds", "200"));
+    const auto rows = static_cast<std::uint32_t>(std::stoul(option(words, "--rows", "64")));
+    const std::size_t ticks = std::stoul(option(words, "--ticks", "20000"));
+    std::cout << json{{"joints", robot->joints.size()},
+                      {"pairs", robot->collision.pairs.size()},
+                      {"cases", time_all(cases, rounds)},
+                      {"rows", rows},
+                      {"ticks", ticks},
+                      {"steps", time_whole_steps(*shipped, rows, ticks)}}
+                     .dump(2)
+              << "\n";
+    return;
+  }
+  for (const auto& one : cases)
+    if (one->name() == only) return one->run(std::stoul(option(words, "--calls", "1")));
+  throw std::runtime_error("no case is called '" + only + "'");
+}
+
+}  // namespace
+
+int main(int count, char** words) {
+  try {
+    run({words + 1, words + count});
+    return 0;
+  } catch (const std::exception& error) {
+    std::cerr << "ERROR fairlead-safety-bench: " << error.what() << "\n";
+    return 2;
+  }
+}
