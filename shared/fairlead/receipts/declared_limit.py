@@ -10,7 +10,10 @@ import yaml
 
 from fairlead.receipts.explanation import Judged
 
-_ABSOLUTE = 20
+_ABSOLUTE, _BRAKING = 20, 24
+_STEPS = (21, 22, 23)
+_SHARED = {31: "workspace", 32: "self_collision.clearance"}
+"""Codes whose limit is no single part's, and its key."""
 _SUFFIXES = ("", "_m", "_rad", "_m_s", "_rad_s", "_n", "_nm")
 
 
@@ -29,14 +32,14 @@ class DeclaredLimit:
 def declared_limit(
     config_file: Path, profile: str, verdict: Judged, mode: str
 ) -> DeclaredLimit | None:
-    """The key behind a verdict of G020 to G022; None if robot.yaml has none that is certain.
+    """The key behind a verdict of G020 to G034; None if robot.yaml has none that is certain.
 
     Args:
         config_file: the compiled gate file; robot.yaml lies beside it.
         mode: control mode of the verdict's part, by its name in YAML.
     """
     file = config_file.parent / "robot.yaml"
-    if verdict.code not in (_ABSOLUTE, 21, 22) or not mode or not file.is_file():
+    if verdict.code < _ABSOLUTE or not mode or not file.is_file():
         return None
     robot = yaml.safe_load(file.read_text(encoding="utf-8"))
     for path in _candidates(robot, profile, verdict, mode):
@@ -57,24 +60,32 @@ def _child(node: Any, name: str) -> Any:
 
 def _candidates(robot: dict[str, Any], profile: str, verdict: Judged, mode: str) -> list[str]:
     """Keys that may declare it, in the units a manifest can have; at most one exists."""
-    block = f"safety.{profile}.parts.{verdict.part}.{mode}"
     is_joint = any(joint["name"] == verdict.axis for joint in robot["joints"])
-    return [f"{stem}{suffix}" for stem in _stems(block, verdict, mode, is_joint)
-            for suffix in _SUFFIXES]  # fmt: skip
+    stems = _stems(f"safety.{profile}", verdict, mode, is_joint)
+    return [f"{stem}{suffix}" for stem in stems for suffix in _SUFFIXES]
 
 
-def _stems(block: str, verdict: Judged, mode: str, is_joint: bool) -> list[str]:
+def _stems(profile: str, verdict: Judged, mode: str, is_joint: bool) -> list[str]:
+    part = f"{profile}.parts.{verdict.part}"
+    if verdict.code in _SHARED:
+        return [f"{profile}.{_SHARED[verdict.code]}"]
+    if verdict.code == 33:
+        return [f"{part}.singularity_limit"]
+    if verdict.code == 34:
+        return [f"{profile}.base.zones.{verdict.axis}"]
+    if verdict.code in _STEPS:
+        norm = verdict.axis in ("linear", "angular")
+        names = [f"{verdict.axis}_step_limit"] if norm else ["step_limits", "step_limit"]
+        return [f"{part}.{mode}.{name}" for name in names]
+    if verdict.code not in (_ABSOLUTE, _BRAKING):
+        return []
     side = "upper" if _is_above(verdict) else "lower"
-    if verdict.code != _ABSOLUTE:
-        if verdict.axis in ("linear", "angular"):
-            return [f"{block}.{verdict.axis}_step_limit"]
-        return [f"{block}.step_limits", f"{block}.step_limit"]
     if is_joint:
         what = {"joint_velocity": "velocity", "joint_torque": "effort"}.get(mode, side)
-        return [f"joints.{verdict.axis}.{what}"]
+        return [f"joints.{verdict.axis}.{side if verdict.code == _BRAKING else what}"]
     if verdict.axis in ("linear", "angular"):
-        return [f"{block}.{verdict.axis}_limit"]
-    return [f"{block}.{side}"] if verdict.axis in ("opening", "x", "y", "z") else []
+        return [f"{part}.{mode}.{verdict.axis}_limit"]
+    return [f"{part}.{mode}.{side}"] if verdict.axis in ("opening", "x", "y", "z") else []
 
 
 def _is_above(verdict: Judged) -> bool:

@@ -67,13 +67,14 @@ class Passes(msgspec.Struct, frozen=True):
     """A change with which the gate releases the whole chunk; it was asked, nothing is estimated.
 
     change: ``row``: only the verdict's axis in its row; ``rows``: every number of the part;
-    ``none``: not even at rest, for what ``still`` says.
+    ``rounded``: every number of the part 0 or 1, whichever is nearer; ``none``: not even at rest,
+    for what ``still`` says.
     scale: the largest factor that passes. It applies about the row before where ``about_row``,
-    else about rest: zero for deltas and velocities, the measured position for positions.
+    else about rest: zero for deltas and velocities, what is measured for positions and poses.
     asked, number: of ``row``: the number or norm that was asked for, and the largest that passes.
     """
 
-    change: Literal["row", "rows", "none"]
+    change: Literal["row", "rows", "rounded", "none"]
     scale: float | None = None
     about_row: bool = False
     asked: float | None = None

@@ -36,6 +36,19 @@ HINTS = {
     20: "ask for less; a limit that is wrong for the robot is changed where it is declared",
     21: "begin a chunk where the robot is and with the motion it is in",
     22: "take smaller steps from row to row",
+    23: "begin a chunk with the motion that the released rows are in",
+    24: "slow down before the limit: braking would end beyond it",
+    25: "hold for a tick, then change; `transitions` in robot.yaml says what may follow what",
+    30: "ask for a motion that the tool can make from where it is",
+    31: "stay inside the volumes of robot.yaml, braking included",
+    32: "keep the robot's links apart; leaving is always allowed",
+    33: "bend the arm another way round; leaving is always allowed",
+    34: "stay inside the zones of robot.yaml, reaction and braking included",
+    40: "find out why the robot does not follow, then reset the stop",
+    41: "mend the sensor, then reset the stop",
+    42: "look what the robot touches or has lost, then reset the stop",
+    43: "find out why the robot did not stop, before anything else",
+    50: "give the gate a processor of its own; changed memory: replace the computer",
 }
 """What to do about each code; the numbers are the verdict's."""
 
@@ -150,6 +163,11 @@ def _tightened(found: DeclaredLimit, verdict: Judged) -> str:
 def _passes(answer: Answer, passes: Passes) -> str:
     if passes.change == "none":
         return f"nothing nearer to rest: {_at_rest(answer, passes)}"
+    if passes.change == "rounded":
+        return (
+            f"the whole chunk, asked of this gate with every number of {answer.part} "
+            "0 or 1, whichever is nearer"
+        )
     scale = f"{passes.scale:.4g}"
     if passes.change == "rows":
         return (
@@ -163,8 +181,9 @@ def _passes(answer: Answer, passes: Passes) -> str:
             f"the whole chunk, asked of this gate with {where} at "
             f"{_number(_trimmed(passes.number), unit)} instead of {_number(passes.asked, unit)}"
         )
+    before = "the row before" if passes.about_row else "what is measured"
     return (
-        f"the whole chunk, asked of this gate with the change of {where} from the row before "
+        f"the whole chunk, asked of this gate with the change of {where} from {before} "
         f"times {scale}"
     )
 
@@ -178,6 +197,8 @@ def _at_rest(answer: Answer, passes: Passes) -> str:
 
 def _about(answer: Answer) -> str:
     mode = answer.chunk.mode if answer.chunk is not None else ""
+    if mode == "cartesian_pose":
+        return " about the measured pose"
     positions = ("joint_position", "dex_hand_joint", "gripper_position")
     return " about the measured position" if mode in positions else ""
 

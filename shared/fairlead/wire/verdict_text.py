@@ -24,6 +24,16 @@ CHECKS = {
     23: "does not continue the released rows",
     24: "cannot brake before a limit",
     25: "mode switch not allowed",
+    30: "nobody can say where it leads",
+    31: "outside the workspace",
+    32: "too near to itself",
+    33: "too near to a singular pose",
+    34: "base outside its zones",
+    40: "the robot does not do what was released",
+    41: "a sensor that does not change",
+    42: "contact, or an object lost",
+    43: "did not stop in time",
+    50: "the gate itself: too slow, or changed in memory",
 }
 """What each check of the gate is about, by number."""
 

@@ -3,6 +3,8 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
 #include <cstring>
 #include <type_traits>
@@ -18,13 +20,32 @@ bool has_halves(std::uint8_t mode) {
          mode == static_cast<std::uint8_t>(Mode::body_twist);
 }
 
-// A rotation cannot be scaled number by number: none of its columns is one of its own.
+constexpr std::size_t quaternion_column = 3;  // of a pose: xyz, then xyzw
+
 std::vector<std::size_t> pose_columns(std::string_view axis) {
+  if (axis.empty()) return {0, 1, 2, 3, 4, 5, 6};
   if (axis == "linear") return {0, 1, 2};
+  if (axis == "angular") return {3, 4, 5, 6};
   if (axis == "x") return {0};
   if (axis == "y") return {1};
   if (axis == "z") return {2};
   return {};
+}
+
+Eigen::Quaterniond quaternion_at(const double* xyzw) {
+  return Eigen::Quaterniond(xyzw[3], xyzw[0], xyzw[1], xyzw[2]);
+}
+
+// A turn cannot be scaled number by number: its angle is.
+void turn(const double* about_xyzw, double scale, double* xyzw) {
+  const Eigen::Quaterniond about = quaternion_at(about_xyzw);
+  Eigen::Quaterniond difference = about.conjugate() * quaternion_at(xyzw);
+  if (difference.w() < 0.0) difference.coeffs() *= -1.0;  // the short way
+  const Eigen::AngleAxisd whole(difference);
+  const Eigen::Quaterniond part(Eigen::AngleAxisd(scale * whole.angle(), whole.axis()));
+  const Eigen::Quaterniond turned = (about * part).normalized();
+  const std::array<double, 4> numbers{turned.x(), turned.y(), turned.z(), turned.w()};
+  std::copy(numbers.begin(), numbers.end(), xyzw);
 }
 
 }  // namespace
@@ -63,21 +84,43 @@ double ChunkProbe::number(std::size_t action, std::size_t row, std::size_t colum
   return part.values[row * mode_width(part.mode, limits_.joints.size()) + column];
 }
 
+std::vector<double> ChunkProbe::numbers_of(std::size_t action) const {
+  const NumberView& values = chunk_.parts[action].values;
+  std::vector<double> numbers(values.size());
+  for (std::size_t i = 0; i < numbers.size(); ++i) numbers[i] = values[i];
+  return numbers;
+}
+
 std::optional<Verdict> ChunkProbe::scaled(const Selection& selection,
                                           const std::vector<double>& about, double scale) {
-  ActionChunk changed = chunk_;
-  ActionPart& part = changed.parts[selection.action];
+  const ActionPart& part = chunk_.parts[selection.action];
+  const bool is_pose = part.mode == static_cast<std::uint8_t>(Mode::cartesian_pose);
   const std::size_t width = mode_width(part.mode, limits_.joints.size());
-  std::vector<double> values(part.values.size());
-  for (std::size_t i = 0; i < values.size(); ++i) values[i] = part.values[i];
+  std::vector<double> numbers = numbers_of(selection.action);
   for (std::size_t row = selection.first_row; row < selection.end_row; ++row) {
     for (std::size_t c = 0; c < selection.columns.size(); ++c) {
-      double& number = values[row * width + selection.columns[c]];
-      number = about[c] + scale * (number - about[c]);
+      double* number = &numbers[row * width + selection.columns[c]];
+      if (is_pose && selection.columns[c] == quaternion_column) {
+        turn(&about[c], scale, number);
+        break;  // the three that follow are the quaternion's too, and the last
+      }
+      *number = about[c] + scale * (*number - about[c]);
     }
   }
-  part.values = NumberView(
-      Bytes(reinterpret_cast<const std::uint8_t*>(values.data()), values.size() * sizeof(double)));
+  return answer_to(selection.action, numbers);
+}
+
+std::optional<Verdict> ChunkProbe::rounded(std::size_t action) {
+  std::vector<double> numbers = numbers_of(action);
+  for (double& number : numbers) number = number < 0.5 ? 0.0 : 1.0;
+  return answer_to(action, numbers);
+}
+
+std::optional<Verdict> ChunkProbe::answer_to(std::size_t action,
+                                             const std::vector<double>& numbers) {
+  ActionChunk changed = chunk_;
+  changed.parts[action].values = NumberView(Bytes(
+      reinterpret_cast<const std::uint8_t*>(numbers.data()), numbers.size() * sizeof(double)));
   return answer_to(Bytes(frame_).first(encode(changed, frame_)));
 }
 

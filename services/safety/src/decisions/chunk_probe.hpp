@@ -34,11 +34,17 @@ class ChunkProbe {
   [[nodiscard]] double number(std::size_t action, std::size_t row, std::size_t column) const;
 
   /// The verdict if every selected number x were about + scale * (x - about), with one `about`
-  /// per selected column. Nothing if there was no verdict.
+  /// per selected column. A pose's quaternion is turned instead: by that share of the turn from
+  /// the one in `about`. Nothing if there was no verdict.
   std::optional<Verdict> scaled(const Selection& selection, const std::vector<double>& about,
                                 double scale);
 
+  /// The verdict if every number of the part were 0 or 1, whichever is nearer.
+  std::optional<Verdict> rounded(std::size_t action);
+
  private:
+  [[nodiscard]] std::vector<double> numbers_of(std::size_t action) const;
+  std::optional<Verdict> answer_to(std::size_t action, const std::vector<double>& numbers);
   std::optional<Verdict> answer_to(Bytes frame);
 
   Replay& replay_;

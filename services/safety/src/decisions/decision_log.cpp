@@ -176,7 +176,7 @@ std::string DecisionLog::Disk::write_gap() {
 
 // Leases and released rows are what replay gives again; a status only if it says something new.
 void DecisionLog::Disk::keep_what_is_read(Record& record) {
-  FixedVec<RecordedOutput, 96> kept;
+  RecordedOutputs kept;
   for (const RecordedOutput& output : record.outputs) {
     const bool repeated = output.kind == OutputKind::lease ||
                           output.kind == OutputKind::safe_chunk ||

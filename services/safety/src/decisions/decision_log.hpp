@@ -30,7 +30,7 @@ class DrawnIds final : public IdSource {
 
  private:
   IdSource& ids_;
-  FixedVec<std::uint64_t, 64> drawn_;
+  IdList drawn_;
   bool overflowed_ = false;
 };
 

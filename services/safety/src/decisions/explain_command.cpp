@@ -9,6 +9,7 @@
 #include "decisions/log_choice.hpp"
 #include "decisions/log_reader.hpp"
 #include "decisions/log_story.hpp"
+#include "decisions/log_words.hpp"
 #include "decisions/verdict_document.hpp"
 #include "decisions/what_passes.hpp"
 #include "refusal.hpp"
@@ -21,10 +22,8 @@ using nlohmann::json;
 constexpr std::size_t kMostDecisions = 8;  // about one tick; the newest
 
 struct Request {
-  std::string log;
   std::optional<std::uint64_t> tick;  // none: the last refusal or truncation
   std::string source;
-  bool help = false;
 };
 
 std::uint64_t parse_tick(const std::string& text) {
@@ -33,26 +32,10 @@ std::uint64_t parse_tick(const std::string& text) {
   return std::stoull(text);
 }
 
-Request parse(const std::vector<std::string>& words) {
+Request request_of(const LogWords& words) {
   Request request;
-  for (std::size_t i = 0; i < words.size(); ++i) {
-    if (words[i] == "--help" || words[i] == "-h") {
-      request.help = true;
-      return request;
-    }
-    if (words[i] == "--tick" && i + 1 < words.size()) {
-      request.tick = parse_tick(words[++i]);
-    } else if (words[i] == "--source" && i + 1 < words.size()) {
-      request.source = words[++i];
-    } else if (request.log.empty() && !words[i].starts_with("-")) {
-      request.log = words[i];
-    } else {
-      throw ConfigRefused("explain: unknown argument '" + words[i] +
-                          "'; see: fairlead-safety explain --help");
-    }
-  }
-  if (request.log.empty())
-    throw ConfigRefused("explain: expected a decision log; see: fairlead-safety explain --help");
+  if (words.has("--tick")) request.tick = parse_tick(words.value("--tick"));
+  request.source = words.value("--source");
   return request;
 }
 
@@ -104,8 +87,8 @@ Reading read_through(const std::filesystem::path& path, const Limits& limits,
 
 json document_of(const Moment& moment) {
   if (!moment.is_verdict) {
-    json document = moment.chunk;
-    document["kind"] = moment.chunk.at("state") == "latched" ? "latch" : "stop";
+    json document = moment.status;
+    document["kind"] = moment.status.at("state") == "latched" ? "latch" : "stop";
     document["tick"] = moment.tick;
     return document;
   }
@@ -166,13 +149,14 @@ Exit status: 0, also if there is no such decision; 2 not readable.
 )";
 }
 
-int explain_command(const std::vector<std::string>& words) {
-  const Request request = parse(words);
-  if (request.help) {
+int explain_command(const std::vector<std::string>& given) {
+  const LogWords words = parse_log_words("explain", given, {"--tick", "--source"}, {});
+  if (words.help) {
     std::cout << explain_usage();
     return 0;
   }
-  const std::filesystem::path path = choose_log(request.log);
+  const Request request = request_of(words);
+  const std::filesystem::path path = choose_log(words.log);
   const LogHeader header = read_header(LogReader(path).header());
   const std::unique_ptr<Limits> limits = recorded_limits(header);
   const Reading reading = read_through(path, *limits, request);

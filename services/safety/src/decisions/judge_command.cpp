@@ -7,6 +7,7 @@
 #include "decisions/header.hpp"
 #include "decisions/log_choice.hpp"
 #include "decisions/log_reader.hpp"
+#include "decisions/log_words.hpp"
 #include "decisions/replay.hpp"
 #include "decisions/verdict_document.hpp"
 #include "decisions/what_if.hpp"
@@ -18,36 +19,6 @@ namespace fairlead {
 namespace {
 
 using nlohmann::json;
-
-struct Request {
-  std::string log;
-  std::string config;
-  bool as_json = false;
-  bool help = false;
-};
-
-Request parse(const std::vector<std::string>& words) {
-  Request request;
-  for (std::size_t i = 0; i < words.size(); ++i) {
-    if (words[i] == "--help" || words[i] == "-h") {
-      request.help = true;
-      return request;
-    }
-    if (words[i] == "--json") {
-      request.as_json = true;
-    } else if (words[i] == "--config" && i + 1 < words.size()) {
-      request.config = words[++i];
-    } else if (request.log.empty() && !words[i].starts_with("-")) {
-      request.log = words[i];
-    } else {
-      throw ConfigRefused("judge: unknown argument '" + words[i] +
-                          "'; see: fairlead-safety judge --help");
-    }
-  }
-  if (request.log.empty())
-    throw ConfigRefused("judge: expected a decision log; see: fairlead-safety judge --help");
-  return request;
-}
 
 /// What a run through a log found.
 struct Findings {
@@ -172,11 +143,11 @@ void print_difference(const json& difference) {
   }
 }
 
-int report_again(const Request& request, json found, const Findings& findings) {
+int report_again(const LogWords& words, json found, const Findings& findings) {
   const bool identical = findings.difference.is_null();
   found["identical"] = identical;
   found["first_difference"] = findings.difference;
-  if (request.as_json) {
+  if (words.has("--json")) {
     std::cout << found.dump(2) << "\n";
   } else {
     print_head(found);
@@ -208,10 +179,11 @@ json changes_of(const WhatIf& what_if) {
   return changes;
 }
 
-int report_otherwise(const Request& request, json found, const Limits& limits,
+int report_otherwise(const LogWords& words, json found, const Limits& limits,
                      const WhatIf& what_if) {
-  if (request.as_json) {
-    found["config"] = request.config;
+  const std::string config = words.value("--config");
+  if (words.has("--json")) {
+    found["config"] = config;
     found["config_hash"] = to_hex(limits.config_hash);
     found["changed"] = changes_of(what_if);
     found["unjudged"] = what_if.unjudged();
@@ -220,7 +192,7 @@ int report_otherwise(const Request& request, json found, const Limits& limits,
     std::cout << found.dump(2) << "\n";
   } else {
     print_head(found);
-    std::cout << "under   " << request.config << " hash " << to_hex(limits.config_hash) << "\n";
+    std::cout << "under   " << config << " hash " << to_hex(limits.config_hash) << "\n";
     for (const ChangedVerdict& change : what_if.changed())
       std::cout << "  tick " << change.tick << ": chunk " << change.recorded.seq << " of "
                 << change.recorded.source.view() << " was " << outcome_name(change.recorded.outcome)
@@ -253,27 +225,28 @@ example: fairlead-safety judge ~/.local/state/fairlead/panda_mobile/safety/decis
 )";
 }
 
-int judge_command(const std::vector<std::string>& words) {
-  const Request request = parse(words);
-  if (request.help) {
+int judge_command(const std::vector<std::string>& given) {
+  const LogWords words = parse_log_words("judge", given, {"--config"}, {"--json"});
+  if (words.help) {
     std::cout << judge_usage();
     return 0;
   }
-  const std::filesystem::path path = choose_log(request.log);
+  const std::filesystem::path path = choose_log(words.log);
   LogReader log(path);
   const LogHeader header = read_header(log.header());
-  if (request.config.empty()) {
+  const std::string config = words.value("--config");
+  if (config.empty()) {
     const std::unique_ptr<Limits> limits = recorded_limits(header);
     const Findings findings = judge_again(log, *limits);
-    return report_again(request, document_of(log, header, findings, path), findings);
+    return report_again(words, document_of(log, header, findings, path), findings);
   }
-  const std::unique_ptr<Limits> limits = load_limits(request.config);
+  const std::unique_ptr<Limits> limits = load_limits(config);
   if (limits->robot != Name(header.robot))
-    throw ConfigRefused("judge: the log is of the robot " + header.robot + ", " + request.config +
-                        " of " + std::string(limits->robot.view()));
+    throw ConfigRefused("judge: the log is of the robot " + header.robot + ", " + config + " of " +
+                        std::string(limits->robot.view()));
   WhatIf what_if(*limits);
   const Findings findings = judge_otherwise(log, what_if);
-  return report_otherwise(request, document_of(log, header, findings, path), *limits, what_if);
+  return report_otherwise(words, document_of(log, header, findings, path), *limits, what_if);
 }
 
 }  // namespace fairlead

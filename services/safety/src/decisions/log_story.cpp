@@ -35,7 +35,7 @@ std::vector<Moment> LogStory::take(const Record& record) {
     if (output.kind == OutputKind::status && take_status(output.payload)) {
       Moment moment;
       moment.is_verdict = false;
-      moment.chunk = status_;
+      moment.status = status_;
       moment.step = steps_;
       moment.tick = tick_;
       decisions.push_back(moment);

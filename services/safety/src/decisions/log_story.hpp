@@ -21,10 +21,11 @@ struct Moment {
   bool of_candidate = false;  // made when the chunk came, not with a later state
   bool again = false;         // the chunk has had a verdict before
   Verdict verdict;
-  bool has_chunk = false;  // what follows is known
+  bool has_chunk = false;  // the three that follow are known
   std::uint64_t start_tick = 0;
   std::uint64_t horizon = 0;
-  nlohmann::json chunk;  // who asked for what; for a stop or latch: the gate's status
+  nlohmann::json chunk;   // who asked for what
+  nlohmann::json status;  // of a stop or latch: the gate's
 
   [[nodiscard]] bool is_about(std::uint64_t asked) const {
     return tick == asked || (has_chunk && start_tick <= asked && asked < start_tick + horizon);

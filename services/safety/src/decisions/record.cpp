@@ -223,7 +223,7 @@ bool decode_record(RecordType type, Bytes body, Record& record) {
   return in.ok_and_done();
 }
 
-Digest digest_of(const FixedVec<RecordedOutput, 96>& outputs) {
+Digest digest_of(const RecordedOutputs& outputs) {
   std::vector<std::uint8_t> all;
   for (const RecordedOutput& output : outputs) {
     const std::array<std::uint64_t, 3> sizes = {static_cast<std::uint64_t>(output.kind),

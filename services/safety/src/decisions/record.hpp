@@ -8,6 +8,8 @@
 #include <cstdint>
 #include <span>
 #include <string_view>
+#include <type_traits>
+#include <utility>
 
 #include "fairlead_safety/gate.hpp"
 
@@ -25,22 +27,32 @@ enum class RecordType : std::uint8_t {
 /// First half of a SHA-256.
 using Digest = std::array<std::uint8_t, 16>;
 
+/// As many as one step can put out.
+inline constexpr std::size_t max_outputs =
+    std::remove_cvref_t<decltype(std::declval<const Outputs&>().items())>::capacity;
+inline constexpr std::size_t max_drawn = 64;  // ids that one step can draw
+
+/// Ids drawn since the record before.
+using IdList = FixedVec<std::uint64_t, max_drawn>;
+
 struct RecordedOutput {
   OutputKind kind = OutputKind::log;
   std::string_view source;
   Bytes payload;
 };
 
+using RecordedOutputs = FixedVec<RecordedOutput, max_outputs>;
+
 /// Views of bytes that belong to whoever made the record.
 struct Record {
   RecordType type = RecordType::timer;
-  std::uint64_t now_ns = 0;         // boot, step, timer
-  BootInfo boot;                    // boot
-  Event event;                      // step, timer
-  FixedVec<std::uint64_t, 64> ids;  // boot, step: drawn since the record before
-  std::uint8_t output_count = 0;    // boot, step: how many the step had
-  Digest digest{};                  // of all of them; zero in memory
-  FixedVec<RecordedOutput, 96> outputs;
+  std::uint64_t now_ns = 0;       // boot, step, timer
+  BootInfo boot;                  // boot
+  Event event;                    // step, timer
+  IdList ids;                     // boot, step
+  std::uint8_t output_count = 0;  // boot, step: how many the step had
+  Digest digest{};                // of all of them; zero in memory
+  RecordedOutputs outputs;
   std::uint64_t lost = 0;  // gap
   std::string_view text;   // header, end
 };
@@ -61,6 +73,6 @@ std::size_t encode_record(const Record& record, std::span<std::uint8_t> buffer);
 bool decode_record(RecordType type, Bytes body, Record& record);
 
 /// What replay compares: kind, source and every byte of each output, in order.
-Digest digest_of(const FixedVec<RecordedOutput, 96>& outputs);
+Digest digest_of(const RecordedOutputs& outputs);
 
 }  // namespace fairlead

@@ -2,7 +2,7 @@
 
 namespace fairlead {
 
-void ReplayedIds::offer(const FixedVec<std::uint64_t, 64>& ids) {
+void ReplayedIds::offer(const IdList& ids) {
   offered_ = ids;
   next_ = 0;
   made_up_ = false;
@@ -37,7 +37,7 @@ void Replay::feed(const Record& record) {
 bool Replay::same_as(const Record& record) const {
   if (outputs_->items().size() != record.output_count || !ids_.exact()) return false;
   if (record.output_count == 0) return true;
-  FixedVec<RecordedOutput, 96> outputs;
+  RecordedOutputs outputs;
   for (const Output& output : outputs_->items())
     (void)outputs.push_back(
         RecordedOutput{output.kind, output.source.view(), outputs_->payload(output)});

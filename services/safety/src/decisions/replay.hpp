@@ -11,13 +11,13 @@ namespace fairlead {
 /// recorded, which only one under other limits does, it gets new ones.
 class ReplayedIds final : public IdSource {
  public:
-  void offer(const FixedVec<std::uint64_t, 64>& ids);
+  void offer(const IdList& ids);
   std::uint64_t next_id() override;
   /// True if the newest record's ids were all drawn and no more.
   [[nodiscard]] bool exact() const { return next_ == offered_.size() && !made_up_; }
 
  private:
-  FixedVec<std::uint64_t, 64> offered_;
+  IdList offered_;
   std::size_t next_ = 0;
   bool made_up_ = false;
   std::uint64_t last_made_up_ = 0;

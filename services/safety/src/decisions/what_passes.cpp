@@ -6,6 +6,7 @@
 
 #include "decisions/unit.hpp"
 #include "decisions/verdict_document.hpp"
+#include "fairlead_safety/kinematics.hpp"
 
 namespace fairlead {
 namespace {
@@ -25,6 +26,22 @@ double rounded_down(double value) {
   return std::floor(value / unit) * unit;
 }
 
+bool is_pose(const ActionPart& action) {
+  return action.mode == static_cast<std::uint8_t>(Mode::cartesian_pose);
+}
+
+/// Where the tool is measured to be, in the frame that the poses are told in: xyz, xyzw.
+std::vector<double> measured_pose(const ActionPart& action, const Limits& limits,
+                                  const std::vector<double>& measured) {
+  MeasuredState state;
+  state.count = std::min(measured.size(), max_measured);
+  std::copy_n(measured.begin(), state.count, state.positions.begin());
+  const Pose pose = link_pose(limits.kinematics, state, limits.kinematics.find(action.frame_id),
+                              limits.parts[action.part].tool);
+  return {pose.position.x(), pose.position.y(), pose.position.z(), pose.rotation.x(),
+          pose.rotation.y(), pose.rotation.z(), pose.rotation.w()};
+}
+
 /// Where numbers of the mode count from: standing still, or where the robot is. Empty: unknown.
 std::vector<double> rest_of(const ActionPart& action, const std::vector<std::size_t>& columns,
                             const Limits& limits, const std::vector<double>& measured) {
@@ -41,6 +58,12 @@ std::vector<double> rest_of(const ActionPart& action, const std::vector<std::siz
       std::vector<double> rest;
       for (const std::size_t j : columns)
         if (j < measured.size()) rest.push_back(measured[j]);
+      return rest;
+    }
+    case Mode::cartesian_pose: {
+      const std::vector<double> pose = measured_pose(action, limits, measured);
+      std::vector<double> rest;
+      for (const std::size_t column : columns) rest.push_back(pose[column]);
       return rest;
     }
     case Mode::gripper_position: {
@@ -107,7 +130,7 @@ json one_row(ChunkProbe& probe, const Verdict& verdict, std::size_t action, cons
   json found = {{"change", "row"}, {"scale", scale}, {"about_row", !is_first}, {"asked", asked}};
   if (selection.columns.size() == 1)
     found["number"] = about[0] + scale * (asked - about[0]);
-  else if (is_first)
+  else if (is_first && !is_pose(probe.chunk().parts[action]))
     found["number"] = scale * asked;
   else
     found["scale"] = told(probe, selection, about, scale);
@@ -127,8 +150,10 @@ json all_rows(ChunkProbe& probe, std::size_t action, const Limits& limits,
   return {{"change", "rows"}, {"scale", told(probe, selection, rest, scale)}};
 }
 
+// A rule without a magnitude has no margin.
 bool is_about_numbers(const Verdict& verdict) {
-  return verdict.row >= 0 && verdict.code >= 20 && std::isfinite(verdict.value);
+  return verdict.row >= 0 && verdict.code >= 20 && std::isfinite(verdict.value) &&
+         verdict.margin != 0.0;
 }
 
 }  // namespace
@@ -137,6 +162,8 @@ json what_would_pass(ChunkProbe& probe, const Verdict& verdict, const Limits& li
                      const std::vector<double>& measured) {
   const auto action = probe.action_of(verdict.part.view());
   if (!is_about_numbers(verdict) || !action.has_value()) return nullptr;
+  if (probe.chunk().parts[*action].mode == static_cast<std::uint8_t>(Mode::gripper_binary))
+    return is_released(probe.rounded(*action)) ? json{{"change", "rounded"}} : json();
   const json row = one_row(probe, verdict, *action, limits, measured);
   return row.is_null() ? all_rows(probe, *action, limits, measured) : row;
 }

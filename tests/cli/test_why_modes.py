@@ -1,0 +1,192 @@
+"""``fairlead why`` for a refusal in each control mode: its numbers with their unit, what passes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fairlead.messages import ActionPart, Outcome, pack_floats
+from fairlead.modes import ControlMode
+from fairlead.paths import gate_config
+from tests.cli.command import fairlead
+from tests.gate.running_gate import ROBOT as MOBILE
+from tests.gate.scene import Scene
+from tests.gate.two_armed_scene import action, per_joint, tool_pose, two_armed_scene
+
+pytestmark = pytest.mark.processes
+
+Rows = Callable[[Scene], ActionPart]
+PASSES = "passes  the whole chunk, asked of this gate with "
+
+
+def joints(mode: ControlMode, part: str, first: float) -> Rows:
+    return lambda scene: per_joint(scene, part, mode, first)
+
+
+def same_rows(part: str, mode: ControlMode, row: list[float], frame: str = "") -> Rows:
+    return lambda _: action(part, mode, [np.array(row), np.array(row)], frame)
+
+
+def pose_beside(scene: Scene) -> ActionPart:
+    pose = tool_pose(scene, "left_arm")
+    pose[0] += 0.06
+    return action("left_arm", ControlMode.CARTESIAN_POSE, [pose, pose], "base_link")
+
+
+def pose_turned(scene: Scene) -> ActionPart:
+    """By 0.2 rad about base_link's z."""
+    pose = tool_pose(scene, "left_arm")
+    x, y, z, w = pose[3:]
+    s, c = np.sin(0.1), np.cos(0.1)
+    pose[3:] = [c * x - s * y, c * y + s * x, c * z + s * w, c * w - s * z]
+    return action("left_arm", ControlMode.CARTESIAN_POSE, [pose, pose], "base_link")
+
+
+def part_of(
+    part: int,
+    mode: ControlMode,
+    row: list[float],
+    frame: str = "",
+    active: tuple[int, ...] = (),
+) -> ActionPart:
+    values = pack_floats(np.array([row, row]))
+    return ActionPart(part=part, mode=mode, frame_id=frame, values=values, active=active)
+
+
+TWO_ARMED: dict[str, tuple[Rows, str, str]] = {
+    "joint_position": (
+        joints(ControlMode.JOINT_POSITION, "left_arm", 60.0),
+        "G020 limit: row 0, left_arm left_joint1 is 60 rad, limit 2.8973 rad, 57.1027 rad beyond",
+        "every number of left_arm times 0.002645 about the measured position",
+    ),
+    "joint_velocity": (
+        joints(ControlMode.JOINT_VELOCITY, "left_arm", 60.0),
+        "left_joint1 is 60 rad/s, limit 2.175 rad/s, 57.825 rad/s beyond it",
+        "every number of left_arm times 0.0125",
+    ),
+    "joint_torque": (
+        joints(ControlMode.JOINT_TORQUE, "right_arm", 60.0),
+        "right_joint1 is 60 N m, limit 50 N m, 10 N m beyond it",
+        "every number of right_arm times 0.8333",
+    ),
+    "dex_hand_joint": (
+        joints(ControlMode.DEX_HAND_JOINT, "right_hand", 60.0),
+        "right_thumb_joint1 is 60 rad, limit",
+        "every number of right_hand times 0.003333 about the measured position",
+    ),
+    "cartesian_pose, place": (
+        pose_beside,
+        "left_arm linear is 0.06 m, limit 0.05 m, 0.01 m beyond it",
+        "every number of left_arm times 0.8333 about the measured pose",
+    ),
+    "cartesian_pose, angle": (
+        pose_turned,
+        "left_arm angular is 0.2 rad, limit 0.125 rad, 0.075 rad beyond it",
+        "every number of left_arm times 0.625 about the measured pose",
+    ),
+    "cartesian_delta": (
+        same_rows("left_arm", ControlMode.CARTESIAN_DELTA, [0, 1.1, 0, 0, 0, 0], "base_link"),
+        "left_arm linear is 1.1 m, limit 0.05 m, 1.05 m beyond it",
+        "every number of left_arm times 0.02954",
+    ),
+    "cartesian_twist": (
+        same_rows("left_arm", ControlMode.CARTESIAN_TWIST, [0, 0, 0, 0, 2.6, 0], "base_link"),
+        "left_arm angular is 2.6 rad/s, limit 2.5 rad/s, 0.1 rad/s beyond it",
+        "every number of left_arm times 0.4807",
+    ),
+    "gripper_binary": (
+        same_rows("left_gripper", ControlMode.GRIPPER_BINARY, [0.75]),
+        "left_gripper closed is 0.75, limit 1, 0.25 beyond it",
+        "every number of left_gripper 0 or 1, whichever is nearer",
+    ),
+    "gripper_position": (
+        same_rows("left_gripper", ControlMode.GRIPPER_POSITION, [0.2]),
+        "left_gripper opening is 0.2 m, limit 0.08 m, 0.12 m beyond it",
+        "every number of left_gripper times 0.4 about the measured position",
+    ),
+}
+
+
+class Refusals:
+    """One refused chunk after the other, each at a tick of its own, and what ``why`` says."""
+
+    def __init__(self, scene: Scene, folder: Path) -> None:
+        self.scene, self.folder = scene, folder
+        self.ticks: dict[str, int] = {}
+
+    def ask(self, name: str, part: ActionPart) -> None:
+        self.ticks[name] = self.scene.hal.tick
+        verdict = self.scene.send(self.scene.chunk(rows=2, parts=(part,)))
+        assert verdict.outcome == Outcome.REFUSED, name
+        self.scene.next_tick()
+        self.scene.next_tick()
+
+    def why(self, name: str) -> str:
+        words = ("why", str(self.ticks[name]), "--log", str(self.folder / "decisions"))
+        done = fairlead(*words, state=self.folder / "registry")
+        assert done.returncode == 0, done.stderr
+        return str(done.stdout)
+
+
+@pytest.fixture(scope="module")
+def two_armed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Refusals]:
+    folder = tmp_path_factory.mktemp("two_armed")
+    scene = two_armed_scene(folder)
+    refusals = Refusals(scene, folder)
+    for name, (rows, _, _) in TWO_ARMED.items():
+        refusals.ask(name, rows(scene))
+    scene.silence()
+    assert scene.gate.stop() == 0
+    yield refusals
+    scene.close()
+
+
+@pytest.mark.parametrize("name", TWO_ARMED)
+def test_a_refusal_says_its_numbers_with_their_unit_and_what_would_have_passed(
+    two_armed: Refusals, name: str
+) -> None:
+    _, numbers, passes = TWO_ARMED[name]
+    said = two_armed.why(name)
+    assert numbers in said
+    assert f"{PASSES}{passes}\n" in said
+
+
+@pytest.fixture(scope="module")
+def mobile(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Refusals]:
+    folder = tmp_path_factory.mktemp("mobile")
+    scene = Scene(gate_config(MOBILE, "sim"), folder)
+    scene.meet_hal()
+    scene.arm()
+    scene.take_claim("arm", "gripper", "base", "composite")
+    refusals = Refusals(scene, folder)
+    base, composite = 2, 3
+    sideways = [0.0, 1.5] + [0.0] * 9
+    driven = part_of(base, ControlMode.JOINT_VELOCITY, sideways, active=(0, 1, 2))
+    refusals.ask("joint_velocity", driven)
+    twist = [0.0, 3.0, 0.0, 0.0, 0.0, 0.0]
+    refusals.ask("body_twist", part_of(base, ControlMode.BODY_TWIST, twist, "base_link"))
+    switch = [1.5]
+    refusals.ask("composite", part_of(composite, ControlMode.COMPOSITE_MODE, switch))
+    scene.silence()
+    assert scene.gate.stop() == 0
+    yield refusals
+    scene.close()
+
+
+def test_a_slide_of_the_base_is_told_in_metres_per_second(mobile: Refusals) -> None:
+    said = mobile.why("joint_velocity")
+    assert "base base_y is 1.5 m/s, limit 1 m/s, 0.5 m/s beyond it" in said
+    assert f"{PASSES}every number of base times 0.6666\n" in said
+
+
+def test_a_twist_of_the_base_is_told_in_metres_per_second(mobile: Refusals) -> None:
+    assert "base linear is 3 m/s, limit " in mobile.why("body_twist")
+
+
+def test_a_composite_switch_has_no_unit(mobile: Refusals) -> None:
+    said = mobile.why("composite")
+    assert "composite composite is 1.5, limit 1, 0.5 beyond it" in said
+    assert f"{PASSES}every number of composite times 0.6666\n" in said
