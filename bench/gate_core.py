@@ -108,7 +108,8 @@ def timed_cases(program: Program, cases: dict[str, dict[str, float]]) -> list[Ti
 def as_text(found: dict[str, Any]) -> str:
     """Two tables in Markdown, as docs/speed.md shows them."""
     lines = [
-        f"| rows of {found['joints']} joints, {found['pairs']} pairs | least ns | median ns | yardsticks | instructions | aim |",
+        f"| rows of {found['joints']} joints, {found['pairs']} pairs "
+        "| least ns | median ns | yardsticks | instructions | aim |",
         "|---|---|---|---|---|---|",
     ]
     for one in found["cases"]:
