@@ -37,9 +37,11 @@ def command(
     samples: Annotated[
         int, typer.Option(min=LEAST_SAMPLES, help="random poses to look for pairs in")
     ] = 20_000,
-    drop_beyond_m: Annotated[
+    drop_margin_m: Annotated[
         float | None,
-        typer.Option(min=0.0, help="leave out pairs that never come nearer; otherwise they stay"),
+        typer.Option(
+            min=0.0, help="leave out pairs that never come nearer than the clearance and this"
+        ),
     ] = None,
     picture: Annotated[
         Path | None, typer.Option(help="draw links and capsules at rest into this PNG file")
@@ -62,7 +64,7 @@ def command(
     shape = RobotShape(manifest, geometry_source(manifest, model))
     clearance_m = max(one.self_collision.clearance_m for one in manifest.safety.values())
     capsules = load_capsules(manifest).capsules if check else shape.fitted(most_per_link)
-    pairs = shape.pairs(capsules, PairRule(clearance_m, drop_beyond_m, samples))
+    pairs = shape.pairs(capsules, PairRule(clearance_m, drop_margin_m, samples))
     at_rest = shape.rest_distances(capsules, pairs)
     _refuse_rest(robot, capsules, pairs, at_rest, clearance_m)
     if as_json:
@@ -74,7 +76,7 @@ def command(
     if check:
         _check(shape, capsules, pairs)
     else:
-        asked = _again(robot, model, most_per_link, samples, drop_beyond_m)
+        asked = _again(robot, model, most_per_link, samples, drop_margin_m)
         _write(manifest, asked, capsules, pairs, quiet=as_json)
 
 
@@ -178,13 +180,13 @@ def _check(shape: RobotShape, capsules: Sequence[Capsule], pairs: Sequence[Capsu
 
 
 def _again(
-    robot: str, model: str | None, most: int, samples: int, drop_beyond_m: float | None
+    robot: str, model: str | None, most: int, samples: int, drop_margin_m: float | None
 ) -> str:
     """The command that makes the same file."""
     words = [f"fairlead robot capsules {robot}"]
     words += [f"--model {model}"] if model else []
     words += [f"--max-per-link {most} --samples {samples}"]
-    words += [f"--drop-beyond-m {drop_beyond_m:g}"] if drop_beyond_m is not None else []
+    words += [f"--drop-margin-m {drop_margin_m:g}"] if drop_margin_m is not None else []
     return " ".join(words)
 
 

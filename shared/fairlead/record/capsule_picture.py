@@ -83,12 +83,12 @@ def _draw_view(
 ) -> None:
     plane, eye = view[:2], view[2]
     for one in sorted(pieces, key=lambda solid: float(solid.points.mean(axis=0) @ eye)):
-        axis.fill(*_outline(one, plane).T, facecolor=_LINK, edgecolor=_LINK_EDGE, linewidth=0.6)
+        axis.fill(*outline(one, plane).T, facecolor=_LINK, edgecolor=_LINK_EDGE, linewidth=0.6)
     order = sorted(range(len(capsules)), key=lambda i: float(capsules[i].points.mean(axis=0) @ eye))
     for number in order:
         one, colour = capsules[number], colours[capsules[number].link]
         axis.fill(
-            *_outline(one, plane).T, facecolor=(*colour, 0.28), edgecolor=colour, linewidth=1.4
+            *outline(one, plane).T, facecolor=(*colour, 0.28), edgecolor=colour, linewidth=1.4
         )
     middles = np.array([plane @ one.points.mean(axis=0) for one in capsules])
     for number, (place, middle) in enumerate(zip(_spread(middles), middles, strict=True)):
@@ -125,8 +125,12 @@ def _width(
     return sum(both) + _MARGIN_M
 
 
-def _outline(solid: RoundedHull, plane: FloatArray) -> FloatArray:
-    """What one sees of it along a plane's normal: a closed line ``[n, 2]``."""
+def outline(solid: RoundedHull, plane: FloatArray) -> FloatArray:
+    """What one sees of it along a plane's normal: a closed line ``[n, 2]`` [m].
+
+    Args:
+        plane: two directions across the view, ``[2, 3]``.
+    """
     flat = solid.points @ plane.T
     if solid.radius > 0.0:
         flat = (flat[:, None, :] + solid.radius * _ROUND).reshape(-1, 2)

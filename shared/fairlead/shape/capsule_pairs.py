@@ -43,12 +43,12 @@ class PairRule:
     """When a pair is left out.
 
     clearance_m: distance that has to remain.
-    drop_beyond_m: leave out what never came nearer than this; None keeps it.
+    drop_margin_m: leave out what never came nearer than the clearance and this; None keeps it.
     samples: random poses within the joints' limits.
     """
 
     clearance_m: float
-    drop_beyond_m: float | None
+    drop_margin_m: float | None
     samples: int
 
 
@@ -87,8 +87,10 @@ def _by_poses(far: FloatArray, rule: PairRule) -> str:
     """Why a pair at these distances is left out, "" if it is not."""
     if bool(np.all(far < rule.clearance_m)):
         return f"always nearer than {rule.clearance_m:g} m ({rule.samples} poses)"
-    if rule.drop_beyond_m is not None and bool(np.all(far > rule.drop_beyond_m)):
-        return f"never nearer than {rule.drop_beyond_m:g} m ({rule.samples} poses)"
+    if rule.drop_margin_m is not None:
+        enough_m = rule.clearance_m + rule.drop_margin_m
+        if bool(np.all(far > enough_m)):
+            return f"never nearer than {enough_m:g} m ({rule.samples} poses)"
     return ""
 
 

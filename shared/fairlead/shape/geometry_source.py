@@ -87,8 +87,11 @@ def _compiled(path: Path) -> mujoco.MjModel:
 
 
 def _of_robosuite(robot: RobotManifest, name: str) -> GeometrySource:
-    from fairlead_hal_sim.environment import make_environment
-    from fairlead_hal_sim.options import SimulatorOptions
+    try:
+        from fairlead_hal_sim.environment import make_environment
+        from fairlead_hal_sim.options import SimulatorOptions
+    except ImportError as error:
+        raise ConfigError(f"robot capsules: {name}: cannot load robosuite: {error}") from None
 
     options = SimulatorOptions(robot=name.removeprefix(ROBOSUITE))
     environment = make_environment(options, 1e3 / robot.control_period_ms, offscreen=False)

@@ -88,7 +88,7 @@ class RobotShape:
         if checked > MAX_PAIRS:
             raise ConfigError(
                 f"robot capsules: expected at most {MAX_PAIRS} pairs, got {checked}; lower "
-                "--max-per-link, or leave out those that are never near with --drop-beyond-m"
+                "--max-per-link, or leave out those that are never near with --drop-margin-m"
             )
         return found
 
