@@ -40,7 +40,8 @@ def test_the_key_table_lists_every_key_that_can_be_built_and_no_other() -> None:
 
 
 def test_the_code_table_lists_the_checks_of_this_release() -> None:
-    assert re.findall(r"^\| (G\d{3}) \|", SAFETY, re.M) == [f"G{code:03}" for code in CODES]
+    checks = SAFETY[SAFETY.index("\n## Checks\n") :]
+    assert re.findall(r"^\| (G\d{3}) \|", checks, re.M) == [f"G{code:03}" for code in CODES]
 
 
 def test_the_layout_table_is_that_of_the_code() -> None:

@@ -1,0 +1,55 @@
+"""The table in docs/safety.md, between its two marks."""
+
+from __future__ import annotations
+
+import re
+
+from fairlead.paths import repo_root
+from tests.hazards.sources import asked_codes, core_tests
+from tests.hazards.table import HAZARDS
+
+PAGE = repo_root() / "docs" / "safety.md"
+BEGIN = "<!-- hazards: written by `python -m tests.hazards --write` -->"
+END = "<!-- end of hazards -->"
+
+
+def rows() -> list[dict[str, str]]:
+    """One row per check that the core asks, with the tests found for it."""
+    tests = core_tests()
+    asked = asked_codes()
+    return [
+        {
+            "code": f"G{one.code:03d}",
+            "hazard": one.hazard,
+            "check": one.check,
+            "outcome": one.outcome,
+            "tests": _proof([test.file for test in tests if one.code in test.codes]),
+        }
+        for one in HAZARDS
+        if one.code in asked
+    ]
+
+
+def _proof(files: list[str]) -> str:
+    """How many test cases, and the files that have most of them."""
+    if not files:
+        return "none"
+    by_count = sorted(set(files), key=lambda name: (-files.count(name), name))
+    named = ", ".join(name.removesuffix(".cpp") for name in by_count[:2])
+    return f"{len(files)}: {named}" + (", ..." if len(by_count) > 2 else "")
+
+
+def table() -> str:
+    """The rows in Markdown."""
+    lines = ["| code | hazard | check | outcome | tests |", "|---|---|---|---|---|"]
+    lines += ["| " + " | ".join(row.values()) + " |" for row in rows()]
+    return "\n".join(lines)
+
+
+def current_page() -> str:
+    """The page with the table as it has to be now."""
+    text = PAGE.read_text()
+    between = re.compile(re.escape(BEGIN) + ".*?" + re.escape(END), re.S)
+    if between.search(text) is None:
+        raise SystemExit(f"hazards: {PAGE} lacks the marks {BEGIN!r} and {END!r}")
+    return between.sub(lambda _: f"{BEGIN}\n\n{table()}\n\n{END}", text)
