@@ -199,6 +199,27 @@ def test_json_has_the_numbers_and_the_words(ended_day: Day) -> None:
     assert decision["would_pass"]["scale"] == pytest.approx(0.9633)
 
 
+def test_a_stop_by_what_was_measured_says_what_to_look_at(tmp_path: Path) -> None:
+    scene = Scene(gate_config(ROBOT, "sim"), tmp_path / "robot" / "safety")
+    try:
+        scene.ready_to_move()
+        scene.hal.efforts[scene.hal.joints.index("panda_joint3")] = -12345.0
+        scene.hal.publish_state()
+        stop = scene.wait_state(GateState.STOPPED).stop_ids[0]
+        scene.silence()
+        assert scene.gate.stop() == 0
+    finally:
+        scene.close()
+    words = ("why", "last", "--state-dir", str(tmp_path / "robot"))
+    _, *lines = fairlead(*words, state=tmp_path / "registry").stdout.splitlines()
+    assert lines[0].endswith(": the gate stopped")
+    assert lines[1].startswith("  why     G042 arm panda_joint3: 12345, limit ")
+    assert lines[2:] == [
+        "  first   look what the robot touches or has lost, then reset the stop",
+        f"  do      when the cause has gone: fairlead reset {stop:016x}",
+    ]
+
+
 def test_a_latched_gate_is_told_with_the_reset(tmp_path: Path) -> None:
     state_dir = tmp_path / "registry" / "robot" / "safety"
     killed = RunningGate(gate_config(ROBOT, "sim"), state_dir)

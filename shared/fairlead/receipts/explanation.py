@@ -99,7 +99,8 @@ class Answer(Judged, frozen=True, tag_field="kind", tag="verdict"):
     """One verdict and its circumstances.
 
     tick: newest state when it was given.
-    judged_again: rows released before were judged again, because the HAL did something else.
+    judged_again: rows released before were judged again: the HAL did something else, or a newer
+        state showed that they would lead too far.
     chunk: None if the log does not have it.
     would_pass, nearest: None where that was not asked.
     """

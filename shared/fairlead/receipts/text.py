@@ -70,9 +70,17 @@ def _ended_lines(asked: Explanation, ended: Stop | Latch) -> list[str]:
         else bool(set(ended.stop_ids) & set(now.stop_ids))
     )
     lines = [f"tick {ended.tick}: the gate {what}", _line("why", cause)]
+    if hint := _hint_of(cause):
+        lines.append(_line("first", hint))
     if held and now is not None and now.fix:
         return [*lines, _line("do", f"when the cause has gone: {now.fix}")]
     return [*lines, _line("since", f"reset; the log's newest state is {now.state if now else '?'}")]
+
+
+def _hint_of(cause: str) -> str:
+    """What to look at after a stop that a measured state raised; its cause begins with G0nn."""
+    code = cause[1:4]
+    return HINTS.get(int(code), "") if code in ("040", "041", "042", "043") else ""
 
 
 def _answer_lines(asked: Explanation, answer: Answer) -> list[str]:
@@ -81,7 +89,7 @@ def _answer_lines(asked: Explanation, answer: Answer) -> list[str]:
         lines.append(_line("asked", _asked(answer.chunk)))
     if answer.judged_again:
         lines.append(
-            _line("when", "rows released before, judged again: the robot did something else")
+            _line("when", "rows released before, judged again: the robot was found elsewhere")
         )
     if answer.outcome == "released":
         return lines + [_line("margin", _nearest(one)) for one in answer.nearest or ()]

@@ -74,6 +74,9 @@ Evidence check_state(const Limits& limits, const JointState& state);
 /// G013: no joint moved further between two states than it can in the ticks between them.
 Evidence check_jump(const Limits& limits, const MeasuredState& before, const MeasuredState& now);
 
+/// G042: no commanded joint is measured to press harder than its contact limit.
+Evidence check_contact(const Limits& limits, const MeasuredState& state);
+
 /// True if every joint is slower than its declared standstill velocity.
 bool at_standstill(const Limits& limits, const MeasuredState& state);
 

@@ -7,6 +7,7 @@
 #include "fairlead_safety/kinematics.hpp"
 #include "fairlead_safety/mode_blocks.hpp"
 #include "mode_checkers.hpp"
+#include "told_motion.hpp"
 
 namespace fairlead {
 namespace {
@@ -14,8 +15,6 @@ namespace {
 const CartesianLimits& block_of(const RowView& view) {
   return *norm_block(view.modes, view.mode());
 }
-
-Twist halves(const Setpoint& row) { return {{row[0], row[1], row[2]}, {row[3], row[4], row[5]}}; }
 
 Evidence step_from(std::uint32_t code, const RowView& view, const Twist& before) {
   const CartesianLimits& mode = block_of(view);
@@ -27,24 +26,23 @@ Evidence step_from(std::uint32_t code, const RowView& view, const Twist& before)
                  mode.source);
 }
 
-// The base's measured twist along base_link's axes: its joints are two slides along odom's x and
-// y and a yaw. False if the part is built otherwise.
-bool measured_base_twist(const RowView& view, Twist& twist) {
-  const auto& joints = view.part().joints;
+}  // namespace
+
+bool measured_base_twist(const Limits& limits, const PartLimits& part, const MeasuredState& state,
+                         Twist& twist) {
+  const auto& joints = part.joints;
   const auto slides = [&](std::size_t i) {
-    return view.limits.joints[joints[i]].kind == JointKind::prismatic;
+    return limits.joints[joints[i]].kind == JointKind::prismatic;
   };
   if (joints.size() != 3 || !slides(0) || !slides(1) || slides(2)) return false;
-  const double yaw = view.state.positions[joints[2]];
-  const double vx = view.state.velocities[joints[0]];
-  const double vy = view.state.velocities[joints[1]];
+  const double yaw = state.positions[joints[2]];
+  const double vx = state.velocities[joints[0]];
+  const double vy = state.velocities[joints[1]];
   twist.linear = {std::cos(yaw) * vx + std::sin(yaw) * vy, std::cos(yaw) * vy - std::sin(yaw) * vx,
                   0.0};
-  twist.angular = {0.0, 0.0, view.state.velocities[joints[2]]};
+  twist.angular = {0.0, 0.0, state.velocities[joints[2]]};
   return true;
 }
-
-}  // namespace
 
 Evidence norm_absolute(const RowView& view) {
   const CartesianLimits& mode = block_of(view);
@@ -74,7 +72,7 @@ Evidence tool_twist_start(const RowView& view, const Setpoint* acted) {
 Evidence body_twist_start(const RowView& view, const Setpoint* acted) {
   if (acted != nullptr) return {};
   Twist measured;
-  if (!measured_base_twist(view, measured))
+  if (!measured_base_twist(view.limits, view.part(), view.state, measured))
     return check_still(view, "a first twist of this part: from standstill");
   return step_from(code::start, view, measured);
 }

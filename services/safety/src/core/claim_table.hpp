@@ -32,6 +32,9 @@ struct LiveClaim {
   std::uint64_t admitted_window = 0;  // ticks
 
   ReleasePlan plan;
+  // No row for this tick or a later one is granted until the HAL is known to have let go of what
+  // was revoked; 0: nothing was.
+  std::uint64_t revoked_tick = 0;
   bool repeat = false;             // publish the current SafeChunk once more
   std::uint64_t refused_tick = 0;  // newest tick when a chunk was refused, 0: none
   std::uint64_t refused_verdict = 0;

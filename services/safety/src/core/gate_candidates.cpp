@@ -182,19 +182,14 @@ void Gate::Core::judge_again(LiveClaim& claim) {
   const ActionChunk& chunk = claim.plan.chunk_of(old);
   const auto first_row = static_cast<std::size_t>(first_open_tick() - chunk.start_tick);
   const std::size_t end_row = old.first_row + old.row_count;
-  if (first_row >= end_row) return claim.plan.drop_current();
+  if (first_row >= end_row) {
+    revoke_from(claim, first_open_tick());
+    return claim.plan.drop_current();
+  }
   Judgement judgement = judge_from(claim, chunk, first_row);
   // Rows that were cut off once stay cut off.
   judgement.row_count = std::min(judgement.row_count, end_row - first_row);
-  const std::uint64_t verdict_id = next_verdict_++;
-  claim.latest_verdict = make_verdict(chunk, claim.source, judgement, verdict_id, now_ns_);
-  (void)verdicts_.push_back(claim.latest_verdict);
-  lease_due_ = true;
-  if (judgement.outcome != Outcome::refused)
-    return claim.plan.release_again(make_release(claim, judgement, verdict_id));
-  claim.plan.drop_current();
-  claim.refused_tick = hal_.tick();
-  claim.refused_verdict = verdict_id;
+  release_rest(claim, judgement);
 }
 
 }  // namespace fairlead

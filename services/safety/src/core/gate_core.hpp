@@ -2,7 +2,7 @@
 // gate.cpp (steps, deadlines), gate_candidates.cpp (chunks), gate_verdicts.cpp (answers to them),
 // gate_states.cpp (robot, heartbeats, stops), gate_queries.cpp (queries), gate_transitions.cpp
 // (state machine), gate_publish.cpp, gate_motion.cpp (modes in which parts move, rows that are
-// about to act).
+// about to act), gate_tracking.cpp (what rows did, and what is left of them).
 #pragma once
 
 #include <array>
@@ -14,9 +14,11 @@
 #include "evidence.hpp"
 #include "fairlead_safety/gate.hpp"
 #include "fairlead_safety/path.hpp"
+#include "grasp_watch.hpp"
 #include "hal_link.hpp"
 #include "phrase.hpp"
 #include "stop_book.hpp"
+#include "stuck_watch.hpp"
 
 namespace fairlead {
 
@@ -69,6 +71,14 @@ class Gate::Core {
   void update_memories();
   void keep_memories(const LiveClaim& claim);
   Evidence check_live_rows() const;
+
+  // What rows did, and what those left will do (gate_tracking.cpp)
+  Evidence watch_part(std::size_t part, const MeasuredState& before);
+  Evidence watch_motion(const MeasuredState& before);
+  void begin_tick_of(LiveClaim& claim);
+  void judge_rest(LiveClaim& claim);
+  void release_rest(LiveClaim& claim, const Judgement& judgement);
+  void revoke_from(LiveClaim& claim, std::uint64_t tick);
 
   // The robot
   void on_joint_state(Bytes frame);
@@ -148,6 +158,8 @@ class Gate::Core {
   Text status_fault_;                  // why the newest hal/status could not be read
   PartMemories memories_;              // G021: in which mode each part may still move
   bool jump_memory_ = false;           // G013: the newest state may be compared with the next
+  StuckWatch stuck_watch_;
+  GraspWatch grasp_watch_;
 
   std::uint64_t lease_ns_ = 0;  // when the last lease was published
   std::uint64_t status_ns_ = 0;

@@ -75,6 +75,8 @@ void Gate::Core::on_arm(Bytes frame) {
   armed_ns_ = now_ns_;
   jump_memory_ = false;
   begin_memories();
+  stuck_watch_.clear();
+  grasp_watch_.clear();
   claimless_since_ns_ = now_ns_;
   set_state(GateState::armed, phrase("armed by ", request.by));
   reply(ArmReply{epoch_, hal_.session()});
@@ -141,6 +143,7 @@ void Gate::Core::on_claim(Bytes frame) {
   if (!objection.none()) return refuse_query(objection);
   place->last_seq = 0;
   place->refused_tick = 0;
+  place->revoked_tick = 0;
   place->repeat = false;
   place->latest_verdict.verdict_id = 0;
   place->hal_follows = false;

@@ -125,16 +125,12 @@ void Gate::Core::on_new_tick(const JointState& message) {
     const Evidence evidence = check_jump(limits_, before, hal_.state());
     if (!evidence.ok()) return raise_stop(evidence);
   }
+  const Evidence moved = watch_motion(before);
+  if (!moved.ok()) return raise_stop(moved);
   jump_memory_ = true;
   update_memories();
-  for (LiveClaim& claim : claims_.places()) {
-    if (claim.id == 0) continue;
-    const Acted acted = acted_of(claim);
-    claim.hal_follows = claim.hal_follows || claim.plan.row_of(acted).chunk != nullptr;
-    claim.plan.begin_tick(hal_.tick(), acted);
-    // The HAL did something else than expected: what is left is judged from where it is now.
-    if (claim.plan.current() != nullptr && !claim.plan.on_track()) judge_again(claim);
-  }
+  for (LiveClaim& claim : claims_.places())
+    if (claim.id != 0) begin_tick_of(claim);
   const Evidence running = check_live_rows();
   if (!running.ok()) return raise_stop(running);
   for (LiveClaim& claim : claims_.places()) {

@@ -67,4 +67,19 @@ Evidence check_jump(const Limits& limits, const MeasuredState& before, const Mea
   return {};
 }
 
+// G042: what presses harder than declared has met something, or something pushes the robot.
+Evidence check_contact(const Limits& limits, const MeasuredState& state) {
+  for (std::size_t j = 0; j < limits.joints.size(); ++j) {
+    const JointLimits& joint = limits.joints[j];
+    const double effort = std::abs(state.efforts[j]);
+    if (effort <= joint.contact_limit) continue;
+    Evidence evidence =
+        above(code::contact, joint.name.view(), effort, joint.contact_limit, joint.source.view());
+    evidence = at(evidence, -1, limits.parts[joint.part].name);
+    evidence.raises_stop = true;
+    return evidence;
+  }
+  return {};
+}
+
 }  // namespace fairlead

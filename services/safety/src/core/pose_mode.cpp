@@ -1,17 +1,13 @@
 // cartesian_pose: where the part's tool frame is to be, in a frame that the part does not move.
 
-#include "fairlead_safety/kinematics.hpp"
 #include "mode_checkers.hpp"
+#include "told_motion.hpp"
 
 namespace fairlead {
 namespace {
 
 // A quaternion that has come through float32 is this close to a unit one.
 constexpr double norm_tolerance = 1e-6;
-
-Pose pose_of(const Setpoint& row) {
-  return {{row[0], row[1], row[2]}, Eigen::Quaterniond(row[6], row[3], row[4], row[5])};
-}
 
 Evidence step_from(std::uint32_t code, const RowView& view, const Pose& before) {
   const PoseLimits& mode = view.modes.cartesian_pose;

@@ -54,6 +54,12 @@ RowBefore ReleasePlan::row_of(const Acted& act) const {
   return RowBefore{&chunk_of(*release), release->first_row + act.row};
 }
 
+Acted ReleasePlan::act_before(const Acted& act) const {
+  const Released* release = act.hold == 0 ? find(act.verdict_id) : nullptr;
+  if (release == nullptr) return Acted{};
+  return act.row > 0 ? Acted{0, act.verdict_id, act.row - 1} : release->after;
+}
+
 bool ReleasePlan::uses_slot(const Acted& act, std::size_t slot) const {
   const Released* release = act.hold == 0 ? find(act.verdict_id) : nullptr;
   return release != nullptr && release->slot == slot;

@@ -65,6 +65,9 @@ class ReleasePlan {
   /// The candidate row behind an act, empty for a hold or an act that is not remembered.
   [[nodiscard]] RowBefore row_of(const Acted& act) const;
 
+  /// What the claim did in the tick before a row that acted; a hold where that is not remembered.
+  [[nodiscard]] Acted act_before(const Acted& act) const;
+
   /// Released rows of a new candidate. `release.slot` is chosen here.
   void release(Released release, Bytes frame);
   /// Released what is left of the current candidate again, under a new verdict.

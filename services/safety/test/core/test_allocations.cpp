@@ -5,7 +5,7 @@
 
 #include "decisions/record.hpp"
 #include "decisions/record_ring.hpp"
-#include "gate_rig.hpp"
+#include "tracked_rig.hpp"
 
 namespace {
 
@@ -129,6 +129,56 @@ TEST_CASE("no state allocates, not even one that has rows judged again") {
     judged_again += rig.count(OutputKind::verdict);
   }
   CHECK(judged_again == 1);
+}
+
+namespace {
+
+// A state one tick later, in which the next row of the rig's chunk has acted.
+std::vector<std::uint8_t> state_after(TrackedRig& rig, std::uint32_t row) {
+  JointState state;
+  state.session = rig.session;
+  state.tick = ++rig.tick;
+  rig.now_ns += period_ns;
+  const auto view = [](const std::vector<double>& numbers) {
+    return NumberView(Bytes(reinterpret_cast<const std::uint8_t*>(numbers.data()),
+                            numbers.size() * sizeof(double)));
+  };
+  state.positions = view(rig.positions);
+  state.velocities = view(rig.velocities);
+  state.efforts = view(rig.efforts);
+  state.robot_hash = hash_of(7);
+  (void)state.acted.resize(4);
+  for (Acted& act : state.acted) act = no_row;
+  for (const ActionPart& part : rig.safe.parts) state.acted[part.part] = row_of(rig.safe, row);
+  return frame_of(state);
+}
+
+}  // namespace
+
+TEST_CASE("no state allocates that is compared with the rows that acted, in any mode") {
+  const Row tool{0.7, 0.0, 0.5, 0.0, 0.0, 0.0, 1.0};
+  const std::vector<ChunkBuilder> commands{
+      ChunkBuilder().joint(arm, Mode::joint_position, arm_1, Row(8, 0.1)),
+      ChunkBuilder().joint(arm, Mode::joint_velocity, arm_1, Row(8, 0.1)),
+      ChunkBuilder().joint(arm, Mode::joint_torque, arm_1, Row(8, 1.0)),
+      ChunkBuilder().poses(arm, Rows(8, tool)),
+      ChunkBuilder().along(arm, Mode::cartesian_delta, 0, Row(8, 0.01)),
+      ChunkBuilder().along(arm, Mode::cartesian_twist, 0, Row(8, 0.1)),
+      ChunkBuilder().along(base, Mode::body_twist, 0, Row(8, 0.1)),
+      ChunkBuilder().scalar(gripper, Mode::gripper_position, Row(8, 0.02)),
+  };
+  for (const bool lockstep : {true, false}) {
+    for (const ChunkBuilder& command : commands) {
+      TrackedRig rig(lockstep, [](Limits&) {});
+      rig.begin(command);
+      for (std::uint32_t row = 0; row < 3; ++row)
+        CHECK(allocations_of(rig, EventKind::joint_state, state_after(rig, row)) == 0);
+      CHECK(rig.gate->state() == GateState::armed);
+      rig.efforts[arm_1] = 2e4;  // what stops allocates as little
+      CHECK(allocations_of(rig, EventKind::joint_state, state_after(rig, 3)) == 0);
+      CHECK(rig.stopped());
+    }
+  }
 }
 
 TEST_CASE("recording a step for the decision log allocates nothing") {

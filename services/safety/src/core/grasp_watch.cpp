@@ -1,0 +1,53 @@
+#include "grasp_watch.hpp"
+
+namespace fairlead {
+namespace {
+
+constexpr std::uint32_t still_ticks_to_hold = 3;
+
+// The opening that a row asks for; NaN if it is no gripper's.
+double target_of(const Setpoint& told, const Bounds& bounds) {
+  switch (static_cast<Mode>(told.action->mode)) {
+    case Mode::gripper_position:
+      return told[0];
+    case Mode::gripper_binary:
+      return told[0] == 1.0 ? bounds.lower : bounds.upper;
+    default:
+      return unset;
+  }
+}
+
+}  // namespace
+
+Evidence GraspWatch::note(const Limits& limits, const MeasuredState& state, std::size_t part,
+                          const Setpoint& told) {
+  const PartLimits& gripper = limits.parts[part];
+  const ScalarLimits& mode = gripper.modes.gripper_position;
+  if (!mode.supported) return {};
+  const JointLimits& joint = limits.joints[gripper.joints[0]];
+  const double opening = state.positions[gripper.joints[0]];
+  const double tolerance = joint.bounds.tolerance;
+  Grip& grip = grips_[part];
+  if (told.action != nullptr) {
+    const double target = target_of(told, joint.bounds);
+    if (!(std::abs(target - grip.target) <= tolerance)) grip = Grip{target};
+  }
+  if (std::isnan(grip.target)) return {};
+  const bool short_of_it = std::abs(opening - grip.target) > tolerance;
+  if (!grip.holds) {
+    const bool rests = short_of_it && part_at_standstill(limits, state, gripper);
+    grip.still_ticks = rests ? grip.still_ticks + 1 : 0;
+    grip.holds = grip.still_ticks >= still_ticks_to_hold;
+    grip.opening = opening;
+    return {};
+  }
+  const bool closes = grip.target < grip.opening;
+  const double lost = closes ? grip.opening - opening : opening - grip.opening;
+  if (!(lost <= mode.slip_limit))
+    return above(code::contact, joint.name.view(), lost, mode.slip_limit,
+                 "slip_limit of gripper_position: it lost what it held");
+  if (!short_of_it) grip = Grip{grip.target};
+  return {};
+}
+
+}  // namespace fairlead

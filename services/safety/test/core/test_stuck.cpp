@@ -1,0 +1,195 @@
+// G041: commanded motion, and a measured position that does not change.
+
+#include "tracked_rig.hpp"
+
+using namespace fairlead;
+using namespace fairlead::test;
+
+namespace {
+
+constexpr double step = 0.0009765625;  // of the encoders, 2^-10
+
+// Three ticks of more than 1/64 [rad, m] without a change are too many.
+void narrow(Limits& limits) {
+  for (JointLimits& joint : limits.joints) {
+    joint.encoder_step = step;
+    joint.dead_band = 0.015625;
+  }
+  limits.protocol.stuck_ticks = 3;
+  for (CartesianLimits* mode :
+       {&limits.parts[arm].modes.cartesian_delta, &limits.parts[arm].modes.cartesian_twist,
+        &limits.parts[base].modes.body_twist})
+    mode->gain = {0.5, 1.0};
+}
+
+// The tick, counted from 1, after which the gate stops; 0 if six rows pass.
+int stops_after(const ChunkBuilder& command, bool lockstep, double change = 0.0,
+                std::size_t joint = arm_1) {
+  TrackedRig rig(lockstep, narrow);
+  rig.begin(command);
+  for (int row = 1; row <= 6; ++row) {
+    rig.positions[joint] += change;
+    rig.act();
+    if (rig.stopped()) return row;
+  }
+  return 0;
+}
+
+ChunkBuilder speeds(double value) {
+  return ChunkBuilder().joint(arm, Mode::joint_velocity, arm_1, Row(6, value));
+}
+
+}  // namespace
+
+TEST_CASE("G041 stops after stuck_ticks rows that change nothing beyond the encoder's step") {
+  for (const bool lockstep : {true, false}) {
+    CHECK(stops_after(speeds(0.5), lockstep) == 3);
+    CHECK(stops_after(speeds(-0.5), lockstep) == 3);
+    CHECK(stops_after(speeds(0.5), lockstep, just_below(step)) == 3);
+    CHECK(stops_after(speeds(0.5), lockstep, -step) == 3);
+    CHECK(stops_after(speeds(0.5), lockstep, 1.001 * step) == 0);
+    CHECK(stops_after(speeds(0.5), lockstep, -1.001 * step) == 0);
+    CHECK(stops_after(speeds(0.5), lockstep, 0.01, arm_2) == 3);
+  }
+}
+
+TEST_CASE("G041 motion within the dead band proves nothing") {
+  for (const bool lockstep : {true, false}) {
+    // 1/64 rad in a period of 0.05 s
+    CHECK(stops_after(speeds(0.3125 - 1e-9), lockstep) == 0);
+    CHECK(stops_after(speeds(0.3125 + 1e-9), lockstep) == 3);
+    const auto target = [](double value) {
+      return ChunkBuilder().joint(arm, Mode::joint_position, arm_1, Row(6, value));
+    };
+    CHECK(stops_after(target(0.015625), lockstep) == 0);
+    CHECK(stops_after(target(just_above(0.015625)), lockstep) == 3);
+    CHECK(stops_after(target(-0.015625), lockstep) == 0);
+    CHECK(stops_after(target(-0.25), lockstep) == 3);
+  }
+}
+
+TEST_CASE("G041 a change, a hold, a row that leaves the joint alone: the count begins anew") {
+  for (const bool lockstep : {true, false}) {
+    TrackedRig moved(lockstep, narrow);
+    moved.begin(speeds(0.5));
+    moved.act();
+    moved.act();
+    moved.positions[arm_1] += 2 * step;
+    for (int i = 0; i < 3; ++i) moved.act();
+    CHECK_FALSE(moved.stopped());
+    moved.act();
+    CHECK(moved.stopped());
+
+    TrackedRig held(lockstep, narrow);
+    for (int i = 0; i < 4; ++i) {
+      held.begin(ChunkBuilder().joint(arm, Mode::joint_velocity, arm_1, {0.5, 0.5}));
+      held.act();
+      held.act();
+      held.hold();
+    }
+    CHECK_FALSE(held.stopped());
+
+    TrackedRig other(lockstep, narrow);
+    for (int i = 0; i < 4; ++i) {
+      other.begin(
+          ChunkBuilder().joint(arm, Mode::joint_velocity, i % 2 == 0 ? arm_1 : arm_2, {0.4, 0.4}));
+      other.act();
+      other.act();
+    }
+    CHECK_FALSE(other.stopped());
+  }
+}
+
+TEST_CASE("G041 a target that was reached, and a torque, move nothing") {
+  for (const bool lockstep : {true, false}) {
+    TrackedRig rig(lockstep, narrow);
+    rig.positions[arm_1] = 0.25;
+    rig.hold();
+    rig.begin(ChunkBuilder().joint(arm, Mode::joint_position, arm_1, Row(6, 0.25)));
+    for (int i = 0; i < 6; ++i) rig.act();
+    CHECK_FALSE(rig.stopped());
+    CHECK(stops_after(ChunkBuilder().joint(arm, Mode::joint_torque, arm_1, Row(6, 5.0)),
+                      lockstep) == 0);
+  }
+}
+
+TEST_CASE("G041 a tool or a base that is told to move changes at least one joint of its part") {
+  for (const bool lockstep : {true, false}) {
+    const auto tool = [](double value) {
+      return ChunkBuilder().along(arm, Mode::cartesian_delta, 0, Row(6, value));
+    };
+    // Half of it happens at least: 1/64 m of 1/32 m.
+    CHECK(stops_after(tool(0.03125), lockstep) == 0);
+    CHECK(stops_after(tool(just_above(0.03125)), lockstep) == 3);
+    CHECK(stops_after(tool(-0.0625), lockstep) == 3);
+    CHECK(stops_after(tool(0.0625), lockstep, 2 * step, arm_2) == 0);
+    CHECK(stops_after(tool(0.0625), lockstep, 2 * step, base_x) == 3);
+    const auto turn = [](double value) {
+      return ChunkBuilder().along(arm, Mode::cartesian_delta, 4, Row(6, value));
+    };
+    CHECK(stops_after(turn(0.03125), lockstep) == 0);
+    CHECK(stops_after(turn(0.25), lockstep) == 3);
+    const auto twist = [](std::uint8_t part, Mode mode, std::size_t axis, double value) {
+      return ChunkBuilder().along(part, mode, axis, Row(6, value));
+    };
+    // 1/64 m in a period of 0.05 s, of which half happens: 0.625 m/s.
+    CHECK(stops_after(twist(base, Mode::body_twist, 0, 0.625 - 1e-9), lockstep) == 0);
+    CHECK(stops_after(twist(base, Mode::body_twist, 0, 0.625 + 1e-9), lockstep) == 3);
+    CHECK(stops_after(twist(base, Mode::body_twist, 5, 0.7), lockstep) == 3);
+    CHECK(stops_after(twist(arm, Mode::cartesian_twist, 3, 0.7), lockstep) == 3);
+    const Row ahead{0.71, 0.0, 0.5, 0.0, 0.0, 0.0, 1.0};
+    const Row farther{0.72, 0.0, 0.5, 0.0, 0.0, 0.0, 1.0};
+    CHECK(stops_after(ChunkBuilder().poses(arm, Rows(6, ahead)), lockstep) == 0);
+    CHECK(stops_after(ChunkBuilder().poses(arm, Rows(6, farther)), lockstep) == 3);
+    const double sine = 0.05;
+    const Row turned{0.7, 0.0, 0.5, 0.0, 0.0, sine, std::sqrt(1 - sine * sine)};
+    CHECK(stops_after(ChunkBuilder().poses(arm, Rows(6, turned)), lockstep) == 3);
+  }
+}
+
+TEST_CASE("G041 a tool mode of which nothing may happen proves nothing") {
+  TrackedRig rig(true, [](Limits& limits) {
+    narrow(limits);
+    limits.parts[arm].modes.cartesian_delta.gain.lower = 0.0;
+  });
+  rig.begin(ChunkBuilder().along(arm, Mode::cartesian_delta, 0, Row(6, 0.1)));
+  for (int i = 0; i < 6; ++i) rig.act();
+  CHECK_FALSE(rig.stopped());
+}
+
+TEST_CASE("G041 the stop names joint, change and the encoder's step, and is counted") {
+  TrackedRig rig(true, narrow);
+  rig.begin(speeds(0.5));
+  for (int i = 0; i < 3; ++i) rig.act();
+  CHECK(rig.cause() ==
+        "stopped: G041 arm arm_1: 0, limit 0.0009765625 (told to move for stuck_ticks, no change "
+        "beyond its encoder_step)");
+  CHECK(rig.counter("G041") == 1);
+  TrackedRig tool(true, narrow);
+  tool.begin(ChunkBuilder().along(arm, Mode::cartesian_delta, 0, Row(6, 0.1)));
+  for (int i = 0; i < 3; ++i) tool.act();
+  CHECK(tool.cause() ==
+        "stopped: G041 arm arm_1: 0, limit 0.0009765625 (told to move for stuck_ticks, no joint of "
+        "the part changed beyond encoder_step)");
+}
+
+TEST_CASE("G041 limits that are no numbers, or none at all") {
+  const auto stops = [](double encoder_step, double dead_band) {
+    TrackedRig rig(true, [&](Limits& limits) {
+      narrow(limits);
+      limits.joints[arm_1].encoder_step = encoder_step;
+      limits.joints[arm_1].dead_band = dead_band;
+    });
+    rig.begin(speeds(0.5));
+    for (int i = 0; i < 3; ++i) {
+      rig.positions[arm_1] += 0.01;
+      rig.act();
+    }
+    return rig.stopped();
+  };
+  CHECK_FALSE(stops(step, 0.015625));
+  CHECK(stops(not_a_number, 0.015625));
+  CHECK_FALSE(stops(step, infinite));
+  CHECK(stops(infinite, not_a_number));
+  CHECK_FALSE(stops(-infinite, -infinite));
+}

@@ -1,0 +1,91 @@
+// G040: where a tool went, against the deltas, twists and poses that acted.
+
+#include <cmath>
+
+#include "tracked_rig.hpp"
+
+using namespace fairlead;
+using namespace fairlead::test;
+
+namespace {
+
+// The arm turns about its first joint: the tool, 0.7 m out, goes to the side by `across` and by a
+// little inwards.
+double turn_for(double across) { return std::asin(across / 0.7); }
+double inwards(double across) { return 0.7 - std::sqrt(0.7 * 0.7 - across * across); }
+
+void narrow_tool(Limits& limits, double linear, double angular) {
+  for (CartesianLimits* mode :
+       {&limits.parts[arm].modes.cartesian_delta, &limits.parts[arm].modes.cartesian_twist}) {
+    mode->gain = {0.5, 1.0};
+    mode->linear_tracking = linear;
+    mode->angular_tracking = angular;
+  }
+}
+
+// Whether the gate stops when the tool, told to go to the side, goes there by `across` a tick.
+bool tool_stops(bool lockstep, Mode mode, double told, const Row& across, double linear,
+                double angular) {
+  TrackedRig rig(lockstep, [&](Limits& limits) { narrow_tool(limits, linear, angular); });
+  rig.begin(ChunkBuilder().along(arm, mode, 1, Row(4, told)));
+  double where = 0.0;
+  for (const double step : across) {
+    REQUIRE_FALSE(rig.stopped());
+    where += step;
+    rig.positions[arm_1] = turn_for(where);
+    rig.positions[torso] += 0.01;  // what others do to the tool is not this part's
+    rig.act();
+  }
+  return rig.stopped();
+}
+
+}  // namespace
+
+TEST_CASE("G040 deltas and twists: the tool's displacement, along and across what was told") {
+  constexpr double close = 1e-6;
+  for (const bool lockstep : {true, false}) {
+    for (const Mode mode : {Mode::cartesian_delta, Mode::cartesian_twist}) {
+      const double unit = mode == Mode::cartesian_delta ? 1.0 : 1.0 / 0.05;
+      const double told = 0.02 * unit;
+      const auto stops = [&](const Row& across, double linear, double angular = 10.0) {
+        return tool_stops(lockstep, mode, told, across, linear * unit, angular * unit);
+      };
+      // Across: 0.02 of 0.02 to the side is right, but for the circle.
+      CHECK_FALSE(stops({0.02}, inwards(0.02) + close));
+      CHECK(stops({0.02}, inwards(0.02) - close));
+      // Along: too far, the wrong way, and in the second row too little.
+      const double far = std::hypot(0.01, inwards(0.03));
+      CHECK_FALSE(stops({0.03}, far + close));
+      CHECK(stops({0.03}, far - close));
+      CHECK(stops({-0.01}, 0.009));
+      CHECK_FALSE(stops({0.0}, 0.001));
+      CHECK_FALSE(stops({0.0, 0.0}, 0.0101));
+      CHECK(stops({0.0, 0.0}, 0.0099));
+      // The arm's turn was not asked for.
+      CHECK_FALSE(stops({0.02}, 10.0, turn_for(0.02) + close));
+      CHECK(stops({0.02}, 10.0, turn_for(0.02) - close));
+    }
+  }
+}
+
+TEST_CASE("G040 a pose: distance and angle of the tool from the one that acted") {
+  const Row ahead{0.7, 0.0, 0.5, 0.0, 0.0, 0.0, 1.0};
+  constexpr double turn = 0.0625;
+  const double distance = 1.4 * std::sin(turn / 2);
+  const auto stops = [&](bool lockstep, double linear, double angular) {
+    TrackedRig rig(lockstep, [&](Limits& limits) {
+      limits.parts[arm].modes.cartesian_pose.linear_tracking = linear;
+      limits.parts[arm].modes.cartesian_pose.angular_tracking = angular;
+    });
+    rig.begin(ChunkBuilder().poses(arm, Rows(4, ahead)));
+    rig.positions[arm_1] = turn;
+    rig.act();
+    return rig.stopped();
+  };
+  for (const bool lockstep : {true, false}) {
+    CHECK_FALSE(stops(lockstep, distance + 1e-12, 10.0));
+    CHECK(stops(lockstep, distance - 1e-12, 10.0));
+    CHECK_FALSE(stops(lockstep, 10.0, turn + 1e-12));
+    CHECK(stops(lockstep, 10.0, turn - 1e-12));
+  }
+}
