@@ -52,21 +52,23 @@ class CaseRefusedError(Exception):
 
 @dataclass(frozen=True)
 class Answer:
-    """What came back for one chunk. stopped: whether the gate raised a stop."""
+    """What came back for one chunk. stopped: whether the gate raised a stop. outputs: all of it."""
 
     verdict: Verdict
     safe: SafeChunk | None
     stopped: bool
     chunk: ActionChunk
+    outputs: list[GateOutput]
 
 
 @dataclass(frozen=True)
 class CoreReply:
-    """What one event was answered. stopped: whether the gate raised a stop."""
+    """What one event was answered. stopped: whether the gate raised a stop. outputs: all of it."""
 
     verdicts: list[Verdict]
     stopped: bool
     safe: list[SafeChunk] = field(default_factory=list)
+    outputs: list[GateOutput] = field(default_factory=list)
 
 
 class CoreGate:
@@ -170,7 +172,8 @@ class CoreGate:
         (verdict,) = [decode(Verdict, out.payload) for out in outputs if out.kind == "verdict"]
         safe = [decode(SafeChunk, out.payload) for out in outputs if out.kind == "safe_chunk"]
         assert len(safe) <= 1
-        return Answer(verdict, safe[0] if safe else None, self._has_stopped(outputs), message)
+        stopped = self._has_stopped(outputs)
+        return Answer(verdict, safe[0] if safe else None, stopped, message, outputs)
 
     def message(self, chunk: Chunk, newest_tick: int) -> ActionChunk:
         """The chunk on the wire, with the next sequence number of the live claim."""
@@ -235,7 +238,7 @@ class CoreGate:
         stopped = self._has_stopped(outputs)
         self.has_stopped = self.has_stopped or stopped
         safe = [decode(SafeChunk, out.payload) for out in outputs if out.kind == "safe_chunk"]
-        return CoreReply(verdicts, stopped, safe)
+        return CoreReply(verdicts, stopped, safe, outputs)
 
     def ask(self, kind: EventKind, request: Message, reply: type[M]) -> M:
         outputs = self._step(kind, "", encode(request))

@@ -1,0 +1,22 @@
+"""Demonstrations without gate and services, tick by tick."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from bench.measure_limits.demonstrations import Rows, demonstration
+from bench.measure_limits.driven_robot import DrivenRobot, Tick
+
+
+def episode(driven: DrivenRobot, seed: int) -> Iterator[Tick]:
+    """One demonstration on this robot."""
+    now = driven.reset(seed)
+    expert = demonstration(driven)
+    rows: Rows = []
+    for tick in range(1, expert.most_ticks + 1):
+        rows = rows or list(expert.chunk(now, tick))
+        done = driven.step("oracle", now, rows.pop(0))
+        yield done
+        now = done.after
+        if expert.is_over():
+            return

@@ -1,0 +1,69 @@
+"""Is what the gate releases safe, and does it release what is good?
+
+    .venv/bin/python -m tests.soundness [--chunks 100000] [--rows 5000] [--episodes 50] [--write]
+
+Three campaigns for each robot, against the real core. Adversarial chunks are judged and every
+released row is followed by pinocchio and numpy, at both ends of each mode's gain, in its middle
+and at random shares: no configuration may break a bound, leave the workspace, touch itself or
+leave the zones. More of them run tick by tick in the real simulator, whose state is held against
+the same rules. Then the scripted demonstrations, of which nothing may be refused. Exits 1 on any
+breach, and if more than 0.1 % of the good chunks were refused.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from datetime import UTC, datetime
+
+from bench.measure_limits.driven_robot import ROBOTS
+from fairlead.paths import repo_root
+from tests.soundness.results import Amount, Results, run
+from tests.soundness.table import document, tables, write
+
+SHARES = {"panda_mobile": 0.4, "panda": 0.3, "dual_panda": 0.3}
+MOST_REFUSED = 0.001
+
+
+def main() -> int:
+    """Run and print; 1 where something is not as it has to be."""
+    parser = argparse.ArgumentParser(
+        prog="python -m tests.soundness",
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--robot", choices=ROBOTS, action="append", help="only this one")
+    parser.add_argument("--chunks", type=int, default=100_000, help="judged, all robots together")
+    parser.add_argument("--rows", type=int, default=5_000, help="executed, all robots together")
+    parser.add_argument("--episodes", type=int, default=50, help="demonstrations of each robot")
+    parser.add_argument("--write", action="store_true", help="write docs/soundness.md's tables")
+    parser.add_argument("--json", action="store_true", help="print one JSON document instead")
+    arguments = parser.parse_args()
+    results = []
+    for robot in arguments.robot or SHARES:
+        share = SHARES[robot]
+        amount = Amount(
+            round(arguments.chunks * share), round(arguments.rows * share), arguments.episodes
+        )
+        results.append(run(robot, amount, _say))
+    command = f"python -m tests.soundness {' '.join(a for a in sys.argv[1:] if a != '--write')}"
+    text = tables(results, command.strip(), f"{datetime.now(UTC):%Y-%m-%d}")
+    print(json.dumps(document(results), indent=1) if arguments.json else text)
+    if arguments.write:
+        write(repo_root() / "docs" / "soundness.md", text)
+    return 0 if all(_is_sound(one) for one in results) else 1
+
+
+def _is_sound(one: Results) -> bool:
+    refused = sum(one.usability.refused.values()) / max(1, one.usability.chunks)
+    breaches = one.kinematic.breaches.total() + one.simulated.breaches.total()
+    return breaches == 0 and refused <= MOST_REFUSED and not one.usability.stops
+
+
+def _say(what: str) -> None:
+    print(f"soundness: {what}", file=sys.stderr, flush=True)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

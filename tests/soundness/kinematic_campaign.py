@@ -1,0 +1,155 @@
+"""Adversarial chunks against the real core; every released row followed by numbers of our own."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from bench.measure_limits.driven_robot import Moment
+from fairlead.messages import FloatArray, Outcome
+from fairlead.paths import gate_config
+from fairlead.robot.manifest import RobotManifest
+from tests.differential.case import Case, Measured
+from tests.differential.core_gate import Answer, CaseRefusedError, CoreGate
+from tests.differential.kinematics import Kinematics
+from tests.soundness.adversary import KINDS, Adversary
+from tests.soundness.arena import RULES, Arena
+from tests.soundness.chunk_rows import Row, chunk_of
+from tests.soundness.prediction import NotReachedError, Prediction
+from tests.soundness.starts import Starts
+
+PACE = 500
+NUMERIC = 1e-6
+"""Rooms this little below 0 are rounding [rad or m]."""
+
+
+@dataclass
+class Soundness:
+    """rows: released rows, each followed several times. worst: least room left, by rule.
+
+    breaches: rows by rule, where they broke it for one of the motions. near: rows within the
+    clearance that the gate keeps. told: one line for each of the first breaches.
+    """
+
+    chunks: int = 0
+    by_kind: Counter[str] = field(default_factory=Counter)
+    released: int = 0
+    truncated: Counter[int] = field(default_factory=Counter)
+    refused: Counter[int] = field(default_factory=Counter)
+    rows: int = 0
+    configurations: int = 0
+    not_reached: int = 0
+    near: int = 0
+    breaches: Counter[str] = field(default_factory=Counter)
+    worst: dict[str, float] = field(default_factory=lambda: dict.fromkeys(RULES, np.inf))
+    told: list[str] = field(default_factory=list)
+
+
+class KinematicCampaign:
+    """One robot.
+
+    Args:
+        recorded: rows of demonstrations. around: configuration ``[rows, measured]`` before each.
+        seed: of everything.
+    """
+
+    def __init__(
+        self, robot: RobotManifest, recorded: Sequence[Row], around: FloatArray, seed: int = 1
+    ) -> None:
+        self._robot, self._rng, self._around = robot, np.random.default_rng(seed), around
+        self._gate = CoreGate(gate_config(robot.id, "sim"))
+        self.arena = Arena(self._gate.file)
+        self._prediction = Prediction(robot, self._gate.file)
+        self._adversary = Adversary(robot, recorded, self._rng)
+        self._starts = Starts(robot, self.arena, around, self._rng)
+        self._kinematics = Kinematics(robot.description_path(), robot.measured_joint_names)
+        self.found = Soundness()
+        self._waiting: list[tuple[str, FloatArray]] = []
+
+    def run(self, chunks: int, on_progress: Callable[[str], None]) -> Soundness:
+        """Judge so many chunks and follow what they release."""
+        while self.found.chunks < chunks:
+            self._one_case()
+            if self.found.chunks % PACE == 0:
+                self._look()
+                on_progress(
+                    f"{self._robot.id}: {self.found.chunks} of {chunks} chunks judged, "
+                    f"{self.found.rows} rows followed, breaches {dict(self.found.breaches)}"
+                )
+        self._look()
+        self._gate.close()
+        return self.found
+
+    def _one_case(self) -> None:
+        kinds = (*KINDS, "recorded")
+        kind = kinds[self.found.chunks % len(kinds)]
+        if kind == "recorded":
+            start, rows = self._adversary.spoiled()
+            q = self._around[start]
+        else:
+            q = self._starts.pick(near=bool(self._rng.random() < 0.5))
+            self._adversary.begin(kind)
+            rows = self._adversary.chunk(self._moment(q))
+        still = Measured(1, q, np.zeros(len(q)), np.zeros(len(q)))
+        chunk = chunk_of(self._robot, 1, rows)
+        try:
+            (answer,) = self._gate.answers(Case(self._robot.id, "lockstep", still, chunk))
+        except CaseRefusedError as refusal:
+            raise AssertionError(f"{kind}: the gate was not ready: {refusal}") from None
+        self._note(kind, answer)
+        if answer.safe is not None:
+            self._follow(f"{kind} chunk {self.found.chunks}", q, rows[: answer.safe.horizon])
+
+    def _note(self, kind: str, answer: Answer) -> None:
+        verdict = answer.verdict
+        self.found.chunks += 1
+        self.found.by_kind[kind] += 1
+        if verdict.outcome == Outcome.RELEASED:
+            self.found.released += 1
+        elif verdict.outcome == Outcome.TRUNCATED:
+            self.found.truncated[verdict.code] += 1
+        else:
+            self.found.refused[verdict.code] += 1
+
+    def _follow(self, what: str, q: FloatArray, rows: Sequence[Row]) -> None:
+        """Both ends of the gain, its middle, and a share of its own for each row."""
+        self.found.rows += len(rows)
+        count = len(rows)
+        shares = [np.zeros(count), np.ones(count), np.full(count, 0.5), self._rng.random(count)]
+        for share in shares:
+            try:
+                path = self._prediction.follow(q, rows, share)
+            except NotReachedError:
+                self.found.not_reached += 1
+                continue
+            for row, place in enumerate(path):
+                modes = {part: command.mode.yaml_name for part, command in rows[row].items()}
+                self._waiting.append((f"{what}, row {row}, share {share[row]:.2f}, {modes}", place))
+
+    def _look(self) -> None:
+        """Ask the arena about everything followed since the last time."""
+        if not self._waiting:
+            return
+        rooms = self.arena.room(np.stack([place for _, place in self._waiting]))
+        self.found.configurations += len(self._waiting)
+        self.found.near += int(np.sum(rooms["self-collision"] < self.arena.clearance - NUMERIC))
+        for rule, room in rooms.items():
+            self.found.worst[rule] = min(self.found.worst[rule], float(room.min()))
+            for index in np.flatnonzero(room < -NUMERIC):
+                self.found.breaches[rule] += 1
+                self.found.told.append(f"{rule} {room[index]:.5f}: {self._waiting[index][0]}")
+        self._waiting = []
+
+    def _moment(self, q: FloatArray) -> Moment:
+        tools = {
+            part.name: self._kinematics.pose(
+                q, self._robot.end_effector(part.end_effector).tool_frame, self._robot.base_frame
+            )
+            for part in self._robot.parts
+            if part.end_effector is not None and len(part.joints) > 1
+        }
+        none = np.zeros(len(q))
+        return Moment(q, none, none, tools, np.zeros(3))

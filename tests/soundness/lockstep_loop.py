@@ -1,0 +1,85 @@
+"""The real gate core, the real HAL core and a real simulator in one process, in lockstep."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from bench.measure_limits.driven_robot import DrivenRobot, Moment, Tick
+from fairlead.hal.core import HalCore
+from fairlead.hal.tick_plan import TickPlan
+from fairlead.messages import Lease, SafeChunk, Verdict, decode
+from fairlead.paths import gate_config
+from tests.differential.case import Case, Chunk, Measured
+from tests.differential.core_gate import SESSION, CoreGate
+from tests.explorer.gate_port import GateOutput
+from tests.soundness.chunk_rows import Row, chunk_of
+
+
+class LockstepLoop:
+    """One robot whose every tick the gate decides.
+
+    Attributes:
+        now: what is measured at the start of the present tick.
+        tick: its number; the first is 1.
+        file: the gate's.
+    """
+
+    def __init__(self, driven: DrivenRobot) -> None:
+        self.driven = driven
+        self._gate = CoreGate(gate_config(driven.robot.id, "sim"))
+        self.file = self._gate.file
+        self.begin(0)
+
+    def close(self) -> None:
+        self._gate.close()
+
+    def begin(self, seed: int) -> None:
+        """A new episode, a new gate, armed; everything is claimed."""
+        robot, self.tick = self.driven.robot, 1
+        self.now: Moment = self.driven.reset(seed)
+        # A gripper that still settles, for example: the gate arms at standstill.
+        still = _measured(self.now, 1)
+        still.velocities[:] = 0.0
+        self._hal = HalCore(
+            SESSION, "lockstep", len(robot.parts), robot.n_dof, robot.tick_period_ns
+        )
+        self._gate.start("lockstep", still)
+        self._gate.claim(Case(robot.id, "lockstep", still, Chunk(1, 1, ())))
+
+    def propose(self, rows: Sequence[Row]) -> Verdict:
+        """Ask for these rows, from the present tick on."""
+        chunk = chunk_of(self.driven.robot, self.tick, rows)
+        answer = self._gate.send(chunk, self.tick)
+        self._take(answer.outputs)
+        return answer.verdict
+
+    def advance(self, kind: str) -> Tick | None:
+        """Carry the tick out as decided; None while its decision is missing."""
+        plan = self._hal.decide(self.tick, self._gate.now_ns, is_still=True)
+        if not isinstance(plan, TickPlan):
+            return None
+        names = self.driven.robot.part_names
+        commands = {names[part]: command for part, command in plan.commands.items()}
+        done = self.driven.step(kind, self.now, commands)
+        self.tick, self.now = self.tick + 1, done.after
+        reply = self._gate.state_reply(_measured(self.now, self.tick), self._hal.acted)
+        self._take(reply.outputs)
+        return done
+
+    @property
+    def stop_cause(self) -> str:
+        """Why the gate stopped, "" if it has not."""
+        return self._gate.status().cause if self._gate.has_stopped else ""
+
+    def _take(self, outputs: Sequence[GateOutput]) -> None:
+        for output in outputs:
+            if output.kind == "lease":
+                self._hal.on_lease(decode(Lease, output.payload), self._gate.now_ns)
+            elif output.kind == "safe_chunk":
+                self._hal.on_safe_chunk(decode(SafeChunk, output.payload))
+
+
+def _measured(now: Moment, tick: int) -> Measured:
+    return Measured(tick, now.positions.copy(), now.velocities.copy(), np.array(now.efforts))

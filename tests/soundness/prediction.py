@@ -1,0 +1,148 @@
+"""Where released rows lead, by pinocchio: from the meaning of the modes, not from the gate."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pinocchio
+
+from fairlead.hal.backend import PartCommand
+from fairlead.messages import FloatArray
+from fairlead.modes import ControlMode
+from fairlead.robot.manifest import RobotManifest
+from tests.differential.kinematics import rotation_of
+from tests.soundness.chunk_rows import Row
+
+DAMPING = 0.01
+ITERATIONS = 60
+REACHED = 1e-6
+TARGETS = (ControlMode.JOINT_POSITION, ControlMode.DEX_HAND_JOINT)
+
+
+class NotReachedError(Exception):
+    """No joint motion brings the tool there."""
+
+
+class Prediction:
+    """One robot. Positions are of every measured joint, commanded ones first.
+
+    Args:
+        file: its gate file, for the gains.
+    """
+
+    def __init__(self, robot: RobotManifest, file: dict[str, Any]) -> None:
+        self._robot, self._period_s = robot, robot.tick_period_ns * 1e-9
+        self._model: Any = pinocchio.buildModelFromUrdf(str(robot.description_path()))
+        self._data: Any = self._model.createData()
+        names = robot.measured_joint_names
+        self._columns = {
+            index: self._model.joints[self._model.getJointId(name)]
+            for index, name in enumerate(names)
+            if self._model.existJointName(name)
+        }
+        self._gains = {
+            (part["name"], mode): tuple(block["gain"])
+            for part in file["parts"]
+            for mode, block in part["modes"].items()
+            if "gain" in block
+        }
+        base = file["base"]
+        self._yaw_axis = np.array(base["yaw_axis"]) if base else np.zeros(2)
+
+    def follow(
+        self, start: FloatArray, rows: Sequence[Row], shares: FloatArray
+    ) -> list[FloatArray]:
+        """Positions after each row.
+
+        Args:
+            shares: per row, where in each mode's gain its motion lies: 0 lower end, 1 upper end.
+
+        Raises:
+            NotReachedError: for a pose out of reach.
+        """
+        found, q = [], start.copy()
+        for row, share in zip(rows, shares, strict=True):
+            later = q.copy()
+            for part, command in row.items():
+                low, high = self._gains.get((part, command.mode.yaml_name), (1.0, 1.0))
+                self._move(part, command, low + (high - low) * float(share), q, later)
+            q = later
+            found.append(q)
+        return found
+
+    def _move(
+        self, part: str, command: PartCommand, gain: float, q: FloatArray, later: FloatArray
+    ) -> None:
+        mode, values = command.mode, command.values
+        own = [self._robot.joint_names.index(name) for name in self._robot.part(part).joints]
+        per_tick = 1.0 if mode is ControlMode.CARTESIAN_DELTA else self._period_s
+        if mode in TARGETS:
+            later[list(command.active)] = values[list(command.active)]
+        elif mode is ControlMode.JOINT_VELOCITY:
+            later[list(command.active)] += gain * per_tick * values[list(command.active)]
+        elif mode in (ControlMode.CARTESIAN_DELTA, ControlMode.CARTESIAN_TWIST):
+            tool = self._tool(part, q)
+            way = gain * per_tick * values
+            turn = pinocchio.exp3(way[3:]) @ tool.rotation
+            self._reach(part, own, later, pinocchio.SE3(turn, tool.translation + way[:3]))
+        elif mode is ControlMode.CARTESIAN_POSE:
+            self._reach(part, own, later, pinocchio.SE3(rotation_of(values[3:]), values[:3]))
+        elif mode is ControlMode.BODY_TWIST:
+            self._drive(own, gain * per_tick * values, later)
+        elif mode is ControlMode.GRIPPER_POSITION:
+            later[own[0]] = values[0]
+        elif mode is ControlMode.GRIPPER_BINARY:
+            joint = self._robot.joints[own[0]]
+            later[own[0]] = joint.upper if values[0] == 0.0 else joint.lower
+
+    def _drive(self, own: list[int], way: FloatArray, later: FloatArray) -> None:
+        """base_link's origin moves along its own axes; the slides carry the yaw axis."""
+        yaw = later[own[2]]
+        origin = later[own[:2]] + self._yaw_axis - _plane(yaw) @ self._yaw_axis
+        origin = origin + _plane(yaw + way[5] / 2.0) @ way[:2]
+        later[own[2]] = yaw + way[5]
+        later[own[:2]] = origin - self._yaw_axis + _plane(yaw + way[5]) @ self._yaw_axis
+
+    def _reach(self, part: str, own: list[int], q: FloatArray, goal: Any) -> None:
+        frame = self._frame(part)
+        columns = [self._columns[joint].idx_v for joint in own]
+        local = pinocchio.LOCAL_WORLD_ALIGNED
+        for _ in range(ITERATIONS):
+            tool = self._tool(part, q)
+            turn = pinocchio.log3(goal.rotation @ tool.rotation.T)
+            error = np.concatenate([goal.translation - tool.translation, turn])
+            if np.abs(error).max() < REACHED:
+                return
+            whole = pinocchio.computeFrameJacobian(
+                self._model, self._data, self._full(q), frame, local
+            )
+            jacobian = whole[:, columns]
+            damped = jacobian @ jacobian.T + DAMPING**2 * np.eye(6)
+            q[own] += jacobian.T @ np.linalg.solve(damped, error)
+        raise NotReachedError
+
+    def _tool(self, part: str, q: FloatArray) -> Any:
+        pinocchio.framesForwardKinematics(self._model, self._data, self._full(q))
+        return self._data.oMf[self._frame(part)].copy()
+
+    def _frame(self, part: str) -> int:
+        effector = self._robot.part(part).end_effector
+        assert effector is not None
+        return int(self._model.getFrameId(self._robot.end_effector(effector).tool_frame))
+
+    def _full(self, q: FloatArray) -> FloatArray:
+        full: FloatArray = np.asarray(pinocchio.neutral(self._model), dtype=np.float64)
+        for index, joint in self._columns.items():
+            if joint.nq == 2:
+                full[joint.idx_q : joint.idx_q + 2] = math.cos(q[index]), math.sin(q[index])
+            else:
+                full[joint.idx_q] = q[index]
+        return full
+
+
+def _plane(angle: float) -> FloatArray:
+    cos, sin = math.cos(angle), math.sin(angle)
+    return np.array([[cos, -sin], [sin, cos]])

@@ -1,0 +1,71 @@
+"""False refusals: what the gate says to good demonstrations."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from bench.measure_limits.demonstrations import Rows, demonstration
+from fairlead.messages import Outcome
+from tests.soundness.lockstep_loop import LockstepLoop
+
+
+@dataclass
+class Usability:
+    """chunks, episodes, succeeded, ticks: how many. refused, truncated: chunks by code.
+
+    stops: causes of stops, each of which ended an episode. told: the first words of each kind.
+    """
+
+    episodes: int = 0
+    succeeded: int = 0
+    chunks: int = 0
+    ticks: int = 0
+    refused: Counter[int] = field(default_factory=Counter)
+    truncated: Counter[int] = field(default_factory=Counter)
+    stops: Counter[str] = field(default_factory=Counter)
+    told: list[str] = field(default_factory=list)
+
+
+def demonstrate(loop: LockstepLoop, episodes: int, on_progress: Callable[[str], None]) -> Usability:
+    """So many demonstrations under the gate's eyes, from seed 0 on."""
+    found = Usability()
+    for seed in range(episodes):
+        _episode(loop, seed, found)
+        on_progress(
+            f"{loop.driven.robot.id}: demonstration {seed + 1} of {episodes}: {found.chunks} "
+            f"chunks, refused {dict(found.refused)}, truncated {dict(found.truncated)}, "
+            f"stops {dict(found.stops)}"
+        )
+    return found
+
+
+def _episode(loop: LockstepLoop, seed: int, found: Usability) -> None:
+    loop.begin(seed)
+    expert = demonstration(loop.driven)
+    found.episodes += 1
+    while loop.tick <= expert.most_ticks:
+        if loop.advance("oracle") is None:
+            if loop.stop_cause:
+                found.stops[loop.stop_cause] += 1
+                return
+            _ask(loop, expert.chunk(loop.now, loop.tick), seed, found)
+            continue
+        found.ticks += 1
+        if expert.is_over():
+            found.succeeded += 1
+            return
+
+
+def _ask(loop: LockstepLoop, rows: Rows, seed: int, found: Usability) -> None:
+    verdict = loop.propose(rows)
+    found.chunks += 1
+    if verdict.outcome == Outcome.RELEASED:
+        return
+    by_code = found.refused if verdict.outcome == Outcome.REFUSED else found.truncated
+    by_code[verdict.code] += 1
+    found.told.append(
+        f"seed {seed}, tick {loop.tick}: G{verdict.code:03d}, row {verdict.row}, {verdict.part} "
+        f"{verdict.axis}: {verdict.value:.4g} against {verdict.limit:.4g} ({verdict.limit_source})"
+    )
