@@ -26,6 +26,7 @@ WANTED = {
         "robot bounds",
         "robot compile",
         "robot capsules",
+        "robot distances",
     ),
     *("layout ls", "layout verify", "parity", "demo"),
     *("topic list", "topic echo", "topic hz"),

@@ -2,7 +2,14 @@
 
 from __future__ import annotations
 
-from fairlead.cli import robot_bounds, robot_capsules, robot_compile, robot_ls, robot_show
+from fairlead.cli import (
+    robot_bounds,
+    robot_capsules,
+    robot_compile,
+    robot_distances,
+    robot_ls,
+    robot_show,
+)
 from fairlead.cli.group import make_group
 
 group = make_group(
@@ -14,5 +21,6 @@ group = make_group(
         "bounds": robot_bounds,
         "capsules": robot_capsules,
         "compile": robot_compile,
+        "distances": robot_distances,
     },
 )
