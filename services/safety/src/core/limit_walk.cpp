@@ -1,7 +1,5 @@
 #include "limit_walk.hpp"
 
-#include <algorithm>
-
 #include "quick_look.hpp"
 
 namespace fairlead {
@@ -13,13 +11,10 @@ LimitWalk::LimitWalk(const Limits& limits, const ClaimLimits& claim, const Measu
       state_(state),
       chunk_(chunk),
       first_row_(first_row),
-      before_(before),
-      doubtful_row_(chunk.horizon) {
-  for (const ActionPart& action : chunk.parts) {
-    const ModeLimits& modes = claim.modes[action.part];
-    doubtful_row_ = std::min(
-        doubtful_row_, first_doubtful_row(limits, modes, state, action, first_row, chunk.horizon));
-  }
+      before_(before) {
+  for (const ActionPart& action : chunk.parts)
+    in_order_ = in_order_ && certainly_in_order(limits, claim.modes[action.part], state, action,
+                                                first_row, chunk.horizon);
 }
 
 RowView LimitWalk::view_of(const ActionPart& action, std::size_t row) const {
@@ -30,7 +25,7 @@ RowView LimitWalk::view_of(const ActionPart& action, std::size_t row) const {
 
 Evidence LimitWalk::check(std::size_t row) const {
   const auto number = static_cast<std::int64_t>(row);
-  if (row >= doubtful_row_)
+  if (!in_order_)
     for (const ActionPart& action : chunk_.parts) {
       const Evidence evidence = check_absolute(view_of(action, row));
       if (!evidence.ok()) return at(evidence, number, limits_.parts[action.part].name);

@@ -11,10 +11,8 @@ class LimitWalk {
   LimitWalk(const Limits& limits, const ClaimLimits& claim, const MeasuredState& state,
             const ActionChunk& chunk, std::size_t first_row, const RowBefore& before);
 
-  /// False for a row that a quick look has found in order.
-  [[nodiscard]] bool needs_check(std::size_t row) const {
-    return row == first_row_ || row >= doubtful_row_;
-  }
+  /// False for a row that needs no more than the quick look at all of them.
+  [[nodiscard]] bool needs_check(std::size_t row) const { return row == first_row_ || !in_order_; }
 
   /// What is wrong with the row, over all parts of the chunk: it runs for all of them or for none.
   [[nodiscard]] Evidence check(std::size_t row) const;
@@ -28,7 +26,7 @@ class LimitWalk {
   const ActionChunk& chunk_;
   const std::size_t first_row_;
   const RowBefore& before_;
-  std::size_t doubtful_row_;  // a quick look has found the rows before it in order
+  bool in_order_ = true;  // a quick look has found all rows in order, but for the first one's start
 };
 
 }  // namespace fairlead

@@ -1,24 +1,47 @@
 #include "quick_look.hpp"
 
-#include <cmath>
+#include <Eigen/Core>
+#include <algorithm>
+#include <cstring>
 
 #include "fairlead_safety/mode_blocks.hpp"
 #include "joint_range.hpp"
 #include "outside_bounds.hpp"
-#include "row_view.hpp"
 
 namespace fairlead {
 namespace {
+
+// Two joints beside each other in a row: processors calculate with both at once.
+using Two = Eigen::Array2d;
+constexpr std::size_t two = 2;
+
+Two two_of(const void* numbers) {
+  Two both;
+  std::memcpy(both.data(), numbers, sizeof(double) * two);
+  return both;
+}
 
 // By place in a row: where its number has to lie, and how far from that of the row before.
 struct Ranges {
   std::array<double, max_joints> lower, upper, step;
 };
 
-// False if a joint of the part is outside its bounds: then every row has to lead back.
-bool fill_ranges(const Limits& limits, const JointModeLimits& mode, const MeasuredState& state,
-                 const ActionPart& action, Ranges& ranges) {
-  const PartLimits& part = limits.parts[action.part];
+// What a joint is told at least, at most, and by how much it changes from row to row at most.
+struct Extent {
+  Two least, most, change;
+  Two drift;  // all changes added up: no number if one is none, which the others may not show
+};
+
+bool inside_bounds(const Limits& limits, const MeasuredState& state, const PartLimits& part) {
+  for (const std::size_t j : part.joints) {
+    const JointLimits& joint = limits.joints[j];
+    if (joint.bounded && is_outside(joint.bounds, state.positions[j])) return false;
+  }
+  return true;
+}
+
+void fill_ranges(const Limits& limits, const JointModeLimits& mode, const ActionPart& action,
+                 Ranges& ranges) {
   if (action.active.size() != limits.joints.size())  // padding is 0 in every row
     for (std::size_t j = 0; j < limits.joints.size(); ++j)
       ranges.lower[j] = ranges.upper[j] = ranges.step[j] = 0.0;
@@ -28,41 +51,51 @@ bool fill_ranges(const Limits& limits, const JointModeLimits& mode, const Measur
     ranges.upper[j] = range.upper;
     ranges.step[j] = mode.step_limit[j];
   }
-  for (const std::size_t j : part.joints) {
-    const JointLimits& joint = limits.joints[j];
-    if (joint.bounded && is_outside(joint.bounds, state.positions[j])) return false;
-  }
-  return true;
 }
 
-bool keeps_to(const Ranges& ranges, const Setpoint& now, const Setpoint& before,
-              std::size_t width) {
-  for (std::size_t j = 0; j < width; ++j) {
-    const double value = now[j];
-    if (!(value >= ranges.lower[j]) || !(value <= ranges.upper[j]) ||
-        !(std::abs(value - before[j]) <= ranges.step[j]))
-      return false;
+// Of the two joints whose numbers are at `first` in the first row and `stride` bytes on in the
+// next.
+Extent extent_of(const std::uint8_t* first, std::size_t stride, std::size_t rows) {
+  Two before = two_of(first), least = before, most = before;
+  Two change = Two::Zero(), drift = Two::Zero();
+  for (std::size_t row = 1; row < rows; ++row) {
+    const Two now = two_of(first + row * stride);
+    const Two difference = now - before;
+    least = least.min(now);
+    most = most.max(now);
+    change = change.max(difference.abs());
+    drift += difference;
+    before = now;
   }
-  return true;
+  return {least, most, change, drift};
+}
+
+bool keeps_to(const Ranges& ranges, const Extent& extent, std::size_t j) {
+  return (extent.least >= two_of(&ranges.lower[j])).all() &&
+         (extent.most <= two_of(&ranges.upper[j])).all() &&
+         (extent.change <= two_of(&ranges.step[j])).all() && (extent.drift == extent.drift).all();
 }
 
 }  // namespace
 
-std::size_t first_doubtful_row(const Limits& limits, const ModeLimits& modes,
-                               const MeasuredState& state, const ActionPart& action,
-                               std::size_t first_row, std::size_t horizon) {
+bool certainly_in_order(const Limits& limits, const ModeLimits& modes, const MeasuredState& state,
+                        const ActionPart& action, std::size_t first_row, std::size_t horizon) {
   const JointModeLimits* mode = joint_block(modes, action.mode);
-  if (mode == nullptr) return first_row;
-  Ranges ranges;
-  if (!fill_ranges(limits, *mode, state, action, ranges)) return first_row;
   const std::size_t width = limits.joints.size();
-  Setpoint before{&action, first_row * width};  // the first row has none in its chunk
-  for (std::size_t row = first_row; row < horizon; ++row) {
-    const Setpoint now{&action, row * width};
-    if (!keeps_to(ranges, now, before, width)) return row;
-    before = now;
+  // A joint outside its bounds has to be led back: not a matter of ranges.
+  if (mode == nullptr || width < two || first_row >= horizon ||
+      !inside_bounds(limits, state, limits.parts[action.part]))
+    return false;
+  Ranges ranges;
+  fill_ranges(limits, *mode, action, ranges);
+  const std::size_t stride = width * sizeof(double);
+  const std::uint8_t* first = action.values.bytes().data() + first_row * stride;
+  for (std::size_t i = 0; i < width; i += two) {
+    const std::size_t j = std::min(i, width - two);  // of an odd width the last two overlap
+    if (!keeps_to(ranges, extent_of(first + j * sizeof(double), stride, horizon - first_row), j))
+      return false;
   }
-  return horizon;
+  return true;
 }
 
 }  // namespace fairlead
