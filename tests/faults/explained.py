@@ -21,6 +21,4 @@ NOT_RUN: tuple[NotRun, ...] = (
         "the HAL's log; needs rendering",
     ),
     NotRun(35, "creeping to the box edge, elbow into the table, singularity", "not written yet"),
-    NotRun(36, "lost object, contact, push", "not written yet"),
-    NotRun(37, "HAL accepts, robot does not stop", "not written yet"),
 )  # fmt: skip

@@ -22,9 +22,9 @@ from fairlead_hal_sim.hal_options import read_options
 FAULT_FILE = "FAIRLEAD_TEST_FAULT"
 JOINT = "panda_joint1"
 OFFSET_RAD = 0.3
-PUSH_M = 0.3
-CONTACT = 1e4
-OPENED_M = 0.03
+PUSH_M = 0.05
+CONTACT = 1e3
+GRIPPER, OBJECT_M = "panda_gripper", 0.015
 
 
 class FaultyBackend(KinematicBackend):
@@ -44,11 +44,23 @@ class FaultyBackend(KinematicBackend):
         true, fault = super().read(), self.fault
         if fault != "frozen":
             self._frozen = true
-        change = _MEASURED.get(fault)
-        joint = self._joints[JOINT]
         if fault == "frozen" and self._frozen is not None:
             return self._frozen
-        return change(true, joint) if change else true
+        if fault == "object":
+            return self._with_object(true)
+        change = _MEASURED.get(fault)
+        return change(true, self._joints[JOINT]) if change else true
+
+    def _with_object(self, true: Measurement) -> Measurement:
+        """The fingers stop at what they hold."""
+        gripper, n = self._joints[GRIPPER], len(self._positions)
+        positions, velocities = true.positions.copy(), true.velocities.copy()
+        if positions[gripper] > OBJECT_M:
+            return true
+        positions[gripper], velocities[gripper] = OBJECT_M, 0.0
+        positions[n:] = self._shares @ positions[:n]
+        velocities[n:] = self._shares @ velocities[:n]
+        return replace(true, positions=positions, velocities=velocities)
 
     def transforms(self) -> Sequence[FramePose]:
         """What a broken localiser says of the object."""

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import json
 import os
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from fairlead.paths import gate_config
 from tests.faults.faulty_hal import FAULT_FILE
 from tests.faults.live_stage import Changes, LiveStage, live_stage
+
+ROBOT, HAL = "panda_mobile", "tests.faults.faulty_hal"
+STOP_RAMP_MS = 200
 
 
 class FaultyStage(LiveStage):
@@ -30,22 +35,41 @@ class FaultyStage(LiveStage):
         return now_ns
 
 
+def strict_gate_file(folder: Path) -> Path:
+    """The simulator's gate file with the limits of a robot that does what it is told.
+
+    A simulated arm may lag, swing and press far more than a real one should be allowed to.
+    """
+    content = json.loads(gate_config(ROBOT, "sim").read_text())
+    content["protocol"] |= {"stuck_ticks": 3, "stop_ramp_ms": STOP_RAMP_MS}
+    for joint in content["joints"]:
+        joint |= {"contact_limit": 200.0, "encoder_step": 1e-6, "dead_band": 1e-3}
+    modes = {part["name"]: part["modes"] for part in content["parts"]}
+    exact = {"gain": [1.0, 1.0], "tracking": [0.05, 0.05, 0.05]}
+    modes["base"]["joint_velocity"] |= exact
+    modes["arm"]["cartesian_delta"] |= {"linear_tracking": 0.05, "angular_tracking": 0.2}
+    modes["gripper"]["gripper_position"] |= {"slip_limit": 0.005}
+    file = folder / "gate.json"
+    file.write_text(json.dumps(content), encoding="utf-8")
+    return file
+
+
 @contextmanager
 def faulty_stage(folder: Path) -> Iterator[FaultyStage]:
     """All services, and no fault yet."""
     file = folder / "fault"
     file.write_text("", encoding="ascii")
     path = os.pathsep.join(filter(None, [str(Path.cwd()), os.environ.get("PYTHONPATH")]))
-    changes = Changes(
-        environment={"hal": {FAULT_FILE: str(file), "PYTHONPATH": path}}, command=_faulty
-    )
+    usual, strict = str(gate_config(ROBOT, "sim")), str(strict_gate_file(folder))
+
+    def command(service: str, words: list[str]) -> list[str]:
+        if service == "hal":
+            words = [HAL if word == "fairlead_hal_sim" else word for word in words]
+        return [strict if word == usual else word for word in words]
+
+    environment = {"hal": {FAULT_FILE: str(file), "PYTHONPATH": path}}
+    changes = Changes(environment=environment, command=command)
     with live_stage(folder, changes) as robot:
         stage = FaultyStage(robot.robot)
         stage.fault_file = file
         yield stage
-
-
-def _faulty(service: str, words: list[str]) -> list[str]:
-    if service != "hal":
-        return words
-    return ["tests.faults.faulty_hal" if word == "fairlead_hal_sim" else word for word in words]

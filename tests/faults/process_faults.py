@@ -120,8 +120,8 @@ def kill_assembler(robot: LiveStage) -> Shot:
     goal = robot.start_moving()
     shot = robot.hold_shot(robot.signal("state_assembler", signal.SIGKILL))
     result = robot.ended(goal)
-    assert (result.outcome, result.kind) == ("failed", "stalled")
-    assert "layout" in result.detail
+    assert (result.outcome, result.kind) == ("failed", "stalled"), result
+    assert "layout" in result.detail, result
     robot.restarted("state_assembler")
     return shot
 

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import time
 from functools import partial
 
 from fairlead.messages import GateState
-from tests.faults.faulty_hal import JOINT
-from tests.faults.faulty_stage import FaultyStage
+from tests.faults.faulty_hal import GRIPPER, JOINT, OFFSET_RAD, PUSH_M
+from tests.faults.faulty_stage import STOP_RAMP_MS, FaultyStage
 from tests.faults.row import Row, Shot
+from tests.system.live_robot import wait_for
 
+GRASP_TICKS = 25
 LAYOUT_MS = 350.0
 """Four faulty layouts in a row end a goal: that is 200 ms at 20 Hz before anything happens."""
 
@@ -32,6 +35,48 @@ def stops(fault: str, codes: tuple[str, ...], robot: FaultyStage) -> Shot:
     )
 
 
+def loses_object(robot: FaultyStage) -> Shot:
+    """The fingers have stood still around something for half a second, then close."""
+    goal = robot.start_moving()
+    robot.fault("object")
+    held_ns = time.monotonic_ns()
+    wait_for(lambda: len(robot.motion.since(held_ns)) > GRASP_TICKS, "the grasp is seen")
+    assert not goal.done(), goal.result()
+    injected_ns = robot.fault("")
+    shot = robot.hold_shot(injected_ns)
+    gate = robot.client.gate_status()
+    assert "G042" in gate.cause and GRIPPER in gate.cause, gate.cause
+    robot.ended(goal)
+    return Shot(shot.measured_ms, injected_ns, shot.ended_ns, shot.tick_ms, gate.cause)
+
+
+def runs_on(robot: FaultyStage) -> Shot:
+    """The HAL's log says that it holds, its robot turns on."""
+    goal = robot.start_moving()
+    robot.fault("runs on")
+    injected_ns = time.monotonic_ns()
+    try:
+        robot.client.stop("test")
+        latched: list[int] = []
+
+        def is_latched() -> bool:
+            latched[:] = [
+                stamp
+                for stamp, lease in list(robot.leases)
+                if stamp >= injected_ns and lease.state == GateState.LATCHED
+            ]
+            return bool(latched)
+
+        wait_for(is_latched, "the gate latches", 10.0)
+    finally:
+        robot.fault("")
+    robot.ended(goal)
+    cause = robot.client.gate_status().cause
+    assert "G043" in cause, cause
+    taken_ms = (latched[0] - injected_ns) / 1e6
+    return Shot(taken_ms, injected_ns, latched[0], robot.tick_ms(injected_ns), cause)
+
+
 def layout_lost(fault: str, kind: str, texts: tuple[str, ...], robot: FaultyStage) -> Shot:
     """The robot holds, and the goal's failure names the frame."""
     goal = robot.start_moving()
@@ -48,12 +93,23 @@ def layout_lost(fault: str, kind: str, texts: tuple[str, ...], robot: FaultyStag
 
 
 NAMES_FRAME = "hold; the goal's failure names the frame"
+KEEPS = "stop under the declared code"
 ROWS = (
     Row(28, f"{JOINT} measured NaN", "stop", 100, "faulty", partial(stops, "nan", ("G011",))),
+    Row(28, f"{JOINT} measured {OFFSET_RAD} rad off", "stop", 200, "faulty",
+        partial(stops, "offset", ("G013", "G040"))),
+    Row(28, "every joint frozen while told to move", "stop", 250, "faulty",
+        partial(stops, "frozen", ("G041", "G040"))),
     Row(29, "transform stale", NAMES_FRAME, LAYOUT_MS, "faulty",
         partial(layout_lost, "frame stale", "layout_stale_frame", ("object",))),
     Row(29, "frame renamed", NAMES_FRAME, LAYOUT_MS, "faulty",
         partial(layout_lost, "frame renamed", "layout_stale_frame", ("object",))),
     Row(29, "loop in the tree of transforms", NAMES_FRAME, LAYOUT_MS, "faulty",
         partial(layout_lost, "frames in a loop", "layout_loop", ("object", "goal"))),
+    Row(36, "gripper loses what it holds", KEEPS, 200, "faulty", loses_object),
+    Row(36, "contact", KEEPS, 200, "faulty", partial(stops, "contact", ("G042",))),
+    Row(36, f"robot pushed by {PUSH_M} m a tick", KEEPS, 200, "faulty",
+        partial(stops, "pushed", ("G040", "G013"))),
+    Row(37, "HAL accepts the stop, the robot goes on", "the gate latches", STOP_RAMP_MS + 100.0,
+        "faulty", runs_on, "operator's stop to the latch, the gate's leases"),
 )  # fmt: skip
