@@ -77,6 +77,7 @@ class FaultyBackend(KinematicBackend):
         super().apply(commands)
         if self.fault == "pushed":
             self._positions[self._joints["base_x"]] += PUSH_M
+            self._velocities[self._joints["base_x"]] += PUSH_M / self._period_s
 
 
 def _nan(true: Measurement, joint: int) -> Measurement:
