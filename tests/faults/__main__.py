@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
 import sys
 import tempfile
 import time
 from pathlib import Path
 
 from tests.faults.campaign import Campaign, RowResult
-from tests.faults.report import document, summary, write_document
+from tests.faults.report import document, keep, summary, write_document
 from tests.faults.row import Row
 from tests.faults.table import ROWS
 from tests.faults.timer_process import TimerProcess
@@ -27,20 +26,16 @@ def main() -> int:
         return 2
     stages = list(dict.fromkeys(row.stage for row in rows))
     rows.sort(key=lambda row: (stages.index(row.stage), row.number))
-    load = os.getloadavg()[0]
     with tempfile.TemporaryDirectory(prefix="fairlead-faults-") as folder:
         results = _run(rows, chosen.injections, chosen.logs or Path(folder))
-    machine = f"load average {load:.1f} before and {os.getloadavg()[0]:.1f} after"
-    results.sort(key=lambda result: (result.row.number, ROWS.index(result.row)))
-    if chosen.json:
-        print(json.dumps({"machine": machine, "rows": [r.entry() for r in results]}, indent=2))
-    else:
-        print(summary(results))
+    results.sort(key=lambda result: ROWS.index(result.row))
+    entries = [result.entry() for result in results]
+    print(json.dumps(entries, indent=2) if chosen.json else summary(results))
     if chosen.results:
-        entries = [result.entry() for result in results]
-        chosen.results.write_text(json.dumps({"machine": machine, "rows": entries}, indent=1))
+        chosen.results.write_text(json.dumps(entries, indent=1))
     if chosen.write:
-        write_document(document(results, machine))
+        keep(entries)
+        write_document(document())
     return 0 if all(result.passed or result.not_here for result in results) else 1
 
 

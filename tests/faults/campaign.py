@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import queue
 import statistics
 import time
@@ -9,6 +10,7 @@ import traceback
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -40,6 +42,7 @@ class RowResult:
     not_here: str = ""
     notes: list[str] = field(default_factory=list)
     wall_s: float = 0.0
+    load: float = 0.0
 
     @property
     def passed(self) -> bool:
@@ -74,6 +77,8 @@ class RowResult:
             "control_p50_ms": _middle(self.control_ms),
             "control_max_ms": max(self.control_ms, default=None),
             "tick_max_ms": max(self.tick_ms, default=None),
+            "load": round(self.load, 1),
+            "measured": datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
             "passed": self.passed, "not_here": self.not_here, "failures": self.failures,
             "notes": self.notes, "wall_s": round(self.wall_s, 1),
         }  # fmt: skip
@@ -108,7 +113,7 @@ class Campaign:
             self._inject(row, result)
         if not result.counted and not result.failures:
             result.failures.append("the machine was too late each time")
-        result.wall_s = time.monotonic() - began
+        result.wall_s, result.load = time.monotonic() - began, os.getloadavg()[0]
         return result
 
     def close(self) -> None:

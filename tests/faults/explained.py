@@ -20,5 +20,4 @@ NOT_RUN: tuple[NotRun, ...] = (
         "tests/hal/test_cameras.py and tests/system/test_camera_skills.py, without a time from "
         "the HAL's log; needs rendering",
     ),
-    NotRun(35, "creeping to the box edge, elbow into the table, singularity", "not written yet"),
 )  # fmt: skip

@@ -21,25 +21,28 @@ class GateStage:
     """Opens scenes, each with a state folder of its own."""
 
     def __init__(self, folder: Path) -> None:
-        self._folder, self._opened = folder, 0
+        self.folder, self._opened = folder, 0
 
     @contextmanager
     def scene(
-        self, pacing: Literal["realtime", "lockstep"] = "lockstep", robot: str = ROBOT
+        self,
+        pacing: Literal["realtime", "lockstep"] = "lockstep",
+        robot: str = ROBOT,
+        config: Path | None = None,
     ) -> Iterator[Scene]:
-        """A gate to which nothing has been said."""
+        """A gate to which nothing has been said, of the simulator's limits if no others."""
         self._opened += 1
-        folder = self._folder / str(self._opened)
-        scene = Scene(gate_config(robot, "sim"), folder, pacing, robot)
+        folder = self.folder / str(self._opened)
+        scene = Scene(config or gate_config(robot, "sim"), folder, pacing, robot)
         try:
             yield scene
         finally:
             scene.close()
 
     @contextmanager
-    def ready(self, robot: str = ROBOT) -> Iterator[Scene]:
+    def ready(self, robot: str = ROBOT, config: Path | None = None) -> Iterator[Scene]:
         """A gate in lockstep, armed, at tick 20, with the arm claimed."""
-        with self.scene(robot=robot) as scene:
+        with self.scene(robot=robot, config=config) as scene:
             scene.hal.tick = 20
             scene.ready_to_move()
             yield scene

@@ -1,20 +1,29 @@
-"""What a campaign found, as text for a terminal and as the table of docs/faults.md."""
+"""What a campaign found, as text for a terminal and as the table of docs/faults.md.
+
+The table is made from `RESULTS`, which keeps what was measured last of each row: so a few rows
+can be measured again without the others.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from datetime import UTC, datetime
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
 
 from fairlead.paths import repo_root
 from tests.faults.campaign import RowResult
-from tests.faults.table import NOT_RUN
+from tests.faults.table import NOT_RUN, ROWS
 
 DOCUMENT = repo_root() / "docs" / "faults.md"
+RESULTS = Path(__file__).with_name("results.json")
 BEGIN, END = "<!-- begin: make faults ARGS=--write -->", "<!-- end -->"
 HEAD = (
-    "| row | fault | outcome | time | bound | n | p50 | max | control p50 / max | HAL tick | |",
-    "|---|---|---|---|---|---|---|---|---|---|---|",
+    "| row | fault | outcome | time | bound | n | p50 | max | control p50 / max | HAL tick | load "
+    "| |",
+    "|---|---|---|---|---|---|---|---|---|---|---|---|",
 )
+Entry = Mapping[str, Any]
 
 
 def summary(results: Sequence[RowResult]) -> str:
@@ -23,7 +32,7 @@ def summary(results: Sequence[RowResult]) -> str:
     for result in results:
         entry = result.entry()
         lines.append(
-            f"{result.row.number:3d} {_verdict(result):6s} {result.row.fault}: "
+            f"{result.row.number:3d} {_verdict(entry):6s} {result.row.fault}: "
             f"n {result.counted}, p50 {_ms(entry['p50_ms'])}, max {_ms(entry['max_ms'])} "
             f"(bound {_ms(result.row.bound_ms)}), control {_ms(entry['control_p50_ms'])} / "
             f"{_ms(entry['control_max_ms'])}, {result.wall_s:.0f} s"
@@ -33,19 +42,39 @@ def summary(results: Sequence[RowResult]) -> str:
     return "\n".join([*lines, f"{passed} of {len(results)} passed"])
 
 
-def document(results: Sequence[RowResult], machine: str) -> str:
-    """The table between the markers."""
-    stamp = datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")
+def keep(entries: Sequence[Entry], file: Path = RESULTS) -> None:
+    """Replace what is known of these rows; forget rows that do not exist any more."""
+    known = json.loads(file.read_text(encoding="utf-8")) if file.is_file() else []
+    merged = {_key(entry): entry for entry in (*known, *entries)}
+    order = {(row.number, row.fault): place for place, row in enumerate(ROWS)}
+    kept = sorted((key for key in merged if key in order), key=order.__getitem__)
+    text = json.dumps([merged[key] for key in kept], indent=1)
+    file.write_text(f"{text}\n", encoding="utf-8")
+
+
+def document(file: Path = RESULTS) -> str:
+    """Both tables: rows that are run, with what was measured last, and those that are not."""
+    known = {_key(entry): entry for entry in json.loads(file.read_text(encoding="utf-8"))}
+    days = sorted(str(entry["measured"]) for entry in known.values())
+    lines = []
+    for row in ROWS:
+        entry = known.get((row.number, row.fault))
+        lines.append(
+            _line(entry)
+            if entry is not None
+            else f"| {row.number} | {row.fault} | {row.outcome} |  | {_ms(row.bound_ms)} | 0 "
+            "| - | - | - | - | - | not measured yet |"
+        )
     missing = [
         f"| {row.number} | {row.fault} | {row.reason} |"
         for row in sorted(NOT_RUN, key=lambda row: row.number)
     ]
     return "\n".join(
         [
-            f"Measured {stamp}; {machine}. Times are in ms.",
+            f"Measured from {days[0]} to {days[-1]} on a machine of two cores; times are in ms.",
             "",
             *HEAD,
-            *(_line(result) for result in results),
+            *lines,
             "",
             "Rows that the campaign does not run:",
             "",
@@ -64,22 +93,27 @@ def write_document(text: str) -> None:
     DOCUMENT.write_text(f"{before}{BEGIN}\n{text}\n{END}{after}", encoding="utf-8")
 
 
-def _line(result: RowResult) -> str:
-    row, entry = result.row, result.entry()
-    late = f" (+{result.machine_late} late machine)" if result.machine_late else ""
+def _key(entry: Entry) -> tuple[int, str]:
+    return int(entry["row"]), str(entry["fault"])
+
+
+def _line(entry: Entry) -> str:
+    late = f" (+{entry['machine_late']} late machine)" if entry["machine_late"] else ""
+    timed = entry["p50_ms"] is not None
     cells = [
-        str(row.number), row.fault, row.outcome, row.measures if row.bound_ms else "",
-        _ms(row.bound_ms), f"{result.counted}{late}", _ms(entry["p50_ms"]), _ms(entry["max_ms"]),
+        str(entry["row"]), entry["fault"], entry["outcome"],
+        entry["measures"] if timed else "", _ms(entry["bound_ms"]), f"{entry['n']}{late}",
+        _ms(entry["p50_ms"]), _ms(entry["max_ms"]),
         f"{_ms(entry['control_p50_ms'])} / {_ms(entry['control_max_ms'])}",
-        _ms(entry["tick_max_ms"]), _verdict(result),
+        _ms(entry["tick_max_ms"]), f"{entry['load']:.0f}", _verdict(entry),
     ]  # fmt: skip
     return f"| {' | '.join(cells)} |"
 
 
-def _verdict(result: RowResult) -> str:
-    if result.not_here:
-        return f"not run: {result.not_here}"
-    return "passed" if result.passed else "FAILED"
+def _verdict(entry: Entry) -> str:
+    if entry["not_here"]:
+        return f"not run: {entry['not_here']}"
+    return "passed" if entry["passed"] else "FAILED"
 
 
 def _ms(value: float | None) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from tests.faults import (
+    creeping_faults,
     life_faults,
     machine_faults,
     network_faults,
@@ -17,6 +18,7 @@ from tests.faults.row import Row
 __all__ = ["NOT_RUN", "ROWS"]
 
 _FAMILIES = (
+    creeping_faults,
     process_faults,
     network_faults,
     protocol_faults,
