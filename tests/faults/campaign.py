@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from fairlead.errors import FairleadError
-from tests.faults.row import NotHereError, Row, Shot
+from tests.faults.row import MachineLateError, NotHereError, Row, Shot
 from tests.faults.stages import STAGES
 from tests.faults.timer_process import TimerProcess
 
@@ -130,6 +130,11 @@ class Campaign:
         except NotHereError as error:
             result.not_here = str(error)
             self._say(f"  row {row.number}: not here: {error}")
+            return
+        except MachineLateError as error:
+            result.machine_late += 1
+            self._say(f"  row {row.number}: machine late: {error}")
+            self.close()
             return
         except (AssertionError, FairleadError, OSError, TimeoutError, queue.Empty) as error:
             where = traceback.extract_tb(error.__traceback__)[-1]

@@ -17,6 +17,10 @@ class NotHereError(FairleadError):
     """This machine does not permit the fault; the text says why."""
 
 
+class MachineLateError(FairleadError):
+    """The robot held because the machine gave its processes no time: says nothing of the fault."""
+
+
 @dataclass(frozen=True)
 class Shot:
     """One injection whose outcome was right.
