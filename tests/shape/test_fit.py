@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from fairlead.messages import FloatArray
+from fairlead.shape.coverage import sticking_out
 from fairlead.shape.fit import Fitted, fit_capsules
 from fairlead.shape.piece import Piece, box, cylinder, rod
 
@@ -119,3 +120,26 @@ def test_a_cut_beside_a_piece_leaves_it_whole() -> None:
     piece = box(np.array([0.1, 0.1, 0.1]))
     assert piece.cut(np.array([0.0, 0.0, 1.0]), 0.1) == (piece, None)
     assert piece.cut(np.array([0.0, 0.0, 1.0]), -0.2) == (None, piece)
+
+
+def test_a_piece_can_be_cut_twice() -> None:
+    quarter: Piece | None = box(np.array([1.0, 1.0, 1.0]))
+    for normal in np.eye(3)[:2]:
+        assert quarter is not None
+        quarter = quarter.cut(normal, 0.0)[0]
+    assert quarter is not None
+    corners = {tuple(point) for point in np.round(quarter.points, 9).tolist()}
+    assert corners == {(x, y, z) for x in (-1, 0) for y in (-1, 0) for z in (-1, 1)}
+
+
+def test_a_gap_between_two_capsules_is_found_where_no_corner_lies() -> None:
+    piece, radius = box(np.array([0.1, 0.1, 0.5])), 0.2
+    ends = [
+        Fitted(np.array([0.0, 0.0, low]), np.array([0.0, 0.0, low + 0.45]), radius)
+        for low in (-0.5, 0.05)
+    ]
+    assert sticking_out(piece, ends) <= 0.0
+    # Balls that hold the corners only: half-way, an edge is 0.52 m from both middles.
+    balls = [Fitted(end, end, radius) for end in np.array([[0.0, 0.0, -0.5], [0.0, 0.0, 0.5]])]
+    assert sticking_out(piece, balls) == pytest.approx(np.hypot(0.5, np.hypot(0.1, 0.1)) - radius)
+    assert sticking_out(piece, []) == np.inf

@@ -134,6 +134,17 @@ def test_links_are_as_far_apart_as_coal_measures_it() -> None:
     assert (ours[~apart] <= 1e-4).all()
 
 
+def test_a_finger_that_slides_counts_from_one_end_to_the_other_in_the_hand() -> None:
+    robot = load_robot("panda")
+    tip = {"panda_rightfinger": [Piece(np.array([[0.0, 0.0, 0.05]]), 0.01)]}
+    ((link, (piece,)),) = with_swept_fingers(robot, description_tree(robot), tip).items()
+    # From shut to 0.04 m out along -y, 0.0584 m up in the hand.
+    assert link == "panda_hand"
+    assert piece.radius == 0.01
+    wanted = [[0.0, -0.04, 0.1084], [0.0, 0.0, 0.1084]]
+    np.testing.assert_allclose(sorted(piece.points.tolist()), wanted, atol=1e-12)
+
+
 def test_a_finger_that_turns_is_everywhere_it_can_be(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -12,7 +12,7 @@ from fairlead.shape.geometry_source import GeometrySource
 from fairlead.shape.link_poses import Poses
 
 _FAR_M = 1.0  # farther apart is told as this
-_NUDGE_M = 1e-6
+_NUDGE_M, _TRIES = 1e-6, 5
 
 
 def links_apart(
@@ -47,8 +47,9 @@ def links_apart(
 
 def _apart(model: mujoco.MjModel, data: mujoco.MjData, first: int, second: int) -> float:
     """MuJoCo now and then answers 0 for geoms that are apart; moved by a hair it does not."""
-    distance = float(mujoco.mj_geomDistance(model, data, first, second, _FAR_M, None))
-    if distance == 0.0:
-        data.geom_xpos[first] += _NUDGE_M
+    for _ in range(_TRIES):
         distance = float(mujoco.mj_geomDistance(model, data, first, second, _FAR_M, None))
-    return distance
+        if distance != 0.0:
+            return distance
+        data.geom_xpos[first] += _NUDGE_M
+    return 0.0
