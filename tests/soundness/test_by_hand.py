@@ -1,0 +1,166 @@
+"""What the campaigns measure with, against numbers worked out by hand."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fairlead.hal.backend import PartCommand
+from fairlead.messages import FloatArray
+from fairlead.modes import ControlMode
+from fairlead.paths import gate_config
+from fairlead.robot.manifest import load_robot
+from tests.differential.kinematics import Kinematics
+from tests.soundness.arena import Arena
+from tests.soundness.distances import between_polygons, between_segments, inside_polygon
+from tests.soundness.link_frames import LinkFrames
+from tests.soundness.prediction import Prediction
+
+SQUARE = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+
+
+def points(*rows: list[float]) -> FloatArray:
+    return np.array(rows, dtype=np.float64)
+
+
+def file_of(robot: str) -> dict[str, Any]:
+    found: dict[str, Any] = json.loads(gate_config(robot, "sim").read_text())
+    return found
+
+
+def test_distances_of_segments_that_cross_above_pass_by_and_end_short_of_each_other() -> None:
+    start, end = points([0, 0, 0], [0, 0, 0], [0, 0, 0]), points([1, 0, 0], [1, 0, 0], [0, 0, 0])
+    other = points([0.5, -1, 0.3], [2, 0, 0], [0, 3, 4])
+    other_end = points([0.5, 1, 0.3], [3, 0, 0], [0, 3, 4])
+    found = between_segments(start, end, other, other_end)
+    np.testing.assert_allclose(found, [0.3, 1.0, 5.0], rtol=0, atol=1e-12)
+
+
+def test_distances_of_segments_agree_with_the_nearest_of_many_points() -> None:
+    rng = np.random.default_rng(3)
+    ends = rng.normal(size=(4, 200, 3))
+    shares = np.linspace(0.0, 1.0, 200)[:, None, None]
+    one = ends[0] + (ends[1] - ends[0]) * shares
+    other = ends[2] + (ends[3] - ends[2]) * shares
+    nearest = [
+        np.linalg.norm(one[:, None, k] - other[None, :, k], axis=-1).min() for k in range(200)
+    ]
+    found = between_segments(*ends)
+    assert np.all(found <= np.array(nearest) + 1e-9)
+    np.testing.assert_allclose(found, nearest, rtol=0, atol=0.02)
+
+
+def test_a_point_in_a_square_and_one_beyond_its_edge() -> None:
+    found = inside_polygon(points([0.3, 0.5], [1.25, 0.5]), SQUARE)
+    np.testing.assert_allclose(found, [0.3, -0.25], rtol=0, atol=1e-12)
+
+
+def test_the_gap_between_two_squares_and_their_overlap() -> None:
+    shapes = np.stack([SQUARE + [1.5, 0.0], SQUARE + [0.75, 0.0]])
+    np.testing.assert_allclose(between_polygons(shapes, SQUARE), [0.5, -0.25], rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("robot", ["panda_mobile", "dual_panda"])
+def test_link_frames_are_where_pinocchio_has_them(robot: str) -> None:
+    manifest = load_robot(robot)
+    links = LinkFrames(file_of(robot))
+    kinematics = Kinematics(manifest.description_path(), manifest.measured_joint_names)
+    q = np.random.default_rng(1).uniform(-1.0, 1.0, (5, len(manifest.measured_joint_names)))
+    places, turns = links.at(q)
+    for tool in manifest.end_effectors:
+        at = links.names.index(tool.tool_frame)
+        for index in range(len(q)):
+            place, turn = kinematics.pose(q[index], tool.tool_frame, manifest.base_frame)
+            np.testing.assert_allclose(places[at, index], place, rtol=0, atol=1e-9)
+            np.testing.assert_allclose(turns[at, index], turn, rtol=0, atol=1e-9)
+
+
+def test_the_footprint_of_a_turned_base_turns_about_its_yaw_axis() -> None:
+    file = file_of("panda_mobile")
+    file["base"]["yaw_axis"] = [-0.25, 0.0]
+    file["base"]["footprint"] = [[-0.5, -0.25], [0.25, -0.25], [0.25, 0.25], [-0.5, 0.25]]
+    q = np.zeros((1, 14))
+    q[0, :3] = 1.0, 2.0, np.pi / 2
+    # From the axis at (0.75, 2): what was 0.5 ahead of it is now 0.5 to its left.
+    wanted = [[1.0, 1.75], [1.0, 2.5], [0.5, 2.5], [0.5, 1.75]]
+    np.testing.assert_allclose(Arena(file).footprint(q)[0], wanted, rtol=0, atol=1e-12)
+
+
+def still_arm() -> tuple[Arena, FloatArray]:
+    """The fixed arm at its home pose."""
+    q = np.array([0.0, -0.4, 0.0, -2.2, 0.0, 1.8, 0.785, 0.04, 0.02, -0.02])
+    return Arena(file_of("panda")), q[None, :]
+
+
+def test_a_configuration_that_is_allowed_has_room_in_every_rule() -> None:
+    arena, q = still_arm()
+    assert {rule: bool(room[0] > 0.0) for rule, room in arena.room(q).items()} == {
+        "bounds": True,
+        "workspace": True,
+        "self-collision": True,
+        "zones": True,
+    }
+
+
+def test_a_joint_beyond_its_bound_is_a_breach_by_so_much() -> None:
+    arena, q = still_arm()
+    q[0, 0] = 2.9
+    np.testing.assert_allclose(arena.room(q)["bounds"], [2.8973 - 2.9], rtol=0, atol=1e-12)
+
+
+def test_a_tool_below_its_box_is_a_breach() -> None:
+    arena, q = still_arm()
+    q[0, [1, 3]] = 1.7, -0.3
+    assert arena.room(q)["workspace"][0] < -0.05
+
+
+def rows_of(*values: list[float]) -> list[dict[str, PartCommand]]:
+    own = tuple(range(7))
+    mode = ControlMode.JOINT_VELOCITY
+    return [{"arm": PartCommand(mode, "", np.array([*row, 0.0]), own)} for row in values]
+
+
+def test_velocities_are_followed_by_their_gain_between_its_ends() -> None:
+    robot, file = load_robot("panda"), file_of("panda")
+    arm = next(part for part in file["parts"] if part["name"] == "arm")
+    arm["modes"]["joint_velocity"]["gain"] = [0.5, 1.0]
+    start = still_arm()[1][0]
+    rows = rows_of([1.0] + [0.0] * 6, [-2.0] + [0.0] * 6)
+    path = Prediction(robot, file).follow(start, rows, np.array([0.0, 0.5]))
+    # 50 ms at half of 1 rad/s, then at three quarters of -2 rad/s.
+    np.testing.assert_allclose([q[0] - start[0] for q in path], [0.025, -0.05], atol=1e-12)
+    np.testing.assert_allclose(path[1][1:], start[1:], atol=1e-12)
+
+
+def test_a_delta_moves_the_tool_by_its_share_along_base_links_axes() -> None:
+    robot, file = load_robot("dual_panda"), file_of("dual_panda")
+    part = next(part for part in file["parts"] if part["name"] == "left_arm")
+    part["modes"]["cartesian_delta"]["gain"] = [0.0, 1.0]
+    arms = [0.0, -0.4, 0.0, -2.2, 0.0, 1.8, 0.785]
+    start = np.array([*arms, 0.04, *arms, *[0.1] * 6, 0.02, -0.02])
+    delta = np.array([0.02, -0.01, 0.03, 0.0, 0.0, 0.1])
+    row = {"left_arm": PartCommand(ControlMode.CARTESIAN_DELTA, "base_link", delta, ())}
+    (end,) = Prediction(robot, file).follow(start, [row], np.array([0.5]))
+    kinematics = Kinematics(robot.description_path(), robot.measured_joint_names)
+    before, after = (kinematics.pose(q, "left_tcp", "base_link") for q in (start, end))
+    np.testing.assert_allclose(after[0] - before[0], [0.01, -0.005, 0.015], rtol=0, atol=2e-6)
+    turn = after[1] @ before[1].T
+    np.testing.assert_allclose(np.arctan2(turn[1, 0], turn[0, 0]), 0.05, rtol=0, atol=2e-6)
+    np.testing.assert_array_equal(end[8:], start[8:])
+
+
+def test_a_turning_twist_turns_the_base_about_base_links_origin() -> None:
+    robot, file = load_robot("panda_mobile"), file_of("panda_mobile")
+    part = next(part for part in file["parts"] if part["name"] == "base")
+    part["modes"]["body_twist"]["gain"] = [1.0, 1.0]
+    start = np.zeros(14)
+    twist = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 1.0])
+    row = {"base": PartCommand(ControlMode.BODY_TWIST, "base_link", twist, ())}
+    (end,) = Prediction(robot, file).follow(start, [row], np.array([0.0]))
+    # The yaw axis, 0.21 m behind the origin, swings to the right of it: by sin(0.05) 0.21 m.
+    np.testing.assert_allclose(end[2], 0.05, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(end[1], -0.21 * np.sin(0.05), rtol=0, atol=1e-12)
+    np.testing.assert_allclose(end[0], 0.21 * (1 - np.cos(0.05)), rtol=0, atol=1e-12)
