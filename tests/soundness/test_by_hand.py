@@ -59,7 +59,7 @@ def test_a_point_in_a_square_and_one_beyond_its_edge() -> None:
 
 
 def test_the_gap_between_two_squares_and_their_overlap() -> None:
-    shapes = np.stack([SQUARE + [1.5, 0.0], SQUARE + [0.75, 0.0]])
+    shapes = np.stack([SQUARE + np.array([1.5, 0.0]), SQUARE + np.array([0.75, 0.0])])
     np.testing.assert_allclose(between_polygons(shapes, SQUARE), [0.5, -0.25], rtol=0, atol=1e-12)
 
 
