@@ -253,7 +253,7 @@ def test_a_file_that_is_no_log_is_named(tmp_path: Path) -> None:
     assert (done.returncode, done.stderr) == (
         1,
         f"ERROR decision log {tmp_path}/notes: expected its first line to be "
-        "fairlead-decisions-1\n",
+        "fairlead-decisions-2\n",
     )
 
 

@@ -61,12 +61,14 @@ class Joint:
 
 @dataclass(frozen=True)
 class Part:
-    """joints: indices of the commanded joints. modes: the blocks by number. tool: its frame."""
+    """joints: indices of the commanded joints. modes: the blocks by number. tool: its frame.
+    transitions: pairs of modes, from and to."""
 
     name: str
     joints: tuple[int, ...]
     modes: dict[int, Block]
     tool: str | None
+    transitions: frozenset[tuple[int, int]]
 
 
 @dataclass(frozen=True)
@@ -118,4 +120,7 @@ def _part(entry: dict[str, Any], names: list[str]) -> Part:
         joints=tuple(names.index(name) for name in entry["joints"]),
         modes={MODES.index(name): dict(block) for name, block in entry["modes"].items()},
         tool=entry["tool_frame"],
+        transitions=frozenset(
+            (MODES.index(before), MODES.index(after)) for before, after in entry["transitions"]
+        ),
     )

@@ -18,6 +18,7 @@ from tests.differential.reference import Ruling
 
 ROBOTS = ("panda", "panda_mobile", "dual_panda")
 MORE_FRAMES = "dual_panda with more frames"
+FEW_CHANGES = "panda_mobile with few changes"
 
 
 @dataclass(frozen=True)
@@ -55,6 +56,20 @@ def with_more_frames(config: Path, folder: Path) -> Path:
                 other = "right" if part["name"] == "left_arm" else "left"
                 block["frames"] += ["left_link0", f"{other}_link2"]
     path = folder / "gate.frames.json"
+    path.write_text(json.dumps(data))
+    return path
+
+
+def with_few_changes(config: Path, folder: Path) -> Path:
+    """panda_mobile's gate file with one transition, of the base, and a composite switch that turns
+    at standstill only."""
+    data = json.loads(config.read_text())
+    for part in data["parts"]:
+        is_base = part["name"] == "base"
+        part["transitions"] = [["joint_velocity", "body_twist"]] if is_base else []
+        if "composite_mode" in part["modes"]:
+            part["modes"]["composite_mode"]["switching"] = "at_standstill"
+    path = folder / "gate.changes.json"
     path.write_text(json.dumps(data))
     return path
 

@@ -33,26 +33,29 @@ def pose_faults(file: GateFile, rows: PartRows, row: int) -> Iterator[Fault]:
 
 
 def pose_jumps(
-    file: GateFile, measured: Measured, rows: PartRows, at: tuple[int, int], acted: ActedRow | None
+    file: GateFile,
+    measured: Measured,
+    rows: PartRows,
+    at: tuple[int, int, int],
+    acted: ActedRow | None,
 ) -> Iterator[Fault]:
     """The distance and the angle to the measured pose of the tool, and to the row before.
 
-    at: row, first live row.
+    at: row, first live row, code of the step from the row before.
     """
-    row, first = at
+    row, first, step = at
     part = file.parts[rows.part]
     block = part.modes[rows.mode]
     now = _pose(rows.values[row].tolist())
     starts = []
     if row > first:
-        starts.append(_pose(rows.values[row - 1].tolist()))
+        starts.append((step, _pose(rows.values[row - 1].tolist())))
     else:
         assert part.tool is not None
-        starts.append(file.kinematics.pose(measured.positions, part.tool, rows.frame))
+        starts.append((21, file.kinematics.pose(measured.positions, part.tool, rows.frame)))
         if acted is not None:
-            starts.append(_pose(acted.values.tolist()))
-    code = 22 if row > first else 21
-    for start in starts:
+            starts.append((step, _pose(acted.values.tolist())))
+    for code, start in starts:
         far = float(np.linalg.norm(now[0] - start[0]))
         turned = angle_between(now[1], start[1])
         for axis, size in (("linear", far), ("angular", turned)):

@@ -1,4 +1,4 @@
-"""G021 and G022: from where the robot is, and from row to row."""
+"""G021 to G023: from where the robot is and from what acts, and from row to row."""
 
 from __future__ import annotations
 
@@ -10,12 +10,11 @@ import numpy as np
 from fairlead.messages import FloatArray
 from tests.differential.absolute import norm
 from tests.differential.case import ActedRow, Before, Measured, PartRows
+from tests.differential.changes import change_faults
 from tests.differential.fault import Fault, above
 from tests.differential.gate_file import JOINT_MODES, MODES, GateFile
 from tests.differential.poses import pose_jumps
 
-STILL = "a part changes its mode or frame at standstill only"
-UNMEASURED = STILL + ", after a tick without a row for it"
 FAST = "driven by torque: not above its velocity_limit"
 LEFT = "a joint is left out of torques at standstill only"
 
@@ -24,25 +23,26 @@ def step_faults(
     file: GateFile, measured: Measured, before: Before, rows: PartRows, row: int, first_row: int
 ) -> Iterator[Fault]:
     """The jump into one row of one part."""
+    yield from change_faults(file, measured, before, rows, row, first_row)
     acted = before.get(rows.part)
     is_switch = acted is not None and (acted.mode, acted.frame) != (rows.mode, rows.frame)
-    if row == first_row and acted is not None and is_switch:
-        if acted.is_measured:
-            yield from _moving(file, measured, rows, row)
-        else:
-            name = file.parts[rows.part].name
-            yield Fault(21, row, name, "mode", rows.mode, acted.mode, 0.0, UNMEASURED)
     if MODES[rows.mode] == "gripper_binary":
         return  # "Any switch is legal by declaration."
     if MODES[rows.mode] == "cartesian_pose":
         last_pose = None if is_switch else acted
-        yield from pose_jumps(file, measured, rows, (row, first_row), last_pose)
+        step = 22 if row > first_row else seam_code(acted)
+        yield from pose_jumps(file, measured, rows, (row, first_row, step), last_pose)
     elif row > first_row:
         last = rows.values[row - 1].tolist()
-        yield from _jump(file, rows, row, 22, dict(enumerate(last)), measured)
+        yield from _jump(file, rows, row, (0, 22), dict(enumerate(last)), measured)
     else:
         known = {} if is_switch else _known(rows, acted)
-        yield from _jump(file, rows, row, 21, known, measured)
+        yield from _jump(file, rows, row, (21, seam_code(acted)), known, measured)
+
+
+def seam_code(acted: ActedRow | None) -> int:
+    """ "G023: the step from rows released and not yet executed", which no state has shown yet."""
+    return 21 if acted is None or acted.is_measured else 23
 
 
 def _known(rows: PartRows, acted: ActedRow | None) -> dict[int, float]:
@@ -53,38 +53,29 @@ def _known(rows: PartRows, acted: ActedRow | None) -> dict[int, float]:
     return {n: float(acted.values[n]) for n in columns}
 
 
-def _moving(file: GateFile, measured: Measured, rows: PartRows, row: int) -> Iterator[Fault]:
-    """ "a part changes its mode at standstill only"; standstill: "every joint of the part is
-    below its declared standstill_velocity" (docs/time-and-pacing.md)."""
-    part = file.parts[rows.part]
-    for index in part.joints:
-        speed, limit = abs(float(measured.velocities[index])), file.joints[index].standstill
-        if not speed < limit:
-            yield above(21, row, (part.name, file.joints[index].name), speed, limit, STILL)
-
-
 def _jump(
     file: GateFile,
     rows: PartRows,
     row: int,
-    code: int,
+    codes: tuple[int, int],
     last: dict[int, float],
     measured: Measured,
 ) -> Iterator[Fault]:
+    """codes: of the start from what is measured (0: a later row), of the step from ``last``."""
     block = file.parts[rows.part].modes[rows.mode]
     if rows.mode in JOINT_MODES:
-        yield from _joint_jump(file, rows, row, code, last, measured)
+        yield from _joint_jump(file, rows, row, codes, last, measured)
     elif "linear_step_limit" in block:
-        yield from _norm_jump(file, rows, row, code, last, measured)
+        yield from _norm_jump(file, rows, row, codes, last, measured)
     else:
-        yield from _scalar_jump(file, rows, row, code, last, measured)
+        yield from _scalar_jump(file, rows, row, codes, last, measured)
 
 
 def _joint_jump(
     file: GateFile,
     rows: PartRows,
     row: int,
-    code: int,
+    codes: tuple[int, int],
     last: dict[int, float],
     measured: Measured,
 ) -> Iterator[Fault]:
@@ -98,20 +89,21 @@ def _joint_jump(
     limits = dict(zip(part.joints, block["step_limit"], strict=True))
     measured_of = {"joint_velocity": measured.velocities, "joint_torque": measured.efforts}
     rates = measured_of.get(MODES[rows.mode])
-    if code == 21 and MODES[rows.mode] == "joint_torque":
+    start, step = codes
+    if start and MODES[rows.mode] == "joint_torque":
         yield from too_fast(file, measured, rows, row)
     starts = []
-    for index in rows.active if code == 21 else ():
+    for index in rows.active if start else ():
         if rates is None:
             room = limits[index] + file.joints[index].tolerance
             starts.append((index, float(measured.positions[index]), room))
         elif index not in last:
             starts.append((index, float(rates[index]), limits[index]))
-    yield from _changes(file, rows, row, code, starts)
-    if code == 21:
-        yield from _left_out(file, measured, rows, row, last)
+    yield from _changes(file, rows, row, start, starts)
+    if start:
+        yield from _left_out(file, measured, rows, row, step, last)
     follows = [(index, last[index], limits[index]) for index in rows.active if index in last]
-    yield from _changes(file, rows, row, code, follows)
+    yield from _changes(file, rows, row, step, follows)
 
 
 def _changes(
@@ -137,7 +129,12 @@ def too_fast(file: GateFile, measured: Measured, rows: PartRows, row: int) -> It
 
 
 def _left_out(
-    file: GateFile, measured: Measured, rows: PartRows, row: int, last: dict[int, float]
+    file: GateFile,
+    measured: Measured,
+    rows: PartRows,
+    row: int,
+    step: int,
+    last: dict[int, float],
 ) -> Iterator[Fault]:
     """Joints of the row before that this one does not command: told 0 as a velocity, taken over by
     their servo "at standstill only" after a torque, and where they were told to be otherwise."""
@@ -148,7 +145,7 @@ def _left_out(
         joint, speed = file.joints[index], abs(float(measured.velocities[index]))
         where = (part.name, joint.name)
         if mode == "joint_velocity" and not abs(last[index]) <= limits[index]:
-            yield above(21, row, where, abs(last[index]), limits[index], block["source"])
+            yield above(step, row, where, abs(last[index]), limits[index], block["source"])
         if mode == "joint_torque" and not speed < joint.standstill:
             yield above(21, row, where, speed, joint.standstill, LEFT)
 
@@ -165,13 +162,14 @@ def _norm_jump(
     file: GateFile,
     rows: PartRows,
     row: int,
-    code: int,
+    codes: tuple[int, int],
     last: dict[int, float],
     measured: Measured,
 ) -> Iterator[Fault]:
     part = file.parts[rows.part]
     block = part.modes[rows.mode]
     start = list(last.values()) or _free_start(file, rows, measured)
+    code = codes[1] if last else codes[0]
     now = rows.values[row].tolist()
     change = [a - b for a, b in zip(now, start, strict=True)]
     for axis, three in (("linear", change[:3]), ("angular", change[3:])):
@@ -208,7 +206,7 @@ def _scalar_jump(
     file: GateFile,
     rows: PartRows,
     row: int,
-    code: int,
+    codes: tuple[int, int],
     last: dict[int, float],
     measured: Measured,
 ) -> Iterator[Fault]:
@@ -218,13 +216,13 @@ def _scalar_jump(
     limit = float(block["step_limit"])
     axis = "composite" if MODES[rows.mode] == "composite_mode" else "opening"
     starts = []
-    if code == 21 and part.joints:
+    if codes[0] and part.joints:
         (index,) = part.joints
         room = limit + file.joints[index].tolerance
-        starts.append((float(measured.positions[index]), room))
+        starts.append((codes[0], float(measured.positions[index]), room))
     if last:
-        starts.append((last[0], limit))
-    for start, most in starts:
+        starts.append((codes[1], last[0], limit))
+    for code, start, most in starts:
         size = abs(float(rows.values[row][0]) - start)
         if not size <= most:
             yield above(code, row, (part.name, axis), size, most, block["source"])

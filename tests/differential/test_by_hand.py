@@ -111,3 +111,26 @@ def test_both_judges_give_the_same_code_and_margin(panda: Pair, name: str) -> No
     (answer,) = panda.answers(shown)
     assert answer.verdict.code == code
     np.testing.assert_equal(answer.verdict.margin, margin)
+
+
+GENTLE = Case("panda", "realtime", still(TICK + 1, rest()), Chunk(TICK + 2, 1, (speeds([0.5]),)))
+
+
+@pytest.mark.parametrize(
+    ("last", "now", "code", "limit"),
+    [
+        (0.5, 1.2, 0, 0.0),
+        (0.5, 1.26, 23, 0.75),  # a step of 0.76 rad/s from a row that is not measured yet
+        (0.5, -0.26, 23, 0.75),
+    ],
+)
+def test_a_seam_in_realtime_has_its_own_code(
+    panda: Pair, last: float, now: float, code: int, limit: float
+) -> None:
+    earlier = Chunk(TICK + 1, 2, (speeds([last], [last]),))
+    chunk = Chunk(TICK + 2, 1, (speeds([now]),))
+    shown = replace(GENTLE, first=still(TICK, rest()), earlier=earlier, chunk=chunk)
+    found = panda.differences(shown)
+    assert not found, readable(shown, found)
+    verdict = panda.answers(shown)[-1].verdict
+    assert (verdict.code, verdict.limit) == (code, limit)

@@ -158,10 +158,20 @@ def test_what_is_no_log_is_refused_by_name(tmp_path: Path) -> None:
         2,
         f"ERROR fairlead-safety: decision log: no *.decisions in the folder {tmp_path}\n",
     )
-    (tmp_path / "other").write_text("fairlead-decisions-2\n")
+    (tmp_path / "other").write_text("what the robot did\n")
     status, text = judged_text(tmp_path / "other")
     assert (status, text) == (
         2,
         f"ERROR fairlead-safety: decision log {tmp_path}/other: expected its first line to be "
-        "fairlead-decisions-1\n",
+        "fairlead-decisions-2\n",
+    )
+
+
+def test_a_log_of_an_older_gate_is_refused_by_its_layout(tmp_path: Path) -> None:
+    (tmp_path / "old").write_text("fairlead-decisions-1\n")
+    status, text = judged_text(tmp_path / "old")
+    assert (status, text) == (
+        2,
+        f"ERROR fairlead-safety: decision log {tmp_path}/old: it has layout 1, this gate reads "
+        "layout 2 only: judge it with the gate that wrote it\n",
     )

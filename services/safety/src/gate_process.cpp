@@ -2,6 +2,8 @@
 
 #include <sys/random.h>
 
+#include <algorithm>
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
@@ -140,9 +142,13 @@ void GateProcess::refuse(Answer* answer, const char* reason, const char* fix) {
 
 void GateProcess::step(const Event& event, Answer* answer) {
   const std::uint64_t now_ns = monotonic_ns();
-  gate_.step(now_ns, event, *outputs_);
+  Event timed = event;
+  timed.previous_step_ns = previous_step_ns_;
+  gate_.step(now_ns, timed, *outputs_);
   carry_out(answer);
-  decisions_.step(now_ns, event, ids_, *outputs_);  // last: nothing waits for a receipt
+  previous_step_ns_ =
+      static_cast<std::uint32_t>(std::min<std::uint64_t>(monotonic_ns() - now_ns, UINT32_MAX));
+  decisions_.step(now_ns, timed, ids_, *outputs_);  // last: nothing waits for a receipt
 }
 
 void GateProcess::carry_out(Answer* answer) {

@@ -60,7 +60,8 @@ class GateProcess {
   std::mutex mutex_;         // guards gate_, outputs_, stopping_
   Gate gate_;
   std::unique_ptr<Outputs> outputs_ = std::make_unique<Outputs>();
-  std::uint64_t logged_verdict_ = 0;  // the newest whose refusal was logged
+  std::uint64_t logged_verdict_ = 0;    // the newest whose refusal was logged
+  std::uint32_t previous_step_ns_ = 0;  // G050: until its outputs were sent
   bool stopping_ = false;
   std::condition_variable stop_timer_;
   std::thread timer_;

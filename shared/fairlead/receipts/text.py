@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
+from fairlead.modes import ControlMode
 from fairlead.paths import repo_root
 from fairlead.receipts.declared_limit import DeclaredLimit, declared_limit
 from fairlead.receipts.explanation import (
@@ -38,7 +39,8 @@ HINTS = {
     22: "take smaller steps from row to row",
     23: "begin a chunk with the motion that the released rows are in",
     24: "slow down before the limit: braking would end beyond it",
-    25: "hold for a tick, then change; `transitions` in robot.yaml says what may follow what",
+    25: "hold until the robot stands still; `transitions` and `switching` in robot.yaml say which"
+    " change it may make then",
     30: "ask for a motion that the tool can make from where it is",
     31: "stay inside the volumes of robot.yaml, braking included",
     32: "keep the robot's links apart; leaving is always allowed",
@@ -131,6 +133,7 @@ def _why(answer: Answer) -> str:
     where = ", ".join(text for text in (row, f"{answer.part} {answer.axis}".strip()) if text)
     if answer.margin == 0.0 or not where:  # a rule without a magnitude
         rule = f", needs {answer.limit_source}" if answer.limit_source else ""
+        where += _changed(answer)
         return f"{what}: {where}{rule}" if where else f"{what}{rule.replace(', ', ': ', 1)}"
     unit = answer.chunk.unit if answer.chunk is not None else ""
     text = f"{what}: {where} is {_number(answer.value, unit)}, limit {_number(answer.limit, unit)}"
@@ -138,6 +141,14 @@ def _why(answer: Answer) -> str:
     if isinstance(over, float) and math.isfinite(over):
         text += f", {_number(abs(over), unit)} beyond it"
     return text
+
+
+def _changed(answer: Answer) -> str:
+    """Which mode was to follow which, where that is what a chunk was refused for."""
+    if answer.code != 25 or answer.axis != "mode" or answer.value == answer.limit:
+        return ""
+    now, last = (ControlMode(int(number)).yaml_name for number in (answer.value, answer.limit))
+    return f" {now} after {last}"
 
 
 def _limit_lines(asked: Explanation, answer: Answer) -> list[str]:

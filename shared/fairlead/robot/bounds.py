@@ -96,6 +96,16 @@ _PROTOCOL: Mapping[str, Enforcement] = {
         "test_candidates",
         "G001 bad frames far apart, or on another key, leave the claim alone",
     ),
+    "stop_ramp_ms": core_test(
+        "G043",
+        "test_stop_ramp",
+        "G043 not at standstill at the end of the ramp: latched, naming the joint",
+    ),
+    "step_deadline_us": core_test(
+        "G050",
+        "test_gate_itself",
+        "G050 the third step over its deadline within 60 s stops, at the deadline none does",
+    ),
 }
 
 

@@ -36,6 +36,8 @@ struct Event {
   std::string_view source;        // candidate, heartbeat: the source in the key; else empty
   Bytes payload;                  // as received; only read during the step
   std::uint64_t received_ns = 0;  // same clock as `now_ns`; a verdict's latency counts from here
+  // G050: how long the step before took, until its outputs were sent; at most 4.29 s are told.
+  std::uint32_t previous_step_ns = 0;
 };
 
 /// Where ids come from (claims, epochs, stops, latches). The shell's is random; a test's is not.

@@ -73,7 +73,8 @@ Evidence body_twist_start(const RowView& view, const Setpoint* acted) {
   if (acted != nullptr) return {};
   Twist measured;
   if (!measured_base_twist(view.limits, view.part(), view.state, measured))
-    return check_still(view, "a first twist of this part: from standstill");
+    return check_still(code::start, view, view.part(),
+                       "a first twist of this part: from standstill");
   return step_from(code::start, view, measured);
 }
 

@@ -2,6 +2,8 @@
 
 #include "fairlead_safety/gate.hpp"
 
+#include <type_traits>
+
 #include "gate_core.hpp"
 
 namespace fairlead {
@@ -16,8 +18,17 @@ void Gate::step(std::uint64_t now_ns, const Event& event, Outputs& outputs) {
 }
 GateState Gate::state() const { return core_->state(); }
 
+namespace {
+
+Bytes bytes_of(const Limits& limits) {
+  static_assert(std::is_trivially_copyable_v<Limits>);
+  return {reinterpret_cast<const std::uint8_t*>(&limits), sizeof limits};
+}
+
+}  // namespace
+
 Gate::Core::Core(const Limits& limits, IdSource& ids)
-    : limits_(limits), path_plan_(limits_), ids_(ids), hal_(limits_) {
+    : limits_(limits), guard_(bytes_of(limits_)), path_plan_(limits_), ids_(ids), hal_(limits_) {
   begin_epoch();
   // Half the range is left to count upwards in.
   next_verdict_ = (new_id() >> 1U) + 1;
@@ -45,6 +56,7 @@ void Gate::Core::step(std::uint64_t now_ns, const Event& event, Outputs& outputs
     if (event.kind == EventKind::status) on_status(event.payload);
     return;
   }
+  check_own(event.previous_step_ns);
   check_deadlines();
   handle(event);
   finish();
@@ -84,6 +96,7 @@ void Gate::Core::handle(const Event& event) {
 // Everything that depends on the gate's own clock. Time is judged before the event is looked
 // at, so that a process that slept does not act on what it slept through.
 void Gate::Core::check_deadlines() {
+  if (!hal_.lockstep()) check_ramp();
   if (state_ != GateState::armed) return;
   constexpr std::uint64_t ms = 1'000'000;
   const ProtocolLimits& protocol = limits_.protocol;

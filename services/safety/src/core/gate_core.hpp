@@ -2,7 +2,8 @@
 // gate.cpp (steps, deadlines), gate_candidates.cpp (chunks), gate_verdicts.cpp (answers to them),
 // gate_states.cpp (robot, heartbeats, stops), gate_queries.cpp (queries), gate_transitions.cpp
 // (state machine), gate_publish.cpp, gate_motion.cpp (modes in which parts move, rows that are
-// about to act), gate_tracking.cpp (what rows did, and what is left of them).
+// about to act), gate_tracking.cpp (what rows did, and what is left of them), gate_ramp.cpp (what
+// was told to stop), gate_own.cpp (the gate's own time and memory).
 #pragma once
 
 #include <array>
@@ -16,7 +17,9 @@
 #include "fairlead_safety/path.hpp"
 #include "grasp_watch.hpp"
 #include "hal_link.hpp"
+#include "memory_guard.hpp"
 #include "phrase.hpp"
+#include "ramp_watch.hpp"
 #include "stop_book.hpp"
 #include "stuck_watch.hpp"
 
@@ -93,6 +96,19 @@ class Gate::Core {
   void note_passive_joints();
   Evidence check_leap(std::uint64_t tick);
 
+  // Told to stop (gate_ramp.cpp)
+  void begin_ramp();
+  void watch_ramp();
+  void check_ramp();
+  [[nodiscard]] Evidence find_unstopped() const;
+  void latch_unstopped(const Evidence& evidence);
+
+  // The gate itself (gate_own.cpp)
+  void check_own(std::uint32_t previous_step_ns);
+  void check_step_time(std::uint32_t previous_step_ns);
+  void check_memory();
+  [[nodiscard]] Evidence memory_fault() const;
+
   // Queries
   void on_arm(Bytes frame);
   void on_disarm(Bytes frame);
@@ -114,6 +130,7 @@ class Gate::Core {
   void become_disarmed(const Text& cause);
   void disarm(const Text& cause);
   void raise_stop(const Evidence& evidence);
+  static Text words_of(const Evidence& evidence);
   void hold_stop(std::uint64_t id, const Text& cause);
   void ignore_copy(std::uint64_t id);
   void latch(const Text& cause);
@@ -135,6 +152,7 @@ class Gate::Core {
   void log(const Text& line) { out_->add_log(line.view()); }
 
   const Limits limits_;
+  MemoryGuard guard_;  // of limits_
   const PathPlan path_plan_;
   IdSource& ids_;
   HalLink hal_;
@@ -157,6 +175,8 @@ class Gate::Core {
   std::uint64_t counted_rival_ = 0;    // G002: the announced session whose state was counted
   Text status_fault_;                  // why the newest hal/status could not be read
   PartMemories memories_;              // G021: in which mode each part may still move
+  RampWatch ramp_;                     // G043: since the gate stopped or latched while armed
+  TickWindow<4> overruns_;             // G050: when steps took too long, by the gate's clock [ns]
   bool jump_memory_ = false;           // G013: the newest state may be compared with the next
   StuckWatch stuck_watch_;
   GraspWatch grasp_watch_;

@@ -2,8 +2,33 @@
 // act next still may.
 
 #include "gate_core.hpp"
+#include "row_view.hpp"
 
 namespace fairlead {
+namespace {
+
+const ActionPart* command_of(const ActionChunk& chunk, std::size_t part) {
+  for (const ActionPart& action : chunk.parts)
+    if (action.part == part) return &action;
+  return nullptr;
+}
+
+// A mode without a checker never acts.
+std::uint16_t modes_of(const PartLimits& part) {
+  std::uint16_t modes = 0;
+  for (std::uint8_t mode = 0; mode < mode_count; ++mode)
+    if (part.modes.supports(mode)) modes |= PartMemory::mode_bit(mode);
+  return modes;
+}
+
+void note_acted(PartMemory& memory, const Setpoint& row) {
+  memory.note(*row.action);
+  memory.acted_modes = PartMemory::mode_bit(row.action->mode);
+  if (row.action->mode == static_cast<std::uint8_t>(Mode::composite_mode))
+    memory.composite = switch_of(row[0]);
+}
+
+}  // namespace
 
 // What acts in the tick before the first open one: measured in lockstep, expected in realtime.
 Acted Gate::Core::act_before(const LiveClaim& claim) const {
@@ -67,20 +92,16 @@ void Gate::Core::update_memories() {
     const Acted& act = hal_.state().acted[i];
     PartMemory& memory = memories_[i];
     if (act.hold != 0) {
-      if (part_at_standstill(limits_, hal_.state(), limits_.parts[i])) memory = PartMemory{};
+      if (part_at_standstill(limits_, hal_.state(), limits_.parts[i])) memory.rest();
       continue;
     }
     const LiveClaim* claim = claims_.holder_of(i);
     const RowBefore row = claim != nullptr ? claim->plan.row_of(act) : RowBefore{};
-    bool found = false;
-    if (row.chunk != nullptr)
-      for (const ActionPart& action : row.chunk->parts)
-        if (action.part == i) {
-          memory.note(action);
-          found = true;
-        }
-    // A row of a claim that has ended: `keep_memories` has noted its mode.
-    if (!found && memory.kind == PartMemory::Kind::none) memory.kind = PartMemory::Kind::unknown;
+    const ActionPart* action = row.chunk != nullptr ? command_of(*row.chunk, i) : nullptr;
+    if (action != nullptr)
+      note_acted(memory, row_of(*action, row.row, limits_));
+    else
+      memory.note_forgotten(modes_of(limits_.parts[i]));
   }
 }
 

@@ -45,6 +45,8 @@ Objection Gate::Core::object_to_arming() const {
     if (state_ == GateState::armed) objection.fix = "fairlead disarm";
     return objection;
   }
+  if (!guard_.intact())
+    return {words_of(memory_fault()), "restart the gate: fairlead down, fairlead up"};
   if (!status_fault_.empty()) return {status_fault_, "fairlead status"};
   if (!hal_.mismatch().empty()) return {hal_.mismatch(), "fairlead status"};
   if (hal_.two_at_once(now_ns_)) return {two_hals(), "fairlead ps"};
@@ -74,6 +76,8 @@ void Gate::Core::on_arm(Bytes frame) {
   begin_epoch();
   armed_ns_ = now_ns_;
   jump_memory_ = false;
+  ramp_.end();
+  overruns_.clear();
   begin_memories();
   stuck_watch_.clear();
   grasp_watch_.clear();

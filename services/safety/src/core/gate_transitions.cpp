@@ -50,13 +50,17 @@ void Gate::Core::disarm(const Text& cause) {
   become_disarmed(phrase("disarmed: ", cause));
 }
 
+Text Gate::Core::words_of(const Evidence& evidence) {
+  return phrase("G", evidence.code < 10 ? "00" : "0", evidence.code, " ", evidence.part,
+                evidence.part.empty() ? "" : " ", evidence.axis, ": ", evidence.value, ", limit ",
+                evidence.limit, " (", evidence.limit_source, ")");
+}
+
 // A stop that the gate itself decided on. Too many within the window are no coincidence: latch.
 void Gate::Core::raise_stop(const Evidence& evidence) {
   if (state_ != GateState::armed) return;
   count(evidence.code);
-  const Text cause = phrase("G", evidence.code < 10 ? "00" : "0", evidence.code, " ", evidence.part,
-                            evidence.part.empty() ? "" : " ", evidence.axis, ": ", evidence.value,
-                            ", limit ", evidence.limit, " (", evidence.limit_source, ")");
+  const Text cause = words_of(evidence);
   const std::uint64_t window =
       limits_.protocol.stop_window_s * 1'000'000'000ULL / limits_.period_ns;
   if (stops_.note_raised(hal_.tick(), window) >= limits_.protocol.stops_to_latch)
@@ -76,6 +80,7 @@ void Gate::Core::hold_stop(std::uint64_t id, const Text& cause) {
   if (state_ != GateState::disarmed && state_ != GateState::armed) return;  // severity only rises
   if (state_ == GateState::disarmed) out_->add(OutputKind::clear_clean_mark);
   clean_mark_due_ = false;
+  begin_ramp();
   end_claims("the gate was stopped");
   set_state(GateState::stopped, phrase("stopped: ", cause));
 }
@@ -92,6 +97,7 @@ void Gate::Core::ignore_copy(std::uint64_t id) {
 void Gate::Core::latch(const Text& cause) {
   if (state_ == GateState::disarmed) out_->add(OutputKind::clear_clean_mark);
   clean_mark_due_ = false;
+  begin_ramp();
   end_claims("the gate latched");
   latch_id_ = new_id();
   good_states_ = 0;

@@ -132,18 +132,20 @@ Evidence joint_velocity_acting(const RowView& view) {
   return each_active(view, velocity_leads_back);
 }
 
-// A joint that the row before commanded and that this one leaves out is told 0.
 Evidence joint_velocity_start(const RowView& view, const Setpoint* acted) {
-  const Evidence evidence = start_from(view, acted, view.state.velocities);
-  if (!evidence.ok() || acted == nullptr) return evidence;
+  return start_from(view, acted, view.state.velocities);
+}
+
+// A joint that the row before commanded and that this one leaves out is told 0.
+Evidence joint_velocity_step(std::uint32_t code, const RowView& view, const Setpoint& before) {
   const JointModeLimits& mode = block_of(view);
-  for (const std::uint8_t j : acted->action->active) {
+  for (const std::uint8_t j : before.action->active) {
     if (view.now.commands(j)) continue;
-    const Evidence left = at_most(code::start, view.limits.joints[j].name.view(), (*acted)[j],
+    const Evidence left = at_most(code, view.limits.joints[j].name.view(), before[j],
                                   mode.step_limit[j], mode.source);
     if (!left.ok()) return left;
   }
-  return {};
+  return joint_step(code, view, before);
 }
 
 Evidence joint_torque_absolute(const RowView& view) {

@@ -32,7 +32,8 @@ Evidence LimitWalk::check(std::size_t row) const {
     }
   for (const ActionPart& action : chunk_.parts) {
     const RowView view = view_of(action, row);
-    const Evidence evidence = row == first_row_ ? check_start(view, before_) : check_step(view);
+    const Evidence evidence =
+        row == first_row_ ? check_start(view, claim_, before_) : check_step(view);
     if (!evidence.ok()) return at(evidence, number, limits_.parts[action.part].name);
   }
   return {};

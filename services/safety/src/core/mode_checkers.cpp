@@ -2,6 +2,7 @@
 
 #include <array>
 
+#include "changes.hpp"
 #include "outside_bounds.hpp"
 
 namespace fairlead {
@@ -22,7 +23,7 @@ Evidence step_anywhere(std::uint32_t, const RowView&, const Setpoint&) { return 
 constexpr std::array<ModeChecker, mode_count> checkers{{
     // joint_position, joint_velocity, joint_torque
     {joint_target_absolute, joint_target_start, joint_step, joint_target_acting},
-    {joint_velocity_absolute, joint_velocity_start, joint_step, joint_velocity_acting},
+    {joint_velocity_absolute, joint_velocity_start, joint_velocity_step, joint_velocity_acting},
     {joint_torque_absolute, joint_torque_start, joint_step, joint_torque_acting},
     {},                                                // joint_trajectory
     {pose_absolute, pose_start, pose_step},            // cartesian_pose
@@ -50,26 +51,6 @@ const ActionPart* command_before(const RowBefore& before, const ActionPart& acti
   return nullptr;
 }
 
-// G021: a part changes its mode, or the frame it is told in, at standstill only. In lockstep the
-// state was measured after the row that acts before, so standstill is all it takes; in realtime it
-// was measured before that row, so only a state after a tick without a row can show it, and such a
-// state ends the memory.
-Evidence check_change(const RowView& view, const RowBefore& before, const ActionPart* last) {
-  const ActionPart& action = *view.now.action;
-  PartMemory moved_in;
-  if (last != nullptr)
-    moved_in.note(*last);
-  else if (before.memories != nullptr)
-    moved_in = (*before.memories)[action.part];
-  if (!moved_in.differs(action)) return {};
-  if (before.measured)
-    return check_still(view, "a part changes its mode or frame at standstill only");
-  return broken_rule(code::start, "mode",
-                     "a part changes its mode or frame at standstill only, after a tick without a "
-                     "row for it",
-                     action.mode, moved_in.mode);
-}
-
 }  // namespace
 
 Evidence check_absolute(const RowView& view) {
@@ -81,18 +62,19 @@ Evidence check_absolute(const RowView& view) {
   return evidence.ok() ? checker.absolute(view) : evidence;
 }
 
-Evidence check_start(const RowView& view, const RowBefore& before) {
+Evidence check_start(const RowView& view, const ClaimLimits& claim, const RowBefore& before) {
   const ActionPart& action = *view.now.action;
   const ActionPart* last = command_before(before, action);
   const bool goes_on =
       last != nullptr && last->mode == action.mode && last->frame_id == action.frame_id;
-  const Evidence change = check_change(view, before, last);
-  if (!change.ok()) return change;
+  const Setpoint acted = goes_on ? row_of(*last, before.row, view.limits) : Setpoint{};
+  Evidence evidence = check_change(view, before, last);
+  if (evidence.ok()) evidence = check_switch(view, claim, before, acted);
   const ModeChecker& checker = checker_of(view);
-  if (!goes_on) return checker.start(view, nullptr);
-  const Setpoint acted = row_of(*last, before.row, view.limits);
-  const Evidence evidence = checker.start(view, &acted);
-  return evidence.ok() ? checker.step(code::start, view, acted) : evidence;
+  if (evidence.ok()) evidence = checker.start(view, goes_on ? &acted : nullptr);
+  if (!evidence.ok() || !goes_on) return evidence;
+  // A row that acts but is not measured yet is only expected: the seam to it is another check.
+  return checker.step(before.measured ? code::start : code::seam, view, acted);
 }
 
 Evidence check_acting(const RowView& view) {
@@ -102,7 +84,8 @@ Evidence check_acting(const RowView& view) {
 }
 
 Evidence check_step(const RowView& view) {
-  return checker_of(view).step(code::step, view, view.previous);
+  const Evidence evidence = check_later_switch(view);
+  return !evidence.ok() ? evidence : checker_of(view).step(code::step, view, view.previous);
 }
 
 }  // namespace fairlead

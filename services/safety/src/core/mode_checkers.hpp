@@ -4,7 +4,7 @@
 //   start     G021: the first live row against the measured state. `acted`: the row of the same
 //             part, mode and frame that acts right before, nullptr if there is none
 //   acting    what must hold on when a newer state is measured, nullptr if nothing does
-//   step      G022, and G021 against `acted`: the change from one row to the next
+//   step      G022, and G021 or G023 against `acted`: the change from one row to the next
 #pragma once
 
 #include "row_view.hpp"
@@ -14,10 +14,10 @@ namespace fairlead {
 /// G011 and G020 of one row.
 Evidence check_absolute(const RowView& view);
 
-/// G021: the chunk's first live row against what acts before it and what is measured.
-Evidence check_start(const RowView& view, const RowBefore& before);
+/// G021, G023, G025: the chunk's first live row against what acts before it and what is measured.
+Evidence check_start(const RowView& view, const ClaimLimits& claim, const RowBefore& before);
 
-/// G022: a row against `view.previous`.
+/// G022, G025: a row against `view.previous`.
 Evidence check_step(const RowView& view);
 
 /// What a released row has to keep to when a newer state has been measured: G011, and the speed of
@@ -31,6 +31,7 @@ Evidence joint_target_acting(const RowView& view);
 Evidence joint_velocity_absolute(const RowView& view);
 Evidence joint_velocity_start(const RowView& view, const Setpoint* acted);
 Evidence joint_velocity_acting(const RowView& view);
+Evidence joint_velocity_step(std::uint32_t code, const RowView& view, const Setpoint& before);
 Evidence joint_torque_absolute(const RowView& view);
 Evidence joint_torque_start(const RowView& view, const Setpoint* acted);
 Evidence joint_torque_acting(const RowView& view);
@@ -55,7 +56,8 @@ Evidence gripper_start(const RowView& view, const Setpoint* acted);
 Evidence scalar_step(std::uint32_t code, const RowView& view, const Setpoint& before);
 
 // standstill.cpp
-/// G021: every joint of the part is slower than its standstill velocity; `rule` says what for.
-Evidence check_still(const RowView& view, std::string_view rule);
+/// Every joint of a part is slower than its standstill velocity; `rule` says what for.
+Evidence check_still(std::uint32_t code, const RowView& view, const PartLimits& part,
+                     std::string_view rule);
 
 }  // namespace fairlead

@@ -6,12 +6,13 @@
 
 namespace fairlead {
 
-Evidence check_still(const RowView& view, std::string_view rule) {
-  for (const std::size_t j : view.part().joints) {
+Evidence check_still(std::uint32_t code, const RowView& view, const PartLimits& part,
+                     std::string_view rule) {
+  for (const std::size_t j : part.joints) {
     const JointLimits& joint = view.limits.joints[j];
     const double speed = std::abs(view.state.velocities[j]);
     if (!(speed < joint.standstill_velocity))
-      return above(code::start, joint.name.view(), speed, joint.standstill_velocity, rule);
+      return above(code, joint.name.view(), speed, joint.standstill_velocity, rule);
   }
   return {};
 }

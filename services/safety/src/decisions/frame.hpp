@@ -1,7 +1,7 @@
 // How records stand in a decision log, so that a byte changed, cut off, taken out or moved is
 // found.
 //
-//   file:  "fairlead-decisions-1\n", then frames
+//   file:  "fairlead-decisions-2\n", then frames
 //   frame: u8 type, u24 length, u8 check, body, u32 CRC-32 of everything before it in the file
 //          but the CRCs
 //
@@ -17,7 +17,7 @@
 
 namespace fairlead {
 
-inline constexpr std::string_view decisions_magic = "fairlead-decisions-1\n";
+inline constexpr std::string_view decisions_magic = "fairlead-decisions-2\n";
 inline constexpr std::size_t max_body_bytes = (1U << 24U) - 1;
 
 using FrameHead = std::array<std::uint8_t, 5>;

@@ -9,7 +9,7 @@
 #include <cstdlib>
 #include <cstring>
 
-#include "decisions/crc32.hpp"
+#include "fairlead_safety/crc32.hpp"
 
 namespace fairlead {
 namespace {

@@ -3,10 +3,23 @@
 #include <algorithm>
 #include <cstring>
 
-#include "decisions/crc32.hpp"
+#include "fairlead_safety/crc32.hpp"
 #include "refusal.hpp"
 
 namespace fairlead {
+namespace {
+
+// Why a file with such a first line is not read. The last character but the newline is the layout.
+std::string foreign_log(std::string_view first_line) {
+  constexpr std::size_t number = decisions_magic.size() - 2;
+  const std::string ours(decisions_magic.substr(0, number + 1));
+  if (first_line.substr(0, number) == decisions_magic.substr(0, number))
+    return "it has layout " + std::string(first_line.substr(number, 1)) + ", this gate reads " +
+           "layout " + ours.substr(number) + " only: judge it with the gate that wrote it";
+  return "expected its first line to be " + ours;
+}
+
+}  // namespace
 
 LogReader::LogReader(const std::filesystem::path& path)
     : path_(path), stream_(path, std::ios::binary) {
@@ -16,11 +29,10 @@ LogReader::LogReader(const std::filesystem::path& path)
   if (error || !stream_ || !std::filesystem::is_regular_file(path)) {
     throw ConfigRefused("decision log " + path.string() + ": cannot be read");
   }
-  if (!read(magic.data(), magic.size()) ||
-      !std::equal(magic.begin(), magic.end(), decisions_magic.begin())) {
-    throw ConfigRefused("decision log " + path.string() + ": expected its first line to be " +
-                        std::string(decisions_magic.substr(0, decisions_magic.size() - 1)));
-  }
+  const bool whole = read(magic.data(), magic.size());
+  if (!whole || !std::equal(magic.begin(), magic.end(), decisions_magic.begin()))
+    throw ConfigRefused("decision log " + path.string() + ": " +
+                        foreign_log({reinterpret_cast<const char*>(magic.data()), magic.size()}));
   crc_ = crc32(magic);
   at_ = magic.size();
   Record first;

@@ -165,6 +165,7 @@ std::size_t encode_record(const Record& record, std::span<std::uint8_t> buffer) 
       break;
     case RecordType::timer:
       out.number(record.now_ns);
+      out.number(record.event.previous_step_ns);
       break;
     case RecordType::boot:
       out.number(record.now_ns);
@@ -177,6 +178,7 @@ std::size_t encode_record(const Record& record, std::span<std::uint8_t> buffer) 
     case RecordType::step:
       out.number(record.now_ns);
       out.number(record.event.received_ns);
+      out.number(record.event.previous_step_ns);
       out.number(static_cast<std::uint8_t>(record.event.kind));
       out.sized<std::uint8_t>(bytes_of(record.event.source));
       out.sized<std::uint32_t>(record.event.payload);
@@ -200,6 +202,7 @@ bool decode_record(RecordType type, Bytes body, Record& record) {
       break;
     case RecordType::timer:
       record.now_ns = in.number<std::uint64_t>();
+      record.event.previous_step_ns = in.number<std::uint32_t>();
       break;
     case RecordType::boot:
       record.now_ns = in.number<std::uint64_t>();
@@ -212,6 +215,7 @@ bool decode_record(RecordType type, Bytes body, Record& record) {
     case RecordType::step:
       record.now_ns = in.number<std::uint64_t>();
       record.event.received_ns = in.number<std::uint64_t>();
+      record.event.previous_step_ns = in.number<std::uint32_t>();
       record.event.kind = static_cast<EventKind>(in.number<std::uint8_t>());
       record.event.source = text_of(in.sized<std::uint8_t>());
       record.event.payload = in.sized<std::uint32_t>();

@@ -150,10 +150,10 @@ json all_rows(ChunkProbe& probe, std::size_t action, const Limits& limits,
   return {{"change", "rows"}, {"scale", told(probe, selection, rest, scale)}};
 }
 
-// A rule without a magnitude has no margin.
+// A rule without a magnitude has no margin; a change (G025) is a matter of when, not of how much.
 bool is_about_numbers(const Verdict& verdict) {
-  return verdict.row >= 0 && verdict.code >= 20 && std::isfinite(verdict.value) &&
-         verdict.margin != 0.0;
+  return verdict.row >= 0 && verdict.code >= 20 && verdict.code != 25 &&
+         std::isfinite(verdict.value) && verdict.margin != 0.0;
 }
 
 }  // namespace

@@ -138,7 +138,7 @@ TEST_CASE("a pose in another frame than the root is judged in that frame") {
   CHECK(in_column(shifted(2, 0.2)) == 21);
 }
 
-TEST_CASE("G021 another frame than before is another mode: from standstill only") {
+TEST_CASE("G025 another frame than before is another mode: from standstill only") {
   static Limits limits = test_limits();
   (void)limits.parts[arm].modes.cartesian_pose.frames.push_back("column");
   const ClaimLimits claim = whole_robot(limits);
@@ -151,16 +151,16 @@ TEST_CASE("G021 another frame than before is another mode: from standstill only"
   };
   CHECK(code_now() == 0);
   state.velocities[arm_2] = 0.05;
-  CHECK(code_now() == 21);
+  CHECK(code_now() == 25);
 }
 
-TEST_CASE("G021 from poses to deltas and back at standstill only") {
+TEST_CASE("G025 from poses to deltas and back at standstill only") {
   ChunkBuilder pose = poses({at_rest});
   ChunkBuilder delta = ChunkBuilder().along(arm, Mode::cartesian_delta, 0, {0.01});
   MeasuredState state = state_at_rest();
   CHECK(code_after(pose, delta, state) == 0);
   CHECK(code_after(delta, pose, state) == 0);
   state.velocities[arm_1] = -0.05;
-  CHECK(code_after(pose, delta, state) == 21);
-  CHECK(code_after(delta, pose, state) == 21);
+  CHECK(code_after(pose, delta, state) == 25);
+  CHECK(code_after(delta, pose, state) == 25);
 }

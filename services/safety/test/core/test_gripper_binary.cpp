@@ -45,10 +45,10 @@ TEST_CASE("a binary gripper switches at any time, from any opening") {
   }
 }
 
-TEST_CASE("G021 from openings to open and closed at standstill only") {
+TEST_CASE("G025 from openings to open and closed at standstill only") {
   ChunkBuilder opening = ChunkBuilder().scalar(gripper, Mode::gripper_position, {0.04});
   MeasuredState state = state_at_rest();
   CHECK(code_after(opening, binary({1.0}), state) == 0);
   state.velocities[gripper_joint] = 0.05;
-  CHECK(code_after(opening, binary({1.0}), state) == 21);
+  CHECK(code_after(opening, binary({1.0}), state) == 25);
 }

@@ -1,4 +1,4 @@
-// G021: a part changes its mode or frame at standstill only, whatever held or moved beside it.
+// G025: a part changes its mode or frame at standstill only, whatever held or moved beside it.
 
 #include "acted_rows.hpp"
 
@@ -45,28 +45,28 @@ struct MovingBase : GateRig {
 
 }  // namespace
 
-TEST_CASE("G021 a held tick does not let a moving part change its mode; standstill does") {
+TEST_CASE("G025 a held tick does not let a moving part change its mode; standstill does") {
   for (const bool lockstep : {true, false}) {
     MovingBase rig(lockstep);
     rig.act(0.5);
     rig.next_tick(hold);
-    CHECK(rig.send_chunk(rig.twist()).code == 21);
+    CHECK(rig.send_chunk(rig.twist()).code == 25);
     rig.velocities[base_x] = 0.04;
     rig.next_tick(hold);
     CHECK(rig.send_chunk(rig.twist()).code == 0);
   }
 }
 
-TEST_CASE("G021 a chunk for another part does not let a moving part change its mode") {
+TEST_CASE("G025 a chunk for another part does not let a moving part change its mode") {
   MovingBase rig(true);
   rig.act(0.5);
   REQUIRE(rig.send_chunk(rig.grip()).code == 0);
   const SafeChunk grip = rig.safe_chunk();
   rig.next_tick_of({hold, row_of(grip, 0), hold, hold});
-  CHECK(rig.send_chunk(rig.twist()).code == 21);
+  CHECK(rig.send_chunk(rig.twist()).code == 25);
 }
 
-TEST_CASE("G021 the same mode goes on after a hold, also while the part moves") {
+TEST_CASE("G025 the same mode goes on after a hold, also while the part moves") {
   for (const bool lockstep : {true, false}) {
     MovingBase rig(lockstep);
     rig.act(0.5);
@@ -75,7 +75,7 @@ TEST_CASE("G021 the same mode goes on after a hold, also while the part moves") 
   }
 }
 
-TEST_CASE("G021 a part that came to rest may change its mode, though it moves again by itself") {
+TEST_CASE("G025 a part that came to rest may change its mode, though it moves again by itself") {
   MovingBase rig(true);
   rig.act(0.5);
   rig.velocities[base_x] = 0.0;
@@ -85,25 +85,25 @@ TEST_CASE("G021 a part that came to rest may change its mode, though it moves ag
   CHECK(rig.send_chunk(rig.twist()).code == 0);
 }
 
-TEST_CASE("G021 lockstep: standstill after the row that acted is enough") {
+TEST_CASE("G025 lockstep: standstill after the row that acted is enough") {
   MovingBase rig(true);
   rig.act(0.04);
   CHECK(rig.send_chunk(rig.twist()).code == 0);
 }
 
-TEST_CASE("G021 realtime: a row that begins in this tick is not measured yet") {
+TEST_CASE("G025 realtime: a row that begins in this tick is not measured yet") {
   MovingBase rig(false);
   rig.next_tick(hold);  // stands still, but the row acts from now on
   const Verdict early = rig.send_chunk(rig.twist());
-  CHECK(early.code == 21);
+  CHECK(early.code == 25);
   CHECK(early.axis == "mode");
   rig.next_tick_of({hold, hold, row_of(rig.safe, 0), hold});
-  CHECK(rig.send_chunk(rig.twist()).code == 21);  // still, but after a row: it may have just begun
+  CHECK(rig.send_chunk(rig.twist()).code == 25);  // still, but after a row: it may have just begun
   rig.next_tick(hold);
   CHECK(rig.send_chunk(rig.twist()).code == 0);
 }
 
-TEST_CASE("G021 a part in motion at arming needs standstill before its first row") {
+TEST_CASE("G025 a part in motion at arming needs standstill before its first row") {
   for (const bool lockstep : {true, false}) {
     GateRig rig(lockstep);
     rig.velocities[base_x] = 0.5;
@@ -113,22 +113,22 @@ TEST_CASE("G021 a part in motion at arming needs standstill before its first row
       chunk.chunk.start_tick += lockstep ? 0 : 1;
       return rig.send_chunk(chunk).code;
     };
-    CHECK(send() == 21);
+    CHECK(send() == 25);
     rig.next_tick(hold);
-    CHECK(send() == 21);
+    CHECK(send() == 25);
     rig.velocities[base_x] = 0.0;
     rig.next_tick(hold);
     CHECK(send() == 0);
   }
 }
 
-TEST_CASE("G021 the claim that moved a part has ended: the next one may not change its mode") {
+TEST_CASE("G025 the claim that moved a part has ended: the next one may not change its mode") {
   MovingBase rig(true);
   rig.act(0.5);
   rig.send(EventKind::release, Release{"runner", rig.claim_id});
   rig.take_claim();
   rig.seq = 0;
   rig.next_tick(hold);
-  CHECK(rig.send_chunk(rig.twist()).code == 21);
+  CHECK(rig.send_chunk(rig.twist()).code == 25);
   CHECK(rig.send_chunk(rig.speeds({0.5})).code == 0);
 }

@@ -152,14 +152,14 @@ TEST_CASE("G021 a twist after none starts from the measured one, turned into bas
   limits = test_limits();
 }
 
-TEST_CASE("G021 a part changes its mode at standstill only") {
+TEST_CASE("G025 a part changes its mode at standstill only") {
   ChunkBuilder before;
   before.joint(base, Mode::joint_velocity, base_x, {0.5});
   const ChunkBuilder twist = ChunkBuilder().along(base, Mode::body_twist, 0, {0.5});
   MeasuredState state = state_at_rest();
   CHECK(code_after(before, twist, state) == 0);
   state.velocities[base_x] = 0.05;
-  CHECK(code_after(before, twist, state) == 21);
+  CHECK(code_after(before, twist, state) == 25);
 }
 
 TEST_CASE("G021 a joint that is left out of velocities counts as told 0") {

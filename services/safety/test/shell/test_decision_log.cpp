@@ -42,7 +42,7 @@ Record a_step(std::uint64_t now_ns) {
   Record record;
   record.type = RecordType::step;
   record.now_ns = now_ns;
-  record.event = Event{EventKind::candidate, "runner", kPayload, now_ns - 7};
+  record.event = Event{EventKind::candidate, "runner", kPayload, now_ns - 7, 0xFEDCBA98};
   (void)record.ids.push_back(0xFEDCBA9876543210);
   record.output_count = 3;
   record.digest[0] = 42;
@@ -98,6 +98,7 @@ TEST_CASE("a step comes back as it was recorded") {
   REQUIRE(decode_record(RecordType::step, body, read));
   CHECK(read.now_ns == 123456789);
   CHECK(read.event.received_ns == 123456782);
+  CHECK(read.event.previous_step_ns == 0xFEDCBA98);
   CHECK(read.event.kind == EventKind::candidate);
   CHECK(read.event.source == "runner");
   CHECK(Buffer(read.event.payload.begin(), read.event.payload.end()) == kPayload);
@@ -130,8 +131,16 @@ TEST_CASE("a frame that the core refuses by its size is kept up to one byte beyo
   CHECK(step_record(1, event, {}, *outputs).event.payload.size() == max_frame_bytes + 1);
 }
 
-TEST_CASE("a timer step without outputs or ids is recorded by its time alone") {
+TEST_CASE("a timer step without outputs or ids is recorded by its times alone") {
   const auto outputs = std::make_unique<Outputs>();
+  Event event;
+  event.previous_step_ns = 0x89ABCDEF;
+  const Buffer body = body_of(step_record(7, event, {}, *outputs));
+  CHECK(body.size() == 12);
+  Record read;
+  REQUIRE(decode_record(RecordType::timer, body, read));
+  CHECK(read.now_ns == 7);
+  CHECK(read.event.previous_step_ns == 0x89ABCDEF);
   CHECK(step_record(1, Event{}, {}, *outputs).type == RecordType::timer);
   const std::uint64_t id = 5;
   CHECK(step_record(1, Event{}, {&id, 1}, *outputs).type == RecordType::step);
@@ -197,12 +206,21 @@ TEST_CASE("a record taken out is found, and so are two that changed places") {
   CHECK(end == LogEnd::complete);
 }
 
-TEST_CASE("a log of another version is refused") {
+TEST_CASE("a log of another layout, older or newer, is refused by its number") {
   const Folder folder;
   std::string text = written_log(folder, 1);
-  text[text.find('\n') - 1] = '2';
-  LogEnd end{};
-  CHECK_THROWS_AS(steps_in(write_text(folder, text), end), ConfigRefused);
+  for (const char layout : {'1', '3'}) {
+    text[text.find('\n') - 1] = layout;
+    LogEnd end{};
+    std::string said;
+    try {
+      steps_in(write_text(folder, text), end);
+    } catch (const ConfigRefused& refusal) {
+      said = refusal.what();
+    }
+    CHECK(said.find(std::string("it has layout ") + layout + ", this gate reads layout 2 only") !=
+          std::string::npos);
+  }
 }
 
 TEST_CASE("a gap says how many records are missing") {

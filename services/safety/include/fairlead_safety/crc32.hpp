@@ -1,4 +1,4 @@
-// CRC-32 (IEEE 802.3, as zlib's): finds accidents in a decision log, not forgery.
+// CRC-32 (IEEE 802.3, as zlib's): finds accidents in memory or a file, not forgery.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-#include "decisions/crc32.hpp"
+#include "fairlead_safety/crc32.hpp"
 
 #include <array>
 

@@ -1,0 +1,154 @@
+// G025: a composite switch turns (its number changes its sign) at standstill only, where the robot
+// does not declare otherwise.
+
+#include "acted_rows.hpp"
+#include "row_judge.hpp"
+
+using namespace fairlead;
+using namespace fairlead::test;
+
+namespace {
+
+constexpr Acted hold{2, 0, 0};
+
+ChunkBuilder switched(const Row& values) {
+  return ChunkBuilder().scalar(composite, Mode::composite_mode, values);
+}
+
+// Of a robot whose switch turns at standstill only. The step limit admits a full turn.
+struct Judged {
+  Limits limits = test_limits();
+  ClaimLimits claim;
+  MeasuredState state = state_at_rest();
+  PartMemories memories;
+
+  Judged() {
+    limits.parts[composite].modes.composite_mode.switches_anywhere = false;
+    limits.parts[composite].modes.composite_mode.step_limit = 2.0;
+    claim = whole_robot(limits);
+  }
+  Judgement of(const ChunkBuilder& next, const RowBefore& before = {}) const {
+    return judge_rows(limits, claim, state, next.chunk, 0, before);
+  }
+  std::uint32_t after(double value, double next, bool measured = true) const {
+    const ChunkBuilder previous = switched({value});
+    return of(switched({next}), RowBefore{&previous.chunk, 0, measured, &memories}).evidence.code;
+  }
+};
+
+}  // namespace
+
+TEST_CASE("G025 the switch turns while every part of the claim stands still") {
+  Judged robot;
+  CHECK(robot.after(-1.0, 1.0) == 0);
+  for (const std::size_t j : {base_x, arm_1, arm_2, gripper_joint}) {
+    robot.state.velocities = {};
+    robot.state.velocities[j] = just_below(0.05);
+    CHECK(robot.after(-1.0, 1.0) == 0);
+    for (const double speed : {0.05, -0.05, just_above(0.05), infinite, not_a_number}) {
+      robot.state.velocities[j] = speed;
+      CHECK(robot.after(-1.0, 1.0) == 25);
+      CHECK(robot.after(1.0, -1.0) == 25);
+      CHECK(robot.after(-1.0, -0.5) == 0);
+    }
+  }
+}
+
+TEST_CASE("G025 the switch says which joint moves, how fast, and its limit") {
+  Judged robot;
+  robot.state.velocities[arm_2] = 0.25;
+  const ChunkBuilder previous = switched({-1.0});
+  const Evidence evidence = robot.of(switched({1.0}), RowBefore{&previous.chunk, 0}).evidence;
+  CHECK(evidence.part == "composite");
+  CHECK(evidence.axis == "arm_2");
+  CHECK(evidence.value == 0.25);
+  CHECK(evidence.limit == 0.05);
+  CHECK(evidence.row == 0);
+}
+
+TEST_CASE("G025 zero counts as not below zero, from either side") {
+  Judged robot;
+  robot.state.velocities[base_x] = 1.0;
+  CHECK(robot.after(-5e-324, 0.0) == 25);
+  CHECK(robot.after(0.0, -5e-324) == 25);
+  CHECK(robot.after(-0.0, 0.0) == 0);
+  CHECK(robot.after(0.0, 1.0) == 0);
+}
+
+TEST_CASE("G025 a part that is not the claim's may move while the switch turns") {
+  Judged robot;
+  robot.claim.parts.clear();
+  (void)robot.claim.parts.push_back(composite);
+  (void)robot.claim.parts.push_back(arm);
+  robot.state.velocities[base_x] = 1.0;
+  CHECK(robot.after(-1.0, 1.0) == 0);
+  robot.state.velocities[arm_1] = 0.05;
+  CHECK(robot.after(-1.0, 1.0) == 25);
+}
+
+TEST_CASE("G025 a switch that may turn anywhere turns anywhere") {
+  Judged robot;
+  robot.claim.modes[composite].composite_mode.switches_anywhere = true;
+  robot.state.velocities[base_x] = 1.0;
+  CHECK(robot.after(-1.0, 1.0) == 0);
+  CHECK(robot.after(-1.0, 1.0, false) == 0);
+  CHECK(robot.of(switched({1.0, -1.0, 1.0})).outcome == Outcome::released);
+}
+
+TEST_CASE("G025 within a chunk the switch does not turn: standstill there is not measured yet") {
+  const Judged robot;  // stands still
+  const Judgement judgement = robot.of(switched({-1.0, -0.5, 0.5, -1.0}));
+  CHECK(judgement.outcome == Outcome::truncated);
+  CHECK(judgement.row_count == 2);
+  CHECK(judgement.evidence.code == 25);
+  CHECK(judgement.evidence.row == 2);
+  CHECK(judgement.evidence.axis == "composite");
+  CHECK(judgement.evidence.value == 0.5);
+  CHECK(judgement.evidence.limit == -0.5);
+  CHECK(robot.of(switched({0.5, 0.0, -5e-324})).row_count == 2);
+}
+
+TEST_CASE("G025 realtime: the switch turns only after a tick without a row") {
+  Judged robot;
+  CHECK(robot.after(-1.0, 1.0, false) == 25);  // stands still, but a row acts from now on
+  robot.memories[composite].composite = Switch::negative;
+  const RowBefore held{nullptr, 0, false, &robot.memories};
+  CHECK(robot.of(switched({1.0}), held).outcome == Outcome::released);
+  robot.memories[base].kind = PartMemory::Kind::known;  // a row has acted since it stood still
+  CHECK(robot.of(switched({1.0}), held).evidence.code == 25);
+  CHECK(robot.of(switched({-1.0}), held).outcome == Outcome::released);
+}
+
+TEST_CASE("G025 the row that acted last is remembered over holds, claims and standstill") {
+  for (const bool lockstep : {true, false}) {
+    GateRig rig(lockstep);
+    rig.limits.parts[composite].modes.composite_mode.switches_anywhere = false;
+    rig.limits.parts[composite].modes.composite_mode.step_limit = 2.0;
+    rig.restart(BootInfo{true, false, {}});
+    rig.ready();
+    const auto send = [&rig, lockstep](double value) {
+      ChunkBuilder chunk = rig.chunk({0.0});
+      chunk.chunk.start_tick += lockstep ? 0 : 1;
+      chunk.chunk.parts.clear();
+      return rig.send_chunk(chunk.scalar(composite, Mode::composite_mode, {value})).code;
+    };
+    rig.velocities[base_x] = 0.5;
+    rig.next_tick(hold);
+    REQUIRE(send(1.0) == 0);  // nothing known since arming: either side may start
+    const SafeChunk safe = rig.safe_chunk();
+    if (!lockstep) rig.next_tick(hold);
+    rig.next_tick_of({hold, hold, hold, row_of(safe, 0)});
+    rig.next_tick(hold);
+    CHECK(send(-1.0) == 25);
+    CHECK(send(0.5) == 0);
+    rig.send(EventKind::release, Release{"runner", rig.claim_id});
+    rig.take_claim();
+    rig.seq = 0;
+    rig.next_tick(hold);
+    rig.next_tick(hold);
+    CHECK(send(-1.0) == 25);
+    rig.velocities[base_x] = 0.0;
+    rig.next_tick(hold);
+    CHECK(send(-1.0) == 0);
+  }
+}

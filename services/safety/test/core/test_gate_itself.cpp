@@ -1,0 +1,193 @@
+// G050: the gate's own steps in time, and the limits in its own memory.
+
+#include <malloc.h>
+
+#include <algorithm>
+#include <cstring>
+#include <string>
+
+#include "fairlead_safety/crc32.hpp"
+#include "gate_rig.hpp"
+
+using namespace fairlead;
+using namespace fairlead::test;
+
+namespace {
+
+constexpr std::uint32_t us = 1000;
+
+// Armed, with a deadline of 2 ms for a step.
+struct Timed : GateRig {
+  explicit Timed(bool in_lockstep = false) : GateRig(in_lockstep) {
+    limits.protocol.step_deadline_us = 2000;
+    restart(BootInfo{true, false, {}});
+    ready();
+  }
+  // A step `later_ns` after the last, which had taken so long.
+  void step(std::uint32_t previous_step_ns, std::uint64_t later_ns = 5 * ms) {
+    now_ns += later_ns;
+    Event event;
+    event.previous_step_ns = previous_step_ns;
+    gate->step(now_ns, event, *out);
+  }
+  // Time passes; states and heartbeats keep the gate armed.
+  void live(std::uint64_t for_ns) {
+    for (std::uint64_t passed = 0; passed < for_ns; passed += period_ns) {
+      next_tick();
+      send_heartbeat();
+    }
+  }
+};
+
+}  // namespace
+
+TEST_CASE("G050 the third step over its deadline within 60 s stops, at the deadline none does") {
+  Timed rig;
+  for (int i = 0; i < 10; ++i) rig.step(2000 * us);
+  rig.step(2000 * us - 1);
+  CHECK(rig.counter("G050") == 0);
+  rig.step(2000 * us + 1);
+  CHECK(rig.count(OutputKind::log) == 1);
+  rig.step(2000 * us + 1);
+  CHECK(rig.gate->state() == GateState::armed);
+  CHECK(rig.counter("G050") == 2);
+  rig.step(2500 * us);
+  REQUIRE(rig.gate->state() == GateState::stopped);
+  CHECK(rig.counter("G050") == 3);
+  CHECK(std::string(rig.status().cause.view()) ==
+        "stopped: G050 step [us]: 2500, limit 2000 (protocol step_deadline_us, three times in 60 "
+        "s)");
+}
+
+TEST_CASE("G050 the longest step that can be told is one of three too") {
+  Timed rig;
+  for (int i = 0; i < 3; ++i) rig.step(UINT32_MAX);
+  CHECK(rig.gate->state() == GateState::stopped);
+}
+
+TEST_CASE("G050 a step that was too long 60 s ago does not count any more") {
+  for (const std::uint64_t late : {std::uint64_t{0}, std::uint64_t{1}}) {
+    Timed rig;
+    rig.step(3000 * us);
+    const std::uint64_t first_ns = rig.now_ns;
+    rig.step(3000 * us);
+    rig.live(59'900 * ms);
+    REQUIRE(rig.gate->state() == GateState::armed);
+    rig.step(3000 * us, first_ns + 60'000 * ms - 1 + late - rig.now_ns);
+    CHECK(rig.gate->state() == (late == 0 ? GateState::stopped : GateState::armed));
+  }
+}
+
+TEST_CASE("G050 steps count while armed in realtime only, and arming counts anew") {
+  Timed world(true);
+  for (int i = 0; i < 5; ++i) world.step(3000 * us);
+  CHECK(world.gate->state() == GateState::armed);
+  CHECK(world.counter("G050") == 0);
+  Timed rig;
+  rig.step(3000 * us);
+  rig.step(3000 * us);
+  rig.send(EventKind::disarm, Disarm{"test"});
+  for (int i = 0; i < 5; ++i) rig.step(3000 * us);
+  CHECK(rig.gate->state() == GateState::disarmed);
+  rig.next_tick();
+  rig.arm();
+  rig.step(3000 * us);
+  rig.step(3000 * us);
+  CHECK(rig.gate->state() == GateState::armed);
+  CHECK(rig.counter("G050") == 4);
+}
+
+namespace {
+
+constexpr std::string_view marker = "a robot of this name is nowhere else";
+
+// The gate's limits where they lie in memory, found by a name that only they hold.
+struct Poked : GateRig {
+  explicit Poked(bool in_lockstep = false) : GateRig(in_lockstep) {
+    limits.profile = marker;
+    restart(BootInfo{true, false, {}});
+    connect_and_arm();
+  }
+  unsigned char* byte() const {
+    void* core = nullptr;
+    std::memcpy(&core, gate.get(), sizeof core);  // all that a Gate is: a pointer to its core
+    auto* const begin = static_cast<unsigned char*>(core);
+    auto* const end = begin + malloc_usable_size(core);
+    auto* const found = std::search(begin, end, marker.begin(), marker.end());
+    REQUIRE(found != end);
+    return found;
+  }
+  // The 5 ms timer for so long; a state now and then keeps the gate armed.
+  void run(std::uint64_t for_ns) {
+    for (std::uint64_t passed = 0; passed < for_ns; passed += 5 * ms) {
+      timer(5 * ms);
+      if (passed % period_ns == 0) {
+        ++tick;
+        send_state();
+      }
+      if (gate->state() != GateState::armed) return;
+    }
+  }
+};
+
+}  // namespace
+
+TEST_CASE("the CRC is the one of IEEE 802.3, and goes on from where it was") {
+  const std::string_view text = "123456789";
+  const Bytes bytes(reinterpret_cast<const std::uint8_t*>(text.data()), text.size());
+  CHECK(crc32(bytes) == 0xCBF43926);
+  CHECK(crc32(bytes.subspan(4), crc32(bytes.first(4))) == 0xCBF43926);
+  CHECK(crc32({}) == 0);
+}
+
+TEST_CASE("G050 a bit of the limits that turns over stops within two passes of a second") {
+  for (const bool lockstep : {false, true}) {
+    Poked rig(lockstep);
+    rig.run(3000 * ms);
+    REQUIRE(rig.gate->state() == GateState::armed);
+    CHECK(rig.counter("G050") == 0);
+    const std::uint64_t turned_ns = rig.now_ns;
+    *rig.byte() ^= 0x10;
+    rig.run(3000 * ms);
+    REQUIRE(rig.gate->state() == GateState::stopped);
+    CHECK(rig.now_ns - turned_ns <= 2100 * ms);
+    CHECK(rig.counter("G050") == 1);
+    CHECK(std::string(rig.status().cause.view()).starts_with("stopped: G050 limits in memory: "));
+  }
+}
+
+TEST_CASE("G050 a whole pass takes about a second of the timer's steps") {
+  Poked rig;
+  rig.send(EventKind::disarm, Disarm{"test"});
+  *rig.byte() ^= 1;
+  const auto next_fault = [&rig] {
+    do {
+      rig.timer(5 * ms);
+    } while (rig.count(OutputKind::log) == 0);
+    return rig.now_ns;
+  };
+  next_fault();
+  const std::uint64_t first_ns = next_fault();
+  const std::uint64_t pass_ns = next_fault() - first_ns;
+  CHECK(pass_ns >= 900 * ms);
+  CHECK(pass_ns <= 1100 * ms);
+}
+
+TEST_CASE("G050 nothing is armed with limits that changed, and again when they are back") {
+  Poked rig;
+  rig.send(EventKind::disarm, Disarm{"test"});
+  unsigned char& byte = *rig.byte();
+  byte ^= 0x10;
+  for (int i = 0; i < 420; ++i) rig.timer(5 * ms);
+  rig.next_tick();
+  CHECK(rig.gate->state() == GateState::disarmed);
+  CHECK(rig.counter("G050") >= 1);
+  rig.send(EventKind::arm, Arm{"test"});
+  CHECK(std::string(rig.refusal().reason.view()).starts_with("G050 limits in memory: "));
+  CHECK(rig.refusal().fix == "restart the gate: fairlead down, fairlead up");
+  byte ^= 0x10;
+  for (int i = 0; i < 420; ++i) rig.timer(5 * ms);
+  rig.next_tick();
+  rig.arm();
+  CHECK(rig.gate->state() == GateState::armed);
+}

@@ -1,0 +1,134 @@
+// G023: the step from a row that is released but not yet executed, which only realtime knows.
+
+#include "acted_rows.hpp"
+#include "row_judge.hpp"
+
+using namespace fairlead;
+using namespace fairlead::test;
+
+namespace {
+
+// `previous` acts in the tick before, but the newest state was measured before it did.
+std::uint32_t seam_code(const ChunkBuilder& previous, const ChunkBuilder& next,
+                        const MeasuredState& state = state_at_rest()) {
+  return judge(next.chunk, state, RowBefore{&previous.chunk, 0, false}).evidence.code;
+}
+
+ChunkBuilder speed(double value, std::uint8_t which = arm_1) {
+  return ChunkBuilder().joint(arm, Mode::joint_velocity, which, {value});
+}
+
+ChunkBuilder pose_at(double x) {
+  return ChunkBuilder().poses(arm, {{x, 0.0, 0.5, 0.0, 0.0, 0.0, 1.0}});
+}
+
+}  // namespace
+
+TEST_CASE("G023 the step from a row that is released and not yet executed, for every mode") {
+  const auto target = [](double value) {
+    return ChunkBuilder().joint(arm, Mode::joint_position, arm_1, {value});
+  };
+  const auto torque = [](double value) {
+    return ChunkBuilder().joint(arm, Mode::joint_torque, arm_1, {value});
+  };
+  const auto delta = [](double x) {
+    return ChunkBuilder().along(arm, Mode::cartesian_delta, 0, {x});
+  };
+  const auto twist = [](double x) { return ChunkBuilder().along(base, Mode::body_twist, 0, {x}); };
+  const auto opening = [](double value) {
+    return ChunkBuilder().scalar(gripper, Mode::gripper_position, {value});
+  };
+  const auto composite_row = [](double value) {
+    return ChunkBuilder().scalar(composite, Mode::composite_mode, {value});
+  };
+  // Step limits: 0.25 rad, 0.5 rad/s, 10 N m, 0.05 m, 0.15 m, 1.5 m/s, 0.05 m, 1.5.
+  MeasuredState state = state_at_rest();
+  state.positions[arm_1] = 0.125;
+  CHECK(seam_code(target(0.0), target(0.25), state) == 0);
+  CHECK(seam_code(target(0.0), target(just_above(0.25)), state) == 23);
+  CHECK(seam_code(speed(0.25), speed(0.75)) == 0);
+  CHECK(seam_code(speed(0.25), speed(just_below(0.75))) == 0);
+  CHECK(seam_code(speed(0.25), speed(-0.25)) == 0);
+  CHECK(seam_code(speed(0.25), speed(just_above(0.75))) == 23);
+  CHECK(seam_code(speed(0.25), speed(-0.25 - 1e-9)) == 23);
+  CHECK(seam_code(torque(5.0), torque(15.0)) == 0);
+  CHECK(seam_code(torque(5.0), torque(just_above(15.0))) == 23);
+  CHECK(seam_code(delta(-0.1), delta(0.05)) == 0);
+  CHECK(seam_code(delta(-0.1), delta(0.05 + 1e-12)) == 23);
+  CHECK(seam_code(twist(-1.0), twist(0.5)) == 0);
+  CHECK(seam_code(twist(-1.0), twist(0.5 + 1e-9)) == 23);
+  CHECK(seam_code(pose_at(0.7), pose_at(0.74)) == 0);
+  CHECK(seam_code(pose_at(0.66), pose_at(0.66 + 0.05 + 1e-12)) == 23);
+  CHECK(seam_code(opening(0.0), opening(0.05)) == 0);
+  CHECK(seam_code(opening(0.0), opening(just_above(0.05))) == 23);
+  CHECK(seam_code(composite_row(-1.0), composite_row(0.5)) == 0);
+  CHECK(seam_code(composite_row(-1.0), composite_row(0.5 + 1e-9)) == 23);
+  CHECK(seam_code(composite_row(0.25), composite_row(not_a_number)) == 20);
+  CHECK(seam_code(speed(0.25), speed(infinite)) == 20);
+}
+
+TEST_CASE("G023 a step limit that is none lets no step pass") {
+  const ChunkBuilder previous = speed(0.25);
+  const ChunkBuilder next = speed(0.25);
+  const Limits limits = test_limits();
+  ClaimLimits claim = whole_robot(limits);
+  const auto code = [&](double limit) {
+    claim.modes[arm].joint_velocity.step_limit[arm_1] = limit;
+    return judge_rows(limits, claim, state_at_rest(), next.chunk, 0,
+                      RowBefore{&previous.chunk, 0, false})
+        .evidence.code;
+  };
+  CHECK(code(0.0) == 0);
+  CHECK(code(not_a_number) == 23);
+  CHECK(code(-infinite) == 23);
+}
+
+TEST_CASE("G023 a joint that the new chunk leaves out is told 0 after a row not yet executed") {
+  Row row(joint_count, 0.0);
+  row[arm_1] = 0.5;
+  ChunkBuilder both = ChunkBuilder().add(arm, Mode::joint_velocity, {row}, {arm_1, arm_2});
+  CHECK(seam_code(both, speed(0.0, arm_2)) == 0);
+  row[arm_1] = just_above(0.5);
+  both = ChunkBuilder().add(arm, Mode::joint_velocity, {row}, {arm_1, arm_2});
+  CHECK(seam_code(both, speed(0.0, arm_2)) == 23);
+}
+
+TEST_CASE("G021 stays for what is measured, and for a row that has acted") {
+  // A target within a step of the row before, but not of the measured joint.
+  MeasuredState state = state_at_rest();
+  state.positions[arm_1] = -0.5;
+  const ChunkBuilder target = ChunkBuilder().joint(arm, Mode::joint_position, arm_1, {0.0});
+  CHECK(seam_code(target, target, state) == 21);
+  // A joint that the row before did not command starts from its measured speed.
+  CHECK(seam_code(speed(0.25), speed(just_above(0.5), arm_2)) == 21);
+  ChunkBuilder previous = speed(0.25);
+  CHECK(code_after(previous, speed(just_above(0.75))) == 21);
+}
+
+TEST_CASE("G023 in realtime, G021 in lockstep: the same chunk after the same row") {
+  for (const bool lockstep : {false, true}) {
+    GateRig rig(lockstep);
+    rig.ready();
+    const auto after = [&rig, lockstep](const Row& speeds) {
+      ChunkBuilder chunk = rig.chunk(speeds);
+      chunk.chunk.start_tick += lockstep ? 0 : 1;
+      return rig.send_chunk(chunk);
+    };
+    const auto tell = [&rig, lockstep](double value) {
+      if (lockstep) rig.velocities[base_x] = value;
+      const Acted did = lockstep ? row_of(rig.safe_chunk(), 0) : Acted{2, 0, 0};
+      rig.next_tick_of({Acted{2, 0, 0}, Acted{2, 0, 0}, did, Acted{2, 0, 0}});
+    };
+    REQUIRE(after({1.0, 1.0}).code == 0);
+    tell(1.0);
+    const Verdict verdict = after({-1.0 - 1e-9});  // the base's step limit is 2 m/s
+    CHECK(verdict.code == (lockstep ? 21 : 23));
+    CHECK(verdict.part == "base");
+    CHECK(verdict.axis == "base_x");
+    CHECK(verdict.limit == 2.0);
+    CHECK(verdict.limit_source == "test joint mode");
+    CHECK(rig.counter("G023") == (lockstep ? 0 : 1));
+    CHECK(rig.counter("G021") == (lockstep ? 1 : 0));
+    CHECK(after({-1.0}).code == 0);
+  }
+}

@@ -1,0 +1,89 @@
+"""G025: when a part may be told in another mode or frame, and a composite switch may turn."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+from tests.differential.case import ActedRow, Before, Measured, PartRows
+from tests.differential.fault import Fault, above
+from tests.differential.gate_file import MODES, GateFile
+
+LISTED = "a mode that the part's transitions allow after the one that acted last"
+STILL = "a part changes its mode or frame at standstill only"
+UNMEASURED = STILL + ", after a tick without a row for it"
+TURN = "the composite switch turns at standstill only"
+TURN_UNMEASURED = TURN + ", after a tick without a row"
+TURN_LATER = TURN + ", in the first row of a chunk"
+
+
+def change_faults(
+    file: GateFile, measured: Measured, before: Before, rows: PartRows, row: int, first_row: int
+) -> Iterator[Fault]:
+    """What one row of one part may not change."""
+    if row > first_row:
+        yield from _later_turn(file, rows, row)
+        return
+    acted = before.get(rows.part)
+    if acted is None:
+        return  # "after arming nothing is known and any mode may start"
+    if (acted.mode, acted.frame) != (rows.mode, rows.frame):
+        yield from _other_mode(file, measured, acted, rows, row)
+    elif _turns(file, rows, float(acted.values[0]), float(rows.values[row][0])):
+        yield from _turn(file, measured, acted, rows, row)
+
+
+def _other_mode(
+    file: GateFile, measured: Measured, acted: ActedRow, rows: PartRows, row: int
+) -> Iterator[Fault]:
+    """ "Only as its transitions list", and "at standstill only"; another frame of the same mode
+    needs no entry."""
+    part = file.parts[rows.part]
+    is_listed = acted.mode == rows.mode or (acted.mode, rows.mode) in part.transitions
+    if not is_listed:
+        yield Fault(25, row, part.name, "mode", rows.mode, acted.mode, 0.0, LISTED)
+    if acted.is_measured:
+        yield from moving(file, measured, [rows.part], (row, part.name), STILL)
+    else:
+        yield Fault(25, row, part.name, "mode", rows.mode, acted.mode, 0.0, UNMEASURED)
+
+
+def moving(
+    file: GateFile,
+    measured: Measured,
+    parts: Iterable[int],
+    where: tuple[int, str],
+    rule: str,
+) -> Iterator[Fault]:
+    """Standstill: "every joint of the part is below its declared standstill_velocity"
+    (docs/time-and-pacing.md). where: the row, and the part that asks."""
+    row, name = where
+    for part in parts:
+        for index in file.parts[part].joints:
+            joint, speed = file.joints[index], abs(float(measured.velocities[index]))
+            if not speed < joint.standstill:
+                yield above(25, row, (name, joint.name), speed, joint.standstill, rule)
+
+
+def _turns(file: GateFile, rows: PartRows, last: float, now: float) -> bool:
+    """ "Its number changes its sign (zero counts as not below zero)", where that matters."""
+    block = file.parts[rows.part].modes[rows.mode]
+    is_bound = MODES[rows.mode] == "composite_mode" and block["switching"] != "anywhere"
+    return is_bound and (last < 0.0) != (now < 0.0)
+
+
+def _turn(
+    file: GateFile, measured: Measured, acted: ActedRow, rows: PartRows, row: int
+) -> Iterator[Fault]:
+    """ "While every part of the claim stands still"; every case claims all of them."""
+    name = file.parts[rows.part].name
+    if acted.is_measured:
+        yield from moving(file, measured, range(len(file.parts)), (row, name), TURN)
+    else:
+        value = float(rows.values[row][0])
+        yield Fault(25, row, name, "composite", value, 0.0, 0.0, TURN_UNMEASURED)
+
+
+def _later_turn(file: GateFile, rows: PartRows, row: int) -> Iterator[Fault]:
+    last, now = float(rows.values[row - 1][0]), float(rows.values[row][0])
+    if _turns(file, rows, last, now):
+        yield Fault(25, row, file.parts[rows.part].name, "composite", now, last, 0.0, TURN_LATER)
