@@ -27,6 +27,10 @@ REST = {"panda_joint4": -1.5, "panda_joint6": 1.5, "panda_gripper": 0.04}
 """Positions that differ from 0, within the limits."""
 
 
+TREMOR = 1e-9
+"""How far every position goes to and fro from tick to tick [rad or m]."""
+
+
 class ScriptedHal:
     """Publishes hal/status and state/joints; `acted` is what its parts report to have done."""
 
@@ -86,8 +90,12 @@ class ScriptedHal:
         )
 
     def publish_state(self, acted: Sequence[Acted] | None = None) -> int:
-        """The next tick, standing still; returns it."""
+        """The next tick, standing still; returns it.
+
+        Sensors tremble: a joint that is told to move and never changes would be a stuck one.
+        """
         self.tick += 1
+        self.positions += TREMOR if self.tick % 2 else -TREMOR
         if acted is not None:
             self.acted = list(acted)
         self.repeat_state()

@@ -36,9 +36,9 @@ def state(tick: int, width: int = WIDTH) -> bytes:
 
 def written(path: Path, *payloads: bytes, kind: int = 1) -> Path:
     """A log of steps that were given these, laid out as docs/receipts.md says."""
-    data, seal = b"fairlead-decisions-1\n", zlib.crc32(b"fairlead-decisions-1\n")
+    data, seal = b"fairlead-decisions-2\n", zlib.crc32(b"fairlead-decisions-2\n")
     for payload in payloads:
-        body = struct.pack("<QQBB3sI", 1, 2, kind, 3, b"who", len(payload)) + payload + b"\0\0"
+        body = struct.pack("<QQIBB3sI", 1, 2, 9, kind, 3, b"who", len(payload)) + payload + b"\0\0"
         head = struct.pack("<I", len(body) << 8 | 3)
         head += bytes([head[0] ^ head[1] ^ head[2] ^ head[3] ^ 0xA5])
         seal = zlib.crc32(head + body, seal)

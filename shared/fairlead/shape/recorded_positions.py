@@ -13,10 +13,10 @@ from fairlead.errors import ConfigError, MessageError, expected
 from fairlead.messages import FloatArray, JointState, decode, floats
 from fairlead.robot.manifest import RobotManifest
 
-_FIRST_LINE = b"fairlead-decisions-1\n"
+_FIRST_LINE = b"fairlead-decisions-2\n"
 _FRAME_BYTES, _CRC_BYTES = 5, 4
 _STEP, _JOINT_STATE = 3, 1  # type of a frame, kind of its event
-_TIMES_BYTES = 16  # of a step: now, and when its event was received
+_TIMES_BYTES = 20  # of a step: now, when its event was received, how long the step before took
 
 
 def recorded_positions(robot: RobotManifest, log: Path) -> FloatArray:
