@@ -78,10 +78,12 @@ class Stopwatch:
 
 
 def refused_at_once(scene: Scene, watch: Stopwatch, chunk: ActionChunk, code: int) -> Verdict:
-    """A chunk is refused with a code while the tick stands, and nothing is released."""
-    began_ns = time.monotonic_ns()
+    """A chunk is refused with a code while the tick stands, and nothing is released.
+
+    The time is the gate's own, from the chunk received to its answer.
+    """
     verdict = scene.send(chunk)
-    watch.note_ms((time.monotonic_ns() - began_ns) / 1e6)
+    watch.note_ms(verdict.latency_ns / 1e6)
     assert (verdict.outcome, verdict.code) == (Outcome.REFUSED, code), verdict
     ids = {safe.verdict_id for safe in scene.safe.unread()}
     assert verdict.verdict_id not in ids, "rows of a refused chunk reached the HAL"

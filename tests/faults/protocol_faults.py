@@ -111,8 +111,7 @@ def bad_shapes(stage: GateStage) -> Shot:
             scene.chunk(parts=(scene.arm_part(values=pack_floats(np.zeros((8, 5)))),)),
         )  # fmt: skip
         for chunk in shapes:
-            verdict = refused_at_once(scene, Stopwatch(), chunk, 7)
-            watch.note_ms(verdict.latency_ns / 1e6)
+            refused_at_once(scene, watch, chunk, 7)
         memory_kb = resident_kb(scene.gate.process.pid)
         rng = random.Random(scene.gate.port)
         frames = [
@@ -230,16 +229,16 @@ def other_versions(stage: GateStage) -> Shot:
         return watch.shot("status: named, arming refused; chunk: G001 names it", timed=False)
 
 
-ANSWER = "chunk or query to the gate's answer"
+ANSWER = "query to the gate's answer, as the one who asks sees it"
 JUDGED = "received to answered, the gate's own clock"
 ROWS = (
     Row(
         16, "chunks of an earlier session, claim, epoch", "G002, G004, G003", T_MS, "gate", replay,
-        ANSWER,
+        JUDGED,
     ),
     Row(
         17, "seq jumps by 1e9, wraps; obs_tick far in the future",
-        "refused and counted; repeated: stop", T_MS, "gate", wild_numbers, ANSWER,
+        "refused and counted; repeated: stop", T_MS, "gate", wild_numbers, JUDGED,
     ),
     Row(
         19, "NaN, inf, 1e308 in a late row; denormals", "refused and stopped; denormals judged",
@@ -260,7 +259,7 @@ ROWS = (
         T_MS, "gate", forged_reset, ANSWER, 5,
     ),
     Row(
-        34, "jump of 0.5 rad between chunks", "G021", T_MS, "gate", jump_between_chunks, ANSWER, 5,
+        34, "jump of 0.5 rad between chunks", "G021", T_MS, "gate", jump_between_chunks, JUDGED, 5,
     ),
     Row(
         38, "messages of another version", "refused by name, at start", None, "gate",
