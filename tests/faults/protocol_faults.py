@@ -33,6 +33,7 @@ from tests.gate.scene import Scene
 RANDOM_FRAMES = 2000
 T_MS = 50.0
 JUMP_RAD = 0.5
+SLOW_RAD_S = 0.1
 
 
 def rows(value: float, at: int = 0, count: int = 8) -> bytes:
@@ -194,6 +195,23 @@ def jump_between_chunks(stage: GateStage) -> Shot:
         return watch.shot("before the first row and after it")
 
 
+def switch_in_motion(stage: GateStage) -> Shot:
+    """Joint targets act; velocities for the same arm do not follow before it stands still."""
+    with stage.ready("panda") as scene:
+        watch = Stopwatch()
+        good = scene.send(targets(scene, 0.0))
+        assert good.outcome == Outcome.RELEASED, good
+        scene.hal.velocities[0] = SLOW_RAD_S
+        scene.acted_on(good, 0)
+        joints = tuple(scene.hal.joints.index(name) for name in scene.hal.parts["arm"])
+        values = pack_floats(np.zeros((4, len(scene.hal.joints))))
+        part = scene.arm_part(
+            mode=ControlMode.JOINT_VELOCITY, frame_id="", values=values, active=joints
+        )
+        refused_at_once(scene, watch, scene.chunk(rows=4, parts=(part,)), 25)
+        return watch.shot("joint_position to joint_velocity")
+
+
 def targets(scene: Scene, shift_rad: float) -> ActionChunk:
     """Joint targets at the measured position, the first joint shifted."""
     joints = tuple(scene.hal.joints.index(name) for name in scene.hal.parts["arm"])
@@ -260,6 +278,9 @@ ROWS = (
     ),
     Row(
         34, "jump of 0.5 rad between chunks", "G021", T_MS, "gate", jump_between_chunks, JUDGED, 5,
+    ),
+    Row(
+        34, "mode switch in motion", "G025", T_MS, "gate", switch_in_motion, JUDGED, 5,
     ),
     Row(
         38, "messages of another version", "refused by name, at start", None, "gate",

@@ -57,6 +57,7 @@ class ScriptedHal:
         self.tick = 0
         self.acted: list[Acted] = [HELD] * len(self.parts)
         self.positions = np.array([REST.get(name, 0.0) for name in (*self.joints, *self.passive)])
+        self.velocities = np.zeros(len(self.positions))
         self.efforts = np.zeros(len(self.positions))
         self._states = bus.publisher(keys.joints, JointState, Qos.HOT)
         self._status = bus.publisher(keys.hal_status, HalStatus, Qos.STATUS)
@@ -90,7 +91,7 @@ class ScriptedHal:
         )
 
     def publish_state(self, acted: Sequence[Acted] | None = None) -> int:
-        """The next tick, standing still; returns it.
+        """The next tick, standing still unless `velocities` say otherwise; returns it.
 
         Sensors tremble: a joint that is told to move and never changes would be a stuck one.
         """
@@ -103,7 +104,6 @@ class ScriptedHal:
 
     def repeat_state(self) -> None:
         """The newest tick again, as a paused HAL does."""
-        still = pack_floats(np.zeros(len(self.positions)))
         self._states.put(
             JointState(
                 session=self.session,
@@ -111,7 +111,7 @@ class ScriptedHal:
                 episode_tick=1,
                 stamp_ns=0,
                 positions=pack_floats(self.positions),
-                velocities=still,
+                velocities=pack_floats(self.velocities),
                 efforts=pack_floats(self.efforts),
                 acted=tuple(self.acted),
                 robot_hash=self.robot_hash,
