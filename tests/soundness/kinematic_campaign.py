@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 
@@ -21,6 +23,7 @@ from tests.soundness.chunk_rows import Row, chunk_of
 from tests.soundness.prediction import NotReachedError, Prediction
 from tests.soundness.starts import Starts
 
+SEED = 1
 PACE = 500
 NUMERIC = 1e-6
 """Rooms this little below 0 are rounding [rad or m]."""
@@ -53,16 +56,22 @@ class KinematicCampaign:
 
     Args:
         recorded: rows of demonstrations. around: configuration ``[rows, measured]`` before each.
-        seed: of everything.
+        config: the gate's file; None: the robot's own, which is what the rows are held against.
     """
 
     def __init__(
-        self, robot: RobotManifest, recorded: Sequence[Row], around: FloatArray, seed: int = 1
+        self,
+        robot: RobotManifest,
+        recorded: Sequence[Row],
+        around: FloatArray,
+        config: Path | None = None,
     ) -> None:
-        self._robot, self._rng, self._around = robot, np.random.default_rng(seed), around
-        self._gate = CoreGate(gate_config(robot.id, "sim"))
-        self.arena = Arena(self._gate.file)
-        self._prediction = Prediction(robot, self._gate.file)
+        self._robot, self._rng, self._around = robot, np.random.default_rng(SEED), around
+        rules = gate_config(robot.id, "sim")
+        file = json.loads(rules.read_text(encoding="utf-8"))
+        self._gate = CoreGate(config or rules)
+        self.arena = Arena(file)
+        self._prediction = Prediction(robot, file)
         self._adversary = Adversary(robot, recorded, self._rng)
         self._starts = Starts(robot, self.arena, around, self._rng)
         self._kinematics = Kinematics(robot.description_path(), robot.measured_joint_names)

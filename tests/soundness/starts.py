@@ -7,6 +7,7 @@ import numpy as np
 from fairlead.messages import FloatArray
 from fairlead.robot.manifest import RobotManifest
 from tests.soundness.arena import Arena
+from tests.soundness.steering import Steering
 
 POOL = 4000
 NEAR_SHARE = 0.15
@@ -15,6 +16,9 @@ SPREAD_M = 3.0
 
 class Starts:
     """A pool of configurations without a breach, and those of them with the least room.
+
+    None of them is singular by the gate's own limit: there a tool's motion says little about the
+    joints', and ours and the gate's may differ.
 
     around: configurations of demonstrations, which are mixed in.
     """
@@ -27,6 +31,7 @@ class Starts:
         rng: np.random.Generator,
     ) -> None:
         self._rng, self._arena, self._robot = rng, arena, robot
+        self._steering = Steering(robot)
         pool = np.concatenate([self._uniform(POOL), self._scattered(around, POOL)])
         rooms = arena.room(pool)
         room = np.min([*rooms.values()], axis=0)
@@ -38,7 +43,10 @@ class Starts:
     def pick(self, near: bool) -> FloatArray:
         """One configuration, shape ``[measured]``."""
         choice = self._near if near else self.pool
-        return np.array(choice[int(self._rng.integers(len(choice)))])
+        while True:
+            q = np.array(choice[int(self._rng.integers(len(choice)))])
+            if not self._steering.is_singular(q):
+                return q
 
     def _uniform(self, count: int) -> FloatArray:
         found = []
