@@ -18,12 +18,14 @@ from tests.differential.motion_judge import BODY, CLOSED, DELTA, HALVES, POSE, T
 ROWS = 8
 FREEDOM = 1.4
 """How far beyond its tracking limit a motion may be, as a share of it."""
+FAR_M = 1e4
 ENCODER_STEP, DEAD_BAND, STUCK_TICKS = 1e-4, 2e-3, 3
 
 
 def narrowed(config: Path, folder: Path) -> Path:
-    """The gate file with limits that a robot comes near."""
+    """The gate file with limits that a robot comes near, and surroundings that it does not."""
     data = json.loads(config.read_text())
+    _clear_the_way(data)
     data["protocol"]["stuck_ticks"] = STUCK_TICKS
     for joint in data["joints"]:
         joint |= {"encoder_step": ENCODER_STEP, "dead_band": DEAD_BAND, "contact_limit": 12.0}
@@ -33,6 +35,23 @@ def narrowed(config: Path, folder: Path) -> Path:
     path = folder / f"gate.{data['robot']}.json"
     path.write_text(json.dumps(data))
     return path
+
+
+def _clear_the_way(data: dict[str, Any]) -> None:
+    """Far walls, links that never meet, joints that brake at once: nothing ahead is in the way."""
+    for joint in data["joints"]:
+        joint["acceleration_limit"] = 1e18
+    for part in data["parts"]:
+        if part["singularity_limit"] is not None:
+            part["singularity_limit"] = 1e-12
+    for number, capsule in enumerate(data["collision"]["capsules"]):
+        capsule |= {"a": [0.0, 0.0, 100.0 * number], "b": [0.0, 0.0, 100.0 * number]}
+        capsule["radius"] = 0.001
+    for volume in data["workspace"]["volumes"]:
+        volume |= {"kind": "keep_in", "lower": [-FAR_M] * 3, "upper": [FAR_M] * 3}
+    square = [[-FAR_M, -FAR_M], [FAR_M, -FAR_M], [FAR_M, FAR_M], [-FAR_M, FAR_M]]
+    for zone in (data["base"] or {"zones": []})["zones"]:
+        zone |= {"kind": "keep_in", "corners": square}
 
 
 def _narrow(mode: str, block: dict[str, Any], joints: int) -> None:

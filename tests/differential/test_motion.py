@@ -11,10 +11,11 @@ import numpy as np
 import pytest
 
 from fairlead.messages import Acted, Outcome
-from fairlead.paths import gate_config
+from fairlead.paths import gate_config, robot_dir
 from tests.differential.case import Case, Chunk, Measured, Pacing, PartRows
 from tests.differential.core_gate import HELD, CoreGate
-from tests.differential.gates import ROBOTS, Pair, pair_of
+from tests.differential.gate_file import read_gate_file
+from tests.differential.gates import ROBOTS, Pair
 from tests.differential.motion_judge import Finding, MotionJudge, check_efforts, told
 from tests.differential.motion_walk import MotionMaker, narrowed
 from tests.differential.reference import open_tick
@@ -32,10 +33,11 @@ def near_pair(
     request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
 ) -> Iterator[Pair]:
     """Each robot, under limits that it comes near."""
-    robot = request.param
-    path = narrowed(gate_config(robot, "sim"), tmp_path_factory.mktemp("gate"))
-    with pair_of(robot, path) as found:
-        yield found
+    robot, folder = request.param, tmp_path_factory.mktemp("gate")
+    path = narrowed(gate_config(robot, "sim"), folder)
+    core = CoreGate(path)
+    yield Pair(robot, path, read_gate_file(path, robot_dir(robot) / f"{robot}.urdf"), core)
+    core.close()
 
 
 class Walk:
