@@ -5,13 +5,16 @@ the same bytes, so that what the machine does to one it does to the other.
 
     .venv/bin/python -m bench.gate_hop [--count 2000] [--count-20hz 200] [--rows 8] [--json]
 
-Prints medians and 99th percentiles [us] and their ratio, back to back and at 20 Hz.
+Prints medians and 99th percentiles [us] and their ratio, back to back and at 20 Hz. The relay sends
+one message on, the gate a SafeChunk and after it a lease and a verdict; a second relay sends three
+messages too.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import os
 import subprocess
 import tempfile
 import threading
@@ -31,6 +34,7 @@ from tests.gate.scene import Scene
 
 DEADLINE_S = 10.0
 KEY_IN, KEY_OUT = "fl/bench/relay_in", "fl/bench/relay_out"
+MORE = ("fl/bench/relay_lease", "fl/bench/relay_verdict")
 
 
 class Arrival:
@@ -56,19 +60,24 @@ class Arrival:
 
 
 class Relay:
-    """The bare relay's process and a session connected to it."""
+    """A bare relay's process and a session connected to it.
 
-    def __init__(self, kind: type[Message]) -> None:
+    Args:
+        more: keys on which it sends a short message after each one, heard here too.
+    """
+
+    def __init__(self, kind: type[Message], more: tuple[str, ...] = ()) -> None:
         port = free_port()
         binary = gate_binary().with_name("bare-relay")
         endpoint = f"tcp/127.0.0.1:{port}"
         self.process = subprocess.Popen(
-            [str(binary), endpoint, KEY_IN, KEY_OUT], stdout=subprocess.PIPE, text=True
+            [str(binary), endpoint, KEY_IN, KEY_OUT, *more], stdout=subprocess.PIPE, text=True
         )
         assert self.process.stdout is not None
         assert self.process.stdout.readline() == "ready\n"
         self.bus = ZenohBus(Endpoints(connect=[endpoint]))
         self.arrival = Arrival(self.bus, KEY_OUT)
+        self.others = [Arrival(self.bus, key) for key in more]
         self.publisher = self.bus.publisher(KEY_IN, kind, Qos.HOT)
 
     def close(self) -> None:
@@ -80,29 +89,33 @@ class Relay:
 
 @dataclass
 class Samples:
-    """Round trips [us] and the gate's own share of its."""
+    """Round trips [us], and how long a chunk waited in the gate for its turn."""
 
     relay_us: list[float] = field(default_factory=list)
+    three_us: list[float] = field(default_factory=list)
     gate_us: list[float] = field(default_factory=list)
-    decision_us: list[float] = field(default_factory=list)
+    wait_us: list[float] = field(default_factory=list)
 
     def report(self) -> dict[str, float]:
         """Medians and 99th percentiles [us], and how much longer the way through the gate is."""
         relay, gate = np.array(self.relay_us), np.array(self.gate_us)
+        three = float(np.median(self.three_us))
         return {
             "relay_p50_us": float(np.median(relay)),
             "relay_p99_us": float(np.percentile(relay, 99)),
             "gate_p50_us": float(np.median(gate)),
             "gate_p99_us": float(np.percentile(gate, 99)),
-            "gate_receipt_to_verdict_p50_us": float(np.median(self.decision_us)),
+            "gate_wait_p50_us": float(np.median(self.wait_us)),
+            "relay_of_three_p50_us": three,
             "ratio_p50": float(np.median(gate) / np.median(relay)),
+            "ratio_to_three_p50": float(np.median(gate) / three),
         }
 
 
 def measure(
-    scene: Scene, safe: Arrival, relay: Relay, rows: int, count: int, pause_s: float
+    scene: Scene, safe: Arrival, relays: tuple[Relay, Relay], rows: int, count: int, pause_s: float
 ) -> Samples:
-    """Alternate relay and gate ``count`` times, with a pause before each message."""
+    """Alternate both relays and the gate ``count`` times, with a pause before each message."""
     samples = Samples()
     verdict: Verdict | None = None
     for _ in range(count):
@@ -110,13 +123,14 @@ def measure(
             scene.acted_on(verdict, 0)
         chunk = scene.chunk(rows)
         payload = encode(chunk)
-        time.sleep(pause_s)
-        samples.relay_us.append(relay.arrival.after(relay.publisher.put_bytes, payload))
+        for relay, times in zip(relays, (samples.relay_us, samples.three_us), strict=True):
+            time.sleep(pause_s)
+            times.append(relay.arrival.after(relay.publisher.put_bytes, payload))
         time.sleep(pause_s)
         samples.gate_us.append(safe.after(scene.send_bytes, payload))
         verdict = scene.verdicts.wait_for(_answers(chunk))
         assert verdict.outcome == 0, verdict
-        samples.decision_us.append(verdict.latency_ns / 1e3)
+        samples.wait_us.append(verdict.latency_ns / 1e3)
     return samples
 
 
@@ -126,40 +140,47 @@ def _answers(chunk: ActionChunk) -> Callable[[Verdict], bool]:
 
 def main() -> None:
     """Run both cadences and print them."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--count", type=int, default=2000, help="messages back to back")
     parser.add_argument("--count-20hz", type=int, default=200, help="messages at 20 Hz")
     parser.add_argument("--rows", type=int, default=8, help="rows of each chunk")
     parser.add_argument("--json", action="store_true", help="machine-readable")
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
-        relay = Relay(ActionChunk)
+        relays = (Relay(ActionChunk), Relay(ActionChunk, MORE))
         scene = Scene(gate_config(ROBOT, "sim"), Path(folder) / "state")
         try:
             scene.ready_to_move()
             scene.safe.close()  # its work would count as the gate's
             safe = Arrival(scene.bus, scene.keys.safe("runner"))
-            measure(scene, safe, relay, arguments.rows, 100, 0.0)  # warm-up
+            measure(scene, safe, relays, arguments.rows, 100, 0.0)  # warm-up
             results = {
                 "back_to_back": measure(
-                    scene, safe, relay, arguments.rows, arguments.count, 0.0
+                    scene, safe, relays, arguments.rows, arguments.count, 0.0
                 ).report(),
                 "at_20_hz": measure(
-                    scene, safe, relay, arguments.rows, arguments.count_20hz, 0.02
+                    scene, safe, relays, arguments.rows, arguments.count_20hz, 0.02
                 ).report(),
             }
         finally:
             scene.close()
-            relay.close()
-    print(json.dumps(results, indent=2) if arguments.json else as_text(results))
+            for relay in relays:
+                relay.close()
+    if arguments.json:
+        print(json.dumps(results | {"load_average": os.getloadavg()[0]}, indent=2))
+    else:
+        print(f"{as_text(results)}\nload average {os.getloadavg()[0]:.1f}")
 
 
 def as_text(results: dict[str, dict[str, float]]) -> str:
     """One line per cadence."""
     return "\n".join(
         f"{cadence}: relay {r['relay_p50_us']:.0f} us (p99 {r['relay_p99_us']:.0f}), "
-        f"gate {r['gate_p50_us']:.0f} us (p99 {r['gate_p99_us']:.0f}), of which deciding "
-        f"{r['gate_receipt_to_verdict_p50_us']:.0f} us; ratio {r['ratio_p50']:.2f}"
+        f"gate {r['gate_p50_us']:.0f} us (p99 {r['gate_p99_us']:.0f}), of which waiting for its "
+        f"turn {r['gate_wait_p50_us']:.0f} us; ratio {r['ratio_p50']:.2f}, "
+        f"to a relay that sends three messages {r['ratio_to_three_p50']:.2f}"
         for cadence, r in results.items()
     )
 
