@@ -13,7 +13,7 @@ CORE = SAFETY / "src" / "core"
 EVIDENCE = CORE / "evidence.hpp"
 CASE = re.compile(r'^TEST_CASE\(\s*"([^"]+)"', re.M)
 CODE_IN_NAME = re.compile(r"\bG(\d{3})\b")
-SWEEP = re.compile(r"just_above|just_below|\+ 1e-|- 1e-")
+SWEEP = re.compile(r"just_above|just_below|[+-] 1e-|[+-] eps\b")
 
 
 @dataclass(frozen=True)

@@ -26,10 +26,9 @@ Quantity told_by(Mode mode) {
 
 // The rules about a joint's measured speed, whatever it is told.
 bool is_about_speed(std::string_view rule) {
-  constexpr std::array<std::string_view, 4> rules{
+  constexpr std::array<std::string_view, 3> rules{
       "driven by torque: not above its velocity_limit",
       "a joint is left out of torques at standstill only",
-      "a part changes its mode or frame at standstill only",
       "a first twist of this part: from standstill",
   };
   for (const std::string_view known : rules)
