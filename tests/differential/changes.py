@@ -11,9 +11,9 @@ from tests.differential.gate_file import MODES, GateFile
 LISTED = "a mode that the part's transitions allow after the one that acted last"
 STILL = "a part changes its mode or frame at standstill only"
 UNMEASURED = STILL + ", after a tick without a row for it"
-TURN = "the composite switch turns at standstill only"
-TURN_UNMEASURED = TURN + ", after a tick without a row"
-TURN_LATER = TURN + ", in the first row of a chunk"
+TURN = "standstill, to turn the composite switch"
+TURN_UNMEASURED = "standstill after a tick without a row, to turn the composite switch"
+TURN_LATER = "the first row of a chunk and standstill, to turn the composite switch"
 
 
 def change_faults(

@@ -8,7 +8,7 @@ namespace fairlead {
 namespace {
 
 constexpr std::string_view still_rule = "a part changes its mode or frame at standstill only";
-constexpr std::string_view switch_rule = "the composite switch turns at standstill only";
+constexpr std::string_view switch_rule = "standstill, to turn the composite switch";
 
 // Every mode that the last row may have been of; the part's transitions know the new one after it.
 Evidence check_listed(const RowView& view, std::uint16_t acted_modes) {
@@ -72,7 +72,7 @@ Evidence check_switch(const RowView& view, const ClaimLimits& claim, const RowBe
   if (from == Switch::none || from == switch_of(view.now[0])) return {};
   if (!rests(claim, before))
     return broken_rule(code::change, "composite",
-                       "the composite switch turns at standstill only, after a tick without a row",
+                       "standstill after a tick without a row, to turn the composite switch",
                        view.now[0]);
   for (const std::size_t part : claim.parts) {
     const Evidence still = check_still(code::change, view, view.limits.parts[part], switch_rule);
@@ -84,7 +84,7 @@ Evidence check_switch(const RowView& view, const ClaimLimits& claim, const RowBe
 Evidence check_later_switch(const RowView& view) {
   if (turns_anywhere(view) || switch_of(view.previous[0]) == switch_of(view.now[0])) return {};
   return broken_rule(code::change, "composite",
-                     "the composite switch turns at standstill only, in the first row of a chunk",
+                     "the first row of a chunk and standstill, to turn the composite switch",
                      view.now[0], view.previous[0]);
 }
 
