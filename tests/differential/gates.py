@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -14,6 +15,7 @@ from tests.differential.case import Case
 from tests.differential.comparison import Difference, differences, rulings
 from tests.differential.core_gate import Answer, CoreGate
 from tests.differential.gate_file import GateFile, read_gate_file
+from tests.differential.quiet import write_quiet
 from tests.differential.reference import Ruling
 
 ROBOTS = ("panda", "panda_mobile", "dual_panda")
@@ -76,10 +78,12 @@ def with_few_changes(config: Path, folder: Path) -> Path:
 
 @contextmanager
 def pair_of(robot: str, config: Path | None = None) -> Iterator[Pair]:
-    """Reference and core of a robot, by default on its committed gate file."""
-    path = config or gate_config(robot, "sim")
-    core = CoreGate(path)
-    try:
-        yield Pair(robot, path, read_gate_file(path, robot_dir(robot) / f"{robot}.urdf"), core)
-    finally:
-        core.close()
+    """Reference and core of a robot, by default on its committed gate file; shape and surroundings
+    are kept quiet: `test_paths` has them; `test_motion` has tracking and contact."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = write_quiet(config or gate_config(robot, "sim"), Path(folder))
+        core = CoreGate(path)
+        try:
+            yield Pair(robot, path, read_gate_file(path, robot_dir(robot) / f"{robot}.urdf"), core)
+        finally:
+            core.close()

@@ -1,0 +1,53 @@
+"""Gate files whose shape, surroundings, tracking and contact refuse and stop nothing: for tests of
+the checks before them."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from tests.differential.gate_file import MODES
+
+VAST = 1e4
+
+
+def quiet(data: dict[str, Any]) -> dict[str, Any]:
+    """Far walls, capsules that never meet, joints that brake at once."""
+    for joint in data["joints"]:
+        joint["acceleration_limit"] = 1e18
+    for part in data["parts"]:
+        if part["singularity_limit"] is not None:
+            part["singularity_limit"] = 1e-12
+    for number, capsule in enumerate(data["collision"]["capsules"]):
+        capsule.update(a=[0.0, 0.0, 100.0 * number], b=[0.0, 0.0, 100.0 * number], radius=0.001)
+    data["collision"]["clearance"] = 0.001
+    for volume in data["workspace"]["volumes"]:
+        volume.update(kind="keep_in", lower=[-VAST] * 3, upper=[VAST] * 3)
+    if data["base"] is not None:
+        square = [[-VAST, -VAST], [VAST, -VAST], [VAST, VAST], [-VAST, VAST]]
+        for zone in data["base"]["zones"]:
+            zone.update(kind="keep_in", corners=square)
+    return data
+
+
+def unwatched(data: dict[str, Any]) -> dict[str, Any]:
+    """What rows do is not looked at, and is predicted to be next to nothing."""
+    for joint in data["joints"]:
+        joint["contact_limit"] = VAST
+    for part in data["parts"]:
+        for name in MODES:
+            block = part["modes"].get(name, {})
+            if "gain" in block:
+                block["gain"] = [0.0, 1e-9]
+            if "tracking" in block:
+                block["tracking"] = [VAST] * len(block["tracking"])
+            block |= {key: VAST for key in block if key.endswith("_tracking")}
+    return data
+
+
+def write_quiet(config: Path, folder: Path) -> Path:
+    """The quiet version of a gate file, in a folder."""
+    path = folder / "gate.quiet.json"
+    path.write_text(json.dumps(unwatched(quiet(json.loads(config.read_text())))))
+    return path
