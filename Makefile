@@ -16,8 +16,9 @@ demo: setup ## the robot does its task, in the simulator; ARGS=--realtime shows 
 test: setup ## every test; scripts/test PATH runs some of them
 	@scripts/test
 
-soak: setup ## the long tests: twenty seeds of the task
+soak: setup ## the long tests: twenty seeds of the task; soundness and usability of the gate
 	@scripts/test -m soak
+	@.venv/bin/python -m tests.soundness --write
 
 faults: setup ## every fault of docs/faults.md, five to twenty times; ARGS="--row 1 --write"
 	@.venv/bin/python -m tests.faults $(ARGS)

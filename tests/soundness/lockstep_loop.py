@@ -7,9 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from bench.measure_limits.driven_robot import DrivenRobot, Moment, Tick
+from fairlead.errors import ConfigError
 from fairlead.hal.core import HalCore
 from fairlead.hal.tick_plan import TickPlan
-from fairlead.messages import Lease, SafeChunk, Verdict, decode
+from fairlead.messages import Hold, Lease, SafeChunk, Verdict, decode
 from fairlead.paths import gate_config
 from tests.differential.case import Case, Chunk, Measured
 from tests.differential.core_gate import SESSION, CoreGate
@@ -37,7 +38,7 @@ class LockstepLoop:
 
     def begin(self, seed: int) -> None:
         """A new episode, a new gate, armed; everything is claimed."""
-        robot, self.tick = self.driven.robot, 1
+        robot, self.tick, self.hal_refused = self.driven.robot, 1, False
         self.now: Moment = self.driven.reset(seed)
         # A gripper that still settles, for example: the gate arms at standstill.
         still = _measured(self.now, 1)
@@ -57,12 +58,20 @@ class LockstepLoop:
 
     def advance(self, kind: str) -> Tick | None:
         """Carry the tick out as decided; None while its decision is missing."""
+        if self.hal_refused:
+            return None
         plan = self._hal.decide(self.tick, self._gate.now_ns, is_still=True)
         if not isinstance(plan, TickPlan):
             return None
         names = self.driven.robot.part_names
         commands = {names[part]: command for part, command in plan.commands.items()}
-        done = self.driven.step(kind, self.now, commands)
+        try:
+            done = self.driven.step(kind, self.now, commands)
+        except ConfigError:
+            # What the host does: the tick holds, and only an operator's reset goes on.
+            self.hal_refused = True
+            self._hal.void(Hold.STOPPED)
+            done = self.driven.step(kind, self.now, {})
         self.tick, self.now = self.tick + 1, done.after
         reply = self._gate.state_reply(_measured(self.now, self.tick), self._hal.acted)
         self._take(reply.outputs)
@@ -70,7 +79,9 @@ class LockstepLoop:
 
     @property
     def stop_cause(self) -> str:
-        """Why the gate stopped, "" if it has not."""
+        """Why the gate or the HAL stopped, "" if neither has."""
+        if self.hal_refused:
+            return "the HAL cannot do what was released"
         return self._gate.status().cause if self._gate.has_stopped else ""
 
     def _take(self, outputs: Sequence[GateOutput]) -> None:

@@ -16,6 +16,7 @@ from tests.soundness.chunk_rows import Row
 from tests.soundness.lockstep_loop import LockstepLoop
 
 EPISODE_TICKS = 90
+ARM_JOINTS = 6
 HELD_MOST = 10
 """Chunks refused in a row after which an episode is over."""
 
@@ -24,7 +25,8 @@ HELD_MOST = 10
 class Simulated:
     """rows: executed in ticks, of one chunk each. breaches: ticks by rule; told: the first ones.
 
-    worst: least room measured, by rule; of bounds beyond their tolerance.
+    idle: those of the breaches in which no arm was told anything. worst: least room measured, by
+    rule; of bounds beyond their tolerance.
     """
 
     episodes: int = 0
@@ -35,6 +37,7 @@ class Simulated:
     truncated: Counter[int] = field(default_factory=Counter)
     stops: Counter[str] = field(default_factory=Counter)
     breaches: Counter[str] = field(default_factory=Counter)
+    idle: Counter[str] = field(default_factory=Counter)
     worst: dict[str, float] = field(default_factory=lambda: dict.fromkeys(RULES, np.inf))
     told: list[str] = field(default_factory=list)
 
@@ -105,6 +108,8 @@ class SimulatedCampaign:
             if room < 0.0:
                 found.breaches[rule] += 1
                 modes = {part: told.mode.yaml_name for part, told in done.commands.items()}
+                arms = [self._robot.part(part) for part in modes]
+                found.idle[rule] += all(len(part.joints) < ARM_JOINTS for part in arms)
                 found.told.append(
                     f"{rule} {room:.4f}: episode {found.episodes - 1}, tick {self._loop.tick}, "
                     f"{kind}, {modes}"

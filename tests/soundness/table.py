@@ -11,7 +11,7 @@ from typing import Any
 from tests.soundness.results import Results
 
 BEGIN = "<!-- from here on written by: python -m tests.soundness --write -->"
-TOLD_MOST = 12
+TOLD_MOST = 4
 
 
 def document(results: Sequence[Results]) -> dict[str, Any]:
@@ -41,8 +41,8 @@ def tables(results: Sequence[Results], command: str, day: str) -> str:
             "### Executed in the simulator",
             "",
             "| robot | rows executed | chunks | truncated | refused | stops | ticks in breach "
-            "| least room |",
-            "|---|---|---|---|---|---|---|---|",
+            "| of them while no arm was told anything | least room |",
+            "|---|---|---|---|---|---|---|---|---|",
             *(_simulated(one) for one in results),
             "",
             "### Good demonstrations",
@@ -88,6 +88,7 @@ def _simulated(one: Results) -> str:
         _codes(found.refused),
         _names(found.stops),
         _names(found.breaches),
+        _names(+found.idle),
         _rooms(found.worst),
     )
 
