@@ -101,6 +101,7 @@ def read_gate_file(path: Path, urdf: Path) -> GateFile:
 
 def _joint(entry: dict[str, Any]) -> Joint:
     bounds = entry.get("bounds", {"lower": -math.inf, "upper": math.inf, "tolerance": 0.0})
+    speed = entry.get("velocity_limit")  # null for a gripper's joint, absent for a passive one
     return Joint(
         name=entry["name"],
         lower=bounds["lower"],
@@ -109,7 +110,7 @@ def _joint(entry: dict[str, Any]) -> Joint:
         jump_limit=entry["jump_limit"],
         standstill=entry["standstill_velocity"],
         source=entry["source"],
-        velocity_limit=entry.get("velocity_limit", math.nan),
+        velocity_limit=math.nan if speed is None else speed,
         effort_limit=entry.get("effort_limit", math.nan),
     )
 

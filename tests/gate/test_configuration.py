@@ -55,7 +55,7 @@ BAD: dict[str, tuple[Change, str]] = {
     ),
     "limit null": (
         lambda f: f["joints"][3].update(velocity_limit=None),
-        "joints[3].velocity_limit: expected a number, got null",
+        "joints.panda_joint1.velocity_limit: expected a finite number above 0, got nan",
     ),
     "mode without a checker": (
         lambda f: modes(f, 0).update(joint_trajectory={}),

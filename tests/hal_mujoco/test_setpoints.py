@@ -52,7 +52,7 @@ def changed(robot: RobotManifest, part: int, **fields: object) -> RobotManifest:
     data["parts"][part] |= fields
     if "modes" in fields:
         limits = data["safety"]["sim"]["parts"][data["parts"][part]["name"]]
-        tool = {key: limits.get(key) for key in ("singularity_limit", "transitions")}
+        tool = {"transitions": limits["transitions"]}
         limits.clear()
         limits["composite_mode"] = {
             "step_limit": 1.0, "switching": "anywhere", "source": "test",

@@ -11,15 +11,6 @@ from fairlead.robot.gate_file import compile_gate_config
 from fairlead.robot.limits import effective_limits
 from fairlead.robot.manifest import RobotManifest, load_robot
 
-NOT_LISTED_YET = (
-    "gain",
-    "tracking",
-    "linear_tracking",
-    "angular_tracking",
-    "slip_limit",
-    "switching",
-)
-
 
 @pytest.fixture(scope="module")
 def robot() -> RobotManifest:
@@ -40,8 +31,10 @@ def test_compiled_joints_are_in_wire_order_with_every_limit(robot: RobotManifest
     assert [joint["name"] for joint in config["passive_joints"]] == list(robot.passive_joint_names)
     for joint in config["joints"]:
         assert ("bounds" in joint) != ("zones" in joint), joint["name"]
-        for name in ("velocity_limit", "acceleration_limit", "effort_limit", "jump_limit"):
+        for name in ("effort_limit", "jump_limit", "contact_limit", "encoder_step", "dead_band"):
             assert joint[name] > 0, joint["name"]
+        for name in ("velocity_limit", "acceleration_limit"):
+            assert (joint[name] is None) == (joint["name"] == "panda_gripper")
         assert joint["source"]
 
 
@@ -114,19 +107,26 @@ def test_effective_limits_show_every_number_of_the_compiled_file(robot: RobotMan
     assert rows[("part composite composite_mode", "step_limit")] == (2.0, "1")
 
 
-def test_effective_limits_count_is_that_of_the_numbers_in_the_compiled_file(
-    robot: RobotManifest,
-) -> None:
+def numbers_and_choices(node: object) -> int:
+    """Keys of a compiled block that bound something: a number, some numbers, a word or null."""
+    identity = {"name", "part", "kind", "frames", "free_axes", "source", "joints", "tool_frame"}
+    if not isinstance(node, dict):
+        return 1
+    kept = [value for key, value in node.items() if key not in identity]
+    return sum(map(numbers_and_choices, kept))
+
+
+def test_every_number_and_choice_of_the_compiled_file_is_listed(robot: RobotManifest) -> None:
     config = json.loads(compile_gate_config(robot, "sim"))
-    names = ("velocity_limit", "acceleration_limit", "effort_limit", "jump_limit")
-    count = sum(
-        len(joint.get("bounds", {}))
-        + sum(name in joint for name in (*names, "standstill_velocity"))
-        for joint in config["joints"] + config["passive_joints"]
-    )
+    count = sum(map(numbers_and_choices, config["joints"] + config["passive_joints"]))
+    count -= 3  # base_x, base_y and base_yaw: the frame of their zones
+    count -= 2  # the gripper's speeds, null
     for part in config["parts"]:
-        for block in part["modes"].values():
-            count += len(set(block) - {"frames", "free_axes", "source", *NOT_LISTED_YET})
+        count += sum(map(numbers_and_choices, part["modes"].values()))
+    count += 1 + 1  # the arm's singularity_limit; transitions of the base, which has two modes
+    count += len(config["protocol"])
+    count += 2 * len(config["workspace"]["volumes"]) + 2  # clearance and pairs
+    count += 3 + len(config["base"]["zones"])  # footprint, yaw axis, reaction
     assert len(effective_limits(robot)) == count
 
 

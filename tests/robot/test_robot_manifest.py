@@ -318,7 +318,6 @@ def test_cartesian_mode_without_an_end_effector_is_refused(
     data: dict[str, Any], tmp_path: Path
 ) -> None:
     data["parts"][0]["end_effector"] = None
-    data["safety"]["sim"]["parts"]["arm"]["singularity_limit"] = None
     assert _refusal(data, tmp_path) == _top("part 'arm': cartesian_delta needs an end_effector")
 
 

@@ -9,6 +9,7 @@
 #include "config_shape.hpp"
 #include "config_tree.hpp"
 #include "config_values.hpp"
+#include "fairlead_safety/mode_blocks.hpp"
 #include "sha256.hpp"
 
 namespace fairlead {
@@ -66,14 +67,19 @@ std::size_t index_of_part(const json& parts, const std::string& name, const std:
   throw ConfigRefused(path + ": no part is called '" + name + "'");
 }
 
+// Null for a joint that nothing tells how fast: a gripper's. `check_limits` sees to it.
+double read_speed(Section& section, const char* key) {
+  return section.any(key).is_null() ? unset : section.number(key);
+}
+
 JointLimits read_joint(Section section, const json& parts) {
   JointLimits joint;
   joint.name = name_in(section, "name");
   joint.part = index_of_part(parts, section.text("part", Name::capacity), section.path_of("part"));
   joint.kind = read_kind(section);
   read_extent(section, joint);
-  joint.velocity_limit = section.number("velocity_limit");
-  joint.acceleration_limit = section.number("acceleration_limit");
+  joint.velocity_limit = read_speed(section, "velocity_limit");
+  joint.acceleration_limit = read_speed(section, "acceleration_limit");
   joint.effort_limit = section.number("effort_limit");
   joint.jump_limit = section.number("jump_limit");
   joint.standstill_velocity = section.number("standstill_velocity");
@@ -109,12 +115,12 @@ void read_part_joints(Section& section, const Limits& limits, PartLimits& part) 
   }
 }
 
-// Only a part with a tool has a Jacobian to judge by.
+// Only modes that move the tool are judged by its Jacobian.
 double read_singularity(Section& section, const PartLimits& part) {
-  if (part.tool != no_link) return section.number("singularity_limit");
+  if (moves_tool(part.modes)) return section.number("singularity_limit");
   const json& none = section.any("singularity_limit");
   if (!none.is_null())
-    refuse(section.path_of("singularity_limit"), "null for a part without a tool_frame", none);
+    refuse(section.path_of("singularity_limit"), "null for a part without cartesian modes", none);
   return unset;
 }
 
@@ -123,8 +129,8 @@ PartLimits read_part(Section section, const Limits& limits) {
   part.name = name_in(section, "name");
   read_part_joints(section, limits, part);
   part.tool = read_tool(section, limits.kinematics);
-  part.singularity_limit = read_singularity(section, part);
   read_modes(section.section("modes"), part);
+  part.singularity_limit = read_singularity(section, part);
   read_transitions(section, part);
   part.source = source_in(section);
   section.refuse_unknown_keys();

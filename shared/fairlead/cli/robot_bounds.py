@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import chain, repeat
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -47,7 +48,7 @@ def _rows(bound: Bound) -> list[tuple[str, ...]]:
         return [(*declared, NOTHING, "-", "-")]
     return [
         (*(declared if first else ("", "", "", "")), by.check, by.process, _test(by.file, by.test))
-        for first, by in zip((True, False, False), bound.enforced_by, strict=False)
+        for first, by in zip(chain((True,), repeat(False)), bound.enforced_by, strict=False)
     ]
 
 
@@ -57,6 +58,8 @@ def _test(file: str, name: str) -> str:
 
 def _value(bound: Bound) -> str:
     value = bound.limit.value
+    if isinstance(value, str):
+        return value
     if isinstance(value, tuple):
         return "/".join(f"{one:g}" for one in value) or "declared"
     return f"{value:g}"

@@ -53,7 +53,7 @@ def compile_gate_config(robot: RobotManifest, profile: str) -> str:
         "period_ns": robot.tick_period_ns,
         "lockstep_allowed": safety.lockstep_allowed,
         "joints": [
-            _joint(joint, _owner(robot, joint.name), safety.measured[joint.name])
+            _joint(joint, robot.owner(joint.name), safety.measured[joint.name])
             for joint in robot.joints
         ],
         "passive_joints": [
@@ -119,18 +119,16 @@ def _link(link: Link) -> dict[str, Json]:
     }
 
 
-def _owner(robot: RobotManifest, joint: str) -> str:
-    return next(part.name for part in robot.parts if joint in part.joints)
-
-
-def _joint(joint: Joint, part: str, measured: MeasuredLimits) -> dict[str, Json]:
+def _joint(joint: Joint, part: Part, measured: MeasuredLimits) -> dict[str, Json]:
+    # The gate judges by neither where a joint is told openings only.
+    told_how_fast = not part.only_grips
     return {
         "name": joint.name,
-        "part": part,
+        "part": part.name,
         "kind": joint.type,
         **_bounds(joint, measured),
-        "velocity_limit": joint.velocity_limit,
-        "acceleration_limit": joint.acceleration_limit,
+        "velocity_limit": joint.velocity_limit if told_how_fast else None,
+        "acceleration_limit": joint.acceleration_limit if told_how_fast else None,
         "effort_limit": joint.effort_limit,
         "jump_limit": measured.jump_per_tick,
         "standstill_velocity": measured.standstill_per_s,

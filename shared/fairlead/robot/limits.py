@@ -7,28 +7,12 @@ back from the compiled gate configuration, not from the manifest.
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from typing import Any
 
+from fairlead.robot.effective_limit import EffectiveLimit
 from fairlead.robot.gate_file import compile_gate_config
 from fairlead.robot.manifest import RobotManifest
-
-
-@dataclass(frozen=True)
-class EffectiveLimit:
-    """One enforced number.
-
-    Attributes:
-        where: ``joint NAME`` or ``part NAME MODE``.
-        name: the limit, as in the compiled gate file.
-        value: in ``unit``; a tuple where there is one number per joint of the part.
-        source: where the number comes from.
-    """
-
-    where: str
-    name: str
-    value: float | tuple[float, ...]
-    unit: str
-    source: str
+from fairlead.robot.surrounding_limits import surrounding_limits
 
 
 def effective_limits(robot: RobotManifest, profile: str = "sim") -> list[EffectiveLimit]:
@@ -47,9 +31,20 @@ def effective_limits(robot: RobotManifest, profile: str = "sim") -> list[Effecti
         state_units = _measured_units(declared.unit)
         rows += _rows(where, flat, state_units, measured[declared.name].source)
     for part in config["parts"]:
+        rows += _part_rows(part)
         for mode, block in part["modes"].items():
             where = f"part {part['name']} {mode}"
             rows += _rows(where, block, _mode_units(mode, robot, part["joints"]), block["source"])
+    return rows + surrounding_limits(config)
+
+
+def _part_rows(part: dict[str, Any]) -> list[EffectiveLimit]:
+    """What holds for all modes of a part; a part of one mode has none to change to."""
+    where = f"part {part['name']}"
+    rows = _rows(where, part, {"singularity_limit": "1"}, part["source"])
+    if len(part["modes"]) > 1:
+        pairs = ", ".join(" to ".join(pair) for pair in part["transitions"])
+        rows.append(EffectiveLimit(where, "transitions", pairs or "none", "", part["source"]))
     return rows
 
 
@@ -59,7 +54,11 @@ def _rows(
     rows = []
     for name, unit in units.items():
         value = block.get(name)
-        if isinstance(value, list):
+        if name == "slip_limit" and name in block and value is None:
+            rows.append(EffectiveLimit(where, name, "no stop", "", source))
+        elif isinstance(value, str):
+            rows.append(EffectiveLimit(where, name, value, unit, source))
+        elif isinstance(value, list):
             rows.append(EffectiveLimit(where, name, tuple(map(float, value)), unit, source))
         elif isinstance(value, int | float):
             rows.append(EffectiveLimit(where, name, float(value), unit, source))
@@ -85,6 +84,9 @@ def _measured_units(unit: str) -> dict[str, str]:
         "tolerance": unit,
         "jump_limit": f"{unit}/period",
         "standstill_velocity": f"{unit}/s",
+        "contact_limit": _effort_unit(unit),
+        "encoder_step": unit,
+        "dead_band": f"{unit}/period",
     }
 
 
@@ -96,15 +98,21 @@ def _mode_units(mode: str, robot: RobotManifest, joints: list[str]) -> dict[str,
             "upper": "m",
             "linear_step_limit": "m",
             "angular_step_limit": "rad",
+            "linear_tracking": "m",
+            "angular_tracking": "rad",
         }
     if mode in ("cartesian_delta", "cartesian_twist", "body_twist"):
-        names = ("linear_limit", "angular_limit", "linear_step_limit", "angular_step_limit")
-        units = (f"m{per_second}", f"rad{per_second}")
-        return {name: units["angular" in name] for name in names}
+        names = ("limit", "step_limit", "tracking")
+        linear = {f"linear_{name}": f"m{per_second}" for name in names}
+        angular = {f"angular_{name}": f"rad{per_second}" for name in names}
+        return {**linear, **angular, "gain": "1"}
     if mode == "gripper_position":
-        return {"lower": "m", "upper": "m", "step_limit": "m"}
+        return {"lower": "m", "upper": "m", "step_limit": "m", "slip_limit": "m"}
+    if mode == "composite_mode":
+        return {"step_limit": "1", "switching": ""}
     if mode == "joint_torque":
         units_of_joints = dict.fromkeys(_effort_unit(robot.joint(name).unit) for name in joints)
     else:
         units_of_joints = dict.fromkeys(robot.joint(name).unit + per_second for name in joints)
-    return {"step_limit": ", ".join(units_of_joints) or "1"}
+    unit = ", ".join(units_of_joints)
+    return {"step_limit": unit, "tracking": unit, "gain": "1"}

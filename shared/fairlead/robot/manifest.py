@@ -131,6 +131,10 @@ class RobotManifest(BaseModel):
                 return part
         raise ConfigError(expected(f"robot {self.id}", "a part", repr(name), self.part_names))
 
+    def owner(self, joint: str) -> Part:
+        """The part that commands a joint."""
+        return next(part for part in self.parts if joint in part.joints)
+
     def joint(self, name: str) -> Joint:
         """The commanded or passive joint of that name; `ConfigError` lists those there are."""
         for joint in self.joints + self.passive_joints:

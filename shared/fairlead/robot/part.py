@@ -46,6 +46,11 @@ class Part(BaseModel):
         """The declared modes, in the order of the manifest."""
         return tuple(ControlMode[mode.upper()] for mode in self.modes)
 
+    @property
+    def only_grips(self) -> bool:
+        """Whether it is told openings and nothing else."""
+        return set(self.modes) <= {"gripper_binary", "gripper_position"}
+
 
 class EndEffector(BaseModel):
     """A tool: the frame commands move, and the joint that opens it (if it is actuated).

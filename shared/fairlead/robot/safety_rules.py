@@ -11,6 +11,7 @@ from fairlead.robot.part import Part
 from fairlead.robot.safety_profile import MeasuredLimits, PartSafety, SafetyProfile
 
 _OF_COMMANDED = ("contact_limit", "encoder_step", "dead_band_per_tick")
+_TOOL_MODES = frozenset({"cartesian_pose", "cartesian_delta", "cartesian_twist"})
 _PER_JOINT = ("joint_position", "joint_velocity", "joint_torque", "dex_hand_joint")
 
 
@@ -30,7 +31,7 @@ def safety_problems(
     yield from same_names("parts", [part.name for part in parts], block.parts)
     for part in parts:
         if part.name in block.parts:
-            yield from _part_problems(part, block.parts[part.name])
+            yield from _part_problems(joints, part, block.parts[part.name])
     yield from _surroundings_problems(joints, parts, block)
 
 
@@ -56,7 +57,7 @@ def _measured_problems(joint: Joint, limits: MeasuredLimits, *, commanded: bool)
             yield f"{key}: {name} is {state}"
 
 
-def _part_problems(part: Part, limits: PartSafety) -> Iterator[str]:
+def _part_problems(joints: Sequence[Joint], part: Part, limits: PartSafety) -> Iterator[str]:
     key = f"part {part.name!r}"
     unchecked = [mode.yaml_name for mode in part.control_modes if mode not in GATED_MODES]
     if unchecked:
@@ -71,10 +72,25 @@ def _part_problems(part: Part, limits: PartSafety) -> Iterator[str]:
                 yield (
                     f"{key}: {name}: expected one per joint, {len(part.joints)}, got {len(numbers)}"
                 )
-    if (part.end_effector is None) != (limits.singularity_limit is None):
-        state = "given without an end_effector" if part.end_effector is None else "missing"
+    moves_tool = not _TOOL_MODES.isdisjoint(limits.names)
+    if moves_tool != (limits.singularity_limit is not None):
+        state = "missing" if moves_tool else "given without a cartesian mode"
         yield f"{key}: singularity_limit is {state}"
+    yield from _opening_problems(joints, part, limits)
     yield from _transition_problems(key, limits)
+
+
+def _opening_problems(joints: Sequence[Joint], part: Part, limits: PartSafety) -> Iterator[str]:
+    mine = [joint for joint in joints if joint.name in part.joints and joint.has_bounds]
+    told = limits.gripper_position
+    if told is None or len(mine) != 1:
+        return
+    if told.lower_m < mine[0].lower or told.upper_m > mine[0].upper:
+        yield (
+            f"part {part.name!r}: gripper_position: expected lower_m and upper_m inside the limits "
+            f"of {mine[0].name!r}, {mine[0].lower} and {mine[0].upper}, got {told.lower_m} and "
+            f"{told.upper_m}"
+        )
 
 
 def _transition_problems(key: str, limits: PartSafety) -> Iterator[str]:

@@ -36,10 +36,10 @@ struct JointLimits {
   Name name;
   std::size_t part = max_parts;  // index into Limits::parts
   JointKind kind = JointKind::revolute;
-  bool bounded = true;  // false only where the file declares `zones` instead of `bounds`
-  Bounds bounds;        // unused where bounded is false
-  double velocity_limit = unset;
-  double acceleration_limit = unset;
+  bool bounded = true;            // false only where the file declares `zones` instead of `bounds`
+  Bounds bounds;                  // unused where bounded is false
+  double velocity_limit = unset;  // unset for a gripper's: nothing tells it how fast
+  double acceleration_limit = unset;  // likewise
   double effort_limit = unset;
   double jump_limit = unset;  // largest change of the measured position in one tick
   double standstill_velocity = unset;
@@ -158,7 +158,8 @@ struct PartLimits {
   FixedVec<std::size_t, max_joints> joints;  // indices into Limits::joints
   std::size_t tool = no_link;                // link that cartesian modes move, none without a tool
   ModeLimits modes;
-  double singularity_limit = unset;  // G033: smallest singular value of the tool's Jacobian
+  // G033, for modes that move the tool: smallest singular value of its Jacobian.
+  double singularity_limit = unset;
   // G025, by number of the mode that acted last: bit m is set if mode m may follow.
   std::array<std::uint16_t, mode_count> followers{};
   Text source;

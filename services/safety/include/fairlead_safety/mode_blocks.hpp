@@ -64,4 +64,20 @@ inline const FixedVec<Name, max_frames>* frames_of(const ModeLimits& modes, std:
   return norms == nullptr ? nullptr : &norms->frames;
 }
 
+/// A gripper is told openings and nothing else: not how fast.
+inline bool only_grips(const ModeLimits& modes) {
+  for (std::uint8_t mode = 0; mode < mode_count; ++mode) {
+    const bool opening = static_cast<Mode>(mode) == Mode::gripper_position ||
+                         static_cast<Mode>(mode) == Mode::gripper_binary;
+    if (modes.supports(mode) && !opening) return false;
+  }
+  return modes.gripper_position.supported || modes.gripper_binary.supported;
+}
+
+/// Whether a mode moves the part's tool frame as a whole, and not its joints one by one.
+inline bool moves_tool(const ModeLimits& modes) {
+  return modes.cartesian_pose.supported || modes.cartesian_delta.supported ||
+         modes.cartesian_twist.supported;
+}
+
 }  // namespace fairlead

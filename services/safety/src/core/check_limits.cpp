@@ -1,6 +1,7 @@
 // Is a configuration fit to judge with? Missing is NaN here, so it fails like any other non-number.
 
 #include "check_text.hpp"
+#include "fairlead_safety/mode_blocks.hpp"
 
 namespace fairlead {
 namespace {
@@ -13,13 +14,24 @@ Text check_bounds(const Text& key, const Bounds& bounds) {
                 bounds.tolerance);
 }
 
+// A number that nothing judges by would look like a limit.
+Text check_speed(const Text& key, const JointLimits& joint, bool only_grips) {
+  if (only_grips && !(std::isnan(joint.velocity_limit) && std::isnan(joint.acceleration_limit)))
+    return phrase(key,
+                  ".velocity_limit, acceleration_limit: expected null, a gripper is not told "
+                  "how fast, got ",
+                  joint.velocity_limit, " and ", joint.acceleration_limit);
+  if (only_grips) return {};
+  return first_of({positive(phrase(key, ".velocity_limit"), joint.velocity_limit),
+                   positive(phrase(key, ".acceleration_limit"), joint.acceleration_limit)});
+}
+
 Text check_joint(const Limits& limits, const JointLimits& joint) {
   const Text key = phrase("joints.", joint.name);
   if (joint.name.empty()) return "joints: a joint without a name";
   if (joint.part >= limits.parts.size()) return phrase(key, ".part: no such part");
   return first_of({joint.bounded ? check_bounds(key, joint.bounds) : Text(),
-                   positive(phrase(key, ".velocity_limit"), joint.velocity_limit),
-                   positive(phrase(key, ".acceleration_limit"), joint.acceleration_limit),
+                   check_speed(key, joint, only_grips(limits.parts[joint.part].modes)),
                    positive(phrase(key, ".effort_limit"), joint.effort_limit),
                    positive(phrase(key, ".jump_limit"), joint.jump_limit),
                    positive(phrase(key, ".standstill_velocity"), joint.standstill_velocity),
@@ -51,10 +63,11 @@ Text check_part(const Limits& limits, std::size_t index) {
     if (limits.joints[j].part == index && !part.joints.contains(j))
       return phrase("joints.", limits.joints[j].name, ": ", part.name,
                     " does not list it among its joints");
-  if (part.tool == no_link) return check_modes(limits, part);
-  if (part.tool >= limits.kinematics.links.size()) return phrase(key, ".tool_frame: no such link");
-  return first_of({positive(phrase(key, ".singularity_limit"), part.singularity_limit),
-                   check_modes(limits, part)});
+  if (part.tool != no_link && part.tool >= limits.kinematics.links.size())
+    return phrase(key, ".tool_frame: no such link");
+  const Text fault = check_modes(limits, part);
+  if (!fault.empty() || !moves_tool(part.modes)) return fault;
+  return positive(phrase(key, ".singularity_limit"), part.singularity_limit);
 }
 
 Text in_range(std::string_view key, double value, double lowest, double highest) {

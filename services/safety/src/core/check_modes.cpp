@@ -72,13 +72,25 @@ Text check_slip(const Text& key, double slip) {
   return phrase(key, ".slip_limit: expected a number above 0 or null, got ", slip);
 }
 
+// What a gripper may be told lies inside its joint's bounds: targets are judged by nothing else.
+Text check_openings(const Limits& limits, const PartLimits& part, const ScalarLimits& block,
+                    const Text& key) {
+  const Text fault = check_gripper(limits, part, key);
+  if (!fault.empty()) return fault;
+  const JointLimits& joint = limits.joints[part.joints[0]];
+  if (block.lower >= joint.bounds.lower && block.upper <= joint.bounds.upper)
+    return check_slip(key, block.slip_limit);
+  return phrase(key, ": expected lower and upper inside the bounds of ", joint.name, ", ",
+                joint.bounds.lower, " and ", joint.bounds.upper, ", got ", block.lower, " and ",
+                block.upper);
+}
+
 Text check_scalar(const Limits& limits, const PartLimits& part, const ScalarLimits& block,
                   Mode mode, const Text& key) {
   const bool grips = mode == Mode::gripper_position;
-  return first_of({grips ? check_gripper(limits, part, key) : Text(),
-                   check_range(key, block.lower, block.upper),
+  return first_of({check_range(key, block.lower, block.upper),
                    positive(phrase(key, ".step_limit"), block.step_limit),
-                   grips ? check_slip(key, block.slip_limit) : Text()});
+                   grips ? check_openings(limits, part, block, key) : Text()});
 }
 
 // Whether one of the part's own joints stands between the root and a link.

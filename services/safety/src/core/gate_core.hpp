@@ -93,7 +93,7 @@ class Gate::Core {
   void on_session_news(HalLink::News news);
   void on_rival_state(const JointState& message);
   void repeat_verdicts();
-  void note_passive_joints();
+  void note_unmoved_joints();
   Evidence check_leap(std::uint64_t tick);
 
   // Told to stop (gate_ramp.cpp)
@@ -171,7 +171,7 @@ class Gate::Core {
   std::uint64_t claimless_since_ns_ = 0;
   std::uint64_t armed_ns_ = 0;
   std::uint64_t ignored_ns_ = 0;       // when the last ignored stop was logged
-  std::uint64_t passive_outside_ = 0;  // bit i: passive joint i was outside its limits
+  std::uint64_t said_outside_ = 0;     // bit i: measured joint i was outside its limits
   std::uint64_t counted_rival_ = 0;    // G002: the announced session whose state was counted
   Text status_fault_;                  // why the newest hal/status could not be read
   PartMemories memories_;              // G021: in which mode each part may still move

@@ -102,25 +102,26 @@ void Gate::Core::repeat_verdicts() {
       (void)verdicts_.push_back(claim.latest_verdict);
 }
 
-// No row moves a passive joint, so none is refused because of one; but it is said and counted.
-void Gate::Core::note_passive_joints() {
-  for (std::size_t i = 0; i < limits_.passive_joints.size(); ++i) {
-    const PassiveLimits& joint = limits_.passive_joints[i];
-    const double measured = hal_.state().positions[limits_.joints.size() + i];
+// No row is refused because of these joints; but it is said and counted.
+void Gate::Core::note_unmoved_joints() {
+  for (std::size_t i = 0; i < limits_.measured_count(); ++i) {
+    const UnmovedJoint joint = unmoved_joint(limits_, i);
+    if (joint.bounds == nullptr) continue;
+    const double measured = hal_.state().positions[i];
     const std::uint64_t bit = std::uint64_t{1} << i;
-    const bool outside = is_outside(joint.bounds, measured);
-    if (outside == ((passive_outside_ & bit) != 0)) continue;
-    passive_outside_ ^= bit;
+    const bool outside = is_outside(*joint.bounds, measured);
+    if (outside == ((said_outside_ & bit) != 0)) continue;
+    said_outside_ ^= bit;
     if (outside) count(code::state);
-    log(phrase("G011 passive joint ", joint.name, " is ", outside ? "outside" : "back inside",
-               " its limits: ", measured));
+    log(phrase("G011 ", joint.kind, " joint ", joint.name, " is ",
+               outside ? "outside" : "back inside", " its limits: ", measured));
   }
 }
 
 void Gate::Core::on_new_tick(const JointState& message) {
   const MeasuredState before = hal_.state();
   hal_.take_state(message, now_ns_);
-  note_passive_joints();
+  note_unmoved_joints();
   if (state_ != GateState::armed) return watch_ramp();
   if (jump_memory_) {
     const Evidence evidence = check_jump(limits_, before, hal_.state());

@@ -1,6 +1,19 @@
 #include "outside_bounds.hpp"
 
+#include "fairlead_safety/mode_blocks.hpp"
+
 namespace fairlead {
+
+UnmovedJoint unmoved_joint(const Limits& limits, std::size_t measured) {
+  const std::size_t commanded = limits.joints.size();
+  if (measured >= commanded) {
+    const PassiveLimits& joint = limits.passive_joints[measured - commanded];
+    return {"passive", joint.name, &joint.bounds};
+  }
+  const JointLimits& joint = limits.joints[measured];
+  if (!only_grips(limits.parts[joint.part].modes)) return {};
+  return {"gripper", joint.name, &joint.bounds};
+}
 
 namespace {
 

@@ -19,6 +19,15 @@ inline bool is_outside(const Bounds& bounds, double measured) {
   return !(std::abs(excess(bounds, measured)) <= bounds.tolerance);
 }
 
+/// A measured joint for which no row is refused: a passive one, which nothing moves, or a
+/// gripper's, whose targets all lead back. `bounds` is null for any other joint.
+struct UnmovedJoint {
+  std::string_view kind;
+  Name name;
+  const Bounds* bounds = nullptr;
+};
+UnmovedJoint unmoved_joint(const Limits& limits, std::size_t measured);
+
 /// A joint of the part is outside and this row cannot be seen to bring it back.
 /// Targets and velocities of the joint itself are judged by their mode instead.
 Evidence check_outside(const RowView& view);

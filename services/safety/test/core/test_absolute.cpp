@@ -197,6 +197,21 @@ TEST_CASE("G011 a passive joint outside its bounds refuses no row; it is counted
   CHECK(rig.send_chunk(rig.chunk()).code == 0);
 }
 
+TEST_CASE("G011 a gripper beyond its bounds and tolerance is counted and said once") {
+  GateRig rig;
+  rig.limits.joints[gripper_joint].jump_limit = 1.0;
+  rig.restart(BootInfo{false, true, {}});
+  rig.positions[gripper_joint] = 0.09;  // at bound and tolerance
+  rig.ready();
+  CHECK(rig.counter("G011") == 0);
+  rig.positions[gripper_joint] = 0.0901;
+  rig.next_tick();
+  CHECK(rig.counter("G011") == 1);
+  CHECK(rig.count(OutputKind::log) == 1);
+  rig.next_tick();
+  CHECK(rig.counter("G011") == 1);
+}
+
 TEST_CASE("G011 a joint outside its bounds blocks the chunks for its own part and no other") {
   MeasuredState state = state_at_rest();
   state.positions[arm_1] = 2.2;

@@ -77,8 +77,56 @@ TEST_CASE("a torque is no motion: nothing tracks it") {
   CHECK(fault_after([](Limits& l) { l.parts[arm].modes.joint_torque.tracking.fill(unset); }) == "");
 }
 
-TEST_CASE("a part without a tool has no singularity to keep away from") {
+TEST_CASE("a part whose tool no mode moves has no singularity to keep away from") {
   CHECK(fault_after([](Limits& l) { l.parts[base].singularity_limit = unset; }) == "");
+  CHECK(fault_after([](Limits& l) { l.parts[gripper].singularity_limit = unset; }) == "");
+  // One such mode is enough.
+  const auto only = [](auto mode) {
+    return fault_after([mode](Limits& l) {
+      PartLimits& part = l.parts[arm];
+      part.singularity_limit = unset;
+      part.modes.cartesian_pose.supported = false;
+      part.modes.cartesian_delta.supported = false;
+      part.modes.cartesian_twist.supported = false;
+      (part.modes.*mode).supported = true;
+    });
+  };
+  CHECK(only(&ModeLimits::joint_position) == "");
+  CHECK_FALSE(only(&ModeLimits::cartesian_pose).empty());
+  CHECK_FALSE(only(&ModeLimits::cartesian_delta).empty());
+  CHECK_FALSE(only(&ModeLimits::cartesian_twist).empty());
+}
+
+TEST_CASE("a gripper is told openings that its joint has") {
+  const auto fault = [](double lower, double upper) {
+    return fault_after([=](Limits& l) {
+      l.parts[gripper].modes.gripper_position.lower = lower;
+      l.parts[gripper].modes.gripper_position.upper = upper;
+    });
+  };
+  CHECK(fault(0.0, 0.08).empty());
+  CHECK(fault(0.01, 0.07).empty());
+  CHECK(fault(0.0, 0.081) ==
+        "parts.gripper.modes.gripper_position: expected lower and upper inside the bounds of "
+        "gripper_joint, 0 and 0.08, got 0 and 0.081");
+  CHECK_FALSE(fault(-0.001, 0.08).empty());
+}
+
+TEST_CASE("a gripper's joint has no limit of speed: nothing tells it how fast") {
+  CHECK(fault_after([](Limits& l) { l.joints[gripper_joint].velocity_limit = 0.1; }) ==
+        "joints.gripper_joint.velocity_limit, acceleration_limit: expected null, a gripper is not "
+        "told how fast, got 0.1 and nan");
+  CHECK_FALSE(
+      fault_after([](Limits& l) { l.joints[gripper_joint].acceleration_limit = 1.0; }).empty());
+  const auto with_targets = [](double velocity) {
+    return fault_after([=](Limits& l) {
+      l.parts[gripper].modes.joint_position = joint_mode({gripper_joint}, 0.1);
+      l.joints[gripper_joint].velocity_limit = velocity;
+      l.joints[gripper_joint].acceleration_limit = 1.0;
+    });
+  };
+  CHECK(with_targets(0.1) == "");
+  CHECK_FALSE(with_targets(unset).empty());
 }
 
 TEST_CASE("a gain lies between 0 and 1.5, its lower end first") {

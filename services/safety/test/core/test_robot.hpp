@@ -150,6 +150,7 @@ inline void add_joints(Limits& limits) {
   add(joint("arm_2", arm, JointKind::revolute, true));
   JointLimits fingers = joint("gripper_joint", gripper, JointKind::prismatic, true);
   fingers.bounds = {0.0, 0.08, 0.01};
+  fingers.velocity_limit = fingers.acceleration_limit = unset;
   add(fingers);
   PassiveLimits slide;
   slide.name = "torso";

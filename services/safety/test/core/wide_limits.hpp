@@ -21,7 +21,7 @@ inline void widen(JointLimits& joint) {
 
 /// After any mode any mode may follow.
 inline void widen(PartLimits& part) {
-  if (part.tool != no_link) part.singularity_limit = 1e-12;
+  part.singularity_limit = 1e-12;
   part.followers.fill((1U << mode_count) - 1U);
 }
 
