@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 
+from tests.gate import bad_configurations
 from tests.gate.running_gate import RunningGate
 
 pytestmark = pytest.mark.processes
@@ -103,7 +104,7 @@ BAD: dict[str, tuple[Change, str]] = {
         "parts[0].tool_frame: expected null or the name of a link",
     ),
     "no tool for a cartesian mode": (
-        lambda f: f["parts"][0].update(tool_frame=None, singularity_limit=None),
+        lambda f: f["parts"][0].update(tool_frame=None),
         "parts.arm.modes.cartesian_delta: the part has no tool_frame",
     ),
     "frame that is no link": (
@@ -156,6 +157,16 @@ def refused(text: str, tmp_path: Path) -> str:
 @pytest.mark.parametrize("name", BAD)
 def test_a_bad_configuration_is_refused_by_name(config: Path, tmp_path: Path, name: str) -> None:
     change, expected = BAD[name]
+    file = json.loads(config.read_text())
+    change(file)
+    assert expected in refused(json.dumps(file), tmp_path)
+
+
+@pytest.mark.parametrize("name", bad_configurations.BAD)
+def test_shape_surroundings_and_tracking_that_are_bad_are_refused_by_name(
+    config: Path, tmp_path: Path, name: str
+) -> None:
+    change, expected = bad_configurations.BAD[name]
     file = json.loads(config.read_text())
     change(file)
     assert expected in refused(json.dumps(file), tmp_path)

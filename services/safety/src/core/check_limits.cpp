@@ -14,24 +14,11 @@ Text check_bounds(const Text& key, const Bounds& bounds) {
                 bounds.tolerance);
 }
 
-// A number that nothing judges by would look like a limit.
-Text check_speed(const Text& key, const JointLimits& joint, bool only_grips) {
-  if (only_grips && !(std::isnan(joint.velocity_limit) && std::isnan(joint.acceleration_limit)))
-    return phrase(key,
-                  ".velocity_limit, acceleration_limit: expected null, a gripper is not told "
-                  "how fast, got ",
-                  joint.velocity_limit, " and ", joint.acceleration_limit);
-  if (only_grips) return {};
-  return first_of({positive(phrase(key, ".velocity_limit"), joint.velocity_limit),
-                   positive(phrase(key, ".acceleration_limit"), joint.acceleration_limit)});
-}
-
 Text check_joint(const Limits& limits, const JointLimits& joint) {
   const Text key = phrase("joints.", joint.name);
   if (joint.name.empty()) return "joints: a joint without a name";
   if (joint.part >= limits.parts.size()) return phrase(key, ".part: no such part");
   return first_of({joint.bounded ? check_bounds(key, joint.bounds) : Text(),
-                   check_speed(key, joint, only_grips(limits.parts[joint.part].modes)),
                    positive(phrase(key, ".effort_limit"), joint.effort_limit),
                    positive(phrase(key, ".jump_limit"), joint.jump_limit),
                    positive(phrase(key, ".standstill_velocity"), joint.standstill_velocity),
@@ -46,6 +33,24 @@ Text check_passive_joint(const PassiveLimits& joint) {
   return first_of({check_bounds(key, joint.bounds),
                    positive(phrase(key, ".jump_limit"), joint.jump_limit),
                    positive(phrase(key, ".standstill_velocity"), joint.standstill_velocity)});
+}
+
+// A number that nothing judges by would look like a limit.
+Text check_speeds(const Limits& limits, const PartLimits& part) {
+  for (const std::size_t j : part.joints) {
+    const JointLimits& joint = limits.joints[j];
+    const double velocity = joint.velocity_limit, acceleration = joint.acceleration_limit;
+    const Text key = phrase("joints.", joint.name);
+    if (!only_grips(part.modes)) {
+      const Text fault = first_of({positive(phrase(key, ".velocity_limit"), velocity),
+                                   positive(phrase(key, ".acceleration_limit"), acceleration)});
+      if (!fault.empty()) return fault;
+    } else if (!std::isnan(velocity) || !std::isnan(acceleration)) {
+      return phrase(key, ".velocity_limit, acceleration_limit: expected null, a gripper is not ",
+                    "told how fast, got ", velocity, " and ", acceleration);
+    }
+  }
+  return {};
 }
 
 Text check_part(const Limits& limits, std::size_t index) {
@@ -65,7 +70,7 @@ Text check_part(const Limits& limits, std::size_t index) {
                     " does not list it among its joints");
   if (part.tool != no_link && part.tool >= limits.kinematics.links.size())
     return phrase(key, ".tool_frame: no such link");
-  const Text fault = check_modes(limits, part);
+  const Text fault = first_of({check_speeds(limits, part), check_modes(limits, part)});
   if (!fault.empty() || !moves_tool(part.modes)) return fault;
   return positive(phrase(key, ".singularity_limit"), part.singularity_limit);
 }
