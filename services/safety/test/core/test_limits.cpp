@@ -23,11 +23,9 @@ std::string fault_after(const std::function<void(Limits&)>& spoil) {
 std::vector<double*> positive_limits(Limits& limits) {
   std::vector<double*> all;
   for (JointLimits& item : limits.joints) {
-    for (double* value : {&item.effort_limit, &item.jump_limit, &item.standstill_velocity})
-      all.push_back(value);
-    if (item.part == gripper) continue;  // not told how fast
-    all.push_back(&item.velocity_limit);
-    all.push_back(&item.acceleration_limit);
+    all.insert(all.end(), {&item.effort_limit, &item.jump_limit, &item.standstill_velocity});
+    if (item.part != gripper)  // not told how fast
+      all.insert(all.end(), {&item.velocity_limit, &item.acceleration_limit});
   }
   for (PassiveLimits& item : limits.passive_joints) {
     all.push_back(&item.jump_limit);
