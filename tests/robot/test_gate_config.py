@@ -19,10 +19,12 @@ def robot() -> RobotManifest:
 
 @pytest.mark.parametrize("name", ["panda", "panda_mobile", "dual_panda"])
 def test_committed_gate_file_is_what_the_manifest_compiles_to(name: str) -> None:
-    committed = gate_config(name, "sim").read_text(encoding="utf-8")
-    assert committed == compile_gate_config(load_robot(name), "sim"), (
-        f"robots/{name}/gate.sim.json is out of date: run fairlead robot compile {name}"
-    )
+    robot = load_robot(name)
+    for profile in robot.safety:
+        committed = gate_config(name, profile).read_text(encoding="utf-8")
+        assert committed == compile_gate_config(robot, profile), (
+            f"robots/{name}/gate.{profile}.json is out of date: run fairlead robot compile {name}"
+        )
 
 
 def test_compiled_joints_are_in_wire_order_with_every_limit(robot: RobotManifest) -> None:
@@ -90,9 +92,9 @@ def test_the_two_armed_robots_limits_stay_within_what_its_maker_allows() -> None
 
 def test_compiling_an_undeclared_profile_lists_the_declared_ones(robot: RobotManifest) -> None:
     with pytest.raises(ConfigError) as error:
-        compile_gate_config(robot, "hardware")
+        compile_gate_config(load_robot("panda"), "hardware")
     assert str(error.value) == (
-        "robot panda_mobile: expected a safety profile, got 'hardware' (valid: sim)"
+        "robot panda: expected a safety profile, got 'hardware' (valid: sim)"
     )
 
 

@@ -26,10 +26,23 @@ class Bound:
     enforced_by: tuple[Enforcement, ...]
 
 
-_OF_PART = {"transitions": "G025", "singularity_limit": "G033"}
-_OF_MODE = {"slip_limit": "G042", "switching": "G025"}
-_AROUND = {"self-collision": "G032", "volume": "G031", "base": "G034", "zone": "G034"}
-_PREDICTED = "reckons with it"
+_BY_NAME = {
+    "transitions": "transitions",
+    "singularity_limit": "singularity",
+    "slip_limit": "slip",
+    "switching": "switching",
+    "clearance": "clearance",
+    "pairs": "pairs",
+    "yaw_axis": "yaw axis",
+    "footprint": "base",
+    "reaction_s": "base",
+    "stuck_ticks": "stuck",
+    "stop_ramp_ms": "stop ramp",
+    "step_deadline_us": "deadline",
+}
+"""Names in `CHECK_TESTS` of limits that mean the same wherever they stand."""
+_ZONES = {"keep_in zone": "base", "keep_out zone": "keep_out zone"}
+_RECKONS = "reckons with it"
 
 
 def robot_bounds(robot: RobotManifest, profile: str = "sim") -> list[Bound]:
@@ -44,9 +57,8 @@ def robot_bounds(robot: RobotManifest, profile: str = "sim") -> list[Bound]:
     for limit in limits:
         kind, *names = limit.where.split()
         if kind == "joint":
-            contact = values.get((limit.where, "contact_limit"))
-            effort = values.get((limit.where, "effort_limit"))
-            by = joint_enforcement(limit.name, names[0], robot, contact, effort)
+            ends = (values.get((limit.where, f"{end}_limit")) for end in ("contact", "effort"))
+            by = joint_enforcement(limit.name, names[0], robot, *ends)
         else:
             by = _enforcement(limit, kind, names[1:], robot)
         bounds.append(Bound(limit, by))
@@ -56,24 +68,24 @@ def robot_bounds(robot: RobotManifest, profile: str = "sim") -> list[Bound]:
 def _enforcement(
     limit: EffectiveLimit, kind: str, modes: list[str], robot: RobotManifest
 ) -> tuple[Enforcement, ...]:
+    if limit.name in _BY_NAME:
+        return proven(_BY_NAME[limit.name])
     if kind == "protocol":
         return (PROTOCOL_TESTS[limit.name],) if limit.name in PROTOCOL_TESTS else ()
-    if kind in _AROUND:
-        return proven(_AROUND[kind])
-    if not modes:
-        return proven(_OF_PART[limit.name])
+    if kind in ("volume", "zone"):
+        place = f"{limit.name.split()[0]} {kind}"
+        return proven(_ZONES.get(place, place))
     return _of_mode(limit, modes[0], robot)
 
 
 def _of_mode(limit: EffectiveLimit, mode: str, robot: RobotManifest) -> tuple[Enforcement, ...]:
-    if limit.name in _OF_MODE:
-        return proven(_OF_MODE[limit.name])
     if limit.name.endswith("tracking"):
-        return proven("G040")
+        return proven(f"tracking {mode}")
     if limit.name == "gain":
         part = robot.part(limit.where.split()[1])
-        on_base = set(part.joints) & set(robot.base_joints)
-        return (*proven("G034" if on_base else "G024", _PREDICTED), *proven("G040"))
+        on_base = not set(part.joints).isdisjoint(robot.base_joints)
+        reckoned = proven("base twist" if on_base else f"gain {mode}", _RECKONS)
+        return (*reckoned, *proven(f"tracking {mode}", _RECKONS))
     if mode not in MODE_TESTS:
         return ()
     tests = MODE_TESTS[mode]

@@ -1,19 +1,66 @@
-"""The tests that prove the checks of motion, shape, surroundings and the gate itself, by code."""
+"""The tests that prove the checks of motion, shape, surroundings and the gate itself."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
 
-from fairlead.robot.bound_tests import Enforcement
+from fairlead.robot.bound_tests import Enforcement, core_test
 
-CHECK_TESTS: Mapping[str, Enforcement] = {}
-"""One test for each check; a check that is not here is taken for one that does not exist."""
+_TOOL = core_test(
+    "G040",
+    "test_tracking_tools",
+    "G040 deltas and twists: the tool's displacement, along and across what was told",
+)
+_TARGET = core_test(
+    "G040",
+    "test_tracking",
+    "G040 joint targets: the joint is within the tracking limit of the target that acted",
+)
+
+CHECK_TESTS: Mapping[str, Enforcement] = {
+    "tracking joint_position": _TARGET,
+    "tracking dex_hand_joint": _TARGET,
+    "tracking joint_velocity": core_test(
+        "G040",
+        "test_tracking",
+        "G040 joint velocities after a row: between the shares of both, and the slack",
+    ),
+    "tracking body_twist": core_test(
+        "G040",
+        "test_tracking",
+        "G040 a body twist: the base's displacement along its own axes",
+    ),
+    "tracking cartesian_delta": _TOOL,
+    "tracking cartesian_twist": _TOOL,
+    "tracking cartesian_pose": core_test(
+        "G040",
+        "test_tracking_tools",
+        "G040 a pose: distance and angle of the tool from the one that acted",
+    ),
+    "stuck": core_test(
+        "G041",
+        "test_stuck",
+        "G041 stops after stuck_ticks rows that change nothing beyond the encoder's step",
+    ),
+    "dead band": core_test("G041", "test_stuck", "G041 motion within the dead band proves nothing"),
+    "contact": core_test(
+        "G042",
+        "test_contact",
+        "G042 a commanded joint presses up to its contact limit, of either sign",
+    ),
+    "slip": core_test(
+        "G042",
+        "test_contact",
+        "G042 a gripper that stood still short of its target loses up to slip_limit",
+    ),
+}
+"""What is proven, by a name of its own; what is not here is taken for enforced by nothing."""
 
 
-def proven(code: str, words: str = "") -> tuple[Enforcement, ...]:
-    """The check of that code, with what it does in words where it does not simply compare."""
-    if code not in CHECK_TESTS:
+def proven(name: str, words: str = "") -> tuple[Enforcement, ...]:
+    """The check of that name, with what it does in words where it does not simply compare."""
+    if name not in CHECK_TESTS:
         return ()
-    check = f"{code} {words}".rstrip()
-    return (replace(CHECK_TESTS[code], check=check),)
+    found = CHECK_TESTS[name]
+    return (replace(found, check=f"{found.check} {words}".rstrip()),)

@@ -52,10 +52,7 @@ def compile_gate_config(robot: RobotManifest, profile: str) -> str:
         "robot_hash": robot.robot_hash.hex(),
         "period_ns": robot.tick_period_ns,
         "lockstep_allowed": safety.lockstep_allowed,
-        "joints": [
-            _joint(joint, robot.owner(joint.name), safety.measured[joint.name])
-            for joint in robot.joints
-        ],
+        "joints": [_joint(joint, robot.owner(joint.name), safety) for joint in robot.joints],
         "passive_joints": [
             _passive_joint(joint, safety.measured[joint.name]) for joint in robot.passive_joints
         ],
@@ -119,7 +116,24 @@ def _link(link: Link) -> dict[str, Json]:
     }
 
 
-def _joint(joint: Joint, part: Part, measured: MeasuredLimits) -> dict[str, Json]:
+def profile_limits(joint: Joint, safety: SafetyProfile) -> tuple[float, float, float, str]:
+    """Velocity, acceleration and effort limit of a commanded joint in a profile, and the source."""
+    own = (joint.velocity_limit, joint.acceleration_limit, joint.effort_limit)
+    tighter = safety.tighter_joints.get(joint.name)
+    if tighter is None:
+        return (*own, joint.source)
+    given = (tighter.velocity_per_s, tighter.acceleration_per_s2, tighter.effort)
+    velocity, acceleration, effort = (
+        mine if less is None else less for mine, less in zip(own, given, strict=True)
+    )
+    nothing_own = not joint.has_bounds and None not in given
+    source = tighter.source if nothing_own else f"{tighter.source}; {joint.source}"
+    return velocity, acceleration, effort, source
+
+
+def _joint(joint: Joint, part: Part, safety: SafetyProfile) -> dict[str, Json]:
+    measured = safety.measured[joint.name]
+    velocity, acceleration, effort, source = profile_limits(joint, safety)
     # The gate judges by neither where a joint is told openings only.
     told_how_fast = not part.only_grips
     return {
@@ -127,15 +141,15 @@ def _joint(joint: Joint, part: Part, measured: MeasuredLimits) -> dict[str, Json
         "part": part.name,
         "kind": joint.type,
         **_bounds(joint, measured),
-        "velocity_limit": joint.velocity_limit if told_how_fast else None,
-        "acceleration_limit": joint.acceleration_limit if told_how_fast else None,
-        "effort_limit": joint.effort_limit,
+        "velocity_limit": velocity if told_how_fast else None,
+        "acceleration_limit": acceleration if told_how_fast else None,
+        "effort_limit": effort,
         "jump_limit": measured.jump_per_tick,
         "standstill_velocity": measured.standstill_per_s,
         "contact_limit": measured.contact_limit,
         "encoder_step": measured.encoder_step,
         "dead_band": measured.dead_band_per_tick,
-        "source": f"{joint.source}; measured state: {measured.source}",
+        "source": f"{source}; measured state: {measured.source}",
     }
 
 

@@ -44,7 +44,9 @@ _FAST_TORQUE = core_test(
     "test_joint_torque",
     "G021 joint torque: no row while a commanded joint is above its velocity limit",
 )
-_PREDICTED = "reckons with it"
+_RECKONS = "reckons with it"
+MOST_ABOVE = 1.1
+"""Of the effort limit: a contact limit up to here is taken to bound the effort."""
 
 
 def joint_enforcement(
@@ -53,8 +55,7 @@ def joint_enforcement(
     """The checks of one limit of one joint, commanded or passive.
 
     Args:
-        contact, effort: the joint's limits of these names, None for a passive joint. Where
-            contact lies at or below effort, no measured effort beyond either passes.
+        contact, effort: the joint's limits of these names, None for a passive joint.
     """
     common = {"jump_limit": (_JUMP,), "standstill_velocity": (_STANDSTILL,)}
     if limit in common:
@@ -65,17 +66,19 @@ def joint_enforcement(
     if limit in ("lower", "upper", "tolerance"):
         return _of_range(limit, part)
     if limit == "effort_limit":
-        caught = isinstance(contact, float) and isinstance(effort, float) and contact <= effort
-        return (*_absolute(part, "joint_torque"), *(proven("G042") if caught else ()))
+        return (*_absolute(part, "joint_torque"), *_of_measured_effort(contact, effort))
     if limit == "velocity_limit":
-        return _of_speed(part, _braking_check(joint, robot))
+        return _of_speed(part, "base" if joint in robot.base_joints else "speed")
     if limit == "acceleration_limit":
-        return proven(_braking_check(joint, robot), _PREDICTED)
-    return proven({"contact_limit": "G042", "encoder_step": "G041", "dead_band": "G041"}[limit])
+        return proven("base" if joint in robot.base_joints else "braking", _RECKONS)
+    return proven({"contact_limit": "contact", "encoder_step": "stuck"}.get(limit, "dead band"))
 
 
-def _braking_check(joint: str, robot: RobotManifest) -> str:
-    return "G034" if joint in robot.base_joints else "G024"
+def _of_measured_effort(contact: Value, effort: Value) -> tuple[Enforcement, ...]:
+    """Contact stops beyond its own limit; that bounds the effort too where it is not far above."""
+    if not isinstance(contact, float) or not isinstance(effort, float):
+        return ()
+    return proven("contact", f"beyond {contact:g}") if contact <= MOST_ABOVE * effort else ()
 
 
 def _absolute(part: Part, *judging: str) -> tuple[Enforcement, ...]:
@@ -91,7 +94,7 @@ def _of_range(limit: str, part: Part) -> tuple[Enforcement, ...]:
     outside = _OUTSIDE_HAND if part.modes == ("dex_hand_joint",) else _OUTSIDE
     if limit == "tolerance":
         return (outside,)
-    return (outside, *_absolute(part, "joint_position", "dex_hand_joint"), *proven("G024"))
+    return (outside, *_absolute(part, "joint_position", "dex_hand_joint"), *proven("braking"))
 
 
 def _of_speed(part: Part, braking: str) -> tuple[Enforcement, ...]:
@@ -99,5 +102,5 @@ def _of_speed(part: Part, braking: str) -> tuple[Enforcement, ...]:
     told = _absolute(part, "joint_velocity")
     torque = (_FAST_TORQUE,) if "joint_torque" in part.modes else ()
     others = [mode for mode in part.modes if mode not in ("joint_velocity", "joint_torque")]
-    reckoned = proven(braking, f"{_PREDICTED} in {', '.join(others)}") if others else ()
+    reckoned = proven(braking, f"{_RECKONS} in {', '.join(others)}") if others else ()
     return (*told, *torque, *reckoned)

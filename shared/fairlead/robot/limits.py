@@ -10,7 +10,7 @@ import json
 from typing import Any
 
 from fairlead.robot.effective_limit import EffectiveLimit
-from fairlead.robot.gate_file import compile_gate_config
+from fairlead.robot.gate_file import compile_gate_config, profile_limits
 from fairlead.robot.manifest import RobotManifest
 from fairlead.robot.surrounding_limits import surrounding_limits
 
@@ -27,7 +27,10 @@ def effective_limits(robot: RobotManifest, profile: str = "sim") -> list[Effecti
     for joint in config["joints"] + config["passive_joints"]:
         declared, where = robot.joint(joint["name"]), f"joint {joint['name']}"
         flat = {**joint.pop("bounds", {}), **joint}
-        rows += _rows(where, flat, _joint_units(declared.unit), declared.source)
+        rows += _rows(where, flat, _range_units(declared.unit), declared.source)
+        if declared in robot.joints:
+            source = profile_limits(declared, robot.profile(profile))[3]
+            rows += _rows(where, flat, _motion_units(declared.unit), source)
         state_units = _measured_units(declared.unit)
         rows += _rows(where, flat, state_units, measured[declared.name].source)
     for part in config["parts"]:
@@ -65,10 +68,12 @@ def _rows(
     return rows
 
 
-def _joint_units(unit: str) -> dict[str, str]:
+def _range_units(unit: str) -> dict[str, str]:
+    return {"lower": unit, "upper": unit}
+
+
+def _motion_units(unit: str) -> dict[str, str]:
     return {
-        "lower": unit,
-        "upper": unit,
         "velocity_limit": f"{unit}/s",
         "acceleration_limit": f"{unit}/s2",
         "effort_limit": _effort_unit(unit),

@@ -40,6 +40,15 @@ class MeasuredLimits(SafetyBlock):
     source: str
 
 
+class TighterJoint(SafetyBlock):
+    """Limits of a commanded joint that are tighter in this profile than its own (joint units)."""
+
+    velocity_per_s: Positive | None = None
+    acceleration_per_s2: Positive | None = None
+    effort: Positive | None = None
+    source: str
+
+
 class Protocol(SafetyBlock):
     """Windows and rates of the protocol that are the same for every claim."""
 
@@ -85,6 +94,7 @@ class SafetyProfile(SafetyBlock):
     """Everything the gate enforces in one profile; ``base`` for robots with zones only."""
 
     lockstep_allowed: bool
+    tighter_joints: dict[str, TighterJoint] = Field(default_factory=dict)
     measured: dict[str, MeasuredLimits]
     parts: dict[str, PartSafety]
     self_collision: SelfCollision

@@ -28,6 +28,7 @@ def safety_problems(
         if name in measured:
             commanded = measured[name] in joints
             yield from _measured_problems(measured[name], limits, commanded=commanded)
+    yield from _tighter_problems(joints, block)
     yield from same_names("parts", [part.name for part in parts], block.parts)
     for part in parts:
         if part.name in block.parts:
@@ -55,6 +56,27 @@ def _measured_problems(joint: Joint, limits: MeasuredLimits, *, commanded: bool)
         if commanded != (getattr(limits, name) is not None):
             state = "missing" if commanded else "given for a joint that is not commanded"
             yield f"{key}: {name} is {state}"
+
+
+def _tighter_problems(joints: Sequence[Joint], block: SafetyProfile) -> Iterator[str]:
+    commanded = {joint.name: joint for joint in joints}
+    for name, limits in block.tighter_joints.items():
+        joint = commanded.get(name)
+        if joint is None:
+            yield f"tighter_joints: {name!r} is no commanded joint (valid: {', '.join(commanded)})"
+            continue
+        own = {
+            "velocity_per_s": joint.velocity_limit,
+            "acceleration_per_s2": joint.acceleration_limit,
+            "effort": joint.effort_limit,
+        }
+        for key, most in own.items():
+            value = getattr(limits, key)
+            if value is not None and value > most:
+                yield (
+                    f"tighter_joints: joint {name!r}: expected {key} of at most its own, {most}, "
+                    f"got {value}"
+                )
 
 
 def _part_problems(joints: Sequence[Joint], part: Part, limits: PartSafety) -> Iterator[str]:
