@@ -78,8 +78,8 @@ def test_what_nothing_enforces_are_limits_of_checks_to_come(bounds: list[Bound])
 @pytest.mark.parametrize(
     ("where", "limit", "codes"),
     [
-        ("joint right_joint1", "effort_limit", ["G020"]),
-        ("joint left_joint1", "effort_limit", []),
+        ("joint right_joint1", "effort_limit", ["G020", "G042 beyond 91"]),
+        ("joint left_joint1", "effort_limit", ["G042 beyond 91"]),
         ("joint right_thumb_joint1", "upper", ["G011", "G020"]),
         ("joint left_gripper", "upper", ["G011 says and counts it", "G020"]),
         ("joint left_gripper", "tolerance", ["G011 says and counts it"]),

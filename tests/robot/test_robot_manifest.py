@@ -24,6 +24,7 @@ def shipped() -> dict[str, Any]:
 @pytest.fixture
 def data(shipped: dict[str, Any]) -> dict[str, Any]:
     copied: dict[str, Any] = json.loads(json.dumps(shipped))  # YAML's aliases taken apart
+    del copied["safety"]["hardware"]  # each complaint once
     return copied
 
 
