@@ -54,6 +54,26 @@ CHECK_TESTS: Mapping[str, Enforcement] = {
         "test_contact",
         "G042 a gripper that stood still short of its target loses up to slip_limit",
     ),
+    "transitions": core_test(
+        "G025",
+        "test_transitions",
+        "G025 after arming any mode may start; then only those that may follow it",
+    ),
+    "switching": core_test(
+        "G025",
+        "test_composite_switch",
+        "G025 the switch turns while every part of the claim stands still",
+    ),
+    "stop ramp": core_test(
+        "G043",
+        "test_stop_ramp",
+        "G043 not at standstill at the end of the ramp: latched, naming the joint",
+    ),
+    "deadline": core_test(
+        "G050",
+        "test_gate_itself",
+        "G050 the third step over its deadline within 60 s stops, at the deadline none does",
+    ),
 }
 """What is proven, by a name of its own; what is not here is taken for enforced by nothing."""
 
