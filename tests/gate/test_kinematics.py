@@ -12,23 +12,13 @@ import pytest
 
 from fairlead.messages import FloatArray
 from fairlead.paths import gate_binary, gate_config
-from fairlead.robot.manifest import RobotManifest, load_robot
+from fairlead.robot.manifest import load_robot
+from tests.gate.joint_samples import samples
 
 pytestmark = pytest.mark.processes
 
 ROBOTS = ("panda", "panda_mobile", "dual_panda")
 TOLERANCE = 1e-9  # [m], [rad], [m/s], [rad/s]
-
-
-def samples(robot: RobotManifest, count: int) -> tuple[FloatArray, FloatArray]:
-    """Positions over each joint's range and velocities up to its limit, every measured joint."""
-    rng = np.random.default_rng(7)
-    joints = (*robot.joints, *robot.passive_joints)
-    ranges = [(j.lower, j.upper) if j.has_bounds else (-np.pi, np.pi) for j in joints]
-    lower, upper = np.array(ranges).T
-    speeds = np.array([joint.velocity_limit for joint in joints])
-    positions = rng.uniform(lower, upper, (count, len(joints)))
-    return positions, rng.uniform(-speeds, speeds, positions.shape)
 
 
 def gate_links(config: Path, positions: FloatArray, velocities: FloatArray) -> FloatArray:

@@ -1,15 +1,92 @@
-// What of a robot's limits the prediction needs, laid out once so that a row costs little.
+// What of a robot's limits the prediction needs, laid out once so that a row costs little: its
+// moving links, what is around them, and which joints move what.
 #pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
 
 #include "fairlead_safety/limits.hpp"
 
 namespace fairlead {
 
+/// Measured joints by index, one bit each.
+using JointSet = std::uint64_t;
+static_assert(max_measured <= 64);
+
+inline JointSet only(std::size_t joint) { return JointSet{1} << joint; }
+
+/// A link that a joint moves, with the fixed links between it and the one before folded in. Its
+/// pose in the one before: `still + cos q * cosine + sin q * sine`, `origin + q * slide`.
+struct PlanFrame {
+  std::size_t parent = 0;
+  std::size_t joint = max_measured;
+  bool turns = false;
+  Eigen::Matrix3d still = Eigen::Matrix3d::Identity();
+  Eigen::Matrix3d cosine = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d sine = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d origin = Eigen::Vector3d::Zero();
+  Eigen::Vector3d slide = Eigen::Vector3d::Zero();
+  Eigen::Vector3d axis = Eigen::Vector3d::Zero();  // in its own axes
+  JointSet movers = 0;                             // joints between it and the root
+};
+
+/// Where a link is fixed to a moving one.
+struct PlanPlace {
+  std::size_t frame = 0;
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();
+};
+
+struct PlanCapsule {
+  std::size_t frame = 0;
+  Eigen::Vector3d a, b, middle;  // in the frame [m]
+  double radius = unset;
+  double reach = unset;  // of its bounding sphere about `middle`
+};
+
+/// What a verdict calls a pair: "link5 / link0".
+using PlanName = FixedText<132>;
+
+struct PlanPair {
+  std::uint8_t first = 0;
+  std::uint8_t second = 0;
+  JointSet movers = 0;  // joints that move one of them relative to the other
+  double near = unset;  // distance of the middles at which their spheres have the clearance left
+  PlanName name;
+};
+
+/// A part's tool and the frames from the root to it.
+struct PlanTool {
+  bool present = false;
+  PlanPlace place;
+  JointSet movers = 0;
+  FixedVec<std::uint8_t, max_links> chain;  // frames from the root on, the root left out
+  FixedVec<std::uint8_t, max_links> own;    // those of them that the part's joints move
+};
+
+/// A volume, and what keeps out of it is called: "link5 / shelf", by capsule and by part.
+struct PlanVolume {
+  std::array<PlanName, max_capsules> capsules;
+  std::array<PlanName, max_parts> tools;
+};
+
 /// Made when the gate starts. `limits` must outlive it.
 struct PathPlan {
-  explicit PathPlan(const Limits& robot_limits) : limits(robot_limits) {}
+  explicit PathPlan(const Limits& robot_limits);
 
   const Limits& limits;
+  double period_s = unset;
+  std::array<PlanPlace, max_links> places;  // by link of the description
+  FixedVec<PlanFrame, max_links> frames;    // parents first; the first is the root
+  FixedVec<PlanCapsule, max_capsules> capsules;
+  FixedVec<PlanPair, max_capsule_pairs> pairs;
+  FixedVec<PlanVolume, max_volumes> volumes;
+  std::array<PlanTool, max_parts> tools;
+  std::array<JointSet, max_parts> part_joints{};
+  // By joint: how far a point of a capsule or a tool moves at most when the joint does by 1.
+  std::array<double, max_measured> reach{};
+  JointSet base_joints = 0;
 };
 
 }  // namespace fairlead

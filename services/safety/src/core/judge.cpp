@@ -4,6 +4,24 @@
 #include "path/path_walk.hpp"
 
 namespace fairlead {
+namespace {
+
+// Rows in order, up to the first that `check` finds fault with.
+template <class Check>
+Judgement judge_each(std::size_t first_row, std::size_t end_row, const Check& check) {
+  Judgement judgement;
+  judgement.first_row = first_row;
+  for (std::size_t row = first_row; row < end_row; ++row) {
+    judgement.evidence = check(row);
+    if (!judgement.evidence.ok()) break;
+    ++judgement.row_count;
+  }
+  if (judgement.row_count == 0) return judgement;  // refused, by its first row
+  judgement.outcome = judgement.evidence.ok() ? Outcome::released : Outcome::truncated;
+  return judgement;
+}
+
+}  // namespace
 
 Evidence check_running(const Limits& limits, const ClaimLimits& claim, const MeasuredState& state,
                        const ActionChunk& chunk, std::size_t row) {
@@ -19,19 +37,19 @@ Evidence check_running(const Limits& limits, const ClaimLimits& claim, const Mea
 Judgement judge_rows(const PathPlan& plan, const ClaimLimits& claim, const MeasuredState& state,
                      const ActionChunk& chunk, std::size_t first_row, const RowBefore& before,
                      Companions companions) {
-  Judgement judgement;
-  judgement.first_row = first_row;
   const LimitWalk by_limits(plan.limits, claim, state, chunk, first_row, before);
   PathWalk by_path(plan, claim, state, chunk, first_row, before, companions);
-  for (std::size_t row = first_row; row < chunk.horizon; ++row) {
-    if (by_limits.needs_check(row)) judgement.evidence = by_limits.check(row);
-    if (judgement.evidence.ok()) judgement.evidence = by_path.check_next();
-    if (!judgement.evidence.ok()) break;
-    ++judgement.row_count;
-  }
-  if (judgement.row_count == 0) return judgement;  // refused, by its first row
-  judgement.outcome = judgement.evidence.ok() ? Outcome::released : Outcome::truncated;
-  return judgement;
+  return judge_each(first_row, chunk.horizon, [&](std::size_t row) {
+    const Evidence evidence = by_limits.needs_check(row) ? by_limits.check(row) : Evidence{};
+    return evidence.ok() ? by_path.check_next() : evidence;
+  });
+}
+
+Judgement judge_path(const PathPlan& plan, const ClaimLimits& claim, const MeasuredState& state,
+                     const ActionChunk& chunk, std::size_t first_row, std::size_t end_row,
+                     const RowBefore& before, Companions companions) {
+  PathWalk by_path(plan, claim, state, chunk, first_row, before, companions);
+  return judge_each(first_row, end_row, [&](std::size_t) { return by_path.check_next(); });
 }
 
 }  // namespace fairlead

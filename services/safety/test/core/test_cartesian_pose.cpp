@@ -1,11 +1,12 @@
 // cartesian_pose: a box, a unit quaternion, and steps from the measured tool frame.
-// Limits of the test robot: a box of 1 m to each side, steps of 0.05 m and 0.25 rad; at rest the
-// tool is at (0.7, 0, 0.5).
+// Limits of both robots: a box of 1 m to each side, steps of 0.05 m and 0.25 rad; at rest the tool
+// is at (0.7, 0, 0.5). The free arm reaches every pose, so that only these limits refuse.
 
 #include <doctest/doctest.h>
 
 #include <cmath>
 
+#include "free_arm.hpp"
 #include "row_judge.hpp"
 
 using namespace fairlead;
@@ -26,14 +27,25 @@ Row turned(double angle, double sign = 1.0) {
 
 ChunkBuilder poses(const Rows& rows) { return ChunkBuilder().poses(arm, rows); }
 
-std::uint32_t code(const Rows& rows, const MeasuredState& state = state_at_rest()) {
-  return judge(poses(rows).chunk, state).evidence.code;
+Judgement freely(const Rows& rows, const MeasuredState& state = free_arm::at_rest(),
+                 const RowBefore& before = {}) {
+  static const Limits limits = free_arm::limits();
+  return free_arm::judge(limits, poses(rows).chunk, state, before);
+}
+
+std::uint32_t code(const Rows& rows, const MeasuredState& state = free_arm::at_rest()) {
+  return freely(rows, state).evidence.code;
+}
+
+std::uint32_t pose_after(ChunkBuilder& previous, const Row& row,
+                         const MeasuredState& state = free_arm::at_rest()) {
+  return freely({row}, state, RowBefore{&previous.chunk, 0}).evidence.code;
 }
 
 }  // namespace
 
 TEST_CASE("G020 cartesian pose: inside the box, ends included") {
-  static const Limits limits = test_limits();
+  static const Limits limits = free_arm::limits();
   ClaimLimits claim = whole_robot(limits);
   claim.modes[arm].cartesian_pose.lower = {0.69, -0.01, 0.49};
   claim.modes[arm].cartesian_pose.upper = {0.71, 0.01, 0.51};
@@ -41,7 +53,7 @@ TEST_CASE("G020 cartesian pose: inside the box, ends included") {
     Row row = at_rest;
     row[axis] = value;
     const Judgement judgement =
-        judge_rows(limits, claim, state_at_rest(), poses({row}).chunk, 0, {});
+        judge_rows(limits, claim, free_arm::at_rest(), poses({row}).chunk, 0, {});
     if (!judgement.evidence.ok()) CHECK(judgement.evidence.axis == std::array{"x", "y", "z"}[axis]);
     return judgement.evidence.code;
   };
@@ -61,7 +73,7 @@ TEST_CASE("G020 cartesian pose: a unit quaternion within 1e-6") {
   for (const double fine : {1.0, 1.0 - 0.999e-6, 1.0 + 0.999e-6, -1.0}) CHECK(of_norm(fine) == 0);
   for (const double bad : {1.0 - 1.001e-6, 1.0 + 1.001e-6, 0.0, 2.0, not_a_number, infinite})
     CHECK(of_norm(bad) == 20);
-  const Judgement zero = judge(poses({{0.7, 0.0, 0.5, 0.0, 0.0, 0.0, 0.0}}).chunk);
+  const Judgement zero = freely({{0.7, 0.0, 0.5, 0.0, 0.0, 0.0, 0.0}});
   CHECK(zero.evidence.axis == "quaternion norm");
   for (std::size_t axis = 3; axis < 7; ++axis) CHECK(code({shifted(axis, not_a_number)}) == 20);
 }
@@ -76,29 +88,29 @@ TEST_CASE("G021 a pose starts at the measured tool frame and at what was execute
   CHECK(code({turned(0.25 + 1e-12)}) == 21);
   CHECK(code({turned(-0.25 - 1e-12)}) == 21);
   // The arm stands somewhere else: so does the pose that starts it.
-  MeasuredState state = state_at_rest();
-  state.positions[arm_1] = std::acos(0.0);
+  MeasuredState state = free_arm::at_rest();
+  state.positions[free_arm::turn_z] = std::acos(0.0);
   const double half = std::sqrt(0.5);
   CHECK(code({{0.0, 0.7, 0.5, 0.0, 0.0, half, half}}, state) == 0);
   CHECK(code({at_rest}, state) == 21);
   // What was executed last counts as well as what is measured.
   ChunkBuilder previous = poses({shifted(0, -0.03)});
-  CHECK(code_after(previous, poses({shifted(0, 0.02 - 1e-12)})) == 0);
-  CHECK(code_after(previous, poses({shifted(0, 0.02 + 1e-12)})) == 21);
-  CHECK(code_after(previous, poses({shifted(0, 0.02)}), state) == 21);
+  CHECK(pose_after(previous, shifted(0, 0.02 - 1e-12)) == 0);
+  CHECK(pose_after(previous, shifted(0, 0.02 + 1e-12)) == 21);
+  CHECK(pose_after(previous, shifted(0, 0.02), state) == 21);
 }
 
 TEST_CASE("G021 a quaternion and its negative are the same start") {
   CHECK(code({turned(0.2, -1.0)}) == 0);
   CHECK(code({turned(0.25 + 1e-12, -1.0)}) == 21);
   ChunkBuilder previous = poses({turned(0.1)});
-  CHECK(code_after(previous, poses({turned(0.1, -1.0)})) == 0);
+  CHECK(pose_after(previous, turned(0.1, -1.0)) == 0);
 }
 
 TEST_CASE("G021 a measurement that is no number starts no pose") {
-  for (const std::size_t joint : {arm_1, arm_2, torso})
+  for (std::size_t joint = 0; joint < 6; ++joint)
     for (const double bad : {not_a_number, infinite}) {
-      MeasuredState state = state_at_rest();
+      MeasuredState state = free_arm::at_rest();
       state.positions[joint] = bad;
       CHECK(code({at_rest}, state) != 0);
     }
@@ -110,15 +122,15 @@ TEST_CASE("G022 cartesian pose: the jump from row to row in place and angle") {
   CHECK(code({at_rest, turned(0.25 - 1e-12), turned(0.5 - 2e-12, -1.0)}) == 0);
   CHECK(code({at_rest, turned(0.25 + 1e-12)}) == 22);
   CHECK(code({at_rest, turned(6.2)}) == 0);  // the other way round it is 0.083 rad
-  const Judgement cut = judge(poses({at_rest, shifted(1, 0.04), shifted(1, 0.12)}).chunk);
+  const Judgement cut = freely({at_rest, shifted(1, 0.04), shifted(1, 0.12)});
   CHECK(cut.row_count == 2);
   CHECK(cut.evidence.axis == "linear");
   CHECK(cut.evidence.limit == 0.05);
 }
 
 TEST_CASE("G011 cartesian pose: refused while a joint of the part is outside its bounds") {
-  MeasuredState state = state_at_rest();
-  state.positions[arm_2] = 2.2;
+  MeasuredState state = free_arm::at_rest();
+  state.positions[free_arm::turn_y] = 2.2;
   CHECK(code({at_rest}, state) == 11);
 }
 

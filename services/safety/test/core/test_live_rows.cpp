@@ -42,7 +42,7 @@ struct LiveArm : GateRig {
 TEST_CASE("G011 released rows stop where a joint has left its bounds and they do not lead back") {
   for (const bool lockstep : {true, false}) {
     for (const Mode mode : {Mode::joint_velocity, Mode::joint_torque}) {
-      LiveArm rig(lockstep, 2.0, mode, {0.5, 0.5, 0.5});
+      LiveArm rig(lockstep, 1.9, mode, {0.5, 0.5, 0.5});
       rig.positions[arm_1] = just_above(2.1);  // bounds of 2, tolerance 0.1
       rig.after_row();
       CHECK(rig.stopped());
@@ -54,7 +54,7 @@ TEST_CASE("G011 released rows stop where a joint has left its bounds and they do
 
 TEST_CASE("G011 released rows run on within the tolerance, and where they lead back") {
   for (const bool lockstep : {true, false}) {
-    LiveArm inside(lockstep, 2.0, Mode::joint_velocity, {0.5, 0.5, 0.5});
+    LiveArm inside(lockstep, 1.9, Mode::joint_velocity, {0.5, 0.5, 0.5});
     inside.positions[arm_1] = 2.09;
     inside.after_row();
     CHECK_FALSE(inside.stopped());

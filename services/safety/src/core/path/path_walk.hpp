@@ -1,8 +1,11 @@
-// One chunk's rows on their way: what is predicted so far.
+// One chunk's rows on their way: what is predicted so far, and whether it may be.
 #pragma once
 
 #include "../evidence.hpp"
+#include "braking.hpp"
 #include "fairlead_safety/path.hpp"
+#include "prediction.hpp"
+#include "shape_check.hpp"
 
 namespace fairlead {
 
@@ -13,8 +16,27 @@ class PathWalk {
            const ActionChunk& chunk, std::size_t first_row, const RowBefore& before,
            Companions companions);
 
-  /// Moves on by one row and judges where that leads.
+  /// Goes on by one row and judges where that leads. Not past a fault.
   Evidence check_next();
+
+ private:
+  struct Shapes {  // of one branch, after this row and the one before it, in turn
+    std::array<FramePoses, 2> poses;
+    std::size_t newest = 0;
+    double slack = 0.0;
+  };
+
+  Evidence check_branch(std::size_t index);
+  Evidence check_shapes(const Branch& branch, const Braking& braking, Shapes& shapes);
+  Evidence check_singularities(const Branch& branch, const Braking& braking) const;
+  Evidence check_zones(const Branch& branch, const Braking& braking) const;
+
+  const PathPlan& plan_;
+  const ActionChunk& chunk_;
+  Prediction prediction_;
+  ShapeCheck shape_check_;
+  std::array<Shapes, 2> shapes_;
+  FramePoses between_;
 };
 
 }  // namespace fairlead

@@ -1,0 +1,92 @@
+#include "base_check.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "breach.hpp"
+
+namespace fairlead {
+namespace {
+
+// How far `point` is outside the edge from `from` to `to` of a counter-clockwise polygon.
+double outside_edge(const Corner& from, const Corner& to, const Corner& point) {
+  const double along_x = to[0] - from[0], along_y = to[1] - from[1];
+  const double side = along_y * (point[0] - from[0]) - along_x * (point[1] - from[1]);
+  return side / std::hypot(along_x, along_y);
+}
+
+// Of the two, and not a number if one is not.
+double smaller(double a, double b) { return std::isnan(a) || a < b ? a : b; }
+double larger(double a, double b) { return std::isnan(a) || a > b ? a : b; }
+
+// The edge of one polygon that has the whole other one furthest on its outer side.
+double best_edge(const Polygon& one, const Polygon& other) {
+  double best = -std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < one.size(); ++i) {
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const Corner& corner : other)
+      nearest = smaller(nearest, outside_edge(one[i], one[(i + 1) % one.size()], corner));
+    best = larger(best, nearest);
+  }
+  return best;
+}
+
+double margin_of(const Zone& zone, const Polygon& footprint) {
+  return zone.keep_out ? separation(footprint, zone.corners) : inside(footprint, zone.corners);
+}
+
+}  // namespace
+
+double separation(const Polygon& one, const Polygon& other) {
+  return larger(best_edge(one, other), best_edge(other, one));
+}
+
+double inside(const Polygon& corners, const Polygon& zone) {
+  double nearest = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < zone.size(); ++i)
+    for (const Corner& corner : corners)
+      nearest = smaller(nearest, -outside_edge(zone[i], zone[(i + 1) % zone.size()], corner));
+  return nearest;
+}
+
+// At zero the root link and odom are one; the slides carry the axis that the yaw turns about.
+Polygon footprint_at(const BaseLimits& base, const Joints& joints) {
+  const double x = joints[base.joints[0]], y = joints[base.joints[1]];
+  const double cosine = std::cos(joints[base.joints[2]]);
+  const double sine = std::sin(joints[base.joints[2]]);
+  Polygon corners;
+  for (const Corner& corner : base.footprint) {
+    const double from_x = corner[0] - base.yaw_axis[0], from_y = corner[1] - base.yaw_axis[1];
+    (void)corners.push_back({base.yaw_axis[0] + x + cosine * from_x - sine * from_y,
+                             base.yaw_axis[1] + y + sine * from_x + cosine * from_y});
+  }
+  return corners;
+}
+
+double base_motion_bound(const BaseLimits& base, const Joints& from, const Joints& to) {
+  double furthest = 0.0;
+  for (const Corner& corner : base.footprint)
+    furthest =
+        std::max(furthest, std::hypot(corner[0] - base.yaw_axis[0], corner[1] - base.yaw_axis[1]));
+  const auto change = [&](std::size_t i) { return to[base.joints[i]] - from[base.joints[i]]; };
+  return std::hypot(change(0), change(1)) + furthest * std::abs(change(2));
+}
+
+Evidence check_base(const PathPlan& plan, const Joints& joints, const Joints& before,
+                    double& slack) {
+  const BaseLimits& base = plan.limits.base;
+  const Polygon here = footprint_at(base, joints);
+  slack = std::numeric_limits<double>::infinity();
+  for (const Zone& zone : base.zones) {
+    const double margin = margin_of(zone, here);
+    slack = std::min(slack, std::max(margin, 0.0));
+    if (margin >= 0.0) continue;
+    if (!is_breach(margin, margin_of(zone, footprint_at(base, before)))) continue;
+    return at(below(code::zone, zone.name.view(), margin, 0.0, base.source.view()), -1,
+              plan.limits.parts[plan.limits.joints[base.joints[0]].part].name);
+  }
+  return {};
+}
+
+}  // namespace fairlead

@@ -1,0 +1,56 @@
+#include "braking.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace fairlead {
+
+Braking::Braking(const PathPlan& plan, const Branch& branch, JointSet moving)
+    : plan_(plan), branch_(branch), moving_(moving) {
+  end_ = branch.now;
+  for (std::size_t j = 0; j < plan.limits.joints.size(); ++j) {
+    const double speed = branch.speed[j];
+    if ((moving & only(j)) == 0 || speed == 0.0) continue;
+    const double reaction = (plan.base_joints & only(j)) != 0 ? plan.limits.base.reaction_s : 0.0;
+    const double deceleration = plan.limits.joints[j].acceleration_limit;
+    duration_ = std::max(duration_, reaction + std::abs(speed) / deceleration);
+    end_[j] += speed * reaction + speed * std::abs(speed) / (2.0 * deceleration);
+  }
+}
+
+double Braking::position(std::size_t joint, double time) const {
+  const double reaction =
+      (plan_.base_joints & only(joint)) != 0 ? plan_.limits.base.reaction_s : 0.0;
+  const double speed = branch_.speed[joint];
+  const double deceleration = plan_.limits.joints[joint].acceleration_limit;
+  const double braking = std::clamp(time - reaction, 0.0, std::abs(speed) / deceleration);
+  const double lost = std::copysign(0.5 * deceleration * braking * braking, speed);
+  return branch_.now[joint] + speed * (std::min(time, reaction) + braking) - lost;
+}
+
+void Braking::at(double share, Joints& joints) const {
+  joints = branch_.now;
+  for (std::size_t j = 0; j < plan_.limits.joints.size(); ++j)
+    if ((moving_ & only(j)) != 0 && branch_.speed[j] != 0.0)
+      joints[j] = position(j, share * duration_);
+}
+
+Evidence check_braking(const PathPlan& plan, const Branch& branch, const Joints& end,
+                       JointSet joints) {
+  for (std::size_t j = 0; j < plan.limits.joints.size(); ++j) {
+    const JointLimits& joint = plan.limits.joints[j];
+    if (!joint.bounded || (joints & only(j)) == 0) continue;
+    const double speed = branch.speed[j];
+    Evidence evidence;
+    if (speed > 0.0 && !(end[j] <= joint.bounds.upper))
+      evidence =
+          above(code::braking, joint.name.view(), end[j], joint.bounds.upper, joint.source.view());
+    if (speed < 0.0 && !(end[j] >= joint.bounds.lower))
+      evidence =
+          below(code::braking, joint.name.view(), end[j], joint.bounds.lower, joint.source.view());
+    if (!evidence.ok()) return at(evidence, -1, plan.limits.parts[joint.part].name);
+  }
+  return {};
+}
+
+}  // namespace fairlead

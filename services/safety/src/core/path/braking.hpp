@@ -1,0 +1,34 @@
+// Where the joints come to rest when they brake: each by its own declared deceleration.
+#pragma once
+
+#include "../evidence.hpp"
+#include "prediction.hpp"
+
+namespace fairlead {
+
+/// All joints brake from a branch's configuration and speeds: at once, those of the base after its
+/// reaction time at the speed they have.
+class Braking {
+ public:
+  Braking(const PathPlan& plan, const Branch& branch, JointSet moving);
+
+  /// Positions when `share` of the time has passed that the last joint needs, 0 to 1.
+  void at(double share, Joints& joints) const;
+  [[nodiscard]] const Joints& end() const { return end_; }
+
+ private:
+  [[nodiscard]] double position(std::size_t joint, double time) const;
+
+  const PathPlan& plan_;
+  const Branch& branch_;
+  JointSet moving_;
+  double duration_ = 0.0;
+  Joints end_;
+};
+
+/// G024: braking ends inside the bounds of every joint of `joints`. Only motion towards a bound
+/// counts.
+Evidence check_braking(const PathPlan& plan, const Branch& branch, const Joints& end,
+                       JointSet joints);
+
+}  // namespace fairlead

@@ -1,0 +1,171 @@
+#include "fairlead_safety/path_plan.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+namespace fairlead {
+namespace {
+
+Eigen::Vector3d vector(const std::array<double, 3>& xyz) { return {xyz[0], xyz[1], xyz[2]}; }
+
+Eigen::Matrix3d matrix(const std::array<double, 4>& q) {
+  return Eigen::Quaterniond(q[3], q[0], q[1], q[2]).toRotationMatrix();
+}
+
+PlanPlace compose(const PlanPlace& parent, const Link& link) {
+  return {parent.frame, parent.rotation * matrix(link.rotation_xyzw),
+          parent.position + parent.rotation * vector(link.translation)};
+}
+
+// Rodrigues' formula, the parts that do not depend on the angle taken out.
+PlanFrame moving_frame(const PlanPlace& at_zero, const Link& link, JointSet parent_movers) {
+  PlanFrame frame;
+  const Eigen::Vector3d axis = vector(link.axis);
+  frame.parent = at_zero.frame;
+  frame.joint = link.joint;
+  frame.turns = link.motion == LinkMotion::turn;
+  frame.origin = at_zero.position;
+  frame.axis = axis;
+  frame.movers = parent_movers | only(link.joint);
+  frame.still = at_zero.rotation;
+  if (!frame.turns) {
+    frame.slide = at_zero.rotation * axis;
+    return frame;
+  }
+  Eigen::Matrix3d across;
+  across << 0.0, -axis.z(), axis.y(), axis.z(), 0.0, -axis.x(), -axis.y(), axis.x(), 0.0;
+  const Eigen::Matrix3d along = axis * axis.transpose();
+  frame.still = at_zero.rotation * along;
+  frame.cosine = at_zero.rotation * (Eigen::Matrix3d::Identity() - along);
+  frame.sine = at_zero.rotation * across;
+  return frame;
+}
+
+void add_frames(PathPlan& plan) {
+  (void)plan.frames.push_back(PlanFrame{});
+  const auto& links = plan.limits.kinematics.links;
+  for (std::size_t i = 1; i < links.size(); ++i) {
+    const PlanPlace place = compose(plan.places[links[i].parent], links[i]);
+    plan.places[i] = place;
+    if (links[i].motion == LinkMotion::fixed) continue;
+    plan.places[i] = PlanPlace{};
+    plan.places[i].frame = plan.frames.size();
+    (void)plan.frames.push_back(moving_frame(place, links[i], plan.frames[place.frame].movers));
+  }
+}
+
+void add_capsules(PathPlan& plan) {
+  for (const Capsule& shape : plan.limits.collision.capsules) {
+    const PlanPlace& place = plan.places[shape.link];
+    PlanCapsule capsule;
+    capsule.frame = place.frame;
+    capsule.a = place.position + place.rotation * vector(shape.a);
+    capsule.b = place.position + place.rotation * vector(shape.b);
+    capsule.middle = 0.5 * (capsule.a + capsule.b);
+    capsule.radius = shape.radius;
+    capsule.reach = 0.5 * (capsule.b - capsule.a).norm() + shape.radius;
+    (void)plan.capsules.push_back(capsule);
+  }
+}
+
+PlanName name_of(std::string_view one, std::string_view other) {
+  PlanName name(one);
+  return name.append(" / ").append(other);
+}
+
+std::string_view link_of(const PathPlan& plan, std::size_t capsule) {
+  return plan.limits.kinematics.links[plan.limits.collision.capsules[capsule].link].name.view();
+}
+
+void add_pairs(PathPlan& plan) {
+  for (const CapsulePair& pair : plan.limits.collision.pairs) {
+    const JointSet one = plan.frames[plan.capsules[pair.first].frame].movers;
+    const JointSet other = plan.frames[plan.capsules[pair.second].frame].movers;
+    const double near = plan.capsules[pair.first].reach + plan.capsules[pair.second].reach +
+                        plan.limits.collision.clearance;
+    (void)plan.pairs.push_back({pair.first, pair.second, one ^ other, near,
+                                name_of(link_of(plan, pair.first), link_of(plan, pair.second))});
+  }
+}
+
+void add_volumes(PathPlan& plan) {
+  for (const Volume& volume : plan.limits.workspace.volumes) {
+    PlanVolume names;
+    for (std::size_t i = 0; i < plan.capsules.size() && volume.keep_out; ++i)
+      names.capsules[i] = name_of(link_of(plan, i), volume.name.view());
+    for (std::size_t i = 0; i < plan.limits.parts.size() && volume.keep_out; ++i)
+      names.tools[i] = name_of("tool", volume.name.view());
+    (void)plan.volumes.push_back(names);
+  }
+}
+
+// Frames between the root and a tool, root side first.
+void add_chain(const PathPlan& plan, const PartLimits& part, PlanTool& tool) {
+  std::array<bool, max_links> between{};
+  for (std::size_t f = tool.place.frame; f != 0; f = plan.frames[f].parent) between[f] = true;
+  for (std::size_t f = 1; f < plan.frames.size(); ++f) {
+    if (!between[f]) continue;
+    (void)tool.chain.push_back(static_cast<std::uint8_t>(f));
+    if (part.joints.contains(plan.frames[f].joint))
+      (void)tool.own.push_back(static_cast<std::uint8_t>(f));
+  }
+}
+
+void add_tools(PathPlan& plan) {
+  for (std::size_t i = 0; i < plan.limits.parts.size(); ++i) {
+    const PartLimits& part = plan.limits.parts[i];
+    for (const std::size_t joint : part.joints) plan.part_joints[i] |= only(joint);
+    if (part.tool == no_link) continue;
+    PlanTool& tool = plan.tools[i];
+    tool.present = true;
+    tool.place = plan.places[part.tool];
+    tool.movers = plan.frames[tool.place.frame].movers;
+    add_chain(plan, part, tool);
+  }
+}
+
+// How far the position of a slide can take what it carries.
+double travel(const Limits& limits, std::size_t joint) {
+  const bool commanded = joint < limits.joints.size();
+  if (commanded && !limits.joints[joint].bounded) return unset;
+  const Bounds& bounds = commanded ? limits.joints[joint].bounds
+                                   : limits.passive_joints[joint - limits.joints.size()].bounds;
+  return std::max(std::abs(bounds.lower), std::abs(bounds.upper)) + bounds.tolerance;
+}
+
+// Frames from the tips to the root: what hangs behind each reaches at most so far from its origin.
+void add_reach(PathPlan& plan) {
+  std::array<double, max_links> extent{};
+  const auto extend = [&](std::size_t frame, double distance) {
+    extent[frame] = distance <= extent[frame] ? extent[frame] : distance;  // not a number stays
+  };
+  for (const PlanCapsule& capsule : plan.capsules) {
+    extend(capsule.frame, capsule.a.norm());
+    extend(capsule.frame, capsule.b.norm());
+  }
+  for (const PlanTool& tool : plan.tools)
+    if (tool.present) extend(tool.place.frame, tool.place.position.norm());
+  for (std::size_t f = plan.frames.size() - 1; f > 0; --f) {
+    const PlanFrame& frame = plan.frames[f];
+    plan.reach[frame.joint] += frame.turns ? extent[f] : 1.0;
+    const double slid = frame.turns ? 0.0 : travel(plan.limits, frame.joint);
+    extend(frame.parent, frame.origin.norm() + slid + extent[f]);
+  }
+}
+
+}  // namespace
+
+PathPlan::PathPlan(const Limits& robot_limits) : limits(robot_limits) {
+  period_s = static_cast<double>(limits.period_ns) * 1e-9;
+  add_frames(*this);
+  add_capsules(*this);
+  add_pairs(*this);
+  add_volumes(*this);
+  add_tools(*this);
+  add_reach(*this);
+  for (const std::size_t joint : limits.base.joints)
+    if (limits.base.present && joint < max_joints) base_joints |= only(joint);
+}
+
+}  // namespace fairlead

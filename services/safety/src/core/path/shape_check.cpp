@@ -1,0 +1,161 @@
+#include "shape_check.hpp"
+
+#include <algorithm>
+#include <array>
+
+#include "breach.hpp"
+
+namespace fairlead {
+namespace {
+
+static_assert(max_capsules <= 64 && max_parts <= 64);
+
+std::uint64_t bit(std::size_t i) { return std::uint64_t{1} << i; }
+
+Eigen::Vector3d vector(const std::array<double, 3>& xyz) { return {xyz[0], xyz[1], xyz[2]}; }
+
+Box box_of(const Volume& volume) { return {vector(volume.lower), vector(volume.upper)}; }
+
+Eigen::Vector3d tool_at(const PlanTool& tool, const FramePoses& poses) {
+  return point_in_root(poses[tool.place.frame], tool.place.position);
+}
+
+void keep_smallest(double& slack, double margin) { slack = std::min(slack, std::max(margin, 0.0)); }
+
+}  // namespace
+
+ShapeCheck::ShapeCheck(const PathPlan& plan, JointSet commanded)
+    : plan_(plan), commanded_(commanded) {
+  for (std::size_t i = 0; i < plan.pairs.size(); ++i)
+    if ((plan.pairs[i].movers & commanded) != 0)
+      (void)pairs_.push_back(static_cast<std::uint16_t>(i));
+  bool keeps_out = false;
+  for (const Volume& volume : plan.limits.workspace.volumes) keeps_out |= volume.keep_out;
+  if (plan.volumes.empty()) return;
+  for (std::size_t i = 0; i < plan.tools.size(); ++i)
+    if (plan.tools[i].present && (plan.tools[i].movers & commanded) != 0) tools_ |= bit(i);
+  for (std::size_t i = 0; keeps_out && i < plan.capsules.size(); ++i)
+    if ((plan.frames[plan.capsules[i].frame].movers & commanded) != 0) capsules_ |= bit(i);
+}
+
+Evidence ShapeCheck::look(const FramePoses& poses, const FramePoses& before, double need,
+                          double& slack) const {
+  slack = need;
+  const Evidence evidence = look_at_volumes(poses, before, need, slack);
+  return evidence.ok() ? look_at_pairs(poses, before, need, slack) : evidence;
+}
+
+Evidence ShapeCheck::look_at_volumes(const FramePoses& poses, const FramePoses& before, double need,
+                                     double& slack) const {
+  Evidence evidence;
+  for (std::size_t v = 0; v < plan_.volumes.size() && evidence.ok(); ++v) {
+    const Volume& volume = plan_.limits.workspace.volumes[v];
+    for (std::size_t part = 0; part < plan_.limits.parts.size() && evidence.ok(); ++part) {
+      if ((tools_ & bit(part)) == 0) continue;
+      evidence = volume.keep_out ? keep_tool_out(part, v, poses, before, slack)
+                                 : keep_tool_in(part, volume, poses, before, slack);
+    }
+    for (std::size_t i = 0; i < plan_.capsules.size() && volume.keep_out && evidence.ok(); ++i)
+      if ((capsules_ & bit(i)) != 0) evidence = keep_capsule_out(i, v, poses, before, need, slack);
+  }
+  return evidence;
+}
+
+Evidence ShapeCheck::keep_tool_in(std::size_t part, const Volume& volume, const FramePoses& poses,
+                                  const FramePoses& before, double& slack) const {
+  constexpr std::array<std::string_view, 3> axes{"tool x", "tool y", "tool z"};
+  const PlanTool& tool = plan_.tools[part];
+  const Eigen::Vector3d point = tool_at(tool, poses);
+  const std::string_view source = plan_.limits.workspace.source.view();
+  for (std::size_t i = 0; i < axes.size(); ++i) {
+    const auto axis = static_cast<Eigen::Index>(i);
+    const double under = volume.upper[i] - point[axis], over = point[axis] - volume.lower[i];
+    keep_smallest(slack, under);
+    keep_smallest(slack, over);
+    if (under >= 0.0 && over >= 0.0) continue;
+    const double was = tool_at(tool, before)[axis];
+    const Name& name = plan_.limits.parts[part].name;
+    if (is_breach(under, volume.upper[i] - was))
+      return at(above(code::workspace, axes[i], point[axis], volume.upper[i], source), -1, name);
+    if (is_breach(over, was - volume.lower[i]))
+      return at(below(code::workspace, axes[i], point[axis], volume.lower[i], source), -1, name);
+  }
+  return {};
+}
+
+Evidence ShapeCheck::keep_tool_out(std::size_t part, std::size_t volume, const FramePoses& poses,
+                                   const FramePoses& before, double& slack) const {
+  const Box box = box_of(plan_.limits.workspace.volumes[volume]);
+  const auto distance_of = [&](const FramePoses& in) {
+    const Eigen::Vector3d point = tool_at(plan_.tools[part], in);
+    return box_distance({point, point}, box);
+  };
+  const double distance = distance_of(poses);
+  keep_smallest(slack, distance);
+  if (distance >= 0.0 || !is_breach(distance, distance_of(before))) return {};
+  return at(below(code::workspace, plan_.volumes[volume].tools[part].view(), distance, 0.0,
+                  plan_.limits.workspace.source.view()),
+            -1, plan_.limits.parts[part].name);
+}
+
+Evidence ShapeCheck::keep_capsule_out(std::size_t capsule, std::size_t volume,
+                                      const FramePoses& poses, const FramePoses& before,
+                                      double need, double& slack) const {
+  const Box box = box_of(plan_.limits.workspace.volumes[volume]);
+  const PlanCapsule& shape = plan_.capsules[capsule];
+  const Eigen::Vector3d middle = point_in_root(poses[shape.frame], shape.middle);
+  if (box_distance({middle, middle}, box) - shape.reach >= need) return {};
+  const auto margin_of = [&](const FramePoses& in) {
+    return box_distance(segment(capsule, in), box) - shape.radius;
+  };
+  const double margin = margin_of(poses);
+  keep_smallest(slack, margin);
+  if (margin >= 0.0 || !is_breach(margin, margin_of(before))) return {};
+  return of_part_that_moves(below(code::workspace, plan_.volumes[volume].capsules[capsule].view(),
+                                  margin, 0.0, plan_.limits.workspace.source.view()),
+                            plan_.frames[shape.frame].movers);
+}
+
+Segment ShapeCheck::segment(std::size_t capsule, const FramePoses& poses) const {
+  const PlanCapsule& shape = plan_.capsules[capsule];
+  return {point_in_root(poses[shape.frame], shape.a), point_in_root(poses[shape.frame], shape.b)};
+}
+
+double ShapeCheck::pair_distance(const PlanPair& pair, const FramePoses& poses) const {
+  return segment_distance(segment(pair.first, poses), segment(pair.second, poses)) -
+         plan_.capsules[pair.first].radius - plan_.capsules[pair.second].radius;
+}
+
+// Most pairs are so far apart that the spheres around them tell. A distance that is no number is a
+// hit.
+Evidence ShapeCheck::look_at_pairs(const FramePoses& poses, const FramePoses& before, double need,
+                                   double& slack) const {
+  std::array<Eigen::Vector3d, max_capsules> middles;
+  if (!pairs_.empty())
+    for (std::size_t i = 0; i < plan_.capsules.size(); ++i)
+      middles[i] = point_in_root(poses[plan_.capsules[i].frame], plan_.capsules[i].middle);
+  const double clearance = plan_.limits.collision.clearance;
+  for (const std::uint16_t index : pairs_) {
+    const PlanPair& pair = plan_.pairs[index];
+    const double far = pair.near + need;
+    if ((middles[pair.first] - middles[pair.second]).squaredNorm() >= far * far) continue;
+    const double distance = pair_distance(pair, poses);
+    keep_smallest(slack, distance - clearance);
+    if (distance >= clearance ||
+        !is_breach(distance - clearance, pair_distance(pair, before) - clearance))
+      continue;
+    return of_part_that_moves(below(code::collision, pair.name.view(), distance, clearance,
+                                    plan_.limits.collision.source.view()),
+                              pair.movers);
+  }
+  return {};
+}
+
+Evidence ShapeCheck::of_part_that_moves(Evidence evidence, JointSet movers) const {
+  for (std::size_t i = 0; i < plan_.limits.parts.size(); ++i)
+    if ((plan_.part_joints[i] & movers & commanded_) != 0)
+      return at(evidence, -1, plan_.limits.parts[i].name);
+  return evidence;
+}
+
+}  // namespace fairlead

@@ -1,0 +1,142 @@
+#include "tool_motion.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+namespace fairlead {
+namespace {
+
+using Square6 = Eigen::Matrix<double, 6, 6>;
+
+// Metres and radians count alike. Far from a singularity (smallest singular values of 0.1 and
+// more) the damping takes less than 4 % off a motion.
+constexpr double damping = 0.02;
+
+// A pose counts as reached so near [m, rad], and not at all after so many steps, none longer than
+// this [rad or m].
+constexpr double pose_tolerance = 1e-6;
+constexpr int most_steps = 50;
+constexpr double longest_step = 0.5;
+
+// What a motion that the joints cannot make at all may be missed by, above its own size.
+constexpr double rounding = 1e-9;
+
+FramePose tool_pose(const PlanTool& tool, const FramePoses& poses) {
+  const FramePose& frame = poses[tool.place.frame];
+  return {frame.rotation * tool.place.rotation, point_in_root(frame, tool.place.position)};
+}
+
+void place_chain(const PathPlan& plan, const PlanTool& tool, const Joints& joints,
+                 FramePoses& poses) {
+  poses[0] = root_pose();
+  for (const std::uint8_t f : tool.chain) place_frame(plan.frames[f], joints, poses, f);
+}
+
+// The changes of the joints that come nearest to the motion, those of a singular direction damped.
+void step_towards(const PathPlan& plan, const PlanTool& tool, const ToolJacobian& jacobian,
+                  const Motion6& motion, double longest, Joints& joints) {
+  Square6 gram = damping * damping * Square6::Identity();
+  for (std::size_t i = 0; i < jacobian.count; ++i)
+    gram.noalias() += jacobian.columns[i] * jacobian.columns[i].transpose();
+  const Motion6 weights = gram.llt().solve(motion);
+  double largest = 0.0;
+  for (std::size_t i = 0; i < jacobian.count; ++i)
+    largest = std::max(largest, std::abs(jacobian.columns[i].dot(weights)));
+  const double share = largest > longest ? longest / largest : 1.0;
+  for (std::size_t i = 0; i < jacobian.count; ++i)
+    joints[plan.frames[tool.own[i]].joint] += share * jacobian.columns[i].dot(weights);
+}
+
+// Of the rows or of the columns, whichever are fewer; what is left of the six by six is large.
+Square6 smaller_gram(const ToolJacobian& jacobian) {
+  Square6 gram = Square6::Zero();
+  if (jacobian.count >= 6) {
+    for (std::size_t i = 0; i < jacobian.count; ++i)
+      gram.noalias() += jacobian.columns[i] * jacobian.columns[i].transpose();
+    return gram;
+  }
+  double sum = 1.0;
+  for (std::size_t i = 0; i < jacobian.count; ++i) sum += jacobian.columns[i].squaredNorm();
+  gram.diagonal().setConstant(sum);
+  for (std::size_t i = 0; i < jacobian.count; ++i)
+    for (std::size_t k = 0; k < jacobian.count; ++k)
+      gram(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(k)) =
+          jacobian.columns[i].dot(jacobian.columns[k]);
+  return gram;
+}
+
+}  // namespace
+
+ToolJacobian tool_jacobian(const PathPlan& plan, const PlanTool& tool, const Joints& joints) {
+  FramePoses poses;
+  place_chain(plan, tool, joints, poses);
+  ToolJacobian jacobian;
+  jacobian.tool = tool_pose(tool, poses);
+  for (const std::uint8_t f : tool.own) {
+    const PlanFrame& frame = plan.frames[f];
+    Motion6& column = jacobian.columns[jacobian.count++];
+    const Eigen::Vector3d axis = poses[f].rotation * frame.axis;
+    if (frame.turns)
+      column << axis.cross(jacobian.tool.position - poses[f].position), axis;
+    else
+      column << axis, Eigen::Vector3d::Zero();
+  }
+  return jacobian;
+}
+
+Motion6 motion_between(const FramePose& from, const FramePose& to) {
+  const Eigen::AngleAxisd turn(to.rotation * from.rotation.transpose());
+  Motion6 motion;
+  motion << to.position - from.position, turn.angle() * turn.axis();
+  return motion;
+}
+
+Evidence move_tool(const PathPlan& plan, const PlanTool& tool, const Motion6& motion,
+                   Joints& joints) {
+  const ToolJacobian jacobian = tool_jacobian(plan, tool, joints);
+  step_towards(plan, tool, jacobian, motion, unset, joints);
+  FramePoses poses;
+  place_chain(plan, tool, joints, poses);
+  const Motion6 made = motion_between(jacobian.tool, tool_pose(tool, poses));
+  const double missed = (motion - made).norm();
+  if (missed <= motion.norm() + rounding) return {};
+  return above(code::unreachable, "tool motion", missed, motion.norm(),
+               "a step of its joints that brings the tool nearer");
+}
+
+Evidence reach_pose(const PathPlan& plan, const PlanTool& tool, const FramePose& target,
+                    Joints& joints) {
+  double distance = unset, angle = unset;
+  for (int i = 0; i <= most_steps; ++i) {
+    const ToolJacobian jacobian = tool_jacobian(plan, tool, joints);
+    const Motion6 missing = motion_between(jacobian.tool, target);
+    distance = missing.head<3>().norm();
+    angle = missing.tail<3>().norm();
+    if (distance <= pose_tolerance && angle <= pose_tolerance) return {};
+    step_towards(plan, tool, jacobian, missing, longest_step, joints);
+  }
+  constexpr std::string_view rule = "a configuration that reaches the pose";
+  if (!(distance <= pose_tolerance))
+    return above(code::unreachable, "tool position", distance, pose_tolerance, rule);
+  return above(code::unreachable, "tool rotation", angle, pose_tolerance, rule);
+}
+
+double smallest_singular_value(const ToolJacobian& jacobian) {
+  const Eigen::SelfAdjointEigenSolver<Square6> values(smaller_gram(jacobian),
+                                                      Eigen::EigenvaluesOnly);
+  const double smallest = values.eigenvalues()[0];
+  return smallest > 0.0 ? std::sqrt(smallest) : 0.0 * smallest;
+}
+
+bool is_clearly_regular(const ToolJacobian& jacobian, double limit) {
+  const Square6 gram = smaller_gram(jacobian);
+  const double least = limit * limit * (1.0 + 1e-6) + 1e-12 * gram.trace();
+  const Eigen::LLT<Square6> above_least(gram - least * Square6::Identity());
+  // What is no number goes through to the last pivot.
+  return above_least.info() == Eigen::Success && above_least.matrixLLT()(5, 5) > 0.0;
+}
+
+}  // namespace fairlead

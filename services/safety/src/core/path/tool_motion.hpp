@@ -1,0 +1,40 @@
+// What the joints of a part do when its tool is told to move: damped least squares.
+#pragma once
+
+#include "../evidence.hpp"
+#include "frames.hpp"
+
+namespace fairlead {
+
+/// Linear [m] and angular [rad] motion along the root link's axes.
+using Motion6 = Eigen::Matrix<double, 6, 1>;
+
+/// A tool's pose, and how it moves with each joint of its own part (`PlanTool::own`).
+struct ToolJacobian {
+  FramePose tool;
+  std::size_t count = 0;
+  std::array<Motion6, max_links> columns;
+};
+
+ToolJacobian tool_jacobian(const PathPlan& plan, const PlanTool& tool, const Joints& joints);
+
+/// The motion that takes one pose to another.
+Motion6 motion_between(const FramePose& from, const FramePose& to);
+
+/// Moves the part's joints so that its tool makes one motion, as far as they can. Says G030 if the
+/// tool would be further from where it is to be than if the joints had stayed.
+Evidence move_tool(const PathPlan& plan, const PlanTool& tool, const Motion6& motion,
+                   Joints& joints);
+
+/// Moves the part's joints until its tool is at `target`. Says G030 if it does not get there.
+Evidence reach_pose(const PathPlan& plan, const PlanTool& tool, const FramePose& target,
+                    Joints& joints);
+
+/// G033: the smallest singular value of the Jacobian, of as many as the part has joints, 6 at most.
+double smallest_singular_value(const ToolJacobian& jacobian);
+
+/// Whether that is at least `limit`, by a margin that rounding cannot close: cheap, and never true
+/// in error.
+bool is_clearly_regular(const ToolJacobian& jacobian, double limit);
+
+}  // namespace fairlead

@@ -1,0 +1,140 @@
+// G024: where braking ends, a bounded joint is inside its bounds. A period is 0.05 s, so a change
+// of 0.05 m is 1 m/s; at 5 m/s2 it takes 0.1 m to brake from that.
+
+#include <doctest/doctest.h>
+
+#include "free_arm.hpp"
+
+using namespace fairlead;
+using namespace fairlead::test;
+using namespace fairlead::test::free_arm;
+
+namespace {
+
+constexpr double eps = 1e-9;
+
+Limits braking_at(double deceleration, double lower, double upper) {
+  Limits limits = free_arm::limits();
+  limits.joints[slide_x].acceleration_limit = deceleration;
+  limits.joints[slide_x].bounds.lower = lower;
+  limits.joints[slide_x].bounds.upper = upper;
+  return limits;
+}
+
+Judgement targets(const Limits& limits, const Row& values, double measured = 0.0) {
+  MeasuredState state = at_rest();
+  state.positions[slide_x] = measured;
+  return free_arm::judge(limits, one_joint(Mode::joint_position, slide_x, values).chunk, state);
+}
+
+}  // namespace
+
+TEST_CASE("G024 a target: the row's change over the period, and the way it takes to brake") {
+  CHECK(targets(braking_at(5.0, -2.0, 0.15 + eps), {0.05}).evidence.ok());
+  const Judgement refused = targets(braking_at(5.0, -2.0, 0.15 - eps), {0.05});
+  CHECK(refused.outcome == Outcome::refused);
+  CHECK(refused.evidence.code == 24);
+  CHECK(refused.evidence.axis == "slide_x");
+  CHECK(refused.evidence.part == "arm");
+  CHECK(refused.evidence.row == 0);
+  CHECK(refused.evidence.value == doctest::Approx(0.15));
+  CHECK(refused.evidence.limit == 0.15 - eps);
+  CHECK(refused.evidence.margin == doctest::Approx(-eps).epsilon(1e-3));
+  CHECK(refused.evidence.limit_source == "test joint");
+  CHECK(targets(braking_at(5.0, -0.15 - eps, 2.0), {-0.05}).evidence.ok());
+  CHECK(targets(braking_at(5.0, -0.15 + eps, 2.0), {-0.05}).evidence.code == 24);
+}
+
+TEST_CASE("G024 cuts where braking would end too far; each row counts from the one before it") {
+  const Judgement cut = targets(braking_at(5.0, -2.0, 0.21), {0.05, 0.1, 0.15});
+  CHECK(cut.outcome == Outcome::truncated);
+  CHECK(cut.row_count == 2);
+  CHECK(cut.evidence.code == 24);
+  CHECK(cut.evidence.row == 2);
+  // The last step is half as long: from 0.5 m/s it takes 25 mm.
+  CHECK(targets(braking_at(5.0, -2.0, 0.15 + eps), {0.05, 0.1, 0.125}).evidence.row == 1);
+  CHECK(targets(braking_at(5.0, -2.0, 0.2 + eps), {0.05, 0.1, 0.125}).evidence.ok());
+}
+
+TEST_CASE("G024 only motion towards a bound counts") {
+  const Limits limits = braking_at(5.0, -2.0, 0.1);
+  CHECK(targets(limits, {0.1}, 0.1).evidence.ok());         // at the bound, standing
+  CHECK(targets(limits, {0.06, 0.02}, 0.1).evidence.ok());  // away from it
+  CHECK(targets(limits, {0.1}, 0.09).evidence.code == 24);
+}
+
+TEST_CASE("G024 velocities: the share that the gain says, and the limit of the joint") {
+  Limits limits = braking_at(5.0, -2.0, 0.2);
+  const auto code = [&](double velocity) {
+    return free_arm::judge(limits, one_joint(Mode::joint_velocity, slide_x, {velocity}).chunk)
+        .evidence.code;
+  };
+  CHECK(code(1.0) == 0);  // 0.05 m and then 0.1
+  limits.joints[slide_x].bounds.upper = 0.15 - eps;
+  CHECK(code(1.0) == 24);
+  limits.parts[arm].modes.joint_velocity.gain = {0.0, 0.5};  // at most 0.025 m and then 0.025
+  limits.joints[slide_x].bounds.upper = 0.05 + eps;
+  CHECK(code(1.0) == 0);
+  limits.joints[slide_x].bounds.upper = 0.05 - eps;
+  CHECK(code(1.0) == 24);
+  limits.parts[arm].modes.joint_velocity.gain = {1.0, unset};
+  CHECK(code(1.0) == 30);
+  limits.parts[arm].modes.joint_velocity.gain = {1.0, 1.0};
+  limits.joints[slide_x].bounds.upper = 2.0;
+  CHECK(code(1.0) == 0);
+  limits.joints[slide_x].acceleration_limit = not_a_number;
+  CHECK(code(1.0) == 24);
+}
+
+TEST_CASE("G024 no joint is faster than its limit, whatever a target asks for") {
+  Limits limits = braking_at(5.0, -2.0, 0.25 + 0.225 + eps);  // 1.5 m/s takes 0.225 m
+  CHECK(targets(limits, {0.25}).evidence.ok());               // 5 m/s by its change
+  limits.joints[slide_x].bounds.upper = 0.25 + 0.225 - eps;
+  CHECK(targets(limits, {0.25}).evidence.code == 24);
+}
+
+TEST_CASE("G024 a target counts from the target before it, not from what lags behind") {
+  const Limits limits = braking_at(5.0, -2.0, 0.2);
+  MeasuredState state = at_rest();
+  state.positions[slide_x] = 0.05;
+  const ChunkBuilder before = one_joint(Mode::joint_position, slide_x, {0.1});
+  const ChunkBuilder next = one_joint(Mode::joint_position, slide_x, {0.125});
+  // From 0.1: 0.5 m/s, 25 mm. From what is measured: 1.5 m/s, 0.225 m.
+  CHECK(free_arm::judge(limits, next.chunk, state, RowBefore{&before.chunk, 0}).evidence.ok());
+  CHECK(free_arm::judge(limits, next.chunk, state).evidence.code == 24);
+}
+
+TEST_CASE("G024 realtime: the row that acts already is gone through first") {
+  const Limits limits = braking_at(5.0, -2.0, 0.2 + eps);
+  const ChunkBuilder before = one_joint(Mode::joint_velocity, slide_x, {1.0});
+  const ChunkBuilder next = one_joint(Mode::joint_velocity, slide_x, {1.0});
+  RowBefore acts{&before.chunk, 0};
+  acts.measured = false;  // 0.05 m of it, 0.05 of the next row, 0.1 to brake
+  CHECK(free_arm::judge(limits, next.chunk, at_rest(), acts).evidence.ok());
+  Limits tighter = limits;
+  tighter.joints[slide_x].bounds.upper = 0.2 - eps;
+  CHECK(free_arm::judge(tighter, next.chunk, at_rest(), acts).evidence.code == 24);
+  acts.measured = true;
+  CHECK(free_arm::judge(tighter, next.chunk, at_rest(), acts).evidence.ok());
+}
+
+TEST_CASE("G024 torques: as fast as measured, from where it is measured") {
+  Limits limits = braking_at(5.0, -2.0, 0.1 + eps);
+  MeasuredState state = at_rest();
+  state.velocities[slide_x] = 1.0;
+  const ChunkBuilder push = one_joint(Mode::joint_torque, slide_x, {0.0, 0.0});
+  CHECK(free_arm::judge(limits, push.chunk, state).evidence.ok());
+  limits.joints[slide_x].bounds.upper = 0.1 - eps;
+  CHECK(free_arm::judge(limits, push.chunk, state).evidence.code == 24);
+}
+
+TEST_CASE("G024 a delta brakes like the joints that it moves") {
+  Limits limits = braking_at(5.0, -2.0, 0.3);
+  const auto judged = [&](double by) {
+    return free_arm::judge(limits, ChunkBuilder().along(arm, Mode::cartesian_delta, 0, {by}).chunk);
+  };
+  CHECK(judged(0.05).evidence.ok());
+  limits.joints[slide_x].bounds.upper = 0.14;
+  CHECK(judged(0.05).evidence.code == 24);
+  CHECK(judged(0.05).evidence.axis == "slide_x");
+}

@@ -1,0 +1,171 @@
+// G030: rows that lead to no configuration that could be predicted, and the prediction itself.
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+
+#include "fairlead_safety/kinematics.hpp"
+#include "free_arm.hpp"
+#include "path/prediction.hpp"
+#include "two_arms.hpp"
+
+using namespace fairlead;
+using namespace fairlead::test;
+using namespace fairlead::test::free_arm;
+
+namespace {
+
+// Where the rows of a chunk take the free arm, by the upper end of the gain.
+Joints after(const Limits& limits, const ActionChunk& chunk, MeasuredState state = at_rest(),
+             const RowBefore& before = {}) {
+  const PathPlan plan(limits);
+  const ClaimLimits claim = whole_robot(limits);
+  Prediction prediction(plan, claim, state, chunk, 0, before, {});
+  for (std::size_t row = 0; row < chunk.horizon; ++row) CHECK(prediction.advance().ok());
+  return prediction.branch(prediction.branch_count() - 1).now;
+}
+
+Limits half_gain() {
+  Limits limits = free_arm::limits();
+  limits.parts[arm].modes.joint_velocity.gain = {0.25, 0.5};
+  limits.parts[arm].modes.cartesian_delta.gain = {0.25, 0.5};
+  limits.parts[arm].modes.cartesian_twist.gain = {0.25, 0.5};
+  return limits;
+}
+
+}  // namespace
+
+TEST_CASE("G030 a pose that no configuration reaches is refused, the numbers told") {
+  Limits limits = free_arm::limits();
+  limits.parts[arm].joints.erase_at(1);  // without its slide along x
+  limits.joints[slide_x].part = 9;
+  const ChunkBuilder chunk = ChunkBuilder().poses(arm, {{0.74, 0, 0.5, 0, 0, 0, 1}});
+  const Judgement refused = free_arm::judge(limits, chunk.chunk);
+  CHECK(refused.outcome == Outcome::refused);
+  CHECK(refused.evidence.code == 30);
+  CHECK(refused.evidence.part == "arm");
+  CHECK(refused.evidence.axis == "tool position");
+  CHECK(refused.evidence.value == doctest::Approx(0.04).epsilon(0.1));
+  CHECK(refused.evidence.limit == 1e-6);
+  limits = free_arm::limits();
+  limits.parts[arm].joints.erase_at(5);  // without its turn about x
+  const Row turned{0.7, 0, 0.5, std::sin(0.1), 0, 0, std::cos(0.1)};
+  const Judgement rotation = free_arm::judge(limits, ChunkBuilder().poses(arm, {turned}).chunk);
+  CHECK(rotation.evidence.code == 30);
+  CHECK(rotation.evidence.axis == "tool rotation");
+}
+
+TEST_CASE("a pose is reached, and held") {
+  const Row pose{0.72, 0.01, 0.48, 0.0, std::sin(0.1), 0.0, std::cos(0.1)};
+  const ChunkBuilder chunk = ChunkBuilder().poses(arm, {pose, pose});
+  const Joints joints = after(free_arm::limits(), chunk.chunk);
+  const Kinematics tree = free_arm::tree();
+  MeasuredState state = at_rest();
+  for (std::size_t j = 0; j < 6; ++j) state.positions[j] = joints[j];
+  const Pose tool = link_pose(tree, state, 0, tool_link);
+  CHECK((tool.position - Eigen::Vector3d(0.72, 0.01, 0.48)).norm() < 1.1e-6);
+  CHECK(angle_between(tool.rotation, {std::cos(0.1), 0.0, std::sin(0.1), 0.0}) < 1.1e-6);
+}
+
+TEST_CASE("velocities and deltas happen by the share that the gain says") {
+  const ChunkBuilder velocity = one_joint(Mode::joint_velocity, slide_y, {1.0, 1.0, -0.5});
+  CHECK(after(half_gain(), velocity.chunk)[slide_y] == doctest::Approx(0.0375));
+  CHECK(after(free_arm::limits(), velocity.chunk)[slide_y] == doctest::Approx(0.075));
+  const auto delta = ChunkBuilder().along(arm, Mode::cartesian_delta, 2, {0.04, 0.04});
+  CHECK(after(half_gain(), delta.chunk)[slide_z] == doctest::Approx(0.04).epsilon(1e-3));
+  const auto twist = ChunkBuilder().along(arm, Mode::cartesian_twist, 4, {0.8});
+  CHECK(after(half_gain(), twist.chunk)[turn_y] == doctest::Approx(0.02).epsilon(1e-3));
+  MeasuredState state = at_rest();
+  state.positions[turn_z] = std::acos(0.0);  // along the base's x, not the arm's
+  const Joints turned = after(
+      free_arm::limits(), ChunkBuilder().along(arm, Mode::cartesian_delta, 0, {0.04}).chunk, state);
+  CHECK(turned[slide_y] + 0.7 * (turned[turn_z] - std::acos(0.0)) ==
+        doctest::Approx(-0.04).epsilon(1e-2));
+}
+
+TEST_CASE("a torque leads nowhere; what nothing commands stays") {
+  MeasuredState state = at_rest();
+  state.positions[slide_x] = 0.3;
+  state.positions[slide_y] = 0.1;
+  const ChunkBuilder torque = one_joint(Mode::joint_torque, slide_x, {5.0, 5.0});
+  const Joints joints = after(free_arm::limits(), torque.chunk, state);
+  CHECK(joints[slide_x] == 0.3);
+  CHECK(joints[slide_y] == 0.1);
+}
+
+TEST_CASE("G030 a gain that is no number predicts nothing") {
+  for (const Gain bad : {Gain{unset, 1.0}, Gain{0.0, unset}, Gain{}, Gain{0.0, infinite}}) {
+    Limits limits = free_arm::limits();
+    limits.parts[arm].modes.joint_velocity.gain = bad;
+    limits.parts[arm].modes.cartesian_delta.gain = bad;
+    const auto velocity = one_joint(Mode::joint_velocity, slide_x, {0.1});
+    CHECK(free_arm::judge(limits, velocity.chunk).evidence.code == 30);
+    const auto delta = ChunkBuilder().along(arm, Mode::cartesian_delta, 0, {0.01});
+    CHECK(free_arm::judge(limits, delta.chunk).evidence.code == 30);
+  }
+}
+
+TEST_CASE("what other claims have released moves as well, until their rows end") {
+  Limits limits = two_arms::limits();
+  // The tools are 0.6 m apart, with a ball of 0.1 m on each.
+  limits.collision.capsules[0] = {2, {0, 0, 0}, {0, 0, 0}, 0.1};
+  limits.collision.capsules[1] = {4, {0, 0, 0}, {0, 0, 0}, 0.1};
+  limits.collision.clearance = 0.15;
+  limits.workspace = wide_workspace();
+  const PathPlan plan(limits);
+  const ClaimLimits claim = whole_robot(limits);
+  ChunkBuilder right_in, left_in;
+  two_arms::command(right_in, two_arms::right, Mode::joint_position, two_arms::right_1,
+                    {0.2, 0.25, 0.25, 0.25});
+  two_arms::command(left_in, two_arms::left, Mode::joint_position, two_arms::left_1,
+                    {0.0, -0.1, -0.2, -0.25});
+  const auto rows = [&](const Companion& companion) {
+    return judge_path(plan, claim, two_arms::at_rest(), left_in.chunk, 0, 4, {},
+                      Companions(&companion, 1))
+        .row_count;
+  };
+  // 0.6 - 0.5 (sin 0.25 + sin 0.25) = 0.353 and 0.6 - 0.5 (sin 0.25 + sin 0.2) = 0.377 apart, less
+  // the balls: 0.153 and 0.177.
+  CHECK(rows(Companion{}) == 4);
+  CHECK(rows(Companion{{}, &right_in.chunk, 0, 4}) == 4);
+  limits.collision.clearance = 0.16;
+  const PathPlan tighter(limits);
+  const auto tighter_rows = [&](const Companion& companion) {
+    return judge_path(tighter, claim, two_arms::at_rest(), left_in.chunk, 0, 4, {},
+                      Companions(&companion, 1));
+  };
+  CHECK(tighter_rows(Companion{}).row_count == 4);
+  const Judgement cut = tighter_rows(Companion{{}, &right_in.chunk, 0, 4});
+  CHECK(cut.row_count == 3);
+  CHECK(cut.outcome == Outcome::truncated);
+  CHECK(cut.evidence.code == 32);
+  CHECK(cut.evidence.part == "left_arm");
+  CHECK(tighter_rows(Companion{{}, &right_in.chunk, 0, 1}).row_count == 4);  // it holds at 0.2
+  // Realtime: the companion's row of the tick before has not been measured yet.
+  RowBefore acts{&right_in.chunk, 1};
+  acts.measured = false;
+  const Companion late{acts, nullptr, 0, 0};
+  RowBefore own;
+  own.measured = false;
+  CHECK(judge_path(tighter, claim, two_arms::at_rest(), left_in.chunk, 0, 4, own,
+                   Companions(&late, 1))
+            .row_count == 3);
+}
+
+TEST_CASE("judge_path judges only the rows that it is asked for") {
+  Limits limits = free_arm::limits();
+  limits.joints[slide_x].acceleration_limit = 5.0;
+  limits.joints[slide_x].bounds.upper = 0.12;
+  const PathPlan plan(limits);
+  const ClaimLimits claim = whole_robot(limits);
+  const ChunkBuilder chunk = one_joint(Mode::joint_position, slide_x, {0.5, 0.01, 0.02, 0.2, 0.0});
+  const auto judged = [&](std::size_t first, std::size_t end) {
+    return judge_path(plan, claim, at_rest(), chunk.chunk, first, end, {}, {});
+  };
+  CHECK(judged(1, 3).outcome == Outcome::released);
+  CHECK(judged(1, 3).row_count == 2);
+  CHECK(judged(1, 5).outcome == Outcome::truncated);
+  CHECK(judged(1, 5).evidence.row == 3);
+  CHECK(judged(0, 5).outcome == Outcome::refused);
+  CHECK(judged(0, 5).evidence.code == 24);
+}

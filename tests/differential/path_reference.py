@@ -1,0 +1,220 @@
+"""A second mind on where rows lead, from docs/safety.md alone: pinocchio, coal, numpy.
+
+Between rows it looks at many configurations instead of proving anything, so it gives two margins:
+at the row and where braking ends, and at all that it looked at. Slow, and made to be read.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import coal
+import numpy as np
+import pinocchio
+
+from fairlead.messages import FloatArray
+
+DAMPING = 0.02
+LOOKS = 12
+Margins = dict[int, float]
+"""What is left to the limit, by code, negative beyond it."""
+
+
+@dataclass
+class RowMargins:
+    """at_ends: at the row and where braking ends. anywhere: there and on the way."""
+
+    at_ends: Margins
+    anywhere: Margins
+
+
+class PathReference:
+    """One robot's shape and surroundings, by its gate file and its description."""
+
+    def __init__(self, data: dict[str, Any], urdf: Path) -> None:
+        self._data = data
+        self._model: Any = pinocchio.buildModelFromUrdf(str(urdf))
+        self._state: Any = self._model.createData()
+        self._period = data["period_ns"] * 1e-9
+        measured = [*data["joints"], *data["passive_joints"]]
+        self.names = [joint["name"] for joint in measured]
+        self._joints = data["joints"]
+        self._q_of = {
+            index: self._model.joints[self._model.getJointId(name)].idx_q
+            for index, name in enumerate(self.names)
+            if self._model.existJointName(name)
+        }
+        self._parts = {part["name"]: part for part in data["parts"]}
+
+    def rows(
+        self, positions: FloatArray, part: str, mode: str, values: FloatArray
+    ) -> Iterator[list[RowMargins]]:
+        """Margins of each row, for either end of the gain. The robot stands still at first."""
+        branches = [(positions.copy(), positions.copy()) for _ in range(2)]
+        for row in values:
+            found = []
+            for index, (now, told) in enumerate(branches):
+                gain = self._parts[part]["modes"][mode].get("gain", [1.0, 1.0])[index]
+                after = self._after(now, part, mode, row, gain)
+                change = after - (told if mode == "joint_position" else now)
+                found.append(self._margins(now, after, change / self._period, part, mode))
+                branches[index] = (after, after)
+            yield found
+
+    def start_margin(self, positions: FloatArray, part: str, mode: str) -> float:
+        """The smallest margin where the robot stands."""
+        return min(self._at(positions, part, mode).values())
+
+    def _own(self, part: str) -> list[int]:
+        return [self.names.index(name) for name in self._parts[part]["joints"]]
+
+    def _after(
+        self, now: FloatArray, part: str, mode: str, row: FloatArray, gain: float
+    ) -> FloatArray:
+        after, own = now.copy(), self._own(part)
+        if mode == "joint_position":
+            after[own] = row[own]
+        elif mode == "joint_velocity":
+            after[own] += gain * self._period * row[own]
+        elif mode == "body_twist":
+            after[own] += self._base_change(now, gain * self._period * row)
+        else:
+            scale = gain * (self._period if mode == "cartesian_twist" else 1.0)
+            jacobian = self._jacobian(now, part)
+            square = jacobian.T @ jacobian + DAMPING**2 * np.eye(len(own))
+            after[own] += np.linalg.solve(square, jacobian.T @ (scale * row))
+        return after
+
+    def _base_change(self, now: FloatArray, moved: FloatArray) -> FloatArray:
+        """Of x, y, yaw by a motion along base_link's axes, of its origin."""
+        axis = np.array(self._data["base"]["yaw_axis"])
+        x, y = moved[:2] + moved[5] * np.array([-axis[1], axis[0]])
+        yaw = now[self._own("base")[2]] + 0.5 * moved[5]
+        turned = complex(x, y) * complex(math.cos(yaw), math.sin(yaw))
+        return np.array([turned.real, turned.imag, moved[5]])
+
+    def _place(self, positions: FloatArray) -> None:
+        q = pinocchio.neutral(self._model)
+        for index, at in self._q_of.items():
+            q[at] = positions[index]
+        pinocchio.computeJointJacobians(self._model, self._state, q)
+        pinocchio.updateFramePlacements(self._model, self._state)
+
+    def _frame(self, link: str) -> Any:
+        return self._state.oMf[self._model.getFrameId(link)]
+
+    def _jacobian(self, positions: FloatArray, part: str) -> FloatArray:
+        self._place(positions)
+        return self._columns(self._parts[part]["tool_frame"], part)
+
+    def _columns(self, link: str, part: str) -> FloatArray:
+        """Of the link's Jacobian, those of a part's joints."""
+        frame = self._model.getFrameId(link)
+        whole = pinocchio.getFrameJacobian(
+            self._model, self._state, frame, pinocchio.LOCAL_WORLD_ALIGNED
+        )
+        return np.asarray(whole[:, [self._q_of[joint] for joint in self._own(part)]])
+
+    def _stopping(self, after: FloatArray, speed: FloatArray, share: float) -> FloatArray:
+        """Where braking has got to after that share of its time."""
+        moving = [i for i in range(len(self._joints)) if speed[i] != 0.0]
+        base = self._data["base"]
+        waits = {
+            i: base["reaction_s"] if base and self.names[i] in base["joints"] else 0.0
+            for i in moving
+        }
+        slowing = {i: self._joints[i]["acceleration_limit"] for i in moving}
+        speeds = {i: float(np.clip(speed[i], -self._limit(i), self._limit(i))) for i in moving}
+        ends = [waits[i] + abs(speeds[i]) / slowing[i] for i in moving]
+        time, found = share * max(ends, default=0.0), after.copy()
+        for i in moving:
+            braking = float(np.clip(time - waits[i], 0.0, abs(speeds[i]) / slowing[i]))
+            mean = speeds[i] - 0.5 * slowing[i] * braking * np.sign(speeds[i])
+            found[i] += speeds[i] * min(time, waits[i]) + mean * braking
+        return found
+
+    def _limit(self, joint: int) -> float:
+        return float(self._joints[joint]["velocity_limit"])
+
+    def _margins(
+        self, now: FloatArray, after: FloatArray, speed: FloatArray, part: str, mode: str
+    ) -> RowMargins:
+        end = self._stopping(after, speed, 1.0)
+        ends = _least([self._at(after, part, mode), self._at(end, part, mode)])
+        ends[24] = min((self._towards(i, end, speed) for i in self._own(part)), default=math.inf)
+        shares = np.linspace(0.0, 1.0, LOOKS)
+        way = [now + share * (after - now) for share in shares]
+        way += [self._stopping(after, speed, share) for share in shares]
+        looks = [self._at(place, part, mode) for place in way]
+        return RowMargins(ends, _least([ends, *looks]))
+
+    def _towards(self, joint: int, end: FloatArray, speed: FloatArray) -> float:
+        bounds = self._joints[joint].get("bounds")
+        if bounds is None or speed[joint] == 0.0:
+            return math.inf
+        if speed[joint] > 0.0:
+            return float(bounds["upper"] - end[joint])
+        return float(end[joint] - bounds["lower"])
+
+    def _at(self, positions: FloatArray, part: str, mode: str) -> Margins:
+        if part == "base":
+            return {34: self._zone_margin(positions)}
+        self._place(positions)
+        found = {31: self._volume_margin(part), 32: self._capsule_margin()}
+        if mode.startswith("cartesian"):
+            jacobian = self._jacobian(positions, part)
+            smallest = float(np.linalg.svd(jacobian, compute_uv=False).min())
+            found[33] = smallest - self._parts[part]["singularity_limit"]
+        return found
+
+    def _volume_margin(self, part: str) -> float:
+        margin = math.inf
+        for link in {one["tool_frame"] for one in self._parts.values()} - {None}:
+            if not self._columns(link, part).any():
+                continue  # another part's, and this one does not move it
+            tool = self._frame(link).translation
+            for volume in self._data["workspace"]["volumes"]:
+                inside = np.minimum(tool - volume["lower"], np.subtract(volume["upper"], tool))
+                margin = min(margin, float(inside.min()))
+        return margin
+
+    def _capsule(self, index: int) -> tuple[coal.Capsule, coal.Transform3s]:
+        shape = self._data["collision"]["capsules"][index]
+        a, b = (self._frame(shape["link"]).act(np.array(shape[end])) for end in "ab")
+        length = float(np.linalg.norm(b - a))
+        axis = (b - a) / length if length > 0.0 else np.array([0.0, 0.0, 1.0])
+        turn = pinocchio.Quaternion.FromTwoVectors(np.array([0.0, 0.0, 1.0]), axis)
+        place = coal.Transform3s(turn.toRotationMatrix(), 0.5 * (a + b))
+        return coal.Capsule(shape["radius"], length), place
+
+    def _capsule_margin(self) -> float:
+        shapes = [self._capsule(i) for i in range(len(self._data["collision"]["capsules"]))]
+        distances = [
+            coal.distance(*shapes[i], *shapes[j], coal.DistanceRequest(), coal.DistanceResult())
+            for i, j in self._data["collision"]["pairs"]
+        ]
+        return min(distances, default=math.inf) - float(self._data["collision"]["clearance"])
+
+    def _zone_margin(self, positions: FloatArray) -> float:
+        base = self._data["base"]
+        x, y, yaw = positions[self._own("base")]
+        axis = np.array(base["yaw_axis"])
+        turn = np.array([[math.cos(yaw), -math.sin(yaw)], [math.sin(yaw), math.cos(yaw)]])
+        corners = (np.array(base["footprint"]) - axis) @ turn.T + axis + [x, y]
+        margin = math.inf
+        for zone in base["zones"]:
+            edges = np.array(zone["corners"])
+            along = np.roll(edges, -1, axis=0) - edges
+            inward = np.stack([-along[:, 1], along[:, 0]], axis=1)
+            inward /= np.linalg.norm(along, axis=1)[:, None]
+            inside = np.einsum("eck,ek->ec", corners[None] - edges[:, None], inward)
+            margin = min(margin, float(inside.min()))
+        return margin
+
+
+def _least(margins: list[Margins]) -> Margins:
+    return {code: min(one[code] for one in margins if code in one) for code in margins[0]}

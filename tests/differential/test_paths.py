@@ -1,0 +1,132 @@
+"""Where rows lead: the gate against a reference that looks at many configurations.
+
+Each released row has to be clear by the reference, and each refusal has a reason that it sees, too;
+within 1e-5 of a limit either is right, and between two rows within the 10 mm that the gate goes by.
+"""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fairlead.messages import FloatArray
+from fairlead.paths import gate_config, robot_dir
+from tests.differential.case import Case, Chunk, PartRows, still
+from tests.differential.core_gate import CoreGate
+from tests.differential.gate_file import MODES
+from tests.differential.path_reference import PathReference
+
+TICK, EXACT, BETWEEN = 100, 1e-5, 0.011
+PATH_CODES = (24, 31, 32, 33, 34)
+SETUPS = [
+    ("panda", "arm", "joint_position"),
+    ("panda", "arm", "joint_velocity"),
+    ("panda_mobile", "arm", "cartesian_delta"),
+    ("panda_mobile", "base", "body_twist"),
+    ("panda_mobile", "base", "joint_velocity"),
+    ("dual_panda", "left_arm", "cartesian_twist"),
+    ("dual_panda", "right_arm", "joint_position"),
+]
+
+
+def narrowed(robot: str) -> dict[str, Any]:
+    """The gate file with walls and a floor near the robot, and half a gain."""
+    data: dict[str, Any] = json.loads(gate_config(robot, "sim").read_text())
+    for part in data["parts"]:
+        part["singularity_limit"] = part["singularity_limit"] and 0.06
+        for block in part["modes"].values():
+            block.update({"gain": [0.4, 0.9]} if "gain" in block else {})
+    data["collision"]["clearance"] = 0.02
+    data["workspace"]["volumes"] = [
+        {"name": "cell", "kind": "keep_in", "lower": [-0.3, -0.8, 0.2], "upper": [0.75, 0.8, 1.6]}
+    ]
+    if data["base"] is not None:
+        hall = [[-0.8, -0.7], [0.6, -0.7], [0.9, 0.2], [0.4, 0.7], [-0.8, 0.6]]
+        data["base"]["zones"] = [{"name": "hall", "kind": "keep_in", "corners": hall}]
+    return data
+
+
+def rows_of(
+    data: dict[str, Any], rng: np.random.Generator, start: FloatArray, part: str, mode: str
+) -> FloatArray:
+    """Rows that go on in one direction, within the limits that single rows have."""
+    declared = next(one for one in data["parts"] if one["name"] == part)
+    block, horizon = declared["modes"][mode], int(rng.integers(2, 10))
+    names = [joint["name"] for joint in data["joints"]]
+    own = [names.index(name) for name in declared["joints"]]
+    if mode in ("joint_position", "joint_velocity"):
+        rows = np.zeros((horizon, len(names)))
+        limits = [data["joints"][joint]["velocity_limit"] for joint in own]
+        step = rng.uniform(-1.0, 1.0, len(own)) * np.minimum(block["step_limit"], limits) * 0.98
+        count = np.arange(1, horizon + 1)[:, None]
+        rows[:, own] = start[own] + count * step if mode == "joint_position" else step
+        return rows
+    rows = np.zeros((horizon, 6))
+    free = block.get("free_axes", list(range(6)))
+    drawn = rng.normal(size=6)
+    for half, key in ((slice(0, 3), "linear"), (slice(3, 6), "angular")):
+        top = min(block[f"{key}_limit"], block[f"{key}_step_limit"]) * 0.98
+        drawn[half] *= top * rng.random() / np.linalg.norm(drawn[half])
+    rows[:, free] = drawn[free]
+    return rows
+
+
+def start_of(
+    data: dict[str, Any], reference: PathReference, rng: np.random.Generator, part: str, mode: str
+) -> FloatArray:
+    """A configuration with room around it."""
+    joints = [*data["joints"], *data["passive_joints"]]
+    bounds = [joint.get("bounds", {"lower": -0.4, "upper": 0.4}) for joint in joints]
+    lower = np.array([bound["lower"] for bound in bounds])
+    upper = np.array([bound["upper"] for bound in bounds])
+    while True:
+        positions = np.asarray(rng.uniform(lower, upper), dtype=np.float64)
+        if reference.start_margin(positions, part, mode) > 0.005:
+            return positions
+
+
+@pytest.mark.parametrize(("robot", "part", "mode"), SETUPS)
+@pytest.mark.parametrize("count", [25, pytest.param(1500, marks=pytest.mark.soak)])
+def test_released_rows_are_clear_and_refused_ones_are_not(
+    robot: str, part: str, mode: str, count: int, tmp_path: Path
+) -> None:
+    data = narrowed(robot)
+    config = tmp_path / "gate.json"
+    config.write_text(json.dumps(data))
+    reference = PathReference(data, robot_dir(robot) / f"{robot}.urdf")
+    rng = np.random.default_rng(17)
+    index = [one["name"] for one in data["parts"]].index(part)
+    own = data["parts"][index]["joints"]
+    active = tuple(reference.names.index(name) for name in own) if "joint" in mode else ()
+    frame = "" if active else "base_link"
+    codes: Counter[int] = Counter()
+    core = CoreGate(config)
+    try:
+        for _ in range(count):
+            start = start_of(data, reference, rng, part, mode)
+            values = rows_of(data, rng, start, part, mode)
+            rows = PartRows(index, MODES.index(mode), values, frame, active)
+            chunk = Chunk(TICK, len(values), (rows,))
+            verdict = core.answers(Case(robot, "lockstep", still(TICK, start), chunk))[0].verdict
+            codes[verdict.code] += 1
+            if verdict.code != 0 and verdict.code not in PATH_CODES:
+                continue
+            released = len(values) if verdict.code == 0 else verdict.row
+            told = list(reference.rows(start, part, mode, values))
+            for row, branches in enumerate(told[:released]):
+                for margins in branches:
+                    assert min(margins.at_ends.values()) >= -EXACT, (row, margins, verdict)
+                    assert min(margins.anywhere.values()) >= -BETWEEN, (row, margins, verdict)
+            if verdict.code != 0:
+                reasons = [margins.anywhere[verdict.code] for margins in told[released]]
+                assert min(reasons) <= (EXACT if verdict.code in (24, 33) else BETWEEN), verdict
+    finally:
+        core.close()
+    judged = sum(codes[code] for code in (0, *PATH_CODES))
+    assert judged > count // 3, codes
+    assert sum(codes[code] for code in PATH_CODES) > 2, codes
