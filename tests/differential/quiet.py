@@ -15,7 +15,8 @@ VAST = 1e4
 def quiet(data: dict[str, Any]) -> dict[str, Any]:
     """Far walls, capsules that never meet, joints that brake at once."""
     for joint in data["joints"]:
-        joint["acceleration_limit"] = 1e18
+        if joint["acceleration_limit"] is not None:  # null for a gripper's
+            joint["acceleration_limit"] = 1e18
     for part in data["parts"]:
         if part["singularity_limit"] is not None:
             part["singularity_limit"] = 1e-12
