@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from concurrent.futures import Future
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -27,7 +27,7 @@ from tests.faults.motion_rules import every_row_was_judged_for_its_tick
 from tests.faults.row import MachineLateError, Shot
 from tests.system.light_hal import LIGHT_HAL
 from tests.system.live_robot import LiveRobot, wait_for
-from tests.system.motion_log import hold_delay_ms, longest_tick_ms
+from tests.system.motion_log import MotionLine, hold_delay_ms, longest_tick_ms
 
 SOURCE = repo_root() / "compose" / "panda_mobile_sim.yaml"
 SKILL = "steady-motion"
@@ -96,6 +96,16 @@ class LiveStage(LiveRobot):
         lines = [line for line in self.motion.read()[-400:] if line.stamp_ns < before_ns]
         return longest_tick_ms(lines[-BEFORE_TICKS:])
 
+    def none_held(self, lines: Sequence[MotionLine]) -> None:
+        """Asserts that rows acted in each of some ticks; raises as `no_hold_between`."""
+        held = [line.tick for line in lines if not line.moves]
+        text = f"held in ticks {held} of {len(lines)}"
+        gap_ms = self.lease_gap_ms(lines[0].stamp_ns, lines[-1].stamp_ns)
+        late_ms = max(longest_tick_ms(list(lines)), gap_ms)
+        if held and late_ms > LATE_TICK_MS:
+            raise MachineLateError(f"{text}; longest tick or gap of leases {late_ms:.0f} ms")
+        assert not held, text
+
     def lease_gap_ms(self, began_ns: int, ended_ns: int) -> float:
         """The longest time between two leases of a stretch, as this process heard them."""
         stamps = [stamp for stamp, _ in list(self.leases) if began_ns <= stamp <= ended_ns]
@@ -124,12 +134,8 @@ class LiveStage(LiveRobot):
         """
         wait_for(lambda: self.motion.read()[-1].stamp_ns > ended_ns, "the stretch is over")
         lines = [line for line in self.motion.lines if began_ns <= line.stamp_ns <= ended_ns]
-        held = [line.tick for line in lines if not line.moves]
-        text = f"held in ticks {held} of {len(lines)}"
-        late_ms = max(longest_tick_ms(lines), self.lease_gap_ms(began_ns, ended_ns))
-        if held and late_ms > LATE_TICK_MS:
-            raise MachineLateError(f"{text}; longest tick or gap of leases {late_ms:.0f} ms")
-        assert lines and not held, text
+        assert lines, "no tick in that stretch"
+        self.none_held(lines)
         return len(lines)
 
     # --- the way back ----------------------------------------------------------------

@@ -65,7 +65,8 @@ def bad_network(rule: Callable[[], Rule], may_hold: bool, robot: RoutedStage) ->
     every_row_was_judged_for_its_tick(robot)
     lines = [line for line in robot.motion.since(injected_ns) if line.stamp_ns < ended_ns]
     held = sum(not line.moves for line in lines)
-    assert may_hold or not held, f"held in {held} of {len(lines)} ticks"
+    if not may_hold:
+        robot.none_held(lines)
     robot.good_network()
     robot.finish(goal)
     first = next((line.stamp_ns for line in lines if not line.moves), None)
