@@ -11,6 +11,7 @@ from functools import partial
 
 from fairlead.deploy.hosts import ROUTER
 from fairlead.messages import GateState
+from tests.faults.live_stage import LATE_TICK_MS
 from tests.faults.motion_rules import every_row_was_judged_for_its_tick
 from tests.faults.proxy import (
     Rule,
@@ -23,11 +24,12 @@ from tests.faults.proxy import (
     swaps,
 )  # fmt: skip
 from tests.faults.routed_stage import RoutedStage
-from tests.faults.row import Row, Shot
+from tests.faults.row import MachineLateError, Row, Shot
 from tests.system.live_robot import wait_for
 
 BAD_S = 2.0
 STALL_S = 0.1
+STOP_MS = 300.0
 
 
 def lost_state(robot: RoutedStage) -> Shot:
@@ -38,7 +40,11 @@ def lost_state(robot: RoutedStage) -> Shot:
     stop_ms = robot.stop_ms(injected_ns)
     robot.good_network()
     robot.ended(goal)
-    assert stop_ms <= 300 or stop_ms - 300 <= (shot.tick_ms or 0), f"stopped after {stop_ms} ms"
+    gap_ms = robot.lease_gap_ms(injected_ns, injected_ns + int(stop_ms * 1e6))
+    text = f"stopped after {stop_ms:.0f} ms, longest gap of leases {gap_ms:.0f} ms"
+    if stop_ms > STOP_MS and gap_ms > LATE_TICK_MS:
+        raise MachineLateError(text)
+    assert stop_ms <= STOP_MS, text
     return Shot(shot.measured_ms, injected_ns, shot.ended_ns, shot.tick_ms,
                 f"gate stopped after {stop_ms:.0f} ms")  # fmt: skip
 
