@@ -185,7 +185,7 @@ def steady_skill(folder: Path) -> Path:
                  "scale": -0.04, "offset": 0.04},
             ],
         },
-        "rate_hz": 20.0, "horizon": 16, "execute_steps": 8, "age_max_ticks": 10,
+        "rate_hz": 20.0, "horizon": 16, "execute_steps": 8, "age_max_ticks": 8,
         "inference_timeout_s": 5.0,
     }  # fmt: skip
     (folder / SKILL).mkdir(parents=True)
