@@ -12,6 +12,7 @@ from typer.testing import CliRunner
 
 from fairlead.cli.app import app
 from fairlead.paths import repo_root
+from fairlead.robot import check_tests
 from fairlead.robot.bounds import Bound, robot_bounds
 from fairlead.robot.limits import effective_limits
 from fairlead.robot.manifest import load_robot
@@ -21,9 +22,10 @@ BOUNDS = robot_bounds(ROBOT)
 TWO_ARMED = robot_bounds(load_robot("dual_panda"))
 
 
-@pytest.fixture(params=["panda", "panda_mobile", "dual_panda"])
+@pytest.fixture(params=["panda sim", "panda_mobile sim", "panda_mobile hardware", "dual_panda sim"])
 def bounds(request: pytest.FixtureRequest) -> list[Bound]:
-    return robot_bounds(load_robot(request.param))
+    robot, profile = request.param.split()
+    return robot_bounds(load_robot(robot), profile)
 
 
 @cache
@@ -61,15 +63,8 @@ def test_a_check_named_by_code_is_proven_by_a_test_of_that_code(bounds: list[Bou
     assert wrong == []
 
 
-NOT_YET = {
-    "acceleration_limit", "velocity_limit", "singularity_limit", "clearance", "pairs",
-    "keep_in lower", "keep_in upper", "footprint", "yaw_axis", "reaction_s", "keep_in corners",
-}  # fmt: skip
-"""Limits of checks that are not there yet."""
-
-
-def test_what_nothing_enforces_are_limits_of_checks_to_come(bounds: list[Bound]) -> None:
-    assert {bound.limit.name for bound in bounds if not bound.enforced_by} <= NOT_YET
+def test_no_limit_is_enforced_by_nothing(bounds: list[Bound]) -> None:
+    assert [bound.limit for bound in bounds if not bound.enforced_by] == []
 
 
 @pytest.mark.parametrize(
@@ -77,10 +72,11 @@ def test_what_nothing_enforces_are_limits_of_checks_to_come(bounds: list[Bound])
     [
         ("joint right_joint1", "effort_limit", ["G020", "G042 beyond 91"]),
         ("joint left_joint1", "effort_limit", ["G042 beyond 91"]),
-        ("joint right_thumb_joint1", "upper", ["G011", "G020"]),
+        ("joint right_thumb_joint1", "upper", ["G011", "G020", "G024"]),
         ("joint left_gripper", "upper", ["G011 says and counts it", "G020"]),
         ("joint left_gripper", "tolerance", ["G011 says and counts it"]),
-        ("joint right_joint1", "velocity_limit", ["G020", "G021 in joint_torque"]),
+        ("joint right_thumb_joint1", "velocity_limit", ["G024 reckons with it in dex_hand_joint"]),
+        ("part left_arm cartesian_delta", "gain", ["G024 reckons with it", "G040 reckons with it"]),
         ("part left_arm cartesian_pose", "lower", ["G020"]),
         ("part left_arm cartesian_pose", "angular_step_limit", ["G021", "G022"]),
         ("part right_arm cartesian_twist", "linear_limit", ["G020"]),
@@ -98,8 +94,15 @@ def test_limits_of_a_two_armed_robot_and_their_checks(
 @pytest.mark.parametrize(
     ("where", "limit", "codes"),
     [
-        ("joint base_x", "velocity_limit", ["G020"]),
-        ("joint panda_joint1", "upper", ["G011"]),
+        ("joint base_x", "velocity_limit", ["G020", "G034 reckons with it in body_twist"]),
+        ("joint panda_joint1", "upper", ["G011", "G024"]),
+        ("joint panda_joint1", "velocity_limit", ["G024 reckons with it in cartesian_delta"]),
+        ("joint base_x", "acceleration_limit", ["G034 reckons with it"]),
+        ("part base", "transitions", ["G025"]),
+        ("volume reach", "keep_in lower", ["G031"]),
+        ("self-collision", "clearance", ["G032"]),
+        ("zone kitchen", "keep_in corners", ["G034"]),
+        ("protocol", "stop_ramp_ms", ["G043"]),
         ("joint torso_height", "jump_limit", ["G013"]),
         ("joint torso_height", "upper", ["G011 says and counts it"]),
         ("part arm cartesian_delta", "linear_limit", ["G020"]),
@@ -116,13 +119,25 @@ def invoke(*arguments: str) -> tuple[int, str]:
     return result.exit_code, result.output
 
 
-def test_the_command_counts_what_is_not_enforced_and_strict_fails_on_it() -> None:
-    missing = sum(not bound.enforced_by for bound in BOUNDS)
-    code, output = invoke()
+def test_a_robot_whose_limits_are_all_enforced_passes_strict() -> None:
+    code, output = invoke("--strict")
     assert code == 0
-    assert f"{missing} NOT ENFORCED in this release" in output.splitlines()[-1]
-    assert sum("NOT ENFORCED" in line for line in output.splitlines()) == missing + 1
-    assert invoke("--strict")[0] == 1
+    assert output.splitlines()[-1] == (
+        f"panda_mobile, profile sim: {len(BOUNDS)} declared limits, {len(BOUNDS)} enforced, "
+        "0 NOT ENFORCED in this release"
+    )
     rows = json.loads(invoke("--json")[1])
     assert len(rows) == len(BOUNDS)
     assert Path(rows[0]["enforced_by"][0]["file"]).name == "test_absolute.cpp"
+
+
+def test_limits_of_a_check_that_is_not_there_are_counted_and_strict_fails_on_them(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    kept = {name: by for name, by in check_tests.CHECK_TESTS.items() if name != "contact"}
+    monkeypatch.setattr(check_tests, "CHECK_TESTS", kept)
+    code, output = invoke("--strict")
+    assert code == 1
+    # 11 commanded joints: the contact limit, and the effort limit that it bounds.
+    assert "22 NOT ENFORCED in this release" in output.splitlines()[-1]
+    assert sum("NOT ENFORCED" in line for line in output.splitlines()) == 22 + 1

@@ -60,14 +60,12 @@ def robot_bounds(robot: RobotManifest, profile: str = "sim") -> list[Bound]:
             ends = (values.get((limit.where, f"{end}_limit")) for end in ("contact", "effort"))
             by = joint_enforcement(limit.name, names[0], robot, *ends)
         else:
-            by = _enforcement(limit, kind, names[1:], robot)
+            by = _enforcement(limit, kind, names[1:])
         bounds.append(Bound(limit, by))
     return bounds
 
 
-def _enforcement(
-    limit: EffectiveLimit, kind: str, modes: list[str], robot: RobotManifest
-) -> tuple[Enforcement, ...]:
+def _enforcement(limit: EffectiveLimit, kind: str, modes: list[str]) -> tuple[Enforcement, ...]:
     if limit.name in _BY_NAME:
         return proven(_BY_NAME[limit.name])
     if kind == "protocol":
@@ -75,16 +73,14 @@ def _enforcement(
     if kind in ("volume", "zone"):
         place = f"{limit.name.split()[0]} {kind}"
         return proven(_ZONES.get(place, place))
-    return _of_mode(limit, modes[0], robot)
+    return _of_mode(limit, modes[0])
 
 
-def _of_mode(limit: EffectiveLimit, mode: str, robot: RobotManifest) -> tuple[Enforcement, ...]:
+def _of_mode(limit: EffectiveLimit, mode: str) -> tuple[Enforcement, ...]:
     if limit.name.endswith("tracking"):
         return proven(f"tracking {mode}")
     if limit.name == "gain":
-        part = robot.part(limit.where.split()[1])
-        on_base = not set(part.joints).isdisjoint(robot.base_joints)
-        reckoned = proven("base twist" if on_base else f"gain {mode}", _RECKONS)
+        reckoned = proven(f"gain {mode}", _RECKONS)
         return (*reckoned, *proven(f"tracking {mode}", _RECKONS))
     if mode not in MODE_TESTS:
         return ()

@@ -74,6 +74,53 @@ CHECK_TESTS: Mapping[str, Enforcement] = {
         "test_gate_itself",
         "G050 the third step over its deadline within 60 s stops, at the deadline none does",
     ),
+    "braking": core_test(
+        "G024",
+        "test_braking",
+        "G024 a target: the row's change over the period, and the way it takes to brake",
+    ),
+    "speed": core_test(
+        "G024",
+        "test_braking",
+        "G024 no joint is faster than its limit, whatever a target asks for",
+    ),
+    "gain joint_velocity": core_test(
+        "G024",
+        "test_braking",
+        "G024 velocities: the share that the gain says, and the limit of the joint",
+    ),
+    "gain cartesian_delta": core_test(
+        "G024", "test_braking", "G024 a delta brakes like the joints that it moves"
+    ),
+    "gain cartesian_twist": core_test(
+        "G033", "test_singularity", "G033 twists, by their period; and where braking ends"
+    ),
+    "keep_in volume": core_test(
+        "G031", "test_workspace", "G031 the tool stays in: each face, up to and including it"
+    ),
+    "keep_out volume": core_test("G031", "test_workspace", "G031 the tool stays out"),
+    "clearance": core_test(
+        "G032", "test_self_collision", "G032 the clearance, up to and including it"
+    ),
+    "pairs": core_test(
+        "G032",
+        "test_self_collision",
+        "G032 only pairs that are declared, and only what the chunk moves",
+    ),
+    "singularity": core_test(
+        "G033", "test_singularity", "G033 the smallest singular value, from above"
+    ),
+    "base": core_test(
+        "G034",
+        "test_zones",
+        "G034 every corner stays inside: the row, the reaction, and braking",
+    ),
+    "yaw axis": core_test(
+        "G034", "test_zones", "G034 a turn swings the corners out, about the yaw axis"
+    ),
+    "keep_out zone": core_test(
+        "G034", "test_zones", "G034 a keep-out zone is not touched, not even by an edge"
+    ),
 }
 """What is proven, by a name of its own; what is not here is taken for enforced by nothing."""
 
