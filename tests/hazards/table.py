@@ -203,7 +203,7 @@ HAZARDS = (
     ),
     Hazard(
         43,
-        "a stop was asked for and the robot goes on",
+        "the robot goes on after it was stopped, or its rows ended",
         "standstill within the declared ramp",
         "latch",
         counts=True,

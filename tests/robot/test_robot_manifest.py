@@ -307,6 +307,16 @@ def test_step_limits_of_the_wrong_width_are_refused(data: dict[str, Any], tmp_pa
     )
 
 
+def test_a_deadline_that_states_grow_too_old_before_is_refused(
+    data: dict[str, Any], tmp_path: Path
+) -> None:
+    data["safety"]["sim"]["protocol"] |= {"step_deadline_us": 250_000, "state_timeout_ms": 250}
+    assert _refusal(data, tmp_path) == _top(
+        "safety.sim: protocol: step_deadline_us: expected less than state_timeout_ms, 250000 us,"
+        " got 250000"
+    )
+
+
 def test_inverted_gripper_range_is_refused(data: dict[str, Any], tmp_path: Path) -> None:
     data["safety"]["sim"]["parts"]["gripper"]["gripper_position"]["upper_m"] = -0.01
     assert _refusal(data, tmp_path) == (

@@ -34,6 +34,12 @@ def safety_problems(
         if part.name in block.parts:
             yield from _part_problems(joints, part, block.parts[part.name])
     yield from _surroundings_problems(joints, parts, block)
+    timeout_us = block.protocol.state_timeout_ms * 1000
+    if block.protocol.step_deadline_us >= timeout_us:
+        yield (
+            f"protocol: step_deadline_us: expected less than state_timeout_ms, {timeout_us} us,"
+            f" got {block.protocol.step_deadline_us}"
+        )
 
 
 def same_names(what: str, wanted: Iterable[str], got: Iterable[str]) -> Iterator[str]:

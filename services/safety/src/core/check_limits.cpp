@@ -80,6 +80,13 @@ Text in_range(std::string_view key, double value, double lowest, double highest)
   return phrase("protocol.", key, ": expected ", lowest, " to ", highest, ", got ", value);
 }
 
+// A slower step is found by its length, not by the age of the state that it held up (G011).
+Text check_deadline(const ProtocolLimits& protocol) {
+  if (protocol.step_deadline_us < protocol.state_timeout_ms * 1000ULL) return {};
+  return phrase("protocol.step_deadline_us: expected less than state_timeout_ms, ",
+                protocol.state_timeout_ms * 1000ULL, " us, got ", protocol.step_deadline_us);
+}
+
 // The upper ends are what the gate has room or numbers for.
 Text check_protocol(const ProtocolLimits& protocol) {
   return first_of({in_range("horizon_max", protocol.horizon_max, 1, max_rows),
@@ -99,7 +106,8 @@ Text check_protocol(const ProtocolLimits& protocol) {
                    in_range("bad_frames_window_ticks", protocol.bad_frames_window_ticks, 1, 1000),
                    in_range("stuck_ticks", protocol.stuck_ticks, 1, 1000),
                    in_range("stop_ramp_ms", protocol.stop_ramp_ms, 1, 60'000),
-                   in_range("step_deadline_us", protocol.step_deadline_us, 1, 1'000'000)});
+                   in_range("step_deadline_us", protocol.step_deadline_us, 1, 1'000'000),
+                   check_deadline(protocol)});
 }
 
 }  // namespace

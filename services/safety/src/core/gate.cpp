@@ -96,7 +96,7 @@ void Gate::Core::handle(const Event& event) {
 // Everything that depends on the gate's own clock. Time is judged before the event is looked
 // at, so that a process that slept does not act on what it slept through.
 void Gate::Core::check_deadlines() {
-  if (!hal_.lockstep()) check_ramp();
+  if (!hal_.lockstep()) check_ramps();
   if (state_ != GateState::armed) return;
   constexpr std::uint64_t ms = 1'000'000;
   const ProtocolLimits& protocol = limits_.protocol;

@@ -3,7 +3,7 @@
 // gate_states.cpp (robot, heartbeats, stops), gate_queries.cpp (queries), gate_transitions.cpp
 // (state machine), gate_publish.cpp, gate_motion.cpp (modes in which parts move, rows that are
 // about to act), gate_tracking.cpp (what rows did, and what is left of them), gate_ramp.cpp (what
-// was told to stop), gate_own.cpp (the gate's own time and memory).
+// may no longer move), gate_own.cpp (the gate's own time and memory).
 #pragma once
 
 #include <array>
@@ -96,11 +96,12 @@ class Gate::Core {
   void note_unmoved_joints();
   Evidence check_leap(std::uint64_t tick);
 
-  // Told to stop (gate_ramp.cpp)
-  void begin_ramp();
-  void watch_ramp();
-  void check_ramp();
-  [[nodiscard]] Evidence find_unstopped() const;
+  // No longer permitted to move (gate_ramp.cpp)
+  void begin_ramps();
+  void begin_ramps_of(const LiveClaim& claim);
+  void watch_ramps();
+  void check_ramps();
+  [[nodiscard]] Evidence find_unstopped(std::size_t index) const;
   void latch_unstopped(const Evidence& evidence);
 
   // The gate itself (gate_own.cpp)
@@ -170,14 +171,14 @@ class Gate::Core {
   std::uint64_t next_verdict_ = 0;
   std::uint64_t claimless_since_ns_ = 0;
   std::uint64_t armed_ns_ = 0;
-  std::uint64_t ignored_ns_ = 0;     // when the last ignored stop was logged
-  std::uint64_t said_outside_ = 0;   // bit i: measured joint i was outside its limits
-  std::uint64_t counted_rival_ = 0;  // G002: the announced session whose state was counted
-  Text status_fault_;                // why the newest hal/status could not be read
-  PartMemories memories_;            // G021: in which mode each part may still move
-  RampWatch ramp_;                   // G043: since the gate stopped or latched while armed
-  TickWindow<4> overruns_;           // G050: when steps took too long, by the gate's clock [ns]
-  bool jump_memory_ = false;         // G013: the newest state may be compared with the next
+  std::uint64_t ignored_ns_ = 0;            // when the last ignored stop was logged
+  std::uint64_t said_outside_ = 0;          // bit i: measured joint i was outside its limits
+  std::uint64_t counted_rival_ = 0;         // G002: the announced session whose state was counted
+  Text status_fault_;                       // why the newest hal/status could not be read
+  PartMemories memories_;                   // G021: in which mode each part may still move
+  std::array<RampWatch, max_parts> ramps_;  // G043: since each part's permission ended
+  TickWindow<4> overruns_;    // G050: when steps took too long, by the gate's clock [ns]
+  bool jump_memory_ = false;  // G013: the newest state may be compared with the next
   StuckWatch stuck_watch_;
   GraspWatch grasp_watch_;
 

@@ -76,7 +76,6 @@ void Gate::Core::on_arm(Bytes frame) {
   begin_epoch();
   armed_ns_ = now_ns_;
   jump_memory_ = false;
-  ramp_.end();
   overruns_.clear();
   begin_memories();
   stuck_watch_.clear();

@@ -31,7 +31,7 @@ void Gate::Core::on_session_news(HalLink::News news) {
     stops_.begin_session();
     good_states_ = 0;
     jump_memory_ = false;
-    ramp_.begin_session();
+    for (RampWatch& ramp : ramps_) ramp.begin_session();
   }
   if (!hal_.mismatch().empty()) log(hal_.mismatch());
   if (state_ != GateState::armed) return;
@@ -122,7 +122,8 @@ void Gate::Core::on_new_tick(const JointState& message) {
   const MeasuredState before = hal_.state();
   hal_.take_state(message, now_ns_);
   note_unmoved_joints();
-  if (state_ != GateState::armed) return watch_ramp();
+  watch_ramps();
+  if (state_ != GateState::armed) return;
   if (jump_memory_) {
     const Evidence evidence = check_jump(limits_, before, hal_.state());
     if (!evidence.ok()) return raise_stop(evidence);

@@ -80,7 +80,7 @@ void Gate::Core::hold_stop(std::uint64_t id, const Text& cause) {
   if (state_ != GateState::disarmed && state_ != GateState::armed) return;  // severity only rises
   if (state_ == GateState::disarmed) out_->add(OutputKind::clear_clean_mark);
   clean_mark_due_ = false;
-  begin_ramp();
+  begin_ramps();
   end_claims("the gate was stopped");
   set_state(GateState::stopped, phrase("stopped: ", cause));
 }
@@ -97,7 +97,7 @@ void Gate::Core::ignore_copy(std::uint64_t id) {
 void Gate::Core::latch(const Text& cause) {
   if (state_ == GateState::disarmed) out_->add(OutputKind::clear_clean_mark);
   clean_mark_due_ = false;
-  begin_ramp();
+  begin_ramps();
   end_claims("the gate latched");
   latch_id_ = new_id();
   good_states_ = 0;
@@ -108,6 +108,7 @@ void Gate::Core::latch(const Text& cause) {
 void Gate::Core::end_claim(LiveClaim& claim, std::string_view reason) {
   log(phrase("claim ", Hex{claim.id}, " of ", claim.source, " ended: ", reason));
   keep_memories(claim);
+  begin_ramps_of(claim);
   claim.id = 0;
   claim.plan.clear();
   claim.waiting.clear();

@@ -131,8 +131,9 @@ TEST_CASE("a gripper's joint has no limit of speed: nothing tells it how fast") 
 
 TEST_CASE("a gain lies between 0 and 1.5, its lower end first") {
   const auto fault = [](double lower, double upper) {
-    return fault_after(
-        [=](Limits& l) { l.parts[base].modes.joint_velocity.gain = {lower, upper}; });
+    return fault_after([=](Limits& l) {
+      l.parts[base].modes.joint_velocity.gain = {lower, upper};
+    });
   };
   CHECK(fault(0.0, 1e-9).empty());
   CHECK(fault(0.0, 1.5).empty());
@@ -182,11 +183,28 @@ TEST_CASE("the protocol's numbers of tracking, stopping and the gate's own step 
         Range{"stop_ramp_ms", &ProtocolLimits::stop_ramp_ms, 60'000},
         Range{"step_deadline_us", &ProtocolLimits::step_deadline_us, 1'000'000}}) {
     const auto fault = [&](std::uint32_t value) {
-      return fault_after([&](Limits& l) { l.protocol.*range.field = value; });
+      return fault_after([&](Limits& l) {
+        l.protocol.state_timeout_ms = 10'000;
+        l.protocol.*range.field = value;
+      });
     };
     CHECK(fault(1).empty());
     CHECK(fault(range.highest).empty());
     for (const std::uint32_t bad : {0U, range.highest + 1})
       CHECK(fault(bad).starts_with(std::string("protocol.") + range.name + ": expected 1 to "));
   }
+}
+
+TEST_CASE("the gate's own deadline has to end before the states are too old") {
+  const auto fault = [](std::uint32_t deadline_us, std::uint32_t timeout_ms) {
+    return fault_after([=](Limits& l) {
+      l.protocol.step_deadline_us = deadline_us;
+      l.protocol.state_timeout_ms = timeout_ms;
+    });
+  };
+  CHECK(fault(249'999, 250).empty());
+  CHECK(fault(250'000, 250) ==
+        "protocol.step_deadline_us: expected less than state_timeout_ms, 250000 us, got 250000");
+  CHECK_FALSE(fault(100'000, 100).empty());
+  CHECK_FALSE(fault(1'000'000, 250).empty());
 }

@@ -68,7 +68,7 @@ inline BaseLimits wide_base(std::size_t x, std::size_t y, std::size_t yaw) {
 inline void widen(ProtocolLimits& protocol) {
   protocol.stuck_ticks = 1000;
   protocol.stop_ramp_ms = 60'000;
-  protocol.step_deadline_us = 1'000'000;
+  protocol.step_deadline_us = 999;  // below the shortest state_timeout_ms
 }
 
 }  // namespace fairlead::test
