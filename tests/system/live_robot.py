@@ -7,7 +7,7 @@ import signal
 import threading
 import time
 from collections.abc import Callable
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Future
 
 from fairlead.errors import FairleadError
 from fairlead.messages import GateState, GoalResult, SafeChunk, decode
@@ -47,7 +47,6 @@ class LiveRobot:
         self.motion = MotionLog(robot.scratch.state_dir / "hal")
         self.first_ticks: dict[int, int] = {}
         self.client.bus.subscribe(self.client.keys.every_safe, self._on_safe)
-        self._threads = ThreadPoolExecutor(max_workers=4)
 
     def _on_safe(self, sample: Sample) -> None:
         chunk = decode(SafeChunk, sample.payload)
@@ -66,7 +65,17 @@ class LiveRobot:
     def start_goal(self, stall_timeout_s: float = 3.0) -> Future[Progress]:
         """Run a goal of the skill in the background."""
         wish = GoalWish(self._skill, deadline_ticks=DEADLINE_TICKS, stall_timeout_s=stall_timeout_s)
-        return self._threads.submit(run_goal, self.client, wish)
+        progress: Future[Progress] = Future()
+
+        def run() -> None:
+            try:
+                progress.set_result(run_goal(self.client, wish))
+            except BaseException as error:  # noqa: BLE001 - handed to whoever asks for the result
+                progress.set_exception(error)
+
+        # A daemon: a goal that nobody ends, after a test failed, must not keep the tests alive.
+        threading.Thread(target=run, daemon=True).start()
+        return progress
 
     def run_goal(self, seed: int) -> GoalResult:
         """One whole goal in a new episode; leaves the robot disarmed."""
