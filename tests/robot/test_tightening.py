@@ -14,7 +14,7 @@ SKILL = load_skill("dual-panda-lift")
 
 def problems(part: str, mode: str, name: str, value: float) -> list[str]:
     limit = SkillLimit(part=part, control_mode=mode, name=name, value=value)
-    return limit_problems(SKILL.model_copy(update={"limits": (limit,)}), ROBOT)
+    return limit_problems(SKILL.model_copy(update={"limits": (limit,)}), ROBOT, "sim")
 
 
 @pytest.mark.parametrize(
@@ -64,7 +64,7 @@ def test_ends_of_a_range_may_not_cross_each_other_either() -> None:
         SkillLimit(part="left_arm", control_mode="cartesian_pose", name=name, value=value)
         for name, value in ends.items()
     )
-    assert limit_problems(SKILL.model_copy(update={"limits": limits}), ROBOT) == [
+    assert limit_problems(SKILL.model_copy(update={"limits": limits}), ROBOT, "sim") == [
         "limits: left_arm cartesian_pose upper_y: expected above lower, 0.3, and at most 1, got 0.3"
         " (profile sim)"
     ]

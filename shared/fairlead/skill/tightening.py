@@ -1,7 +1,7 @@
 """A skill's own limits against the robot's: they may tighten, never loosen.
 
-The gate decides at the claim; this says the same beforehand, for every profile, so that
-a skill is not refused only once it runs.
+The gate decides at the claim; this says the same beforehand, so that a skill is not refused
+only once it runs.
 """
 
 from __future__ import annotations
@@ -16,22 +16,29 @@ from fairlead.skill.manifest import SkillLimit, SkillManifest
 
 Range = tuple[float, float]
 
-_NOT_A_LIMIT = ("source", "frames", "free_axes")
+_OF_THE_ROBOT = (
+    "gain",
+    "tracking",
+    "linear_tracking",
+    "angular_tracking",
+    "slip_limit",
+    "switching",
+)
+_NOT_A_LIMIT = ("source", "frames", "free_axes", *_OF_THE_ROBOT)
+"""Keys of a mode that a claim cannot tighten: they say what the robot does, not what it may."""
+
 _OF_THE_JOINTS = {"joint_velocity": "velocity_limit", "joint_torque": "effort_limit"}
 """A mode's limit that is the joints' own: a claim gives one number for all of them."""
 
 
-def limit_problems(skill: SkillManifest, robot: RobotManifest) -> list[str]:
-    """Every way the skill asks for more than a profile of the robot allows."""
-    problems = []
-    for profile in robot.safety:
-        config = json.loads(compile_gate_config(robot, profile))
-        found = [
-            *_protocol_problems(skill, config["protocol"]),
-            *override_problems(skill.limits, config),
-        ]
-        problems += [f"{text} (profile {profile})" for text in found]
-    return problems
+def limit_problems(skill: SkillManifest, robot: RobotManifest, profile: str) -> list[str]:
+    """Every way the skill asks for more than a safety profile of the robot allows."""
+    config = json.loads(compile_gate_config(robot, profile))
+    found = [
+        *_protocol_problems(skill, config["protocol"]),
+        *override_problems(skill.limits, config),
+    ]
+    return [f"{text} (profile {profile})" for text in found]
 
 
 def override_problems(limits: Iterable[SkillLimit], config: dict[str, Any]) -> list[str]:
