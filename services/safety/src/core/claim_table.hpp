@@ -6,6 +6,7 @@
 
 #include "fairlead_safety/judge.hpp"
 #include "fairlead_safety/messages.hpp"
+#include "memory_guard.hpp"
 #include "release_plan.hpp"
 #include "tick_window.hpp"
 
@@ -16,6 +17,7 @@ struct LiveClaim {
   Name source;
   Name skill;
   ClaimLimits limits;
+  MemoryGuard guard;  // of limits, from admission on
 
   std::uint64_t heartbeat_ns = 0;  // when the last one arrived; the claim itself counts as one
 

@@ -18,17 +18,17 @@ void Gate::step(std::uint64_t now_ns, const Event& event, Outputs& outputs) {
 }
 GateState Gate::state() const { return core_->state(); }
 
-namespace {
-
-Bytes bytes_of(const Limits& limits) {
-  static_assert(std::is_trivially_copyable_v<Limits>);
-  return {reinterpret_cast<const std::uint8_t*>(&limits), sizeof limits};
-}
-
-}  // namespace
+// A guard reads bytes: nothing guarded may point to more of itself. (A plan's matrices are of fixed
+// size, in place, though Eigen does not call them trivial.)
+static_assert(std::is_trivially_copyable_v<Limits> && std::is_trivially_copyable_v<ClaimLimits>);
 
 Gate::Core::Core(const Limits& limits, IdSource& ids)
-    : limits_(limits), guard_(bytes_of(limits_)), path_plan_(limits_), ids_(ids), hal_(limits_) {
+    : limits_(limits),
+      guard_(bytes_of(limits_)),
+      path_plan_(limits_),
+      plan_guard_(bytes_of(path_plan_)),
+      ids_(ids),
+      hal_(limits_) {
   begin_epoch();
   // Half the range is left to count upwards in.
   next_verdict_ = (new_id() >> 1U) + 1;

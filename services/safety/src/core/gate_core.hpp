@@ -108,7 +108,9 @@ class Gate::Core {
   void check_own(std::uint32_t previous_step_ns);
   void check_step_time(std::uint32_t previous_step_ns);
   void check_memory();
-  [[nodiscard]] Evidence memory_fault() const;
+  [[nodiscard]] bool read_memory();
+  [[nodiscard]] const MemoryGuard* find_changed() const;
+  static Evidence memory_fault(const MemoryGuard& guard);
 
   // Queries
   void on_arm(Bytes frame);
@@ -155,6 +157,7 @@ class Gate::Core {
   const Limits limits_;
   MemoryGuard guard_;  // of limits_
   const PathPlan path_plan_;
+  MemoryGuard plan_guard_;  // of path_plan_
   IdSource& ids_;
   HalLink hal_;
   ClaimTable claims_;

@@ -29,16 +29,36 @@ void Gate::Core::check_step_time(std::uint32_t previous_step_ns) {
   log(phrase(words_of(evidence), ": ", recent, " so far"));
 }
 
-void Gate::Core::check_memory() {
-  if (!guard_.read_on(now_ns_) || guard_.intact()) return;
-  if (state_ == GateState::armed) return raise_stop(memory_fault());
-  count(code::own);
-  log(words_of(memory_fault()));
+// The next slice of everything that is guarded. True when a whole pass of something has ended.
+bool Gate::Core::read_memory() {
+  bool passed = guard_.read_on(now_ns_);
+  passed |= plan_guard_.read_on(now_ns_);
+  for (LiveClaim& claim : claims_.places())
+    if (claim.id != 0) passed |= claim.guard.read_on(now_ns_);
+  return passed;
 }
 
-Evidence Gate::Core::memory_fault() const {
+// The first whose newest whole pass found other bytes, nullptr if none did.
+const MemoryGuard* Gate::Core::find_changed() const {
+  if (!guard_.intact()) return &guard_;
+  if (!plan_guard_.intact()) return &plan_guard_;
+  for (const LiveClaim& claim : claims_.places())
+    if (claim.id != 0 && !claim.guard.intact()) return &claim.guard;
+  return nullptr;
+}
+
+void Gate::Core::check_memory() {
+  if (!read_memory()) return;
+  const MemoryGuard* changed = find_changed();
+  if (changed == nullptr) return;
+  if (state_ == GateState::armed) return raise_stop(memory_fault(*changed));
+  count(code::own);
+  log(words_of(memory_fault(*changed)));
+}
+
+Evidence Gate::Core::memory_fault(const MemoryGuard& guard) {
   return broken_rule(code::own, "limits in memory", "the CRC-32 of the limits that were loaded",
-                     guard_.found(), guard_.expected());
+                     guard.found(), guard.expected());
 }
 
 }  // namespace fairlead

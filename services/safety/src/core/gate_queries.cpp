@@ -45,8 +45,8 @@ Objection Gate::Core::object_to_arming() const {
     if (state_ == GateState::armed) objection.fix = "fairlead disarm";
     return objection;
   }
-  if (!guard_.intact())
-    return {words_of(memory_fault()), "restart the gate: fairlead down, fairlead up"};
+  if (const MemoryGuard* changed = find_changed())
+    return {words_of(memory_fault(*changed)), "restart the gate: fairlead down, fairlead up"};
   if (!status_fault_.empty()) return {status_fault_, "fairlead status"};
   if (!hal_.mismatch().empty()) return {hal_.mismatch(), "fairlead status"};
   if (hal_.two_at_once(now_ns_)) return {two_hals(), "fairlead ps"};
@@ -154,6 +154,7 @@ void Gate::Core::on_claim(Bytes frame) {
   place->bad_frames.clear();
   place->admitted.clear();
   place->heartbeat_ns = now_ns_;
+  place->guard = MemoryGuard(bytes_of(place->limits));
   place->id = new_id();
   log(phrase("claim ", Hex{place->id}, " of ", place->source, " for ", place->skill));
   lease_due_ = status_due_ = true;

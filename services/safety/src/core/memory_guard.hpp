@@ -12,6 +12,7 @@ namespace fairlead {
 /// second, if it is asked every 5 ms. Padding between the fields counts too: it changes as little.
 class MemoryGuard {
  public:
+  MemoryGuard() = default;
   explicit MemoryGuard(Bytes bytes) : bytes_(bytes), expected_(crc32(bytes)), found_(expected_) {}
 
   /// Read the next slice if it is due. True when a whole pass has just ended.
@@ -37,12 +38,18 @@ class MemoryGuard {
   static constexpr std::size_t slices = 200;
   [[nodiscard]] std::size_t slice_size() const { return (bytes_.size() + slices - 1) / slices; }
 
-  const Bytes bytes_;
-  const std::uint32_t expected_;
-  std::uint32_t found_;
+  Bytes bytes_;
+  std::uint32_t expected_ = 0;
+  std::uint32_t found_ = 0;
   std::uint32_t crc_ = 0;  // of this pass up to `at_`
   std::size_t at_ = 0;
   std::uint64_t read_ns_ = 0;
 };
+
+/// The bytes of an object that holds all it has in place: numbers and texts, no pointers to more.
+template <class T>
+Bytes bytes_of(const T& object) {
+  return {reinterpret_cast<const std::uint8_t*>(&object), sizeof object};
+}
 
 }  // namespace fairlead

@@ -3,6 +3,7 @@
 #include <malloc.h>
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 #include <string>
 
@@ -100,22 +101,27 @@ TEST_CASE("G050 steps count while armed in realtime only, and arming counts anew
 namespace {
 
 constexpr std::string_view marker = "a robot of this name is nowhere else";
+constexpr const char* volume = "a far shelf";
 
 // The gate's limits where they lie in memory, found by a name that only they hold.
 struct Poked : GateRig {
   explicit Poked(bool in_lockstep = false) : GateRig(in_lockstep) {
     limits.profile = marker;
+    (void)limits.workspace.volumes.push_back(
+        {volume, true, {90.0, 90.0, 90.0}, {91.0, 91.0, 91.0}});
     restart(BootInfo{true, false, {}});
     connect_and_arm();
   }
-  unsigned char* byte() const {
+  unsigned char* byte() const { return byte_of(marker); }
+  // The first copy of a text, or of the bytes of a number.
+  unsigned char* byte_of(std::string_view text) const {
     void* core = nullptr;
     std::memcpy(&core, gate.get(), sizeof core);  // all that a Gate is: a pointer to its core
-    auto* const begin = static_cast<unsigned char*>(core);
+    auto* const begin = static_cast<char*>(core);
     auto* const end = begin + malloc_usable_size(core);
-    auto* const found = std::search(begin, end, marker.begin(), marker.end());
+    auto* const found = std::search(begin, end, text.begin(), text.end());
     REQUIRE(found != end);
-    return found;
+    return reinterpret_cast<unsigned char*>(found);
   }
   // The 5 ms timer for so long; a state now and then keeps the gate armed.
   void run(std::uint64_t for_ns) {
@@ -124,6 +130,7 @@ struct Poked : GateRig {
       if (passed % period_ns == 0) {
         ++tick;
         send_state();
+        if (claim_id != 0) send_heartbeat();
       }
       if (gate->state() != GateState::armed) return;
     }
@@ -190,4 +197,27 @@ TEST_CASE("G050 nothing is armed with limits that changed, and again when they a
   rig.next_tick();
   rig.arm();
   CHECK(rig.gate->state() == GateState::armed);
+}
+
+TEST_CASE("G050 a bit of what the gate made of the limits, or of a claim's own limits, stops too") {
+  for (const bool of_claim : {false, true}) {
+    Poked rig;
+    Claim claim = rig.claim_request();
+    constexpr double tightened = 0.2371;  // a number that is nowhere else
+    const auto mode = static_cast<std::uint8_t>(Mode::joint_velocity);
+    (void)claim.limits.push_back({"base", mode, "step_limit", tightened});
+    rig.send(EventKind::claim, claim);
+    rig.claim_id = rig.reply<ClaimReply>().claim_id;
+    rig.run(2500 * ms);
+    REQUIRE(rig.gate->state() == GateState::armed);
+    std::array<char, sizeof tightened> bytes{};
+    std::memcpy(bytes.data(), &tightened, sizeof tightened);
+    const std::string_view number(bytes.data(), bytes.size());
+    *rig.byte_of(of_claim ? number : "tool / a far shelf") ^= 0x01;
+    const std::uint64_t turned_ns = rig.now_ns;
+    rig.run(3000 * ms);
+    REQUIRE(rig.gate->state() == GateState::stopped);
+    CHECK(rig.now_ns - turned_ns <= 2100 * ms);
+    CHECK(rig.counter("G050") == 1);
+  }
 }
