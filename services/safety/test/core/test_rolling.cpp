@@ -1,0 +1,152 @@
+// Released rows are judged again by every new state: a breach ahead revokes the rows from there on.
+
+#include "tracked_rig.hpp"
+
+using namespace fairlead;
+using namespace fairlead::test;
+
+namespace {
+
+// Velocities happen as told, and the joint brakes at once: each row of 1 rad/s is 0.05 rad.
+void narrow(Limits& limits) { limits.parts[arm].modes.joint_velocity.gain = {1.0, 1.0}; }
+
+// arm_1 goes from 1.5 rad towards its bound of 2 rad, and would end at 1.875.
+struct Approach : TrackedRig {
+  explicit Approach(bool in_lockstep) : TrackedRig(in_lockstep, narrow) {
+    for (const double place : {0.5, 1.0, 1.5}) {
+      positions[arm_1] = place;
+      hold();
+    }
+    begin(ChunkBuilder().joint(fairlead::test::arm, Mode::joint_velocity, arm_1,
+                               {0.5, 1, 1, 1, 1, 1, 1, 1}));
+  }
+  /// The next row acted, and the joint is there.
+  void act_at(double position) {
+    positions[arm_1] = position;
+    act();
+  }
+};
+
+constexpr auto as_number = [](auto value) { return static_cast<std::uint8_t>(value); };
+
+}  // namespace
+
+TEST_CASE("rows that lead where they were judged to lead are released once") {
+  for (const bool lockstep : {true, false}) {
+    Approach rig(lockstep);
+    double position = 1.525;
+    for (int row = 0; row < 8; ++row, position += 0.05) {
+      rig.act_at(position);
+      CHECK(rig.count(OutputKind::verdict) == 0);
+    }
+    CHECK_FALSE(rig.stopped());
+  }
+}
+
+TEST_CASE("a push towards a bound cuts off the rows from the one that would pass it") {
+  for (const bool lockstep : {true, false}) {
+    Approach rig(lockstep);
+    const SafeChunk first = rig.safe;
+    // From 1.725 after row 0, row 5 ends at 1.975 and row 6 at 2.025. In realtime row 1 acts.
+    rig.act_at(1.725);
+    const Verdict verdict = rig.verdict();
+    CHECK(verdict.verdict_id > first.verdict_id);
+    CHECK(verdict.seq == rig.seq);
+    CHECK(verdict.outcome == as_number(Outcome::truncated));
+    CHECK(verdict.code == 24);
+    CHECK(verdict.row == 6);
+    CHECK(verdict.part == "arm");
+    CHECK(verdict.axis == "arm_1");
+    CHECK(verdict.limit == 2.0);
+    CHECK(verdict.value == doctest::Approx(2.025));
+    const std::uint64_t next = lockstep ? rig.tick : rig.tick + 1;
+    CHECK(verdict.released_first == next);
+    CHECK(verdict.released_last == rig.tick + 4);
+    const SafeChunk shorter = rig.safe_chunk();
+    CHECK(shorter.verdict_id == verdict.verdict_id);
+    CHECK(shorter.first_tick == next);
+    CHECK(shorter.horizon == (lockstep ? 5 : 4));
+    CHECK(same_act(shorter.after, row_of(first, lockstep ? 0 : 1)));
+    CHECK(shorter.parts[0].values[arm_1] == 1.0);
+    CHECK(rig.counter("G024") == 1);
+    CHECK(rig.counter("truncated") == 1);
+  }
+}
+
+TEST_CASE("the HAL takes the shorter release, ends with its last row, and then holds") {
+  for (const bool lockstep : {true, false}) {
+    Approach rig(lockstep);
+    rig.act_at(1.725);
+    const SafeChunk shorter = rig.safe_chunk();
+    if (!lockstep) rig.act_at(1.775);
+    rig.safe = shorter;
+    rig.restart_rows();
+    double position = lockstep ? 1.775 : 1.825;
+    for (std::uint32_t row = 0; row < shorter.horizon; ++row, position += 0.05) {
+      rig.act_at(position);
+      CHECK(rig.count(OutputKind::verdict) == 0);
+    }
+    CHECK(rig.lease().grants[0].decision == number(Decision::undecided));
+    rig.hold();
+    CHECK_FALSE(rig.stopped());
+  }
+}
+
+TEST_CASE("a push so far that nothing may follow leaves a hold, and the claim goes on after it") {
+  for (const bool lockstep : {true, false}) {
+    Approach rig(lockstep);
+    rig.act_at(1.99);
+    const Verdict verdict = rig.verdict();
+    CHECK(verdict.code == 24);
+    CHECK(verdict.outcome == as_number(Outcome::refused));
+    CHECK(verdict.row == (lockstep ? 1 : 2));
+    CHECK(verdict.released_last == 0);
+    CHECK(rig.count(OutputKind::safe_chunk) == 0);
+    const Grant grant = rig.lease().grants[0];
+    CHECK(grant.until_tick == rig.tick);  // nothing after the present tick
+    if (lockstep) {
+      CHECK(grant.decision == number(Decision::hold));
+      CHECK(grant.verdict_id == verdict.verdict_id);
+      rig.hold();
+    } else {
+      rig.act_at(2.04);  // the row that acted already
+      CHECK(rig.lease().grants[0].until_tick == rig.tick - 1);
+      rig.hold();
+      CHECK(rig.lease().grants[0].until_tick == rig.tick + 2);
+    }
+    CHECK_FALSE(rig.stopped());
+    rig.begin(ChunkBuilder().joint(arm, Mode::joint_velocity, arm_1, {-0.5, -0.5}));
+    rig.act();
+    CHECK_FALSE(rig.stopped());
+  }
+}
+
+TEST_CASE("realtime: while the shorter release is lost, no grant reaches a row that was revoked") {
+  Approach rig(false);
+  rig.act_at(1.725);
+  const std::uint64_t revoked = rig.tick + 5;
+  for (int row = 1; row < 8; ++row) {
+    CHECK(rig.lease().grants[0].until_tick < revoked);
+    rig.act_at(1.725 + 0.02 * row);  // it is slower than told: nothing more would be revoked
+  }
+  CHECK(rig.lease().grants[0].until_tick < revoked);
+  rig.hold();
+  CHECK(rig.lease().grants[0].until_tick == rig.tick + 2);
+}
+
+TEST_CASE("realtime: rows that a lost release had replaced do not run on past its end") {
+  Approach rig(false);
+  rig.act_at(1.525);
+  // A new chunk of two rows takes the place of the rest, and never reaches the HAL.
+  ChunkBuilder builder = rig.chunk();
+  builder.chunk.parts.clear();
+  builder.joint(arm, Mode::joint_velocity, arm_1, {1.0, 1.0, 1.0});
+  REQUIRE(rig.send_chunk(builder).code == 0);
+  const std::uint64_t last = rig.verdict().released_last;
+  for (int row = 1; row < 6; ++row) {
+    rig.act_at(1.525 + 0.05 * row);
+    if (rig.tick > last) CHECK(rig.lease().grants[0].until_tick <= rig.tick);
+  }
+  rig.hold();
+  CHECK(rig.lease().grants[0].until_tick == rig.tick + 2);
+}
