@@ -27,8 +27,8 @@ class MeasuredLimits(SafetyBlock):
     Commanded joints only:
     contact_limit: largest measured effort [N m or N].
     encoder_step: a smaller change of the measured position is none.
-    dead_band_per_tick: commanded motion within one control period below which the joint need
-        not move.
+    dead_band_per_tick: commanded motion up to which the joint need not move, added up since its
+        last measured change: the most of one control period, and of any number of slower ones.
     """
 
     tolerance: Positive | None = None

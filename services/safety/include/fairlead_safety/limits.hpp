@@ -45,7 +45,9 @@ struct JointLimits {
   double standstill_velocity = unset;
   double contact_limit = unset;  // G042: largest measured effort [N m or N]
   double encoder_step = unset;   // G041: a smaller change of the measured position is none
-  double dead_band = unset;      // G041: commanded motion per tick below which nothing may move
+  // G041: what may be told since the last measured change, over any number of ticks, without
+  // anything having to move [rad or m].
+  double dead_band = unset;
   Text source;
 };
 

@@ -38,9 +38,15 @@ bool measured_base_twist(const Limits& limits, const PartLimits& part, const Mea
   const double yaw = state.positions[joints[2]];
   const double vx = state.velocities[joints[0]];
   const double vy = state.velocities[joints[1]];
+  const double turn = state.velocities[joints[2]];
   twist.linear = {std::cos(yaw) * vx + std::sin(yaw) * vy, std::cos(yaw) * vy - std::sin(yaw) * vx,
                   0.0};
-  twist.angular = {0.0, 0.0, state.velocities[joints[2]]};
+  twist.angular = {0.0, 0.0, turn};
+  // The slides carry the yaw axis; base_link's origin swings about it.
+  if (limits.base.present) {
+    twist.linear.x() += turn * limits.base.yaw_axis[1];
+    twist.linear.y() -= turn * limits.base.yaw_axis[0];
+  }
   return true;
 }
 

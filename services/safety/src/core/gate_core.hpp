@@ -79,7 +79,9 @@ class Gate::Core {
   Evidence watch_part(std::size_t part, const MeasuredState& before);
   Evidence watch_motion(const MeasuredState& before);
   void begin_tick_of(LiveClaim& claim);
-  void judge_rest(LiveClaim& claim);
+  void judge_live();
+  bool is_cut(LiveClaim& claim, bool drops);
+  void judge_rest(LiveClaim& claim, bool drops);
   void release_rest(LiveClaim& claim, const Judgement& judgement);
   void revoke_from(LiveClaim& claim, std::uint64_t tick);
 
@@ -199,7 +201,7 @@ class Gate::Core {
   // Of the step in progress.
   std::uint64_t now_ns_ = 0;
   Outputs* out_ = nullptr;
-  FixedVec<Verdict, 2 * max_claims + 2> verdicts_;  // published last: the HAL waits for the lease
+  FixedVec<Verdict, 4 * max_claims + 2> verdicts_;  // published last: the HAL waits for the lease
 
   // Room for messages too big for the stack.
   ActionChunk chunk_;

@@ -134,6 +134,7 @@ void Gate::Core::on_new_tick(const JointState& message) {
   update_memories();
   for (LiveClaim& claim : claims_.places())
     if (claim.id != 0) begin_tick_of(claim);
+  judge_live();
   const Evidence running = check_live_rows();
   if (!running.ok()) return raise_stop(running);
   for (LiveClaim& claim : claims_.places()) {

@@ -21,7 +21,6 @@ Setpoint told_to(const RowBefore& row, std::size_t part, const Limits& limits) {
 Evidence Gate::Core::watch_part(std::size_t part, const MeasuredState& before) {
   const LiveClaim* claim = claims_.holder_of(part);
   if (claim == nullptr) {
-    stuck_watch_.after_hold(limits_, part);
     grasp_watch_.forget(part);
     return {};
   }
@@ -29,11 +28,7 @@ Evidence Gate::Core::watch_part(std::size_t part, const MeasuredState& before) {
   const Acted& act = hal_.state().acted[part];
   const Setpoint now = told_to(plan.row_of(act), part, limits_);
   Evidence evidence = grasp_watch_.note(limits_, hal_.state(), part, now);
-  if (!evidence.ok()) return evidence;
-  if (now.action == nullptr) {
-    stuck_watch_.after_hold(limits_, part);
-    return {};
-  }
+  if (!evidence.ok() || now.action == nullptr) return evidence;
   Setpoint previous = told_to(plan.row_of(plan.act_before(act)), part, limits_);
   // Another mode or frame was left at standstill.
   if (previous.action != nullptr && (previous.action->mode != now.action->mode ||
@@ -52,6 +47,7 @@ Evidence Gate::Core::watch_part(std::size_t part, const MeasuredState& before) {
 
 // What the newest state says of the rows that acted before it. Asked before the plans move on.
 Evidence Gate::Core::watch_motion(const MeasuredState& before) {
+  stuck_watch_.note_state(limits_, hal_.state());
   Evidence evidence = check_contact(limits_, hal_.state());
   for (std::size_t part = 0; part < limits_.parts.size() && evidence.ok(); ++part) {
     evidence = watch_part(part, before);
@@ -61,7 +57,7 @@ Evidence Gate::Core::watch_motion(const MeasuredState& before) {
   return evidence;
 }
 
-// The claim's plan moves on to the newest state, and what it still holds is judged from there.
+// The claim's plan moves on to the newest state.
 void Gate::Core::begin_tick_of(LiveClaim& claim) {
   const Acted acted = acted_of(claim);
   ReleasePlan& plan = claim.plan;
@@ -74,28 +70,57 @@ void Gate::Core::begin_tick_of(LiveClaim& claim) {
   if (release == nullptr) {
     // Rows run on that a later release, which the HAL never took, had replaced.
     if (plan.expected().hold == 0) revoke_from(claim, first_open_tick());
-    return;
   }
-  // The HAL did something else than expected: what is left is judged from where it is now.
-  if (plan.on_track())
-    judge_rest(claim);
-  else
+}
+
+// What the plans still hold is judged from the newest state, once all of them have moved on to it:
+// each beside what the others then hold. Where one is cut, the others are judged once more, beside
+// what it has left; where that goes on, a whole rest is dropped at a time, so that it ends.
+void Gate::Core::judge_live() {
+  static_assert(max_claims <= 32);
+  constexpr int rounds_that_cut = 2;
+  std::uint32_t due = (1U << max_claims) - 1U;
+  for (int round = 0; due != 0; ++round) {
+    std::uint32_t bit = 1;
+    for (LiveClaim& claim : claims_.places()) {
+      const bool asked = (due & bit) != 0 && claim.id != 0 && claim.plan.current() != nullptr;
+      due &= ~bit;
+      if (asked && is_cut(claim, round >= rounds_that_cut)) due |= ((1U << max_claims) - 1U) & ~bit;
+      bit <<= 1U;
+    }
+  }
+}
+
+// Whether the claim has fewer rows left than it had.
+bool Gate::Core::is_cut(LiveClaim& claim, bool drops) {
+  const std::uint64_t end_tick = claim.plan.current()->end_tick();
+  // The HAL did something else than expected: all of what is left goes out again.
+  if (!claim.plan.on_track())
     judge_again(claim);
+  else
+    judge_rest(claim, drops);
+  const Released* left = claim.plan.current();
+  return left == nullptr || left->end_tick() < end_tick;
 }
 
 // G024, G030 to G034: what is left may not lead where it may not, as the newest state tells. The
 // row that acts already (realtime) is past recall; those after it are not.
-void Gate::Core::judge_rest(LiveClaim& claim) {
+void Gate::Core::judge_rest(LiveClaim& claim, bool drops) {
   const Released& release = *claim.plan.current();
   const ActionChunk& chunk = claim.plan.chunk_of(release);
   const auto first_row = static_cast<std::size_t>(first_open_tick() - chunk.start_tick);
   const std::size_t end_row = release.first_row + release.row_count;
   if (first_row >= end_row) return;
   const FixedVec<Companion, max_claims> companions = companions_of(claim);
-  const Judgement judgement =
+  Judgement judgement =
       judge_path(path_plan_, claim.limits, hal_.state(), chunk, first_row, end_row,
                  row_before(claim), Companions(companions.begin(), companions.size()));
-  if (!judgement.evidence.ok()) release_rest(claim, judgement);
+  if (judgement.evidence.ok()) return;
+  if (drops) {
+    judgement.outcome = Outcome::refused;
+    judgement.row_count = 0;
+  }
+  release_rest(claim, judgement);
 }
 
 // What is left of the claim's release goes out again under a new verdict; if nothing is, it holds.

@@ -17,7 +17,22 @@ double target_of(const Setpoint& told, const Bounds& bounds) {
   }
 }
 
+// Whether it was seen to go towards its target: no longer at standstill, or by more than the
+// tolerance.
+bool approaches(const JointLimits& joint, double target, double told_at, double opening,
+                double velocity) {
+  const double way = target < opening ? -1.0 : 1.0;
+  return way * velocity >= joint.standstill_velocity ||
+         way * (opening - told_at) > joint.bounds.tolerance;
+}
+
 }  // namespace
+
+// What was held is still held when the hand is told to go further the same way.
+GraspWatch::Grip GraspWatch::Grip::told(double new_target, double opening_now) const {
+  const bool same_way = (target < opening_now) == (new_target < opening_now);
+  return Grip{new_target, opening_now, holds && same_way};
+}
 
 Evidence GraspWatch::note(const Limits& limits, const MeasuredState& state, std::size_t part,
                           const Setpoint& told) {
@@ -30,12 +45,14 @@ Evidence GraspWatch::note(const Limits& limits, const MeasuredState& state, std:
   Grip& grip = grips_[part];
   if (told.action != nullptr) {
     const double target = target_of(told, joint.bounds);
-    if (!(std::abs(target - grip.target) <= tolerance)) grip = Grip{target};
+    if (!(std::abs(target - grip.target) <= tolerance)) grip = grip.told(target, opening);
   }
   if (std::isnan(grip.target)) return {};
   const bool short_of_it = std::abs(opening - grip.target) > tolerance;
   if (!grip.holds) {
-    const bool rests = short_of_it && part_at_standstill(limits, state, gripper);
+    const double velocity = state.velocities[gripper.joints[0]];
+    grip.moved = grip.moved || approaches(joint, grip.target, grip.told_at, opening, velocity);
+    const bool rests = grip.moved && short_of_it && part_at_standstill(limits, state, gripper);
     grip.still_ticks = rests ? grip.still_ticks + 1 : 0;
     grip.holds = grip.still_ticks >= still_ticks_to_hold;
     grip.opening = opening;
@@ -46,7 +63,7 @@ Evidence GraspWatch::note(const Limits& limits, const MeasuredState& state, std:
   if (!(lost <= mode.slip_limit))
     return above(code::contact, joint.name.view(), lost, mode.slip_limit,
                  "slip_limit of gripper_position: it lost what it held");
-  if (!short_of_it) grip = Grip{grip.target};
+  if (!short_of_it) grip = grip.told(grip.target, opening);
   return {};
 }
 

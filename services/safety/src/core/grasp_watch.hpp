@@ -8,8 +8,9 @@
 
 namespace fairlead {
 
-/// A gripper that stands still short of its target for three ticks holds something. If its opening
-/// then goes on towards the same target by more than slip_limit, it has lost it.
+/// A gripper that was seen to go towards its target, and then stands still short of it for three
+/// ticks, holds something. If its opening then goes on towards the same target by more than
+/// slip_limit, it has lost it. A hand that has not begun to move (dead time) holds nothing yet.
 class GraspWatch {
  public:
   /// In a new state. `told` is the row that acted on the part before it; of no action: the part
@@ -22,9 +23,13 @@ class GraspWatch {
  private:
   struct Grip {
     double target = unset;          // opening told last; NaN: none
-    std::uint32_t still_ticks = 0;  // in a row, short of the target
+    double told_at = unset;         // opening when it was told
+    bool moved = false;             // towards the target since, or something was held before
+    std::uint32_t still_ticks = 0;  // in a row after that, short of the target
     bool holds = false;
     double opening = unset;  // when it was seen to hold
+
+    [[nodiscard]] Grip told(double new_target, double opening_now) const;
   };
   std::array<Grip, max_parts> grips_{};
 };

@@ -8,26 +8,12 @@
 namespace fairlead {
 namespace {
 
-bool changed(const MotionView& view, std::size_t joint) {
-  return std::abs(change_of(view, joint)) > view.limits.joints[joint].encoder_step;
-}
+// A dead band that is no number is none, and a motion that is none is beyond any.
+bool exceeds(double motion, double dead_band) { return !(motion <= dead_band); }
 
-// A dead band that is no number is none.
-bool beyond(double motion, double dead_band) { return !(motion <= dead_band); }
-
-bool moves_joint(const MotionView& view, std::size_t j) {
-  if (!view.now.commands(j)) return false;
-  const JointLimits& joint = view.limits.joints[j];
-  switch (static_cast<Mode>(view.mode())) {
-    case Mode::joint_velocity:
-      return beyond(std::abs(view.now[j]) * view.period_s(), joint.dead_band);
-    case Mode::joint_position:
-    case Mode::dex_hand_joint:
-      return beyond(std::abs(turned_by(joint, view.state.positions[j], view.now[j])),
-                    joint.dead_band);
-    default:
-      return false;  // a torque says nothing about motion
-  }
+// Which share of a row can be counted on to happen; where none can, what happens on average.
+double share_of(const Gain& gain) {
+  return gain.lower > 0.0 ? gain.lower : 0.5 * (gain.lower + gain.upper);
 }
 
 // The dead band of a part told how its tool or the whole base is to move: of its joints' the
@@ -39,65 +25,109 @@ double part_dead_band(const MotionView& view) {
   return dead_band;
 }
 
-bool moves_part(const MotionView& view) {
-  const double dead_band = part_dead_band(view);
+}  // namespace
+
+void StuckWatch::Told::reach(double far, double turned) {
+  ++rows;
+  if (exceeds(far, linear)) linear = far;
+  if (exceeds(turned, angular)) angular = turned;
+}
+
+// To and fro within the dead band may move nothing, however often.
+void StuckWatch::Told::add(const Twist& motion) {
+  if (motion.linear.isZero(0.0) && motion.angular.isZero(0.0)) return;
+  sum.linear += motion.linear;
+  sum.angular += motion.angular;
+  reach(sum.linear.norm(), sum.angular.norm());
+}
+
+bool StuckWatch::Told::beyond(double dead_band, std::uint32_t rows_needed) const {
+  return rows >= rows_needed && (exceeds(linear, dead_band) || exceeds(angular, dead_band));
+}
+
+// Against the last change, not the state before: a slow joint moves by less than a step a tick.
+void StuckWatch::note_state(const Limits& limits, const MeasuredState& state) {
+  for (std::size_t j = 0; j < limits.joints.size(); ++j) {
+    const JointLimits& limit = limits.joints[j];
+    Joint& joint = joints_[j];
+    const double change = std::abs(turned_by(limit, joint.position, state.positions[j]));
+    joint.changed = std::isnan(joint.position) || change > limit.encoder_step;
+    if (!joint.changed) continue;
+    joint.position = state.positions[j];
+    joint.told = Told{};
+    if (limit.part < max_parts) parts_[limit.part] = Told{};
+  }
+}
+
+void StuckWatch::add_joint(const MotionView& view, std::size_t j) {
+  const JointLimits& joint = view.limits.joints[j];
+  Told& told = joints_[j].told;
+  switch (static_cast<Mode>(view.mode())) {
+    case Mode::joint_velocity: {
+      const double share = share_of(view.modes.joint_velocity.gain) * view.period_s();
+      return told.add({{share * view.now[j], 0.0, 0.0}, Eigen::Vector3d::Zero()});
+    }
+    case Mode::joint_position:
+    case Mode::dex_hand_joint: {
+      const double left = std::abs(turned_by(joint, view.state.positions[j], view.now[j]));
+      if (exceeds(left, joint.dead_band)) told.reach(left, 0.0);
+      return;
+    }
+    default:
+      return;  // a torque says nothing about motion
+  }
+}
+
+void StuckWatch::add_part(const MotionView& view) {
+  Told& told = parts_[view.now.action->part];
   if (view.mode() == static_cast<std::uint8_t>(Mode::cartesian_pose)) {
-    const PoseError error = pose_error(view);
-    return beyond(error.distance, dead_band) || beyond(error.angle, dead_band);
+    const PoseError left = pose_error(view);
+    const double dead_band = part_dead_band(view);
+    if (exceeds(left.distance, dead_band) || exceeds(left.angle, dead_band))
+      told.reach(left.distance, left.angle);
+    return;
   }
   const CartesianLimits* mode = norm_block(view.modes, view.mode());
-  if (mode == nullptr || !(mode->gain.lower > 0.0)) return false;
+  if (mode == nullptr) return;
   const bool per_tick = view.mode() == static_cast<std::uint8_t>(Mode::cartesian_delta);
-  const double share = mode->gain.lower * (per_tick ? 1.0 : view.period_s());
-  const Twist told = halves(view.now);
-  return beyond(share * told.linear.norm(), dead_band) ||
-         beyond(share * told.angular.norm(), dead_band);
+  const double share = share_of(mode->gain) * (per_tick ? 1.0 : view.period_s());
+  const Twist row = halves(view.now);
+  told.add({share * row.linear, share * row.angular});
 }
 
-Evidence stuck(const MotionView& view, std::size_t joint, std::string_view rule) {
+Evidence StuckWatch::stuck(const MotionView& view, std::size_t joint, std::string_view rule) const {
   const JointLimits& limits = view.limits.joints[joint];
-  return below(code::stuck, limits.name.view(), std::abs(change_of(view, joint)),
-               limits.encoder_step, rule);
+  const double change = turned_by(limits, joints_[joint].position, view.state.positions[joint]);
+  return below(code::stuck, limits.name.view(), std::abs(change), limits.encoder_step, rule);
 }
-
-}  // namespace
 
 Evidence StuckWatch::after_joint_row(const MotionView& view) {
   for (const std::size_t j : view.part().joints) {
-    const bool rests = moves_joint(view, j) && !changed(view, j);
-    joint_ticks_[j] = rests ? joint_ticks_[j] + 1 : 0;
-    if (rests && joint_ticks_[j] >= view.limits.protocol.stuck_ticks)
-      return stuck(view, j, "told to move for stuck_ticks, no change beyond its encoder_step");
+    if (!view.now.commands(j) || joints_[j].changed) continue;
+    add_joint(view, j);
+    if (joints_[j].told.beyond(view.limits.joints[j].dead_band, view.limits.protocol.stuck_ticks))
+      return stuck(view, j, "told to move in stuck_ticks rows, no change beyond its encoder_step");
   }
   return {};
 }
 
 Evidence StuckWatch::after_row(const MotionView& view) {
-  const std::size_t part = view.now.action->part;
-  if (is_joint_mode(view.mode())) {
-    part_ticks_[part] = 0;
-    return after_joint_row(view);
-  }
-  for (const std::size_t j : view.part().joints) joint_ticks_[j] = 0;
+  if (is_joint_mode(view.mode())) return after_joint_row(view);
   const auto& joints = view.part().joints;
-  const bool rests = !joints.empty() && moves_part(view) &&
-                     std::none_of(joints.begin(), joints.end(),
-                                  [&view](std::size_t j) { return changed(view, j); });
-  part_ticks_[part] = rests ? part_ticks_[part] + 1 : 0;
-  if (rests && part_ticks_[part] >= view.limits.protocol.stuck_ticks)
-    return stuck(view, joints[0],
-                 "told to move for stuck_ticks, no joint of the part changed beyond encoder_step");
-  return {};
-}
-
-void StuckWatch::after_hold(const Limits& limits, std::size_t part) {
-  part_ticks_[part] = 0;
-  for (const std::size_t j : limits.parts[part].joints) joint_ticks_[j] = 0;
+  if (joints.empty()) return {};
+  for (const std::size_t j : joints)
+    if (joints_[j].changed) return {};
+  add_part(view);
+  if (!parts_[view.now.action->part].beyond(part_dead_band(view), view.limits.protocol.stuck_ticks))
+    return {};
+  return stuck(
+      view, joints[0],
+      "told to move in stuck_ticks rows, no joint of the part changed beyond encoder_step");
 }
 
 void StuckWatch::clear() {
-  joint_ticks_.fill(0);
-  part_ticks_.fill(0);
+  joints_.fill(Joint{});
+  parts_.fill(Told{});
 }
 
 }  // namespace fairlead

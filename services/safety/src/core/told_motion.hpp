@@ -15,8 +15,9 @@ inline Pose pose_of(const Setpoint& row) {
   return {{row[0], row[1], row[2]}, Eigen::Quaterniond(row[6], row[3], row[4], row[5])};
 }
 
-/// The base's measured twist along base_link's axes: its joints are two slides along odom's x and
-/// y and a yaw. False if the part is built otherwise. (cartesian_modes.cpp)
+/// The measured twist of base_link's origin along its axes: the base's joints are two slides along
+/// odom's x and y and a yaw, about the axis that BaseLimits names (about the origin where it names
+/// none). False if the part is built otherwise. (cartesian_modes.cpp)
 bool measured_base_twist(const Limits& limits, const PartLimits& part, const MeasuredState& state,
                          Twist& twist);
 

@@ -18,21 +18,32 @@ ChunkBuilder opening(double value, std::size_t rows = 12) {
   return ChunkBuilder().scalar(gripper, Mode::gripper_position, Row(rows, value));
 }
 
-// A gripper at 1/16 m that was told to close and has been standing still since.
+// It is told, and goes to 1/16 m in the tick after the next.
+void close_from(TrackedRig& rig, const ChunkBuilder& command, double from) {
+  rig.positions[gripper_joint] = from;
+  rig.hold();
+  rig.begin(command);
+  rig.act();
+  rig.positions[gripper_joint] = 0.0625;
+  rig.velocities[gripper_joint] = from > 0.0625 ? -0.3 : 0.3;
+  rig.act();
+  rig.velocities[gripper_joint] = 0.0;
+}
+
+// A gripper that was told to close, went to 1/16 m and has been standing still since.
 struct Grasping : TrackedRig {
-  Grasping(bool in_lockstep, const ChunkBuilder& command, int still_ticks = 3)
+  Grasping(bool in_lockstep, const ChunkBuilder& command, int still_ticks = 3, double from = 0.079)
       : TrackedRig(in_lockstep, narrow) {
-    positions[gripper_joint] = 0.0625;
-    hold();
-    begin(command);
+    close_from(*this, command, from);
     for (int i = 0; i < still_ticks; ++i) act();
     REQUIRE_FALSE(stopped());
   }
 };
 
 // Whether it stops when the opening then is this.
-bool stops_at(double now, bool lockstep, const ChunkBuilder& command, int still_ticks = 3) {
-  Grasping rig(lockstep, command, still_ticks);
+bool stops_at(double now, bool lockstep, const ChunkBuilder& command, int still_ticks = 3,
+              double from = 0.079) {
+  Grasping rig(lockstep, command, still_ticks, from);
   rig.positions[gripper_joint] = now;
   rig.act();
   return rig.stopped();
@@ -111,15 +122,9 @@ TEST_CASE("G042 a gripper that stood still short of its target loses up to slip_
     // What opens it is no loss.
     CHECK_FALSE(stops_at(0.08, lockstep, opening(0.03)));
     // Held from the inside: it opens towards its target.
-    TrackedRig inside(lockstep, narrow);
-    inside.begin(opening(0.075));  // from 0.04
-    for (int i = 0; i < 3; ++i) inside.act();
-    inside.positions[gripper_joint] = 0.04 + slip - 1e-9;
-    inside.act();
-    CHECK_FALSE(inside.stopped());
-    inside.positions[gripper_joint] = 0.04 + slip + 1e-9;
-    inside.act();
-    CHECK(inside.stopped());
+    const ChunkBuilder wide = ChunkBuilder().scalar(gripper, Mode::gripper_position, Row(12, 0.08));
+    CHECK_FALSE(stops_at(0.0625 + slip - 1e-9, lockstep, wide, 3, 0.045));
+    CHECK(stops_at(0.0625 + slip + 1e-9, lockstep, wide, 3, 0.045));
   }
 }
 
@@ -155,28 +160,81 @@ TEST_CASE("G042 a gripper that still moves, or that has reached its target, hold
   }
 }
 
-TEST_CASE("G042 another target is another grasp") {
+TEST_CASE("G042 a hand that takes its time to begin loses nothing when it closes") {
   for (const bool lockstep : {true, false}) {
-    Grasping rig(lockstep, opening(0.03, 4));
+    TrackedRig rig(lockstep, narrow);
+    rig.positions[gripper_joint] = 0.079;
+    rig.hold();
+    rig.begin(opening(0.03, 20));
+    for (int i = 0; i < 6; ++i) rig.act();
+    for (const double opened : {0.077, 0.055}) {
+      rig.positions[gripper_joint] = opened;
+      rig.act();
+      CHECK_FALSE(rig.stopped());
+    }
+    // Now it has moved, and holds something; that it can lose.
+    for (int i = 0; i < 3; ++i) rig.act();
+    rig.positions[gripper_joint] = 0.055 - slip - 1e-9;
     rig.act();
-    rig.begin(opening(0.015));
-    rig.act();
-    rig.positions[gripper_joint] = 0.04;
-    rig.act();
-    CHECK_FALSE(rig.stopped());
+    CHECK(rig.stopped());
+  }
+}
+
+TEST_CASE("G042 motion seen is speed towards the target, or a way beyond the tolerance of 0.01 m") {
+  for (const bool lockstep : {true, false}) {
+    const auto stops = [lockstep](double opening_then, double speed) {
+      TrackedRig rig(lockstep, narrow);
+      rig.positions[gripper_joint] = 0.0625;
+      rig.hold();
+      rig.begin(opening(0.02, 12));
+      rig.act();
+      rig.velocities[gripper_joint] = speed;
+      rig.positions[gripper_joint] = opening_then;
+      rig.act();
+      rig.velocities[gripper_joint] = 0.0;
+      for (int i = 0; i < 3; ++i) rig.act();
+      rig.positions[gripper_joint] = opening_then - 0.02;
+      rig.act();
+      return rig.stopped();
+    };
+    CHECK_FALSE(stops(0.0625, 0.0));
+    CHECK_FALSE(stops(0.0625, 0.3));
+    CHECK_FALSE(stops(0.0625, -just_below(0.05)));
+    CHECK(stops(0.0625, -0.05));
+    CHECK_FALSE(stops(0.053, 0.0));
+    CHECK(stops(0.052, 0.0));
+    CHECK_FALSE(stops(0.075, 0.0));
+  }
+}
+
+TEST_CASE("G042 another target is another grasp, at first of the same object") {
+  for (const bool lockstep : {true, false}) {
+    const auto stops = [lockstep](int still_ticks, double target, double then) {
+      Grasping rig(lockstep, opening(0.03, 6));
+      rig.act();
+      rig.begin(opening(target));
+      for (int i = 0; i < still_ticks; ++i) rig.act();
+      rig.positions[gripper_joint] = then;
+      rig.act();
+      return rig.stopped();
+    };
+    CHECK_FALSE(stops(2, 0.015, 0.04));
+    CHECK(stops(3, 0.015, 0.04));
+    // The other way it has not gone yet.
+    CHECK_FALSE(stops(5, 0.08, 0.0625 + 0.0175));
   }
 }
 
 TEST_CASE("G042 a gripper that holds without rows keeps its grasp, and may lose it") {
   for (const bool lockstep : {true, false}) {
-    Grasping rig(lockstep, opening(0.03, 3));
+    Grasping rig(lockstep, opening(0.03, 5));
     for (int i = 0; i < 5; ++i) rig.hold();
     CHECK_FALSE(rig.stopped());
     rig.positions[gripper_joint] = 0.04;
     rig.hold();
     CHECK(rig.stopped());
 
-    Grasping released(lockstep, opening(0.03, 3));
+    Grasping released(lockstep, opening(0.03, 5));
     released.send(EventKind::release, Release{"runner", released.claim_id});
     released.hold();
     released.positions[gripper_joint] = 0.04;
@@ -191,8 +249,8 @@ TEST_CASE("G042 a binary gripper holds short of its end stops") {
     CHECK(stops_at(0.04, lockstep, close));
     CHECK_FALSE(stops_at(0.08, lockstep, close));
     const ChunkBuilder open = ChunkBuilder().scalar(gripper, Mode::gripper_binary, Row(8, 0.0));
-    CHECK(stops_at(0.0625 + 0.0175, lockstep, open));
-    CHECK_FALSE(stops_at(0.04, lockstep, open));
+    CHECK(stops_at(0.0625 + 0.0175, lockstep, open, 3, 0.045));
+    CHECK_FALSE(stops_at(0.04, lockstep, open, 3, 0.045));
   }
 }
 
@@ -201,9 +259,9 @@ TEST_CASE("G042 a slip limit that is no number allows none, an infinite one any"
     TrackedRig rig(true, [limit](Limits& limits) {
       limits.parts[gripper].modes.gripper_position.slip_limit = limit;
     });
-    rig.begin(opening(0.0));
+    close_from(rig, opening(0.03), 0.079);
     for (int i = 0; i < 3; ++i) rig.act();
-    rig.positions[gripper_joint] = 0.02;
+    rig.positions[gripper_joint] = 0.04;
     rig.act();
     return rig.stopped();
   };

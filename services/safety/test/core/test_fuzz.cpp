@@ -288,6 +288,7 @@ TEST_CASE("fuzz: no row of any mode is released beyond a limit worked out by han
   }
   if (from_environment("FAIRLEAD_FUZZ_SECONDS", 0) > 0)
     MESSAGE(rounds.done() << " chunks, " << released << " rows released");
-  CHECK(codes == std::set<std::uint32_t>{0, 7, 8, 9, 11, 20, 21, 22});
+  // G030: two joints do not reach most poses.
+  CHECK(codes == std::set<std::uint32_t>{0, 7, 8, 9, 11, 20, 21, 22, 30});
   CHECK(released > rounds.done() / 10);
 }

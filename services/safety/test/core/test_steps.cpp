@@ -152,6 +152,35 @@ TEST_CASE("G021 a twist after none starts from the measured one, turned into bas
   limits = test_limits();
 }
 
+TEST_CASE(
+    "G021 the measured twist of a base is that of its origin, which swings about the yaw axis") {
+  static Limits limits = test_limits();
+  limits.base.yaw_axis = {-0.4, 0.2};
+  ClaimLimits claim = whole_robot(limits);
+  claim.modes[base].body_twist.linear_step_limit = 0.1;
+  MeasuredState state = state_at_rest();
+  state.velocities[base_yaw] = 1.0;
+  const auto swinging = [&](double x, double y) {
+    const ChunkBuilder twist =
+        ChunkBuilder().add(base, Mode::body_twist, {{x, y, 0, 0, 0, 1.0}}, {}, "base_link");
+    return judge_rows(limits, claim, state, twist.chunk, 0, {}).evidence.code;
+  };
+  // The axis stays: the origin, 0.4 m ahead of it and 0.2 m to its right, swings.
+  CHECK(swinging(0.0, 0.0) == 21);
+  CHECK(swinging(0.2, 0.4) == 0);
+  CHECK(swinging(0.2, 0.29) == 21);
+  CHECK(swinging(0.31, 0.4) == 21);
+  // The origin stays: turning in place goes on.
+  state.velocities[base_x] = -0.2;
+  state.velocities[base_y] = -0.4;
+  CHECK(swinging(0.0, 0.0) == 0);
+  // Without a declared axis it is the axis that is measured; where that leads nobody can tell.
+  limits.base.present = false;
+  CHECK(swinging(0.0, 0.0) == 21);
+  CHECK(swinging(-0.2, -0.4) == 30);
+  limits = test_limits();
+}
+
 TEST_CASE("G025 a part changes its mode at standstill only") {
   ChunkBuilder before;
   before.joint(base, Mode::joint_velocity, base_x, {0.5});

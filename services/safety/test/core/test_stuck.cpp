@@ -16,6 +16,7 @@ void narrow(Limits& limits) {
     joint.dead_band = 0.015625;
   }
   limits.protocol.stuck_ticks = 3;
+  limits.parts[arm].modes.joint_velocity.gain = {1.0, 1.0};
   for (CartesianLimits* mode :
        {&limits.parts[arm].modes.cartesian_delta, &limits.parts[arm].modes.cartesian_twist,
         &limits.parts[base].modes.body_twist})
@@ -45,19 +46,33 @@ TEST_CASE("G041 stops after stuck_ticks rows that change nothing beyond the enco
   for (const bool lockstep : {true, false}) {
     CHECK(stops_after(speeds(0.5), lockstep) == 3);
     CHECK(stops_after(speeds(-0.5), lockstep) == 3);
-    CHECK(stops_after(speeds(0.5), lockstep, just_below(step)) == 3);
-    CHECK(stops_after(speeds(0.5), lockstep, -step) == 3);
+    CHECK(stops_after(speeds(0.5), lockstep, step / 4) == 3);
+    CHECK(stops_after(speeds(0.5), lockstep, -step / 4) == 3);
     CHECK(stops_after(speeds(0.5), lockstep, 1.001 * step) == 0);
     CHECK(stops_after(speeds(0.5), lockstep, -1.001 * step) == 0);
     CHECK(stops_after(speeds(0.5), lockstep, 0.01, arm_2) == 3);
   }
 }
 
-TEST_CASE("G041 motion within the dead band proves nothing") {
+TEST_CASE("G041 a joint that moves by less than a step a tick does move") {
   for (const bool lockstep : {true, false}) {
-    // 1/64 rad in a period of 0.05 s
-    CHECK(stops_after(speeds(0.3125 - 1e-9), lockstep) == 0);
-    CHECK(stops_after(speeds(0.3125 + 1e-9), lockstep) == 3);
+    CHECK(stops_after(speeds(0.5), lockstep, 0.6 * step) == 0);
+    CHECK(stops_after(speeds(-0.5), lockstep, -0.6 * step) == 0);
+  }
+}
+
+TEST_CASE("G041 within the dead band nothing has to move; slow rows add up to it") {
+  for (const bool lockstep : {true, false}) {
+    // 1/64 rad in periods of 0.05 s: four rows of 5/64 rad/s
+    CHECK(stops_after(speeds(0.05), lockstep) == 0);
+    CHECK(stops_after(speeds(0.078125 - 1e-9), lockstep) == 5);
+    CHECK(stops_after(speeds(0.078125 + 1e-9), lockstep) == 4);
+    CHECK(stops_after(speeds(-0.078125 - 1e-9), lockstep) == 4);
+    CHECK(stops_after(speeds(0.0), lockstep) == 0);
+    // To and fro: 0.01 rad at most.
+    const Row to_and_fro{0.2, -0.2, 0.2, -0.2, 0.2, -0.2};
+    CHECK(stops_after(ChunkBuilder().joint(arm, Mode::joint_velocity, arm_1, to_and_fro),
+                      lockstep) == 0);
     const auto target = [](double value) {
       return ChunkBuilder().joint(arm, Mode::joint_position, arm_1, Row(6, value));
     };
@@ -68,7 +83,27 @@ TEST_CASE("G041 motion within the dead band proves nothing") {
   }
 }
 
-TEST_CASE("G041 a change, a hold, a row that leaves the joint alone: the count begins anew") {
+TEST_CASE("G041 what is told counts by the gain's lower end, where that is none by its middle") {
+  const auto stops = [](const Gain& gain, double speed) {
+    TrackedRig rig(true, [&gain](Limits& limits) {
+      narrow(limits);
+      limits.parts[arm].modes.joint_velocity.gain = gain;
+    });
+    rig.begin(speeds(speed));
+    for (int row = 1; row <= 6; ++row) {
+      rig.act();
+      if (rig.stopped()) return row;
+    }
+    return 0;
+  };
+  CHECK(stops({0.5, 1.5}, 0.15625 - 1e-9) == 5);
+  CHECK(stops({0.5, 1.5}, 0.15625 + 1e-9) == 4);
+  CHECK(stops({0.0, 1.0}, 0.15625 - 1e-9) == 5);
+  CHECK(stops({0.0, 1.0}, 0.15625 + 1e-9) == 4);
+  CHECK(stops({0.0, 0.0}, 0.5) == 0);
+}
+
+TEST_CASE("G041 a measured change begins anew") {
   for (const bool lockstep : {true, false}) {
     TrackedRig moved(lockstep, narrow);
     moved.begin(speeds(0.5));
@@ -79,24 +114,57 @@ TEST_CASE("G041 a change, a hold, a row that leaves the joint alone: the count b
     CHECK_FALSE(moved.stopped());
     moved.act();
     CHECK(moved.stopped());
+  }
+}
 
+TEST_CASE("G041 holds, rows for other joints and other modes change nothing, and end nothing") {
+  for (const bool lockstep : {true, false}) {
+    const auto burst = [](TrackedRig& rig, const ChunkBuilder& command) {
+      rig.begin(command);
+      rig.act();
+      rig.act();
+      CHECK_FALSE(rig.stopped());
+    };
+    const auto two = [](std::uint8_t joint) {
+      return ChunkBuilder().joint(arm, Mode::joint_velocity, joint, {0.4, 0.4, 0.4});
+    };
+    const auto third = [&two](TrackedRig& rig) {
+      rig.begin(two(arm_1));
+      CHECK_FALSE(rig.stopped());
+      rig.act();
+      CHECK(rig.stopped());
+    };
     TrackedRig held(lockstep, narrow);
-    for (int i = 0; i < 4; ++i) {
-      held.begin(ChunkBuilder().joint(arm, Mode::joint_velocity, arm_1, {0.5, 0.5}));
-      held.act();
-      held.act();
-      held.hold();
-    }
-    CHECK_FALSE(held.stopped());
+    burst(held, two(arm_1));
+    for (int i = 0; i < 5; ++i) held.hold();
+    third(held);
 
     TrackedRig other(lockstep, narrow);
-    for (int i = 0; i < 4; ++i) {
-      other.begin(
-          ChunkBuilder().joint(arm, Mode::joint_velocity, i % 2 == 0 ? arm_1 : arm_2, {0.4, 0.4}));
-      other.act();
-      other.act();
-    }
-    CHECK_FALSE(other.stopped());
+    burst(other, two(arm_1));
+    burst(other, two(arm_2));
+    third(other);
+
+    TrackedRig mode(lockstep, narrow);
+    burst(mode, two(arm_1));
+    mode.hold();
+    burst(mode, ChunkBuilder().along(arm, Mode::cartesian_delta, 0, Row(3, 0.03)));
+    mode.hold();
+    third(mode);
+  }
+}
+
+TEST_CASE("G041 arming begins anew") {
+  TrackedRig rig(true, narrow);
+  for (int i = 0; i < 2; ++i) {
+    rig.begin(speeds(0.5));
+    rig.act();
+    rig.act();
+    rig.hold();
+    CHECK_FALSE(rig.stopped());
+    rig.send(EventKind::disarm, Disarm{"test"});
+    rig.hold();
+    rig.ready();
+    rig.hold();
   }
 }
 
@@ -118,39 +186,41 @@ TEST_CASE("G041 a tool or a base that is told to move changes at least one joint
     const auto tool = [](double value) {
       return ChunkBuilder().along(arm, Mode::cartesian_delta, 0, Row(6, value));
     };
-    // Half of it happens at least: 1/64 m of 1/32 m.
-    CHECK(stops_after(tool(0.03125), lockstep) == 0);
-    CHECK(stops_after(tool(just_above(0.03125)), lockstep) == 3);
+    // Half of it happens at least: 1/64 m of 1/32 m, in four rows.
+    CHECK(stops_after(tool(0.005), lockstep) == 0);
+    CHECK(stops_after(tool(0.0078125), lockstep) == 5);
+    CHECK(stops_after(tool(just_above(0.0078125)), lockstep) == 4);
+    CHECK(stops_after(tool(0.0), lockstep) == 0);
     CHECK(stops_after(tool(-0.0625), lockstep) == 3);
     CHECK(stops_after(tool(0.0625), lockstep, 2 * step, arm_2) == 0);
     CHECK(stops_after(tool(0.0625), lockstep, 2 * step, base_x) == 3);
     const auto turn = [](double value) {
       return ChunkBuilder().along(arm, Mode::cartesian_delta, 4, Row(6, value));
     };
-    CHECK(stops_after(turn(0.03125), lockstep) == 0);
+    CHECK(stops_after(turn(0.0078125), lockstep) == 5);
     CHECK(stops_after(turn(0.25), lockstep) == 3);
     const auto twist = [](std::uint8_t part, Mode mode, std::size_t axis, double value) {
       return ChunkBuilder().along(part, mode, axis, Row(6, value));
     };
-    // 1/64 m in a period of 0.05 s, of which half happens: 0.625 m/s.
-    CHECK(stops_after(twist(base, Mode::body_twist, 0, 0.625 - 1e-9), lockstep) == 0);
-    CHECK(stops_after(twist(base, Mode::body_twist, 0, 0.625 + 1e-9), lockstep) == 3);
+    // 1/64 m in four periods of 0.05 s, of which half happens: 0.15625 m/s.
+    CHECK(stops_after(twist(base, Mode::body_twist, 0, 0.15625 - 1e-9), lockstep) == 5);
+    CHECK(stops_after(twist(base, Mode::body_twist, 0, 0.15625 + 1e-9), lockstep) == 4);
     CHECK(stops_after(twist(base, Mode::body_twist, 5, 0.7), lockstep) == 3);
     CHECK(stops_after(twist(arm, Mode::cartesian_twist, 3, 0.7), lockstep) == 3);
-    const Row ahead{0.71, 0.0, 0.5, 0.0, 0.0, 0.0, 1.0};
-    const Row farther{0.72, 0.0, 0.5, 0.0, 0.0, 0.0, 1.0};
-    CHECK(stops_after(ChunkBuilder().poses(arm, Rows(6, ahead)), lockstep) == 0);
-    CHECK(stops_after(ChunkBuilder().poses(arm, Rows(6, farther)), lockstep) == 3);
-    const double sine = 0.05;
-    const Row turned{0.7, 0.0, 0.5, 0.0, 0.0, sine, std::sqrt(1 - sine * sine)};
-    CHECK(stops_after(ChunkBuilder().poses(arm, Rows(6, turned)), lockstep) == 3);
+    const auto turned_pose = [](double angle) {
+      const Row pose{0.7 * std::cos(angle), 0.7 * std::sin(angle), 0.5, 0.0, 0.0,
+                     std::sin(0.5 * angle), std::cos(0.5 * angle)};
+      return ChunkBuilder().poses(arm, Rows(6, pose));
+    };
+    CHECK(stops_after(turned_pose(0.0156), lockstep) == 0);
+    CHECK(stops_after(turned_pose(0.0157), lockstep) == 3);
   }
 }
 
 TEST_CASE("G041 a tool mode of which nothing may happen proves nothing") {
   TrackedRig rig(true, [](Limits& limits) {
     narrow(limits);
-    limits.parts[arm].modes.cartesian_delta.gain.lower = 0.0;
+    limits.parts[arm].modes.cartesian_delta.gain = {0.0, 0.0};
   });
   rig.begin(ChunkBuilder().along(arm, Mode::cartesian_delta, 0, Row(6, 0.1)));
   for (int i = 0; i < 6; ++i) rig.act();
@@ -162,15 +232,15 @@ TEST_CASE("G041 the stop names joint, change and the encoder's step, and is coun
   rig.begin(speeds(0.5));
   for (int i = 0; i < 3; ++i) rig.act();
   CHECK(rig.cause() ==
-        "stopped: G041 arm arm_1: 0, limit 0.0009765625 (told to move for stuck_ticks, no change "
-        "beyond its encoder_step)");
+        "stopped: G041 arm arm_1: 0, limit 0.0009765625 (told to move in stuck_ticks rows, no "
+        "change beyond its encoder_step)");
   CHECK(rig.counter("G041") == 1);
   TrackedRig tool(true, narrow);
   tool.begin(ChunkBuilder().along(arm, Mode::cartesian_delta, 0, Row(6, 0.1)));
   for (int i = 0; i < 3; ++i) tool.act();
   CHECK(tool.cause() ==
-        "stopped: G041 arm arm_1: 0, limit 0.0009765625 (told to move for stuck_ticks, no joint of "
-        "the part changed beyond encoder_step)");
+        "stopped: G041 arm arm_1: 0, limit 0.0009765625 (told to move in stuck_ticks rows, no "
+        "joint of the part changed beyond encoder_step)");
 }
 
 TEST_CASE("G041 limits that are no numbers, or none at all") {

@@ -168,6 +168,28 @@ TEST_CASE("G040 a body twist: the base's displacement along its own axes") {
   }
 }
 
+TEST_CASE("G040 a base that turns in place is one whose origin stays, not its yaw axis") {
+  for (const bool lockstep : {true, false}) {
+    for (const bool origin_stays : {true, false}) {
+      TrackedRig rig(lockstep, [](Limits& limits) {
+        narrow(limits);
+        limits.base.yaw_axis = {-0.4, 0.2};
+      });
+      rig.begin(ChunkBuilder().along(base, Mode::body_twist, 5, Row(4, 0.75)));
+      for (int i = 0; i < 4 && !rig.stopped(); ++i) {
+        // The axis is 0.4 m behind the origin and 0.2 m to its left: it goes around the origin.
+        const double yaw = rig.positions[base_yaw] += 0.0375;
+        if (origin_stays) {
+          rig.positions[base_x] = -0.4 * std::cos(yaw) - 0.2 * std::sin(yaw) + 0.4;
+          rig.positions[base_y] = -0.4 * std::sin(yaw) + 0.2 * std::cos(yaw) - 0.2;
+        }
+        rig.act();
+      }
+      CHECK(rig.stopped() == !origin_stays);
+    }
+  }
+}
+
 TEST_CASE("G040 the turn of a base that is told past half a turn is a small one") {
   TrackedRig rig(true, narrow);
   rig.begin(ChunkBuilder().along(base, Mode::body_twist, 5, Row(4, 0.5)));
@@ -233,7 +255,7 @@ TEST_CASE(
   CHECK(rig.counter("G040") == 1);
 }
 
-TEST_CASE("G040 a limit or a share that is no number allows no motion, and a vast one any") {
+TEST_CASE("G040 a limit that is no number allows no motion, and a vast one any") {
   const auto stops = [](double tracking, double lower, double upper) {
     TrackedRig rig(true, [&](Limits& limits) {
       JointModeLimits& mode = limits.parts[arm].modes.joint_velocity;
@@ -246,9 +268,6 @@ TEST_CASE("G040 a limit or a share that is no number allows no motion, and a vas
   };
   CHECK_FALSE(stops(slack, 0.5, 1.0));
   CHECK(stops(not_a_number, 0.5, 1.0));
-  CHECK(stops(slack, not_a_number, 1.0));
-  CHECK(stops(slack, 0.5, not_a_number));
-  CHECK(stops(slack, 0.5, infinite));
   CHECK_FALSE(stops(infinite, 0.5, 1.0));
 }
 

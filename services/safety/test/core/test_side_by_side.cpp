@@ -1,0 +1,122 @@
+// Two claims whose rows were judged beside each other: what one loses, the other is judged without.
+//
+// A sledge (base_y) carries a ball across the way of the tool, from 0.45 m right of it; the tool
+// (arm_1) comes from 0.9 m behind and passes when the ball is through. Balls of 0.05 m, a clearance
+// of 0.2 m: their centres stay 0.3 m apart.
+
+#include "acted_rows.hpp"
+
+using namespace fairlead;
+using namespace fairlead::test;
+
+namespace {
+
+constexpr Acted no_row{2, 0, 0};
+
+void build(Limits& limits) {
+  limits.joints[arm_1].kind = JointKind::prismatic;
+  Kinematics& tree = limits.kinematics;
+  tree.links[2].motion = LinkMotion::slide;
+  tree.links[2].axis = {1.0, 0.0, 0.0};
+  (void)tree.links.push_back(
+      link("sledge", 0, LinkMotion::slide, base_y, {0, 1, 0}, {1.6, -0.45, 0.5}));
+  limits.collision.capsules[0] = {5, {0, 0, 0}, {0, 0, 0}, 0.05};
+  limits.collision.capsules[1] = {4, {0, 0, 0}, {0, 0, 0}, 0.05};
+  limits.collision.clearance = 0.2;
+  limits.parts[arm].modes.joint_velocity.gain = {1.0, 1.0};
+  limits.parts[base].modes.joint_velocity.gain = {1.0, 1.0};
+  // In the sledge's way once it is pushed to the side; its footprint is a square of 1 m.
+  limits.base.reaction_s = 0.0001;
+  Zone pillar{"pillar", true, {}};
+  for (const Corner& corner :
+       {Corner{0.7, 0.95}, Corner{1.2, 0.95}, Corner{1.2, 1.4}, Corner{0.7, 1.4}})
+    (void)pillar.corners.push_back(corner);
+  (void)limits.base.zones.push_back(pillar);
+}
+
+// Two claims; both go ahead at 1 m/s for 16 rows, of which the first is at half of it.
+struct Crossing : GateRig {
+  Crossing(bool in_lockstep, bool tool_first) : GateRig(in_lockstep) {
+    build(limits);
+    restart(BootInfo{true, false, {}});
+    connect_and_arm();
+    const std::uint64_t first = claim_of(tool_first ? "arm" : "base");
+    const std::uint64_t second = claim_of(tool_first ? "base" : "arm");
+    tool_claim = tool_first ? first : second;
+    sledge_claim = tool_first ? second : first;
+    advance(0.0, no_row, no_row);
+    sledge = begin(sledge_claim, base, base_y);
+    tool = begin(tool_claim, fairlead::test::arm, arm_1);
+    if (!lockstep) advance(0.0, no_row, no_row);
+  }
+  std::uint64_t claim_of(const char* part) {
+    send(EventKind::claim, claim_request({part}));
+    return reply<ClaimReply>().claim_id;
+  }
+  std::uint64_t begin(std::uint64_t claim, std::uint8_t part, std::uint8_t joint) {
+    claim_id = claim;
+    ChunkBuilder builder = chunk();
+    builder.chunk.parts.clear();
+    Row speeds(16, 1.0);
+    speeds[0] = 0.5;
+    builder.joint(part, Mode::joint_velocity, joint, speeds);
+    builder.chunk.start_tick += lockstep ? 0 : 1;
+    const Verdict verdict = send_chunk(builder);
+    REQUIRE(verdict.code == 0);
+    return verdict.verdict_id;
+  }
+  /// One tick later, in which both went ahead by `way`.
+  void advance(double way, const Acted& sledge_did, const Acted& tool_did) {
+    for (const std::uint64_t claim : {sledge_claim, tool_claim})
+      send(EventKind::heartbeat, Heartbeat{claim}, "runner");
+    positions[base_y] += way;
+    positions[arm_1] += way;
+    std::vector<Acted> acts(part_count, no_row);
+    acts[base] = sledge_did;
+    acts[fairlead::test::arm] = tool_did;
+    next_tick_of(acts);
+  }
+  std::vector<Verdict> verdicts() const {
+    std::vector<Verdict> found;
+    for (const Output& output : out->items()) {
+      if (output.kind != OutputKind::verdict) continue;
+      Verdict& message = found.emplace_back();
+      REQUIRE(decode(out->payload(output), message) == FrameFault::none);
+    }
+    return found;
+  }
+  std::uint64_t sledge_claim = 0, tool_claim = 0;
+  std::uint64_t sledge = 0, tool = 0;  // verdicts
+};
+
+}  // namespace
+
+TEST_CASE("rows are judged again in the same step beside what another claim has left") {
+  for (const bool lockstep : {true, false}) {
+    for (const bool tool_first : {true, false}) {
+      CAPTURE(lockstep);
+      CAPTURE(tool_first);
+      Crossing rig(lockstep, tool_first);
+      rig.advance(0.025, Acted{0, rig.sledge, 0}, Acted{0, rig.tool, 0});
+      CHECK(rig.verdicts().empty());
+      // Pushed to the side, the sledge gets no farther than 0.45 m: after row 8 it is at 0.425 m
+      // and its ball 0.025 m beside the tool's way. The tool is 0.325 m behind it after row 11,
+      // and would be 0.275 m behind it after row 12.
+      rig.positions[base_x] = 0.3;
+      rig.advance(0.05, Acted{0, rig.sledge, 1}, Acted{0, rig.tool, 1});
+      const std::vector<Verdict> verdicts = rig.verdicts();
+      REQUIRE(verdicts.size() == 2);
+      const Verdict& first = verdicts[0];
+      const Verdict& then = verdicts[1];
+      CHECK(first.claim_id == rig.sledge_claim);
+      CHECK(first.code == 34);
+      CHECK(first.row == 9);
+      CHECK(first.released_last == rig.tick + 6);
+      CHECK(then.claim_id == rig.tool_claim);
+      CHECK(then.code == 32);
+      CHECK(then.row == 12);
+      CHECK(then.released_last == rig.tick + 9);
+      CHECK(rig.count(OutputKind::safe_chunk) == 2);
+    }
+  }
+}
