@@ -98,6 +98,9 @@ Evidence move_tool(const PathPlan& plan, const PlanTool& tool, const Motion6& mo
                    Joints& joints) {
   const ToolJacobian jacobian = tool_jacobian(plan, tool, joints);
   step_towards(plan, tool, jacobian, motion, unset, joints);
+  // A long turn bends the way: what one straight step misses, a second makes up for.
+  const ToolJacobian bent = tool_jacobian(plan, tool, joints);
+  step_towards(plan, tool, bent, motion - motion_between(jacobian.tool, bent.tool), unset, joints);
   FramePoses poses;
   place_chain(plan, tool, joints, poses);
   const Motion6 made = motion_between(jacobian.tool, tool_pose(tool, poses));
