@@ -50,6 +50,8 @@ def _clear_the_way(data: dict[str, Any]) -> None:
         capsule["radius"] = 0.001
     for volume in data["workspace"]["volumes"]:
         volume |= {"kind": "keep_in", "lower": [-FAR_M] * 3, "upper": [FAR_M] * 3}
+    if data["base"] is not None:
+        data["base"]["command_frame"] = "odom"
     square = [[-FAR_M, -FAR_M], [FAR_M, -FAR_M], [FAR_M, FAR_M], [-FAR_M, FAR_M]]
     for zone in (data["base"] or {"zones": []})["zones"]:
         zone |= {"kind": "keep_in", "corners": square}

@@ -79,15 +79,36 @@ class PathReference:
         if mode == "joint_position":
             after[own] = row[own]
         elif mode == "joint_velocity":
-            after[own] += gain * self._period * row[own]
+            after[own] += gain * self._period * self._told(now, row)[own]
         elif mode == "body_twist":
             after[own] += self._base_change(now, gain * self._period * row)
         else:
             scale = gain * (self._period if mode == "cartesian_twist" else 1.0)
-            jacobian = self._jacobian(now, part)
-            square = jacobian.T @ jacobian + DAMPING**2 * np.eye(len(own))
-            after[own] += np.linalg.solve(square, jacobian.T @ (scale * row))
+            self._reach(now, after, part, scale * row)
         return after
+
+    def _reach(self, now: FloatArray, after: FloatArray, part: str, motion: FloatArray) -> None:
+        """Two steps of least squares: the second makes up for what the first misses."""
+        own, tool = self._own(part), self._parts[part]["tool_frame"]
+        self._place(now)
+        start = self._frame(tool).copy()
+        for _ in range(2):
+            self._place(after)
+            here = self._frame(tool)
+            turned = pinocchio.log3(here.rotation @ start.rotation.T)
+            missing = motion - np.concatenate([here.translation - start.translation, turned])
+            jacobian = self._jacobian(after, part)
+            square = jacobian.T @ jacobian + DAMPING**2 * np.eye(len(own))
+            after[own] += np.linalg.solve(square, jacobian.T @ missing)
+
+    def _told(self, now: FloatArray, row: FloatArray) -> FloatArray:
+        """Velocities of the joints; a base's slides may be told against its yaw."""
+        base, told = self._data["base"], row.copy()
+        if base is not None and base["command_frame"] == "against_yaw":
+            x, y, yaw = (self.names.index(name) for name in base["joints"])
+            turned = complex(row[x], row[y]) * complex(math.cos(now[yaw]), -math.sin(now[yaw]))
+            told[x], told[y] = turned.real, turned.imag
+        return told
 
     def _base_change(self, now: FloatArray, moved: FloatArray) -> FloatArray:
         """Of x, y, yaw by a motion along base_link's axes, of its origin."""

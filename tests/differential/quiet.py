@@ -27,6 +27,7 @@ def quiet(data: dict[str, Any]) -> dict[str, Any]:
         volume.update(kind="keep_in", lower=[-VAST] * 3, upper=[VAST] * 3)
     if data["base"] is not None:
         square = [[-VAST, -VAST], [VAST, -VAST], [VAST, VAST], [-VAST, VAST]]
+        data["base"]["command_frame"] = "odom"
         for zone in data["base"]["zones"]:
             zone.update(kind="keep_in", corners=square)
     return data

@@ -112,6 +112,11 @@ SURROUNDINGS: dict[str, tuple[Change, str]] = {
         put("base.joints", ["base_x", "base_yaw", "base_y"]),
         "base.joints: expected two that slide and one that turns, got base_yaw",
     ),
+    "base told in no known frame": (
+        put("base.command_frame", "base_link"),
+        'base.command_frame: expected odom or against_yaw, got "base_link"',
+    ),
+    "base told in no frame": (drop("base.command_frame"), "base.command_frame: missing"),
     "base that turns about one number": (
         put("base.yaw_axis", [0.0]),
         "base.yaw_axis: expected 2 numbers, got [0.0]",

@@ -93,6 +93,10 @@ BAD: dict[str, tuple[Change, str]] = {
     ),
     "volume twice": (again(f"{SIM}.workspace.volumes"), "is declared 2 times"),
     "no base": (drop(f"{SIM}.base"), "base: missing; zones bound base_x, base_y, base_yaw"),
+    "base told in no known frame": (
+        put(f"{SIM}.base.command_frame", "base_link"),
+        "command_frame",
+    ),
     "no zone to be in": (
         put(f"{HALL}.kind", "keep_out"),
         "zones: expected one of kind keep_in, got ['keep_out'",

@@ -124,10 +124,13 @@ class KinematicCampaign:
             self.found.refused[verdict.code] += 1
 
     def _follow(self, what: str, q: FloatArray, rows: Sequence[Row]) -> None:
-        """Both ends of the gain, its middle, and a share of its own for each row."""
+        """Both ends of the gain, its middle, and shares drawn for each row and part: one of the
+        ends for the whole chunk, and any."""
         self.found.rows += len(rows)
-        count = len(rows)
-        shares = [np.zeros(count), np.ones(count), np.full(count, 0.5), self._rng.random(count)]
+        count, parts = len(rows), len(self._robot.parts)
+        mixed = np.tile(self._rng.integers(0, 2, parts).astype(float), (count, 1))
+        shares = [np.full((count, parts), share) for share in (0.0, 1.0, 0.5)]
+        shares += [mixed, self._rng.random((count, parts))]
         for share in shares:
             try:
                 path = self._prediction.follow(q, rows, share)
@@ -136,7 +139,9 @@ class KinematicCampaign:
                 continue
             for row, place in enumerate(path):
                 modes = {part: command.mode.yaml_name for part, command in rows[row].items()}
-                self._waiting.append((f"{what}, row {row}, share {share[row]:.2f}, {modes}", place))
+                self._waiting.append(
+                    (f"{what}, row {row}, share {share[row].round(2)}, {modes}", place)
+                )
 
     def _look(self) -> None:
         """Ask the arena about everything followed since the last time."""

@@ -50,6 +50,7 @@ class Prediction:
             if "gain" in block
         }
         base = file["base"]
+        self._against_yaw = bool(base) and base["command_frame"] == "against_yaw"
         self._yaw_axis = np.array(base["yaw_axis"]) if base else np.zeros(2)
 
     def follow(
@@ -58,17 +59,21 @@ class Prediction:
         """Positions after each row.
 
         Args:
-            shares: per row, where in each mode's gain its motion lies: 0 lower end, 1 upper end.
+            shares: per row, where in each mode's gain its motion lies: 0 lower end, 1 upper end;
+                ``[rows]`` for all parts alike, ``[rows, parts]`` for each part in robot.yaml's
+                order.
 
         Raises:
             NotReachedError: for a pose out of reach.
         """
         found, q = [], start.copy()
+        order = [part.name for part in self._robot.parts]
         for row, share in zip(rows, shares, strict=True):
             later = q.copy()
             for part, command in row.items():
                 low, high = self._gains.get((part, command.mode.yaml_name), (1.0, 1.0))
-                self._move(part, command, low + (high - low) * float(share), q, later)
+                at = float(np.broadcast_to(share, len(order))[order.index(part)])
+                self._move(part, command, low + (high - low) * at, q, later)
             q = later
             found.append(q)
         return found
@@ -82,7 +87,7 @@ class Prediction:
         if mode in TARGETS:
             later[list(command.active)] = values[list(command.active)]
         elif mode is ControlMode.JOINT_VELOCITY:
-            later[list(command.active)] += gain * per_tick * values[list(command.active)]
+            later[: len(values)] += gain * per_tick * self._told(part, values, q)
         elif mode in (ControlMode.CARTESIAN_DELTA, ControlMode.CARTESIAN_TWIST):
             tool = self._tool(part, q)
             way = gain * per_tick * values
@@ -97,6 +102,14 @@ class Prediction:
         elif mode is ControlMode.GRIPPER_BINARY:
             joint = self._robot.joints[own[0]]
             later[own[0]] = joint.upper if values[0] == 0.0 else joint.lower
+
+    def _told(self, part: str, values: FloatArray, q: FloatArray) -> FloatArray:
+        """Velocities of the joints; a base's slides may be told against its yaw."""
+        told = values.copy()
+        if self._against_yaw and part == "base":
+            x, y, yaw = (self._robot.joint_names.index(n) for n in self._robot.part(part).joints)
+            told[[x, y]] = _plane(-q[yaw]) @ values[[x, y]]
+        return told
 
     def _drive(self, own: list[int], way: FloatArray, later: FloatArray) -> None:
         """base_link's origin moves along its own axes; the slides carry the yaw axis."""

@@ -135,6 +135,37 @@ def test_velocities_are_followed_by_their_gain_between_its_ends() -> None:
     np.testing.assert_allclose(path[1][1:], start[1:], atol=1e-12)
 
 
+def test_each_part_has_a_share_of_its_own() -> None:
+    robot, file = load_robot("dual_panda"), file_of("dual_panda")
+    for part in file["parts"]:
+        if part["name"].endswith("_arm"):
+            part["modes"]["joint_velocity"]["gain"] = [0.5, 1.0]
+    start, row = np.zeros(len(robot.measured_joint_names)), {}
+    names = [part.name for part in robot.parts]
+    for arm in ("left_arm", "right_arm"):
+        joint = robot.joint_names.index(robot.part(arm).joints[0])
+        values = np.zeros(len(robot.joint_names))
+        values[joint] = 1.0
+        row[arm] = PartCommand(ControlMode.JOINT_VELOCITY, "", values, (joint,))
+    shares = np.zeros((1, len(names)))
+    shares[0, names.index("right_arm")] = 1.0
+    (end,) = Prediction(robot, file).follow(start, [row], shares)
+    moved = {arm: end[row[arm].active[0]] for arm in row}
+    assert moved == {"left_arm": pytest.approx(0.025), "right_arm": pytest.approx(0.05)}
+
+
+def test_a_base_told_against_its_yaw_drives_to_its_right_after_a_quarter_turn() -> None:
+    robot, file = load_robot("panda_mobile"), file_of("panda_mobile")
+    part = next(part for part in file["parts"] if part["name"] == "base")
+    part["modes"]["joint_velocity"]["gain"] = [1.0, 1.0]
+    start, values = np.zeros(14), np.zeros(len(robot.joint_names))
+    slide_x, slide_y, yaw = (robot.joint_names.index(n) for n in robot.part("base").joints)
+    start[yaw], values[slide_x] = np.pi / 2, 1.0
+    row = {"base": PartCommand(ControlMode.JOINT_VELOCITY, "", values, (slide_x, slide_y, yaw))}
+    (end,) = Prediction(robot, file).follow(start, [row], np.array([0.0]))
+    np.testing.assert_allclose(end[[slide_x, slide_y]], [0.0, -0.05], rtol=0, atol=1e-12)
+
+
 def test_a_delta_moves_the_tool_by_its_share_along_base_links_axes() -> None:
     robot, file = load_robot("dual_panda"), file_of("dual_panda")
     part = next(part for part in file["parts"] if part["name"] == "left_arm")

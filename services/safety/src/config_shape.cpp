@@ -70,6 +70,13 @@ Zone read_zone(Section section) {
   return zone;
 }
 
+// "odom" or "against_yaw"
+bool read_command_frame(Section& section) {
+  const std::string frame = section.text("command_frame", 64);
+  if (frame == "odom" || frame == "against_yaw") return frame == "against_yaw";
+  refuse(section.path_of("command_frame"), "odom or against_yaw", frame);
+}
+
 void read_base_joints(Section& section, const Limits& limits, BaseLimits& base) {
   const json& names = section.list("joints");
   if (names.size() != base.joints.size())
@@ -120,6 +127,7 @@ BaseLimits read_base(Section& file, const Limits& limits) {
   Section section = file.section("base");
   base.present = true;
   read_base_joints(section, limits, base);
+  base.against_yaw = read_command_frame(section);
   base.yaw_axis = numbers_in<2>(section, "yaw_axis");
   base.footprint = read_corners(section, "footprint");
   base.reaction_s = section.number("reaction_s");

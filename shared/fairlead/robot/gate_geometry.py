@@ -40,6 +40,7 @@ def compiled_base(base: BaseSurroundings | None, joints: tuple[str, ...]) -> dic
         return None
     return {
         "joints": joints,
+        "command_frame": base.command_frame,
         "yaw_axis": base.yaw_axis_m,
         "footprint": base.footprint_m,
         "reaction_s": base.reaction_s,

@@ -78,11 +78,14 @@ class BaseSurroundings(SafetyBlock):
     """What G034 judges a mobile base by.
 
     footprint_m: the base's outline about the root link's origin.
+    command_frame: what x and y of ``joint_velocity`` drive. ``odom``: the two slides as told;
+        ``against_yaw``: the slides get the told vector turned by minus the measured yaw.
     yaw_axis_m: where the base turns, in the root link's frame.
     reaction_s: time before braking begins.
     """
 
     footprint_m: tuple[Corner, ...] = Field(min_length=3, max_length=MAX_CORNERS)
+    command_frame: Literal["odom", "against_yaw"]
     yaw_axis_m: Corner
     reaction_s: Positive
     zones: tuple[Zone, ...] = Field(max_length=MAX_ZONES)

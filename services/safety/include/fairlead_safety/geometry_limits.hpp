@@ -97,7 +97,9 @@ struct BaseLimits {
   Corner yaw_axis{unset, unset};            // where the base turns, in the root link's frame
   FixedVec<Corner, max_corners> footprint;  // convex, counter-clockwise, in the root link's frame
   double reaction_s = unset;                // before braking begins
-  FixedVec<Zone, max_zones> zones;          // at least one keeps the base in
+  // x and y of joint_velocity are told in odom turned by minus the yaw, not in odom.
+  bool against_yaw = false;
+  FixedVec<Zone, max_zones> zones;  // at least one keeps the base in
   Text source;
 };
 

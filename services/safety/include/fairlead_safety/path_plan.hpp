@@ -87,6 +87,7 @@ struct PathPlan {
   // By joint: how far a point of a capsule or a tool moves at most when the joint does by 1.
   std::array<double, max_measured> reach{};
   JointSet base_joints = 0;
+  JointSet tree_joints = 0;  // those that move a link
 };
 
 }  // namespace fairlead

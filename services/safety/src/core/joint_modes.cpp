@@ -7,6 +7,7 @@
 #include "joint_range.hpp"
 #include "mode_checkers.hpp"
 #include "outside_bounds.hpp"
+#include "told_motion.hpp"
 
 namespace fairlead {
 namespace {
@@ -80,8 +81,11 @@ Evidence start_from(const RowView& view, const Setpoint* acted,
   const JointModeLimits& mode = block_of(view);
   for (const std::uint8_t j : view.now.action->active) {
     if (acted != nullptr && acted->commands(j)) continue;
+    const bool velocity = view.mode() == static_cast<std::uint8_t>(Mode::joint_velocity);
+    const double told =
+        velocity ? told_velocity(view.limits, view.now, j, view.state.positions) : view.now[j];
     const Evidence evidence = at_most(code::start, view.limits.joints[j].name.view(),
-                                      view.now[j] - measured[j], mode.step_limit[j], mode.source);
+                                      told - measured[j], mode.step_limit[j], mode.source);
     if (!evidence.ok()) return evidence;
   }
   return {};

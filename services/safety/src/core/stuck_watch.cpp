@@ -65,7 +65,8 @@ void StuckWatch::add_joint(const MotionView& view, std::size_t j) {
   switch (static_cast<Mode>(view.mode())) {
     case Mode::joint_velocity: {
       const double share = share_of(view.modes.joint_velocity.gain) * view.period_s();
-      return told.add({{share * view.now[j], 0.0, 0.0}, Eigen::Vector3d::Zero()});
+      const double velocity = told_velocity(view.limits, view.now, j, view.before.positions);
+      return told.add({{share * velocity, 0.0, 0.0}, Eigen::Vector3d::Zero()});
     }
     case Mode::joint_position:
     case Mode::dex_hand_joint: {

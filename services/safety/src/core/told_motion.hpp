@@ -15,6 +15,19 @@ inline Pose pose_of(const Setpoint& row) {
   return {{row[0], row[1], row[2]}, Eigen::Quaterniond(row[6], row[3], row[4], row[5])};
 }
 
+/// What a row of joint_velocity makes of one joint [rad/s, m/s]. The two slides of a base whose
+/// commands turn against its yaw get what is left of the row when that has been turned.
+/// `positions`: where the joints are when the row begins.
+inline double told_velocity(const Limits& limits, const Setpoint& row, std::size_t joint,
+                            const std::array<double, max_measured>& positions) {
+  const BaseLimits& base = limits.base;
+  if (!base.present || !base.against_yaw) return row[joint];
+  const auto& [x, y, yaw] = base.joints;
+  if (joint != x && joint != y) return row[joint];
+  const double cosine = std::cos(positions[yaw]), sine = std::sin(positions[yaw]);
+  return joint == x ? cosine * row[x] + sine * row[y] : cosine * row[y] - sine * row[x];
+}
+
 /// The measured twist of base_link's origin along its axes: the base's joints are two slides along
 /// odom's x and y and a yaw, about the axis that BaseLimits names (about the origin where it names
 /// none). False if the part is built otherwise. (cartesian_modes.cpp)

@@ -29,10 +29,13 @@ Evidence check_velocities(const MotionView& view) {
   const JointModeLimits& mode = view.modes.joint_velocity;
   const auto along = [](double velocity) { return Eigen::Vector3d(velocity, 0.0, 0.0); };
   for (const std::uint8_t j : view.now.action->active) {
-    const Eigen::Vector3d told = along(view.now[j]);
+    const auto told_by = [&](const Setpoint& row) {
+      return along(told_velocity(view.limits, row, j, view.before.positions));
+    };
+    const Eigen::Vector3d told = told_by(view.now);
     const bool goes_on = view.previous.action != nullptr && view.previous.commands(j);
     const TrackingSpan span =
-        goes_on ? TrackingSpan::after_row(mode.gain, along(view.previous[j]), told)
+        goes_on ? TrackingSpan::after_row(mode.gain, told_by(view.previous), told)
                 : TrackingSpan::after_hold(mode.gain, along(view.before.velocities[j]), told);
     const Evidence evidence =
         within(view.limits.joints[j].name.view(), span.distance(along(view.state.velocities[j])),

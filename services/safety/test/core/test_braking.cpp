@@ -3,7 +3,9 @@
 
 #include <doctest/doctest.h>
 
+#include "fairlead_safety/path.hpp"
 #include "free_arm.hpp"
+#include "two_arms.hpp"
 
 using namespace fairlead;
 using namespace fairlead::test;
@@ -137,4 +139,57 @@ TEST_CASE("G024 a delta brakes like the joints that it moves") {
   limits.joints[slide_x].bounds.upper = 0.14;
   CHECK(judged(0.05).evidence.code == 24);
   CHECK(judged(0.05).evidence.axis == "slide_x");
+}
+
+TEST_CASE("G024 in the first row a joint may be as fast as it is measured") {
+  const Limits limits = braking_at(5.0, -2.0, 0.15);
+  const auto code = [&](double velocity, double measured) {
+    MeasuredState state = at_rest();
+    state.velocities[slide_x] = measured;
+    return free_arm::judge(limits, one_joint(Mode::joint_velocity, slide_x, {velocity}).chunk,
+                           state)
+        .evidence.code;
+  };
+  // 0.2 m/s: 0.01 m, and 4 mm to brake; from 1.2 m/s it takes 0.144 m.
+  CHECK(code(0.2, 0.0) == 0);
+  CHECK(code(0.2, 1.1) == 0);
+  CHECK(code(0.2, 1.2) == 24);
+  CHECK(code(-0.2, 1.2) == 0);
+}
+
+TEST_CASE("G024 a pose is approached from the pose before it, not from where the arm lags") {
+  const auto code = [](const RowBefore& before) {
+    const Limits limits = braking_at(5.0, -2.0, 0.05);
+    const ChunkBuilder now = ChunkBuilder().poses(arm, {{0.74, 0, 0.5, 0, 0, 0, 1}});
+    return judge_path(PathPlan(limits), whole_robot(limits), at_rest(), now.chunk, 0, 1, before, {})
+        .evidence.code;
+  };
+  // From what is measured it is 0.04 m in a tick, 0.8 m/s and 0.064 m to brake.
+  CHECK(code({}) == 24);
+  const ChunkBuilder last = ChunkBuilder().poses(arm, {{0.73, 0, 0.5, 0, 0, 0, 1}});
+  CHECK(code(RowBefore{&last.chunk, 0}) == 0);  // 0.2 m/s and 4 mm
+}
+
+TEST_CASE("what other claims tell a joint counts from the target before, too") {
+  // The right arm lags 0.1 rad behind; from there it would be 2 rad/s and brake into the left one.
+  Limits limits = two_arms::limits();
+  limits.collision.capsules[0] = {2, {0, 0, 0}, {0, 0, 0}, 0.1};
+  limits.collision.capsules[1] = {4, {0, 0, 0}, {0, 0, 0}, 0.1};
+  limits.collision.clearance = 0.3;
+  limits.joints[two_arms::right_1].velocity_limit = 2.5;
+  limits.joints[two_arms::right_1].acceleration_limit = 8.0;  // 2 rad/s: 0.25 rad
+  ChunkBuilder own, last, next;
+  two_arms::command(own, two_arms::left, Mode::joint_position, two_arms::left_1, {0.0});
+  two_arms::command(last, two_arms::right, Mode::joint_position, two_arms::right_1, {0.1});
+  two_arms::command(next, two_arms::right, Mode::joint_position, two_arms::right_1, {0.1});
+  const PathPlan plan(limits);
+  const auto code = [&](const RowBefore& before) {
+    const Companion other{before, &next.chunk, 0, 1};
+    return judge_path(plan, whole_robot(limits), two_arms::at_rest(), own.chunk, 0, 1, {},
+                      Companions(&other, 1))
+        .evidence.code;
+  };
+  // 0.6 - 0.5 sin 0.1 - 0.2 leaves 0.35; where braking ends, 0.6 - 0.5 sin 0.35 - 0.2 is 0.23.
+  CHECK(code(RowBefore{&last.chunk, 0}) == 0);
+  CHECK(code({}) == 32);
 }

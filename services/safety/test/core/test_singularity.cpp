@@ -23,8 +23,13 @@ Limits limits_at(double singular_value) {
   return limits;
 }
 
-// What a rotation vector about y makes of arm_2: its column is (1.09 + damping)^-1 of it.
-double turned(double by) { return by / (1.09 + 0.02 * 0.02); }
+// What a rotation vector about y makes of arm_2: its column is (1.09 + damping)^-1 of it; a second
+// step makes up for what the damping took.
+double turned(double by) {
+  constexpr double damping = 0.02 * 0.02;
+  const double first = by / (1.09 + damping);
+  return first + (by - 1.09 * first) / (1.09 + damping);
+}
 
 Judgement turn(const Limits& limits, double from, const Row& by,
                Mode mode = Mode::cartesian_delta) {

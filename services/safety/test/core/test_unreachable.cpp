@@ -152,6 +152,92 @@ TEST_CASE("what other claims have released moves as well, until their rows end")
             .row_count == 3);
 }
 
+namespace {
+
+// The tools are 0.6 m apart across, each moved by its arm's turn; a ball of 0.1 m on each.
+Limits two_balls(double clearance, double gain_lower) {
+  Limits limits = two_arms::limits();
+  limits.collision.capsules[0] = {2, {0, 0, 0}, {0, 0, 0}, 0.1};
+  limits.collision.capsules[1] = {4, {0, 0, 0}, {0, 0, 0}, 0.1};
+  limits.collision.clearance = clearance;
+  for (const std::uint8_t part : {two_arms::left, two_arms::right}) {
+    const std::size_t joint = part == two_arms::left ? two_arms::left_1 : two_arms::right_1;
+    limits.parts[part].modes.joint_velocity = joint_mode({joint}, 4.0);
+    limits.parts[part].modes.joint_velocity.gain = {gain_lower, 1.0};
+  }
+  return limits;
+}
+
+Row speeds(double left, double right) { return {left, right, 0.0, 0.0}; }
+
+}  // namespace
+
+TEST_CASE("one arm behind the other, told the same: they may differ in the share that happens") {
+  // At 2 rad/s a row is 0.1 rad: both turn the same way and keep their 0.6 m, by equal shares. If
+  // only the right one turns towards the left, 0.6 - 0.5 sin 0.1 is 0.550 m: 0.350 without balls.
+  ChunkBuilder same;
+  same.add(two_arms::left, Mode::joint_velocity, {speeds(2, 0)}, {two_arms::left_1});
+  same.add(two_arms::right, Mode::joint_velocity, {speeds(0, 2)}, {two_arms::right_1});
+  const auto code = [&](const Limits& limits) {
+    const PathPlan plan(limits);
+    return judge_path(plan, whole_robot(limits), two_arms::at_rest(), same.chunk, 0, 1, {}, {})
+        .evidence.code;
+  };
+  CHECK(code(two_balls(0.34, 0.0)) == 0);
+  CHECK(code(two_balls(0.36, 0.0)) == 32);
+  CHECK(code(two_balls(0.36, 1.0)) == 0);  // all of it happens, for certain
+  CHECK(code(two_balls(0.374, 0.5)) == 0);
+  CHECK(code(two_balls(0.376, 0.5)) == 32);
+}
+
+TEST_CASE("what another claim has released may not happen: then its parts are in the way") {
+  // Both are told to turn left by 0.1 rad; the left arm may be stopped where it is.
+  const Limits limits = two_balls(0.36, 1.0);
+  const PathPlan plan(limits);
+  ChunkBuilder own, other;
+  own.add(two_arms::right, Mode::joint_velocity, {speeds(0, 2)}, {two_arms::right_1});
+  other.add(two_arms::left, Mode::joint_velocity, {speeds(2, 0)}, {two_arms::left_1});
+  const auto code = [&](const Companion& companion) {
+    return judge_path(plan, whole_robot(limits), two_arms::at_rest(), own.chunk, 0, 1, {},
+                      Companions(&companion, 1))
+        .evidence.code;
+  };
+  CHECK(code(Companion{{}, &other.chunk, 0, 1}) == 32);
+  ChunkBuilder both = own;
+  both.add(two_arms::left, Mode::joint_velocity, {speeds(2, 0)}, {two_arms::left_1});
+  CHECK(judge_path(plan, whole_robot(limits), two_arms::at_rest(), both.chunk, 0, 1, {}, {})
+            .evidence.ok());
+}
+
+TEST_CASE("G030 more than three parts with a gain at once are not predicted") {
+  Limits limits = two_balls(0.01, 0.5);
+  const auto joint_part = [&](std::uint8_t index, const char* name, std::size_t joint) {
+    PartLimits item = part(name, {joint});
+    item.modes.joint_velocity = joint_mode({joint}, 4.0);
+    item.modes.joint_velocity.gain = {0.5, 1.0};
+    widen(item);
+    limits.joints[joint].part = index;
+    return item;
+  };
+  limits.parts[two_arms::hand] = joint_part(2, "one", two_arms::finger_1);
+  (void)limits.parts.push_back(joint_part(3, "two", two_arms::finger_2));
+  ChunkBuilder chunk;
+  const auto code = [&] {
+    const PathPlan plan(limits);
+    MeasuredState state = two_arms::at_rest();
+    (void)state.acted.resize(4);
+    return judge_path(plan, whole_robot(limits), state, chunk.chunk, 0, 1, {}, {}).evidence.code;
+  };
+  for (std::uint8_t i = 0; i < 3; ++i) {
+    Row row(4, 0.0);
+    row[i] = 0.1;
+    chunk.add(i, Mode::joint_velocity, {row}, {i});
+  }
+  CHECK(code() == 0);
+  chunk.add(3, Mode::joint_velocity, {{0, 0, 0, 0.1}}, {3});
+  CHECK(code() == 30);
+}
+
 TEST_CASE("judge_path judges only the rows that it is asked for") {
   Limits limits = free_arm::limits();
   limits.joints[slide_x].acceleration_limit = 5.0;

@@ -82,6 +82,36 @@ TEST_CASE("G034 a twist is told in the base, a slide in odom: the measured yaw t
   CHECK(drive(hall(0.6), slide(base_x, {1.0}), at(0, 0, half_pi)).evidence.code == 34);
 }
 
+TEST_CASE("G034 slides told against the yaw: x at a quarter turn drives towards minus y") {
+  const double half_pi = std::acos(0.0);
+  Limits limits = hall(9.0);
+  limits.base.against_yaw = true;
+  limits.base.zones[0].corners = corners({{-0.6, -0.6}, {0.6, -0.6}, {0.6, 5}, {-0.6, 5}});
+  CHECK(drive(limits, slide(base_x, {1.0}), at(0, 0, half_pi)).evidence.code == 34);
+  CHECK(drive(limits, slide(base_x, {-1.0}), at(0, 0, half_pi)).evidence.ok());
+  CHECK(drive(limits, slide(base_y, {1.0}), at(0, 0, half_pi)).evidence.code == 34);  // +x
+  CHECK(drive(limits, slide(base_y, {1.0}), at(0, 0, 0)).evidence.ok());
+  limits.base.against_yaw = false;
+  CHECK(drive(limits, slide(base_x, {-1.0}), at(0, 0, half_pi)).evidence.code == 34);
+  CHECK(drive(limits, slide(base_y, {1.0}), at(0, 0, half_pi)).evidence.ok());
+}
+
+TEST_CASE("G021 a base told against its yaw goes on at what its slides are measured to do") {
+  const double half_pi = std::acos(0.0);
+  Limits limits = hall(9.0);
+  limits.parts[base].modes.joint_velocity.step_limit[base_x] = 0.25;
+  limits.parts[base].modes.joint_velocity.step_limit[base_y] = 0.25;
+  MeasuredState state = at(0, 0, half_pi);
+  state.velocities[base_y] = -1.0;
+  const ChunkBuilder both =
+      ChunkBuilder().add(base, Mode::joint_velocity, {{1.0, 0, 0, 0, 0, 0}}, {base_x, base_y});
+  CHECK(drive(limits, both, state).evidence.code == 21);
+  limits.base.against_yaw = true;
+  CHECK(drive(limits, both, state).evidence.ok());
+  state.velocities[base_y] = 1.0;
+  CHECK(drive(limits, both, state).evidence.code == 21);
+}
+
 TEST_CASE("G034 a turn swings the corners out, about the yaw axis") {
   // At 45 degrees a corner is 0.7071 m ahead.
   CHECK(drive(hall(0.72), twist(5, {1.5}), at(0, 0, 0.7)).evidence.ok());

@@ -159,6 +159,7 @@ void add_reach(PathPlan& plan) {
 PathPlan::PathPlan(const Limits& robot_limits) : limits(robot_limits) {
   period_s = static_cast<double>(limits.period_ns) * 1e-9;
   add_frames(*this);
+  for (const PlanFrame& frame : frames) tree_joints |= frame.movers;
   add_capsules(*this);
   add_pairs(*this);
   add_volumes(*this);

@@ -59,8 +59,8 @@ PathWalk::PathWalk(const PathPlan& plan, const ClaimLimits& claim, const Measure
   for (std::size_t i = 0; i < prediction_.branch_count(); ++i) {
     for (FramePoses& poses : shapes_[i].poses)
       for (std::size_t f = 0; f < plan.frames.size(); ++f) poses[f] = first[f];
-    if (i == 1)
-      place_frames(plan, prediction_.branch(1).now, prediction_.moving(), shapes_[1].poses[0]);
+    if (i > 0)
+      place_frames(plan, prediction_.branch(i).now, prediction_.moving(), shapes_[i].poses[0]);
   }
 }
 

@@ -35,7 +35,7 @@ class PathWalk {
   const ActionChunk& chunk_;
   Prediction prediction_;
   ShapeCheck shape_check_;
-  std::array<Shapes, 2> shapes_;
+  std::array<Shapes, max_branches> shapes_;
   FramePoses between_;
 };
 

@@ -1,43 +1,14 @@
 #include "prediction.hpp"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 
-#include "fairlead_safety/mode_blocks.hpp"
+#include "command_kind.hpp"
 #include "tool_motion.hpp"
 
 namespace fairlead {
 namespace {
-
-bool is_target(std::uint8_t mode) {
-  return mode == static_cast<std::uint8_t>(Mode::joint_position) ||
-         mode == static_cast<std::uint8_t>(Mode::dex_hand_joint);
-}
-
-bool is_pose(const ActionPart& action) {
-  return action.mode == static_cast<std::uint8_t>(Mode::cartesian_pose);
-}
-
-// The tracking model of a mode, nullptr where all of a row happens.
-const Gain* gain_block(const ModeLimits& modes, std::uint8_t mode) {
-  if (mode == static_cast<std::uint8_t>(Mode::joint_velocity)) return &modes.joint_velocity.gain;
-  const CartesianLimits* norms = norm_block(modes, mode);
-  return norms == nullptr ? nullptr : &norms->gain;
-}
-
-bool is_gripper(std::uint8_t mode) {
-  return mode == static_cast<std::uint8_t>(Mode::gripper_binary) ||
-         mode == static_cast<std::uint8_t>(Mode::gripper_position);
-}
-
-// Joints that a command moves, as far as it is predicted.
-JointSet moved_by(const PathPlan& plan, const ActionPart& action) {
-  if (is_gripper(action.mode)) return 0;
-  if (!is_joint_mode(action.mode)) return plan.part_joints[action.part];
-  JointSet joints = 0;
-  for (const std::uint8_t j : action.active) joints |= only(j);
-  return joints;
-}
 
 Motion6 six_of(const Setpoint& row) {
   Motion6 numbers;
@@ -47,69 +18,10 @@ Motion6 six_of(const Setpoint& row) {
 
 }  // namespace
 
-double Prediction::Command::gain(std::size_t branch) const {
-  const Gain* gain = gain_block(modes, action.mode);
+double Prediction::gain(const Command& command, std::size_t branch) const {
+  const Gain* gain = gain_block(command.modes, command.action.mode);
   if (gain == nullptr) return 1.0;
-  return branch == 0 ? gain->lower : gain->upper;
-}
-
-Prediction::Prediction(const PathPlan& plan, const ClaimLimits& claim, const MeasuredState& state,
-                       const ActionChunk& chunk, std::size_t first_row, const RowBefore& before,
-                       Companions companions)
-    : plan_(plan),
-      claim_(claim),
-      state_(state),
-      chunk_(chunk),
-      companions_(companions),
-      next_row_(first_row) {
-  include(chunk, commanded_);
-  moving_ |= commanded_;
-  for (const Companion& companion : companions) {
-    if (companion.chunk != nullptr) include(*companion.chunk, moving_);
-    if (companion.before.chunk != nullptr) include(*companion.before.chunk, moving_);
-  }
-  if (before.chunk != nullptr) include(*before.chunk, moving_);
-  start_still();
-  if (before.measured) {
-    if (before.chunk != nullptr) note_targets(*before.chunk, before.row);
-  } else {
-    (void)apply_rows(before, 0, true);
-  }
-}
-
-// A joint that nothing commands stays; one that is measured to move brakes from there.
-void Prediction::start_still() {
-  Branch& first = branches_[0];
-  for (std::size_t j = 0; j < state_.count; ++j) {
-    first.now[j] = state_.positions[j];
-    first.speed[j] = 0.0;
-    if (j >= plan_.limits.joints.size()) continue;
-    const double speed = state_.velocities[j];
-    if (std::abs(speed) < plan_.limits.joints[j].standstill_velocity) continue;
-    first.speed[j] = speed;
-    moving_ |= only(j);
-  }
-  first.before = first.now;
-  if (branch_count_ == 2) branches_[1] = first;
-}
-
-void Prediction::include(const ActionChunk& chunk, JointSet& joints) {
-  for (const ActionPart& action : chunk.parts) {
-    joints |= moved_by(plan_, action);
-    const Gain* gain = gain_block(plan_.limits.parts[action.part].modes, action.mode);
-    if (gain != nullptr && gain->lower != gain->upper) branch_count_ = 2;
-  }
-}
-
-void Prediction::note_targets(const ActionChunk& chunk, std::size_t row) {
-  for (const ActionPart& action : chunk.parts) {
-    if (!is_target(action.mode)) continue;
-    const Setpoint targets = row_of(action, row, plan_.limits);
-    for (const std::uint8_t j : action.active) {
-      told_[j] = targets[j];
-      targets_told_ |= only(j);
-    }
-  }
+  return ((branch >> gain_bit_[command.action.part]) & 1U) == 0 ? gain->lower : gain->upper;
 }
 
 // Rows of one tick, of the chunk and its companions. A pose is reached for last: it depends on
@@ -118,14 +30,15 @@ Evidence Prediction::apply_rows(const RowBefore& own, std::size_t steps, bool be
   Evidence fault;
   for (const bool poses : {false, true}) {
     if (own.chunk != nullptr) {
-      const Evidence evidence = apply_row(*own.chunk, own.row, true, poses);
+      const Evidence evidence = apply_row(*own.chunk, own.row, true, poses, branch_count_);
       if (fault.ok()) fault = evidence;
     }
     for (const Companion& companion : companions_) {
       if (before && companion.before.chunk != nullptr)
-        (void)apply_row(*companion.before.chunk, companion.before.row, false, poses);
+        (void)apply_row(*companion.before.chunk, companion.before.row, false, poses, branch_count_);
       if (!before && companion.chunk != nullptr && companion.row + steps < companion.end_row)
-        (void)apply_row(*companion.chunk, companion.row + steps, false, poses);
+        (void)apply_row(*companion.chunk, companion.row + steps, false, poses,
+                        branch_count_ - holding_count_);
     }
   }
   return fault;
@@ -133,23 +46,27 @@ Evidence Prediction::apply_rows(const RowBefore& own, std::size_t steps, bool be
 
 Evidence Prediction::advance() {
   row_ = next_row_++;
+  if (gains_ > max_gains)
+    return above(code::unreachable, "parts", static_cast<double>(gains_),
+                 static_cast<double>(max_gains), "parts with a gain that move at once");
   for (std::size_t i = 0; i < branch_count_; ++i) branches_[i].before = branches_[i].now;
   Evidence fault = apply_rows(RowBefore{&chunk_, row_}, steps_++, false);
+  targets_told_ = 0;  // what rows tell from here on is where the branches are
   return fault.ok() ? check_finite() : fault;
 }
 
-Evidence Prediction::apply_row(const ActionChunk& chunk, std::size_t row, bool own, bool poses) {
+Evidence Prediction::apply_row(const ActionChunk& chunk, std::size_t row, bool own, bool poses,
+                               std::size_t branch_count) {
   for (const ActionPart& action : chunk.parts) {
     if (is_pose(action) != poses) continue;
     const ModeLimits& modes =
         own ? claim_.modes[action.part] : plan_.limits.parts[action.part].modes;
     const Command command{action, modes, row_of(action, row, plan_.limits)};
-    for (std::size_t i = 0; i < branch_count_; ++i) {
+    for (std::size_t i = 0; i < branch_count; ++i) {
       const Evidence evidence = apply(command, i);
       if (!evidence.ok()) return at(evidence, -1, plan_.limits.parts[action.part].name);
     }
   }
-  if (!poses) note_targets(chunk, row);
   return {};
 }
 
@@ -179,27 +96,39 @@ Evidence Prediction::apply(const Command& command, std::size_t index) {
   }
 }
 
-// No joint is faster than its limit: of a row that asks for more, the controller makes less.
+// No joint is faster than its limit: of a row that asks for more, the controller makes less. In
+// the first row it may still be as fast as it is measured, if that is the same way.
 void Prediction::note_speed(Branch& branch, std::size_t joint, double change) const {
   const double limit = plan_.limits.joints[joint].velocity_limit;
-  const double speed = change / plan_.period_s;
-  branch.speed[joint] = speed > limit ? limit : speed < -limit ? -limit : speed;
+  const double told = change / plan_.period_s;
+  double speed = told > limit ? limit : told < -limit ? -limit : told;
+  const double measured = state_.velocities[joint];
+  if (steps_ == 1 && speed * measured > 0.0 && std::abs(measured) > std::abs(speed))
+    speed = measured;
+  branch.speed[joint] = speed;
 }
 
-// A target is reached; how fast, says the row before it: what is measured may lag behind.
+// Where the row before told the joint to be, if it did: what is measured may lag behind that.
+double Prediction::came_from(const Branch& branch, std::size_t joint) const {
+  return (targets_told_ & only(joint)) != 0 ? told_[joint] : branch.before[joint];
+}
+
+// A target is reached; how fast, says the row before it.
 void Prediction::apply_targets(const Command& command, Branch& branch) {
   for (const std::uint8_t j : command.action.active) {
     const double target = command.row[j];
-    const double from = (targets_told_ & only(j)) != 0 ? told_[j] : branch.now[j];
-    note_speed(branch, j, target - from);
+    note_speed(branch, j, target - came_from(branch, j));
     branch.now[j] = target;
   }
 }
 
 void Prediction::apply_velocities(const Command& command, std::size_t index) {
   Branch& branch = branches_[index];
-  for (const std::uint8_t j : command.action.active) {
-    const double change = command.gain(index) * command.row[j] * plan_.period_s;
+  const JointSet moved = moved_by(plan_, command.action);
+  for (std::size_t j = 0; j < plan_.limits.joints.size(); ++j) {
+    if ((moved & only(j)) == 0) continue;
+    const double told = told_velocity(plan_.limits, command.row, j, branch.before);
+    const double change = gain(command, index) * told * plan_.period_s;
     note_speed(branch, j, change);
     branch.now[j] += change;
   }
@@ -213,7 +142,7 @@ void Prediction::apply_torques(const Command& command, Branch& branch) {
 Evidence Prediction::apply_tool_motion(const Command& command, std::size_t index) {
   Branch& branch = branches_[index];
   const bool twist = command.action.mode == static_cast<std::uint8_t>(Mode::cartesian_twist);
-  const double share = command.gain(index) * (twist ? plan_.period_s : 1.0);
+  const double share = gain(command, index) * (twist ? plan_.period_s : 1.0);
   const Motion6 told = share * six_of(command.row);
   const Eigen::Matrix3d axes = frame_pose(plan_, command.action.frame_id, branch.before).rotation;
   Motion6 motion;
@@ -236,7 +165,7 @@ Evidence Prediction::apply_pose(const Command& command, Branch& branch) {
                          point_in_root(frame, {row[0], row[1], row[2]})};
   const Evidence evidence = reach_pose(plan_, plan_.tools[command.action.part], target, branch.now);
   for (const std::size_t j : plan_.limits.parts[command.action.part].joints)
-    note_speed(branch, j, branch.now[j] - branch.before[j]);
+    note_speed(branch, j, branch.now[j] - came_from(branch, j));
   return evidence;
 }
 
@@ -249,7 +178,7 @@ void Prediction::apply_body_twist(const Command& command, std::size_t index) {
     for (const std::size_t j : plan_.limits.parts[command.action.part].joints)
       branch.now[j] = unset;
   if (!base.present) return;
-  const double share = command.gain(index) * plan_.period_s;
+  const double share = gain(command, index) * plan_.period_s;
   const double turn = share * command.row[5];
   const double vx = share * command.row[0] - turn * base.yaw_axis[1];
   const double vy = share * command.row[1] + turn * base.yaw_axis[0];

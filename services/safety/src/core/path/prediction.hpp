@@ -1,7 +1,8 @@
 // Where the rows take the joints, row by row from what is measured.
 //
 // Joint targets are reached within their tick. Of velocities, deltas and twists the declared gain
-// says which share happens: both ends of it are carried, as two branches. A torque leads nowhere
+// says which share happens: both ends of it are carried, in every combination of the parts that
+// have one. With other claims' rows, all of that again while those hold. A torque leads nowhere
 // that could be known: the joint stays where it is measured, as fast as it is measured. What
 // nothing commands, grippers and passive joints stay where they are measured.
 #pragma once
@@ -12,8 +13,12 @@
 
 namespace fairlead {
 
-/// One end of the gain: the configuration after a row, how fast the joints go there, and the
-/// configuration before the row.
+/// Parts that move links and have a gain, of a chunk and its companions, at most.
+inline constexpr std::size_t max_gains = 3;
+inline constexpr std::size_t max_branches = std::size_t{2} << max_gains;
+
+/// For each part one end of its gain: the configuration after a row, how fast the joints go there,
+/// and the configuration before the row.
 struct Branch {
   Joints now;
   Joints speed;
@@ -42,14 +47,18 @@ class Prediction {
     const ActionPart& action;
     const ModeLimits& modes;
     Setpoint row;
-    [[nodiscard]] double gain(std::size_t branch) const;
   };
 
   void start_still();
   void include(const ActionChunk& chunk, JointSet& joints);
-  void note_targets(const ActionChunk& chunk, std::size_t row);
+  void include_companions();
+  void add_branches(std::size_t part);
+  [[nodiscard]] double gain(const Command& command, std::size_t branch) const;
+  void note_told(const ActionChunk& chunk, std::size_t row);
+  void note_pose(const ActionPart& action, std::size_t row);
   Evidence apply_rows(const RowBefore& own, std::size_t steps, bool before);
-  Evidence apply_row(const ActionChunk& chunk, std::size_t row, bool own, bool poses);
+  Evidence apply_row(const ActionChunk& chunk, std::size_t row, bool own, bool poses,
+                     std::size_t branch_count);
   Evidence apply(const Command& command, std::size_t branch);
   void apply_targets(const Command& command, Branch& branch);
   void apply_velocities(const Command& command, std::size_t index);
@@ -58,6 +67,7 @@ class Prediction {
   Evidence apply_pose(const Command& command, Branch& branch);
   void apply_body_twist(const Command& command, std::size_t index);
   void note_speed(Branch& branch, std::size_t joint, double change) const;
+  [[nodiscard]] double came_from(const Branch& branch, std::size_t joint) const;
   [[nodiscard]] Evidence check_finite() const;
 
   const PathPlan& plan_;
@@ -69,11 +79,15 @@ class Prediction {
   std::size_t row_ = 0;
   std::size_t steps_ = 0;  // rows gone through since the first live one
   std::size_t branch_count_ = 1;
+  std::size_t holding_count_ = 0;  // the last of them: other claims' parts hold
+  std::size_t gains_ = 0;          // parts with a gain that move links
+  std::array<std::uint8_t, max_parts> gain_bit_{};
+  std::uint32_t gain_parts_ = 0;  // that have a bit, one bit each
   JointSet commanded_ = 0;
   JointSet moving_ = 0;
-  JointSet targets_told_ = 0;  // joints that the row before told a target
+  JointSet targets_told_ = 0;  // joints that the row before the first told a target or pose
   std::array<double, max_joints> told_;
-  std::array<Branch, 2> branches_;
+  std::array<Branch, max_branches> branches_;
 };
 
 }  // namespace fairlead

@@ -1,0 +1,106 @@
+// What the prediction starts from: the measured state, the rows that acted last, and the branches.
+
+#include <algorithm>
+#include <cmath>
+
+#include "command_kind.hpp"
+#include "prediction.hpp"
+
+namespace fairlead {
+
+Prediction::Prediction(const PathPlan& plan, const ClaimLimits& claim, const MeasuredState& state,
+                       const ActionChunk& chunk, std::size_t first_row, const RowBefore& before,
+                       Companions companions)
+    : plan_(plan),
+      claim_(claim),
+      state_(state),
+      chunk_(chunk),
+      companions_(companions),
+      next_row_(first_row) {
+  include(chunk, commanded_);
+  moving_ |= commanded_;
+  if (before.chunk != nullptr) include(*before.chunk, moving_);
+  include_companions();
+  start_still();
+  if (!before.measured) {
+    (void)apply_rows(before, 0, true);
+    return;
+  }
+  if (before.chunk != nullptr) note_told(*before.chunk, before.row);
+  for (const Companion& companion : companions)
+    if (companion.before.chunk != nullptr) note_told(*companion.before.chunk, companion.before.row);
+}
+
+// Another claim may be stopped, or its rows not arrive: then its parts hold from now on.
+void Prediction::include_companions() {
+  JointSet others = 0;
+  for (const Companion& companion : companions_) {
+    if (companion.chunk != nullptr) include(*companion.chunk, others);
+    if (companion.before.chunk != nullptr) include(*companion.before.chunk, moving_);
+  }
+  moving_ |= others;
+  if ((others & plan_.tree_joints) == 0) return;
+  holding_count_ = branch_count_;
+  branch_count_ *= 2;
+}
+
+// A joint that nothing commands stays; one that is measured to move brakes from there.
+void Prediction::start_still() {
+  Branch& first = branches_[0];
+  for (std::size_t j = 0; j < state_.count; ++j) {
+    first.now[j] = state_.positions[j];
+    first.speed[j] = 0.0;
+    if (j >= plan_.limits.joints.size()) continue;
+    const double speed = state_.velocities[j];
+    if (std::abs(speed) < plan_.limits.joints[j].standstill_velocity) continue;
+    first.speed[j] = speed;
+    moving_ |= only(j);
+  }
+  first.before = first.now;
+  for (std::size_t i = 1; i < branch_count_; ++i) branches_[i] = first;
+}
+
+void Prediction::include(const ActionChunk& chunk, JointSet& joints) {
+  for (const ActionPart& action : chunk.parts) {
+    joints |= moved_by(plan_, action);
+    const Gain* gain = gain_block(plan_.limits.parts[action.part].modes, action.mode);
+    if (gain != nullptr && gain->lower != gain->upper) add_branches(action.part);
+  }
+}
+
+// A part that moves no link meets no other: it goes along with the first part that does.
+void Prediction::add_branches(std::size_t part) {
+  const std::uint32_t bit = std::uint32_t{1} << part;
+  const bool moves_links = (plan_.part_joints[part] & plan_.tree_joints) != 0;
+  if (moves_links && (gain_parts_ & bit) == 0) {
+    gain_parts_ |= bit;
+    gain_bit_[part] = static_cast<std::uint8_t>(gains_++);
+  }
+  branch_count_ = std::size_t{1} << std::clamp<std::size_t>(gains_, 1, max_gains);
+}
+
+// The pose that the row before told: where its servo is going, whatever is measured.
+void Prediction::note_pose(const ActionPart& action, std::size_t row) {
+  Branch told = branches_[0];
+  const Command command{action, plan_.limits.parts[action.part].modes,
+                        row_of(action, row, plan_.limits)};
+  if (!apply_pose(command, told).ok()) return;
+  for (const std::size_t j : plan_.limits.parts[action.part].joints) {
+    told_[j] = told.now[j];
+    targets_told_ |= only(j);
+  }
+}
+
+void Prediction::note_told(const ActionChunk& chunk, std::size_t row) {
+  for (const ActionPart& action : chunk.parts) {
+    if (is_pose(action)) note_pose(action, row);
+    if (!is_target(action.mode)) continue;
+    const Setpoint targets = row_of(action, row, plan_.limits);
+    for (const std::uint8_t j : action.active) {
+      told_[j] = targets[j];
+      targets_told_ |= only(j);
+    }
+  }
+}
+
+}  // namespace fairlead
