@@ -9,7 +9,7 @@
 namespace fairlead::test::free_arm {
 
 inline constexpr std::uint8_t turn_z = 0, slide_x = 1, slide_y = 2, slide_z = 3, turn_y = 4,
-                             turn_x = 5;
+                              turn_x = 5;
 inline constexpr std::size_t tool_link = 6;
 
 inline Kinematics tree() {

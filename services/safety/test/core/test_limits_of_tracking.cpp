@@ -131,9 +131,8 @@ TEST_CASE("a gripper's joint has no limit of speed: nothing tells it how fast") 
 
 TEST_CASE("a gain lies between 0 and 1.5, its lower end first") {
   const auto fault = [](double lower, double upper) {
-    return fault_after([=](Limits& l) {
-      l.parts[base].modes.joint_velocity.gain = {lower, upper};
-    });
+    return fault_after(
+        [=](Limits& l) { l.parts[base].modes.joint_velocity.gain = {lower, upper}; });
   };
   CHECK(fault(0.0, 1e-9).empty());
   CHECK(fault(0.0, 1.5).empty());
