@@ -1,4 +1,4 @@
-"""A second mind on what the gate does with one chunk, from docs/safety.md alone.
+"""A second mind on what the gate does with one chunk, from docs/safety-checks.md alone.
 
 Nothing here was taken from the gate's code. It is written to be read, not to be fast.
 """
@@ -82,7 +82,7 @@ def judge_rows(
     file: GateFile, open_from: int, measured: Measured, before: Before, chunk: Chunk
 ) -> Ruling:
     """ "Truncate keeps the rows before the one at fault; if it is the first, the chunk is
-    refused" (docs/safety.md, Checks). Past rows are dropped by their index, unjudged."""
+    refused" (docs/safety-checks.md, Checks). Past rows are dropped by their index, unjudged."""
     first = max(0, open_from - chunk.start_tick)
     for row in range(first, chunk.horizon):
         fault = row_fault(file, measured, before, chunk, row, first)

@@ -251,7 +251,7 @@ def test_a_busy_port_is_a_transport_error_that_names_it() -> None:
     with pytest.raises(TransportError) as caught:
         ZenohBus(Endpoints(listen=[endpoint]))
     assert endpoint in str(caught.value)
-    assert "see: fairlead ps" in str(caught.value)
+    assert "see which: fairlead ps" in str(caught.value)
     first.close()
 
 
