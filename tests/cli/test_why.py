@@ -26,9 +26,10 @@ ASK_FOR_LESS = (
 )
 
 
-def rows_along_x(scene: Scene, *steps_m: float) -> ActionChunk:
+def rows_backwards(scene: Scene, *steps_m: float) -> ActionChunk:
     values = np.zeros((len(steps_m), 6))
-    values[:, 0] = steps_m
+    # Away from where the outstretched arm is singular; a NaN stays as it is.
+    values[:, 0] = [step if np.isnan(step) else -step for step in steps_m]
     part = scene.arm_part(len(steps_m), values=pack_floats(values))
     return scene.chunk(len(steps_m), parts=(part,))
 
@@ -57,7 +58,7 @@ class Day:
 
     def chunk_at(self, tick: int, steps_m: tuple[float, ...], outcome: Outcome) -> None:
         hold_until(self.scene, tick)
-        verdict = self.scene.send(rows_along_x(self.scene, *steps_m))
+        verdict = self.scene.send(rows_backwards(self.scene, *steps_m))
         assert verdict.outcome == outcome
         if outcome != Outcome.REFUSED:
             for row in range(verdict.released_last - verdict.released_first + 1):

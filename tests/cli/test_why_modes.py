@@ -105,7 +105,7 @@ TWO_ARMED: dict[str, tuple[Rows, str, str]] = {
     "gripper_position": (
         same_rows("left_gripper", ControlMode.GRIPPER_POSITION, [0.2]),
         "left_gripper opening is 0.2 m, limit 0.08 m, 0.12 m beyond it",
-        "every number of left_gripper times 0.4 about the measured position",
+        "every number of left_gripper times 0.3999 about the measured position",
     ),
 }
 
