@@ -73,13 +73,14 @@ class Part:
 
 @dataclass(frozen=True)
 class GateFile:
-    """joints: commanded, in wire order."""
+    """joints: commanded, in wire order. yaw_axis: where a base turns, x and y in base_link [m]."""
 
     joints: tuple[Joint, ...]
     passive: tuple[Joint, ...]
     parts: tuple[Part, ...]
     protocol: dict[str, Any]
     kinematics: Kinematics
+    yaw_axis: tuple[float, float] = (0.0, 0.0)
 
     def width(self, mode: int) -> int:
         return len(self.joints) if mode in JOINT_MODES else WIDTHS[mode]
@@ -96,6 +97,7 @@ def read_gate_file(path: Path, urdf: Path) -> GateFile:
         parts=tuple(_part(entry, names) for entry in data["parts"]),
         protocol=data["protocol"],
         kinematics=Kinematics(urdf, (*names, *(j["name"] for j in data["passive_joints"]))),
+        yaw_axis=tuple(data["base"]["yaw_axis"]) if data["base"] else (0.0, 0.0),
     )
 
 

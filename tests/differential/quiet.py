@@ -41,7 +41,7 @@ def unwatched(data: dict[str, Any]) -> dict[str, Any]:
         for name in MODES:
             block = part["modes"].get(name, {})
             if "gain" in block:
-                block["gain"] = [0.0, 1e-9]
+                block["gain"] = [0.0, 1e-300]
             if "tracking" in block:
                 block["tracking"] = [VAST] * len(block["tracking"])
             block |= {key: VAST for key in block if key.endswith("_tracking")}

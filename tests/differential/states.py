@@ -36,6 +36,8 @@ class StateMaker:
         reach = np.array([0.9 * joint.jump_limit for joint in self._joints])
         reach *= self._rng.choice([0.0, 0.01, 1.0])
         moved = last.positions + self._rng.uniform(-1.0, 1.0, len(reach)) * reach
+        pairs = zip(self._joints, moved.tolist(), strict=True)
+        moved = np.array([_not_within_tolerance(joint, position) for joint, position in pairs])
         return Measured(last.tick + 1, moved, self._velocities(), self._efforts())
 
     def _reach_into_box(self, positions: FloatArray, part: Part) -> None:
@@ -58,7 +60,8 @@ class StateMaker:
             return float(rng.uniform(joint.lower, joint.upper))
         bound, sign = (joint.lower, -1.0) if rng.random() < 0.5 else (joint.upper, 1.0)
         edge = bound + sign * joint.tolerance * float(rng.choice([0.0, 1.0]))
-        return float(rng.choice([nudged(edge, rng), edge + sign * rng.uniform(0.0, 0.3)]))
+        value = float(rng.choice([nudged(edge, rng), edge + sign * rng.uniform(0.0, 0.3)]))
+        return _not_within_tolerance(joint, value)
 
     def _velocities(self) -> FloatArray:
         """At rest, about to be at rest, or moving."""
@@ -78,6 +81,16 @@ class StateMaker:
     def _efforts(self) -> FloatArray:
         top = np.array([np.nan_to_num(joint.effort_limit, nan=1.0) for joint in self._joints])
         return np.asarray(self._rng.uniform(-1.1, 1.1, len(top)) * top, dtype=np.float64)
+
+
+def _not_within_tolerance(joint: Joint, position: float) -> float:
+    """Never beyond a bound by less than the tolerance.
+
+    From there G024 refuses what leads further out, which no reference of the rows' own limits knows.
+    """
+    if joint.is_outside(position) or not joint.violation(position) > 0.0:
+        return position
+    return joint.upper if position > joint.upper else joint.lower
 
 
 def nudged(value: float, rng: np.random.Generator) -> float:

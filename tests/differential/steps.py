@@ -180,7 +180,7 @@ def _norm_jump(
 
 def _free_start(file: GateFile, rows: PartRows, measured: Measured) -> list[float]:
     """ "for a twist the base's, turned from odom into base_link by the measured yaw, deltas with
-    zero"."""
+    zero". The base's is that of base_link's origin, which swings about the yaw axis."""
     if MODES[rows.mode] == "cartesian_delta":
         return [0.0] * 6
     if MODES[rows.mode] == "cartesian_twist":
@@ -192,14 +192,9 @@ def _free_start(file: GateFile, rows: PartRows, measured: Measured) -> list[floa
     angle = float(measured.positions[yaw])
     vx, vy = float(measured.velocities[x]), float(measured.velocities[y])
     cos, sin = math.cos(angle), math.sin(angle)
-    return [
-        cos * vx + sin * vy,
-        -sin * vx + cos * vy,
-        0.0,
-        0.0,
-        0.0,
-        float(measured.velocities[yaw]),
-    ]
+    rate, (ahead, aside) = float(measured.velocities[yaw]), file.yaw_axis
+    swing_x, swing_y = rate * aside, -rate * ahead
+    return [cos * vx + sin * vy + swing_x, -sin * vx + cos * vy + swing_y, 0.0, 0.0, 0.0, rate]
 
 
 def _scalar_jump(

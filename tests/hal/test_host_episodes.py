@@ -71,7 +71,7 @@ def test_a_second_hal_on_the_same_port_says_what_to_look_for(realtime: HalProces
     log = realtime.folder / "second.log"
     second = realtime.launch(realtime.spec, realtime.folder / "other", log)
     assert second.wait(timeout=30) == 1
-    assert "is another process of this robot still running? see: fairlead ps" in log.read_text()
+    assert "the port is in use by another process; see which: fairlead ps" in log.read_text()
 
 
 def test_a_second_hal_that_can_see_the_first_names_it(realtime: HalProcess) -> None:

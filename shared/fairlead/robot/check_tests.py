@@ -43,7 +43,11 @@ CHECK_TESTS: Mapping[str, Enforcement] = {
         "test_stuck",
         "G041 stops after stuck_ticks rows that change nothing beyond the encoder's step",
     ),
-    "dead band": core_test("G041", "test_stuck", "G041 motion within the dead band proves nothing"),
+    "dead band": core_test(
+        "G041",
+        "test_stuck",
+        "G041 within the dead band nothing has to move; slow rows add up to it",
+    ),
     "contact": core_test(
         "G042",
         "test_contact",
