@@ -1,4 +1,4 @@
-"""G040, G041 and G042: measured motion against the rows that acted, from docs/safety.md alone."""
+"""G040, G041, G042: measured motion against the rows that acted, from docs/safety-checks.md."""
 
 from __future__ import annotations
 
@@ -11,8 +11,9 @@ import pinocchio
 
 from fairlead.messages import FloatArray
 from tests.differential.case import Measured, PartRows
-from tests.differential.gate_file import JOINT_MODES, Block, GateFile, Part
+from tests.differential.gate_file import Block, GateFile, Part
 from tests.differential.kinematics import angle_between, rotation_of
+from tests.differential.stuck_judge import StuckJudge
 
 TARGETS = (0, 11)
 VELOCITY, POSE, DELTA, TWIST, BODY = 1, 4, 5, 6, 7
@@ -54,18 +55,27 @@ class MotionJudge:
     root: str
     part: Part
     before: Told | None = None
-    stuck: dict[str, int] = field(default_factory=dict)
+    stuck: StuckJudge = field(init=False)
     target: float | None = None
+    told_at: float = math.nan
+    goes: bool = False
     still: int = 0
     gripped: float | None = None
+
+    def __post_init__(self) -> None:
+        self.stuck = StuckJudge(
+            self.part.joints,
+            {j: self._of(j, "encoder_step") for j in self.part.joints},
+            {j: self._of(j, "dead_band") for j in self.part.joints},
+            self.file.protocol["stuck_ticks"],
+        )
 
     def judge(self, row: Told | None, last: Measured, now: Measured) -> Finding:
         """The newest state after ``row`` acted on the part (None: it held)."""
         findings = [self._grasp(row, now)]
+        self.stuck.note(last, now)
         if row is not None:
-            findings += [self._tracking(row, last, now), self._stuck(row, last, now)]
-        else:
-            self.stuck = {}
+            findings += [self._tracking(row, last, now), self._stuck(row, now)]
         self.before = row
         nearness = min(found.nearness for found in findings)
         first = next((found for found in findings if found.code), findings[0])
@@ -120,8 +130,9 @@ class MotionJudge:
         if row.mode == BODY:
             x, y, yaw = self.part.joints
             turn = _turn(last.positions[yaw])
-            linear = turn.T @ last.velocities[[x, y]]
-            return np.array([*linear, 0.0, 0.0, 0.0, last.velocities[yaw]])
+            rate, (ahead, aside) = float(last.velocities[yaw]), self.file.yaw_axis
+            linear = turn.T @ last.velocities[[x, y]] + rate * np.array([aside, -ahead])
+            return np.array([*linear, 0.0, 0.0, 0.0, rate])
         own = np.zeros(len(last.velocities))
         own[list(self.part.joints)] = last.velocities[list(self.part.joints)]
         assert self.part.tool is not None
@@ -134,7 +145,10 @@ class MotionJudge:
         own = list(self.part.joints)
         if row.mode == BODY:
             x, y, yaw = now.positions[own] - last.positions[own]
-            linear = _turn(last.positions[own[2]]).T @ np.array([x, y])
+            # base_link's origin swings about the axis it turns on; to first order of the turn.
+            ahead, aside = self.file.yaw_axis
+            swing = yaw * np.array([aside, -ahead])
+            linear = _turn(last.positions[own[2]]).T @ np.array([x, y]) + swing
             return np.array([*linear, 0.0]) / unit, np.array([0.0, 0.0, yaw]) / unit
         moved = last.positions.copy()
         moved[own] = now.positions[own]
@@ -170,48 +184,31 @@ class MotionJudge:
 
     # --- G041 ---
 
-    def _stuck(self, row: Told, last: Measured, now: Measured) -> Finding:
-        rests = {
-            j: abs(now.positions[j] - last.positions[j]) <= self._of(j, "encoder_step")
-            for j in self.part.joints
-        }
-        if row.mode in JOINT_MODES:
-            told_to = {j: self._left(row, j, now) > self._of(j, "dead_band") for j in row.active}
-            counts = {
-                self.file.joints[j].name: self.stuck.get(self.file.joints[j].name, 0) + 1
-                for j, is_told in told_to.items()
-                if is_told and rests[j]
-            }
-        else:
-            is_told = self._motion_asked(row, now) > max(
-                (self._of(j, "dead_band") for j in self.part.joints), default=math.inf
-            )
-            first = self.file.joints[self.part.joints[0]].name if self.part.joints else ""
-            counts = {"": self.stuck.get("", 0) + 1} if is_told and all(rests.values()) else {}
-            if counts.get("", 0) >= self.file.protocol["stuck_ticks"]:
-                return Finding(41, first)
-        self.stuck = counts
-        for j in self.part.joints:
-            if counts.get(self.file.joints[j].name, 0) >= self.file.protocol["stuck_ticks"]:
-                return Finding(41, self.file.joints[j].name)
-        return Finding()
-
-    def _left(self, row: Told, j: int, now: Measured) -> float:
-        """Commanded motion of one joint in a tick."""
+    def _stuck(self, row: Told, now: Measured) -> Finding:
         if row.mode in TARGETS:
-            return abs(float(row.values[j] - now.positions[j]))
-        return abs(float(row.values[j])) * self.period_s if row.mode == VELOCITY else 0.0
-
-    def _motion_asked(self, row: Told, now: Measured) -> float:
-        """Of the two halves the one that is more."""
-        if row.mode == POSE:
+            left = {j: abs(float(row.values[j] - now.positions[j])) for j in row.active}
+            stuck = [self.stuck.target_of_joint(j, left[j]) for j in sorted(row.active)]
+        elif row.mode == VELOCITY:
+            share = self._share(row) * self.period_s
+            told_to = {j: share * float(row.values[j]) for j in row.active}
+            stuck = [self.stuck.told_to_joint(j, told_to[j]) for j in sorted(row.active)]
+        elif row.mode == POSE:
             place, turn = self._pose(now, row.frame)
-            off = float(np.linalg.norm(place - row.values[:3]))
-            return max(off, angle_between(turn, rotation_of(row.values[3:])))
-        if row.mode not in HALVES:
-            return 0.0
-        share = self._block(row)["gain"][0] * (1.0 if row.mode == DELTA else self.period_s)
-        return float(share * max(np.linalg.norm(row.values[:3]), np.linalg.norm(row.values[3:])))
+            distance = float(np.linalg.norm(place - row.values[:3]))
+            angle = angle_between(turn, rotation_of(row.values[3:]))
+            stuck = [self.stuck.pose_of_part(distance, angle)]
+        elif row.mode in HALVES:
+            share = self._share(row) * (1.0 if row.mode == DELTA else self.period_s)
+            stuck = [self.stuck.told_to_part(share * row.values)]
+        else:
+            stuck = []
+        first = next((j for j in stuck if j is not None), None)
+        return Finding() if first is None else Finding(41, self.file.joints[first].name)
+
+    def _share(self, row: Told) -> float:
+        """ "`gain.lower`, or the gain's middle where that is 0"."""
+        lower, upper = self._block(row)["gain"]
+        return float(lower if lower > 0.0 else 0.5 * (lower + upper))
 
     # --- G042, grasps ---
 
@@ -226,7 +223,7 @@ class MotionJudge:
             if row.mode == CLOSED:
                 target = joint.lower if target == 1.0 else joint.upper
             if self.target is None or abs(target - self.target) > joint.tolerance:
-                self.target, self.still, self.gripped = target, 0, None
+                self._begin_grasp(target, opening)
         if self.target is None:
             return Finding()
         is_short = abs(opening - self.target) > joint.tolerance
@@ -237,13 +234,24 @@ class MotionJudge:
             if lost > slip:
                 return Finding(42, joint.name, abs(lost - slip))
             if not is_short:
-                self.still, self.gripped = 0, None
+                self._begin_grasp(self.target, opening)
             return Finding(nearness=abs(lost - slip))
-        stands = abs(now.velocities[self.part.joints[0]]) < joint.standstill
+        velocity = float(now.velocities[self.part.joints[0]])
+        way = -1.0 if self.target < opening else 1.0
+        gone = way * (opening - self.told_at)
+        self.goes = self.goes or way * velocity >= joint.standstill or gone > joint.tolerance
+        stands = self.goes and abs(velocity) < joint.standstill
         self.still = self.still + 1 if is_short and stands else 0
         if self.still >= STATES_TO_HOLD:
             self.gripped = opening
         return Finding()
+
+    def _begin_grasp(self, target: float, opening: float) -> None:
+        """ "What it held it still holds when told to go further the same way"."""
+        held, before = self.gripped is not None, self.target
+        same_way = before is not None and (before < opening) == (target < opening)
+        self.target, self.told_at, self.goes = target, opening, held and same_way
+        self.still, self.gripped = 0, None
 
     def _block(self, row: Told) -> Block:
         return self.part.modes[row.mode]

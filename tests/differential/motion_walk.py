@@ -41,7 +41,7 @@ def _clear_the_way(data: dict[str, Any]) -> None:
     """Far walls, links that never meet, joints that brake at once: nothing ahead is in the way."""
     for joint in data["joints"]:
         if joint["acceleration_limit"] is not None:  # null for a gripper's
-            joint["acceleration_limit"] = 1e18
+            joint["acceleration_limit"] = 1e30
     for part in data["parts"]:
         if part["singularity_limit"] is not None:
             part["singularity_limit"] = 1e-12

@@ -16,7 +16,7 @@ def quiet(data: dict[str, Any]) -> dict[str, Any]:
     """Far walls, capsules that never meet, joints that brake at once."""
     for joint in data["joints"]:
         if joint["acceleration_limit"] is not None:  # null for a gripper's
-            joint["acceleration_limit"] = 1e18
+            joint["acceleration_limit"] = 1e30
     for part in data["parts"]:
         if part["singularity_limit"] is not None:
             part["singularity_limit"] = 1e-12

@@ -86,7 +86,7 @@ class StateMaker:
 def _not_within_tolerance(joint: Joint, position: float) -> float:
     """Never beyond a bound by less than the tolerance.
 
-    From there G024 refuses what leads further out, which no reference of the rows' own limits knows.
+    From there G024 refuses what leads further out, which the reference does not know.
     """
     if joint.is_outside(position) or not joint.violation(position) > 0.0:
         return position

@@ -62,7 +62,7 @@ def command(
 
     manifest = load_robot(robot)
     shape = RobotShape(manifest, geometry_source(manifest, model))
-    clearance_m = max(one.self_collision.clearance_m for one in manifest.safety.values())
+    clearance_m = min(one.self_collision.clearance_m for one in manifest.safety.values())
     capsules = load_capsules(manifest).capsules if check else shape.fitted(most_per_link)
     pairs = shape.pairs(capsules, PairRule(clearance_m, drop_margin_m, samples))
     at_rest = shape.rest_distances(capsules, pairs)
