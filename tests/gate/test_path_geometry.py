@@ -120,6 +120,48 @@ def pinocchio_columns(robot: RobotManifest, model: pin.Model) -> dict[str, tuple
     return {name: (joint.idx_q, joint.idx_v) for name, joint in joints.items()}
 
 
+class PinocchioTool:
+    """The tool of one part, moved by the part's own joints."""
+
+    def __init__(self, robot: RobotManifest, part: str) -> None:
+        self._model = pin.buildModelFromUrdf(str(robot.description_path()))
+        self._data = self._model.createData()
+        self._columns = pinocchio_columns(robot, self._model)
+        declared = next(one for one in robot.parts if one.name == part)
+        effector = next(one for one in robot.end_effectors if one.name == declared.end_effector)
+        self._frame = self._model.getFrameId(effector.tool_frame)
+        self._names = list(robot.measured_joint_names)
+        self._joints = declared.joints
+        self.own = [self._names.index(joint) for joint in declared.joints]
+
+    def seen(self, measured: FloatArray) -> tuple[FloatArray, pin.SE3]:
+        """Jacobian of the part's joints, and the tool's pose, along the root's axes."""
+        q = np.zeros(self._model.nq)
+        for joint, (at, _) in self._columns.items():
+            q[at] = measured[self._names.index(joint)]
+        axes = pin.LOCAL_WORLD_ALIGNED
+        whole = pin.computeFrameJacobian(self._model, self._data, q, self._frame, axes)
+        pin.framesForwardKinematics(self._model, self._data, q)
+        own = [self._columns[joint][1] for joint in self._joints]
+        return whole[:, own], self._data.oMf[self._frame].copy()
+
+    def stepped(self, measured: FloatArray, motion: FloatArray) -> FloatArray:
+        """One damped step, "then the same for what that missed"."""
+        after, start = measured.copy(), self.seen(measured)[1]
+        for _ in range(2):
+            jacobian, there = self.seen(after)
+            normal = jacobian.T @ jacobian + DAMPING**2 * np.eye(jacobian.shape[1])
+            missing = motion - motion_between(start, there)
+            after[self.own] += np.linalg.solve(normal, jacobian.T @ missing)
+        return after
+
+
+def motion_between(start: pin.SE3, end: pin.SE3) -> FloatArray:
+    """Translation [m] and rotation vector [rad]."""
+    turn = pin.log3(end.rotation @ start.rotation.T)
+    return np.concatenate([end.translation - start.translation, turn])
+
+
 @pytest.mark.parametrize(
     ("name", "part"),
     [("panda_mobile", "arm"), ("dual_panda", "left_arm"), ("dual_panda", "right_arm")],
@@ -128,44 +170,18 @@ def test_damped_least_squares_and_singular_values_are_those_of_pinocchio(
     name: str, part: str
 ) -> None:
     robot, config = load_robot(name), gate_config(name, "sim")
-    count = 1000
+    tool, count = PinocchioTool(robot, part), 1000
     positions, _ = samples(robot, count)
     motions = np.random.default_rng(5).uniform(-0.05, 0.05, (count, 6))
     answers = probe(np.hstack([positions, motions]), "tool", config, part)
     answers = answers.reshape(count, 8 + positions.shape[1])
-    model = pin.buildModelFromUrdf(str(robot.description_path()))
-    data, columns = model.createData(), pinocchio_columns(robot, model)
-    declared = next(one for one in robot.parts if one.name == part)
-    effector = next(one for one in robot.end_effectors if one.name == declared.end_effector)
-    frame = model.getFrameId(effector.tool_frame)
-    names = list(robot.measured_joint_names)
-    own = [names.index(joint) for joint in declared.joints]
-
-    def seen(measured: FloatArray) -> tuple[FloatArray, pin.SE3]:
-        """Jacobian of the part's joints, and the tool's pose."""
-        q = np.zeros(model.nq)
-        for joint, (at, _) in columns.items():
-            q[at] = measured[names.index(joint)]
-        whole = pin.computeFrameJacobian(model, data, q, frame, pin.LOCAL_WORLD_ALIGNED)
-        pin.framesForwardKinematics(model, data, q)
-        return whole[:, [columns[joint][1] for joint in declared.joints]], data.oMf[frame].copy()
-
-    def motion_between(start: pin.SE3, end: pin.SE3) -> FloatArray:
-        turn = pin.log3(end.rotation @ start.rotation.T)
-        return np.concatenate([end.translation - start.translation, turn])
-
     solved = 0
     for row, motion, answer in zip(positions, motions, answers, strict=True):
-        after = row.copy()
-        jacobian, start = seen(row)
+        jacobian, start = tool.seen(row)
         assert abs(answer[7] - np.linalg.svd(jacobian, compute_uv=False).min()) <= 1e-6
-        for _ in range(2):  # one step, "then the same for what that missed"
-            jacobian, there = seen(after)
-            normal = jacobian.T @ jacobian + DAMPING**2 * np.eye(jacobian.shape[1])
-            missing = motion - motion_between(start, there)
-            after[own] += np.linalg.solve(normal, jacobian.T @ missing)
+        after = tool.stepped(row, motion)
         assert np.abs(answer[8:] - after).max() <= 1e-8
-        made = motion_between(start, seen(after)[1])
+        made = motion_between(start, tool.seen(after)[1])
         assert np.abs(answer[:6] - made).max() <= 1e-7
         missed = np.linalg.norm(motion - made)
         if abs(missed - np.linalg.norm(motion)) > 1e-6:

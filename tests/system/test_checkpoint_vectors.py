@@ -55,8 +55,8 @@ def test_random_vectors_reach_the_simulator_as_the_policy_wrote_them_but_for_the
     assert skill.execute_steps == ROWS
     emitted = np.random.default_rng(11).uniform(-1, 1, (CALLS, ROWS, 12)).astype(np.float32)
     emitted[..., 7] = np.abs(emitted[..., 7])  # random, and on the whole forwards
-    # The arm goes to and fro at less than full scale: flailing, it comes to its joints' bounds, which
-    # the gate cuts, and then the recording would be asked for more than it has.
+    # The arm goes to and fro at less than full scale: flailing, it comes to its joints' bounds,
+    # which the gate cuts, and then the recording would be asked for more than it has.
     emitted[:, 1::2, ARM] = -emitted[:, ::2, ARM]
     emitted[..., ARM] *= np.float32(ARM_SCALE)
     executed = emitted.copy()
