@@ -54,16 +54,25 @@ class LayoutError(FairleadError):
         name: the frame, joint or layout concerned.
         parent: the frame the lookup started from, "" where there is none.
         age_ticks: how old the newest usable transform is, in ticks; -1 if there is none.
+        is_certain: no message that may still be on its way can mend it.
     """
 
     def __init__(
-        self, message: str, *, kind: str, name: str, parent: str = "", age_ticks: int = -1
+        self,
+        message: str,
+        *,
+        kind: str,
+        name: str,
+        parent: str = "",
+        age_ticks: int = -1,
+        is_certain: bool = False,
     ) -> None:
         super().__init__(message)
         self.kind = kind
         self.name = name
         self.parent = parent
         self.age_ticks = age_ticks
+        self.is_certain = is_certain
 
 
 class PolicyError(FairleadError):

@@ -53,6 +53,11 @@ class RobotFeed:
         links = children or ("base_link", "object", "goal")
         return self._batch(tick, False, [("odom", child, 0.1 * tick) for child in links])
 
+    def looped(self, tick: int) -> TransformBatch:
+        """``odom -> base_link``; object and goal hang on each other."""
+        links = [("odom", "base_link"), ("goal", "object"), ("object", "goal")]
+        return self._batch(tick, False, [(parent, child, 0.1 * tick) for parent, child in links])
+
     def static(self, tick: int) -> TransformBatch:
         """``map -> odom``."""
         return self._batch(tick, True, [("map", "odom", 2.0)])

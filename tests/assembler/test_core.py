@@ -128,6 +128,56 @@ def test_transform_lost_once_is_interpolated_when_the_next_one_comes(
     assert (state.tick, state.oldest_tick, state.fault) == (2, 1, None)
 
 
+def test_two_lost_ticks_in_a_row_make_one_fault(core: AssemblerCore, feed: RobotFeed) -> None:
+    core.on_transforms(feed.moving(1), "hal")
+    core.on_joints(feed.joints(1))
+    core.on_joints(feed.joints(2))
+    [state] = layouts(core.on_joints(feed.joints(3)))
+    assert (state.tick, state.values) == (2, None)
+    assert layouts(core.on_transforms(feed.moving(4), "hal")) == []
+    [state] = layouts(core.on_joints(feed.joints(4)))
+    assert (state.tick, state.fault) == (4, None)
+
+
+def test_frame_that_its_publisher_sends_no_more_is_a_fault_at_once(
+    core: AssemblerCore, feed: RobotFeed
+) -> None:
+    core.on_transforms(feed.moving(1), "hal")
+    core.on_joints(feed.joints(1))
+    core.on_transforms(feed.moving(2, "base_link", "goal"), "hal")
+    [state] = layouts(core.on_joints(feed.joints(2)))
+    assert (state.tick, state.values) == (2, None)
+    assert state.fault is not None
+    assert (state.fault.kind, state.fault.name, state.fault.age_ticks) == (
+        "stale_frame", "object", 1,
+    )  # fmt: skip
+    assert state.fault.text == (
+        "transforms: odom -> object is stale at tick 2: the newest before it is 1 tick(s) old, "
+        "allowed 0; hal sends its transforms without it now"
+    )
+
+
+def test_another_publishers_batch_says_nothing_of_a_frame(
+    core: AssemblerCore, feed: RobotFeed
+) -> None:
+    core.on_transforms(feed.moving(1, "base_link", "goal"), "hal")
+    core.on_transforms(feed.moving(1, "object"), "tracker")
+    core.on_joints(feed.joints(1))
+    core.on_transforms(feed.moving(2, "base_link", "goal"), "hal")
+    assert layouts(core.on_joints(feed.joints(2))) == []
+    [state] = layouts(core.on_transforms(feed.moving(2, "object"), "tracker"))
+    assert (state.tick, state.fault) == (2, None)
+
+
+def test_loop_is_a_fault_at_once(core: AssemblerCore, feed: RobotFeed) -> None:
+    core.on_transforms(feed.moving(1), "hal")
+    core.on_joints(feed.joints(1))
+    core.on_transforms(feed.looped(2), "hal")
+    [state] = layouts(core.on_joints(feed.joints(2)))
+    assert state.fault is not None
+    assert (state.tick, state.fault.kind) == (2, "loop")
+
+
 def test_repeated_tick_is_answered_with_the_identical_bytes(
     core: AssemblerCore, feed: RobotFeed
 ) -> None:

@@ -12,8 +12,8 @@ from tests.faults.row import Row, Shot
 from tests.system.live_robot import wait_for
 
 GRASP_TICKS = 25
-LAYOUT_MS = 350.0
-"""Four faulty layouts in a row end a goal: that is 200 ms at 20 Hz before anything happens."""
+LAYOUT_MS = 200.0
+"""Faulty layouts of two ticks in a row end a goal."""
 
 
 def stops(fault: str, codes: tuple[str, ...], robot: FaultyStage) -> Shot:

@@ -80,8 +80,10 @@ class PausingLog(MotionLog):
         super().__init__(folder, SESSION, trace=False)
         self._at_tick = at_tick
 
-    def tick(self, tick: int, stamp_ns: int, acted: Sequence[Acted], event: str | None) -> None:
-        super().tick(tick, stamp_ns, acted, event)
+    def tick(
+        self, tick: int, stamp_ns: int, acted: Sequence[Acted], event: str | None, lease_ns: int
+    ) -> None:
+        super().tick(tick, stamp_ns, acted, event, lease_ns)
         self._at_tick(acted)
 
 

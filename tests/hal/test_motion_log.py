@@ -15,7 +15,7 @@ from tests.hal.gate_messages import HELD, executed
 
 def test_a_line_says_tick_session_time_and_what_every_part_did(tmp_path: Path) -> None:
     log = MotionLog(tmp_path, 77, trace=False)
-    log.tick(5, 123456, (executed(9, 2), HELD), "overrun")
+    log.tick(5, 123456, (executed(9, 2), HELD), "overrun", 123400)
     log.close()
     (line,) = (tmp_path / "motion.jsonl").read_text().splitlines()
     assert json.loads(line) == {
@@ -24,13 +24,14 @@ def test_a_line_says_tick_session_time_and_what_every_part_did(tmp_path: Path) -
         "stamp_ns": 123456,
         "acted": [[0, 9, 2], [2, 0, 0]],
         "event": "overrun",
+        "lease_ns": 123400,
     }
 
 
 def test_a_restarted_hal_appends(tmp_path: Path) -> None:
     for session in (1, 2):
         log = MotionLog(tmp_path, session, trace=False)
-        log.tick(1, 0, (), None)
+        log.tick(1, 0, (), None, 0)
         log.close()
     lines = (tmp_path / "motion.jsonl").read_text().splitlines()
     assert [json.loads(line)["session"] for line in lines] == [1, 2]

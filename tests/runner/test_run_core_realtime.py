@@ -13,6 +13,7 @@ from tests.runner.scripted_robot import (
     NO_ROW,
     SKILL,
     Story,
+    broken_layout,
     joints,
     layout,
     lease,
@@ -230,3 +231,33 @@ def test_endless_refusals_stall_and_the_last_one_is_told(run: Story) -> None:
         "no rows released for 6.0 s, waiting for released rows at tick 12; last refusal: "
         "G020 limit: chunk 3 refused at row 2, arm linear: value 5, limit 0.0867 (robot.yaml)"
     )
+
+
+def test_layout_faults_of_two_ticks_in_a_row_fail_a_goal_in_motion(run: Story) -> None:
+    run.tick(5)
+    run.take(run.core.on_layout(broken_layout(6), 0.0))
+    run.take(run.core.on_layout(broken_layout(6), 0.0))  # one tick told twice counts once
+    assert run.core.result is None
+    run.take(run.core.on_layout(broken_layout(7), 0.0))
+    result = run.core.result
+    assert result is not None
+    assert (result.outcome, result.kind) == ("failed", "layout_missing_frame")
+    assert result.detail.startswith("at tick 7: grip_site in base_site")
+
+
+def test_one_good_layout_between_two_faults_keeps_a_goal_in_motion(run: Story) -> None:
+    run.tick(5)
+    run.take(run.core.on_layout(broken_layout(6), 0.0))
+    run.take(run.core.on_layout(layout(7), 0.0))
+    run.take(run.core.on_layout(broken_layout(8), 0.0))
+    assert run.core.result is None
+
+
+def test_before_the_first_good_layout_nothing_moves_and_three_faults_are_waited_out(
+    run: Story,
+) -> None:
+    for tick in (5, 6, 7):
+        run.take(run.core.on_layout(broken_layout(tick), 0.0))
+    assert run.core.result is None
+    run.take(run.core.on_layout(broken_layout(8), 0.0))
+    assert run.core.result is not None

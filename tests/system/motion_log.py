@@ -20,6 +20,7 @@ class MotionLine:
     stamp_ns: int
     holds: tuple[int, ...]
     rows: tuple[tuple[int, int], ...]
+    lease_ns: int  # when the newest lease had come, on the same clock; 0: none had
 
     @property
     def moves(self) -> bool:
@@ -99,4 +100,5 @@ def _parse(line: bytes) -> MotionLine:
         stamp_ns=entry["stamp_ns"],
         holds=tuple(part[0] for part in entry["acted"]),
         rows=tuple((part[1], part[2]) for part in entry["acted"]),
+        lease_ns=entry["lease_ns"],
     )

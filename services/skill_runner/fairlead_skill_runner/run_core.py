@@ -38,6 +38,9 @@ from fairlead_skill_runner.policies.protocol import Actions, Observation
 from fairlead_skill_runner.run_setup import RunSetup
 
 LAYOUT_FAULTS_TO_FAIL = 4
+"""In a row: in lockstep, where the world waits, and before a goal has seen a good layout."""
+LAYOUT_FAULTS_IN_MOTION = 2
+"""In a row, of two ticks: realtime, where rows that were released before go on acting."""
 QUIET_S = 0.5  # without released rows for so long, the phase says what is awaited
 
 
@@ -84,7 +87,7 @@ class RunCore:
         self._asked_s = 0.0
         self._progress_s = now_s
         self._schedule = ObservationSchedule(setup.skill.execute_steps)
-        self._faults = 0
+        self._faults = self._fault_tick = 0
 
     def is_over(self) -> bool:
         """True once there is a result."""
@@ -121,8 +124,7 @@ class RunCore:
         if problem:
             return self._end(problem)
         if layout.fault is not None:
-            self._faults += 1
-            if self._faults >= LAYOUT_FAULTS_TO_FAIL:
+            if self._is_last_fault(layout.tick):
                 return self._end(results.layout_fault(layout.tick, layout.fault))
             return []
         self._faults = 0
@@ -242,6 +244,14 @@ class RunCore:
         self.inferences += 1
         self.first_tick = self.first_tick or gathered.observation.tick
         return [AskPolicy(self.inferences, gathered.observation)]
+
+    def _is_last_fault(self, tick: int) -> bool:
+        """Count a faulty layout; in realtime one tick may be told twice, and counts once."""
+        if self.setup.lockstep or tick > self._fault_tick:
+            self._faults, self._fault_tick = self._faults + 1, tick
+        is_waiting = self.setup.lockstep or self._intake.layout is None
+        allowed = LAYOUT_FAULTS_TO_FAIL if is_waiting else LAYOUT_FAULTS_IN_MOTION
+        return self._faults >= allowed
 
     def _count_starved(self, joints: JointState) -> None:
         if not self._book.released_last:

@@ -3,7 +3,9 @@
 At joints n it computes the links' poses and then, for every wanted skill, the layout of
 n. Where a transform of n has not arrived yet it waits for it: until joints n+1 come, or
 in lockstep, where n is repeated while the world waits, until its second repeat. Then the
-fault is published. Before the first joint state nothing is published.
+fault is published, unless n+1 can be answered: one good layout is worth more than the
+news that an older one was lost. What waiting cannot mend (a loop, a frame that its
+publisher sends no more) is published at once. Before the first joint state nothing is.
 """
 
 from __future__ import annotations
@@ -13,10 +15,9 @@ from typing import NamedTuple
 
 import pinocchio as pin
 
-from fairlead.errors import MessageError
+from fairlead.errors import LayoutError, MessageError
 from fairlead.messages import (
     JointState,
-    LayoutFault,
     Transform,
     TransformBatch,
     encode,
@@ -71,13 +72,16 @@ class AssemblerCore:
         """Stop assembling for a skill."""
         self._views.pop(skill, None)
 
-    def on_transforms(self, batch: TransformBatch) -> list[Output]:
+    def on_transforms(self, batch: TransformBatch, publisher: str = "") -> list[Output]:
         """Take transforms; whatever waited for them is answered now.
+
+        Args:
+            publisher: see `TransformBuffer.add_batch`.
 
         Raises:
             MessageError: for numbers that are no transform; nothing of it is taken.
         """
-        if not self._buffer.add_batch(batch):
+        if not self._buffer.add_batch(batch, publisher):
             return []
         if self._moment is not None and self._moment.session != batch.session:
             self._moment = None  # a new HAL session: wait for its first joint state
@@ -111,7 +115,9 @@ class AssemblerCore:
         late = self._answers(self._unanswered(), give_up=True)
         joints = JointPositions(self._index, positions)
         self._moment = Moment(state.session, state.tick, state.episode_tick, joints)
-        return late + self._new_tick(self._moment, self._kinematics.poses(positions))
+        new = self._new_tick(self._moment, self._kinematics.poses(positions))
+        unanswered = {view.skill for view in self._unanswered()}
+        return [*(output for output in late if output.skill in unanswered), *new]
 
     def _new_tick(self, moment: Moment, poses: list[SE3]) -> list[Output]:
         base = self._kinematics.base_frame
@@ -156,16 +162,20 @@ class AssemblerCore:
         return [view for view in self._views.values() if view.answer is None]
 
     def _answers(self, views: list[SkillView], *, give_up: bool) -> list[Output]:
-        """Layouts that can be assembled now; with ``give_up``, faults for the others."""
+        """Layouts that can be assembled now; for the others what is known to be wrong.
+
+        Args:
+            give_up: nothing that is missing is waited for any longer.
+        """
         if self._moment is None:
             return []
         outputs = []
         for view in views:
-            fault: LayoutFault | None = None
+            error: LayoutError | None = None
             if view.answer is None:
-                fault = view.try_answer(self._moment, self._buffer.at(self._moment.tick))
+                error = view.try_answer(self._moment, self._buffer.at(self._moment.tick))
             if view.answer is not None:
                 outputs.append(Output(view.skill, view.answer))
-            elif fault is not None and give_up:
-                outputs.append(Output(view.skill, view.fault_message(self._moment, fault)))
+            elif error is not None and (give_up or error.is_certain):
+                outputs.append(Output(view.skill, view.fault_message(self._moment, error)))
         return outputs

@@ -17,15 +17,24 @@ def not_yet(parent: str, frame: str, first: int, tick: int) -> LayoutError:
     )
 
 
-def stale(parent: str, frame: str, newest: int, tick: int, allowed: int) -> LayoutError:
-    """The newest transform is older than it may be."""
+def stale(
+    parent: str, frame: str, newest: int, tick: int, allowed: int, dropped_by: str
+) -> LayoutError:
+    """The newest transform is older than it may be.
+
+    Args:
+        dropped_by: who sent the frame and has sent a batch of ``tick`` or later without it;
+            "" if that batch may still come.
+    """
+    dropped = f"; {dropped_by} sends its transforms without it now" if dropped_by else ""
     return LayoutError(
         f"transforms: {parent} -> {frame} is stale at tick {tick}: the newest before it "
-        f"is {tick - newest} tick(s) old, allowed {allowed}",
+        f"is {tick - newest} tick(s) old, allowed {allowed}{dropped}",
         kind="stale_frame",
         name=frame,
         parent=parent,
         age_ticks=tick - newest,
+        is_certain=bool(dropped_by),
     )
 
 
@@ -36,6 +45,7 @@ def loop(frame: str, asked_from: str, path: Sequence[str]) -> LayoutError:
         kind="loop",
         name=frame,
         parent=asked_from,
+        is_certain=True,
     )
 
 

@@ -45,18 +45,12 @@ class SkillView:
         """Why the skill cannot be assembled for at all, None if it can."""
         return self._refusal
 
-    def try_answer(self, moment: Moment, transforms: TransformsAtTick) -> LayoutFault | None:
-        """Assemble for ``moment``; on success `answer` is set, else the fault is returned."""
+    def try_answer(self, moment: Moment, transforms: TransformsAtTick) -> LayoutError | None:
+        """Assemble for ``moment``; on success `answer` is set, else the error is returned."""
         try:
             self.answer = encode(self._assemble(moment, transforms))
         except LayoutError as error:
-            return LayoutFault(
-                kind=error.kind,
-                name=error.name,
-                parent=error.parent,
-                age_ticks=error.age_ticks,
-                text=str(error),
-            )
+            return error
         return None
 
     def _assemble(self, moment: Moment, transforms: TransformsAtTick) -> LayoutState:
@@ -76,9 +70,16 @@ class SkillView:
             fault=None,
         )
 
-    def fault_message(self, moment: Moment, fault: LayoutFault) -> bytes:
+    def fault_message(self, moment: Moment, error: LayoutError) -> bytes:
         """The encoded `LayoutState` that says why there is no vector."""
         manifest = self._manifest
+        fault = LayoutFault(
+            kind=error.kind,
+            name=error.name,
+            parent=error.parent,
+            age_ticks=error.age_ticks,
+            text=str(error),
+        )
         return encode(
             LayoutState(
                 session=moment.session,

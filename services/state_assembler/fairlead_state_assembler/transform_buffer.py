@@ -31,6 +31,7 @@ class _Branch:
     ticks: list[int] = field(default_factory=list)
     poses: list[SE3] = field(default_factory=list)
     static_tick: int = 0
+    publisher: str = ""  # of the newest transform, where it came in a batch
 
 
 class TransformBuffer:
@@ -47,6 +48,7 @@ class TransformBuffer:
         self._session = 0
         self._left_sessions: set[int] = set()
         self._episode_tick = 0
+        self._published: dict[str, int] = {}  # newest tick of each publisher's batches
 
     def enter(self, session: int, episode_tick: int) -> bool:
         """Follow a session and episode; everything from before it is discarded.
@@ -60,13 +62,18 @@ class TransformBuffer:
             self._left_sessions.add(self._session)
             self._session, self._episode_tick = session, 0
             self._branches.clear()
+            self._published.clear()
         if episode_tick > self._episode_tick:
             self._episode_tick = episode_tick
             self._discard_before(episode_tick)
         return True
 
-    def add_batch(self, batch: TransformBatch) -> bool:
+    def add_batch(self, batch: TransformBatch, publisher: str = "") -> bool:
         """Take one message's transforms; a newer session is followed at once.
+
+        Args:
+            publisher: who sent it. A frame that its publisher's newest batch lacks is known
+                not to come; without a name it may still be on its way.
 
         Returns:
             False if it was dropped: a session already left, or before this episode.
@@ -83,6 +90,9 @@ class TransformBuffer:
             return False
         for parent, child, pose in poses:
             self.add(parent, child, pose, batch.tick, is_static=batch.is_static)
+            self._branches[child].publisher = publisher
+        if publisher and not batch.is_static:
+            self._published[publisher] = max(batch.tick, self._published.get(publisher, 0))
         return True
 
     def add(self, parent: str, child: str, pose: SE3, tick: int, *, is_static: bool) -> None:
@@ -166,7 +176,10 @@ class TransformBuffer:
                 return _interpolated(branch, index, tick), before
         if tick - before <= allowed:
             return branch.poses[index - 1], before
-        raise lookup_errors.stale(branch.parent, frame, before, tick, allowed)
+        is_newest = index == len(branch.ticks)
+        is_dropped = is_newest and self._published.get(branch.publisher, 0) >= tick
+        dropped_by = branch.publisher if is_dropped else ""
+        raise lookup_errors.stale(branch.parent, frame, before, tick, allowed, dropped_by)
 
     @property
     def frames(self) -> frozenset[str]:

@@ -42,10 +42,13 @@ class AssemblerTransport:
             declared.undeclare()
 
     def _on_transforms(self, sample: Sample) -> None:
-        if sample.key != self._own_tf:
-            self._take(
-                sample, lambda: self._core.on_transforms(decode(TransformBatch, sample.payload))
-            )
+        if sample.key == self._own_tf:
+            return
+        publisher = last_chunk(sample.key)
+        self._take(
+            sample,
+            lambda: self._core.on_transforms(decode(TransformBatch, sample.payload), publisher),
+        )
 
     def _on_joints(self, sample: Sample) -> None:
         self._take(sample, lambda: self._core.on_joints(decode(JointState, sample.payload)))

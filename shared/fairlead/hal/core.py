@@ -74,6 +74,11 @@ class HalCore:
         return self._lease.state
 
     @property
+    def lease_ns(self) -> int:
+        """When the newest lease came, on the HAL's monotonic clock; 0 before the first."""
+        return self._lease.received_ns
+
+    @property
     def held_stops(self) -> tuple[StopLevel, ...]:
         """The stops that hold the robot now."""
         return self._stops.held
@@ -234,7 +239,7 @@ class HalCore:
         self._tick = tick
         self._acted = tuple(acted)
         self._claims.drop_dead(self._granted())
-        return TickPlan(tick=tick, acted=self._acted, commands=commands)
+        return TickPlan(tick, self._acted, commands, self._lease.received_ns)
 
 
 _Choice = tuple[ReleasedChunk | None, Hold]

@@ -55,6 +55,11 @@ class LeaseFollower:
         """The gate's state as the newest lease says it, None before the first lease."""
         return self._newest.state if self._newest else None
 
+    @property
+    def received_ns(self) -> int:
+        """When the newest lease came, on the HAL's monotonic clock; 0 before the first."""
+        return self._received_ns
+
     def has_left(self, epoch: int) -> bool:
         """Whether this epoch was followed once and is over."""
         return epoch in self._left_epochs

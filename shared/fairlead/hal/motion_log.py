@@ -70,7 +70,7 @@ class LineWriter:
 
 
 class MotionLog:
-    """One line per tick: when it was decided and what every part did."""
+    """One line per tick: when it was decided, by which lease, and what every part did."""
 
     def __init__(self, folder: Path, session: int, trace: bool) -> None:
         self._session = session
@@ -82,8 +82,15 @@ class MotionLog:
         """Whether `trace` records anything."""
         return self._trace is not None
 
-    def tick(self, tick: int, stamp_ns: int, acted: Sequence[Acted], event: str | None) -> None:
-        """Record a decided tick; ``stamp_ns`` is CLOCK_MONOTONIC at the decision."""
+    def tick(
+        self, tick: int, stamp_ns: int, acted: Sequence[Acted], event: str | None, lease_ns: int
+    ) -> None:
+        """Record a decided tick.
+
+        Args:
+            stamp_ns: CLOCK_MONOTONIC at the decision.
+            lease_ns: the same clock when the newest lease came; 0: none had.
+        """
         self._motion.put(
             json.dumps(
                 {
@@ -92,6 +99,7 @@ class MotionLog:
                     "stamp_ns": stamp_ns,
                     "acted": [[part.hold, part.verdict_id, part.row] for part in acted],
                     "event": event,
+                    "lease_ns": lease_ns,
                 }
             )
         )

@@ -54,7 +54,7 @@ class PlanExecutor:
     def record(self, plan: TickPlan, now_ns: int, event: str | None) -> None:
         """Log the decision, taken at ``now_ns``, before it is carried out."""
         self._decided_ns = now_ns
-        self._log.tick(plan.tick, now_ns, plan.acted, event)
+        self._log.tick(plan.tick, now_ns, plan.acted, event, plan.lease_ns)
 
     def carry_out(self, plan: TickPlan) -> None:
         """Step the backend once, with the plan's commands or, where that fails, holding."""
@@ -75,8 +75,8 @@ class PlanExecutor:
         """Every part held in ``tick``, whatever had been decided; the log says so too."""
         with self._changed:
             self._core.void(hold)
-            acted = self._core.acted
-        self._log.tick(tick, self._clock(), acted, event)
+            acted, lease_ns = self._core.acted, self._core.lease_ns
+        self._log.tick(tick, self._clock(), acted, event, lease_ns)
 
     def _hold_instead(self, tick: int, reason: str) -> None:
         """The backend refused a command the gate had released: stop, and hold this tick."""

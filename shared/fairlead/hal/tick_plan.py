@@ -12,11 +12,15 @@ from fairlead.messages import Acted
 
 @dataclass(frozen=True)
 class TickPlan:
-    """One tick, decided: ``acted`` per part; ``commands`` by part index, the rest hold."""
+    """One tick, decided: ``acted`` per part; ``commands`` by part index, the rest hold.
+
+    lease_ns: when the newest lease had come, on the HAL's monotonic clock; 0: none had.
+    """
 
     tick: int
     acted: tuple[Acted, ...]
     commands: Mapping[int, PartCommand]
+    lease_ns: int
 
 
 @dataclass(frozen=True)
