@@ -16,6 +16,9 @@ from tests.gate.mailbox import DEADLINE_S
 from tests.gate.running_gate import ROBOT
 from tests.gate.scene import Scene
 
+JUDGED = "received to answered, the gate's own clock"
+"""How rows on one gate take their time, unless they say otherwise."""
+
 
 class GateStage:
     """Opens scenes, each with a state folder of its own."""

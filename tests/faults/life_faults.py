@@ -18,8 +18,8 @@ from fairlead.operate.scratch_robot import scratch_robot
 from fairlead.supervisor import Registry
 from fairlead.supervisor.command_line import service_command, service_environment
 from fairlead.supervisor.scratch import ScratchOptions, make_scratch
+from tests.faults.frame_faults import resident_kb
 from tests.faults.live_stage import SKILL, SOURCE, Changes, LiveStage, live_stage
-from tests.faults.protocol_faults import resident_kb
 from tests.faults.row import Row, Shot
 from tests.system.light_hal import LIGHT_HAL
 from tests.system.live_robot import LiveRobot, wait_for

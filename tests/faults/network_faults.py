@@ -10,7 +10,7 @@ from collections.abc import Callable
 from functools import partial
 
 from fairlead.deploy.hosts import ROUTER
-from fairlead.messages import GateState
+from fairlead.messages import GateState, Hold
 from tests.faults.live_stage import LATE_TICK_MS
 from tests.faults.motion_rules import every_row_was_judged_for_its_tick
 from tests.faults.proxy import (
@@ -19,6 +19,7 @@ from tests.faults.proxy import (
     doubles,
     drop,
     forward,
+    gap,
     loses,
     stalls,
     swaps,
@@ -26,9 +27,13 @@ from tests.faults.proxy import (
 from tests.faults.routed_stage import RoutedStage
 from tests.faults.row import MachineLateError, Row, Shot
 from tests.system.live_robot import wait_for
+from tests.system.motion_log import MotionLine
 
 BAD_S = 2.0
-STALL_S = 0.1
+DARK_S = 0.13
+"""More than two ticks: longer than a lease lives and a tick lasts, so one tick must hold."""
+LEASE_LIFE_MS, LAPSE_MS = 75.0, 50.0
+SEEN_NS = 500_000_000
 STOP_MS = 300.0
 
 
@@ -82,25 +87,34 @@ def bad_network(rule: Callable[[], Rule], may_hold: bool, robot: RoutedStage) ->
     return Shot((first - injected_ns) / 1e6, injected_ns, ended_ns, tick_ms, note)
 
 
-def late_leases(robot: RoutedStage) -> Shot:
-    """Two ticks of leases and rows come late, all at once: what held stays held."""
+def dark_leases(rule: Callable[[float], Rule], robot: RoutedStage) -> Shot:
+    """Leases and rows of two ticks do not come, or come late: what held stays held.
+
+    The time is from where the newest lease lapsed, by the HAL's own log of when it came.
+    """
     goal = robot.start_moving()
-    every_row_was_judged_for_its_tick(robot)
-    tick_ms, before = robot.tick_ms(time.monotonic_ns()), robot.motion.read()[-1]
-    injected_ns = robot.proxies["hal"].set("down", stalls(STALL_S))
-    wait_for(lambda: robot.motion.since(injected_ns)[-1:] != [], "the next tick")
-    threading.Event().wait(4 * STALL_S)
+    tick_ms = robot.tick_ms(time.monotonic_ns())
+    injected_ns = robot.proxies["hal"].set("down", rule(DARK_S))
+    wait_for(lambda: bool(robot.motion.since(injected_ns + SEEN_NS)), "the HAL hears leases again")
     robot.proxies["hal"].set("down", forward)
     lines = robot.motion.since(injected_ns)
-    first = next((line for line in lines if not line.moves), None)
+    ended_ns = lines[-1].stamp_ns
     every_row_was_judged_for_its_tick(robot)  # also: no verdict resumes after a hold
     robot.finish(goal)
-    if first is None:
-        return Shot(None, injected_ns, lines[-1].stamp_ns, tick_ms, "no tick held")
-    held_ms = (first.stamp_ns - injected_ns) / 1e6
-    again = sorted(v for line in lines for v in line.verdicts if v not in before.verdicts)
-    note = f"held after {held_ms:.0f} ms; went on under {len(set(again))} new verdicts"
-    return Shot(held_ms, injected_ns, lines[-1].stamp_ns, tick_ms, note)
+    held = _first([line for line in lines if not line.moves], "held")
+    stale = _first([line for line in lines if set(line.holds) == {Hold.LEASE_STALE}], "stale")
+    lapsed_ms = (stale.stamp_ns - stale.lease_ns) / 1e6 - LEASE_LIFE_MS
+    held_ms = (held.stamp_ns - injected_ns) / 1e6
+    before = {v for line in lines if line.stamp_ns < held.stamp_ns for v in line.verdicts}
+    after = {v for line in lines if line.stamp_ns > held.stamp_ns for v in line.verdicts}
+    assert not before & after, "rows from before the hold acted after it"
+    note = f"went on under {len(after)} new verdicts"
+    return Shot(lapsed_ms, injected_ns, ended_ns, tick_ms, note, also_ms=held_ms)
+
+
+def _first(lines: list[MotionLine], what: str) -> MotionLine:
+    assert lines, f"no tick was {what}"
+    return lines[0]
 
 
 def kill_router(robot: RoutedStage) -> Shot:
@@ -148,6 +162,11 @@ ROWS = (
             partial(bad_network, rule, may_hold), "to the first hold, HAL log", 5)
         for what, rule, may_hold, bound in BAD
     ),
-    Row(42, f"leases and rows {STALL_S * 1e3:g} ms late in mid-chunk",
-        "hold; goes on only under a new verdict", 150, "routed", late_leases),
+    *(
+        Row(42, f"leases and rows of {DARK_S * 1e3:g} ms {what} in mid-chunk",
+            "hold; goes on only under a new verdict", LAPSE_MS, "routed",
+            partial(dark_leases, rule), "from the lease's lapse to the hold, HAL log",
+            also="injection to hold, p50 / max")
+        for what, rule in (("come late", stalls), ("are lost", gap))
+    ),
 )  # fmt: skip

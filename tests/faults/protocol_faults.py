@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import random
-from pathlib import Path
-
 import msgspec
 import numpy as np
 
@@ -20,6 +17,7 @@ from fairlead.messages import (
 from fairlead.modes import ControlMode
 from fairlead.wire.bus import Qos
 from tests.faults.gate_stage import (
+    JUDGED,
     GateStage,
     Stopwatch,
     counted,
@@ -30,7 +28,6 @@ from tests.faults.gate_stage import (
 from tests.faults.row import Row, Shot
 from tests.gate.scene import Scene
 
-RANDOM_FRAMES = 2000
 T_MS = 50.0
 JUMP_RAD = 0.5
 SLOW_RAD_S = 0.1
@@ -89,60 +86,6 @@ def no_numbers(stage: GateStage) -> Shot:
         assert verdict.outcome == Outcome.RELEASED, verdict
         watch.note_ms(verdict.latency_ns / 1e6)
     return watch.shot("denormal 5e-324 judged and released")
-
-
-def broken_frames(scene: Scene) -> list[bytes]:
-    """Frames that are no ActionChunk, from one that is."""
-    good, rng = encode(scene.chunk()), random.Random(scene.gate.port)
-    flips = []
-    for _ in range(50):
-        flipped = bytearray(good)
-        flipped[rng.randrange(3)] ^= 1 << rng.randrange(8)  # length, type or version
-        flips.append(bytes(flipped))
-    cut = [good[: rng.randrange(len(good))] for _ in range(50)]
-    return [*cut, *flips, good + b"\0", good + bytes(70_000), b"", b"\xc1" * 64]
-
-
-def bad_shapes(stage: GateStage) -> Shot:
-    with stage.ready() as scene:
-        watch = Stopwatch()
-        shapes = (
-            scene.chunk(rows=0), scene.chunk(rows=65), scene.chunk(horizon=9),
-            scene.chunk(horizon=2**32 - 1),
-            scene.chunk(parts=(scene.arm_part(values=pack_floats(np.zeros((8, 5)))),)),
-        )  # fmt: skip
-        for chunk in shapes:
-            refused_at_once(scene, watch, chunk, 7)
-        memory_kb = resident_kb(scene.gate.process.pid)
-        rng = random.Random(scene.gate.port)
-        frames = [
-            *broken_frames(scene),
-            *(rng.randbytes(rng.randrange(400)) for _ in range(RANDOM_FRAMES)),
-        ]
-        for frame in frames:
-            scene.send_bytes(frame)
-        scene.statuses.wait_for(lambda m: dict(m.counters).get("G001", 0) >= 5)
-        assert scene.safe.unread() == [], "a broken frame released rows"
-        grown_kb = resident_kb(scene.gate.process.pid) - memory_kb
-        assert grown_kb < 4096, f"the gate grew by {grown_kb} KiB"
-        good_again(scene)
-        return watch.shot(f"{len(frames)} broken frames; the gate grew by {grown_kb} KiB")
-
-
-def good_again(scene: Scene) -> None:
-    """After a claim was lost to bad frames, a new one moves the robot."""
-    scene.statuses.wait_for(lambda m: not m.claims)
-    scene.take_claim()
-    verdict = scene.send(scene.chunk())
-    assert verdict.outcome == Outcome.RELEASED, verdict
-
-
-def resident_kb(pid: int) -> int:
-    """Resident memory of a process [KiB]."""
-    for line in Path(f"/proc/{pid}/status").read_text().splitlines():
-        if line.startswith("VmRSS:"):
-            return int(line.split()[1])
-    raise AssertionError(f"process {pid} has no memory")
 
 
 def wrong_robot(stage: GateStage) -> Shot:
@@ -248,7 +191,6 @@ def other_versions(stage: GateStage) -> Shot:
 
 
 ANSWER = "query to the gate's answer, as the one who asks sees it"
-JUDGED = "received to answered, the gate's own clock"
 ROWS = (
     Row(
         16, "chunks of an earlier session, claim, epoch", "G002, G004, G003", T_MS, "gate", replay,
@@ -261,11 +203,6 @@ ROWS = (
     Row(
         19, "NaN, inf, 1e308 in a late row; denormals", "refused and stopped; denormals judged",
         1, "gate", no_numbers, JUDGED, 5,
-    ),
-    Row(
-        20, "horizon 0, 65, 2^32-1, wrong widths; cut, flipped, oversized, empty, random frames",
-        "refused; the gate grows by less than 4 MiB and judges the next good chunk",
-        1, "gate", bad_shapes, JUDGED, 5,
     ),
     Row(21, "wrong robot hash", "claim refused; chunk G002", T_MS, "gate", wrong_robot, ANSWER),
     Row(

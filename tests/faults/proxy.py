@@ -77,15 +77,15 @@ def swaps() -> Rule:
 
 
 def stalls(seconds: float) -> Rule:
-    """Nothing goes on for ``seconds`` from the first batch on; then all of it, in order."""
-    until: list[float] = []
+    """Nothing goes on for ``seconds`` from now on; then all of it, in order."""
+    until = time.monotonic() + seconds
+    return lambda batch: ((until, batch),)
 
-    def rule(batch: bytes) -> Sequence[Delivery]:
-        if not until:
-            until.append(time.monotonic() + seconds)
-        return ((until[0], batch),)
 
-    return rule
+def gap(seconds: float) -> Rule:
+    """What comes in the next ``seconds`` is lost."""
+    until = time.monotonic() + seconds
+    return lambda batch: () if time.monotonic() < until else forward(batch)
 
 
 def corrupts(share: float, rng: random.Random) -> Rule:

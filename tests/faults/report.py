@@ -100,9 +100,12 @@ def _key(entry: Entry) -> tuple[int, str]:
 def _line(entry: Entry) -> str:
     late = f" (+{entry['machine_late']} late machine)" if entry["machine_late"] else ""
     timed = entry["p50_ms"] is not None
+    measures = entry["measures"] if timed else ""
+    if entry.get("also"):
+        measures += f"; {entry['also']}: {_ms(entry['also_p50_ms'])} / {_ms(entry['also_max_ms'])}"
     cells = [
         str(entry["row"]), entry["fault"], entry["outcome"],
-        entry["measures"] if timed else "", _ms(entry["bound_ms"]), f"{entry['n']}{late}",
+        measures, _ms(entry["bound_ms"]), f"{entry['n']}{late}",
         _ms(entry["p50_ms"]), _ms(entry["max_ms"]),
         f"{_ms(entry['control_p50_ms'])} / {_ms(entry['control_max_ms'])}",
         _ms(entry["tick_max_ms"]), f"{entry['load']:.0f}", _verdict(entry),

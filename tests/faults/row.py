@@ -29,6 +29,7 @@ class Shot:
     began_ns, ended_ns: CLOCK_MONOTONIC around it, for the control measurement.
     tick_ms: the longest undisturbed tick of the robot's HAL just before; None: no HAL of ours.
     note: what else was seen, for the reader of the log.
+    also_ms: a second time, of the row's `also`; it has no bound.
     """
 
     measured_ms: float | None
@@ -36,6 +37,7 @@ class Shot:
     ended_ns: int
     tick_ms: float | None = None
     note: str = ""
+    also_ms: float | None = None
 
 
 @dataclass(frozen=True)
@@ -47,6 +49,7 @@ class Row:
     stage: which robot it is done to, see `tests.faults.stages`.
     inject: does it once, asserts the outcome.
     injections: if neither 5 nor 20 are right.
+    also: what a second time is, in the same words.
     """
 
     number: int
@@ -57,6 +60,7 @@ class Row:
     inject: Callable[[Any], Shot]
     measures: str = "to the hold, HAL log"
     injections: int | None = None
+    also: str = ""
 
     @property
     def times(self) -> int:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from tests.faults import (
     creeping_faults,
+    frame_faults,
     life_faults,
     machine_faults,
     network_faults,
@@ -21,6 +22,7 @@ _FAMILIES = (
     creeping_faults,
     process_faults,
     network_faults,
+    frame_faults,
     protocol_faults,
     sensor_faults,
     stop_faults,

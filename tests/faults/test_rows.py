@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import pytest
 
 from tests.faults.campaign import Campaign
+from tests.faults.frame_faults import MANY_VARIABLE
 from tests.faults.row import Row
 from tests.faults.table import NOT_RUN, ROWS
 from tests.faults.timer_process import TimerProcess
@@ -16,12 +17,14 @@ pytestmark = [pytest.mark.processes, pytest.mark.timeout(300)]
 SHORT = (1, 2, 4, 5, 7, 8, 9, 16, 17, 19, 20, 21, 22, 27, 34, 38)
 """Those that need no more than one light robot or one gate, once each."""
 ORDERS, ORDER_SAMPLES = 41, 2
+FEWER_FRAMES = 20_000
 MATRIX = range(1, 43)
 
 
 @pytest.fixture(scope="module")
 def campaign(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Campaign]:
-    with TimerProcess() as timer:
+    with TimerProcess() as timer, pytest.MonkeyPatch.context() as patch:
+        patch.setenv(MANY_VARIABLE, str(FEWER_FRAMES))
         campaign = Campaign(tmp_path_factory.mktemp("faults"), timer, print)
         yield campaign
         campaign.close()

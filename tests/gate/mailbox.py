@@ -21,7 +21,7 @@ class Mailbox(Generic[M]):
 
     def __init__(self, bus: Bus, key: str, kind: type[M]) -> None:
         self._kind = kind
-        self._key = key
+        self.key = key
         self._changed = threading.Condition()
         self._frames: list[bytes] = []  # decoded when read: the callback must not take long
         self._read = 0
@@ -50,7 +50,7 @@ class Mailbox(Generic[M]):
                         return message
                 if not self._changed.wait(deadline - time.monotonic()):
                     last = decode(self._kind, self._frames[-1]) if self._frames else None
-                    raise AssertionError(f"{self._key}: not in {timeout_s} s; the last was {last}")
+                    raise AssertionError(f"{self.key}: not in {timeout_s} s; the last was {last}")
 
     def skip(self) -> None:
         """Count everything that has arrived as read."""
