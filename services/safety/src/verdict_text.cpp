@@ -1,6 +1,7 @@
 #include "verdict_text.hpp"
 
 #include <array>
+#include <cmath>
 #include <cstdio>
 
 namespace fairlead {
@@ -13,7 +14,10 @@ std::string formatted(const char* format, T value) {
   return std::string(text.data(), static_cast<std::size_t>(size));
 }
 
-std::string number(double value) { return formatted("%.6g", value); }
+std::string number(double value) {
+  return std::isnan(value) ? "nan" : formatted("%.6g", value);  // not -nan
+}
+
 std::string code_name(std::uint32_t code) { return formatted("G%03u", code); }
 
 }  // namespace

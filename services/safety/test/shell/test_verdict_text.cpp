@@ -1,5 +1,7 @@
 #include <doctest/doctest.h>
 
+#include <limits>
+
 #include "verdict_text.hpp"
 
 using namespace fairlead;
@@ -30,4 +32,16 @@ TEST_CASE("a refusal without numbers says what was expected") {
   verdict.axis = "epoch";
   verdict.limit_source = "the current arm epoch";
   CHECK(verdict_text(verdict) == "chunk 1 of runner refused: G003 epoch (the current arm epoch)");
+}
+
+TEST_CASE("what is no number has no sign") {
+  Verdict verdict;
+  verdict.outcome = static_cast<std::uint8_t>(Outcome::refused);
+  verdict.source = "runner";
+  verdict.seq = 2;
+  verdict.code = 8;
+  verdict.value = -std::numeric_limits<double>::quiet_NaN();
+  verdict.limit = 1e6;
+  verdict.margin = verdict.limit - verdict.value;
+  CHECK(verdict_text(verdict) == "chunk 2 of runner refused: G008: nan, limit 1e+06");
 }
