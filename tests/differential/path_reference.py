@@ -159,7 +159,13 @@ class PathReference:
         return found
 
     def _limit(self, joint: int) -> float:
-        return float(self._joints[joint]["velocity_limit"])
+        """The fastest a joint can be told to go; one slide of a turned base gets what both got."""
+        base, own = self._data["base"], float(self._joints[joint]["velocity_limit"])
+        if base is None or base["command_frame"] != "against_yaw":
+            return own
+        slides = [self.names.index(name) for name in base["joints"][:2]]
+        limits = [float(self._joints[slide]["velocity_limit"]) for slide in slides]
+        return math.hypot(*limits) if joint in slides else own
 
     def _margins(
         self, now: FloatArray, after: FloatArray, speed: FloatArray, part: str, mode: str

@@ -63,6 +63,22 @@ Text check_base_joints(const Limits& limits) {
   return phrase("base.joints: ", limits.joints[joints[0]].name, " is there twice");
 }
 
+// A twist is predicted and measured by the base's own joints, and a floor is flat.
+Text check_twists(const Limits& limits) {
+  const auto& [x, y, yaw] = limits.base.joints;
+  for (const PartLimits& part : limits.parts) {
+    const CartesianLimits& mode = part.modes.body_twist;
+    if (!mode.supported) continue;
+    const Text key = phrase("parts.", part.name, ".modes.body_twist");
+    const auto& own = part.joints;
+    if (own.size() != 3 || own[0] != x || own[1] != y || own[2] != yaw)
+      return phrase(key, ": expected a part of base.joints, in their order");
+    if (mode.free_axes[2] || mode.free_axes[3] || mode.free_axes[4])
+      return phrase(key, ".free_axes: expected none but 0, 1 and 5");
+  }
+  return {};
+}
+
 // No bounds of its own, so nothing but the base's zones can bound it.
 Text check_unbounded(const Limits& limits) {
   for (std::size_t j = 0; j < limits.joints.size(); ++j) {
@@ -90,7 +106,8 @@ Text check_base(const Limits& limits) {
   const BaseLimits& base = limits.base;
   if (const Text fault = check_unbounded(limits); !fault.empty() || !base.present) return fault;
   if (!all_finite(base.yaw_axis)) return "base.yaw_axis: expected finite numbers";
-  Text fault = first_of({check_base_joints(limits), check_corners("base.footprint", base.footprint),
+  Text fault = first_of({check_base_joints(limits), check_twists(limits),
+                         check_corners("base.footprint", base.footprint),
                          positive("base.reaction_s", base.reaction_s),
                          check_names(base.zones, "base.zones")});
   for (const Zone& zone : base.zones)

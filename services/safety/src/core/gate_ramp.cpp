@@ -20,12 +20,16 @@ void Gate::Core::begin_ramps_of(const LiveClaim& claim) {
 }
 
 // A part that stands still in a tick in which a row moved it may have just begun. A row without
-// permission is no reason to wait longer.
+// permission is no reason to wait longer: nor is one of a claim that has ended, whoever holds the
+// part now.
 void Gate::Core::watch_ramps() {
   for (std::size_t i = 0; i < limits_.parts.size(); ++i) {
     RampWatch& ramp = ramps_[i];
-    const bool acted = hal_.state().acted[i].hold == 0;
-    if (acted && state_ == GateState::armed && claims_.holder_of(i) != nullptr) {
+    const Acted& act = hal_.state().acted[i];
+    const bool acted = act.hold == 0;
+    const LiveClaim* holder = claims_.holder_of(i);
+    if (acted && state_ == GateState::armed && holder != nullptr &&
+        holder->plan.row_of(act).chunk != nullptr) {
       ramp.move();
       continue;
     }

@@ -69,8 +69,11 @@ void Gate::Core::on_joint_state(Bytes frame) {
   lease_due_ = true;
   hal_.note_heard(now_ns_);
   if (hal_.has_state() && joint_state_.tick == hal_.tick())
-    return repeat_verdicts();  // a repeat: the world waits
-  on_new_tick(joint_state_);
+    repeat_verdicts();  // a repeat: the world waits
+  else
+    on_new_tick(joint_state_);
+  // Of a latch: one state at standstill may be a motion that turns around.
+  if (!at_standstill(limits_, hal_.state())) good_states_ = 0;
 }
 
 // G013: ticks are periods. A state that claims more of them than can have passed would excuse

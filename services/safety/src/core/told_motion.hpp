@@ -1,6 +1,8 @@
 // A row's numbers as motions and poses, and the base's measured motion in the same terms.
 #pragma once
 
+#include <cmath>
+
 #include "fairlead_safety/kinematics.hpp"
 #include "row_view.hpp"
 
@@ -26,6 +28,16 @@ inline double told_velocity(const Limits& limits, const Setpoint& row, std::size
   if (joint != x && joint != y) return row[joint];
   const double cosine = std::cos(positions[yaw]), sine = std::sin(positions[yaw]);
   return joint == x ? cosine * row[x] + sine * row[y] : cosine * row[y] - sine * row[x];
+}
+
+/// How fast a joint can be told to go. A row of a base whose commands turn against its yaw is
+/// limited before it is turned: one slide may get what was told to both.
+inline double fastest_told(const Limits& limits, std::size_t joint) {
+  const BaseLimits& base = limits.base;
+  const auto& [x, y, yaw] = base.joints;
+  if (!base.present || !base.against_yaw || (joint != x && joint != y))
+    return limits.joints[joint].velocity_limit;
+  return std::hypot(limits.joints[x].velocity_limit, limits.joints[y].velocity_limit);
 }
 
 /// The measured twist of base_link's origin along its axes: the base's joints are two slides along

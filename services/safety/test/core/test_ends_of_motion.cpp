@@ -120,6 +120,21 @@ TEST_CASE("G043 a row that acts on after its claim ended is no reason to wait lo
   }
 }
 
+TEST_CASE("G043 a row of a claim that has ended is not permitted by the next claim of its parts") {
+  for (const bool lockstep : {false, true}) {
+    Driving rig(lockstep);
+    rig.release();
+    for (int i = 0; i < ramp_ticks; ++i) {
+      rig.act();
+      if (i == 0) rig.take_claim();
+    }
+    CHECK(rig.gate->state() == GateState::armed);
+    rig.act();
+    REQUIRE(rig.is_latched());
+    CHECK(rig.cause().find("G043 base base_x: 0.5") != std::string::npos);
+  }
+}
+
 TEST_CASE("G043 disarmed while moving: latched, with its mark of a clean exit taken back") {
   for (const bool lockstep : {false, true}) {
     Driving rig(lockstep);

@@ -3,6 +3,8 @@
 
 #include <doctest/doctest.h>
 
+#include <cmath>
+
 #include "row_judge.hpp"
 
 using namespace fairlead;
@@ -90,7 +92,7 @@ TEST_CASE("G021 joint torque: no row while a commanded joint is above its veloci
   for (const double speed : {just_above(1.5), just_below(-1.5), not_a_number}) {
     state.velocities[arm_1] = speed;
     CHECK(code(arm_1) == 21);
-    CHECK(code(arm_2) == 0);
+    CHECK(code(arm_2) == (std::isnan(speed) ? 31 : 0));  // nobody knows where it brakes
   }
 }
 

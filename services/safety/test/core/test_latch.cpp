@@ -130,6 +130,22 @@ TEST_CASE("a latch is reset by its id, at standstill, after ten good states, to 
   CHECK(rig.count(OutputKind::refusal) == 1);
 }
 
+TEST_CASE(
+    "a latch is reset after ten states at standstill: one may be a motion that turns around") {
+  GateRig rig = latched_rig();
+  rig.send_hal_status();
+  for (int i = 0; i < 9; ++i) rig.next_tick();
+  rig.velocities[arm_1] = 0.05;
+  rig.next_tick();
+  rig.velocities[arm_1] = 0.0;
+  for (int i = 0; i < 9; ++i) rig.next_tick();
+  rig.reset(rig.status().latch_id);
+  CHECK(rig.refusal().reason == "only 9 good joint states since the cause, 10 needed");
+  rig.next_tick();
+  rig.reset(rig.status().latch_id);
+  CHECK(rig.gate->state() == GateState::disarmed);
+}
+
 TEST_CASE("a latched gate lists stops, and leads through stopped when one is still held") {
   GateRig rig = latched_rig();
   rig.send_hal_status();

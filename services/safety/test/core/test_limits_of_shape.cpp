@@ -77,8 +77,9 @@ TEST_CASE("pairs are of two capsules of two links, in order, each once") {
   CHECK_FALSE(fault(max_capsules, max_capsules).empty());
   CHECK(fault_after([](Limits& l) { l.collision.capsules[0].link = 3; }) ==
         "collision.pairs[0]: expected capsules of two links, got 0 and 1 of one");
-  CHECK(fault_after([](Limits& l) { (void)l.collision.pairs.push_back({0, 1}); }) ==
-        "collision.pairs[1]: 0 and 1 are there twice");
+  CHECK(fault_after([](Limits& l) {
+          (void)l.collision.pairs.push_back({0, 1});
+        }) == "collision.pairs[1]: 0 and 1 are there twice");
   CHECK(fault_after([](Limits& l) {
           Capsule other = l.collision.capsules[0];
           other.link = 1;
@@ -127,11 +128,16 @@ TEST_CASE("joints without bounds are the base's, and zones bound them") {
         "base: expected zones for joint base_x, which has no bounds");
   CHECK(fault_after([](Limits& l) { l.base.joints[2] = base_y; }) ==
         "base: expected zones for joint base_yaw, which has no bounds");
-  CHECK(fault_after([](Limits& l) { l.base.joints = {base_y, base_x, base_yaw}; }) == "");
-  CHECK(fault_after([](Limits& l) { l.base.joints = {base_yaw, base_x, base_y}; }) ==
-        "base.joints: expected two that slide and one that turns, got base_yaw");
-  CHECK(fault_after([](Limits& l) { l.base.joints = {base_x, base_yaw, base_y}; }) ==
-        "base.joints: expected two that slide and one that turns, got base_yaw");
+  CHECK(fault_after([](Limits& l) {
+          l.base.joints = {base_y, base_x, base_yaw};
+          l.parts[base].modes.body_twist.supported = false;
+        }) == "");
+  CHECK(fault_after([](Limits& l) {
+          l.base.joints = {base_yaw, base_x, base_y};
+        }) == "base.joints: expected two that slide and one that turns, got base_yaw");
+  CHECK(fault_after([](Limits& l) {
+          l.base.joints = {base_x, base_yaw, base_y};
+        }) == "base.joints: expected two that slide and one that turns, got base_yaw");
   const auto two_armed = [](std::size_t x, std::size_t y, std::size_t yaw) {
     return fault_in(two_arms::limits(), [=](Limits& l) {
       l.base = wide_base(x, y, yaw);
@@ -143,10 +149,35 @@ TEST_CASE("joints without bounds are the base's, and zones bound them") {
   CHECK(two_armed(4, 0, 2) == "base.joints: no such joint");
 }
 
+TEST_CASE("a body twist is that of the base's own joints, on a flat floor") {
+  const std::string expected = ".modes.body_twist: expected a part of base.joints, in their order";
+  CHECK(fault_after([](Limits& l) {
+          l.base.joints = {base_y, base_x, base_yaw};
+        }) == "parts.base" + expected);
+  CHECK(fault_after([](Limits& l) {
+          l.parts[arm].modes.body_twist = l.parts[base].modes.body_twist;
+        }) == "parts.arm" + expected);
+  for (const std::size_t axis : {2U, 3U, 4U})
+    CHECK(fault_after([=](Limits& l) { l.parts[base].modes.body_twist.free_axes[axis] = true; }) ==
+          "parts.base.modes.body_twist.free_axes: expected none but 0, 1 and 5");
+  // One joint of the three that is another's.
+  const auto borrowed = [](std::size_t place, std::size_t other) {
+    return fault_after([=](Limits& l) {
+      for (const std::size_t j : {base_x, base_y, base_yaw}) l.joints[j].bounded = true;
+      for (const std::size_t j : {base_x, base_y, base_yaw}) l.joints[j].bounds = {-1, 1, 0.1};
+      l.base.joints[place] = other;
+    });
+  };
+  CHECK(borrowed(0, gripper_joint) == "parts.base" + expected);
+  CHECK(borrowed(1, gripper_joint) == "parts.base" + expected);
+  CHECK(borrowed(2, arm_1) == "parts.base" + expected);
+}
+
 TEST_CASE("a base has an axis it turns about, a time to react and a zone to be in") {
   for (const double bad : {unset, endless}) {
-    CHECK(fault_after([=](Limits& l) { l.base.yaw_axis = {0.0, bad}; }) ==
-          "base.yaw_axis: expected finite numbers");
+    CHECK(fault_after([=](Limits& l) {
+            l.base.yaw_axis = {0.0, bad};
+          }) == "base.yaw_axis: expected finite numbers");
     CHECK(fault_after([=](Limits& l) {
             l.base.reaction_s = bad;
           }).starts_with("base.reaction_s: expected a finite number above 0"));
@@ -160,8 +191,9 @@ TEST_CASE("a base has an axis it turns about, a time to react and a zone to be i
         "base.zones: a zone without a name");
   CHECK(fault_after([](Limits& l) { (void)l.base.zones.push_back(l.base.zones[0]); }) ==
         "base.zones: everywhere is there twice");
-  CHECK(fault_after(
-            [](Limits& l) { (void)l.base.zones.push_back({"pillar", true, square(1.0)}); }) == "");
+  CHECK(fault_after([](Limits& l) {
+          (void)l.base.zones.push_back({"pillar", true, square(1.0)});
+        }) == "");
   CHECK(fault_after([](Limits& l) { l.base.zones[0].corners[1][0] = unset; }) ==
         "base.zones.everywhere.corners[1]: expected finite numbers");
 }

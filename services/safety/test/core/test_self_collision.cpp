@@ -56,6 +56,21 @@ TEST_CASE("G032 where braking ends counts, too") {
   CHECK(slid(limits, slide_x, {0.05 + 3 * eps, 0.1 + 4 * eps}).evidence.row == 1);
 }
 
+TEST_CASE(
+    "G032 where braking ends counts beside fingers that move: those declare no deceleration") {
+  Limits limits = with_post();
+  limits.joints[slide_x].acceleration_limit = 5.0;
+  limits.joints[turn_x].acceleration_limit = limits.joints[turn_x].velocity_limit = unset;
+  (void)limits.kinematics.links.push_back(
+      link("finger", tool_link, LinkMotion::slide, turn_x, {0, 1, 0}, {0, 0, 0}));
+  MeasuredState state = at_rest();
+  for (const double speed : {0.0, 0.06, -0.06}) {
+    state.velocities[turn_x] = speed;
+    CHECK(slid(limits, slide_x, {0.05, 0.1 - eps}, state).evidence.ok());
+    CHECK(slid(limits, slide_x, {0.05 + 3 * eps, 0.1 + 4 * eps}, state).evidence.row == 1);
+  }
+}
+
 TEST_CASE("G032 what is too near already may leave or stay, not come nearer") {
   const Limits limits = with_post();
   CHECK(slid(limits, slide_x, {0.22}, at(slide_x, 0.22)).evidence.ok());

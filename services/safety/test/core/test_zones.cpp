@@ -96,6 +96,19 @@ TEST_CASE("G034 slides told against the yaw: x at a quarter turn drives towards 
   CHECK(drive(limits, slide(base_y, {1.0}), at(0, 0, half_pi)).evidence.ok());
 }
 
+TEST_CASE(
+    "G034 slides told against the yaw: one may get what was told to both, and brakes from it") {
+  // At 45 degrees a corner is 0.7071 m ahead; 1.4142 m/s for a row and the reaction: 0.2121 m.
+  const ChunkBuilder both =
+      ChunkBuilder().add(base, Mode::joint_velocity, {{1.0, 1.0, 0, 0, 0, 0}}, {base_x, base_y});
+  for (const double right : {0.90, 0.93}) {
+    Limits limits = hall(right);
+    limits.base.against_yaw = true;
+    for (const std::size_t j : {base_x, base_y}) limits.joints[j].velocity_limit = 1.0;
+    CHECK(drive(limits, both, at(0, 0, 0.7854)).evidence.code == (right < 0.919 ? 34 : 0));
+  }
+}
+
 TEST_CASE("G021 a base told against its yaw goes on at what its slides are measured to do") {
   const double half_pi = std::acos(0.0);
   Limits limits = hall(9.0);

@@ -62,8 +62,11 @@ TEST_CASE("the committed simulator profile loads with the values it states") {
 }
 
 TEST_CASE("the steps of a part are filed under the robot's joints, in the part's order") {
-  const std::string text = replaced(panda_mobile(), "\"base_x\",\n        \"base_y\"",
-                                    "\"base_y\",\n        \"base_x\"");
+  const auto swapped = [](const std::string& text, const std::string& indent) {
+    return replaced(text, "[\n" + indent + "\"base_x\",\n" + indent + "\"base_y\"",
+                    "[\n" + indent + "\"base_y\",\n" + indent + "\"base_x\"");
+  };
+  const std::string text = swapped(swapped(panda_mobile(), "        "), "      ");
   const std::string marked = replaced(text, "[2.0, 2.0, 3.0]", "[1.25, 2.0, 3.0]");
   const auto limits = parse_limits(marked);
   const auto& steps = limits->parts[2].modes.joint_velocity.step_limit;

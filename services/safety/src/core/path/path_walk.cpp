@@ -106,7 +106,7 @@ Evidence PathWalk::check_shapes(const Branch& branch, const Braking& braking, Sh
   evidence =
       check_way({0.0, branch.before, shapes.slack}, here,
                 straight(branch.before, branch.now, plan_.limits.measured_count()), look, bound);
-  if (evidence.ok() && here.slack < stopping) {
+  if (evidence.ok() && !(here.slack >= stopping)) {  // where it is no number, too
     here.share = 0.0;
     WayPoint rest{1.0, braking.end(), 0.0};
     evidence = look(rest.joints, stopping, rest.slack);

@@ -99,7 +99,7 @@ Evidence Prediction::apply(const Command& command, std::size_t index) {
 // No joint is faster than its limit: of a row that asks for more, the controller makes less. In
 // the first row it may still be as fast as it is measured, if that is the same way.
 void Prediction::note_speed(Branch& branch, std::size_t joint, double change) const {
-  const double limit = plan_.limits.joints[joint].velocity_limit;
+  const double limit = fastest_told(plan_.limits, joint);
   const double told = change / plan_.period_s;
   double speed = told > limit ? limit : told < -limit ? -limit : told;
   const double measured = state_.velocities[joint];

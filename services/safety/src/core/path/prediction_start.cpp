@@ -44,15 +44,18 @@ void Prediction::include_companions() {
   branch_count_ *= 2;
 }
 
-// A joint that nothing commands stays; one that is measured to move brakes from there.
+// A joint that nothing commands stays; one that is measured to move brakes from there. A gripper's
+// declares no deceleration: its fingers stay where they are measured.
 void Prediction::start_still() {
   Branch& first = branches_[0];
   for (std::size_t j = 0; j < state_.count; ++j) {
     first.now[j] = state_.positions[j];
     first.speed[j] = 0.0;
     if (j >= plan_.limits.joints.size()) continue;
+    const JointLimits& joint = plan_.limits.joints[j];
     const double speed = state_.velocities[j];
-    if (std::abs(speed) < plan_.limits.joints[j].standstill_velocity) continue;
+    if (std::isnan(joint.acceleration_limit) || std::abs(speed) < joint.standstill_velocity)
+      continue;
     first.speed[j] = speed;
     moving_ |= only(j);
   }
