@@ -3,6 +3,8 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
+
 #include "free_arm.hpp"
 
 using namespace fairlead;
@@ -79,6 +81,20 @@ TEST_CASE("G032 what is too near already may leave or stay, not come nearer") {
   CHECK(slid(limits, slide_x, {0.21, 0.215}, at(slide_x, 0.22)).evidence.row == 1);
 }
 
+TEST_CASE("G032 realtime: what the row that acts leads out of, the next one may not enter again") {
+  const Limits limits = with_post();
+  ChunkBuilder acts = one_joint(Mode::joint_position, slide_x, {0.19});
+  RowBefore before{&acts.chunk, 0};
+  before.measured = false;
+  const auto code_of = [&](double target) {
+    return free_arm::judge(limits, one_joint(Mode::joint_position, slide_x, {target}).chunk,
+                           at(slide_x, 0.22), before)
+        .evidence.code;
+  };
+  CHECK(code_of(0.2 - eps) == 0);
+  CHECK(code_of(0.21) == 32);  // nearer than 0.19, though not than what is measured
+}
+
 TEST_CASE("G032 nothing is jumped over between two rows") {
   Limits limits = with_post(0.001);
   limits.collision.capsules[0].radius = limits.collision.capsules[1].radius = 0.005;
@@ -88,6 +104,22 @@ TEST_CASE("G032 nothing is jumped over between two rows") {
   CHECK(slid(limits, turn_z, {0.2}, at(slide_y, 0.1)).evidence.ok());
   limits.collision.capsules[0].a = {0.7, 0.07, 0.3};  // in the way of the turn about z
   limits.collision.capsules[0].b = {0.7, 0.07, 0.7};
+  CHECK(slid(limits, turn_z, {0.2}).evidence.code == 32);
+}
+
+TEST_CASE("G032 nothing is jumped over by what hangs on a slide without bounds") {
+  Limits limits = with_post(0.001);
+  limits.collision.capsules[0] = {0, {0.7, 0.07, 0.3}, {0.7, 0.07, 0.7}, 0.005};
+  limits.collision.capsules[1].radius = 0.005;
+  CHECK(slid(limits, turn_z, {0.2}).evidence.code == 32);
+  limits.joints[slide_x].bounded = false;
+  CHECK(slid(limits, turn_z, {0.2}).evidence.code == 32);
+  // A short link beside it, on the same turning one, does not hide how far the other reaches.
+  auto& links = limits.kinematics.links;
+  (void)links.push_back(link("flag", 1, LinkMotion::turn, turn_x, {1, 0, 0}, {0, 0, 0}));
+  std::rotate(links.begin() + 2, links.end() - 1, links.end());
+  for (std::size_t i = 3; i < links.size(); ++i) links[i].parent += i == 3 ? 0 : 1;
+  limits.parts[arm].tool = limits.collision.capsules[1].link = tool_link + 1;
   CHECK(slid(limits, turn_z, {0.2}).evidence.code == 32);
 }
 

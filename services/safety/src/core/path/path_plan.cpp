@@ -125,10 +125,12 @@ void add_tools(PathPlan& plan) {
   }
 }
 
-// How far the position of a slide can take what it carries.
+// How far the position of a slide can take what it carries [m]. One without bounds: further than
+// anything is looked at; a number all the same, or what is beside it would take its place.
 double travel(const Limits& limits, std::size_t joint) {
+  constexpr double endless = 1e6;
   const bool commanded = joint < limits.joints.size();
-  if (commanded && !limits.joints[joint].bounded) return unset;
+  if (commanded && !limits.joints[joint].bounded) return endless;
   const Bounds& bounds = commanded ? limits.joints[joint].bounds
                                    : limits.passive_joints[joint - limits.joints.size()].bounds;
   return std::max(std::abs(bounds.lower), std::abs(bounds.upper)) + bounds.tolerance;
