@@ -10,6 +10,7 @@ from functools import partial
 from pathlib import Path
 
 from fairlead.errors import RefusedError
+from tests.faults.failing_disk import DiskStage
 from tests.faults.live_stage import SKILL, LiveStage
 from tests.faults.machine_stage import MachineStage
 from tests.faults.row import Row, Shot
@@ -19,6 +20,7 @@ from tests.system.live_robot import wait_for
 HOUR_S = 3600
 WATCHED_NS = 10**9
 FSYNC_MS = 2000
+READ_ONLY = "Read-only file system"
 
 
 def wall_clock(robot: MachineStage) -> Shot:
@@ -94,6 +96,23 @@ def fill(file: Path) -> None:
             return
 
 
+def read_only_disk(stage: DiskStage) -> Shot:
+    """The disk fails in motion; then an operator's stop, which cannot be written down either."""
+    with stage.robot() as (robot, disk):
+        goal = robot.start_moving()
+        failed_ns = time.monotonic_ns()
+        disk.fail()
+        ticks = robot.no_hold_between(failed_ns, failed_ns + 2 * WATCHED_NS)
+        log = robot.supervisor.state_dir / "logs" / "safety.log"
+        wait_for(lambda: READ_ONLY in log.read_text(), "the gate says that its disk is read-only")
+        said = next(line for line in log.read_text().splitlines() if READ_ONLY in line)
+        injected_ns = time.monotonic_ns()
+        robot.client.stop("test")
+        shot = robot.hold_shot(injected_ns, f"{ticks} ticks, none held; {said}")
+        robot.ended(goal)
+        return shot
+
+
 def slow_disk(robot: MachineStage) -> Shot:
     """A stop while every fsync takes seconds: it is said before it is written down."""
     goal = robot.start_moving()
@@ -133,6 +152,9 @@ ROWS = (
         "the refusal"),
     Row(32, "disk of gate and runner full", f"{NO_EFFECT}; the gate's log says so", None,
         "machine", full_disk),
+    Row(32, "disk of gate and runner read-only, then a stop",
+        f"{NO_EFFECT}, the gate's log says so; the stop stops", STOP_MS, "disk", read_only_disk,
+        "operator's first message to the hold, HAL log", 5),
     Row(32, f"stop while each fsync takes {FSYNC_MS / 1e3:g} s", "stops", STOP_MS, "machine",
         slow_disk, "operator's first message to the hold, HAL log", 5),
     Row(33, "a reader that takes 0.2 s a message, then hangs", NO_EFFECT, None, "robot",

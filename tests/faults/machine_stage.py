@@ -8,7 +8,7 @@ import struct
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -18,7 +18,7 @@ from tests.faults.row import NotHereError
 
 MACHINE_FILE = "FAIRLEAD_TEST_MACHINE"
 SMALL_DISK = "8m"
-ON_SMALL_DISK = ("safety", "runner")
+ON_OTHER_DISK = ("safety", "runner")
 
 
 class MachineStage(LiveStage):
@@ -54,6 +54,20 @@ def _variables(file: Path) -> dict[str, str]:
     return {"LD_PRELOAD": str(file.with_suffix(".so")), MACHINE_FILE: str(file)}
 
 
+def with_state_on(disk: Path) -> Callable[[str, list[str]], list[str]]:
+    """Changes the words that start gate and runner: they write to that disk."""
+
+    def command(service: str, words: list[str]) -> list[str]:
+        if service not in ON_OTHER_DISK:
+            return words
+        own = disk / service
+        own.mkdir(exist_ok=True)
+        at = words.index("--state-dir") + 1
+        return [*words[:at], str(own), *words[at + 1 :]]
+
+    return command
+
+
 @contextmanager
 def machine_stage(folder: Path) -> Iterator[MachineStage]:
     """All services, with a copy of the robots, on a small disk and under the preload library."""
@@ -66,13 +80,11 @@ def machine_stage(folder: Path) -> Iterator[MachineStage]:
     disk.mkdir()
     variables = {**_variables(file), "FAIRLEAD_ROOT": str(tree)}
 
+    on_disk = with_state_on(disk)
+
     def command(service: str, words: list[str]) -> list[str]:
         moved = [word.replace(f"{repo_root()}/robots", f"{tree}/robots") for word in words]
-        if service in ON_SMALL_DISK:
-            at = moved.index("--state-dir") + 1
-            moved[at] = str(disk / service)
-            Path(moved[at]).mkdir(exist_ok=True)
-        return moved
+        return on_disk(service, moved)
 
     with _small_disk(disk), live_stage(folder, Changes("realtime", {"": variables}, command)) as r:
         stage = MachineStage(r.robot)

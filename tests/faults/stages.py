@@ -7,6 +7,7 @@ from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
 
+from tests.faults.failing_disk import disk_stage
 from tests.faults.faulty_stage import faulty_stage
 from tests.faults.gate_stage import gate_stage
 from tests.faults.life_faults import order_stage, soak_stage
@@ -20,6 +21,7 @@ STAGES: Mapping[str, Callable[[Path], AbstractContextManager[Any]]] = {
     "orders": order_stage,
     "soak": soak_stage,
     "machine": machine_stage,
+    "disk": disk_stage,
     "faulty": faulty_stage,
     "routed": routed_stage,
 }
