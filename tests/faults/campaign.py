@@ -36,7 +36,7 @@ class RowResult:
     measured_ms: list[float] = field(default_factory=list)
     control_ms: list[float] = field(default_factory=list)
     tick_ms: list[float] = field(default_factory=list)
-    also_ms: list[float] = field(default_factory=list)
+    also: list[float] = field(default_factory=list)
     counted: int = 0
     machine_late: int = 0
     failures: list[str] = field(default_factory=list)
@@ -67,8 +67,8 @@ class RowResult:
             self.measured_ms.append(measured)
         if shot.tick_ms is not None:
             self.tick_ms.append(shot.tick_ms)
-        if shot.also_ms is not None:
-            self.also_ms.append(shot.also_ms)
+        if shot.also is not None:
+            self.also.append(shot.also)
 
     def entry(self) -> dict[str, Any]:
         """As data."""
@@ -77,8 +77,8 @@ class RowResult:
             "bound_ms": self.row.bound_ms, "measures": self.row.measures,
             "n": self.counted, "machine_late": self.machine_late,
             "p50_ms": _middle(self.measured_ms), "max_ms": max(self.measured_ms, default=None),
-            "also": self.row.also, "also_p50_ms": _middle(self.also_ms),
-            "also_max_ms": max(self.also_ms, default=None),
+            "also": self.row.also, "also_p50": _middle(self.also),
+            "also_max": max(self.also, default=None),
             "control_p50_ms": _middle(self.control_ms),
             "control_max_ms": max(self.control_ms, default=None),
             "tick_max_ms": max(self.tick_ms, default=None),

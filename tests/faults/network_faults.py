@@ -109,7 +109,7 @@ def dark_leases(rule: Callable[[float], Rule], robot: RoutedStage) -> Shot:
     after = {v for line in lines if line.stamp_ns > held.stamp_ns for v in line.verdicts}
     assert not before & after, "rows from before the hold acted after it"
     note = f"went on under {len(after)} new verdicts"
-    return Shot(lapsed_ms, injected_ns, ended_ns, tick_ms, note, also_ms=held_ms)
+    return Shot(lapsed_ms, injected_ns, ended_ns, tick_ms, note, also=held_ms)
 
 
 def _first(lines: list[MotionLine], what: str) -> MotionLine:

@@ -102,7 +102,7 @@ def _line(entry: Entry) -> str:
     timed = entry["p50_ms"] is not None
     measures = entry["measures"] if timed else ""
     if entry.get("also"):
-        measures += f"; {entry['also']}: {_ms(entry['also_p50_ms'])} / {_ms(entry['also_max_ms'])}"
+        measures += f"; {entry['also']}: {_ms(entry['also_p50'])} / {_ms(entry['also_max'])}"
     cells = [
         str(entry["row"]), entry["fault"], entry["outcome"],
         measures, _ms(entry["bound_ms"]), f"{entry['n']}{late}",

@@ -29,7 +29,7 @@ class Shot:
     began_ns, ended_ns: CLOCK_MONOTONIC around it, for the control measurement.
     tick_ms: the longest undisturbed tick of the robot's HAL just before; None: no HAL of ours.
     note: what else was seen, for the reader of the log.
-    also_ms: a second time, of the row's `also`; it has no bound.
+    also: a second number, what the row's `also` says; it has no bound.
     """
 
     measured_ms: float | None
@@ -37,7 +37,7 @@ class Shot:
     ended_ns: int
     tick_ms: float | None = None
     note: str = ""
-    also_ms: float | None = None
+    also: float | None = None
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class Row:
     stage: which robot it is done to, see `tests.faults.stages`.
     inject: does it once, asserts the outcome.
     injections: if neither 5 nor 20 are right.
-    also: what a second time is, in the same words.
+    also: what a second number is, in words.
     """
 
     number: int

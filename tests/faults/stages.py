@@ -7,6 +7,7 @@ from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
 
+from tests.faults.camera_stage import camera_stage
 from tests.faults.failing_disk import disk_stage
 from tests.faults.faulty_stage import faulty_stage
 from tests.faults.gate_stage import gate_stage
@@ -22,6 +23,7 @@ STAGES: Mapping[str, Callable[[Path], AbstractContextManager[Any]]] = {
     "soak": soak_stage,
     "machine": machine_stage,
     "disk": disk_stage,
+    "cameras": camera_stage,
     "faulty": faulty_stage,
     "routed": routed_stage,
 }

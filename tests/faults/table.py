@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from tests.faults import (
+    camera_faults,
     creeping_faults,
     frame_faults,
     life_faults,
@@ -28,6 +29,7 @@ _FAMILIES = (
     stop_faults,
     machine_faults,
     life_faults,
+    camera_faults,
 )
 ROWS: tuple[Row, ...] = tuple(
     sorted((row for family in _FAMILIES for row in family.ROWS), key=lambda row: row.number)

@@ -32,7 +32,7 @@ def campaign(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Campaign]:
 
 def in_order_of_stages() -> list[Row]:
     """So that each stage opens once."""
-    chosen = [row for row in ROWS if row.number in SHORT]
+    chosen = [row for row in ROWS if row.number in SHORT and row.stage != "cameras"]
     return sorted(chosen, key=lambda row: row.stage)
 
 

@@ -1,0 +1,38 @@
+"""Rows that are also done while the real simulator renders its cameras."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+
+from tests.faults.camera_stage import CAMERAS, CameraStage
+from tests.faults.live_stage import LiveStage
+from tests.faults.process_faults import kill_gate, kill_runner
+from tests.faults.row import MachineLateError, Row, Shot
+from tests.faults.stop_faults import FROM_PUT, STOP_MS, operator_stop
+
+BEFORE_NS = 600_000_000
+RENDERING = f", {len(CAMERAS)} cameras rendering"
+
+
+def rendering(inject: Callable[[LiveStage], Shot], robot: CameraStage) -> Shot:
+    """The fault, and how many pictures came just before it and until the hold."""
+    shot = inject(robot)
+    rate = robot.frames_a_second(shot.began_ns - BEFORE_NS, shot.ended_ns)
+    if not rate:
+        raise MachineLateError("no picture came just before")
+    return replace(shot, also=rate)
+
+
+ROWS = tuple(
+    Row(number, fault + RENDERING, outcome, bound_ms, "cameras", partial(rendering, inject),
+        measures, also="pictures a second, p50 / max")
+    for number, fault, outcome, bound_ms, inject, measures in (
+        (1, "gate killed", "HAL holds; the gate boots latched", 150, kill_gate,
+         "to the hold, HAL log"),
+        (4, "runner killed in mid-chunk", "rows end with its heartbeat", 550, kill_runner,
+         "to the hold, HAL log"),
+        (26, "operator stop in motion", "stops", STOP_MS, operator_stop, FROM_PUT),
+    )
+)  # fmt: skip

@@ -1,0 +1,53 @@
+"""The real simulator, which renders cameras while faults are done to its robot."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from fairlead.operate.scratch_robot import ScratchRobot
+from fairlead.wire.bus import Sample
+from tests.faults.live_stage import LiveStage, live_stage
+from tests.faults.row import NotHereError
+from tests.hal.rendering import CAN_RENDER
+from tests.system.live_robot import wait_for
+
+CAMERAS = ("robot0_agentview_left", "robot0_agentview_right", "robot0_eye_in_hand")
+SIZE_PX, PERIOD_TICKS = 256, 4
+SIMULATOR = {
+    "cameras": [
+        {"name": name, "width": SIZE_PX, "height": SIZE_PX, "period_ticks": PERIOD_TICKS}
+        for name in CAMERAS
+    ],
+}
+
+
+class CameraStage(LiveStage):
+    """frame_stamps: CLOCK_MONOTONIC of each picture that came [ns]."""
+
+    def __init__(self, robot: ScratchRobot) -> None:
+        self.frame_stamps: list[int] = []
+        super().__init__(robot)
+        for name in CAMERAS:
+            self.client.bus.subscribe(self.client.keys.camera(name), self._on_frame)
+
+    def _on_frame(self, sample: Sample) -> None:
+        self.frame_stamps.append(time.monotonic_ns())
+
+    def frames_a_second(self, began_ns: int, ended_ns: int) -> float:
+        """Pictures of all cameras together, in a stretch of time."""
+        count = sum(began_ns <= stamp <= ended_ns for stamp in list(self.frame_stamps))
+        return count / ((ended_ns - began_ns) / 1e9)
+
+
+@contextmanager
+def camera_stage(folder: Path) -> Iterator[CameraStage]:
+    """All services around the simulator, cameras on."""
+    if not CAN_RENDER:
+        raise NotHereError("no rendering library on this machine")
+    with live_stage(folder, hal=SIMULATOR) as robot:
+        stage = CameraStage(robot.robot)
+        wait_for(lambda: bool(stage.frame_stamps), "the first picture", 120.0)
+        yield stage
