@@ -55,7 +55,7 @@ class RowResult:
         self.control_ms += control_ms
         bound, measured = self.row.bound_ms, shot.measured_ms
         if bound is not None and measured is not None and measured > bound:
-            if measured - bound <= max(control_ms):
+            if self.row.excused and measured - bound <= max(control_ms):
                 self.machine_late += 1
                 return
             self.failures.append(

@@ -29,3 +29,13 @@ def every_row_was_judged_for_its_tick(robot: LiveRobot) -> None:
                 assert line.tick == robot.first_ticks[verdict] + row
                 checked += 1
     assert checked > 0
+
+
+def no_old_row_acts(robot: LiveRobot, woken_ns: int) -> None:
+    """After something slept, no verdict acts that had acted before it woke."""
+    lines = robot.motion.read()
+    old = {v for line in lines if line.stamp_ns < woken_ns for v in line.verdicts}
+    assert old, "nothing had acted before"
+    for line in lines:
+        if line.stamp_ns >= woken_ns:
+            assert not line.verdicts & old, "a row from before the sleep acted after it"
