@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import struct
 import subprocess
 from pathlib import Path
@@ -12,6 +13,7 @@ from fairlead.paths import gate_config, repo_root
 from tests.explorer.gate_port import EventKind, GateOutput, OutputKind
 
 TOOL = "fairlead-safety-core-stdio"
+LOGS = "FAIRLEAD_EXPLORER_LOGS"  # a folder that keeps the decision log of every run
 BOOT = 255
 EVENTS: dict[EventKind, int] = {kind: number for number, kind in enumerate(get_args(EventKind))}
 OUTPUTS: dict[int, OutputKind] = {
@@ -47,6 +49,8 @@ class RealGate:
     def __init__(self, seed: int, restarted: bool = False, config: Path | None = None) -> None:
         file = config or gate_config("panda_mobile", "sim")
         command = [str(core_binary()), "--config", str(file), "--seed", str(seed)]
+        if LOGS in os.environ:
+            command += ["--decision-log", os.environ[LOGS]]
         self._child = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
         self.boot(restarted)
 

@@ -1,9 +1,10 @@
 // The real gate core behind stdin and stdout, so that a test can drive it step by step with
 // its own time and its own losses. No Zenoh, no clock, no disk.
 //
-//   fairlead-safety-core-stdio --config robots/R/gate.sim.json [--seed N]
+//   fairlead-safety-core-stdio --config robots/R/gate.sim.json [--seed N] [--decision-log DIR]
 //
 // Ids come from a generator seeded with N (default 1): the same input gives the same output.
+// Every event is recorded in DIR, if one is named, as the gate's process does: docs/receipts.md.
 // Everything is little-endian; one answer per event, flushed at once; end of input ends it.
 //
 //   event:  u8 kind, u64 now_ns, u32 length + source, u32 length + payload
@@ -22,6 +23,7 @@
 #include <vector>
 
 #include "config_loader.hpp"
+#include "decisions/step_log.hpp"
 #include "fairlead_safety/gate.hpp"
 #include "refusal.hpp"
 
@@ -89,8 +91,9 @@ fairlead::BootInfo boot_info(const std::vector<std::uint8_t>& payload) {
   return info;
 }
 
-void run(const fairlead::Limits& limits, std::uint64_t seed) {
-  SeededIds ids(seed);
+void run(const fairlead::Limits& limits, std::uint64_t seed, fairlead::StepLog& log) {
+  SeededIds seeded(seed);
+  fairlead::DrawnIds ids(seeded);
   auto gate = std::make_unique<fairlead::Gate>(limits, ids);
   const auto outputs = std::make_unique<fairlead::Outputs>();
   std::uint8_t kind = 0;
@@ -100,7 +103,9 @@ void run(const fairlead::Limits& limits, std::uint64_t seed) {
   while (read_number(kind) && read_number(now_ns) && read_bytes(source) && read_bytes(payload)) {
     if (kind == boot_kind) {
       gate = std::make_unique<fairlead::Gate>(limits, ids);
-      gate->boot(now_ns, boot_info(payload), *outputs);
+      const fairlead::BootInfo info = boot_info(payload);
+      gate->boot(now_ns, info, *outputs);
+      log.boot(now_ns, info, ids, *outputs);
     } else {
       fairlead::Event event;
       event.kind = static_cast<fairlead::EventKind>(kind);
@@ -108,6 +113,7 @@ void run(const fairlead::Limits& limits, std::uint64_t seed) {
       event.payload = payload;
       event.received_ns = now_ns;
       gate->step(now_ns, event, *outputs);
+      log.step(now_ns, event, ids, *outputs);
     }
     answer(*outputs);
   }
@@ -117,13 +123,17 @@ void run(const fairlead::Limits& limits, std::uint64_t seed) {
 
 int main(int argc, char** argv) {
   std::string config;
+  std::string log_folder;
   std::uint64_t seed = 1;
   for (int i = 1; i + 1 < argc; i += 2) {
     if (std::strcmp(argv[i], "--config") == 0) config = argv[i + 1];
+    if (std::strcmp(argv[i], "--decision-log") == 0) log_folder = argv[i + 1];
     if (std::strcmp(argv[i], "--seed") == 0) seed = std::strtoull(argv[i + 1], nullptr, 10);
   }
   try {
-    run(*fairlead::load_limits(config), seed);
+    const auto limits = fairlead::load_limits(config);
+    fairlead::StepLog log(log_folder, *limits, config);
+    run(*limits, seed, log);
   } catch (const std::exception& refusal) {
     std::fprintf(stderr, "ERROR fairlead-safety-core-stdio: %s\n", refusal.what());
     return 2;

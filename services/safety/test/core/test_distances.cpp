@@ -49,6 +49,17 @@ TEST_CASE("segments: parallel, on one line, almost parallel") {
     CHECK(segment_distance(along_x, {{0, -tilt, 0}, {1, tilt, 0}}) < 1e-7);
 }
 
+TEST_CASE("segments whose directions differ by a ten-millionth still cross in the middle") {
+  const Segment along_x{{0, 0, 0}, {1, 0, 0}};
+  CHECK(segment_distance(along_x, {{0, -6e-8, 0}, {1, 6e-8, 0}}) < 5e-9);
+}
+
+TEST_CASE("segments: what counts as parallel does not depend on their lengths") {
+  // A millimetre crosses a metre at its middle, at an angle of 0.04.
+  check_distance({{0, 0, 0}, {1, 0, 0}}, {{0.4995, -0.00002, 0}, {0.5005, 0.00002, 0}}, 0.0);
+  check_distance({{0, 0, 0}, {1000, 0, 0}}, {{0, -20, 0}, {1000, 20, 0}}, 0.0);
+}
+
 TEST_CASE("segments that are points") {
   const Segment point{{1, 2, 3}, {1, 2, 3}};
   check_distance(point, {{1, 2, 5}, {1, 2, 5}}, 2.0);
@@ -85,6 +96,21 @@ TEST_CASE("a segment and a box: beside a face, an edge and a corner, and passing
   check({2, 1, 1}, {1, 3, 1}, 1.0 / std::sqrt(5.0) * 0.0 + std::hypot(0.4, 0.2));
   check({-3, 1, -1}, {4, 1, -1}, 1.0);
   check({1, 1, 1}, {2, 1, 1}, 0.0);  // touches a face
+}
+
+TEST_CASE("a plate without thickness is a box") {
+  const Box plate{{0, 0, 1}, {1, 2, 1}};
+  CHECK(box_distance({{0.5, 1, 1.25}, {0.5, 1, 1.25}}, plate) == 0.25);
+  CHECK(box_distance({{0.5, 1, 0.5}, {0.5, 1, -3}}, plate) == 0.5);
+  CHECK(std::isnan(box_distance({{0.5, 1, 0.5}, {0.5, 1, -3}}, {{0, 0, 1}, {1, 2, 0.5}})));
+}
+
+TEST_CASE("a segment that only falls towards a box, or only rises, is nearest at its end") {
+  const Box box{{0, 0, 0}, {1, 2, 3}};
+  CHECK(box_distance({{4, 1, 1}, {2, 1, 1}}, box) == 1.0);
+  CHECK(box_distance({{2, 1, 1}, {4, 1, 1}}, box) == 1.0);
+  CHECK(box_distance({{4, 6, 3}, {4, 6, 3}}, box) == 5.0);      // beside an edge, a point: 3 and 4
+  CHECK(box_distance({{1.5, 0, 0}, {1.5, 0, 3}}, box) == 0.5);  // along a face, at every share
 }
 
 TEST_CASE("a segment that reaches into a box lies as deep as its nearest way out") {

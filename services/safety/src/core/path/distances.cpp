@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "fairlead_safety/geometry_limits.hpp"
 
@@ -12,12 +13,11 @@ namespace {
 // misses is below a ten-millionth of their length.
 constexpr double parallel = 1e-14;
 
-double within_one(double share) { return share < 0.0 ? 0.0 : share > 1.0 ? 1.0 : share; }
+double within_one(double share) { return std::clamp(share, 0.0, 1.0); }
 
 // How far a coordinate lies outside its range, signed; what compares with nothing is nowhere.
 double beyond(double x, double lower, double upper) {
-  if (x <= upper && x >= lower) return 0.0;
-  return x > upper ? x - upper : x < lower ? x - lower : unset;
+  return std::max(x - upper, 0.0) + std::min(x - lower, 0.0);
 }
 
 Eigen::Vector3d outside(const Eigen::Vector3d& point, const Box& box) {
@@ -27,7 +27,8 @@ Eigen::Vector3d outside(const Eigen::Vector3d& point, const Box& box) {
 }
 
 // The square of the distance from the box is convex along a segment, its slope linear between the
-// shares at which a coordinate crosses a face: the lowest point lies where the slope changes sign.
+// shares at which a coordinate crosses a face: the lowest point lies where the slope changes sign,
+// or at an end.
 double lowest_share(const Segment& segment, const Box& box) {
   const Eigen::Vector3d along = segment.b - segment.a;
   const auto slope = [&](double share) {
@@ -35,18 +36,18 @@ double lowest_share(const Segment& segment, const Box& box) {
   };
   double low = 0.0, high = 1.0;
   double slope_low = slope(low), slope_high = slope(high);
-  if (slope_low >= 0.0) return low;
-  if (slope_high <= 0.0) return high;
   for (Eigen::Index i = 0; i < 3; ++i) {
     for (const double face : {box.lower[i], box.upper[i]}) {
-      const double share = (face - segment.a[i]) / along[i];
-      if (!(share > low && share < high)) continue;
+      // Along a face the segment crosses it nowhere, or everywhere: the low end will do.
+      const double share = std::fmin(std::fmax((face - segment.a[i]) / along[i], low), high);
       const double here = slope(share);
-      (here < 0.0 ? low : high) = share;
-      (here < 0.0 ? slope_low : slope_high) = here;
+      const bool falls = std::signbit(here);
+      (falls ? low : high) = share;
+      (falls ? slope_low : slope_high) = here;
     }
   }
-  return low + (high - low) * slope_low / (slope_low - slope_high);
+  const double rise = std::max(slope_high - slope_low, std::numeric_limits<double>::min());
+  return low + (high - low) * within_one(-slope_low / rise);
 }
 
 // How deep a segment lies behind the face it is nearest to have left: negative.
@@ -66,10 +67,11 @@ double segment_distance(const Segment& one, const Segment& other) {
   const double a = d1.squaredNorm(), e = d2.squaredNorm();
   const double b = d1.dot(d2), c = d1.dot(from), f = d2.dot(from);
   const double turned = a * e - b * b;
-  double s = turned > parallel * a * e ? within_one((b * f - c * e) / turned) : 0.0;
-  const double t = e > 0.0 ? within_one((b * s + f) / e) : 0.0;
+  double s{}, t{};  // where any will do: of parallel ones, of points
+  if (turned > parallel * a * e) s = within_one((b * f - c * e) / turned);
+  if (e > 0.0) t = within_one((b * s + f) / e);
   // For the point found on the other one, the nearest of this one.
-  s = a > 0.0 ? within_one((b * t - c) / a) : 0.0;
+  if (a > 0.0) s = within_one((b * t - c) / a);
   return (from + s * d1 - t * d2).norm();
 }
 

@@ -1,0 +1,107 @@
+"""``python -m tests.days``: records the days of services/safety/test/corpus anew."""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import json
+import sys
+import tempfile
+from pathlib import Path
+
+from fairlead.paths import repo_root
+from tests.days.choice import choose
+from tests.days.day import Day, read_day
+from tests.days.decision_log import END, HEADER, LogRecord, config_text, read_log, write_log
+from tests.days.runs import run_everything
+
+CORPUS = repo_root() / "services/safety/test/corpus"
+MOST_BYTES = {"panda_mobile": 900_000, "panda": 400_000, "dual_panda": 500_000}
+DAY_BYTES = 90_000
+DEMO_BYTES = 400_000
+
+
+def main() -> int:
+    """Record, choose, write; 1 if a robot has no day."""
+    chosen = _arguments().parse_args()
+    with tempfile.TemporaryDirectory(prefix="fairlead-days-") as made:
+        folder = chosen.logs or Path(made)
+        if not chosen.choose:
+            run_everything(folder)
+        return _write(folder)
+
+
+def _write(folder: Path) -> int:
+    missing = 0
+    CORPUS.mkdir(exist_ok=True)
+    logs = sorted(folder.rglob("*.decisions"))
+    for robot, most_bytes in MOST_BYTES.items():
+        text = (repo_root() / f"robots/{robot}/gate.sim.json").read_text(encoding="utf-8")
+        days = list(_days(logs, folder, text))
+        if not days:
+            print(f"days: no log under {folder} is of {robot} as it is now", file=sys.stderr)
+            missing = 1
+            continue
+        demo = [day for day in days if day.name.startswith("demo/")]
+        kept = choose(days, demo, most_bytes)
+        _write_robot(robot, text, kept)
+        shown = len(frozenset().union(*(day.shows for day in kept)))
+        most = len(frozenset().union(*(day.shows for day in days)))
+        steps = sum(len(day.records) for day in kept)
+        print(f"{robot}: {len(kept)} of {len(days)} days, {steps} steps, {shown} of {most} kinds")
+    return missing
+
+
+def _days(logs: list[Path], folder: Path, text: str) -> list[Day]:
+    days = []
+    known: set[str] = set()
+    for log in logs:
+        name = str(log.relative_to(folder))
+        records = read_log(log)
+        if not records or config_text(records) != text:
+            continue
+        most = DEMO_BYTES if name.startswith("demo/") else DAY_BYTES
+        day = read_day(log, name, text, most)
+        if day is not None and (mark := _mark(day)) not in known:
+            known.add(mark)
+            days.append(day)
+    return days
+
+
+def _mark(day: Day) -> str:
+    return hashlib.sha256(b"".join(record.frame for record in day.records)).hexdigest()
+
+
+def _write_robot(robot: str, text: str, days: list[Day]) -> None:
+    header = {
+        "robot": robot,
+        "profile": "sim",
+        "gate": "",
+        "started": "",
+        "config_file": f"robots/{robot}/gate.sim.json",
+        "config": text,
+    }
+    records = [LogRecord(HEADER, json.dumps(header).encode())]
+    for day in days:
+        records += day.records
+    records.append(LogRecord(END, f"{len(days)} recorded days".encode()))
+    write_log(CORPUS / f"{robot}.decisions", records)
+    names = "".join(f"{day.name}\n" for day in days)
+    (CORPUS / f"{robot}.days").write_text(names, encoding="utf-8")
+
+
+def _arguments() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="python -m tests.days",
+        description="Runs real robots and gates, and keeps what their gates were given and what "
+        "they answered as the recorded days of services/safety/test/corpus.",
+        epilog="example: python -m tests.days --logs /tmp/days; "
+        "python -m tests.days --choose --logs /tmp/days",
+    )
+    parser.add_argument("--logs", type=Path, help="empty folder that keeps what the runs wrote")
+    parser.add_argument("--choose", action="store_true", help="run nothing: choose from --logs")
+    return parser
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,74 @@
+"""One run of a gate as far as it is worth keeping, and what it shows."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypeVar
+
+from fairlead.errors import MessageError
+from fairlead.messages import GateStatus, Message, Refusal, Verdict, decode
+from tests.days.decision_log import BOOT, GAP, STEP, TIMER, LogRecord, read_log, step_facts
+
+VERDICT, STATUS, REFUSAL = 2, 4, 6  # OutputKind
+M = TypeVar("M", bound=Message)
+
+
+@dataclass(frozen=True)
+class Day:
+    """The beginning of a run, up to ``most_bytes``.
+
+    name: where it comes from. config: the configuration that decided. shows: what happened in it.
+    """
+
+    name: str
+    config: str
+    records: tuple[LogRecord, ...]
+    shows: frozenset[str]
+
+    @property
+    def size(self) -> int:
+        """Bytes it takes in a log."""
+        return sum(len(record.body) + 9 for record in self.records)
+
+
+def read_day(path: Path, name: str, config: str, most_bytes: int) -> Day | None:
+    """A log's day; None if nothing can be replayed of it."""
+    kept, size = [], 0
+    for record in read_log(path)[1:]:
+        size += len(record.body) + 9
+        if record.type == GAP or size > most_bytes:
+            break
+        if record.type in (BOOT, STEP, TIMER):
+            kept.append(record)
+    if not kept or kept[0].type != BOOT:
+        return None
+    return Day(name, config, tuple(kept), frozenset(_shown(kept)))
+
+
+def _shown(records: list[LogRecord]) -> Iterator[str]:
+    for record in records:
+        if record.type == STEP:
+            facts = step_facts(record)
+            yield f"event {facts.kind}"
+            for kind, payload in facts.outputs:
+                yield from _said(kind, payload)
+
+
+def _said(kind: int, payload: bytes) -> Iterator[str]:
+    yield f"output {kind}"
+    if kind == VERDICT and (verdict := _message(Verdict, payload)):
+        yield f"verdict {verdict.outcome} {verdict.code}"
+        yield f"verdict {verdict.code} of {verdict.part} {verdict.axis}"
+    if kind == STATUS and (status := _message(GateStatus, payload)):
+        yield f"state {status.state} {status.cause[:24]}"
+    if kind == REFUSAL and (refusal := _message(Refusal, payload)):
+        yield f"refusal {refusal.reason[:16]}"
+
+
+def _message(of: type[M], payload: bytes) -> M | None:
+    try:
+        return decode(of, payload)
+    except MessageError:
+        return None

@@ -1,0 +1,44 @@
+"""Real runs of real gates whose decision logs become recorded days."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+from tests.explorer.real_gate import LOGS
+
+TESTS = (
+    "tests/explorer",
+    "tests/gate",
+    "tests/system/test_modes.py",
+    "tests/system/test_modes_mobile.py",
+    "tests/system/test_injected_chunks.py",
+    "tests/system/test_first_skill.py",
+)
+FAULTS = (1, 2, 4, 5, 14, 19, 20, 21, 22, 23, 24, 25, 26, 28, 35, 36, 37)
+
+
+def run_everything(folder: Path) -> None:
+    """The shipped demo, tests with real gates, the explorer, and faults; logs lie in ``folder``.
+
+    A test or a fault that fails is named and its log used all the same: it happened.
+    """
+    python = sys.executable
+    explorer = folder / "explorer"
+    explorer.mkdir(parents=True)
+    environment = dict(os.environ, **{LOGS: str(explorer), "FAIRLEAD_STATE": str(folder / "state")})
+    commands = [
+        ["-m", "fairlead.cli", "demo", "--no-video", "--out", str(folder / "demo")],
+        ["-m", "pytest", "-q", f"--basetemp={folder / 'pytest'}", *TESTS],
+        ["-m", "tests.faults", "--injections", "1", "--logs", str(folder / "faults")],
+    ]
+    for number in FAULTS:
+        commands[-1] += ["--row", str(number)]
+    (folder / "faults").mkdir()
+    for command in commands:
+        print("days:", *command, file=sys.stderr, flush=True)
+        done = subprocess.run([python, *command], env=environment, check=False)
+        if done.returncode:
+            print(f"days: {command[1]} ended with {done.returncode}", file=sys.stderr)
