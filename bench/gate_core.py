@@ -7,8 +7,9 @@ bounds and with the row before. Instructions are counted by valgrind, and do not
 busy the machine is.
 
     .venv/bin/python -m bench.gate_core [--config robots/panda_mobile/gate.sim.json] [--json]
+    .venv/bin/python -m bench.gate_core --write
 
-Prints a table, aims beside it. Whole steps are 64 rows for every part of the robot, from received
+Prints two tables, aims beside them; --write puts them into docs/speed.md as well. Whole steps are 64 rows for every part of the robot, from received
 to encoded bytes; `busy` is the processor's time alone, `wall` what the clock says.
 """
 
@@ -24,6 +25,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from bench.page import write_table
 from fairlead.paths import gate_binary, gate_config, repo_root
 
 ROBOT = "panda_mobile"
@@ -60,8 +62,9 @@ class Timed:
 class Program:
     """The timing program, built when needed."""
 
-    def __init__(self, config: Path) -> None:
+    def __init__(self, config: Path, counts: bool) -> None:
         self.config = config
+        self.counts = counts
         build = [str(repo_root() / "scripts" / "build-gate"), "--target", TARGET]
         subprocess.run(build, check=True, stdout=subprocess.DEVNULL)
         self.binary = gate_binary().with_name(TARGET)
@@ -77,8 +80,8 @@ class Program:
         return found
 
     def instructions(self, case: str) -> int | None:
-        """Instructions of one call; None without valgrind."""
-        if shutil.which("valgrind") is None:
+        """Instructions of one call; None without valgrind, or if they are not asked for."""
+        if not self.counts or shutil.which("valgrind") is None:
             return None
         few, many = self._collected(case, FEW), self._collected(case, MANY)
         return round((many - few) / (MANY - FEW))
@@ -105,8 +108,8 @@ def timed_cases(program: Program, cases: dict[str, dict[str, float]]) -> list[Ti
     return sorted(found, key=lambda one: (one.name.split(" H=")[0], one.least_ns))
 
 
-def as_text(found: dict[str, Any]) -> str:
-    """Two tables in Markdown, as docs/speed.md shows them."""
+def rows_table(found: dict[str, Any]) -> str:
+    """The cases in Markdown."""
     lines = [
         f"| rows of {found['joints']} joints, {found['pairs']} pairs "
         "| least ns | median ns | yardsticks | instructions | aim |",
@@ -114,27 +117,29 @@ def as_text(found: dict[str, Any]) -> str:
     ]
     for one in found["cases"]:
         aim = AIMS_NS.get(one["name"])
-        count = "valgrind not installed" if one["instructions"] is None else one["instructions"]
+        count = "not counted" if one["instructions"] is None else one["instructions"]
         lines.append(
             f"| {one['name']} | {one['least_ns']:.0f} | {one['median_ns']:.0f} "
             f"| {one['ratio']:.2f} | {count} | {'' if aim is None else f'< {aim:.0f} ns'} |"
         )
-    lines += [
-        "",
-        f"| step of {found['rows']} rows, {found['ticks']} times | clock | p50 us | p99 us "
+    return "\n".join(lines)
+
+
+def steps_table(found: dict[str, Any]) -> str:
+    """The whole steps in Markdown."""
+    lines = [
+        f"| step, {found['rows']} rows, {found['ticks']} times | clock | p50 us | p99 us "
         "| p99.9 us | most us | aim p99.9 |",
         "|---|---|---|---|---|---|---|",
     ]
-    for pacing, steps in found["steps"].items():
+    for kind, steps in found["steps"].items():
         for event, clocks in steps.items():
             for clock, times in clocks.items():
                 numbers = " | ".join(
-                    f"{times[key] / 1e3:.1f}" for key in ("p50_ns", "p99_ns", "p999_ns", "max_ns")
+                    f"{times[key] / 1e3:.0f}" for key in ("p50_ns", "p99_ns", "p999_ns", "max_ns")
                 )
-                aim_text = f"< {STEP_AIM_NS / 1e3:.0f} us" if event == "chunk" else ""
-                lines.append(f"| {pacing}, {event} | {clock} | {numbers} | {aim_text} |")
-    before, after = found["load_average"]
-    lines += ["", f"load average {before:.1f} before, {after:.1f} after; {found['config']}"]
+                aim = f"< {STEP_AIM_NS / 1e3:.0f} us" if event == "chunk" else ""
+                lines.append(f"| {kind}, {event} | {clock} | {numbers} | {aim} |")
     return "\n".join(lines)
 
 
@@ -145,10 +150,12 @@ def main() -> None:
     )
     parser.add_argument("--config", type=Path, default=gate_config(ROBOT, "sim"), help="gate file")
     parser.add_argument("--rounds", type=int, default=300, help="batches of each case")
-    parser.add_argument("--ticks", type=int, default=20000, help="whole steps of each kind")
+    parser.add_argument("--ticks", type=int, default=10000, help="whole steps of each kind")
+    parser.add_argument("--no-instructions", action="store_true", help="do not count them")
     parser.add_argument("--json", action="store_true", help="print one JSON document instead")
+    parser.add_argument("--write", action="store_true", help="put the tables into docs/speed.md")
     arguments = parser.parse_args()
-    program = Program(arguments.config)
+    program = Program(arguments.config, not arguments.no_instructions)
     load_before = os.getloadavg()[0]
     found = program.timings(arguments.rounds, arguments.ticks)
     load_after = os.getloadavg()[0]
@@ -156,7 +163,15 @@ def main() -> None:
     found["cases"] = [vars(one) | {"ratio": one.ratio} for one in cases]
     found["load_average"] = [load_before, load_after]
     found["config"] = os.path.relpath(arguments.config, repo_root())
-    print(json.dumps(found, indent=2) if arguments.json else as_text(found))
+    tables = {"core": rows_table(found), "steps": steps_table(found)}
+    if arguments.write:
+        for name, table in tables.items():
+            write_table(name, table)
+    if arguments.json:
+        print(json.dumps(found, indent=2))
+    else:
+        note = f"load average {load_before:.1f} before, {load_after:.1f} after; {found['config']}"
+        print("\n\n".join([*tables.values(), note]))
 
 
 if __name__ == "__main__":

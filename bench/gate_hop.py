@@ -3,7 +3,7 @@
 Both are C++ processes on the same Zenoh library, driven alternately from this process with
 the same bytes, so that what the machine does to one it does to the other.
 
-    .venv/bin/python -m bench.gate_hop [--count 2000] [--count-20hz 200] [--rows 8] [--json]
+    .venv/bin/python -m bench.gate_hop [--count 2000] [--count-20hz 200] [--rows 8] [--json] [--write]
 
 Prints medians and 99th percentiles [us] and their ratio, back to back and at 20 Hz. The relay sends
 one message on, the gate a SafeChunk and after it a lease and a verdict; a second relay sends three
@@ -25,6 +25,7 @@ from pathlib import Path
 
 import numpy as np
 
+from bench.page import write_table
 from fairlead.messages import ActionChunk, Message, Verdict, encode
 from fairlead.paths import gate_binary, gate_config
 from fairlead.wire.bus import Bus, Qos, Sample
@@ -33,6 +34,7 @@ from tests.gate.running_gate import ROBOT, free_port
 from tests.gate.scene import Scene
 
 DEADLINE_S = 10.0
+AIM = 1.10  # the gate's median over the relay's
 KEY_IN, KEY_OUT = "fl/bench/relay_in", "fl/bench/relay_out"
 MORE = ("fl/bench/relay_lease", "fl/bench/relay_verdict")
 
@@ -147,6 +149,7 @@ def main() -> None:
     parser.add_argument("--count-20hz", type=int, default=200, help="messages at 20 Hz")
     parser.add_argument("--rows", type=int, default=8, help="rows of each chunk")
     parser.add_argument("--json", action="store_true", help="machine-readable")
+    parser.add_argument("--write", action="store_true", help="put the table into docs/speed.md")
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         relays = (Relay(ActionChunk), Relay(ActionChunk, MORE))
@@ -168,21 +171,29 @@ def main() -> None:
             scene.close()
             for relay in relays:
                 relay.close()
+    table = as_table(results, arguments.rows)
+    if arguments.write:
+        write_table("hop", table)
     if arguments.json:
         print(json.dumps(results | {"load_average": os.getloadavg()[0]}, indent=2))
     else:
-        print(f"{as_text(results)}\nload average {os.getloadavg()[0]:.1f}")
+        print(f"{table}\n\nload average {os.getloadavg()[0]:.1f}")
 
 
-def as_text(results: dict[str, dict[str, float]]) -> str:
-    """One line per cadence."""
-    return "\n".join(
-        f"{cadence}: relay {r['relay_p50_us']:.0f} us (p99 {r['relay_p99_us']:.0f}), "
-        f"gate {r['gate_p50_us']:.0f} us (p99 {r['gate_p99_us']:.0f}), of which waiting for its "
-        f"turn {r['gate_wait_p50_us']:.0f} us; ratio {r['ratio_p50']:.2f}, "
-        f"to a relay that sends three messages {r['ratio_to_three_p50']:.2f}"
-        for cadence, r in results.items()
-    )
+def as_table(results: dict[str, dict[str, float]], rows: int) -> str:
+    """One line per cadence, in Markdown."""
+    lines = [
+        f"| {rows} rows | relay p50 us | of three p50 us | gate p50 us | gate p99 us "
+        "| waited p50 us | ratio | ratio to three | aim |",
+        "|---|---|---|---|---|---|---|---|---|",
+    ]
+    for cadence, r in results.items():
+        lines.append(
+            f"| {cadence} | {r['relay_p50_us']:.0f} | {r['relay_of_three_p50_us']:.0f} "
+            f"| {r['gate_p50_us']:.0f} | {r['gate_p99_us']:.0f} | {r['gate_wait_p50_us']:.0f} "
+            f"| {r['ratio_p50']:.2f} | {r['ratio_to_three_p50']:.2f} | {AIM:.2f} |"
+        )
+    return "\n".join(lines)
 
 
 if __name__ == "__main__":

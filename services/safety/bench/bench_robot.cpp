@@ -7,7 +7,10 @@
 namespace fairlead::bench {
 namespace {
 
-constexpr double step_limit = 0.05;  // [rad or m] a row: ten times the share that chunks use
+constexpr double step_limit = 0.05;    // [rad or m] a row: ten times the share that chunks use
+constexpr double slow = 0.2;           // [m/s]
+constexpr double sway = 0.3;           // of its limits, what a row of a whole step asks for
+constexpr std::size_t still_rows = 2;  // that may act before the next chunk replaces the rest
 
 // The mode of a part that its chunks use: the first that it has and that can be told to stay.
 Mode mode_of(const PartLimits& part) {
@@ -18,13 +21,22 @@ Mode mode_of(const PartLimits& part) {
                            " can be told to stay");
 }
 
-std::vector<double> still_row(const Limits& limits, const MeasuredState& state,
-                              const PartLimits& part) {
+// To and fro by a share of the limits where a mode asks for motion, the measured place where it
+// asks for a place.
+std::vector<double> swaying_row(const Limits& limits, const MeasuredState& state,
+                                const PartLimits& part, double share) {
   const Mode mode = mode_of(part);
   const auto number = static_cast<std::uint8_t>(mode);
   std::vector<double> row(mode_width(number, limits.joints.size()), 0.0);
-  if (mode == Mode::joint_position || mode == Mode::dex_hand_joint)
-    for (const std::size_t j : part.joints) row[j] = state.positions[j];
+  if (mode == Mode::cartesian_delta)
+    for (std::size_t i = 0; i < row.size(); ++i)  // each of three axes: a norm below the limit
+      row[i] = 0.5 * share *
+               (i < 3 ? part.modes.cartesian_delta.linear_limit
+                      : part.modes.cartesian_delta.angular_limit);
+  for (const std::size_t j : part.joints) {
+    if (mode == Mode::joint_velocity) row[j] = share * limits.joints[j].velocity_limit;
+    if (mode == Mode::joint_position || mode == Mode::dex_hand_joint) row[j] = state.positions[j];
+  }
   if (mode == Mode::gripper_position) row[0] = state.positions[part.joints[0]];
   return row;
 }
@@ -46,6 +58,10 @@ Limits one_part_of(const Limits& shipped, std::size_t pairs) {
     joint.part = 0;
     if (!joint.bounded) joint.bounds = {-1.0, 1.0, 0.01};
     joint.bounded = true;
+    if (!(joint.acceleration_limit > 0.0)) {  // a gripper, that nothing else tells to move so
+      joint.velocity_limit = slow;
+      joint.acceleration_limit = 100.0 * slow * slow;
+    }
     (void)part.joints.push_back(j);
     mode.step_limit[j] = step_limit;
     mode.tracking[j] = 1.0;
@@ -99,15 +115,18 @@ JointChunk::JointChunk(const Limits& limits, const MeasuredState& state, std::ui
   (void)chunk_.parts.push_back(action);
 }
 
-std::vector<double> still_rows(const Limits& limits, const MeasuredState& state, std::size_t part,
-                               std::uint32_t rows) {
+std::vector<double> rows_for(const Limits& limits, const MeasuredState& state, std::size_t part,
+                             std::uint32_t rows, bool moving) {
   std::vector<double> numbers;
-  const std::vector<double> row = still_row(limits, state, limits.parts[part]);
-  for (std::uint32_t i = 0; i < rows; ++i) numbers.insert(numbers.end(), row.begin(), row.end());
+  for (std::uint32_t i = 0; i < rows; ++i) {
+    const double share = !moving || i < still_rows ? 0.0 : i % 2 == 0 ? sway : -sway;
+    const std::vector<double> row = swaying_row(limits, state, limits.parts[part], share);
+    numbers.insert(numbers.end(), row.begin(), row.end());
+  }
   return numbers;
 }
 
-ActionPart still_part(const Limits& limits, std::size_t part, const std::vector<double>& numbers) {
+ActionPart action_of(const Limits& limits, std::size_t part, const std::vector<double>& numbers) {
   const PartLimits& robot = limits.parts[part];
   ActionPart action;
   action.part = static_cast<std::uint8_t>(part);

@@ -10,7 +10,8 @@
 namespace fairlead::bench {
 
 /// `shipped` with one part that has every commanded joint, in joint_position, and at most `pairs`
-/// pairs of capsules. Every joint is bounded, and it starts half-way between its bounds.
+/// pairs of capsules. Every joint is bounded and can brake, and it starts half-way between its
+/// bounds.
 Limits one_part_of(const Limits& shipped, std::size_t pairs);
 
 /// That part's claim.
@@ -32,12 +33,13 @@ class JointChunk {
   ActionChunk chunk_;
 };
 
-/// Rows that ask a part to stay, in a mode that it has: joint targets and openings where the joint
-/// is, 0 for deltas, velocities and the composite switch; row by row.
-std::vector<double> still_rows(const Limits& limits, const MeasuredState& state, std::size_t part,
-                               std::uint32_t rows);
+/// Rows for one part, in a mode that it has, row by row. If `moving`, two that ask it to stay, then
+/// deltas and velocities to and fro, by 0.15 to 0.3 of their limits; else all ask it to stay.
+/// Joint targets, openings and the composite switch stay as they are.
+std::vector<double> rows_for(const Limits& limits, const MeasuredState& state, std::size_t part,
+                             std::uint32_t rows, bool moving);
 
 /// That part of a chunk; its numbers are the caller's.
-ActionPart still_part(const Limits& limits, std::size_t part, const std::vector<double>& numbers);
+ActionPart action_of(const Limits& limits, std::size_t part, const std::vector<double>& numbers);
 
 }  // namespace fairlead::bench

@@ -86,13 +86,15 @@ json both_clocks(const std::vector<StepTime>& steps) {
 
 json time_whole_steps(const Limits& robot, std::uint32_t rows, std::size_t ticks) {
   json found = json::object();
-  for (const bool lockstep : {true, false}) {
-    const StepTimes times = time_steps(robot, lockstep, rows, ticks);
-    if (!times.refused.empty())
-      throw std::runtime_error("a chunk that stays was not released: " + times.refused);
-    found[lockstep ? "lockstep" : "realtime"] = {{"chunk", both_clocks(times.chunks)},
-                                                 {"state", both_clocks(times.states)}};
-  }
+  for (const bool moving : {false, true})
+    for (const bool lockstep : {true, false}) {
+      const StepTimes times = time_steps(robot, {lockstep, moving, rows}, ticks);
+      const std::string name = lockstep ? "lockstep" : "realtime";
+      const std::string kind = name + (moving ? ", rows that sway" : ", rows that hold");
+      if (!times.refused.empty())
+        throw std::runtime_error(kind + ": a chunk was not released: " + times.refused);
+      found[kind] = {{"chunk", both_clocks(times.chunks)}, {"state", both_clocks(times.states)}};
+    }
   return found;
 }
 

@@ -43,8 +43,8 @@ std::string describe(const Verdict& verdict) {
 /// Robot, runner and operator of one gate.
 class Bench {
  public:
-  Bench(const Limits& limits, bool lockstep)
-      : limits_(limits), lockstep_(lockstep), state_(middle_of(limits)), gate_(limits, ids_) {
+  Bench(const Limits& limits, StepKind kind)
+      : limits_(limits), kind_(kind), state_(middle_of(limits)), gate_(limits, ids_) {
     gate_.boot(now_ns_, BootInfo{true, false, {}, true}, *out_);
     step(EventKind::hal_status, frame_of(hal_status()));
     next_state();
@@ -68,8 +68,8 @@ class Bench {
     message.robot_hash = limits_.robot_hash;
     return step(EventKind::joint_state, frame_of(message));
   }
-  StepTime next_chunk(std::uint32_t rows) {
-    return step(EventKind::candidate, frame_of(chunk(rows)), "runner");
+  StepTime next_chunk() {
+    return step(EventKind::candidate, frame_of(chunk(kind_.rows)), "runner");
   }
   Verdict verdict() { return answer<Verdict>(OutputKind::verdict); }
 
@@ -99,7 +99,7 @@ class Bench {
     status.session = session;
     status.robot = limits_.robot;
     status.robot_hash = limits_.robot_hash;
-    status.pacing = lockstep_ ? "lockstep" : "realtime";
+    status.pacing = kind_.lockstep ? "lockstep" : "realtime";
     status.period_ns = limits_.period_ns;
     status.state = "ready";
     for (const JointLimits& joint : limits_.joints) (void)status.joints.push_back(joint.name);
@@ -129,18 +129,18 @@ class Bench {
     chunk.source = "runner";
     chunk.seq = ++seq_;
     chunk.obs_tick = chunk.oldest_tick = tick_;
-    chunk.start_tick = lockstep_ ? tick_ : tick_ + 1;
+    chunk.start_tick = kind_.lockstep ? tick_ : tick_ + 1;
     chunk.horizon = rows;
     numbers_.clear();
     for (std::size_t part = 0; part < limits_.parts.size(); ++part) {
-      numbers_.push_back(still_rows(limits_, state_, part, rows));
-      (void)chunk.parts.push_back(still_part(limits_, part, numbers_.back()));
+      numbers_.push_back(rows_for(limits_, state_, part, rows, kind_.moving));
+      (void)chunk.parts.push_back(action_of(limits_, part, numbers_.back()));
     }
     return chunk;
   }
 
   const Limits& limits_;
-  const bool lockstep_;
+  const StepKind kind_;
   MeasuredState state_;
   CountingIds ids_;
   Gate gate_;
@@ -152,13 +152,13 @@ class Bench {
 
 }  // namespace
 
-StepTimes time_steps(const Limits& limits, bool lockstep, std::uint32_t rows, std::size_t ticks) {
-  const auto bench = std::make_unique<Bench>(limits, lockstep);
+StepTimes time_steps(const Limits& limits, StepKind kind, std::size_t ticks) {
+  const auto bench = std::make_unique<Bench>(limits, kind);
   StepTimes times;
   times.chunks.reserve(ticks);
   times.states.reserve(ticks);
   for (std::size_t i = 0; i < ticks; ++i) {
-    times.chunks.push_back(bench->next_chunk(rows));
+    times.chunks.push_back(bench->next_chunk());
     const Verdict verdict = bench->verdict();
     if (verdict.outcome != static_cast<std::uint8_t>(Outcome::released))
       times.refused = describe(verdict);

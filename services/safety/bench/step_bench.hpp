@@ -22,8 +22,15 @@ struct StepTimes {
   std::string refused;           // why, if a chunk was refused or cut: then the times mean nothing
 };
 
-/// Arms a gate for `limits` and gives it `ticks` states, after each a chunk of `rows` rows for
-/// every part. The robot stands still and every part holds, so each tick begins as the one before.
-StepTimes time_steps(const Limits& limits, bool lockstep, std::uint32_t rows, std::size_t ticks);
+struct StepKind {
+  bool lockstep = false;
+  bool moving = false;  // chunks that sway, else chunks that hold
+  std::uint32_t rows = 0;
+};
+
+/// Arms a gate for `limits` and gives it `ticks` states, after each a chunk of rows for every part.
+/// Rows that sway do not before the third: the next chunk replaces them before any of them acts,
+/// and the robot stands still, so each tick begins as the one before.
+StepTimes time_steps(const Limits& limits, StepKind kind, std::size_t ticks);
 
 }  // namespace fairlead::bench
