@@ -3,7 +3,8 @@
 Both are C++ processes on the same Zenoh library, driven alternately from this process with
 the same bytes, so that what the machine does to one it does to the other.
 
-    .venv/bin/python -m bench.gate_hop [--count 2000] [--count-20hz 200] [--rows 8] [--json] [--write]
+    .venv/bin/python -m bench.gate_hop [--count 2000] [--count-20hz 200] [--rows 8] [--json]
+    .venv/bin/python -m bench.gate_hop --write    also puts the table into docs/speed.md
 
 Prints medians and 99th percentiles [us] and their ratio, back to back and at 20 Hz. The relay sends
 one message on, the gate a SafeChunk and after it a lease and a verdict; a second relay sends three

@@ -16,6 +16,10 @@ static_assert(max_measured <= 64);
 
 inline JointSet only(std::size_t joint) { return JointSet{1} << joint; }
 
+/// Frames of a plan by index, one bit each.
+using FrameSet = std::uint64_t;
+static_assert(max_links <= 64);
+
 /// A link that a joint moves, with the fixed links between it and the one before folded in. Its
 /// pose in the one before: `still + cos q * cosine + sin q * sine`, `origin + q * slide`.
 struct PlanFrame {
@@ -29,6 +33,10 @@ struct PlanFrame {
   Eigen::Vector3d slide = Eigen::Vector3d::Zero();
   Eigen::Vector3d axis = Eigen::Vector3d::Zero();  // in its own axes
   JointSet movers = 0;                             // joints between it and the root
+  FrameSet children = 0;                           // frames that hang on it
+  // Between its origin and the root's at most, from joint to joint [m].
+  double distance = 0.0;
+  double reach = 0.0;  // of what hangs on it from its origin at most; 1 if it slides
 };
 
 /// Where a link is fixed to a moving one.
@@ -42,7 +50,8 @@ struct PlanCapsule {
   std::size_t frame = 0;
   Eigen::Vector3d a, b, middle;  // in the frame [m]
   double radius = unset;
-  double reach = unset;  // of its bounding sphere about `middle`
+  double reach = unset;   // of its bounding sphere about `middle`
+  double extent = unset;  // of its axis from the frame's origin, at most
 };
 
 /// What a verdict calls a pair: "link5 / link0".
@@ -51,7 +60,8 @@ using PlanName = FixedText<132>;
 struct PlanPair {
   std::uint8_t first = 0;
   std::uint8_t second = 0;
-  JointSet movers = 0;  // joints that move one of them relative to the other
+  std::uint8_t common = 0;  // the last frame that both hang on
+  JointSet movers = 0;      // joints that move one of them relative to the other
   double near = unset;  // distance of the middles at which their spheres have the clearance left
   PlanName name;
 };
@@ -84,8 +94,7 @@ struct PathPlan {
   FixedVec<PlanVolume, max_volumes> volumes;
   std::array<PlanTool, max_parts> tools;
   std::array<JointSet, max_parts> part_joints{};
-  // By joint: how far a point of a capsule or a tool moves at most when the joint does by 1.
-  std::array<double, max_measured> reach{};
+  double base_extent = 0.0;  // of the footprint from the yaw axis [m]
   JointSet base_joints = 0;
   JointSet tree_joints = 0;  // those that move a link
 };

@@ -52,10 +52,14 @@ int run_tool(const fairlead::Limits& limits, std::string_view name) {
   const fairlead::PlanTool& tool = plan.tools[part];
   Joints joints{};
   fairlead::Motion6 motion;
+  fairlead::FramePoses start, end;
   while (read_block(joints.data(), limits.measured_count()) && read_block(motion.data(), 6)) {
-    const fairlead::ToolJacobian before = fairlead::tool_jacobian(plan, tool, joints);
-    const double solved = fairlead::move_tool(plan, tool, motion, joints).ok() ? 1.0 : 0.0;
-    const fairlead::ToolJacobian after = fairlead::tool_jacobian(plan, tool, joints);
+    start.place(plan, joints);
+    end.place(plan, joints);
+    const fairlead::ToolJacobian before = fairlead::tool_jacobian(plan, tool, start);
+    const fairlead::Evidence fault = fairlead::move_tool(plan, tool, motion, start, end, joints);
+    const double solved = fault.ok() ? 1.0 : 0.0;
+    const fairlead::ToolJacobian after = fairlead::tool_jacobian(plan, tool, end);
     const fairlead::Motion6 made = fairlead::motion_between(before.tool, after.tool);
     const double smallest = fairlead::smallest_singular_value(before);
     write_block(made.data(), 6);

@@ -9,12 +9,24 @@
 namespace fairlead {
 namespace {
 
-// How far `point` is outside the edge from `from` to `to` of a counter-clockwise polygon.
-double outside_edge(const Corner& from, const Corner& to, const Corner& point) {
-  const double along_x = to[0] - from[0], along_y = to[1] - from[1];
-  const double side = along_y * (point[0] - from[0]) - along_x * (point[1] - from[1]);
-  return side / std::hypot(along_x, along_y);
-}
+// An edge of a counter-clockwise polygon.
+class Edge {
+ public:
+  Edge(const Polygon& polygon, std::size_t i)
+      : from_(polygon[i]),
+        along_x_(polygon[(i + 1) % polygon.size()][0] - from_[0]),
+        along_y_(polygon[(i + 1) % polygon.size()][1] - from_[1]),
+        length_(std::hypot(along_x_, along_y_)) {}
+
+  /// How far a point is on its outer side.
+  [[nodiscard]] double outside(const Corner& point) const {
+    return (along_y_ * (point[0] - from_[0]) - along_x_ * (point[1] - from_[1])) / length_;
+  }
+
+ private:
+  const Corner& from_;
+  double along_x_, along_y_, length_;
+};
 
 // Of the two, and not a number if one is not.
 double smaller(double a, double b) { return std::isnan(a) || a < b ? a : b; }
@@ -24,9 +36,9 @@ double larger(double a, double b) { return std::isnan(a) || a > b ? a : b; }
 double best_edge(const Polygon& one, const Polygon& other) {
   double best = -std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < one.size(); ++i) {
+    const Edge edge(one, i);
     double nearest = std::numeric_limits<double>::infinity();
-    for (const Corner& corner : other)
-      nearest = smaller(nearest, outside_edge(one[i], one[(i + 1) % one.size()], corner));
+    for (const Corner& corner : other) nearest = smaller(nearest, edge.outside(corner));
     best = larger(best, nearest);
   }
   return best;
@@ -44,9 +56,10 @@ double separation(const Polygon& one, const Polygon& other) {
 
 double inside(const Polygon& corners, const Polygon& zone) {
   double nearest = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < zone.size(); ++i)
-    for (const Corner& corner : corners)
-      nearest = smaller(nearest, -outside_edge(zone[i], zone[(i + 1) % zone.size()], corner));
+  for (std::size_t i = 0; i < zone.size(); ++i) {
+    const Edge edge(zone, i);
+    for (const Corner& corner : corners) nearest = smaller(nearest, -edge.outside(corner));
+  }
   return nearest;
 }
 
@@ -64,13 +77,10 @@ Polygon footprint_at(const BaseLimits& base, const Joints& joints) {
   return corners;
 }
 
-double base_motion_bound(const BaseLimits& base, const Joints& from, const Joints& to) {
-  double furthest = 0.0;
-  for (const Corner& corner : base.footprint)
-    furthest =
-        std::max(furthest, std::hypot(corner[0] - base.yaw_axis[0], corner[1] - base.yaw_axis[1]));
+double base_way(const PathPlan& plan, const Joints& from, const Joints& to) {
+  const BaseLimits& base = plan.limits.base;
   const auto change = [&](std::size_t i) { return to[base.joints[i]] - from[base.joints[i]]; };
-  return std::hypot(change(0), change(1)) + furthest * std::abs(change(2));
+  return std::hypot(change(0), change(1)) + plan.base_extent * std::abs(change(2));
 }
 
 Evidence check_base(const PathPlan& plan, const Joints& joints, const Joints& before,

@@ -19,7 +19,7 @@ double inside(const Polygon& corners, const Polygon& zone);
 Polygon footprint_at(const BaseLimits& base, const Joints& joints);
 
 /// The largest distance that a corner moves between two configurations [m].
-double base_motion_bound(const BaseLimits& base, const Joints& from, const Joints& to);
+double base_way(const PathPlan& plan, const Joints& from, const Joints& to);
 
 /// What is at fault where the base is. What was broken where it was `before` may stay as it was.
 /// Without a fault, `slack`: the smallest margin [m].

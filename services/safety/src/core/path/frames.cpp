@@ -1,13 +1,14 @@
 #include "frames.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace fairlead {
+namespace {
 
-void place_frame(const PlanFrame& frame, const Joints& joints, FramePoses& poses, std::size_t at) {
-  const FramePose& parent = poses[frame.parent];
-  const double q = joints[frame.joint];
-  FramePose& pose = poses[at];
+FrameSet bit(std::size_t frame) { return FrameSet{1} << frame; }
+
+void place_on(const FramePose& parent, const PlanFrame& frame, double q, FramePose& pose) {
   if (!frame.turns) {
     pose.rotation.noalias() = parent.rotation * frame.still;
     pose.position = point_in_root(parent, frame.origin + q * frame.slide);
@@ -19,33 +20,45 @@ void place_frame(const PlanFrame& frame, const Joints& joints, FramePoses& poses
   pose.position = point_in_root(parent, frame.origin);
 }
 
-void place_frames(const PathPlan& plan, const Joints& joints, JointSet moved, FramePoses& poses) {
-  for (std::size_t f = 1; f < plan.frames.size(); ++f)
-    if ((plan.frames[f].movers & moved) != 0) place_frame(plan.frames[f], joints, poses, f);
+}  // namespace
+
+FramePoses& FramePoses::operator=(const FramePoses& other) {
+  count_ = other.count_;
+  stale_ = other.stale_;
+  std::copy_n(other.poses_.begin(), count_, poses_.begin());
+  std::copy_n(other.placed_for_.begin(), count_, placed_for_.begin());
+  return *this;
 }
 
-// Up to the root: a chain needs no memory but where it has got to.
-FramePose frame_pose(const PathPlan& plan, const Name& link, const Joints& joints) {
+// A joint that is nowhere compares with nothing: its frames are placed again, nowhere.
+void FramePoses::place_one(const PathPlan& plan, const Joints& joints, std::size_t frame) {
+  const PlanFrame& planned = plan.frames[frame];
+  const double q = joints[planned.joint];
+  if ((stale_ & bit(frame)) == 0 && q == placed_for_[frame]) return;
+  place_on(poses_[planned.parent], planned, q, poses_[frame]);
+  placed_for_[frame] = q;
+  stale_ = (stale_ & ~bit(frame)) | planned.children;
+}
+
+void FramePoses::place(const PathPlan& plan, const Joints& joints) {
+  if (count_ == 0) poses_[0] = {Eigen::Matrix3d::Identity(), Eigen::Vector3d::Zero()};
+  count_ = plan.frames.size();
+  for (std::size_t f = 1; f < count_; ++f) place_one(plan, joints, f);
+}
+
+void FramePoses::place_chain(const PathPlan& plan, const PlanTool& tool, const Joints& joints) {
+  for (const std::uint8_t f : tool.chain) place_one(plan, joints, f);
+}
+
+FramePose pose_at(const PlanPlace& place, const FramePoses& poses) {
+  const FramePose& frame = poses[place.frame];
+  return {frame.rotation * place.rotation, point_in_root(frame, place.position)};
+}
+
+FramePose link_pose(const PathPlan& plan, const Name& link, const FramePoses& poses) {
   const std::size_t index = plan.limits.kinematics.find(link);
   if (index == no_link) return {Eigen::Matrix3d::Constant(unset), Eigen::Vector3d::Constant(unset)};
-  const PlanPlace& place = plan.places[index];
-  FramePose pose{place.rotation, place.position};
-  for (std::size_t f = place.frame; f != 0; f = plan.frames[f].parent) {
-    const PlanFrame& frame = plan.frames[f];
-    const double q = joints[frame.joint];
-    Eigen::Matrix3d turned = frame.still;
-    if (frame.turns) turned += std::cos(q) * frame.cosine + std::sin(q) * frame.sine;
-    const Eigen::Vector3d origin = frame.turns ? frame.origin : frame.origin + q * frame.slide;
-    pose = {turned * pose.rotation, origin + turned * pose.position};
-  }
-  return pose;
-}
-
-double motion_bound(const PathPlan& plan, const Joints& from, const Joints& to) {
-  double bound = 0.0;
-  for (std::size_t j = 0; j < plan.limits.measured_count(); ++j)
-    if (plan.reach[j] != 0.0) bound += plan.reach[j] * std::abs(to[j] - from[j]);
-  return bound;
+  return pose_at(plan.places[index], poses);
 }
 
 }  // namespace fairlead

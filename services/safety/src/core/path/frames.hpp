@@ -17,26 +17,41 @@ struct FramePose {
   Eigen::Matrix3d rotation;
   Eigen::Vector3d position;
 };
-using FramePoses = std::array<FramePose, max_links>;
 
-inline FramePose root_pose() { return {Eigen::Matrix3d::Identity(), Eigen::Vector3d::Zero()}; }
+/// Where the frames of a plan are. A frame whose joint and parent are as they were when it was
+/// placed is not placed again: most frames of most rows.
+class FramePoses {
+ public:
+  FramePoses() = default;
+  FramePoses(const FramePoses& other) { *this = other; }
+  FramePoses& operator=(const FramePoses& other);
 
-/// One frame from the pose of its parent.
-void place_frame(const PlanFrame& frame, const Joints& joints, FramePoses& poses, std::size_t at);
+  /// All frames, for these joints.
+  void place(const PathPlan& plan, const Joints& joints);
+  /// Only those between the root and a tool. The others stay where they are, also where they hang
+  /// on these, until they are placed.
+  void place_chain(const PathPlan& plan, const PlanTool& tool, const Joints& joints);
 
-/// The frames that any of `moved` moves; the others stay as they are in `poses`.
-void place_frames(const PathPlan& plan, const Joints& joints, JointSet moved, FramePoses& poses);
+  const FramePose& operator[](std::size_t frame) const { return poses_[frame]; }
+
+ private:
+  void place_one(const PathPlan& plan, const Joints& joints, std::size_t frame);
+
+  std::size_t count_ = 0;          // of the plan's frames, 0 before the first is placed
+  FrameSet stale_ = ~FrameSet{0};  // never placed, or before their parent was
+  std::array<FramePose, max_links> poses_;
+  std::array<double, max_links> placed_for_;  // the joint's position
+};
+
+/// Pose of a place on a frame.
+FramePose pose_at(const PlanPlace& place, const FramePoses& poses);
 
 /// Pose of a link of that name, not a number if there is none.
-FramePose frame_pose(const PathPlan& plan, const Name& link, const Joints& joints);
+FramePose link_pose(const PathPlan& plan, const Name& link, const FramePoses& poses);
 
 /// A point that is fixed to a frame.
 inline Eigen::Vector3d point_in_root(const FramePose& frame, const Eigen::Vector3d& point) {
   return frame.position + frame.rotation * point;
 }
-
-/// The largest distance that a point of a capsule or a tool may move, or two of them relative to
-/// each other, when the joints go straight from one configuration to another [m].
-double motion_bound(const PathPlan& plan, const Joints& from, const Joints& to);
 
 }  // namespace fairlead

@@ -51,6 +51,7 @@ void add_frames(PathPlan& plan) {
     if (links[i].motion == LinkMotion::fixed) continue;
     plan.places[i] = PlanPlace{};
     plan.places[i].frame = plan.frames.size();
+    plan.frames[place.frame].children |= FrameSet{1} << plan.frames.size();
     (void)plan.frames.push_back(moving_frame(place, links[i], plan.frames[place.frame].movers));
   }
 }
@@ -65,6 +66,7 @@ void add_capsules(PathPlan& plan) {
     capsule.middle = 0.5 * (capsule.a + capsule.b);
     capsule.radius = shape.radius;
     capsule.reach = 0.5 * (capsule.b - capsule.a).norm() + shape.radius;
+    capsule.extent = std::max(capsule.a.norm(), capsule.b.norm());
     (void)plan.capsules.push_back(capsule);
   }
 }
@@ -78,13 +80,25 @@ std::string_view link_of(const PathPlan& plan, std::size_t capsule) {
   return plan.limits.kinematics.links[plan.limits.collision.capsules[capsule].link].name.view();
 }
 
+// Parents come first, so of two frames the later one is never between the other and the root.
+std::uint8_t common_frame(const PathPlan& plan, std::size_t one, std::size_t other) {
+  while (one != other) {
+    std::size_t& later = one > other ? one : other;
+    later = plan.frames[later].parent;
+  }
+  return static_cast<std::uint8_t>(one);
+}
+
 void add_pairs(PathPlan& plan) {
   for (const CapsulePair& pair : plan.limits.collision.pairs) {
-    const JointSet one = plan.frames[plan.capsules[pair.first].frame].movers;
-    const JointSet other = plan.frames[plan.capsules[pair.second].frame].movers;
+    const std::size_t frame = plan.capsules[pair.first].frame;
+    const std::size_t other_frame = plan.capsules[pair.second].frame;
+    const JointSet one = plan.frames[frame].movers;
+    const JointSet other = plan.frames[other_frame].movers;
     const double near = plan.capsules[pair.first].reach + plan.capsules[pair.second].reach +
                         plan.limits.collision.clearance;
-    (void)plan.pairs.push_back({pair.first, pair.second, one ^ other, near,
+    (void)plan.pairs.push_back({pair.first, pair.second, common_frame(plan, frame, other_frame),
+                                one ^ other, near,
                                 name_of(link_of(plan, pair.first), link_of(plan, pair.second))});
   }
 }
@@ -136,23 +150,28 @@ double travel(const Limits& limits, std::size_t joint) {
   return std::max(std::abs(bounds.lower), std::abs(bounds.upper)) + bounds.tolerance;
 }
 
-// Frames from the tips to the root: what hangs behind each reaches at most so far from its origin.
+// From the tips to the root: what hangs on each frame reaches at most so far from its origin.
 void add_reach(PathPlan& plan) {
   std::array<double, max_links> extent{};
   const auto extend = [&](std::size_t frame, double distance) {
-    extent[frame] = distance <= extent[frame] ? extent[frame] : distance;  // not a number stays
+    const double so_far = extent[frame];
+    extent[frame] = std::isnan(so_far) || so_far > distance ? so_far : distance;
   };
-  for (const PlanCapsule& capsule : plan.capsules) {
-    extend(capsule.frame, capsule.a.norm());
-    extend(capsule.frame, capsule.b.norm());
-  }
+  for (const PlanCapsule& capsule : plan.capsules) extend(capsule.frame, capsule.extent);
   for (const PlanTool& tool : plan.tools)
     if (tool.present) extend(tool.place.frame, tool.place.position.norm());
   for (std::size_t f = plan.frames.size() - 1; f > 0; --f) {
-    const PlanFrame& frame = plan.frames[f];
-    plan.reach[frame.joint] += frame.turns ? extent[f] : 1.0;
+    PlanFrame& frame = plan.frames[f];
+    frame.reach = frame.turns ? extent[f] : 1.0;
+    extend(frame.parent, frame.distance - plan.frames[frame.parent].distance + extent[f]);
+  }
+}
+
+void add_distances(PathPlan& plan) {
+  for (std::size_t f = 1; f < plan.frames.size(); ++f) {
+    PlanFrame& frame = plan.frames[f];
     const double slid = frame.turns ? 0.0 : travel(plan.limits, frame.joint);
-    extend(frame.parent, frame.origin.norm() + slid + extent[f]);
+    frame.distance = plan.frames[frame.parent].distance + frame.origin.norm() + slid;
   }
 }
 
@@ -166,7 +185,12 @@ PathPlan::PathPlan(const Limits& robot_limits) : limits(robot_limits) {
   add_pairs(*this);
   add_volumes(*this);
   add_tools(*this);
+  add_distances(*this);
   add_reach(*this);
+  for (const Corner& corner : limits.base.footprint) {
+    const double x = corner[0] - limits.base.yaw_axis[0], y = corner[1] - limits.base.yaw_axis[1];
+    base_extent = std::max(base_extent, std::hypot(x, y));
+  }
   for (const std::size_t joint : limits.base.joints)
     if (limits.base.present && joint < max_joints) base_joints |= only(joint);
 }

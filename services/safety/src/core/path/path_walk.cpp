@@ -1,6 +1,8 @@
 #include "path_walk.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <utility>
 
 #include "base_check.hpp"
 #include "breach.hpp"
@@ -21,18 +23,45 @@ bool moves_tool(const ActionPart& action) {
   }
 }
 
-auto straight(const Joints& from, const Joints& to, std::size_t count) {
-  return [&from, &to, count](double share, Joints& joints) {
-    for (std::size_t j = 0; j < count; ++j) joints[j] = from[j] + share * (to[j] - from[j]);
+// The way of a row: all joints go straight from one configuration to the next.
+template <class Look>
+Evidence check_row_way(const Branch& branch, std::size_t count, double longest, double free_before,
+                       double free_now, const Look& look) {
+  const auto at = [&](double place, Joints& joints) {
+    for (std::size_t j = 0; j < count; ++j)
+      joints[j] = branch.before[j] + place * (branch.now[j] - branch.before[j]);
   };
+  const auto part = [](const WayPoint& from, const WayPoint& to) { return to.place - from.place; };
+  return check_way(WayPoint{0.0, branch.before, free_before}, WayPoint{1.0, branch.now, free_now},
+                   Way{longest, at, part, look});
+}
+
+// The way of braking, on which some joints stop sooner than others: between two points of it
+// nothing goes a larger share of its way than the joint that goes the largest of its own.
+template <class Look>
+Evidence check_braking_way(const Branch& branch, const Braking& braking, std::size_t count,
+                           double longest, double free_now, double free_at_rest, const Look& look) {
+  const auto at = [&](double place, Joints& joints) { braking.at(place, joints); };
+  const auto part = [&](const WayPoint& from, const WayPoint& to) {
+    double largest = 0.0;
+    for (std::size_t j = 0; j < count; ++j) {
+      const double whole = std::abs(braking.end()[j] - branch.now[j]);
+      if (whole == 0.0) continue;
+      const double share = std::abs(to.joints[j] - from.joints[j]) / whole;
+      largest = std::isnan(largest) || largest > share ? largest : share;
+    }
+    return largest;
+  };
+  return check_way(WayPoint{0.0, branch.now, free_now}, WayPoint{1.0, braking.end(), free_at_rest},
+                   Way{longest, at, part, look});
 }
 
 // G033: only what leads towards the singularity is at fault.
-Evidence check_singularity(const PathPlan& plan, const ActionPart& action, const Joints& joints,
-                           const Joints& before) {
+Evidence check_singularity(const PathPlan& plan, const ActionPart& action, const FramePoses& poses,
+                           const FramePoses& before) {
   const PartLimits& part = plan.limits.parts[action.part];
   const PlanTool& tool = plan.tools[action.part];
-  const ToolJacobian jacobian = tool_jacobian(plan, tool, joints);
+  const ToolJacobian jacobian = tool_jacobian(plan, tool, poses);
   if (is_clearly_regular(jacobian, part.singularity_limit)) return {};
   const double value = smallest_singular_value(jacobian);
   const double was = smallest_singular_value(tool_jacobian(plan, tool, before));
@@ -51,17 +80,7 @@ PathWalk::PathWalk(const PathPlan& plan, const ClaimLimits& claim, const Measure
       chunk_(chunk),
       prediction_(plan, claim, state, chunk, first_row, before, companions),
       shape_check_(plan, prediction_.commanded()) {
-  if (shape_check_.has_nothing()) return;
-  FramePoses& first = between_;
-  first[0] = root_pose();
-  for (std::size_t f = 1; f < plan.frames.size(); ++f)
-    place_frame(plan.frames[f], prediction_.branch(0).now, first, f);
-  for (std::size_t i = 0; i < prediction_.branch_count(); ++i) {
-    for (FramePoses& poses : shapes_[i].poses)
-      for (std::size_t f = 0; f < plan.frames.size(); ++f) poses[f] = first[f];
-    if (i > 0)
-      place_frames(plan, prediction_.branch(i).now, prediction_.moving(), shapes_[i].poses[0]);
-  }
+  rest_ = between_ = prediction_.branch(0).poses_now();
 }
 
 Evidence PathWalk::check_next() {
@@ -77,51 +96,54 @@ Evidence PathWalk::check_branch(std::size_t index) {
   const Braking braking(plan_, branch, prediction_.moving());
   Evidence evidence = check_braking(plan_, branch, braking.end(), prediction_.commanded());
   if (evidence.ok() && !shape_check_.has_nothing())
-    evidence = check_shapes(branch, braking, shapes_[index]);
+    evidence = check_shapes(branch, braking, clearances_[index]);
   if (evidence.ok()) evidence = check_singularities(branch, braking);
   if (evidence.ok() && (prediction_.commanded() & plan_.base_joints) != 0)
     evidence = check_zones(branch, braking);
   return evidence;
 }
 
-// Where the row leads, on the way there, where braking from there ends, on the way to that.
-Evidence PathWalk::check_shapes(const Branch& branch, const Braking& braking, Shapes& shapes) {
-  const JointSet moving = prediction_.moving();
-  const FramePoses& before = shapes.poses[shapes.newest];
-  shapes.newest ^= 1U;
-  FramePoses& now = shapes.poses[shapes.newest];
-  const auto bound = [this](const Joints& from, const Joints& to) {
-    return motion_bound(plan_, from, to);
+// Looks at configurations of a branch on their way.
+auto PathWalk::looking_at(const Branch& branch, const Ways& ways, FramePoses& poses) {
+  return [this, &branch, &ways, &poses](const Joints& joints, double need, double& free) {
+    Clearance found;
+    poses.place(plan_, joints);
+    const Evidence fault = shape_check_.look(poses, branch.poses_before(), ways, need, found);
+    free = shape_check_.free_of(found, ways);
+    return fault;
   };
-  const auto look = [&](const Joints& joints, double need, double& slack) {
-    place_frames(plan_, joints, moving, between_);
-    return shape_check_.look(between_, before, need, slack);
-  };
-  WayPoint here{1.0, branch.now, 0.0};
-  const double stopping = bound(branch.now, braking.end());
-  place_frames(plan_, branch.now, moving, now);
-  Evidence evidence = shape_check_.look(
-      now, before, std::max(bound(branch.before, branch.now), stopping), here.slack);
-  if (!evidence.ok()) return evidence;
-  evidence =
-      check_way({0.0, branch.before, shapes.slack}, here,
-                straight(branch.before, branch.now, plan_.limits.measured_count()), look, bound);
-  if (evidence.ok() && !(here.slack >= stopping)) {  // where it is no number, too
-    here.share = 0.0;
-    WayPoint rest{1.0, braking.end(), 0.0};
-    evidence = look(rest.joints, stopping, rest.slack);
-    const auto at = [&](double share, Joints& joints) { braking.at(share, joints); };
-    if (evidence.ok()) evidence = check_way(here, rest, at, look, bound);
-  }
-  shapes.slack = here.slack;
-  return evidence;
 }
 
-Evidence PathWalk::check_singularities(const Branch& branch, const Braking& braking) const {
+// Where the row leads, on the way there, where braking from there ends, on the way to that.
+Evidence PathWalk::check_shapes(const Branch& branch, const Braking& braking,
+                                Clearance& clearance) {
+  const Ways row(plan_, branch.before, branch.now), stop(plan_, branch.now, braking.end());
+  const double free_before = shape_check_.free_of(clearance, row);
+  Evidence evidence =
+      shape_check_.look(branch.poses_now(), branch.poses_before(), Ways(row, stop), 1.0, clearance);
+  if (!evidence.ok()) return evidence;
+  evidence = check_row_way(branch, plan_.limits.measured_count(), row.longest(), free_before,
+                           shape_check_.free_of(clearance, row), looking_at(branch, row, between_));
+  return evidence.ok() ? check_shapes_to_rest(branch, braking, clearance, stop) : evidence;
+}
+
+Evidence PathWalk::check_shapes_to_rest(const Branch& branch, const Braking& braking,
+                                        const Clearance& clearance, const Ways& ways) {
+  const double free_now = shape_check_.free_of(clearance, ways);
+  if (free_now >= 1.0) return {};
+  double free_at_rest = 0.0;
+  const Evidence evidence = looking_at(branch, ways, rest_)(braking.end(), 1.0, free_at_rest);
+  if (!evidence.ok()) return evidence;
+  return check_braking_way(branch, braking, plan_.limits.measured_count(), ways.longest(), free_now,
+                           free_at_rest, looking_at(branch, ways, between_));
+}
+
+Evidence PathWalk::check_singularities(const Branch& branch, const Braking& braking) {
   for (const ActionPart& action : chunk_.parts) {
     if (!moves_tool(action)) continue;
-    for (const Joints* joints : {&branch.now, &braking.end()}) {
-      const Evidence evidence = check_singularity(plan_, action, *joints, branch.before);
+    rest_.place(plan_, braking.end());
+    for (const FramePoses* poses : {&branch.poses_now(), &std::as_const(rest_)}) {
+      const Evidence evidence = check_singularity(plan_, action, *poses, branch.poses_before());
       if (!evidence.ok()) return evidence;
     }
   }
@@ -129,23 +151,25 @@ Evidence PathWalk::check_singularities(const Branch& branch, const Braking& brak
 }
 
 Evidence PathWalk::check_zones(const Branch& branch, const Braking& braking) const {
-  const auto bound = [this](const Joints& from, const Joints& to) {
-    return base_motion_bound(plan_.limits.base, from, to);
+  const double row = base_way(plan_, branch.before, branch.now);
+  const double stop = base_way(plan_, branch.now, braking.end());
+  double margin = 0.0, rest_margin = 0.0;
+  Evidence evidence = check_base(plan_, branch.now, branch.before, margin);
+  if (evidence.ok()) evidence = check_base(plan_, braking.end(), branch.before, rest_margin);
+  if (!evidence.ok()) return evidence;
+  const auto looking = [&](double way) {
+    return [&, way](const Joints& joints, double, double& free) {
+      double found = 0.0;
+      const Evidence fault = check_base(plan_, joints, branch.before, found);
+      free = free_share(found, way);
+      return fault;
+    };
   };
-  const auto look = [&](const Joints& joints, double, double& slack) {
-    return check_base(plan_, joints, branch.before, slack);
-  };
-  WayPoint start{0.0, branch.before, 0.0}, here{1.0, branch.now, 0.0};
-  WayPoint rest{1.0, braking.end(), 0.0};
-  Evidence evidence = look(here.joints, 0.0, here.slack);
-  if (evidence.ok()) evidence = look(rest.joints, 0.0, rest.slack);
-  if (evidence.ok())
-    evidence =
-        check_way(start, here, straight(branch.before, branch.now, plan_.limits.measured_count()),
-                  look, bound);
-  here.share = 0.0;
-  const auto at = [&](double share, Joints& joints) { braking.at(share, joints); };
-  return evidence.ok() ? check_way(here, rest, at, look, bound) : evidence;
+  const std::size_t count = plan_.limits.measured_count();
+  evidence = check_row_way(branch, count, row, 0.0, free_share(margin, row), looking(row));
+  if (!evidence.ok()) return evidence;
+  return check_braking_way(branch, braking, count, stop, free_share(margin, stop),
+                           free_share(rest_margin, stop), looking(stop));
 }
 
 }  // namespace fairlead

@@ -20,22 +20,20 @@ class PathWalk {
   Evidence check_next();
 
  private:
-  struct Shapes {  // of one branch, after this row and the one before it, in turn
-    std::array<FramePoses, 2> poses;
-    std::size_t newest = 0;
-    double slack = 0.0;
-  };
-
   Evidence check_branch(std::size_t index);
-  Evidence check_shapes(const Branch& branch, const Braking& braking, Shapes& shapes);
-  Evidence check_singularities(const Branch& branch, const Braking& braking) const;
+  auto looking_at(const Branch& branch, const Ways& ways, FramePoses& poses);
+  Evidence check_shapes(const Branch& branch, const Braking& braking, Clearance& clearance);
+  Evidence check_shapes_to_rest(const Branch& branch, const Braking& braking,
+                                const Clearance& clearance, const Ways& ways);
+  Evidence check_singularities(const Branch& branch, const Braking& braking);
   Evidence check_zones(const Branch& branch, const Braking& braking) const;
 
   const PathPlan& plan_;
   const ActionChunk& chunk_;
   Prediction prediction_;
   ShapeCheck shape_check_;
-  std::array<Shapes, max_branches> shapes_;
+  std::array<Clearance, max_branches> clearances_;  // of each branch where the next row starts
+  FramePoses rest_;                                 // where braking ends
   FramePoses between_;
 };
 

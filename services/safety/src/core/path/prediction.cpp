@@ -49,8 +49,10 @@ Evidence Prediction::advance() {
   if (gains_ > max_gains)
     return above(code::unreachable, "parts", static_cast<double>(gains_),
                  static_cast<double>(max_gains), "parts with a gain that move at once");
-  for (std::size_t i = 0; i < branch_count_; ++i) branches_[i].before = branches_[i].now;
+  for (std::size_t i = 0; i < branch_count_; ++i) branches_[i].begin_row();
   Evidence fault = apply_rows(RowBefore{&chunk_, row_}, steps_++, false);
+  for (std::size_t i = 0; i < branch_count_; ++i)
+    branches_[i].poses_now().place(plan_, branches_[i].now);
   targets_told_ = 0;  // what rows tell from here on is where the branches are
   return fault.ok() ? check_finite() : fault;
 }
@@ -144,11 +146,13 @@ Evidence Prediction::apply_tool_motion(const Command& command, std::size_t index
   const bool twist = command.action.mode == static_cast<std::uint8_t>(Mode::cartesian_twist);
   const double share = gain(command, index) * (twist ? plan_.period_s : 1.0);
   const Motion6 told = share * six_of(command.row);
-  const Eigen::Matrix3d axes = frame_pose(plan_, command.action.frame_id, branch.before).rotation;
+  const Eigen::Matrix3d axes =
+      link_pose(plan_, command.action.frame_id, branch.poses_before()).rotation;
   Motion6 motion;
   motion << axes * told.head<3>(), axes * told.tail<3>();
   Joints after = branch.before;
-  const Evidence evidence = move_tool(plan_, plan_.tools[command.action.part], motion, after);
+  const Evidence evidence = move_tool(plan_, plan_.tools[command.action.part], motion,
+                                      branch.poses_before(), branch.poses_now(), after);
   for (const std::size_t j : plan_.limits.parts[command.action.part].joints) {
     const double change = after[j] - branch.before[j];
     note_speed(branch, j, change);
@@ -158,12 +162,14 @@ Evidence Prediction::apply_tool_motion(const Command& command, std::size_t index
 }
 
 Evidence Prediction::apply_pose(const Command& command, Branch& branch) {
-  const FramePose frame = frame_pose(plan_, command.action.frame_id, branch.now);
+  branch.poses_now().place(plan_, branch.now);
+  const FramePose frame = link_pose(plan_, command.action.frame_id, branch.poses_now());
   const Setpoint& row = command.row;
   const Eigen::Quaterniond told(row[6], row[3], row[4], row[5]);
   const FramePose target{frame.rotation * told.normalized().toRotationMatrix(),
                          point_in_root(frame, {row[0], row[1], row[2]})};
-  const Evidence evidence = reach_pose(plan_, plan_.tools[command.action.part], target, branch.now);
+  const Evidence evidence =
+      reach_pose(plan_, plan_.tools[command.action.part], target, branch.poses_now(), branch.now);
   for (const std::size_t j : plan_.limits.parts[command.action.part].joints)
     note_speed(branch, j, branch.now[j] - came_from(branch, j));
   return evidence;

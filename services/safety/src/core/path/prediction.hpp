@@ -18,11 +18,23 @@ inline constexpr std::size_t max_gains = 3;
 inline constexpr std::size_t max_branches = std::size_t{2} << max_gains;
 
 /// For each part one end of its gain: the configuration after a row, how fast the joints go there,
-/// and the configuration before the row.
+/// and the configuration before the row; where the frames are in both.
 struct Branch {
   Joints now;
   Joints speed;
   Joints before;
+  std::array<FramePoses, 2> poses;
+  std::size_t newest = 0;
+
+  FramePoses& poses_now() { return poses[newest]; }
+  [[nodiscard]] const FramePoses& poses_now() const { return poses[newest]; }
+  [[nodiscard]] const FramePoses& poses_before() const { return poses[newest ^ 1U]; }
+
+  /// What was reached is what the next row starts from.
+  void begin_row() {
+    before = now;
+    newest ^= 1U;
+  }
 };
 
 class Prediction {

@@ -60,6 +60,8 @@ void Prediction::start_still() {
     moving_ |= only(j);
   }
   first.before = first.now;
+  first.poses[0].place(plan_, first.now);
+  first.poses[1] = first.poses[0];
   for (std::size_t i = 1; i < branch_count_; ++i) branches_[i] = first;
 }
 

@@ -8,10 +8,6 @@
 namespace fairlead {
 namespace {
 
-static_assert(max_capsules <= 64 && max_parts <= 64);
-
-std::uint64_t bit(std::size_t i) { return std::uint64_t{1} << i; }
-
 Eigen::Vector3d vector(const std::array<double, 3>& xyz) { return {xyz[0], xyz[1], xyz[2]}; }
 
 Box box_of(const Volume& volume) { return {vector(volume.lower), vector(volume.upper)}; }
@@ -29,35 +25,64 @@ ShapeCheck::ShapeCheck(const PathPlan& plan, JointSet commanded)
   for (std::size_t i = 0; i < plan.pairs.size(); ++i)
     if ((plan.pairs[i].movers & commanded) != 0)
       (void)pairs_.push_back(static_cast<std::uint16_t>(i));
+  if (plan.volumes.empty()) return;
   bool keeps_out = false;
   for (const Volume& volume : plan.limits.workspace.volumes) keeps_out |= volume.keep_out;
-  if (plan.volumes.empty()) return;
   for (std::size_t i = 0; i < plan.tools.size(); ++i)
-    if (plan.tools[i].present && (plan.tools[i].movers & commanded) != 0) tools_ |= bit(i);
+    if (plan.tools[i].present && (plan.tools[i].movers & commanded) != 0)
+      (void)tools_.push_back(static_cast<std::uint8_t>(i));
   for (std::size_t i = 0; keeps_out && i < plan.capsules.size(); ++i)
-    if ((plan.frames[plan.capsules[i].frame].movers & commanded) != 0) capsules_ |= bit(i);
+    if ((plan.frames[plan.capsules[i].frame].movers & commanded) != 0)
+      (void)capsules_.push_back(static_cast<std::uint8_t>(i));
 }
 
-Evidence ShapeCheck::look(const FramePoses& poses, const FramePoses& before, double need,
-                          double& slack) const {
-  slack = need;
-  const Evidence evidence = look_at_volumes(poses, before, need, slack);
-  return evidence.ok() ? look_at_pairs(poses, before, need, slack) : evidence;
+double ShapeCheck::way_of(std::size_t shape, const Ways& ways) const {
+  if (shape < pairs_.size()) return ways.of(plan_.pairs[pairs_[shape]]);
+  shape -= pairs_.size();
+  if (shape < tools_.size()) {
+    const PlanPlace& place = plan_.tools[tools_[shape]].place;
+    return ways.of(place.frame, place.position.norm());
+  }
+  const PlanCapsule& capsule = plan_.capsules[capsules_[shape - tools_.size()]];
+  return ways.of(capsule.frame, capsule.extent);
 }
 
-Evidence ShapeCheck::look_at_volumes(const FramePoses& poses, const FramePoses& before, double need,
-                                     double& slack) const {
+double ShapeCheck::free_of(const Clearance& clearance, const Ways& ways) const {
+  double free = free_share(clearance.others, ways.longest());
+  for (std::size_t i = 0; i < clearance.near_count; ++i) {
+    const Clearance::Near& near = clearance.near[i];
+    free = std::min(free, free_share(near.margin, way_of(near.shape, ways)));
+  }
+  return free;
+}
+
+Evidence ShapeCheck::look(const FramePoses& poses, const FramePoses& before, const Ways& ways,
+                          double share, Clearance& found) const {
+  found.others = share * ways.longest();
+  found.near_count = 0;
+  const Evidence evidence = look_at_volumes(poses, before, found);
+  return evidence.ok() ? look_at_pairs(poses, before, ways, share, found) : evidence;
+}
+
+Evidence ShapeCheck::look_at_volumes(const FramePoses& poses, const FramePoses& before,
+                                     Clearance& found) const {
+  std::array<double, max_parts> tools;
+  std::array<double, max_capsules> capsules;
+  std::fill_n(tools.begin(), tools_.size(), found.others);
+  std::fill_n(capsules.begin(), capsules_.size(), found.others);
   Evidence evidence;
   for (std::size_t v = 0; v < plan_.volumes.size() && evidence.ok(); ++v) {
     const Volume& volume = plan_.limits.workspace.volumes[v];
-    for (std::size_t part = 0; part < plan_.limits.parts.size() && evidence.ok(); ++part) {
-      if ((tools_ & bit(part)) == 0) continue;
-      evidence = volume.keep_out ? keep_tool_out(part, v, poses, before, slack)
-                                 : keep_tool_in(part, volume, poses, before, slack);
-    }
-    for (std::size_t i = 0; i < plan_.capsules.size() && volume.keep_out && evidence.ok(); ++i)
-      if ((capsules_ & bit(i)) != 0) evidence = keep_capsule_out(i, v, poses, before, need, slack);
+    for (std::size_t i = 0; i < tools_.size() && evidence.ok(); ++i)
+      evidence = volume.keep_out ? keep_tool_out(tools_[i], v, poses, before, tools[i])
+                                 : keep_tool_in(tools_[i], volume, poses, before, tools[i]);
+    for (std::size_t i = 0; i < capsules_.size() && volume.keep_out && evidence.ok(); ++i)
+      evidence = keep_capsule_out(capsules_[i], v, poses, before, capsules[i]);
   }
+  for (std::size_t i = 0; i < tools_.size(); ++i)
+    if (!(tools[i] >= found.others)) found.add(pairs_.size() + i, tools[i]);
+  for (std::size_t i = 0; i < capsules_.size(); ++i)
+    if (!(capsules[i] >= found.others)) found.add(pairs_.size() + tools_.size() + i, capsules[i]);
   return evidence;
 }
 
@@ -100,11 +125,11 @@ Evidence ShapeCheck::keep_tool_out(std::size_t part, std::size_t volume, const F
 
 Evidence ShapeCheck::keep_capsule_out(std::size_t capsule, std::size_t volume,
                                       const FramePoses& poses, const FramePoses& before,
-                                      double need, double& slack) const {
+                                      double& slack) const {
   const Box box = box_of(plan_.limits.workspace.volumes[volume]);
   const PlanCapsule& shape = plan_.capsules[capsule];
   const Eigen::Vector3d middle = point_in_root(poses[shape.frame], shape.middle);
-  if (box_distance({middle, middle}, box) - shape.reach >= need) return {};
+  if (box_distance({middle, middle}, box) - shape.reach >= slack) return {};
   const auto margin_of = [&](const FramePoses& in) {
     return box_distance(segment(capsule, in), box) - shape.radius;
   };
@@ -128,19 +153,27 @@ double ShapeCheck::pair_distance(const PlanPair& pair, const FramePoses& poses) 
 
 // Most pairs are so far apart that the spheres around them tell. A distance that is no number is a
 // hit.
-Evidence ShapeCheck::look_at_pairs(const FramePoses& poses, const FramePoses& before, double need,
-                                   double& slack) const {
+Evidence ShapeCheck::look_at_pairs(const FramePoses& poses, const FramePoses& before,
+                                   const Ways& ways, double share, Clearance& found) const {
   std::array<Eigen::Vector3d, max_capsules> middles;
   if (!pairs_.empty())
     for (std::size_t i = 0; i < plan_.capsules.size(); ++i)
       middles[i] = point_in_root(poses[plan_.capsules[i].frame], plan_.capsules[i].middle);
   const double clearance = plan_.limits.collision.clearance;
-  for (const std::uint16_t index : pairs_) {
-    const PlanPair& pair = plan_.pairs[index];
-    const double far = pair.near + need;
-    if ((middles[pair.first] - middles[pair.second]).squaredNorm() >= far * far) continue;
+  for (std::size_t i = 0; i < pairs_.size(); ++i) {
+    const PlanPair& pair = plan_.pairs[pairs_[i]];
+    const double apart = (middles[pair.first] - middles[pair.second]).squaredNorm();
+    const auto are_clear_by = [&](double margin) {
+      return apart >= (pair.near + margin) * (pair.near + margin);
+    };
+    if (are_clear_by(found.others)) continue;
+    const double need = share * ways.of(pair);
+    if (are_clear_by(need)) {
+      found.add(i, need);
+      continue;
+    }
     const double distance = pair_distance(pair, poses);
-    keep_smallest(slack, distance - clearance);
+    found.add(i, distance - clearance);
     if (distance >= clearance ||
         !is_breach(distance - clearance, pair_distance(pair, before) - clearance))
       continue;

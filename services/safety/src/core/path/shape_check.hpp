@@ -4,41 +4,63 @@
 #include "../evidence.hpp"
 #include "distances.hpp"
 #include "frames.hpp"
+#include "ways.hpp"
 
 namespace fairlead {
+
+/// By how much the shapes of a configuration are clear at least: what is near one by one, what is
+/// further away all together [m].
+struct Clearance {
+  struct Near {
+    std::size_t shape;  // which of the ShapeCheck's
+    double margin;
+  };
+  double others = 0.0;
+  std::size_t near_count = 0;
+  std::array<Near, max_capsule_pairs + max_parts + max_capsules> near;
+
+  void add(std::size_t shape, double margin) { near[near_count++] = {shape, margin}; }
+};
 
 class ShapeCheck {
  public:
   /// Of what any of `commanded` moves.
   ShapeCheck(const PathPlan& plan, JointSet commanded);
 
-  [[nodiscard]] bool has_nothing() const { return pairs_.empty() && !tools_ && !capsules_; }
+  [[nodiscard]] bool has_nothing() const {
+    return pairs_.empty() && tools_.empty() && capsules_.empty();
+  }
 
   /// What is at fault in a configuration. What was broken in the one before may stay as it was.
-  /// Without a fault, `slack`: the smallest margin [m], if it is below `need`.
-  Evidence look(const FramePoses& poses, const FramePoses& before, double need,
-                double& slack) const;
+  /// Without a fault, `found`: how clear it is, which need not be more than `share` of the ways.
+  Evidence look(const FramePoses& poses, const FramePoses& before, const Ways& ways, double share,
+                Clearance& found) const;
+
+  /// Which share of its way everything is clear by at least, 1 at most.
+  [[nodiscard]] double free_of(const Clearance& clearance, const Ways& ways) const;
 
  private:
-  Evidence look_at_volumes(const FramePoses& poses, const FramePoses& before, double need,
-                           double& slack) const;
+  Evidence look_at_volumes(const FramePoses& poses, const FramePoses& before,
+                           Clearance& found) const;
   Evidence keep_tool_in(std::size_t part, const Volume& volume, const FramePoses& poses,
                         const FramePoses& before, double& slack) const;
   Evidence keep_tool_out(std::size_t part, std::size_t volume, const FramePoses& poses,
                          const FramePoses& before, double& slack) const;
   Evidence keep_capsule_out(std::size_t capsule, std::size_t volume, const FramePoses& poses,
-                            const FramePoses& before, double need, double& slack) const;
-  Evidence look_at_pairs(const FramePoses& poses, const FramePoses& before, double need,
-                         double& slack) const;
+                            const FramePoses& before, double& slack) const;
+  Evidence look_at_pairs(const FramePoses& poses, const FramePoses& before, const Ways& ways,
+                         double share, Clearance& found) const;
+  [[nodiscard]] double way_of(std::size_t shape, const Ways& ways) const;
   [[nodiscard]] Segment segment(std::size_t capsule, const FramePoses& poses) const;
   [[nodiscard]] double pair_distance(const PlanPair& pair, const FramePoses& poses) const;
   [[nodiscard]] Evidence of_part_that_moves(Evidence evidence, JointSet movers) const;
 
   const PathPlan& plan_;
   JointSet commanded_;
+  // Shapes are counted through all three:
   FixedVec<std::uint16_t, max_capsule_pairs> pairs_;
-  std::uint64_t tools_ = 0;     // by part, one bit each
-  std::uint64_t capsules_ = 0;  // that volumes keep out, one bit each
+  FixedVec<std::uint8_t, max_parts> tools_;        // by part
+  FixedVec<std::uint8_t, max_capsules> capsules_;  // that volumes keep out
 };
 
 }  // namespace fairlead

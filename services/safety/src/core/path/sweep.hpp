@@ -6,11 +6,12 @@
 
 namespace fairlead {
 
-/// A configuration on the way, and by how much everything there is clear at least [m].
+/// A configuration on a way from its start, place 0, to its end, place 1.
 struct WayPoint {
-  double share = 0.0;
+  double place = 0.0;
   Joints joints;
-  double slack = 0.0;
+  // Everything there is clear by at least this share of how far it moves on the whole way.
+  double free = 0.0;
 };
 
 /// Between two configurations that are looked at nothing moves further than this [m], unless a
@@ -18,22 +19,31 @@ struct WayPoint {
 inline constexpr double sweep_resolution = 0.01;
 inline constexpr int halvings = 6;
 
-/// Nothing that moves by `way` in all can come nearer than its slack at both ends covers: then all
-/// between is clear. Otherwise the middle is looked at, and so on.
-///
-/// `at(share, joints)` gives a configuration on the way, `look(joints, need, slack)` what is at
-/// fault there (`slack` need not be found beyond `need`), `bound(from, to)` how far anything moves.
-template <class At, class Look, class Bound>
-Evidence check_way(const WayPoint& from, const WayPoint& to, const At& at, const Look& look,
-                   const Bound& bound, int depth = halvings) {
-  const double way = bound(from.joints, to.joints);
-  if (from.slack + to.slack >= way || way <= sweep_resolution || depth == 0) return {};
+/// `at(place, joints)` gives a configuration on the way; `part(from, to)` which share of its whole
+/// way anything goes at most between two points of it; `look(joints, need, free)` what is at fault
+/// somewhere, and otherwise the share that it is clear by (need not be found beyond `need`).
+template <class At, class Part, class Look>
+struct Way {
+  double longest;  // of anything, in all [m]
+  const At& at;
+  const Part& part;
+  const Look& look;
+};
+
+/// Nothing can come nearer than it is clear by at both ends together, unless it moves further: then
+/// all between is clear. Otherwise the middle is looked at, and so on.
+template <class AnyWay>
+Evidence check_way(const WayPoint& from, const WayPoint& to, const AnyWay& way,
+                   int depth = halvings) {
+  const double part = way.part(from, to);
+  if (from.free + to.free >= part || part * way.longest <= sweep_resolution || depth == 0)
+    return {};
   WayPoint middle;
-  middle.share = 0.5 * (from.share + to.share);
-  at(middle.share, middle.joints);
-  Evidence evidence = look(middle.joints, way, middle.slack);
-  if (evidence.ok()) evidence = check_way(from, middle, at, look, bound, depth - 1);
-  if (evidence.ok()) evidence = check_way(middle, to, at, look, bound, depth - 1);
+  middle.place = 0.5 * (from.place + to.place);
+  way.at(middle.place, middle.joints);
+  Evidence evidence = way.look(middle.joints, part, middle.free);
+  if (evidence.ok()) evidence = check_way(from, middle, way, depth - 1);
+  if (evidence.ok()) evidence = check_way(middle, to, way, depth - 1);
   return evidence;
 }
 

@@ -1,6 +1,5 @@
 #include "tool_motion.hpp"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -8,8 +7,6 @@
 
 namespace fairlead {
 namespace {
-
-using Square6 = Eigen::Matrix<double, 6, 6>;
 
 // Metres and radians count alike. Far from a singularity (smallest singular values of 0.1 and
 // more) the damping takes less than 4 % off a motion.
@@ -24,24 +21,19 @@ constexpr double longest_step = 0.5;
 // What a motion that the joints cannot make at all may be missed by, above its own size.
 constexpr double rounding = 1e-9;
 
-FramePose tool_pose(const PlanTool& tool, const FramePoses& poses) {
-  const FramePose& frame = poses[tool.place.frame];
-  return {frame.rotation * tool.place.rotation, point_in_root(frame, tool.place.position)};
-}
-
-void place_chain(const PathPlan& plan, const PlanTool& tool, const Joints& joints,
-                 FramePoses& poses) {
-  poses[0] = root_pose();
-  for (const std::uint8_t f : tool.chain) place_frame(plan.frames[f], joints, poses, f);
+Square6 gram_of_rows(const ToolJacobian& jacobian) {
+  Square6 gram = Square6::Zero();
+  for (std::size_t i = 0; i < jacobian.count; ++i)
+    gram.noalias() += jacobian.columns[i] * jacobian.columns[i].transpose();
+  return gram;
 }
 
 // The changes of the joints that come nearest to the motion, those of a singular direction damped.
 void step_towards(const PathPlan& plan, const PlanTool& tool, const ToolJacobian& jacobian,
                   const Motion6& motion, double longest, Joints& joints) {
-  Square6 gram = damping * damping * Square6::Identity();
-  for (std::size_t i = 0; i < jacobian.count; ++i)
-    gram.noalias() += jacobian.columns[i] * jacobian.columns[i].transpose();
-  const Motion6 weights = gram.llt().solve(motion);
+  Square6 gram = gram_of_rows(jacobian);
+  gram.diagonal().array() += damping * damping;
+  const Motion6 weights = Factors6(gram).solve(motion);
   double largest = 0.0;
   for (std::size_t i = 0; i < jacobian.count; ++i)
     largest = std::max(largest, std::abs(jacobian.columns[i].dot(weights)));
@@ -52,12 +44,8 @@ void step_towards(const PathPlan& plan, const PlanTool& tool, const ToolJacobian
 
 // Of the rows or of the columns, whichever are fewer; what is left of the six by six is large.
 Square6 smaller_gram(const ToolJacobian& jacobian) {
+  if (jacobian.count >= 6) return gram_of_rows(jacobian);
   Square6 gram = Square6::Zero();
-  if (jacobian.count >= 6) {
-    for (std::size_t i = 0; i < jacobian.count; ++i)
-      gram.noalias() += jacobian.columns[i] * jacobian.columns[i].transpose();
-    return gram;
-  }
   double sum = 1.0;
   for (std::size_t i = 0; i < jacobian.count; ++i) sum += jacobian.columns[i].squaredNorm();
   gram.diagonal().setConstant(sum);
@@ -70,11 +58,9 @@ Square6 smaller_gram(const ToolJacobian& jacobian) {
 
 }  // namespace
 
-ToolJacobian tool_jacobian(const PathPlan& plan, const PlanTool& tool, const Joints& joints) {
-  FramePoses poses;
-  place_chain(plan, tool, joints, poses);
+ToolJacobian tool_jacobian(const PathPlan& plan, const PlanTool& tool, const FramePoses& poses) {
   ToolJacobian jacobian;
-  jacobian.tool = tool_pose(tool, poses);
+  jacobian.tool = pose_at(tool.place, poses);
   for (const std::uint8_t f : tool.own) {
     const PlanFrame& frame = plan.frames[f];
     Motion6& column = jacobian.columns[jacobian.count++];
@@ -95,15 +81,15 @@ Motion6 motion_between(const FramePose& from, const FramePose& to) {
 }
 
 Evidence move_tool(const PathPlan& plan, const PlanTool& tool, const Motion6& motion,
-                   Joints& joints) {
-  const ToolJacobian jacobian = tool_jacobian(plan, tool, joints);
+                   const FramePoses& start, FramePoses& end, Joints& joints) {
+  const ToolJacobian jacobian = tool_jacobian(plan, tool, start);
   step_towards(plan, tool, jacobian, motion, unset, joints);
+  end.place_chain(plan, tool, joints);
   // A long turn bends the way: what one straight step misses, a second makes up for.
-  const ToolJacobian bent = tool_jacobian(plan, tool, joints);
+  const ToolJacobian bent = tool_jacobian(plan, tool, end);
   step_towards(plan, tool, bent, motion - motion_between(jacobian.tool, bent.tool), unset, joints);
-  FramePoses poses;
-  place_chain(plan, tool, joints, poses);
-  const Motion6 made = motion_between(jacobian.tool, tool_pose(tool, poses));
+  end.place_chain(plan, tool, joints);
+  const Motion6 made = motion_between(jacobian.tool, pose_at(tool.place, end));
   const double missed = (motion - made).norm();
   if (missed <= motion.norm() + rounding) return {};
   return above(code::unreachable, "tool motion", missed, motion.norm(),
@@ -111,10 +97,11 @@ Evidence move_tool(const PathPlan& plan, const PlanTool& tool, const Motion6& mo
 }
 
 Evidence reach_pose(const PathPlan& plan, const PlanTool& tool, const FramePose& target,
-                    Joints& joints) {
+                    FramePoses& poses, Joints& joints) {
   double distance = unset, angle = unset;
   for (int i = 0; i <= most_steps; ++i) {
-    const ToolJacobian jacobian = tool_jacobian(plan, tool, joints);
+    poses.place_chain(plan, tool, joints);
+    const ToolJacobian jacobian = tool_jacobian(plan, tool, poses);
     const Motion6 missing = motion_between(jacobian.tool, target);
     distance = missing.head<3>().norm();
     angle = missing.tail<3>().norm();
@@ -137,9 +124,7 @@ double smallest_singular_value(const ToolJacobian& jacobian) {
 bool is_clearly_regular(const ToolJacobian& jacobian, double limit) {
   const Square6 gram = smaller_gram(jacobian);
   const double least = limit * limit * (1.0 + 1e-6) + 1e-12 * gram.trace();
-  const Eigen::LLT<Square6> above_least(gram - least * Square6::Identity());
-  // What is no number goes through to the last pivot.
-  return above_least.info() == Eigen::Success && above_least.matrixLLT()(5, 5) > 0.0;
+  return Factors6(gram - least * Square6::Identity()).definite();
 }
 
 }  // namespace fairlead

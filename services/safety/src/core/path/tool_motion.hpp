@@ -3,11 +3,11 @@
 
 #include "../evidence.hpp"
 #include "frames.hpp"
+#include "square6.hpp"
 
 namespace fairlead {
 
-/// Linear [m] and angular [rad] motion along the root link's axes.
-using Motion6 = Eigen::Matrix<double, 6, 1>;
+// Motion6 here: linear [m] and angular [rad] motion along the root link's axes.
 
 /// A tool's pose, and how it moves with each joint of its own part (`PlanTool::own`).
 struct ToolJacobian {
@@ -16,19 +16,24 @@ struct ToolJacobian {
   std::array<Motion6, max_links> columns;
 };
 
-ToolJacobian tool_jacobian(const PathPlan& plan, const PlanTool& tool, const Joints& joints);
+/// Where the frames between the root and the tool have been placed.
+ToolJacobian tool_jacobian(const PathPlan& plan, const PlanTool& tool, const FramePoses& poses);
 
 /// The motion that takes one pose to another.
 Motion6 motion_between(const FramePose& from, const FramePose& to);
 
 /// Moves the part's joints so that its tool makes one motion, as far as they can. Says G030 if the
 /// tool would be further from where it is to be than if the joints had stayed.
+///
+/// `start`: the frames where `joints` are. `end`: frames that have been placed; those between the
+/// root and the tool are placed again where the joints get to.
 Evidence move_tool(const PathPlan& plan, const PlanTool& tool, const Motion6& motion,
-                   Joints& joints);
+                   const FramePoses& start, FramePoses& end, Joints& joints);
 
-/// Moves the part's joints until its tool is at `target`. Says G030 if it does not get there.
+/// Moves the part's joints until its tool is at `target`, and the tool's frames in `poses` with
+/// them. Says G030 if it does not get there.
 Evidence reach_pose(const PathPlan& plan, const PlanTool& tool, const FramePose& target,
-                    Joints& joints);
+                    FramePoses& poses, Joints& joints);
 
 /// G033: the smallest singular value of the Jacobian, of as many as the part has joints, 6 at most.
 double smallest_singular_value(const ToolJacobian& jacobian);

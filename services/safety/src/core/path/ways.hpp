@@ -1,0 +1,48 @@
+// How far things move at most when the joints go from one configuration to another.
+#pragma once
+
+#include <array>
+
+#include "frames.hpp"
+
+namespace fairlead {
+
+/// A joint that turns by dq carries a point by at most its distance from the joint's origin times
+/// dq, and that distance is never more than the way from joint to joint and on to the point. Added
+/// up over the joints between the point and the frame that it is seen from.
+class Ways {
+ public:
+  Ways(const PathPlan& plan, const Joints& from, const Joints& to);
+  /// Every joint goes as far as in that of both in which it goes further.
+  Ways(const Ways& one, const Ways& other);
+
+  /// Of any point at most `extent` from a frame's origin, as seen from `base`, on which the frame
+  /// hangs [m].
+  [[nodiscard]] double of(std::size_t frame, double extent, std::size_t base = 0) const;
+  /// Of two capsules relative to each other.
+  [[nodiscard]] double of(const PlanPair& pair) const;
+  /// No way of any capsule, tool or pair is longer.
+  [[nodiscard]] double longest() const { return longest_; }
+
+ private:
+  struct Sums {             // over the joints between a frame and the root
+    double turned = 0.0;    // [rad]
+    double leverage = 0.0;  // the same times each one's distance from the root
+    double slid = 0.0;      // [m]
+  };
+  void add_up();
+
+  const PathPlan& plan_;
+  double longest_ = 0.0;
+  std::array<double, max_links> change_;  // of each frame's joint
+  std::array<Sums, max_links> sums_;
+};
+
+/// Which share of a way a margin covers, 1 at most; what is no number covers none.
+inline double free_share(double margin, double way) {
+  if (margin >= way) return 1.0;
+  const double share = margin > 0.0 ? margin / way : 0.0;
+  return share > 0.0 ? share : 0.0;
+}
+
+}  // namespace fairlead
