@@ -1,0 +1,59 @@
+"""The bench of the gate's core runs, and its tables find their place; no time is judged here."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from bench.page import write_table
+from fairlead.paths import repo_root
+
+ROWS = ("H=1", "H=16", "H=50")
+
+
+@pytest.mark.processes
+def test_the_core_bench_releases_every_chunk_that_it_times() -> None:
+    words = [sys.executable, "-m", "bench.gate_core", "--json", "--no-instructions"]
+    words += ["--rounds", "2", "--ticks", "3"]
+    done = subprocess.run(words, cwd=repo_root(), capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    found = json.loads(done.stdout)
+    names = {one["name"] for one in found["cases"]}
+    assert names == {f"{kind} {rows}" for kind in ("limits", "all checks") for rows in ROWS}
+    assert all(one["least_ns"] > 0 for one in found["cases"])
+    assert set(found["steps"]) == {
+        f"{pacing}, rows that {motion}"
+        for pacing in ("lockstep", "realtime")
+        for motion in ("hold", "sway")
+    }
+
+
+def test_a_table_replaces_the_one_between_its_marks(tmp_path: Path) -> None:
+    page = tmp_path / "speed.md"
+    page.write_text("before\n<!-- core -->\n| old |\n<!-- end of core -->\nafter\n")
+    write_table("core", "| new |", page)
+    write_table("core", "| newer |", page)
+    text = page.read_text()
+    assert text.startswith("before\n<!-- core -->\n| newer |\n\nMeasured 2")
+    assert text.endswith("<!-- end of core -->\nafter\n")
+    assert "load average" in text
+    assert "| new |" not in text
+    assert "| old |" not in text
+
+
+def test_a_page_without_marks_is_left_as_it_is(tmp_path: Path) -> None:
+    page = tmp_path / "speed.md"
+    page.write_text("no marks")
+    with pytest.raises(SystemExit, match="has no marks <!-- core -->"):
+        write_table("core", "| new |", page)
+    assert page.read_text() == "no marks"
+
+
+def test_the_page_has_a_place_for_every_table() -> None:
+    text = (repo_root() / "docs" / "speed.md").read_text()
+    for name in ("core", "steps", "hop"):
+        assert text.count(f"<!-- {name} -->") == text.count(f"<!-- end of {name} -->") == 1
