@@ -41,6 +41,8 @@ Evidence Prediction::apply_rows(const RowBefore& own, std::size_t steps, bool be
                         branch_count_ - holding_count_);
     }
   }
+  for (std::size_t i = 0; i < branch_count_; ++i)
+    branches_[i].poses_now().place(plan_, branches_[i].now);
   return fault;
 }
 
@@ -51,8 +53,6 @@ Evidence Prediction::advance() {
                  static_cast<double>(max_gains), "parts with a gain that move at once");
   for (std::size_t i = 0; i < branch_count_; ++i) branches_[i].begin_row();
   Evidence fault = apply_rows(RowBefore{&chunk_, row_}, steps_++, false);
-  for (std::size_t i = 0; i < branch_count_; ++i)
-    branches_[i].poses_now().place(plan_, branches_[i].now);
   targets_told_ = 0;  // what rows tell from here on is where the branches are
   return fault.ok() ? check_finite() : fault;
 }
