@@ -20,12 +20,13 @@ import time
 from collections import Counter
 from pathlib import Path
 
-from tests.mutants.hunt import Fate, hunt
+from tests.mutants.hunt import Fate, Hunt
 from tests.mutants.mutations import Mutant
 from tests.mutants.population import ROOT, build, populate
 
 BUILD = Path(os.environ.get("FAIRLEAD_MUTANT_BUILD", ROOT / "build/mutants"))
 REVIEWED = Path(__file__).with_name("reviewed.json")
+NOTICED = BUILD / "noticed.json"
 ALIVE = (Fate.SURVIVED, Fate.NOT_REACHED)
 
 
@@ -41,6 +42,24 @@ def reviewed() -> dict[str, dict[tuple[str, str, str], str]]:
         kind: {(one["file"], one["text"], one["change"]): one["why"] for one in entries}
         for kind, entries in lists.items()
     }
+
+
+def name_of(mutant: Mutant) -> str:
+    """Its key as one text."""
+    return " | ".join(key_of(mutant))
+
+
+def past_notices(mutants: dict[int, Mutant]) -> dict[int, str]:
+    """Which test noticed a mutant in the last run here: it is tried first, and decides nothing."""
+    if not NOTICED.exists():
+        return {}
+    noticed = json.loads(NOTICED.read_text())
+    return {i: noticed[name_of(one)] for i, one in mutants.items() if name_of(one) in noticed}
+
+
+def keep_notices(mutants: dict[int, Mutant], noticed: dict[int, str]) -> None:
+    """The same for the next run."""
+    NOTICED.write_text(json.dumps({name_of(mutants[i]): test for i, test in noticed.items()}))
 
 
 def print_fates(fates: dict[int, Fate], mutants: dict[int, Mutant]) -> None:
@@ -106,7 +125,9 @@ def main() -> int:
         for number, mutant in population.mutants.items()
         if not options.files or any(part in mutant.file for part in options.files)
     }
-    fates = hunt(program, wanted, int(os.environ.get("FAIRLEAD_MUTANT_JOBS", "2")))
+    search = Hunt(program, wanted, past_notices(population.mutants))
+    fates = search.run(int(os.environ.get("FAIRLEAD_MUTANT_JOBS", "2")))
+    keep_notices(population.mutants, search.noticed)
     if options.update:
         update(fates, population.mutants)
     faults = print_survivors(fates, population.mutants, whole=not options.files)

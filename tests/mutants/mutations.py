@@ -18,6 +18,7 @@ from tests.mutants.cpp_text import (
 # Results that say "nothing wrong" when empty; a mutant does not ask.
 CHECKED = re.compile(r"^(?:static |inline )?(Text|Evidence|Objection|bool) (?:\w+::)*(\w+)\(", re.M)
 SPEECH = {"phrase", "above", "below", "broken_rule", "at", "flip"}  # these put into words only
+DEFINED = re.compile(r"^(?:static |inline )*([\w:]+(?:<[\w:, ]+>)?&?) (?:\w+::)*(\w+)\(", re.M)
 OR_STOPS = r",|;|\?|(?<!:):(?!:)|\breturn\b|(?<![=!<>])=(?!=)"
 AND_STOPS = OR_STOPS + r"|\|\|"
 NUMBER = re.compile(
@@ -30,6 +31,7 @@ KEYWORDS = re.compile(
     r"(?:return|if|else|for|while|do|switch|case|default|break|continue|using|static|constexpr|const"
     r"|auto|template|static_assert|FAIRLEAD_\w+)\b"
 )
+CONSTANT_VALUE = re.compile(r"\bconstexpr [\w:<>, ]+?(\w+) = ([^;]+);")
 FUNCTIONS = {"min": "fm::least<", "max": "fm::most_of<"}
 SIMPLE = {"abs": "fm::magnitude(", "sin": "fm::sine(", "cos": "fm::cosine("}
 
@@ -59,7 +61,11 @@ class Mutations:
 
     def __post_init__(self) -> None:
         """Find all of them."""
-        self.code = blanked(self.source)
+        self.code = without_assertions(blanked(self.source))
+        own = {name: kind for kind, name in DEFINED.findall(self.code)}
+        self.checked = {
+            name: kind for name, kind in self.checked.items() if own.get(name, kind) == kind
+        }
         for start, end in self.regions():
             self.operators(start, end)
             self.logic(start, end)
@@ -77,7 +83,7 @@ class Mutations:
         for found in re.finditer(pattern, self.code, re.M):
             local = any(start <= found.start() < end for start, end in inside)
             if not local and found[2] not in self.sizes and "_name" not in found[2]:
-                member = "static" in found[0]
+                member = "static " in self.code[found.start() : found.start(1)]
                 self.swaps.append((*found.span(1), "inline const" if member else "const"))
                 yield found.start(2), found.end() - 1
         for found in re.finditer(r"\bconstexpr (?=[\w:<>, ]+?\w+(?: =|\{))", self.code):
@@ -143,7 +149,7 @@ class Mutations:
             self.wraps.append((at, start + found.end(), f"fm::number({number}, ", ")"))
         for found in NUMBER.finditer(self.code, start, end):
             line = self.code[self.code.rfind("\n", 0, found.start()) + 1 : found.start()]
-            if re.search(r"\w<[^<>;()]*$|static_assert|case ", line):
+            if re.search(r"\w<[^<>;()]*$|case ", line):
                 continue
             number = self.add(found.start(), f"{found.group()} becomes another number")
             self.wraps.append((found.start(), found.end(), f"fm::number({number}, ", ")"))
@@ -240,13 +246,29 @@ class Mutations:
 OPENING, CLOSING = "([{", ")]}"
 
 
+def without_assertions(code: str) -> str:
+    """Blanked code without what the compiler asserts: that has to stay constant."""
+    for found in re.finditer(r"\bstatic_assert\(", code):
+        end = closing(code, found.end() - 1) + 1
+        code = code[: found.start()] + re.sub(r"[^\n]", " ", code[found.start() : end]) + code[end:]
+    return code
+
+
 def checked_functions(sources: list[str]) -> dict[str, str]:
     """Functions that return a fault, an objection or a truth value."""
     return {name: kind for source in sources for kind, name in CHECKED.findall(blanked(source))}
 
 
 def storage_sizes(sources: list[str]) -> set[str]:
-    """Names that appear as a template's argument or between square brackets of a type."""
-    return {
-        name for source in sources for name in re.findall(r"<[^<>;()]*?\b(\w+)>", blanked(source))
-    }
+    """Constants that a template's argument, a size between brackets or an assertion needs."""
+    codes = [blanked(source) for source in sources]
+    pattern = r"<[^<>;()]*?\b(\w+)>|\bstatic_assert\((.*?)\);"
+    found = {name for code in codes for one in re.findall(pattern, code, re.S) for name in one}
+    names = {name for text in found for name in re.findall(r"\b[a-z]\w+", text)}
+    given = dict(pair for code in codes for pair in re.findall(CONSTANT_VALUE, code))
+    while (
+        more := {name for size in names for name in re.findall(r"\b[a-z]\w+", given.get(size, ""))}
+        - names
+    ):
+        names |= more
+    return names

@@ -12,7 +12,22 @@
 
 namespace fairlead {
 
-struct LiveClaim {
+/// What is remembered of one claim's life; the next begins without any of it.
+struct ClaimLife {
+  bool hal_follows = false;  // the HAL has executed a row of this claim
+  std::uint64_t last_seq = 0;
+  TickWindow<16> ahead;       // G006: more than one tick ahead
+  TickWindow<16> bad_frames;  // G001
+  TickWindow<128> admitted;   // G010
+  // No row for this tick or a later one is granted until the HAL is known to have let go of what
+  // was revoked; 0: nothing was.
+  std::uint64_t revoked_tick = 0;
+  bool repeat = false;             // publish the current SafeChunk once more
+  std::uint64_t refused_tick = 0;  // newest tick when a chunk was refused, 0: none
+  std::uint64_t refused_verdict = 0;
+};
+
+struct LiveClaim : ClaimLife {
   std::uint64_t id = 0;  // 0: this place is free
   Name source;
   Name skill;
@@ -24,46 +39,36 @@ struct LiveClaim {
   StoredChunk newest;        // G005: the last candidate that got a verdict of its own
   Verdict newest_verdict;    // the answer to it, and to its copies
   Verdict latest_verdict;    // that, or of what was judged again since; id 0: none yet
-  bool hal_follows = false;  // the HAL has executed a row of this claim
-  std::uint64_t last_seq = 0;
-  StoredChunk waiting;        // G006: one tick ahead, until the next state
-  TickWindow<16> ahead;       // G006: more than one tick ahead
-  TickWindow<16> bad_frames;  // G001
-  TickWindow<128> admitted;   // G010
+  StoredChunk waiting;       // G006: one tick ahead, until the next state
   std::size_t admitted_limit = 0;
   std::uint64_t admitted_window = 0;  // ticks
 
   ReleasePlan plan;
-  // No row for this tick or a later one is granted until the HAL is known to have let go of what
-  // was revoked; 0: nothing was.
-  std::uint64_t revoked_tick = 0;
-  bool repeat = false;             // publish the current SafeChunk once more
-  std::uint64_t refused_tick = 0;  // newest tick when a chunk was refused, 0: none
-  std::uint64_t refused_verdict = 0;
 
+  [[nodiscard]] bool live() const { return id != 0; }
   [[nodiscard]] bool covers(std::size_t part) const { return limits.parts.contains(part); }
 };
 
 class ClaimTable {
  public:
-  [[nodiscard]] std::size_t count() const {
-    std::size_t live = 0;
-    for (const LiveClaim& claim : claims_) live += claim.id != 0 ? 1U : 0U;
-    return live;
+  [[nodiscard]] bool empty() const {
+    for (const LiveClaim& claim : claims_)
+      if (claim.live()) return false;
+    return true;
   }
   LiveClaim* find(std::uint64_t id) {
     for (LiveClaim& claim : claims_)
-      if (id != 0 && claim.id == id) return &claim;
+      if (claim.live() && claim.id == id) return &claim;
     return nullptr;
   }
   LiveClaim* free_place() {
     for (LiveClaim& claim : claims_)
-      if (claim.id == 0) return &claim;
+      if (!claim.live()) return &claim;
     return nullptr;
   }
   [[nodiscard]] const LiveClaim* holder_of(std::size_t part) const {
     for (const LiveClaim& claim : claims_)
-      if (claim.id != 0 && claim.covers(part)) return &claim;
+      if (claim.live() && claim.covers(part)) return &claim;
     return nullptr;
   }
   /// Every place, free ones too (id 0).

@@ -108,9 +108,9 @@ void Gate::Core::check_deadlines() {
   const std::uint64_t silence_ms = hal_.lockstep() ? protocol.heartbeat_timeout_lockstep_ms
                                                    : protocol.heartbeat_timeout_realtime_ms;
   for (LiveClaim& claim : claims_.places())
-    if (claim.id != 0 && now_ns_ - claim.heartbeat_ns > silence_ms * ms)
+    if (claim.live() && now_ns_ - claim.heartbeat_ns > silence_ms * ms)
       end_claim(claim, "its heartbeat was lost");
-  if (claims_.count() > 0) claimless_since_ns_ = now_ns_;
+  if (!claims_.empty()) claimless_since_ns_ = now_ns_;
   if (!hal_.lockstep() && now_ns_ - claimless_since_ns_ > protocol.idle_disarm_s * 1000 * ms)
     disarm(phrase("no claim for ", protocol.idle_disarm_s, " s"));
 }

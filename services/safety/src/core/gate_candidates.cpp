@@ -28,7 +28,7 @@ void Gate::Core::note_bad_frame(const Name& source, FrameFault fault, std::uint6
   unknown.epoch = epoch_;
   unknown.source = source;
   for (LiveClaim& claim : claims_.places()) {
-    if (claim.id == 0 || !(claim.source == source)) continue;
+    if (!claim.live() || !(claim.source == source)) continue;
     unknown.claim_id = claim.id;
     claim.bad_frames.add(hal_.tick());
     const ProtocolLimits& protocol = limits_.protocol;

@@ -64,7 +64,7 @@ RowBefore Gate::Core::row_before(const LiveClaim& claim) const {
 FixedVec<Companion, max_claims> Gate::Core::companions_of(const LiveClaim& claim) const {
   FixedVec<Companion, max_claims> companions;
   for (const LiveClaim& other : claims_.places()) {
-    if (other.id == 0 || other.id == claim.id) continue;
+    if (!other.live() || other.id == claim.id) continue;
     Companion companion{row_before(other)};
     const Released* release = other.plan.current();
     if (release != nullptr && first_open_tick() >= release->first_tick) {
@@ -117,7 +117,7 @@ void Gate::Core::keep_memories(const LiveClaim& claim) {
 // stop: the HAL has them already. Other limits cannot be broken by a newer state.
 Evidence Gate::Core::check_live_rows() const {
   for (const LiveClaim& claim : claims_.places()) {
-    if (claim.id == 0) continue;
+    if (!claim.live()) continue;
     Acted next = claim.plan.expected();
     if (!hal_.lockstep()) ++next.row;  // the row of this tick acts already
     const RowBefore row = claim.plan.row_of(next);

@@ -34,7 +34,7 @@ bool Gate::Core::read_memory() {
   bool passed = guard_.read_on(now_ns_);
   passed |= plan_guard_.read_on(now_ns_);
   for (LiveClaim& claim : claims_.places())
-    if (claim.id != 0) passed |= claim.guard.read_on(now_ns_);
+    if (claim.live()) passed |= claim.guard.read_on(now_ns_);
   return passed;
 }
 
@@ -43,7 +43,7 @@ const MemoryGuard* Gate::Core::find_changed() const {
   if (!guard_.intact()) return &guard_;
   if (!plan_guard_.intact()) return &plan_guard_;
   for (const LiveClaim& claim : claims_.places())
-    if (claim.id != 0 && !claim.guard.intact()) return &claim.guard;
+    if (claim.live() && !claim.guard.intact()) return &claim.guard;
   return nullptr;
 }
 

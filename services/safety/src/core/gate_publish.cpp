@@ -37,7 +37,7 @@ void Gate::Core::finish() {
 void Gate::Core::publish_lease() {
   lease_.grants.clear();
   for (LiveClaim& claim : claims_.places()) {
-    if (claim.id == 0) continue;
+    if (!claim.live()) continue;
     publish_safe_chunk(claim);
     (void)lease_.grants.push_back(grant_for(claim));  // as many places as claims
   }
@@ -129,7 +129,7 @@ void Gate::Core::fill_status() {
   status_.robot_hash = limits_.robot_hash;
   status_.claims.clear();
   for (const LiveClaim& claim : claims_.places()) {
-    if (claim.id == 0) continue;
+    if (!claim.live()) continue;
     ClaimInfo info{claim.source, claim.skill, claim.id, {}};
     for (const std::size_t part : claim.limits.parts)
       (void)info.parts.push_back(limits_.parts[part].name);

@@ -76,7 +76,7 @@ void Gate::Core::on_arm(Bytes frame) {
   begin_epoch();
   armed_ns_ = now_ns_;
   jump_memory_ = false;
-  overruns_.clear();
+  overruns_ = {};
   begin_memories();
   stuck_watch_.clear();
   grasp_watch_.clear();
@@ -144,15 +144,8 @@ void Gate::Core::on_claim(Bytes frame) {
     return refuse_query({phrase("all ", max_claims, " claims are taken"), "fairlead status"});
   const Objection objection = admit_claim(limits_, claims_, claim_request_, *place);
   if (!objection.none()) return refuse_query(objection);
-  place->last_seq = 0;
-  place->refused_tick = 0;
-  place->revoked_tick = 0;
-  place->repeat = false;
+  static_cast<ClaimLife&>(*place) = ClaimLife{};
   place->latest_verdict.verdict_id = 0;
-  place->hal_follows = false;
-  place->ahead.clear();
-  place->bad_frames.clear();
-  place->admitted.clear();
   place->heartbeat_ns = now_ns_;
   place->guard = MemoryGuard(bytes_of(place->limits));
   place->id = new_id();

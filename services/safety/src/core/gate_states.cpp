@@ -85,7 +85,7 @@ Evidence Gate::Core::check_leap(std::uint64_t tick) {
   std::string_view rule = "the periods since the states before";
   if (hal_.lockstep()) {
     bool waits = false;
-    for (const LiveClaim& claim : claims_.places()) waits |= claim.id != 0 && claim.hal_follows;
+    for (const LiveClaim& claim : claims_.places()) waits |= claim.live() && claim.hal_follows;
     if (!waits) return {};
     newest = hal_.tick() + 1;
     rule = "lockstep: one tick for each lease";
@@ -101,7 +101,7 @@ Evidence Gate::Core::check_leap(std::uint64_t tick) {
 void Gate::Core::repeat_verdicts() {
   if (!hal_.lockstep() || state_ != GateState::armed) return;
   for (const LiveClaim& claim : claims_.places())
-    if (claim.id != 0 && claim.latest_verdict.verdict_id != 0)
+    if (claim.live() && claim.latest_verdict.verdict_id != 0)
       (void)verdicts_.push_back(claim.latest_verdict);
 }
 
@@ -136,12 +136,12 @@ void Gate::Core::on_new_tick(const JointState& message) {
   jump_memory_ = true;
   update_memories();
   for (LiveClaim& claim : claims_.places())
-    if (claim.id != 0) begin_tick_of(claim);
+    if (claim.live()) begin_tick_of(claim);
   judge_live();
   const Evidence running = check_live_rows();
   if (!running.ok()) return raise_stop(running);
   for (LiveClaim& claim : claims_.places()) {
-    if (claim.id == 0 || claim.waiting.empty()) continue;
+    if (!claim.live() || claim.waiting.empty()) continue;
     const Name source = claim.source;
     chunk_ = claim.waiting.chunk();
     take_chunk(chunk_, claim.waiting.frame(), source, now_ns_);

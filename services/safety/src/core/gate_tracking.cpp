@@ -83,7 +83,7 @@ void Gate::Core::judge_live() {
   for (int round = 0; due != 0; ++round) {
     std::uint32_t bit = 1;
     for (LiveClaim& claim : claims_.places()) {
-      const bool asked = (due & bit) != 0 && claim.id != 0 && claim.plan.current() != nullptr;
+      const bool asked = (due & bit) != 0 && claim.live() && claim.plan.current() != nullptr;
       due &= ~bit;
       if (asked && is_cut(claim, round >= rounds_that_cut)) due |= ((1U << max_claims) - 1U) & ~bit;
       bit <<= 1U;

@@ -112,14 +112,13 @@ void Gate::Core::end_claim(LiveClaim& claim, std::string_view reason) {
   claim.id = 0;
   claim.plan.clear();
   claim.waiting.clear();
-  claim.newest.clear();
   claimless_since_ns_ = now_ns_;
   lease_due_ = status_due_ = true;
 }
 
 void Gate::Core::end_claims(std::string_view reason) {
   for (LiveClaim& claim : claims_.places())
-    if (claim.id != 0) end_claim(claim, reason);
+    if (claim.live()) end_claim(claim, reason);
 }
 
 }  // namespace fairlead

@@ -29,7 +29,6 @@ class TickWindow {
   void rebase() {
     for (std::uint64_t& tick : ticks_) tick = 0;
   }
-  void clear() { size_ = next_ = 0; }
 
  private:
   std::array<std::uint64_t, N> ticks_{};
