@@ -97,7 +97,7 @@ Objection take_overrides(const Limits& limits, const Claim& request, ClaimLimits
 void set_rate(const Limits& limits, double rate_hz, LiveClaim& place) {
   const double period_s = static_cast<double>(limits.period_ns) * 1e-9;
   const double ticks = std::ceil(std::max(0.25, 2.0 / rate_hz) / period_s - 1e-9);
-  place.admitted_window = static_cast<std::uint64_t>(std::min(ticks, 1e9));
+  place.admitted_window = static_cast<std::uint64_t>(std::min(ticks, double{UINT32_MAX}));
   const double window_s = static_cast<double>(place.admitted_window) * period_s;
   place.admitted_limit = static_cast<std::size_t>(std::ceil(1.2 * rate_hz * window_s - 1e-9)) + 1;
 }

@@ -60,7 +60,7 @@ Text check_part(const Limits& limits, std::size_t index) {
   for (const std::size_t j : part.joints)
     if (j >= limits.joints.size() || limits.joints[j].part != index)
       return phrase(key, ".joints: a joint that is not this part's");
-  for (std::size_t i = 0; i < part.joints.size(); ++i)
+  for (std::size_t i = 1; i < part.joints.size(); ++i)
     for (std::size_t k = 0; k < i; ++k)
       if (part.joints[i] == part.joints[k])
         return phrase(key, ".joints: ", limits.joints[part.joints[i]].name, " is there twice");

@@ -140,7 +140,7 @@ Text check_mode(const Limits& limits, const PartLimits& part, Mode mode) {
 
 Text check_modes(const Limits& limits, const PartLimits& part) {
   Text fault;
-  for (std::uint8_t mode = 0; mode < mode_count; ++mode)
+  for (std::uint8_t mode = 0; mode != mode_count; ++mode)
     if (fault.empty()) fault = check_mode(limits, part, static_cast<Mode>(mode));
   return fault;
 }

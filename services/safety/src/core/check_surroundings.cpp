@@ -27,10 +27,11 @@ double turn(const Corner& a, const Corner& b, const Corner& c) {
 
 using Corners = FixedVec<Corner, max_corners>;
 
-// Every corner lies to the left of every side that it is no end of.
+// Every corner lies to the left of every side that it is no end of. One side needs no look: what is
+// closed by all the others is closed by it.
 bool is_convex(const Corners& corners) {
   const std::size_t count = corners.size();
-  for (std::size_t i = 0; i < count; ++i)
+  for (std::size_t i = 1; i < count; ++i)
     for (std::size_t k = 2; k < count; ++k)
       if (!(turn(corners[i], corners[(i + 1) % count], corners[(i + k) % count]) > 0.0))
         return false;
@@ -59,8 +60,9 @@ Text check_base_joints(const Limits& limits) {
     if ((i < 2) != (joint.kind == JointKind::prismatic))
       return phrase("base.joints: expected two that slide and one that turns, got ", joint.name);
   }
-  if (joints[0] != joints[1]) return {};
-  return phrase("base.joints: ", limits.joints[joints[0]].name, " is there twice");
+  const auto& [x, y, yaw] = joints;
+  if (x != y) return {};
+  return phrase("base.joints: ", limits.joints[x].name, " is there twice");
 }
 
 // A twist is predicted and measured by the base's own joints, and a floor is flat.

@@ -42,7 +42,7 @@ inline bool has_tool(const Limits& limits) {
 /// Two entries of a list with the same name, "" if there are none.
 template <class List>
 Text check_names(const List& list, std::string_view key) {
-  for (std::size_t i = 0; i < list.size(); ++i)
+  for (std::size_t i = 1; i < list.size(); ++i)
     for (std::size_t k = 0; k < i; ++k)
       if (list[i].name == list[k].name) return phrase(key, ": ", list[i].name, " is there twice");
   return {};

@@ -56,7 +56,6 @@ auto read(Reader& in, Record& record) -> decltype(record.fields(), void());
 template <class T, std::size_t N>
 void read(Reader& in, FixedVec<T, N>& list) {
   const std::size_t count = in.array();
-  list.clear();
   if (!list.resize(count)) in.fail(FrameFault::capacity);
   for (T& item : list) {
     if (!in.ok()) return;

@@ -144,7 +144,7 @@ void Gate::Core::judge_chunk(LiveClaim& claim, const ActionChunk& chunk, Bytes f
   Judgement judgement;
   Evidence& evidence = judgement.evidence;
   evidence = check_ticks(claim, chunk);
-  if (!evidence.ok() && chunk.obs_tick > hal_.tick()) {
+  if (chunk.obs_tick > hal_.tick()) {
     claim.ahead.add(hal_.tick());
     evidence.raises_stop = claim.ahead.count(hal_.tick(), ahead_window_ticks) >= ahead_limit;
   }

@@ -16,7 +16,7 @@ const ActionPart* command_of(const ActionChunk& chunk, std::size_t part) {
 // A mode without a checker never acts.
 std::uint16_t modes_of(const PartLimits& part) {
   std::uint16_t modes = 0;
-  for (std::uint8_t mode = 0; mode < mode_count; ++mode)
+  for (std::uint8_t mode = 0; mode != mode_count; ++mode)
     if (part.modes.supports(mode)) modes |= PartMemory::mode_bit(mode);
   return modes;
 }
@@ -38,7 +38,7 @@ Acted Gate::Core::act_before(const LiveClaim& claim) const {
 // The row that the claim's parts executed. A part that its chunk did not address held beside it;
 // any other mixture is an act that nothing can continue from (verdict 0).
 Acted Gate::Core::acted_of(const LiveClaim& claim) const {
-  constexpr Acted unknown{0, 0, 0};
+  constexpr Acted unknown{.hold = 0};
   const FixedVec<Acted, max_parts>& acted = hal_.state().acted;
   Acted act = acted[claim.limits.parts[0]];
   for (const std::size_t part : claim.limits.parts) {
@@ -122,10 +122,9 @@ Evidence Gate::Core::check_live_rows() const {
     if (!hal_.lockstep()) ++next.row;  // the row of this tick acts already
     const RowBefore row = claim.plan.row_of(next);
     if (row.chunk == nullptr) continue;
-    Evidence evidence = check_running(limits_, claim.limits, hal_.state(), *row.chunk, row.row);
-    if (evidence.ok()) continue;
-    evidence.raises_stop = true;
-    return evidence;
+    const Evidence evidence =
+        check_running(limits_, claim.limits, hal_.state(), *row.chunk, row.row);
+    if (!evidence.ok()) return evidence;
   }
   return {};
 }

@@ -91,10 +91,8 @@ Evidence Gate::Core::check_leap(std::uint64_t tick) {
     rule = "lockstep: one tick for each lease";
   }
   if (tick <= newest || hal_.confirms_leap(tick, now_ns_)) return {};
-  Evidence evidence = above(code::jump, "tick", static_cast<double>(tick - hal_.tick()),
-                            static_cast<double>(newest - hal_.tick()), rule);
-  evidence.raises_stop = true;
-  return evidence;
+  return above(code::jump, "tick", static_cast<double>(tick - hal_.tick()),
+               static_cast<double>(newest - hal_.tick()), rule);
 }
 
 // What the runner may have missed, as long as the world waits for it: identical bytes.

@@ -53,7 +53,6 @@ Evidence Gate::Core::watch_motion(const MeasuredState& before) {
     evidence = watch_part(part, before);
     if (!evidence.ok()) evidence = at(evidence, -1, limits_.parts[part].name);
   }
-  evidence.raises_stop = !evidence.ok();
   return evidence;
 }
 

@@ -62,6 +62,8 @@ TEST_CASE("capsules are finite and on links there are") {
             l.collision.clearance = bad;
           }).starts_with("collision.clearance: expected a finite number above 0"));
   }
+  CHECK(fault_after([](Limits& l) { l.collision.capsules[0].link = 5; }) ==
+        "collision.capsules[0].link: no such link");
   CHECK(fault_after([](Limits& l) { l.collision.capsules.clear(); }) ==
         "collision.capsules: expected at least one");
 }
@@ -72,14 +74,14 @@ TEST_CASE("pairs are of two capsules of two links, in order, each once") {
   };
   CHECK(fault(1, 0) ==
         "collision.pairs[0]: expected two capsules in ascending order below 2, got 1 and 0");
-  CHECK_FALSE(fault(0, 0).empty());
+  CHECK(fault(0, 0) ==
+        "collision.pairs[0]: expected two capsules in ascending order below 2, got 0 and 0");
   CHECK_FALSE(fault(0, 2).empty());
   CHECK_FALSE(fault(max_capsules, max_capsules).empty());
   CHECK(fault_after([](Limits& l) { l.collision.capsules[0].link = 3; }) ==
         "collision.pairs[0]: expected capsules of two links, got 0 and 1 of one");
-  CHECK(fault_after([](Limits& l) {
-          (void)l.collision.pairs.push_back({0, 1});
-        }) == "collision.pairs[1]: 0 and 1 are there twice");
+  CHECK(fault_after([](Limits& l) { (void)l.collision.pairs.push_back({0, 1}); }) ==
+        "collision.pairs[1]: 0 and 1 are there twice");
   CHECK(fault_after([](Limits& l) {
           Capsule other = l.collision.capsules[0];
           other.link = 1;
@@ -116,6 +118,10 @@ TEST_CASE("volumes have a name of their own and a size along every axis") {
       CHECK(fault_after([=](Limits& l) { l.workspace.volumes[0].lower[axis] = bad; })
                 .starts_with(std::string("workspace.volumes.everywhere ") + "xyz"[axis] +
                              ": expected finite lower < upper, got "));
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    CHECK(fault_after([=](Limits& l) {
+            l.workspace.volumes[0].upper[axis] = -vast;
+          }).starts_with(std::string("workspace.volumes.everywhere ") + "xyz"[axis] + ": "));
   CHECK(fault_after([](Limits& l) { l.workspace.volumes[0].name.clear(); }) ==
         "workspace.volumes: a volume without a name");
   CHECK(fault_after([](Limits& l) {
@@ -124,6 +130,8 @@ TEST_CASE("volumes have a name of their own and a size along every axis") {
 }
 
 TEST_CASE("joints without bounds are the base's, and zones bound them") {
+  CHECK(fault_after([](Limits& l) { l.parts[base].joints.erase_at(0); }) ==
+        "joints.base_x: base does not list it among its joints");
   CHECK(fault_after([](Limits& l) { l.base.present = false; }) ==
         "base: expected zones for joint base_x, which has no bounds");
   CHECK(fault_after([](Limits& l) { l.base.joints[2] = base_y; }) ==
@@ -132,12 +140,10 @@ TEST_CASE("joints without bounds are the base's, and zones bound them") {
           l.base.joints = {base_y, base_x, base_yaw};
           l.parts[base].modes.body_twist.supported = false;
         }) == "");
-  CHECK(fault_after([](Limits& l) {
-          l.base.joints = {base_yaw, base_x, base_y};
-        }) == "base.joints: expected two that slide and one that turns, got base_yaw");
-  CHECK(fault_after([](Limits& l) {
-          l.base.joints = {base_x, base_yaw, base_y};
-        }) == "base.joints: expected two that slide and one that turns, got base_yaw");
+  CHECK(fault_after([](Limits& l) { l.base.joints = {base_yaw, base_x, base_y}; }) ==
+        "base.joints: expected two that slide and one that turns, got base_yaw");
+  CHECK(fault_after([](Limits& l) { l.base.joints = {base_x, base_yaw, base_y}; }) ==
+        "base.joints: expected two that slide and one that turns, got base_yaw");
   const auto two_armed = [](std::size_t x, std::size_t y, std::size_t yaw) {
     return fault_in(two_arms::limits(), [=](Limits& l) {
       l.base = wide_base(x, y, yaw);
@@ -151,9 +157,8 @@ TEST_CASE("joints without bounds are the base's, and zones bound them") {
 
 TEST_CASE("a body twist is that of the base's own joints, on a flat floor") {
   const std::string expected = ".modes.body_twist: expected a part of base.joints, in their order";
-  CHECK(fault_after([](Limits& l) {
-          l.base.joints = {base_y, base_x, base_yaw};
-        }) == "parts.base" + expected);
+  CHECK(fault_after([](Limits& l) { l.base.joints = {base_y, base_x, base_yaw}; }) ==
+        "parts.base" + expected);
   CHECK(fault_after([](Limits& l) {
           l.parts[arm].modes.body_twist = l.parts[base].modes.body_twist;
         }) == "parts.arm" + expected);
@@ -175,9 +180,8 @@ TEST_CASE("a body twist is that of the base's own joints, on a flat floor") {
 
 TEST_CASE("a base has an axis it turns about, a time to react and a zone to be in") {
   for (const double bad : {unset, endless}) {
-    CHECK(fault_after([=](Limits& l) {
-            l.base.yaw_axis = {0.0, bad};
-          }) == "base.yaw_axis: expected finite numbers");
+    CHECK(fault_after([=](Limits& l) { l.base.yaw_axis = {0.0, bad}; }) ==
+          "base.yaw_axis: expected finite numbers");
     CHECK(fault_after([=](Limits& l) {
             l.base.reaction_s = bad;
           }).starts_with("base.reaction_s: expected a finite number above 0"));
@@ -191,11 +195,12 @@ TEST_CASE("a base has an axis it turns about, a time to react and a zone to be i
         "base.zones: a zone without a name");
   CHECK(fault_after([](Limits& l) { (void)l.base.zones.push_back(l.base.zones[0]); }) ==
         "base.zones: everywhere is there twice");
-  CHECK(fault_after([](Limits& l) {
-          (void)l.base.zones.push_back({"pillar", true, square(1.0)});
-        }) == "");
+  CHECK(fault_after(
+            [](Limits& l) { (void)l.base.zones.push_back({"pillar", true, square(1.0)}); }) == "");
   CHECK(fault_after([](Limits& l) { l.base.zones[0].corners[1][0] = unset; }) ==
         "base.zones.everywhere.corners[1]: expected finite numbers");
+  CHECK(fault_after([](Limits& l) { l.base.zones[0].corners[0][1] = endless; }) ==
+        "base.zones.everywhere.corners[0]: expected finite numbers");
 }
 
 TEST_CASE("a footprint and a zone are convex and go counter-clockwise") {
@@ -210,4 +215,27 @@ TEST_CASE("a footprint and a zone are convex and go counter-clockwise") {
   CHECK_FALSE(fault_of_footprint(                                               // a star
                   {{0, 1}, {-0.59, -0.81}, {0.95, 0.31}, {-0.95, 0.31}, {0.59, -0.81}})
                   .empty());
+}
+
+TEST_CASE("a dent at any corner of a footprint is found") {
+  const std::array<Corner, 5> whole{{{0, 0}, {4, 1}, {5, 4}, {2, 6}, {-1, 3}}};
+  const auto with = [&](std::size_t dented) {
+    return fault_after([&](Limits& l) {
+      l.base.footprint.clear();
+      for (std::size_t i = 0; i < whole.size(); ++i)
+        (void)l.base.footprint.push_back(i == dented ? Corner{2, 3} : whole[i]);
+    });
+  };
+  CHECK(with(whole.size()) == "");
+  for (std::size_t i = 0; i < whole.size(); ++i) CHECK_FALSE(with(i).empty());
+}
+
+TEST_CASE("three corners on a grid go counter-clockwise or not, as their area says") {
+  for (int code = 0; code < 4096; ++code) {
+    std::array<double, 6> n{};
+    for (int i = 0; i < 6; ++i) n[static_cast<std::size_t>(i)] = (code >> (2 * i)) & 3;
+    const auto [ax, ay, bx, by, cx, cy] = n;
+    const double area = ax * (by - cy) + bx * (cy - ay) + cx * (ay - by);
+    CHECK(fault_of_footprint({{ax, ay}, {bx, by}, {cx, cy}}).empty() == (area > 0.0));
+  }
 }

@@ -26,7 +26,7 @@ TEST_CASE("a window counts the events of its own ticks, the present one among th
   CHECK(window.count(14, 100) == 4);
 }
 
-TEST_CASE("a window rebased counts its events as of tick 0, and cleared none") {
+TEST_CASE("a window rebased counts its events as of tick 0") {
   TickWindow<4> window;
   window.add(900);
   window.add(901);
@@ -35,12 +35,9 @@ TEST_CASE("a window rebased counts its events as of tick 0, and cleared none") {
   CHECK(window.count(4, 4) == 0);
   window.add(3);
   CHECK(window.count(3, 4) == 3);
-  window.clear();
-  CHECK(window.count(3, 100) == 0);
-  window.add(5);
-  CHECK(window.count(5, 1) == 1);
   for (std::uint64_t i = 0; i < 3; ++i) window.add(6);
-  CHECK(window.count(6, 2) == 4);
+  CHECK(window.count(6, 4) == 4);
+  CHECK(window.count(6, 1) == 3);
 }
 
 TEST_CASE("a stop is held once, and cleared by its own id only") {
