@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
@@ -44,10 +44,11 @@ def read_day(path: Path, name: str, config: str, most_bytes: int) -> Day | None:
             kept.append(record)
     if not kept or kept[0].type != BOOT:
         return None
-    return Day(name, config, tuple(kept), frozenset(_shown(kept)))
+    return Day(name, config, tuple(kept), frozenset(shown(kept)))
 
 
-def _shown(records: list[LogRecord]) -> Iterator[str]:
+def shown(records: Sequence[LogRecord]) -> Iterator[str]:
+    """What is seen in records, in words."""
     for record in records:
         if record.type == STEP:
             facts = step_facts(record)
