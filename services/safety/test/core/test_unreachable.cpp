@@ -209,6 +209,23 @@ TEST_CASE("what another claim has released may not happen: then its parts are in
             .evidence.ok());
 }
 
+TEST_CASE("another claim's pose that nothing reaches keeps its other arm from no motion") {
+  const Limits limits = two_balls(0.01, 1.0);
+  const PathPlan plan(limits);
+  const ClaimLimits claim = whole_robot(limits);
+  ChunkBuilder own, other;
+  two_arms::command(own, two_arms::hand, Mode::dex_hand_joint, two_arms::finger_1, {0.0});
+  other.poses(two_arms::left, {{3.0, 0.3, 0.0, 0.0, 0.0, 0.0, 1.0}});
+  // The right arm's tool, 0.5 m from its joint, is turned by 0.2 rad.
+  other.poses(two_arms::right, {{0.5 * std::cos(0.2), -0.3 + 0.5 * std::sin(0.2), 0.0, 0.0, 0.0,
+                                 std::sin(0.1), std::cos(0.1)}});
+  const Companion companion{{}, &other.chunk, 0, 1};
+  Prediction prediction(plan, claim, two_arms::at_rest(), own.chunk, 0, {},
+                        Companions(&companion, 1));
+  CHECK(prediction.advance().ok());
+  CHECK(prediction.branch(0).now[two_arms::right_1] == doctest::Approx(0.2).epsilon(1e-5));
+}
+
 TEST_CASE("G030 more than three parts with a gain at once are not predicted") {
   Limits limits = two_balls(0.01, 0.5);
   const auto joint_part = [&](std::uint8_t index, const char* name, std::size_t joint) {

@@ -57,8 +57,11 @@ Evidence Prediction::advance() {
   return fault.ok() ? check_finite() : fault;
 }
 
+// Says what is the first fault, and goes on: another claim's row may be at fault for one part, or in
+// one branch, and still move the others.
 Evidence Prediction::apply_row(const ActionChunk& chunk, std::size_t row, bool own, bool poses,
                                std::size_t branch_count) {
+  Evidence fault;
   for (const ActionPart& action : chunk.parts) {
     if (is_pose(action) != poses) continue;
     const ModeLimits& modes =
@@ -66,10 +69,11 @@ Evidence Prediction::apply_row(const ActionChunk& chunk, std::size_t row, bool o
     const Command command{action, modes, row_of(action, row, plan_.limits)};
     for (std::size_t i = 0; i < branch_count; ++i) {
       const Evidence evidence = apply(command, i);
-      if (!evidence.ok()) return at(evidence, -1, plan_.limits.parts[action.part].name);
+      if (fault.ok() && !evidence.ok())
+        fault = at(evidence, -1, plan_.limits.parts[action.part].name);
     }
   }
-  return {};
+  return fault;
 }
 
 Evidence Prediction::apply(const Command& command, std::size_t index) {
