@@ -111,11 +111,15 @@ class LiveStage(LiveRobot):
     def none_held(self, lines: Sequence[MotionLine]) -> None:
         """Asserts that rows acted in each of some ticks; raises as `no_hold_between`."""
         held = [line.tick for line in lines if not line.moves]
-        text = f"held in ticks {held} of {len(lines)}"
+        tick_ms = longest_tick_ms(list(lines))
         gap_ms = self.lease_gap_ms(lines[0].stamp_ns, lines[-1].stamp_ns)
-        late_ms = max(longest_tick_ms(list(lines)), gap_ms)
-        if held and late_ms > LATE_TICK_MS:
-            raise MachineLateError(f"{text}; longest tick or gap of leases {late_ms:.0f} ms")
+        old_ms = max((line.stamp_ns - line.lease_ns) / 1e6 for line in lines)
+        text = (
+            f"held in ticks {held} of {len(lines)}; longest tick {tick_ms:.0f} ms, gap of leases "
+            f"{gap_ms:.0f} ms here, oldest lease {old_ms:.0f} ms there"
+        )
+        if held and max(tick_ms, gap_ms) > LATE_TICK_MS:
+            raise MachineLateError(text)
         assert not held, text
 
     def lease_gap_ms(self, began_ns: int, ended_ns: int) -> float:

@@ -64,10 +64,10 @@ def partition(service: str, robot: RoutedStage) -> Shot:
     return shot
 
 
-def bad_network(rule: Callable[[], Rule], may_hold: bool, robot: RoutedStage) -> Shot:
-    """The gate's link is bad for two seconds; rows act in their tick, once, or not at all."""
+def bad_network(service: str, rule: Callable[[], Rule], may_hold: bool, robot: RoutedStage) -> Shot:
+    """A link is bad for two seconds; rows act in their tick, once, or not at all."""
     goal = robot.start_moving()
-    proxy = robot.proxies["safety"]
+    proxy = robot.proxies[service]
     tick_ms = robot.tick_ms(time.monotonic_ns())
     injected_ns = proxy.set("up", rule())
     proxy.set("down", rule())  # one of its own: some remember batches
@@ -140,13 +140,15 @@ def pause_router(robot: RoutedStage) -> Shot:
 
 RNG = random.Random(15)
 BAD = (
-    ("1 % of messages lost", lambda: loses(0.01, RNG), False, None),
-    ("10 % of messages lost", lambda: loses(0.1, RNG), True, None),
-    ("30 % of messages lost", lambda: loses(0.3, RNG), True, None),
-    ("delay 200 +- 100 ms", lambda: delays(0.2, 0.1, RNG), True, 200),
-    ("each second message overtakes one", swaps, True, None),
-    ("each message twice", lambda: doubles, False, None),
+    ("safety", "1 % of messages lost", lambda: loses(0.01, RNG), False, None),
+    ("hal", "1 % of messages lost", lambda: loses(0.01, RNG), False, None),
+    ("safety", "10 % of messages lost", lambda: loses(0.1, RNG), True, None),
+    ("safety", "30 % of messages lost", lambda: loses(0.3, RNG), True, None),
+    ("safety", "delay 200 +- 100 ms", lambda: delays(0.2, 0.1, RNG), True, 200),
+    ("safety", "each second message overtakes one", swaps, True, None),
+    ("safety", "each message twice", lambda: doubles, False, None),
 )
+WHOSE = {"safety": "gate's", "hal": "HAL's"}
 ROWS = (
     Row(10, "router killed, restarted", "hold; all reconnect by themselves", 150, "routed",
         kill_router),
@@ -157,10 +159,10 @@ ROWS = (
     Row(14, "one-way loss of the HAL's state", "hold, then the gate stops within 300 ms", 150,
         "routed", lost_state),
     *(
-        Row(15, f"gate's link for {BAD_S:g} s: {what}",
+        Row(15, f"{WHOSE[service]} link for {BAD_S:g} s: {what}",
             "rows in their tick, once, or hold" if may_hold else "no effect", bound, "routed",
-            partial(bad_network, rule, may_hold), "to the first hold, HAL log", 5)
-        for what, rule, may_hold, bound in BAD
+            partial(bad_network, service, rule, may_hold), "to the first hold, HAL log", 5)
+        for service, what, rule, may_hold, bound in BAD
     ),
     *(
         Row(42, f"leases and rows of {DARK_S * 1e3:g} ms {what} in mid-chunk",
