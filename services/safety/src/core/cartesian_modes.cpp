@@ -39,8 +39,8 @@ bool measured_base_twist(const Limits& limits, const PartLimits& part, const Mea
   const double vx = state.velocities[joints[0]];
   const double vy = state.velocities[joints[1]];
   const double turn = state.velocities[joints[2]];
-  twist.linear = {std::cos(yaw) * vx + std::sin(yaw) * vy, std::cos(yaw) * vy - std::sin(yaw) * vx,
-                  0.0};
+  const double cosine = std::cos(yaw), sine = std::sin(yaw);
+  twist.linear = {cosine * vx + sine * vy, cosine * vy - sine * vx, 0.0};
   twist.angular = {0.0, 0.0, turn};
   // The slides carry the yaw axis; base_link's origin swings about it.
   if (limits.base.present) {

@@ -91,7 +91,7 @@ Grant Gate::Core::grant_for(const LiveClaim& claim) const {
   if (release != nullptr && release->first_tick <= tick) {
     grant.decision = static_cast<std::uint8_t>(Decision::row);
     grant.verdict_id = release->verdict_id;
-  } else if (claim.refused_tick == tick && tick != 0) {
+  } else if (claim.refused_tick == tick) {  // no state has tick 0
     grant.decision = static_cast<std::uint8_t>(Decision::hold);
     grant.verdict_id = claim.refused_verdict;
   }

@@ -55,7 +55,7 @@ void StuckWatch::note_state(const Limits& limits, const MeasuredState& state) {
     if (!joint.changed) continue;
     joint.position = state.positions[j];
     joint.told = Told{};
-    if (limit.part < max_parts) parts_[limit.part] = Told{};
+    parts_[limit.part] = Told{};
   }
 }
 

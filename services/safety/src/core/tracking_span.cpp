@@ -4,6 +4,8 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 namespace fairlead {
 namespace {
@@ -12,14 +14,14 @@ using Point = Eigen::Vector3d;
 
 // The smaller one; NaN if either is.
 double lesser(double a, double b) {
-  if (a <= b) return a;
-  return b < a ? b : unset;
+  return std::isnan(a) || std::isnan(b) ? unset : std::min(a, b);
 }
 
 double to_segment(const Point& p, const Point& a, const Point& b) {
   const Point along = b - a;
   const double length = along.squaredNorm();
-  const double share = length > 0.0 ? std::clamp((p - a).dot(along) / length, 0.0, 1.0) : 0.0;
+  double share{};  // of a point any will do
+  if (length > 0.0) share = std::clamp((p - a).dot(along) / length, 0.0, 1.0);
   return (p - a - share * along).norm();
 }
 
@@ -27,12 +29,13 @@ double to_triangle(const Point& p, const Point& a, const Point& b, const Point& 
   const double edge = lesser(to_segment(p, a, b), lesser(to_segment(p, b, c), to_segment(p, c, a)));
   const Point normal = (b - a).cross(c - a);
   // A sliver is as good as its edges, and its normal is noise.
-  constexpr double sliver = 1e-18;
+  constexpr double sliver = std::numeric_limits<double>::epsilon();
   if (!(normal.squaredNorm() > sliver * (b - a).squaredNorm() * (c - a).squaredNorm())) return edge;
-  const bool above_it = (b - a).cross(p - a).dot(normal) >= 0.0 &&
-                        (c - b).cross(p - b).dot(normal) >= 0.0 &&
-                        (a - c).cross(p - c).dot(normal) >= 0.0;
-  return above_it ? std::abs(normal.dot(p - a)) / normal.norm() : edge;
+  const auto outside = [&](const Point& from, const Point& to) {
+    return std::signbit((to - from).cross(p - from).dot(normal));
+  };
+  if (outside(a, b) || outside(b, c) || outside(c, a)) return edge;
+  return std::abs(normal.dot(p - a)) / normal.norm();
 }
 
 }  // namespace
