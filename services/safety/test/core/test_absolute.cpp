@@ -220,3 +220,18 @@ TEST_CASE("G011 a joint outside its bounds blocks the chunks for its own part an
   CHECK(judge(ChunkBuilder().along(base, Mode::body_twist, 0, {0.1}).chunk, state).evidence.code ==
         0);
 }
+
+TEST_CASE("a joint that turns without bounds may be told any position") {
+  Limits limits = test_limits();
+  limits.parts[base].modes.joint_position = joint_mode({base_yaw}, 0.25);
+  MeasuredState state = state_at_rest();
+  state.positions[base_yaw] = 99.9;
+  // The other number of the row makes a quick look at it say nothing.
+  Row row(joint_count, 0.0);
+  row[base_yaw] = 100.0;
+  row[base_x] = 1e-9;
+  ChunkBuilder chunk = ChunkBuilder().add(base, Mode::joint_position, {row}, {base_yaw});
+  CHECK(judge_rows(limits, whole_robot(limits), state, chunk.chunk, 0, {}).evidence.ok());
+  const ChunkBuilder far = ChunkBuilder().joint(base, Mode::joint_position, base_yaw, {100.2});
+  CHECK(judge_rows(limits, whole_robot(limits), state, far.chunk, 0, {}).evidence.code == 21);
+}

@@ -192,6 +192,19 @@ TEST_CASE("a binary gripper is one joint with bounds, like one of openings") {
         "parts.arm.modes.gripper_binary: expected exactly one joint, with bounds");
 }
 
+TEST_CASE("the joint of a hand that is only opened or switched needs no speed, any other does") {
+  const auto fault = [](auto change) {
+    return fault_after([&](Limits& l) {
+      ModeLimits& modes = l.parts[gripper].modes;
+      modes = ModeLimits{};
+      change(modes);
+    });
+  };
+  CHECK(fault([](ModeLimits& m) { m.gripper_binary = binary_mode(); }).empty());
+  CHECK(fault([](ModeLimits& m) { m.gripper_position = scalar_mode(0.0, 0.08, 0.05); }).empty());
+  CHECK_FALSE(fault([](ModeLimits&) {}).empty());
+}
+
 TEST_CASE("every joint is listed once, by the part it says it belongs to") {
   CHECK(fault_after([](Limits& l) { l.parts[arm].joints[1] = arm_1; }) ==
         "parts.arm.joints: arm_1 is there twice");

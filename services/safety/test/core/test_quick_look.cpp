@@ -154,3 +154,32 @@ TEST_CASE("quick look: two targets of a joint without bounds that are no place a
   CHECK_FALSE(
       certain(Mode::joint_position, base_yaw, {infinite, infinite}, state_at_rest(), limits));
 }
+
+TEST_CASE("quick look: rows that command every joint of the robot have no padding") {
+  Limits limits = test_limits();
+  JointModeLimits& mode = limits.parts[base].modes.joint_velocity;
+  for (std::size_t j = 0; j < joint_count; ++j) {
+    mode.step_limit[j] = 0.5;
+    limits.joints[j].velocity_limit = 1.5;
+  }
+  const auto in_order = [&](double last) {
+    Row row(joint_count, 1.5);
+    row[joint_count - 1] = last;
+    const ChunkBuilder chunk =
+        ChunkBuilder().add(base, Mode::joint_velocity, {row, row}, {0, 1, 2, 3, 4, 5});
+    return certainly_in_order(limits, limits.parts[base].modes, state_at_rest(),
+                              chunk.chunk.parts[0], 0, 2);
+  };
+  CHECK(in_order(-1.5));
+  CHECK_FALSE(in_order(just_below(-1.5)));
+}
+
+TEST_CASE("quick look: a robot of one joint is looked at number by number") {
+  Limits limits = test_limits();
+  (void)limits.joints.resize(1);
+  limits.parts[base].joints.clear();
+  (void)limits.parts[base].joints.push_back(base_x);
+  const ChunkBuilder chunk = ChunkBuilder().add(base, Mode::joint_velocity, {{0.0}}, {base_x});
+  CHECK_FALSE(certainly_in_order(limits, limits.parts[base].modes, state_at_rest(),
+                                 chunk.chunk.parts[0], 0, 1));
+}

@@ -232,3 +232,11 @@ TEST_CASE("a stored chunk is a copy of the same bytes only") {
   CHECK(stored->empty());
   CHECK_FALSE(stored->is_copy_of(shorter));
 }
+
+TEST_CASE("before a hold came nothing, and before a row of a release that is forgotten") {
+  Plan plan;
+  plan.release(7, 100, holds);
+  CHECK(plan->act_before(holds).hold != 0);
+  CHECK(plan->act_before(row(99, 2)).hold != 0);
+  CHECK(same_act(plan->act_before(row(7, 2)), row(7, 1)));
+}

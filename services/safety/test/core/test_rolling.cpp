@@ -150,3 +150,20 @@ TEST_CASE("realtime: rows that a lost release had replaced do not run on past it
   rig.hold();
   CHECK(rig.lease().grants[0].until_tick == rig.tick + 2);
 }
+
+TEST_CASE(
+    "realtime: a second push while the shorter release is lost ends the grant earlier still") {
+  Approach rig(false);
+  rig.act_at(1.725);
+  const std::uint64_t last = rig.verdict().released_last;
+  // The row of this tick acts and ends at 1.925, the next would at 1.975, the third at 2.025.
+  rig.act_at(1.875);
+  const Verdict again = rig.verdict();
+  CHECK(again.code == 24);
+  CHECK(again.released_last == rig.tick + 1);
+  CHECK(again.released_last < last);
+  for (int row = 2; row < 7; ++row) {
+    CHECK(rig.lease().grants[0].until_tick <= again.released_last);
+    rig.act_at(1.875);
+  }
+}

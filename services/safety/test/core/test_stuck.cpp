@@ -263,3 +263,27 @@ TEST_CASE("G041 limits that are no numbers, or none at all") {
   CHECK(stops(infinite, not_a_number));
   CHECK_FALSE(stops(-infinite, -infinite));
 }
+
+TEST_CASE("G041 a pose that stays away counts by its distance, too") {
+  for (const bool lockstep : {true, false}) {
+    const auto behind = [](double distance) {
+      return ChunkBuilder().poses(arm, Rows(6, {0.7 - distance, 0.0, 0.5, 0.0, 0.0, 0.0, 1.0}));
+    };
+    const auto free_stops = [&](double distance) {
+      TrackedRig rig(lockstep, [](Limits& limits) {
+        narrow(limits);
+        limits.joints[arm_1].kind = JointKind::prismatic;
+        limits.kinematics.links[2].motion = LinkMotion::slide;
+        limits.kinematics.links[2].axis = {1.0, 0.0, 0.0};
+      });
+      rig.begin(behind(distance));
+      for (int row = 1; row <= 6; ++row) {
+        rig.act();
+        if (rig.stopped()) return row;
+      }
+      return 0;
+    };
+    CHECK(free_stops(0.0156) == 0);
+    CHECK(free_stops(0.0157) == 3);
+  }
+}

@@ -201,3 +201,13 @@ TEST_CASE("G034 what does not command the base is not asked") {
   const Limits limits = hall(0.1);
   CHECK(drive(limits, ChunkBuilder().joint(arm, Mode::joint_position, arm_1, {0.1})).evidence.ok());
 }
+
+TEST_CASE("G034 a yaw and a body twist mean the same whether slides are told against the yaw") {
+  for (const bool against_yaw : {false, true}) {
+    Limits limits = hall(0.70);
+    limits.base.against_yaw = against_yaw;
+    CHECK(drive(limits, slide(base_yaw, {1.5}), at(0, 0, 0.5)).evidence.code == 34);
+    CHECK(drive(limits, twist(5, {1.5}), at(0, 0, 0.5)).evidence.code == 34);
+    CHECK(drive(limits, slide(base_yaw, {-1.5}), at(0, 0, 0.5)).evidence.ok());
+  }
+}
