@@ -57,8 +57,8 @@ Evidence Prediction::advance() {
   return fault.ok() ? check_finite() : fault;
 }
 
-// Says what is the first fault, and goes on: another claim's row may be at fault for one part, or in
-// one branch, and still move the others.
+// Says what is the first fault, and goes on: another claim's row may be at fault for one part, or
+// in one branch, and still move the others.
 Evidence Prediction::apply_row(const ActionChunk& chunk, std::size_t row, bool own, bool poses,
                                std::size_t branch_count) {
   Evidence fault;
