@@ -46,6 +46,12 @@ inline Evidence broken_rule(std::uint32_t code, std::string_view axis, std::stri
   return evidence;
 }
 
+/// Evidence about a part; the row it came from is unchanged.
+inline Evidence of(Evidence evidence, const Name& part) {
+  evidence.part = part.view();
+  return evidence;
+}
+
 inline Evidence at(Evidence evidence, std::int64_t row, const Name& part) {
   evidence.row = row;
   evidence.part = part.view();

@@ -58,7 +58,7 @@ Evidence Gate::Core::check_identity(const ActionChunk& chunk, const Name& source
     if (claim->covers(part.part)) continue;
     const bool known = part.part < limits_.parts.size();
     Evidence evidence = broken_rule(code::claim, "part", "a part of the claim", part.part);
-    return known ? at(evidence, -1, limits_.parts[part.part].name) : evidence;
+    return known ? of(evidence, limits_.parts[part.part].name) : evidence;
   }
   return {};
 }

@@ -176,8 +176,8 @@ class Gate::Core {
   std::uint64_t next_verdict_ = 0;
   std::uint64_t claimless_since_ns_ = 0;
   std::uint64_t armed_ns_ = 0;
-  std::uint64_t ignored_ns_ = 0;            // when the last ignored stop was logged
-  std::uint64_t said_outside_ = 0;          // bit i: measured joint i was outside its limits
+  std::uint64_t ignored_ns_ = 0;                   // when the last ignored stop was logged
+  std::array<bool, max_measured> said_outside_{};  // which joints were outside their limits
   std::uint64_t counted_rival_ = 0;         // G002: the announced session whose state was counted
   Text status_fault_;                       // why the newest hal/status could not be read
   PartMemories memories_;                   // G021: in which mode each part may still move

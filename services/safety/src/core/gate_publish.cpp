@@ -85,8 +85,8 @@ Grant Gate::Core::grant_for(const LiveClaim& claim) const {
   const std::uint64_t ahead =
       std::max<std::uint64_t>(2, (grant_ns + limits_.period_ns - 1) / limits_.period_ns);
   grant.until_tick = hal_.lockstep() ? tick : tick + std::min(ahead, UINT64_MAX - tick);
-  if (claim.revoked_tick != 0)
-    grant.until_tick = std::min(grant.until_tick, claim.revoked_tick - 1);
+  // Where nothing was revoked, the tick before 0 is the last there is.
+  grant.until_tick = std::min(grant.until_tick, claim.revoked_tick - 1);
   const Released* release = claim.plan.current();
   if (release != nullptr && release->first_tick <= tick) {
     grant.decision = static_cast<std::uint8_t>(Decision::row);

@@ -55,7 +55,7 @@ void Gate::Core::check_ramps() {
   }
   if (evidence.ok()) return;
   latch_unstopped(evidence);
-  for (std::size_t i = 0; i < limits_.parts.size(); ++i)  // said once
+  for (std::size_t i = 0; i < unstopped.size(); ++i)  // said once
     if (unstopped[i]) ramps_[i].end();
 }
 
@@ -71,15 +71,15 @@ Evidence Gate::Core::find_unstopped(std::size_t index) const {
     const JointLimits& joint = limits_.joints[j];
     const double speed = std::abs(state.velocities[j]);
     if (!(speed < joint.standstill_velocity))
-      return at(above(code::ramp, joint.name.view(), speed, joint.standstill_velocity,
+      return of(above(code::ramp, joint.name.view(), speed, joint.standstill_velocity,
                       joint.source.view()),
-                -1, part.name);
+                part.name);
   }
   if (state.acted[index].hold == 0)
-    return at(broken_rule(code::ramp, "acted", "no row acts any more"), -1, part.name);
-  return at(below(code::ramp, "still states", ramps_[index].still(), RampWatch::still_states,
+    return of(broken_rule(code::ramp, "acted", "no row acts any more"), part.name);
+  return of(below(code::ramp, "still states", ramps_[index].still(), RampWatch::still_states,
                   "states at standstill in a row"),
-            -1, part.name);
+            part.name);
 }
 
 void Gate::Core::latch_unstopped(const Evidence& evidence) {

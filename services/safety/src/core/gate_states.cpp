@@ -30,7 +30,6 @@ void Gate::Core::on_session_news(HalLink::News news) {
     log(phrase("following HAL session ", Hex{hal_.session()}));
     stops_.begin_session();
     good_states_ = 0;
-    jump_memory_ = false;
     for (RampWatch& ramp : ramps_) ramp.begin_session();
   }
   if (!hal_.mismatch().empty()) log(hal_.mismatch());
@@ -109,10 +108,9 @@ void Gate::Core::note_unmoved_joints() {
     const UnmovedJoint joint = unmoved_joint(limits_, i);
     if (joint.bounds == nullptr) continue;
     const double measured = hal_.state().positions[i];
-    const std::uint64_t bit = std::uint64_t{1} << i;
     const bool outside = is_outside(*joint.bounds, measured);
-    if (outside == ((said_outside_ & bit) != 0)) continue;
-    said_outside_ ^= bit;
+    if (outside == said_outside_[i]) continue;
+    said_outside_[i] = outside;
     if (outside) count(code::state);
     log(phrase("G011 ", joint.kind, " joint ", joint.name, " is ",
                outside ? "outside" : "back inside", " its limits: ", measured));

@@ -49,9 +49,9 @@ Evidence Gate::Core::watch_part(std::size_t part, const MeasuredState& before) {
 Evidence Gate::Core::watch_motion(const MeasuredState& before) {
   stuck_watch_.note_state(limits_, hal_.state());
   Evidence evidence = check_contact(limits_, hal_.state());
-  for (std::size_t part = 0; part < limits_.parts.size() && evidence.ok(); ++part) {
+  for (std::size_t part = 0; part != limits_.parts.size() && evidence.ok(); ++part) {
     evidence = watch_part(part, before);
-    if (!evidence.ok()) evidence = at(evidence, -1, limits_.parts[part].name);
+    if (!evidence.ok()) evidence = of(evidence, limits_.parts[part].name);
   }
   return evidence;
 }

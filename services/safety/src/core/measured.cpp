@@ -75,7 +75,7 @@ Evidence check_contact(const Limits& limits, const MeasuredState& state) {
     if (effort <= joint.contact_limit) continue;
     Evidence evidence =
         above(code::contact, joint.name.view(), effort, joint.contact_limit, joint.source.view());
-    evidence = at(evidence, -1, limits.parts[joint.part].name);
+    evidence = of(evidence, limits.parts[joint.part].name);
     evidence.raises_stop = true;
     return evidence;
   }

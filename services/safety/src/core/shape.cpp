@@ -15,7 +15,7 @@ constexpr double largest_magnitude = 1e6;
 Evidence no_checker(const PartLimits& part, std::uint8_t mode) {
   Evidence evidence =
       broken_rule(code::addressing, mode_name(mode), "no checker for this mode", mode);
-  return at(evidence, -1, part.name);
+  return of(evidence, part.name);
 }
 
 // G007: the horizon is within the claim's, and every block is exactly horizon x width.
@@ -35,10 +35,10 @@ Evidence check_sizes(const Limits& limits, const ClaimLimits& claim, const Actio
     if (width == 0) continue;
     const std::size_t expected = std::size_t{chunk.horizon} * width;  // at most 64 x 32
     if (action.values.size() != expected)
-      return at(
+      return of(
           broken_rule(code::shape, "values", "horizon x width of the mode",
                       static_cast<double>(action.values.size()), static_cast<double>(expected)),
-          -1, part.name);
+          part.name);
   }
   // The tick after the last row counts too: it is where a release ends.
   if (chunk.start_tick > UINT64_MAX - chunk.horizon)
@@ -142,7 +142,7 @@ Evidence check_addressing(const Limits& limits, const ClaimLimits& claim,
   for (const ActionPart& action : chunk.parts) {
     const Name& name = limits.parts[action.part].name;
     if (seen.contains(action.part))
-      return at(broken_rule(code::addressing, "parts", "each part at most once"), -1, name);
+      return of(broken_rule(code::addressing, "parts", "each part at most once"), name);
     (void)seen.push_back(action.part);  // as many places as parts
     Evidence evidence = check_part(limits, claim.modes[action.part], chunk, action);
     if (!evidence.ok()) return at(evidence, evidence.row, name);

@@ -93,7 +93,7 @@ Evidence check_base(const PathPlan& plan, const Joints& joints, const Joints& be
     slack = std::min(slack, std::max(margin, 0.0));
     if (margin >= 0.0) continue;
     if (!is_breach(margin, margin_of(zone, footprint_at(base, before)))) continue;
-    return at(below(code::zone, zone.name.view(), margin, 0.0, base.source.view()), -1,
+    return of(below(code::zone, zone.name.view(), margin, 0.0, base.source.view()),
               plan.limits.parts[plan.limits.joints[base.joints[0]].part].name);
   }
   return {};

@@ -48,7 +48,7 @@ Evidence check_braking(const PathPlan& plan, const Branch& branch, const Joints&
     if (speed < 0.0 && !(end[j] >= joint.bounds.lower))
       evidence =
           below(code::braking, joint.name.view(), end[j], joint.bounds.lower, joint.source.view());
-    if (!evidence.ok()) return at(evidence, -1, plan.limits.parts[joint.part].name);
+    if (!evidence.ok()) return of(evidence, plan.limits.parts[joint.part].name);
   }
   return {};
 }

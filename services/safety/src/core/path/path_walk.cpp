@@ -66,9 +66,9 @@ Evidence check_singularity(const PathPlan& plan, const ActionPart& action, const
   const double value = smallest_singular_value(jacobian);
   const double was = smallest_singular_value(tool_jacobian(plan, tool, before));
   if (!is_breach(value - part.singularity_limit, was - part.singularity_limit)) return {};
-  return at(
+  return of(
       below(code::singularity, "singular value", value, part.singularity_limit, part.source.view()),
-      -1, part.name);
+      part.name);
 }
 
 }  // namespace

@@ -69,8 +69,7 @@ Evidence Prediction::apply_row(const ActionChunk& chunk, std::size_t row, bool o
     const Command command{action, modes, row_of(action, row, plan_.limits)};
     for (std::size_t i = 0; i < branch_count; ++i) {
       const Evidence evidence = apply(command, i);
-      if (fault.ok() && !evidence.ok())
-        fault = at(evidence, -1, plan_.limits.parts[action.part].name);
+      if (fault.ok() && !evidence.ok()) fault = of(evidence, plan_.limits.parts[action.part].name);
     }
   }
   return fault;
@@ -208,7 +207,7 @@ Evidence Prediction::check_finite() const {
       const double sum = branches_[i].now[j] + branches_[i].speed[j];
       if (std::isfinite(sum)) continue;
       const JointLimits& joint = plan_.limits.joints[j];
-      return at(broken_rule(code::unreachable, joint.name.view(), "a predicted position", sum), -1,
+      return of(broken_rule(code::unreachable, joint.name.view(), "a predicted position", sum),
                 plan_.limits.parts[joint.part].name);
     }
   return {};

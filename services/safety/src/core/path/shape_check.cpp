@@ -101,9 +101,9 @@ Evidence ShapeCheck::keep_tool_in(std::size_t part, const Volume& volume, const 
     const double was = tool_at(tool, before)[axis];
     const Name& name = plan_.limits.parts[part].name;
     if (is_breach(under, volume.upper[i] - was))
-      return at(above(code::workspace, axes[i], point[axis], volume.upper[i], source), -1, name);
+      return of(above(code::workspace, axes[i], point[axis], volume.upper[i], source), name);
     if (is_breach(over, was - volume.lower[i]))
-      return at(below(code::workspace, axes[i], point[axis], volume.lower[i], source), -1, name);
+      return of(below(code::workspace, axes[i], point[axis], volume.lower[i], source), name);
   }
   return {};
 }
@@ -118,9 +118,9 @@ Evidence ShapeCheck::keep_tool_out(std::size_t part, std::size_t volume, const F
   const double distance = distance_of(poses);
   keep_smallest(slack, distance);
   if (distance >= 0.0 || !is_breach(distance, distance_of(before))) return {};
-  return at(below(code::workspace, plan_.volumes[volume].tools[part].view(), distance, 0.0,
+  return of(below(code::workspace, plan_.volumes[volume].tools[part].view(), distance, 0.0,
                   plan_.limits.workspace.source.view()),
-            -1, plan_.limits.parts[part].name);
+            plan_.limits.parts[part].name);
 }
 
 Evidence ShapeCheck::keep_capsule_out(std::size_t capsule, std::size_t volume,
@@ -187,7 +187,7 @@ Evidence ShapeCheck::look_at_pairs(const FramePoses& poses, const FramePoses& be
 Evidence ShapeCheck::of_part_that_moves(Evidence evidence, JointSet movers) const {
   for (std::size_t i = 0; i < plan_.limits.parts.size(); ++i)
     if ((plan_.part_joints[i] & movers & commanded_) != 0)
-      return at(evidence, -1, plan_.limits.parts[i].name);
+      return of(evidence, plan_.limits.parts[i].name);
   return evidence;
 }
 
