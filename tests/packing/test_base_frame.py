@@ -42,6 +42,17 @@ def test_a_zero_twist_gets_no_friction_lift() -> None:
     assert not joint_rates(np.zeros(6), motion).any()
 
 
+def test_the_largest_twist_that_is_released_can_be_done_at_every_yaw() -> None:
+    worst = 0.0
+    for yaw, way in np.stack(np.meshgrid(*[np.linspace(0.0, 2 * np.pi, 181)] * 2), -1).reshape(
+        -1, 2
+    ):
+        twist = np.array([0.4 * np.cos(way), 0.4 * np.sin(way), 0.0, 0.0, 0.0, 1.17])
+        rates = joint_rates(twist, BaseMotion(yaw, yaw, PIVOT, DEAD_BAND))
+        worst = max(worst, float(np.abs(rates[:2]).max()))
+    assert 0.98 < worst <= 1.0  # of the slides' 1 m/s
+
+
 @pytest.mark.parametrize("axis", [2, 3, 4])
 def test_an_axis_the_base_cannot_do_is_refused(axis: int) -> None:
     twist = np.zeros(6)

@@ -15,8 +15,13 @@ from tests.task.episode import true_state
 pytestmark = pytest.mark.simulator
 
 
+STAY = PartCommand(ControlMode.CARTESIAN_DELTA, "base_link", np.zeros(6), ())
+"""An arm told nothing at all holds at its joints: to the switch it has to be told a row."""
+
+
 def mode(value: float) -> dict[str, PartCommand]:
-    return {"composite": PartCommand(ControlMode.COMPOSITE_MODE, "", np.array([value]), ())}
+    switch = PartCommand(ControlMode.COMPOSITE_MODE, "", np.array([value]), ())
+    return {"composite": switch, "arm": STAY}
 
 
 def arm_shift_after_turning(backend: RobosuiteBackend, switch: float) -> float:

@@ -16,6 +16,10 @@ TICKS_PER_MINUTE = 1200
 STANDSTILL = 0.01
 """rad/s or m/s: slower counts as standing still."""
 
+ARM = slice(3, 10)
+BRAKES = np.array([15.0, 7.5, 10.0, 12.5, 15.0, 20.0, 20.0])
+"""Declared for the arm's joints [rad/s2]."""
+
 
 def wait_for_standstill(backend: RobosuiteBackend) -> int:
     """Hold until no joint moves any more; the number of held ticks."""
@@ -41,6 +45,35 @@ def test_a_held_robot_drifts_less_than_5_mm_in_a_minute(backend: RobosuiteBacken
     assert np.abs(moved[:2]).max() < 0.005
     assert abs(moved[2]) < 0.005
     assert abs(moved[13]) < 0.001  # torso
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_an_arm_whose_rows_end_at_full_scale_brakes_as_its_joints_are_declared_to(
+    backend: RobosuiteBackend, seed: int
+) -> None:
+    backend.reset(seed)
+    corner = np.where(np.random.default_rng(seed).random(6) < 0.5, -1.0, 1.0)
+    for _ in range(10):
+        backend.apply(commands(np.array([*corner, -1, 0, 0, 0, 0, -1])))
+    before = backend.read()
+    assert np.abs(before.velocities[ARM]).max() > 1.0
+    assert wait_for_standstill(backend) <= 12
+    went = backend.read().positions[ARM] - before.positions[ARM]
+    speeds = before.velocities[ARM]
+    assert np.all(np.abs(went) <= speeds**2 / (2.0 * BRAKES) + 0.02)
+
+
+def test_a_base_that_drives_carries_a_held_arm_along(backend: RobosuiteBackend) -> None:
+    backend.reset(0)
+    backend.apply({})
+    arm = backend.read().positions[ARM]
+    furthest = 0.0
+    for tick in range(60):
+        there = -1.0 if tick // 6 % 2 else 1.0
+        rates = np.append(there * np.array([1.0, -1.0, 1.5]), np.zeros(8))
+        backend.apply({"base": PartCommand(ControlMode.JOINT_VELOCITY, "", rates, (0, 1, 2))})
+        furthest = max(furthest, float(np.abs(backend.read().positions[ARM] - arm).max()))
+    assert furthest < 0.05
 
 
 def test_a_closing_gripper_goes_on_closing_without_commands(backend: RobosuiteBackend) -> None:

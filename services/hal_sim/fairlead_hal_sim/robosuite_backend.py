@@ -22,6 +22,7 @@ from fairlead.hal.backend import (
     TaskReading,
 )
 from fairlead.messages import FloatArray, HalCamera
+from fairlead_hal_sim.arm_guard import ArmGuard
 from fairlead_hal_sim.base_frame import BaseMotion
 from fairlead_hal_sim.environment import make_environment, seed_environment
 from fairlead_hal_sim.introspection import describe_parts, find_action_map
@@ -96,6 +97,9 @@ class RobosuiteBackend:
         """One ``env.step`` with the vector of `pack`."""
         vector = self.pack(commands)
         self.last_packed = vector.copy()
+        for slot in self._action_map.parts:
+            if slot.simulator_part in self._holds:
+                self._holds[slot.simulator_part].hold(slot.name not in commands)
         self.env.step(vector)
 
     def pack(self, commands: Mapping[str, PartCommand]) -> ActionVector:
@@ -129,6 +133,8 @@ class RobosuiteBackend:
         """Build the scene of ``seed``; the same seed gives the same scene to the bit."""
         seed_environment(self.env, seed)
         self.env.reset()
+        controllers = self.env.robots[0].composite_controller.part_controllers
+        self._holds = {arm.side: ArmGuard(controllers[arm.side]) for arm in self._joints.arms}
         self.last_packed = None
         self._reset_yaw = self._base_yaw()
 

@@ -1,0 +1,80 @@
+"""What robosuite's pose controller leaves to the HAL: how an arm holds, and how fast its joints go.
+
+The controller has no hold of its own. A zero delta puts its goal where the tool is, in every period
+anew: what pushes the arm away in between, a base that drives off above all, is kept, and after a
+full-scale delta the tool goes on for 0.1 m. Nor does it know how fast a joint may be: a full-scale
+turn near the end of a joint's range throws the elbow at 5 rad/s.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+DECELERATION = 20.0
+"""Of each joint where an arm begins to hold [rad/s2]: as any of these joints is declared to."""
+
+STIFFNESS = 60.0
+"""Frequency of the critically damped servo that then keeps the joints there [1/s]."""
+
+FASTEST = 2.0
+"""A joint faster than this [rad/s] is slowed down: declared are 2.175 and more."""
+
+SLOWING = 100.0
+"""By which share of what is too fast, in a second [1/s]."""
+
+
+class ArmGuard:
+    """Stands in front of one arm's controller.
+
+    While the arm `is_held`, each joint brakes with `DECELERATION` from the speed it had when the
+    hold began, and stays there. Otherwise the controller's torques act, less what would make
+    joints faster than `FASTEST`.
+    """
+
+    def __init__(self, controller: Any) -> None:
+        self.is_held = False
+        self._controller = controller
+        self._run, self._set_goal = controller.run_controller, controller.set_goal
+        self._position = self._speed = np.zeros(0)
+        controller.run_controller, controller.set_goal = self._torques, self._goal
+
+    def hold(self, is_held: bool) -> None:
+        """Say before each period whether the arm holds in it."""
+        if is_held and not self.is_held:
+            self._position = np.zeros(0)
+        self.is_held = is_held
+
+    def _goal(self, action: Any) -> None:
+        """While it holds, the pose controller's goal is the tool: the next row goes on there."""
+        if self.is_held:
+            self._controller.set_goal_update_mode("achieved")
+        self._set_goal(action)
+
+    def _torques(self) -> Any:
+        arm = self._controller
+        if self.is_held:
+            arm.torques = self._holding()
+        else:
+            driving = self._run()
+            beyond = np.maximum(np.abs(arm.joint_vel) - FASTEST, 0.0) * np.sign(arm.joint_vel)
+            arm.torques = driving - arm.mass_matrix @ (SLOWING * beyond)
+        return arm.torques
+
+    def _holding(self) -> Any:
+        arm = self._controller
+        arm.update()
+        arm.new_update = True
+        if not self._position.size:
+            self._position, self._speed = arm.joint_pos.copy(), arm.joint_vel.copy()
+        step_s = arm.sim.model.opt.timestep
+        braking = np.clip(-self._speed / step_s, -DECELERATION, DECELERATION)
+        self._speed = self._speed + braking * step_s
+        self._position = self._position + self._speed * step_s
+        wanted = (
+            braking
+            + 2.0 * STIFFNESS * (self._speed - arm.joint_vel)
+            + STIFFNESS**2 * (self._position - arm.joint_pos)
+        )
+        return arm.mass_matrix @ wanted + arm.torque_compensation
