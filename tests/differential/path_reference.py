@@ -140,12 +140,15 @@ class PathReference:
         )
         return np.asarray(whole[:, [self._q_of[joint] for joint in self._own(part)]])
 
-    def _stopping(self, after: FloatArray, speed: FloatArray, share: float) -> FloatArray:
+    def _stopping(
+        self, after: FloatArray, speed: FloatArray, share: float, lags: bool
+    ) -> FloatArray:
         """Where braking has got to after that share of its time."""
         moving = [i for i in range(len(self._joints)) if speed[i] != 0.0]
         base = self._data["base"]
         waits = {
-            i: base["reaction_s"] if base and self.names[i] in base["joints"] else 0.0
+            i: (base["reaction_s"] if base and self.names[i] in base["joints"] else 0.0)
+            + (self._joints[i]["stop_lag"] if lags else 0.0)
             for i in moving
         }
         slowing = {i: self._joints[i]["acceleration_limit"] for i in moving}
@@ -170,12 +173,13 @@ class PathReference:
     def _margins(
         self, now: FloatArray, after: FloatArray, speed: FloatArray, part: str, mode: str
     ) -> RowMargins:
-        end = self._stopping(after, speed, 1.0)
+        lags = mode != "joint_position"
+        end = self._stopping(after, speed, 1.0, lags)
         ends = _least([self._at(after, part, mode), self._at(end, part, mode)])
         ends[24] = min((self._towards(i, end, speed) for i in self._own(part)), default=math.inf)
         shares = np.linspace(0.0, 1.0, LOOKS)
         way = [now + share * (after - now) for share in shares]
-        way += [self._stopping(after, speed, share) for share in shares]
+        way += [self._stopping(after, speed, share, lags) for share in shares]
         looks = [self._at(place, part, mode) for place in way]
         return RowMargins(ends, _least([ends, *looks]))
 

@@ -166,6 +166,11 @@ TRACKING: dict[str, tuple[Change, str]] = {
         put(f"{JOINT}.dead_band", -0.1),
         "joints.panda_joint1.dead_band: expected a finite number above 0, got -0.1",
     ),
+    "no stop lag": (drop(f"{JOINT}.stop_lag"), "joints[3].stop_lag: missing"),
+    "stop lag below 0": (
+        put(f"{JOINT}.stop_lag", -0.1),
+        "joints.panda_joint1.stop_lag: expected a finite number of at least 0, got -0.1",
+    ),
     "speed of a gripper": (
         put("joints.10.velocity_limit", 0.1),
         "joints.panda_gripper.velocity_limit, acceleration_limit: expected null, a gripper "

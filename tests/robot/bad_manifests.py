@@ -36,6 +36,14 @@ BAD: dict[str, tuple[Change, str]] = {
         put(f"{MEASURED}.encoder_step", 0),
         "measured.panda_joint1.encoder_step: ",
     ),
+    "no stop lag": (
+        drop(f"{MEASURED}.stop_lag_s"),
+        "safety.sim: measured: joint 'panda_joint1': stop_lag_s is missing",
+    ),
+    "stop lag below 0": (
+        put(f"{MEASURED}.stop_lag_s", -0.01),
+        "measured.panda_joint1.stop_lag_s: ",
+    ),
     "dead band as text": (
         put(f"{MEASURED}.dead_band_per_tick", "small"),
         "measured.panda_joint1.dead_band_per_tick: ",

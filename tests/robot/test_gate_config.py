@@ -35,6 +35,7 @@ def test_compiled_joints_are_in_wire_order_with_every_limit(robot: RobotManifest
         assert ("bounds" in joint) != ("zones" in joint), joint["name"]
         for name in ("effort_limit", "jump_limit", "contact_limit", "encoder_step", "dead_band"):
             assert joint[name] > 0, joint["name"]
+        assert joint["stop_lag"] == 0.0, joint["name"]
         for name in ("velocity_limit", "acceleration_limit"):
             assert (joint[name] is None) == (joint["name"] == "panda_gripper")
         assert joint["source"]
@@ -105,7 +106,7 @@ def test_effective_limits_show_every_number_of_the_compiled_file(robot: RobotMan
     assert ("joint base_yaw", "upper") not in rows
     assert rows[("part arm cartesian_delta", "linear_limit")] == (0.0867, "m")
     assert rows[("part base joint_velocity", "step_limit")] == ((2.0, 2.0, 3.0), "m/s, rad/s")
-    assert rows[("part base body_twist", "angular_limit")] == (1.33, "rad/s")
+    assert rows[("part base body_twist", "angular_limit")] == (1.17, "rad/s")
     assert rows[("part composite composite_mode", "step_limit")] == (2.0, "1")
 
 

@@ -1,6 +1,6 @@
 """Is what the gate releases safe, and does it release what is good?
 
-    .venv/bin/python -m tests.soundness [--chunks 100000] [--rows 5000] [--episodes 50] [--write]
+    .venv/bin/python -m tests.soundness [--chunks 100000] [--rows 5000] [--workers 2] [--write]
 
 Three campaigns for each robot, against the real core. Adversarial chunks are judged and every
 released row is followed by pinocchio and numpy, at both ends of each mode's gain, in its middle
@@ -15,11 +15,13 @@ from __future__ import annotations
 import argparse
 import json
 import sys
+import tempfile
 from datetime import UTC, datetime
+from pathlib import Path
 
 from bench.measure_limits.driven_robot import ROBOTS
 from fairlead.paths import repo_root
-from tests.soundness.results import Amount, Results, run
+from tests.soundness.results import Amount, Results, run_all
 from tests.soundness.table import document, tables, write
 
 SHARES = {"panda_mobile": 0.4, "panda": 0.3, "dual_panda": 0.3}
@@ -37,16 +39,23 @@ def main() -> int:
     parser.add_argument("--chunks", type=int, default=100_000, help="judged, all robots together")
     parser.add_argument("--rows", type=int, default=5_000, help="executed, all robots together")
     parser.add_argument("--episodes", type=int, default=50, help="demonstrations of each robot")
+    parser.add_argument("--workers", type=int, default=2, help="processes (default: %(default)s)")
+    parser.add_argument(
+        "--keep", type=Path, help="folder of finished blocks; what is there is not done again"
+    )
     parser.add_argument("--write", action="store_true", help="write docs/soundness.md's tables")
     parser.add_argument("--json", action="store_true", help="print one JSON document instead")
     arguments = parser.parse_args()
-    results = []
-    for robot in arguments.robot or SHARES:
-        share = SHARES[robot]
-        amount = Amount(
-            round(arguments.chunks * share), round(arguments.rows * share), arguments.episodes
+    amounts = {
+        robot: Amount(
+            round(arguments.chunks * SHARES[robot]),
+            round(arguments.rows * SHARES[robot]),
+            arguments.episodes,
         )
-        results.append(run(robot, amount, _say))
+        for robot in arguments.robot or SHARES
+    }
+    keep = arguments.keep or Path(tempfile.mkdtemp(prefix="soundness-"))
+    results = run_all(amounts, arguments.workers, keep, _say)
     command = f"python -m tests.soundness {' '.join(a for a in sys.argv[1:] if a != '--write')}"
     text = tables(results, command.strip(), f"{datetime.now(UTC):%Y-%m-%d}")
     print(json.dumps(document(results), indent=1) if arguments.json else text)

@@ -23,7 +23,6 @@ from tests.soundness.chunk_rows import Row, chunk_of
 from tests.soundness.prediction import NotReachedError, Prediction
 from tests.soundness.starts import Starts
 
-SEED = 1
 PACE = 500
 NUMERIC = 1e-6
 """Rooms this little below 0 are rounding [rad or m]."""
@@ -65,8 +64,9 @@ class KinematicCampaign:
         recorded: Sequence[Row],
         around: FloatArray,
         config: Path | None = None,
+        seed: int = 1,
     ) -> None:
-        self._robot, self._rng, self._around = robot, np.random.default_rng(SEED), around
+        self._robot, self._rng, self._around = robot, np.random.default_rng(seed), around
         rules = gate_config(robot.id, "sim")
         file = json.loads(rules.read_text(encoding="utf-8"))
         self._gate = CoreGate(config or rules)

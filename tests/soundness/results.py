@@ -1,21 +1,19 @@
-"""All campaigns of one robot, one after the other."""
+"""All campaigns of one robot, in this process or in several."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
-from itertools import islice
+from multiprocessing import get_context
+from pathlib import Path
+from time import monotonic
+from typing import Any
 
-import numpy as np
-
-from bench.measure_limits.driven_robot import DrivenRobot
-from bench.measure_limits.episodes import episode
-from tests.soundness.kinematic_campaign import KinematicCampaign, Soundness
-from tests.soundness.lockstep_loop import LockstepLoop
-from tests.soundness.simulated_campaign import Simulated, SimulatedCampaign
-from tests.soundness.usability import Usability, demonstrate
-
-RECORDED_TICKS = 400
+from tests.soundness.blocks import Block, Found, Kind, blocks_of, kept_work, merged, work
+from tests.soundness.kinematic_campaign import Soundness
+from tests.soundness.simulated_campaign import Simulated
+from tests.soundness.usability import Usability
 
 
 @dataclass(frozen=True)
@@ -25,7 +23,6 @@ class Amount:
     chunks: int
     rows: int
     episodes: int
-    recorded_ticks: int = RECORDED_TICKS
 
 
 @dataclass(frozen=True)
@@ -39,16 +36,48 @@ class Results:
 
 
 def run(robot: str, amount: Amount, on_progress: Callable[[str], None]) -> Results:
-    """Judge and follow, execute, demonstrate."""
-    driven = DrivenRobot(robot)
-    recorded = list(islice(episode(driven, 0), amount.recorded_ticks))
-    rows = [tick.commands for tick in recorded]
-    around = np.stack([tick.before.positions for tick in recorded])
-    kinematic = KinematicCampaign(driven.robot, rows, around).run(amount.chunks, on_progress)
-    loop = LockstepLoop(driven)
-    try:
-        simulated = SimulatedCampaign(loop, rows).run(amount.rows, on_progress)
-        usability = demonstrate(loop, amount.episodes, on_progress)
-    finally:
-        loop.close()
-    return Results(robot, kinematic, simulated, usability)
+    """Judge and follow, execute, demonstrate: one block after the other."""
+    found = {block: work(block, on_progress) for block in _blocks(robot, amount)}
+    return _results(robot, found)
+
+
+def run_all(
+    amounts: dict[str, Amount], workers: int, keep: Path, on_progress: Callable[[str], None]
+) -> list[Results]:
+    """Every robot's, in so many processes. What ``keep`` has already is not done again."""
+    blocks = [block for robot, amount in amounts.items() for block in _blocks(robot, amount)]
+    began, found = monotonic(), dict[Block, Found]()
+    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
+        waiting = {pool.submit(kept_work, block, keep): block for block in blocks}
+        for done in as_completed(waiting):
+            block = waiting[done]
+            found[block] = done.result()
+            breaches = dict(getattr(found[block], "breaches", {}))
+            on_progress(
+                f"{len(found)} of {len(blocks)} blocks after {monotonic() - began:.0f} s: "
+                f"{block.robot} {block.kind} {block.number}, breaches {breaches}"
+            )
+    return [_results(robot, found) for robot in amounts]
+
+
+def _blocks(robot: str, amount: Amount) -> list[Block]:
+    wanted: list[tuple[Kind, int]] = [
+        ("kinematic", amount.chunks),
+        ("simulated", amount.rows),
+        ("usability", amount.episodes),
+    ]
+    return [block for kind, count in wanted for block in blocks_of(robot, kind, count)]
+
+
+def _results(robot: str, found: dict[Block, Found]) -> Results:
+    def of(kind: Kind, empty: Any) -> Any:
+        mine = [block for block in found if (block.robot, block.kind) == (robot, kind)]
+        parts: Sequence[Any] = [found[one] for one in sorted(mine, key=lambda one: one.number)]
+        return merged(parts) if parts else empty
+
+    return Results(
+        robot,
+        of("kinematic", Soundness()),
+        of("simulated", Simulated()),
+        of("usability", Usability()),
+    )

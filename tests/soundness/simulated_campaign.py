@@ -16,6 +16,7 @@ from tests.soundness.chunk_rows import Row
 from tests.soundness.lockstep_loop import LockstepLoop
 
 EPISODE_TICKS = 90
+EPISODES_MOST = 10_000
 ARM_JOINTS = 6
 HELD_MOST = 10
 """Chunks refused in a row after which an episode is over."""
@@ -43,10 +44,11 @@ class Simulated:
 
 
 class SimulatedCampaign:
-    """One robot; recorded as for `KinematicCampaign`."""
+    """One robot; recorded as for `KinematicCampaign`. Each seed has episodes of its own."""
 
     def __init__(self, loop: LockstepLoop, recorded: Sequence[Row], seed: int = 1) -> None:
         self._loop, self._robot = loop, loop.driven.robot
+        self._first = EPISODES_MOST * (seed - 1)
         self._rng = np.random.default_rng(seed)
         self._adversary = Adversary(self._robot, recorded, self._rng)
         self._arena = Arena(loop.file)
@@ -67,8 +69,8 @@ class SimulatedCampaign:
 
     def _episode(self) -> None:
         found, loop = self.found, self._loop
-        loop.begin(found.episodes)
-        kind = KINDS[found.episodes % len(KINDS)]
+        loop.begin(self._first + found.episodes)
+        kind = KINDS[(self._first + found.episodes) % len(KINDS)]
         found.episodes += 1
         self._adversary.begin(kind)
         refused = 0
@@ -111,7 +113,7 @@ class SimulatedCampaign:
                 arms = [self._robot.part(part) for part in modes]
                 found.idle[rule] += all(len(part.joints) < ARM_JOINTS for part in arms)
                 found.told.append(
-                    f"{rule} {room:.4f}: episode {found.episodes - 1}, tick {self._loop.tick}, "
+                    f"{rule} {room:.4f}: episode {self._first + found.episodes - 1}, tick {self._loop.tick}, "
                     f"{kind}, {modes}"
                 )
 

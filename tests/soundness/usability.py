@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 from bench.measure_limits.demonstrations import Rows, demonstration
@@ -28,13 +28,15 @@ class Usability:
     told: list[str] = field(default_factory=list)
 
 
-def demonstrate(loop: LockstepLoop, episodes: int, on_progress: Callable[[str], None]) -> Usability:
-    """So many demonstrations under the gate's eyes, from seed 0 on."""
+def demonstrate(
+    loop: LockstepLoop, seeds: Sequence[int], on_progress: Callable[[str], None]
+) -> Usability:
+    """One demonstration of each seed under the gate's eyes."""
     found = Usability()
-    for seed in range(episodes):
+    for seed in seeds:
         _episode(loop, seed, found)
         on_progress(
-            f"{loop.driven.robot.id}: demonstration {seed + 1} of {episodes}: {found.chunks} "
+            f"{loop.driven.robot.id}: demonstration of seed {seed}: {found.chunks} "
             f"chunks, refused {dict(found.refused)}, truncated {dict(found.truncated)}, "
             f"stops {dict(found.stops)}"
         )

@@ -29,7 +29,7 @@ ARM, GRIPPER, BASE, SWITCH = range(4)
 GEOMETRY = ToolGeometry(ROBOT)
 STATE = {"layout": "libero", "dim": 9}
 PERIOD_S = ROBOT.tick_period_ns * 1e-9
-LINEAR, YAW = 0.53, 1.33
+LINEAR, YAW = 0.4, 1.17
 """Limits of robot.yaml [m/s, rad/s]; the skill's scales."""
 
 TWIST = {"control_mode": "body_twist", "axes": [0, 1, 5], "scale": [LINEAR, LINEAR, YAW]}

@@ -86,6 +86,7 @@ JointLimits read_joint(Section section, const json& parts) {
   joint.contact_limit = section.number("contact_limit");
   joint.encoder_step = section.number("encoder_step");
   joint.dead_band = section.number("dead_band");
+  joint.stop_lag = section.number("stop_lag");
   joint.source = source_in(section);
   section.refuse_unknown_keys();
   return joint;

@@ -149,6 +149,7 @@ def _joint(joint: Joint, part: Part, safety: SafetyProfile) -> dict[str, Json]:
         "contact_limit": measured.contact_limit,
         "encoder_step": measured.encoder_step,
         "dead_band": measured.dead_band_per_tick,
+        "stop_lag": measured.stop_lag_s,
         "source": f"{source}; measured state: {measured.source}",
     }
 

@@ -69,7 +69,7 @@ def joint_enforcement(
         return (*_absolute(part, "joint_torque"), *_of_measured_effort(contact, effort))
     if limit == "velocity_limit":
         return _of_speed(part, "base" if joint in robot.base_joints else "speed")
-    if limit == "acceleration_limit":
+    if limit in ("acceleration_limit", "stop_lag"):
         return proven("base" if joint in robot.base_joints else "braking", _RECKONS)
     return proven({"contact_limit": "contact", "encoder_step": "stuck"}.get(limit, "dead band"))
 

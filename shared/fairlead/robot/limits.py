@@ -92,6 +92,7 @@ def _measured_units(unit: str) -> dict[str, str]:
         "contact_limit": _effort_unit(unit),
         "encoder_step": unit,
         "dead_band": f"{unit}/period",
+        "stop_lag": "s",
     }
 
 

@@ -29,6 +29,8 @@ class MeasuredLimits(SafetyBlock):
     encoder_step: a smaller change of the measured position is none.
     dead_band_per_tick: commanded motion up to which the joint need not move, added up since its
         last measured change: the most of one control period, and of any number of slower ones.
+    stop_lag_s: for so long it goes on at its speed before it brakes, after rows that tell
+        velocities, deltas or twists.
     """
 
     tolerance: Positive | None = None
@@ -37,6 +39,7 @@ class MeasuredLimits(SafetyBlock):
     contact_limit: Positive | None = None
     encoder_step: Positive | None = None
     dead_band_per_tick: Positive | None = None
+    stop_lag_s: Annotated[float, Field(ge=0.0, allow_inf_nan=False)] | None = None
     source: str
 
 

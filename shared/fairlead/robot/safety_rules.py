@@ -10,7 +10,7 @@ from fairlead.robot.joint import Joint
 from fairlead.robot.part import Part
 from fairlead.robot.safety_profile import MeasuredLimits, PartSafety, SafetyProfile
 
-_OF_COMMANDED = ("contact_limit", "encoder_step", "dead_band_per_tick")
+_OF_COMMANDED = ("contact_limit", "encoder_step", "dead_band_per_tick", "stop_lag_s")
 _TOOL_MODES = frozenset({"cartesian_pose", "cartesian_delta", "cartesian_twist"})
 _PER_JOINT = ("joint_position", "joint_velocity", "joint_torque", "dex_hand_joint")
 

@@ -48,6 +48,9 @@ struct JointLimits {
   // G041: what may be told since the last measured change, over any number of ticks, without
   // anything having to move [rad or m].
   double dead_band = unset;
+  // G024, G031, G032, G034: for so long it goes on at its speed when a motion that it was told as
+  // a speed or a share of one ends [s]: a servo lags, and makes up for that.
+  double stop_lag = unset;
   Text source;
 };
 

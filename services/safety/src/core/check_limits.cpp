@@ -14,6 +14,11 @@ Text check_bounds(const Text& key, const Bounds& bounds) {
                 bounds.tolerance);
 }
 
+Text check_stop_lag(const Text& key, double lag) {
+  if (std::isfinite(lag) && lag >= 0.0) return {};
+  return phrase(key, ".stop_lag: expected a finite number of at least 0, got ", lag);
+}
+
 Text check_joint(const Limits& limits, const JointLimits& joint) {
   const Text key = phrase("joints.", joint.name);
   if (joint.name.empty()) return "joints: a joint without a name";
@@ -24,7 +29,8 @@ Text check_joint(const Limits& limits, const JointLimits& joint) {
                    positive(phrase(key, ".standstill_velocity"), joint.standstill_velocity),
                    positive(phrase(key, ".contact_limit"), joint.contact_limit),
                    positive(phrase(key, ".encoder_step"), joint.encoder_step),
-                   positive(phrase(key, ".dead_band"), joint.dead_band)});
+                   positive(phrase(key, ".dead_band"), joint.dead_band),
+                   check_stop_lag(key, joint.stop_lag)});
 }
 
 Text check_passive_joint(const PassiveLimits& joint) {

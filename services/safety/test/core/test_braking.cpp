@@ -143,18 +143,54 @@ TEST_CASE("G024 a delta brakes like the joints that it moves") {
 
 TEST_CASE("G024 in the first row a joint may be as fast as it is measured") {
   const Limits limits = braking_at(5.0, -2.0, 0.15);
-  const auto code = [&](double velocity, double measured) {
+  const auto code = [&](double target, double measured) {
     MeasuredState state = at_rest();
     state.velocities[slide_x] = measured;
-    return free_arm::judge(limits, one_joint(Mode::joint_velocity, slide_x, {velocity}).chunk,
-                           state)
+    return free_arm::judge(limits, one_joint(Mode::joint_position, slide_x, {target}).chunk, state)
         .evidence.code;
   };
   // 0.2 m/s: 0.01 m, and 4 mm to brake; from 1.2 m/s it takes 0.144 m.
-  CHECK(code(0.2, 0.0) == 0);
-  CHECK(code(0.2, 1.1) == 0);
-  CHECK(code(0.2, 1.2) == 24);
-  CHECK(code(-0.2, 1.2) == 0);
+  CHECK(code(0.01, 0.0) == 0);
+  CHECK(code(0.01, 1.1) == 0);
+  CHECK(code(0.01, 1.2) == 24);
+  CHECK(code(-0.01, 1.2) == 0);
+}
+
+TEST_CASE("G024 what is measured may go on through the first row, whatever a velocity says") {
+  const auto code = [](const Limits& limits, const Row& velocities, double measured) {
+    MeasuredState state = at_rest();
+    state.velocities[slide_x] = measured;
+    return free_arm::judge(limits, one_joint(Mode::joint_velocity, slide_x, velocities).chunk,
+                           state)
+        .evidence;
+  };
+  // From 1 m/s: 0.05 m in the tick, and 0.1 m to brake.
+  const Limits enough = braking_at(5.0, -0.15 - eps, 0.15 + eps);
+  const Limits less = braking_at(5.0, -0.15 + eps, 0.15 - eps);
+  for (const double told : {0.0, 0.2, -0.2}) {
+    CHECK(code(enough, {told, told}, 1.0).ok());
+    CHECK(code(enough, {told, told}, -1.0).ok());
+    CHECK(code(less, {told, told}, 1.0).code == 24);
+    CHECK(code(less, {told, told}, -1.0).code == 24);
+    CHECK(code(less, {told, told}, 1.0).row == 0);
+    CHECK(code(less, {told, told}, 0.0).ok());
+  }
+  CHECK(code(less, {0.0}, 1.0).value == doctest::Approx(0.15));
+}
+
+TEST_CASE("G024 a joint told a velocity goes on for its lag; one told a target does not") {
+  Limits limits = braking_at(5.0, -2.0, 0.27 + eps);
+  limits.joints[slide_x].stop_lag = 0.12;
+  const auto code = [&](Mode mode, double value) {
+    return free_arm::judge(limits, one_joint(mode, slide_x, {value}).chunk).evidence.code;
+  };
+  CHECK(code(Mode::joint_velocity, 1.0) == 0);  // 0.05 m, 0.12 m, 0.1 m to brake
+  limits.joints[slide_x].bounds.upper = 0.27 - eps;
+  CHECK(code(Mode::joint_velocity, 1.0) == 24);
+  limits.joints[slide_x].bounds.upper = 0.15 + eps;
+  CHECK(code(Mode::joint_position, 0.05) == 0);
+  limits.joints[slide_x].stop_lag = not_a_number;
+  CHECK(code(Mode::joint_velocity, 1.0) == 24);
 }
 
 TEST_CASE("G024 a pose is approached from the pose before it, not from where the arm lags") {

@@ -58,6 +58,17 @@ const std::vector<Number>& positive_numbers() {
 
 }  // namespace
 
+TEST_CASE("a joint's lag is a finite number of at least 0") {
+  const auto after = [](double lag) {
+    return fault_after([lag](Limits& l) { l.joints[arm_1].stop_lag = lag; });
+  };
+  CHECK(after(0.0).empty());
+  CHECK(after(0.06).empty());
+  for (const double lag : {-1e-9, unset, std::numeric_limits<double>::infinity()})
+    CHECK(after(lag).starts_with(
+        "joints.arm_1.stop_lag: expected a finite number of at least 0, got "));
+}
+
 TEST_CASE("what is measured and tracked has limits, finite and above 0") {
   for (const Number& number : positive_numbers())
     for (const double bad : {unset, endless, -endless, 0.0, -1.0})

@@ -17,6 +17,7 @@ inline void widen(JointLimits& joint) {
   joint.contact_limit = vast;
   joint.encoder_step = 1e-6;
   joint.dead_band = vast;
+  joint.stop_lag = 0.0;
 }
 
 /// After any mode any mode may follow.

@@ -5,22 +5,27 @@
 
 namespace fairlead {
 
-Braking::Braking(const PathPlan& plan, const Branch& branch, JointSet moving)
-    : plan_(plan), branch_(branch), moving_(moving) {
+Braking::Braking(const PathPlan& plan, const Branch& branch, JointSet moving, JointSet lagging)
+    : plan_(plan), branch_(branch), moving_(moving), lagging_(lagging) {
   end_ = branch.now;
   for (std::size_t j = 0; j < plan.limits.joints.size(); ++j) {
     const double speed = branch.speed[j];
     if ((moving & only(j)) == 0 || speed == 0.0) continue;
-    const double reaction = (plan.base_joints & only(j)) != 0 ? plan.limits.base.reaction_s : 0.0;
     const double deceleration = plan.limits.joints[j].acceleration_limit;
-    duration_ = std::max(duration_, reaction + std::abs(speed) / deceleration);
-    end_[j] += speed * reaction + speed * std::abs(speed) / (2.0 * deceleration);
+    duration_ = std::max(duration_, waits(j) + std::abs(speed) / deceleration);
+    end_[j] += speed * waits(j) + speed * std::abs(speed) / (2.0 * deceleration);
   }
 }
 
-double Braking::position(std::size_t joint, double time) const {
+// How long it goes on before it brakes.
+double Braking::waits(std::size_t joint) const {
   const double reaction =
       (plan_.base_joints & only(joint)) != 0 ? plan_.limits.base.reaction_s : 0.0;
+  return (lagging_ & only(joint)) != 0 ? reaction + plan_.limits.joints[joint].stop_lag : reaction;
+}
+
+double Braking::position(std::size_t joint, double time) const {
+  const double reaction = waits(joint);
   const double speed = branch_.speed[joint];
   const double deceleration = plan_.limits.joints[joint].acceleration_limit;
   const double braking = std::clamp(time - reaction, 0.0, std::abs(speed) / deceleration);

@@ -7,21 +7,23 @@
 namespace fairlead {
 
 /// All joints brake from a branch's configuration and speeds: at once, those of the base after its
-/// reaction time at the speed they have.
+/// reaction time at the speed they have, and those of `lagging` after their lag.
 class Braking {
  public:
-  Braking(const PathPlan& plan, const Branch& branch, JointSet moving);
+  Braking(const PathPlan& plan, const Branch& branch, JointSet moving, JointSet lagging);
 
   /// Positions when `share` of the time has passed that the last joint needs, 0 to 1.
   void at(double share, Joints& joints) const;
   [[nodiscard]] const Joints& end() const { return end_; }
 
  private:
+  [[nodiscard]] double waits(std::size_t joint) const;
   [[nodiscard]] double position(std::size_t joint, double time) const;
 
   const PathPlan& plan_;
   const Branch& branch_;
   JointSet moving_;
+  JointSet lagging_;
   double duration_ = 0.0;
   Joints end_;
 };

@@ -84,22 +84,45 @@ PathWalk::PathWalk(const PathPlan& plan, const ClaimLimits& claim, const Measure
 }
 
 Evidence PathWalk::check_next() {
-  Evidence evidence = prediction_.advance();
+  Evidence evidence;
+  if (!has_begun_) evidence = check_momentum();
+  has_begun_ = true;
+  const Evidence unreachable = prediction_.advance();
+  if (!unreachable.ok()) evidence = unreachable;
   for (std::size_t i = 0; i < prediction_.branch_count() && evidence.ok(); ++i)
     evidence = check_branch(i);
   if (!evidence.ok()) evidence.row = static_cast<std::int64_t>(prediction_.row());
   return evidence;
 }
 
+// Whatever the first row says, what is measured may go on through its tick, and brake then.
+Evidence PathWalk::check_momentum() {
+  Evidence evidence;
+  for (std::size_t i = 0; i < prediction_.start_count() && evidence.ok(); ++i) {
+    Branch branch = prediction_.branch(i);
+    if (!prediction_.goes_on(branch)) continue;
+    Clearance clearance = clearances_[i];
+    const Braking braking(plan_, branch, prediction_.moving(), prediction_.lagging());
+    evidence = check_body(branch, braking, clearance);
+    if (evidence.ok()) evidence = check_zones(branch, braking);
+  }
+  return evidence;
+}
+
 Evidence PathWalk::check_branch(std::size_t index) {
   const Branch& branch = prediction_.branch(index);
-  const Braking braking(plan_, branch, prediction_.moving());
+  const Braking braking(plan_, branch, prediction_.moving(), prediction_.lagging());
+  Evidence evidence = check_body(branch, braking, clearances_[index]);
+  if (evidence.ok()) evidence = check_singularities(branch, braking);
+  if (evidence.ok()) evidence = check_zones(branch, braking);
+  return evidence;
+}
+
+// Bounds, volumes and pairs.
+Evidence PathWalk::check_body(const Branch& branch, const Braking& braking, Clearance& clearance) {
   Evidence evidence = check_braking(plan_, branch, braking.end(), prediction_.commanded());
   if (evidence.ok() && !shape_check_.has_nothing())
-    evidence = check_shapes(branch, braking, clearances_[index]);
-  if (evidence.ok()) evidence = check_singularities(branch, braking);
-  if (evidence.ok() && (prediction_.commanded() & plan_.base_joints) != 0)
-    evidence = check_zones(branch, braking);
+    evidence = check_shapes(branch, braking, clearance);
   return evidence;
 }
 
@@ -151,6 +174,7 @@ Evidence PathWalk::check_singularities(const Branch& branch, const Braking& brak
 }
 
 Evidence PathWalk::check_zones(const Branch& branch, const Braking& braking) const {
+  if ((prediction_.commanded() & plan_.base_joints) == 0) return {};
   const double row = base_way(plan_, branch.before, branch.now);
   const double stop = base_way(plan_, branch.now, braking.end());
   double margin = 0.0, rest_margin = 0.0;

@@ -20,7 +20,9 @@ class PathWalk {
   Evidence check_next();
 
  private:
+  Evidence check_momentum();
   Evidence check_branch(std::size_t index);
+  Evidence check_body(const Branch& branch, const Braking& braking, Clearance& clearance);
   auto looking_at(const Branch& branch, const Ways& ways, FramePoses& poses);
   Evidence check_shapes(const Branch& branch, const Braking& braking, Clearance& clearance);
   Evidence check_shapes_to_rest(const Branch& branch, const Braking& braking,
@@ -32,6 +34,7 @@ class PathWalk {
   const ActionChunk& chunk_;
   Prediction prediction_;
   ShapeCheck shape_check_;
+  bool has_begun_ = false;
   std::array<Clearance, max_branches> clearances_;  // of each branch where the next row starts
   FramePoses rest_;                                 // where braking ends
   FramePoses between_;

@@ -53,6 +53,13 @@ class Prediction {
   [[nodiscard]] JointSet commanded() const { return commanded_; }
   /// Joints whose position or speed changes on the way.
   [[nodiscard]] JointSet moving() const { return moving_; }
+  /// Those of them that were told a motion, not where to be: what is measured goes on for a while.
+  [[nodiscard]] JointSet lagging() const { return lagging_; }
+  /// Before the first row: takes a branch to where it is a tick later if nothing changes its
+  /// motion. False where it has none of what `lagging` counts.
+  [[nodiscard]] bool goes_on(Branch& branch) const;
+  /// Branches that differ before the first row.
+  [[nodiscard]] std::size_t start_count() const { return start_count_; }
 
  private:
   struct Command {
@@ -91,12 +98,14 @@ class Prediction {
   std::size_t row_ = 0;
   std::size_t steps_ = 0;  // rows gone through since the first live one
   std::size_t branch_count_ = 1;
+  std::size_t start_count_ = 1;
   std::size_t holding_count_ = 0;  // the last of them: other claims' parts hold
   std::size_t gains_ = 0;          // parts with a gain that move links
   std::array<std::uint8_t, max_parts> gain_bit_{};
   std::uint32_t gain_parts_ = 0;  // that have a bit, one bit each
   JointSet commanded_ = 0;
   JointSet moving_ = 0;
+  JointSet lagging_ = 0;
   JointSet targets_told_ = 0;  // joints that the row before the first told a target or pose
   std::array<double, max_joints> told_;
   std::array<Branch, max_branches> branches_;

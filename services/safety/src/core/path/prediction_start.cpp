@@ -23,6 +23,7 @@ Prediction::Prediction(const PathPlan& plan, const ClaimLimits& claim, const Mea
   include_companions();
   start_still();
   if (!before.measured) {
+    start_count_ = branch_count_;
     (void)apply_rows(before, 0, true);
     return;
   }
@@ -65,10 +66,28 @@ void Prediction::start_still() {
   for (std::size_t i = 1; i < branch_count_; ++i) branches_[i] = first;
 }
 
+// A controller takes time to turn a motion around, and may keep up another beside it. A joint that
+// is told where to be goes there.
+bool Prediction::goes_on(Branch& branch) const {
+  bool moves = false;
+  branch.begin_row();
+  for (std::size_t j = 0; j < plan_.limits.joints.size(); ++j) {
+    if ((lagging_ & only(j)) == 0) {
+      if ((commanded_ & only(j)) != 0) branch.speed[j] = 0.0;
+      continue;
+    }
+    moves |= branch.speed[j] != 0.0;
+    branch.now[j] += branch.speed[j] * plan_.period_s;
+  }
+  branch.poses_now().place(plan_, branch.now);
+  return moves;
+}
+
 void Prediction::include(const ActionChunk& chunk, JointSet& joints) {
   for (const ActionPart& action : chunk.parts) {
     joints |= moved_by(plan_, action);
     const Gain* gain = gain_block(plan_.limits.parts[action.part].modes, action.mode);
+    if (gain != nullptr) lagging_ |= moved_by(plan_, action);
     if (gain != nullptr && gain->lower != gain->upper) add_branches(action.part);
   }
 }
