@@ -112,9 +112,9 @@ class SimulatedCampaign:
                 modes = {part: told.mode.yaml_name for part, told in done.commands.items()}
                 arms = [self._robot.part(part) for part in modes]
                 found.idle[rule] += all(len(part.joints) < ARM_JOINTS for part in arms)
+                episode = self._first + found.episodes - 1
                 found.told.append(
-                    f"{rule} {room:.4f}: episode {self._first + found.episodes - 1}, tick {self._loop.tick}, "
-                    f"{kind}, {modes}"
+                    f"{rule} {room:.4f}: episode {episode}, tick {self._loop.tick}, {kind}, {modes}"
                 )
 
     def _within_tolerance(self, q: FloatArray) -> float:

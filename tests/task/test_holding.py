@@ -63,6 +63,19 @@ def test_an_arm_whose_rows_end_at_full_scale_brakes_as_its_joints_are_declared_t
     assert np.all(np.abs(went) <= speeds**2 / (2.0 * BRAKES) + 0.02)
 
 
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_full_scale_deltas_throw_no_joint_beyond_its_declared_speed(
+    backend: RobosuiteBackend, seed: int
+) -> None:
+    backend.reset(seed)
+    corner = np.where(np.random.default_rng(seed).random(6) < 0.5, -1.0, 1.0)
+    fastest = 0.0
+    for _ in range(20):
+        backend.apply(commands(np.array([*corner, -1, 0, 0, 0, 0, -1])))
+        fastest = max(fastest, float(np.abs(backend.read().velocities[ARM]).max()))
+    assert 1.0 < fastest < 2.175
+
+
 def test_a_base_that_drives_carries_a_held_arm_along(backend: RobosuiteBackend) -> None:
     backend.reset(0)
     backend.apply({})

@@ -18,8 +18,8 @@ DECELERATION = 20.0
 STIFFNESS = 60.0
 """Frequency of the critically damped servo that then keeps the joints there [1/s]."""
 
-FASTEST = 2.0
-"""A joint faster than this [rad/s] is slowed down: declared are 2.175 and more."""
+FASTEST = 1.7
+"""A joint faster than this [rad/s] is slowed down: it gets to 2.1 then, declared are 2.175."""
 
 SLOWING = 100.0
 """By which share of what is too fast, in a second [1/s]."""
