@@ -15,6 +15,7 @@ VAST = 1e4
 def quiet(data: dict[str, Any]) -> dict[str, Any]:
     """Far walls, capsules that never meet, joints that brake at once."""
     for joint in data["joints"]:
+        joint["stop_lag"] = 0.0
         if joint["acceleration_limit"] is not None:  # null for a gripper's
             joint["acceleration_limit"] = 1e30
     for part in data["parts"]:

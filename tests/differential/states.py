@@ -11,6 +11,7 @@ from tests.differential.case import Measured
 from tests.differential.gate_file import MODES, GateFile, Joint, Part
 
 REACHES = 60
+PERIOD_S = 0.05
 ROOM = 3.0
 """Where a joint without bounds may stand [m or rad]."""
 
@@ -29,7 +30,7 @@ class StateMaker:
         for part in self._file.parts:
             if MODES.index("cartesian_pose") in part.modes and self._rng.random() < 0.7:
                 self._reach_into_box(positions, part)
-        return Measured(tick, positions, self._velocities(), self._efforts())
+        return Measured(tick, positions, self._velocities(positions), self._efforts())
 
     def next(self, last: Measured) -> Measured:
         """The state one tick later, within what the robot can do."""
@@ -38,7 +39,9 @@ class StateMaker:
         moved = last.positions + self._rng.uniform(-1.0, 1.0, len(reach)) * reach
         pairs = zip(self._joints, moved.tolist(), strict=True)
         moved = np.array([_not_within_tolerance(joint, position) for joint, position in pairs])
-        return Measured(last.tick + 1, moved, self._velocities(), self._efforts())
+        most = 0.95 * np.array([joint.jump_limit for joint in self._joints])
+        moved = np.where(np.abs(moved - last.positions) > most, last.positions, moved)
+        return Measured(last.tick + 1, moved, self._velocities(moved), self._efforts())
 
     def _reach_into_box(self, positions: FloatArray, part: Part) -> None:
         """Move the part's joints until its tool is inside the box of its poses, if that is soon."""
@@ -63,8 +66,17 @@ class StateMaker:
         value = float(rng.choice([nudged(edge, rng), edge + sign * rng.uniform(0.0, 0.3)]))
         return _not_within_tolerance(joint, value)
 
-    def _velocities(self) -> FloatArray:
-        """At rest, about to be at rest, or moving."""
+    def _velocities(self, positions: FloatArray) -> FloatArray:
+        """At rest, about to be at rest, or moving; never over a bound within two ticks, which G024
+        refuses and the reference does not know."""
+        drawn = self._any_velocities()
+        lower = np.array([joint.lower for joint in self._joints])
+        upper = np.array([joint.upper for joint in self._joints])
+        slowest = np.minimum((lower - positions) / (2.0 * PERIOD_S), 0.0)
+        fastest = np.maximum((upper - positions) / (2.0 * PERIOD_S), 0.0)
+        return np.clip(drawn, slowest, fastest)
+
+    def _any_velocities(self) -> FloatArray:
         rng = self._rng
         kind = rng.random()
         if kind < 0.4:

@@ -18,7 +18,7 @@ DECELERATION = 20.0
 STIFFNESS = 60.0
 """Frequency of the critically damped servo that then keeps the joints there [1/s]."""
 
-FASTEST = 1.7
+FASTEST = 1.5
 """A joint faster than this [rad/s] is slowed down: it gets to 2.1 then, declared are 2.175."""
 
 SLOWING = 100.0
