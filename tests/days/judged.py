@@ -47,6 +47,7 @@ def _write(folder: Path) -> None:
     for log in sorted(folder.rglob("*.decisions")):
         for day in _days(log):
             by_config[day.config].append(day)
+    CORPUS.mkdir(exist_ok=True)
     for old in CORPUS.glob("judged_*.decisions"):
         old.unlink()
     numbers: dict[str, int] = defaultdict(int)
@@ -69,12 +70,13 @@ def _write(folder: Path) -> None:
 
 
 def _days(log: Path) -> Iterator[Day]:
-    """From boot to boot; the last may be cut off."""
+    """From boot to boot: without the first, whose ids are those of two gates, and the last, which
+    may be cut off."""
     header, *records = read_log(log) or [LogRecord(END, b"")]
     if header.type != HEADER:
         return
     text = config_text([header])
-    starts = [at for at, record in enumerate(records) if record.type == BOOT]
+    starts = [at for at, record in enumerate(records) if record.type == BOOT][1:]
     for number, (start, end) in enumerate(pairwise(starts)):
         day = records[start:end]
         yield Day(f"{log.name} {number:06}", text, tuple(day), frozenset(shown(day)))

@@ -189,3 +189,33 @@ TEST_CASE("a truth value is one of two bytes") {
   CHECK(decode(frame, status) == FrameFault::none);
   CHECK_FALSE(status.lockstep_allowed);
 }
+
+TEST_CASE("a hash has 32 bytes, and a record as many fields as it has") {
+  JointState state;
+  state.robot_hash.fill(0x5A);
+  (void)state.acted.push_back(Acted{2, 7, 1});
+  const Frame whole = frame_of(state);
+  REQUIRE(decode(whole, state) == FrameFault::none);
+
+  const Frame head{0xC4, 0x20, 0x5A};
+  const auto at = std::search(whole.begin(), whole.end(), head.begin(), head.end());
+  REQUIRE(at != whole.end());
+  const auto place = at - whole.begin();
+  Frame shorter = whole;
+  shorter[static_cast<std::size_t>(place) + 1] = 0x1F;
+  shorter.erase(shorter.begin() + place + 2);
+  CHECK(decode(shorter, state) == FrameFault::wrong_type);
+  Frame longer = whole;
+  longer[static_cast<std::size_t>(place) + 1] = 0x21;
+  longer.insert(longer.begin() + place + 2, 0x5A);
+  CHECK(decode(longer, state) == FrameFault::wrong_type);
+
+  const Frame act{0x93, 2, 7, 1};
+  const auto record = std::search(whole.begin(), whole.end(), act.begin(), act.end());
+  REQUIRE(record != whole.end());
+  for (const std::uint8_t fields : Frame{0x92, 0x94}) {
+    Frame other = whole;
+    other[static_cast<std::size_t>(record - whole.begin())] = fields;
+    CHECK(decode(other, state) == FrameFault::arity);
+  }
+}
