@@ -10,6 +10,9 @@ from fairlead.messages import FloatArray
 from tests.soundness.distances import between_polygons, between_segments, inside_polygon
 from tests.soundness.link_frames import LinkFrames
 
+EXACT_M = 0.05
+"""Capsules further apart than this are told to be so at least."""
+
 RULES = ("bounds", "workspace", "self-collision", "zones")
 
 
@@ -77,8 +80,16 @@ class Arena:
             return np.full(places.shape[1], np.inf)
         starts, ends, radii = self._ends(places, turns)
         one, other = self._pairs.T
-        found = between_segments(starts[one], ends[one], starts[other], ends[other])
-        return np.asarray((found - (radii[one] + radii[other])[:, None]).min(axis=0))
+        middles, halves = (starts + ends) / 2.0, np.linalg.norm(ends - starts, axis=-1) / 2.0
+        thick = (radii[one] + radii[other])[:, None]
+        # Balls around the capsules are no further apart than these; nearer ones are looked at.
+        found = np.linalg.norm(middles[one] - middles[other], axis=-1)
+        found -= halves[one] + halves[other] + thick
+        pair, at = np.nonzero(found < EXACT_M)
+        a, b = one[pair], other[pair]
+        exact = between_segments(starts[a, at], ends[a, at], starts[b, at], ends[b, at])
+        found[pair, at] = exact - thick[pair, 0]
+        return np.asarray(found.min(axis=0))
 
     def _zones(self, q: FloatArray) -> FloatArray:
         found = np.full(len(q), np.inf)

@@ -131,6 +131,8 @@ class KinematicCampaign:
         mixed = np.tile(self._rng.integers(0, 2, parts).astype(float), (count, 1))
         shares = [np.full((count, parts), share) for share in (0.0, 1.0, 0.5)]
         shares += [mixed, self._rng.random((count, parts))]
+        if not self._prediction.depends_on_shares(rows[0]):
+            shares = shares[:1]
         for share in shares:
             try:
                 path = self._prediction.follow(q, rows, share)

@@ -78,6 +78,13 @@ class Prediction:
             found.append(q)
         return found
 
+    def depends_on_shares(self, row: Row) -> bool:
+        """Whether a row's motion is anything between two ends."""
+        gains = [
+            self._gains.get((part, one.mode.yaml_name), (1.0, 1.0)) for part, one in row.items()
+        ]
+        return any(low != high for low, high in gains)
+
     def _move(
         self, part: str, command: PartCommand, gain: float, q: FloatArray, later: FloatArray
     ) -> None:

@@ -28,9 +28,9 @@ SLOWING = 100.0
 class ArmGuard:
     """Stands in front of one arm's controller.
 
-    While the arm `is_held`, each joint brakes with `DECELERATION` from the speed it had when the
-    hold began, and stays there. Otherwise the controller's torques act, less what would make
-    joints faster than `FASTEST`.
+    In a period in which the arm `is_held`, each joint brakes with `DECELERATION` from the speed it
+    had in the first such period, and stays there. Otherwise the controller's torques act, less what
+    would make joints faster than `FASTEST`.
     """
 
     def __init__(self, controller: Any) -> None:
@@ -40,16 +40,12 @@ class ArmGuard:
         self._position = self._speed = np.zeros(0)
         controller.run_controller, controller.set_goal = self._torques, self._goal
 
-    def hold(self, is_held: bool) -> None:
-        """Say before each period whether the arm holds in it."""
-        if is_held and not self.is_held:
-            self._position = np.zeros(0)
-        self.is_held = is_held
-
     def _goal(self, action: Any) -> None:
-        """While it holds, the pose controller's goal is the tool: the next row goes on there."""
+        """Once a period. While the arm holds, the goal is the tool: rows go on from there."""
         if self.is_held:
             self._controller.set_goal_update_mode("achieved")
+        else:
+            self._position = np.zeros(0)
         self._set_goal(action)
 
     def _torques(self) -> Any:

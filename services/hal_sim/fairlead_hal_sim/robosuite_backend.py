@@ -97,10 +97,12 @@ class RobosuiteBackend:
         """One ``env.step`` with the vector of `pack`."""
         vector = self.pack(commands)
         self.last_packed = vector.copy()
-        for slot in self._action_map.parts:
-            if slot.simulator_part in self._holds:
-                self._holds[slot.simulator_part].hold(slot.name not in commands)
+        held = [slot.simulator_part for slot in self._action_map.parts if slot.name not in commands]
+        for part, guard in self._guards.items():
+            guard.is_held = part in held
         self.env.step(vector)
+        for guard in self._guards.values():  # a bare `env.step` is the simulator's own
+            guard.is_held = False
 
     def pack(self, commands: Mapping[str, PartCommand]) -> ActionVector:
         """The vector `apply` would send now.
@@ -134,7 +136,7 @@ class RobosuiteBackend:
         seed_environment(self.env, seed)
         self.env.reset()
         controllers = self.env.robots[0].composite_controller.part_controllers
-        self._holds = {arm.side: ArmGuard(controllers[arm.side]) for arm in self._joints.arms}
+        self._guards = {arm.side: ArmGuard(controllers[arm.side]) for arm in self._joints.arms}
         self.last_packed = None
         self._reset_yaw = self._base_yaw()
 
