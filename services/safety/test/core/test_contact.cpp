@@ -1,6 +1,5 @@
 // G042: a joint that presses too hard, and a gripper that loses what it held.
 
-#include "grasp_watch.hpp"
 #include "tracked_rig.hpp"
 
 using namespace fairlead;
@@ -269,36 +268,4 @@ TEST_CASE("G042 a slip limit that is no number allows none, an infinite one any"
   CHECK_FALSE(stops(infinite));
   CHECK(stops(not_a_number));
   CHECK(stops(slip));
-}
-
-namespace {
-
-// A hand told to close that came to rest on something at 1/16 m; then it is told something else,
-// or the same, and closes to nothing.
-std::uint32_t code_after_losing(const Setpoint& close, const Setpoint& then) {
-  Limits limits = test_limits();
-  narrow(limits);
-  GraspWatch watch;
-  MeasuredState state = state_at_rest();
-  const auto note = [&](double opening, double velocity, const Setpoint& told) {
-    state.positions[gripper_joint] = opening;
-    state.velocities[gripper_joint] = velocity;
-    return watch.note(limits, state, gripper, told).code;
-  };
-  REQUIRE(note(0.079, 0.0, close) == 0);
-  REQUIRE(note(0.0625, -0.3, close) == 0);
-  for (int tick = 0; tick < 3; ++tick) REQUIRE(note(0.0625, 0.0, close) == 0);
-  REQUIRE(note(0.0625, 0.0, then) == 0);
-  return note(0.03, 0.0, then);
-}
-
-}  // namespace
-
-TEST_CASE("G042 a hand told something else than an opening holds nothing that it could lose") {
-  const ChunkBuilder close = opening(0.01, 1);
-  const ChunkBuilder joints =
-      ChunkBuilder().joint(gripper, Mode::joint_position, gripper_joint, {0.03});
-  const Setpoint told{&close.chunk.parts[0]};
-  CHECK(code_after_losing(told, told) == 42);
-  CHECK(code_after_losing(told, Setpoint{&joints.chunk.parts[0], gripper_joint}) == 0);
 }

@@ -171,6 +171,12 @@ TEST_CASE("G050 a whole pass takes about a second of the timer's steps") {
     do {
       rig.timer(5 * ms);
     } while (rig.count(OutputKind::log) == 0);
+    for (const Output& output : rig.out->items()) {
+      if (output.kind != OutputKind::log) continue;
+      const Bytes said = rig.out->payload(output);
+      const std::string text(said.begin(), said.end());
+      CHECK(text.starts_with("G050 limits in memory: "));
+    }
     return rig.now_ns;
   };
   next_fault();

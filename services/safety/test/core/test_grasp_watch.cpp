@@ -37,14 +37,15 @@ class Hand {
   void rest(double opening) {
     for (int i = 0; i < 3; ++i) CHECK_FALSE(held(opening));
   }
-  GraspWatch watch;
-
- private:
+  /// After any row, or none.
   bool loses(const Setpoint& setpoint, double opening, double velocity) {
     state_.positions[gripper_joint] = opening;
     state_.velocities[gripper_joint] = velocity;
     return watch.note(limits_, state_, gripper, setpoint).code == 42;
   }
+  GraspWatch watch;
+
+ private:
   Limits limits_;
   MeasuredState state_;
 };
@@ -140,4 +141,13 @@ TEST_CASE("G042 what is forgotten cannot be lost") {
   CHECK_FALSE(all.told(closed, open - 2.0 * slip));
   Hand none = holding_at(open);
   CHECK(none.told(closed, open - 2.0 * slip));
+}
+
+TEST_CASE("G042 a hand told something else than an opening holds nothing that it could lose") {
+  ChunkBuilder joints;
+  joints.joint(gripper, Mode::joint_position, gripper_joint, {closed});
+  const Setpoint other{&joints.chunk.parts[0], gripper_joint};
+  Hand hand = holding_at(open);
+  CHECK_FALSE(hand.loses(other, open, 0.0));
+  CHECK_FALSE(hand.loses(other, open - 2.0 * slip, 0.0));
 }

@@ -287,27 +287,3 @@ TEST_CASE("every number of the protocol has its range, ends included") {
       CHECK(fault(outside).find(std::string("protocol.") + range.name + ": expected") == 0);
   }
 }
-
-TEST_CASE("a joint, a part and a name at the first index that is none are refused") {
-  CHECK(fault_after([](Limits& limits) { limits.joints[arm_1].part = 4; }) ==
-        "joints.arm_1.part: no such part");
-  CHECK(fault_after([](Limits& limits) {
-          (void)limits.parts[composite].joints.push_back(joint_count);
-        }) == "parts.composite.joints: a joint that is not this part's");
-  CHECK(fault_after([](Limits& limits) {
-          (void)limits.passive_joints.push_back(limits.passive_joints[0]);
-        }) == "passive_joints: torso is there twice");
-  CHECK(fault_after([](Limits& limits) { limits.joints[1].name = limits.joints[0].name; }) ==
-        "joints: base_x is there twice");
-}
-
-TEST_CASE("each axis of a pose's box has its own range") {
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    for (const bool lower_end : {true, false}) {
-      const std::string fault = fault_after([=](Limits& limits) {
-        PoseLimits& box = limits.parts[arm].modes.cartesian_pose;
-        (lower_end ? box.lower : box.upper)[axis] = not_a_number;
-      });
-      CHECK(fault.find(std::string("parts.arm.modes.cartesian_pose ") + "xyz"[axis]) == 0);
-    }
-}

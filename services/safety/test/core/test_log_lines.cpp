@@ -87,3 +87,25 @@ TEST_CASE("G050 a step that took too long is said with its length and how many t
   late();
   CHECK(lines(rig)[0].ends_with(": 2 so far"));
 }
+
+TEST_CASE("G011 the first joint, where it is a gripper's, is said to be outside and back") {
+  GateRig rig;
+  PartLimits& part = rig.limits.parts[base];
+  part.modes = ModeLimits{};
+  part.modes.gripper_binary = binary_mode();
+  rig.limits.joints[base_x].bounded = true;
+  rig.limits.joints[base_x].bounds = {-0.5, 0.5, 0.0};
+  rig.restart(BootInfo{true, false, {}});
+  rig.send_hal_status();
+  rig.send_state();
+  rig.positions[base_x] = 0.75;
+  rig.next_tick();
+  CHECK(lines(rig) ==
+        std::vector<std::string>{"G011 gripper joint base_x is outside its limits: 0.75"});
+  rig.next_tick();
+  CHECK(lines(rig).empty());
+  rig.positions[base_x] = 0.25;
+  rig.next_tick();
+  CHECK(lines(rig) ==
+        std::vector<std::string>{"G011 gripper joint base_x is back inside its limits: 0.25"});
+}

@@ -167,3 +167,25 @@ TEST_CASE(
     rig.act_at(1.875);
   }
 }
+
+TEST_CASE("realtime: what a push cut off stays cut off when the robot is back and has held") {
+  Approach rig(false);
+  rig.act_at(1.725);
+  const Verdict cut = rig.verdict();
+  REQUIRE(cut.row == 6);
+  rig.positions[arm_1] = 1.5;
+  rig.velocities[arm_1] = 0.5;  // from which rows of 1 rad/s may begin
+  rig.hold();
+  const SafeChunk again = rig.safe_chunk();
+  CHECK(again.verdict_id > cut.verdict_id);
+  CHECK(again.first_tick + again.horizon - 1 == cut.released_last);
+}
+
+TEST_CASE("realtime: no tick is granted whose row a push has cut off") {
+  Approach rig(false);
+  // Row 1 acts and ends at 1.93, row 2 at 1.98, row 3 would at 2.03.
+  rig.act_at(1.88);
+  CHECK(rig.verdict().row == 3);
+  CHECK(rig.verdict().released_last == rig.tick + 1);
+  CHECK(rig.lease().grants[0].until_tick == rig.tick + 1);
+}
