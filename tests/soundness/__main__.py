@@ -56,8 +56,9 @@ def main() -> int:
     }
     keep = arguments.keep or Path(tempfile.mkdtemp(prefix="soundness-"))
     results = run_all(amounts, arguments.workers, keep, _say)
-    command = f"python -m tests.soundness {' '.join(a for a in sys.argv[1:] if a != '--write')}"
-    text = tables(results, command.strip(), f"{datetime.now(UTC):%Y-%m-%d}")
+    amount = f"--chunks {arguments.chunks} --rows {arguments.rows} --episodes {arguments.episodes}"
+    command = f"python -m tests.soundness {amount}"
+    text = tables(results, command, f"{datetime.now(UTC):%Y-%m-%d}")
     print(json.dumps(document(results), indent=1) if arguments.json else text)
     if arguments.write:
         write(repo_root() / "docs" / "soundness.md", text)
