@@ -132,3 +132,58 @@ TEST_CASE("G025 the claim that moved a part has ended: the next one may not chan
   CHECK(rig.send_chunk(rig.twist()).code == 25);
   CHECK(rig.send_chunk(rig.speeds({0.5})).code == 0);
 }
+
+TEST_CASE("G025 the first of the parts that moves may not change its mode either") {
+  GateRig rig(true);
+  rig.ready();
+  const auto send = [&rig](Mode mode, double value) {
+    ChunkBuilder builder = rig.chunk();
+    builder.chunk.parts.clear();
+    builder.joint(arm, mode, arm_1, {value});
+    return rig.send_chunk(builder).code;
+  };
+  REQUIRE(send(Mode::joint_velocity, 0.5) == 0);
+  const SafeChunk safe = rig.safe_chunk();
+  rig.velocities[arm_1] = 0.5;
+  rig.next_tick_of({row_of(safe, 0), hold, hold, hold});
+  rig.next_tick(hold);
+  CHECK(send(Mode::joint_position, 0.0) == 25);
+  CHECK(send(Mode::joint_velocity, 0.5) == 0);
+}
+
+TEST_CASE("G025 what nobody knows may have been of any mode: each has to be listed") {
+  GateRig rig(true);
+  const auto velocity = static_cast<std::uint8_t>(Mode::joint_velocity);
+  rig.limits.parts[arm].followers[static_cast<std::size_t>(Mode::joint_position)] &=
+      static_cast<std::uint16_t>(~PartMemory::mode_bit(velocity));
+  rig.restart(BootInfo{true, false, {}});
+  rig.ready();
+  rig.next_tick(Acted{0, 4711, 0});
+  rig.next_tick(hold);
+  ChunkBuilder builder = rig.chunk();
+  builder.chunk.parts.clear();
+  builder.joint(arm, Mode::joint_velocity, arm_1, {0.0});
+  CHECK(rig.send_chunk(builder).code == 25);
+}
+
+TEST_CASE("G025 realtime: the row that is about to act is the one whose followers are listed") {
+  GateRig rig;
+  const auto velocity = static_cast<std::uint8_t>(Mode::joint_velocity);
+  rig.limits.parts[arm].followers[static_cast<std::size_t>(Mode::joint_position)] &=
+      static_cast<std::uint16_t>(~PartMemory::mode_bit(velocity));
+  rig.restart(BootInfo{true, false, {}});
+  rig.ready();
+  const auto send = [&rig](Mode mode) {
+    ChunkBuilder builder = rig.chunk();
+    builder.chunk.parts.clear();
+    builder.chunk.start_tick += 1;
+    builder.joint(arm, mode, arm_1, {0.0});
+    return rig.send_chunk(builder);
+  };
+  REQUIRE(send(Mode::joint_position).code == 0);
+  rig.next_tick(hold);
+  const Verdict verdict = send(Mode::joint_velocity);
+  CHECK(verdict.code == 25);
+  CHECK(verdict.limit_source ==
+        "a mode that the part's transitions allow after the one that acted last");
+}

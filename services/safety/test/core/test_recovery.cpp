@@ -80,6 +80,22 @@ TEST_CASE("realtime: the HAL goes on with the older chunk when the newer one is 
   CHECK(rig.count(OutputKind::verdict) == 0);
 }
 
+TEST_CASE("realtime: rows that run on beyond a newer chunk that was lost are not granted") {
+  GateRig rig;
+  rig.ready();
+  rig.send_chunk(rig.chunk({0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8}));
+  const SafeChunk older = rig.safe_chunk();
+  rig.next_tick(Acted{1, 0, 0});
+  rig.next_tick(row_of(older, 0));
+  ChunkBuilder one_row = rig.chunk({0.2});
+  one_row.chunk.start_tick += 1;
+  REQUIRE(rig.send_chunk(one_row).code == 0);
+  rig.next_tick(row_of(older, 1));
+  CHECK(rig.lease().grants[0].until_tick > rig.tick);
+  rig.next_tick(row_of(older, 2));  // and not the newer one, which has ended
+  CHECK(rig.lease().grants[0].until_tick == rig.tick);
+}
+
 TEST_CASE("realtime: a chunk that replaces another continues from what is expected") {
   GateRig rig;
   rig.ready();

@@ -189,3 +189,20 @@ TEST_CASE("realtime: no tick is granted whose row a push has cut off") {
   CHECK(rig.verdict().released_last == rig.tick + 1);
   CHECK(rig.lease().grants[0].until_tick == rig.tick + 1);
 }
+
+TEST_CASE(
+    "realtime: a joint pushed out of its bounds is led back by the row after the one acting") {
+  const auto stops = [](const Row& speeds) {
+    TrackedRig rig(false, narrow);
+    for (const double place : {0.5, 1.0, 1.5, 1.875}) {
+      rig.positions[arm_1] = place;
+      rig.hold();
+    }
+    rig.begin(ChunkBuilder().joint(arm, Mode::joint_velocity, arm_1, speeds));
+    rig.positions[arm_1] = 2.25;
+    rig.act();
+    return rig.stopped();
+  };
+  CHECK_FALSE(stops({0.0625, 0.0625, -0.0625, -0.0625, -0.0625}));
+  CHECK(stops({0.0625, -0.0625, 0.0625, -0.0625, -0.0625}));
+}
