@@ -102,6 +102,7 @@ TEST_CASE(
   Limits limits = test_limits();
   limits.joints[arm_1].contact_limit = not_a_number;
   CHECK(check_contact(limits, state_at_rest()).code == 42);
+  CHECK(check_contact(limits, state_at_rest()).raises_stop);
   limits.joints[arm_1].contact_limit = infinite;
   CHECK(check_contact(limits, state_at_rest()).ok());
   GateRig disarmed;

@@ -99,3 +99,17 @@ TEST_CASE("what is measured as no number, or is no link, is nowhere") {
     CHECK(std::isnan(link_twist(tree, at(0, 0, 0), bad, tool).angular.norm()));
   }
 }
+
+TEST_CASE("a joint slides along its axis as its own frame is turned") {
+  const double half = std::sqrt(0.5);
+  Link root_link;
+  root_link.name = "base_link";
+  Link rail = link("rail", 0, LinkMotion::slide, arm_1, {1, 0, 0}, {0.5, 0, 0});
+  rail.rotation_xyzw = {0.0, 0.0, half, half};  // a quarter about z
+  const Kinematics tree = tree_of({root_link, rail});
+  check_position(link_pose(tree, at(0, 0.25, 0), 0, 1), 0.5, 0.25, 0.0);
+  Link tilted = rail;
+  tilted.rotation_xyzw = {half, 0.0, 0.0, half};  // a quarter about x
+  tilted.axis = {0, 1, 0};
+  check_position(link_pose(tree_of({root_link, tilted}), at(0, 0.25, 0), 0, 1), 0.5, 0.0, 0.25);
+}
