@@ -16,15 +16,14 @@ import os
 import re
 import subprocess
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 SAFETY = ROOT / "services/safety"
 BUILD = Path(os.environ.get("FAIRLEAD_COVERAGE_BUILD", ROOT / "build/coverage"))
 TESTS = "fairlead-safety-tests"
-# Only ever raised; 100 is the aim.
-FLOOR = {"lines": 99.9, "branches": 99.3}
+FLOOR = {"lines": 100.0, "branches": 100.0}
 CONDITION = re.compile(r"\b(if|for|while|switch)\b|\?|&&|\|\||[<>=!]=| [<>] ")
 WITH_REASON = re.compile(r"// GCOVR_EXCL_(?:BR_)?LINE: \w+")
 
@@ -88,7 +87,16 @@ def read_lines() -> list[Line]:
                 here = Line(file["file"], line["line_number"], line["count"], counts)
                 place = here.file, here.number
                 found[place] = here.merged(found[place]) if place in found else here
-    return list(found.values())
+    return [one_statement(line, found) for line in found.values()]
+
+
+def one_statement(line: Line, found: dict[tuple[str, int], Line]) -> Line:
+    """A line that gcov counts with the next one, to which its statement goes on, and not itself."""
+    text = (SAFETY / line.file).read_text().splitlines()[line.number - 1].split("//")[0].rstrip()
+    after = found.get((line.file, line.number + 1))
+    if line.count or line.branches or after is None or text.endswith((";", "{", "}", ":")):
+        return line
+    return replace(line, count=after.count)
 
 
 def percent(part: int, whole: int) -> float:

@@ -9,7 +9,16 @@ from typing import TypeVar
 
 from fairlead.errors import MessageError
 from fairlead.messages import GateStatus, Message, Refusal, Verdict, decode
-from tests.days.decision_log import BOOT, GAP, STEP, TIMER, LogRecord, read_log, step_facts
+from tests.days.decision_log import (
+    BOOT,
+    GAP,
+    HEADER_BYTES,
+    STEP,
+    TIMER,
+    LogRecord,
+    read_log,
+    step_facts,
+)
 
 VERDICT, STATUS, REFUSAL = 2, 4, 6  # OutputKind
 M = TypeVar("M", bound=Message)
@@ -36,7 +45,7 @@ class Day:
 def read_day(path: Path, name: str, config: str, most_bytes: int) -> Day | None:
     """A log's day; None if nothing can be replayed of it."""
     kept, size = [], 0
-    for record in read_log(path)[1:]:
+    for record in read_log(path, most_bytes + HEADER_BYTES)[1:]:
         size += len(record.body) + 9
         if record.type == GAP or size > most_bytes:
             break

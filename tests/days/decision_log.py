@@ -11,6 +11,7 @@ from pathlib import Path
 
 FIRST_LINE = b"fairlead-decisions-2\n"
 HEADER, BOOT, STEP, TIMER, GAP, END = 1, 2, 3, 4, 5, 6
+HEADER_BYTES = 100_000  # of a file: its header, with the configuration, is in them
 _HEAD_BYTES, _CRC_BYTES, _CHECK = 5, 4, 0xA5
 _TIMES_BYTES = 20
 
@@ -41,9 +42,13 @@ class StepFacts:
     outputs: tuple[tuple[int, bytes], ...]
 
 
-def read_log(path: Path) -> list[LogRecord]:
-    """The records up to the first byte that is not what was written; [] if it is no log."""
-    data = path.read_bytes()
+def read_log(path: Path, most_bytes: int = -1) -> list[LogRecord]:
+    """The records up to the first byte that is not what was written; [] if it is no log.
+
+    most_bytes: of the file; all of it if negative.
+    """
+    with path.open("rb") as file:
+        data = file.read(most_bytes)
     if not data.startswith(FIRST_LINE):
         return []
     records, place, crc = [], len(FIRST_LINE), zlib.crc32(FIRST_LINE)

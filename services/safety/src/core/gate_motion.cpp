@@ -67,7 +67,9 @@ FixedVec<Companion, max_claims> Gate::Core::companions_of(const LiveClaim& claim
     if (!other.live() || other.id == claim.id) continue;
     Companion companion{row_before(other)};
     const Released* release = other.plan.current();
-    if (release != nullptr && first_open_tick() >= release->first_tick) {
+    // Rows are released from the first open tick on, never later.
+    if (release != nullptr &&
+        first_open_tick() >= release->first_tick) {  // GCOVR_EXCL_BR_LINE: see above
       companion.chunk = &other.plan.chunk_of(*release);
       companion.row = release->first_row + (first_open_tick() - release->first_tick);
       companion.end_row = release->first_row + release->row_count;

@@ -95,6 +95,7 @@ void run(const fairlead::Limits& limits, std::uint64_t seed, fairlead::StepLog& 
   SeededIds seeded(seed);
   fairlead::DrawnIds ids(seeded);
   auto gate = std::make_unique<fairlead::Gate>(limits, ids);
+  ids.forget();  // the first boot puts another in its place
   const auto outputs = std::make_unique<fairlead::Outputs>();
   std::uint8_t kind = 0;
   std::uint64_t now_ns = 0;

@@ -235,3 +235,12 @@ TEST_CASE("a joint that turns without bounds may be told any position") {
   const ChunkBuilder far = ChunkBuilder().joint(base, Mode::joint_position, base_yaw, {100.2});
   CHECK(judge_rows(limits, whole_robot(limits), state, far.chunk, 0, {}).evidence.code == 21);
 }
+
+TEST_CASE("G011 rows that act on a joint without bounds are never at fault for where it is") {
+  Limits limits = test_limits();
+  limits.parts[base].modes.joint_position = joint_mode({base_yaw}, 0.25);
+  MeasuredState state = state_at_rest();
+  state.positions[base_yaw] = 1e6;
+  const ChunkBuilder acts = ChunkBuilder().joint(base, Mode::joint_position, base_yaw, {1e6});
+  CHECK(check_running(limits, whole_robot(limits), state, acts.chunk, 0).ok());
+}

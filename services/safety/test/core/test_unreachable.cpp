@@ -272,3 +272,19 @@ TEST_CASE("judge_path judges only the rows that it is asked for") {
   CHECK(judged(0, 5).outcome == Outcome::refused);
   CHECK(judged(0, 5).evidence.code == 24);
 }
+
+TEST_CASE("a pose that acted and is out of reach by now says nothing about where the arm goes") {
+  Limits limits = free_arm::limits();
+  limits.parts[arm].joints.erase_at(1);  // without its slide along x
+  limits.joints[slide_x].part = 9;
+  limits.joints[slide_y].acceleration_limit = 5.0;
+  const ChunkBuilder acted = ChunkBuilder().poses(arm, {{0.9, 0.4, 0.5, 0, 0, 0, 1}});
+  const ChunkBuilder next = one_joint(Mode::joint_position, slide_y, {0.05});
+  const PathPlan plan(limits);
+  const ClaimLimits claim = whole_robot(limits);
+  const RowBefore before{&acted.chunk, 0};
+  const MeasuredState rest = at_rest();
+  Prediction prediction(plan, claim, rest, next.chunk, 0, before, {});
+  CHECK(prediction.advance().ok());
+  CHECK(prediction.branch(0).speed[slide_y] == doctest::Approx(1.0));  // from what is measured
+}

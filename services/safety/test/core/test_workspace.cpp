@@ -121,3 +121,41 @@ TEST_CASE("G031 a volume that is no number keeps nothing in and nothing free") {
   const Limits out = with_volume(true, {2, 2, 2}, {not_a_number, 3, 3});
   CHECK(slid(out, slide_x, {0.01}).evidence.code == 31);
 }
+
+TEST_CASE("G031 the first volume that is left is named, whatever comes after it") {
+  Limits limits = with_volume(false, {0, -1, 0}, {1, 1, 1});
+  limits.workspace.volumes[0] = {"room", false, {0, -1, 0}, {0.75, 1, 1}};
+  limits.workspace.volumes[1].upper[0] = 0.74;
+  const Judgement refused = slid(limits, slide_x, {0.1});
+  CHECK(refused.evidence.code == 31);
+  CHECK(refused.evidence.limit == 0.75);
+}
+
+TEST_CASE("G031 the first part whose tool leaves is named, though another has the same tool") {
+  Limits limits = test_limits();  // its gripper moves the arm's tool, too
+  limits.parts[arm].modes.joint_velocity.gain = {1.0, 1.0};
+  limits.workspace.volumes[0] = {"room", false, {-1, -0.01, -1}, {1, 0.01, 1}};
+  const ChunkBuilder turn = ChunkBuilder().joint(arm, Mode::joint_velocity, arm_1, {0.5});
+  const Judgement refused =
+      judge_rows(limits, whole_robot(limits), state_at_rest(), turn.chunk, 0, {});
+  CHECK(refused.evidence.code == 31);
+  CHECK(refused.evidence.axis == "tool y");
+  CHECK(refused.evidence.part == "arm");
+}
+
+TEST_CASE("G031 a capsule that is in a volume already may leave it or stay, not go on") {
+  Limits limits = with_volume(true, {0.8, 0.5, 0.4}, {1.0, 0.7, 0.6});
+  limits.collision.capsules[1] = {tool_link, {0, 0.55, 0}, {0, 0.55, 0}, 0.05};
+  CHECK(slid(limits, slide_x, {0.1}, at(slide_x, 0.12)).evidence.ok());
+  CHECK(slid(limits, slide_x, {0.12}, at(slide_x, 0.12)).evidence.ok());
+  CHECK(slid(limits, slide_x, {0.13}, at(slide_x, 0.12)).evidence.code == 31);
+}
+
+TEST_CASE("G031 capsules stay out of volumes on a robot without a tool and without pairs") {
+  Limits limits = with_volume(true, {0.8, -0.1, 0.4}, {1.0, 0.1, 0.6});
+  limits.collision.pairs.clear();
+  limits.parts[arm].tool = no_link;
+  limits.collision.capsules[1] = {tool_link, {0, 0, 0}, {0, 0, 0}, 0.05};
+  CHECK(slid(limits, slide_x, {0.04}).evidence.ok());
+  CHECK(slid(limits, slide_x, {0.06}).evidence.code == 31);
+}

@@ -211,3 +211,30 @@ TEST_CASE("G034 a yaw and a body twist mean the same whether slides are told aga
     CHECK(drive(limits, slide(base_yaw, {-1.5}), at(0, 0, 0.5)).evidence.ok());
   }
 }
+
+TEST_CASE("G034 a post on the way of braking is not driven through") {
+  Limits limits = hall(9.0);
+  limits.base.footprint = corners({{-0.01, -0.01}, {0.01, -0.01}, {0.01, 0.01}, {-0.01, 0.01}});
+  limits.joints[base_x].acceleration_limit = 2.0;
+  // 0.05 m in the row, 0.1 m in the reaction, 0.25 m to brake: it rests at 0.4 m.
+  (void)limits.base.zones.push_back(
+      {"post", true, corners({{0.2, -0.1}, {0.205, -0.1}, {0.205, 0.1}, {0.2, 0.1}})});
+  CHECK(drive(limits, slide(base_x, {1.0})).evidence.code == 34);
+  CHECK(drive(limits, slide(base_x, {0.4})).evidence.ok());  // at rest at 0.1 m
+  Zone& post = limits.base.zones[1];
+  for (Corner& corner : post.corners) corner[0] += 0.25;  // behind where it rests
+  CHECK(drive(limits, slide(base_x, {1.0})).evidence.ok());
+}
+
+TEST_CASE("G034 a base pushed by torques goes where nobody knows, against its yaw or not") {
+  for (const bool against_yaw : {false, true}) {
+    Limits limits = hall(0.5 + eps);  // it stands at the wall
+    limits.base.against_yaw = against_yaw;
+    limits.parts[base].modes.joint_torque = joint_mode({base_x}, 80.0);
+    const ChunkBuilder push = ChunkBuilder().joint(base, Mode::joint_torque, base_x, {20.0});
+    CHECK(drive(limits, push).evidence.ok());
+    MeasuredState moving = at(0, 0, 0);
+    moving.velocities[base_x] = 0.1;  // and coasts on through its reaction
+    CHECK(drive(limits, push, moving).evidence.code == 34);
+  }
+}

@@ -192,7 +192,8 @@ PathPlan::PathPlan(const Limits& robot_limits) : limits(robot_limits) {
     base_extent = std::max(base_extent, std::hypot(x, y));
   }
   for (const std::size_t joint : limits.base.joints)
-    if (limits.base.present && joint < max_joints) base_joints |= only(joint);
+    if (limits.base.present && joint < max_joints)  // GCOVR_EXCL_BR_LINE: a base has no other joint
+      base_joints |= only(joint);
 }
 
 }  // namespace fairlead
