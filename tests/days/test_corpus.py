@@ -1,0 +1,72 @@
+"""The recorded days: small, whole, and named; and how they are read and chosen."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from tests.days.__main__ import CORPUS, MOST_BYTES
+from tests.days.choice import choose
+from tests.days.day import Day, read_day
+from tests.days.decision_log import (
+    BOOT,
+    END,
+    TIMER,
+    LogRecord,
+    config_text,
+    read_log,
+    write_log,
+)
+
+LOGS = [CORPUS / f"{robot}.decisions" for robot in MOST_BYTES]
+
+
+def test_recorded_days_take_little_room() -> None:
+    assert sum(log.stat().st_size for log in LOGS) < 1_100_000
+
+
+@pytest.mark.parametrize("log", LOGS, ids=lambda log: log.stem)
+def test_a_corpus_is_one_log_of_its_robot_with_a_name_for_each_day(log: Path) -> None:
+    records = read_log(log)
+    assert records[-1].type == END
+    assert json.loads(config_text(records))["robot"] == log.stem
+    days = sum(record.type == BOOT for record in records)
+    assert days == len(log.with_suffix(".days").read_text("utf-8").splitlines())
+
+
+def test_a_log_ends_where_a_byte_is_not_what_was_written(tmp_path: Path) -> None:
+    whole = [LogRecord(TIMER, bytes([n] * 12)) for n in range(4)]
+    path = tmp_path / "made.decisions"
+    write_log(path, whole)
+    assert read_log(path) == whole
+    data = bytearray(path.read_bytes())
+    data[-(21 + 9)] ^= 1  # within the last but one
+    path.write_bytes(data)
+    assert read_log(path) == whole[:2]
+
+
+def test_a_day_is_cut_at_its_size_and_begins_with_a_boot(tmp_path: Path) -> None:
+    path = tmp_path / "made.decisions"
+    timer = LogRecord(TIMER, bytes(12))  # 21 bytes in the file
+    boot = LogRecord(BOOT, bytes(17))
+    write_log(path, [LogRecord(1, b"{}"), boot, timer, timer, timer])
+    day = read_day(path, "made", "", 26 + 42)
+    assert day is not None and day.records == (boot, timer, timer)
+    write_log(path, [LogRecord(1, b"{}"), timer])
+    assert read_day(path, "made", "", 1000) is None
+
+
+def a_day(name: str, size: int, *shows: str) -> Day:
+    return Day(name, "", (LogRecord(TIMER, bytes(size - 9)),), frozenset(shows))
+
+
+def test_chosen_is_what_shows_most_for_its_bytes_and_nothing_beyond_the_room() -> None:
+    large = a_day("large", 1000, "a", "b", "c")
+    small = a_day("small", 100, "a", "b")
+    other = a_day("other", 300, "c")
+    again = a_day("again", 100, "a")
+    assert choose([large, small, other, again], [], 450) == [small, other]
+    assert choose([large, small, other, again], [again], 550) == [again, small, other]
+    assert choose([large], [], 999) == []
