@@ -27,19 +27,17 @@ def main() -> int:
     stages = list(dict.fromkeys(row.stage for row in rows))
     rows.sort(key=lambda row: (stages.index(row.stage), row.number))
     with tempfile.TemporaryDirectory(prefix="fairlead-faults-") as folder:
-        results = _run(rows, chosen.injections, chosen.logs or Path(folder))
+        results = _run(rows, chosen.injections, chosen.logs or Path(folder), chosen.write)
     results.sort(key=lambda result: ROWS.index(result.row))
     entries = [result.entry() for result in results]
     print(json.dumps(entries, indent=2) if chosen.json else summary(results))
     if chosen.results:
         chosen.results.write_text(json.dumps(entries, indent=1))
-    if chosen.write:
-        keep(entries)
-        write_document(document())
     return 0 if all(result.passed or result.not_here for result in results) else 1
 
 
-def _run(rows: list[Row], injections: int | None, folder: Path) -> list[RowResult]:
+def _run(rows: list[Row], injections: int | None, folder: Path, write: bool) -> list[RowResult]:
+    """With ``write`` each row is in the table as soon as it is done."""
     results = []
     began = time.monotonic()
     with TimerProcess() as timer:
@@ -50,6 +48,9 @@ def _run(rows: list[Row], injections: int | None, folder: Path) -> list[RowResul
                      f"{row.fault}")  # fmt: skip
                 results.append(campaign.run(row, injections))
                 _say(f"  -> {'passed' if results[-1].passed else 'FAILED'}")
+                if write:
+                    keep([results[-1].entry()])
+                    write_document(document())
         finally:
             campaign.close()
     return results
