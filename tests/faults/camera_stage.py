@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
+from concurrent.futures import Future
 from contextlib import contextmanager
 from pathlib import Path
 
+from fairlead.operate.goal_watch import Progress
 from fairlead.operate.scratch_robot import ScratchRobot
 from fairlead.wire.bus import Sample
-from tests.faults.live_stage import LiveStage, live_stage
-from tests.faults.row import NotHereError
+from tests.faults.live_stage import LATE_TICK_MS, LiveStage, live_stage
+from tests.faults.row import MachineLateError, NotHereError
 from tests.hal.rendering import CAN_RENDER
 from tests.system.live_robot import wait_for
+from tests.system.motion_log import longest_tick_ms
 
 CAMERAS = ("robot0_agentview_left", "robot0_agentview_right", "robot0_eye_in_hand")
 SIZE_PX, PERIOD_TICKS = 256, 4
@@ -35,6 +38,26 @@ class CameraStage(LiveStage):
 
     def _on_frame(self, sample: Sample) -> None:
         self.frame_stamps.append(time.monotonic_ns())
+
+    def start_moving(self, seed: int = 0) -> Future[Progress]:
+        """As every robot; where the simulator has no time for its ticks, the machine is late."""
+        began_ns = time.monotonic_ns()
+        try:
+            return super().start_moving(seed)
+        except AssertionError as error:
+            self.in_time(began_ns, time.monotonic_ns(), str(error))
+            raise
+
+    def in_time(self, began_ns: int, ended_ns: int, what: str) -> None:
+        """Asserts that the simulator kept its ticks in a stretch of time.
+
+        Raises:
+            MachineLateError: it did not, so ``what`` happened.
+        """
+        lines = [line for line in self.motion.since(began_ns) if line.stamp_ns <= ended_ns]
+        tick_ms = longest_tick_ms(lines)
+        if tick_ms > LATE_TICK_MS:
+            raise MachineLateError(f"ticks of up to {tick_ms:.0f} ms: {what[:200]}")
 
     def frames_a_second(self, began_ns: int, ended_ns: int) -> float:
         """Pictures of all cameras together, in a stretch of time."""

@@ -46,7 +46,8 @@ def lossy_stop(robot: RoutedStage) -> Shot:
             publisher.put(message)
             sent += 1
             assert sent < 100, "no lease lists the stop"
-            threading.Event().wait(REPEAT_S)
+            next_s = injected_ns / 1e9 + sent * REPEAT_S  # its own lateness does not add up
+            threading.Event().wait(max(0.0, next_s - time.monotonic()))
         proxy.set("up", forward)
         shot = robot.hold_shot(injected_ns, f"{sent} sent")
         assert sent > LOST_OF // 2, "the link lost too little"
