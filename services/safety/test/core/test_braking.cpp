@@ -33,7 +33,8 @@ Judgement targets(const Limits& limits, const Row& values, double measured = 0.0
 
 TEST_CASE("G024 a target: the row's change over the period, and the way it takes to brake") {
   CHECK(targets(braking_at(5.0, -2.0, 0.15 + eps), {0.05}).evidence.ok());
-  const Judgement refused = targets(braking_at(5.0, -2.0, 0.15 - eps), {0.05});
+  const Limits near = braking_at(5.0, -2.0, 0.15 - eps);  // evidence points into it
+  const Judgement refused = targets(near, {0.05});
   CHECK(refused.outcome == Outcome::refused);
   CHECK(refused.evidence.code == 24);
   CHECK(refused.evidence.axis == "slide_x");

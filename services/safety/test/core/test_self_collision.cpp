@@ -39,7 +39,8 @@ MeasuredState at(std::size_t joint, double position) {
 TEST_CASE("G032 the clearance, up to and including it") {
   CHECK(slid(with_post(), slide_x, {0.2 - eps}).evidence.ok());
   CHECK(slid(with_post(), slide_x, {0.2 + eps}).evidence.code == 32);
-  const Judgement cut = slid(with_post(), slide_x, {0.1, 0.2 - eps, 0.25});
+  const Limits post = with_post();  // evidence points into it
+  const Judgement cut = slid(post, slide_x, {0.1, 0.2 - eps, 0.25});
   CHECK(cut.outcome == Outcome::truncated);
   CHECK(cut.row_count == 2);
   CHECK(cut.evidence.row == 2);

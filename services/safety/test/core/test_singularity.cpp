@@ -44,7 +44,8 @@ Judgement turn(const Limits& limits, double from, const Row& by,
 TEST_CASE("G033 the smallest singular value, from above") {
   const double there = 1.95 + turned(0.02);
   CHECK(turn(limits_at(measure(there + 1e-6)), 1.95, {0.02}).evidence.ok());
-  const Judgement refused = turn(limits_at(measure(there - 1e-6)), 1.95, {0.02});
+  const Limits above = limits_at(measure(there - 1e-6));  // evidence points into it
+  const Judgement refused = turn(above, 1.95, {0.02});
   CHECK(refused.outcome == Outcome::refused);
   CHECK(refused.evidence.code == 33);
   CHECK(refused.evidence.part == "arm");

@@ -220,8 +220,8 @@ TEST_CASE("another claim's pose that nothing reaches keeps its other arm from no
   other.poses(two_arms::right, {{0.5 * std::cos(0.2), -0.3 + 0.5 * std::sin(0.2), 0.0, 0.0, 0.0,
                                  std::sin(0.1), std::cos(0.1)}});
   const Companion companion{{}, &other.chunk, 0, 1};
-  Prediction prediction(plan, claim, two_arms::at_rest(), own.chunk, 0, {},
-                        Companions(&companion, 1));
+  const MeasuredState state = two_arms::at_rest();
+  Prediction prediction(plan, claim, state, own.chunk, 0, {}, Companions(&companion, 1));
   CHECK(prediction.advance().ok());
   CHECK(prediction.branch(0).now[two_arms::right_1] == doctest::Approx(0.2).epsilon(1e-5));
 }

@@ -57,7 +57,8 @@ TEST_CASE("G034 every corner stays inside: the row, the reaction, and braking") 
   CHECK(drive(hall(0.65 + eps), twist(0, {1.0})).evidence.ok());
   CHECK(drive(hall(0.65 + eps), slide(base_x, {1.0})).evidence.ok());
   CHECK(drive(hall(0.65 - eps), slide(base_x, {1.0})).evidence.code == 34);
-  const Judgement refused = drive(hall(0.6), twist(0, {1.0}));
+  const Limits narrow = hall(0.6);  // evidence points into it
+  const Judgement refused = drive(narrow, twist(0, {1.0}));
   CHECK(refused.outcome == Outcome::refused);
   CHECK(refused.evidence.code == 34);
   CHECK(refused.evidence.part == "base");
