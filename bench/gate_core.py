@@ -10,8 +10,9 @@ busy the machine is.
     .venv/bin/python -m bench.gate_core --write
 
 Prints two tables, aims beside them; --write puts them into docs/speed.md as well. Whole steps are
-64 rows for every part of the robot, from received to encoded bytes; `busy` is the processor's time
-alone, `wall` what the clock says.
+64 rows from received to encoded bytes: joint targets for all joints of the rows above, and the
+robot's own chunks for every part of it; `busy` is the processor's time alone, `wall` what the clock
+says.
 """
 
 from __future__ import annotations

@@ -26,7 +26,8 @@ def test_the_core_bench_releases_every_chunk_that_it_times() -> None:
     assert names == {f"{kind} {rows}" for kind in ("limits", "all checks") for rows in ROWS}
     assert all(one["least_ns"] > 0 for one in found["cases"])
     assert set(found["steps"]) == {
-        f"{pacing}, rows that {motion}"
+        f"{chunk}, {pacing}, rows that {motion}"
+        for chunk in ("joint targets", "all parts")
         for pacing in ("lockstep", "realtime")
         for motion in ("hold", "sway")
     }

@@ -21,8 +21,7 @@ Mode mode_of(const PartLimits& part) {
                            " can be told to stay");
 }
 
-// To and fro by a share of the limits where a mode asks for motion, the measured place where it
-// asks for a place.
+// To and fro by a share of the limits, joint targets about the measured place; grippers stay.
 std::vector<double> swaying_row(const Limits& limits, const MeasuredState& state,
                                 const PartLimits& part, double share) {
   const Mode mode = mode_of(part);
@@ -35,7 +34,8 @@ std::vector<double> swaying_row(const Limits& limits, const MeasuredState& state
                       : part.modes.cartesian_delta.angular_limit);
   for (const std::size_t j : part.joints) {
     if (mode == Mode::joint_velocity) row[j] = share * limits.joints[j].velocity_limit;
-    if (mode == Mode::joint_position || mode == Mode::dex_hand_joint) row[j] = state.positions[j];
+    if (mode == Mode::joint_position || mode == Mode::dex_hand_joint)
+      row[j] = state.positions[j] + share * joint_block(part.modes, number)->step_limit[j];
   }
   if (mode == Mode::gripper_position) row[0] = state.positions[part.joints[0]];
   return row;

@@ -26,10 +26,23 @@ struct Ranges {
   std::array<double, max_joints> lower, upper, step;
 };
 
-// What a joint is told at least, at most, and by how much it changes from row to row at most.
+// What two joints are told at least, at most, and by how much it changes from row to row at most.
 struct Extent {
-  Two least, most, change;
-  Two drift;  // all changes added up: no number if one is none, which the others may not show
+  explicit Extent(Two first) : least(first), most(first), before(first) {}
+
+  void add(Two now) {
+    const Two difference = now - before;
+    least = least.min(now);
+    most = most.max(now);
+    change = change.max(difference.abs());
+    drift += difference;
+    before = now;
+  }
+
+  Two least, most, before;
+  Two change = Two::Zero();
+  Two drift = Two::Zero();  // all changes added up: no number if one is none, which the others may
+                            // not show
 };
 
 bool inside_bounds(const Limits& limits, const MeasuredState& state, const PartLimits& part) {
@@ -53,23 +66,6 @@ void fill_ranges(const Limits& limits, const JointModeLimits& mode, const Action
   }
 }
 
-// Of the two joints whose numbers are at `first` in the first row and `stride` bytes on in the
-// next.
-Extent extent_of(const std::uint8_t* first, std::size_t stride, std::size_t rows) {
-  Two before = two_of(first), least = before, most = before;
-  Two change = Two::Zero(), drift = Two::Zero();
-  for (std::size_t row = 1; row < rows; ++row) {
-    const Two now = two_of(first + row * stride);
-    const Two difference = now - before;
-    least = least.min(now);
-    most = most.max(now);
-    change = change.max(difference.abs());
-    drift += difference;
-    before = now;
-  }
-  return {least, most, change, drift};
-}
-
 bool keeps_to(const Ranges& ranges, const Extent& extent, std::size_t j) {
   return (extent.least >= two_of(&ranges.lower[j])).all() &&
          (extent.most <= two_of(&ranges.upper[j])).all() &&
@@ -90,10 +86,16 @@ bool certainly_in_order(const Limits& limits, const ModeLimits& modes, const Mea
   fill_ranges(limits, *mode, action, ranges);
   const std::size_t stride = width * sizeof(double);
   const std::uint8_t* first = action.values.bytes().data() + first_row * stride;
-  for (std::size_t i = 0; i < width; i += two) {
-    const std::size_t j = std::min(i, width - two);  // of an odd width the last two overlap
-    if (!keeps_to(ranges, extent_of(first + j * sizeof(double), stride, horizon - first_row), j))
-      return false;
+  for (std::size_t i = 0; i < width; i += 2 * two) {
+    // Of a width that is no multiple of four the last ones overlap.
+    const std::size_t j = std::min(i, width - two), k = std::min(i + two, width - two);
+    const std::uint8_t *left = first + j * sizeof(double), *right = first + k * sizeof(double);
+    Extent one(two_of(left)), other(two_of(right));
+    for (std::size_t row = 1; row < horizon - first_row; ++row) {
+      one.add(two_of(left += stride));
+      other.add(two_of(right += stride));
+    }
+    if (!keeps_to(ranges, one, j) || !keeps_to(ranges, other, k)) return false;
   }
   return true;
 }
