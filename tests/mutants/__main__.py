@@ -18,6 +18,7 @@ import os
 import sys
 import time
 from collections import Counter
+from dataclasses import dataclass
 from pathlib import Path
 
 from tests.mutants.hunt import Fate, Hunt
@@ -27,6 +28,7 @@ from tests.mutants.population import ROOT, build, populate
 BUILD = Path(os.environ.get("FAIRLEAD_MUTANT_BUILD", ROOT / "build/mutants"))
 REVIEWED = Path(__file__).with_name("reviewed.json")
 NOTICED = BUILD / "noticed.json"
+PROGRESS_EVERY = 250
 ALIVE = (Fate.SURVIVED, Fate.NOT_REACHED)
 
 
@@ -92,6 +94,26 @@ def print_survivors(fates: dict[int, Fate], mutants: dict[int, Mutant], whole: b
     return unknown + len(gone)
 
 
+@dataclass
+class Progress:
+    """How far the hunt is, on standard error: each survivor at once, a line now and then."""
+
+    mutants: dict[int, Mutant]
+    total: int
+    alive: int = 0
+
+    def tell(self, count: int, number: int, fate: Fate) -> None:
+        """One more is known."""
+        if fate in ALIVE:
+            self.alive += 1
+            mutant = self.mutants[number]
+            place = f"{mutant.file}:{mutant.line}"
+            print(f"{fate.value}: {number} {place}: {mutant.change}", file=sys.stderr, flush=True)
+        if count % PROGRESS_EVERY == 0 or count == self.total:
+            done = f"{count} of {self.total} mutants, {self.alive} alive"
+            print(f"[mutants] {done}", file=sys.stderr, flush=True)
+
+
 def update(fates: dict[int, Fate], mutants: dict[int, Mutant]) -> None:
     """Rewrite the list of open survivors; what is explained stays where it is."""
     lists = json.loads(REVIEWED.read_text())
@@ -126,7 +148,8 @@ def main() -> int:
         if not options.files or any(part in mutant.file for part in options.files)
     }
     search = Hunt(program, wanted, past_notices(population.mutants))
-    fates = search.run(int(os.environ.get("FAIRLEAD_MUTANT_JOBS", "2")))
+    progress = Progress(population.mutants, len(wanted))
+    fates = search.run(int(os.environ.get("FAIRLEAD_MUTANT_JOBS", "2")), progress.tell)
     keep_notices(population.mutants, search.noticed)
     if options.update:
         update(fates, population.mutants)

@@ -10,7 +10,7 @@ import os
 import re
 import subprocess
 from collections import Counter, defaultdict
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from enum import Enum
@@ -115,6 +115,10 @@ def batches(tests: list[TestCase]) -> Iterator[list[TestCase]]:
         at += size
 
 
+def untold(count: int, mutant: int, fate: Fate) -> None:
+    """Progress that nobody wants to see."""
+
+
 @dataclass
 class Hunt:
     """One program, its tests, and which test noticed which mutant."""
@@ -168,8 +172,8 @@ class Hunt:
         self.noticed.pop(mutant, None)
         return Fate.SURVIVED if tests else Fate.NOT_REACHED
 
-    def run(self, jobs: int) -> dict[int, Fate]:
-        """The fate of each mutant."""
+    def run(self, jobs: int, tell: Callable[[int, int, Fate], None] = untold) -> dict[int, Fate]:
+        """The fate of each mutant; ``tell`` is called with how many are known, and the newest."""
         servers: SimpleQueue[subprocess.Popen[str]] = SimpleQueue()
         started = [start_server(self.program) for _ in range(jobs)]
         for server in started:
@@ -183,8 +187,12 @@ class Hunt:
                 servers.put(server)
 
         try:
+            fates = {}
             with ThreadPoolExecutor(jobs) as pool:
-                return dict(pool.map(one, self.wanted))
+                for mutant, fate in pool.map(one, self.wanted):
+                    fates[mutant] = fate
+                    tell(len(fates), mutant, fate)
+            return fates
         finally:
             for server in started:
                 server.kill()
