@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import hashlib
-import json
 import subprocess
 import sys
 import tempfile
@@ -12,16 +11,8 @@ from pathlib import Path
 
 from fairlead.paths import gate_binary, repo_root
 from tests.days.choice import choose
-from tests.days.day import Day, read_day
-from tests.days.decision_log import (
-    END,
-    HEADER,
-    HEADER_BYTES,
-    LogRecord,
-    config_text,
-    read_log,
-    write_log,
-)
+from tests.days.day import Day, read_day, write_days
+from tests.days.decision_log import HEADER_BYTES, config_text, read_log
 from tests.days.runs import run_everything
 
 CORPUS = repo_root() / "services/safety/test/corpus"
@@ -45,7 +36,7 @@ def _write(folder: Path) -> int:
     CORPUS.mkdir(exist_ok=True)
     logs = sorted(folder.rglob("*.decisions"))
     for robot, most_bytes in MOST_BYTES.items():
-        text = (repo_root() / f"robots/{robot}/gate.sim.json").read_text(encoding="utf-8")
+        text = (repo_root() / _config_of(robot)).read_text(encoding="utf-8")
         days = list(_days(logs, folder, text))
         if not days:
             print(f"days: no log under {folder} is of {robot} as it is now", file=sys.stderr)
@@ -53,7 +44,7 @@ def _write(folder: Path) -> int:
             continue
         demo = [day for day in days if day.name.startswith("demo/")]
         kept = _choose_true(robot, text, days, demo, most_bytes)
-        _write_log(CORPUS / f"{robot}.decisions", robot, text, kept)
+        write_days(CORPUS / f"{robot}.decisions", _config_of(robot), text, kept, "recorded")
         names = "".join(f"{day.name}\n" for day in kept)
         (CORPUS / f"{robot}.days").write_text(names, encoding="utf-8")
         shown = len(frozenset().union(*(day.shows for day in kept)))
@@ -61,6 +52,10 @@ def _write(folder: Path) -> int:
         steps = sum(len(day.records) for day in kept)
         print(f"{robot}: {len(kept)} of {len(days)} days, {steps} steps, {shown} of {most} kinds")
     return missing
+
+
+def _config_of(robot: str) -> str:
+    return f"robots/{robot}/gate.sim.json"
 
 
 def _days(logs: list[Path], folder: Path, text: str) -> list[Day]:
@@ -100,25 +95,9 @@ def _choose_true(
 def _is_true(robot: str, text: str, day: Day) -> bool:
     with tempfile.TemporaryDirectory(prefix="fairlead-day-") as folder:
         log = Path(folder) / "one.decisions"
-        _write_log(log, robot, text, [day])
+        write_days(log, _config_of(robot), text, [day], "recorded")
         command = [str(gate_binary()), "judge", str(log)]
         return subprocess.run(command, capture_output=True, check=False).returncode == 0
-
-
-def _write_log(path: Path, robot: str, text: str, days: list[Day]) -> None:
-    header = {
-        "robot": robot,
-        "profile": "sim",
-        "gate": "",
-        "started": "",
-        "config_file": f"robots/{robot}/gate.sim.json",
-        "config": text,
-    }
-    records = [LogRecord(HEADER, json.dumps(header).encode())]
-    for day in days:
-        records += day.records
-    records.append(LogRecord(END, f"{len(days)} recorded days".encode()))
-    write_log(path, records)
 
 
 def _arguments() -> argparse.ArgumentParser:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,13 +12,16 @@ from fairlead.errors import MessageError
 from fairlead.messages import GateStatus, Message, Refusal, Verdict, decode
 from tests.days.decision_log import (
     BOOT,
+    END,
     GAP,
+    HEADER,
     HEADER_BYTES,
     STEP,
     TIMER,
     LogRecord,
     read_log,
     step_facts,
+    write_log,
 )
 
 VERDICT, STATUS, REFUSAL = 2, 4, 6  # OutputKind
@@ -82,3 +86,19 @@ def _message(of: type[M], payload: bytes) -> M | None:
         return decode(of, payload)
     except MessageError:
         return None
+
+
+def write_days(path: Path, config_file: str, text: str, days: Sequence[Day], kind: str) -> None:
+    """A log of days, one after the other, all decided by the configuration ``text``."""
+    header = {
+        "robot": json.loads(text)["robot"],
+        "profile": "sim",
+        "gate": "",
+        "started": "",
+        "config_file": config_file,
+        "config": text,
+    }
+    records = [LogRecord(HEADER, json.dumps(header).encode())]
+    records += [record for day in days for record in day.records]
+    records.append(LogRecord(END, f"{len(days)} {kind} days".encode()))
+    write_log(path, records)

@@ -16,8 +16,8 @@ from pathlib import Path
 
 from tests.days.__main__ import CORPUS
 from tests.days.choice import choose
-from tests.days.day import Day, shown
-from tests.days.decision_log import BOOT, END, HEADER, LogRecord, config_text, read_log, write_log
+from tests.days.day import Day, shown, write_days
+from tests.days.decision_log import BOOT, END, HEADER, LogRecord, config_text, read_log
 from tests.explorer.real_gate import LOGS
 
 TESTS = ("tests/differential", "-k", "not with_one_other_limit")
@@ -59,13 +59,7 @@ def _write(folder: Path) -> None:
         name = f"judged_{robot}_{numbers[robot]}"
         some = random.Random(1).sample(days, min(len(days), LOOKED_AT))
         kept = choose(some, [], MOST_BYTES)
-        header = {"robot": robot, "profile": "sim", "gate": "", "started": ""}
-        header |= {"config_file": "gate.json", "config": text}
-        records = [LogRecord(HEADER, json.dumps(header).encode())]
-        for day in kept:
-            records += day.records
-        records.append(LogRecord(END, f"{len(kept)} judged days".encode()))
-        write_log(CORPUS / f"{name}.decisions", records)
+        write_days(CORPUS / f"{name}.decisions", "gate.json", text, kept, "judged")
         print(f"{name}: {len(kept)} of {len(days)} days")
 
 

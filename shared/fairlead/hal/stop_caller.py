@@ -53,7 +53,7 @@ class StopCaller:
         """Repeat, every 50 ms, the held stops that the newest lease does not list."""
         if now_ns < self._due_ns:
             return
-        self._due_ns = now_ns + REPEAT_NS
+        self._due_ns += REPEAT_NS * (1 + (now_ns - self._due_ns) // REPEAT_NS)  # late or not
         with self._changed:
             stops = self._core.stops_to_repeat()
         for stop in stops:

@@ -188,10 +188,12 @@ class RobotClient:
         subscription = self.bus.subscribe(self.keys.lease, on_lease)
         publisher = self.bus.publisher(self.keys.stop, StopLevel, Qos.HOT)
         message = StopLevel(stop_id=stop_id, by=self._by, reason=reason)
-        deadline = time.monotonic() + STOP_TIMEOUT_S
+        due = time.monotonic()
+        deadline = due + STOP_TIMEOUT_S
         while True:
             publisher.put(message)
-            if listed.wait(STOP_REPEAT_S):
+            due += STOP_REPEAT_S  # not from when the wait ended: that would add up
+            if listed.wait(max(0.0, due - time.monotonic())):
                 subscription.undeclare()
                 return stop_id
             if time.monotonic() > deadline:
