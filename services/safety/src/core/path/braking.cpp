@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "joint_set.hpp"
+
 namespace fairlead {
 
 Braking::Braking(const PathPlan& plan, const Branch& branch, JointSet moving, JointSet lagging)
@@ -38,6 +40,18 @@ void Braking::at(double share, Joints& joints) const {
   for (std::size_t j = 0; j < plan_.limits.joints.size(); ++j)
     if ((moving_ & only(j)) != 0 && branch_.speed[j] != 0.0)
       joints[j] = position(j, share * duration_);
+}
+
+double Braking::largest_share(const Joints& from, const Joints& to) const {
+  double largest = 0.0;
+  for (const std::size_t j : JointsIn(moving_)) {
+    const double whole = std::abs(end_[j] - branch_.now[j]);
+    if (whole == 0.0) continue;
+    const double share = std::abs(to[j] - from[j]) / whole;
+    if (std::isnan(share)) return share;
+    largest = std::max(largest, share);
+  }
+  return largest;
 }
 
 Evidence check_braking(const PathPlan& plan, const Branch& branch, const Joints& end,

@@ -15,6 +15,9 @@ class Braking {
   /// Positions when `share` of the time has passed that the last joint needs, 0 to 1.
   void at(double share, Joints& joints) const;
   [[nodiscard]] const Joints& end() const { return end_; }
+  /// Between two points of the way nothing goes a larger share of its own than this: of the joint
+  /// that goes the largest.
+  [[nodiscard]] double largest_share(const Joints& from, const Joints& to) const;
 
  private:
   [[nodiscard]] double waits(std::size_t joint) const;

@@ -1,12 +1,10 @@
 #include "path_walk.hpp"
 
-#include <algorithm>
-#include <cmath>
 #include <utility>
 
-#include "base_check.hpp"
 #include "breach.hpp"
-#include "sweep.hpp"
+#include "looks.hpp"
+#include "row_ways.hpp"
 #include "tool_motion.hpp"
 
 namespace fairlead {
@@ -21,39 +19,6 @@ bool moves_tool(const ActionPart& action) {
     default:
       return false;
   }
-}
-
-// The way of a row: all joints go straight from one configuration to the next.
-template <class Look>
-Evidence check_row_way(const Branch& branch, std::size_t count, double longest, double free_before,
-                       double free_now, const Look& look) {
-  const auto at = [&](double place, Joints& joints) {
-    for (std::size_t j = 0; j < count; ++j)
-      joints[j] = branch.before[j] + place * (branch.now[j] - branch.before[j]);
-  };
-  const auto part = [](const WayPoint& from, const WayPoint& to) { return to.place - from.place; };
-  return check_way(WayPoint{0.0, branch.before, free_before}, WayPoint{1.0, branch.now, free_now},
-                   Way{longest, at, part, look});
-}
-
-// The way of braking, on which some joints stop sooner than others: between two points of it
-// nothing goes a larger share of its way than the joint that goes the largest of its own.
-template <class Look>
-Evidence check_braking_way(const Branch& branch, const Braking& braking, std::size_t count,
-                           double longest, double free_now, double free_at_rest, const Look& look) {
-  const auto at = [&](double place, Joints& joints) { braking.at(place, joints); };
-  const auto part = [&](const WayPoint& from, const WayPoint& to) {
-    double largest = 0.0;
-    for (std::size_t j = 0; j < count; ++j) {
-      const double whole = std::abs(braking.end()[j] - branch.now[j]);
-      if (whole == 0.0) continue;
-      const double share = std::abs(to.joints[j] - from.joints[j]) / whole;
-      largest = std::isnan(largest) || largest > share ? largest : share;
-    }
-    return largest;
-  };
-  return check_way(WayPoint{0.0, branch.now, free_now}, WayPoint{1.0, braking.end(), free_at_rest},
-                   Way{longest, at, part, look});
 }
 
 // G033: only what leads towards the singularity is at fault.
@@ -79,9 +44,7 @@ PathWalk::PathWalk(const PathPlan& plan, const ClaimLimits& claim, const Measure
     : plan_(plan),
       chunk_(chunk),
       prediction_(plan, claim, state, chunk, first_row, before, companions),
-      shape_check_(plan, prediction_.commanded()) {
-  rest_ = between_ = prediction_.branch(0).poses_now();
-}
+      shape_check_(plan, prediction_.commanded()) {}
 
 Evidence PathWalk::check_next() {
   Evidence evidence;
@@ -126,17 +89,6 @@ Evidence PathWalk::check_body(const Branch& branch, const Braking& braking, Clea
   return evidence;
 }
 
-// Looks at configurations of a branch on their way.
-auto PathWalk::looking_at(const Branch& branch, const Ways& ways, FramePoses& poses) {
-  return [this, &branch, &ways, &poses](const Joints& joints, double need, double& free) {
-    Clearance found;
-    poses.place(plan_, joints);
-    const Evidence fault = shape_check_.look(poses, branch.poses_before(), ways, need, found);
-    free = shape_check_.free_of(found, ways);
-    return fault;
-  };
-}
-
 // Where the row leads, on the way there, where braking from there ends, on the way to that.
 Evidence PathWalk::check_shapes(const Branch& branch, const Braking& braking,
                                 Clearance& clearance) {
@@ -145,20 +97,14 @@ Evidence PathWalk::check_shapes(const Branch& branch, const Braking& braking,
   Evidence evidence =
       shape_check_.look(branch.poses_now(), branch.poses_before(), Ways(row, stop), 1.0, clearance);
   if (!evidence.ok()) return evidence;
+  const auto looking = [&](const Ways& ways, FramePoses& poses) {
+    return ShapeLook{plan_, shape_check_, branch.poses_before(), ways, poses};
+  };
   evidence = check_row_way(branch, plan_.limits.measured_count(), row.longest(), free_before,
-                           shape_check_.free_of(clearance, row), looking_at(branch, row, between_));
-  return evidence.ok() ? check_shapes_to_rest(branch, braking, clearance, stop) : evidence;
-}
-
-Evidence PathWalk::check_shapes_to_rest(const Branch& branch, const Braking& braking,
-                                        const Clearance& clearance, const Ways& ways) {
-  const double free_now = shape_check_.free_of(clearance, ways);
-  if (free_now >= 1.0) return {};
-  double free_at_rest = 0.0;
-  const Evidence evidence = looking_at(branch, ways, rest_)(braking.end(), 1.0, free_at_rest);
+                           shape_check_.free_of(clearance, row), looking(row, between_));
   if (!evidence.ok()) return evidence;
-  return check_braking_way(branch, braking, plan_.limits.measured_count(), ways.longest(), free_now,
-                           free_at_rest, looking_at(branch, ways, between_));
+  return check_to_rest(branch, braking, stop.longest(), shape_check_.free_of(clearance, stop),
+                       looking(stop, rest_), looking(stop, between_));
 }
 
 Evidence PathWalk::check_singularities(const Branch& branch, const Braking& braking) {
@@ -177,23 +123,15 @@ Evidence PathWalk::check_zones(const Branch& branch, const Braking& braking) con
   if ((prediction_.commanded() & plan_.base_joints) == 0) return {};
   const double row = base_way(plan_, branch.before, branch.now);
   const double stop = base_way(plan_, branch.now, braking.end());
-  double margin = 0.0, rest_margin = 0.0;
+  double margin = unset, rest_margin = unset;
   Evidence evidence = check_base(plan_, branch.now, branch.before, margin);
   if (evidence.ok()) evidence = check_base(plan_, braking.end(), branch.before, rest_margin);
   if (!evidence.ok()) return evidence;
-  const auto looking = [&](double way) {
-    return [&, way](const Joints& joints, double, double& free) {
-      double found = 0.0;
-      const Evidence fault = check_base(plan_, joints, branch.before, found);
-      free = free_share(found, way);
-      return fault;
-    };
-  };
-  const std::size_t count = plan_.limits.measured_count();
-  evidence = check_row_way(branch, count, row, 0.0, free_share(margin, row), looking(row));
+  evidence = check_row_way(branch, plan_.limits.measured_count(), row, 0.0, free_share(margin, row),
+                           ZoneLook{plan_, branch.before, row});
   if (!evidence.ok()) return evidence;
-  return check_braking_way(branch, braking, count, stop, free_share(margin, stop),
-                           free_share(rest_margin, stop), looking(stop));
+  return check_braking_way(branch, braking, stop, free_share(margin, stop),
+                           free_share(rest_margin, stop), ZoneLook{plan_, branch.before, stop});
 }
 
 }  // namespace fairlead

@@ -23,10 +23,7 @@ class PathWalk {
   Evidence check_momentum();
   Evidence check_branch(std::size_t index);
   Evidence check_body(const Branch& branch, const Braking& braking, Clearance& clearance);
-  auto looking_at(const Branch& branch, const Ways& ways, FramePoses& poses);
   Evidence check_shapes(const Branch& branch, const Braking& braking, Clearance& clearance);
-  Evidence check_shapes_to_rest(const Branch& branch, const Braking& braking,
-                                const Clearance& clearance, const Ways& ways);
   Evidence check_singularities(const Branch& branch, const Braking& braking);
   Evidence check_zones(const Branch& branch, const Braking& braking) const;
 

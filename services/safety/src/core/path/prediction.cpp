@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "command_kind.hpp"
+#include "joint_set.hpp"
 #include "tool_motion.hpp"
 
 namespace fairlead {
@@ -20,13 +21,13 @@ Motion6 six_of(const Setpoint& row) {
 
 double Prediction::gain(const Command& command, std::size_t branch) const {
   const Gain* gain = gain_block(command.modes, command.action.mode);
-  if (gain == nullptr) return 1.0;  // GCOVR_EXCL_BR_LINE: asked of modes that have one
+  if (gain == nullptr) return unset;  // GCOVR_EXCL_BR_LINE: asked of modes that have one
   return ((branch >> gain_bit_[command.action.part]) & 1U) == 0 ? gain->lower : gain->upper;
 }
 
 // Rows of one tick, of the chunk and its companions. A pose is reached for last: it depends on
 // where other parts carry its own.
-Evidence Prediction::apply_rows(const RowBefore& own, std::size_t steps, bool before) {
+Evidence Prediction::apply_rows(const RowBefore& own, bool before) {
   Evidence fault;
   for (const bool poses : {false, true}) {
     if (own.chunk != nullptr) {
@@ -36,23 +37,23 @@ Evidence Prediction::apply_rows(const RowBefore& own, std::size_t steps, bool be
     for (const Companion& companion : companions_) {
       if (before && companion.before.chunk != nullptr)
         (void)apply_row(*companion.before.chunk, companion.before.row, false, poses, branch_count_);
-      if (!before && companion.chunk != nullptr && companion.row + steps < companion.end_row)
-        (void)apply_row(*companion.chunk, companion.row + steps, false, poses,
-                        branch_count_ - holding_count_);
+      const std::size_t row = companion.row + steps_ - 1;  // of the tick that `own` acts in
+      if (!before && companion.chunk != nullptr && row < companion.end_row)
+        (void)apply_row(*companion.chunk, row, false, poses, branch_count_ - holding_count_);
     }
   }
-  for (std::size_t i = 0; i < branch_count_; ++i)
-    branches_[i].poses_now().place(plan_, branches_[i].now);
+  for (Branch& branch : branches()) branch.poses_now().place(plan_, branch.now);
   return fault;
 }
 
 Evidence Prediction::advance() {
   row_ = next_row_++;
-  if (gains_ > max_gains)
-    return above(code::unreachable, "parts", static_cast<double>(gains_),
+  if (gain_parts_.size() > max_gains)
+    return above(code::unreachable, "parts", static_cast<double>(gain_parts_.size()),
                  static_cast<double>(max_gains), "parts with a gain that move at once");
-  for (std::size_t i = 0; i < branch_count_; ++i) branches_[i].begin_row();
-  Evidence fault = apply_rows(RowBefore{&chunk_, row_}, steps_++, false);
+  ++steps_;
+  for (Branch& branch : branches()) branch.begin_row();
+  Evidence fault = apply_rows(RowBefore{&chunk_, row_}, false);
   targets_told_ = 0;  // what rows tell from here on is where the branches are
   return fault.ok() ? check_finite() : fault;
 }
@@ -106,11 +107,11 @@ Evidence Prediction::apply(const Command& command, std::size_t index) {
 void Prediction::note_speed(Branch& branch, std::size_t joint, double change) const {
   const double limit = fastest_told(plan_.limits, joint);
   const double told = change / plan_.period_s;
-  double speed = told > limit ? limit : told < -limit ? -limit : told;
-  const double measured = state_.velocities[joint];
-  if (steps_ == 1 && speed * measured > 0.0 && std::abs(measured) > std::abs(speed))
-    speed = measured;
-  branch.speed[joint] = speed;
+  double& speed = branch.speed[joint];
+  speed = std::clamp(told, -limit, limit);
+  if (steps_ != 1) return;
+  if (speed > 0.0) speed = std::max(speed, state_.velocities[joint]);
+  if (speed < 0.0) speed = std::min(speed, state_.velocities[joint]);
 }
 
 // Where the row before told the joint to be, if it did: what is measured may lag behind that.
@@ -129,9 +130,7 @@ void Prediction::apply_targets(const Command& command, Branch& branch) {
 
 void Prediction::apply_velocities(const Command& command, std::size_t index) {
   Branch& branch = branches_[index];
-  const JointSet moved = moved_by(plan_, command.action);
-  for (std::size_t j = 0; j < plan_.limits.joints.size(); ++j) {
-    if ((moved & only(j)) == 0) continue;
+  for (const std::size_t j : JointsIn(moved_by(plan_, command.action))) {
     const double told = told_velocity(plan_.limits, command.row, j, branch.before);
     const double change = gain(command, index) * told * plan_.period_s;
     note_speed(branch, j, change);
@@ -201,15 +200,14 @@ void Prediction::apply_body_twist(const Command& command, std::size_t index) {
 }
 
 Evidence Prediction::check_finite() const {
-  for (std::size_t i = 0; i < branch_count_; ++i)
-    for (std::size_t j = 0; j < plan_.limits.joints.size(); ++j) {
-      if ((commanded_ & only(j)) == 0) continue;
-      const double sum = branches_[i].now[j] + branches_[i].speed[j];
-      if (std::isfinite(sum)) continue;
-      const JointLimits& joint = plan_.limits.joints[j];
-      return of(broken_rule(code::unreachable, joint.name.view(), "a predicted position", sum),
-                plan_.limits.parts[joint.part].name);
-    }
+  for (const Branch& branch : branches())
+    for (const std::size_t j : JointsIn(commanded_))
+      for (const double value : {branch.now[j], branch.speed[j]}) {
+        if (std::isfinite(value)) continue;
+        const JointLimits& joint = plan_.limits.joints[j];
+        return of(broken_rule(code::unreachable, joint.name.view(), "a predicted position", value),
+                  plan_.limits.parts[joint.part].name);
+      }
   return {};
 }
 

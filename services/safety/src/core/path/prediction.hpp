@@ -7,6 +7,8 @@
 // nothing commands, grippers and passive joints stay where they are measured.
 #pragma once
 
+#include <span>
+
 #include "../row_view.hpp"
 #include "fairlead_safety/path.hpp"
 #include "frames.hpp"
@@ -75,7 +77,12 @@ class Prediction {
   [[nodiscard]] double gain(const Command& command, std::size_t branch) const;
   void note_told(const ActionChunk& chunk, std::size_t row);
   void note_pose(const ActionPart& action, std::size_t row);
-  Evidence apply_rows(const RowBefore& own, std::size_t steps, bool before);
+  /// The branches that there are.
+  [[nodiscard]] std::span<Branch> branches() { return std::span(branches_).first(branch_count_); }
+  [[nodiscard]] std::span<const Branch> branches() const {
+    return std::span(branches_).first(branch_count_);
+  }
+  Evidence apply_rows(const RowBefore& own, bool before);
   Evidence apply_row(const ActionChunk& chunk, std::size_t row, bool own, bool poses,
                      std::size_t branch_count);
   Evidence apply(const Command& command, std::size_t branch);
@@ -96,13 +103,12 @@ class Prediction {
   Companions companions_;
   std::size_t next_row_;
   std::size_t row_ = 0;
-  std::size_t steps_ = 0;  // rows gone through since the first live one
+  std::size_t steps_ = 0;  // rows gone through since the first live one, the one gone to included
   std::size_t branch_count_ = 1;
   std::size_t start_count_ = 1;
-  std::size_t holding_count_ = 0;  // the last of them: other claims' parts hold
-  std::size_t gains_ = 0;          // parts with a gain that move links
+  std::size_t holding_count_ = 0;                // the last of them: other claims' parts hold
+  FixedVec<std::size_t, max_parts> gain_parts_;  // with a gain, that move links: a bit for each
   std::array<std::uint8_t, max_parts> gain_bit_{};
-  std::uint32_t gain_parts_ = 0;  // that have a bit, one bit each
   JointSet commanded_ = 0;
   JointSet moving_ = 0;
   JointSet lagging_ = 0;

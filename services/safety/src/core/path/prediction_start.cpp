@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "command_kind.hpp"
+#include "joint_set.hpp"
 #include "prediction.hpp"
 
 namespace fairlead {
@@ -24,7 +25,7 @@ Prediction::Prediction(const PathPlan& plan, const ClaimLimits& claim, const Mea
   start_still();
   if (!before.measured) {
     start_count_ = branch_count_;
-    (void)apply_rows(before, 0, true);
+    (void)apply_rows(before, true);
     return;
   }
   if (before.chunk != nullptr) note_told(*before.chunk, before.row);
@@ -48,11 +49,10 @@ void Prediction::include_companions() {
 // A joint that nothing commands stays; one that is measured to move brakes from there. A gripper's
 // declares no deceleration: its fingers stay where they are measured.
 void Prediction::start_still() {
-  Branch& first = branches_[0];
-  for (std::size_t j = 0; j < state_.count; ++j) {
-    first.now[j] = state_.positions[j];
-    first.speed[j] = 0.0;
-    if (j >= plan_.limits.joints.size()) continue;
+  Branch& first = branches().front();
+  first.now = state_.positions;
+  first.speed.fill(0.0);
+  for (std::size_t j = 0; j < plan_.limits.joints.size(); ++j) {
     const JointLimits& joint = plan_.limits.joints[j];
     const double speed = state_.velocities[j];
     if (std::isnan(joint.acceleration_limit) || std::abs(speed) < joint.standstill_velocity)
@@ -63,7 +63,7 @@ void Prediction::start_still() {
   first.before = first.now;
   first.poses[0].place(plan_, first.now);
   first.poses[1] = first.poses[0];
-  for (std::size_t i = 1; i < branch_count_; ++i) branches_[i] = first;
+  for (Branch& other : branches().subspan(1)) other = first;
 }
 
 // A controller takes time to turn a motion around, and may keep up another beside it. A joint that
@@ -71,11 +71,8 @@ void Prediction::start_still() {
 bool Prediction::goes_on(Branch& branch) const {
   bool moves = false;
   branch.begin_row();
-  for (std::size_t j = 0; j < plan_.limits.joints.size(); ++j) {
-    if ((lagging_ & only(j)) == 0) {
-      if ((commanded_ & only(j)) != 0) branch.speed[j] = 0.0;
-      continue;
-    }
+  for (const std::size_t j : JointsIn(commanded_ & ~lagging_)) branch.speed[j] = 0.0;
+  for (const std::size_t j : JointsIn(lagging_)) {
     moves |= branch.speed[j] != 0.0;
     branch.now[j] += branch.speed[j] * plan_.period_s;
   }
@@ -94,18 +91,17 @@ void Prediction::include(const ActionChunk& chunk, JointSet& joints) {
 
 // A part that moves no link meets no other: it goes along with the first part that does.
 void Prediction::add_branches(std::size_t part) {
-  const std::uint32_t bit = std::uint32_t{1} << part;
   const bool moves_links = (plan_.part_joints[part] & plan_.tree_joints) != 0;
-  if (moves_links && (gain_parts_ & bit) == 0) {
-    gain_parts_ |= bit;
-    gain_bit_[part] = static_cast<std::uint8_t>(gains_++);
+  if (moves_links && !gain_parts_.contains(part)) {
+    gain_bit_[part] = static_cast<std::uint8_t>(gain_parts_.size());
+    (void)gain_parts_.push_back(part);
   }
-  branch_count_ = std::size_t{1} << std::clamp<std::size_t>(gains_, 1, max_gains);
+  branch_count_ = std::size_t{1} << std::clamp<std::size_t>(gain_parts_.size(), 1, max_gains);
 }
 
 // The pose that the row before told: where its servo is going, whatever is measured.
 void Prediction::note_pose(const ActionPart& action, std::size_t row) {
-  Branch told = branches_[0];
+  Branch told = branches().front();
   const Command command{action, plan_.limits.parts[action.part].modes,
                         row_of(action, row, plan_.limits)};
   if (!apply_pose(command, told).ok()) return;

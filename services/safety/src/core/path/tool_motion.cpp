@@ -23,8 +23,7 @@ constexpr double rounding = 1e-9;
 
 Square6 gram_of_rows(const ToolJacobian& jacobian) {
   Square6 gram = Square6::Zero();
-  for (std::size_t i = 0; i < jacobian.count; ++i)
-    gram.noalias() += jacobian.columns[i] * jacobian.columns[i].transpose();
+  for (const Motion6& column : jacobian.all()) gram.noalias() += column * column.transpose();
   return gram;
 }
 
@@ -35,25 +34,32 @@ void step_towards(const PathPlan& plan, const PlanTool& tool, const ToolJacobian
   gram.diagonal().array() += damping * damping;
   const Motion6 weights = Factors6(gram).solve(motion);
   double largest = 0.0;
-  for (std::size_t i = 0; i < jacobian.count; ++i)
-    largest = std::max(largest, std::abs(jacobian.columns[i].dot(weights)));
-  const double share = largest > longest ? longest / largest : 1.0;
+  for (const Motion6& column : jacobian.all())
+    largest = std::max(largest, std::abs(column.dot(weights)));
+  const double share = std::min(1.0, longest / largest);
   for (std::size_t i = 0; i < jacobian.count; ++i)
     joints[plan.frames[tool.own[i]].joint] += share * jacobian.columns[i].dot(weights);
 }
 
-// Of the rows or of the columns, whichever are fewer; what is left of the six by six is large.
+// Of the rows or of the columns, whichever are fewer: its lower half. What five columns or fewer
+// leave of the six by six is as large as all of them together.
 Square6 smaller_gram(const ToolJacobian& jacobian) {
-  if (jacobian.count >= 6) return gram_of_rows(jacobian);
-  Square6 gram = Square6::Zero();
-  double sum = 1.0;
-  for (std::size_t i = 0; i < jacobian.count; ++i) sum += jacobian.columns[i].squaredNorm();
-  gram.diagonal().setConstant(sum);
+  Square6 gram = gram_of_rows(jacobian);
+  if (jacobian.count > 5) return gram;
+  const double sum = gram.trace();
+  gram = sum * Square6::Identity();
   for (std::size_t i = 0; i < jacobian.count; ++i)
-    for (std::size_t k = 0; k < jacobian.count; ++k)
+    for (std::size_t k = 0; k <= i; ++k)
       gram(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(k)) =
           jacobian.columns[i].dot(jacobian.columns[k]);
   return gram;
+}
+
+// What is still missing of a pose.
+Evidence still_missing(std::string_view axis, double value) {
+  if (value <= pose_tolerance) return {};
+  return above(code::unreachable, axis, value, pose_tolerance,
+               "a configuration that reaches the pose");
 }
 
 }  // namespace
@@ -98,27 +104,23 @@ Evidence move_tool(const PathPlan& plan, const PlanTool& tool, const Motion6& mo
 
 Evidence reach_pose(const PathPlan& plan, const PlanTool& tool, const FramePose& target,
                     FramePoses& poses, Joints& joints) {
-  double distance = unset, angle = unset;
+  Evidence evidence;
   for (int i = 0; i <= most_steps; ++i) {
     poses.place_chain(plan, tool, joints);
     const ToolJacobian jacobian = tool_jacobian(plan, tool, poses);
     const Motion6 missing = motion_between(jacobian.tool, target);
-    distance = missing.head<3>().norm();
-    angle = missing.tail<3>().norm();
-    if (distance <= pose_tolerance && angle <= pose_tolerance) return {};
+    evidence = still_missing("tool position", missing.head<3>().norm());
+    if (evidence.ok()) evidence = still_missing("tool rotation", missing.tail<3>().norm());
+    if (evidence.ok()) break;
     step_towards(plan, tool, jacobian, missing, longest_step, joints);
   }
-  constexpr std::string_view rule = "a configuration that reaches the pose";
-  if (!(distance <= pose_tolerance))
-    return above(code::unreachable, "tool position", distance, pose_tolerance, rule);
-  return above(code::unreachable, "tool rotation", angle, pose_tolerance, rule);
+  return evidence;
 }
 
 double smallest_singular_value(const ToolJacobian& jacobian) {
   const Eigen::SelfAdjointEigenSolver<Square6> values(smaller_gram(jacobian),
                                                       Eigen::EigenvaluesOnly);
-  const double smallest = values.eigenvalues()[0];
-  return smallest > 0.0 ? std::sqrt(smallest) : 0.0 * smallest;
+  return std::sqrt(std::max(values.eigenvalues()[0], 0.0));  // which rounding may make negative
 }
 
 bool is_clearly_regular(const ToolJacobian& jacobian, double limit) {

@@ -1,6 +1,9 @@
 // What the joints of a part do when its tool is told to move: damped least squares.
 #pragma once
 
+#include <array>
+#include <span>
+
 #include "../evidence.hpp"
 #include "frames.hpp"
 #include "square6.hpp"
@@ -14,6 +17,9 @@ struct ToolJacobian {
   FramePose tool;
   std::size_t count = 0;
   std::array<Motion6, max_links> columns;
+
+  /// The columns that there are.
+  [[nodiscard]] std::span<const Motion6> all() const { return std::span(columns).first(count); }
 };
 
 /// Where the frames between the root and the tool have been placed.

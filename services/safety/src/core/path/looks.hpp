@@ -1,0 +1,40 @@
+// What `check_way` looks at: configurations on the way of a row, one at a time.
+#pragma once
+
+#include "base_check.hpp"
+#include "shape_check.hpp"
+
+namespace fairlead {
+
+/// Bounds of tools and capsules. `poses` is room to place them in.
+struct ShapeLook {
+  const PathPlan& plan;
+  const ShapeCheck& check;
+  const FramePoses& before;
+  const Ways& ways;  // of the whole way
+  FramePoses& poses;
+
+  Evidence operator()(const Joints& joints, double need, double& free) const {
+    Clearance found;
+    poses.place(plan, joints);
+    const Evidence fault = check.look(poses, before, ways, need, found);
+    free = check.free_of(found, ways);
+    return fault;
+  }
+};
+
+/// The base's zones. `way`: of its footprint, on the whole way [m].
+struct ZoneLook {
+  const PathPlan& plan;
+  const Joints& before;
+  double way;
+
+  Evidence operator()(const Joints& joints, double, double& free) const {
+    double found = unset;
+    const Evidence fault = check_base(plan, joints, before, found);
+    free = free_share(found, way);
+    return fault;
+  }
+};
+
+}  // namespace fairlead
