@@ -1,0 +1,156 @@
+// What a row starts from goes on: the speed that joints have, and where it takes them, whatever
+// they are told. Rows last 0.05 s; joints brake at 5 m/s2 where a test says so.
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+
+#include "fairlead_safety/path.hpp"
+#include "free_arm.hpp"
+
+using namespace fairlead;
+using namespace fairlead::test;
+using namespace fairlead::test::free_arm;
+
+namespace {
+
+constexpr double eps = 1e-9;
+
+Limits between(double lower, double upper) {
+  Limits limits = free_arm::limits();
+  limits.joints[slide_x].acceleration_limit = 5.0;
+  limits.joints[slide_x].bounds.lower = lower;
+  limits.joints[slide_x].bounds.upper = upper;
+  return limits;
+}
+
+Evidence told(const Limits& limits, Mode mode, const Row& values, double speed) {
+  MeasuredState state = at_rest();
+  state.velocities[slide_x] = speed;
+  return free_arm::judge(limits, one_joint(mode, slide_x, values).chunk, state).evidence;
+}
+
+}  // namespace
+
+TEST_CASE("G024 a target in the first row: as fast as measured, either way; one that stays, not") {
+  const Limits limits = between(-0.15, 0.15);
+  for (const double way : {1.0, -1.0}) {
+    CHECK(told(limits, Mode::joint_position, {0.01 * way}, 1.1 * way).ok());
+    CHECK(told(limits, Mode::joint_position, {0.01 * way}, 1.2 * way).code == 24);  // 0.144 m
+    CHECK(told(limits, Mode::joint_position, {-0.01 * way}, 1.2 * way).ok());
+    CHECK(told(limits, Mode::joint_position, {0.0}, 1.3 * way).ok());
+    // Slower than it is told: 0.6 m/s takes 36 mm from 0.03.
+    CHECK(told(between(-0.066 - eps, 0.066 + eps), Mode::joint_position, {0.03 * way}, 0.3 * way)
+              .ok());
+    CHECK(told(between(-0.066 + eps, 0.066 - eps), Mode::joint_position, {0.03 * way}, 0.3 * way)
+              .code == 24);
+  }
+}
+
+TEST_CASE("G024 a target counts from the row before it, also if another row came before that") {
+  const Limits limits = between(-2.0, 0.2);
+  MeasuredState state = at_rest();
+  state.positions[slide_x] = 0.05;
+  const ChunkBuilder before = one_joint(Mode::joint_position, slide_x, {0.1});
+  const ChunkBuilder next = one_joint(Mode::joint_position, slide_x, {0.125, 0.15});
+  // 0.5 m/s both, 25 mm. From 0.1 the second would be 1 m/s, and 0.1 m.
+  CHECK(free_arm::judge(limits, next.chunk, state, RowBefore{&before.chunk, 0}).evidence.ok());
+}
+
+TEST_CASE("G024 a torque: as fast as measured, also so slow that it counts as standing") {
+  // From 0.04 m/s it takes 0.16 mm.
+  CHECK(told(between(-2.0, 0.0002), Mode::joint_torque, {0.0}, 0.04).ok());
+  CHECK(told(between(-2.0, 0.0001), Mode::joint_torque, {0.0}, 0.04).code == 24);
+}
+
+TEST_CASE("G024 realtime: of what acts already, the share that leads too far first is told") {
+  Limits limits = between(-2.0, 0.07);
+  limits.parts[arm].modes.joint_velocity.gain = {0.5, 1.0};
+  const ChunkBuilder acts = one_joint(Mode::joint_velocity, slide_x, {1.0});
+  const ChunkBuilder stops = one_joint(Mode::joint_velocity, slide_x, {0.0});
+  RowBefore before{&acts.chunk, 0};
+  before.measured = false;
+  // Half of it: 25 mm, 25 mm more at 0.5 m/s, 25 mm to brake. All of it: 0.2 m.
+  const Evidence evidence = free_arm::judge(limits, stops.chunk, at_rest(), before).evidence;
+  CHECK(evidence.code == 24);
+  CHECK(evidence.row == 0);
+  CHECK(evidence.value == doctest::Approx(0.075));
+  limits.joints[slide_x].bounds.upper = 0.1;
+  CHECK(free_arm::judge(limits, stops.chunk, at_rest(), before).evidence.value ==
+        doctest::Approx(0.2));
+  limits.joints[slide_x].bounds.upper = 0.2 + eps;
+  CHECK(free_arm::judge(limits, stops.chunk, at_rest(), before).evidence.ok());
+}
+
+TEST_CASE("G032 a post on the way of braking is not jumped over, in either direction") {
+  Limits limits = between(-2.0, 2.0);
+  limits.collision.capsules[1] = {tool_link, {0, 0, 0}, {0, 0, 0}, 0.005};
+  limits.collision.clearance = 0.001;
+  for (const double way : {1.0, -1.0}) {
+    // At 1 m/s: 0.05 m in the row, 0.1 m to brake; the post is 0.1 m from where the tool rests.
+    limits.collision.capsules[0] = {0, {0.7 + 0.1 * way, 0, 0.3}, {0.7 + 0.1 * way, 0, 0.7}, 0.005};
+    CHECK(told(limits, Mode::joint_position, {0.05 * way}, 0.0).code == 32);
+    CHECK(told(limits, Mode::joint_position, {0.02 * way}, 0.0).ok());  // at rest at 36 mm
+    CHECK(told(limits, Mode::joint_position, {-0.05 * way}, 0.0).ok());
+  }
+}
+
+namespace {
+
+// A square of 1 m that may go as far as x = `right` ahead.
+Limits hall(double right) {
+  Limits limits = test_limits();
+  limits.parts[base].modes.joint_velocity.gain = {1.0, 1.0};
+  limits.parts[base].modes.body_twist.gain = {1.0, 1.0};
+  auto& corners = limits.base.zones[0].corners;
+  corners = square(3.0);
+  corners[1][0] = corners[2][0] = right;
+  return limits;
+}
+
+std::uint32_t path_code(const Limits& limits, const ChunkBuilder& chunk,
+                        const MeasuredState& state = state_at_rest()) {
+  return judge_path(PathPlan(limits), whole_robot(limits), state, chunk.chunk, 0, 1, {}, {})
+      .evidence.code;
+}
+
+}  // namespace
+
+TEST_CASE("G034 a base goes on through the first row as fast as it is measured, told to stop") {
+  MeasuredState state = state_at_rest();
+  state.velocities[base_x] = 1.0;
+  const auto stop = ChunkBuilder().joint(base, Mode::joint_velocity, base_x, {0.0});
+  // 0.05 m in the row, 0.1 m in the reaction; the front is 0.5 m ahead.
+  CHECK(path_code(hall(0.65 + eps), stop, state) == 0);
+  CHECK(path_code(hall(0.65 - eps), stop, state) == 34);
+}
+
+TEST_CASE("G034 a post on the way of braking backwards is not driven through") {
+  Limits limits = hall(3.0);
+  limits.base.footprint = square(0.01);
+  limits.joints[base_x].acceleration_limit = 2.0;
+  Zone post{"post", true, square(0.003)};
+  for (Corner& corner : post.corners) corner[0] -= 0.2;
+  (void)limits.base.zones.push_back(post);
+  const auto code = [&](double speed) {
+    return path_code(limits, ChunkBuilder().joint(base, Mode::joint_velocity, base_x, {speed}));
+  };
+  CHECK(code(-1.0) == 34);  // at rest at -0.4 m
+  CHECK(code(-0.4) == 0);   // at rest at -0.1 m
+  CHECK(code(1.0) == 0);
+}
+
+TEST_CASE("G034 a corner that is out where the row leads, and neither before nor after that") {
+  // From square to the wall by 45 degrees, where a corner is 0.70711 m ahead, and to rest at 90. A
+  // 64th of the row before that it is 53 um less.
+  const double eighth = std::acos(0.0) / 2.0;
+  const auto code = [&](double right) {
+    Limits limits = hall(right);
+    limits.base.reaction_s = 0.0;
+    limits.joints[base_yaw].velocity_limit = 20.0;
+    limits.joints[base_yaw].acceleration_limit = std::pow(eighth / 0.05, 2) / (2.0 * eighth);
+    return path_code(limits, ChunkBuilder().along(base, Mode::body_twist, 5, {eighth / 0.05}));
+  };
+  CHECK(code(0.70711) == 0);
+  CHECK(code(0.70708) == 34);
+}

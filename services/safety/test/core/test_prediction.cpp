@@ -1,0 +1,258 @@
+// The prediction by itself: which joints and branches it carries, where rows take them and how
+// fast, and what goes on before the first of them.
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+
+#include "fairlead_safety/kinematics.hpp"
+#include "free_arm.hpp"
+#include "path/prediction.hpp"
+#include "two_arms.hpp"
+
+using namespace fairlead;
+using namespace fairlead::test;
+using namespace fairlead::test::free_arm;
+
+namespace {
+
+// What a prediction needs, kept for as long as it lasts.
+struct Predicted {
+  Predicted(const Limits& robot, const MeasuredState& measured, const ActionChunk& rows,
+            const RowBefore& before = {}, Companions companions = {})
+      : limits(robot),
+        state(measured),
+        chunk(rows),
+        all(plan, claim, state, chunk, 0, before, companions) {}
+  Limits limits;
+  PathPlan plan{limits};
+  ClaimLimits claim = whole_robot(limits);
+  MeasuredState state;
+  ActionChunk chunk;
+  Prediction all;
+
+  const Branch& after_a_row() {
+    CHECK(all.advance().ok());
+    return all.branch(0);
+  }
+};
+
+constexpr std::uint8_t column = 1;
+
+// The free arm with its first turn in a part of its own.
+Limits on_a_column() {
+  Limits limits = free_arm::limits();
+  limits.parts[arm].joints.erase_at(0);
+  PartLimits part = test::part("column", {turn_z});
+  part.modes.joint_position = joint_mode({turn_z}, 0.25);
+  widen(part);
+  (void)limits.parts.push_back(part);
+  limits.joints[turn_z].part = column;
+  return limits;
+}
+
+ChunkBuilder& turn_column(ChunkBuilder& chunk, double target) {
+  return chunk.add(column, Mode::joint_position, {{target, 0, 0, 0, 0, 0}}, {turn_z});
+}
+
+RowBefore not_measured(const ChunkBuilder& acts) {
+  RowBefore before{&acts.chunk, 0};
+  before.measured = false;
+  return before;
+}
+
+}  // namespace
+
+TEST_CASE("what moves: what the chunk commands, what acts still, and what is measured to move") {
+  const ChunkBuilder own = one_joint(Mode::joint_position, slide_y, {0.1});
+  const ChunkBuilder acts = one_joint(Mode::joint_velocity, slide_x, {1.0});
+  const Predicted alone(free_arm::limits(), at_rest(), own.chunk);
+  CHECK(alone.all.commanded() == only(slide_y));
+  CHECK(alone.all.moving() == only(slide_y));
+  CHECK(alone.all.lagging() == 0);
+  CHECK(alone.all.branch_count() == 1);
+  for (const bool measured : {true, false}) {
+    RowBefore before{&acts.chunk, 0};
+    before.measured = measured;
+    const Predicted after(free_arm::limits(), at_rest(), own.chunk, before);
+    CHECK(after.all.commanded() == only(slide_y));
+    CHECK(after.all.moving() == (only(slide_x) | only(slide_y)));
+    CHECK(after.all.lagging() == only(slide_x));
+  }
+  MeasuredState state = at_rest();
+  state.velocities[turn_x] = just_below(0.05);  // at 0.05 rad/s it no longer stands
+  CHECK(Predicted(free_arm::limits(), state, own.chunk).all.moving() == only(slide_y));
+  for (const double speed : {0.05, -0.05}) {
+    state.velocities[turn_x] = speed;
+    const Predicted moving(free_arm::limits(), state, own.chunk);
+    CHECK(moving.all.moving() == (only(slide_y) | only(turn_x)));
+    CHECK(moving.all.branch(0).speed[turn_x] == speed);
+  }
+}
+
+TEST_CASE("what moves: other claims' parts, which may hold instead if they have rows left") {
+  ChunkBuilder own, other;
+  two_arms::command(own, two_arms::left, Mode::joint_position, two_arms::left_1, {0.1});
+  two_arms::command(other, two_arms::right, Mode::joint_position, two_arms::right_1, {0.1});
+  const auto predicted = [&](const Companion& companion) {
+    const Predicted found(two_arms::limits(), two_arms::at_rest(), own.chunk, {},
+                          Companions(&companion, 1));
+    return std::pair(found.all.moving(), found.all.branch_count());
+  };
+  const JointSet both = only(two_arms::left_1) | only(two_arms::right_1);
+  CHECK(predicted({}) == std::pair(only(two_arms::left_1), std::size_t{1}));
+  CHECK(predicted({RowBefore{&other.chunk, 0}, nullptr, 0, 0}) == std::pair(both, std::size_t{1}));
+  CHECK(predicted({{}, &other.chunk, 0, 1}) == std::pair(both, std::size_t{2}));
+}
+
+TEST_CASE("both ends of the gain of each part that moves links; one that moves none goes along") {
+  Limits limits = test_limits();
+  limits.parts[arm].modes.joint_velocity.gain = {0.5, 1.0};
+  limits.parts[base].modes.joint_velocity.gain = {0.25, 1.0};
+  const auto speed = [](ChunkBuilder& chunk, std::uint8_t part, std::uint8_t joint) -> auto& {
+    return chunk.joint(part, Mode::joint_velocity, joint, {1.0});
+  };
+  ChunkBuilder arm_only, base_only, both;
+  speed(arm_only, arm, arm_1);
+  speed(base_only, base, base_x);
+  speed(speed(both, base, base_x), arm, arm_1);
+  CHECK(Predicted(limits, state_at_rest(), arm_only.chunk).all.branch_count() == 2);
+  CHECK(Predicted(limits, state_at_rest(), base_only.chunk).all.branch_count() == 2);
+  Predicted predicted(limits, state_at_rest(), both.chunk, RowBefore{&both.chunk, 0});
+  REQUIRE(predicted.all.branch_count() == 2);
+  CHECK(predicted.all.start_count() == 1);
+  CHECK(predicted.all.advance().ok());
+  const Branch &lower = predicted.all.branch(0), &upper = predicted.all.branch(1);
+  CHECK(lower.now[arm_1] == doctest::Approx(0.025));
+  CHECK(lower.now[base_x] == doctest::Approx(0.0125));
+  CHECK(upper.now[arm_1] == doctest::Approx(0.05));
+  CHECK(upper.now[base_x] == doctest::Approx(0.05));
+  const Predicted acting(limits, state_at_rest(), both.chunk, not_measured(both));
+  CHECK(acting.all.start_count() == 2);
+  limits.parts[arm].modes.joint_velocity.gain = {1.0, 1.0};
+  CHECK(Predicted(limits, state_at_rest(), arm_only.chunk).all.branch_count() == 1);
+}
+
+TEST_CASE("the gain is the claim's own") {
+  Limits limits = free_arm::limits();
+  limits.parts[arm].modes.joint_velocity.gain = {0.5, 0.5};
+  const PathPlan plan(limits);
+  ClaimLimits claim = whole_robot(limits);
+  claim.modes[arm].joint_velocity.gain = {1.0, 1.0};
+  const MeasuredState state = at_rest();
+  const ChunkBuilder chunk = one_joint(Mode::joint_velocity, slide_x, {1.0});
+  Prediction prediction(plan, claim, state, chunk.chunk, 0, {}, {});
+  CHECK(prediction.advance().ok());
+  CHECK(prediction.branch(0).now[slide_x] == doctest::Approx(0.05));
+}
+
+TEST_CASE("a tick before the first row: what was told a motion goes on, a target is where it is") {
+  const Limits limits = on_a_column();
+  MeasuredState state = at_rest();
+  state.velocities[slide_x] = 1.0;
+  state.velocities[slide_y] = 0.25;  // nobody commands it
+  state.velocities[turn_z] = 0.5;
+  ChunkBuilder chunk = one_joint(Mode::joint_velocity, slide_x, {0.0});
+  turn_column(chunk, 0.0);
+  Predicted predicted(limits, state, chunk.chunk);
+  Branch branch = predicted.all.branch(0);
+  CHECK(predicted.all.goes_on(branch));
+  CHECK(branch.now[slide_x] == doctest::Approx(0.05));
+  CHECK(branch.now[slide_y] == 0.0);
+  CHECK(branch.now[turn_z] == 0.0);
+  CHECK(branch.speed[slide_x] == 1.0);
+  CHECK(branch.speed[slide_y] == 0.25);
+  CHECK(branch.speed[turn_z] == 0.0);
+  const auto tool_x = [&](const FramePoses& poses) {
+    return link_pose(predicted.plan, "tool", poses).position.x();
+  };
+  CHECK(tool_x(branch.poses_before()) == doctest::Approx(0.7));
+  CHECK(tool_x(branch.poses_now()) == doctest::Approx(0.75));
+  state.velocities[slide_x] = 0.0;
+  Predicted still(limits, state, chunk.chunk);
+  branch = still.all.branch(0);
+  CHECK_FALSE(still.all.goes_on(branch));
+}
+
+TEST_CASE("a tick before the first row begins where the row that acts leads") {
+  const ChunkBuilder acts = one_joint(Mode::joint_velocity, slide_x, {1.0});
+  const ChunkBuilder next = one_joint(Mode::joint_velocity, slide_x, {0.0});
+  Predicted predicted(free_arm::limits(), at_rest(), next.chunk, not_measured(acts));
+  Branch branch = predicted.all.branch(0);
+  CHECK(predicted.all.goes_on(branch));
+  CHECK(branch.before[slide_x] == doctest::Approx(0.05));
+  CHECK(branch.now[slide_x] == doctest::Approx(0.1));
+  const auto tool_x = [&](const FramePoses& poses) {
+    return link_pose(predicted.plan, "tool", poses).position.x();
+  };
+  CHECK(tool_x(branch.poses_before()) == doctest::Approx(0.75));
+  CHECK(tool_x(branch.poses_now()) == doctest::Approx(0.8));
+}
+
+TEST_CASE("a pose is reached from where the same row carries the arm, whoever is told first") {
+  const double turned = 0.1;
+  ChunkBuilder chunk;
+  chunk.poses(arm, {{0.7, 0, 0.5, 0, 0, std::sin(0.05), std::cos(0.05)}});
+  turn_column(chunk, turned);
+  Predicted predicted(on_a_column(), at_rest(), chunk.chunk);
+  const Branch& branch = predicted.after_a_row();
+  CHECK(branch.now[turn_z] == turned);
+  // Ahead of a column that looks 0.1 rad to the left, the pose is to its right.
+  CHECK(branch.now[slide_x] == doctest::Approx(0.7 * std::cos(0.1) - 0.7).epsilon(1e-4));
+  CHECK(branch.now[slide_y] == doctest::Approx(-0.7 * std::sin(0.1)).epsilon(1e-4));
+}
+
+TEST_CASE("a pose told in a frame that moves in the same row is told where that frame gets to") {
+  ChunkBuilder chunk;
+  chunk.add(arm, Mode::cartesian_pose, {{0.72, 0, 0.5, 0, 0, 0, 1}}, {}, "column");
+  turn_column(chunk, 0.1);
+  Predicted predicted(on_a_column(), at_rest(), chunk.chunk);
+  const Branch& branch = predicted.after_a_row();
+  CHECK(branch.now[slide_x] == doctest::Approx(0.02).epsilon(1e-4));
+  CHECK(std::abs(branch.now[slide_y]) < 1e-6);
+}
+
+TEST_CASE("a delta told in a frame that is turned goes along that frame's axes") {
+  MeasuredState state = at_rest();
+  state.positions[turn_z] = std::acos(0.0);
+  const auto after = [&](const Row& row) {
+    const auto chunk = ChunkBuilder().add(arm, Mode::cartesian_delta, {row}, {}, "column");
+    return Predicted(free_arm::limits(), state, chunk.chunk).after_a_row().now;
+  };
+  CHECK(after({0.04, 0, 0, 0, 0, 0})[slide_x] == doctest::Approx(0.04).epsilon(1e-2));
+  CHECK(after({0, 0, 0, 0.04, 0, 0})[turn_x] == doctest::Approx(0.04).epsilon(1e-2));
+  CHECK(after({0, 0, 0, 0, 0.04, 0})[turn_y] == doctest::Approx(0.04).epsilon(1e-2));
+}
+
+TEST_CASE("a turn about an origin that is not on the yaw axis: the slides make up for it") {
+  Limits limits = test_limits();
+  limits.base.yaw_axis = {0.0, 0.5};
+  limits.parts[base].modes.body_twist.gain = {1.0, 1.0};
+  const auto chunk = ChunkBuilder().along(base, Mode::body_twist, 5, {1.2});  // 0.06 rad
+  Predicted predicted(limits, state_at_rest(), chunk.chunk);
+  const Branch& branch = predicted.after_a_row();
+  CHECK(branch.now[base_yaw] == doctest::Approx(0.06));
+  // The axis, 0.5 m to the left, turns about the origin: 30 mm back, 0.9 mm to the right.
+  CHECK(branch.now[base_x] == doctest::Approx(-0.03).epsilon(1e-3));
+  CHECK(branch.now[base_y] == doctest::Approx(-0.0009).epsilon(1e-2));
+}
+
+TEST_CASE("G030 says the first of several parts that get nowhere") {
+  ChunkBuilder chunk;
+  chunk.poses(two_arms::left, {{3.0, 0.3, 0.0, 0.0, 0.0, 0.0, 1.0}});
+  chunk.poses(two_arms::right, {{3.0, -0.3, 0.0, 0.0, 0.0, 0.0, 1.0}});
+  Predicted predicted(two_arms::limits(), two_arms::at_rest(), chunk.chunk);
+  const Evidence fault = predicted.all.advance();
+  CHECK(fault.code == 30);
+  CHECK(fault.part == "left_arm");
+}
+
+TEST_CASE("G030 a joint that is as fast as no number leads nowhere") {
+  MeasuredState state = at_rest();
+  state.velocities[slide_x] = not_a_number;
+  const ChunkBuilder push = one_joint(Mode::joint_torque, slide_x, {1.0});
+  Predicted predicted(free_arm::limits(), state, push.chunk);
+  const Evidence fault = predicted.all.advance();
+  CHECK(fault.code == 30);
+  CHECK(fault.axis == "slide_x");
+}

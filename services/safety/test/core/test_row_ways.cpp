@@ -1,0 +1,216 @@
+// Where the ways of a row are looked at, and by how much what is looked at is clear: few looks are
+// what makes G031, G032 and G034 quick, and enough of them what makes them safe.
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "free_arm.hpp"
+#include "path/joint_set.hpp"
+#include "path/looks.hpp"
+#include "path/row_ways.hpp"
+
+using namespace fairlead;
+using namespace fairlead::test;
+using namespace fairlead::test::free_arm;
+
+namespace {
+
+struct Asked {
+  Joints joints;
+  double need;
+};
+
+// Finds everything clear by the same share, and notes what it is asked.
+auto finding(double share, std::vector<Asked>& asked) {
+  return [share, &asked](const Joints& joints, double need, double& free) {
+    asked.push_back({joints, need});
+    free = share;
+    return Evidence{};
+  };
+}
+
+Evidence at_fault() { return above(code::collision, "", 1.0, 0.0, ""); }
+
+// The slides brake at 5 m/s2: x, at 1 m/s, in 0.2 s and 0.1 m; y, at -0.5 m/s, in 0.1 s and 25 mm.
+struct Slowing {
+  Slowing() {
+    for (const std::size_t j : {slide_x, slide_y}) limits.joints[j].acceleration_limit = 5.0;
+    branch.now[slide_x] = -0.05;  // half of its way is on either side of zero
+    branch.speed[slide_x] = 1.0;
+    branch.speed[slide_y] = -0.5;
+  }
+  Limits limits = free_arm::limits();
+  PathPlan plan{limits};
+  Branch branch{};
+  JointSet moving = only(turn_z) | only(slide_x) | only(slide_y);
+  [[nodiscard]] Braking braking() const { return {plan, branch, moving, 0}; }
+};
+
+}  // namespace
+
+TEST_CASE("joints of a set come one by one, by their index") {
+  const auto listed = [](JointSet set) {
+    std::vector<std::size_t> joints;
+    for (const std::size_t joint : JointsIn(set)) joints.push_back(joint);
+    return joints;
+  };
+  CHECK(listed(0).empty());
+  CHECK(listed(only(0)) == std::vector<std::size_t>{0});
+  CHECK(listed(only(63) | only(0) | only(3)) == std::vector<std::size_t>{0, 3, 63});
+}
+
+TEST_CASE("a row's way: from its middle on, all joints at the same share of theirs") {
+  Branch branch{};
+  branch.before[0] = -1.0;
+  branch.now[0] = 3.0;
+  branch.before[1] = branch.now[1] = 0.5;
+  std::vector<Asked> asked;
+  // Clear by 0.3 and 0.69 of the way at its ends: not all of it. The middle, by 0.25, closes both
+  // halves.
+  CHECK(check_row_way(branch, 2, 4.0, 0.3, 0.69, finding(0.25, asked)).ok());
+  REQUIRE(asked.size() == 1);
+  CHECK(asked[0].joints[0] == 1.0);
+  CHECK(asked[0].joints[1] == 0.5);
+  CHECK(asked[0].need == 1.0);
+  asked.clear();
+  CHECK(check_row_way(branch, 2, 4.0, 0.3, 0.7, finding(0.0, asked)).ok());  // covered
+  CHECK(asked.empty());
+  CHECK(check_row_way(branch, 2, 0.01, 0.0, 0.0, finding(0.0, asked)).ok());  // 1 cm
+  CHECK(asked.empty());
+}
+
+TEST_CASE("a row's way that nothing covers: every centimetre, or every 64th of it") {
+  Branch branch{};
+  branch.before[0] = -1.0;
+  branch.now[0] = 3.0;
+  std::vector<Asked> asked;
+  CHECK(check_row_way(branch, 1, 0.04, 0.0, 0.0, finding(0.0, asked)).ok());
+  REQUIRE(asked.size() == 3);
+  CHECK(asked[0].joints[0] == 1.0);
+  CHECK(asked[1].joints[0] == 0.0);
+  CHECK(asked[2].joints[0] == 2.0);
+  CHECK(asked[1].need == 0.5);
+  CHECK(asked[2].need == 0.5);
+  asked.clear();
+  CHECK(check_row_way(branch, 1, 4.0, 0.0, 0.0, finding(0.0, asked)).ok());
+  CHECK(asked.size() == 63);
+  const auto last = [](const Joints& joints, double, double& free) {
+    free = 0.0;
+    return joints[0] > 2.9 ? at_fault() : Evidence{};
+  };
+  CHECK(check_row_way(branch, 1, 4.0, 0.0, 0.0, last).code == 32);
+}
+
+TEST_CASE(
+    "between two points of the way of braking, the largest share of its own that a joint goes") {
+  const Slowing slowing;
+  const Braking braking = slowing.braking();
+  Joints half{};
+  braking.at(0.5, half);  // 0.1 s: 75 mm, and all of the 25 mm
+  CHECK(half[slide_x] == doctest::Approx(0.025));
+  CHECK(half[slide_y] == doctest::Approx(-0.025));
+  CHECK(braking.largest_share(slowing.branch.now, braking.end()) == doctest::Approx(1.0));
+  CHECK(braking.largest_share(slowing.branch.now, half) == doctest::Approx(1.0));  // of y
+  CHECK(braking.largest_share(half, braking.end()) == doctest::Approx(0.25));      // of x
+  CHECK(braking.largest_share(braking.end(), braking.end()) == 0.0);
+  Joints back = slowing.branch.now;
+  back[slide_x] = -0.05 + 0.1 * 0.4;
+  CHECK(braking.largest_share(back, slowing.branch.now) == doctest::Approx(0.4));
+}
+
+TEST_CASE("a share that is no number is the largest, whatever comes before and after it") {
+  for (const std::size_t lost : {turn_z, slide_x, slide_y}) {
+    Slowing slowing;
+    slowing.branch.speed[lost] = unset;
+    const Braking braking = slowing.braking();
+    CHECK(std::isnan(braking.largest_share(slowing.branch.now, braking.end())));
+  }
+}
+
+TEST_CASE("the way of braking is looked at from half of its time on") {
+  const Slowing slowing;
+  const Braking braking = slowing.braking();
+  std::vector<Asked> asked;
+  CHECK(check_braking_way(slowing.branch, braking, 1.0, 0.6, 0.3, finding(0.5, asked)).ok());
+  REQUIRE(asked.size() == 1);
+  CHECK(asked[0].joints[slide_x] == doctest::Approx(0.025));
+  CHECK(asked[0].need == doctest::Approx(1.0));
+  asked.clear();
+  CHECK(check_braking_way(slowing.branch, braking, 1.0, 0.6, 0.4, finding(0.0, asked)).ok());
+  CHECK(asked.empty());
+}
+
+TEST_CASE("where braking ends is looked at, and the way there, unless all is clear by its way") {
+  const Slowing slowing;
+  const Braking braking = slowing.braking();
+  std::vector<Asked> at_rest, between;
+  const auto check = [&](double free_now, double free_at_rest) {
+    at_rest.clear();
+    between.clear();
+    return check_to_rest(slowing.branch, braking, 1.0, free_now, finding(free_at_rest, at_rest),
+                         finding(1.0, between))
+        .ok();
+  };
+  CHECK(check(1.0, 0.0));
+  CHECK(at_rest.empty());
+  CHECK(between.empty());
+  CHECK(check(0.5, 0.5));
+  REQUIRE(at_rest.size() == 1);
+  CHECK(at_rest[0].joints[slide_x] == doctest::Approx(0.05));
+  CHECK(at_rest[0].need == 1.0);
+  CHECK(between.empty());
+  CHECK(check(just_below(1.0), 0.0));
+  CHECK(at_rest.size() == 1);
+  CHECK(between.size() == 1);
+  const auto bad = [](const Joints&, double, double&) { return at_fault(); };
+  const auto code = [&](const auto& rest, const auto& way) {
+    return check_to_rest(slowing.branch, braking, 1.0, 0.0, rest, way).code;
+  };
+  between.clear();
+  CHECK(code(bad, finding(0.0, between)) == 32);
+  CHECK(between.empty());
+  CHECK(code(finding(0.0, at_rest), bad) == 32);
+}
+
+TEST_CASE("a look at shapes says which share of their way they are clear by") {
+  // A ball of 0.05 m and a post, 0.3 m apart where the arm rests, 0.2 m more than they have to be.
+  Limits limits = free_arm::limits();
+  limits.collision.capsules[0] = {0, {1.1, 0, 0.3}, {1.1, 0, 0.7}, 0.05};
+  limits.collision.capsules[1] = {tool_link, {0, 0, 0}, {0, 0, 0}, 0.05};
+  limits.collision.clearance = 0.1;
+  const PathPlan plan(limits);
+  const ShapeCheck check(plan, only(slide_x));
+  Joints there{};
+  there[slide_x] = 0.4;
+  const Ways ways(plan, Joints{}, there);
+  FramePoses rest, room;
+  rest.place(plan, Joints{});
+  const ShapeLook look{plan, check, rest, ways, room};
+  double free = unset;
+  CHECK(look(Joints{}, 1.0, free).ok());
+  CHECK(free == doctest::Approx(0.5));
+  CHECK(look(there, 1.0, free).code == 32);
+  there[slide_x] = 0.1;
+  CHECK(look(there, 1.0, free).ok());
+  CHECK(free == doctest::Approx(0.25));
+}
+
+TEST_CASE("a look at zones says which share of its way the footprint is clear by") {
+  // A square of 1 m; the way ahead ends 0.4 m before it.
+  Limits limits = test_limits();
+  limits.base.zones[0].corners = square(0.9);
+  const PathPlan plan(limits);
+  Joints joints{};
+  const Joints before{};
+  const ZoneLook look{plan, before, 0.8};
+  double free = unset;
+  CHECK(look(joints, 1.0, free).ok());
+  CHECK(free == doctest::Approx(0.5));
+  joints[base_x] = -0.2;
+  CHECK(look(joints, 1.0, free).ok());
+  CHECK(free == doctest::Approx(0.25));
+  joints[base_x] = 0.5;
+  CHECK(look(joints, 1.0, free).code == 34);
+}
