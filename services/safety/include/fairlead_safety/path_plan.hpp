@@ -75,10 +75,10 @@ struct PlanTool {
   FixedVec<std::uint8_t, max_links> own;    // those of them that the part's joints move
 };
 
-/// A volume, and what keeps out of it is called: "link5 / shelf", by capsule and by part.
+/// What keeps out of a volume is called: "link5 / shelf", by capsule, and "tool / shelf".
 struct PlanVolume {
   std::array<PlanName, max_capsules> capsules;
-  std::array<PlanName, max_parts> tools;
+  PlanName tool;
 };
 
 /// Made when the gate starts. `limits` must outlive it.

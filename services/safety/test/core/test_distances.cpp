@@ -111,6 +111,24 @@ TEST_CASE("a segment that only falls towards a box, or only rises, is nearest at
   CHECK(box_distance({{2, 1, 1}, {4, 1, 1}}, box) == 1.0);
   CHECK(box_distance({{4, 6, 3}, {4, 6, 3}}, box) == 5.0);      // beside an edge, a point: 3 and 4
   CHECK(box_distance({{1.5, 0, 0}, {1.5, 0, 3}}, box) == 0.5);  // along a face, at every share
+  CHECK(box_distance({{3, 4, 1}, {2, 3, 1}}, box) == doctest::Approx(std::sqrt(2.0)));
+}
+
+TEST_CASE("a segment that falls towards one face of a box and then leaves another") {
+  // Above the box until share 0.5, then beside it, too: nearest 0.3 beside and 0.6 above.
+  const double distance = std::sqrt(0.45);
+  const Box in_x{{0, 0, 0}, {1, 2, 3}}, in_y{{0, 0, 0}, {2, 1, 3}}, in_z{{0, 0, 0}, {2, 3, 1}};
+  CHECK(box_distance({{0.5, 3, 1}, {1.5, 2.5, 1}}, in_x) == doctest::Approx(distance));
+  CHECK(box_distance({{3, 0.5, 1}, {2.5, 1.5, 1}}, in_y) == doctest::Approx(distance));
+  CHECK(box_distance({{3, 1, 0.5}, {2.5, 1, 1.5}}, in_z) == doctest::Approx(distance));
+}
+
+TEST_CASE("a box whose lower face is above its upper one is none, in any direction") {
+  const Segment far{{5, 5, 5}, {6, 5, 5}};
+  CHECK(box_distance(far, {{0, 0, 0}, {1, 1, 1}}) > 0.0);
+  CHECK(std::isnan(box_distance(far, {{1, 0, 0}, {0, 1, 1}})));
+  CHECK(std::isnan(box_distance(far, {{0, 1, 0}, {1, 0, 1}})));
+  CHECK(std::isnan(box_distance(far, {{0, 0, 1}, {1, 1, 0}})));
 }
 
 TEST_CASE("a segment that reaches into a box lies as deep as its nearest way out") {

@@ -1,10 +1,11 @@
-// How far shapes move at most, and frames that are placed only when they moved: what lets G031 and
-// G032 look at few configurations. On the free arm, with a plate on its tool and one on its column.
+// How far shapes move at most: what lets G031 and G032 look at few configurations. On the free arm,
+// with a plate on its tool and one on its column.
 
 #include <doctest/doctest.h>
 
 #include <cmath>
 #include <random>
+#include <utility>
 
 #include "free_arm.hpp"
 #include "path/ways.hpp"
@@ -101,28 +102,34 @@ TEST_CASE("ways of a joint that is nowhere are no number, and a margin covers no
   CHECK(free_share(0.5, 0.5) == 1.0);
   CHECK(free_share(0.0, 0.0) == 1.0);
   CHECK(free_share(-0.1, 0.5) == 0.0);
+  CHECK(free_share(-0.1, -1e-17) == 0.0);  // a way of nothing, rounded
   CHECK(free_share(unset, 0.5) == 0.0);
 }
 
-TEST_CASE("frames placed again are where they would be if placed for the first time") {
-  const Limits limits = with_plates();
+TEST_CASE("ways by hand: what turns and slides below both of a pair moves neither of them") {
+  Limits limits = with_plates();
+  limits.kinematics.links[column_link].translation = {0, 0, 0.25};
+  limits.collision.capsules[0].link = tool_link - 2;  // on the last slide, before the wrist
   const PathPlan plan(limits);
-  std::mt19937 random(5);
-  Joints joints{};
-  FramePoses kept;
-  kept.place(plan, joints);
-  for (int i = 0; i < 500; ++i) {
-    const Joints other = anywhere(random);
-    for (std::size_t j = 0; j < 6; ++j)
-      if (random() % 3 == 0) joints[j] = other[j];
-    if (random() % 2 == 0) kept.place_chain(plan, plan.tools[arm], other);
-    kept.place(plan, joints);
-    const FramePoses copied = kept;
-    FramePoses fresh;
-    fresh.place(plan, joints);
-    for (std::size_t f = 0; f < plan.frames.size(); ++f) {
-      CHECK(copied[f].position == fresh[f].position);
-      CHECK(copied[f].rotation == fresh[f].rotation);
-    }
+  Joints there{};
+  there[turn_z] = 1.0;
+  there[slide_x] = 0.5;
+  CHECK(Ways(plan, Joints{}, there).of(plan.pairs[0]) == doctest::Approx(0.0));
+  there[turn_x] = 0.2;
+  CHECK(Ways(plan, Joints{}, there).of(plan.pairs[0]) == doctest::Approx(0.1));
+}
+
+TEST_CASE("ways by hand: a point goes as far as its frame turns it, from the first frame on") {
+  Limits limits = with_plates();
+  limits.kinematics.links[column_link].translation = {0, 0, 0.25};
+  const PathPlan plan(limits);
+  Joints one{}, other{};
+  one[turn_z] = 0.5;
+  other[turn_z] = -0.25;
+  for (const auto& [from, to] : {std::pair{one, other}, std::pair{other, one}}) {
+    const Ways larger(Ways(plan, Joints{}, from), Ways(plan, Joints{}, to));
+    CHECK(larger.of(1, 2.0) == doctest::Approx(1.0));  // 0.5 rad, 2 m from the axis
+    CHECK(larger.of(1, 0.0) == doctest::Approx(0.0));
+    CHECK(larger.of(0, 2.0) == 0.0);
   }
 }

@@ -102,6 +102,8 @@ TEST_CASE("G031 a capsule that the chunk moves stays out, as thick as it is") {
   const Judgement refused = slid(limits, slide_x, {0.06 + eps});
   CHECK(refused.evidence.code == 31);
   CHECK(refused.evidence.axis == "tool / shelf");
+  CHECK(refused.evidence.limit == 0.0);
+  CHECK(refused.evidence.margin == doctest::Approx(-eps).epsilon(1e-3));
   CHECK(refused.evidence.part == "arm");
   limits.collision.capsules[1].link = 0;  // the root link stands still, whatever stands there
   limits.collision.capsules[1].a = limits.collision.capsules[1].b = {0.9, 0.6, 0.5};

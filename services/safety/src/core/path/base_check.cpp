@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "breach.hpp"
+#include "extremes.hpp"
 
 namespace fairlead {
 namespace {
@@ -27,10 +28,6 @@ class Edge {
   const Corner& from_;
   double along_x_, along_y_, length_;
 };
-
-// Of the two, and not a number if one is not.
-double smaller(double a, double b) { return std::isnan(a) || a < b ? a : b; }
-double larger(double a, double b) { return std::isnan(a) || a > b ? a : b; }
 
 // The edge of one polygon that has the whole other one furthest on its outer side.
 double best_edge(const Polygon& one, const Polygon& other) {
@@ -91,8 +88,8 @@ Evidence check_base(const PathPlan& plan, const Joints& joints, const Joints& be
   for (const Zone& zone : base.zones) {
     const double margin = margin_of(zone, here);
     slack = std::min(slack, std::max(margin, 0.0));
-    if (margin >= 0.0) continue;
-    if (!is_breach(margin, margin_of(zone, footprint_at(base, before)))) continue;
+    const auto margin_before = [&] { return margin_of(zone, footprint_at(base, before)); };
+    if (!is_breach(margin, margin_before)) continue;
     return of(below(code::zone, zone.name.view(), margin, 0.0, base.source.view()),
               plan.limits.parts[plan.limits.joints[base.joints[0]].part].name);
   }

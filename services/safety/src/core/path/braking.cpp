@@ -10,9 +10,9 @@ namespace fairlead {
 Braking::Braking(const PathPlan& plan, const Branch& branch, JointSet moving, JointSet lagging)
     : plan_(plan), branch_(branch), moving_(moving), lagging_(lagging) {
   end_ = branch.now;
-  for (std::size_t j = 0; j < plan.limits.joints.size(); ++j) {
+  for (const std::size_t j : JointsIn(moving)) {
     const double speed = branch.speed[j];
-    if ((moving & only(j)) == 0 || speed == 0.0) continue;
+    if (speed == 0.0) continue;
     const double deceleration = plan.limits.joints[j].acceleration_limit;
     duration_ = std::max(duration_, waits(j) + std::abs(speed) / deceleration);
     end_[j] += speed * waits(j) + speed * std::abs(speed) / (2.0 * deceleration);
@@ -37,9 +37,8 @@ double Braking::position(std::size_t joint, double time) const {
 
 void Braking::at(double share, Joints& joints) const {
   joints = branch_.now;
-  for (std::size_t j = 0; j < plan_.limits.joints.size(); ++j)
-    if ((moving_ & only(j)) != 0 && branch_.speed[j] != 0.0)
-      joints[j] = position(j, share * duration_);
+  for (const std::size_t j : JointsIn(moving_))
+    if (branch_.speed[j] != 0.0) joints[j] = position(j, share * duration_);
 }
 
 double Braking::largest_share(const Joints& from, const Joints& to) const {
@@ -56,9 +55,9 @@ double Braking::largest_share(const Joints& from, const Joints& to) const {
 
 Evidence check_braking(const PathPlan& plan, const Branch& branch, const Joints& end,
                        JointSet joints) {
-  for (std::size_t j = 0; j < plan.limits.joints.size(); ++j) {
+  for (const std::size_t j : JointsIn(joints)) {
     const JointLimits& joint = plan.limits.joints[j];
-    if (!joint.bounded || (joints & only(j)) == 0) continue;
+    if (!joint.bounded) continue;
     const double speed = branch.speed[j];
     Evidence evidence;
     if (speed > 0.0 && !(end[j] <= joint.bounds.upper))

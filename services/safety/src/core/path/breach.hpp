@@ -7,10 +7,12 @@ namespace fairlead {
 inline constexpr double unchanged = 1e-6;
 
 /// A margin is what is left to a limit, negative beyond it. Where it was negative before the row
-/// already, the row may leave it as it is or better.
-inline bool is_breach(double margin, double margin_before) {
+/// already, the row may leave it as it is or better. `margin_before()` is asked beyond it only.
+template <class Before>
+bool is_breach(double margin, const Before& margin_before) {
   if (margin >= 0.0) return false;
-  return !(margin_before < 0.0 && margin >= margin_before - unchanged);
+  const double before = margin_before();
+  return !(before < 0.0 && margin >= before - unchanged);
 }
 
 }  // namespace fairlead

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "extremes.hpp"
+
 namespace fairlead {
 namespace {
 
@@ -83,8 +85,9 @@ std::string_view link_of(const PathPlan& plan, std::size_t capsule) {
 // Parents come first, so of two frames the later one is never between the other and the root.
 std::uint8_t common_frame(const PathPlan& plan, std::size_t one, std::size_t other) {
   while (one != other) {
-    std::size_t& later = one > other ? one : other;
-    later = plan.frames[later].parent;
+    const std::size_t earlier = std::min(one, other);
+    other = plan.frames[std::max(one, other)].parent;
+    one = earlier;
   }
   return static_cast<std::uint8_t>(one);
 }
@@ -108,22 +111,18 @@ void add_volumes(PathPlan& plan) {
     PlanVolume names;
     for (std::size_t i = 0; i < plan.capsules.size() && volume.keep_out; ++i)
       names.capsules[i] = name_of(link_of(plan, i), volume.name.view());
-    for (std::size_t i = 0; i < plan.limits.parts.size() && volume.keep_out; ++i)
-      names.tools[i] = name_of("tool", volume.name.view());
+    names.tool = name_of("tool", volume.name.view());
     (void)plan.volumes.push_back(names);
   }
 }
 
-// Frames between the root and a tool, root side first.
-void add_chain(const PathPlan& plan, const PartLimits& part, PlanTool& tool) {
-  std::array<bool, max_links> between{};
-  for (std::size_t f = tool.place.frame; f != 0; f = plan.frames[f].parent) between[f] = true;
-  for (std::size_t f = 1; f < plan.frames.size(); ++f) {
-    if (!between[f]) continue;
-    (void)tool.chain.push_back(static_cast<std::uint8_t>(f));
-    if (part.joints.contains(plan.frames[f].joint))
-      (void)tool.own.push_back(static_cast<std::uint8_t>(f));
-  }
+// Frames from the root to one that carries a tool, root side first.
+void add_chain(const PathPlan& plan, const PartLimits& part, std::size_t frame, PlanTool& tool) {
+  if (frame == 0) return;
+  add_chain(plan, part, plan.frames[frame].parent, tool);
+  (void)tool.chain.push_back(static_cast<std::uint8_t>(frame));
+  if (part.joints.contains(plan.frames[frame].joint))
+    (void)tool.own.push_back(static_cast<std::uint8_t>(frame));
 }
 
 void add_tools(PathPlan& plan) {
@@ -135,7 +134,7 @@ void add_tools(PathPlan& plan) {
     tool.present = true;
     tool.place = plan.places[part.tool];
     tool.movers = plan.frames[tool.place.frame].movers;
-    add_chain(plan, part, tool);
+    add_chain(plan, part, tool.place.frame, tool);
   }
 }
 
@@ -147,19 +146,17 @@ double travel(const Limits& limits, std::size_t joint) {
   if (commanded && !limits.joints[joint].bounded) return endless;
   const Bounds& bounds = commanded ? limits.joints[joint].bounds
                                    : limits.passive_joints[joint - limits.joints.size()].bounds;
-  return std::max(std::abs(bounds.lower), std::abs(bounds.upper)) + bounds.tolerance;
+  return std::max(-bounds.lower, bounds.upper) + bounds.tolerance;
 }
 
 // From the tips to the root: what hangs on each frame reaches at most so far from its origin.
 void add_reach(PathPlan& plan) {
   std::array<double, max_links> extent{};
   const auto extend = [&](std::size_t frame, double distance) {
-    const double so_far = extent[frame];
-    extent[frame] = std::isnan(so_far) || so_far > distance ? so_far : distance;
+    extent[frame] = larger(extent[frame], distance);
   };
   for (const PlanCapsule& capsule : plan.capsules) extend(capsule.frame, capsule.extent);
-  for (const PlanTool& tool : plan.tools)
-    if (tool.present) extend(tool.place.frame, tool.place.position.norm());
+  for (const PlanTool& tool : plan.tools) extend(tool.place.frame, tool.place.position.norm());
   for (std::size_t f = plan.frames.size() - 1; f > 0; --f) {
     PlanFrame& frame = plan.frames[f];
     frame.reach = frame.turns ? extent[f] : 1.0;
@@ -191,9 +188,8 @@ PathPlan::PathPlan(const Limits& robot_limits) : limits(robot_limits) {
     const double x = corner[0] - limits.base.yaw_axis[0], y = corner[1] - limits.base.yaw_axis[1];
     base_extent = std::max(base_extent, std::hypot(x, y));
   }
-  for (const std::size_t joint : limits.base.joints)
-    if (limits.base.present && joint < max_joints)  // GCOVR_EXCL_BR_LINE: a base has no other joint
-      base_joints |= only(joint);
+  if (!limits.base.present) return;
+  for (const std::size_t joint : limits.base.joints) base_joints |= only(joint);
 }
 
 }  // namespace fairlead

@@ -29,8 +29,10 @@ Evidence check_singularity(const PathPlan& plan, const ActionPart& action, const
   const ToolJacobian jacobian = tool_jacobian(plan, tool, poses);
   if (is_clearly_regular(jacobian, part.singularity_limit)) return {};
   const double value = smallest_singular_value(jacobian);
-  const double was = smallest_singular_value(tool_jacobian(plan, tool, before));
-  if (!is_breach(value - part.singularity_limit, was - part.singularity_limit)) return {};
+  const auto margin_before = [&] {
+    return smallest_singular_value(tool_jacobian(plan, tool, before)) - part.singularity_limit;
+  };
+  if (!is_breach(value - part.singularity_limit, margin_before)) return {};
   return of(
       below(code::singularity, "singular value", value, part.singularity_limit, part.source.view()),
       part.name);

@@ -97,12 +97,10 @@ Evidence ShapeCheck::keep_tool_in(std::size_t part, const Volume& volume, const 
     const double under = volume.upper[i] - point[axis], over = point[axis] - volume.lower[i];
     keep_smallest(slack, under);
     keep_smallest(slack, over);
-    if (under >= 0.0 && over >= 0.0) continue;
-    const double was = tool_at(tool, before)[axis];
     const Name& name = plan_.limits.parts[part].name;
-    if (is_breach(under, volume.upper[i] - was))
+    if (is_breach(under, [&] { return volume.upper[i] - tool_at(tool, before)[axis]; }))
       return of(above(code::workspace, axes[i], point[axis], volume.upper[i], source), name);
-    if (is_breach(over, was - volume.lower[i]))
+    if (is_breach(over, [&] { return tool_at(tool, before)[axis] - volume.lower[i]; }))
       return of(below(code::workspace, axes[i], point[axis], volume.lower[i], source), name);
   }
   return {};
@@ -117,8 +115,8 @@ Evidence ShapeCheck::keep_tool_out(std::size_t part, std::size_t volume, const F
   };
   const double distance = distance_of(poses);
   keep_smallest(slack, distance);
-  if (distance >= 0.0 || !is_breach(distance, distance_of(before))) return {};
-  return of(below(code::workspace, plan_.volumes[volume].tools[part].view(), distance, 0.0,
+  if (!is_breach(distance, [&] { return distance_of(before); })) return {};
+  return of(below(code::workspace, plan_.volumes[volume].tool.view(), distance, 0.0,
                   plan_.limits.workspace.source.view()),
             plan_.limits.parts[part].name);
 }
@@ -135,7 +133,7 @@ Evidence ShapeCheck::keep_capsule_out(std::size_t capsule, std::size_t volume,
   };
   const double margin = margin_of(poses);
   keep_smallest(slack, margin);
-  if (margin >= 0.0 || !is_breach(margin, margin_of(before))) return {};
+  if (!is_breach(margin, [&] { return margin_of(before); })) return {};
   return of_part_that_moves(below(code::workspace, plan_.volumes[volume].capsules[capsule].view(),
                                   margin, 0.0, plan_.limits.workspace.source.view()),
                             plan_.frames[shape.frame].movers);
@@ -174,9 +172,8 @@ Evidence ShapeCheck::look_at_pairs(const FramePoses& poses, const FramePoses& be
     }
     const double distance = pair_distance(pair, poses);
     found.add(i, distance - clearance);
-    if (distance >= clearance ||
-        !is_breach(distance - clearance, pair_distance(pair, before) - clearance))
-      continue;
+    const auto margin_before = [&] { return pair_distance(pair, before) - clearance; };
+    if (!is_breach(distance - clearance, margin_before)) continue;
     return of_part_that_moves(below(code::collision, pair.name.view(), distance, clearance,
                                     plan_.limits.collision.source.view()),
                               pair.movers);
@@ -185,9 +182,9 @@ Evidence ShapeCheck::look_at_pairs(const FramePoses& poses, const FramePoses& be
 }
 
 Evidence ShapeCheck::of_part_that_moves(Evidence evidence, JointSet movers) const {
-  for (std::size_t i = 0; i < plan_.limits.parts.size(); ++i)  // GCOVR_EXCL_BR_LINE: one does
-    if ((plan_.part_joints[i] & movers & commanded_) != 0)
-      return of(evidence, plan_.limits.parts[i].name);
+  for (const PartLimits& part : plan_.limits.parts)  // GCOVR_EXCL_BR_LINE: one does
+    for (const std::size_t j : part.joints)
+      if ((movers & commanded_ & only(j)) != 0) return of(evidence, part.name);
   return evidence;  // GCOVR_EXCL_LINE: only what a commanded joint of some part moves is looked at
 }
 

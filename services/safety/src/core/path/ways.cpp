@@ -1,31 +1,29 @@
 #include "ways.hpp"
 
-#include <algorithm>
 #include <cmath>
+
+#include "extremes.hpp"
 
 namespace fairlead {
 
 Ways::Ways(const PathPlan& plan, const Joints& from, const Joints& to) : plan_(plan) {
-  for (std::size_t f = 1; f < plan.frames.size(); ++f) {
-    const std::size_t j = plan.frames[f].joint;
-    change_[f] = std::abs(to[j] - from[j]);
-  }
-  add_up();
+  add_up([&](std::size_t frame) {
+    const std::size_t j = plan.frames[frame].joint;
+    return std::abs(to[j] - from[j]);
+  });
 }
 
 Ways::Ways(const Ways& one, const Ways& other) : plan_(one.plan_) {
-  for (std::size_t f = 1; f < plan_.frames.size(); ++f)
-    change_[f] = one.change_[f] > other.change_[f] || std::isnan(one.change_[f]) ? one.change_[f]
-                                                                                 : other.change_[f];
-  add_up();
+  add_up([&](std::size_t frame) { return larger(one.change_[frame], other.change_[frame]); });
 }
 
-void Ways::add_up() {
-  sums_[0] = Sums{};
+template <class Change>
+void Ways::add_up(const Change& change) {
   for (std::size_t f = 1; f < plan_.frames.size(); ++f) {
     const PlanFrame& frame = plan_.frames[f];
     Sums& sums = sums_[f];
     sums = sums_[frame.parent];
+    change_[f] = change(f);
     longest_ += frame.reach * change_[f];
     if (!frame.turns) {
       sums.slid += change_[f];

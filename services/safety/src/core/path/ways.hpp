@@ -1,6 +1,7 @@
 // How far things move at most when the joints go from one configuration to another.
 #pragma once
 
+#include <algorithm>
 #include <array>
 
 #include "frames.hpp"
@@ -30,7 +31,8 @@ class Ways {
     double leverage = 0.0;  // the same times each one's distance from the root
     double slid = 0.0;      // [m]
   };
-  void add_up();
+  template <class Change>
+  void add_up(const Change& change);
 
   const PathPlan& plan_;
   double longest_ = 0.0;
@@ -41,8 +43,7 @@ class Ways {
 /// Which share of a way a margin covers, 1 at most; what is no number covers none.
 inline double free_share(double margin, double way) {
   if (margin >= way) return 1.0;
-  const double share = margin > 0.0 ? margin / way : 0.0;
-  return share > 0.0 ? share : 0.0;
+  return std::max(0.0, std::max(margin, 0.0) / way);
 }
 
 }  // namespace fairlead
