@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -17,19 +16,15 @@ import numpy as np
 import pinocchio
 
 from fairlead.messages import FloatArray
+from tests.differential.row_ends import Margins, RowEnd, RowMargins, Spread, least
 
 DAMPING = 0.02
+LAST_STEP, MOST_STEPS = 2e-3, 6
+REACHED, LONGEST_STEP, POSE_STEPS = 1e-6, 0.5, 50
+MOST_BEND = 3.0
+"""Of the way of a row, joint by joint: in velocity limits times the tick."""
 LOOKS = 12
-Margins = dict[int, float]
-"""What is left to the limit, by code, negative beyond it."""
-
-
-@dataclass
-class RowMargins:
-    """at_ends: at the row and where braking ends. anywhere: there and on the way."""
-
-    at_ends: Margins
-    anywhere: Margins
+TARGETS = ("joint_position", "cartesian_pose")
 
 
 class PathReference:
@@ -54,27 +49,44 @@ class PathReference:
         self, positions: FloatArray, part: str, mode: str, values: FloatArray
     ) -> Iterator[list[RowMargins]]:
         """Margins of each row, for either end of the gain. The robot stands still at first."""
-        branches = [(positions.copy(), positions.copy()) for _ in range(2)]
-        for row in values:
+        branches = [positions.copy() for _ in range(2)]
+        spread, adds_up = Spread(positions.copy(), positions.copy()), mode not in TARGETS
+        for index, row in enumerate(values):
+            gains = self._parts[part]["modes"][mode].get("gain", [1.0, 1.0])
+            ends = [
+                self._after(now, part, mode, row, gain)
+                for now, gain in zip(branches, gains, strict=True)
+            ]
+            spread = spread.after(branches, [after.joints for after in ends], adds_up)
             found = []
-            for index, (now, told) in enumerate(branches):
-                gain = self._parts[part]["modes"][mode].get("gain", [1.0, 1.0])[index]
-                after = self._after(now, part, mode, row, gain)
-                change = after - (told if mode == "joint_position" else now)
-                found.append(self._margins(now, after, change / self._period, part, mode))
-                branches[index] = (after, after)
+            for now, after in zip(branches, ends, strict=True):
+                speed = (after.joints - now) / self._period
+                margins = self._margins(now, after.joints, speed, (part, mode), spread)
+                if mode.startswith("cartesian"):
+                    left = self._straight_enough(part, after, index == 0)
+                    margins.at_ends[30] = margins.anywhere[30] = left
+                found.append(margins)
+            branches = [after.joints for after in ends]
             yield found
 
     def start_margin(self, positions: FloatArray, part: str, mode: str) -> float:
         """The smallest margin where the robot stands."""
         return min(self._at(positions, part, mode).values())
 
+    def poses(self, positions: FloatArray, part: str, motions: FloatArray) -> FloatArray:
+        """Where a tool is after motions along the root's axes, one after the other."""
+        self._place(positions)
+        tool, found = self._frame(self._parts[part]["tool_frame"]).copy(), []
+        for motion in motions:
+            turn = pinocchio.exp3(motion[3:]) @ tool.rotation
+            tool = pinocchio.SE3(turn, tool.translation + motion[:3])
+            found.append(pinocchio.SE3ToXYZQUAT(tool))
+        return np.array(found)
+
     def _own(self, part: str) -> list[int]:
         return [self.names.index(name) for name in self._parts[part]["joints"]]
 
-    def _after(
-        self, now: FloatArray, part: str, mode: str, row: FloatArray, gain: float
-    ) -> FloatArray:
+    def _after(self, now: FloatArray, part: str, mode: str, row: FloatArray, gain: float) -> RowEnd:
         after, own = now.copy(), self._own(part)
         if mode == "joint_position":
             after[own] = row[own]
@@ -83,23 +95,54 @@ class PathReference:
         elif mode == "body_twist":
             after[own] += self._base_change(now, gain * self._period * row)
         else:
-            scale = gain * (self._period if mode == "cartesian_twist" else 1.0)
-            self._reach(now, after, part, scale * row)
-        return after
+            goal, is_pose = self._goal(now, part, mode, row, gain), mode == "cartesian_pose"
+            straight = self._reach(
+                after, part, goal, POSE_STEPS if is_pose else MOST_STEPS, is_pose
+            )
+            return RowEnd(after, straight)
+        return RowEnd(after, after)
 
-    def _reach(self, now: FloatArray, after: FloatArray, part: str, motion: FloatArray) -> None:
-        """Two steps of least squares: the second makes up for what the first misses."""
-        own, tool = self._own(part), self._parts[part]["tool_frame"]
-        self._place(now)
-        start = self._frame(tool).copy()
-        for _ in range(2):
+    def _reach(
+        self, after: FloatArray, part: str, goal: Any, steps: int, is_pose: bool
+    ) -> FloatArray:
+        """Least squares, until a step moves no joint much, or the tool is at the pose it has to be
+        at. Says where one whole step leads."""
+        own, tool, straight = self._own(part), self._parts[part]["tool_frame"], after.copy()
+        for index in range(steps):
             self._place(after)
             here = self._frame(tool)
-            turned = pinocchio.log3(here.rotation @ start.rotation.T)
-            missing = motion - np.concatenate([here.translation - start.translation, turned])
+            turned = pinocchio.log3(goal.rotation @ here.rotation.T)
+            shift = goal.translation - here.translation
+            if is_pose and max(np.linalg.norm(shift), np.linalg.norm(turned)) <= REACHED:
+                break
             jacobian = self._jacobian(after, part)
             square = jacobian.T @ jacobian + DAMPING**2 * np.eye(len(own))
-            after[own] += np.linalg.solve(square, jacobian.T @ missing)
+            step = np.linalg.solve(square, jacobian.T @ np.concatenate([shift, turned]))
+            largest = float(np.abs(step).max())
+            if index == 0:
+                straight[own] += step
+            after[own] += step * (min(1.0, LONGEST_STEP / largest) if is_pose else 1.0)
+            if not is_pose and largest <= LAST_STEP:
+                break
+        return straight
+
+    def _straight_enough(self, part: str, after: RowEnd, is_first: bool) -> float:
+        """What is left to the most that a row's way may bend."""
+        most = MOST_BEND if is_first else MOST_BEND / 2.0
+        bends = np.abs(after.joints - after.straight)
+        limits = {joint: float(self._joints[joint]["velocity_limit"]) for joint in self._own(part)}
+        left = (most * limit * self._period - bends[joint] for joint, limit in limits.items())
+        return float(min(left))
+
+    def _goal(self, now: FloatArray, part: str, mode: str, row: FloatArray, gain: float) -> Any:
+        """Where a row wants the tool."""
+        if mode == "cartesian_pose":
+            return pinocchio.XYZQUATToSE3(row)
+        motion = gain * (self._period if mode == "cartesian_twist" else 1.0) * row
+        self._place(now)
+        start = self._frame(self._parts[part]["tool_frame"])
+        turn = pinocchio.exp3(motion[3:]) @ start.rotation
+        return pinocchio.SE3(turn, start.translation + motion[:3])
 
     def _told(self, now: FloatArray, row: FloatArray) -> FloatArray:
         """Velocities of the joints; a base's slides may be told against its yaw."""
@@ -171,17 +214,24 @@ class PathReference:
         return math.hypot(*limits) if joint in slides else own
 
     def _margins(
-        self, now: FloatArray, after: FloatArray, speed: FloatArray, part: str, mode: str
+        self,
+        now: FloatArray,
+        after: FloatArray,
+        speed: FloatArray,
+        told: tuple[str, str],
+        spread: Spread,
     ) -> RowMargins:
-        lags = mode != "joint_position"
+        part, mode = told
+        lags = mode not in TARGETS
         end = self._stopping(after, speed, 1.0, lags)
-        ends = _least([self._at(after, part, mode), self._at(end, part, mode)])
-        ends[24] = min((self._towards(i, end, speed) for i in self._own(part)), default=math.inf)
+        ends = least([self._at(after, part, mode), self._at(end, part, mode)])
+        furthest = np.where(speed > 0.0, spread.highest, spread.lowest) + end - after
+        ends[24] = min(self._towards(i, furthest, speed) for i in self._own(part))
         shares = np.linspace(0.0, 1.0, LOOKS)
         way = [now + share * (after - now) for share in shares]
         way += [self._stopping(after, speed, share, lags) for share in shares]
         looks = [self._at(place, part, mode) for place in way]
-        return RowMargins(ends, _least([ends, *looks]))
+        return RowMargins(ends, least([ends, *looks]))
 
     def _towards(self, joint: int, end: FloatArray, speed: FloatArray) -> float:
         bounds = self._joints[joint].get("bounds")
@@ -245,7 +295,3 @@ class PathReference:
             inside = np.einsum("eck,ek->ec", corners[None] - edges[:, None], inward)
             margin = min(margin, float(inside.min()))
         return margin
-
-
-def _least(margins: list[Margins]) -> Margins:
-    return {code: min(one[code] for one in margins if code in one) for code in margins[0]}

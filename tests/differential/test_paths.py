@@ -21,8 +21,9 @@ from tests.differential.core_gate import CoreGate
 from tests.differential.gate_file import MODES
 from tests.differential.path_reference import PathReference
 
+UNREACHABLE = 30
 TICK, EXACT, BETWEEN = 100, 1e-5, 0.011
-PATH_CODES = (24, 31, 32, 33, 34)
+PATH_CODES = (24, 30, 31, 32, 33, 34)
 SETUPS = [
     ("panda", "arm", "joint_position"),
     ("panda", "arm", "joint_velocity"),
@@ -30,6 +31,7 @@ SETUPS = [
     ("panda_mobile", "base", "body_twist"),
     ("panda_mobile", "base", "joint_velocity"),
     ("dual_panda", "left_arm", "cartesian_twist"),
+    ("dual_panda", "left_arm", "cartesian_pose"),
     ("dual_panda", "right_arm", "joint_position"),
 ]
 
@@ -70,7 +72,7 @@ def rows_of(
     free = block.get("free_axes", list(range(6)))
     drawn = rng.normal(size=6)
     for half, key in ((slice(0, 3), "linear"), (slice(3, 6), "angular")):
-        top = min(block[f"{key}_limit"], block[f"{key}_step_limit"]) * 0.98
+        top = min(block.get(f"{key}_limit", 1.0), block[f"{key}_step_limit"]) * 0.98
         drawn[half] *= top * rng.random() / np.linalg.norm(drawn[half])
     rows[:, free] = drawn[free]
     return rows
@@ -110,12 +112,16 @@ def test_released_rows_are_clear_and_refused_ones_are_not(
         for _ in range(count):
             start = start_of(data, reference, rng, part, mode)
             values = rows_of(data, rng, start, part, mode)
+            if mode == "cartesian_pose":
+                values = reference.poses(start, part, values)
             rows = PartRows(index, MODES.index(mode), values, frame, active)
             chunk = Chunk(TICK, len(values), (rows,))
             verdict = core.answers(Case(robot, "lockstep", still(TICK, start), chunk))[0].verdict
             codes[verdict.code] += 1
             if verdict.code != 0 and verdict.code not in PATH_CODES:
                 continue
+            if verdict.axis.startswith("tool ") and verdict.code == UNREACHABLE:
+                continue  # the reference does not say when a tool gets nowhere
             released = len(values) if verdict.code == 0 else verdict.row
             told = list(reference.rows(start, part, mode, values))
             for row, branches in enumerate(told[:released]):
@@ -124,7 +130,7 @@ def test_released_rows_are_clear_and_refused_ones_are_not(
                     assert min(margins.anywhere.values()) >= -BETWEEN, (row, margins, verdict)
             if verdict.code != 0:
                 reasons = [margins.anywhere[verdict.code] for margins in told[released]]
-                assert min(reasons) <= (EXACT if verdict.code in (24, 33) else BETWEEN), verdict
+                assert min(reasons) <= (EXACT if verdict.code in (24, 30, 33) else BETWEEN), verdict
     finally:
         core.close()
     judged = sum(codes[code] for code in (0, *PATH_CODES))

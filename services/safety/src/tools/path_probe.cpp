@@ -57,7 +57,9 @@ int run_tool(const fairlead::Limits& limits, std::string_view name) {
     start.place(plan, joints);
     end.place(plan, joints);
     const fairlead::ToolJacobian before = fairlead::tool_jacobian(plan, tool, start);
-    const fairlead::Evidence fault = fairlead::move_tool(plan, tool, motion, start, end, joints);
+    fairlead::Joints straight;
+    const fairlead::Evidence fault =
+        fairlead::move_tool(plan, tool, motion, start, end, joints, straight);
     const double solved = fault.ok() ? 1.0 : 0.0;
     const fairlead::ToolJacobian after = fairlead::tool_jacobian(plan, tool, end);
     const fairlead::Motion6 made = fairlead::motion_between(before.tool, after.tool);

@@ -54,18 +54,20 @@ double Braking::largest_share(const Joints& from, const Joints& to) const {
 }
 
 Evidence check_braking(const PathPlan& plan, const Branch& branch, const Joints& end,
-                       JointSet joints) {
+                       const Spread& spread, JointSet joints) {
   for (const std::size_t j : JointsIn(joints)) {
     const JointLimits& joint = plan.limits.joints[j];
     if (!joint.bounded) continue;
     const double speed = branch.speed[j];
+    const double highest = end[j] + (spread.highest[j] - branch.now[j]);
+    const double lowest = end[j] + (spread.lowest[j] - branch.now[j]);
     Evidence evidence;
-    if (speed > 0.0 && !(end[j] <= joint.bounds.upper))
+    if (speed > 0.0 && !(highest <= joint.bounds.upper))
       evidence =
-          above(code::braking, joint.name.view(), end[j], joint.bounds.upper, joint.source.view());
-    if (speed < 0.0 && !(end[j] >= joint.bounds.lower))
+          above(code::braking, joint.name.view(), highest, joint.bounds.upper, joint.source.view());
+    if (speed < 0.0 && !(lowest >= joint.bounds.lower))
       evidence =
-          below(code::braking, joint.name.view(), end[j], joint.bounds.lower, joint.source.view());
+          below(code::braking, joint.name.view(), lowest, joint.bounds.lower, joint.source.view());
     if (!evidence.ok()) return of(evidence, plan.limits.parts[joint.part].name);
   }
   return {};

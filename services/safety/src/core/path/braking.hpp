@@ -31,9 +31,9 @@ class Braking {
   Joints end_;
 };
 
-/// G024: braking ends inside the bounds of every joint of `joints`. Only motion towards a bound
-/// counts.
+/// G024: braking ends inside the bounds of every joint of `joints`, from wherever in `spread` it
+/// begins. Only motion towards a bound counts.
 Evidence check_braking(const PathPlan& plan, const Branch& branch, const Joints& end,
-                       JointSet joints);
+                       const Spread& spread, JointSet joints);
 
 }  // namespace fairlead

@@ -68,7 +68,7 @@ Evidence PathWalk::check_momentum() {
     if (!prediction_.goes_on(branch)) continue;
     Clearance clearance = clearances_[i];
     const Braking braking(plan_, branch, prediction_.moving(), prediction_.lagging());
-    evidence = check_body(branch, braking, clearance);
+    evidence = check_body(branch, braking, Spread{branch.now, branch.now}, clearance);
     if (evidence.ok()) evidence = check_zones(branch, braking);
   }
   return evidence;
@@ -77,15 +77,16 @@ Evidence PathWalk::check_momentum() {
 Evidence PathWalk::check_branch(std::size_t index) {
   const Branch& branch = prediction_.branch(index);
   const Braking braking(plan_, branch, prediction_.moving(), prediction_.lagging());
-  Evidence evidence = check_body(branch, braking, clearances_[index]);
+  Evidence evidence = check_body(branch, braking, prediction_.spread(), clearances_[index]);
   if (evidence.ok()) evidence = check_singularities(branch, braking);
   if (evidence.ok()) evidence = check_zones(branch, braking);
   return evidence;
 }
 
 // Bounds, volumes and pairs.
-Evidence PathWalk::check_body(const Branch& branch, const Braking& braking, Clearance& clearance) {
-  Evidence evidence = check_braking(plan_, branch, braking.end(), prediction_.commanded());
+Evidence PathWalk::check_body(const Branch& branch, const Braking& braking, const Spread& spread,
+                              Clearance& clearance) {
+  Evidence evidence = check_braking(plan_, branch, braking.end(), spread, prediction_.commanded());
   if (evidence.ok() && !shape_check_.has_nothing())
     evidence = check_shapes(branch, braking, clearance);
   return evidence;

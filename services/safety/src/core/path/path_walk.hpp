@@ -22,7 +22,8 @@ class PathWalk {
  private:
   Evidence check_momentum();
   Evidence check_branch(std::size_t index);
-  Evidence check_body(const Branch& branch, const Braking& braking, Clearance& clearance);
+  Evidence check_body(const Branch& branch, const Braking& braking, const Spread& spread,
+                      Clearance& clearance);
   Evidence check_shapes(const Branch& branch, const Braking& braking, Clearance& clearance);
   Evidence check_singularities(const Branch& branch, const Braking& braking);
   Evidence check_zones(const Branch& branch, const Braking& braking) const;

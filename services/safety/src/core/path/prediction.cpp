@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "command_kind.hpp"
 #include "joint_set.hpp"
@@ -10,6 +11,14 @@
 
 namespace fairlead {
 namespace {
+
+// How far the way of a row of a tool may bend: what least squares find for it from where the joints
+// are and where it ends, joint by joint, in velocity limits times the tick. Where it bends more, the
+// elbow may go one way or another: two ways to reckon then differ by 0.1 rad and more, and beyond 5
+// by anything. Full scale on every axis bends by 2.6 at most where robots work, demonstrations by
+// less than 0.1. Later rows begin where the ones before them are only predicted to end.
+constexpr double most_bend = 3.0;
+constexpr double most_bend_later = 1.5;
 
 Motion6 six_of(const Setpoint& row) {
   Motion6 numbers;
@@ -43,7 +52,24 @@ Evidence Prediction::apply_rows(const RowBefore& own, bool before) {
     }
   }
   for (Branch& branch : branches()) branch.poses_now().place(plan_, branch.now);
+  note_spread();
   return fault;
+}
+
+// Which share of a row happens may be another one in the next: each goes on from the furthest that
+// any of those before it can have got to.
+void Prediction::note_spread() {
+  for (const std::size_t j : JointsIn(moving_)) {
+    const bool adds_up = (lagging_ & only(j)) != 0;
+    double lowest = std::numeric_limits<double>::infinity(), highest = -lowest;
+    for (const Branch& branch : branches()) {
+      const double now = branch.now[j], before = branch.before[j];
+      lowest = std::min(lowest, adds_up ? now + (spread_.lowest[j] - before) : now);
+      highest = std::max(highest, adds_up ? now + (spread_.highest[j] - before) : now);
+    }
+    spread_.lowest[j] = lowest;
+    spread_.highest[j] = highest;
+  }
 }
 
 Evidence Prediction::advance() {
@@ -153,28 +179,48 @@ Evidence Prediction::apply_tool_motion(const Command& command, std::size_t index
   Motion6 motion;
   motion << axes * told.head<3>(), axes * told.tail<3>();
   Joints after = branch.before;
+  Joints straight;
   const Evidence evidence = move_tool(plan_, plan_.tools[command.action.part], motion,
-                                      branch.poses_before(), branch.poses_now(), after);
+                                      branch.poses_before(), branch.poses_now(), after, straight);
   for (const std::size_t j : plan_.limits.parts[command.action.part].joints) {
     const double change = after[j] - branch.before[j];
     note_speed(branch, j, change);
     branch.now[j] += change;
   }
-  return evidence;
+  return evidence.ok() ? check_bend(command.action.part, straight, after) : evidence;
+}
+
+Evidence Prediction::check_bend(std::size_t part, const Joints& straight, const Joints& end) const {
+  const double most = steps_ == 1 ? most_bend : most_bend_later;
+  for (const std::size_t j : plan_.limits.parts[part].joints) {
+    const JointLimits& joint = plan_.limits.joints[j];
+    const double bend = std::abs(end[j] - straight[j]) / plan_.period_s;
+    const double limit = most * joint.velocity_limit;
+    if (!(bend <= limit))
+      return above(code::unreachable, joint.name.view(), bend, limit,
+                   "a way that bends no further than its joints can make up for");
+  }
+  return {};
 }
 
 Evidence Prediction::apply_pose(const Command& command, Branch& branch) {
+  Joints straight;
+  const Evidence evidence = reach(command, branch, straight);
+  for (const std::size_t j : plan_.limits.parts[command.action.part].joints)
+    note_speed(branch, j, branch.now[j] - came_from(branch, j));
+  return evidence.ok() ? check_bend(command.action.part, straight, branch.now) : evidence;
+}
+
+// From where the other parts of the row carry its own.
+Evidence Prediction::reach(const Command& command, Branch& branch, Joints& straight) const {
   branch.poses_now().place(plan_, branch.now);
   const FramePose frame = link_pose(plan_, command.action.frame_id, branch.poses_now());
   const Setpoint& row = command.row;
   const Eigen::Quaterniond told(row[6], row[3], row[4], row[5]);
   const FramePose target{frame.rotation * told.normalized().toRotationMatrix(),
                          point_in_root(frame, {row[0], row[1], row[2]})};
-  const Evidence evidence =
-      reach_pose(plan_, plan_.tools[command.action.part], target, branch.poses_now(), branch.now);
-  for (const std::size_t j : plan_.limits.parts[command.action.part].joints)
-    note_speed(branch, j, branch.now[j] - came_from(branch, j));
-  return evidence;
+  return reach_pose(plan_, plan_.tools[command.action.part], target, branch.poses_now(), branch.now,
+                    straight);
 }
 
 // The slides carry the yaw axis; the root link's origin, of which the twist tells, swings about it.

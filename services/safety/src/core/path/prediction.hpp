@@ -39,6 +39,12 @@ struct Branch {
   }
 };
 
+/// Between which positions a joint can be, whatever share of each row has happened.
+struct Spread {
+  Joints lowest;
+  Joints highest;
+};
+
 class Prediction {
  public:
   Prediction(const PathPlan& plan, const ClaimLimits& claim, const MeasuredState& state,
@@ -60,6 +66,7 @@ class Prediction {
   /// Before the first row: takes a branch to where it is a tick later if nothing changes its
   /// motion. False where it has none of what `lagging` counts.
   [[nodiscard]] bool goes_on(Branch& branch) const;
+  [[nodiscard]] const Spread& spread() const { return spread_; }
   /// Branches that differ before the first row.
   [[nodiscard]] std::size_t start_count() const { return start_count_; }
 
@@ -75,6 +82,7 @@ class Prediction {
   void include_companions();
   void add_branches(std::size_t part);
   [[nodiscard]] double gain(const Command& command, std::size_t branch) const;
+  void note_spread();
   void note_told(const ActionChunk& chunk, std::size_t row);
   void note_pose(const ActionPart& action, std::size_t row);
   /// The branches that there are.
@@ -91,6 +99,9 @@ class Prediction {
   void apply_torques(const Command& command, Branch& branch);
   Evidence apply_tool_motion(const Command& command, std::size_t index);
   Evidence apply_pose(const Command& command, Branch& branch);
+  Evidence reach(const Command& command, Branch& branch, Joints& straight) const;
+  [[nodiscard]] Evidence check_bend(std::size_t part, const Joints& straight,
+                                    const Joints& end) const;
   void apply_body_twist(const Command& command, std::size_t index);
   void note_speed(Branch& branch, std::size_t joint, double change) const;
   [[nodiscard]] double came_from(const Branch& branch, std::size_t joint) const;
@@ -114,6 +125,7 @@ class Prediction {
   JointSet lagging_ = 0;
   JointSet targets_told_ = 0;  // joints that the row before the first told a target or pose
   std::array<double, max_joints> told_;
+  Spread spread_;
   std::array<Branch, max_branches> branches_;
 };
 

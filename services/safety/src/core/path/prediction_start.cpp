@@ -60,7 +60,7 @@ void Prediction::start_still() {
     first.speed[j] = speed;
     moving_ |= only(j);
   }
-  first.before = first.now;
+  first.before = spread_.lowest = spread_.highest = first.now;
   first.poses[0].place(plan_, first.now);
   first.poses[1] = first.poses[0];
   for (Branch& other : branches().subspan(1)) other = first;
@@ -102,9 +102,10 @@ void Prediction::add_branches(std::size_t part) {
 // The pose that the row before told: where its servo is going, whatever is measured.
 void Prediction::note_pose(const ActionPart& action, std::size_t row) {
   Branch told = branches().front();
+  Joints straight;
   const Command command{action, plan_.limits.parts[action.part].modes,
                         row_of(action, row, plan_.limits)};
-  if (!apply_pose(command, told).ok()) return;
+  if (!reach(command, told, straight).ok()) return;
   for (const std::size_t j : plan_.limits.parts[action.part].joints) {
     told_[j] = told.now[j];
     targets_told_ |= only(j);

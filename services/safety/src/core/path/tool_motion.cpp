@@ -18,6 +18,12 @@ constexpr double pose_tolerance = 1e-6;
 constexpr int most_steps = 50;
 constexpr double longest_step = 0.5;
 
+// A motion is made by steps, until one moves no joint by more than this [rad or m]; the next would
+// move it by a seventh of that at most (where G033 lets through the least). So few steps are enough
+// except close to a singularity, and rows that are told one after the other add up to little.
+constexpr double last_step = 2e-3;
+constexpr int most_motion_steps = 6;
+
 // What a motion that the joints cannot make at all may be missed by, above its own size.
 constexpr double rounding = 1e-9;
 
@@ -27,18 +33,29 @@ Square6 gram_of_rows(const ToolJacobian& jacobian) {
   return gram;
 }
 
+// What one step of least squares changes, joint by joint of the part.
+struct Step {
+  std::array<double, max_links> changes;
+  double largest = 0.0;
+};
+
 // The changes of the joints that come nearest to the motion, those of a singular direction damped.
-void step_towards(const PathPlan& plan, const PlanTool& tool, const ToolJacobian& jacobian,
-                  const Motion6& motion, double longest, Joints& joints) {
+Step step_towards(const ToolJacobian& jacobian, const Motion6& motion) {
   Square6 gram = gram_of_rows(jacobian);
   gram.diagonal().array() += damping * damping;
   const Motion6 weights = Factors6(gram).solve(motion);
-  double largest = 0.0;
-  for (const Motion6& column : jacobian.all())
-    largest = std::max(largest, std::abs(column.dot(weights)));
-  const double share = std::min(1.0, longest / largest);
-  for (std::size_t i = 0; i < jacobian.count; ++i)
-    joints[plan.frames[tool.own[i]].joint] += share * jacobian.columns[i].dot(weights);
+  Step step;
+  for (std::size_t i = 0; i < jacobian.count; ++i) {
+    step.changes[i] = jacobian.columns[i].dot(weights);
+    step.largest = std::max(step.largest, std::abs(step.changes[i]));
+  }
+  return step;
+}
+
+void take(const Step& step, double share, const PathPlan& plan, const PlanTool& tool,
+          Joints& joints) {
+  for (std::size_t i = 0; i < tool.own.size(); ++i)
+    joints[plan.frames[tool.own[i]].joint] += share * step.changes[i];
 }
 
 // Of the rows or of the columns, whichever are fewer: its lower half. What five columns or fewer
@@ -53,6 +70,15 @@ Square6 smaller_gram(const ToolJacobian& jacobian) {
       gram(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(k)) =
           jacobian.columns[i].dot(jacobian.columns[k]);
   return gram;
+}
+
+// Where a pose is after a motion along the root's axes.
+FramePose moved(const FramePose& pose, const Motion6& motion) {
+  const double angle = motion.tail<3>().norm();
+  const Eigen::Vector3d axis = angle > 0.0 ? Eigen::Vector3d(motion.tail<3>() / angle)
+                                           : Eigen::Vector3d(Eigen::Vector3d::UnitX());
+  const Eigen::AngleAxisd turn(angle, axis);
+  return {turn.toRotationMatrix() * pose.rotation, pose.position + motion.head<3>()};
 }
 
 // What is still missing of a pose.
@@ -87,24 +113,28 @@ Motion6 motion_between(const FramePose& from, const FramePose& to) {
 }
 
 Evidence move_tool(const PathPlan& plan, const PlanTool& tool, const Motion6& motion,
-                   const FramePoses& start, FramePoses& end, Joints& joints) {
-  const ToolJacobian jacobian = tool_jacobian(plan, tool, start);
-  step_towards(plan, tool, jacobian, motion, unset, joints);
-  end.place_chain(plan, tool, joints);
-  // A long turn bends the way: what one straight step misses, a second makes up for.
-  const ToolJacobian bent = tool_jacobian(plan, tool, end);
-  step_towards(plan, tool, bent, motion - motion_between(jacobian.tool, bent.tool), unset, joints);
-  end.place_chain(plan, tool, joints);
-  const Motion6 made = motion_between(jacobian.tool, pose_at(tool.place, end));
-  const double missed = (motion - made).norm();
+                   const FramePoses& start, FramePoses& end, Joints& joints, Joints& straight) {
+  ToolJacobian jacobian = tool_jacobian(plan, tool, start);
+  const FramePose target = moved(jacobian.tool, motion);
+  // A long turn bends the way: what one straight step misses, the next makes up for.
+  for (int i = 0; i < most_motion_steps; ++i) {
+    const Step step = step_towards(jacobian, motion_between(jacobian.tool, target));
+    take(step, 1.0, plan, tool, joints);
+    if (i == 0) straight = joints;
+    end.place_chain(plan, tool, joints);
+    if (step.largest <= last_step) break;
+    jacobian = tool_jacobian(plan, tool, end);
+  }
+  const double missed = motion_between(pose_at(tool.place, end), target).norm();
   if (missed <= motion.norm() + rounding) return {};
   return above(code::unreachable, "tool motion", missed, motion.norm(),
                "a step of its joints that brings the tool nearer");
 }
 
 Evidence reach_pose(const PathPlan& plan, const PlanTool& tool, const FramePose& target,
-                    FramePoses& poses, Joints& joints) {
+                    FramePoses& poses, Joints& joints, Joints& straight) {
   Evidence evidence;
+  straight = joints;
   for (int i = 0; i <= most_steps; ++i) {
     poses.place_chain(plan, tool, joints);
     const ToolJacobian jacobian = tool_jacobian(plan, tool, poses);
@@ -112,7 +142,9 @@ Evidence reach_pose(const PathPlan& plan, const PlanTool& tool, const FramePose&
     evidence = still_missing("tool position", missing.head<3>().norm());
     if (evidence.ok()) evidence = still_missing("tool rotation", missing.tail<3>().norm());
     if (evidence.ok()) break;
-    step_towards(plan, tool, jacobian, missing, longest_step, joints);
+    const Step step = step_towards(jacobian, missing);
+    if (i == 0) take(step, 1.0, plan, tool, straight);
+    take(step, std::min(1.0, longest_step / step.largest), plan, tool, joints);
   }
   return evidence;
 }

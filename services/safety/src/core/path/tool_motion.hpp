@@ -32,14 +32,15 @@ Motion6 motion_between(const FramePose& from, const FramePose& to);
 /// tool would be further from where it is to be than if the joints had stayed.
 ///
 /// `start`: the frames where `joints` are. `end`: frames that have been placed; those between the
-/// root and the tool are placed again where the joints get to.
+/// root and the tool are placed again where the joints get to. `straight`: where they got to if the
+/// way did not bend, by one step of least squares.
 Evidence move_tool(const PathPlan& plan, const PlanTool& tool, const Motion6& motion,
-                   const FramePoses& start, FramePoses& end, Joints& joints);
+                   const FramePoses& start, FramePoses& end, Joints& joints, Joints& straight);
 
 /// Moves the part's joints until its tool is at `target`, and the tool's frames in `poses` with
-/// them. Says G030 if it does not get there.
+/// them. Says G030 if it does not get there. `straight` as for `move_tool`.
 Evidence reach_pose(const PathPlan& plan, const PlanTool& tool, const FramePose& target,
-                    FramePoses& poses, Joints& joints);
+                    FramePoses& poses, Joints& joints, Joints& straight);
 
 /// G033: the smallest singular value of the Jacobian, of as many as the part has joints, 6 at most.
 double smallest_singular_value(const ToolJacobian& jacobian);
