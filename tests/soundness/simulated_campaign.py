@@ -14,6 +14,7 @@ from tests.soundness.adversary import KINDS, Adversary
 from tests.soundness.arena import RULES, Arena
 from tests.soundness.chunk_rows import Row
 from tests.soundness.lockstep_loop import LockstepLoop
+from tests.soundness.stops import kind_of, story_of
 
 EPISODE_TICKS = 90
 EPISODES_MOST = 10_000
@@ -24,7 +25,8 @@ HELD_MOST = 10
 
 @dataclass
 class Simulated:
-    """rows: executed in ticks, of one chunk each. breaches: ticks by rule; told: the first ones.
+    """rows: executed in ticks, of one chunk each. stops: by code and joint. breaches: ticks by
+    rule. told: the first of both.
 
     idle: those of the breaches in which no arm was told anything. worst: least room measured, by
     rule; of bounds beyond their tolerance.
@@ -79,7 +81,8 @@ class SimulatedCampaign:
             if done is not None:
                 self._check(kind, done)
             elif loop.stop_cause:
-                found.stops[loop.stop_cause[:60]] += 1
+                found.stops[kind_of(loop.stop_cause)] += 1
+                found.told.append(f"{self._where(kind)}: {story_of(loop.stop_cause)}")
                 return
             else:
                 refused = 0 if self._ask() else refused + 1
@@ -112,10 +115,11 @@ class SimulatedCampaign:
                 modes = {part: told.mode.yaml_name for part, told in done.commands.items()}
                 arms = [self._robot.part(part) for part in modes]
                 found.idle[rule] += all(len(part.joints) < ARM_JOINTS for part in arms)
-                episode = self._first + found.episodes - 1
-                found.told.append(
-                    f"{rule} {room:.4f}: episode {episode}, tick {self._loop.tick}, {kind}, {modes}"
-                )
+                found.told.append(f"{self._where(kind)}: {rule} {room:.4f}, {modes}")
+
+    def _where(self, kind: str) -> str:
+        episode = self._first + self.found.episodes - 1
+        return f"episode {episode}, tick {self._loop.tick}, {kind}"
 
     def _within_tolerance(self, q: FloatArray) -> float:
         own = q[: len(self._tolerance)]

@@ -9,13 +9,14 @@ from dataclasses import dataclass, field
 from bench.measure_limits.demonstrations import Rows, demonstration
 from fairlead.messages import Outcome
 from tests.soundness.lockstep_loop import LockstepLoop
+from tests.soundness.stops import kind_of, story_of
 
 
 @dataclass
 class Usability:
     """chunks, episodes, succeeded, ticks: how many. refused, truncated: chunks by code.
 
-    stops: causes of stops, each of which ended an episode. told: the first words of each kind.
+    stops: by code and joint, each ended an episode. told: the first words of each kind.
     """
 
     episodes: int = 0
@@ -50,7 +51,8 @@ def _episode(loop: LockstepLoop, seed: int, found: Usability) -> None:
     while loop.tick <= expert.most_ticks:
         if loop.advance("oracle") is None:
             if loop.stop_cause:
-                found.stops[loop.stop_cause] += 1
+                found.stops[kind_of(loop.stop_cause)] += 1
+                found.told.append(f"seed {seed}, tick {loop.tick}: {story_of(loop.stop_cause)}")
                 return
             _ask(loop, expert.chunk(loop.now, loop.tick), seed, found)
             continue
