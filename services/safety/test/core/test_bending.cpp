@@ -30,8 +30,8 @@ ChunkBuilder turns(const Row& angles) {
 }
 
 ChunkBuilder turned_pose(double angle) {
-  return ChunkBuilder().poses(
-      arm, {{0.7, 0, 0.5, 0, 0, std::sin(0.5 * angle), std::cos(0.5 * angle)}});
+  return ChunkBuilder().poses(arm,
+                              {{0.7, 0, 0.5, 0, 0, std::sin(0.5 * angle), std::cos(0.5 * angle)}});
 }
 
 Judgement path_of(const Limits& limits, const ChunkBuilder& chunk, std::size_t first_row = 0,

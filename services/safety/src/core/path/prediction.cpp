@@ -13,10 +13,11 @@ namespace fairlead {
 namespace {
 
 // How far the way of a row of a tool may bend: what least squares find for it from where the joints
-// are and where it ends, joint by joint, in velocity limits times the tick. Where it bends more, the
-// elbow may go one way or another: two ways to reckon then differ by 0.1 rad and more, and beyond 5
-// by anything. Full scale on every axis bends by 2.6 at most where robots work, demonstrations by
-// less than 0.1. Later rows begin where the ones before them are only predicted to end.
+// are and where it ends, joint by joint, in velocity limits times the tick. Where it bends more,
+// the elbow may go one way or another: two ways to reckon then differ by 0.1 rad and more, and
+// beyond 5 by anything. Full scale on every axis bends by 2.6 at most where robots work,
+// demonstrations by less than 0.1. Later rows begin where the ones before them are only predicted
+// to end.
 constexpr double most_bend = 3.0;
 constexpr double most_bend_later = 1.5;
 
