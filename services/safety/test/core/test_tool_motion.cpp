@@ -94,7 +94,8 @@ Evidence reach_along_x(double distance, Joints& joints) {
   FramePoses poses;
   poses.place(plan, joints);
   const FramePose target{Eigen::Matrix3d::Identity(), {0.7 + distance, 0.0, 0.5}};
-  return reach_pose(plan, plan.tools[arm], target, poses, joints);
+  Joints straight;
+  return reach_pose(plan, plan.tools[arm], target, poses, joints, straight);
 }
 
 }  // namespace
@@ -118,11 +119,11 @@ TEST_CASE("a pose is reached up to and including a micrometre: nothing moves for
   const Limits limits = free_arm::limits();
   const PathPlan plan(limits);
   const auto moved = [&](double aside) {
-    Joints joints{};
+    Joints joints{}, straight;
     FramePoses poses;
     poses.place(plan, joints);
     const FramePose target{Eigen::Matrix3d::Identity(), {0.7, aside, 0.5}};
-    CHECK(reach_pose(plan, plan.tools[arm], target, poses, joints).ok());
+    CHECK(reach_pose(plan, plan.tools[arm], target, poses, joints, straight).ok());
     return joints != Joints{};
   };
   CHECK_FALSE(moved(1e-6));
