@@ -256,3 +256,31 @@ TEST_CASE("G030 a joint that is as fast as no number leads nowhere") {
   CHECK(fault.code == 30);
   CHECK(fault.axis == "slide_x");
 }
+
+namespace {
+
+// A delta told to the free arm when only one of its joints is left to make it.
+Evidence told_to(std::uint8_t joint, const Row& delta) {
+  Limits limits = free_arm::limits();
+  limits.parts[arm].joints.clear();
+  (void)limits.parts[arm].joints.push_back(joint);
+  const auto chunk = ChunkBuilder().add(arm, Mode::cartesian_delta, {delta}, {}, "base_link");
+  return Predicted(limits, at_rest(), chunk.chunk).all.advance();
+}
+
+}  // namespace
+
+TEST_CASE("a motion that the joints cannot make at all is missed by its size, however large") {
+  CHECK(told_to(slide_x, {0, 0, 0.1, 0, 0, 0}).ok());
+  CHECK(told_to(slide_x, {0, 0, 1e8, 0, 0, 0}).ok());
+}
+
+TEST_CASE("G030 a step that takes the tool further from where it has to be, by however little") {
+  // The tool turns on a circle of 0.7 m and is told to be 9 m outside. There straight ahead is
+  // best; a little to the left the step goes 4.5 times too far, and ends micrometres further away.
+  CHECK(told_to(turn_z, {9, 0, 0, 0, 0, 0}).ok());
+  const Evidence fault = told_to(turn_z, {9, 0.002, 0, 0, 0, 0});
+  CHECK(fault.code == 30);
+  CHECK(fault.margin < 0.0);
+  CHECK(fault.margin > -1e-4);
+}

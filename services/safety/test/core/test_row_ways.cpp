@@ -195,6 +195,9 @@ TEST_CASE("a look at shapes says which share of their way they are clear by") {
   there[slide_x] = 0.1;
   CHECK(look(there, 1.0, free).ok());
   CHECK(free == doctest::Approx(0.25));
+  Clearance found;
+  CHECK(check.look(rest, rest, ways, found).ok());
+  CHECK(found.others == doctest::Approx(0.4));  // as far as the slide goes, and no further
 }
 
 TEST_CASE("a look at zones says which share of its way the footprint is clear by") {

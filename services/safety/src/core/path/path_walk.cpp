@@ -98,7 +98,7 @@ Evidence PathWalk::check_shapes(const Branch& branch, const Braking& braking,
   const Ways row(plan_, branch.before, branch.now), stop(plan_, branch.now, braking.end());
   const double free_before = shape_check_.free_of(clearance, row);
   Evidence evidence =
-      shape_check_.look(branch.poses_now(), branch.poses_before(), Ways(row, stop), 1.0, clearance);
+      shape_check_.look(branch.poses_now(), branch.poses_before(), Ways(row, stop), clearance);
   if (!evidence.ok()) return evidence;
   const auto looking = [&](const Ways& ways, FramePoses& poses) {
     return ShapeLook{plan_, shape_check_, branch.poses_before(), ways, poses};

@@ -36,6 +36,12 @@ class ShapeCheck {
   Evidence look(const FramePoses& poses, const FramePoses& before, const Ways& ways, double share,
                 Clearance& found) const;
 
+  /// The same, as far as all of the ways.
+  Evidence look(const FramePoses& poses, const FramePoses& before, const Ways& ways,
+                Clearance& found) const {
+    return look(poses, before, ways, 1.0, found);
+  }
+
   /// Which share of its way everything is clear by at least, 1 at most.
   [[nodiscard]] double free_of(const Clearance& clearance, const Ways& ways) const;
 
