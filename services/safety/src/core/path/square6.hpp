@@ -32,8 +32,8 @@ class Factors6 {
   /// The solution of matrix * x = right.
   [[nodiscard]] Motion6 solve(const Motion6& right) const {
     Motion6 x = right;
-    for (int j = 0; j < 6; ++j) {
-      for (int i = j + 1; i < 6; ++i) x[i] -= lower_(i, j) * x[j];
+    for (Eigen::Index j = 0; j != x.size(); ++j) {
+      for (Eigen::Index i = j + 1; i < 6; ++i) x[i] -= lower_(i, j) * x[j];
       x[j] *= inverse_[j];
     }
     for (int j = 5; j != 0; --j)
