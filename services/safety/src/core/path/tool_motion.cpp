@@ -35,7 +35,7 @@ Square6 gram_of_rows(const ToolJacobian& jacobian) {
 
 // What one step of least squares changes, joint by joint of the part.
 struct Step {
-  std::array<double, max_links> changes;
+  FixedVec<double, max_links> changes;
   double largest = 0.0;
 };
 
@@ -45,9 +45,10 @@ Step step_towards(const ToolJacobian& jacobian, const Motion6& motion) {
   gram.diagonal().array() += damping * damping;
   const Motion6 weights = Factors6(gram).solve(motion);
   Step step;
-  for (std::size_t i = 0; i < jacobian.count; ++i) {
-    step.changes[i] = jacobian.columns[i].dot(weights);
-    step.largest = std::max(step.largest, std::abs(step.changes[i]));
+  for (const Motion6& column : jacobian.all()) {
+    const double change = column.dot(weights);
+    (void)step.changes.push_back(change);
+    step.largest = std::max(step.largest, std::abs(change));
   }
   return step;
 }
@@ -74,10 +75,8 @@ Square6 smaller_gram(const ToolJacobian& jacobian) {
 
 // Where a pose is after a motion along the root's axes.
 FramePose moved(const FramePose& pose, const Motion6& motion) {
-  const double angle = motion.tail<3>().norm();
-  const Eigen::Vector3d axis = angle > 0.0 ? Eigen::Vector3d(motion.tail<3>() / angle)
-                                           : Eigen::Vector3d(Eigen::Vector3d::UnitX());
-  const Eigen::AngleAxisd turn(angle, axis);
+  const Eigen::Vector3d turned = motion.tail<3>();
+  const Eigen::AngleAxisd turn(turned.norm(), turned.normalized());
   return {turn.toRotationMatrix() * pose.rotation, pose.position + motion.head<3>()};
 }
 
