@@ -19,9 +19,8 @@ struct ClaimLife {
   TickWindow<16> ahead;       // G006: more than one tick ahead
   TickWindow<16> bad_frames;  // G001
   TickWindow<128> admitted;   // G010
-  // No row for this tick or a later one is granted until the HAL is known to have let go of what
-  // was revoked; 0: nothing was.
-  std::uint64_t revoked_tick = 0;
+  // No row for a later tick is granted until the HAL is known to have let go of what was revoked.
+  std::uint64_t until_tick = UINT64_MAX;
   bool repeat = false;             // publish the current SafeChunk once more
   std::uint64_t refused_tick = 0;  // newest tick when a chunk was refused, 0: none
   std::uint64_t refused_verdict = 0;

@@ -4,6 +4,7 @@
 #include <string_view>
 
 #include "fairlead_safety/judge.hpp"
+#include "phrase.hpp"
 
 namespace fairlead {
 
@@ -16,6 +17,9 @@ inline constexpr std::uint32_t frame = 1, session = 2, epoch = 3, claim = 4, seq
                                workspace = 31, collision = 32, singularity = 33, zone = 34,
                                tracking = 40, stuck = 41, contact = 42, ramp = 43, own = 50;
 }  // namespace code
+
+/// As people write it: G007, G040.
+inline Text code_name(std::uint32_t code) { return phrase("G", code < 10 ? "00" : "0", code); }
 
 /// `value` is above `limit`, or not a number.
 inline Evidence above(std::uint32_t code, std::string_view axis, double value, double limit,

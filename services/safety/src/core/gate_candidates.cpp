@@ -170,7 +170,6 @@ Judgement Gate::Core::judge_from(const LiveClaim& claim, const ActionChunk& chun
                       Companions(companions.begin(), companions.size()));
   }
   Judgement refused;
-  refused.first_row = first_row;
   refused.evidence = broken_rule(code::start, "acted", "the row that acts before is this claim's");
   refused.evidence.row = static_cast<std::int64_t>(first_row);
   return refused;

@@ -85,8 +85,7 @@ Grant Gate::Core::grant_for(const LiveClaim& claim) const {
   const std::uint64_t ahead =
       std::max<std::uint64_t>(2, (grant_ns + limits_.period_ns - 1) / limits_.period_ns);
   grant.until_tick = hal_.lockstep() ? tick : tick + std::min(ahead, UINT64_MAX - tick);
-  // Where nothing was revoked, the tick before 0 is the last there is.
-  grant.until_tick = std::min(grant.until_tick, claim.revoked_tick - 1);
+  grant.until_tick = std::min(grant.until_tick, claim.until_tick);
   const Released* release = claim.plan.current();
   if (release != nullptr && release->first_tick <= tick) {
     grant.decision = static_cast<std::uint8_t>(Decision::row);
@@ -153,7 +152,7 @@ void Gate::Core::publish_status(OutputKind kind) {
                                                 11, 12, 13, 20, 21, 22, 23, 24, 25, 30,
                                                 31, 32, 33, 34, 40, 41, 42, 43, 50};
   for (const std::uint32_t number : codes)
-    add(Name(phrase("G", number < 10 ? "00" : "0", number).view()), code_counts_[number]);
+    add(Name(code_name(number).view()), code_counts_[number]);
   out_->add(kind, Name(), status_);
 }
 

@@ -28,7 +28,7 @@ void Gate::Core::watch_ramps() {
     const Acted& act = hal_.state().acted[i];
     const bool acted = act.hold == 0;
     const LiveClaim* holder = claims_.holder_of(i);
-    if (acted && state_ == GateState::armed && holder != nullptr &&
+    if (state_ == GateState::armed && holder != nullptr &&
         holder->plan.row_of(act).chunk != nullptr) {
       ramp.move();
       continue;

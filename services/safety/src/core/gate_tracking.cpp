@@ -1,6 +1,8 @@
 // Each new state against the rows that acted before it (G040, G041, G042), and what is left of the
 // releases judged again from it.
 
+#include <algorithm>
+
 #include "gate_core.hpp"
 #include "tracking.hpp"
 
@@ -65,7 +67,7 @@ void Gate::Core::begin_tick_of(LiveClaim& claim) {
   const Released* release = plan.current();
   // A hold, and a row of the newest release, end whatever the HAL had before.
   if (acted.hold != 0 || (release != nullptr && acted.verdict_id == release->verdict_id))
-    claim.revoked_tick = 0;
+    claim.until_tick = UINT64_MAX;
   if (release == nullptr) {
     // Rows run on that a later release, which the HAL never took, had replaced.
     if (plan.expected().hold == 0) revoke_from(claim, first_open_tick());
@@ -82,7 +84,7 @@ void Gate::Core::judge_live() {
   for (int round = 0; due != 0; ++round) {
     std::uint32_t bit = 1;
     for (LiveClaim& claim : claims_.places()) {
-      const bool asked = (due & bit) != 0 && claim.live() && claim.plan.current() != nullptr;
+      const bool asked = (due & bit) != 0 && claim.plan.current() != nullptr;
       due &= ~bit;
       if (asked && is_cut(claim, round >= rounds_that_cut)) due |= ((1U << max_claims) - 1U) & ~bit;
       bit <<= 1U;
@@ -109,7 +111,7 @@ void Gate::Core::judge_rest(LiveClaim& claim, bool drops) {
   const ActionChunk& chunk = claim.plan.chunk_of(release);
   const auto first_row = static_cast<std::size_t>(first_open_tick() - chunk.start_tick);
   const std::size_t end_row = release.first_row + release.row_count;
-  if (first_row >= end_row) return;
+  if (first_row == end_row) return;
   const FixedVec<Companion, max_claims> companions = companions_of(claim);
   Judgement judgement =
       judge_path(path_plan_, claim.limits, hal_.state(), chunk, first_row, end_row,
@@ -123,13 +125,13 @@ void Gate::Core::judge_rest(LiveClaim& claim, bool drops) {
 }
 
 // What is left of the claim's release goes out again under a new verdict; if nothing is, it holds.
+// The state that told has a lease due already.
 void Gate::Core::release_rest(LiveClaim& claim, const Judgement& judgement) {
   const ActionChunk& chunk = claim.plan.chunk_of(*claim.plan.current());
   const std::uint64_t verdict_id = next_verdict_++;
   claim.latest_verdict = make_verdict(chunk, claim.source, judgement, verdict_id, now_ns_);
   (void)verdicts_.push_back(claim.latest_verdict);
-  lease_due_ = true;
-  revoke_from(claim, chunk.start_tick + judgement.first_row + judgement.row_count);
+  revoke_from(claim, first_open_tick() + judgement.row_count);
   if (judgement.outcome != Outcome::refused)
     return claim.plan.release_again(make_release(claim, judgement, verdict_id));
   claim.plan.drop_current();
@@ -141,7 +143,7 @@ void Gate::Core::release_rest(LiveClaim& claim, const Judgement& judgement) {
 // them, the grant ends before the first that may not act. In lockstep each row needs a decision.
 void Gate::Core::revoke_from(LiveClaim& claim, std::uint64_t tick) {
   if (hal_.lockstep()) return;
-  if (claim.revoked_tick == 0 || tick < claim.revoked_tick) claim.revoked_tick = tick;
+  claim.until_tick = std::min(claim.until_tick, tick - 1);
 }
 
 }  // namespace fairlead

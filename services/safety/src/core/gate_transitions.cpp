@@ -51,9 +51,9 @@ void Gate::Core::disarm(const Text& cause) {
 }
 
 Text Gate::Core::words_of(const Evidence& evidence) {
-  return phrase("G", evidence.code < 10 ? "00" : "0", evidence.code, " ", evidence.part,
-                evidence.part.empty() ? "" : " ", evidence.axis, ": ", evidence.value, ", limit ",
-                evidence.limit, " (", evidence.limit_source, ")");
+  return phrase(code_name(evidence.code), " ", evidence.part, evidence.part.empty() ? "" : " ",
+                evidence.axis, ": ", evidence.value, ", limit ", evidence.limit, " (",
+                evidence.limit_source, ")");
 }
 
 // A stop that the gate itself decided on. Too many within the window are no coincidence: latch.

@@ -17,13 +17,16 @@ double target_of(const Setpoint& told, const Bounds& bounds) {
   }
 }
 
+// The sign of the way from one opening to another: what is lost of a grip lies further that way.
+double direction(double from, double to) { return to < from ? -1.0 : 1.0; }
+
 // Whether it was seen to go towards its target: no longer at standstill, or by more than the
 // tolerance.
 bool approaches(const JointLimits& joint, double target, double told_at, double opening,
                 double velocity) {
-  const double way = target < opening ? -1.0 : 1.0;
-  return way * velocity >= joint.standstill_velocity ||
-         way * (opening - told_at) > joint.bounds.tolerance;
+  const double sign = direction(opening, target);
+  return sign * velocity >= joint.standstill_velocity ||
+         sign * (opening - told_at) > joint.bounds.tolerance;
 }
 
 }  // namespace
@@ -58,8 +61,7 @@ Evidence GraspWatch::note(const Limits& limits, const MeasuredState& state, std:
     grip.opening = opening;
     return {};
   }
-  const bool closes = grip.target < grip.opening;
-  const double lost = closes ? grip.opening - opening : opening - grip.opening;
+  const double lost = direction(grip.opening, grip.target) * (opening - grip.opening);
   if (!(lost <= mode.slip_limit))
     return above(code::contact, joint.name.view(), lost, mode.slip_limit,
                  "slip_limit of gripper_position: it lost what it held");

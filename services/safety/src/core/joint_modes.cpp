@@ -27,11 +27,10 @@ Evidence reduces(const JointLimits& joint, double target, double previous) {
 // G011: the measurement is outside by `out`, of either sign; the velocity must point the other way.
 Evidence leads_back(const JointLimits& joint, double velocity, double out) {
   constexpr std::string_view rule = "outside its bounds: only towards them";
-  if (out < 0.0 && !(velocity > 0.0))
-    return below(code::state, joint.name.view(), velocity, 0.0, rule);
-  if (out > 0.0 && !(velocity < 0.0))
-    return above(code::state, joint.name.view(), velocity, 0.0, rule);
-  return {};
+  const bool too_low = std::signbit(out);
+  if (too_low ? velocity > 0.0 : velocity < 0.0) return {};
+  return too_low ? below(code::state, joint.name.view(), velocity, 0.0, rule)
+                 : above(code::state, joint.name.view(), velocity, 0.0, rule);
 }
 
 // G011: the target leads back, where the joint is outside its bounds.

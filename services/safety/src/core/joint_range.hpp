@@ -22,8 +22,7 @@ inline JointRange joint_range(const JointLimits& joint, const JointModeLimits& m
   const bool is_torque = number == static_cast<std::uint8_t>(Mode::joint_torque);
   if (is_velocity || is_torque) {
     const double own = is_velocity ? joint.velocity_limit : joint.effort_limit;
-    const double claimed = mode.claimed_limit;
-    const double limit = claimed > 0.0 ? std::min(claimed, own) : own;
+    const double limit = std::min(own, mode.claimed_limit);  // own where the claim has none, NaN
     return {-limit, limit};
   }
   if (!joint.bounded) return {-endless, endless};  // continuous: no bound by declaration

@@ -81,8 +81,7 @@ Twist link_twist(const Kinematics& kinematics, const MeasuredState& state, std::
 }
 
 double angle_between(const Eigen::Quaterniond& a, const Eigen::Quaterniond& b) {
-  const Eigen::Quaterniond turn = a.conjugate() * b;
-  return 2.0 * std::atan2(turn.vec().norm(), std::abs(turn.w()));
+  return a.angularDistance(b);
 }
 
 }  // namespace fairlead

@@ -43,7 +43,7 @@ Evidence check_outside(const RowView& view) {
     if (!joint.bounded || !is_outside(joint.bounds, measured) || decides_itself(view, j)) continue;
     constexpr std::string_view rule =
         "measured outside bounds + tolerance: only rows that reduce it";
-    if (measured < joint.bounds.lower)
+    if (std::signbit(excess(joint.bounds, measured)))
       return below(code::state, joint.name.view(), measured, joint.bounds.lower, rule);
     return above(code::state, joint.name.view(), measured, joint.bounds.upper, rule);
   }

@@ -1,6 +1,7 @@
 // G011: what may be commanded while a joint is measured outside its bounds.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 
 #include "row_view.hpp"
@@ -9,9 +10,7 @@ namespace fairlead {
 
 /// How far `position` lies outside the bounds, signed by the side; 0 inside.
 inline double excess(const Bounds& bounds, double position) {
-  if (position > bounds.upper) return position - bounds.upper;
-  if (position < bounds.lower) return position - bounds.lower;
-  return 0.0;
+  return std::max(0.0, position - bounds.upper) - std::max(0.0, bounds.lower - position);
 }
 
 /// Whether a measurement lies outside its bounds by more than their tolerance.

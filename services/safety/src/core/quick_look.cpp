@@ -13,7 +13,7 @@ namespace {
 
 // Two joints beside each other in a row: processors calculate with both at once.
 using Two = Eigen::Array2d;
-constexpr std::size_t two = 2;
+constexpr std::size_t two = 2, four = 4;
 
 Two two_of(const void* numbers) {
   Two both;
@@ -56,7 +56,7 @@ bool inside_bounds(const Limits& limits, const MeasuredState& state, const PartL
 void fill_ranges(const Limits& limits, const JointModeLimits& mode, const ActionPart& action,
                  Ranges& ranges) {
   if (action.active.size() != limits.joints.size())  // padding is 0 in every row
-    for (std::size_t j = 0; j < limits.joints.size(); ++j)
+    for (std::size_t j = 0; j != limits.joints.size(); ++j)
       ranges.lower[j] = ranges.upper[j] = ranges.step[j] = 0.0;
   for (const std::uint8_t j : action.active) {
     const JointRange range = joint_range(limits.joints[j], mode, action.mode);
@@ -86,9 +86,9 @@ bool certainly_in_order(const Limits& limits, const ModeLimits& modes, const Mea
   fill_ranges(limits, *mode, action, ranges);
   const std::size_t stride = width * sizeof(double);
   const std::uint8_t* first = action.values.bytes().data() + first_row * stride;
-  for (std::size_t i = 0; i < width; i += 2 * two) {
-    // Of a width that is no multiple of four the last ones overlap.
-    const std::size_t j = std::min(i, width - two), k = std::min(i + two, width - two);
+  // From the last place on; of a width that is no multiple of four the first ones overlap.
+  for (std::size_t end = width; end > 0; end -= std::min(end, four)) {
+    const std::size_t j = std::max(end, two) - two, k = std::max(end, four) - four;
     const std::uint8_t *left = first + j * sizeof(double), *right = first + k * sizeof(double);
     Extent one(two_of(left)), other(two_of(right));
     for (std::size_t row = 1; row < horizon - first_row; ++row) {

@@ -21,16 +21,14 @@ class RampWatch {
   /// Permission ended. A watch that runs goes on. `tick`: of the newest state.
   void begin(std::uint64_t now_ns, std::uint64_t tick) {
     if (active_) return;
-    const bool moved = moved_;
     *this = RampWatch{};
-    moved_ = moved;
     active_ = true;
     since_ns_ = now_ns;
     tick_ = tick;
   }
-  void end() { active_ = moved_ = false; }
+  void end() { active_ = false; }
   [[nodiscard]] bool active() const { return active_; }
-  /// A row moved it since it was last seen at standstill.
+  /// A row moved it, and nothing watches yet whether it stops.
   [[nodiscard]] bool moved() const { return moved_; }
 
   /// A new session counts its ticks anew.

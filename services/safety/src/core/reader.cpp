@@ -1,7 +1,6 @@
 #include "reader.hpp"
 
 #include <bit>
-#include <limits>
 
 namespace fairlead {
 namespace {
@@ -13,13 +12,15 @@ std::size_t character_length(Bytes text, std::size_t i) {
   if (lead < 0xC2 || lead > 0xF4) return 0;
   const std::size_t length = lead < 0xE0 ? 2 : lead < 0xF0 ? 3 : 4;
   if (text.size() - i < length) return 0;
-  for (std::size_t k = 1; k < length; ++k)
-    if ((text[i + k] & 0xC0U) != 0x80U) return 0;
-  const std::uint8_t second = text[i + 1];
-  if (lead == 0xE0 && second < 0xA0) return 0;  // overlong
-  if (lead == 0xED && second > 0x9F) return 0;  // a surrogate
-  if (lead == 0xF0 && second < 0x90) return 0;  // overlong
-  if (lead == 0xF4 && second > 0x8F) return 0;  // beyond U+10FFFF
+  // After some leads less is left for the second byte: what is below is overlong, above are the
+  // surrogates, or nothing (U+10FFFF is the last character).
+  int lowest = lead == 0xE0 ? 0xA0 : lead == 0xF0 ? 0x90 : 0x80;
+  int highest = lead == 0xED ? 0x9F : lead == 0xF4 ? 0x8F : 0xBF;
+  for (std::size_t k = 1; k < length; ++k) {
+    if (text[i + k] < lowest || text[i + k] > highest) return 0;
+    lowest = 0x80;
+    highest = 0xBF;
+  }
   return length;
 }
 
@@ -75,20 +76,17 @@ std::uint64_t Reader::unsigned_number(std::uint64_t highest) {
 std::int64_t Reader::signed_number() {
   const std::uint8_t lead = byte();
   if (lead < 0x80 || lead >= 0xE0) return static_cast<std::int8_t>(lead);
-  std::uint64_t value = 0;
   if (lead >= 0xCC && lead <= 0xCF) {
-    value = big_endian(std::size_t{1} << (lead - 0xCCU));
-    if (value > static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max()))
-      fail(FrameFault::wrong_type);
+    const auto value = static_cast<std::int64_t>(big_endian(std::size_t{1} << (lead - 0xCCU)));
+    if (value >= 0) return value;  // a larger one does not fit
   } else if (lead >= 0xD0 && lead <= 0xD3) {
     const std::size_t width = std::size_t{1} << (lead - 0xD0U);
-    value = big_endian(width);
     const std::uint64_t sign = std::uint64_t{1} << (8 * width - 1);
-    value = (value ^ sign) - sign;  // sign extension, well defined in unsigned arithmetic
-  } else {
-    fail(FrameFault::wrong_type);
+    // Sign extension, well defined in unsigned arithmetic.
+    return static_cast<std::int64_t>((big_endian(width) ^ sign) - sign);
   }
-  return ok() ? static_cast<std::int64_t>(value) : 0;
+  fail(FrameFault::wrong_type);
+  return 0;
 }
 
 double Reader::number() {
@@ -111,14 +109,12 @@ bool Reader::boolean() {
 
 std::string_view Reader::text() {
   const std::uint8_t lead = byte();
-  std::uint64_t length = 0;
-  if (lead >= 0xA0 && lead <= 0xBF)
-    length = lead & 0x1FU;
-  else if (lead >= 0xD9 && lead <= 0xDB)
+  std::uint64_t length = lead & 0x1FU;
+  if (lead >= 0xD9 && lead <= 0xDB)
     length = big_endian(std::size_t{1} << (lead - 0xD9U));
-  else
+  else if (lead < 0xA0 || lead > 0xBF)
     fail(FrameFault::wrong_type);
-  const Bytes bytes = take(ok() ? length : 0);
+  const Bytes bytes = take(length);
   if (!is_utf8(bytes)) fail(FrameFault::text);
   return ok() ? std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size())
               : std::string_view();
@@ -126,9 +122,9 @@ std::string_view Reader::text() {
 
 Bytes Reader::binary() {
   const std::uint8_t lead = byte();
-  if (lead < 0xC4 || lead > 0xC6) fail(FrameFault::wrong_type);
-  const std::uint64_t length = ok() ? big_endian(std::size_t{1} << (lead - 0xC4U)) : 0;
-  return take(length);
+  if (lead >= 0xC4 && lead <= 0xC6) return take(big_endian(std::size_t{1} << (lead - 0xC4U)));
+  fail(FrameFault::wrong_type);
+  return {};
 }
 
 std::size_t Reader::array() {

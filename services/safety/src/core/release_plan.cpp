@@ -74,7 +74,7 @@ std::size_t ReleasePlan::free_slot() const {
 }
 
 void ReleasePlan::remember(const Released& release) {
-  newest_ = (newest_ + 1) % releases_.size();
+  if (++newest_ == releases_.size()) newest_ = 0;
   releases_[newest_] = release;
   has_current_ = true;
   on_track_ = true;

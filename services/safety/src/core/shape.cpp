@@ -55,11 +55,12 @@ Evidence check_numbers(const Limits& limits, const ActionChunk& chunk) {
     if (width == 0) continue;
     for (std::size_t i = 0; i < action.values.size(); ++i) {
       const double value = action.values[i];
-      if (std::abs(value) <= largest_magnitude) continue;  // false for NaN
+      const bool too_low = value < -largest_magnitude;
+      if (!too_low && value <= largest_magnitude) continue;  // false for NaN
       constexpr std::string_view rule = "every value is finite and at most 1e6";
       const std::string_view mode = mode_name(action.mode);
-      Evidence evidence = value < 0.0 ? below(code::finite, mode, value, -largest_magnitude, rule)
-                                      : above(code::finite, mode, value, largest_magnitude, rule);
+      Evidence evidence = too_low ? below(code::finite, mode, value, -largest_magnitude, rule)
+                                  : above(code::finite, mode, value, largest_magnitude, rule);
       evidence.raises_stop = true;  // a policy that emits this is broken, not merely wrong
       return at(evidence, static_cast<std::int64_t>(i / width), limits.parts[action.part].name);
     }
@@ -73,16 +74,16 @@ Evidence check_mask(const Limits& limits, const PartLimits& part, const ActionCh
   if (action.active.empty())
     return broken_rule(code::addressing, "active", "a joint mode names the joints it commands");
   std::array<bool, max_joints> commanded{};
-  int previous = -1;
-  for (const std::uint8_t joint : action.active) {
-    if (joint <= previous)
-      return broken_rule(code::addressing, "active", "ascending and unique", joint, previous);
+  for (std::size_t i = 0; i < action.active.size(); ++i) {
+    const std::uint8_t joint = action.active[i];
+    if (i > 0 && joint <= action.active[i - 1])
+      return broken_rule(code::addressing, "active", "ascending and unique", joint,
+                         action.active[i - 1]);
     if (!part.joints.contains(joint))
       return broken_rule(code::addressing,
                          joint < limits.joints.size() ? limits.joints[joint].name.view() : "active",
                          "a joint of this part", joint);
     commanded[joint] = true;
-    previous = joint;
   }
   for (std::size_t row = 0; row < chunk.horizon; ++row)
     for (std::size_t joint = 0; joint < limits.joints.size(); ++joint) {

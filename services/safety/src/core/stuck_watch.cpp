@@ -12,9 +12,7 @@ namespace {
 bool exceeds(double motion, double dead_band) { return !(motion <= dead_band); }
 
 // Which share of a row can be counted on to happen; where none can, what happens on average.
-double share_of(const Gain& gain) {
-  return gain.lower > 0.0 ? gain.lower : 0.5 * (gain.lower + gain.upper);
-}
+double share_of(const Gain& gain) { return gain.lower > 0.0 ? gain.lower : 0.5 * gain.upper; }
 
 // The dead band of a part told how its tool or the whole base is to move: of its joints' the
 // largest, read as metres for the one half and as radians for the other.
@@ -71,7 +69,7 @@ void StuckWatch::add_joint(const MotionView& view, std::size_t j) {
     case Mode::joint_position:
     case Mode::dex_hand_joint: {
       const double left = std::abs(turned_by(joint, view.state.positions[j], view.now[j]));
-      if (exceeds(left, joint.dead_band)) told.reach(left, 0.0);
+      if (exceeds(left, joint.dead_band)) told.reach(left);
       return;
     }
     default:

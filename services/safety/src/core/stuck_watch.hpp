@@ -29,7 +29,7 @@ class StuckWatch {
     double angular = 0.0;
 
     void add(const Twist& motion);
-    void reach(double far, double turned);
+    void reach(double far, double turned = 0.0);
     [[nodiscard]] bool beyond(double dead_band, std::uint32_t rows_needed) const;
   };
   struct Joint {

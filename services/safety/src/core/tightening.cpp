@@ -1,5 +1,7 @@
 #include "tightening.hpp"
 
+#include <algorithm>
+
 #include "fairlead_safety/mode_blocks.hpp"
 #include "phrase.hpp"
 
@@ -59,7 +61,7 @@ Text tighten_own_limit(const Limits& limits, const PartLimits& part, const Limit
                        double JointLimits::*own, JointModeLimits& mode) {
   double limit = mode.claimed_limit;
   for (const std::size_t joint : part.joints)
-    if (!(limit <= limits.joints[joint].*own)) limit = limits.joints[joint].*own;
+    limit = std::min(limits.joints[joint].*own, limit);  // the joint's where it is NaN: none yet
   const Text fault = lower_it(wanted, limit);
   if (fault.empty()) mode.claimed_limit = limit;
   return fault;

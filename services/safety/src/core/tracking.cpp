@@ -45,53 +45,59 @@ Evidence check_velocities(const MotionView& view) {
   return {};
 }
 
-// The measured motion in the row's own unit: m and rad in a tick, or in a second.
-bool measured_motion(const MotionView& view, Twist& motion) {
-  if (view.mode() == static_cast<std::uint8_t>(Mode::body_twist)) {
-    if (!base_displacement(view, motion)) return false;
-  } else {
-    motion = tool_displacement(view);
-  }
-  if (view.mode() == static_cast<std::uint8_t>(Mode::cartesian_delta)) return true;
-  motion.linear /= view.period_s();
-  motion.angular /= view.period_s();
+// What was measured when the row began, and in its tick, in the row's own unit: m and rad in a
+// tick, or in a second.
+struct Motions {
+  Twist before;
+  Twist during;
+};
+
+// False if the part is no base of two slides and a yaw.
+bool measure_base(const MotionView& view, Motions& measured) {
+  if (!base_displacement(view, measured.during) ||
+      !measured_base_twist(view.limits, view.part(), view.before, measured.before))
+    return false;
+  measured.during.linear /= view.period_s();
+  measured.during.angular /= view.period_s();
   return true;
 }
 
-// What the part was measured to do when the row began, in the same unit.
-Twist motion_before(const MotionView& view) {
-  Twist twist;
-  if (view.mode() == static_cast<std::uint8_t>(Mode::body_twist)) {
-    (void)measured_base_twist(view.limits, view.part(), view.before, twist);
-    return twist;
-  }
+void measure_tool(const MotionView& view, Motions& measured) {
   const Kinematics& tree = view.limits.kinematics;
   const std::size_t frame = tree.find(view.now.action->frame_id);
-  twist = link_twist(tree, view.before, frame, view.part().tool, &view.part());
-  if (view.mode() == static_cast<std::uint8_t>(Mode::cartesian_delta)) {
-    twist.linear *= view.period_s();
-    twist.angular *= view.period_s();
+  measured.before = link_twist(tree, view.before, frame, view.part().tool, &view.part());
+  measured.during = tool_displacement(view);
+  const bool per_tick = view.mode() == static_cast<std::uint8_t>(Mode::cartesian_delta);
+  if (per_tick) {
+    measured.before.linear *= view.period_s();
+    measured.before.angular *= view.period_s();
+  } else {
+    measured.during.linear /= view.period_s();
+    measured.during.angular /= view.period_s();
   }
-  return twist;
 }
 
-TrackingSpan span_of(const MotionView& view, const Gain& gain, Eigen::Vector3d Twist::*half) {
+TrackingSpan span_of(const MotionView& view, const Gain& gain, const Twist& before,
+                     Eigen::Vector3d Twist::*half) {
   const Twist told = halves(view.now);
   if (view.previous.action == nullptr)
-    return TrackingSpan::after_hold(gain, motion_before(view).*half, told.*half);
+    return TrackingSpan::after_hold(gain, before.*half, told.*half);
   return TrackingSpan::after_row(gain, halves(view.previous).*half, told.*half);
 }
 
 Evidence check_halves(const MotionView& view) {
   const CartesianLimits& mode = *norm_block(view.modes, view.mode());
-  Twist motion;
-  if (!measured_motion(view, motion)) return {};
-  const Evidence linear =
-      within("linear", span_of(view, mode.gain, &Twist::linear).distance(motion.linear),
-             mode.linear_tracking, mode.source);
+  Motions measured;
+  if (view.mode() != static_cast<std::uint8_t>(Mode::body_twist))
+    measure_tool(view, measured);
+  else if (!measure_base(view, measured))
+    return {};
+  const auto off = [&](Eigen::Vector3d Twist::*half) {
+    return span_of(view, mode.gain, measured.before, half).distance(measured.during.*half);
+  };
+  const Evidence linear = within("linear", off(&Twist::linear), mode.linear_tracking, mode.source);
   if (!linear.ok()) return linear;
-  return within("angular", span_of(view, mode.gain, &Twist::angular).distance(motion.angular),
-                mode.angular_tracking, mode.source);
+  return within("angular", off(&Twist::angular), mode.angular_tracking, mode.source);
 }
 
 Evidence check_pose(const MotionView& view) {

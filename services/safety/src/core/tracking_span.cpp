@@ -27,15 +27,16 @@ double to_segment(const Point& p, const Point& a, const Point& b) {
 
 double to_triangle(const Point& p, const Point& a, const Point& b, const Point& c) {
   const double edge = lesser(to_segment(p, a, b), lesser(to_segment(p, b, c), to_segment(p, c, a)));
-  const Point normal = (b - a).cross(c - a);
+  const Point one = b - a, other = c - a;
+  const Point normal = one.cross(other);
   // A sliver is as good as its edges, and its normal is noise.
   constexpr double sliver = std::numeric_limits<double>::epsilon();
-  if (!(normal.squaredNorm() > sliver * (b - a).squaredNorm() * (c - a).squaredNorm())) return edge;
+  if (!(normal.squaredNorm() > sliver * one.squaredNorm() * other.squaredNorm())) return edge;
   const auto outside = [&](const Point& from, const Point& to) {
     return std::signbit((to - from).cross(p - from).dot(normal));
   };
   if (outside(a, b) || outside(b, c) || outside(c, a)) return edge;
-  return std::abs(normal.dot(p - a)) / normal.norm();
+  return std::abs(normal.dot(p)) / normal.norm();
 }
 
 }  // namespace

@@ -1,7 +1,7 @@
 #include "writer.hpp"
 
+#include <algorithm>
 #include <bit>
-#include <cstring>
 
 namespace fairlead {
 
@@ -10,7 +10,7 @@ void Writer::raw(const void* data, std::size_t count) {
     overflow_ = true;
     return;
   }
-  if (count > 0) std::memcpy(buffer_.data() + size_, data, count);
+  std::copy_n(static_cast<const std::uint8_t*>(data), count, buffer_.data() + size_);
   size_ += count;
 }
 
@@ -40,7 +40,7 @@ void Writer::unsigned_number(std::uint64_t value) {
 
 void Writer::signed_number(std::int64_t value) {
   const auto bits = static_cast<std::uint64_t>(value);
-  if (value >= 0) {
+  if (value >= 0x80) {
     unsigned_number(bits);
   } else if (value >= -32) {
     byte(static_cast<std::uint8_t>(bits));

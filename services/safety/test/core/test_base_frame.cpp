@@ -1,9 +1,10 @@
-// G040 of a base whose controller turns x and y of joint_velocity by minus its yaw.
+// A base whose controller turns x and y of joint_velocity by minus its yaw: G040, and its speed.
 
 #include <doctest/doctest.h>
 
 #include <cmath>
 
+#include "told_motion.hpp"
 #include "tracked_rig.hpp"
 
 using namespace fairlead;
@@ -38,4 +39,19 @@ TEST_CASE("G040 a base told against its yaw: its slides are compared with the ro
     rig.act();
     CHECK(rig.stopped());
   }
+}
+
+TEST_CASE("a slide is told at most its own speed, or both slides' where rows are turned") {
+  Limits limits = test_limits();
+  limits.joints[base_x].velocity_limit = 3.0;
+  limits.joints[base_y].velocity_limit = 4.0;
+  CHECK(fastest_told(limits, base_x) == 3.0);
+  CHECK(fastest_told(limits, base_y) == 4.0);
+  limits.base.against_yaw = true;
+  CHECK(fastest_told(limits, base_x) == 5.0);
+  CHECK(fastest_told(limits, base_y) == 5.0);
+  CHECK(fastest_told(limits, base_yaw) == 1.5);
+  CHECK(fastest_told(limits, arm_1) == 1.5);
+  limits.base.present = false;
+  CHECK(fastest_told(limits, base_x) == 3.0);
 }

@@ -123,3 +123,20 @@ TEST_CASE("G013 only a continuous joint may be reported in another turn") {
   CHECK_FALSE(jump(torso, 0.0, turn).ok());
   CHECK_FALSE(jump(base_x, 0.0, turn).ok());
 }
+
+TEST_CASE("a robot stands still where each measured joint does, the passive one too") {
+  const Limits limits = test_limits();
+  CHECK(at_standstill(limits, state_at_rest()));
+  for (std::size_t i = 0; i < measured_count; ++i)
+    for (const double sign : {1.0, -1.0}) {
+      const double limit = i == torso ? 0.01 : 0.05;
+      MeasuredState state = state_at_rest();
+      state.velocities[i] = sign * just_below(limit);
+      CHECK(at_standstill(limits, state));
+      state.velocities[i] = sign * limit;
+      CHECK_FALSE(at_standstill(limits, state));
+    }
+  MeasuredState none = state_at_rest();
+  none.count = 0;
+  CHECK_FALSE(at_standstill(limits, none));
+}

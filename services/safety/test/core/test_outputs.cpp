@@ -44,3 +44,11 @@ TEST_CASE("too many bytes are reported, not overrun") {
   outputs->add(OutputKind::reply, "runner", Done{"done"});
   CHECK(outputs->overflowed());
 }
+
+TEST_CASE("a line of the log may be empty, and is cut where no room is left: that is no fault") {
+  const auto outputs = std::make_unique<Outputs>();
+  outputs->add_log("");
+  REQUIRE(outputs->items().size() == 1);
+  CHECK(outputs->payload(outputs->items()[0]).empty());
+  CHECK_FALSE(outputs->overflowed());
+}

@@ -145,6 +145,7 @@ TEST_CASE(
   CHECK(in_order(1, 3));
   CHECK_FALSE(in_order(0, 3));
   CHECK_FALSE(in_order(1, 4));
+  CHECK_FALSE(in_order(1, 1));
   CHECK_FALSE(in_order(3, 3));
 }
 
@@ -182,4 +183,21 @@ TEST_CASE("quick look: a robot of one joint is looked at number by number") {
   const ChunkBuilder chunk = ChunkBuilder().add(base, Mode::joint_velocity, {{0.0}}, {base_x});
   CHECK_FALSE(certainly_in_order(limits, limits.parts[base].modes, state_at_rest(),
                                  chunk.chunk.parts[0], 0, 1));
+}
+
+TEST_CASE("quick look: a robot of two joints is looked at") {
+  Limits limits = test_limits();
+  (void)limits.joints.resize(2);
+  limits.parts[base].joints.clear();
+  (void)limits.parts[base].joints.push_back(base_x);
+  (void)limits.parts[base].joints.push_back(base_y);
+  const auto in_order = [&limits](double x, double y) {
+    const ChunkBuilder chunk =
+        ChunkBuilder().add(base, Mode::joint_velocity, {{x, y}}, {base_x, base_y});
+    return certainly_in_order(limits, limits.parts[base].modes, state_at_rest(),
+                              chunk.chunk.parts[0], 0, 1);
+  };
+  CHECK(in_order(1.5, -1.5));
+  CHECK_FALSE(in_order(just_above(1.5), 0.0));
+  CHECK_FALSE(in_order(0.0, just_above(1.5)));
 }

@@ -38,6 +38,7 @@ TEST_CASE("signed numbers in each of their forms") {
                                       {{0x7F}, 127},
                                       {{0xE0}, -32},
                                       {{0xFF}, -1},
+                                      {{0xCC, 0x00}, 0},
                                       {{0xCC, 0x80}, 128},
                                       {{0xCD, 0x01, 0x00}, 256},
                                       {{0xCE, 0x80, 0, 0, 0}, 2'147'483'648},
@@ -124,10 +125,27 @@ TEST_CASE("texts are UTF-8: the edges of every range") {
        {"a", "\x7F", "\xC2\x80", "\xDF\xBF", "\xE0\xA0\x80", "\xED\x9F\xBF", "\xEE\x80\x80",
         "\xEF\xBF\xBF", "\xF0\x90\x80\x80", "\xF4\x8F\xBF\xBF", "x\xC3\xA9y", ""})
     CHECK(is_text(good));
-  for (const char* bad :
-       {"\x80", "\xBF", "\xC1\xBF", "\xC2", "\xC2\x7F", "\xC2\xC0", "\xE0\x9F\xBF", "\xE0\x80\x80",
-        "\xED\xA0\x80", "\xED\xBF\xBF", "\xE1\x80", "\xF0\x8F\xBF\xBF", "\xF0\x80\x80\x80",
-        "\xF4\x90\x80\x80", "\xF5\x80\x80\x80", "\xF1\x80\x80", "\xF1\x80\x80\x7F", "\xFF"}) {
+  for (const char* bad : {"\x80",
+                          "\xBF",
+                          "\xC1\xBF",
+                          "\xC2",
+                          "\xC2\x7F",
+                          "\xC2\xC0",
+                          "\xE0\x9F\xBF",
+                          "\xE0\x80\x80",
+                          "\xED\xA0\x80",
+                          "\xED\xBF\xBF",
+                          "\xE1\x80",
+                          "\xF0\x8F\xBF\xBF",
+                          "\xF0\x80\x80\x80",
+                          "\xF4\x90\x80\x80",
+                          "\xF5\x80\x80\x80",
+                          "\xF1\x80\x80",
+                          "\xF1\x80\x80\x7F",
+                          "\xFF",
+                          "\xE1\x80\xC0",
+                          "\xF1\x80\x80\xC0",
+                          "\xE0\xA0\x7F"}) {
     const Frame frame = text_of(bad);
     Reader reader{frame};
     CHECK(reader.text().empty());

@@ -152,7 +152,10 @@ TEST_CASE("rows that act now or acted before are kept while newer candidates com
     CHECK(plan->chunk_of(*plan->current()).seq == 41 + i);
     REQUIRE(plan->row_of(row(100 + i, 0)).chunk != nullptr);
     CHECK(plan->row_of(row(100 + i, 0)).chunk->seq == 41 + i);
-    if (i > 14) continue;  // the ring remembers sixteen releases
+    // With one place taken, the newest three candidates are there.
+    for (std::uint64_t past = 1; past < 3 && past < i; ++past)
+      CHECK(plan->row_of(row(100 + i - past, 0)).chunk != nullptr);
+    if (i > 15) continue;  // the ring remembers sixteen releases
     REQUIRE(plan->row_of(row(7, 0)).chunk != nullptr);
     CHECK(plan->row_of(row(7, 0)).chunk->seq == 41);
   }
@@ -168,6 +171,16 @@ TEST_CASE("the numbers of a release whose place was used again are gone, not ano
     CHECK((gone || found.chunk->seq == 40 + i));
     CHECK(gone == (i <= 2));  // four places
   }
+}
+
+TEST_CASE("verdict 1 is one like any other: found while it is remembered, and not after that") {
+  Plan plan;
+  plan->begin_tick(100, holds);
+  plan.release(1, 101, holds, 41);
+  REQUIRE(plan->row_of(row(1, 0)).chunk != nullptr);
+  CHECK(plan->row_of(row(1, 0)).chunk->seq == 41);
+  for (std::uint64_t i = 0; i < 20; ++i) plan.release(101 + i, 101, holds);
+  CHECK(plan->row_of(row(1, 0)).chunk == nullptr);
 }
 
 TEST_CASE("what is left of a candidate is released again under another verdict") {

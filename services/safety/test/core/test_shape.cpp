@@ -239,3 +239,23 @@ TEST_CASE("G009 no part is commanded twice in one tick") {
                     .joint(arm, Mode::joint_position, arm_1, {0.1})
                     .joint(arm, Mode::joint_velocity, arm_2, {0.1})) == 9);
 }
+
+TEST_CASE("G009 a number along an axis that is not free: axis, row and part, the first axis too") {
+  Limits limits = test_limits();
+  limits.parts[base].modes.body_twist.free_axes[0] = false;
+  const ChunkBuilder along_x = ChunkBuilder().along(base, Mode::body_twist, 0, {0.0, 0.1});
+  const Evidence evidence = check_shape(limits, whole_robot(limits), along_x.chunk);
+  CHECK(evidence.code == 9);
+  CHECK(evidence.axis == "x");
+  CHECK(evidence.row == 1);
+  CHECK(evidence.part == "base");
+  CHECK(evidence.value == 0.1);
+}
+
+TEST_CASE("G009 a mask out of order says which joint comes behind which") {
+  const Row zeros(joint_count, 0.0);
+  const Evidence evidence =
+      shape(ChunkBuilder().add(arm, Mode::joint_position, {zeros}, {arm_2, arm_1}).chunk);
+  CHECK(evidence.value == arm_1);
+  CHECK(evidence.limit == arm_2);
+}

@@ -46,10 +46,26 @@ TEST_CASE("G040 after a row: between the shares of both rows, no nearer to stand
   // Shares of 2 along y: 1 to 2; of 4 along x: 2 to 4.
   const TrackingSpan span = TrackingSpan::after_row({0.5, 1.0}, {0, 2, 0}, {4, 0, 0});
   for (const Point& point : {Point(0, 1, 0), Point(0, 2, 0), Point(2, 0, 0), Point(4, 0, 0),
-                             Point(1, 1, 0), Point(1, 0.5, 0)})
+                             Point(1, 1, 0), Point(1, 0.5, 0), Point(2, 0.25, 0)})
     CHECK(span.distance(point) == doctest::Approx(0.0));
   CHECK(span.distance({0, 0, 0}) == doctest::Approx(2.0 / root_5));
   CHECK(span.distance({1, 1, 0.25}) == doctest::Approx(0.25));
+  CHECK(span.distance({2, 0.25, 0.125}) == doctest::Approx(0.125));
+}
+
+TEST_CASE("G040 more than what was asked for may happen, by the upper share of either row") {
+  const TrackingSpan span = TrackingSpan::after_row({0.5, 1.25}, {0, 2, 0}, {4, 0, 0});
+  CHECK(span.distance({0, 2.5, 0}) == 0.0);
+  CHECK(span.distance({0, 3.5, 0}) == 1.0);
+  CHECK(span.distance({5, 0, 0}) == 0.0);
+  CHECK(span.distance({6, 0, 0}) == 1.0);
+}
+
+TEST_CASE("G040 where all of what is told happens, a motion is as far off as the nearest end") {
+  const TrackingSpan line = TrackingSpan::after_row({1.0, 1.0}, {0, 2, 0}, {4, 0, 0});
+  CHECK(line.distance({2, 1, 0}) == doctest::Approx(0.0));
+  CHECK(line.distance({6, -1, 0}) == doctest::Approx(root_5));
+  CHECK(line.distance({-2, 3, 0}) == doctest::Approx(root_5));
 }
 
 TEST_CASE("G040 motions along one line leave no area: what counts is the line") {
@@ -67,6 +83,9 @@ TEST_CASE("G040 the size of the motions does not matter, not even one of a micro
       TrackingSpan::after_hold({0.5, 1.0}, {0, 2 * small, 0}, {4096 * small, 0, 0});
   CHECK(span.distance({small, small, small}) == small);
   CHECK(span.distance({small, small, 0}) == 0.0);
+  const TrackingSpan tiny =
+      TrackingSpan::after_hold({0.5, 1.0}, {0, 2 * small, 0}, {4 * small, 0, 0});
+  CHECK(tiny.distance({small, 0.5 * small, 0}) == 0.0);
 }
 
 TEST_CASE("G040 a motion that is no number is nowhere") {
@@ -77,5 +96,10 @@ TEST_CASE("G040 a motion that is no number is nowhere") {
     Point told(4, 0, 0);
     told[i] = not_a_number;
     CHECK(std::isnan(TrackingSpan::after_hold({0.5, 1.0}, {0, 2, 0}, told).distance({1, 1, 0})));
+    Point before(0, 2, 0);
+    before[i] = not_a_number;
+    for (const TrackingSpan& span : {TrackingSpan::after_hold({0.5, 1.0}, before, {4, 0, 0}),
+                                     TrackingSpan::after_row({0.5, 1.0}, before, {4, 0, 0})})
+      CHECK(std::isnan(span.distance({1, 1, 0})));
   }
 }

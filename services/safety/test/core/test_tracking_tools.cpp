@@ -1,6 +1,7 @@
 // G040: where a tool went, against the deltas, twists and poses that acted.
 
 #include <cmath>
+#include <numbers>
 
 #include "tracked_rig.hpp"
 
@@ -130,8 +131,36 @@ TEST_CASE("G040 a body twist of a part whose motion tells none is not judged by 
       mode.linear_tracking = mode.angular_tracking = 1e-9;
     });
     rig.begin(ChunkBuilder().along(arm, Mode::body_twist, 0, {0.5, 0.5}));
-    rig.positions[arm_1] += 0.1;
+    for (int i = 0; i < 2; ++i) {
+      rig.positions[arm_1] += 0.1;
+      rig.act();
+      CHECK_FALSE(rig.stopped());
+    }
+  }
+}
+
+TEST_CASE("G040 a tool's motion is seen along the axes of the frame that the row names") {
+  // The upper arm is turned to the left by a right angle: its y points backwards.
+  const auto stops = [](bool lockstep, const Row& told, std::size_t joint, double change) {
+    TrackedRig rig(lockstep, [](Limits& limits) {
+      narrow_tool(limits, 0.005, 0.05);
+      (void)limits.parts[arm].modes.cartesian_delta.frames.push_back("upper");
+    });
+    for (int i = 0; i < 4; ++i) {
+      rig.positions[arm_1] += std::numbers::pi / 8;
+      rig.hold();
+    }
+    rig.begin(ChunkBuilder().add(arm, Mode::cartesian_delta, Rows(4, told), {}, "upper"));
+    rig.positions[joint] += change;
     rig.act();
-    CHECK_FALSE(rig.stopped());
+    return rig.stopped();
+  };
+  for (const bool lockstep : {true, false}) {
+    const Row aside{0, 0.02, 0, 0, 0, 0.02 / 0.7};
+    CHECK_FALSE(stops(lockstep, aside, arm_1, turn_for(0.02)));
+    CHECK(stops(lockstep, aside, arm_1, turn_for(-0.02)));
+    const Row nod{0, 0, -0.03, 0, 0.1, 0};
+    CHECK_FALSE(stops(lockstep, nod, arm_2, 0.1));
+    CHECK(stops(lockstep, nod, arm_2, -0.1));
   }
 }

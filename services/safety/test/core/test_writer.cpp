@@ -62,6 +62,8 @@ TEST_CASE("unsigned numbers take the shortest form") {
 TEST_CASE("signed numbers take the shortest form") {
   CHECK(signed_frame(0) == Frame{0x00});
   CHECK(signed_frame(1) == Frame{0x01});
+  CHECK(signed_frame(127) == Frame{0x7F});
+  CHECK(signed_frame(128) == Frame{0xCC, 0x80});
   CHECK(signed_frame(200) == Frame{0xCC, 200});
   CHECK(signed_frame(-1) == Frame{0xFF});
   CHECK(signed_frame(-32) == Frame{0xE0});
