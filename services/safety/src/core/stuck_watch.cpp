@@ -124,9 +124,7 @@ Evidence StuckWatch::after_row(const MotionView& view) {
       "told to move in stuck_ticks rows, no joint of the part changed beyond encoder_step");
 }
 
-void StuckWatch::clear() {
-  joints_.fill(Joint{});
-  parts_.fill(Told{});
-}
+// The next position of any joint is a change, with which its part begins anew, too.
+void StuckWatch::clear() { joints_.fill(Joint{}); }
 
 }  // namespace fairlead

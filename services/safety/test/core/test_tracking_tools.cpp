@@ -128,6 +128,7 @@ TEST_CASE("G040 a body twist of a part whose motion tells none is not judged by 
     TrackedRig rig(lockstep, [](Limits& limits) {
       CartesianLimits& mode = limits.parts[arm].modes.body_twist;
       mode = cartesian_mode(1.0, 1.5, {0, 1, 5});
+      mode.gain = {0.5, 1.0};
       mode.linear_tracking = mode.angular_tracking = 1e-9;
     });
     rig.begin(ChunkBuilder().along(arm, Mode::body_twist, 0, {0.5, 0.5}));
