@@ -129,3 +129,57 @@ TEST_CASE("a pose is reached up to and including a micrometre: nothing moves for
   CHECK_FALSE(moved(1e-6));
   CHECK(moved(just_above(1e-6)));
 }
+
+namespace {
+
+// What one motion does to the free arm's joints, and what its first step alone does.
+struct Moved {
+  Moved(const Limits& limits, const Motion6& motion) {
+    const PathPlan plan(limits);
+    FramePoses start, end;
+    start.place(plan, joints);
+    end.place(plan, joints);
+    CHECK(move_tool(plan, plan.tools[arm], motion, start, end, joints, straight).ok());
+  }
+  Joints joints{};
+  Joints straight{};
+};
+
+Motion6 along_x(double distance) { return distance * Motion6::Unit(0); }
+
+}  // namespace
+
+TEST_CASE("a motion ends with the first step that moves no joint by more than two millimetres") {
+  Limits limits = free_arm::limits();
+  limits.kinematics.links[2].translation[0] = 0.0;  // the tool at x = 0, for the last bit of a way
+  const auto last = [&](double told) {
+    const Moved moved(limits, along_x(told));
+    const double step = moved.straight[free_arm::slide_x];
+    CHECK((step <= 2e-3) == (moved.joints == moved.straight));
+    return step;
+  };
+  // The damping of 0.02 takes 0.0004 off; somewhere near there a step is 2 mm to the last bit.
+  double told = 2e-3 * 1.0004 - 4e-17;
+  bool exact = false;
+  for (int i = 0; i < 200; ++i, told = just_above(told)) exact |= last(told) == 2e-3;
+  CHECK(exact);
+  CHECK(last(-1.9e-3) == doctest::Approx(-1.9e-3 / 1.0004));
+  CHECK(last(3e-3) == doctest::Approx(3e-3 / 1.0004));
+}
+
+TEST_CASE("a motion is made in six steps at most, of which each leaves what the damping takes") {
+  // Two slides that are parallel but for 28 mrad: across, their singular value is 0.02, the damping
+  // itself, so that each step makes half of what is missing.
+  Limits limits = free_arm::limits();
+  limits.parts[arm].joints.clear();
+  for (const std::size_t joint : {free_arm::slide_x, free_arm::slide_y})
+    (void)limits.parts[arm].joints.push_back(joint);
+  const double half_angle = std::asin(0.02 / std::sqrt(2.0));
+  auto& links = limits.kinematics.links;
+  links[2].axis = {std::cos(half_angle), std::sin(half_angle), 0.0};
+  links[3].axis = {std::cos(half_angle), -std::sin(half_angle), 0.0};
+  const Moved moved(limits, 0.1 * Motion6::Unit(1));
+  const double aside =
+      std::sin(half_angle) * (moved.joints[free_arm::slide_x] - moved.joints[free_arm::slide_y]);
+  CHECK(aside == doctest::Approx(0.1 * (1.0 - 1.0 / 64.0)));
+}
