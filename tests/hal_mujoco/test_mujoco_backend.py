@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+from collections.abc import Iterator
 from pathlib import Path
 
 import mujoco
@@ -179,10 +180,22 @@ def test_task_succeeds_at_the_goal_key_only_and_only_at_rest(backend: MujocoBack
     assert resting is not None and resting.success, resting
 
 
-def test_a_diverged_simulation_is_an_error_and_not_a_new_start(backend: MujocoBackend) -> None:
+@pytest.fixture
+def mujoco_warnings() -> Iterator[list[str]]:
+    """What MuJoCo warns of, kept from the terminal and from MUJOCO_LOG.TXT."""
+    texts: list[str] = []
+    mujoco.set_mju_user_warning(texts.append)
+    yield texts
+    mujoco.set_mju_user_warning(None)
+
+
+def test_a_diverged_simulation_is_an_error_and_not_a_new_start(
+    backend: MujocoBackend, mujoco_warnings: list[str]
+) -> None:
     backend._data.qvel[0] = np.nan
     with pytest.raises(RuntimeError, match="the simulation diverged at"):
         backend.apply({})
+    assert any("QVEL" in text for text in mujoco_warnings)
 
 
 @pytest.fixture
