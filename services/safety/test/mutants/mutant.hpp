@@ -200,7 +200,10 @@ Left<A, 9> operator/(const A& a, Product tag) {
 }
 template <class A, class B>
 auto operator/(Left<A, 9> left, const B& b) {
-  return on(left.id) ? left.value * b : left.value / b;
+  if constexpr (requires { (left.value / b).eval(); })
+    return on(left.id) ? (left.value * b).eval() : (left.value / b).eval();
+  else
+    return on(left.id) ? left.value * b : left.value / b;
 }
 
 }  // namespace fm
