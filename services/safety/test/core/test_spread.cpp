@@ -82,3 +82,12 @@ TEST_CASE("G024 the row that acts and is not measured yet spreads what follows")
   CHECK(path_of(quarter_to_all(-1.0, 0.0375 - 1e-9), next, before).evidence.code == 24);
   CHECK(path_of(quarter_to_all(-1.0, 0.05 + 1e-9), next, before).evidence.ok());
 }
+
+TEST_CASE("G024 the first of the joints spreads like the others") {
+  Limits limits = quarter_to_all(-1.0, 1.0);
+  const ChunkBuilder ahead = one_joint(Mode::joint_velocity, turn_z, {-1.0, 1.0});
+  limits.joints[turn_z].bounds.upper = 0.0375 + 1e-9;
+  CHECK(path_of(limits, ahead).evidence.ok());
+  limits.joints[turn_z].bounds.upper = 0.0375 - 1e-9;
+  CHECK(path_of(limits, ahead).evidence.code == 24);
+}
