@@ -142,6 +142,19 @@ TEST_CASE(
   check_near(look, 0, 1, 0.25);
 }
 
+TEST_CASE("a capsule is not near if its sphere is clear by as much as anything goes, up to that") {
+  Limits limits = free_arm::limits();
+  limits.parts[arm].tool = no_link;
+  limits.collision.pairs.clear();
+  // The sphere is clear by 1.5 m; by its end, with a rounding error, the capsule would be nearer.
+  limits.collision.capsules[1] = {column, {1.1, 0, 0}, {1.2, 0, 0}, 0.1};
+  (void)limits.workspace.volumes.push_back({"shelf", true, {2.8, -1, -1}, {4, 1, 1}});
+  CHECK(Look(limits, going(0.0, 1.5), 1.0).found.near_count == 0);
+  const Look further(limits, going(0.0, just_above(1.5)), 1.0);
+  CHECK(further.found.near_count == 1);
+  check_near(further, 0, 0, 1.5);
+}
+
 TEST_CASE("the share of its way that a capsule is clear by") {
   const Limits limits = flag();
   const Look look(limits, going(0.5, 0.0), 1.0);
