@@ -14,6 +14,7 @@ ROOT = Path(__file__).resolve().parents[2]
 TESTS = "fairlead-safety-tests"
 CORE = ROOT / "services/safety/src/core"
 HEADERS = ROOT / "services/safety/include/fairlead_safety"
+MACROS = ROOT / "services/safety/test/mutants/mutant.hpp"
 BLOCK = 400  # numbers for each file: those of one stay as they are when another changes
 INDEXED = ("fixed.hpp", "wire_fields.hpp")
 
@@ -42,6 +43,9 @@ def populate(files: tuple[str, ...] = ()) -> Population:
         assert len(found.mutants) <= BLOCK, name
         mutants.update(enumerate(found.mutants, start=first))
         texts[name] = found.text()
+    room = re.search(r"unsigned most = ([\d']+);", MACROS.read_text())
+    most = int(room[1].replace("'", "")) if room else 0
+    assert max(mutants, default=0) < most, f"{MACROS} has room for {most} only"
     return Population(mutants, texts)
 
 

@@ -21,7 +21,7 @@
 
 namespace fm {
 
-inline constexpr unsigned most = 40'000;
+inline constexpr unsigned most = 100'000;
 extern unsigned active;     // the mutant of this process, 0: none
 extern bool reached[most];  // which ones the running test has come by
 
