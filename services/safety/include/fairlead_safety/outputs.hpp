@@ -39,6 +39,7 @@ class Outputs {
   void clear() {
     items_.clear();
     used_ = 0;
+    overflowed_ = false;
   }
   [[nodiscard]] const FixedVec<Output, 96>& items() const { return items_; }
   [[nodiscard]] Bytes payload(const Output& output) const {
