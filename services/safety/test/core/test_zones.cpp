@@ -239,3 +239,22 @@ TEST_CASE("G034 a base pushed by torques goes where nobody knows, against its ya
     CHECK(drive(limits, push, moving).evidence.code == 34);
   }
 }
+
+TEST_CASE("G034 a post is not driven through where one slide brakes sooner than the other") {
+  Limits limits = hall(9.0);
+  limits.base.footprint =
+      corners({{-0.005, -0.005}, {0.005, -0.005}, {0.005, 0.005}, {-0.005, 0.005}});
+  limits.base.reaction_s = 0.0;
+  limits.joints[base_x].acceleration_limit = 3.75;  // 1.5 m/s: 0.3 m in 0.4 s
+  limits.joints[base_y].acceleration_limit = 0.15;  // 0.3 m/s: 0.3 m in 2 s
+  const ChunkBuilder both =
+      ChunkBuilder().add(base, Mode::joint_velocity, {{1.5, 0.3, 0, 0, 0, 0}}, {base_x, base_y});
+  CHECK(drive(limits, both).evidence.ok());
+  // The row ends at (0.075, 0.015), braking at (0.375, 0.315). When x has stopped, y has gone
+  // 0.3 * 0.4 - 0.15 * 0.4 * 0.4 / 2 = 0.108 m further: around a corner, far from the straight way.
+  (void)limits.base.zones.push_back(
+      {"post", true, corners({{0.37, 0.118}, {0.38, 0.118}, {0.38, 0.128}, {0.37, 0.128}})});
+  CHECK(drive(limits, both).evidence.code == 34);
+  for (Corner& corner : limits.base.zones[1].corners) corner[0] += 0.02;
+  CHECK(drive(limits, both).evidence.ok());
+}

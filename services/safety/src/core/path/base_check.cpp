@@ -77,7 +77,7 @@ Polygon footprint_at(const BaseLimits& base, const Joints& joints) {
 double base_way(const PathPlan& plan, const Joints& from, const Joints& to) {
   const BaseLimits& base = plan.limits.base;
   const auto change = [&](std::size_t i) { return to[base.joints[i]] - from[base.joints[i]]; };
-  return std::hypot(change(0), change(1)) + plan.base_extent * std::abs(change(2));
+  return std::abs(change(0)) + std::abs(change(1)) + plan.base_extent * std::abs(change(2));
 }
 
 Evidence check_base(const PathPlan& plan, const Joints& joints, const Joints& before,

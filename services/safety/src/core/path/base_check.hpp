@@ -18,7 +18,8 @@ double inside(const Polygon& corners, const Polygon& zone);
 /// Corners of the footprint in odom.
 Polygon footprint_at(const BaseLimits& base, const Joints& joints);
 
-/// The largest distance that a corner moves between two configurations [m].
+/// How far a corner moves at most between two configurations, also where one slide stops sooner
+/// than the other: the ways of both, added up [m].
 double base_way(const PathPlan& plan, const Joints& from, const Joints& to);
 
 /// What is at fault where the base is. What was broken where it was `before` may stay as it was.
