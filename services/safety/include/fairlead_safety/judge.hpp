@@ -49,6 +49,7 @@ struct Judgement {
   Outcome outcome = Outcome::refused;
   std::size_t first_row = 0;  // first live row of the chunk
   std::size_t row_count = 0;  // rows released, 0 if refused
+  std::size_t looks = 0;      // configurations that G031, G032 and G034 looked at
   Evidence evidence;          // why the rest was not
 };
 

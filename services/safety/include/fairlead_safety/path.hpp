@@ -19,6 +19,10 @@ struct Companion {
 };
 using Companions = std::span<const Companion>;
 
+/// A judgement that has looked at so many configurations finishes the branch of a row that it is
+/// at, and looks at no other: the next is at fault (G030). It bounds the time that it takes.
+inline constexpr std::size_t max_looks = 4096;
+
 /// G024, G030 to G034 of rows [first_row, end_row), predicted from the measured state. `row_count`
 /// is how many pass before the first that does not; of that one the evidence tells. Nothing else
 /// is checked: the rows have passed `check_shape` and the other checks of their own.

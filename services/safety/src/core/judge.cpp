@@ -8,7 +8,8 @@ namespace {
 
 // Rows in order, up to the first that `check` finds fault with.
 template <class Check>
-Judgement judge_each(std::size_t first_row, std::size_t end_row, const Check& check) {
+Judgement judge_each(std::size_t first_row, std::size_t end_row, const PathWalk& by_path,
+                     const Check& check) {
   Judgement judgement;
   judgement.first_row = first_row;
   for (std::size_t row = first_row; row < end_row; ++row) {
@@ -16,6 +17,7 @@ Judgement judge_each(std::size_t first_row, std::size_t end_row, const Check& ch
     if (!judgement.evidence.ok()) break;
     ++judgement.row_count;
   }
+  judgement.looks = by_path.looks();
   if (judgement.row_count == 0) return judgement;  // refused, by its first row
   judgement.outcome = judgement.evidence.ok() ? Outcome::released : Outcome::truncated;
   return judgement;
@@ -39,7 +41,7 @@ Judgement judge_rows(const PathPlan& plan, const ClaimLimits& claim, const Measu
                      Companions companions) {
   const LimitWalk by_limits(plan.limits, claim, state, chunk, first_row, before);
   PathWalk by_path(plan, claim, state, chunk, first_row, before, companions);
-  return judge_each(first_row, chunk.horizon, [&](std::size_t row) {
+  return judge_each(first_row, chunk.horizon, by_path, [&](std::size_t row) {
     const Evidence evidence = by_limits.needs_check(row) ? by_limits.check(row) : Evidence{};
     return evidence.ok() ? by_path.check_next() : evidence;
   });
@@ -49,7 +51,7 @@ Judgement judge_path(const PathPlan& plan, const ClaimLimits& claim, const Measu
                      const ActionChunk& chunk, std::size_t first_row, std::size_t end_row,
                      const RowBefore& before, Companions companions) {
   PathWalk by_path(plan, claim, state, chunk, first_row, before, companions);
-  return judge_each(first_row, end_row, [&](std::size_t) { return by_path.check_next(); });
+  return judge_each(first_row, end_row, by_path, [&](std::size_t) { return by_path.check_next(); });
 }
 
 }  // namespace fairlead

@@ -64,14 +64,14 @@ TEST_CASE("a footprint turns about the yaw axis, which the slides carry") {
   CHECK(turned[2][1] == doctest::Approx(0.75));
 }
 
-TEST_CASE("a base's way: how far the axis goes, and what the turn adds at the furthest corner") {
+TEST_CASE("a base's way: how far each slide goes, and what the turn adds at the furthest corner") {
   Limits limits = test_limits();
   limits.base.footprint = polygon({{-1, -1}, {2, -1}, {2, 3}, {-1, 3}});
   limits.base.yaw_axis = {-1.0, -2.0};  // 3 m and 5 m from the furthest corner
   const PathPlan plan(limits);
   CHECK(plan.base_extent == doctest::Approx(std::sqrt(34.0)));
   const Joints from = at(0.25, -1.0, 0.5), to = at(3.25, 3.0, -1.5);
-  CHECK(base_way(plan, from, to) == doctest::Approx(5.0 + 2.0 * std::sqrt(34.0)));
+  CHECK(base_way(plan, from, to) == doctest::Approx(3.0 + 4.0 + 2.0 * std::sqrt(34.0)));
   CHECK(base_way(plan, to, from) == base_way(plan, from, to));
 }
 

@@ -230,3 +230,25 @@ TEST_CASE("what other claims tell a joint counts from the target before, too") {
   CHECK(code(RowBefore{&last.chunk, 0}) == 0);
   CHECK(code({}) == 32);
 }
+
+TEST_CASE("G024 realtime: what is measured goes on, whatever the row that acts already says") {
+  const auto code = [](const Limits& limits, double acting, double measured) {
+    MeasuredState state = at_rest();
+    state.velocities[slide_x] = measured;
+    const ChunkBuilder before = one_joint(Mode::joint_velocity, slide_x, {acting});
+    const ChunkBuilder next = one_joint(Mode::joint_velocity, slide_x, {0.0});
+    RowBefore acts{&before.chunk, 0};
+    acts.measured = false;
+    return free_arm::judge(limits, next.chunk, state, acts).evidence.code;
+  };
+  // From 1 m/s: 0.05 m in the tick, and 0.1 m to brake.
+  const Limits enough = braking_at(5.0, -0.15 - eps, 0.15 + eps);
+  const Limits less = braking_at(5.0, -0.15 + eps, 0.15 - eps);
+  for (const double acting : {0.0, 0.2, -0.2}) {
+    CHECK(code(enough, acting, 1.0) == 0);
+    CHECK(code(enough, acting, -1.0) == 0);
+    CHECK(code(less, acting, 1.0) == 24);
+    CHECK(code(less, acting, -1.0) == 24);
+  }
+  CHECK(code(less, 0.5, 0.0) == 0);  // 0.025 m, as far again, and 0.025 m to brake
+}

@@ -120,7 +120,7 @@ TEST_CASE("both ends of the gain of each part that moves links; one that moves n
   CHECK(Predicted(limits, state_at_rest(), base_only.chunk).all.branch_count() == 2);
   Predicted predicted(limits, state_at_rest(), both.chunk, RowBefore{&both.chunk, 0});
   REQUIRE(predicted.all.branch_count() == 2);
-  CHECK(predicted.all.start_count() == 1);
+  CHECK(predicted.all.start_count() == 0);
   CHECK(predicted.all.advance().ok());
   const Branch &lower = predicted.all.branch(0), &upper = predicted.all.branch(1);
   CHECK(lower.now[arm_1] == doctest::Approx(0.025));
@@ -155,7 +155,7 @@ TEST_CASE("a tick before the first row: what was told a motion goes on, a target
   ChunkBuilder chunk = one_joint(Mode::joint_velocity, slide_x, {0.0});
   turn_column(chunk, 0.0);
   Predicted predicted(limits, state, chunk.chunk);
-  Branch branch = predicted.all.branch(0);
+  Branch branch = predicted.all.measured();
   CHECK(predicted.all.goes_on(branch));
   CHECK(branch.now[slide_x] == doctest::Approx(0.05));
   CHECK(branch.now[slide_y] == 0.0);
@@ -170,7 +170,7 @@ TEST_CASE("a tick before the first row: what was told a motion goes on, a target
   CHECK(tool_x(branch.poses_now()) == doctest::Approx(0.75));
   state.velocities[slide_x] = 0.0;
   Predicted still(limits, state, chunk.chunk);
-  branch = still.all.branch(0);
+  branch = still.all.measured();
   CHECK_FALSE(still.all.goes_on(branch));
 }
 

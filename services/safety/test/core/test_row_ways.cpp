@@ -81,7 +81,7 @@ TEST_CASE("a row's way: from its middle on, all joints at the same share of thei
   CHECK(asked.empty());
 }
 
-TEST_CASE("a row's way that nothing covers: every centimetre, or every 64th of it") {
+TEST_CASE("a row's way that nothing covers: every centimetre, or every 256th of it") {
   Branch branch{};
   branch.before[0] = -1.0;
   branch.now[0] = 3.0;
@@ -95,7 +95,7 @@ TEST_CASE("a row's way that nothing covers: every centimetre, or every 64th of i
   CHECK(asked[2].need == 0.5);
   asked.clear();
   CHECK(check_row_way(branch, 1, 4.0, 0.0, 0.0, finding(0.0, asked)).ok());
-  CHECK(asked.size() == 63);
+  CHECK(asked.size() == 255);
   const auto last = [](const Joints& joints, double, double& free) {
     free = 0.0;
     return joints[0] > 2.9 ? at_fault() : Evidence{};
@@ -187,7 +187,8 @@ TEST_CASE("a look at shapes says which share of their way they are clear by") {
   const Ways ways(plan, Joints{}, there);
   FramePoses rest, room;
   rest.place(plan, Joints{});
-  const ShapeLook look{plan, check, rest, ways, room};
+  std::size_t looks = 0;
+  const ShapeLook look{plan, check, rest, ways, room, looks};
   double free = unset;
   CHECK(look(Joints{}, 1.0, free).ok());
   CHECK(free == doctest::Approx(0.5));
@@ -198,6 +199,7 @@ TEST_CASE("a look at shapes says which share of their way they are clear by") {
   Clearance found;
   CHECK(check.look(rest, rest, ways, found).ok());
   CHECK(found.others == doctest::Approx(0.4));  // as far as the slide goes, and no further
+  CHECK(looks == 3);
 }
 
 TEST_CASE("a look at zones says which share of its way the footprint is clear by") {
@@ -207,7 +209,8 @@ TEST_CASE("a look at zones says which share of its way the footprint is clear by
   const PathPlan plan(limits);
   Joints joints{};
   const Joints before{};
-  const ZoneLook look{plan, before, 0.8};
+  std::size_t looks = 0;
+  const ZoneLook look{plan, before, 0.8, looks};
   double free = unset;
   CHECK(look(joints, 1.0, free).ok());
   CHECK(free == doctest::Approx(0.5));
@@ -216,4 +219,5 @@ TEST_CASE("a look at zones says which share of its way the footprint is clear by
   CHECK(free == doctest::Approx(0.25));
   joints[base_x] = 0.5;
   CHECK(look(joints, 1.0, free).code == 34);
+  CHECK(looks == 3);
 }

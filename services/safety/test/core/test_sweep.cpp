@@ -39,9 +39,10 @@ TEST_CASE("a way is looked at every 10 mm of its longest") {
   CHECK(sweep(0.04, 0.0).places == std::vector{0.5, 0.25, 0.75});
 }
 
-TEST_CASE("a way is halved six times at most, however long it is") {
+TEST_CASE("a way is halved eight times at most, however long it is") {
   CHECK(sweep(0.64, 0.0).places.size() == 63);
-  CHECK(sweep(100.0, 0.0).places.size() == 63);
+  CHECK(sweep(2.56, 0.0).places.size() == 255);
+  CHECK(sweep(100.0, 0.0).places.size() == 255);
 }
 
 TEST_CASE("a way whose ends are clear by all of it together is clear") {

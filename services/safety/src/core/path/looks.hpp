@@ -6,16 +6,18 @@
 
 namespace fairlead {
 
-/// Bounds of tools and capsules. `poses` is room to place them in.
+/// Bounds of tools and capsules. `poses` is room to place them in; `looks` counts.
 struct ShapeLook {
   const PathPlan& plan;
   const ShapeCheck& check;
   const FramePoses& before;
   const Ways& ways;  // of the whole way
   FramePoses& poses;
+  std::size_t& looks;
 
   Evidence operator()(const Joints& joints, double need, double& free) const {
     Clearance found;
+    ++looks;
     poses.place(plan, joints);
     const Evidence fault = check.look(poses, before, ways, need, found);
     free = check.free_of(found, ways);
@@ -28,9 +30,11 @@ struct ZoneLook {
   const PathPlan& plan;
   const Joints& before;
   double way;
+  std::size_t& looks;
 
   Evidence operator()(const Joints& joints, double, double& free) const {
     double found = unset;
+    ++looks;
     const Evidence fault = check_base(plan, joints, before, found);
     free = free_share(found, way);
     return fault;

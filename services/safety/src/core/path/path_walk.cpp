@@ -60,18 +60,21 @@ Evidence PathWalk::check_next() {
   return evidence;
 }
 
-// Whatever the first row says, what is measured may go on through its tick, and brake then.
+// Whatever the rows say, what is measured may go on for a tick, and brake then; so may what the row
+// that acts already leads to.
 Evidence PathWalk::check_momentum() {
-  Evidence evidence;
-  for (std::size_t i = 0; i < prediction_.start_count() && evidence.ok(); ++i) {
-    Branch branch = prediction_.branch(i);
-    if (!prediction_.goes_on(branch)) continue;
-    Clearance clearance = clearances_[i];
-    const Braking braking(plan_, branch, prediction_.moving(), prediction_.lagging());
-    evidence = check_body(branch, braking, Spread{branch.now, branch.now}, clearance);
-    if (evidence.ok()) evidence = check_zones(branch, braking);
-  }
+  Evidence evidence = check_momentum_of(prediction_.measured());
+  for (std::size_t i = 0; i < prediction_.start_count() && evidence.ok(); ++i)
+    evidence = check_momentum_of(prediction_.branch(i));
   return evidence;
+}
+
+Evidence PathWalk::check_momentum_of(Branch branch) {
+  if (!prediction_.goes_on(branch)) return {};
+  Clearance clearance;
+  const Braking braking(plan_, branch, prediction_.moving(), prediction_.lagging());
+  const Evidence evidence = check_body(branch, braking, Spread{branch.now, branch.now}, clearance);
+  return evidence.ok() ? check_zones(branch, braking) : evidence;
 }
 
 Evidence PathWalk::check_branch(std::size_t index) {
@@ -83,9 +86,12 @@ Evidence PathWalk::check_branch(std::size_t index) {
   return evidence;
 }
 
-// Bounds, volumes and pairs.
+// Bounds, volumes and pairs; and whether there is time left to look at them.
 Evidence PathWalk::check_body(const Branch& branch, const Braking& braking, const Spread& spread,
                               Clearance& clearance) {
+  if (looks_ >= max_looks)
+    return above(code::unreachable, "looks", static_cast<double>(looks_),
+                 static_cast<double>(max_looks), "configurations that one judgement looks at");
   Evidence evidence = check_braking(plan_, branch, braking.end(), spread, prediction_.commanded());
   if (evidence.ok() && !shape_check_.has_nothing())
     evidence = check_shapes(branch, braking, clearance);
@@ -97,11 +103,12 @@ Evidence PathWalk::check_shapes(const Branch& branch, const Braking& braking,
                                 Clearance& clearance) {
   const Ways row(plan_, branch.before, branch.now), stop(plan_, branch.now, braking.end());
   const double free_before = shape_check_.free_of(clearance, row);
+  ++looks_;
   Evidence evidence =
       shape_check_.look(branch.poses_now(), branch.poses_before(), Ways(row, stop), clearance);
   if (!evidence.ok()) return evidence;
   const auto looking = [&](const Ways& ways, FramePoses& poses) {
-    return ShapeLook{plan_, shape_check_, branch.poses_before(), ways, poses};
+    return ShapeLook{plan_, shape_check_, branch.poses_before(), ways, poses, looks_};
   };
   evidence = check_row_way(branch, plan_.limits.measured_count(), row.longest(), free_before,
                            shape_check_.free_of(clearance, row), looking(row, between_));
@@ -122,19 +129,21 @@ Evidence PathWalk::check_singularities(const Branch& branch, const Braking& brak
   return {};
 }
 
-Evidence PathWalk::check_zones(const Branch& branch, const Braking& braking) const {
+Evidence PathWalk::check_zones(const Branch& branch, const Braking& braking) {
   if ((prediction_.commanded() & plan_.base_joints) == 0) return {};
   const double row = base_way(plan_, branch.before, branch.now);
   const double stop = base_way(plan_, branch.now, braking.end());
   double margin = unset, rest_margin = unset;
+  const auto looking = [&](double way) { return ZoneLook{plan_, branch.before, way, looks_}; };
+  looks_ += 2;
   Evidence evidence = check_base(plan_, branch.now, branch.before, margin);
   if (evidence.ok()) evidence = check_base(plan_, braking.end(), branch.before, rest_margin);
   if (!evidence.ok()) return evidence;
   evidence = check_row_way(branch, plan_.limits.measured_count(), row, 0.0, free_share(margin, row),
-                           ZoneLook{plan_, branch.before, row});
+                           looking(row));
   if (!evidence.ok()) return evidence;
   return check_braking_way(branch, braking, stop, free_share(margin, stop),
-                           free_share(rest_margin, stop), ZoneLook{plan_, branch.before, stop});
+                           free_share(rest_margin, stop), looking(stop));
 }
 
 }  // namespace fairlead

@@ -18,21 +18,25 @@ class PathWalk {
 
   /// Goes on by one row and judges where that leads. Not past a fault.
   Evidence check_next();
+  /// Configurations that were looked at so far.
+  [[nodiscard]] std::size_t looks() const { return looks_; }
 
  private:
   Evidence check_momentum();
+  Evidence check_momentum_of(Branch branch);
   Evidence check_branch(std::size_t index);
   Evidence check_body(const Branch& branch, const Braking& braking, const Spread& spread,
                       Clearance& clearance);
   Evidence check_shapes(const Branch& branch, const Braking& braking, Clearance& clearance);
   Evidence check_singularities(const Branch& branch, const Braking& braking);
-  Evidence check_zones(const Branch& branch, const Braking& braking) const;
+  Evidence check_zones(const Branch& branch, const Braking& braking);
 
   const PathPlan& plan_;
   const ActionChunk& chunk_;
   Prediction prediction_;
   ShapeCheck shape_check_;
   bool has_begun_ = false;
+  std::size_t looks_ = 0;
   std::array<Clearance, max_branches> clearances_;  // of each branch where the next row starts
   FramePoses rest_;                                 // where braking ends
   FramePoses between_;

@@ -63,12 +63,14 @@ class Prediction {
   [[nodiscard]] JointSet moving() const { return moving_; }
   /// Those of them that were told a motion, not where to be: what is measured goes on for a while.
   [[nodiscard]] JointSet lagging() const { return lagging_; }
+  /// Where the joints are measured, before any row.
+  [[nodiscard]] const Branch& measured() const { return measured_; }
+  /// Branches that a row which acts already has taken on from there, before the first row.
+  [[nodiscard]] std::size_t start_count() const { return start_count_; }
   /// Before the first row: takes a branch to where it is a tick later if nothing changes its
   /// motion. False where it has none of what `lagging` counts.
   [[nodiscard]] bool goes_on(Branch& branch) const;
   [[nodiscard]] const Spread& spread() const { return spread_; }
-  /// Branches that differ before the first row.
-  [[nodiscard]] std::size_t start_count() const { return start_count_; }
 
  private:
   struct Command {
@@ -116,7 +118,7 @@ class Prediction {
   std::size_t row_ = 0;
   std::size_t steps_ = 0;  // rows gone through since the first live one, the one gone to included
   std::size_t branch_count_ = 1;
-  std::size_t start_count_ = 1;
+  std::size_t start_count_ = 0;
   std::size_t holding_count_ = 0;                // the last of them: other claims' parts hold
   FixedVec<std::size_t, max_parts> gain_parts_;  // with a gain, that move links: a bit for each
   std::array<std::uint8_t, max_parts> gain_bit_{};
@@ -126,6 +128,7 @@ class Prediction {
   JointSet targets_told_ = 0;  // joints that the row before the first told a target or pose
   std::array<double, max_joints> told_;
   Spread spread_;
+  Branch measured_;
   std::array<Branch, max_branches> branches_;
 };
 

@@ -49,21 +49,20 @@ void Prediction::include_companions() {
 // A joint that nothing commands stays; one that is measured to move brakes from there. A gripper's
 // declares no deceleration: its fingers stay where they are measured.
 void Prediction::start_still() {
-  Branch& first = branches().front();
-  first.now = state_.positions;
-  first.speed.fill(0.0);
+  measured_.now = state_.positions;
+  measured_.speed.fill(0.0);
   for (std::size_t j = 0; j < plan_.limits.joints.size(); ++j) {
     const JointLimits& joint = plan_.limits.joints[j];
     const double speed = state_.velocities[j];
     if (std::isnan(joint.acceleration_limit) || std::abs(speed) < joint.standstill_velocity)
       continue;
-    first.speed[j] = speed;
+    measured_.speed[j] = speed;
     moving_ |= only(j);
   }
-  first.before = spread_.lowest = spread_.highest = first.now;
-  first.poses[0].place(plan_, first.now);
-  first.poses[1] = first.poses[0];
-  for (Branch& other : branches().subspan(1)) other = first;
+  measured_.before = spread_.lowest = spread_.highest = measured_.now;
+  measured_.poses[0].place(plan_, measured_.now);
+  measured_.poses[1] = measured_.poses[0];
+  for (Branch& branch : branches()) branch = measured_;
 }
 
 // A controller takes time to turn a motion around, and may keep up another beside it. A joint that

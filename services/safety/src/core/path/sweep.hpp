@@ -17,7 +17,7 @@ struct WayPoint {
 /// Between two configurations that are looked at nothing moves further than this [m], unless a
 /// single row goes further than `2^halvings` times as far.
 inline constexpr double sweep_resolution = 0.01;
-inline constexpr int halvings = 6;
+inline constexpr int halvings = 8;
 
 /// `at(place, joints)` gives a configuration on the way; `part(from, to)` which share of its whole
 /// way anything goes at most between two points of it; `look(joints, need, free)` what is at fault
