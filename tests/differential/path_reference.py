@@ -21,8 +21,9 @@ from tests.differential.row_ends import Margins, RowEnd, RowMargins, Spread, lea
 DAMPING = 0.02
 LAST_STEP, MOST_STEPS = 2e-3, 6
 REACHED, LONGEST_STEP, POSE_STEPS = 1e-6, 0.5, 50
-MOST_BEND = 3.0
-"""Of the way of a row, joint by joint: in velocity limits times the tick."""
+MOST_BEND, DOUBTFUL = 3.0, 1.25
+"""Of the way of a row, joint by joint, in velocity limits times the tick; of the singularity limit,
+for each rad that nobody knows of where a row begins."""
 LOOKS = 12
 TARGETS = ("joint_position", "cartesian_pose")
 
@@ -57,6 +58,7 @@ class PathReference:
                 self._after(now, part, mode, row, gain)
                 for now, gain in zip(branches, gains, strict=True)
             ]
+            doubt = float((spread.highest - spread.lowest)[self._own(part)].max())
             spread = spread.after(branches, [after.joints for after in ends], adds_up)
             found = []
             for now, after in zip(branches, ends, strict=True):
@@ -65,6 +67,7 @@ class PathReference:
                 if mode.startswith("cartesian"):
                     left = self._straight_enough(part, after, index == 0)
                     margins.at_ends[30] = margins.anywhere[30] = left
+                    self._doubt_singularity(margins, now, part, doubt)
                 found.append(margins)
             branches = [after.joints for after in ends]
             yield found
@@ -73,15 +76,10 @@ class PathReference:
         """The smallest margin where the robot stands."""
         return min(self._at(positions, part, mode).values())
 
-    def poses(self, positions: FloatArray, part: str, motions: FloatArray) -> FloatArray:
-        """Where a tool is after motions along the root's axes, one after the other."""
+    def tool(self, positions: FloatArray, part: str) -> Any:
+        """Where a part's tool is, an SE3."""
         self._place(positions)
-        tool, found = self._frame(self._parts[part]["tool_frame"]).copy(), []
-        for motion in motions:
-            turn = pinocchio.exp3(motion[3:]) @ tool.rotation
-            tool = pinocchio.SE3(turn, tool.translation + motion[:3])
-            found.append(pinocchio.SE3ToXYZQUAT(tool))
-        return np.array(found)
+        return self._frame(self._parts[part]["tool_frame"]).copy()
 
     def _own(self, part: str) -> list[int]:
         return [self.names.index(name) for name in self._parts[part]["joints"]]
@@ -96,19 +94,14 @@ class PathReference:
             after[own] += self._base_change(now, gain * self._period * row)
         else:
             goal, is_pose = self._goal(now, part, mode, row, gain), mode == "cartesian_pose"
-            straight = self._reach(
-                after, part, goal, POSE_STEPS if is_pose else MOST_STEPS, is_pose
-            )
-            return RowEnd(after, straight)
+            return RowEnd(after, self._reach(after, part, goal, is_pose))
         return RowEnd(after, after)
 
-    def _reach(
-        self, after: FloatArray, part: str, goal: Any, steps: int, is_pose: bool
-    ) -> FloatArray:
+    def _reach(self, after: FloatArray, part: str, goal: Any, is_pose: bool) -> FloatArray:
         """Least squares, until a step moves no joint much, or the tool is at the pose it has to be
         at. Says where one whole step leads."""
         own, tool, straight = self._own(part), self._parts[part]["tool_frame"], after.copy()
-        for index in range(steps):
+        for index in range(POSE_STEPS if is_pose else MOST_STEPS):
             self._place(after)
             here = self._frame(tool)
             turned = pinocchio.log3(goal.rotation @ here.rotation.T)
@@ -139,8 +132,7 @@ class PathReference:
         if mode == "cartesian_pose":
             return pinocchio.XYZQUATToSE3(row)
         motion = gain * (self._period if mode == "cartesian_twist" else 1.0) * row
-        self._place(now)
-        start = self._frame(self._parts[part]["tool_frame"])
+        start = self.tool(now, part)
         turn = pinocchio.exp3(motion[3:]) @ start.rotation
         return pinocchio.SE3(turn, start.translation + motion[:3])
 
@@ -241,15 +233,26 @@ class PathReference:
             return float(bounds["upper"] - end[joint])
         return float(end[joint] - bounds["lower"])
 
+    def _doubt_singularity(
+        self, margins: RowMargins, now: FloatArray, part: str, doubt: float
+    ) -> None:
+        """A limit that is higher; what is broken before the row may stay as it is."""
+        more = DOUBTFUL * doubt * float(self._parts[part]["singularity_limit"])
+        was = min(0.0, self._singularity_margin(now, part) - more)
+        for found in (margins.at_ends, margins.anywhere):
+            found[33] -= more + was
+
+    def _singularity_margin(self, positions: FloatArray, part: str) -> float:
+        values = np.linalg.svd(self._jacobian(positions, part), compute_uv=False)
+        return float(values.min()) - float(self._parts[part]["singularity_limit"])
+
     def _at(self, positions: FloatArray, part: str, mode: str) -> Margins:
         if part == "base":
             return {34: self._zone_margin(positions)}
         self._place(positions)
         found = {31: self._volume_margin(part), 32: self._capsule_margin()}
         if mode.startswith("cartesian"):
-            jacobian = self._jacobian(positions, part)
-            smallest = float(np.linalg.svd(jacobian, compute_uv=False).min())
-            found[33] = smallest - self._parts[part]["singularity_limit"]
+            found[33] = self._singularity_margin(positions, part)
         return found
 
     def _volume_margin(self, part: str) -> float:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+import pinocchio
 
 from fairlead.messages import FloatArray
 
@@ -46,3 +48,13 @@ class Spread:
 def least(margins: list[Margins]) -> Margins:
     """Of several places the smallest margin, code by code."""
     return {code: min(one[code] for one in margins if code in one) for code in margins[0]}
+
+
+def poses_along(tool: Any, motions: FloatArray) -> FloatArray:
+    """Rows of poses: a tool's (an SE3) after motions along the root's axes, one after another."""
+    found = []
+    for motion in motions:
+        turn = pinocchio.exp3(motion[3:]) @ tool.rotation
+        tool = pinocchio.SE3(turn, tool.translation + motion[:3])
+        found.append(pinocchio.SE3ToXYZQUAT(tool))
+    return np.array(found)

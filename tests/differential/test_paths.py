@@ -20,6 +20,7 @@ from tests.differential.case import Case, Chunk, PartRows, still
 from tests.differential.core_gate import CoreGate
 from tests.differential.gate_file import MODES
 from tests.differential.path_reference import PathReference
+from tests.differential.row_ends import poses_along
 
 UNREACHABLE = 30
 TICK, EXACT, BETWEEN = 100, 1e-5, 0.011
@@ -113,7 +114,7 @@ def test_released_rows_are_clear_and_refused_ones_are_not(
             start = start_of(data, reference, rng, part, mode)
             values = rows_of(data, rng, start, part, mode)
             if mode == "cartesian_pose":
-                values = reference.poses(start, part, values)
+                values = poses_along(reference.tool(start, part), values)
             rows = PartRows(index, MODES.index(mode), values, frame, active)
             chunk = Chunk(TICK, len(values), (rows,))
             verdict = core.answers(Case(robot, "lockstep", still(TICK, start), chunk))[0].verdict

@@ -92,3 +92,24 @@ TEST_CASE("G033 a limit that is no number refuses") {
   CHECK(turn(limits_at(not_a_number), 0.5, {0.01}).evidence.code == 33);
   CHECK(turn(limits_at(infinite), 0.5, {-0.01}).evidence.ok());  // never reached: leaving it
 }
+
+TEST_CASE("G033 the limit grows by 1.25 times itself for each radian that shares leave open") {
+  // 0.02 rad in the first row, of which 0.005 to 0.02 happen: 0.015 rad are open in the second.
+  const auto turned_by = [](double gain, double limit) {
+    Limits limits = limits_at(limit);
+    limits.parts[arm].modes.cartesian_delta.gain = {gain, 1.0};
+    return limits;
+  };
+  const double there = 1.92 + turned(0.02) + turned(0.02);
+  const double limit = measure(there) / (1.0 + 1.25 * (turned(0.02) - turned(0.005)));
+  CHECK(turn(turned_by(1.0, limit + 1e-4), 1.92, {0.02, 0.02}).evidence.ok());
+  CHECK(turn(turned_by(0.25, limit - 1e-6), 1.92, {0.02, 0.02}).evidence.ok());
+  const Limits open = turned_by(0.25, limit + 1e-6);  // evidence points into it
+  const Judgement cut = turn(open, 1.92, {0.02, 0.02});
+  CHECK(cut.outcome == Outcome::truncated);
+  CHECK(cut.row_count == 1);
+  CHECK(cut.evidence.code == 33);
+  CHECK(cut.evidence.value == doctest::Approx(measure(there)));
+  CHECK(cut.evidence.limit == doctest::Approx(measure(there) + 1e-6).epsilon(1e-6));
+  CHECK(turn(turned_by(0.25, not_a_number), 1.92, {0.02, 0.02}).evidence.code == 33);
+}

@@ -73,12 +73,20 @@ void Prediction::note_spread() {
   }
 }
 
+double Prediction::doubt(std::size_t part) const {
+  double widest = 0.0;
+  for (const std::size_t j : plan_.limits.parts[part].joints)
+    widest = std::max(widest, spread_before_.highest[j] - spread_before_.lowest[j]);
+  return widest;
+}
+
 Evidence Prediction::advance() {
   row_ = next_row_++;
   if (gain_parts_.size() > max_gains)
     return above(code::unreachable, "parts", static_cast<double>(gain_parts_.size()),
                  static_cast<double>(max_gains), "parts with a gain that move at once");
   ++steps_;
+  spread_before_ = spread_;
   for (Branch& branch : branches()) branch.begin_row();
   Evidence fault = apply_rows(RowBefore{&chunk_, row_}, false);
   targets_told_ = 0;  // what rows tell from here on is where the branches are

@@ -71,6 +71,9 @@ class Prediction {
   /// motion. False where it has none of what `lagging` counts.
   [[nodiscard]] bool goes_on(Branch& branch) const;
   [[nodiscard]] const Spread& spread() const { return spread_; }
+  /// Where the newest row begins: how far two shares of the rows before may have left a joint of a
+  /// part from each other at most [rad or m].
+  [[nodiscard]] double doubt(std::size_t part) const;
 
  private:
   struct Command {
@@ -128,6 +131,7 @@ class Prediction {
   JointSet targets_told_ = 0;  // joints that the row before the first told a target or pose
   std::array<double, max_joints> told_;
   Spread spread_;
+  Spread spread_before_;  // of the row before
   Branch measured_;
   std::array<Branch, max_branches> branches_;
 };
