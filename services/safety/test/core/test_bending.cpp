@@ -82,7 +82,8 @@ TEST_CASE("G030 a bend counts by the share of the row that happens") {
 
 TEST_CASE("G030 later rows may bend half as far, and are cut there") {
   // 0.3 rad bend by 0.625 m/s, and in the second row, along slides that have turned, by 0.597.
-  const Judgement cut = path_of(slow(0.3), turns({0.3, 0.3, 0.3}));
+  const Limits some = slow(0.3);  // evidence points into it
+  const Judgement cut = path_of(some, turns({0.3, 0.3, 0.3}));
   CHECK(cut.outcome == Outcome::truncated);
   CHECK(cut.row_count == 1);
   CHECK(cut.evidence.code == 30);
