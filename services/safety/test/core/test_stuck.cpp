@@ -1,5 +1,6 @@
 // G041: commanded motion, and a measured position that does not change.
 
+#include "stuck_limits.hpp"
 #include "tracked_rig.hpp"
 
 using namespace fairlead;
@@ -7,15 +8,8 @@ using namespace fairlead::test;
 
 namespace {
 
-constexpr double step = 0.0009765625;  // of the encoders, 2^-10
-
-// Three ticks of more than 1/64 [rad, m] without a change are too many.
 void narrow(Limits& limits) {
-  for (JointLimits& joint : limits.joints) {
-    joint.encoder_step = step;
-    joint.dead_band = 0.015625;
-  }
-  limits.protocol.stuck_ticks = 3;
+  stick_soon(limits);
   limits.parts[arm].modes.joint_velocity.gain = {1.0, 1.0};
   for (CartesianLimits* mode :
        {&limits.parts[arm].modes.cartesian_delta, &limits.parts[arm].modes.cartesian_twist,
@@ -46,18 +40,18 @@ TEST_CASE("G041 stops after stuck_ticks rows that change nothing beyond the enco
   for (const bool lockstep : {true, false}) {
     CHECK(stops_after(speeds(0.5), lockstep) == 3);
     CHECK(stops_after(speeds(-0.5), lockstep) == 3);
-    CHECK(stops_after(speeds(0.5), lockstep, step / 4) == 3);
-    CHECK(stops_after(speeds(0.5), lockstep, -step / 4) == 3);
-    CHECK(stops_after(speeds(0.5), lockstep, 1.001 * step) == 0);
-    CHECK(stops_after(speeds(0.5), lockstep, -1.001 * step) == 0);
+    CHECK(stops_after(speeds(0.5), lockstep, encoder_step / 4) == 3);
+    CHECK(stops_after(speeds(0.5), lockstep, -encoder_step / 4) == 3);
+    CHECK(stops_after(speeds(0.5), lockstep, 1.001 * encoder_step) == 0);
+    CHECK(stops_after(speeds(0.5), lockstep, -1.001 * encoder_step) == 0);
     CHECK(stops_after(speeds(0.5), lockstep, 0.01, arm_2) == 3);
   }
 }
 
 TEST_CASE("G041 a joint that moves by less than a step a tick does move") {
   for (const bool lockstep : {true, false}) {
-    CHECK(stops_after(speeds(0.5), lockstep, 0.6 * step) == 0);
-    CHECK(stops_after(speeds(-0.5), lockstep, -0.6 * step) == 0);
+    CHECK(stops_after(speeds(0.5), lockstep, 0.6 * encoder_step) == 0);
+    CHECK(stops_after(speeds(-0.5), lockstep, -0.6 * encoder_step) == 0);
   }
 }
 
@@ -109,7 +103,7 @@ TEST_CASE("G041 a measured change begins anew") {
     moved.begin(speeds(0.5));
     moved.act();
     moved.act();
-    moved.positions[arm_1] += 2 * step;
+    moved.positions[arm_1] += 2 * encoder_step;
     for (int i = 0; i < 3; ++i) moved.act();
     CHECK_FALSE(moved.stopped());
     moved.act();
@@ -192,8 +186,8 @@ TEST_CASE("G041 a tool or a base that is told to move changes at least one joint
     CHECK(stops_after(tool(just_above(0.0078125)), lockstep) == 4);
     CHECK(stops_after(tool(0.0), lockstep) == 0);
     CHECK(stops_after(tool(-0.0625), lockstep) == 3);
-    CHECK(stops_after(tool(0.0625), lockstep, 2 * step, arm_2) == 0);
-    CHECK(stops_after(tool(0.0625), lockstep, 2 * step, base_x) == 3);
+    CHECK(stops_after(tool(0.0625), lockstep, 2 * encoder_step, arm_2) == 0);
+    CHECK(stops_after(tool(0.0625), lockstep, 2 * encoder_step, base_x) == 3);
     const auto turn = [](double value) {
       return ChunkBuilder().along(arm, Mode::cartesian_delta, 4, Row(6, value));
     };
@@ -257,9 +251,9 @@ TEST_CASE("G041 limits that are no numbers, or none at all") {
     }
     return rig.stopped();
   };
-  CHECK_FALSE(stops(step, 0.015625));
+  CHECK_FALSE(stops(encoder_step, 0.015625));
   CHECK(stops(not_a_number, 0.015625));
-  CHECK_FALSE(stops(step, infinite));
+  CHECK_FALSE(stops(encoder_step, infinite));
   CHECK(stops(infinite, not_a_number));
   CHECK_FALSE(stops(-infinite, -infinite));
 }

@@ -1,5 +1,6 @@
 // G041: what begins anew for a part whose tool or base is told to move, and what is no change.
 
+#include "stuck_limits.hpp"
 #include "tracked_rig.hpp"
 
 using namespace fairlead;
@@ -7,15 +8,8 @@ using namespace fairlead::test;
 
 namespace {
 
-constexpr double step = 0.0009765625;  // of the encoders, 2^-10
-
-// Three ticks of more than 1/64 [rad, m] without a change are too many.
 void narrow(Limits& limits) {
-  for (JointLimits& joint : limits.joints) {
-    joint.encoder_step = step;
-    joint.dead_band = 0.015625;
-  }
-  limits.protocol.stuck_ticks = 3;
+  stick_soon(limits);
   limits.parts[arm].modes.joint_velocity.gain = {1.0, 1.0};
   limits.parts[arm].modes.cartesian_delta.gain = {1.0, 1.0};
 }
@@ -27,12 +21,12 @@ const ChunkBuilder deltas = ChunkBuilder().along(arm, Mode::cartesian_delta, 0, 
 
 TEST_CASE("G041 a change of exactly one encoder step is none: that much a resting joint shows") {
   for (const bool lockstep : {true, false}) {
-    for (const double change : {step, just_above(step)}) {
+    for (const double change : {encoder_step, just_above(encoder_step)}) {
       TrackedRig rig(lockstep, narrow);
       rig.begin(speeds);
       rig.positions[arm_1] = change;
       for (int i = 0; i < 3; ++i) rig.act();
-      CHECK(rig.stopped() == (change == step));
+      CHECK(rig.stopped() == (change == encoder_step));
     }
   }
 }
@@ -44,7 +38,7 @@ TEST_CASE("G041 a measured change of any joint begins anew for a tool") {
       rig.begin(deltas);
       rig.act();
       rig.act();
-      rig.positions[joint] += 2 * step;
+      rig.positions[joint] += 2 * encoder_step;
       for (int i = 0; i < 3; ++i) rig.act();
       CHECK_FALSE(rig.stopped());
       rig.act();
