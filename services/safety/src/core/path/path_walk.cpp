@@ -54,7 +54,21 @@ PathWalk::PathWalk(const PathPlan& plan, const ClaimLimits& claim, const Measure
       prediction_(plan, claim, state, chunk, first_row, before, companions),
       shape_check_(plan, prediction_.commanded()) {}
 
+// What would be seen of a row that repeats the one before has been seen, and passed. It counts as
+// many looks, or a chunk would get further than its looks go.
 Evidence PathWalk::check_next() {
+  if (prediction_.next_repeats() && looks_ + row_looks_ < max_looks) {
+    prediction_.repeat();
+    looks_ += row_looks_;
+    return {};
+  }
+  const std::size_t looks_before = looks_;
+  const Evidence evidence = check_new();
+  row_looks_ = looks_ - looks_before;
+  return evidence;
+}
+
+Evidence PathWalk::check_new() {
   Evidence evidence;
   if (!has_begun_) evidence = check_momentum();
   has_begun_ = true;

@@ -22,6 +22,7 @@ class PathWalk {
   [[nodiscard]] std::size_t looks() const { return looks_; }
 
  private:
+  Evidence check_new();
   Evidence check_momentum();
   Evidence check_momentum_of(Branch branch);
   Evidence check_branch(std::size_t index);
@@ -37,6 +38,7 @@ class PathWalk {
   ShapeCheck shape_check_;
   bool has_begun_ = false;
   std::size_t looks_ = 0;
+  std::size_t row_looks_ = 0;                       // of the newest row
   std::array<Clearance, max_branches> clearances_;  // of each branch where the next row starts
   FramePoses rest_;                                 // where braking ends
   FramePoses between_;

@@ -90,6 +90,7 @@ Evidence Prediction::advance() {
   for (Branch& branch : branches()) branch.begin_row();
   Evidence fault = apply_rows(RowBefore{&chunk_, row_}, false);
   targets_told_ = 0;  // what rows tell from here on is where the branches are
+  has_settled_ = steps_ > 1 && leads_nowhere();
   return fault.ok() ? check_finite() : fault;
 }
 
@@ -177,12 +178,24 @@ void Prediction::apply_torques(const Command& command, Branch& branch) {
   for (const std::uint8_t j : command.action.active) branch.speed[j] = state_.velocities[j];
 }
 
+// A tool that is told to stay, does; least squares and rounding would make 1e-17 rad of that. Not
+// so in the first row: there the least motion decides whether what is measured of a joint counts as
+// its speed, and what is reckoned with care is not to be passed over.
+bool Prediction::stays(const Motion6& told) const {
+  return steps_ != 1 && (told.array() == 0.0).all();
+}
+
 // From the configuration before the row, whatever other parts do in it.
 Evidence Prediction::apply_tool_motion(const Command& command, std::size_t index) {
   Branch& branch = branches_[index];
   const bool twist = command.action.mode == static_cast<std::uint8_t>(Mode::cartesian_twist);
   const double share = gain(command, index) * (twist ? plan_.period_s : 1.0);
   const Motion6 told = share * six_of(command.row);
+  if (stays(told)) {
+    for (const std::size_t j : plan_.limits.parts[command.action.part].joints)
+      branch.speed[j] = 0.0;
+    return {};
+  }
   const Eigen::Matrix3d axes =
       link_pose(plan_, command.action.frame_id, branch.poses_before()).rotation;
   Motion6 motion;

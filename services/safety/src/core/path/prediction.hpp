@@ -12,6 +12,7 @@
 #include "../row_view.hpp"
 #include "fairlead_safety/path.hpp"
 #include "frames.hpp"
+#include "square6.hpp"
 
 namespace fairlead {
 
@@ -53,6 +54,11 @@ class Prediction {
 
   /// Goes on by one row, of the chunk and of its companions. G030 where the chunk's leads nowhere.
   Evidence advance();
+  /// True where the next row is certain to lead where the newest one did, and to be judged alike.
+  /// There has to be a next row.
+  [[nodiscard]] bool next_repeats() const;
+  /// Goes on by a row that does: nothing but its number changes.
+  void repeat();
 
   [[nodiscard]] std::size_t row() const { return row_; }  // the one that was gone to last
   [[nodiscard]] std::size_t branch_count() const { return branch_count_; }
@@ -102,6 +108,7 @@ class Prediction {
   void apply_targets(const Command& command, Branch& branch);
   void apply_velocities(const Command& command, std::size_t index);
   void apply_torques(const Command& command, Branch& branch);
+  [[nodiscard]] bool stays(const Motion6& told) const;
   Evidence apply_tool_motion(const Command& command, std::size_t index);
   Evidence apply_pose(const Command& command, Branch& branch);
   Evidence reach(const Command& command, Branch& branch, Joints& straight) const;
@@ -111,6 +118,8 @@ class Prediction {
   void note_speed(Branch& branch, std::size_t joint, double change) const;
   [[nodiscard]] double came_from(const Branch& branch, std::size_t joint) const;
   [[nodiscard]] Evidence check_finite() const;
+  [[nodiscard]] bool leads_nowhere() const;
+  [[nodiscard]] bool repeats_for(const Companion& companion) const;
 
   const PathPlan& plan_;
   const ClaimLimits& claim_;
@@ -120,6 +129,7 @@ class Prediction {
   std::size_t next_row_;
   std::size_t row_ = 0;
   std::size_t steps_ = 0;  // rows gone through since the first live one, the one gone to included
+  bool has_settled_ = false;  // the newest row, not the first, led nowhere
   std::size_t branch_count_ = 1;
   std::size_t start_count_ = 0;
   std::size_t holding_count_ = 0;                // the last of them: other claims' parts hold
