@@ -38,7 +38,7 @@ void CopyAndCompare::run(std::size_t calls) {
 
 LimitRows::LimitRows(std::string name, const Limits& limits, std::uint32_t horizon)
     : Case(std::move(name)),
-      limits_(limits),
+      plan_(limits),
       claim_(claim_of(limits)),
       state_(middle_of(limits)),
       chunk_(limits, state_, horizon) {
@@ -46,8 +46,7 @@ LimitRows::LimitRows(std::string name, const Limits& limits, std::uint32_t horiz
 }
 
 std::size_t LimitRows::rows_in_order() const {
-  const RowBefore nothing;
-  const LimitWalk walk(limits_, claim_, state_, chunk_.chunk(), 0, nothing);
+  const LimitWalk walk(plan_, claim_, state_, chunk_.chunk(), 0, nothing_before_);
   std::size_t row = 0;
   while (row < chunk_.chunk().horizon && (!walk.needs_check(row) || walk.check(row).ok())) ++row;
   return row;

@@ -32,10 +32,11 @@ class LimitRows final : public Case {
  private:
   [[nodiscard]] std::size_t rows_in_order() const;
 
-  const Limits& limits_;
+  PathPlan plan_;
   ClaimLimits claim_;
   MeasuredState state_;
   JointChunk chunk_;
+  RowBefore nothing_before_;
 };
 
 /// Every check of every row of such a chunk: limits, then prediction, forward kinematics, braking,

@@ -81,12 +81,17 @@ struct PlanVolume {
   PlanName tool;
 };
 
+/// A number for each commanded joint, by its index.
+using JointColumn = std::array<double, max_joints>;
+
 /// Made when the gate starts. `limits` must outlive it.
 struct PathPlan {
   explicit PathPlan(const Limits& robot_limits);
 
   const Limits& limits;
   double period_s = unset;
+  // By commanded joint, each beside the next: where a target may lie, endless without bounds.
+  JointColumn lower, upper;
   std::array<PlanPlace, max_links> places;  // by link of the description
   FixedVec<PlanFrame, max_links> frames;    // parents first; the first is the root
   FixedVec<PlanCapsule, max_capsules> capsules;

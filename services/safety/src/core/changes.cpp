@@ -40,25 +40,32 @@ bool rests(const ClaimLimits& claim, const RowBefore& before) {
 
 }  // namespace
 
+const ActionPart* command_before(const RowBefore& before, const ActionPart& action) {
+  if (before.chunk == nullptr) return nullptr;
+  for (const ActionPart& other : before.chunk->parts)
+    if (other.part == action.part) return &other;
+  return nullptr;
+}
+
 // In lockstep the state was measured after the row that acts before, so standstill is all it takes;
 // in realtime it was measured before that row, so only a state after a tick without a row can show
 // it, and such a state ends the memory.
 Evidence check_change(const RowView& view, const RowBefore& before, const ActionPart* last) {
+  static constexpr PartMemory nothing;
   const ActionPart& action = *view.now.action;
-  PartMemory memory;
-  if (before.memories != nullptr) memory = (*before.memories)[action.part];
-  if (last != nullptr) {
-    memory.note(*last);
-    memory.acted_modes = PartMemory::mode_bit(last->mode);
-  }
-  const Evidence listed = check_listed(view, memory.acted_modes);
-  if (!listed.ok() || !memory.differs(action)) return listed;
+  const PartMemory& memory = before.memories != nullptr ? (*before.memories)[action.part] : nothing;
+  const Evidence listed =
+      check_listed(view, last != nullptr ? PartMemory::mode_bit(last->mode) : memory.acted_modes);
+  const bool differs = last != nullptr ? !is_alike(*last, action) : memory.differs(action);
+  if (!listed.ok() || !differs) return listed;
   if (before.measured) return check_still(code::change, view, view.part(), still_rule);
+  std::uint8_t from = action.mode;
+  if (memory.kind == PartMemory::Kind::known) from = memory.mode;
+  if (last != nullptr) from = last->mode;
   return broken_rule(code::change, "mode",
                      "a part changes its mode or frame at standstill only, after a tick without a "
                      "row for it",
-                     action.mode,
-                     memory.kind == PartMemory::Kind::known ? memory.mode : action.mode);
+                     action.mode, from);
 }
 
 Evidence check_switch(const RowView& view, const ClaimLimits& claim, const RowBefore& before,

@@ -39,7 +39,7 @@ Evidence check_running(const Limits& limits, const ClaimLimits& claim, const Mea
 Judgement judge_rows(const PathPlan& plan, const ClaimLimits& claim, const MeasuredState& state,
                      const ActionChunk& chunk, std::size_t first_row, const RowBefore& before,
                      Companions companions) {
-  const LimitWalk by_limits(plan.limits, claim, state, chunk, first_row, before);
+  const LimitWalk by_limits(plan, claim, state, chunk, first_row, before);
   PathWalk by_path(plan, claim, state, chunk, first_row, before, companions);
   return judge_each(first_row, chunk.horizon, by_path, [&](std::size_t row) {
     const Evidence evidence = by_limits.needs_check(row) ? by_limits.check(row) : Evidence{};

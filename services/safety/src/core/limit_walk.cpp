@@ -1,20 +1,25 @@
 #include "limit_walk.hpp"
 
-#include "quick_look.hpp"
+#include <algorithm>
 
 namespace fairlead {
 
-LimitWalk::LimitWalk(const Limits& limits, const ClaimLimits& claim, const MeasuredState& state,
+LimitWalk::LimitWalk(const PathPlan& plan, const ClaimLimits& claim, const MeasuredState& state,
                      const ActionChunk& chunk, std::size_t first_row, const RowBefore& before)
-    : limits_(limits),
+    : limits_(plan.limits),
       claim_(claim),
       state_(state),
       chunk_(chunk),
       first_row_(first_row),
-      before_(before) {
-  for (const ActionPart& action : chunk.parts)
-    in_order_ = in_order_ && certainly_in_order(limits, claim.modes[action.part], state, action,
-                                                first_row, chunk.horizon);
+      before_(before),
+      certain_(look(plan)) {}
+
+Certain LimitWalk::look(const PathPlan& plan) const {
+  Certain all = Certain::starts;
+  for (const ActionPart& action : chunk_.parts)
+    all = std::min(all, look_quickly(plan, claim_.modes[action.part], state_, action, first_row_,
+                                     chunk_.horizon, before_));
+  return all;
 }
 
 RowView LimitWalk::view_of(const ActionPart& action, std::size_t row) const {
@@ -25,7 +30,7 @@ RowView LimitWalk::view_of(const ActionPart& action, std::size_t row) const {
 
 Evidence LimitWalk::check(std::size_t row) const {
   const auto number = static_cast<std::int64_t>(row);
-  if (!in_order_)
+  if (certain_ == Certain::nothing)
     for (const ActionPart& action : chunk_.parts) {
       const Evidence evidence = check_absolute(view_of(action, row));
       if (!evidence.ok()) return at(evidence, number, limits_.parts[action.part].name);

@@ -1,23 +1,28 @@
 // The rows of a chunk against their limits, one after the other: G011, G020, G021, G022.
 #pragma once
 
+#include "fairlead_safety/path_plan.hpp"
 #include "mode_checkers.hpp"
+#include "quick_look.hpp"
 
 namespace fairlead {
 
 class LimitWalk {
  public:
   /// Everything must outlive the walk.
-  LimitWalk(const Limits& limits, const ClaimLimits& claim, const MeasuredState& state,
+  LimitWalk(const PathPlan& plan, const ClaimLimits& claim, const MeasuredState& state,
             const ActionChunk& chunk, std::size_t first_row, const RowBefore& before);
 
   /// False for a row that needs no more than the quick look at all of them.
-  [[nodiscard]] bool needs_check(std::size_t row) const { return row == first_row_ || !in_order_; }
+  [[nodiscard]] bool needs_check(std::size_t row) const {
+    return certain_ < (row == first_row_ ? Certain::starts : Certain::in_order);
+  }
 
   /// What is wrong with the row, over all parts of the chunk: it runs for all of them or for none.
   [[nodiscard]] Evidence check(std::size_t row) const;
 
  private:
+  [[nodiscard]] Certain look(const PathPlan& plan) const;
   [[nodiscard]] RowView view_of(const ActionPart& action, std::size_t row) const;
 
   const Limits& limits_;
@@ -26,7 +31,7 @@ class LimitWalk {
   const ActionChunk& chunk_;
   const std::size_t first_row_;
   const RowBefore& before_;
-  bool in_order_ = true;  // a quick look has found all rows in order, but for the first one's start
+  const Certain certain_;  // of all parts together
 };
 
 }  // namespace fairlead

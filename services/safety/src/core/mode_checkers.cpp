@@ -43,14 +43,6 @@ const ModeChecker& checker_of(const RowView& view) {
   return view.mode() < mode_count ? checkers[view.mode()] : none;
 }
 
-// The command of the same part in the row that acts before, nullptr if that row has none.
-const ActionPart* command_before(const RowBefore& before, const ActionPart& action) {
-  if (before.chunk == nullptr) return nullptr;
-  for (const ActionPart& other : before.chunk->parts)
-    if (other.part == action.part) return &other;
-  return nullptr;
-}
-
 }  // namespace
 
 Evidence check_absolute(const RowView& view) {

@@ -3,14 +3,24 @@
 // words it; so nothing that the quick look doubts is refused for that.
 #pragma once
 
+#include <cstdint>
+
 #include "fairlead_safety/judge.hpp"
+#include "fairlead_safety/path_plan.hpp"
 
 namespace fairlead {
 
-/// Every row from `first_row` on keeps to what check_absolute asks, and each but the first to what
-/// check_step asks. False where that is not certain, as in every mode that commands no single
-/// joints.
-bool certainly_in_order(const Limits& limits, const ModeLimits& modes, const MeasuredState& state,
-                        const ActionPart& action, std::size_t first_row, std::size_t horizon);
+/// What is certain of a part's rows; each includes the one before it.
+enum class Certain : std::uint8_t {
+  nothing,   // as always of a mode that commands no single joints
+  in_order,  // every row keeps to what check_absolute asks, and each but the first to what
+             // check_step asks
+  starts,    // the first keeps to what check_start asks, too; of joint targets alone
+};
+
+/// Rows from `first_row` on.
+Certain look_quickly(const PathPlan& plan, const ModeLimits& modes, const MeasuredState& state,
+                     const ActionPart& action, std::size_t first_row, std::size_t horizon,
+                     const RowBefore& before);
 
 }  // namespace fairlead

@@ -3,6 +3,8 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
+
 #include "boundary.hpp"
 #include "chunk_builder.hpp"
 #include "core/quick_look.hpp"
@@ -12,13 +14,28 @@ using namespace fairlead::test;
 
 namespace {
 
-// Whether the quick look finds rows of one joint in order.
+Certain look(const Limits& limits, const MeasuredState& state, const ActionChunk& chunk,
+             std::size_t first = 0, std::size_t end = 64, const RowBefore& before = {}) {
+  const ActionPart& action = chunk.parts[0];
+  return look_quickly(PathPlan(limits), limits.parts[action.part].modes, state, action, first,
+                      std::min<std::size_t>(end, chunk.horizon), before);
+}
+
+// Of a robot that is measured where the first row of a joint's targets sends it.
+MeasuredState state_at(std::uint8_t joint, double position) {
+  MeasuredState state = state_at_rest();
+  state.positions[joint] = position;
+  return state;
+}
+
+// Whether the quick look finds rows of one joint in order, which begin where it is measured.
 bool certain(Mode mode, std::uint8_t joint, const Row& values,
-             const MeasuredState& state = state_at_rest(), const Limits& limits = test_limits()) {
+             const Limits& limits = test_limits()) {
   const std::uint8_t part = joint >= arm_1 ? arm : base;
-  const ChunkBuilder chunk = ChunkBuilder().joint(part, mode, joint, values);
-  return certainly_in_order(limits, limits.parts[part].modes, state, chunk.chunk.parts[0], 0,
-                            values.size());
+  const MeasuredState state =
+      mode == Mode::joint_position ? state_at(joint, values[0]) : state_at_rest();
+  return look(limits, state, ChunkBuilder().joint(part, mode, joint, values).chunk) !=
+         Certain::nothing;
 }
 
 }  // namespace
@@ -67,8 +84,8 @@ TEST_CASE("quick look: every joint of the row is looked at, of an odd number too
         row[j] = value;
         const ChunkBuilder chunk = ChunkBuilder().add(base, Mode::joint_position, {row, row},
                                                       {static_cast<std::uint8_t>(j)});
-        return certainly_in_order(limits, limits.parts[base].modes, state_at_rest(),
-                                  chunk.chunk.parts[0], 0, 2);
+        return look(limits, state_at(static_cast<std::uint8_t>(j), value), chunk.chunk) !=
+               Certain::nothing;
       };
       CHECK(in_order(2.0));
       CHECK_FALSE(in_order(just_above(2.0)));
@@ -89,7 +106,7 @@ TEST_CASE("quick look: the claim's tighter limit counts") {
   Limits limits = test_limits();
   limits.parts[arm].modes.joint_velocity.claimed_limit = 0.75;
   const auto one = [&limits](double value) {
-    return certain(Mode::joint_velocity, arm_1, {value}, state_at_rest(), limits);
+    return certain(Mode::joint_velocity, arm_1, {value}, limits);
   };
   CHECK(one(0.75));
   CHECK_FALSE(one(0.75 + 1e-9));
@@ -98,33 +115,33 @@ TEST_CASE("quick look: the claim's tighter limit counts") {
 TEST_CASE("quick look: a joint without bounds may be told any target") {
   Limits limits = test_limits();
   limits.parts[base].modes.joint_position = joint_mode({base_x, base_y, base_yaw}, 0.25);
-  CHECK(certain(Mode::joint_position, base_yaw, {900.0, 900.25}, state_at_rest(), limits));
+  CHECK(certain(Mode::joint_position, base_yaw, {900.0, 900.25}, limits));
 }
 
 TEST_CASE("quick look: a limit that was never set makes every row doubtful") {
   Limits limits = test_limits();
   limits.joints[arm_1].bounds.upper = not_a_number;
-  CHECK_FALSE(certain(Mode::joint_position, arm_1, {0.0}, state_at_rest(), limits));
+  CHECK_FALSE(certain(Mode::joint_position, arm_1, {0.0}, limits));
   limits = test_limits();
   limits.parts[arm].modes.joint_position.step_limit[arm_1] = not_a_number;
-  CHECK_FALSE(certain(Mode::joint_position, arm_1, {0.0}, state_at_rest(), limits));
+  CHECK_FALSE(certain(Mode::joint_position, arm_1, {0.0}, limits));
 }
 
 TEST_CASE("quick look: a joint outside its bounds makes every row of its part doubtful") {
-  MeasuredState state = state_at_rest();
-  state.positions[arm_2] = 2.0999;  // within its tolerance of 0.1
-  CHECK(certain(Mode::joint_position, arm_1, {0.0, 0.0}, state));
-  state.positions[arm_2] = 2.1001;
-  CHECK_FALSE(certain(Mode::joint_position, arm_1, {0.0, 0.0}, state));
-  CHECK(certain(Mode::joint_velocity, base_x, {0.0, 0.0}, state));  // another part
+  const ChunkBuilder targets = ChunkBuilder().joint(arm, Mode::joint_position, arm_1, {0.0, 0.0});
+  const ChunkBuilder wheels = ChunkBuilder().joint(base, Mode::joint_velocity, base_x, {0.0, 0.0});
+  const auto found = [](const ChunkBuilder& chunk, double position) {
+    return look(test_limits(), state_at(arm_2, position), chunk.chunk);
+  };
+  CHECK(found(targets, 2.0999) == Certain::starts);  // within its tolerance of 0.1
+  CHECK(found(targets, 2.1001) == Certain::nothing);
+  CHECK(found(wheels, 2.1001) == Certain::in_order);  // another part
 }
 
 TEST_CASE("quick look: padding that is not zero is doubtful, and so is every other mode") {
   const Limits limits = test_limits();
   const auto of = [&limits](const ChunkBuilder& chunk) {
-    const ActionPart& action = chunk.chunk.parts[0];
-    return certainly_in_order(limits, limits.parts[action.part].modes, state_at_rest(), action, 0,
-                              chunk.chunk.horizon);
+    return look(limits, state_at_rest(), chunk.chunk) != Certain::nothing;
   };
   Row row(joint_count, 0.0);
   row[base_x] = 1e-9;
@@ -139,8 +156,7 @@ TEST_CASE(
   const ChunkBuilder chunk =
       ChunkBuilder().joint(arm, Mode::joint_position, arm_1, {9.0, 0.0, 0.1, 9.0});
   const auto in_order = [&](std::size_t first, std::size_t end) {
-    return certainly_in_order(limits, limits.parts[arm].modes, state_at_rest(),
-                              chunk.chunk.parts[0], first, end);
+    return look(limits, state_at_rest(), chunk.chunk, first, end) != Certain::nothing;
   };
   CHECK(in_order(1, 3));
   CHECK_FALSE(in_order(0, 3));
@@ -152,8 +168,7 @@ TEST_CASE(
 TEST_CASE("quick look: two targets of a joint without bounds that are no place are no change") {
   Limits limits = test_limits();
   limits.parts[base].modes.joint_position = joint_mode({base_x, base_y, base_yaw}, 0.25);
-  CHECK_FALSE(
-      certain(Mode::joint_position, base_yaw, {infinite, infinite}, state_at_rest(), limits));
+  CHECK_FALSE(certain(Mode::joint_position, base_yaw, {infinite, infinite}, limits));
 }
 
 TEST_CASE("quick look: rows that command every joint of the robot have no padding") {
@@ -168,8 +183,7 @@ TEST_CASE("quick look: rows that command every joint of the robot have no paddin
     row[joint_count - 1] = last;
     const ChunkBuilder chunk =
         ChunkBuilder().add(base, Mode::joint_velocity, {row, row}, {0, 1, 2, 3, 4, 5});
-    return certainly_in_order(limits, limits.parts[base].modes, state_at_rest(),
-                              chunk.chunk.parts[0], 0, 2);
+    return look(limits, state_at_rest(), chunk.chunk) != Certain::nothing;
   };
   CHECK(in_order(-1.5));
   CHECK_FALSE(in_order(just_below(-1.5)));
@@ -181,8 +195,7 @@ TEST_CASE("quick look: a robot of one joint is looked at number by number") {
   limits.parts[base].joints.clear();
   (void)limits.parts[base].joints.push_back(base_x);
   const ChunkBuilder chunk = ChunkBuilder().add(base, Mode::joint_velocity, {{0.0}}, {base_x});
-  CHECK_FALSE(certainly_in_order(limits, limits.parts[base].modes, state_at_rest(),
-                                 chunk.chunk.parts[0], 0, 1));
+  CHECK(look(limits, state_at_rest(), chunk.chunk) == Certain::nothing);
 }
 
 TEST_CASE("quick look: a robot of two joints is looked at") {
@@ -194,10 +207,74 @@ TEST_CASE("quick look: a robot of two joints is looked at") {
   const auto in_order = [&limits](double x, double y) {
     const ChunkBuilder chunk =
         ChunkBuilder().add(base, Mode::joint_velocity, {{x, y}}, {base_x, base_y});
-    return certainly_in_order(limits, limits.parts[base].modes, state_at_rest(),
-                              chunk.chunk.parts[0], 0, 1);
+    return look(limits, state_at_rest(), chunk.chunk) != Certain::nothing;
   };
   CHECK(in_order(1.5, -1.5));
   CHECK_FALSE(in_order(just_above(1.5), 0.0));
   CHECK_FALSE(in_order(0.0, just_above(1.5)));
+}
+
+TEST_CASE(
+    "quick look: targets start a step away from the measured joint at most, or are doubtful") {
+  const auto found = [](double first, const MeasuredState& state) {
+    return look(test_limits(), state,
+                ChunkBuilder().joint(arm, Mode::joint_position, arm_2, {first}).chunk);
+  };
+  CHECK(found(0.25, state_at_rest()) == Certain::starts);
+  CHECK(found(just_above(0.25), state_at_rest()) == Certain::nothing);
+  CHECK(found(-0.25, state_at_rest()) == Certain::starts);
+  CHECK(found(just_below(-0.25), state_at_rest()) == Certain::nothing);
+  CHECK(found(0.0, state_at(arm_1, 1.0)) == Certain::starts);  // the row does not command it
+}
+
+TEST_CASE("quick look: where rows that are no targets start is never certain") {
+  const ChunkBuilder chunk = ChunkBuilder().joint(arm, Mode::joint_velocity, arm_1, {0.0});
+  CHECK(look(test_limits(), state_at_rest(), chunk.chunk) == Certain::in_order);
+}
+
+TEST_CASE("quick look: a target starts from the row that acts before as well") {
+  const auto found = [](const ChunkBuilder& acted, std::size_t row) {
+    const ChunkBuilder chunk = ChunkBuilder().joint(arm, Mode::joint_position, arm_1, {0.1, 0.1});
+    const RowBefore before{&acted.chunk, row};
+    return look(test_limits(), state_at_rest(), chunk.chunk, 0, 2, before);
+  };
+  const auto targets = [](std::uint8_t joint, const Row& values) {
+    return ChunkBuilder().joint(arm, Mode::joint_position, joint, values);
+  };
+  CHECK(found(targets(arm_1, {9.0, 0.0, 9.0}), 1) == Certain::starts);
+  CHECK(found(targets(arm_1, {0.35}), 0) == Certain::starts);
+  CHECK(found(targets(arm_1, {0.36}), 0) == Certain::in_order);
+  CHECK(found(targets(arm_1, {not_a_number}), 0) == Certain::in_order);
+  CHECK(found(targets(arm_2, {0.1}), 0) == Certain::in_order);  // another joint
+  CHECK(found(ChunkBuilder().joint(arm, Mode::joint_velocity, arm_1, {0.1}), 0) ==
+        Certain::in_order);
+  ChunkBuilder other_frame = targets(arm_1, {0.1});
+  other_frame.chunk.parts[0].frame_id = "elsewhere";
+  CHECK(found(other_frame, 0) == Certain::in_order);
+  // A row for another part says nothing.
+  CHECK(found(ChunkBuilder().joint(base, Mode::joint_velocity, base_x, {0.5}), 0) ==
+        Certain::starts);
+}
+
+TEST_CASE("quick look: what the part did last has to be of the same mode") {
+  const ChunkBuilder chunk = ChunkBuilder().joint(arm, Mode::joint_position, arm_1, {0.0});
+  const ChunkBuilder wheels = ChunkBuilder().joint(base, Mode::joint_velocity, base_x, {0.5});
+  const auto found = [&](const PartMemory& memory, const ActionChunk* acts) {
+    PartMemories memories;
+    memories[arm] = memory;
+    return look(test_limits(), state_at_rest(), chunk.chunk, 0, 1,
+                RowBefore{acts, 0, true, &memories});
+  };
+  PartMemory same, moves, rested;
+  same.note(chunk.chunk.parts[0]);
+  moves.note(ChunkBuilder().joint(arm, Mode::joint_velocity, arm_1, {0.0}).chunk.parts[0]);
+  rested.acted_modes = PartMemory::mode_bit(static_cast<std::uint8_t>(Mode::joint_velocity));
+  for (const ActionChunk* acts : {static_cast<const ActionChunk*>(nullptr), &wheels.chunk}) {
+    CHECK(found(PartMemory{}, acts) == Certain::starts);
+    CHECK(found(same, acts) == Certain::starts);
+    CHECK(found(moves, acts) == Certain::in_order);
+    CHECK(found(rested, acts) == Certain::in_order);
+    same.acted_modes = PartMemory::mode_bit(static_cast<std::uint8_t>(Mode::joint_position));
+    CHECK(found(same, acts) == Certain::starts);
+  }
 }

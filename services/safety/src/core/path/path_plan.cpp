@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "../joint_range.hpp"
 #include "extremes.hpp"
 
 namespace fairlead {
@@ -149,6 +150,17 @@ double travel(const Limits& limits, std::size_t joint) {
   return std::max(-bounds.lower, bounds.upper) + bounds.tolerance;
 }
 
+void add_ranges(PathPlan& plan) {
+  plan.lower.fill(unset);
+  plan.upper.fill(unset);
+  for (std::size_t j = 0; j != plan.limits.joints.size(); ++j) {
+    constexpr auto mode = static_cast<std::uint8_t>(Mode::joint_position);
+    const JointRange range = joint_range(plan.limits.joints[j], JointModeLimits{}, mode);
+    plan.lower[j] = range.lower;
+    plan.upper[j] = range.upper;
+  }
+}
+
 // From the tips to the root: what hangs on each frame reaches at most so far from its origin.
 void add_reach(PathPlan& plan) {
   std::array<double, max_links> extent{};
@@ -176,6 +188,7 @@ void add_distances(PathPlan& plan) {
 
 PathPlan::PathPlan(const Limits& robot_limits) : limits(robot_limits) {
   period_s = static_cast<double>(limits.period_ns) * 1e-9;
+  add_ranges(*this);
   add_frames(*this);
   for (const PlanFrame& frame : frames) tree_joints |= frame.movers;
   add_capsules(*this);
