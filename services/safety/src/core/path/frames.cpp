@@ -40,13 +40,19 @@ void FramePoses::place_one(const PathPlan& plan, const Joints& joints, std::size
   stale_ = (stale_ & ~bit(frame)) | planned.children;
 }
 
-void FramePoses::place(const PathPlan& plan, const Joints& joints) {
-  if (count_ == 0) poses_[0] = {Eigen::Matrix3d::Identity(), Eigen::Vector3d::Zero()};
+void FramePoses::begin(const PathPlan& plan) {
+  if (count_ != 0) return;
+  poses_[0] = {Eigen::Matrix3d::Identity(), Eigen::Vector3d::Zero()};
   count_ = plan.frames.size();
+}
+
+void FramePoses::place(const PathPlan& plan, const Joints& joints) {
+  begin(plan);
   for (std::size_t f = 1; f < count_; ++f) place_one(plan, joints, f);
 }
 
 void FramePoses::place_chain(const PathPlan& plan, const PlanTool& tool, const Joints& joints) {
+  begin(plan);
   for (const std::uint8_t f : tool.chain) place_one(plan, joints, f);
 }
 

@@ -35,6 +35,7 @@ class FramePoses {
   const FramePose& operator[](std::size_t frame) const { return poses_[frame]; }
 
  private:
+  void begin(const PathPlan& plan);
   void place_one(const PathPlan& plan, const Joints& joints, std::size_t frame);
 
   std::size_t count_ = 0;          // of the plan's frames, 0 before the first is placed

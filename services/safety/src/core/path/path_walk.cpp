@@ -89,8 +89,10 @@ Evidence PathWalk::check_momentum() {
   return evidence;
 }
 
-Evidence PathWalk::check_momentum_of(Branch branch) {
-  if (!prediction_.goes_on(branch)) return {};
+Evidence PathWalk::check_momentum_of(const Branch& start) {
+  if (!prediction_.has_momentum(start)) return {};  // before the copy, which costs more than that
+  Branch branch = start;
+  prediction_.go_on(branch);
   Clearance clearance;
   const Braking braking(plan_, branch, prediction_.moving(), prediction_.lagging());
   const Evidence evidence = check_body(branch, braking, Spread{branch.now, branch.now}, clearance);

@@ -24,7 +24,7 @@ class PathWalk {
  private:
   Evidence check_new();
   Evidence check_momentum();
-  Evidence check_momentum_of(Branch branch);
+  Evidence check_momentum_of(const Branch& start);
   Evidence check_branch(std::size_t index);
   Evidence check_body(const Branch& branch, const Braking& braking, const Spread& spread,
                       Clearance& clearance);

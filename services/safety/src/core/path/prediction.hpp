@@ -29,6 +29,12 @@ struct Branch {
   std::array<FramePoses, 2> poses;
   std::size_t newest = 0;
 
+  Branch() = default;
+  Branch(const Branch& other) { *this = other; }
+  /// As it stands: what is left of the row before is placed anew once it is asked for, and most of
+  /// what takes time is where the frames are.
+  Branch& operator=(const Branch& other);
+
   FramePoses& poses_now() { return poses[newest]; }
   [[nodiscard]] const FramePoses& poses_now() const { return poses[newest]; }
   [[nodiscard]] const FramePoses& poses_before() const { return poses[newest ^ 1U]; }
@@ -73,9 +79,10 @@ class Prediction {
   [[nodiscard]] const Branch& measured() const { return measured_; }
   /// Branches that a row which acts already has taken on from there, before the first row.
   [[nodiscard]] std::size_t start_count() const { return start_count_; }
-  /// Before the first row: takes a branch to where it is a tick later if nothing changes its
-  /// motion. False where it has none of what `lagging` counts.
-  [[nodiscard]] bool goes_on(Branch& branch) const;
+  /// Before the first row: whether any of what `lagging` counts moves in a branch.
+  [[nodiscard]] bool has_momentum(const Branch& branch) const;
+  /// Takes it to where it is a tick later if nothing changes its motion.
+  void go_on(Branch& branch) const;
   [[nodiscard]] const Spread& spread() const { return spread_; }
   /// Where the newest row begins: how far two shares of the rows before may have left a joint of a
   /// part from each other at most [rad or m].

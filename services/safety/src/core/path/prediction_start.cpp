@@ -9,6 +9,14 @@
 
 namespace fairlead {
 
+Branch& Branch::operator=(const Branch& other) {
+  now = other.now;
+  speed = other.speed;
+  before = other.before;
+  poses_now() = other.poses_now();
+  return *this;
+}
+
 Prediction::Prediction(const PathPlan& plan, const ClaimLimits& claim, const MeasuredState& state,
                        const ActionChunk& chunk, std::size_t first_row, const RowBefore& before,
                        Companions companions)
@@ -25,6 +33,7 @@ Prediction::Prediction(const PathPlan& plan, const ClaimLimits& claim, const Mea
   start_still();
   if (!before.measured) {
     start_count_ = branch_count_;
+    for (Branch& branch : branches()) branch.begin_row();
     (void)apply_rows(before, true);
     return;
   }
@@ -60,23 +69,23 @@ void Prediction::start_still() {
     moving_ |= only(j);
   }
   measured_.before = spread_.lowest = spread_.highest = measured_.now;
-  measured_.poses[0].place(plan_, measured_.now);
-  measured_.poses[1] = measured_.poses[0];
+  measured_.poses_now().place(plan_, measured_.now);
   for (Branch& branch : branches()) branch = measured_;
 }
 
 // A controller takes time to turn a motion around, and may keep up another beside it. A joint that
 // is told where to be goes there.
-bool Prediction::goes_on(Branch& branch) const {
-  bool moves = false;
+void Prediction::go_on(Branch& branch) const {
   branch.begin_row();
   for (const std::size_t j : JointsIn(commanded_ & ~lagging_)) branch.speed[j] = 0.0;
-  for (const std::size_t j : JointsIn(lagging_)) {
-    moves |= branch.speed[j] != 0.0;
-    branch.now[j] += branch.speed[j] * plan_.period_s;
-  }
+  for (const std::size_t j : JointsIn(lagging_)) branch.now[j] += branch.speed[j] * plan_.period_s;
   branch.poses_now().place(plan_, branch.now);
-  return moves;
+}
+
+bool Prediction::has_momentum(const Branch& branch) const {
+  for (const std::size_t j : JointsIn(lagging_))
+    if (branch.speed[j] != 0.0) return true;
+  return false;
 }
 
 void Prediction::include(const ActionChunk& chunk, JointSet& joints) {

@@ -31,8 +31,8 @@ Motion6 motion_between(const FramePose& from, const FramePose& to);
 /// Moves the part's joints so that its tool makes one motion, as far as they can. Says G030 if the
 /// tool would be further from where it is to be than if the joints had stayed.
 ///
-/// `start`: the frames where `joints` are. `end`: frames that have been placed; those between the
-/// root and the tool are placed again where the joints get to. `straight`: where they got to if the
+/// `start`: the frames where `joints` are. `end`: of these, those between the root and the tool are
+/// placed where the joints get to. `straight`: where they got to if the
 /// way did not bend, by one step of least squares.
 Evidence move_tool(const PathPlan& plan, const PlanTool& tool, const Motion6& motion,
                    const FramePoses& start, FramePoses& end, Joints& joints, Joints& straight);
