@@ -91,7 +91,7 @@ struct PathPlan {
   const Limits& limits;
   double period_s = unset;
   // By commanded joint, each beside the next: where a target may lie, endless without bounds.
-  JointColumn lower, upper;
+  JointColumn lower{}, upper{};
   std::array<PlanPlace, max_links> places;  // by link of the description
   FixedVec<PlanFrame, max_links> frames;    // parents first; the first is the root
   FixedVec<PlanCapsule, max_capsules> capsules;

@@ -15,7 +15,7 @@ class LimitWalk {
 
   /// False for a row that needs no more than the quick look at all of them.
   [[nodiscard]] bool needs_check(std::size_t row) const {
-    return certain_ < (row == first_row_ ? Certain::starts : Certain::in_order);
+    return row == first_row_ ? certain_ != Certain::starts : certain_ == Certain::nothing;
   }
 
   /// What is wrong with the row, over all parts of the chunk: it runs for all of them or for none.

@@ -132,10 +132,10 @@ bool goes_on_in_order(Ranges ranges, Rows rows, std::size_t count) {
   const auto at = [](const std::uint8_t* row, std::size_t j) {
     return two_of(row + j * sizeof(double));
   };
-  // Four at a time; of a width that is no multiple of four the last ones overlap.
-  for (std::size_t place = 0; place < rows.width; place += four) {
-    const std::size_t j = std::min(place, rows.width - two);
-    const std::size_t k = std::min(place + two, rows.width - two);
+  // Four at a time, from the last place on; of a width that is no multiple of four the first ones
+  // overlap.
+  for (std::size_t end = rows.width; end > 0; end -= std::min(end, four)) {
+    const std::size_t j = std::max(end, two) - two, k = std::max(j, two) - two;
     const Keeper one(ranges, j), other(ranges, k);
     const std::uint8_t* row = rows.first;
     Two one_before = at(row, j), other_before = at(row, k);
@@ -192,7 +192,7 @@ Certain look_quickly(const PathPlan& plan, const ModeLimits& modes, const Measur
   }
   const Rows rows(action, first_row, width);
   if (!(targets ? starts_in_order(ranges, rows) : begins_in_order(ranges, rows)) ||
-      (count > 1 && !goes_on_in_order(ranges, rows, count)))
+      (count != 1 && !goes_on_in_order(ranges, rows, count)))
     return Certain::nothing;
   return targets && goes_on_as_before(ranges, rows, action, before) ? Certain::starts
                                                                     : Certain::in_order;

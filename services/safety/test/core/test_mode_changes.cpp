@@ -1,6 +1,7 @@
 // G025: a part changes its mode or frame at standstill only, whatever held or moved beside it.
 
 #include "acted_rows.hpp"
+#include "row_judge.hpp"
 
 using namespace fairlead;
 using namespace fairlead::test;
@@ -186,4 +187,20 @@ TEST_CASE("G025 realtime: the row that is about to act is the one whose follower
   CHECK(verdict.code == 25);
   CHECK(verdict.limit_source ==
         "a mode that the part's transitions allow after the one that acted last");
+}
+
+TEST_CASE("G025 realtime: the verdict names the mode that the part moves in, if it is known") {
+  PartMemories memories;
+  PartMemory& memory = memories[arm];
+  memory.note(ChunkBuilder().joint(arm, Mode::joint_torque, arm_1, {0.0}).chunk.parts[0]);
+  const ChunkBuilder chunk = ChunkBuilder().joint(arm, Mode::joint_velocity, arm_1, {0.0});
+  const auto found = [&] {
+    return judge(chunk.chunk, state_at_rest(), RowBefore{nullptr, 0, false, &memories}).evidence;
+  };
+  CHECK(found().code == 25);
+  CHECK(found().value == 1.0);  // joint_velocity
+  CHECK(found().limit == 2.0);  // joint_torque
+  memory.kind = PartMemory::Kind::unknown;
+  CHECK(found().code == 25);
+  CHECK(found().limit == 1.0);
 }

@@ -14,6 +14,19 @@ using namespace fairlead::test;
 
 namespace {
 
+// The first joints of the robot, and nothing that they move.
+Limits robot_of(std::size_t joints) {
+  Limits limits = test_limits();
+  (void)limits.joints.resize(joints);
+  (void)limits.kinematics.links.resize(1);
+  limits.collision = CollisionLimits{};
+  for (PartLimits& part : limits.parts) part.tool = no_link;
+  PartLimits& part = limits.parts[base];
+  part.joints.clear();
+  for (std::size_t j = 0; j < joints; ++j) (void)part.joints.push_back(j);
+  return limits;
+}
+
 Certain look(const Limits& limits, const MeasuredState& state, const ActionChunk& chunk,
              std::size_t first = 0, std::size_t end = 64, const RowBefore& before = {}) {
   const ActionPart& action = chunk.parts[0];
@@ -71,24 +84,33 @@ TEST_CASE("quick look: one row at fault makes all of them doubtful, wherever it 
     }
 }
 
-TEST_CASE("quick look: every joint of the row is looked at, of an odd number too") {
-  Limits limits = test_limits();
-  for (const std::size_t joints : {joint_count, joint_count - 1}) {
-    (void)limits.joints.resize(joints);
+TEST_CASE("quick look: every joint of the row is looked at, of whatever number") {
+  for (std::size_t joints = 2; joints <= 12; ++joints) {
+    Limits limits = robot_of(joints);
     for (std::size_t j = 0; j < joints; ++j) {
       limits.joints[j].bounded = true;
       limits.joints[j].bounds = {-2.0, 2.0, 0.1};
       limits.parts[base].modes.joint_position.step_limit[j] = 0.25;
-      Row row(joints, 0.0);
-      const auto in_order = [&](double value) {
-        row[j] = value;
-        const ChunkBuilder chunk = ChunkBuilder().add(base, Mode::joint_position, {row, row},
-                                                      {static_cast<std::uint8_t>(j)});
-        return look(limits, state_at(static_cast<std::uint8_t>(j), value), chunk.chunk) !=
-               Certain::nothing;
-      };
-      CHECK(in_order(2.0));
-      CHECK_FALSE(in_order(just_above(2.0)));
+    }
+    const PathPlan plan(limits);
+    const auto finds = [&](const Rows& rows, const MeasuredState& state) {
+      ChunkBuilder chunk = ChunkBuilder().add(base, Mode::joint_position, rows);
+      for (std::size_t j = 0; j < joints; ++j)
+        (void)chunk.chunk.parts[0].active.push_back(static_cast<std::uint8_t>(j));
+      return look_quickly(plan, limits.parts[base].modes, state, chunk.chunk.parts[0], 0,
+                          rows.size(), RowBefore{});
+    };
+    const Row rest(joints, 0.0);
+    for (std::size_t j = 0; j < joints; ++j) {
+      Row row = rest;
+      row[j] = 2.0;
+      CHECK(finds({row}, state_at(static_cast<std::uint8_t>(j), 2.0)) == Certain::starts);
+      row[j] = just_above(2.0);
+      CHECK(finds({row}, state_at(static_cast<std::uint8_t>(j), 2.0)) == Certain::nothing);
+      row[j] = 0.25;
+      CHECK(finds({rest, row}, state_at_rest()) == Certain::starts);
+      row[j] = just_above(0.25);
+      CHECK(finds({rest, row}, state_at_rest()) == Certain::nothing);
     }
   }
 }
@@ -190,20 +212,13 @@ TEST_CASE("quick look: rows that command every joint of the robot have no paddin
 }
 
 TEST_CASE("quick look: a robot of one joint is looked at number by number") {
-  Limits limits = test_limits();
-  (void)limits.joints.resize(1);
-  limits.parts[base].joints.clear();
-  (void)limits.parts[base].joints.push_back(base_x);
+  const Limits limits = robot_of(1);
   const ChunkBuilder chunk = ChunkBuilder().add(base, Mode::joint_velocity, {{0.0}}, {base_x});
   CHECK(look(limits, state_at_rest(), chunk.chunk) == Certain::nothing);
 }
 
 TEST_CASE("quick look: a robot of two joints is looked at") {
-  Limits limits = test_limits();
-  (void)limits.joints.resize(2);
-  limits.parts[base].joints.clear();
-  (void)limits.parts[base].joints.push_back(base_x);
-  (void)limits.parts[base].joints.push_back(base_y);
+  const Limits limits = robot_of(2);
   const auto in_order = [&limits](double x, double y) {
     const ChunkBuilder chunk =
         ChunkBuilder().add(base, Mode::joint_velocity, {{x, y}}, {base_x, base_y});

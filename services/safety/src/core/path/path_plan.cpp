@@ -151,8 +151,6 @@ double travel(const Limits& limits, std::size_t joint) {
 }
 
 void add_ranges(PathPlan& plan) {
-  plan.lower.fill(unset);
-  plan.upper.fill(unset);
   for (std::size_t j = 0; j != plan.limits.joints.size(); ++j) {
     constexpr auto mode = static_cast<std::uint8_t>(Mode::joint_position);
     const JointRange range = joint_range(plan.limits.joints[j], JointModeLimits{}, mode);
