@@ -89,12 +89,12 @@ struct Rows {
   std::size_t width;
 };
 
-// Calls `look` with every place from which on two numbers are looked at. Of an odd width the first
-// two overlap with those after.
+// Calls `look` with every place from which on two numbers are looked at. Of an odd width the last
+// two overlap with those before.
 template <class Look>
 void each_two(std::size_t width, const Look& look) {
-  for (std::size_t end = width; end >= two; end -= two) look(end - two);
-  if (width % two != 0) look(0);
+  for (std::size_t j = 0; j + two <= width; j += two) look(j);
+  if (width % two != 0) look(width - two);
 }
 
 // The first row keeps to its ranges.
