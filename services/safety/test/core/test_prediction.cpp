@@ -190,6 +190,16 @@ TEST_CASE("a tick before the first row begins where the row that acts leads") {
   CHECK(tool_x(branch.poses_now()) == doctest::Approx(0.8));
 }
 
+TEST_CASE("a delta that acts already begins where the robot is measured") {
+  MeasuredState state = at_rest();
+  state.positions[turn_z] = std::acos(0.0);
+  const auto acts = ChunkBuilder().along(arm, Mode::cartesian_delta, 1, {0.04});
+  const ChunkBuilder next = one_joint(Mode::joint_velocity, slide_x, {0.0});
+  const Predicted predicted(free_arm::limits(), state, next.chunk, not_measured(acts));
+  CHECK(predicted.all.branch(0).before[slide_x] == 0.0);
+  CHECK(predicted.all.branch(0).now[slide_x] == doctest::Approx(0.04).epsilon(1e-2));
+}
+
 TEST_CASE("a pose is reached from where the same row carries the arm, whoever is told first") {
   const double turned = 0.1;
   ChunkBuilder chunk;

@@ -27,15 +27,20 @@ constexpr int most_motion_steps = 6;
 // What a motion that the joints cannot make at all may be missed by, above its own size.
 constexpr double rounding = 1e-9;
 
+// Its lower half, and of each column what is beside that in a pair of numbers: nobody reads the rest.
 Square6 gram_of_rows(const ToolJacobian& jacobian) {
   Square6 gram = Square6::Zero();
-  for (const Motion6& column : jacobian.all()) gram.noalias() += column * column.transpose();
+  for (const Motion6& column : jacobian.all()) {
+    gram.leftCols<2>().noalias() += column * column.head<2>().transpose();
+    gram.block<4, 2>(2, 2).noalias() += column.tail<4>() * column.segment<2>(2).transpose();
+    gram.bottomRightCorner<2, 2>().noalias() += column.tail<2>() * column.tail<2>().transpose();
+  }
   return gram;
 }
 
 // What one step of least squares changes, joint by joint of the part.
 struct Step {
-  FixedVec<double, max_links> changes;
+  std::array<double, max_links> changes;  // as many as the part has joints
   double largest = 0.0;
 };
 
@@ -45,10 +50,9 @@ Step step_towards(const ToolJacobian& jacobian, const Motion6& motion) {
   gram.diagonal().array() += damping * damping;
   const Motion6 weights = Factors6(gram).solve(motion);
   Step step;
-  for (const Motion6& column : jacobian.all()) {
-    const double change = column.dot(weights);
-    (void)step.changes.push_back(change);
-    step.largest = std::max(step.largest, std::abs(change));
+  for (std::size_t i = 0; i < jacobian.count; ++i) {
+    step.changes[i] = jacobian.columns[i].dot(weights);
+    step.largest = std::max(step.largest, std::abs(step.changes[i]));
   }
   return step;
 }

@@ -19,6 +19,7 @@ Ways::Ways(const Ways& one, const Ways& other) : plan_(one.plan_) {
 
 template <class Change>
 void Ways::add_up(const Change& change) {
+  sums_[0] = {0.0, 0.0, 0.0};
   for (std::size_t f = 1; f < plan_.frames.size(); ++f) {
     const PlanFrame& frame = plan_.frames[f];
     Sums& sums = sums_[f];

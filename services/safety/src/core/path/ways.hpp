@@ -26,16 +26,17 @@ class Ways {
   [[nodiscard]] double longest() const { return longest_; }
 
  private:
-  struct Sums {             // over the joints between a frame and the root
-    double turned = 0.0;    // [rad]
-    double leverage = 0.0;  // the same times each one's distance from the root
-    double slid = 0.0;      // [m]
+  struct Sums {       // over the joints between a frame and the root
+    double turned;    // [rad]
+    double leverage;  // the same times each one's distance from the root
+    double slid;      // [m]
   };
   template <class Change>
   void add_up(const Change& change);
 
   const PathPlan& plan_;
   double longest_ = 0.0;
+  // Not set beyond the plan's frames: filling them would take longer than all else.
   std::array<double, max_links> change_;  // of each frame's joint
   std::array<Sums, max_links> sums_;
 };
