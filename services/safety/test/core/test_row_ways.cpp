@@ -181,7 +181,7 @@ TEST_CASE("a look at shapes says which share of their way they are clear by") {
   limits.collision.capsules[1] = {tool_link, {0, 0, 0}, {0, 0, 0}, 0.05};
   limits.collision.clearance = 0.1;
   const PathPlan plan(limits);
-  const ShapeCheck check(plan, only(slide_x));
+  ShapeCheck check(plan, only(slide_x));
   Joints there{};
   there[slide_x] = 0.4;
   const Ways ways(plan, Joints{}, there);

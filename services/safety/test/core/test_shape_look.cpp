@@ -108,7 +108,7 @@ TEST_CASE("a pair is clear up to and including its clearance, and that of its sp
   CHECK(look.found.near_count == 0);
   const Limits below = balls(1.25);  // evidence points into it
   const PathPlan plan(below);
-  const ShapeCheck check(plan, turning);
+  ShapeCheck check(plan, turning);
   FramePoses here, away;
   here.place(plan, Joints{});
   away.place(plan, going(0.5, 0.0));

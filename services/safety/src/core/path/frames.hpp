@@ -33,6 +33,8 @@ class FramePoses {
   void place_chain(const PathPlan& plan, const PlanTool& tool, const Joints& joints);
 
   const FramePose& operator[](std::size_t frame) const { return poses_[frame]; }
+  /// Where the joint of a frame is that has been placed.
+  [[nodiscard]] double joint_of(std::size_t frame) const { return placed_for_[frame]; }
 
  private:
   void begin(const PathPlan& plan);

@@ -9,7 +9,7 @@ namespace fairlead {
 /// Bounds of tools and capsules. `poses` is room to place them in; `looks` counts.
 struct ShapeLook {
   const PathPlan& plan;
-  const ShapeCheck& check;
+  ShapeCheck& check;
   const FramePoses& before;
   const Ways& ways;  // of the whole way
   FramePoses& poses;

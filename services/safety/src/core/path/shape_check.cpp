@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "breach.hpp"
 
@@ -16,15 +17,21 @@ Eigen::Vector3d tool_at(const PlanTool& tool, const FramePoses& poses) {
   return point_in_root(poses[tool.place.frame], tool.place.position);
 }
 
+// What all pairs are looked at for, beyond what has to be known now [m]: much less and they are
+// looked at again soon, much more and most of them count as near.
+constexpr double far_ahead = 0.15;
+
 void keep_smallest(double& slack, double margin) { slack = std::min(slack, std::max(margin, 0.0)); }
 
 }  // namespace
 
 ShapeCheck::ShapeCheck(const PathPlan& plan, JointSet commanded)
     : plan_(plan), commanded_(commanded) {
-  for (std::size_t i = 0; i < plan.pairs.size(); ++i)
-    if ((plan.pairs[i].movers & commanded) != 0)
-      (void)pairs_.push_back(static_cast<std::uint16_t>(i));
+  for (std::size_t i = 0; i < plan.pairs.size(); ++i) {
+    if ((plan.pairs[i].movers & commanded) == 0) continue;
+    (void)pairs_.push_back(static_cast<std::uint16_t>(i));
+    pair_movers_ |= plan.pairs[i].movers;
+  }
   if (plan.volumes.empty()) return;
   bool keeps_out = false;
   for (const Volume& volume : plan.limits.workspace.volumes) keeps_out |= volume.keep_out;
@@ -57,7 +64,7 @@ double ShapeCheck::free_of(const Clearance& clearance, const Ways& ways) const {
 }
 
 Evidence ShapeCheck::look(const FramePoses& poses, const FramePoses& before, const Ways& ways,
-                          double share, Clearance& found) const {
+                          double share, Clearance& found) {
   found.others = share * ways.longest();
   found.near_count = 0;
   const Evidence evidence = look_at_volumes(poses, before, found);
@@ -149,16 +156,40 @@ double ShapeCheck::pair_distance(const PlanPair& pair, const FramePoses& poses) 
          plan_.capsules[pair.first].radius - plan_.capsules[pair.second].radius;
 }
 
-// Most pairs are so far apart that the spheres around them tell. A distance that is no number is a
-// hit.
-Evidence ShapeCheck::look_at_pairs(const FramePoses& poses, const FramePoses& before,
-                                   const Ways& ways, double share, Clearance& found) const {
-  std::array<Eigen::Vector3d, max_capsules> middles;
-  if (!pairs_.empty())
-    for (std::size_t i = 0; i < plan_.capsules.size(); ++i)
-      middles[i] = point_in_root(poses[plan_.capsules[i].frame], plan_.capsules[i].middle);
-  const double clearance = plan_.limits.collision.clearance;
+void ShapeCheck::find_near_pairs(const FramePoses& poses, const Middles& middles, double others) {
+  far_ = others + far_ahead;
+  near_pairs_.clear();
   for (std::size_t i = 0; i < pairs_.size(); ++i) {
+    const PlanPair& pair = plan_.pairs[pairs_[i]];
+    const double apart = (middles[pair.first] - middles[pair.second]).squaredNorm();
+    if (!(apart >= (pair.near + far_) * (pair.near + far_)))
+      (void)near_pairs_.push_back(static_cast<std::uint16_t>(i));
+  }
+  for (std::size_t f = 1; f < plan_.frames.size(); ++f) far_at_[f] = poses.joint_of(f);
+}
+
+// A pair comes nearer by no more than what the joints between its two have gone since all were
+// looked at, times how far what hangs on them reaches (`Ways::longest`). The nanometre is for
+// rounding.
+bool ShapeCheck::far_pairs_are_clear_by(double others, const FramePoses& poses) const {
+  double nearer = 1e-9;
+  for (std::size_t f = 1; f < plan_.frames.size(); ++f)
+    if ((pair_movers_ & only(plan_.frames[f].joint)) != 0)
+      nearer += plan_.frames[f].reach * std::abs(poses.joint_of(f) - far_at_[f]);
+  return far_ - nearer >= others;
+}
+
+// Most pairs are so far apart that the spheres around them tell, and of most of those it is known
+// from before. A distance that is no number is a hit.
+Evidence ShapeCheck::look_at_pairs(const FramePoses& poses, const FramePoses& before,
+                                   const Ways& ways, double share, Clearance& found) {
+  if (pairs_.empty()) return {};
+  Middles middles;
+  for (std::size_t i = 0; i < plan_.capsules.size(); ++i)
+    middles[i] = point_in_root(poses[plan_.capsules[i].frame], plan_.capsules[i].middle);
+  if (!far_pairs_are_clear_by(found.others, poses)) find_near_pairs(poses, middles, found.others);
+  const double clearance = plan_.limits.collision.clearance;
+  for (const std::uint16_t i : near_pairs_) {
     const PlanPair& pair = plan_.pairs[pairs_[i]];
     const double apart = (middles[pair.first] - middles[pair.second]).squaredNorm();
     const auto are_clear_by = [&](double margin) {

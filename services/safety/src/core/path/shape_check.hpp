@@ -34,11 +34,11 @@ class ShapeCheck {
   /// What is at fault in a configuration. What was broken in the one before may stay as it was.
   /// Without a fault, `found`: how clear it is, which need not be more than `share` of the ways.
   Evidence look(const FramePoses& poses, const FramePoses& before, const Ways& ways, double share,
-                Clearance& found) const;
+                Clearance& found);
 
   /// The same, as far as all of the ways.
   Evidence look(const FramePoses& poses, const FramePoses& before, const Ways& ways,
-                Clearance& found) const {
+                Clearance& found) {
     return look(poses, before, ways, 1.0, found);
   }
 
@@ -55,7 +55,10 @@ class ShapeCheck {
   Evidence keep_capsule_out(std::size_t capsule, std::size_t volume, const FramePoses& poses,
                             const FramePoses& before, double& slack) const;
   Evidence look_at_pairs(const FramePoses& poses, const FramePoses& before, const Ways& ways,
-                         double share, Clearance& found) const;
+                         double share, Clearance& found);
+  using Middles = std::array<Eigen::Vector3d, max_capsules>;  // of the capsules
+  void find_near_pairs(const FramePoses& poses, const Middles& middles, double others);
+  [[nodiscard]] bool far_pairs_are_clear_by(double others, const FramePoses& poses) const;
   [[nodiscard]] double way_of(std::size_t shape, const Ways& ways) const;
   [[nodiscard]] Segment segment(std::size_t capsule, const FramePoses& poses) const;
   [[nodiscard]] double pair_distance(const PlanPair& pair, const FramePoses& poses) const;
@@ -67,6 +70,12 @@ class ShapeCheck {
   FixedVec<std::uint16_t, max_capsule_pairs> pairs_;
   FixedVec<std::uint8_t, max_parts> tools_;        // by part
   FixedVec<std::uint8_t, max_capsules> capsules_;  // that volumes keep out
+  // All pairs but these of `pairs_` were clear by `far_` where the frames were placed for
+  // `far_at_`.
+  FixedVec<std::uint16_t, max_capsule_pairs> near_pairs_;
+  JointSet pair_movers_ = 0;  // joints that move any pair
+  double far_ = unset;        // unset: nobody has looked
+  std::array<double, max_links> far_at_{};
 };
 
 }  // namespace fairlead

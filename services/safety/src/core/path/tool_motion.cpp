@@ -27,7 +27,8 @@ constexpr int most_motion_steps = 6;
 // What a motion that the joints cannot make at all may be missed by, above its own size.
 constexpr double rounding = 1e-9;
 
-// Its lower half, and of each column what is beside that in a pair of numbers: nobody reads the rest.
+// Its lower half, and of each column what is beside that in a pair of numbers: nobody reads the
+// rest.
 Square6 gram_of_rows(const ToolJacobian& jacobian) {
   Square6 gram = Square6::Zero();
   for (const Motion6& column : jacobian.all()) {

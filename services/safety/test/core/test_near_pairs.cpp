@@ -1,0 +1,94 @@
+// Pairs that were far apart are not asked again until they may have come near: every look finds
+// what one finds that looks at all of them. A ball of 0.5 m on the column of the free arm, 4 m
+// ahead, and one that stands; their middles may be 1.5 m apart.
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+
+#include "free_arm.hpp"
+#include "path/shape_check.hpp"
+
+using namespace fairlead;
+using namespace fairlead::test;
+using namespace fairlead::test::free_arm;
+
+namespace {
+
+// The ball that stands, at an angle of the column's turn.
+Limits ball_at(double angle) {
+  Limits limits = free_arm::limits();
+  const std::array<double, 3> there{4.0 * std::cos(angle), 4.0 * std::sin(angle), 0.0};
+  limits.workspace.volumes.clear();
+  limits.collision.capsules[0] = {0, there, there, 0.5};
+  limits.collision.capsules[1] = {1, {4, 0, 0}, {4, 0, 0}, 0.5};
+  limits.collision.clearance = 0.5;
+  return limits;
+}
+
+Joints turned_to(double angle) {
+  Joints joints{};
+  joints[turn_z] = angle;
+  return joints;
+}
+
+// One look after the other, each at an angle from where the column turns by as much as `way`.
+class Looks {
+ public:
+  explicit Looks(const Limits& limits) : plan_(limits), check_(plan_, only(turn_z)) {}
+
+  // What is at fault, else how many pairs are near.
+  std::uint32_t at(double angle, double way = 0.001) {
+    FramePoses here, far_away;
+    here.place(plan_, turned_to(angle));
+    far_away.place(plan_, turned_to(3.0));
+    Clearance found;
+    const Ways ways(plan_, turned_to(angle), turned_to(angle + way));
+    const Evidence evidence = check_.look(here, far_away, ways, found);
+    return evidence.ok() ? static_cast<std::uint32_t>(found.near_count) : evidence.code;
+  }
+
+ private:
+  PathPlan plan_;
+  ShapeCheck check_;
+};
+
+}  // namespace
+
+TEST_CASE("G032 a pair that was far apart is met where it comes near, however it gets there") {
+  const Limits limits = ball_at(1.0);
+  // The middles are 1.5 m apart at 0.377 rad from each other.
+  Looks at_once(limits);
+  CHECK(at_once.at(0.0) == 0);
+  CHECK(at_once.at(0.5) == 0);
+  CHECK(at_once.at(0.63) == 32);
+  Looks in_steps(limits);
+  for (double angle = 0.0; angle < 0.615; angle += 0.01) CHECK(in_steps.at(angle) == 0);
+  CHECK(in_steps.at(0.63) == 32);
+  CHECK(in_steps.at(0.0) == 0);
+  CHECK(in_steps.at(1.37) == 32);
+}
+
+TEST_CASE("G032 how far a pair has come nearer counts from where all were looked at last") {
+  const Limits limits = ball_at(-0.387);
+  Looks looks(limits);
+  CHECK(looks.at(0.0) == 0);
+  CHECK(looks.at(1.0) == 0);
+  CHECK(looks.at(-0.015) == 32);
+}
+
+TEST_CASE("a pair that is too far to count for a short way counts for a long one") {
+  const Limits limits = ball_at(0.5);  // 1.98 m between the middles
+  Looks looks(limits);
+  CHECK(looks.at(0.0, 0.001) == 0);
+  CHECK(looks.at(0.0, 0.25) == 1);
+  CHECK(looks.at(0.0, 0.5) == 1);
+  CHECK(looks.at(0.0, 0.001) == 0);
+}
+
+TEST_CASE("G032 a pair that is nowhere is a hit, also after it was far apart") {
+  const Limits limits = ball_at(1.0);
+  Looks looks(limits);
+  CHECK(looks.at(0.0) == 0);
+  CHECK(looks.at(not_a_number) == 32);
+}
