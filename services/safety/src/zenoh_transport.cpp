@@ -43,8 +43,10 @@ void open_session(z_owned_session_t* session, const Endpoints& endpoints,
 
 struct SourcePublishers {
   SourcePublishers(const z_loaned_session_t* session, const KeyTable& keys, std::string_view source)
-      : safe(session, keys.safe(source), "SafeChunk", Qos::hot),
+      : candidates(session, keys.candidate(source)),
+        safe(session, keys.safe(source), "SafeChunk", Qos::hot),
         verdict(session, keys.verdict(source), "Verdict", Qos::hot) {}
+  DeclaredKey candidates;
   Publisher safe;
   Publisher verdict;
 };

@@ -48,6 +48,19 @@ class KeyView {
   z_view_keyexpr_t view_;
 };
 
+/// A key known to the session by a number. Without one, each message on a key that a wildcard is
+/// subscribed to arrives with its key spelt out and is compared with every subscription.
+class DeclaredKey {
+ public:
+  DeclaredKey(const z_loaned_session_t* session, const std::string& key)
+      : key_([&](z_owned_keyexpr_t* out) {
+          check(z_declare_keyexpr(session, out, KeyView(key).get()), "declare the key " + key);
+        }) {}
+
+ private:
+  Owned<z_owned_keyexpr_t> key_;
+};
+
 /// Copies a payload where it is one run of bytes. One byte more than the largest frame is
 /// kept, so that the core sees an oversized one as oversized.
 class Frame {
