@@ -54,12 +54,20 @@ class Arrival:
 
     def after(self, send: Callable[[bytes], None], payload: bytes) -> float:
         """Microseconds from just before ``send(payload)`` to the arrival."""
-        self._event.clear()
+        self.expect()
         start_ns = time.perf_counter_ns()
         send(payload)
+        self.wait()
+        return (self._at_ns - start_ns) / 1e3
+
+    def wait(self) -> None:
+        """Until something has arrived since the last `expect`."""
         if not self._event.wait(DEADLINE_S):
             raise SystemExit("gate_hop: a message was lost; run it again")
-        return (self._at_ns - start_ns) / 1e3
+
+    def expect(self) -> None:
+        """What arrives from now on is new."""
+        self._event.clear()
 
 
 class Relay:
@@ -82,6 +90,15 @@ class Relay:
         self.arrival = Arrival(self.bus, KEY_OUT)
         self.others = [Arrival(self.bus, key) for key in more]
         self.publisher = self.bus.publisher(KEY_IN, kind, Qos.HOT)
+
+    def time(self, payload: bytes) -> float:
+        """Microseconds until its message is back; returns when the others are, too."""
+        for other in self.others:
+            other.expect()
+        microseconds = self.arrival.after(self.publisher.put_bytes, payload)
+        for other in self.others:
+            other.wait()  # their work would count as the next one's
+        return microseconds
 
     def close(self) -> None:
         """Leave the session and end the relay's process."""
@@ -128,7 +145,7 @@ def measure(
         payload = encode(chunk)
         for relay, times in zip(relays, (samples.relay_us, samples.three_us), strict=True):
             time.sleep(pause_s)
-            times.append(relay.arrival.after(relay.publisher.put_bytes, payload))
+            times.append(relay.time(payload))
         time.sleep(pause_s)
         samples.gate_us.append(safe.after(scene.send_bytes, payload))
         verdict = scene.verdicts.wait_for(_answers(chunk))

@@ -42,17 +42,19 @@ void relay(z_loaned_sample_t* sample, void* context) {
 bool open_session(z_owned_session_t* session, const std::string& listen) {
   const std::string json =
       R"({"mode":"peer","listen":{"endpoints":[")" + listen +
-      R"("]},"scouting":{"multicast":{"enabled":false},"gossip":{"enabled":false}}})";
+      R"("]},"scouting":{"multicast":{"enabled":false},"gossip":{"enabled":false}},)"
+      R"("transport":{"link":{"tx":{"queue":{"size":{"real_time":16}}}}}})";
   z_owned_config_t config;
   return zc_config_from_str(&config, json.c_str()) == Z_OK &&
          z_open(session, z_move(config), nullptr) == Z_OK;
 }
 
-bool publish_on(const z_owned_session_t& session, const char* to, Publishers& publishers) {
+bool publish_on(const z_owned_session_t& session, const char* to, bool is_express,
+                Publishers& publishers) {
   z_publisher_options_t options;
   z_publisher_options_default(&options);
   options.priority = Z_PRIORITY_REAL_TIME;
-  options.is_express = true;
+  options.is_express = is_express;
   z_view_keyexpr_t key;
   return z_view_keyexpr_from_str(&key, to) == Z_OK &&
          z_declare_publisher(z_loan(session), &publishers.emplace_back(), z_loan(key), &options) ==
@@ -85,7 +87,10 @@ int main(int count, char** words) {
   Publishers publishers;
   z_owned_subscriber_t subscriber;
   bool ready = open_session(&session, words[1]);
-  for (int i = 3; i < count; ++i) ready = ready && publish_on(session, words[i], publishers);
+  for (int i = 3; i < count; ++i) {
+    const bool is_last = i == count - 1;  // the others leave in one piece with it, as the gate's
+    ready = ready && publish_on(session, words[i], is_last, publishers);
+  }
   if (!ready || !subscribe(session, words[2], publishers, &subscriber)) {
     std::printf("ERROR bare-relay: cannot listen on %s\n", words[1]);
     return 1;
