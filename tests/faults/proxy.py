@@ -1,7 +1,8 @@
 """A bad network between a Zenoh client and its router: TCP, message by message.
 
 Zenoh sends batches over TCP, each behind its length (two bytes, little endian). An express
-message has a batch of its own, so what is lost, late or doubled here is single messages. The
+message has a batch of its own, so what is lost, late or doubled here is single messages; only what
+the gate says in one step goes together. The
 rules change while the connection lives; nobody is told. The kernel needs no ``netem``.
 
 Zenoh numbers its frames: a doubled batch, or one overtaken by a later one, is dropped by the

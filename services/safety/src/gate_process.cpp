@@ -43,6 +43,12 @@ Hash hash_of_file(const std::string& path) {
   return sha256(Bytes(reinterpret_cast<const std::uint8_t*>(text.data()), text.size()));
 }
 
+// SafeChunks, lease and verdicts of a step leave with the last of them.
+bool is_hot(const Output& output) {
+  return output.kind == OutputKind::safe_chunk || output.kind == OutputKind::lease ||
+         output.kind == OutputKind::verdict;
+}
+
 }  // namespace
 
 std::uint64_t monotonic_ns() {
@@ -152,17 +158,20 @@ void GateProcess::step(const Event& event, Answer* answer) {
 }
 
 void GateProcess::carry_out(Answer* answer) {
+  std::size_t hot_left = static_cast<std::size_t>(std::ranges::count_if(outputs_->items(), is_hot));
   for (const Output& output : outputs_->items()) {
     const Bytes payload = outputs_->payload(output);
+    if (is_hot(output)) --hot_left;
+    const Leaves when = hot_left > 0 ? Leaves::with_next : Leaves::now;
     switch (output.kind) {
       case OutputKind::verdict:
-        outlet_.publish(output.kind, output.source, payload);
+        outlet_.publish(output.kind, output.source, payload, when);
         log_refusal(payload);
         break;
       case OutputKind::safe_chunk:
       case OutputKind::lease:
       case OutputKind::status:
-        outlet_.publish(output.kind, output.source, payload);
+        outlet_.publish(output.kind, output.source, payload, when);
         break;
       case OutputKind::reply:
         if (answer != nullptr) answer->reply(payload);

@@ -8,6 +8,9 @@
 
 namespace fairlead {
 
+/// Whether a message leaves at once or in one piece with the one that is published right after it.
+enum class Leaves : bool { now, with_next };
+
 /// Sends what the core decided. `publish` never blocks and keeps the order of its calls.
 class Outlet {
  public:
@@ -19,8 +22,9 @@ class Outlet {
   virtual bool prepare_source(std::string_view source, bool& is_new) = 0;
   /// Undo `prepare_source` for a source that nothing was, is or will be published for.
   virtual void forget_source(std::string_view source) = 0;
-  /// `kind` is one of safe_chunk, verdict, lease, status. Unprepared sources are left out.
-  virtual void publish(OutputKind kind, const Name& source, Bytes payload) = 0;
+  /// `kind` is one of safe_chunk, verdict, lease, status. Unprepared sources are left out; a status
+  /// leaves on its own.
+  virtual void publish(OutputKind kind, const Name& source, Bytes payload, Leaves when) = 0;
 };
 
 /// One query while it is being handled. Exactly one call is made.

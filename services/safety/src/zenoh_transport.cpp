@@ -44,11 +44,11 @@ void open_session(z_owned_session_t* session, const Endpoints& endpoints,
 struct SourcePublishers {
   SourcePublishers(const z_loaned_session_t* session, const KeyTable& keys, std::string_view source)
       : candidates(session, keys.candidate(source)),
-        safe(session, keys.safe(source), "SafeChunk", Qos::hot),
-        verdict(session, keys.verdict(source), "Verdict", Qos::hot) {}
+        safe(session, keys.safe(source), "SafeChunk"),
+        verdict(session, keys.verdict(source), "Verdict") {}
   DeclaredKey candidates;
-  Publisher safe;
-  Publisher verdict;
+  HotPublisher safe;
+  HotPublisher verdict;
 };
 
 /// One subscription or queryable as its callback sees it.
@@ -107,7 +107,7 @@ class ZenohTransport::Session {
   Session(const Endpoints& endpoints, KeyTable keys, const OnWait& on_wait)
       : keys_(std::move(keys)),
         session_([&](z_owned_session_t* out) { open_session(out, endpoints, on_wait); }),
-        lease_(get(), keys_.lease(), "Lease", Qos::hot),
+        lease_(get(), keys_.lease(), "Lease"),
         status_(get(), keys_.gate_status(), "GateStatus", Qos::status) {}
 
   const z_loaned_session_t* get() { return z_loan(session_.value()); }
@@ -180,15 +180,15 @@ class ZenohTransport::Session {
     sources_.erase(found);
   }
 
-  void publish(OutputKind kind, const Name& source, Bytes payload) {
+  void publish(OutputKind kind, const Name& source, Bytes payload, Leaves when) {
     if (kind == OutputKind::lease) {
       own_lease = true;  // comes back to this session's own subscription, within `put`
-      lease_.put(payload);
+      lease_.put(payload, when);
       own_lease = false;
     } else if (kind == OutputKind::status) {
       status_.put(payload);
     } else if (const auto publishers = publishers_of(source.view()); publishers != nullptr) {
-      (kind == OutputKind::safe_chunk ? publishers->safe : publishers->verdict).put(payload);
+      (kind == OutputKind::safe_chunk ? publishers->safe : publishers->verdict).put(payload, when);
     }
   }
 
@@ -229,7 +229,7 @@ class ZenohTransport::Session {
   Handler handler_;
   std::deque<Inlet> inlets_;
   Owned<z_owned_session_t> session_;
-  Publisher lease_;
+  HotPublisher lease_;
   Publisher status_;
   std::mutex sources_mutex_;
   std::map<std::string, std::shared_ptr<SourcePublishers>, std::less<>> sources_;
@@ -263,8 +263,8 @@ bool ZenohTransport::prepare_source(std::string_view source, bool& is_new) {
 
 void ZenohTransport::forget_source(std::string_view source) { session_->forget_source(source); }
 
-void ZenohTransport::publish(OutputKind kind, const Name& source, Bytes payload) {
-  session_->publish(kind, source, payload);
+void ZenohTransport::publish(OutputKind kind, const Name& source, Bytes payload, Leaves when) {
+  session_->publish(kind, source, payload, when);
 }
 
 }  // namespace fairlead

@@ -38,7 +38,7 @@ class ZenohTransport final : public Outlet {
 
   bool prepare_source(std::string_view source, bool& is_new) override;
   void forget_source(std::string_view source) override;
-  void publish(OutputKind kind, const Name& source, Bytes payload) override;
+  void publish(OutputKind kind, const Name& source, Bytes payload, Leaves when) override;
 
  private:
   class Session;

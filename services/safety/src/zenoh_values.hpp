@@ -67,16 +67,16 @@ class Frame {
  public:
   Bytes copy(const z_loaned_bytes_t* payload) {
     if (payload == nullptr) return {};
-    const std::size_t size = std::min(z_bytes_len(payload), bytes_.size());
     z_bytes_reader_t reader = z_bytes_get_reader(payload);
-    return Bytes(bytes_).first(z_bytes_reader_read(&reader, bytes_.data(), size));
+    return Bytes(bytes_).first(z_bytes_reader_read(&reader, bytes_.data(), bytes_.size()));
   }
 
  private:
   std::array<std::uint8_t, max_frame_bytes + 1> bytes_;
 };
 
-enum class Qos { hot, status };
+/// `hot_with_next`: as `hot`, but not express: it leaves with the express one that follows.
+enum class Qos { hot, hot_with_next, status };
 
 /// One declared key: dropped on congestion, so that a put never blocks.
 class Publisher {
@@ -90,10 +90,8 @@ class Publisher {
           check(z_encoding_from_str(&encoding, name.c_str()), "use the encoding " + name);
           options.encoding = z_move(encoding);
           options.congestion_control = Z_CONGESTION_CONTROL_DROP;
-          if (qos == Qos::hot) {
-            options.priority = Z_PRIORITY_REAL_TIME;
-            options.is_express = true;
-          }
+          if (qos != Qos::status) options.priority = Z_PRIORITY_REAL_TIME;
+          options.is_express = qos == Qos::hot;
           check(z_declare_publisher(session, out, KeyView(key).get(), &options), "publish " + key);
         }) {}
 
@@ -105,6 +103,20 @@ class Publisher {
 
  private:
   Owned<z_owned_publisher_t> publisher_;
+};
+
+/// A hot key. What a step has to say leaves in one piece: one sending, and the receiver wakes once.
+/// Whether a message is express is part of its publisher, so there are two.
+class HotPublisher {
+ public:
+  HotPublisher(const z_loaned_session_t* session, const std::string& key, const char* type)
+      : now_(session, key, type, Qos::hot), with_next_(session, key, type, Qos::hot_with_next) {}
+
+  void put(Bytes payload, Leaves when) { (when == Leaves::now ? now_ : with_next_).put(payload); }
+
+ private:
+  Publisher now_;
+  Publisher with_next_;
 };
 
 /// Answers on the queryable's own key: the query's may be a wildcard.
