@@ -35,7 +35,7 @@ struct LiveClaim : ClaimLife {
 
   std::uint64_t heartbeat_ns = 0;  // when the last one arrived; the claim itself counts as one
 
-  StoredChunk newest;      // G005: the last candidate that got a verdict of its own
+  StoredFrame newest;      // G005: the last candidate that got a verdict of its own
   Verdict newest_verdict;  // the answer to it, and to its copies
   Verdict latest_verdict;  // that, or of what was judged again since; id 0: none yet
   StoredChunk waiting;     // G006: one tick ahead, until the next state

@@ -56,7 +56,7 @@ void Gate::Core::step(std::uint64_t now_ns, const Event& event, Outputs& outputs
     if (event.kind == EventKind::status) on_status(event.payload);
     return;
   }
-  check_own(event.previous_step_ns);
+  check_own(event);
   check_deadlines();
   handle(event);
   finish();

@@ -107,7 +107,7 @@ class Gate::Core {
   void latch_unstopped(const Evidence& evidence);
 
   // The gate itself (gate_own.cpp)
-  void check_own(std::uint32_t previous_step_ns);
+  void check_own(const Event& event);
   void check_step_time(std::uint32_t previous_step_ns);
   void check_memory();
   [[nodiscard]] bool read_memory();

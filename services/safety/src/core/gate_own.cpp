@@ -10,9 +10,10 @@ constexpr std::uint64_t overrun_window_ns = 60'000'000'000;
 
 }  // namespace
 
-void Gate::Core::check_own(std::uint32_t previous_step_ns) {
-  check_step_time(previous_step_ns);
-  check_memory();
+// A chunk does not wait for memory to be read: the timer's next step does it, 5 ms later at most.
+void Gate::Core::check_own(const Event& event) {
+  check_step_time(event.previous_step_ns);
+  if (event.kind != EventKind::candidate) check_memory();
 }
 
 // In lockstep the world waits for the gate, however long a step takes.

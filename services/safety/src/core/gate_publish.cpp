@@ -69,10 +69,11 @@ void Gate::Core::publish_safe_chunk(LiveClaim& claim) {
   safe_chunk_.first_tick = release->first_tick;
   safe_chunk_.horizon = release->row_count;
   safe_chunk_.after = release->after;
-  safe_chunk_.parts = chunk.parts;
-  for (ActionPart& part : safe_chunk_.parts) {
+  safe_chunk_.parts.clear();
+  for (ActionPart part : chunk.parts) {
     const std::size_t width = mode_width(part.mode, limits_.joints.size());
     part.values = part.values.rows(release->first_row, release->row_count, width);
+    (void)safe_chunk_.parts.push_back(part);  // as many places as the chunk has
   }
   out_->add(OutputKind::safe_chunk, claim.source, safe_chunk_);
 }

@@ -4,14 +4,18 @@
 
 namespace fairlead {
 
-void StoredChunk::store(Bytes frame) {
-  // The frame has been decoded once already, so it fits and decodes again.
+void StoredFrame::store(Bytes frame) {
+  // The frame has been decoded already, so it fits.
   std::copy(frame.begin(), frame.end(), bytes_.begin());
   size_ = frame.size();
-  (void)decode(this->frame(), chunk_);
 }
 
-bool StoredChunk::is_copy_of(Bytes frame) const {
+void StoredChunk::store(Bytes frame) {
+  StoredFrame::store(frame);
+  (void)decode(this->frame(), chunk_);  // it has been decoded already, so it decodes again
+}
+
+bool StoredFrame::is_copy_of(Bytes frame) const {
   return size_ != 0 && std::equal(frame.begin(), frame.end(), bytes_.begin(),
                                   bytes_.begin() + static_cast<std::ptrdiff_t>(size_));
 }

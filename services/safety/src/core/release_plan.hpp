@@ -15,20 +15,28 @@
 
 namespace fairlead {
 
-/// The gate's own copy of a candidate's bytes, decoded in place.
-class StoredChunk {
+/// The gate's own copy of a candidate's bytes.
+class StoredFrame {
  public:
   void store(Bytes frame);
   void clear() { size_ = 0; }
   [[nodiscard]] bool empty() const { return size_ == 0; }
   [[nodiscard]] bool is_copy_of(Bytes frame) const;
   [[nodiscard]] Bytes frame() const { return Bytes(bytes_).first(size_); }
+
+ private:
+  std::size_t size_ = 0;
+  std::array<std::uint8_t, max_frame_bytes> bytes_{};
+};
+
+/// The same, decoded in place.
+class StoredChunk : public StoredFrame {
+ public:
+  void store(Bytes frame);
   [[nodiscard]] const ActionChunk& chunk() const { return chunk_; }
 
  private:
-  std::array<std::uint8_t, max_frame_bytes> bytes_{};
-  std::size_t size_ = 0;
-  ActionChunk chunk_;  // its NumberViews point into bytes_
+  ActionChunk chunk_;  // its NumberViews point into the frame's copy
 };
 
 /// One SafeChunk as the gate issued it.

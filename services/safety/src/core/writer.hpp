@@ -27,7 +27,7 @@ class Writer {
 
  private:
   void byte(std::uint8_t value);
-  void big_endian(std::uint64_t value, std::size_t width);
+  void big_endian(std::uint8_t lead, std::uint64_t value, std::size_t width);
   void raw(const void* data, std::size_t count);
 
   std::span<std::uint8_t> buffer_;
