@@ -163,6 +163,21 @@ TEST_CASE("G050 a bit of the limits that turns over stops within two passes of a
   }
 }
 
+TEST_CASE("G050 chunks do not read memory, what comes between them does") {
+  Poked rig(true);
+  *rig.byte() ^= 0x10;
+  Event chunk;
+  chunk.kind = EventKind::candidate;
+  chunk.source = "runner";
+  for (int i = 0; i < 420; ++i) {
+    rig.now_ns += 5 * ms;
+    rig.gate->step(rig.now_ns, chunk, *rig.out);
+  }
+  CHECK(rig.gate->state() == GateState::armed);
+  rig.run(2100 * ms);
+  CHECK(rig.gate->state() == GateState::stopped);
+}
+
 TEST_CASE("G050 a whole pass takes about a second of the timer's steps") {
   Poked rig;
   rig.send(EventKind::disarm, Disarm{"test"});
