@@ -73,6 +73,9 @@ struct PlanTool {
   JointSet movers = 0;
   FixedVec<std::uint8_t, max_links> chain;  // frames from the root on, the root left out
   FixedVec<std::uint8_t, max_links> own;    // those of them that the part's joints move
+  // Joints of the chain from the first own one on: how the own ones move the tool depends on where
+  // these are only; what is before them carries all of it alike.
+  JointSet shapers = 0;
 };
 
 /// What keeps out of a volume is called: "link5 / shelf", by capsule, and "tool / shelf".

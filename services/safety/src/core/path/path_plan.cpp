@@ -124,6 +124,7 @@ void add_chain(const PathPlan& plan, const PartLimits& part, std::size_t frame, 
   (void)tool.chain.push_back(static_cast<std::uint8_t>(frame));
   if (part.joints.contains(plan.frames[frame].joint))
     (void)tool.own.push_back(static_cast<std::uint8_t>(frame));
+  if (!tool.own.empty()) tool.shapers |= only(plan.frames[frame].joint);
 }
 
 void add_tools(PathPlan& plan) {

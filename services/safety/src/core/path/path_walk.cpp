@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "breach.hpp"
+#include "joint_set.hpp"
 #include "looks.hpp"
 #include "row_ways.hpp"
 #include "tool_motion.hpp"
@@ -76,6 +77,7 @@ Evidence PathWalk::check_new() {
   if (!unreachable.ok()) evidence = unreachable;
   for (std::size_t i = 0; i < prediction_.branch_count() && evidence.ok(); ++i)
     evidence = check_branch(i);
+  has_judged_ = true;
   if (!evidence.ok()) evidence.row = static_cast<std::int64_t>(prediction_.row());
   return evidence;
 }
@@ -139,10 +141,20 @@ Evidence PathWalk::check_shapes(const Branch& branch, const Braking& braking,
                        looking(stop, rest_), looking(stop, between_));
 }
 
+// From the second row on: whether these joints are where they were when the row before passed, and
+// need not brake. What depends on nothing else is as it was, and that is no breach.
+bool PathWalk::stays(const Branch& branch, const Braking& braking, JointSet joints) const {
+  if (!has_judged_) return false;
+  for (const std::size_t j : JointsIn(joints))
+    if (!(branch.now[j] == branch.before[j] && braking.end()[j] == branch.now[j])) return false;
+  return true;
+}
+
 Evidence PathWalk::check_singularities(const Branch& branch, const Braking& braking) {
   for (const ActionPart& action : chunk_.parts) {
-    if (!moves_tool(action)) continue;
-    rest_.place(plan_, braking.end());
+    const PlanTool& tool = plan_.tools[action.part];
+    if (!moves_tool(action) || stays(branch, braking, tool.shapers)) continue;
+    rest_.place_chain(plan_, tool, braking.end());
     for (const FramePoses* poses : {&branch.poses_now(), &std::as_const(rest_)}) {
       const Evidence evidence = check_singularity(plan_, action, *poses, branch.poses_before(),
                                                   prediction_.doubt(action.part));
@@ -154,6 +166,10 @@ Evidence PathWalk::check_singularities(const Branch& branch, const Braking& brak
 
 Evidence PathWalk::check_zones(const Branch& branch, const Braking& braking) {
   if ((prediction_.commanded() & plan_.base_joints) == 0) return {};
+  if (stays(branch, braking, plan_.base_joints)) {
+    looks_ += 2;  // what it would take: where it is, and where it stays
+    return {};
+  }
   const double row = base_way(plan_, branch.before, branch.now);
   const double stop = base_way(plan_, branch.now, braking.end());
   double margin = unset, rest_margin = unset;

@@ -31,12 +31,14 @@ class PathWalk {
   Evidence check_shapes(const Branch& branch, const Braking& braking, Clearance& clearance);
   Evidence check_singularities(const Branch& branch, const Braking& braking);
   Evidence check_zones(const Branch& branch, const Braking& braking);
+  [[nodiscard]] bool stays(const Branch& branch, const Braking& braking, JointSet joints) const;
 
   const PathPlan& plan_;
   const ActionChunk& chunk_;
   Prediction prediction_;
   ShapeCheck shape_check_;
   bool has_begun_ = false;
+  bool has_judged_ = false;  // a row
   std::size_t looks_ = 0;
   std::size_t row_looks_ = 0;                       // of the newest row
   std::array<Clearance, max_branches> clearances_;  // of each branch where the next row starts
