@@ -57,13 +57,13 @@ struct PlanCapsule {
 /// What a verdict calls a pair: "link5 / link0".
 using PlanName = FixedText<132>;
 
+/// Small: most of what a row costs is going through them.
 struct PlanPair {
   std::uint8_t first = 0;
   std::uint8_t second = 0;
   std::uint8_t common = 0;  // the last frame that both hang on
   JointSet movers = 0;      // joints that move one of them relative to the other
   double near = unset;  // distance of the middles at which their spheres have the clearance left
-  PlanName name;
 };
 
 /// A part's tool and the frames from the root to it.
@@ -99,10 +99,12 @@ struct PathPlan {
   FixedVec<PlanFrame, max_links> frames;    // parents first; the first is the root
   FixedVec<PlanCapsule, max_capsules> capsules;
   FixedVec<PlanPair, max_capsule_pairs> pairs;
+  FixedVec<PlanName, max_capsule_pairs> pair_names;
   FixedVec<PlanVolume, max_volumes> volumes;
   std::array<PlanTool, max_parts> tools;
   std::array<JointSet, max_parts> part_joints{};
-  double base_extent = 0.0;  // of the footprint from the yaw axis [m]
+  std::array<double, max_joints> fastest{};  // that a joint can be told to go (`fastest_told`)
+  double base_extent = 0.0;                  // of the footprint from the yaw axis [m]
   JointSet base_joints = 0;
   JointSet tree_joints = 0;  // those that move a link
 };

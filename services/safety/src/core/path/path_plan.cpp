@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "../joint_range.hpp"
+#include "../told_motion.hpp"
 #include "extremes.hpp"
 
 namespace fairlead {
@@ -101,9 +102,9 @@ void add_pairs(PathPlan& plan) {
     const JointSet other = plan.frames[other_frame].movers;
     const double near = plan.capsules[pair.first].reach + plan.capsules[pair.second].reach +
                         plan.limits.collision.clearance;
-    (void)plan.pairs.push_back({pair.first, pair.second, common_frame(plan, frame, other_frame),
-                                one ^ other, near,
-                                name_of(link_of(plan, pair.first), link_of(plan, pair.second))});
+    (void)plan.pairs.push_back(
+        {pair.first, pair.second, common_frame(plan, frame, other_frame), one ^ other, near});
+    (void)plan.pair_names.push_back(name_of(link_of(plan, pair.first), link_of(plan, pair.second)));
   }
 }
 
@@ -188,6 +189,7 @@ void add_distances(PathPlan& plan) {
 PathPlan::PathPlan(const Limits& robot_limits) : limits(robot_limits) {
   period_s = static_cast<double>(limits.period_ns) * 1e-9;
   add_ranges(*this);
+  for (std::size_t j = 0; j < limits.joints.size(); ++j) fastest[j] = fastest_told(limits, j);
   add_frames(*this);
   for (const PlanFrame& frame : frames) tree_joints |= frame.movers;
   add_capsules(*this);

@@ -141,7 +141,7 @@ Evidence Prediction::apply(const Command& command, std::size_t index) {
 // No joint is faster than its limit: of a row that asks for more, the controller makes less. In
 // the first row it may still be as fast as it is measured, if that is the same way.
 void Prediction::note_speed(Branch& branch, std::size_t joint, double change) const {
-  const double limit = fastest_told(plan_.limits, joint);
+  const double limit = plan_.fastest[joint];
   const double told = change / plan_.period_s;
   double& speed = branch.speed[joint];
   speed = std::clamp(told, -limit, limit);

@@ -205,8 +205,8 @@ Evidence ShapeCheck::look_at_pairs(const FramePoses& poses, const FramePoses& be
     found.add(i, distance - clearance);
     const auto margin_before = [&] { return pair_distance(pair, before) - clearance; };
     if (!is_breach(distance - clearance, margin_before)) continue;
-    return of_part_that_moves(below(code::collision, pair.name.view(), distance, clearance,
-                                    plan_.limits.collision.source.view()),
+    return of_part_that_moves(below(code::collision, plan_.pair_names[pairs_[i]].view(), distance,
+                                    clearance, plan_.limits.collision.source.view()),
                               pair.movers);
   }
   return {};
