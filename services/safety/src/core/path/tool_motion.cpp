@@ -118,16 +118,15 @@ Motion6 motion_between(const FramePose& from, const FramePose& to) {
 
 Evidence move_tool(const PathPlan& plan, const PlanTool& tool, const Motion6& motion,
                    const FramePoses& start, FramePoses& end, Joints& joints, Joints& straight) {
-  ToolJacobian jacobian = tool_jacobian(plan, tool, start);
-  const FramePose target = moved(jacobian.tool, motion);
+  const FramePose target = moved(pose_at(tool.place, start), motion);
   // A long turn bends the way: what one straight step misses, the next makes up for.
   for (int i = 0; i < most_motion_steps; ++i) {
+    const ToolJacobian jacobian = tool_jacobian(plan, tool, i == 0 ? start : end);
     const Step step = step_towards(jacobian, motion_between(jacobian.tool, target));
     take(step, 1.0, plan, tool, joints);
     if (i == 0) straight = joints;
     end.place_chain(plan, tool, joints);
     if (step.largest <= last_step) break;
-    jacobian = tool_jacobian(plan, tool, end);
   }
   const double missed = motion_between(pose_at(tool.place, end), target).norm();
   if (missed <= motion.norm() + rounding) return {};
