@@ -8,6 +8,7 @@
 
 #include "free_arm.hpp"
 #include "path/shape_check.hpp"
+#include "two_arms.hpp"
 
 using namespace fairlead;
 using namespace fairlead::test;
@@ -75,6 +76,33 @@ TEST_CASE("G032 how far a pair has come nearer counts from where all were looked
   CHECK(looks.at(0.0) == 0);
   CHECK(looks.at(1.0) == 0);
   CHECK(looks.at(-0.015) == 32);
+}
+
+TEST_CASE("G032 from one side to the other is far, too") {
+  const Limits limits = ball_at(-0.75);
+  Looks looks(limits);
+  CHECK(looks.at(0.75) == 0);
+  CHECK(looks.at(-0.75) == 32);
+}
+
+TEST_CASE("G032 a short finger that turns far comes as near as a long arm that turns little") {
+  // It reaches 0.3 m down from its palm, and 2.5 rad further round is a ball on the palm.
+  Limits limits = two_arms::limits();
+  limits.workspace.volumes.clear();
+  const std::array<double, 3> there{0.0, 0.02 + 0.3 * std::sin(2.5), -0.3 * std::cos(2.5)};
+  limits.collision.capsules[0] = {4, there, there, 0.05};
+  limits.collision.capsules[1] = {5, {0, 0, -0.3}, {0, 0, -0.3}, 0.05};
+  const PathPlan plan(limits);
+  ShapeCheck check(plan, only(two_arms::finger_1));
+  FramePoses start, here;
+  start.place(plan, Joints{});
+  Joints turned{};
+  turned[two_arms::finger_1] = 2.5;
+  here.place(plan, turned);
+  Clearance found;
+  const Ways ways(plan, Joints{}, Joints{});
+  CHECK(check.look(start, start, ways, found).ok());
+  CHECK(check.look(here, start, ways, found).code == 32);
 }
 
 TEST_CASE("a pair that is too far to count for a short way counts for a long one") {

@@ -129,6 +129,20 @@ TEST_CASE("G033 an arm that holds is asked where another part's joint among its 
   CHECK(cut.row_count < 7);
 }
 
+TEST_CASE("G033 an arm whose joints all move, and stop at once, is asked in each row") {
+  Limits limits = test_limits();  // see test_singularity.cpp for its numbers
+  limits.parts[arm].singularity_limit = std::hypot(1.0, 0.4 + 0.3 * std::cos(1.97));
+  limits.parts[arm].modes.cartesian_delta.gain = {1.0, 1.0};
+  MeasuredState state = state_at_rest();
+  state.positions[arm_2] = 1.92;
+  const Row both{0, 0, 0, 0, 0.02, 0.005};
+  const auto chunk =
+      ChunkBuilder().add(arm, Mode::cartesian_delta, {both, both, both, both}, {}, "base_link");
+  const Judgement cut = drive(limits, chunk, state);
+  CHECK(cut.row_count == 2);
+  CHECK(cut.evidence.code == 33);
+}
+
 TEST_CASE("G033 a limit that is no number refuses the first row, also of an arm that holds") {
   Limits limits = interleaved();
   limits.parts[arm].singularity_limit = not_a_number;
