@@ -110,6 +110,11 @@ def timed_cases(program: Program, cases: dict[str, dict[str, float]]) -> list[Ti
     return sorted(found, key=lambda one: (one.name.split(" H=")[0], one.least_ns))
 
 
+def digits(ns: float) -> str:
+    """Three of them at least."""
+    return f"{ns:.1f}" if ns < 100.0 else f"{ns:.0f}"
+
+
 def rows_table(found: dict[str, Any]) -> str:
     """The cases in Markdown."""
     lines = [
@@ -121,7 +126,7 @@ def rows_table(found: dict[str, Any]) -> str:
         aim = AIMS_NS.get(one["name"])
         count = "not counted" if one["instructions"] is None else one["instructions"]
         lines.append(
-            f"| {one['name']} | {one['least_ns']:.0f} | {one['median_ns']:.0f} "
+            f"| {one['name']} | {digits(one['least_ns'])} | {digits(one['median_ns'])} "
             f"| {one['ratio']:.2f} | {count} | {'' if aim is None else f'< {aim:.0f} ns'} |"
         )
     return "\n".join(lines)

@@ -107,6 +107,8 @@ TEST_CASE("quick look: every joint of the row is looked at, of whatever number")
       CHECK(finds({row}, state_at(static_cast<std::uint8_t>(j), 2.0)) == Certain::starts);
       row[j] = just_above(2.0);
       CHECK(finds({row}, state_at(static_cast<std::uint8_t>(j), 2.0)) == Certain::nothing);
+      row[j] = -2.0;
+      CHECK(finds({row}, state_at(static_cast<std::uint8_t>(j), -2.0)) == Certain::starts);
       row[j] = 0.25;
       CHECK(finds({rest, row}, state_at_rest()) == Certain::starts);
       row[j] = just_above(0.25);
