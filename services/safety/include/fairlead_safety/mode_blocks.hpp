@@ -12,6 +12,11 @@ namespace fairlead {
 template <class Modes, class Block>
 using BlockPointer = std::conditional_t<std::is_const_v<Modes>, const Block*, Block*>;
 
+/// Whether a mode tells joints where to be.
+inline bool is_target(Mode mode) {
+  return mode == Mode::joint_position || mode == Mode::dex_hand_joint;
+}
+
 /// Block of a mode that commands joints one by one; nullptr for any other mode.
 template <class Modes>
 BlockPointer<Modes, JointModeLimits> joint_block(Modes& modes, std::uint8_t mode) {

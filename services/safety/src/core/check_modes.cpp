@@ -6,8 +6,6 @@
 namespace fairlead {
 namespace {
 
-bool is_target(Mode mode) { return mode == Mode::joint_position || mode == Mode::dex_hand_joint; }
-
 // A lower end below 0 would say that the robot moves against its command.
 Text check_gain(const Text& key, const Gain& gain) {
   constexpr double most = 1.5;

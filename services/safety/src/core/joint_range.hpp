@@ -13,12 +13,6 @@ struct JointRange {
   double upper = unset;
 };
 
-/// Modes that tell a joint where to be.
-inline bool is_target(std::uint8_t mode) {
-  return mode == static_cast<std::uint8_t>(Mode::joint_position) ||
-         mode == static_cast<std::uint8_t>(Mode::dex_hand_joint);
-}
-
 /// G020: inside the bounds as a target, if it has any; else within the joint's own limit in both
 /// directions, and within the claim's where that is tighter.
 inline JointRange joint_range(const JointLimits& joint, const JointModeLimits& mode,

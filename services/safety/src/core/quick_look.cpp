@@ -179,7 +179,7 @@ Certain look_quickly(const PathPlan& plan, const ModeLimits& modes, const Measur
   const JointModeLimits* mode = joint_block(modes, action.mode);
   const std::size_t width = limits.joints.size(), count = horizon - first_row;
   if (mode == nullptr || width < two || first_row >= horizon) return Certain::nothing;
-  const bool targets = is_target(action.mode);
+  const bool targets = is_target(static_cast<Mode>(action.mode));
   Ranges ranges{plan.lower.data(), plan.upper.data(), mode->step_limit.data(),
                 state.positions.data()};
   OwnRanges own;

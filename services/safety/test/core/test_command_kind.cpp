@@ -25,7 +25,7 @@ TEST_CASE("joint targets are told in two modes and in no other") {
   for (std::uint8_t mode = 0; mode < mode_count; ++mode) {
     const bool target = mode == static_cast<std::uint8_t>(Mode::joint_position) ||
                         mode == static_cast<std::uint8_t>(Mode::dex_hand_joint);
-    CHECK(is_target(mode) == target);
+    CHECK(is_target(static_cast<Mode>(mode)) == target);
   }
 }
 

@@ -204,3 +204,15 @@ TEST_CASE("G025 realtime: the verdict names the mode that the part moves in, if 
   CHECK(found().code == 25);
   CHECK(found().limit == 1.0);
 }
+
+TEST_CASE("G025 realtime: a part that moves is not told in another frame after a held tick") {
+  PartMemories memories;
+  const ChunkBuilder chunk = ChunkBuilder().along(arm, Mode::cartesian_delta, 0, {0.0});
+  memories[arm].note(chunk.chunk.parts[0]);
+  const auto found = [&] {
+    return judge(chunk.chunk, state_at_rest(), RowBefore{nullptr, 0, false, &memories}).evidence;
+  };
+  CHECK(found().ok());
+  memories[arm].frame_id = "tool";
+  CHECK(found().code == 25);
+}

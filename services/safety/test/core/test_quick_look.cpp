@@ -282,15 +282,18 @@ TEST_CASE("quick look: what the part did last has to be of the same mode") {
     return look(test_limits(), state_at_rest(), chunk.chunk, 0, 1,
                 RowBefore{acts, 0, true, &memories});
   };
-  PartMemory same, moves, rested;
+  PartMemory same, moves, rested, framed;
   same.note(chunk.chunk.parts[0]);
   moves.note(ChunkBuilder().joint(arm, Mode::joint_velocity, arm_1, {0.0}).chunk.parts[0]);
   rested.acted_modes = PartMemory::mode_bit(static_cast<std::uint8_t>(Mode::joint_velocity));
+  framed.note(chunk.chunk.parts[0]);
+  framed.frame_id = "elsewhere";
   for (const ActionChunk* acts : {static_cast<const ActionChunk*>(nullptr), &wheels.chunk}) {
     CHECK(found(PartMemory{}, acts) == Certain::starts);
     CHECK(found(same, acts) == Certain::starts);
     CHECK(found(moves, acts) == Certain::in_order);
     CHECK(found(rested, acts) == Certain::in_order);
+    CHECK(found(framed, acts) == Certain::in_order);
     same.acted_modes = PartMemory::mode_bit(static_cast<std::uint8_t>(Mode::joint_position));
     CHECK(found(same, acts) == Certain::starts);
   }

@@ -9,11 +9,6 @@ namespace fairlead {
 
 inline constexpr auto velocity_mode = static_cast<std::uint8_t>(Mode::joint_velocity);
 
-inline bool is_target(std::uint8_t mode) {
-  return mode == static_cast<std::uint8_t>(Mode::joint_position) ||
-         mode == static_cast<std::uint8_t>(Mode::dex_hand_joint);
-}
-
 inline bool is_pose(const ActionPart& action) {
   return action.mode == static_cast<std::uint8_t>(Mode::cartesian_pose);
 }

@@ -123,7 +123,7 @@ void Prediction::note_pose(const ActionPart& action, std::size_t row) {
 void Prediction::note_told(const ActionChunk& chunk, std::size_t row) {
   for (const ActionPart& action : chunk.parts) {
     if (is_pose(action)) note_pose(action, row);
-    if (!is_target(action.mode)) continue;
+    if (!is_target(static_cast<Mode>(action.mode))) continue;
     const Setpoint targets = row_of(action, row, plan_.limits);
     for (const std::uint8_t j : action.active) {
       told_[j] = targets[j];
