@@ -43,11 +43,13 @@ Hash hash_of_file(const std::string& path) {
   return sha256(Bytes(reinterpret_cast<const std::uint8_t*>(text.data()), text.size()));
 }
 
-// SafeChunks, lease and verdicts of a step leave with the last of them.
-bool is_hot(const Output& output) {
-  return output.kind == OutputKind::safe_chunk || output.kind == OutputKind::lease ||
-         output.kind == OutputKind::verdict;
+// A SafeChunk leaves in one piece with the lease of its step, which is on every link that it is on.
+// Nothing rides with a verdict: that goes to a source's own link.
+Leaves when_leaves(std::size_t leases_left) {
+  return leases_left > 0 ? Leaves::with_next : Leaves::now;
 }
+
+bool is_lease(const Output& output) { return output.kind == OutputKind::lease; }
 
 }  // namespace
 
@@ -158,20 +160,21 @@ void GateProcess::step(const Event& event, Answer* answer) {
 }
 
 void GateProcess::carry_out(Answer* answer) {
-  std::size_t hot_left = static_cast<std::size_t>(std::ranges::count_if(outputs_->items(), is_hot));
+  auto leases_left = static_cast<std::size_t>(std::ranges::count_if(outputs_->items(), is_lease));
   for (const Output& output : outputs_->items()) {
     const Bytes payload = outputs_->payload(output);
-    if (is_hot(output)) --hot_left;
-    const Leaves when = hot_left > 0 ? Leaves::with_next : Leaves::now;
+    if (is_lease(output)) --leases_left;
     switch (output.kind) {
       case OutputKind::verdict:
-        outlet_.publish(output.kind, output.source, payload, when);
+        outlet_.publish(output.kind, output.source, payload, Leaves::now);
         log_refusal(payload);
         break;
       case OutputKind::safe_chunk:
+        outlet_.publish(output.kind, output.source, payload, when_leaves(leases_left));
+        break;
       case OutputKind::lease:
       case OutputKind::status:
-        outlet_.publish(output.kind, output.source, payload, when);
+        outlet_.publish(output.kind, output.source, payload, Leaves::now);
         break;
       case OutputKind::reply:
         if (answer != nullptr) answer->reply(payload);

@@ -8,7 +8,7 @@
 
 namespace fairlead {
 
-/// Whether a message leaves at once or in one piece with the one that is published right after it.
+/// Whether a SafeChunk leaves at once or in one piece with the lease that is published after it.
 enum class Leaves : bool { now, with_next };
 
 /// Sends what the core decided. `publish` never blocks and keeps the order of its calls.
@@ -22,8 +22,8 @@ class Outlet {
   virtual bool prepare_source(std::string_view source, bool& is_new) = 0;
   /// Undo `prepare_source` for a source that nothing was, is or will be published for.
   virtual void forget_source(std::string_view source) = 0;
-  /// `kind` is one of safe_chunk, verdict, lease, status. Unprepared sources are left out; a status
-  /// leaves on its own.
+  /// `kind` is one of safe_chunk, verdict, lease, status. Unprepared sources are left out.
+  /// `when`: of a safe_chunk; all others leave at once.
   virtual void publish(OutputKind kind, const Name& source, Bytes payload, Leaves when) = 0;
 };
 

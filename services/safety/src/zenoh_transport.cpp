@@ -45,10 +45,10 @@ struct SourcePublishers {
   SourcePublishers(const z_loaned_session_t* session, const KeyTable& keys, std::string_view source)
       : candidates(session, keys.candidate(source)),
         safe(session, keys.safe(source), "SafeChunk"),
-        verdict(session, keys.verdict(source), "Verdict") {}
+        verdict(session, keys.verdict(source), "Verdict", Qos::hot) {}
   DeclaredKey candidates;
-  HotPublisher safe;
-  HotPublisher verdict;
+  SafePublisher safe;
+  Publisher verdict;
 };
 
 /// One subscription or queryable as its callback sees it.
@@ -107,7 +107,7 @@ class ZenohTransport::Session {
   Session(const Endpoints& endpoints, KeyTable keys, const OnWait& on_wait)
       : keys_(std::move(keys)),
         session_([&](z_owned_session_t* out) { open_session(out, endpoints, on_wait); }),
-        lease_(get(), keys_.lease(), "Lease"),
+        lease_(get(), keys_.lease(), "Lease", Qos::hot),
         status_(get(), keys_.gate_status(), "GateStatus", Qos::status) {}
 
   const z_loaned_session_t* get() { return z_loan(session_.value()); }
@@ -183,12 +183,15 @@ class ZenohTransport::Session {
   void publish(OutputKind kind, const Name& source, Bytes payload, Leaves when) {
     if (kind == OutputKind::lease) {
       own_lease = true;  // comes back to this session's own subscription, within `put`
-      lease_.put(payload, when);
+      lease_.put(payload);
       own_lease = false;
     } else if (kind == OutputKind::status) {
       status_.put(payload);
     } else if (const auto publishers = publishers_of(source.view()); publishers != nullptr) {
-      (kind == OutputKind::safe_chunk ? publishers->safe : publishers->verdict).put(payload, when);
+      if (kind == OutputKind::safe_chunk)
+        publishers->safe.put(payload, when);
+      else
+        publishers->verdict.put(payload);
     }
   }
 
@@ -229,7 +232,7 @@ class ZenohTransport::Session {
   Handler handler_;
   std::deque<Inlet> inlets_;
   Owned<z_owned_session_t> session_;
-  HotPublisher lease_;
+  Publisher lease_;
   Publisher status_;
   std::mutex sources_mutex_;
   std::map<std::string, std::shared_ptr<SourcePublishers>, std::less<>> sources_;

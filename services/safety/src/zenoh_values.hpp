@@ -105,11 +105,11 @@ class Publisher {
   Owned<z_owned_publisher_t> publisher_;
 };
 
-/// A hot key. What a step has to say leaves in one piece: one sending, and the receiver wakes once.
-/// Whether a message is express is part of its publisher, so there are two.
-class HotPublisher {
+/// A key of SafeChunks. One leaves in one piece with the lease that follows it: one sending, and
+/// the HAL wakes once. Whether a message is express is part of its publisher, so there are two.
+class SafePublisher {
  public:
-  HotPublisher(const z_loaned_session_t* session, const std::string& key, const char* type)
+  SafePublisher(const z_loaned_session_t* session, const std::string& key, const char* type)
       : now_(session, key, type, Qos::hot), with_next_(session, key, type, Qos::hot_with_next) {}
 
   void put(Bytes payload, Leaves when) { (when == Leaves::now ? now_ : with_next_).put(payload); }

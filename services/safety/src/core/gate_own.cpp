@@ -10,7 +10,8 @@ constexpr std::uint64_t overrun_window_ns = 60'000'000'000;
 
 }  // namespace
 
-// A chunk does not wait for memory to be read: the timer's next step does it, 5 ms later at most.
+// A chunk does not wait for memory to be read: the timer's next step does that, 5 ms later unless
+// more chunks than the gate can judge keep it busy, and then as soon as it gets its turn.
 void Gate::Core::check_own(const Event& event) {
   check_step_time(event.previous_step_ns);
   if (event.kind != EventKind::candidate) check_memory();

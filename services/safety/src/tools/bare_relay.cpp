@@ -88,8 +88,8 @@ int main(int count, char** words) {
   z_owned_subscriber_t subscriber;
   bool ready = open_session(&session, words[1]);
   for (int i = 3; i < count; ++i) {
-    const bool is_last = i == count - 1;  // the others leave in one piece with it, as the gate's
-    ready = ready && publish_on(session, words[i], is_last, publishers);
+    const bool rides = i == 3 && count > 4;  // with the next one, as a SafeChunk with its lease
+    ready = ready && publish_on(session, words[i], !rides, publishers);
   }
   if (!ready || !subscribe(session, words[2], publishers, &subscriber)) {
     std::printf("ERROR bare-relay: cannot listen on %s\n", words[1]);
