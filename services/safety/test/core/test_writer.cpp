@@ -107,3 +107,12 @@ TEST_CASE("a buffer that is filled to its last byte is enough; one byte less is 
   CHECK(written(late, 3).empty());
   CHECK(written([](Writer& out) { out.text(""); }, 1) == Frame{0xA0});
 }
+
+TEST_CASE("a single byte that finds no room leaves nothing of what was before it") {
+  const auto text_and_flag = [](Writer& out) {
+    out.text("ab");
+    out.boolean(true);
+  };
+  CHECK(written(text_and_flag, 4).size() == 4);
+  CHECK(written(text_and_flag, 3).empty());
+}
