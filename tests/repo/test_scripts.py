@@ -6,6 +6,7 @@ import os
 import re
 import subprocess
 import tomllib
+from pathlib import Path
 
 import pytest
 
@@ -57,6 +58,15 @@ def test_help_is_the_comment_at_the_top(script: str) -> None:
     done = run(script, "--help")
     assert done.returncode == 0
     assert len(done.stdout.splitlines()) >= 4
+
+
+def test_a_build_folder_of_another_checkout_is_built_anew(tmp_path: Path) -> None:
+    cache = tmp_path / "CMakeCache.txt"
+    cache.write_text("CMAKE_HOME_DIRECTORY:INTERNAL=/moved/services/safety\n")
+    done = run("build-gate", "--official", "--build-dir", str(tmp_path), "--target", "none")
+    assert f"{tmp_path} was made for another checkout" in done.stdout
+    assert "does not match the source" not in done.stderr
+    assert not cache.exists() or "/moved/" not in cache.read_text()
 
 
 def test_one_minimum_of_rust_is_said_everywhere() -> None:
