@@ -3,11 +3,12 @@
 Both are C++ processes on the same Zenoh library, driven alternately from this process with
 the same bytes, so that what the machine does to one it does to the other.
 
-    .venv/bin/python -m bench.gate_hop [--count 2000] [--count-20hz 200] [--rows 8] [--json]
+    .venv/bin/python -m bench.gate_hop [--count 2000] [--count-20hz 200] [--rows 1 8] [--json]
     .venv/bin/python -m bench.gate_hop --write    also puts the table into docs/speed.md
 
-Prints medians and 99th percentiles [us] and their ratio, back to back and at 20 Hz. The relay sends
-one message on, the gate a SafeChunk and after it a lease and a verdict; a second relay sends three
+Prints medians and 99th percentiles [us] and their ratio, back to back and at 20 Hz, for rows of
+seven joint targets (panda) and for rows that step the tool (panda_mobile). The relay sends one
+message on, the gate a SafeChunk and after it a lease and a verdict; a second relay sends three
 messages too.
 """
 
@@ -27,17 +28,52 @@ from pathlib import Path
 import numpy as np
 
 from bench.page import write_table
-from fairlead.messages import ActionChunk, Message, Verdict, encode
+from fairlead.messages import ActionChunk, ActionPart, Message, Verdict, encode, pack_floats
+from fairlead.modes import ControlMode
 from fairlead.paths import gate_binary, gate_config
 from fairlead.wire.bus import Bus, Qos, Sample
 from fairlead.wire.session import Endpoints, ZenohBus
-from tests.gate.running_gate import ROBOT, free_port
+from tests.gate.running_gate import free_port
 from tests.gate.scene import Scene
 
 DEADLINE_S = 10.0
 AIM = 1.10  # the gate's median over the relay's
 KEY_IN, KEY_OUT = "fl/bench/relay_in", "fl/bench/relay_out"
+JOINTS, SWAY_RAD = 7, 0.002  # of panda's arm, its first joints
 MORE = ("fl/bench/relay_lease", "fl/bench/relay_verdict")
+
+
+@dataclass(frozen=True)
+class Case:
+    """Rows of one kind, and the robot whose gate is given them."""
+
+    name: str
+    robot: str
+    part: Callable[[Scene, int], ActionPart]
+
+
+def _tool_steps(scene: Scene, rows: int) -> ActionPart:
+    return scene.arm_part(rows)
+
+
+def _joint_targets(scene: Scene, rows: int) -> ActionPart:
+    """To and fro about the measured joints, beginning there."""
+    values = np.zeros((rows, len(scene.hal.joints)))
+    values[:, :JOINTS] = scene.hal.positions[:JOINTS]
+    values[1::2, :JOINTS] += SWAY_RAD
+    return scene.arm_part(
+        rows,
+        mode=ControlMode.JOINT_POSITION,
+        frame_id="",
+        values=pack_floats(values),
+        active=tuple(range(JOINTS)),
+    )
+
+
+CASES = (
+    Case("joint targets", "panda", _joint_targets),
+    Case("tool steps", "panda_mobile", _tool_steps),
+)
 
 
 class Arrival:
@@ -132,64 +168,80 @@ class Samples:
         }
 
 
-def measure(
-    scene: Scene, safe: Arrival, relays: tuple[Relay, Relay], rows: int, count: int, pause_s: float
-) -> Samples:
-    """Alternate both relays and the gate ``count`` times, with a pause before each message."""
-    samples = Samples()
-    verdict: Verdict | None = None
-    for _ in range(count):
-        if verdict is not None:
-            scene.acted_on(verdict, 0)
-        chunk = scene.chunk(rows)
-        payload = encode(chunk)
-        for relay, times in zip(relays, (samples.relay_us, samples.three_us), strict=True):
+@dataclass(frozen=True)
+class Bench:
+    """A gate with a claim on its robot's arm, beside two relays."""
+
+    case: Case
+    scene: Scene
+    safe: Arrival
+    relays: tuple[Relay, Relay]
+
+    def measure(self, rows: int, count: int, pause_s: float) -> Samples:
+        """Alternate both relays and the gate ``count`` times, with a pause before each message."""
+        samples = Samples()
+        verdict: Verdict | None = None
+        for _ in range(count):
+            if verdict is not None:
+                self.scene.acted_on(verdict, 0)
+            chunk = self.scene.chunk(rows, parts=(self.case.part(self.scene, rows),))
+            payload = encode(chunk)
+            times = (samples.relay_us, samples.three_us)
+            for relay, times_us in zip(self.relays, times, strict=True):
+                time.sleep(pause_s)
+                times_us.append(relay.time(payload))
             time.sleep(pause_s)
-            times.append(relay.time(payload))
-        time.sleep(pause_s)
-        samples.gate_us.append(safe.after(scene.send_bytes, payload))
-        verdict = scene.verdicts.wait_for(_answers(chunk))
-        assert verdict.outcome == 0, verdict
-        samples.wait_us.append(verdict.latency_ns / 1e3)
-    return samples
+            samples.gate_us.append(self.safe.after(self.scene.send_bytes, payload))
+            verdict = self.scene.verdicts.wait_for(_answers(chunk))
+            if verdict.outcome != 0:
+                raise SystemExit(f"gate_hop: a chunk of {self.case.name} was refused: {verdict}")
+            samples.wait_us.append(verdict.latency_ns / 1e3)
+        return samples
 
 
 def _answers(chunk: ActionChunk) -> Callable[[Verdict], bool]:
     return lambda verdict: verdict.seq == chunk.seq
 
 
-def main() -> None:
-    """Run both cadences and print them."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--count", type=int, default=2000, help="messages back to back")
-    parser.add_argument("--count-20hz", type=int, default=200, help="messages at 20 Hz")
-    parser.add_argument("--rows", type=int, default=8, help="rows of each chunk")
-    parser.add_argument("--json", action="store_true", help="machine-readable")
-    parser.add_argument("--write", action="store_true", help="put the table into docs/speed.md")
-    arguments = parser.parse_args()
+def results_of(case: Case, rows: int, count: int, count_20hz: int) -> dict[str, dict[str, float]]:
+    """Both cadences of one case: what `Samples.report` says, by cadence."""
     with tempfile.TemporaryDirectory() as folder:
         relays = (Relay(ActionChunk), Relay(ActionChunk, MORE))
-        scene = Scene(gate_config(ROBOT, "sim"), Path(folder) / "state")
+        scene = Scene(gate_config(case.robot, "sim"), Path(folder) / "state", robot=case.robot)
         try:
             scene.ready_to_move()
             scene.safe.close()  # its work would count as the gate's
-            safe = Arrival(scene.bus, scene.keys.safe("runner"))
-            measure(scene, safe, relays, arguments.rows, 100, 0.0)  # warm-up
-            results = {
-                "back_to_back": measure(
-                    scene, safe, relays, arguments.rows, arguments.count, 0.0
-                ).report(),
-                "at_20_hz": measure(
-                    scene, safe, relays, arguments.rows, arguments.count_20hz, 0.02
-                ).report(),
+            bench = Bench(case, scene, Arrival(scene.bus, scene.keys.safe("runner")), relays)
+            bench.measure(rows, 100, 0.0)  # warm-up
+            return {
+                "back_to_back": bench.measure(rows, count, 0.0).report(),
+                "at_20_hz": bench.measure(rows, count_20hz, 0.02).report(),
             }
         finally:
             scene.close()
             for relay in relays:
                 relay.close()
-    table = as_table(results, arguments.rows)
+
+
+def main() -> None:
+    """Run every case at both cadences and print them."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--count", type=int, default=2000, help="messages back to back")
+    parser.add_argument("--count-20hz", type=int, default=200, help="messages at 20 Hz")
+    parser.add_argument(
+        "--rows", type=int, nargs="+", default=[1, 8], help="rows of each chunk; several in turn"
+    )
+    parser.add_argument("--json", action="store_true", help="machine-readable")
+    parser.add_argument("--write", action="store_true", help="put the table into docs/speed.md")
+    arguments = parser.parse_args()
+    results = {
+        f"{case.name}, H={rows}": results_of(case, rows, arguments.count, arguments.count_20hz)
+        for case in CASES
+        for rows in arguments.rows
+    }
+    table = as_table(results)
     if arguments.write:
         write_table("hop", table)
     if arguments.json:
@@ -198,19 +250,21 @@ def main() -> None:
         print(f"{table}\n\nload average {os.getloadavg()[0]:.1f}")
 
 
-def as_table(results: dict[str, dict[str, float]], rows: int) -> str:
-    """One line per cadence, in Markdown."""
+def as_table(results: dict[str, dict[str, dict[str, float]]]) -> str:
+    """One line per case and cadence, in Markdown."""
     lines = [
-        f"| {rows} rows | relay p50 us | of three p50 us | gate p50 us | gate p99 us "
+        "| rows | cadence | relay p50 us | of three p50 us | gate p50 us | gate p99 us "
         "| waited p50 us | ratio | ratio to three | aim |",
-        "|---|---|---|---|---|---|---|---|---|",
+        "|---|---|---|---|---|---|---|---|---|---|",
     ]
-    for cadence, r in results.items():
-        lines.append(
-            f"| {cadence} | {r['relay_p50_us']:.0f} | {r['relay_of_three_p50_us']:.0f} "
-            f"| {r['gate_p50_us']:.0f} | {r['gate_p99_us']:.0f} | {r['gate_wait_p50_us']:.0f} "
-            f"| {r['ratio_p50']:.2f} | {r['ratio_to_three_p50']:.2f} | {AIM:.2f} |"
-        )
+    for case, cadences in results.items():
+        for cadence, r in cadences.items():
+            lines.append(
+                f"| {case} | {cadence} | {r['relay_p50_us']:.0f} "
+                f"| {r['relay_of_three_p50_us']:.0f} "
+                f"| {r['gate_p50_us']:.0f} | {r['gate_p99_us']:.0f} | {r['gate_wait_p50_us']:.0f} "
+                f"| {r['ratio_p50']:.2f} | {r['ratio_to_three_p50']:.2f} | {AIM:.2f} |"
+            )
     return "\n".join(lines)
 
 

@@ -1,4 +1,4 @@
-"""The bench of the gate's core runs, and its tables find their place; no time is judged here."""
+"""The benches of core and hop run, and their tables find their place; no time is judged here."""
 
 from __future__ import annotations
 
@@ -31,6 +31,18 @@ def test_the_core_bench_releases_every_chunk_that_it_times() -> None:
         for pacing in ("lockstep", "realtime")
         for motion in ("hold", "sway")
     }
+
+
+@pytest.mark.processes
+def test_the_hop_bench_gets_every_chunk_released_that_it_times() -> None:
+    words = [sys.executable, "-m", "bench.gate_hop", "--json", "--rows", "2"]
+    words += ["--count", "3", "--count-20hz", "2"]
+    done = subprocess.run(words, cwd=repo_root(), capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    found = json.loads(done.stdout)
+    for case in ("joint targets, H=2", "tool steps, H=2"):
+        for cadence in ("back_to_back", "at_20_hz"):
+            assert found[case][cadence]["ratio_p50"] > 0
 
 
 def test_a_table_replaces_the_one_between_its_marks(tmp_path: Path) -> None:
