@@ -29,11 +29,36 @@ def checked_model(who: str, model: type[Model], data: Mapping[str, Any]) -> Mode
             ones and the one that was probably meant.
     """
     try:
-        return model.model_validate(dict(data))
+        checked = model.model_validate(dict(data))
+        lines = [*_other_kinds("", data, checked)]
     except ValidationError as error:
         lines = [line for item in error.errors() for line in _problems(item, model)]
+    if lines:
         text = "".join(f"\n  {line}" for line in lines)
-        raise ConfigError(f"{who}: {len(lines)} problem(s):{text}") from None
+        raise ConfigError(f"{who}: {len(lines)} problem(s):{text}")
+    return checked
+
+
+def _other_kinds(where: str, raw: Any, checked: Any) -> Iterator[str]:
+    """What pydantic would turn into something else: `true` into 1, "010" into 10, 1 into true."""
+    if isinstance(checked, bool):
+        if not isinstance(raw, bool):
+            yield f"{where}: expected true or false, got {raw!r}"
+    elif isinstance(checked, int | float):
+        if isinstance(raw, bool | str):
+            yield f"{where}: expected a number, got {raw!r}"
+    elif isinstance(checked, BaseModel) and isinstance(raw, Mapping):
+        for name, field in type(checked).model_fields.items():
+            key = field.alias or name
+            if key in raw:
+                place = f"{where}.{key}" if where else key
+                yield from _other_kinds(place, raw[key], getattr(checked, name))
+    elif isinstance(checked, Mapping) and isinstance(raw, Mapping):
+        for key, value in checked.items():
+            yield from _other_kinds(f"{where}.{key}", raw.get(key), value)
+    elif isinstance(checked, list | tuple) and isinstance(raw, list | tuple):
+        for index, (one, value) in enumerate(zip(raw, checked, strict=False)):
+            yield from _other_kinds(f"{where}.{index}", one, value)
 
 
 def _problems(item: ErrorDetails, model: type[BaseModel]) -> list[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import TypeVar
 
@@ -13,20 +14,52 @@ from fairlead.errors import ConfigError
 
 Model = TypeVar("Model", bound=BaseModel)
 
+_NULL, _MERGE = "tag:yaml.org,2002:null", "tag:yaml.org,2002:merge"
+_PLAIN = {
+    "bool": r"true|True|TRUE|false|False|FALSE",
+    "int": r"[-+]?(?:0|[1-9][0-9]*)",
+    "float": (
+        r"[-+]?(?:(?:0|[1-9][0-9]*)(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?"
+        r"|[-+]?\.(?:inf|Inf|INF)|\.(?:nan|NaN|NAN)"
+    ),
+}
+"""What a word without quotes may mean. Plain YAML also takes `on` as true, 010 as 8, 1:30 as 90."""
 
-class _UniqueKeyLoader(yaml.SafeLoader):
-    """Refuses a mapping that has the same key twice (plain YAML keeps the last)."""
+
+class _PlainLoader(yaml.SafeLoader):
+    """Refuses a mapping that has the same key twice, and merge keys; knows `_PLAIN` only."""
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[object, object]:
         seen: set[object] = set()
         for key_node, _ in node.value:
-            key = self.construct_object(key_node, deep=True)
+            key = self._key(key_node)
             if key in seen:
                 raise yaml.MarkedYAMLError(
                     problem=f"key {key!r} is given twice", problem_mark=key_node.start_mark
                 )
             seen.add(key)
         return super().construct_mapping(node, deep=deep)
+
+    def _key(self, node: yaml.Node) -> object:
+        problem = None
+        if not isinstance(node, yaml.ScalarNode):
+            problem = "expected a word as key"
+        elif node.tag == _MERGE:
+            problem = "merge keys (<<) are not taken: write the keys out, or name a whole block"
+        if problem is not None:
+            raise yaml.MarkedYAMLError(problem=problem, problem_mark=node.start_mark)
+        key: object = self.construct_object(node, deep=True)
+        return key
+
+
+_PlainLoader.yaml_implicit_resolvers = {
+    first: [(tag, pattern) for tag, pattern in known if tag in (_NULL, _MERGE)]
+    for first, known in yaml.SafeLoader.yaml_implicit_resolvers.items()
+}
+for _kind, _pattern in _PLAIN.items():
+    _PlainLoader.add_implicit_resolver(
+        f"tag:yaml.org,2002:{_kind}", re.compile(f"(?:{_pattern})$"), list("-+.0123456789tTfF")
+    )
 
 
 def load_yaml(path: Path, model: type[Model]) -> Model:
@@ -35,15 +68,23 @@ def load_yaml(path: Path, model: type[Model]) -> Model:
     Raises:
         ConfigError: naming the file and every field that does not fit, with the valid keys.
     """
+    data = _read(path)
+    if not isinstance(data, dict):
+        got = "nothing" if data is None else type(data).__name__
+        raise ConfigError(f"{path}: expected `key: value` lines, got {got}")
+    return checked_model(str(path), model, data)
+
+
+def _read(path: Path) -> object:
     try:
-        data = yaml.load(path.read_text(encoding="utf-8"), Loader=_UniqueKeyLoader)  # noqa: S506
+        return yaml.load(path.read_text(encoding="utf-8"), Loader=_PlainLoader)  # noqa: S506
     except OSError as error:
         raise ConfigError(f"{path}: cannot be read: {error.strerror}") from None
     except UnicodeDecodeError:
         raise ConfigError(f"{path}: not a text file in UTF-8") from None
     except yaml.YAMLError as error:
         raise ConfigError(f"{path}: not valid YAML: {error}") from None
-    if not isinstance(data, dict):
-        got = "nothing" if data is None else type(data).__name__
-        raise ConfigError(f"{path}: expected `key: value` lines, got {got}")
-    return checked_model(str(path), model, data)
+    except RecursionError:
+        raise ConfigError(f"{path}: not valid YAML: brackets within brackets, too deep") from None
+    except (ValueError, KeyError, AttributeError, TypeError) as error:  # what a tag like !!int says
+        raise ConfigError(f"{path}: not valid YAML: a tag that its value is not: {error}") from None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import subprocess
 import zlib
 from pathlib import Path
 
@@ -10,7 +11,7 @@ import numpy as np
 import pytest
 
 from fairlead.messages import GateState
-from fairlead.paths import gate_config
+from fairlead.paths import gate_binary, gate_config
 from tests.gate.decision_logs import (
     drive,
     judge,
@@ -174,4 +175,29 @@ def test_a_log_of_an_older_gate_is_refused_by_its_layout(tmp_path: Path) -> None
         2,
         f"ERROR fairlead-safety: decision log {tmp_path}/old: it has layout 1, this gate reads "
         "layout 2 only: judge it with the gate that wrote it\n",
+    )
+
+
+@pytest.mark.parametrize("value", [[], [""]])
+def test_an_option_without_a_value_is_not_an_option_that_was_not_given(
+    a_run: Path, value: list[str]
+) -> None:
+    done = subprocess.run(
+        [gate_binary(), "judge", a_run, "--config", *value],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (done.returncode, done.stdout) == (
+        2,
+        "ERROR fairlead-safety: judge: --config: expected a value after it; see: "
+        "fairlead-safety judge --help\n",
+    )
+
+
+def test_a_folder_is_no_configuration(a_run: Path, tmp_path: Path) -> None:
+    assert judged_text(a_run, "--config", tmp_path) == (
+        2,
+        f"ERROR fairlead-safety: configuration {tmp_path}: cannot be read; make it with: "
+        "fairlead robot compile\n",
     )

@@ -160,7 +160,8 @@ def test_a_finger_that_turns_is_everywhere_it_can_be(
     )
     urdf = folder / "panda.urdf"
     old = '<joint name="panda_finger_joint1" type="prismatic">'
-    urdf.write_text(urdf.read_text().replace(old, old.replace("prismatic", "revolute")))
+    text = urdf.read_text().replace(old, old.replace("prismatic", "revolute"))
+    urdf.write_text(text.replace('upper="0.04"', 'upper="1.5"'))
     robot = load_robot(NAME)
     finger = Piece(np.array([[0.01, 0.0, 0.0], [0.0, 0.0, 0.05]]))
     geometry = with_swept_fingers(robot, description_tree(robot), {"panda_leftfinger": [finger]})

@@ -217,7 +217,7 @@ std::unique_ptr<Limits> parse_limits(std::string_view text) {
 
 std::unique_ptr<Limits> load_limits(const std::filesystem::path& file) {
   std::ifstream stream(file, std::ios::binary);
-  if (!stream) {
+  if (!stream || std::filesystem::is_directory(file)) {
     throw ConfigRefused("configuration " + file.string() +
                         ": cannot be read; make it with: fairlead robot compile");
   }

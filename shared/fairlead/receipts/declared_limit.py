@@ -41,7 +41,7 @@ def declared_limit(
     file = config_file.parent / "robot.yaml"
     if verdict.code < _ABSOLUTE or not mode or not file.is_file():
         return None
-    robot = yaml.safe_load(file.read_text(encoding="utf-8"))
+    robot = _as_it_is_now(file)
     for path in _candidates(robot, profile, verdict, mode):
         found: Any = robot
         for name in path.split("."):
@@ -52,15 +52,25 @@ def declared_limit(
     return None
 
 
+def _as_it_is_now(file: Path) -> dict[str, Any]:
+    """A robot.yaml that is being edited may not be one at the moment: {} then."""
+    try:
+        robot = yaml.safe_load(file.read_text(encoding="utf-8"))
+    except (OSError, ValueError, yaml.YAMLError):
+        return {}
+    return robot if isinstance(robot, dict) else {}
+
+
 def _child(node: Any, name: str) -> Any:
     if isinstance(node, list):  # joints, by their names
-        return next((item for item in node if item.get("name") == name), None)
+        named = (item for item in node if isinstance(item, dict))
+        return next((item for item in named if item.get("name") == name), None)
     return node.get(name) if isinstance(node, dict) else None
 
 
 def _candidates(robot: dict[str, Any], profile: str, verdict: Judged, mode: str) -> list[str]:
     """Keys that may declare it, in the units a manifest can have; at most one exists."""
-    is_joint = any(joint["name"] == verdict.axis for joint in robot["joints"])
+    is_joint = _child(robot.get("joints") or [], verdict.axis) is not None
     stems = _stems(f"safety.{profile}", verdict, mode, is_joint)
     return [f"{stem}{suffix}" for stem in stems for suffix in _SUFFIXES]
 

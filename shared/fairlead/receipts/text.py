@@ -175,7 +175,7 @@ def _tightened(found: DeclaredLimit, verdict: Judged) -> str:
     if found.number is None or not isinstance(verdict.limit, float):
         return ""
     if abs(verdict.limit) < abs(found.number) * (1 - 1e-9):
-        return f" is {found.number:g}, made tighter by the claim"
+        return f" is {found.number:g}, made tighter by the claim, or changed since"
     return ""
 
 

@@ -28,14 +28,14 @@ class Capsule(SafetyBlock):
     link: str
     a_m: Point
     b_m: Point
-    radius_m: Positive
+    radius_m: Annotated[Positive, Field(le=10.0)]
 
 
 class UncheckedLinks(SafetyBlock):
     """Two links whose capsules are not kept apart, and why that is no loss."""
 
     links: tuple[str, str]
-    why: str = Field(min_length=1)
+    why: str = Field(min_length=1, pattern=r"\S")
 
 
 class CapsuleFile(SafetyBlock):

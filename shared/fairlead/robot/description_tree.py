@@ -9,16 +9,18 @@ from __future__ import annotations
 
 import math
 import xml.etree.ElementTree as ET
-from collections.abc import Iterator
+from collections import Counter
 from dataclasses import dataclass
 
 from fairlead.errors import ConfigError, expected
+from fairlead.robot.description_limits import check_description_limits
 from fairlead.robot.manifest import RobotManifest
 
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 
 _DIGITS = 15  # of a quaternion's numbers: well below 1e-9 m, and the same on every machine
+MOST_M = 100.0  # along an axis: what is more was meant in mm
 _MOVING = ("revolute", "continuous", "prismatic")
 
 
@@ -62,22 +64,25 @@ def description_tree(robot: RobotManifest) -> DescriptionTree:
     Raises:
         ConfigError: naming the file and the link or joint: no XML, more than one root, a
             root that is not the robot's base frame, a joint the robot does not measure or
-            of another type than the manifest says.
+            of another type than the manifest says, a name or a place in the tree given twice,
+            a limit that robot.yaml exceeds, an arm's joint that moves nothing.
     """
     path = str(robot.description_path())
     try:
         document = ET.parse(path).getroot()  # noqa: S314 - a file of the robot's own folder
-    except (OSError, ET.ParseError) as error:
+    except (OSError, ET.ParseError, LookupError, ValueError) as error:
         raise ConfigError(f"{path}: cannot be read as XML: {error}") from None
     joints = [_link(joint, robot, path) for joint in document.findall("joint")]
+    _check_names(document, joints, path)
     children = {link.name for link in joints}
     roots = [name for name in _names(document, "link") if name not in children]
     if roots != [robot.base_frame]:
         raise ConfigError(expected(path, f"root link {robot.base_frame!r}", repr(roots)))
-    links = tuple(_below(robot.base_frame, joints))
+    links = _below(robot.base_frame, joints)
     if len(links) != len(joints):
         lost = children - {link.name for link in links}
         raise ConfigError(f"{path}: links that do not hang on the root: {sorted(lost)}")
+    check_description_limits(robot, document, path)
     return DescriptionTree(robot.base_frame, links)
 
 
@@ -85,11 +90,28 @@ def _names(document: ET.Element, tag: str) -> list[str]:
     return [item.get("name", "") for item in document.findall(tag)]
 
 
-def _below(parent: str, links: list[Link]) -> Iterator[Link]:
-    for link in links:
-        if link.parent == parent:
-            yield link
-            yield from _below(link.name, links)
+def _check_names(document: ET.Element, links: list[Link], path: str) -> None:
+    """Each link is declared once and hangs on one other; each joint is there once."""
+    declared = _names(document, "link")
+    for what, names in (("link", declared), ("joint", _names(document, "joint"))):
+        for name, count in Counter(names).items():
+            if count > 1:
+                raise ConfigError(f"{path}: {what} {name!r} is declared {count} times")
+    for name, count in Counter(link.name for link in links).items():
+        if name not in declared:
+            raise ConfigError(expected(f"{path}: child", "a link", repr(name), declared))
+        if count > 1:
+            raise ConfigError(f"{path}: link {name!r} hangs on {count} joints, expected one")
+
+
+def _below(root: str, links: list[Link]) -> tuple[Link, ...]:
+    """Depth first; each link hangs on one other, so none comes twice."""
+    ordered: list[Link] = []
+    waiting = [link for link in reversed(links) if link.parent == root]
+    while waiting:
+        ordered.append(waiting.pop())
+        waiting += [link for link in reversed(links) if link.parent == ordered[-1].name]
+    return tuple(ordered)
 
 
 def _link(joint: ET.Element, robot: RobotManifest, path: str) -> Link:
@@ -132,6 +154,8 @@ def _vector(element: ET.Element | None, name: str, default: str, who: str) -> Ve
         x = y = z = math.nan
     if not all(map(math.isfinite, (x, y, z))):
         raise ConfigError(expected(f"{who}: {name}", "three numbers", repr(text)))
+    if name == "xyz" and max(abs(x), abs(y), abs(z)) > MOST_M:
+        raise ConfigError(expected(f"{who}: {name}", f"metres, at most {MOST_M:g}", repr(text)))
     return x, y, z
 
 

@@ -16,14 +16,13 @@ from fairlead.errors import ConfigError, expected
 from fairlead.robot.capsules import CapsuleFile, load_capsules
 from fairlead.robot.description_tree import DescriptionTree, Link, description_tree
 from fairlead.robot.gate_geometry import Json, compiled_base, compiled_shape, compiled_workspace
+from fairlead.robot.gate_room import check_room
 from fairlead.robot.joint import Joint
 from fairlead.robot.manifest import RobotManifest
 from fairlead.robot.part import Part
 from fairlead.robot.safety_profile import MeasuredLimits, SafetyProfile
 
 FORMAT = "fairlead-gate-1"
-MAX_SOURCE = 256
-"""Bytes of a source that the gate keeps and cites."""
 
 _NUMBER_LIST = re.compile(r"\[\s+(-?\d[^\[\]\"{}]*?)\s+\]")
 _UNIT_SUFFIXES = ("_rad_s", "_m_s", "_rad", "_m")
@@ -39,7 +38,7 @@ def compile_gate_config(robot: RobotManifest, profile: str) -> str:
     Raises:
         ConfigError: if the robot has no such profile, or its description is not one tree of
             measured joints, or lacks a frame that a mode or an end effector names; or if a
-            source is longer than the gate keeps.
+            source or a name is longer than the gate keeps, or a list longer than it has room for.
     """
     safety = robot.profile(profile)
     tree = description_tree(robot)
@@ -63,23 +62,9 @@ def compile_gate_config(robot: RobotManifest, profile: str) -> str:
         "base": compiled_base(safety.base, robot.base_joints),
         "protocol": safety.protocol.model_dump(),
     }
-    _check_sources(robot, config, "")
+    check_room(robot, config)
     text = json.dumps(config, indent=2, ensure_ascii=True, allow_nan=False) + "\n"
     return _NUMBER_LIST.sub(_on_one_line, text)
-
-
-def _check_sources(robot: RobotManifest, entry: Json, path: str) -> None:
-    """What the gate would cut, it would cite wrongly."""
-    if isinstance(entry, dict):
-        for key, value in entry.items():
-            _check_sources(robot, value, f"{path}.{key}" if path else key)
-            if key == "source" and len(str(value).encode()) > MAX_SOURCE:
-                who = f"robot {robot.id}: gate file: {path}.source"
-                got = f"{len(str(value).encode())}: {str(value)!r}"
-                raise ConfigError(expected(who, f"at most {MAX_SOURCE} bytes", got))
-    elif isinstance(entry, list):
-        for index, value in enumerate(entry):
-            _check_sources(robot, value, f"{path}[{index}]")
 
 
 def _on_one_line(numbers: re.Match[str]) -> str:

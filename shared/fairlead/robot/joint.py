@@ -7,6 +7,7 @@ from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, model_validator
 
+_MOST = 1e6  # as the gate takes for a command; a limit beyond it is none
 JointRole = Literal["base", "arm", "gripper", "torso", "hand", "head"]
 JointType = Literal["revolute", "prismatic", "continuous"]
 
@@ -39,6 +40,8 @@ class Joint(BaseModel):
 
     @model_validator(mode="after")
     def _has_exactly_its_limits(self) -> Joint:
+        if not self.source.strip():
+            raise ValueError(f"joint {self.name!r}: source: expected words, got {self.source!r}")
         if self.bounded_by == "zones" and self.role != "base":
             raise ValueError(f"joint {self.name!r}: only joints of role base are bounded by zones")
         if self.type == "continuous" and self.bounded_by != "zones":
@@ -59,6 +62,11 @@ class Joint(BaseModel):
         for name in required:
             if not math.isfinite(getattr(self, name)):
                 raise ValueError(f"joint {self.name!r}: {name} is not finite")
+            if abs(getattr(self, name)) > _MOST:
+                raise ValueError(
+                    f"joint {self.name!r}: expected {name} up to {_MOST:g}, got "
+                    f"{getattr(self, name)}"
+                )
         for name in required[-3:]:
             if getattr(self, name) <= 0.0:
                 raise ValueError(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from functools import cached_property
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
@@ -27,7 +27,7 @@ class RobotManifest(BaseModel):
     id: str
     description: str = Field(description="URDF file in the robot's folder")
     capsules: str = Field(description="file of the robot's shape, in its folder")
-    control_period_ms: float = Field(gt=0, le=1000)
+    control_period_ms: float = Field(ge=1, le=1000)
     base_frame: str
     joints: tuple[Joint, ...] = Field(min_length=1)
     passive_joints: tuple[Joint, ...] = ()
@@ -44,6 +44,14 @@ class RobotManifest(BaseModel):
             return check_name("robot id", value)
         except ConfigError as error:
             raise ValueError(str(error)) from None
+
+    @field_validator("description", "capsules")
+    @classmethod
+    def _in_the_folder(cls, value: str) -> str:
+        path = PurePosixPath(value)
+        if not value.isprintable() or path.is_absolute() or ".." in path.parts or len(value) > 200:
+            raise ValueError(f"expected a file in the robot's folder, got {value!r}")
+        return value
 
     @model_validator(mode="after")
     def _references_resolve(self) -> RobotManifest:

@@ -8,13 +8,25 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    Field,
+    field_validator,
+    model_validator,
+)
 
 from fairlead.errors import expected
 
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-Finite = Annotated[float, Field(allow_inf_nan=False)]
-Point = tuple[Finite, Finite, Finite]
+MOST = 1e6
+"""As the gate takes for a command; a limit beyond it is none."""
+MOST_M = 100.0
+"""Of a point in space along an axis: what is more was meant in mm."""
+Positive = Annotated[float, Field(gt=0, le=MOST, allow_inf_nan=False)]
+Finite = Annotated[float, Field(ge=-MOST, le=MOST, allow_inf_nan=False)]
+Metres = Annotated[float, Field(ge=-MOST_M, le=MOST_M, allow_inf_nan=False)]
+Point = tuple[Metres, Metres, Metres]
 MOST_GAIN = 1.5
 
 
@@ -26,6 +38,13 @@ def _ordered_gain(gain: tuple[float, float]) -> tuple[float, float]:
     raise ValueError(expected("gain", wanted, str(list(gain))))
 
 
+def said(source: str) -> str:
+    """``source``, if it says anything."""
+    if not source.strip():
+        raise ValueError(f"expected where the numbers come from, in words, got {source!r}")
+    return source
+
+
 Gain = Annotated[tuple[Finite, Finite], AfterValidator(_ordered_gain)]
 """Which share of the motion a row asks for happens within its tick, from the least to the most."""
 
@@ -34,6 +53,11 @@ class SafetyBlock(BaseModel):
     """A block of the safety section: nothing unknown in it, nothing changed later."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
+
+    @field_validator("source", check_fields=False)
+    @classmethod
+    def _says_where_from(cls, source: str) -> str:
+        return said(source)
 
 
 class JointPositionMode(SafetyBlock):

@@ -39,6 +39,8 @@ class Part(BaseModel):
         for mode in modes:
             if mode not in MODE_NAMES:
                 raise ValueError(expected("modes", "a control mode", repr(mode), MODE_NAMES))
+            if modes.count(mode) > 1:
+                raise ValueError(expected("modes", "each once", repr(list(modes))))
         return modes
 
     @property

@@ -14,8 +14,6 @@ from pydantic import Field
 from fairlead.robot.mode_limits import ModeLimits, Positive, SafetyBlock
 from fairlead.robot.surroundings import BaseSurroundings, SelfCollision, Workspace
 
-Count = Annotated[int, Field(gt=0)]
-
 
 class MeasuredLimits(SafetyBlock):
     """What a joint's *measured* state may do before the gate stops (joint units).
@@ -39,7 +37,7 @@ class MeasuredLimits(SafetyBlock):
     contact_limit: Positive | None = None
     encoder_step: Positive | None = None
     dead_band_per_tick: Positive | None = None
-    stop_lag_s: Annotated[float, Field(ge=0.0, allow_inf_nan=False)] | None = None
+    stop_lag_s: Annotated[float, Field(ge=0.0, le=10.0, allow_inf_nan=False)] | None = None
     source: str
 
 
@@ -53,24 +51,27 @@ class TighterJoint(SafetyBlock):
 
 
 class Protocol(SafetyBlock):
-    """Windows and rates of the protocol that are the same for every claim."""
+    """Windows and rates of the protocol that are the same for every claim.
 
-    horizon_max: Count
-    age_max_ticks: Count
-    chunk_rate_max_hz: Positive
-    seq_jump_max: Count
-    state_timeout_ms: Count
-    heartbeat_timeout_realtime_ms: Count
-    heartbeat_timeout_lockstep_ms: Count
-    lease_interval_ms: Count
-    idle_disarm_s: Count
-    stops_to_latch: Count
-    stop_window_s: Count
-    bad_frames_limit: Count
-    bad_frames_window_ticks: Count
-    stuck_ticks: Count
-    stop_ramp_ms: Count
-    step_deadline_us: Count
+    Ranges are the gate's; leases have to come well within the HAL's 75 ms.
+    """
+
+    horizon_max: Annotated[int, Field(ge=1, le=64)]
+    age_max_ticks: Annotated[int, Field(ge=1, le=1000)]
+    chunk_rate_max_hz: Annotated[float, Field(ge=0.01, le=50, allow_inf_nan=False)]
+    seq_jump_max: Annotated[int, Field(ge=1, le=1_000_000_000)]
+    state_timeout_ms: Annotated[int, Field(ge=1, le=10_000)]
+    heartbeat_timeout_realtime_ms: Annotated[int, Field(ge=50, le=10_000)]
+    heartbeat_timeout_lockstep_ms: Annotated[int, Field(ge=50, le=60_000)]
+    lease_interval_ms: Annotated[int, Field(ge=6, le=50)]
+    idle_disarm_s: Annotated[int, Field(ge=1, le=86_400)]
+    stops_to_latch: Annotated[int, Field(ge=1, le=16)]
+    stop_window_s: Annotated[int, Field(ge=1, le=86_400)]
+    bad_frames_limit: Annotated[int, Field(ge=1, le=16)]
+    bad_frames_window_ticks: Annotated[int, Field(ge=1, le=1000)]
+    stuck_ticks: Annotated[int, Field(ge=1, le=1000)]
+    stop_ramp_ms: Annotated[int, Field(ge=1, le=60_000)]
+    step_deadline_us: Annotated[int, Field(ge=1, le=1_000_000)]
 
 
 class PartSafety(ModeLimits):

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from fairlead.modes import GATED_MODES
 from fairlead.robot.joint import Joint
 from fairlead.robot.part import Part
+from fairlead.robot.reachable_limits import measured_beyond, told_beyond
 from fairlead.robot.safety_profile import MeasuredLimits, PartSafety, SafetyProfile
 
 _OF_COMMANDED = ("contact_limit", "encoder_step", "dead_band_per_tick", "stop_lag_s")
@@ -28,11 +29,13 @@ def safety_problems(
         if name in measured:
             commanded = measured[name] in joints
             yield from _measured_problems(measured[name], limits, commanded=commanded)
+            yield from measured_beyond(measured[name], limits)
     yield from _tighter_problems(joints, block)
     yield from same_names("parts", [part.name for part in parts], block.parts)
     for part in parts:
         if part.name in block.parts:
             yield from _part_problems(joints, part, block.parts[part.name])
+            yield from told_beyond(joints, part, block.parts[part.name])
     yield from _surroundings_problems(joints, parts, block)
     timeout_us = block.protocol.state_timeout_ms * 1000
     if block.protocol.step_deadline_us >= timeout_us:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable
-from typing import Literal, TypeVar
+from typing import Annotated, Literal, TypeVar
 
 from pydantic import Field, field_validator, model_validator
 
@@ -26,7 +26,7 @@ MAX_CORNERS = 8
 class SelfCollision(SafetyBlock):
     """clearance_m: the least distance between two capsules that are kept apart."""
 
-    clearance_m: Positive
+    clearance_m: Annotated[Positive, Field(le=1.0)]
     source: str
 
 
@@ -87,7 +87,7 @@ class BaseSurroundings(SafetyBlock):
     footprint_m: tuple[Corner, ...] = Field(min_length=3, max_length=MAX_CORNERS)
     command_frame: Literal["odom", "against_yaw"]
     yaw_axis_m: Corner
-    reaction_s: Positive
+    reaction_s: Annotated[Positive, Field(le=10.0)]
     zones: tuple[Zone, ...] = Field(max_length=MAX_ZONES)
     source: str
 

@@ -22,14 +22,18 @@ LogWords parse_log_words(const std::string& command, const std::vector<std::stri
   if (found.help) return found;
   for (std::size_t i = 0; i < words.size(); ++i) {
     const std::string& word = words[i];
-    if (is_one_of(valued, word) && i + 1 < words.size())
-      found.options[word] = words[++i];
-    else if (is_one_of(flags, word))
+    if (is_one_of(valued, word)) {
+      // Empty is a variable that was not set: it would look like an option that was not given.
+      if (++i == words.size() || words[i].empty())
+        throw ConfigRefused(command + ": " + word + ": expected a value after it" + see);
+      found.options[word] = words[i];
+    } else if (is_one_of(flags, word)) {
       found.options[word] = "";
-    else if (found.log.empty() && !word.starts_with("-"))
+    } else if (found.log.empty() && !word.starts_with("-")) {
       found.log = word;
-    else
+    } else {
       throw ConfigRefused(command + ": unknown argument '" + word + "'" + see);
+    }
   }
   if (found.log.empty()) throw ConfigRefused(command + ": expected a decision log" + see);
   return found;
