@@ -12,6 +12,7 @@ import pytest
 
 from fairlead.messages import GateState
 from fairlead.paths import gate_binary, gate_config
+from tests.cli.command import fairlead
 from tests.gate.decision_logs import (
     drive,
     judge,
@@ -193,6 +194,17 @@ def test_an_option_without_a_value_is_not_an_option_that_was_not_given(
         "ERROR fairlead-safety: judge: --config: expected a value after it; see: "
         "fairlead-safety judge --help\n",
     )
+
+
+def test_the_command_line_judges_by_the_gates_own_program(
+    a_run: Path, config: Path, tmp_path: Path
+) -> None:
+    for words in ((), ("--config", tightened(config, tmp_path, 0.03)), ("--json",)):
+        told = [a_run, *words]
+        done = fairlead("judge", *map(str, told), state=tmp_path / "registry")
+        assert (done.returncode, done.stdout) == judged_text(*told)
+    missing = fairlead("judge", str(tmp_path / "none"), state=tmp_path / "registry")
+    assert (missing.returncode, "does not exist" in missing.stderr) == (2, True)
 
 
 def test_a_folder_is_no_configuration(a_run: Path, tmp_path: Path) -> None:

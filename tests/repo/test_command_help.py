@@ -15,6 +15,7 @@ from tests.repo.tree import ROOT
 
 WANTED = {
     *("up", "down", "ps", "logs", "run", "arm", "disarm", "stop", "reset", "status", "why"),
+    "judge",
     *(
         "skill ls",
         "skill show",
