@@ -8,10 +8,15 @@ busy the machine is.
 
     .venv/bin/python -m bench.gate_core [--config robots/panda_mobile/gate.sim.json] [--json]
     .venv/bin/python -m bench.gate_core --write
+    .venv/bin/python -m bench.gate_core --worst 120 [--write]
 
 Prints two tables, aims beside them; --write puts them into docs/speed.md as well. Whole steps are
 64 rows from received to encoded bytes: joint targets for all joints of the rows above, and the
 robot's own chunks for every part of it. Times are the processor's; --json has the clock's as well.
+
+--worst searches for chunks of a hostile policy that keep the gate busy for longest, for so many
+seconds of processor's time each shipped gate file (or the one that --config names), and prints a
+table of what it found.
 """
 
 from __future__ import annotations
@@ -72,13 +77,19 @@ class Program:
 
     def timings(self, rounds: int, ticks: int) -> dict[str, Any]:
         """What it prints: cases and whole steps, times in ns."""
-        words = [str(self.binary), str(self.config)]
-        words += ["--rounds", str(rounds), "--ticks", str(ticks)]
+        return self._run("--rounds", str(rounds), "--ticks", str(ticks))
+
+    def _run(self, *options: str) -> dict[str, Any]:
+        words = [str(self.binary), str(self.config), *options]
         done = subprocess.run(words, capture_output=True, text=True, check=False)
         if done.returncode != 0:
             raise SystemExit(f"bench/gate_core: {done.stderr.strip()}")
         found: dict[str, Any] = json.loads(done.stdout)
         return found
+
+    def worst_step(self, seconds: float) -> dict[str, Any]:
+        """The slowest step that a search of so many seconds finds; times in us."""
+        return self._run("--worst", str(seconds))
 
     def instructions(self, case: str) -> int | None:
         """Instructions of one call; None without valgrind, or if they are not asked for."""
@@ -148,26 +159,66 @@ def steps_table(found: dict[str, Any]) -> str:
     return "\n".join(lines)
 
 
-def main() -> None:
-    """Build, time, count, print."""
+def worst_table(found: dict[str, dict[str, Any]]) -> str:
+    """The slowest steps of each gate file in Markdown."""
+    lines = [
+        "| gate file | most looks | that judgement ms | slowest chunk ms | slowest state ms "
+        "| all claims, one tick ms | step_deadline ms | chunks tried |",
+        "|---|---|---|---|---|---|---|---|",
+    ]
+    for config, one in found.items():
+        times = [one[f"{key}_us"] for key in ("most_looks", "chunk", "state", "tick")]
+        numbers = " | ".join(f"{us / 1e3:.1f}" for us in times)
+        deadline = one["step_deadline_us"] / 1e3
+        lines.append(
+            f"| {config} | {one['most_looks']} | {numbers} | {deadline:.0f} | {one['attacks']} |"
+        )
+    return "\n".join(lines)
+
+
+def search_worst(configs: list[Path], seconds: float) -> dict[str, dict[str, Any]]:
+    """By gate file, relative to the repository, what `Program.worst_step` finds."""
+    return {
+        os.path.relpath(config, repo_root()): Program(config, False).worst_step(seconds)
+        for config in configs
+    }
+
+
+def report_worst(arguments: argparse.Namespace) -> None:
+    """Search, print, write."""
+    shipped = sorted((repo_root() / "robots").glob("*/gate.*.json"))
+    found = search_worst([arguments.config] if arguments.config else shipped, arguments.worst)
+    if arguments.write:
+        write_table("worst", worst_table(found))
+    print(json.dumps(found, indent=2) if arguments.json else worst_table(found))
+
+
+def parse_arguments() -> argparse.Namespace:
+    """What the command was given."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--config", type=Path, default=gate_config(ROBOT, "sim"), help="gate file")
+    parser.add_argument("--config", type=Path, help=f"gate file (default: {ROBOT}, sim)")
     parser.add_argument("--rounds", type=int, default=300, help="batches of each case")
     parser.add_argument("--ticks", type=int, default=10000, help="whole steps of each kind")
+    parser.add_argument("--worst", type=float, metavar="SECONDS", help="only the slowest step")
     parser.add_argument("--no-instructions", action="store_true", help="do not count them")
     parser.add_argument("--json", action="store_true", help="print one JSON document instead")
     parser.add_argument("--write", action="store_true", help="put the tables into docs/speed.md")
-    arguments = parser.parse_args()
-    program = Program(arguments.config, not arguments.no_instructions)
+    return parser.parse_args()
+
+
+def report_times(arguments: argparse.Namespace) -> None:
+    """Time, count, print, write."""
+    config = arguments.config or gate_config(ROBOT, "sim")
+    program = Program(config, not arguments.no_instructions)
     load_before = os.getloadavg()[0]
     found = program.timings(arguments.rounds, arguments.ticks)
     load_after = os.getloadavg()[0]
     cases = timed_cases(program, found["cases"])
     found["cases"] = [vars(one) | {"ratio": one.ratio} for one in cases]
     found["load_average"] = [load_before, load_after]
-    found["config"] = os.path.relpath(arguments.config, repo_root())
+    found["config"] = os.path.relpath(config, repo_root())
     tables = {"core": rows_table(found), "steps": steps_table(found)}
     if arguments.write:
         for name, table in tables.items():
@@ -177,6 +228,12 @@ def main() -> None:
     else:
         note = f"load average {load_before:.1f} before, {load_after:.1f} after; {found['config']}"
         print("\n\n".join([*tables.values(), note]))
+
+
+def main() -> None:
+    """Build, then what was asked for."""
+    arguments = parse_arguments()
+    (report_worst if arguments.worst else report_times)(arguments)
 
 
 if __name__ == "__main__":

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from bench.page import write_table
-from fairlead.paths import repo_root
+from fairlead.paths import gate_config, repo_root
 
 ROWS = ("H=1", "H=16", "H=50")
 
@@ -45,6 +45,24 @@ def test_the_hop_bench_gets_every_chunk_released_that_it_times() -> None:
             assert found[case][cadence]["ratio_p50"] > 0
 
 
+@pytest.mark.processes
+def test_the_search_for_the_slowest_step_finds_chunks_that_are_judged_row_by_row() -> None:
+    config = gate_config("panda", "sim")
+    words = [sys.executable, "-m", "bench.gate_core", "--worst", "1", "--json"]
+    words += ["--config", str(config)]
+    done = subprocess.run(words, cwd=repo_root(), capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    (found,) = json.loads(done.stdout).values()
+    assert found["step_deadline_us"] == 100_000  # as the file says
+    assert found["attacks"] >= 2 * 8 * 100  # eight climbs for each of two goals begin with so many
+    # A chunk whose first row is refused is looked at some ten times; 4,096 and the rest of a
+    # branch's row is the bound.
+    assert 500 < found["most_looks"] < 5_000
+    assert found["most_looks_us"] > 0
+    assert 0 < found["chunk_us"] <= found["tick_us"]
+    assert 0 < found["state_us"] <= found["tick_us"]
+
+
 def test_a_table_replaces_the_one_between_its_marks(tmp_path: Path) -> None:
     page = tmp_path / "speed.md"
     page.write_text("before\n<!-- core -->\n| old |\n<!-- end of core -->\nafter\n")
@@ -68,5 +86,5 @@ def test_a_page_without_marks_is_left_as_it_is(tmp_path: Path) -> None:
 
 def test_the_page_has_a_place_for_every_table() -> None:
     text = (repo_root() / "docs" / "speed.md").read_text()
-    for name in ("core", "steps", "hop"):
+    for name in ("core", "steps", "worst", "hop"):
         assert text.count(f"<!-- {name} -->") == text.count(f"<!-- end of {name} -->") == 1

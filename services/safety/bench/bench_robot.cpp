@@ -127,10 +127,15 @@ std::vector<double> rows_for(const Limits& limits, const MeasuredState& state, s
 }
 
 ActionPart action_of(const Limits& limits, std::size_t part, const std::vector<double>& numbers) {
+  return action_of(limits, part, static_cast<std::uint8_t>(mode_of(limits.parts[part])), numbers);
+}
+
+ActionPart action_of(const Limits& limits, std::size_t part, std::uint8_t mode,
+                     const std::vector<double>& numbers) {
   const PartLimits& robot = limits.parts[part];
   ActionPart action;
   action.part = static_cast<std::uint8_t>(part);
-  action.mode = static_cast<std::uint8_t>(mode_of(robot));
+  action.mode = mode;
   action.values = NumberView(Bytes(reinterpret_cast<const std::uint8_t*>(numbers.data()),
                                    numbers.size() * sizeof(double)));
   if (is_joint_mode(action.mode))

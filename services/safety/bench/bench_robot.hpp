@@ -41,5 +41,8 @@ std::vector<double> rows_for(const Limits& limits, const MeasuredState& state, s
 
 /// That part of a chunk; its numbers are the caller's.
 ActionPart action_of(const Limits& limits, std::size_t part, const std::vector<double>& numbers);
+/// The same in another mode than that of `rows_for`.
+ActionPart action_of(const Limits& limits, std::size_t part, std::uint8_t mode,
+                     const std::vector<double>& numbers);
 
 }  // namespace fairlead::bench

@@ -1,6 +1,7 @@
 // fairlead-safety-bench: how long the gate's core takes, as numbers for bench/gate_core.py.
 //
-//   fairlead-safety-bench CONFIG [--rounds N] [--rows N] [--ticks N] [--case NAME --calls N]
+//   fairlead-safety-bench CONFIG [--rounds N] [--rows N] [--ticks N] [--worst SECONDS]
+//   fairlead-safety-bench CONFIG --case NAME --calls N
 #include <algorithm>
 #include <iostream>
 #include <memory>
@@ -12,6 +13,7 @@
 #include "judge_cases.hpp"
 #include "step_bench.hpp"
 #include "stopwatch.hpp"
+#include "worst_step.hpp"
 
 namespace {
 
@@ -20,6 +22,18 @@ using namespace fairlead::bench;
 using nlohmann::json;
 
 constexpr std::size_t most_pairs = 60;
+constexpr std::string_view usage = R"(fairlead-safety-bench CONFIG [options]
+
+How long the gate's core takes with a gate file, as JSON; bench/gate_core.py makes tables of it.
+
+  --rounds N        batches of each short case (200)
+  --rows N          rows of a chunk in whole steps (64)
+  --ticks N         whole steps of each kind (20000)
+  --worst SECONDS   only search for the slowest step that a hostile policy can make, for so long
+  --case NAME --calls N   only run one short case, for a profiler
+
+  fairlead-safety-bench robots/panda_mobile/gate.hardware.json --worst 60
+)";
 constexpr double batch_ns = 200'000.0;  // long beside the clock's own cost, short beside a tick
 
 using Cases = std::vector<std::unique_ptr<Case>>;
@@ -97,8 +111,25 @@ void add_whole_steps(json& found, const std::string& robot_name, const Limits& r
     }
 }
 
+json worst_step(const Limits& robot, double seconds) {
+  const WorstStep worst = find_worst_step(robot, seconds);
+  return {{"most_looks", worst.most_looks},   {"most_looks_us", worst.most_looks_us},
+          {"chunk_us", worst.steps.chunk_us}, {"state_us", worst.steps.state_us},
+          {"tick_us", worst.steps.tick_us},   {"step_deadline_us", robot.protocol.step_deadline_us},
+          {"attacks", worst.attacks}};
+}
+
 void run(const std::vector<std::string>& words) {
-  const auto shipped = load_limits(words.at(0));
+  if (words.empty() || words[0] == "--help" || words[0] == "-h") {
+    std::cout << usage;
+    return;
+  }
+  const auto shipped = load_limits(words[0]);
+  const std::string seconds = option(words, "--worst", "");
+  if (!seconds.empty()) {
+    std::cout << worst_step(*shipped, std::stod(seconds)).dump(2) << "\n";
+    return;
+  }
   const auto robot = std::make_unique<Limits>(one_part_of(*shipped, most_pairs));
   Cases cases = all_cases(*robot);
   const std::string only = option(words, "--case", "");

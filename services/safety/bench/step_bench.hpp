@@ -5,16 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "fairlead_safety/gate.hpp"
+#include "bench_gate.hpp"
 
 namespace fairlead::bench {
-
-/// One step: by the clock, and of the processor's time alone, which leaves out what the machine
-/// gave to others meanwhile [ns].
-struct StepTime {
-  double wall_ns = 0.0;
-  double busy_ns = 0.0;
-};
 
 struct StepTimes {
   std::vector<StepTime> chunks;  // a candidate of so many rows: decode, judge, encode

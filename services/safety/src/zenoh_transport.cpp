@@ -9,6 +9,7 @@
 #include "gate_process.hpp"
 #include "listen_port.hpp"
 #include "refusal.hpp"
+#include "thread_handover.hpp"
 #include "zenoh_values.hpp"
 
 namespace fairlead {
@@ -67,6 +68,7 @@ std::string_view source_in(EventKind kind, std::string_view key) {
 }
 
 void on_sample(z_loaned_sample_t* sample, void* context) {
+  take_over(context);
   const Inlet& inlet = *static_cast<const Inlet*>(context);
   if (z_sample_kind(sample) != Z_SAMPLE_KIND_PUT) return;  // a delete says nothing to the gate
   if (inlet.kind == EventKind::lease && own_lease) return;
@@ -79,6 +81,7 @@ void on_sample(z_loaned_sample_t* sample, void* context) {
 }
 
 void on_query(z_loaned_query_t* query, void* context) {
+  take_over(context);
   const Inlet& inlet = *static_cast<const Inlet*>(context);
   const std::uint64_t received_ns = monotonic_ns();
   QueryAnswer answer(query, inlet.key);
@@ -94,6 +97,7 @@ struct Heard {
 };
 
 void on_lease(z_loaned_sample_t*, void* context) {
+  take_over(context);
   Heard& heard = *static_cast<Heard*>(context);
   const std::lock_guard lock(heard.mutex);
   heard.yes = true;
@@ -114,6 +118,7 @@ class ZenohTransport::Session {
 
   bool hears_another_gate(std::chrono::milliseconds patience) {
     Heard heard;
+    hand_over(&heard);
     const Owned<z_owned_subscriber_t> subscriber([&](z_owned_subscriber_t* out) {
       z_owned_closure_sample_t callback;
       z_closure_sample(&callback, on_lease, nullptr, &heard);
@@ -204,7 +209,9 @@ class ZenohTransport::Session {
   }
 
   Inlet& add_inlet(EventKind kind, std::string key) {
-    return inlets_.emplace_back(Inlet{kind, std::move(key), &handler_});
+    Inlet& inlet = inlets_.emplace_back(Inlet{kind, std::move(key), &handler_});
+    hand_over(&inlet);
+    return inlet;
   }
 
   void subscribe(EventKind kind, const std::string& key) {

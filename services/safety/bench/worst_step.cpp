@@ -1,0 +1,178 @@
+#include "worst_step.hpp"
+
+#include <algorithm>
+#include <memory>
+#include <numeric>
+#include <stdexcept>
+
+#include "attack.hpp"
+#include "bench_gate.hpp"
+#include "bench_robot.hpp"
+#include "stopwatch.hpp"
+
+namespace fairlead::bench {
+namespace {
+
+constexpr int climbs = 8;             // from different starts, before the best one goes on
+constexpr int starts = 100;           // of each climb, the best is taken
+constexpr int repetitions = 5;        // of the slowest, the quickest counts
+constexpr double drift_share = 0.25;  // of the largest jump of a joint
+constexpr std::array<const char*, max_parts> runners{"a", "b", "c", "d", "e", "f", "g", "h"};
+
+struct Looked {
+  std::size_t looks = 0;
+  double us = 0.0;
+};
+
+/// What an attack costs one robot's gate.
+class Target {
+ public:
+  explicit Target(const Limits& limits)
+      : limits_(limits),
+        plan_(limits),
+        claim_(claim_of(limits)),
+        rows_(limits.protocol.horizon_max),
+        state_(middle_of(limits)) {}
+
+  /// One claim for all parts, one judgement.
+  Looked look(const Attack& attack) {
+    const AttackRows rows = rows_of(attack, plan_, rows_);
+    stand(attack, false);
+    ActionChunk chunk;
+    chunk.horizon = rows_;
+    chunk.obs_tick = chunk.oldest_tick = chunk.start_tick = state_.tick;
+    for (const ActionPart& action : rows.actions) (void)chunk.parts.push_back(action);
+    const std::uint64_t start = busy_ns();
+    const Judgement found = judge_rows(plan_, claim_, state_, chunk, 0, RowBefore{}, Companions{});
+    return {found.looks, static_cast<double>(busy_ns() - start) * 1e-3};
+  }
+
+  /// A claim for each part: all chunks, a state, once more.
+  AttackedSteps step(const Attack& attack) {
+    const AttackRows rows = rows_of(attack, plan_, rows_);
+    BenchGate gate(limits_, false);
+    AttackedSteps steps;
+    stand(attack, false);
+    gate.next_state(state_);
+    gate.arm();
+    std::vector<std::uint64_t> claims;
+    for (std::size_t part = 0; part < limits_.parts.size(); ++part)
+      claims.push_back(gate.claim(runners[part], {part}));
+    for (int i = 0; i < 2; ++i) {
+      double tick_us = 0.0;
+      const auto note = [&tick_us](StepTime time, double& most_us) {
+        tick_us += time.busy_ns * 1e-3;
+        most_us = std::max(most_us, time.busy_ns * 1e-3);
+      };
+      for (std::size_t part = 0; part < claims.size(); ++part) {
+        FixedVec<ActionPart, max_parts> only;
+        (void)only.push_back(rows.actions[part]);
+        note(gate.send_chunk(runners[part], claims[part], rows_, only), steps.chunk_us);
+      }
+      stand(attack, true);
+      note(gate.next_state(state_), steps.state_us);
+      steps.tick_us = std::max(steps.tick_us, tick_us);
+    }
+    return steps;
+  }
+
+ private:
+  void stand(const Attack& attack, bool drifts) {
+    if (!drifts) state_.positions = attack.at;
+    const double period_s = static_cast<double>(limits_.period_ns) * 1e-9;
+    for (std::size_t j = 0; j < limits_.joints.size(); ++j) {
+      const double way =
+          drifts ? drift_share * limits_.joints[j].jump_limit * attack.drift[j] : 0.0;
+      state_.positions[j] += way;
+      state_.velocities[j] = way / period_s;
+    }
+  }
+
+  const Limits& limits_;
+  const PathPlan plan_;
+  const ClaimLimits claim_;
+  const std::uint32_t rows_;
+  MeasuredState state_;
+};
+
+/// The attack with the highest score, found in a time of the processor's.
+template <class Score>
+class Climb {
+ public:
+  Climb(const Limits& limits, Lots& lots, const Score& score)
+      : limits_(limits), lots_(lots), score_(score) {}
+
+  void run(double seconds) {
+    const std::uint64_t began = busy_ns();
+    const auto end_of = [&](double share) {
+      return began + static_cast<std::uint64_t>(share * seconds * 1e9);
+    };
+    Attack best;
+    double best_score = -1.0;
+    for (int i = 0; i < climbs; ++i) {
+      begin();
+      go_on(end_of(0.6 * (i + 1) / climbs));
+      if (at_score_ <= best_score) continue;
+      best = at_;
+      best_score = at_score_;
+    }
+    at_ = best;
+    at_score_ = best_score;
+    go_on(end_of(1.0));
+  }
+  [[nodiscard]] const Attack& best() const { return at_; }
+  [[nodiscard]] std::size_t tried() const { return tried_; }
+
+ private:
+  void begin() {
+    at_score_ = -1.0;
+    for (int i = 0; i < starts; ++i) try_out(any_attack(limits_, lots_));
+  }
+  void go_on(std::uint64_t end_ns) {
+    while (busy_ns() < end_ns) try_out(varied(at_, limits_, lots_));
+  }
+  // Twice, or what interrupted it once would count.
+  void try_out(const Attack& next) {
+    ++tried_;
+    double score = score_(next);
+    if (score > at_score_) score = std::min(score, score_(next));
+    if (score <= at_score_) return;
+    at_ = next;
+    at_score_ = score;
+  }
+
+  const Limits& limits_;
+  Lots& lots_;
+  const Score& score_;
+  Attack at_;
+  double at_score_ = -1.0;
+  std::size_t tried_ = 0;
+};
+
+}  // namespace
+
+WorstStep find_worst_step(const Limits& limits, double seconds) {
+  Lots lots;
+  const auto target = std::make_unique<Target>(limits);
+  WorstStep worst;
+  const auto looks = [&](const Attack& attack) {
+    return static_cast<double>(target->look(attack).looks);
+  };
+  Climb by_looks(limits, lots, looks);
+  by_looks.run(0.5 * seconds);
+  const auto time = [&](const Attack& attack) { return target->step(attack).longest_us(); };
+  Climb by_time(limits, lots, time);
+  by_time.run(0.5 * seconds);
+  worst.attacks = by_looks.tried() + by_time.tried();
+  worst.most_looks_us = worst.steps.chunk_us = worst.steps.state_us = 1e300;
+  for (int i = 0; i < repetitions; ++i) {
+    const Looked looked = target->look(by_looks.best());
+    worst.most_looks = looked.looks;
+    worst.most_looks_us = std::min(worst.most_looks_us, looked.us);
+    const AttackedSteps steps = target->step(by_time.best());
+    if (i == 0 || steps.longest_us() < worst.steps.longest_us()) worst.steps = steps;
+  }
+  return worst;
+}
+
+}  // namespace fairlead::bench
