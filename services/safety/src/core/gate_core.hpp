@@ -73,6 +73,9 @@ class Gate::Core {
   void begin_memories();
   void update_memories();
   void keep_memories(const LiveClaim& claim);
+  void note_released(const LiveClaim& claim);
+  void forget_held();
+  [[nodiscard]] bool may_have_acted(std::size_t part) const;
   Evidence check_live_rows() const;
 
   // What rows did, and what those left will do (gate_tracking.cpp)
@@ -181,6 +184,7 @@ class Gate::Core {
   std::uint64_t counted_rival_ = 0;         // G002: the announced session whose state was counted
   Text status_fault_;                       // why the newest hal/status could not be read
   PartMemories memories_;                   // G021: in which mode each part may still move
+  std::uint64_t seen_tick_ = 0;             // of the state before the newest, 0: none
   std::array<RampWatch, max_parts> ramps_;  // G043: since each part's permission ended
   TickWindow<4> overruns_;    // G050: when steps took too long, by the gate's clock [ns]
   bool jump_memory_ = false;  // G013: the newest state may be compared with the next

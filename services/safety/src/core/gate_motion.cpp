@@ -23,6 +23,7 @@ std::uint16_t modes_of(const PartLimits& part) {
 
 void note_acted(PartMemory& memory, const Setpoint& row) {
   memory.note(*row.action);
+  memory.released.act(*row.action);
   memory.acted_modes = PartMemory::mode_bit(row.action->mode);
   if (row.action->mode == static_cast<std::uint8_t>(Mode::composite_mode))
     memory.composite = switch_of(row[0]);
@@ -82,7 +83,9 @@ FixedVec<Companion, max_claims> Gate::Core::companions_of(const LiveClaim& claim
 // Nothing is known of what happened before arming.
 void Gate::Core::begin_memories() {
   for (std::size_t i = 0; i < limits_.parts.size(); ++i) {
+    const ReleasedRows released = memories_[i].released;  // the HAL may not know yet
     memories_[i] = PartMemory{};
+    memories_[i].released = released;
     if (!part_at_standstill(limits_, hal_.state(), limits_.parts[i]))
       memories_[i].kind = PartMemory::Kind::unknown;
   }
@@ -93,6 +96,7 @@ void Gate::Core::update_memories() {
   for (std::size_t i = 0; i < limits_.parts.size(); ++i) {
     const Acted& act = hal_.state().acted[i];
     PartMemory& memory = memories_[i];
+    if (may_have_acted(i)) memory.note_unseen();
     if (act.hold != 0) {
       if (part_at_standstill(limits_, hal_.state(), limits_.parts[i])) memory.rest();
       continue;
@@ -105,6 +109,26 @@ void Gate::Core::update_memories() {
     else
       memory.note_forgotten(modes_of(limits_.parts[i]));
   }
+  forget_held();
+}
+
+// Also while disarmed: what a part could have done before it held says nothing of later ticks.
+void Gate::Core::forget_held() {
+  for (std::size_t i = 0; i < limits_.parts.size(); ++i)
+    if (hal_.state().acted[i].hold != 0) memories_[i].released.hold(hal_.tick() - 1);
+}
+
+// The newest release of a claim has gone out.
+void Gate::Core::note_released(const LiveClaim& claim) {
+  const Released& release = *claim.plan.current();
+  for (const ActionPart& action : claim.plan.chunk_of(release).parts)
+    memories_[action.part].released.add(action, release.first_tick, release.end_tick());
+}
+
+// A state tells what acted in the tick before it. Of the ticks before that, which had a state each
+// that was lost, it is only known what had been released.
+bool Gate::Core::may_have_acted(std::size_t part) const {
+  return hal_.tick() - seen_tick_ > 1 && memories_[part].released.end_tick > seen_tick_;
 }
 
 // The HAL may still execute a row of a claim that ends here.

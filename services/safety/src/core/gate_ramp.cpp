@@ -33,7 +33,7 @@ void Gate::Core::watch_ramps() {
       ramp.move();
       continue;
     }
-    if (acted || ramp.moved()) ramp.begin(now_ns_, hal_.tick());
+    if (acted || ramp.moved() || may_have_acted(i)) ramp.begin(now_ns_, hal_.tick());
     if (ramp.active())
       ramp.see(hal_.tick(), !acted && part_at_standstill(limits_, hal_.state(), limits_.parts[i]));
   }

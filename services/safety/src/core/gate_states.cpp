@@ -31,6 +31,7 @@ void Gate::Core::on_session_news(HalLink::News news) {
     stops_.begin_session();
     good_states_ = 0;
     for (RampWatch& ramp : ramps_) ramp.begin_session();
+    for (PartMemory& memory : memories_) memory.released = ReleasedRows{};
   }
   if (!hal_.mismatch().empty()) log(hal_.mismatch());
   if (state_ != GateState::armed) return;
@@ -119,10 +120,11 @@ void Gate::Core::note_unmoved_joints() {
 
 void Gate::Core::on_new_tick(const JointState& message) {
   const MeasuredState before = hal_.state();
+  seen_tick_ = hal_.tick();
   hal_.take_state(message, now_ns_);
   note_unmoved_joints();
   watch_ramps();
-  if (state_ != GateState::armed) return;
+  if (state_ != GateState::armed) return forget_held();
   if (jump_memory_) {
     const Evidence evidence = check_jump(limits_, before, hal_.state());
     if (!evidence.ok()) return raise_stop(evidence);

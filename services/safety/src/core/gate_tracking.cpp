@@ -132,8 +132,10 @@ void Gate::Core::release_rest(LiveClaim& claim, const Judgement& judgement) {
   claim.latest_verdict = make_verdict(chunk, claim.source, judgement, verdict_id, now_ns_);
   (void)verdicts_.push_back(claim.latest_verdict);
   revoke_from(claim, first_open_tick() + judgement.row_count);
-  if (judgement.outcome != Outcome::refused)
-    return claim.plan.release_again(make_release(claim, judgement, verdict_id));
+  if (judgement.outcome != Outcome::refused) {
+    claim.plan.release_again(make_release(claim, judgement, verdict_id));
+    return note_released(claim);
+  }
   claim.plan.drop_current();
   claim.refused_tick = hal_.tick();
   claim.refused_verdict = verdict_id;

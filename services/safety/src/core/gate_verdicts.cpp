@@ -21,6 +21,7 @@ void Gate::Core::give_verdict(LiveClaim& claim, const ActionChunk& chunk, Bytes 
     claim.refused_verdict = verdict_id;
   } else {
     claim.plan.release(make_release(claim, judgement, verdict_id), claim.newest.frame());
+    note_released(claim);
   }
 }
 
