@@ -72,8 +72,10 @@ def _add(spec: mujoco.MjSpec, body: mujoco.MjsBody, collision: ET.Element, path:
 
 def _mesh(spec: mujoco.MjSpec, shape: ET.Element, folder: Path, who: str) -> str:
     file = folder / shape.get("filename", "").removeprefix("package://")
-    if not file.is_file() or file.suffix.lower() not in _MESHES:
+    if file.suffix.lower() not in _MESHES:
         raise ConfigError(expected(who, f"a mesh ({', '.join(_MESHES)})", str(file)))
+    if not file.is_file():
+        raise ConfigError(f"{who}: no mesh file {file}")
     name = f"mesh {len(spec.meshes)}"
     spec.add_mesh(
         name=name, file=str(file.resolve()), scale=_numbers(shape, "scale", 3, who, "1 1 1")
