@@ -80,6 +80,17 @@ TEST_CASE("G025 a row that nobody saw act counts for the transitions, seen to ho
   }
 }
 
+TEST_CASE("G025 rows that go out again after a hold may act unseen as well") {
+  Lossy rig;
+  REQUIRE(rig.drive(0.0, 8) == 0);
+  rig.next_tick(hold);
+  rig.see(0.0);  // held in tick 101: the rest goes out again, for tick 103
+  rig.see(0.0);
+  rig.pass(1);
+  rig.see(0.0);
+  CHECK(rig.twist(0.0) == 25);
+}
+
 TEST_CASE("G025 nor does it matter that the claim ended before, or that the gate was armed anew") {
   for (const bool arms : {true, false}) {
     Lossy rig;
