@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import re
 import socket
 import subprocess
 from pathlib import Path
@@ -78,6 +79,13 @@ def test_a_gate_comes_up_before_those_it_connects_to(config: Path, tmp_path: Pat
     gate = RunningGate(config, tmp_path / "state", connect=[free_port()])
     gate.wait_line("ready")
     assert gate.stop() == 0
+
+
+def test_a_gate_has_answered_itself_before_it_is_ready(config: Path, tmp_path: Path) -> None:
+    gate = RunningGate(config, tmp_path / "state")
+    gate.wait_line("ready")
+    assert gate.stop() == 0
+    assert re.fullmatch(r"INFO safety: self-test: [1-9]\d+ known answers in \d+ us", gate.lines[0])
 
 
 def test_status_names_the_configuration_by_its_hash(scene: Scene, config: Path) -> None:

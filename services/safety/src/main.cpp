@@ -16,6 +16,7 @@
 #include "latch_store.hpp"
 #include "log_writer.hpp"
 #include "refusal.hpp"
+#include "self_test.hpp"
 #include "sha256.hpp"
 #include "zenoh_transport.hpp"
 
@@ -73,6 +74,13 @@ class RouterWait {
   int attempts_ = 0;
 };
 
+void say_known_answers(const Limits& limits, LogWriter& log) {
+  const std::uint64_t began_ns = monotonic_ns();
+  const std::size_t answers = self_test(limits);
+  log.info("self-test: " + std::to_string(answers) + " known answers in " +
+           std::to_string((monotonic_ns() - began_ns) / 1000U) + " us");
+}
+
 void run(const Arguments& arguments) {
   const KeyTable keys(arguments.name_space, arguments.robot);
   if (!is_key_chunk(arguments.service)) {
@@ -82,6 +90,7 @@ void run(const Arguments& arguments) {
   const auto limits = load_limits(arguments.config);
   const sigset_t signals = block_stop_signals();
   LogWriter log(arguments.service);
+  say_known_answers(*limits, log);
   LatchStore store(arguments.state_dir, [&log](const std::string& fault) { log.warning(fault); });
   ZenohTransport transport(arguments.endpoints, keys,
                            RouterWait(arguments.endpoints.router, signals, log));
