@@ -35,7 +35,7 @@ def run_campaign(pair: Pair, seed: int, count: int) -> Campaign:
         campaign.codes[fault.code if fault else 0] += 1
         campaign.outcomes[expected[-1].outcome] += 1
         try:
-            found = differences(case, expected, pair.answers(case))
+            found = differences(pair.file, case, expected, pair.answers(case))
         except CaseRefusedError as refusal:
             text = f"refused before any chunk: {refusal}"
             campaign.disagreements.append(f"seed {seed}, case {number}: {text}")

@@ -33,7 +33,7 @@ class Pair:
     core: CoreGate
 
     def differences(self, case: Case) -> list[Difference]:
-        return differences(case, rulings(self.file, case), self.core.answers(case))
+        return differences(self.file, case, rulings(self.file, case), self.core.answers(case))
 
     def answers(self, case: Case) -> list[Answer]:
         return self.core.answers(case)

@@ -113,13 +113,14 @@ def row_fault(
 
 def has_stopped(file: GateFile, measured: Measured, chunk: Chunk, ruling: Ruling) -> bool:
     """Whether a state stops the gate of which a chunk's first released row has acted or acts: "the
-    rows that act next do not lead back", or "a joint driven by torque exceeds its velocity limit".
+    rows that act next do not lead back", from where the joint is measured now, or "a joint driven
+    by torque exceeds its velocity limit".
     """
     row = ruling.first_row + 1
     if ruling.row_count < 2:
         return False
     for rows in chunk.parts:
-        faults = absolute_faults(file, measured, rows, row, ruling.first_row)
+        faults = absolute_faults(file, measured, rows, row, row)
         blocked = [*blocked_part(file, measured, rows, row), *faults]
         if any(fault.code == 11 for fault in blocked):
             return True
