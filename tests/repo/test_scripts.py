@@ -6,10 +6,12 @@ import os
 import re
 import subprocess
 import tomllib
+from hashlib import sha256
 from pathlib import Path
 
 import pytest
 
+from fairlead.paths import gate_binary
 from tests.repo.tree import ROOT
 
 UNFIT = {"FAIRLEAD_PYTHON": "no-python", "CXX": "no-compiler", "FAIRLEAD_NEED_DISK_GB": "9999999"}
@@ -67,6 +69,21 @@ def test_a_build_folder_of_another_checkout_is_built_anew(tmp_path: Path) -> Non
     assert f"{tmp_path} was made for another checkout" in done.stdout
     assert "does not match the source" not in done.stderr
     assert not cache.exists() or "/moved/" not in cache.read_text()
+
+
+def test_the_zenoh_library_that_is_linked_was_built_from_this_source() -> None:
+    source = ROOT / "services/safety/zenoh_shim"
+    files = sorted(
+        ["Cargo.toml", "Cargo.lock"]
+        + [str(f.relative_to(source)) for f in source.glob("src/**/*.rs")]
+    )
+    listing = "".join(
+        f"{sha256((source / name).read_bytes()).hexdigest()}  {name}\n" for name in files
+    )
+    cache = (gate_binary().parent / "CMakeCache.txt").read_text()
+    if "FAIRLEAD_ZENOHC:STRING=official" in cache:
+        pytest.skip("this gate is built on the official zenoh-c")
+    assert f"/built/{sha256(listing.encode()).hexdigest()[:16]}/" in cache
 
 
 def test_one_minimum_of_rust_is_said_everywhere() -> None:
