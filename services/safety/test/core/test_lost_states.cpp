@@ -80,6 +80,29 @@ TEST_CASE("G025 a row that nobody saw act counts for the transitions, seen to ho
   }
 }
 
+TEST_CASE("G025 so it does for the first part, whatever it held for") {
+  constexpr auto delta = static_cast<std::uint8_t>(Mode::cartesian_delta);
+  for (const Acted held : {Acted{1, 0, 0}, Acted{2, 0, 0}}) {
+    Lossy rig;
+    rig.limits.parts[arm].followers[delta] = PartMemory::mode_bit(delta);
+    rig.restart(BootInfo{true, false, {}});
+    rig.seq = 0;
+    rig.ready();
+    ChunkBuilder rows = rig.to(arm, Mode::cartesian_delta, 0.0);
+    rows.chunk.parts.clear();
+    rows.chunk.horizon = 8;
+    REQUIRE(rig.send_chunk(rows.along(arm, Mode::cartesian_delta, 0, Row(8, 0.0))).code == 0);
+    rig.next_tick(held);
+    rig.send(EventKind::release, Release{"runner", rig.claim_id});
+    rig.take_claim();
+    rig.seq = 0;
+    rig.next_tick(held);
+    rig.pass(1);
+    rig.next_tick(held);
+    CHECK(rig.code_of(arm, Mode::cartesian_twist, 0.0) == 0);
+  }
+}
+
 TEST_CASE("G025 rows that go out again after a hold may act unseen as well") {
   Lossy rig;
   REQUIRE(rig.drive(0.0, 8) == 0);
