@@ -183,7 +183,7 @@ class Gate::Core {
   std::array<bool, max_measured> said_outside_{};  // which joints were outside their limits
   std::uint64_t counted_rival_ = 0;         // G002: the announced session whose state was counted
   Text status_fault_;                       // why the newest hal/status could not be read
-  PartMemories memories_;                   // G021: in which mode each part may still move
+  PartMemories memories_;                   // G025: in which mode each part may still move
   std::uint64_t seen_tick_ = 0;             // of the state before the newest, 0: none
   std::array<RampWatch, max_parts> ramps_;  // G043: since each part's permission ended
   TickWindow<4> overruns_;    // G050: when steps took too long, by the gate's clock [ns]
