@@ -34,7 +34,7 @@ std::vector<double> swaying_row(const Limits& limits, const MeasuredState& state
                       : part.modes.cartesian_delta.angular_limit);
   for (const std::size_t j : part.joints) {
     if (mode == Mode::joint_velocity) row[j] = share * limits.joints[j].velocity_limit;
-    if (mode == Mode::joint_position || mode == Mode::dex_hand_joint)
+    if (is_target(mode))
       row[j] = state.positions[j] + share * joint_block(part.modes, number)->step_limit[j];
   }
   if (mode == Mode::gripper_position) row[0] = state.positions[part.joints[0]];
