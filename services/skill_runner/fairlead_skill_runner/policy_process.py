@@ -14,8 +14,6 @@ import threading
 import traceback
 from multiprocessing.connection import Connection
 
-import numpy as np
-
 from fairlead.errors import FairleadError, PolicyError
 from fairlead.skill.manifest import SkillManifest
 from fairlead_skill_runner.policies.backends import policy_class
@@ -30,6 +28,7 @@ from fairlead_skill_runner.policy_wire import (
     Reset,
     decode_request,
     encode,
+    pack_actions,
 )
 
 _PARENT_CHECK_S = 0.5
@@ -77,8 +76,7 @@ def _answer(policy: Policy | None, request: Request) -> Answer:
     if policy is None:
         raise PolicyError("policy worker: asked before a policy was loaded")
     if isinstance(request, Infer):
-        actions = np.asarray(policy.infer(request.observation()))
-        return Answer(str(actions.dtype), actions.shape, actions.tobytes())
+        return pack_actions(policy.infer(request.observation()))
     assert isinstance(request, Reset)
     policy.reset()
     return Answer()

@@ -102,8 +102,22 @@ def decode_reply(data: bytes) -> Reply:
         raise PolicyError(f"policy worker: not a reply: {error}") from None
 
 
+def pack_actions(actions: object) -> Answer:
+    """A policy's return value for the pipe, as it is; `check_actions` judges it there.
+
+    Raises:
+        PolicyError: for a masked array, whose masked numbers would come back to life.
+    """
+    if isinstance(actions, np.ma.MaskedArray):
+        raise PolicyError("policy: expected an array without masked numbers, got a masked array")
+    array = np.asarray(actions)
+    return Answer(str(array.dtype), array.shape, array.tobytes())
+
+
 def check_actions(answer: Answer, dim: int, horizon: int) -> Actions:
     """The rows of an answer: float32 ``[H, dim]``, 1 <= H <= horizon, all finite.
+
+    Discarded dimensions count too: a policy that says NaN anywhere is not in order.
 
     Raises:
         PolicyError: for any other type, shape or value.

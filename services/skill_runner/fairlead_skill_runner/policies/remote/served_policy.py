@@ -82,15 +82,20 @@ def warm_up_observation(skill: SkillManifest) -> Observation:
 
 
 def float_rows(who: str, name: str, value: object, width: int) -> Actions:
-    """A server's array as float32 ``[H >= 1, width]``.
+    """A server's array as float32 ``[H >= 1, width]``, checked before anything compares it.
 
     Raises:
-        PolicyError: for anything else than floats of that shape.
+        PolicyError: for anything else than floats of that shape, finite as float32.
     """
     wanted = f"{name} as floats [H >= 1, {width}]"
     if not isinstance(value, np.ndarray):
         raise PolicyError(expected(who, wanted, type(value).__name__))
     if value.dtype.kind != "f" or value.ndim != 2 or value.shape[1] != width or not len(value):
         raise PolicyError(expected(who, wanted, f"{value.dtype} {list(value.shape)}"))
-    with np.errstate(over="ignore"):  # what overflows is infinite, and refused by the runner
-        return value.astype(np.float32)
+    with np.errstate(over="ignore"):  # what overflows is infinite, and refused
+        rows = value.astype(np.float32)
+    if not np.isfinite(rows).all():
+        row, column = np.argwhere(~np.isfinite(rows))[0]
+        got = f"{value[row, column]} in row {row} dimension {column}"
+        raise PolicyError(expected(who, f"{name} as finite float32 numbers", got))
+    return rows
