@@ -8,8 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from fairlead.hal import motion_log
-from fairlead.hal.motion_log import LineWriter, MotionLog
+from fairlead import line_writer
+from fairlead.hal.motion_log import MotionLog
+from fairlead.line_writer import LineWriter
 from tests.hal.gate_messages import HELD, executed
 
 
@@ -43,7 +44,7 @@ def test_a_disk_that_hangs_costs_lines_not_ticks_and_the_log_says_so(
     path = tmp_path / "never_read"
     os.mkfifo(path)  # opening it for writing blocks until somebody reads
     writer = LineWriter(path)
-    for _ in range(motion_log.MAX_QUEUED + 10):
+    for _ in range(line_writer.MAX_QUEUED + 10):
         writer.put("line")
     assert writer.dropped == 10
     with path.open() as reader:

@@ -141,7 +141,7 @@ def test_measured_opening_and_hand_motion_come_from_states_and_transforms(
     recording: Recording,
 ) -> None:
     found = by_name(recording)
-    assert found["gripper", "opening"].measured == pytest.approx({10: 10.0, 11: 11.0, 12: 12.0})
+    assert found["gripper", "opening"].measured == pytest.approx({9: 10.0, 10: 11.0, 11: 12.0})
     assert found["arm", "step"].measured == pytest.approx({10: 4.0})
 
 

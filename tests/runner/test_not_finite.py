@@ -170,7 +170,7 @@ def test_numbers_of_another_kind_and_masked_ones_are_a_typed_failure(dtype: str)
 @pytest.mark.parametrize("number", [*NOT_FINITE, 1e308])
 def test_a_constant_and_a_recording_likewise(tmp_path: Path, number: float) -> None:
     skill = load_skill(PI05)
-    row = [0.25] * (DIM - 1) + [number]
+    row: list[Any] = [0.25] * (DIM - 1) + [number]
     with np.errstate(over="ignore"):
         constant = ConstantPolicy.from_options(skill, {"row": row, "horizon": 2})
         assert "finite" in refuses(constant, skill)

@@ -12,6 +12,7 @@ import pytest
 from fairlead.errors import RefusedError
 from fairlead.messages import NO_HASH, ActionChunk, Cancel, GateState, Goal, decode, floats
 from fairlead_skill_runner.trace import read_trace
+from tests.runner.policy_servers import OpenpiServer
 from tests.runner.scripted_robot import CLAIM, SKILL
 from tests.runner.scripted_world import ScriptedWorld, free_port
 
@@ -87,6 +88,45 @@ def test_before_its_first_goal_a_runner_says_nothing_and_wants_nothing(
         world.bus.query(world.keys.cancel("runner"), Cancel(goal_id=1, by="test"), 10.0)
     assert (world.chunks, world.heartbeats, world.feedback, world.claims) == ([], [], [], [])
     assert not world.wanted
+
+
+def test_a_trace_on_a_full_disk_costs_the_trace_and_nothing_else(
+    make_world: Callable[..., ScriptedWorld], tmp_path: Path
+) -> None:
+    (tmp_path / "state").mkdir()
+    (tmp_path / "state" / "trace.jsonl").symlink_to("/dev/full")
+    world = make_world()
+    world.start_runner(CONSTANT)
+    for _ in range(2):
+        goal = world.start_goal(deadline_ticks=24)
+        ended = world.result(goal, every=follow(world))
+        assert ended.result is not None
+        assert (ended.result.outcome, ended.inferences) == ("deadline", 3)
+        world.chunks.clear()
+    said = (tmp_path / "runner.log").read_text()
+    assert said.count("trace.jsonl: no longer recorded: No space left on device") == 2
+
+
+def test_a_goal_is_cancelled_while_its_policy_loads(
+    make_world: Callable[..., ScriptedWorld],
+) -> None:
+    def never(request: object, number: int) -> None:
+        server.go_on.wait()
+
+    world, server = make_world(), OpenpiServer(never)
+    try:
+        world.start_runner({"backend": "openpi", "options": {
+            "address": server.address, "start": "serve", "connect_timeout_s": 4,
+            "answer_timeout_s": 1}})  # fmt: skip
+        goal = world.start_goal()
+        world.wait_for(lambda: True if server.requests else None)
+        world.cancel(goal)
+        ended = world.result(goal)
+        assert ended.result is not None
+        assert (ended.result.outcome, ended.result.detail) == ("cancelled", "cancelled by test")
+        assert world.claims == []
+    finally:
+        server.close()
 
 
 def test_the_result_is_repeated_until_the_next_goal(world: ScriptedWorld) -> None:

@@ -6,7 +6,6 @@ import threading
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 from fairlead.errors import PolicyError
 from fairlead.messages import GoalResult
@@ -44,16 +43,16 @@ class CoreDrive:
 
     Args:
         candidate: where chunks are proposed.
-        trace_file: where to write what the policy saw and said; None: nowhere.
+        trace: where to write what the policy saw and said; None: nowhere.
     """
 
     def __init__(
-        self, setup: RunSetup, worker: PolicyWorker, candidate: Publisher, trace_file: Path | None
+        self, setup: RunSetup, worker: PolicyWorker, candidate: Publisher, trace: TraceWriter | None
     ) -> None:
         self._candidate = candidate
         self._lock = threading.RLock()
         self._ended = threading.Event()
-        self._trace = TraceWriter(trace_file) if trace_file is not None else None
+        self._trace = trace
         self._inference = InferenceThread(worker, self._on_answer)
         self._core = RunCore(setup, time.monotonic())
 
@@ -90,14 +89,9 @@ class CoreDrive:
         while (result := self._core.result) is None:
             self._ended.wait(_CHECK_S)
             self.deliver(lambda core, now_s: core.on_time(now_s))
-        threading.Thread(target=self._close, daemon=True).start()
+        # A policy call may still be running; the claim is not kept waiting for it.
+        threading.Thread(target=self._inference.close, daemon=True).start()
         return result
-
-    def _close(self) -> None:
-        """A policy call may still be running; the claim is not kept waiting for it."""
-        self._inference.close()
-        if self._trace is not None:
-            self._trace.close()
 
     def _on_answer(self, question: AskPolicy, answer: Actions | PolicyError) -> None:
         with self._lock:

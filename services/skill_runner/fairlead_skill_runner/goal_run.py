@@ -37,6 +37,7 @@ from fairlead_skill_runner.core_drive import CoreDrive, Handle, Progress
 from fairlead_skill_runner.heartbeat import HeartbeatThread
 from fairlead_skill_runner.policy_worker import PolicyWorker
 from fairlead_skill_runner.run_setup import RunSetup
+from fairlead_skill_runner.trace import TraceWriter
 
 
 @dataclass(frozen=True)
@@ -126,8 +127,8 @@ class GoalRun:
 
     def _run(self) -> GoalResult:
         around = self._around
-        self._worker.load()
-        self._worker.reset()
+        self._worker.load(self._ended)
+        self._worker.reset(self._ended)
         if self._cancelled_by:
             return results.cancelled(self._cancelled_by)
         token = around.bus.declare_token(around.keys.want_layout(self.skill.id))
@@ -151,13 +152,14 @@ class GoalRun:
         around.heartbeat.keep(claim.claim_id)
         self._log.info("goal %016x has claim %016x", self.goal_id, claim.claim_id)
         lost = False
+        trace = TraceWriter(around.trace_file) if around.trace_file is not None else None
         try:
             if claim.session != hal.session:
                 return results.new_session(hal.session, claim.session)
             setup = RunSetup.of(
                 around.source, self.goal_id, self._goal, self.skill, routes, hal, claim
             )
-            result = self._follow(setup)
+            result = self._follow(setup, trace)
             lost = result.kind == "claim_lost"
             return self._with_cause(result) if lost else result
         finally:
@@ -165,6 +167,8 @@ class GoalRun:
             problem = "" if lost else self._release(claim)
             if problem:
                 self._log.warning("claim %016x not released: %s", claim.claim_id, problem)
+            if trace is not None:
+                trace.close()
 
     def _release(self, claim: ClaimReply) -> str:
         around = self._around
@@ -176,9 +180,9 @@ class GoalRun:
         detail = result.detail + (f" ({cause})" if cause else "")
         return msgspec.structs.replace(result, detail=detail)
 
-    def _follow(self, setup: RunSetup) -> GoalResult:
+    def _follow(self, setup: RunSetup, trace: TraceWriter | None) -> GoalResult:
         around = self._around
-        drive = CoreDrive(setup, self._worker, around.candidate, around.trace_file)
+        drive = CoreDrive(setup, self._worker, around.candidate, trace)
         with self._lock:
             self._drive = drive
             cancelled_by = self._cancelled_by

@@ -7,6 +7,7 @@ import socket
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Mapping
 from multiprocessing.connection import Connection
 
@@ -30,6 +31,7 @@ from fairlead_skill_runner.policy_wire import (
 LOAD_TIMEOUT_S = 120.0
 RESET_TIMEOUT_S = 10.0
 _END_TIMEOUT_S = 1.0
+_ENDED_CHECK_S = 0.1
 
 
 class PolicyWorker:
@@ -51,17 +53,22 @@ class PolicyWorker:
         """Process id while it runs."""
         return self._process.pid if self._process else None
 
-    def load(self, timeout_s: float = LOAD_TIMEOUT_S) -> None:
+    def load(
+        self, ended: threading.Event | None = None, timeout_s: float = LOAD_TIMEOUT_S
+    ) -> None:
         """Start the process and load the policy, unless that has been done.
 
+        Args:
+            ended: set when nobody waits for it any more.
+
         Raises:
-            PolicyError: if it cannot be loaded in time.
+            PolicyError: if it cannot be loaded in time, or nobody waits any more.
         """
         with self._turn:
             if self._process is None or self._process.poll() is not None:
-                self._start(timeout_s)
+                self._start(timeout_s, ended)
 
-    def _start(self, timeout_s: float) -> None:
+    def _start(self, timeout_s: float, ended: threading.Event | None) -> None:
         self._end()
         ours, theirs = socket.socketpair()
         command = [sys.executable, "-m", "fairlead_skill_runner.policy_process"]
@@ -70,16 +77,16 @@ class PolicyWorker:
         )
         theirs.close()
         self._connection = Connection(ours.detach())
-        self._ask(self._load, "loading", timeout_s)
+        self._ask(self._load, "loading", timeout_s, ended)
 
-    def reset(self) -> None:
-        """Tell the policy that a new goal begins.
+    def reset(self, ended: threading.Event | None = None) -> None:
+        """Tell the policy that a new goal begins; ``ended`` as in `load`.
 
         Raises:
-            PolicyError: if it fails or takes too long.
+            PolicyError: if it fails or takes too long, or nobody waits any more.
         """
         with self._turn:
-            self._ask(Reset(), "reset", RESET_TIMEOUT_S)
+            self._ask(Reset(), "reset", RESET_TIMEOUT_S, ended)
 
     def infer(self, observation: Observation) -> Actions:
         """Ask for rows: float32 ``[H, dim]``, finite, H at most the skill's horizon.
@@ -118,14 +125,21 @@ class PolicyWorker:
                 self._process.wait()
         self._process = self._connection = None
 
-    def _ask(self, request: Request, what: str, timeout_s: float) -> Answer:
+    def _ask(
+        self, request: Request, what: str, timeout_s: float, ended: threading.Event | None = None
+    ) -> Answer:
         if self._connection is None:
             raise PolicyError(f"policy worker: {what} asked, but no policy is loaded")
         try:
             self._connection.send_bytes(encode(request))
-            if not self._connection.poll(timeout_s):
-                self._kill()
-                raise PolicyError(f"policy worker: {what} took longer than {timeout_s:g} s")
+            until_s = time.monotonic() + timeout_s
+            while not self._connection.poll(min(_ENDED_CHECK_S, timeout_s)):
+                if ended is not None and ended.is_set():
+                    self._kill()
+                    raise PolicyError(f"policy worker: {what}: the goal was ended meanwhile")
+                if time.monotonic() >= until_s:
+                    self._kill()
+                    raise PolicyError(f"policy worker: {what} took longer than {timeout_s:g} s")
             reply = decode_reply(self._connection.recv_bytes())
         except (OSError, EOFError):
             raise PolicyError(f"policy worker: {what}: {self._how_it_ended()}") from None

@@ -10,6 +10,7 @@ import msgspec
 import numpy as np
 
 from fairlead.errors import ConfigError
+from fairlead.line_writer import LineWriter
 from fairlead.messages import FloatArray
 from fairlead_skill_runner.policies.protocol import Actions
 
@@ -32,13 +33,13 @@ class TraceRecord:
 
 
 class TraceWriter:
-    """Appends records to a file; a new writer starts the file afresh."""
+    """Appends records to a file, afresh; what the disk does delays and ends nothing else."""
 
     def __init__(self, path: Path) -> None:
-        self._file = path.open("w", encoding="utf-8")
+        self._lines = LineWriter(path, afresh=True)
 
     def write(self, record: TraceRecord) -> None:
-        """Append one record and hand it to the operating system."""
+        """Append one record; returns at once."""
         horizon, dim = record.actions.shape
         line = _Line(
             tick=record.tick,
@@ -47,12 +48,11 @@ class TraceWriter:
             horizon=horizon,
             dim=dim,
         )
-        self._file.write(msgspec.json.encode(line).decode() + "\n")
-        self._file.flush()
+        self._lines.put(msgspec.json.encode(line).decode())
 
     def close(self) -> None:
-        """Close the file."""
-        self._file.close()
+        """Write what is queued, for a few seconds at most."""
+        self._lines.close()
 
 
 def read_trace(path: Path) -> Iterator[TraceRecord]:

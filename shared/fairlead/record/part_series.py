@@ -106,13 +106,17 @@ def _joint_quantity(
     joint = robot.joints[index]
     length = "m" if joint.type == "prismatic" else "rad"
     is_velocity = mode is ControlMode.JOINT_VELOCITY
-    # A velocity commanded in tick n shows in the state at the start of tick n + 1.
     measured = {
-        state.tick - 1: float(floats(state.velocities if is_velocity else state.positions)[index])
+        _acted_tick(state): float(floats(state.velocities if is_velocity else state.positions)[index])
         for state in joints
     }
     unit = f"{length}/s" if is_velocity else length
     return _Quantity(joint.name, unit, lambda row: float(row[index]), measured)
+
+
+def _acted_tick(state: JointState) -> int:
+    """What a row of tick n leads to is the state at the start of tick n + 1."""
+    return state.tick - 1
 
 
 def _opening(robot: RobotManifest, part: Part, joints: Iterable[JointState]) -> Curve:
@@ -120,7 +124,7 @@ def _opening(robot: RobotManifest, part: Part, joints: Iterable[JointState]) -> 
     if tool is None or tool.gripper_joint is None:
         return {}
     index = robot.joint_names.index(tool.gripper_joint)
-    return {state.tick: 1e3 * float(floats(state.positions)[index]) for state in joints}
+    return {_acted_tick(state): 1e3 * float(floats(state.positions)[index]) for state in joints}
 
 
 def _hand_motion(recording: Recording, robot: RobotManifest) -> dict[str, tuple[Curve, Curve]]:

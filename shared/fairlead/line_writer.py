@@ -1,0 +1,66 @@
+"""A file of lines that a full or stuck disk cannot make anybody wait for.
+
+A thread writes; every line is handed to the operating system as soon as it is queued, so a
+killed process loses nothing that its writer had taken. A failed write is said once and ends
+that file's recording.
+"""
+
+from __future__ import annotations
+
+import logging
+import queue
+import threading
+from pathlib import Path
+
+_LOG = logging.getLogger("line_writer")
+
+MAX_QUEUED = 10_000
+"""Lines waiting for a stuck disk before new ones are dropped (and counted)."""
+
+
+class LineWriter:
+    """Appends lines to one file from its own thread; never blocks, never raises.
+
+    Args:
+        afresh: begin with an empty file.
+
+    Attributes:
+        dropped: lines that could not be written.
+    """
+
+    def __init__(self, path: Path, *, afresh: bool = False) -> None:
+        self._path = path
+        self._mode = "w" if afresh else "a"
+        self._queue: queue.Queue[str | None] = queue.Queue(MAX_QUEUED)
+        self.dropped = 0
+        self._thread = threading.Thread(target=self._write, name=path.name, daemon=True)
+        self._thread.start()
+
+    def put(self, line: str) -> None:
+        """Queue one line; dropped and counted where the disk is stuck."""
+        try:
+            self._queue.put_nowait(line)
+        except queue.Full:
+            if not self.dropped:
+                _LOG.error("%s: the disk is stuck, lines are lost", self._path)
+            self.dropped += 1
+
+    def close(self, timeout_s: float = 2.0) -> None:
+        """Write what is queued, for at most ``timeout_s``, and say what was lost."""
+        if self.dropped:
+            _LOG.error("%s: %d lines were lost", self._path, self.dropped)
+        try:
+            self._queue.put(None, timeout=timeout_s)
+        except queue.Full:
+            return
+        self._thread.join(timeout_s)
+
+    def _write(self) -> None:
+        try:
+            with self._path.open(self._mode, encoding="ascii", buffering=1) as file:
+                while (line := self._queue.get()) is not None:
+                    file.write(line + "\n")
+        except OSError as error:
+            _LOG.error("%s: no longer recorded: %s", self._path, error.strerror)
+            while self._queue.get() is not None:
+                self.dropped += 1
