@@ -53,9 +53,7 @@ class PolicyWorker:
         """Process id while it runs."""
         return self._process.pid if self._process else None
 
-    def load(
-        self, ended: threading.Event | None = None, timeout_s: float = LOAD_TIMEOUT_S
-    ) -> None:
+    def load(self, ended: threading.Event | None = None, timeout_s: float = LOAD_TIMEOUT_S) -> None:
         """Start the process and load the policy, unless that has been done.
 
         Args:

@@ -1,5 +1,4 @@
-"""The HAL's own record of what it did: ``motion.jsonl`` and, on request, ``trace.jsonl``.
-"""
+"""The HAL's own record of what it did: ``motion.jsonl`` and, on request, ``trace.jsonl``."""
 
 from __future__ import annotations
 
@@ -12,6 +11,7 @@ import numpy.typing as npt
 
 from fairlead.line_writer import LineWriter
 from fairlead.messages import Acted, FloatArray
+
 
 class MotionLog:
     """One line per tick: when it was decided, by which lease, and what every part did."""

@@ -107,7 +107,9 @@ def _joint_quantity(
     length = "m" if joint.type == "prismatic" else "rad"
     is_velocity = mode is ControlMode.JOINT_VELOCITY
     measured = {
-        _acted_tick(state): float(floats(state.velocities if is_velocity else state.positions)[index])
+        _acted_tick(state): float(
+            floats(state.velocities if is_velocity else state.positions)[index]
+        )
         for state in joints
     }
     unit = f"{length}/s" if is_velocity else length
