@@ -1,0 +1,49 @@
+"""What the sentences are held against: one recorded episode, one simulator, a light robot."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from fairlead.operate.scratch_robot import scratch_robot
+from fairlead.paths import repo_root
+from fairlead.robot.manifest import RobotManifest, load_robot
+from fairlead.supervisor import Registry
+from fairlead.supervisor.scratch import ScratchOptions, make_scratch
+from fairlead_hal_sim.options import SimulatorOptions
+from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
+from tests.records.episode import Episode, record_episode
+from tests.system.live_robot import LiveRobot
+
+RECORDS_ORDER = ("right", "right_gripper", "base", "torso")
+
+
+@pytest.fixture(scope="session")
+def robot() -> RobotManifest:
+    return load_robot("panda_mobile")
+
+
+@pytest.fixture(scope="session")
+def episode(tmp_path_factory: pytest.TempPathFactory) -> Episode:
+    return record_episode(tmp_path_factory.mktemp("episode"))
+
+
+@pytest.fixture(scope="session")
+def backend() -> Iterator[RobosuiteBackend]:
+    """The simulator with its parts in the order in which checkpoints write them."""
+    made = RobosuiteBackend(SimulatorOptions(part_order=RECORDS_ORDER))
+    yield made
+    made.close()
+
+
+@pytest.fixture(scope="session")
+def light_robot(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LiveRobot]:
+    """The same four processes without physics, and without an object to see."""
+    folder: Path = tmp_path_factory.mktemp("light")
+    options = ScratchOptions(pacing="lockstep", options={"hal": {"backend": "kinematic"}})
+    source = repo_root() / "compose" / "panda_mobile_sim.yaml"
+    scratch = make_scratch(source, folder / "state", options)
+    with scratch_robot(scratch, Registry(folder / "registry")) as running:
+        yield LiveRobot(running)

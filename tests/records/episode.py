@@ -1,0 +1,100 @@
+"""One whole episode of the expert through the real processes, and all that was said in it."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from fairlead.messages import (
+    ActionChunk,
+    FloatArray,
+    GoalResult,
+    LayoutState,
+    TaskState,
+    TransformBatch,
+    decode,
+)
+from fairlead.operate.scratch_robot import scratch_robot
+from fairlead.paths import repo_root
+from fairlead.supervisor import Registry
+from fairlead.supervisor.scratch import ScratchOptions, make_scratch
+from fairlead.wire.bus import Sample
+from fairlead_skill_runner.trace import TraceRecord, read_trace
+from tests.system.live_robot import SKILL, LiveRobot
+
+SEED = 101
+"""One that no other test uses."""
+
+TRACED = {"hal": {"trace": True}, "runner": {"trace": True}}
+
+
+@dataclass
+class Episode:
+    """What was heard on the bus, and what policy and simulator wrote down.
+
+    packed, qpos: what `env.step` was given, float32 ``[12]``, and the state before it, by tick.
+    """
+
+    chunks: list[ActionChunk] = field(default_factory=list)
+    layouts: dict[int, LayoutState] = field(default_factory=dict)
+    transforms: dict[str, dict[int, TransformBatch]] = field(default_factory=dict)
+    tasks: dict[int, TaskState] = field(default_factory=dict)
+    calls: list[TraceRecord] = field(default_factory=list)
+    packed: dict[int, FloatArray] = field(default_factory=dict)
+    qpos: dict[int, FloatArray] = field(default_factory=dict)
+    result: GoalResult | None = None
+
+    @property
+    def ticks(self) -> range:
+        """Every tick in which the goal was there."""
+        assert self.result is not None
+        return range(self.result.first_tick, self.result.last_tick)
+
+    def on_transforms(self, sample: Sample) -> None:
+        """Keep a batch by its publisher; static ones apart."""
+        batch = decode(TransformBatch, sample.payload)
+        name = sample.key.rsplit("/", 1)[-1] + ("/static" if batch.is_static else "")
+        self.transforms.setdefault(name, {})[batch.tick] = batch
+
+    def on_layout(self, sample: Sample) -> None:
+        """Keep the expert's state vectors."""
+        state = decode(LayoutState, sample.payload)
+        self.layouts[state.tick] = state
+
+    def on_task(self, sample: Sample) -> None:
+        """Keep the task's own measurements."""
+        task = decode(TaskState, sample.payload)
+        self.tasks[task.tick] = task
+
+    def read_traces(self, state_dir: Path) -> None:
+        """Add what runner and HAL wrote down."""
+        self.calls = list(read_trace(state_dir / "runner" / "trace.jsonl"))
+        for line in (state_dir / "hal" / "trace.jsonl").read_text().splitlines():
+            step = json.loads(line)
+            self.packed[step["tick"]] = np.frombuffer(bytes.fromhex(step["packed"]), "<f4")
+            self.qpos[step["tick"]] = np.frombuffer(bytes.fromhex(step["qpos"]), "<f8")
+
+
+def record_episode(folder: Path) -> Episode:
+    """Run the task once, in lockstep, in the simulator."""
+    source = repo_root() / "compose" / "panda_mobile_sim.yaml"
+    scratch = make_scratch(
+        source, folder / "state", ScratchOptions(pacing="lockstep", options=TRACED)
+    )
+    episode = Episode()
+    with scratch_robot(scratch, Registry(folder / "registry")) as running:
+        robot = LiveRobot(running)
+        bus, keys = robot.client.bus, robot.client.keys
+        bus.subscribe(keys.every_tf, episode.on_transforms)
+        bus.subscribe(keys.layout(SKILL), episode.on_layout)
+        bus.subscribe(keys.task, episode.on_task)
+        bus.subscribe(
+            keys.every_candidate, lambda s: episode.chunks.append(decode(ActionChunk, s.payload))
+        )
+        episode.result = robot.run_goal(SEED)
+    assert episode.result.outcome == "succeeded", (episode.result, scratch.state_dir)
+    episode.read_traces(scratch.state_dir)
+    return episode

@@ -1,0 +1,79 @@
+"""docs/records.md, made of the names and sentences of the tests in this folder."""
+
+from __future__ import annotations
+
+import ast
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+from fairlead.paths import repo_root
+
+PAGE = repo_root() / "docs" / "records.md"
+HERE = Path(__file__).parent
+RECORDS = {
+    "state": "The state vector that a policy was trained on",
+    "action": "The action vector that a policy emits",
+}
+INTRODUCTION = """# The two decisions fairlead began with
+
+Each line is one sentence of them, in our words, with the test that holds it: `scripts/test
+tests/records`, or `-k state_20` for one. This page is made from the tests by `python -m
+tests.records --write`; a test fails where it is not, or where a number is missing."""
+_NAME = re.compile(r"test_(state|action)_(\d\d)_(\w+)")
+
+
+@dataclass(frozen=True)
+class Sentence:
+    """One promise: which record, its number there, and the test that is named after it."""
+
+    record: str
+    number: int
+    words: str
+    test: str
+    file: str
+
+
+def sentences() -> list[Sentence]:
+    """Every sentence that a test of this folder holds, by record and number.
+
+    Raises:
+        ValueError: for a test without a number, or a record whose numbers have a gap.
+    """
+    found = [one for path in sorted(HERE.glob("test_*.py")) for one in _of(path)]
+    found.sort(key=lambda one: (list(RECORDS).index(one.record), one.number))
+    for record in RECORDS:
+        numbers = [one.number for one in found if one.record == record]
+        if numbers != list(range(1, len(numbers) + 1)):
+            raise ValueError(f"records: numbers of {record} have a gap or repeat: {numbers}")
+    return found
+
+
+def _of(path: Path) -> list[Sentence]:
+    read = []
+    for node in ast.parse(path.read_text()).body:
+        if not isinstance(node, ast.FunctionDef) or not node.name.startswith("test_"):
+            continue
+        name, words = _NAME.fullmatch(node.name), ast.get_docstring(node)
+        if name is None or words is None:
+            raise ValueError(f"records: {path.name}: {node.name} lacks a number or a sentence")
+        words = words.replace("\n", " ")
+        read.append(Sentence(name[1], int(name[2]), words, name[3], path.name))
+    return read
+
+
+def table(record: str) -> str:
+    """One record's sentences in Markdown."""
+    lines = ["| | sentence | file | test |", "|---|---|---|---|"]
+    lines += [
+        f"| {one.number} | {one.words} | {one.file} | {one.test} |"
+        for one in sentences()
+        if one.record == record
+    ]
+    return "\n".join(lines)
+
+
+def current_page() -> str:
+    """The page as it has to be now."""
+    parts = [INTRODUCTION, *(f"## {title}\n\n{table(name)}" for name, title in RECORDS.items())]
+    return "\n\n".join(parts) + "\n"

@@ -1,0 +1,242 @@
+"""The state vector: joints and transforms of a robot become what the checkpoint saw."""
+
+from __future__ import annotations
+
+import shutil
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from fairlead.errors import LayoutError
+from fairlead.messages import FloatArray, LayoutState, decode, floats
+from fairlead.paths import ROOT_VARIABLE
+from fairlead.robot.manifest import RobotManifest, load_robot
+from fairlead.skill.bindings import StateContract
+from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
+from fairlead_state_assembler import ForwardKinematics, LocalAssembler
+from tests.records.episode import Episode
+from tests.records.poses import RECORDS_BINDINGS, transforms
+from tests.repo.tree import ROOT
+from tests.system.live_robot import LiveRobot, wait_for
+from tests.task.episode import commands
+
+pytestmark = [pytest.mark.simulator, pytest.mark.timeout(300)]
+
+EXACT_BINDINGS: dict[str, object] = {
+    "eef_frame": "grip_site",
+    "eef_rotation_frame": "panda_hand",
+    "base_frame": "base_site",
+    "world_frame": "map",
+    "gripper_qpos_joints": ["panda_finger_joint1", "panda_finger_joint2"],
+}
+"""What robosuite's own observations are made of."""
+
+EXACT: dict[str, object] = {"layout": "human300_16d", "dim": 16, "bindings": EXACT_BINDINGS}
+RECORDED: dict[str, object] = {"layout": "human300_16d", "dim": 16, "bindings": RECORDS_BINDINGS}
+
+
+def state_vector(
+    robot: RobotManifest, backend: RobosuiteBackend, contract: dict[str, object]
+) -> FloatArray:
+    assembler = LocalAssembler(robot)
+    assembler.take(backend.read().positions, backend.transforms(), backend.static_transforms())
+    return assembler.assemble(StateContract.model_validate(contract))
+
+
+@pytest.fixture(scope="module")
+def driven(backend: RobosuiteBackend) -> RobosuiteBackend:
+    """The simulator with arm and base away from where they started, at rest."""
+    backend.reset(5)
+    rng = np.random.default_rng(4)
+    for _ in range(30):
+        backend.apply(commands(rng.uniform(-0.5, 0.7, 12).astype(np.float32)))
+    for _ in range(60):
+        backend.apply({})
+    return backend
+
+
+def test_state_20_the_vector_is_what_the_simulator_itself_reports(
+    robot: RobotManifest, driven: RobosuiteBackend
+) -> None:
+    """Joints, kinematics and transforms give robosuite's own observation, field by field."""
+    state = state_vector(robot, driven, EXACT)
+    seen = driven.env._get_observations(force_update=True)
+    wanted = {
+        "base_to_eef_pos": state[0:3],
+        "base_to_eef_quat": state[3:7],
+        "base_pos": state[7:10],
+        "base_quat": state[10:14],
+        "gripper_qpos": state[14:16],
+    }
+    for key, ours in wanted.items():
+        theirs = np.asarray(seen[f"robot0_{key}"])
+        theirs = theirs * (np.sign(theirs @ ours) if key.endswith("quat") else 1.0)
+        np.testing.assert_allclose(ours, theirs, atol=2e-5, err_msg=key)
+
+
+def test_state_21_the_path_knows_no_observation_of_a_simulator() -> None:
+    """No service but the simulator's own HAL reads a robosuite observation key."""
+    folders = ("state_assembler", "skill_runner", "hal_mujoco")
+    for folder in folders:
+        for path in (ROOT / "services" / folder).rglob("*.py"):
+            assert "robot0_base" not in path.read_text(), path
+            assert "_get_observations" not in path.read_text(), path
+
+
+def test_state_22_the_records_tool_frame_is_close_to_the_grip_site_and_the_hand_is_not(
+    robot: RobotManifest, driven: RobosuiteBackend
+) -> None:
+    """panda_hand_tcp is 0.1034 m along the hand, 6 mm from the site; panda_hand is 9 cm off."""
+    in_base_link = EXACT_BINDINGS | {"base_frame": "base_link"}
+    truth = state_vector(robot, driven, EXACT | {"bindings": in_base_link})
+    tcp = state_vector(robot, driven, RECORDED)
+    hand = state_vector(
+        robot, driven, RECORDED | {"bindings": RECORDS_BINDINGS | {"eef_frame": "panda_hand"}}
+    )
+    assert 0.004 < np.linalg.norm(tcp[:3] - truth[:3]) < 0.008
+    assert 0.085 < np.linalg.norm(hand[:3] - truth[:3]) < 0.105
+    assert np.linalg.norm(tcp[:3] - hand[:3]) == pytest.approx(0.1034, abs=1e-6)
+
+
+def test_state_23_the_description_hangs_the_arm_where_the_simulator_mounts_it(
+    robot: RobotManifest, driven: RobosuiteBackend
+) -> None:
+    """robot.yaml names a URDF; its links are the simulator's, to 0.1 mm and 0.1 mrad."""
+    kinematics = ForwardKinematics(robot)
+    poses = dict(zip(kinematics.frames, kinematics.poses(driven.read().positions), strict=True))
+    sim = driven.env.sim
+    base = sim.data.body_xpos[sim.model.body_name2id("mobilebase0_base")]
+    turn = sim.data.body_xmat[sim.model.body_name2id("mobilebase0_base")].reshape(3, 3)
+    for frame, body in (("panda_link0", "robot0_link0"), ("panda_hand", "robot0_right_hand")):
+        index = sim.model.body_name2id(body)
+        position = turn.T @ (sim.data.body_xpos[index] - base)
+        rotation = turn.T @ sim.data.body_xmat[index].reshape(3, 3)
+        np.testing.assert_allclose(poses[frame].translation, position, atol=1e-4)
+        np.testing.assert_allclose(poses[frame].rotation, rotation, atol=1e-4)
+
+
+def test_state_24_the_same_manifest_works_on_another_robot_with_these_frames(
+    driven: RobosuiteBackend, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nothing in the manifest is of one robot: a taller robot's hand is higher."""
+    robot = load_robot("panda_mobile")
+    here = state_vector(robot, driven, RECORDED)
+    for entry in ("rskills", "compose", "services", "shared"):
+        (tmp_path / entry).symlink_to(ROOT / entry)
+    tall = tmp_path / "robots" / "panda_tall"
+    shutil.copytree(ROOT / "robots" / "panda_mobile", tall)
+    plain = yaml.safe_load((tall / "robot.yaml").read_text()) | {"id": "panda_tall"}
+    (tall / "robot.yaml").write_text(yaml.safe_dump(plain))
+    urdf = (tall / "panda_mobile.urdf").read_text()
+    mount = urdf.index('<child link="panda_link0"/>')
+    before, origin = urdf[:mount], urdf[mount:]
+    start = origin.index('xyz="') + 5
+    x, y, z = origin[start : origin.index('"', start)].split()
+    raised = origin.replace(f'xyz="{x} {y} {z}"', f'xyz="{x} {y} {float(z) + 0.25}"', 1)
+    (tall / "panda_mobile.urdf").write_text(before + raised)
+    monkeypatch.setenv(ROOT_VARIABLE, str(tmp_path))
+    there = state_vector(load_robot("panda_tall"), driven, RECORDED)
+    np.testing.assert_allclose(there - here, [0, 0, 0.25] + [0] * 13, atol=1e-9)
+
+
+def test_state_25_assembling_costs_less_than_the_simulators_own_tick(
+    robot: RobotManifest, driven: RobosuiteBackend
+) -> None:
+    """Assembling is cheap beside a control period: here, beside one step of physics."""
+
+    def median_s(action: object) -> float:
+        times = []
+        for _ in range(7):
+            start = time.perf_counter()
+            action()  # type: ignore[operator]
+            times.append(time.perf_counter() - start)
+        return sorted(times)[3]
+
+    assembling = median_s(lambda: state_vector(robot, driven, EXACT))
+    assert assembling < median_s(lambda: driven.apply({}))
+
+
+@pytest.mark.processes
+def test_state_26_the_policy_sees_the_assembled_vector_and_not_the_joints(
+    episode: Episode,
+) -> None:
+    """What the policy is given is bit for bit what was published for that tick."""
+    assert len(episode.calls) > 20
+    for call in episode.calls:
+        published = episode.layouts[call.tick]
+        assert published.fault is None and published.values is not None
+        assert call.state.tobytes() == published.values
+
+
+@pytest.mark.processes
+def test_state_27_the_links_are_on_the_bus_and_the_assembler_publishes_them(
+    episode: Episode, robot: RobotManifest
+) -> None:
+    """Every link of the URDF is published as a transform, made from the measured joints."""
+    batches = episode.transforms["state_assembler"]
+    children = {item.child for item in batches[episode.ticks[5]].transforms}
+    assert {"panda_link0", "panda_link7", "panda_hand", "panda_hand_tcp"} <= children
+    static = episode.transforms.get("state_assembler/static", {})
+    children |= {item.child for batch in static.values() for item in batch.transforms}
+    assert set(ForwardKinematics(robot).frames) - {robot.base_frame} <= children
+
+
+@pytest.mark.processes
+def test_state_28_the_hal_alone_says_where_the_base_is(episode: Episode) -> None:
+    """odom -> base_link comes from the HAL in every tick, and from nobody else."""
+    for tick in episode.ticks:
+        links = {(t.parent, t.child) for t in episode.transforms["hal"][tick].transforms}
+        assert ("odom", "base_link") in links
+    others = {
+        t.child
+        for name, batches in episode.transforms.items()
+        if not name.startswith("hal")
+        for batch in batches.values()
+        for t in batch.transforms
+    }
+    assert "base_link" not in others
+
+
+@pytest.mark.processes
+def test_state_29_a_missing_frame_fails_the_goal_at_its_first_step_by_name(
+    light_robot: LiveRobot,
+) -> None:
+    """No zeros: where nobody publishes the object, the goal says so and nothing has moved."""
+    result = light_robot.run_goal(seed=0)
+    assert result.outcome == "failed"
+    assert "object" in result.detail, result
+    assert not any(line.moves for line in light_robot.motion.read())
+
+
+@pytest.mark.processes
+def test_state_30_any_hal_that_publishes_joints_and_transforms_is_enough(
+    light_robot: LiveRobot, robot: RobotManifest
+) -> None:
+    """A HAL without a simulator's keys gives the same vector, every number finite."""
+    heard: list[LayoutState] = []
+    skill = "pi05-robocasa365-human300-nf4"
+    bus, keys = light_robot.client.bus, light_robot.client.keys
+    listening = bus.subscribe(
+        keys.layout(skill), lambda s: heard.append(decode(LayoutState, s.payload))
+    )
+    wanted = bus.declare_token(keys.want_layout(skill))
+    light_robot.client.reset_episode(0)
+    wait_for(lambda: any(state.values for state in heard), "a state vector")
+    wanted.undeclare()
+    listening.undeclare()
+    values = floats(next(state.values for state in heard if state.values))
+    assert values.shape == (16,) and np.isfinite(values).all()
+
+
+def test_state_31_a_transform_that_is_too_old_is_named_with_parent_and_age(
+    robot: RobotManifest, driven: RobosuiteBackend
+) -> None:
+    """A stale frame is an error with frame, parent and age, never an old pose."""
+    with pytest.raises(LayoutError) as caught:
+        transforms(tick=1).at(9).pose("odom", "base_link")
+    assert caught.value.kind == "stale_frame"
+    assert "base_link" in str(caught.value) and "odom" in str(caught.value)
+    assert "8" in str(caught.value)
