@@ -2,130 +2,23 @@
 
 from __future__ import annotations
 
-import threading
-import time
 from collections.abc import Callable, Iterator
 
-import msgspec
 import numpy as np
 import pytest
 
 from fairlead.messages import (
-    NO_TRACE,
     ActionChunk,
-    ActionPart,
-    ClaimReply,
     GateState,
-    GateStatus,
-    JointState,
-    Message,
     Outcome,
-    Verdict,
-    decode,
     encode,
-    pack_floats,
 )
-from fairlead.modes import ControlMode
 from fairlead.operate.own_claim import own_claim
-from fairlead.robot.manifest import load_robot
 from fairlead.skill.manifest import load_skill
-from fairlead.wire.bus import Qos, Sample
+from tests.system.injector import ROBOT, ROWS, SOURCE, Injector
 from tests.system.live_robot import SKILL, LiveRobot, wait_for
 
 pytestmark = [pytest.mark.processes, pytest.mark.simulator, pytest.mark.timeout(300)]
-
-ROBOT = load_robot("panda_mobile")
-SOURCE = "injector"
-ROWS = 8
-GENTLE_M = 0.01  # a step that would be released
-WATCHED_TICKS = 5
-
-
-class Injector:
-    """An armed robot, a claim of its own on the arm, and the gate's answers."""
-
-    def __init__(self, robot: LiveRobot, claim: ClaimReply) -> None:
-        self.robot, self.claim = robot, claim
-        self.verdicts: list[Verdict] = []
-        self._newest: JointState | None = None
-        self._arrived = threading.Condition()
-        bus, keys = robot.client.bus, robot.client.keys
-        self._publisher = bus.publisher(keys.candidate(SOURCE), ActionChunk, Qos.HOT)
-        self._heard = [
-            bus.subscribe(keys.verdict(SOURCE), self._on_verdict),
-            bus.subscribe(keys.joints, self._on_joints),
-        ]
-
-    def close(self) -> None:
-        for subscription in self._heard:
-            subscription.undeclare()
-
-    def chunk(self, value: float = GENTLE_M, **changes: object) -> ActionChunk:
-        """A chunk for the newest tick that moves the arm, with some fields changed."""
-        with self._arrived:
-            assert self._arrived.wait_for(lambda: self._newest is not None, 10.0)
-            assert self._newest is not None
-            tick = self._newest.tick
-        rows = np.zeros((ROWS, 6))
-        rows[:, 0] = value
-        part = ActionPart(
-            part=ROBOT.part_names.index("arm"),
-            mode=ControlMode.CARTESIAN_DELTA,
-            frame_id=ROBOT.base_frame,
-            values=pack_floats(rows),
-            active=(),
-        )
-        chunk = ActionChunk(
-            robot_hash=ROBOT.robot_hash,
-            session=self.claim.session,
-            epoch=self.claim.epoch,
-            claim_id=self.claim.claim_id,
-            source=SOURCE,
-            seq=1,
-            goal_id=0,
-            obs_tick=tick,
-            oldest_tick=tick,
-            start_tick=tick,
-            horizon=ROWS,
-            parts=(part,),
-            trace=NO_TRACE,
-        )
-        return msgspec.structs.replace(chunk, **changes)
-
-    def send(self, message: Message) -> Verdict:
-        """The gate's verdict; copies repair a lost message."""
-        payload, count = encode(message), len(self.verdicts)
-
-        def answered() -> bool:
-            self._publisher.put_bytes(payload)
-            with self._arrived:
-                return self._arrived.wait_for(lambda: len(self.verdicts) > count, 0.1)
-
-        wait_for(answered, "a verdict", timeout_s=5.0)
-        return self.verdicts[count]
-
-    def send_bytes(self, payload: bytes) -> None:
-        self._publisher.put_bytes(payload)
-
-    def nothing_moves(self) -> None:
-        """The HAL's log: no row acts in the ticks after now."""
-        now_ns = time.monotonic_ns()
-        motion = self.robot.motion
-        wait_for(lambda: len(motion.since(now_ns)) >= WATCHED_TICKS, "some ticks pass")
-        assert not any(line.moves for line in motion.since(now_ns - 10**9))
-
-    def gate(self) -> GateStatus:
-        return self.robot.client.gate_status()
-
-    def _on_verdict(self, sample: Sample) -> None:
-        with self._arrived:
-            self.verdicts.append(decode(Verdict, sample.payload))
-            self._arrived.notify_all()
-
-    def _on_joints(self, sample: Sample) -> None:
-        with self._arrived:
-            self._newest = decode(JointState, sample.payload)
-            self._arrived.notify_all()
 
 
 @pytest.fixture

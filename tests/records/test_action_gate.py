@@ -1,0 +1,74 @@
+"""The action vector: what the gate makes of the parts it gets."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from fairlead.messages import ActionPart, GateState, Outcome, Verdict
+from fairlead.modes import ControlMode
+from fairlead.operate.own_claim import own_claim
+from fairlead.skill.manifest import load_skill
+from tests.system.injector import ROBOT, SOURCE, Injector, part
+from tests.system.live_robot import SKILL, LiveRobot
+
+pytestmark = [pytest.mark.processes, pytest.mark.timeout(120)]
+
+BASE = (0, 1, 2)
+
+
+@pytest.fixture
+def injector(light_robot: LiveRobot) -> Iterator[Injector]:
+    light_robot.ready_to_move()
+    parts = ("arm", "base", "composite")
+    with own_claim(light_robot.client, SOURCE, ROBOT, load_skill(SKILL), parts) as claim:
+        injector = Injector(light_robot, claim)
+        yield injector
+        injector.close()
+
+
+def judged(injector: Injector, *parts: ActionPart) -> Verdict:
+    return injector.send(injector.chunk(parts=parts, horizon=1))
+
+
+def base_rows(value: float) -> np.ndarray:
+    rows = np.zeros((1, 11))
+    rows[0, 0] = value
+    return rows
+
+
+@pytest.mark.parametrize(("value", "code"), [(1.0, 0), (1.02, 20)])
+def test_action_39_each_base_joint_is_held_to_its_own_velocity_limit(
+    injector: Injector, value: float, code: int
+) -> None:
+    """The gate judges the padded base joint by joint: 1.0 m/s passes, 1.02 is refused."""
+    verdict = judged(injector, part("base", ControlMode.JOINT_VELOCITY, base_rows(value), *BASE))
+    assert verdict.code == code, verdict
+
+
+@pytest.mark.parametrize(("value", "code"), [(-1.0, 0), (1.0, 0), (1.01, 20), (np.nan, 8)])
+def test_action_40_the_gate_checks_the_switch_as_it_checks_everything(
+    injector: Injector, value: float, code: int
+) -> None:
+    """composite_mode passes in [-1, 1]; beyond it is refused, and what is no number stops."""
+    verdict = judged(injector, part("composite", ControlMode.COMPOSITE_MODE, np.array([[value]])))
+    assert verdict.code == code, verdict
+    stopped = injector.gate().state in (GateState.STOPPED, GateState.LATCHED)
+    assert stopped == (code == 8)
+
+
+def test_action_41_three_numbers_for_the_base_alone_are_no_row(injector: Injector) -> None:
+    """Without padding to the robot's joints a joint mode is refused, and nothing moves."""
+    narrow = part("base", ControlMode.JOINT_VELOCITY, np.zeros((1, 3)), *BASE)
+    verdict = judged(injector, narrow)
+    assert (verdict.outcome, verdict.code) == (Outcome.REFUSED, 7), verdict
+
+
+def test_action_42_a_number_beside_the_masked_joints_is_refused(injector: Injector) -> None:
+    """Padding is zero: it can carry nothing that the mask does not name."""
+    rows = base_rows(0.1)
+    rows[0, 5] = 0.1
+    verdict = judged(injector, part("base", ControlMode.JOINT_VELOCITY, rows, *BASE))
+    assert (verdict.outcome, verdict.code) == (Outcome.REFUSED, 9), verdict
