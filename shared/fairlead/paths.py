@@ -93,11 +93,15 @@ def deployment_path(wanted: str) -> Path:
     named = compose / f"{wanted.removesuffix('.yaml')}.yaml"
     if "/" not in wanted and named.is_file():
         return named
-    known = sorted(path.stem for path in compose.glob("*.yaml"))
     raise ConfigError(
         f"deployment {wanted!r}: no such file, and none of that name in {compose} "
-        f"(valid: {', '.join(known) or 'none'}, or a path)"
+        f"(valid: {', '.join(deployment_names()) or 'none'}, or a path)"
     )
+
+
+def deployment_names() -> list[str]:
+    """Names of the deployment files in ``compose/``, sorted."""
+    return sorted(path.stem for path in (repo_root() / "compose").glob("*.yaml"))
 
 
 def gate_config(robot: str, profile: str) -> Path:

@@ -7,88 +7,13 @@ import signal
 import subprocess
 import sys
 import textwrap
-import time
-from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-import yaml
 
-from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.errors import ServiceError
-from fairlead.supervisor import Registry, ServiceEvent, Supervisor
-from fairlead.supervisor.ports import free_ports
 from fairlead.supervisor.process_table import process_id
-
-WAIT_S = 20.0
-OBEDIENT = "echo '{name}: ready'; exec sleep 1000"
-STUBBORN = "trap '' TERM; echo '{name}: ready'; while true; do sleep 0.1; done"
-WITH_A_CHILD = "sleep 1000 & echo \"child $!\"; echo '{name}: ready'; wait"
-
-
-def wait_until(condition: Callable[[], object], what: str) -> None:
-    deadline = time.monotonic() + WAIT_S
-    while not condition():
-        assert time.monotonic() < deadline, f"not within {WAIT_S:g} s: {what}"
-        os.sched_yield()
-
-
-@pytest.fixture
-def deployment_file(tmp_path: Path) -> Path:
-    ports = free_ports(2)
-    content = {
-        "robot": "panda_mobile",
-        "id": f"r{os.getpid()}",
-        "services": {
-            "hal": {"run": "hal_sim", "listen": f"tcp/127.0.0.1:{ports[0]}"},
-            "runner": {"run": "skill_runner", "listen": f"tcp/127.0.0.1:{ports[1]}"},
-        },
-    }
-    path = tmp_path / "deployment.yaml"
-    path.write_text(yaml.safe_dump(content), encoding="utf-8")
-    return path
-
-
-class Bench:
-    """One supervisor over shell scripts, and what its services printed."""
-
-    def __init__(self, file: Path, folder: Path) -> None:
-        self.scripts = {"hal": OBEDIENT, "runner": OBEDIENT}
-        self.lines: list[tuple[str, str]] = []
-        self.registry = Registry(folder / "registry")
-        self.state_dir = folder / "state"
-        self._file = file
-        self.supervisor = self.another()
-
-    def another(self) -> Supervisor:
-        return Supervisor(
-            self._file,
-            load_deployment(self._file),
-            self.state_dir,
-            on_line=lambda service, line: self.lines.append((service, line)),
-            registry=self.registry,
-            command=self._command,
-        )
-
-    def _command(self, file: Path, deployment: Deployment, name: str, state: Path) -> list[str]:
-        return ["sh", "-c", self.scripts[name].replace("{name}", name)]
-
-    def poll_until(self, kind: str) -> ServiceEvent:
-        found: list[ServiceEvent] = []
-
-        def happened() -> bool:
-            found.extend(event for event in self.supervisor.poll() if event.kind == kind)
-            return bool(found)
-
-        wait_until(happened, f"an event {kind}")
-        return found[0]
-
-
-@pytest.fixture
-def bench(deployment_file: Path, tmp_path: Path) -> Iterator[Bench]:
-    bench = Bench(deployment_file, tmp_path)
-    yield bench
-    bench.supervisor.stop(grace_s=0.0)
+from tests.supervisor.bench import STUBBORN, WAIT_S, WITH_A_CHILD, Bench, wait_until
 
 
 def test_started_services_become_ready_and_are_listed(bench: Bench) -> None:
@@ -222,8 +147,8 @@ def test_leftover_processes_of_a_killed_run_are_refused_until_they_are_gone(
             bench.supervisor.start()
         leftover.kill()
     assert str(caught.value) == (
-        f"deployment {entry.name}: processes of an earlier run are still there "
-        f"(pid {process.pid}); end them first: fairlead down {entry.name}"
+        f"deployment {entry.name}: processes that were started before still run: "
+        f"hal (pid {process.pid}); end them first: fairlead down {entry.name}"
     )
     bench.supervisor.start()
 

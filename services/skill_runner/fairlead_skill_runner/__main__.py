@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import logging
+
 from fairlead.robot.manifest import load_robot
 from fairlead.service import ServiceContext, announce_ready, run_service
 from fairlead_skill_runner.options import check_runner_options
@@ -12,6 +14,13 @@ def serve(context: ServiceContext) -> None:
     """Offer the configured skills until asked to stop."""
     options = check_runner_options(context.name, context.options)
     skills = options.manifests(context.deployment.robot)
+    if not skills:
+        logging.getLogger(context.name).warning(
+            "no skill is made for %s; make one: fairlead skill new, fairlead skill install, "
+            "fairlead restart %s",
+            context.deployment.robot,
+            context.name,
+        )
     runner = SkillRunner(
         context.bus,
         context.deployment.keys,

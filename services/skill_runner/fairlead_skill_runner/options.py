@@ -44,18 +44,15 @@ class RunnerOptions(BaseModel):
         return self
 
     def manifests(self, robot: str) -> dict[str, SkillManifest]:
-        """The manifests of the skills on offer.
+        """The manifests of the skills on offer; none if no installed skill is for this robot.
 
         Raises:
-            ConfigError: for a manifest that does not load, or where none is left.
+            ConfigError: for a manifest that does not load.
         """
         if self.skills is not None:
             return {skill: load_skill(skill) for skill in self.skills}
         found = {skill: load_skill(skill) for skill in skill_ids()}
-        mine = {skill: made for skill, made in found.items() if robot in made.embodiments}
-        if not mine:
-            raise ConfigError(expected("runner", f"a skill made for {robot}", "none", found))
-        return mine
+        return {skill: made for skill, made in found.items() if robot in made.embodiments}
 
     def replaced_policies(self, skills: Mapping[str, SkillManifest]) -> dict[str, PolicySpec]:
         """By skill id, what runs instead of the manifest's own policy.

@@ -11,11 +11,11 @@ from fairlead.supervisor import Registry
 _LOGS = "decisions/*.decisions"
 
 
-def choose_decision_log(name: str | None, state_dir: Path | None) -> Path:
+def choose_decision_log(wanted: str | None, state_dir: Path | None) -> Path:
     """The newest log of the deployment that is named, runs, or ran last.
 
     Args:
-        name: of a deployment that runs.
+        wanted: name or file of a deployment that runs.
         state_dir: state folder of one that need not run.
 
     Raises:
@@ -25,8 +25,8 @@ def choose_decision_log(name: str | None, state_dir: Path | None) -> Path:
     registry = Registry()
     if state_dir is not None:
         return _newest(state_dir, f"*/{_LOGS}")
-    if name is not None or registry.entries():
-        return _newest(Path(choose_running(name).state_dir), f"*/{_LOGS}")
+    if wanted is not None or registry.entries():
+        return _newest(Path(choose_running(wanted).state_dir), f"*/{_LOGS}")
     return _newest(registry.root, f"*/*/{_LOGS}")
 
 
@@ -34,7 +34,7 @@ def _newest(folder: Path, pattern: str) -> Path:
     found = sorted(folder.glob(pattern), key=lambda path: path.stat().st_mtime_ns)
     if not found:
         raise NoAnswerError(
-            f"no decision log in {folder}/{pattern}; a gate started by `fairlead up` writes one; "
+            f"no decision log in {folder}/{pattern}; a running gate writes one; "
             "name another place: --state-dir DIR or --log FILE"
         )
     return found[-1]

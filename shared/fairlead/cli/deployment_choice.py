@@ -9,7 +9,7 @@ import typer
 
 from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.errors import ConfigError, NoAnswerError
-from fairlead.paths import deployment_path, repo_root
+from fairlead.paths import deployment_names, deployment_path
 from fairlead.supervisor import Registry, Running
 
 
@@ -21,19 +21,66 @@ def parse_deployment(wanted: str) -> Path:
         raise typer.BadParameter(str(error)) from None
 
 
+def parse_running_or_file(wanted: str) -> Path:
+    """The file of a deployment that runs here, by its name in `fairlead ps`, or as above."""
+    running = Registry().find(wanted)
+    return Path(running.deployment) if running is not None else parse_deployment(wanted)
+
+
+def _complete_running(incomplete: str) -> list[str]:
+    return [entry.name for entry in Registry().entries() if entry.name.startswith(incomplete)]
+
+
+def _complete_deployment(incomplete: str) -> list[str]:
+    return [name for name in deployment_names() if name.startswith(incomplete)]
+
+
 DeploymentOption = Annotated[
     Path | None,
     typer.Option(
         "--deployment",
         "-d",
-        parser=parse_deployment,
+        parser=parse_running_or_file,
         metavar="NAME_OR_FILE",
-        help="without it: the only deployment that runs on this machine",
+        help="as in `fairlead ps`, a name in compose/, or a file; "
+        "without it: the only deployment that runs on this machine",
+        autocompletion=lambda incomplete: [
+            *_complete_running(incomplete),
+            *_complete_deployment(incomplete),
+        ],
     ),
 ]
-NameArgument = Annotated[
+DeploymentArgument = Annotated[
+    Path,
+    typer.Argument(
+        parser=parse_deployment,
+        metavar="NAME_OR_FILE",
+        help="a name in compose/, or a file",
+        autocompletion=_complete_deployment,
+    ),
+]
+_RUNNING_HELP = "as in `fairlead ps`, or its file; may be left out if only one runs here"
+RunningArgument = Annotated[
     str | None,
-    typer.Argument(help="deployment name as in `fairlead ps`; may be left out if only one runs"),
+    typer.Argument(metavar="NAME_OR_FILE", help=_RUNNING_HELP, autocompletion=_complete_running),
+]
+RunningOption = Annotated[
+    str | None,
+    typer.Option(
+        "--deployment",
+        "-d",
+        metavar="NAME_OR_FILE",
+        help=_RUNNING_HELP,
+        autocompletion=_complete_running,
+    ),
+]
+StateDirOption = Annotated[
+    Path | None,
+    typer.Option(
+        file_okay=False,
+        help="folder for logs and state; default: a folder of the deployment's name in "
+        "$FAIRLEAD_STATE, else in ~/.local/state/fairlead",
+    ),
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="print one JSON document instead")]
 
@@ -63,29 +110,42 @@ def choose_file(file: Path | None) -> Path:
 
 def nothing_runs() -> NoAnswerError:
     """What to say where no deployment was started: how, and which there are."""
-    known = ", ".join(sorted(path.stem for path in (repo_root() / "compose").glob("*.yaml")))
+    known = ", ".join(deployment_names())
     return NoAnswerError(
         "no deployment runs on this machine; start one: fairlead up NAME "
-        f"(valid: {known or 'none'}, or a file)"
+        f"(valid: {known or 'none'}, or a file), or name one that runs elsewhere: "
+        "--deployment FILE"
     )
 
 
-def choose_running(name: str | None) -> Running:
-    """A deployment that was started on this machine.
+def choose_running(wanted: str | None) -> Running:
+    """A deployment that was started on this machine, by name or file.
 
     Raises:
-        ConfigError: several run and none was named, or the name is unknown.
+        ConfigError: several run and none was named, or the one named does not.
         NoAnswerError: none runs, naming those that can be started.
     """
     running = Registry().entries()
-    names = [entry.name for entry in running]
+    names = ", ".join(entry.name for entry in running)
     if not running:
         raise nothing_runs()
-    if name is None:
+    if wanted is None:
         if len(running) > 1:
-            raise ConfigError(f"several deployments run here; name one of: {', '.join(names)}")
+            raise ConfigError(f"several deployments run here; name one of: {names}")
         return running[0]
-    for entry in running:
-        if entry.name == name:
-            return entry
-    raise ConfigError(f"no deployment {name!r} runs here (valid: {', '.join(names)})")
+    found = [entry for entry in running if entry.name == wanted] or [
+        entry for entry in running if _is_file_of(wanted, entry)
+    ]
+    if not found:
+        raise ConfigError(f"no deployment {wanted!r} runs here (valid: {names})")
+    if len(found) > 1:
+        names = ", ".join(entry.name for entry in found)
+        raise ConfigError(f"{wanted} runs here more than once; name one of: {names}")
+    return found[0]
+
+
+def _is_file_of(wanted: str, entry: Running) -> bool:
+    try:
+        return deployment_path(wanted).resolve() == Path(entry.deployment).resolve()
+    except ConfigError:
+        return False

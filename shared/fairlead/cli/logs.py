@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from fairlead.cli.console import print_json
-from fairlead.cli.deployment_choice import JsonOption, choose_running
+from fairlead.cli.deployment_choice import JsonOption, RunningOption, choose_running
 from fairlead.errors import ConfigError
 
 EXAMPLE = "fairlead logs hal -n 50"
@@ -16,9 +16,7 @@ EXAMPLE = "fairlead logs hal -n 50"
 
 def command(
     service: Annotated[str | None, typer.Argument(help="one service; all without it")] = None,
-    name: Annotated[
-        str | None, typer.Option("--name", help="deployment name as in `fairlead ps`")
-    ] = None,
+    deployment: RunningOption = None,
     lines: Annotated[int, typer.Option("-n", "--lines", min=1, help="newest lines of each")] = 20,
     state_dir: Annotated[
         Path | None,
@@ -27,8 +25,15 @@ def command(
     as_json: JsonOption = False,
 ) -> None:
     """Print the newest log lines of a deployment's services."""
-    folder = (state_dir or Path(choose_running(name).state_dir)) / "logs"
+    entry = choose_running(deployment) if state_dir is None else None
+    folder = (state_dir or Path(entry.state_dir if entry else "")) / "logs"
     files = {path.stem: path for path in sorted(folder.glob("*.log"))}
+    by_hand = entry.by_hand if entry is not None else {}
+    if service in by_hand or (by_hand and not files):
+        raise ConfigError(
+            f"logs: {service or ', '.join(by_hand)}: started by hand, so it prints in the "
+            "terminal (or unit) that started it; only `fairlead up` keeps logs"
+        )
     if not files:
         raise ConfigError(f"logs: no *.log in {folder}; is that a state folder of `fairlead up`?")
     if service is not None and service not in files:

@@ -79,8 +79,10 @@ class OtherHosts:
     def _report(self, missing: Collection[str]) -> None:
         if missing:
             names = ", ".join(self._deployment.with_host(name) for name in sorted(missing))
-            hosts = sorted({self._deployment.services[name].host for name in missing})
+            hosts = sorted({self._deployment.services[name].host for name in missing} - {""})
             there = ", ".join(f"fairlead up FILE --host {host}" for host in hosts)
-            self._say("up", f"not seen yet: {names}; start there: {there}")
+            by_hand = ", ".join(f"fairlead service FILE {name}" for name in sorted(missing))
+            how = f"start there: {there}" if hosts else f"start with: {by_hand}"
+            self._say("up", f"not seen yet: {names}; {how}")
         else:
-            self._say("up", "every service of the other hosts is there")
+            self._say("up", "every service that others started is there")

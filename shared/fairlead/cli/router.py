@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import logging
 import sys
-from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from fairlead.cli.console import print_json
-from fairlead.cli.deployment_choice import parse_deployment
+from fairlead.cli.deployment_choice import DeploymentArgument
 from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.deploy.hosts import ROUTER
 from fairlead.deploy.stop_signals import StopSignals
@@ -23,12 +22,7 @@ EXAMPLE = "fairlead router panda_mobile_two_hosts --json"
 
 
 def command(
-    deployment: Annotated[
-        Path,
-        typer.Argument(
-            parser=parse_deployment, metavar="NAME_OR_FILE", help="a name in compose/, or a file"
-        ),
-    ],
+    deployment: DeploymentArgument,
     as_json: Annotated[
         bool,
         typer.Option(

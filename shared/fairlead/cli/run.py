@@ -13,7 +13,7 @@ import typer
 from fairlead.cli.console import print_json
 from fairlead.cli.deployment_choice import DeploymentOption, JsonOption, choose_file
 from fairlead.cli.progress_line import ProgressLine
-from fairlead.cli.starting import wait_started
+from fairlead.cli.starting import wait_seen, wait_started
 from fairlead.cli.status import state_and_cause
 from fairlead.cli.wire_number import MAX_NUMBER
 from fairlead.deploy.deployment import load_deployment
@@ -63,7 +63,7 @@ def command(
     require_admission(manifest, robot)  # what cannot run should not arm anything
     wait_started(file, lambda line: typer.echo(line, err=True))
     with RobotClient(chosen, by="fairlead run") as client:
-        client.wait_alive(*chosen.services)
+        wait_seen(client, file)
         client.wait_gate_follows()
         require_admission(manifest, robot, client.hal_status())
         if seed is not None:

@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+from fairlead.operate.client import RobotClient
 from fairlead.supervisor import Registry, Running
 
 START_TIMEOUT_S = 120.0  # as long as `fairlead up` itself waits
@@ -43,8 +44,21 @@ def _starting(entries: list[Running], file: Path) -> list[str]:
         for entry in entries
         if entry.is_supervised and Path(entry.deployment).resolve() == file.resolve()
         for name, service in entry.services.items()
-        if not service.ready
-        and service.restarts == 0
-        and service.process is not None
-        and service.process.is_running
+        if not service.ready and service.restarts == 0 and service.running and not service.by_hand
     ]
+
+
+def wait_seen(client: RobotClient, file: Path, registry: Registry | None = None) -> None:
+    """Wait until every service is seen: longer for those that somebody started here by hand.
+
+    Raises:
+        NoAnswerError: naming those that are missing.
+    """
+    by_hand = {
+        name
+        for entry in (registry or Registry()).entries()
+        if Path(entry.deployment).resolve() == file.resolve()
+        for name in entry.by_hand
+    }
+    client.wait_alive(*by_hand, timeout_s=START_TIMEOUT_S)
+    client.wait_alive(*client.deployment.services)

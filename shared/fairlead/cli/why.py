@@ -10,7 +10,7 @@ import typer
 
 from fairlead.cli.console import print_json
 from fairlead.cli.decision_log_choice import choose_decision_log
-from fairlead.cli.deployment_choice import JsonOption
+from fairlead.cli.deployment_choice import JsonOption, RunningOption
 from fairlead.receipts.explanation import Explanation, explain
 from fairlead.receipts.text import decision_lines
 
@@ -31,9 +31,7 @@ def command(
         str, typer.Argument(metavar="[TICK|last]", help="a tick, or the last refusal")
     ] = "last",
     source: Annotated[str | None, typer.Option(help="only chunks of this runner")] = None,
-    name: Annotated[
-        str | None, typer.Option("--name", help="deployment name as in `fairlead ps`")
-    ] = None,
+    deployment: RunningOption = None,
     state_dir: Annotated[
         Path | None,
         typer.Option(exists=True, file_okay=False, help="state folder of a run that has ended"),
@@ -50,7 +48,7 @@ def command(
     here, or ran last.
     """
     number = parse_tick(tick)
-    chosen = log if log is not None else choose_decision_log(name, state_dir)
+    chosen = log if log is not None else choose_decision_log(deployment, state_dir)
     asked = explain(chosen, number, source)
     if as_json:
         print_json(_document(asked))

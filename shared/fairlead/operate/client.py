@@ -5,6 +5,7 @@ from __future__ import annotations
 import secrets
 import threading
 import time
+from contextlib import suppress
 from types import TracebackType
 from typing import TypeVar
 
@@ -39,6 +40,7 @@ from fairlead.wire.bus import Bus, Qos, Sample
 from fairlead.wire.session import ZenohBus
 
 ALIVE_TIMEOUT_S = 3.0
+SEEN_S = 1.0  # links are up, and tokens told, well within
 ANSWER_TIMEOUT_S = 3.0  # > LINK_SILENCE_S, else a paused router may arm after "no answer"
 EPISODE_TIMEOUT_S = 60.0  # a simulator builds and settles its scene
 GATE_FOLLOWS_TIMEOUT_S = 10.0
@@ -46,6 +48,18 @@ STOP_REPEAT_S = 0.05
 STOP_TIMEOUT_S = 2.0
 
 Reply = TypeVar("Reply", bound=Message)
+
+
+def alive_services(deployment: Deployment, settle_s: float = SEEN_S) -> frozenset[str]:
+    """Services whose liveliness token is seen within ``settle_s``: a hint for people.
+
+    Raises:
+        TransportError: if the session cannot be opened.
+    """
+    with RobotClient(deployment) as client:
+        with suppress(NoAnswerError):
+            client.wait_alive(*deployment.services, timeout_s=settle_s)
+        return client.alive
 
 
 class RobotClient:
@@ -148,6 +162,12 @@ class RobotClient:
         request = Release(source=source, claim_id=claim_id)
         return self._ask(self.gate, self.keys.gate_command("release"), request, Done)
 
+    def following_gate(self) -> GateStatus | None:
+        """The gate's status, if it has left boot and has a state of the HAL that runs now."""
+        gate, hal = self.gate_status(), self.hal_status()
+        follows = gate.session == hal.session and gate.state_tick > 0
+        return gate if gate.state != GateState.BOOT and follows else None
+
     def wait_gate_follows(self, timeout_s: float = GATE_FOLLOWS_TIMEOUT_S) -> GateStatus:
         """Wait until the gate has left boot and has a state of the HAL that runs now.
 
@@ -156,11 +176,11 @@ class RobotClient:
         """
         deadline = time.monotonic() + timeout_s
         while True:
-            gate, hal = self.gate_status(), self.hal_status()
-            follows = gate.session == hal.session and gate.state_tick > 0
-            if gate.state != GateState.BOOT and follows:
-                return gate
+            following = self.following_gate()
+            if following is not None:
+                return following
             if time.monotonic() > deadline:
+                gate = self.gate_status()
                 raise NoAnswerError(
                     f"robot {self.deployment.id}: the gate does not follow the HAL after "
                     f"{timeout_s:g} s: {gate.cause or GateState(gate.state).name.lower()}"

@@ -8,11 +8,13 @@ import subprocess
 import threading
 from collections import deque
 from collections.abc import Callable, Sequence
+from contextlib import closing
 from pathlib import Path
 from typing import IO
 
 from fairlead.supervisor.die_with_parent import die_with_parent
 from fairlead.supervisor.process_table import ProcessId, group_members, process_id
+from fairlead.supervisor.service_log import ServiceLog
 
 LineHandler = Callable[[str, str], None]
 """Gets the service's name and one line it printed."""
@@ -53,12 +55,19 @@ class Child:
             preexec_fn=die_with_parent(),
         )
         self.process_id = process_id(self._process.pid) or ProcessId(self._process.pid, 0)
-        log.parent.mkdir(parents=True, exist_ok=True)
         assert self._process.stdout is not None
         self._reader = threading.Thread(
-            target=self._read, args=(self._process.stdout, log), name=f"{name}-log", daemon=True
+            target=self._read,
+            args=(self._process.stdout, ServiceLog(log)),
+            name=f"{name}-log",
+            daemon=True,
         )
-        self._reader.start()
+        try:
+            self._reader.start()
+        except RuntimeError:  # no thread to be had: nobody would read what it prints
+            self._process.kill()
+            self._process.wait()
+            raise
 
     @property
     def pid(self) -> int:
@@ -91,16 +100,17 @@ class Child:
             return False
         return True
 
-    def _read(self, stream: IO[bytes], log: Path) -> None:
-        with stream, log.open("a", encoding="utf-8") as file:
+    def _read(self, stream: IO[bytes], log: ServiceLog) -> None:
+        with stream, closing(log):
             for raw in stream:
                 line = raw.decode(errors="replace").rstrip()
-                file.write(line + "\n")
-                file.flush()
                 self.last_lines.append(line)
                 if is_ready_line(line):
                     self.ready.set()
                 self._on_line(self.name, line)
+                trouble = log.append(line)
+                if trouble:
+                    self._on_line(self.name, trouble)
 
 
 def is_ready_line(line: str) -> bool:

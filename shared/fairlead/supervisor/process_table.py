@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -24,6 +25,20 @@ class ProcessId:
     def is_running(self) -> bool:
         """Whether this very process, and no later one with its number, still runs."""
         return process_id(self.pid) == self
+
+    def send(self, number: signal.Signals) -> None:
+        """Signal this very process, and none that gets its number meanwhile."""
+        try:
+            handle = os.pidfd_open(self.pid)
+        except ProcessLookupError:
+            return
+        try:
+            if self.is_running:
+                signal.pidfd_send_signal(handle, number)
+        except ProcessLookupError:  # ended between the two lines
+            return
+        finally:
+            os.close(handle)
 
 
 def process_id(pid: int) -> ProcessId | None:

@@ -3,9 +3,12 @@
 Everything lies under ``$FAIRLEAD_STATE`` (default ``$XDG_STATE_HOME/fairlead``, else
 ``~/.local/state/fairlead``), so ``ps``, ``down`` and ``logs`` work from any folder:
 
-    running/<name>.json   who supervises the deployment, and its processes
-    running/<name>.lock   held by the supervisor; the kernel frees it when it dies
-    <name>/               the deployment's state folder, unless ``--state-dir`` says otherwise
+    running/<name>.json             who supervises the deployment, and its processes
+    running/<name>.lock             held by the supervisor; the kernel frees it when it dies;
+                                    never deleted: two could then hold locks of one name
+    running/<name>+<service>.json   a service that ``fairlead service`` started
+    <name>/                         the deployment's state folder, unless ``--state-dir`` says
+                                    otherwise
 """
 
 from __future__ import annotations
@@ -28,11 +31,21 @@ STATE_VARIABLE = "FAIRLEAD_STATE"
 
 @dataclass(frozen=True)
 class ServiceEntry:
-    """One service of a running deployment, as its supervisor last saw it."""
+    """One service of a running deployment, as its supervisor last saw it.
+
+    process: None before the first start.
+    by_hand: started by ``fairlead service``: nobody watches it, or knows whether it is ready.
+    """
 
     process: ProcessId | None
     ready: bool
     restarts: int
+    by_hand: bool = False
+
+    @property
+    def running(self) -> ProcessId | None:
+        """Its process, if that runs."""
+        return self.process if self.process is not None and self.process.is_running else None
 
 
 @dataclass(frozen=True)
@@ -41,24 +54,31 @@ class Running:
 
     name: ``<id>``, or ``<id>@<namespace>`` outside the default namespace; of several hosts
         one: ``<id>.<host>``.
+    supervisor: None where all its services were started by hand.
     """
 
     name: str
     deployment: str
     state_dir: str
-    supervisor: ProcessId
+    supervisor: ProcessId | None
     services: dict[str, ServiceEntry] = field(default_factory=dict)
 
     @property
     def is_supervised(self) -> bool:
         """Whether the supervisor that wrote the entry still runs."""
-        return self.supervisor.is_running
+        return self.supervisor is not None and self.supervisor.is_running
+
+    @property
+    def by_hand(self) -> dict[str, ServiceEntry]:
+        """Its services that were started by hand and run."""
+        return {
+            name: entry for name, entry in self.services.items() if entry.by_hand and entry.running
+        }
 
     @property
     def leftovers(self) -> list[ProcessId]:
         """Processes of its services that still run."""
-        found = [entry.process for entry in self.services.values()]
-        return [process for process in found if process is not None and process.is_running]
+        return [entry.running for entry in self.services.values() if entry.running]
 
 
 def running_name(deployment: Deployment, host: str | None = None) -> str:
@@ -83,7 +103,15 @@ class Registry:
 
     def entries(self) -> list[Running]:
         """Deployments with a live supervisor or a live process, by name."""
-        return [entry for entry in self._read_all() if entry.is_supervised or entry.leftovers]
+        found: dict[str, Running] = {}
+        for entry in self._read_all():
+            if not (entry.is_supervised or entry.leftovers):
+                continue
+            known = found.get(entry.name, entry)
+            whole, part = (entry, known) if entry.is_supervised else (known, entry)
+            whole.services.update(part.by_hand)
+            found[entry.name] = whole
+        return list(found.values())
 
     def find(self, name: str) -> Running | None:
         """One live deployment by name."""
@@ -91,16 +119,29 @@ class Registry:
 
     def write(self, entry: Running) -> None:
         """Write an entry so that readers see the old text or the new, never a mixture."""
-        path = self._path(entry.name, "json")
+        self._write(self._path(entry.name, "json"), entry)
+
+    def write_by_hand(self, service: str, entry: Running) -> None:
+        """List one service that nobody supervises, beside what is supervised."""
+        self._write(self._path(f"{entry.name}+{service}", "json"), entry)
+
+    def _write(self, path: Path, entry: Running) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
         draft = path.with_suffix(".draft")
         draft.write_bytes(msgspec.json.format(msgspec.json.encode(entry)))
         draft.replace(path)
 
     def remove(self, name: str) -> None:
-        """Forget a deployment that has ended."""
-        for suffix in ("json", "lock"):
-            self._path(name, suffix).unlink(missing_ok=True)
+        """Forget a deployment that has ended; whoever calls this holds its lock."""
+        self._path(name, "json").unlink(missing_ok=True)
+
+    def remove_if_ended(self, name: str) -> None:
+        """Forget a deployment, unless it was started again meanwhile."""
+        try:
+            with self.lock(name):
+                self.remove(name)
+        except ServiceError:
+            return
 
     def lock(self, name: str) -> IO[str]:
         """Take the deployment's lock; closing the returned file frees it.
@@ -115,7 +156,8 @@ class Registry:
             fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             handle.close()
-            holder = next((e.supervisor.pid for e in self._read_all() if e.name == name), None)
+            entry = next((e for e in self._read_all() if e.name == name and e.supervisor), None)
+            holder = entry.supervisor.pid if entry is not None and entry.supervisor else None
             raise ServiceError(
                 f"deployment {name} is already running (pid {holder or 'unknown'}); "
                 f"stop it first: fairlead down {name}"
@@ -129,6 +171,8 @@ class Registry:
         for path in sorted((self.root / "running").glob("*.json")):
             try:
                 yield msgspec.json.decode(path.read_bytes(), type=Running)
+            except FileNotFoundError:  # it ended just now
+                continue
             except (OSError, msgspec.DecodeError) as error:
                 raise ServiceError(
                     f"registry: {path} cannot be read: {error}; delete it if nothing runs"

@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 import os
+import threading
 import time
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Literal
 
 from fairlead.deploy.deployment import Deployment
 from fairlead.deploy.hosts import ROUTER
 from fairlead.errors import ConfigError, ServiceError
-from fairlead.supervisor.backoff import Backoff
 from fairlead.supervisor.child import Child, LineHandler
 from fairlead.supervisor.command_line import service_command, service_environment
 from fairlead.supervisor.ports import check_ports_free
 from fairlead.supervisor.process_table import ProcessId, process_id
 from fairlead.supervisor.registry import Registry, Running, ServiceEntry, running_name
+from fairlead.supervisor.slot import Slot, digests
 
 CommandBuilder = Callable[[Path, Deployment, str, Path], list[str]]
 """Gets the deployment's file and content, a service's name and its state folder."""
@@ -29,23 +30,11 @@ ROUTER_READY_S = 30.0
 
 @dataclass(frozen=True)
 class ServiceEvent:
-    """Something a person should read: a service died, was started again, or is ready."""
+    """Something a person should read: a service died, was (or could not be) started again, ..."""
 
     service: str
-    kind: Literal["died", "restarted", "ready"]
+    kind: Literal["died", "restarted", "ready", "failed"]
     text: str
-
-
-@dataclass
-class _Slot:
-    """One service's place: its process now, and when it may be started again."""
-
-    child: Child
-    started_s: float
-    backoff: Backoff = field(default_factory=Backoff)
-    restart_at_s: float | None = None
-    restarts: int = 0
-    was_ready: bool = False
 
 
 class Supervisor:
@@ -83,7 +72,7 @@ class Supervisor:
         self._build_command = command
         self._clock = clock
         self._is_listed = False
-        self._slots: dict[str, _Slot] = {}
+        self._slots: dict[str, Slot] = {}
         self._lock: IO[str] | None = None
 
     def start(self, order: Sequence[str] | None = None, one_by_one_s: float | None = None) -> None:
@@ -100,12 +89,11 @@ class Supervisor:
         """
         names = self._in_order(order)
         commands = {name: self._command(name) for name in names}
-        self._lock = self._registry.lock(self.name)
+        self.reserve()
         try:
-            self._refuse_leftovers()
             check_ports_free(self.deployment, names)
             for name in names:
-                self._slots[name] = _Slot(self._spawn(name, commands[name]), self._clock())
+                self._slots[name] = self._first_start(name, commands[name])
                 self._write_entry()
                 if one_by_one_s is not None:
                     self.wait_ready(one_by_one_s)
@@ -115,19 +103,46 @@ class Supervisor:
             self.stop(grace_s=0.0)
             raise
 
-    def wait_ready(self, timeout_s: float) -> None:
-        """Wait until every service has said ``ready``.
+    def reserve(self) -> None:
+        """List this deployment as running here, before its first process is started.
 
         Raises:
-            ServiceError: one died first or took too long; with its last lines.
+            ServiceError: it runs already, or something of it does.
+        """
+        if self._lock is not None:
+            return
+        self._lock = self._registry.lock(self.name)
+        try:
+            self._refuse_leftovers()
+            self._write_entry()
+        except BaseException:
+            self.stop(grace_s=0.0)
+            raise
+
+    def wait_ready(
+        self,
+        timeout_s: float,
+        stopping: threading.Event | None = None,
+        on_event: Callable[[ServiceEvent], None] = lambda event: None,
+    ) -> None:
+        """Wait until every service has said ``ready``, or ``stopping`` is set.
+
+        One that dies after it was ready is started again, as later.
+
+        Raises:
+            ServiceError: one died before, or took too long; with its last lines.
         """
         deadline = self._clock() + timeout_s
-        for name, slot in self._slots.items():
-            while not slot.child.ready.wait(POLL_S):
-                self._raise_if_dead()
-                if self._clock() > deadline:
-                    raise ServiceError(self._story(name, f"not ready after {timeout_s:g} s"))
-            slot.was_ready = True
+        while stopping is None or not stopping.is_set():
+            slow = next((n for n, slot in self._slots.items() if not slot.child.ready.is_set()), "")
+            if not slow:
+                break
+            self._raise_if_start_failed()
+            if self._clock() > deadline:
+                raise ServiceError(self._story(slow, f"not ready after {timeout_s:g} s"))
+            for event in self.poll():
+                on_event(event)
+            self._slots[slow].child.ready.wait(POLL_S)
         self._write_entry()
 
     def poll(self) -> list[ServiceEvent]:
@@ -141,9 +156,14 @@ class Supervisor:
                 events.append(self._bury(name, slot))
             elif not slot.was_ready and slot.child.ready.is_set():
                 slot.was_ready = True
-                events.append(ServiceEvent(name, "ready", f"{name} is ready again"))
+                if slot.restarts:
+                    events.append(ServiceEvent(name, "ready", f"{name} is ready again"))
         if events:
-            self._write_entry()
+            try:
+                self._write_entry()
+            except OSError as error:  # `ps` shows what was true before; the services go on
+                text = f"cannot say what runs here: {error.filename}: {error.strerror}"
+                events.append(ServiceEvent("up", "failed", text))
         return events
 
     def pid(self, service: str) -> int:
@@ -203,29 +223,39 @@ class Supervisor:
         except OSError as error:
             raise ServiceError(f"{name}: cannot start {command[0]}: {error.strerror}") from None
 
-    def _restart(self, name: str, slot: _Slot) -> ServiceEvent:
-        slot.child = self._spawn(name, self._command(name))
-        slot.started_s, slot.restart_at_s = self._clock(), None
-        slot.restarts += 1
-        return ServiceEvent(
-            name, "restarted", f"{name} started again (pid {slot.child.pid}, #{slot.restarts})"
-        )
+    def _first_start(self, name: str, command: list[str]) -> Slot:
+        files = digests(command)
+        return Slot(self._spawn(name, command), self._clock(), files)
 
-    def _bury(self, name: str, slot: _Slot) -> ServiceEvent:
+    def _restart(self, name: str, slot: Slot) -> ServiceEvent:
+        try:
+            command = self._command(name)
+            files = digests(command)
+            child = self._spawn(name, command)
+        except Exception as error:  # noqa: BLE001 - whatever it is, the other services go on
+            delay_s = slot.try_later(self._clock(), 0.0)
+            text = f"{name} cannot be started again: {error}; next attempt in {delay_s:g} s"
+            return ServiceEvent(name, "failed", text)
+        changed = slot.replace(child, files, self._clock())
+        text = f"{name} started again (pid {child.pid}, #{slot.restarts})"
+        if changed:
+            text += f", CHANGED since its last start: {', '.join(changed)}"
+        return ServiceEvent(name, "restarted", text)
+
+    def _bury(self, name: str, slot: Slot) -> ServiceEvent:
         status = slot.child.exit_status
         assert status is not None
         slot.child.kill_group()  # what the dead one had started
-        delay_s = slot.backoff.delay_s(self._clock() - slot.started_s)
-        slot.restart_at_s = self._clock() + delay_s
-        slot.was_ready = False
+        delay_s = slot.try_later(self._clock(), self._clock() - slot.started_s)
         return ServiceEvent(
             name, "died", f"{name} {_how_it_ended(status)}; starting it again in {delay_s:g} s"
         )
 
-    def _raise_if_dead(self) -> None:
-        story = self.died()
-        if story is not None:
-            raise ServiceError(story)
+    def _raise_if_start_failed(self) -> None:
+        for name, slot in self._slots.items():
+            status = slot.child.exit_status
+            if status is not None and slot.restarts == 0 and not slot.child.ready.is_set():
+                raise ServiceError(self._story(name, _how_it_ended(status)))
 
     def _story(self, name: str, what: str) -> str:
         lines = "".join(f"\n  [{name}] {line}" for line in self.last_lines(name))
@@ -234,18 +264,23 @@ class Supervisor:
 
     def _refuse_leftovers(self) -> None:
         entry = self._registry.find(self.name)
-        if entry is not None and entry.leftovers:
-            pids = ", ".join(str(process.pid) for process in entry.leftovers)
+        services = entry.services if entry is not None else {}
+        still = [
+            f"{name} (pid {service.running.pid})"
+            for name, service in services.items()
+            if name in self.processes and service.running
+        ]
+        if still:
             raise ServiceError(
-                f"deployment {self.name}: processes of an earlier run are still there "
-                f"(pid {pids}); end them first: fairlead down {self.name}"
+                f"deployment {self.name}: processes that were started before still run: "
+                f"{', '.join(still)}; end them first: fairlead down {self.name}"
             )
 
     def _write_entry(self) -> None:
-        services = {
-            name: ServiceEntry(slot.child.process_id, slot.child.ready.is_set(), slot.restarts)
-            for name, slot in self._slots.items()
-        }
+        if self._slots:
+            services = {name: slot.entry for name, slot in self._slots.items()}
+        else:
+            services = dict.fromkeys(self.processes, ServiceEntry(None, False, 0))
         self._is_listed = True
         own = process_id(os.getpid()) or ProcessId(os.getpid(), 0)
         self._registry.write(

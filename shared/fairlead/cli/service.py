@@ -1,0 +1,60 @@
+"""``fairlead service``: one service of a deployment, as this very process."""
+
+from __future__ import annotations
+
+import os
+from typing import Annotated
+
+import typer
+
+from fairlead.cli.deployment_choice import DeploymentArgument, StateDirOption
+from fairlead.deploy.deployment import load_deployment
+from fairlead.errors import ConfigError, ServiceError, expected
+from fairlead.supervisor import Registry, Running
+from fairlead.supervisor.command_line import service_command, service_environment
+from fairlead.supervisor.ports import check_ports_free
+from fairlead.supervisor.process_table import process_id
+from fairlead.supervisor.registry import ServiceEntry, running_name
+from fairlead.supervisor.this_host import choose_host
+
+EXAMPLE = "fairlead service panda_mujoco hal"
+
+
+def command(
+    deployment: DeploymentArgument,
+    service: Annotated[str, typer.Argument(help="a service's name in that file")],
+    state_dir: StateDirOption = None,
+) -> None:
+    """Run one SERVICE in the foreground, in any order with the others; `up` runs all of them.
+
+    The process becomes the service's own: signals and exit status are its. Nobody starts it
+    again when it dies.
+    """
+    loaded = load_deployment(deployment)
+    if service not in loaded.services:
+        raise ConfigError(
+            expected(f"deployment {loaded.id}", "a service of it", repr(service), loaded.services)
+        )
+    host = choose_host(loaded, loaded.services[service].host or None)
+    name = running_name(loaded, host)
+    _refuse_second(name, service)
+    check_ports_free(loaded, [service])
+    folder = (state_dir or Registry().default_state_dir(name)).absolute()
+    words = service_command(deployment.absolute(), loaded, service, folder / service)
+    (folder / service).mkdir(parents=True, exist_ok=True)
+    own = process_id(os.getpid())
+    entry = {service: ServiceEntry(own, ready=False, restarts=0, by_hand=True)}
+    Registry().write_by_hand(
+        service, Running(name, str(deployment.absolute()), str(folder), None, entry)
+    )
+    os.execve(words[0], words, service_environment())  # noqa: S606 - the command is ours
+
+
+def _refuse_second(name: str, service: str) -> None:
+    entry = Registry().find(name)
+    running = entry.services[service].running if entry and service in entry.services else None
+    if running is not None:
+        raise ServiceError(
+            f"{service} of {name} runs already (pid {running.pid}); again: fairlead restart "
+            f"{service}; end it: fairlead down {name}"
+        )

@@ -1,0 +1,36 @@
+"""A supervisor of two scripts."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+import yaml
+
+from fairlead.supervisor.ports import free_ports
+from tests.supervisor.bench import Bench
+
+
+@pytest.fixture
+def deployment_file(tmp_path: Path) -> Path:
+    ports = free_ports(2)
+    content = {
+        "robot": "panda_mobile",
+        "id": f"r{os.getpid()}",
+        "services": {
+            "hal": {"run": "hal_sim", "listen": f"tcp/127.0.0.1:{ports[0]}"},
+            "runner": {"run": "skill_runner", "listen": f"tcp/127.0.0.1:{ports[1]}"},
+        },
+    }
+    path = tmp_path / "deployment.yaml"
+    path.write_text(yaml.safe_dump(content), encoding="utf-8")
+    return path
+
+
+@pytest.fixture
+def bench(deployment_file: Path, tmp_path: Path) -> Iterator[Bench]:
+    bench = Bench(deployment_file, tmp_path)
+    yield bench
+    bench.supervisor.stop(grace_s=0.0)

@@ -1,0 +1,120 @@
+"""What may go wrong around a restart takes down no other service, and is said."""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+from pathlib import Path
+
+import pytest
+
+from fairlead.errors import ConfigError, ServiceError
+from fairlead.supervisor import ServiceEvent
+from tests.supervisor.bench import WAIT_S, Bench, wait_until
+
+
+def test_a_full_disk_loses_lines_of_the_log_and_nothing_else(bench: Bench) -> None:
+    log = bench.state_dir / "logs" / "hal.log"
+    log.parent.mkdir(parents=True)
+    log.symlink_to("/dev/full")
+    go_on = bench.state_dir / "go on"
+    bench.scripts["hal"] = (
+        f"echo one; echo two; echo 'hal: ready'; while [ ! -e '{go_on}' ]; do sleep 0.05; done; "
+        "echo three; exec sleep 1000"
+    )
+    bench.supervisor.start()
+    bench.supervisor.wait_ready(WAIT_S)
+    said = [line for name, line in bench.lines if name == "hal"]
+    assert said.count(f"{log}: No space left on device; lines are lost") == 1
+    log.unlink()
+    go_on.touch()
+    wait_until(lambda: log.is_file() and "three" in log.read_text(), "the log goes on")
+    assert log.read_text(encoding="utf-8") == "three\n"
+    wait_until(
+        lambda: ("hal", f"{log}: written again; 3 lines were lost") in bench.lines, "it is said"
+    )
+    assert bench.supervisor.last_lines("hal")[:2] == ["one", "two"]
+    assert bench.supervisor.died() is None
+
+
+def test_a_service_that_cannot_be_started_again_is_tried_later_and_the_others_live(
+    bench: Bench,
+) -> None:
+    bench.supervisor.start()
+    bench.supervisor.wait_ready(WAIT_S)
+    runner = bench.supervisor.pid("runner")
+    bench.problem = ConfigError("robot r: no compiled gate file")
+    os.kill(bench.supervisor.pid("hal"), signal.SIGKILL)
+    failed = bench.poll_until("failed")
+    assert failed.text == (
+        "hal cannot be started again: robot r: no compiled gate file; next attempt in 1 s"
+    )
+    bench.problem = RuntimeError("can't start new thread")
+    assert "can't start new thread; next attempt in 2 s" in bench.poll_until("failed").text
+    bench.problem = None
+    assert bench.poll_until("ready").text == "hal is ready again"
+    assert bench.supervisor.pid("runner") == runner
+
+
+def test_a_service_that_was_ready_and_died_while_others_start_is_started_again(
+    bench: Bench, tmp_path: Path
+) -> None:
+    once = tmp_path / "once"
+    bench.scripts["hal"] = f"echo 'hal: ready'; [ -e {once} ] && exec sleep 1000; touch {once}"
+    bench.scripts["runner"] = (
+        f"while [ ! -e {once}2 ]; do sleep 0.05; done; echo 'runner: ready'; exec sleep 1000"
+    )
+    events: list[ServiceEvent] = []
+
+    def on_event(event: ServiceEvent) -> None:
+        events.append(event)
+        if event.kind == "restarted":
+            Path(f"{once}2").touch()
+
+    bench.supervisor.start()
+    bench.supervisor.wait_ready(WAIT_S, on_event=on_event)
+    assert [event.kind for event in events][:2] == ["died", "restarted"]
+
+
+def test_a_start_that_takes_too_long_says_how_long_it_waited(bench: Bench) -> None:
+    bench.scripts["runner"] = "exec sleep 1000"
+    bench.supervisor.start()
+    with pytest.raises(ServiceError, match=r"runner: not ready after 1\.5 s; its last lines"):
+        bench.supervisor.wait_ready(1.5, threading.Event())
+
+
+def test_a_restart_on_a_changed_file_names_it(bench: Bench, tmp_path: Path) -> None:
+    bench.argument = tmp_path / "gate.json"
+    bench.argument.write_text("{}", encoding="utf-8")
+    bench.supervisor.start()
+    bench.supervisor.wait_ready(WAIT_S)
+    os.kill(bench.supervisor.pid("hal"), signal.SIGKILL)
+    assert "CHANGED" not in bench.poll_until("restarted").text
+    bench.argument.write_text('{"limit": 10}', encoding="utf-8")
+    bench.poll_until("ready")
+    os.kill(bench.supervisor.pid("hal"), signal.SIGKILL)
+    text = bench.poll_until("restarted").text
+    assert text.endswith(f"#2), CHANGED since its last start: {bench.argument}")
+
+
+def test_a_deployment_is_listed_before_its_first_process_is_started(bench: Bench) -> None:
+    bench.supervisor.reserve()
+    (entry,) = bench.registry.entries()
+    assert list(entry.services) == ["hal", "runner"]
+    assert [service.process for service in entry.services.values()] == [None, None]
+    with pytest.raises(ServiceError, match="is already running"):
+        bench.another().reserve()
+    bench.supervisor.stop()
+    assert bench.registry.entries() == []
+
+
+def test_a_lock_is_one_lock_whoever_ends_in_between(bench: Bench) -> None:
+    """Deleting a lock file would leave its holder with a lock that nobody else can see."""
+    bench.supervisor.reserve()
+    name = bench.supervisor.name
+    bench.registry.remove_if_ended(name)
+    assert bench.registry.find(name) is not None, "it runs: nothing was forgotten"
+    bench.supervisor.stop()
+    with bench.registry.lock(name), pytest.raises(ServiceError, match="is already running"):
+        bench.another().reserve()
