@@ -20,7 +20,7 @@ def test_started_services_become_ready_and_are_listed(bench: Bench) -> None:
     bench.supervisor.start()
     bench.supervisor.wait_ready(WAIT_S)
     (entry,) = bench.registry.entries()
-    assert entry.supervisor.pid == os.getpid()
+    assert entry.supervisor is not None and entry.supervisor.pid == os.getpid()
     assert [service.ready for service in entry.services.values()] == [True, True]
     assert ("hal", "hal: ready") in bench.lines
     log = bench.state_dir / "logs" / "hal.log"
