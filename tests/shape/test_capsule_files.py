@@ -11,11 +11,10 @@ import pytest
 
 from fairlead.paths import robot_dir
 from fairlead.robot.capsules import load_capsules
+from fairlead.robot.link_poses import link_poses, random_positions
 from fairlead.robot.manifest import load_robot
-from fairlead.shape.capsule_pairs import random_positions
 from fairlead.shape.geometry_distance import links_apart
 from fairlead.shape.geometry_source import geometry_source
-from fairlead.shape.link_poses import link_poses
 from fairlead.shape.robot_shape import RobotShape
 from tests.cli.command import fairlead
 from tests.shape.solid_points import farthest_out

@@ -12,12 +12,12 @@ import pytest
 from fairlead.messages import FloatArray
 from fairlead.robot.capsules import Capsule
 from fairlead.robot.description_tree import description_tree
+from fairlead.robot.link_poses import Poses, link_poses
 from fairlead.robot.manifest import load_robot
 from fairlead.shape.capsule_pairs import CROWDED, CapsulePair, PairRule, find_pairs
 from fairlead.shape.geometry_distance import links_apart
 from fairlead.shape.geometry_source import geometry_source
 from fairlead.shape.link_geometry import with_swept_fingers
-from fairlead.shape.link_poses import Poses, link_poses
 from fairlead.shape.piece import Piece
 from tests.shape.own_robot import NAME, own_robot
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import struct
 from pathlib import Path
 
@@ -124,8 +125,12 @@ def test_a_description_without_geometry_says_what_to_do(
 def test_a_body_that_moves_without_being_a_link_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    own_robot(tmp_path, monkeypatch, yaml=("    panda_link3: body:panda_link3\n", ""))
-    with pytest.raises(ConfigError, match=r"body 'panda_link3' moves on link 'panda_link2'"):
+    link = '<body name="panda_link5"'
+    flap = f'<body name="flap"><joint/><geom size="0.1" mass="1"/></body>{link}'
+    own_robot(tmp_path, monkeypatch, xml=(link, flap))
+    model = tmp_path / NAME / "mine.xml"
+    model.write_text(re.sub(r"<key [^>]*/>", "", model.read_text()))
+    with pytest.raises(ConfigError, match=r"body 'flap' moves on link 'panda_link4'"):
         geometry_source(load_robot(NAME), None)
 
 
@@ -133,5 +138,5 @@ def test_a_frame_of_a_body_that_is_not_there_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     own_robot(tmp_path, monkeypatch, yaml=("body:panda_link3", "body:elbow"))
-    with pytest.raises(ConfigError, match="expected a body, got 'elbow'"):
+    with pytest.raises(ConfigError, match="expected a body of the model for frame panda_link3, got 'elbow'"):
         geometry_source(load_robot(NAME), None)

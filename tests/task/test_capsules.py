@@ -9,9 +9,9 @@ from fairlead.hal.backend import PartCommand
 from fairlead.messages import FloatArray
 from fairlead.robot.capsules import load_capsules
 from fairlead.robot.description_tree import description_tree
+from fairlead.robot.link_poses import link_poses
 from fairlead.robot.manifest import load_robot
 from fairlead.shape.capsule_pairs import capsule_spans, pair_distances
-from fairlead.shape.link_poses import link_poses
 from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
 from tests.task.episode import run_episode
 

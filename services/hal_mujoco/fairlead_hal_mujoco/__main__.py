@@ -18,7 +18,8 @@ def body(context: ServiceContext) -> None:
 
     def equip(robot: RobotManifest) -> Equipment:
         backend = MujocoBackend(robot, context.deployment.profile, options)
-        return Equipment(backend, trace=backend if options.trace else None)
+        trace = backend if options.trace else None
+        return Equipment(backend, trace=trace, frames=backend.frames())
 
     run_hal(context, equip, what="mujoco")
 

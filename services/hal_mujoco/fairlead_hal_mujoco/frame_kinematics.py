@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from fairlead.errors import ConfigError, expected
+from fairlead.hal.mujoco_frames import Frame, find_frame
 from fairlead.messages import FloatArray
 from fairlead.robot.manifest import RobotManifest
 from fairlead_hal_mujoco.servos import Source
@@ -20,14 +20,6 @@ class Pose:
 
     position: FloatArray
     quaternion_wxyz: FloatArray
-
-
-@dataclass(frozen=True)
-class Frame:
-    """A body or a site of the model, by number."""
-
-    is_site: bool
-    index: int
 
 
 class FrameKinematics:
@@ -56,16 +48,7 @@ class FrameKinematics:
         Raises:
             ConfigError: if robot.yaml does not say where it is, or the model has no such thing.
         """
-        known = self._robot.simulator.frames if self._robot.simulator else {}
-        if name not in known:
-            what = "a frame of simulator.frames in robot.yaml"
-            raise ConfigError(expected("hal_mujoco", what, repr(name), known))
-        kind, _, called = known[name].partition(":")
-        sort = mujoco.mjtObj.mjOBJ_SITE if kind == "site" else mujoco.mjtObj.mjOBJ_BODY
-        index = mujoco.mj_name2id(self._model, sort, called)
-        if index < 0:
-            raise ConfigError(expected("hal_mujoco", f"a {kind} of the model", repr(called)))
-        return Frame(kind == "site", index)
+        return find_frame(self._model, self._robot, name, "hal_mujoco")
 
     def place(self, positions: FloatArray) -> None:
         """Put the copy where the commanded joints are at ``positions``, shape ``[n_dof]``."""

@@ -8,7 +8,6 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from fairlead.errors import ConfigError, expected
 from fairlead.hal.backend import (
     BackendDescription,
     FramePose,
@@ -17,6 +16,7 @@ from fairlead.hal.backend import (
     TaskReading,
 )
 from fairlead.hal.kinematic_parts import describe_part
+from fairlead.hal.mujoco_frames import MujocoFrames, base_body
 from fairlead.messages import FloatArray
 from fairlead.paths import robot_dir
 from fairlead.robot.manifest import RobotManifest
@@ -60,7 +60,7 @@ class MujocoBackend:
         self._setpoints = Setpoints(robot, profile, ToolMotion(robot, profile, kinematics))
         self._switch = ServoSwitch(self._model)
         self._shared_by = np.array([len(source.signs) for source in commanded])
-        self._base = _body(self._model, robot)
+        self._base = base_body(self._model, robot, "hal_mujoco")
         self._parts = tuple(describe_part(robot, part, profile) for part in robot.parts)
         self._goal: GoalPose | None = None
         goal = key_qpos(self._model, GOAL_KEY)
@@ -79,6 +79,10 @@ class MujocoBackend:
             cameras=(),
             has_task=self._goal is not None,
         )
+
+    def frames(self) -> MujocoFrames:
+        """Where the model has the robot's frames."""
+        return MujocoFrames(self._model, self._data, self._robot, "hal_mujoco")
 
     def read(self) -> Measurement:
         """Joints as they are after the newest physics step; a gripper is the sum of its fingers."""
@@ -180,14 +184,3 @@ class MujocoBackend:
         """Each joint's position or torque, whichever its servos are switched to."""
         for source, value in zip(self._sources, controls, strict=False):
             self._data.ctrl[list(source.servos)] = source.shares(float(value))
-
-
-def _body(model: mujoco.MjModel, robot: RobotManifest) -> int:
-    """Number of the body that is ``base_link``."""
-    if robot.simulator is None:
-        return 0
-    names = [model.body(index).name for index in range(model.nbody)]
-    name = robot.simulator.base_body
-    if name not in names:
-        raise ConfigError(expected("hal_mujoco", "a body of the model", repr(name), names))
-    return names.index(name)

@@ -48,9 +48,8 @@ def find_sources(model: mujoco.MjModel, robot: RobotManifest) -> tuple[Source, .
         ConfigError: for a joint the model lacks or bounds more tightly than the manifest,
             and for a commanded one without a position servo.
     """
-    names = robot.simulator.joints if robot.simulator else {}
     return tuple(
-        _source(model, joint, names.get(joint.name, (joint.name,)), joint in robot.joints)
+        _source(model, joint, robot.simulator_joints(joint.name), joint in robot.joints)
         for joint in (*robot.joints, *robot.passive_joints)
     )
 

@@ -30,7 +30,7 @@ def _equip(options: HalSimOptions, robot: RobotManifest, profile: str) -> Equipm
 
     backend = RobosuiteBackend(options, robot.tick_period_ns)
     trace = RobosuiteTrace(backend) if options.trace else None
-    return Equipment(backend, _start_cameras(options, robot), trace)
+    return Equipment(backend, _start_cameras(options, robot), trace, backend.frames(robot))
 
 
 def _start_cameras(options: HalSimOptions, robot: RobotManifest) -> CameraFeed | None:

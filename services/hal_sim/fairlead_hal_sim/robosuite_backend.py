@@ -21,7 +21,9 @@ from fairlead.hal.backend import (
     PartCommand,
     TaskReading,
 )
+from fairlead.hal.mujoco_frames import MujocoFrames
 from fairlead.messages import FloatArray, HalCamera
+from fairlead.robot.manifest import RobotManifest
 from fairlead_hal_sim.arm_guard import ArmGuard
 from fairlead_hal_sim.base_frame import BaseMotion
 from fairlead_hal_sim.environment import make_environment, seed_environment
@@ -69,6 +71,11 @@ class RobosuiteBackend:
             cameras=self._cameras,
             has_task=True,
         )
+
+    def frames(self, robot: RobotManifest) -> MujocoFrames:
+        """Where the simulator's model has the frames of a robot."""
+        sim = self.env.sim
+        return MujocoFrames(sim.model._model, sim.data._data, robot, "hal_sim")
 
     def read(self) -> Measurement:
         """Joints from ``qpos``, ``qvel`` and ``qfrc_actuator`` as they are after the newest step.

@@ -27,8 +27,9 @@ def command(
     model: Annotated[
         str | None,
         typer.Option(
-            help="geometry: an MJCF file, or robosuite:NAME; else ROBOT.xml beside robot.yaml, "
-            "else the <collision> elements of its URDF"
+            help="geometry: an MJCF file, robosuite:ROBOT or robosuite:ROBOT+GRIPPER; else "
+            "simulator.model of robot.yaml, else ROBOT.xml beside it, else the <collision> "
+            "elements of its URDF"
         ),
     ] = None,
     most_per_link: Annotated[
@@ -62,6 +63,7 @@ def command(
 
     manifest = load_robot(robot)
     shape = RobotShape(manifest, geometry_source(manifest, model))
+    shape.check_bare_links()
     clearance_m = min(one.self_collision.clearance_m for one in manifest.safety.values())
     capsules = load_capsules(manifest).capsules if check else shape.fitted(most_per_link)
     pairs = shape.pairs(capsules, PairRule(clearance_m, drop_margin_m, samples))
@@ -71,10 +73,11 @@ def command(
         print_json(_document(capsules, pairs, at_rest, clearance_m))
     else:
         _print(capsules, pairs, at_rest)
+        typer.echo(shape.source.agreement)
     if picture is not None:
         _draw(shape, capsules, pairs, picture)
     if check:
-        _check(shape, capsules, pairs)
+        _check(shape, capsules, pairs, quiet=as_json)
     else:
         asked = _again(robot, model, most_per_link, samples, drop_margin_m)
         _write(manifest, asked, capsules, pairs, quiet=as_json)
@@ -167,7 +170,13 @@ def _draw(
         raise ConfigError(f"robot capsules: cannot write {path}: {error.strerror}") from None
 
 
-def _check(shape: RobotShape, capsules: Sequence[Capsule], pairs: Sequence[CapsulePair]) -> None:
+def _check(
+    shape: RobotShape,
+    capsules: Sequence[Capsule],
+    pairs: Sequence[CapsulePair],
+    *,
+    quiet: bool,
+) -> None:
     problems = shape.uncovered(capsules)
     wanted = {(pair.first, pair.second) for pair in pairs if not pair.why_not}
     told = set(load_capsules(shape.robot).checked_pairs)
@@ -177,6 +186,9 @@ def _check(shape: RobotShape, capsules: Sequence[Capsule], pairs: Sequence[Capsu
         typer.echo(f"ERROR {shape.robot.id}: {problem}", err=True)
     if problems:
         raise typer.Exit(1)
+    if not quiet:
+        path = shape.robot.description_path().parent / shape.robot.capsules
+        typer.echo(f"{path} covers the geometry, and has the pairs that follow from it")
 
 
 def _again(

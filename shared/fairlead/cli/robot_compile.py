@@ -21,8 +21,17 @@ def command(
         bool, typer.Option("--check", help="write nothing; exit 1 if a file is not current")
     ] = False,
 ) -> None:
-    """Compile robot.yaml into gate.PROFILE.json, one file for each safety profile."""
+    """Compile robot.yaml into gate.PROFILE.json, one file for each safety profile.
+
+    Where robot.yaml names a simulator's model, or ROBOT.xml lies beside it, its frames are
+    compared with the description's first.
+    """
+    from fairlead.shape.robot_model import robot_model
+
     manifest = load_robot(robot)
+    model = robot_model(manifest, None, "robot compile")
+    if model is not None:
+        typer.echo(model.check())
     stale = []
     for profile in manifest.safety:
         path = robot_dir(robot) / f"gate.{profile}.json"

@@ -22,8 +22,8 @@ def command(
 ) -> None:
     """Print the smallest distance of each checked pair of capsules over a recorded run."""
     from fairlead.robot.description_tree import description_tree
+    from fairlead.robot.link_poses import link_poses
     from fairlead.shape.capsule_pairs import capsule_spans, pair_distances
-    from fairlead.shape.link_poses import link_poses
     from fairlead.shape.recorded_positions import recorded_positions
 
     manifest = load_robot(robot)

@@ -13,12 +13,14 @@ from fairlead.hal.backend import (
     TaskReading,
 )
 from fairlead.hal.camera_feed import CameraFeed
+from fairlead.hal.frame_model import FrameModel
 from fairlead.hal.kinematic_parts import describe_part
 
 __all__ = [
     "Backend",
     "BackendDescription",
     "CameraFeed",
+    "FrameModel",
     "FramePose",
     "Measurement",
     "PartCommand",

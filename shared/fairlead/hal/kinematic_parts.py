@@ -31,16 +31,13 @@ def finger_shares(robot: RobotManifest) -> FloatArray:
     A gripper that is the difference of two fingers opens each by half; others stand at 0.
     """
     shares = np.zeros((len(robot.passive_joints), robot.n_dof))
-    if robot.simulator is None:
-        return shares
-    names = robot.simulator.joints
     for column, joint in enumerate(robot.joint_names):
-        fingers = names.get(joint, ())
+        fingers = robot.simulator_joints(joint)
         if len(fingers) != 2:
             continue
         for row, passive in enumerate(robot.passive_joint_names):
-            if names.get(passive) == (fingers[0],):
+            if robot.simulator_joints(passive) == (fingers[0],):
                 shares[row, column] = 0.5
-            elif names.get(passive) == (fingers[1],):
+            elif robot.simulator_joints(passive) == (fingers[1],):
                 shares[row, column] = -0.5
     return shares

@@ -9,6 +9,8 @@ from dataclasses import dataclass
 
 from fairlead.hal.backend import Backend
 from fairlead.hal.camera_feed import CameraFeed
+from fairlead.hal.frame_check import check_frames
+from fairlead.hal.frame_model import FrameModel
 from fairlead.hal.host import HalHost
 from fairlead.hal.host_settings import HostSettings
 from fairlead.hal.identity import identity_of
@@ -27,11 +29,14 @@ class Equipment:
 
     feed: renders camera frames elsewhere; None for no cameras.
     trace: shows a simulator's state; None records none.
+    frames: the robot's own model of where its frames are, compared with its description before
+    the first tick; None: it has none.
     """
 
     backend: Backend
     feed: CameraFeed | None = None
     trace: TraceSource | None = None
+    frames: FrameModel | None = None
 
 
 def run_hal(
@@ -44,13 +49,18 @@ def run_hal(
         what: the backend's name, for the log.
 
     Raises:
-        ConfigError: if the robot has a HAL already, or the backend does not fit it.
+        ConfigError: if the robot has a HAL already, or the backend does not fit it; if frames are
+            elsewhere than the robot's description has them.
     """
     deployment = context.deployment
     lock = lock_state_folder(context.name, context.state_dir)
     refuse_second_hal(context.name, context.bus, deployment.keys)
     robot = load_robot(deployment.robot)
     equipment = equip(robot)
+    log = logging.getLogger(context.name)
+    if equipment.frames is not None:
+        here = equipment.backend.read().positions
+        log.info(check_frames(robot, equipment.frames, here, context.name, stands="the start"))
     session = secrets.randbits(63) + 1
     host = HalHost(
         HostSettings(context.name, deployment.keys, deployment.pacing, session),
@@ -61,9 +71,7 @@ def run_hal(
         equipment.feed,
         equipment.trace,
     )
-    logging.getLogger(context.name).info(
-        "session %x, %s, %s backend", session, deployment.pacing, what
-    )
+    log.info("session %x, %s, %s backend", session, deployment.pacing, what)
     announce_ready(context)
     host.run(context.stopping)
     lock.close()

@@ -13,6 +13,7 @@ import re
 from pydantic import BaseModel
 
 from fairlead.errors import ConfigError, expected
+from fairlead.robot.bare_links import check_bare_links
 from fairlead.robot.capsules import CapsuleFile, load_capsules
 from fairlead.robot.description_tree import DescriptionTree, Link, description_tree
 from fairlead.robot.gate_geometry import Json, compiled_base, compiled_shape, compiled_workspace
@@ -37,8 +38,9 @@ def compile_gate_config(robot: RobotManifest, profile: str) -> str:
 
     Raises:
         ConfigError: if the robot has no such profile, or its description is not one tree of
-            measured joints, or lacks a frame that a mode or an end effector names; or if a
-            source or a name is longer than the gate keeps, or a list longer than it has room for.
+            measured joints, or lacks a frame that a mode or an end effector names; if a link has
+            no capsule and robot.yaml does not say why; if a source or a name is longer than the
+            gate keeps, or a list longer than it has room for.
     """
     safety = robot.profile(profile)
     tree = description_tree(robot)
@@ -63,6 +65,8 @@ def compile_gate_config(robot: RobotManifest, profile: str) -> str:
         "protocol": safety.protocol.model_dump(),
     }
     check_room(robot, config)
+    covered = {capsule.link for capsule in capsules.capsules}
+    check_bare_links(robot, tree, covered, f"robot {robot.id}: {robot.capsules}")
     text = json.dumps(config, indent=2, ensure_ascii=True, allow_nan=False) + "\n"
     return _NUMBER_LIST.sub(_on_one_line, text)
 

@@ -35,6 +35,9 @@ class RobotManifest(BaseModel):
     parts: tuple[Part, ...] = Field(min_length=1)
     end_effectors: tuple[EndEffector, ...] = ()
     simulator: SimulatorNames | None = None
+    no_collision_geometry: dict[str, str] = Field(
+        default_factory=dict, description="links without capsules, and why that is no loss"
+    )
     safety: dict[ProfileName, SafetyProfile] = Field(min_length=1)
 
     @field_validator("id")
@@ -44,6 +47,14 @@ class RobotManifest(BaseModel):
             return check_name("robot id", value)
         except ConfigError as error:
             raise ValueError(str(error)) from None
+
+    @field_validator("no_collision_geometry")
+    @classmethod
+    def _says_why(cls, links: dict[str, str]) -> dict[str, str]:
+        for link, why in links.items():
+            if not why.strip():
+                raise ValueError(f"{link}: expected why no capsule is no loss, got {why!r}")
+        return links
 
     @field_validator("description", "capsules")
     @classmethod
@@ -102,8 +113,9 @@ class RobotManifest(BaseModel):
     def robot_hash(self) -> bytes:
         """SHA-256 of what the robot is: this manifest and its description file.
 
-        The safety block and the capsules are left out: they have a hash of their own for each
-        profile, that of the gate's file. So are sources, which are prose. Everything else counts,
+        The safety block and the robot's shape are left out: they have a hash of their own for each
+        profile, that of the gate's file. So are sources, which are prose, and what only the
+        comparison with a simulator's model goes by. Everything else counts,
         limits, hold laws and frames too: two processes that disagree on one of them mean two
         robots.
 
@@ -115,6 +127,8 @@ class RobotManifest(BaseModel):
             exclude={
                 "safety": True,
                 "capsules": True,
+                "no_collision_geometry": True,
+                "simulator": {"frame_tolerance", "model"},
                 "joints": {"__all__": {"source"}},
                 "passive_joints": {"__all__": {"source"}},
             },
@@ -151,6 +165,11 @@ class RobotManifest(BaseModel):
         raise ConfigError(
             expected(f"robot {self.id}", "a joint", repr(name), self.measured_joint_names)
         )
+
+    def simulator_joints(self, joint: str) -> tuple[str, ...]:
+        """What the simulator calls a joint: two names are the fingers of an opening."""
+        named = {} if self.simulator is None else self.simulator.joints
+        return named.get(joint, (joint,))
 
     def end_effector(self, name: str) -> EndEffector:
         """The end effector of that name; `ConfigError` lists those there are."""

@@ -68,18 +68,40 @@ class EndEffector(BaseModel):
     actuated: bool
 
 
+class FrameTolerance(BaseModel):
+    """How far a frame of the simulator may be from where the description has it."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    distance_m: float = Field(default=1e-4, gt=0, le=0.01, allow_inf_nan=False)
+    angle_rad: float = Field(default=1e-4, gt=0, le=0.02, allow_inf_nan=False)
+
+
 class SimulatorNames(BaseModel):
     """How the simulator calls what the manifest names.
 
     base_body: the body whose pose is ``base_link``; its pose is ``odom -> base_link``.
-    joints: simulator joints of each joint; where there are two, the joint is their
-    difference (a two-finger gripper's total opening).
+    joints: simulator joints of each joint, one that is not named here being called alike; where
+    there are two, the joint is their difference (a two-finger gripper's total opening).
     frames: ``body:NAME`` or ``site:NAME`` of each frame the description shares with the
     simulator.
+    frame_tolerance: how well both have to agree on where those are.
+    model: an MJCF file in the robot's folder, or ``robosuite:ROBOT`` or
+    ``robosuite:ROBOT+GRIPPER``; None: ``<robot>.xml``, where there is one.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     base_body: str
-    joints: dict[str, tuple[str, ...]]
+    joints: dict[str, tuple[str, ...]] = Field(default_factory=dict)
     frames: dict[str, str]
+    frame_tolerance: FrameTolerance = FrameTolerance()
+    model: str | None = None
+
+    @field_validator("frames")
+    @classmethod
+    def _bodies_and_sites(cls, frames: dict[str, str]) -> dict[str, str]:
+        for name, reference in frames.items():
+            if not reference.startswith(("body:", "site:")):
+                raise ValueError(expected(name, "body:NAME or site:NAME", repr(reference)))
+        return frames

@@ -35,7 +35,7 @@ def reference_problems(
     problems += _base_problems(joints, base_joints)
     problems += _tool_problems(joints, parts, end_effectors)
     if simulator is not None:
-        problems += same_names("simulator.joints", measured, simulator.joints)
+        problems += same_names("simulator.joints", measured, {**measured, **simulator.joints})
         for name, sources in simulator.joints.items():
             if not 1 <= len(sources) <= 2:
                 problems.append(

@@ -10,12 +10,12 @@ import numpy as np
 import numpy.typing as npt
 
 from fairlead.messages import FloatArray
+from fairlead.robot.bare_links import is_swept
 from fairlead.robot.capsules import Capsule
 from fairlead.robot.description_tree import DescriptionTree
+from fairlead.robot.link_poses import Poses, link_poses, random_positions
 from fairlead.robot.manifest import RobotManifest
 from fairlead.shape.distance import segment_distance
-from fairlead.shape.link_geometry import is_swept
-from fairlead.shape.link_poses import Poses, link_poses
 
 BoolArray = npt.NDArray[np.bool_]
 
@@ -120,20 +120,6 @@ def _without_crowded(
                 f"in {touch.mean():.0%}; in each of those another checked pair is near"
             )
     return [replace(one, why_not=excused.get(one, one.why_not)) for one in pairs]
-
-
-def random_positions(
-    robot: RobotManifest, tree: DescriptionTree, samples: int
-) -> dict[str, FloatArray]:
-    """Positions ``[samples]`` of each joint of the description, anywhere within its limits."""
-    rng = np.random.default_rng(0)
-    found = {}
-    for link in tree.links:
-        if link.joint is not None:
-            joint = robot.joint(link.joint)
-            low, high = (joint.lower, joint.upper) if joint.has_bounds else (-np.pi, np.pi)
-            found[link.joint] = rng.uniform(low, high, samples)
-    return found
 
 
 def capsule_spans(

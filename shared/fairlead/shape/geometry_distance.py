@@ -8,8 +8,8 @@ import mujoco
 import numpy as np
 
 from fairlead.messages import FloatArray
+from fairlead.robot.link_poses import Poses
 from fairlead.shape.geometry_source import GeometrySource
-from fairlead.shape.link_poses import Poses
 
 _FAR_M = 1.0  # farther apart is told as this
 _NUDGE_M, _TRIES = 1e-6, 5

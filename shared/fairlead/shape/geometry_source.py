@@ -1,24 +1,26 @@
-"""Where the geometry of a robot's links comes from: its URDF, an MJCF file, or robosuite."""
+"""Where the geometry of a robot's links comes from: a model of it, or its URDF."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from pathlib import Path
 
 import mujoco
 import numpy as np
 
-from fairlead.errors import ConfigError, expected
+from fairlead.errors import ConfigError
 from fairlead.messages import FloatArray
-from fairlead.paths import robot_dir
+from fairlead.robot.description_tree import description_tree
+from fairlead.robot.link_poses import link_poses
 from fairlead.robot.manifest import RobotManifest
 from fairlead.shape.link_geometry import Geometry
 from fairlead.shape.model_geometry import body_pieces, geom_pose, solid_geoms
+from fairlead.shape.robot_model import RobotModel, robot_model
 from fairlead.shape.urdf_model import urdf_model
 
-ROBOSUITE = "robosuite:"
-_HOME = "home"
+Carrier = tuple[str, FloatArray, FloatArray]
+"""A link, and the pose of a body in its frame: rotation and translation [m]."""
+_WHO = "robot capsules"
 
 
 @dataclass(frozen=True)
@@ -26,13 +28,14 @@ class GeometrySource:
     """A compiled model whose bodies are the robot's links.
 
     name: as a person would write it. rest: joint positions of the robot at rest, as far as
-    the model says them [rad or m].
+    the model says them [rad or m]. agreement: how well its frames are the description's.
     """
 
     name: str
     model: mujoco.MjModel
-    carriers: Mapping[int, tuple[str, FloatArray, FloatArray]]
+    carriers: Mapping[int, Carrier]
     rest: Mapping[str, float]
+    agreement: str
 
     def geometry(self) -> Geometry:
         """Pieces of each link, in its frame."""
@@ -52,83 +55,66 @@ class GeometrySource:
 
 
 def geometry_source(robot: RobotManifest, model: str | None) -> GeometrySource:
-    """The source a person names, else the robot's MJCF file, else its URDF.
-
-    Args:
-        model: an MJCF file, or ``robosuite:NAME`` for one of robosuite's robots.
+    """The geometry of the model that `robot_model` finds, else of the robot's URDF.
 
     Raises:
-        ConfigError: no geometry there, or bodies that are no links of the robot.
+        ConfigError: no geometry there, bodies that are no links of the robot, or links elsewhere
+            than the robot's description has them.
     """
-    own = robot_dir(robot.id) / f"{robot.id}.xml"
-    if model is not None and model.startswith(ROBOSUITE):
-        return _of_robosuite(robot, model)
-    if model is not None or own.is_file():
-        path = Path(model) if model is not None else own
-        compiled = _compiled(path)
-        key = mujoco.mj_name2id(compiled, mujoco.mjtObj.mjOBJ_KEY, _HOME)
-        rest = compiled.key_qpos[key] if key >= 0 else compiled.qpos0
-        return _of_model(robot, str(path), compiled, rest)
+    found = robot_model(robot, model, _WHO)
+    if found is not None:
+        return _of_model(found)
     compiled = urdf_model(robot)
     links = {body: str(compiled.body(body).name) for body in range(1, compiled.nbody)}
     still = (np.eye(3), np.zeros(3))
+    carriers = {body: (link, *still) for body, link in links.items()}
+    agreement = f"{robot.description}: geometry and frames are of one file"
+    return GeometrySource(robot.description, compiled, carriers, {}, agreement)
+
+
+def _of_model(found: RobotModel) -> GeometrySource:
+    agreement = found.check()
+    links = _links(found)
+    carriers = {
+        body: carrier
+        for body in range(1, found.model.nbody)
+        if (carrier := _carrier(found.model, body, links, found.name)) is not None
+    }
+    measured = zip(found.robot.measured_joint_names, found.frames.positions(), strict=True)
     return GeometrySource(
-        robot.description, compiled, {body: (link, *still) for body, link in links.items()}, {}
+        found.name, found.model, carriers, {n: float(p) for n, p in measured}, agreement
     )
 
 
-def _compiled(path: Path) -> mujoco.MjModel:
-    if not path.is_file():
-        raise ConfigError(f"robot capsules: expected an MJCF file, got none at {path}")
-    try:
-        return mujoco.MjModel.from_xml_path(str(path))
-    except ValueError as error:
-        raise ConfigError(f"robot capsules: {path}: {' '.join(str(error).split())}") from None
+def _links(found: RobotModel) -> dict[int, Carrier]:
+    """The link of each body that carries a frame of the robot, and where it is in that link.
 
-
-def _of_robosuite(robot: RobotManifest, name: str) -> GeometrySource:
-    try:
-        from fairlead_hal_sim.environment import make_environment
-        from fairlead_hal_sim.options import SimulatorOptions
-    except ImportError as error:
-        raise ConfigError(f"robot capsules: {name}: cannot load robosuite: {error}") from None
-
-    options = SimulatorOptions(robot=name.removeprefix(ROBOSUITE))
-    environment = make_environment(options, 1e3 / robot.control_period_ms, offscreen=False)
-    environment.reset()
-    model, rest = environment.sim.model._model, np.array(environment.sim.data.qpos)
-    return _of_model(robot, name, model, rest)
-
-
-def _of_model(
-    robot: RobotManifest, name: str, model: mujoco.MjModel, rest: FloatArray
-) -> GeometrySource:
-    if robot.simulator is None:
-        raise ConfigError(f"robot capsules: {name}: robot.yaml says of no body which link it is")
-    links = {}
-    for link, reference in robot.simulator.frames.items():
-        kind, _, called = reference.partition(":")
-        body = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, called)
-        if kind == "body" and body < 0:
-            raise ConfigError(expected(f"robot capsules: {name}", "a body", repr(called)))
-        if kind == "body":
-            links[body] = link
-    positions = {}
-    for joint, sources in robot.simulator.joints.items():
-        if len(sources) == 1:
-            address = int(model.jnt_qposadr[model.joint(sources[0]).id])
-            positions[joint] = float(rest[address])
-    carriers = {
-        body: carrier
-        for body in range(1, model.nbody)
-        if (carrier := _carrier(model, body, links, name)) is not None
-    }
-    return GeometrySource(name, model, carriers, positions)
+    A body may be called otherwise, or lie otherwise, than its link: where robot.yaml names a site
+    for the link, capsules are told in the site's frame. Where it names both for one body, the
+    body's own frame is the link's.
+    """
+    robot, data = found.robot, found.data
+    mujoco.mj_kinematics(found.model, data)
+    tree = description_tree(robot)
+    rest = dict(zip(robot.measured_joint_names, found.frames.positions(), strict=True))
+    moving = {link.joint: np.array([rest[link.joint]]) for link in tree.links if link.joint}
+    poses = link_poses(tree, moving)
+    base = found.frames.base
+    root, origin = data.xmat[base].reshape(3, 3), data.xpos[base]
+    links: dict[int, Carrier] = {}
+    by_body_first = sorted(found.frames.frames.items(), key=lambda item: item[1].is_site)
+    for link, frame in by_body_first:
+        body, T_root_link = frame.body(found.model), poses[link]
+        turned = T_root_link.rotation[0].T
+        place = root.T @ (data.xpos[body] - origin) - T_root_link.translation[0]
+        rotation = turned @ root.T @ data.xmat[body].reshape(3, 3)
+        links.setdefault(body, (link, rotation, turned @ place))
+    return links
 
 
 def _carrier(
-    model: mujoco.MjModel, body: int, links: Mapping[int, str], name: str
-) -> tuple[str, FloatArray, FloatArray] | None:
+    model: mujoco.MjModel, body: int, links: Mapping[int, Carrier], name: str
+) -> Carrier | None:
     """The link a body belongs to and its pose in that link's frame, None if it is no part of it."""
     rotation, translation, moved = np.eye(3), np.zeros(3), False
     start = body
@@ -140,6 +126,9 @@ def _carrier(
         moved = moved or int(model.body_jntnum[body]) > 0
         body = int(model.body_parentid[body])
     if body and moved:
-        who, called = f"robot capsules: {name}: body {model.body(start).name!r}", links[body]
+        who, called = f"{_WHO}: {name}: body {model.body(start).name!r}", links[body][0]
         raise ConfigError(f"{who} moves on link {called!r} and has no frame in robot.yaml")
-    return (links[body], rotation, translation) if body else None
+    if not body:
+        return None
+    link, turned, shift = links[body]
+    return link, turned @ rotation, turned @ translation + shift

@@ -8,9 +8,10 @@ from itertools import pairwise
 import numpy as np
 
 from fairlead.messages import FloatArray
+from fairlead.robot.bare_links import is_swept
 from fairlead.robot.description_tree import DescriptionTree, Link
+from fairlead.robot.link_poses import Poses, motion, placement
 from fairlead.robot.manifest import RobotManifest
-from fairlead.shape.link_poses import Poses, motion, placement
 from fairlead.shape.piece import Piece
 
 Geometry = dict[str, list[Piece]]
@@ -32,12 +33,6 @@ def with_swept_fingers(
             carried = geometry.pop(link.name)
             geometry[link.parent] += [part for one in carried for part in _swept(robot, link, one)]
     return {name: pieces for name, pieces in geometry.items() if pieces}
-
-
-def is_swept(robot: RobotManifest, link: Link) -> bool:
-    """Whether a link is a finger that no command moves by itself."""
-    passive = link.joint in robot.passive_joint_names
-    return passive and robot.joint(link.joint or "").role == "gripper"
 
 
 def _swept(robot: RobotManifest, link: Link, piece: Piece) -> list[Piece]:

@@ -11,8 +11,10 @@ import numpy as np
 from fairlead.errors import ConfigError
 from fairlead.messages import FloatArray
 from fairlead.record.capsule_picture import RoundedHull
+from fairlead.robot.bare_links import check_bare_links, is_swept
 from fairlead.robot.capsules import MAX_CAPSULES, MAX_PAIRS, Capsule
 from fairlead.robot.description_tree import DescriptionTree, description_tree
+from fairlead.robot.link_poses import Poses, link_poses
 from fairlead.robot.manifest import RobotManifest
 from fairlead.shape.capsule_pairs import (
     CapsulePair,
@@ -25,8 +27,7 @@ from fairlead.shape.coverage import sticking_out
 from fairlead.shape.fit import Fitted, fit_capsules
 from fairlead.shape.geometry_distance import links_apart
 from fairlead.shape.geometry_source import GeometrySource
-from fairlead.shape.link_geometry import Geometry, is_swept, with_swept_fingers
-from fairlead.shape.link_poses import Poses, link_poses
+from fairlead.shape.link_geometry import Geometry, with_swept_fingers
 
 _DIGITS = 4  # of lengths in m
 _ROUNDING_M = 1e-9
@@ -48,6 +49,15 @@ class RobotShape:
     def geometry(self) -> Geometry:
         """Pieces of each link, fingers given to what carries them."""
         return with_swept_fingers(self.robot, self.tree, self.source.geometry())
+
+    def check_bare_links(self) -> None:
+        """Whether robot.yaml says why of each link without geometry.
+
+        Raises:
+            ConfigError: naming each of which it does not.
+        """
+        who = f"robot capsules: {self.source.name}"
+        check_bare_links(self.robot, self.tree, self.geometry, who)
 
     def fitted(self, most_per_link: int) -> tuple[Capsule, ...]:
         """Capsules around every link.

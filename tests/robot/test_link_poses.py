@@ -7,9 +7,8 @@ import pinocchio as pin
 import pytest
 
 from fairlead.robot.description_tree import description_tree
+from fairlead.robot.link_poses import link_poses, random_positions
 from fairlead.robot.manifest import load_robot
-from fairlead.shape.capsule_pairs import random_positions
-from fairlead.shape.link_poses import link_poses
 
 
 @pytest.mark.parametrize("name", ["panda", "panda_mobile", "dual_panda"])

@@ -6,9 +6,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
-from fairlead.messages import FloatArray
 from fairlead.robot.description_tree import DescriptionTree, Link
+from fairlead.robot.manifest import RobotManifest
+
+FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -42,6 +45,20 @@ def link_poses(tree: DescriptionTree, positions: Mapping[str, FloatArray]) -> di
             placed.then(*motion(link, positions[link.joint])) if link.joint else placed
         )
     return poses
+
+
+def random_positions(
+    robot: RobotManifest, tree: DescriptionTree, samples: int
+) -> dict[str, FloatArray]:
+    """Positions ``[samples]`` of each joint of the description, anywhere within its limits."""
+    rng = np.random.default_rng(0)
+    found = {}
+    for link in tree.links:
+        if link.joint is not None:
+            joint = robot.joint(link.joint)
+            low, high = (joint.lower, joint.upper) if joint.has_bounds else (-np.pi, np.pi)
+            found[link.joint] = rng.uniform(low, high, samples)
+    return found
 
 
 def placement(link: Link) -> tuple[FloatArray, FloatArray]:

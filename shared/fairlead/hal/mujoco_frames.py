@@ -1,0 +1,162 @@
+"""Where a MuJoCo model has the frames of a robot: for simulated HALs, and for the robot's shape.
+
+Frames and joints go by ``simulator`` in robot.yaml; a robot without that block calls both as
+the model does, and its base frame is the model's world.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from fairlead.errors import ConfigError, expected
+from fairlead.hal.backend import FramePose
+from fairlead.messages import FloatArray
+from fairlead.robot.description_tree import description_tree
+from fairlead.robot.manifest import RobotManifest
+
+WORLD_BODY = 0
+
+
+@dataclass(frozen=True)
+class Frame:
+    """A body or a site of the model, by number."""
+
+    is_site: bool
+    index: int
+
+    def body(self, model: mujoco.MjModel) -> int:
+        """The body that carries it."""
+        return int(model.site_bodyid[self.index]) if self.is_site else self.index
+
+
+def find_frame(model: mujoco.MjModel, robot: RobotManifest, name: str, who: str) -> Frame:
+    """The frame that the description calls ``name``.
+
+    Raises:
+        ConfigError: if robot.yaml does not say where it is, or the model has no such thing.
+    """
+    if robot.simulator is None:
+        reference = f"site:{name}" if _number(model, "site", name) >= 0 else f"body:{name}"
+    elif name in robot.simulator.frames:
+        reference = robot.simulator.frames[name]
+    else:
+        what = "a frame of simulator.frames in robot.yaml"
+        raise ConfigError(expected(who, what, repr(name), robot.simulator.frames))
+    kind, _, called = reference.partition(":")
+    index = _number(model, kind, called)
+    if index < 0:
+        raise ConfigError(expected(who, f"a {kind} of the model for frame {name}", repr(called)))
+    return Frame(kind == "site", index)
+
+
+def base_body(model: mujoco.MjModel, robot: RobotManifest, who: str) -> int:
+    """Number of the body that is the robot's base frame.
+
+    Raises:
+        ConfigError: naming the model's bodies, if it has none of that name.
+    """
+    if robot.simulator is None:
+        return WORLD_BODY
+    names = [model.body(index).name for index in range(model.nbody)]
+    name = robot.simulator.base_body
+    if name not in names:
+        raise ConfigError(expected(who, "a body of the model", repr(name), names))
+    return names.index(name)
+
+
+class MujocoFrames:
+    """The model's geometry on a copy of its state: nothing here moves the simulation.
+
+    Implements `fairlead.hal.frame_model.FrameModel`.
+
+    Attributes:
+        base: number of the body that is the robot's base frame.
+        frames: body or site of each frame of the description that the model has.
+
+    Args:
+        data: the simulation, for where the robot stands and what no joint of the robot moves.
+        who: what complains.
+
+    Raises:
+        ConfigError: a link that a joint moves, or a tool's frame, that robot.yaml has no name of
+            the model for; a name that the model does not have.
+    """
+
+    def __init__(
+        self, model: mujoco.MjModel, data: mujoco.MjData, robot: RobotManifest, who: str
+    ) -> None:
+        self._model, self._live, self._copy = model, data, mujoco.MjData(model)
+        self._robot = robot
+        self.base = base_body(model, robot, who)
+        wanted = _wanted(robot)
+        known = wanted if robot.simulator is None else list(robot.simulator.frames)
+        missing = [name for name in wanted if name not in known]
+        if missing:
+            raise ConfigError(
+                f"{who}: simulator.frames in robot.yaml: missing {', '.join(missing)}; each link "
+                "that a joint moves and each tool's frame is compared with a body or a site"
+            )
+        self.frames = {name: find_frame(model, robot, name, who) for name in known}
+        self._addresses = {
+            joint.name: [_address(model, name, joint.name, who) for name in names]
+            for joint in (*robot.joints, *robot.passive_joints)
+            if (names := robot.simulator_joints(joint.name))
+        }
+
+    def positions(self) -> FloatArray:
+        """The measured joints where the simulation stands, in wire order [rad or m]."""
+        qpos = self._live.qpos
+        return np.array(
+            [
+                float(qpos[first] - sum(qpos[other] for other in others))
+                for first, *others in self._addresses.values()
+            ]
+        )
+
+    def frame_poses(self, positions: FloatArray | None) -> Sequence[FramePose]:
+        """As `FrameModel.frame_poses`."""
+        self._copy.qpos[:] = self._live.qpos
+        if positions is not None:
+            for addresses, position in zip(self._addresses.values(), positions, strict=True):
+                if len(addresses) == 1:  # a gripper's opening is told by its fingers
+                    self._copy.qpos[addresses] = position
+        mujoco.mj_kinematics(self._model, self._copy)
+        return [self._pose(name, frame) for name, frame in self.frames.items()]
+
+    def _pose(self, name: str, frame: Frame) -> FramePose:
+        data, base, rotation_wxyz = self._copy, self.base, np.zeros(4)
+        position = data.site_xpos[frame.index] if frame.is_site else data.xpos[frame.index]
+        matrix = data.site_xmat[frame.index] if frame.is_site else data.xmat[frame.index]
+        root = data.xmat[base].reshape(3, 3)
+        mujoco.mju_mat2Quat(rotation_wxyz, (root.T @ matrix.reshape(3, 3)).ravel())
+        return FramePose(
+            self._robot.base_frame,
+            name,
+            root.T @ (position - data.xpos[base]),
+            rotation_wxyz[[1, 2, 3, 0]],
+        )
+
+
+def _wanted(robot: RobotManifest) -> list[str]:
+    """Frames that must not go uncompared: what joints move, and what tools are."""
+    moved = [link.name for link in description_tree(robot).links if link.joint is not None]
+    return list(dict.fromkeys([*moved, *(tool.tool_frame for tool in robot.end_effectors)]))
+
+
+def _number(model: mujoco.MjModel, kind: str, name: str) -> int:
+    sort = mujoco.mjtObj.mjOBJ_SITE if kind == "site" else mujoco.mjtObj.mjOBJ_BODY
+    return int(mujoco.mj_name2id(model, sort, name))
+
+
+def _address(model: mujoco.MjModel, name: str, joint: str, who: str) -> int:
+    index = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, name)
+    if index < 0:
+        valid = [model.joint(number).name for number in range(model.njnt)]
+        raise ConfigError(
+            expected(who, f"a joint of the model for joint {joint}", repr(name), valid)
+        )
+    return int(model.jnt_qposadr[index])
