@@ -24,7 +24,7 @@ PUBLIC = {
         *("PolicyError", "RefusedError", "ServiceError", "TransportError", "expected"),
     },
     "fairlead.hal": {
-        *("Backend", "BackendDescription", "CameraFeed", "FramePose", "Measurement"),
+        *("Backend", "BackendDescription", "CameraFeed", "FrameModel", "FramePose", "Measurement"),
         *("PartCommand", "TaskReading", "describe_part"),
     },
     "fairlead.hal.process": {"Equipment", "run_hal"},

@@ -138,5 +138,7 @@ def test_a_frame_of_a_body_that_is_not_there_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     own_robot(tmp_path, monkeypatch, yaml=("body:panda_link3", "body:elbow"))
-    with pytest.raises(ConfigError, match="expected a body of the model for frame panda_link3, got 'elbow'"):
+    with pytest.raises(
+        ConfigError, match="expected a body of the model for frame panda_link3, got 'elbow'"
+    ):
         geometry_source(load_robot(NAME), None)
