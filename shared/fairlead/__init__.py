@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from fairlead.robot.manifest import RobotManifest, load_robot
     from fairlead.skill.bindings import StateContractBindings
     from fairlead.skill.manifest import SkillManifest, load_skill
-    from fairlead.wire.bus import Bus
+    from fairlead.wire.bus import Bus, Qos, Sample
     from fairlead.wire.memory_bus import MemoryBus
     from fairlead.wire.session import Endpoints, ZenohBus
 
@@ -40,8 +40,10 @@ __all__ = [
     "FairleadError",
     "Keys",
     "MemoryBus",
+    "Qos",
     "RobotClient",
     "RobotManifest",
+    "Sample",
     "SkillManifest",
     "StateContractBindings",
     "ZenohBus",
@@ -58,8 +60,10 @@ _HOME = {
     "FairleadError": "errors",
     "Keys": "keys",
     "MemoryBus": "wire.memory_bus",
+    "Qos": "wire.bus",
     "RobotClient": "operate.client",
     "RobotManifest": "robot.manifest",
+    "Sample": "wire.bus",
     "SkillManifest": "skill.manifest",
     "StateContractBindings": "skill.bindings",
     "ZenohBus": "wire.session",

@@ -48,9 +48,9 @@ class LayoutError(FairleadError):
     """A layout vector cannot be assembled.
 
     Attributes:
-        kind: ``missing_frame``, ``stale_frame``, ``loop``, ``missing_joint``,
-            ``missing_tick``, ``not_finite``, ``wrong_width``, ``unknown_skill`` or
-            ``no_assembler``.
+        kind: ``missing_frame``, ``stale_frame``, ``contested_frame``, ``loop``,
+            ``missing_joint``, ``missing_tick``, ``not_finite``, ``wrong_width``,
+            ``unknown_skill`` or ``no_assembler``.
         name: the frame, joint or layout concerned.
         parent: the frame the lookup started from, "" where there is none.
         age_ticks: how old the newest usable transform is, in ticks; -1 if there is none.

@@ -6,6 +6,8 @@ import pytest
 
 from fairlead.robot.manifest import RobotManifest, load_robot
 from fairlead_state_assembler.core import AssemblerCore
+from fairlead_state_assembler.publishers import Publishers
+from fairlead_state_assembler.skill_view import SkillView
 from tests.assembler.robot_feed import SKILL, RobotFeed
 
 
@@ -22,7 +24,7 @@ def feed(robot: RobotManifest) -> RobotFeed:
 @pytest.fixture
 def core(robot: RobotManifest, feed: RobotFeed) -> AssemblerCore:
     """Wants the oracle's layout, knows the static transforms, has seen no joints."""
-    core = AssemblerCore(robot)
-    core.want(SKILL)
-    assert core.on_transforms(feed.static(1)) == []
+    core = AssemblerCore(robot, Publishers())
+    core.want(SkillView(SKILL))
+    assert core.on_transforms(feed.static(1), "hal") == []
     return core

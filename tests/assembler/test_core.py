@@ -18,6 +18,8 @@ from fairlead.robot.manifest import RobotManifest
 from fairlead.skill.manifest import load_skill
 from fairlead_state_assembler import ForwardKinematics, LocalAssembler
 from fairlead_state_assembler.core import AssemblerCore, Output
+from fairlead_state_assembler.publishers import Publishers
+from fairlead_state_assembler.skill_view import SkillView
 from tests.assembler.robot_feed import SKILL, RobotFeed, layouts
 
 
@@ -28,11 +30,11 @@ def links(outputs: list[Output]) -> list[TransformBatch]:
 def test_nothing_is_published_before_the_first_joint_state(
     core: AssemblerCore, feed: RobotFeed
 ) -> None:
-    assert core.on_transforms(feed.moving(1)) == []
+    assert core.on_transforms(feed.moving(1), "hal") == []
 
 
 def test_joints_after_transforms_are_answered_at_once(core: AssemblerCore, feed: RobotFeed) -> None:
-    core.on_transforms(feed.moving(1))
+    core.on_transforms(feed.moving(1), "hal")
     outputs = core.on_joints(feed.joints(1))
     assert [item.skill for item in outputs] == [SKILL, None]
     [state] = layouts(outputs)
@@ -49,7 +51,7 @@ def test_joints_after_transforms_are_answered_at_once(core: AssemblerCore, feed:
 def test_service_and_local_assembler_agree_bit_for_bit(
     core: AssemblerCore, feed: RobotFeed, robot: RobotManifest
 ) -> None:
-    core.on_transforms(feed.moving(1))
+    core.on_transforms(feed.moving(1), "hal")
     [state] = layouts(core.on_joints(feed.joints(1)))
 
     def frame_poses(batch: TransformBatch) -> list[FramePose]:
@@ -83,14 +85,14 @@ def test_joints_before_transforms_wait_and_are_answered_when_they_come(
     core: AssemblerCore, feed: RobotFeed
 ) -> None:
     assert layouts(core.on_joints(feed.joints(1))) == []
-    [state] = layouts(core.on_transforms(feed.moving(1)))
+    [state] = layouts(core.on_transforms(feed.moving(1), "hal"))
     assert (state.tick, state.fault) == (1, None)
 
 
 def test_transform_missing_until_the_next_joints_is_a_fault_naming_frame_parent_and_age(
     core: AssemblerCore, feed: RobotFeed
 ) -> None:
-    core.on_transforms(feed.moving(1))
+    core.on_transforms(feed.moving(1), "hal")
     core.on_joints(feed.joints(1))
     assert layouts(core.on_joints(feed.joints(2))) == []
     [state] = layouts(core.on_joints(feed.joints(3)))
@@ -100,17 +102,17 @@ def test_transform_missing_until_the_next_joints_is_a_fault_naming_frame_parent_
         "stale_frame", "base_link", "odom", 1,
     )  # fmt: skip
     assert state.fault.text == (
-        "transforms: odom -> base_link is stale at tick 2: the newest before it is 1 tick(s) "
-        "old, allowed 0"
+        "transforms: odom -> base_link (from hal) is stale at tick 2: the newest before it is 1 "
+        "tick(s) old, allowed 0"
     )
 
 
 def test_frame_that_was_never_published_is_a_fault_at_the_next_joints(
     core: AssemblerCore, feed: RobotFeed
 ) -> None:
-    core.on_transforms(feed.moving(1, "base_link", "object"))
+    core.on_transforms(feed.moving(1, "base_link", "object"), "hal")
     core.on_joints(feed.joints(1))
-    core.on_transforms(feed.moving(2, "base_link", "object"))
+    core.on_transforms(feed.moving(2, "base_link", "object"), "hal")
     [state] = layouts(core.on_joints(feed.joints(2)))
     assert state.fault is not None
     assert (state.tick, state.fault.kind, state.fault.name, state.fault.parent) == (
@@ -121,10 +123,10 @@ def test_frame_that_was_never_published_is_a_fault_at_the_next_joints(
 def test_transform_lost_once_is_interpolated_when_the_next_one_comes(
     core: AssemblerCore, feed: RobotFeed
 ) -> None:
-    core.on_transforms(feed.moving(1))
+    core.on_transforms(feed.moving(1), "hal")
     core.on_joints(feed.joints(1))
     assert layouts(core.on_joints(feed.joints(2))) == []
-    [state] = layouts(core.on_transforms(feed.moving(3)))
+    [state] = layouts(core.on_transforms(feed.moving(3), "hal"))
     assert (state.tick, state.oldest_tick, state.fault) == (2, 1, None)
 
 
@@ -152,8 +154,8 @@ def test_frame_that_its_publisher_sends_no_more_is_a_fault_at_once(
         "stale_frame", "object", 1,
     )  # fmt: skip
     assert state.fault.text == (
-        "transforms: odom -> object is stale at tick 2: the newest before it is 1 tick(s) old, "
-        "allowed 0; hal sends its transforms without it now"
+        "transforms: odom -> object (from hal) is stale at tick 2: the newest before it is 1 "
+        "tick(s) old, allowed 0; hal sends its transforms without it now"
     )
 
 
@@ -170,20 +172,18 @@ def test_another_publishers_batch_says_nothing_of_a_frame(
 
 
 def test_loop_is_a_fault_at_once(core: AssemblerCore, feed: RobotFeed) -> None:
-    core.on_transforms(feed.moving(1), "hal")
-    core.on_joints(feed.joints(1))
-    core.on_transforms(feed.looped(2), "hal")
-    [state] = layouts(core.on_joints(feed.joints(2)))
+    core.on_transforms(feed.looped(1), "hal")
+    [state] = layouts(core.on_joints(feed.joints(1)))
     assert state.fault is not None
-    assert (state.tick, state.fault.kind) == (2, "loop")
+    assert (state.tick, state.fault.kind) == (1, "loop")
 
 
 def test_repeated_tick_is_answered_with_the_identical_bytes(
     core: AssemblerCore, feed: RobotFeed
 ) -> None:
-    core.on_transforms(feed.moving(1))
+    core.on_transforms(feed.moving(1), "hal")
     first = core.on_joints(feed.joints(1))
-    assert core.on_transforms(feed.moving(1)) == []
+    assert core.on_transforms(feed.moving(1), "hal") == []
     assert core.on_joints(feed.joints(1)) == first
     assert core.on_joints(feed.joints(1)) == first
 
@@ -207,7 +207,7 @@ def test_fault_is_no_answer_the_layout_follows_when_the_transforms_come(
     for _ in range(3):
         outputs = core.on_joints(feed.joints(1))
     assert layouts(outputs)[0].fault is not None
-    [state] = layouts(core.on_transforms(feed.moving(1)))
+    [state] = layouts(core.on_transforms(feed.moving(1), "hal"))
     assert (state.tick, state.fault) == (1, None)
     assert layouts(core.on_joints(feed.joints(1))) == [state]
 
@@ -215,11 +215,11 @@ def test_fault_is_no_answer_the_layout_follows_when_the_transforms_come(
 def test_skill_wanted_while_the_world_waits_is_answered_for_the_current_tick(
     robot: RobotManifest, feed: RobotFeed
 ) -> None:
-    core = AssemblerCore(robot)
-    core.on_transforms(feed.static(1))
-    core.on_transforms(feed.moving(1))
+    core = AssemblerCore(robot, Publishers())
+    core.on_transforms(feed.static(1), "hal")
+    core.on_transforms(feed.moving(1), "hal")
     assert layouts(core.on_joints(feed.joints(1))) == []
-    _, outputs = core.want(SKILL)
+    outputs = core.want(SkillView(SKILL))
     assert [state.tick for state in layouts(outputs)] == [1]
 
 
@@ -227,13 +227,14 @@ def test_skill_no_longer_wanted_is_no_longer_assembled(
     core: AssemblerCore, feed: RobotFeed
 ) -> None:
     core.unwant(SKILL)
-    core.on_transforms(feed.moving(1))
+    core.on_transforms(feed.moving(1), "hal")
     assert [item.skill for item in core.on_joints(feed.joints(1))] == [None]
 
 
 def test_unknown_skill_is_a_fault_at_every_tick(robot: RobotManifest, feed: RobotFeed) -> None:
-    core = AssemblerCore(robot)
-    view, outputs = core.want("no-such-skill")
+    core = AssemblerCore(robot, Publishers())
+    view = SkillView("no-such-skill")
+    outputs = core.want(view)
     assert outputs == []
     assert str(view.refusal).startswith("skill 'no-such-skill': no file ")
     core.on_joints(feed.joints(1))
@@ -248,15 +249,15 @@ def test_unknown_skill_is_a_fault_at_every_tick(robot: RobotManifest, feed: Robo
 def test_slow_localiser_is_used_up_to_its_declared_age(
     robot: RobotManifest, feed: RobotFeed
 ) -> None:
-    core = AssemblerCore(robot, {"goal": 5})
-    core.want(SKILL)
-    core.on_transforms(feed.static(1))
-    core.on_transforms(feed.moving(1))
+    core = AssemblerCore(robot, Publishers(), {"goal": 5})
+    core.want(SkillView(SKILL))
+    core.on_transforms(feed.static(1), "hal")
+    core.on_transforms(feed.moving(1, "goal"), "tracker")
     for tick in range(1, 7):
-        core.on_transforms(feed.moving(tick, "base_link", "object"))
+        core.on_transforms(feed.moving(tick, "base_link", "object"), "hal")
         [state] = layouts(core.on_joints(feed.joints(tick)))
         assert (state.tick, state.oldest_tick, state.fault) == (tick, 1, None)
-    core.on_transforms(feed.moving(7, "base_link", "object"))
+    core.on_transforms(feed.moving(7, "base_link", "object"), "hal")
     assert layouts(core.on_joints(feed.joints(7))) == []
     [state] = layouts(core.on_joints(feed.joints(8)))
     assert state.fault is not None

@@ -14,7 +14,7 @@ from tests.assembler.robot_feed import RobotFeed, layouts
 
 
 def test_older_joint_state_is_ignored(core: AssemblerCore, feed: RobotFeed) -> None:
-    core.on_transforms(feed.moving(5))
+    core.on_transforms(feed.moving(5), "hal")
     core.on_joints(feed.joints(5))
     assert core.on_joints(feed.joints(4)) == []
 
@@ -22,27 +22,27 @@ def test_older_joint_state_is_ignored(core: AssemblerCore, feed: RobotFeed) -> N
 def test_new_episode_does_not_use_transforms_from_before_it(
     core: AssemblerCore, feed: RobotFeed
 ) -> None:
-    core.on_transforms(feed.moving(4))
+    core.on_transforms(feed.moving(4), "hal")
     core.on_joints(feed.joints(4))
     feed.episode_tick = 6
     assert layouts(core.on_joints(feed.joints(6))) == []
-    core.on_transforms(feed.static(6))
-    [state] = layouts(core.on_transforms(feed.moving(6)))
+    core.on_transforms(feed.static(6), "hal")
+    [state] = layouts(core.on_transforms(feed.moving(6), "hal"))
     assert (state.tick, state.episode_tick, state.oldest_tick) == (6, 6, 6)
 
 
 def test_new_session_is_answered_from_its_own_data_and_the_old_one_ignored(
     core: AssemblerCore, feed: RobotFeed, robot: RobotManifest
 ) -> None:
-    core.on_transforms(feed.moving(9))
+    core.on_transforms(feed.moving(9), "hal")
     core.on_joints(feed.joints(9))
     restarted = RobotFeed(robot, session=12)
-    core.on_transforms(restarted.static(1))
-    core.on_transforms(restarted.moving(1))
+    core.on_transforms(restarted.static(1), "hal")
+    core.on_transforms(restarted.moving(1), "hal")
     [state] = layouts(core.on_joints(restarted.joints(1)))
     assert (state.session, state.tick, state.fault) == (12, 1, None)
     assert core.on_joints(feed.joints(10)) == []
-    assert core.on_transforms(feed.moving(10)) == []
+    assert core.on_transforms(feed.moving(10), "hal") == []
 
 
 def test_new_session_whose_transforms_come_first_is_never_mixed_with_the_old_joints(
@@ -50,8 +50,8 @@ def test_new_session_whose_transforms_come_first_is_never_mixed_with_the_old_joi
 ) -> None:
     core.on_joints(feed.joints(9))
     restarted = RobotFeed(robot, session=12)
-    core.on_transforms(restarted.static(9))
-    assert core.on_transforms(restarted.moving(9)) == []
+    core.on_transforms(restarted.static(9), "hal")
+    assert core.on_transforms(restarted.moving(9), "hal") == []
 
 
 def test_joint_state_of_another_robot_is_refused(core: AssemblerCore, feed: RobotFeed) -> None:

@@ -4,17 +4,21 @@ import socket
 import subprocess
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
-import pytest
 import yaml
 
 from fairlead.keys import Keys
 from fairlead.messages import JointState, LayoutState, TransformBatch, decode
-from fairlead.wire.bus import Qos
+from fairlead.robot.manifest import RobotManifest
+from fairlead.wire.bus import Qos, Sample
 from fairlead.wire.session import Endpoints, ZenohBus
-from tests.assembler.robot_feed import SKILL, RobotFeed
+from fairlead_state_assembler.core import AssemblerCore
+from fairlead_state_assembler.publishers import Publishers
+from fairlead_state_assembler.skill_view import SkillView
+from tests.assembler.robot_feed import SKILL, RobotFeed, layouts
 
 KEYS = Keys("panda_mobile")
 DEADLINE_S = 20.0
@@ -30,10 +34,11 @@ def deployment_file(folder: Path, **options: object) -> tuple[Path, str]:
     endpoint = f"tcp/127.0.0.1:{free_port()}"
     path = folder / "deployment.yaml"
     service = {"run": "state_assembler", "listen": endpoint, "options": options}
+    hal = {"run": "hal_sim", "listen": f"tcp/127.0.0.1:{free_port()}"}  # this test itself
     content = {
         "robot": "panda_mobile",
         "id": "panda_mobile",
-        "services": {"state_assembler": service},
+        "services": {"state_assembler": service, "hal": hal},
     }
     path.write_text(yaml.safe_dump(content))
     return path, endpoint
@@ -52,46 +57,76 @@ def start(path: Path, folder: Path) -> subprocess.Popen[str]:
     )
 
 
-@pytest.fixture
-def bus(tmp_path: Path) -> Iterator[ZenohBus]:
-    """A session beside the running service, once that is alive."""
-    path, endpoint = deployment_file(tmp_path)
-    process = start(path, tmp_path)
-    bus = ZenohBus(Endpoints(connect=[endpoint]))
-    alive = threading.Event()
-    bus.watch_tokens(KEYS.alive("state_assembler"), lambda _, on: alive.set() if on else None)
-    try:
+class World:
+    """A session beside one running service: what the HAL and a tracker would send."""
+
+    def __init__(self, endpoint: str) -> None:
+        self.bus = ZenohBus(Endpoints(connect=[endpoint]))
+        self._states: list[LayoutState] = []
+        self._answered, alive = threading.Event(), threading.Event()
+        token = KEYS.alive("state_assembler")
+        self.bus.watch_tokens(token, lambda _, on: alive.set() if on else None)
         assert alive.wait(DEADLINE_S), "the assembler did not come up"
-        yield bus
+        self.bus.subscribe(KEYS.layout(SKILL), self._on_layout)
+        self._tf = self.bus.publisher(KEYS.tf("hal"), TransformBatch, Qos.HOT)
+        self._tracker = self.bus.publisher(KEYS.tf("tracker"), TransformBatch, Qos.HOT)
+        self._joints = self.bus.publisher(KEYS.joints, JointState, Qos.HOT)
+        self.bus.declare_token(KEYS.want_layout(SKILL))
+
+    def _on_layout(self, sample: Sample) -> None:
+        self._states.append(decode(LayoutState, sample.payload))
+        self._answered.set()
+
+    def first_answer(
+        self, feed: RobotFeed, tick: int, by_tracker: Sequence[TransformBatch]
+    ) -> LayoutState:
+        """Send a tick again and again until it is answered."""
+        for _ in range(int(DEADLINE_S / 0.1)):
+            self._tf.put(feed.static(tick))
+            self._tf.put(feed.moving(tick, "base_link", "goal"))
+            for batch in by_tracker:
+                self._tracker.put(batch)
+            self._joints.put(feed.joints(tick))
+            if self._answered.wait(0.1):
+                return next((s for s in self._states if s.fault is None), self._states[0])
+        raise AssertionError("no layout")
+
+
+@contextmanager
+def service(path: Path, folder: Path, *, kill: bool = False) -> Iterator[None]:
+    """The process for a moment; killed in the end, or asked to end."""
+    process = start(path, folder)
+    try:
+        yield
     finally:
-        bus.close()
-        process.terminate()
+        if kill:
+            process.kill()
+        else:
+            process.terminate()
         output, _ = process.communicate(timeout=DEADLINE_S)
-        assert process.returncode == 0, output
+    assert kill or process.returncode == 0, output
 
 
-def test_wanted_layout_follows_transforms_and_joints_over_zenoh(
-    bus: ZenohBus, feed: RobotFeed
+def test_layout_follows_over_zenoh_and_after_a_kill_comes_from_the_hal_of_now_alone(
+    tmp_path: Path, feed: RobotFeed, robot: RobotManifest
 ) -> None:
-    states: list[LayoutState] = []
-    answered = threading.Event()
-
-    def on_layout(payload: bytes) -> None:
-        states.append(decode(LayoutState, payload))
-        answered.set()
-
-    bus.subscribe(KEYS.layout(SKILL), lambda sample: on_layout(sample.payload))
-    tf = bus.publisher(KEYS.tf("hal"), TransformBatch, Qos.HOT)
-    joints = bus.publisher(KEYS.joints, JointState, Qos.HOT)
-    bus.declare_token(KEYS.want_layout(SKILL))
-    for _ in range(int(DEADLINE_S / 0.1)):  # a tick is repeated until it is answered
-        tf.put(feed.static(1))
-        tf.put(feed.moving(1))
-        joints.put(feed.joints(1))
-        if answered.wait(0.1):
-            break
-    assert answered.is_set(), "no layout"
-    assert (states[0].tick, states[0].skill, states[0].fault) == (1, SKILL, None)
+    path, endpoint = deployment_file(tmp_path)
+    with service(path, tmp_path, kill=True):
+        world = World(endpoint)
+        state = world.first_answer(feed, 1, [feed.moving(1, "object")])
+        assert (state.tick, state.skill, state.fault) == (1, SKILL, None)
+        world.bus.close()
+    core = AssemblerCore(robot, Publishers())
+    core.want(SkillView(SKILL))
+    core.on_transforms(feed.static(2), "hal")
+    core.on_transforms(feed.moving(2), "hal")
+    [wanted] = layouts(core.on_joints(feed.joints(2)))
+    gone = RobotFeed(robot, session=3)  # the tracker goes on with what a dead HAL told it
+    with service(path, tmp_path):
+        world = World(endpoint)
+        batches = [gone.moving(900, "object"), feed.moving(2, "object")]
+        assert world.first_answer(feed, 2, batches) == wanted
+        world.bus.close()
 
 
 def test_unknown_option_ends_the_process_with_one_line(tmp_path: Path) -> None:

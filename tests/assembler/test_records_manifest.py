@@ -15,6 +15,8 @@ from fairlead.skill.admission import admission_problems
 from fairlead.skill.manifest import SkillManifest, load_skill
 from fairlead_state_assembler import ForwardKinematics
 from fairlead_state_assembler.core import AssemblerCore
+from fairlead_state_assembler.publishers import Publishers
+from fairlead_state_assembler.skill_view import SkillView
 from tests.assembler.robot_feed import SKILL, RobotFeed
 from tests.repo.tree import ROOT
 
@@ -54,10 +56,10 @@ def checkout(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Checkout:
 
 def answer(robot: RobotManifest, feed: RobotFeed) -> LayoutState:
     """What the assembler publishes for skill ``record`` at tick 1."""
-    core = AssemblerCore(robot)
-    core.want("record")
-    core.on_transforms(feed.static(1))
-    core.on_transforms(feed.moving(1))
+    core = AssemblerCore(robot, Publishers())
+    core.want(SkillView("record"))
+    core.on_transforms(feed.static(1), "hal")
+    core.on_transforms(feed.moving(1), "hal")
     outputs = [*core.on_joints(feed.joints(1)), *core.on_joints(feed.joints(2))]
     return next(decode(LayoutState, out.payload) for out in outputs if out.skill == "record")
 

@@ -197,14 +197,6 @@ def test_loop_is_shown_instead_of_followed() -> None:
     assert (error.kind, error.name, error.parent) == ("loop", "c", "odom")
 
 
-def test_new_parent_replaces_everything_known_of_the_frame() -> None:
-    buffer = buffer_with()
-    buffer.add("odom", "object", pose(1.0), 1, is_static=False)
-    buffer.add("hand", "object", pose(2.0), 2, is_static=False)
-    assert buffer.lookup("hand", "object", 2)[0].translation[0] == 2.0
-    assert error_of(buffer, "odom", "object", 1).kind == "missing_frame"
-
-
 def test_history_is_bounded_and_keeps_the_newest() -> None:
     buffer = buffer_with()
     for tick in range(1, 500):

@@ -1,17 +1,22 @@
 """The assembler on a bus, in one process."""
 
 import logging
+import threading
+from pathlib import Path
 
 import pytest
+import yaml
 
 from fairlead.errors import ConfigError
 from fairlead.keys import Keys
 from fairlead.messages import JointState, LayoutState, TransformBatch, decode, encode
+from fairlead.paths import SKILLS_VARIABLE, rskill_dir
 from fairlead.robot.manifest import RobotManifest
 from fairlead.wire.bus import Qos, Sample
 from fairlead.wire.memory_bus import MemoryBus
 from fairlead_state_assembler.core import AssemblerCore
 from fairlead_state_assembler.options import read_options
+from fairlead_state_assembler.publishers import Publishers
 from fairlead_state_assembler.transport import AssemblerTransport
 from tests.assembler.robot_feed import SKILL, RobotFeed
 
@@ -26,7 +31,9 @@ class Wire:
         self.seen: list[Sample] = []
         self.bus.subscribe(KEYS.layout(SKILL), self.seen.append)
         self.bus.subscribe(KEYS.tf("state_assembler"), self.seen.append)
-        self.transport = AssemblerTransport(self.bus, KEYS, "state_assembler", AssemblerCore(robot))
+        self.transport = AssemblerTransport(
+            self.bus, KEYS, "state_assembler", AssemblerCore(robot, Publishers())
+        )
         self.tf = self.bus.publisher(KEYS.tf("hal"), TransformBatch, Qos.HOT)
         self.joints = self.bus.publisher(KEYS.joints, JointState, Qos.HOT)
 
@@ -89,6 +96,25 @@ def test_skill_that_cannot_be_loaded_is_logged_with_its_reason(
     assert caplog.messages[0].startswith(
         "cannot assemble for no-such-skill: skill 'no-such-skill': no file "
     )
+
+
+def test_ticks_are_answered_while_a_long_manifest_is_read(
+    wire: Wire, feed: RobotFeed, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    manifest = yaml.safe_load((rskill_dir(SKILL) / "rskill.yaml").read_text())
+    manifest |= {"id": "long", "policy": {"backend": "constant", "options": {"row": [0.5] * 8000}}}
+    (tmp_path / "long").mkdir()
+    (tmp_path / "long" / "rskill.yaml").write_text(yaml.safe_dump(manifest))
+    monkeypatch.setenv(SKILLS_VARIABLE, str(tmp_path))
+    wanted = threading.Thread(
+        target=wire.bus.declare_token, args=(KEYS.want_layout("long"),), daemon=True
+    )
+    wanted.start()
+    ticks = 0
+    while wanted.is_alive():
+        ticks += 1
+        wire.tick(feed, ticks)
+    assert ticks > 10
 
 
 def test_closed_transport_listens_no_more(wire: Wire, feed: RobotFeed) -> None:

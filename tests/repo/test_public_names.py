@@ -16,6 +16,7 @@ from tests.repo.tree import ROOT
 PUBLIC = {
     "fairlead": {
         *("Bus", "ControlMode", "Deployment", "Endpoints", "FairleadError", "Keys", "MemoryBus"),
+        *("Qos", "Sample"),
         *("RobotClient", "RobotManifest", "SkillManifest", "StateContractBindings", "ZenohBus"),
         *("load_deployment", "load_robot", "load_skill"),
     },

@@ -8,15 +8,18 @@ from fairlead.robot.manifest import load_robot
 from fairlead.service import ServiceContext, announce_ready, run_service
 from fairlead_state_assembler.core import AssemblerCore
 from fairlead_state_assembler.options import read_options
+from fairlead_state_assembler.publishers import Publishers
 from fairlead_state_assembler.transport import AssemblerTransport
 
 
 def assemble(context: ServiceContext) -> None:
     """Assemble until the process is asked to stop."""
     options = read_options(context.name, context.options)
-    robot = load_robot(context.deployment.robot)
-    core = AssemblerCore(robot, options.max_age_ticks)
-    transport = AssemblerTransport(context.bus, context.deployment.keys, context.name, core)
+    deployment = context.deployment
+    robot = load_robot(deployment.robot)
+    publishers = Publishers(deployment.hal, context.name, deployment.localiser)
+    core = AssemblerCore(robot, publishers, options.max_age_ticks)
+    transport = AssemblerTransport(context.bus, deployment.keys, context.name, core)
     announce_ready(context)
     context.stopping.wait()
     transport.close()

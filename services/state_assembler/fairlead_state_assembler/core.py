@@ -28,6 +28,7 @@ from fairlead.robot.manifest import RobotManifest
 from fairlead_state_assembler.forward_kinematics import ForwardKinematics
 from fairlead_state_assembler.joint_positions import JointPositions
 from fairlead_state_assembler.pose_decoding import SE3
+from fairlead_state_assembler.publishers import Publishers
 from fairlead_state_assembler.skill_view import Moment, SkillView
 from fairlead_state_assembler.transform_buffer import TransformBuffer
 
@@ -46,33 +47,36 @@ class AssemblerCore:
 
     Args:
         robot: whose joint states these are.
+        publishers: who sends which transforms.
         max_age_ticks: see `TransformBuffer`.
     """
 
     def __init__(
-        self, robot: RobotManifest, max_age_ticks: Mapping[str, int] | None = None
+        self,
+        robot: RobotManifest,
+        publishers: Publishers,
+        max_age_ticks: Mapping[str, int] | None = None,
     ) -> None:
         self._robot = robot
         self._kinematics = ForwardKinematics(robot)
-        self._buffer = TransformBuffer(max_age_ticks)
+        owners = publishers.of_frames(self._kinematics.base_frame, self._kinematics.frames)
+        self._buffer = TransformBuffer(max_age_ticks, owners, publishers.hal)
         self._index = {name: i for i, name in enumerate(robot.measured_joint_names)}
         self._views: dict[str, SkillView] = {}
         self._moment: Moment | None = None
         self._repeats = 0
         self._links = b""
 
-    def want(self, skill: str) -> tuple[SkillView, list[Output]]:
+    def want(self, view: SkillView) -> list[Output]:
         """Start assembling for a skill, with the current tick if there is one."""
-        view = self._views.get(skill)
-        if view is None:
-            view = self._views[skill] = SkillView(skill)
-        return view, self._answers([view], give_up=view.refusal is not None)
+        view = self._views.setdefault(view.skill, view)
+        return self._answers([view], give_up=view.refusal is not None)
 
     def unwant(self, skill: str) -> None:
         """Stop assembling for a skill."""
         self._views.pop(skill, None)
 
-    def on_transforms(self, batch: TransformBatch, publisher: str = "") -> list[Output]:
+    def on_transforms(self, batch: TransformBatch, publisher: str) -> list[Output]:
         """Take transforms; whatever waited for them is answered now.
 
         Args:

@@ -5,18 +5,22 @@ a tick (dynamic) or for good (static). A lookup walks the tree at one tick; each
 transform on the way is the one of that tick, or interpolated between its neighbours (for
 frames with a declared maximum age: between two that are no further away), or, for frames
 with a declared maximum age, the newest older one.
+
+A frame has one publisher and one parent, and is static or dynamic. A transform that says
+otherwise is not taken, and the frame cannot be looked up while somebody sends such ones.
 """
 
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import pinocchio as pin
 
 from fairlead.messages import TransformBatch
 from fairlead_state_assembler import lookup_errors
+from fairlead_state_assembler.lookup_errors import Claim
 from fairlead_state_assembler.pose_decoding import SE3, decode_pose
 
 HISTORY_TICKS = 64  # transforms kept per frame: 3.2 s at 20 Hz, beyond any declared age
@@ -31,7 +35,12 @@ class _Branch:
     ticks: list[int] = field(default_factory=list)
     poses: list[SE3] = field(default_factory=list)
     static_tick: int = 0
-    publisher: str = ""  # of the newest transform, where it came in a batch
+    publisher: str = ""  # "" where it came in no batch
+
+    def says(self) -> Claim:
+        """What its publisher says of the frame, without the numbers."""
+        newest = self.static_tick if self.is_static else self.ticks[-1]
+        return Claim(self.publisher, self.parent, self.is_static, newest)
 
 
 class TransformBuffer:
@@ -40,10 +49,22 @@ class TransformBuffer:
     Args:
         max_age_ticks: by child frame, how many ticks old its newest transform may be
             when there is none for the tick asked for; 0 for every frame not named.
+        owners: by child frame, the only publisher that may send it. Other frames belong to
+            whoever sends them first in an episode.
+        hal: the publisher whose batches open a new session; anybody else's may be left over
+            from a HAL that is gone. "" for any.
     """
 
-    def __init__(self, max_age_ticks: Mapping[str, int] | None = None) -> None:
+    def __init__(
+        self,
+        max_age_ticks: Mapping[str, int] | None = None,
+        owners: Mapping[str, str] | None = None,
+        hal: str = "",
+    ) -> None:
         self._max_age = dict(max_age_ticks or {})
+        self._owners = dict(owners or {})
+        self._hal = hal
+        self._rivals: dict[str, Claim] = {}  # newest transform of a frame that was not taken
         self._branches: dict[str, _Branch] = {}
         self._session = 0
         self._left_sessions: set[int] = set()
@@ -62,6 +83,7 @@ class TransformBuffer:
             self._left_sessions.add(self._session)
             self._session, self._episode_tick = session, 0
             self._branches.clear()
+            self._rivals.clear()
             self._published.clear()
         if episode_tick > self._episode_tick:
             self._episode_tick = episode_tick
@@ -69,14 +91,14 @@ class TransformBuffer:
         return True
 
     def add_batch(self, batch: TransformBatch, publisher: str = "") -> bool:
-        """Take one message's transforms; a newer session is followed at once.
+        """Take one message's transforms; a newer session of the HAL's is followed at once.
 
         Args:
             publisher: who sent it. A frame that its publisher's newest batch lacks is known
                 not to come; without a name it may still be on its way.
 
         Returns:
-            False if it was dropped: a session already left, or before this episode.
+            False if it was dropped: another session than the HAL's, or before this episode.
 
         Raises:
             MessageError: for a transform that is not 3 + 4 finite numbers with a
@@ -86,28 +108,38 @@ class TransformBuffer:
             (item.parent, item.child, decode_pose(item.child, item.translation, item.rotation_xyzw))
             for item in batch.transforms
         ]
+        if publisher != self._hal != "" and batch.session != self._session:
+            return False
         if not self.enter(batch.session, 0) or batch.tick < self._episode_tick:
             return False
         for parent, child, pose in poses:
-            self.add(parent, child, pose, batch.tick, is_static=batch.is_static)
-            self._branches[child].publisher = publisher
+            claim = Claim(publisher, parent, batch.is_static, batch.tick)
+            self._take(child, claim, pose)
         if publisher and not batch.is_static:
             self._published[publisher] = max(batch.tick, self._published.get(publisher, 0))
         return True
 
     def add(self, parent: str, child: str, pose: SE3, tick: int, *, is_static: bool) -> None:
-        """Take one transform T_parent_child [m] measured at ``tick``.
+        """Take one transform T_parent_child [m] measured at ``tick``, by nobody in particular.
 
-        A frame has one parent: a new one replaces what was known of the frame.
+        As the frame's owner, if it has one.
         """
+        publisher = self._owners.get(child, "")
+        self._take(child, Claim(publisher, parent, is_static, tick), pose)
+
+    def _take(self, child: str, claim: Claim, pose: SE3) -> None:
         branch = self._branches.get(child)
-        if branch is None or branch.parent != parent or branch.is_static != is_static:
-            branch = self._branches[child] = _Branch(parent, is_static)
-        if is_static:
-            if tick >= branch.static_tick:
-                branch.static_tick, branch.poses = tick, [pose]
+        if not self._is_owners(child, claim, branch):
+            self._rivals[child] = claim
             return
-        index = bisect_left(branch.ticks, tick)
+        if branch is None:
+            branch = _Branch(claim.parent, claim.is_static, publisher=claim.publisher)
+            self._branches[child] = branch
+        if claim.is_static:
+            if claim.tick >= branch.static_tick:
+                branch.static_tick, branch.poses = claim.tick, [pose]
+            return
+        tick, index = claim.tick, bisect_left(branch.ticks, claim.tick)
         if index < len(branch.ticks) and branch.ticks[index] == tick:
             branch.poses[index] = pose
             return
@@ -115,6 +147,13 @@ class TransformBuffer:
         branch.poses.insert(index, pose)
         if len(branch.ticks) > HISTORY_TICKS:
             del branch.ticks[0], branch.poses[0]
+
+    def _is_owners(self, child: str, claim: Claim, branch: _Branch | None) -> bool:
+        """Whether a transform is the frame's, and not one of a second publisher or kind."""
+        if self._owners.get(child, claim.publisher) != claim.publisher:
+            return False
+        known = (claim.publisher, claim.parent, claim.is_static)
+        return branch is None or (branch.publisher, branch.parent, branch.is_static) == known
 
     def at(self, tick: int) -> TransformsAtTick:
         """A view for lookups at one tick, which also remembers the oldest input used."""
@@ -125,15 +164,18 @@ class TransformBuffer:
 
         Raises:
             LayoutError: ``missing_frame`` (unknown or not connected), ``stale_frame``
-                (too old), ``missing_tick`` (only newer ones known) or ``loop``.
+                (too old), ``missing_tick`` (only newer ones known), ``loop`` or
+                ``contested_frame`` (sent by two, or in two ways).
         """
         above_parent = self._ancestors(parent, child)
         above_child = self._ancestors(child, parent)
         known = set(above_parent)
         common = next((frame for frame in above_child if frame in known), None)
         if common is None:
+            self._refuse_contested([*above_child, *above_parent], tick)
             roots = above_parent[-1], above_child[-1]
-            raise lookup_errors.unconnected(parent, child, roots, self.frames)
+            owed = [(frame, self._owners[frame]) for frame in roots if frame in self._owners]
+            raise lookup_errors.unconnected(parent, child, roots, self.frames, owed)
         T_common_child, oldest_child = self._chain(above_child, common, tick)
         T_common_parent, oldest_parent = self._chain(above_parent, common, tick)
         pose = T_common_child if common == parent else T_common_parent.actInv(T_common_child)
@@ -151,12 +193,21 @@ class TransformBuffer:
     def _chain(self, path: list[str], ancestor: str, tick: int) -> tuple[SE3, int]:
         """T_ancestor_frame along ``path`` (frame first) and its oldest dynamic tick."""
         pose, oldest = pin.SE3.Identity(), tick
-        for frame in path:
-            if frame == ancestor:
-                break
+        steps = path[: path.index(ancestor)]
+        self._refuse_contested(steps, tick)
+        for frame in steps:
             step, used = self._step(frame, tick)
             pose, oldest = step * pose, min(oldest, used)
         return pose, oldest
+
+    def _refuse_contested(self, frames: Sequence[str], tick: int) -> None:
+        """A rival counts until nothing more came of it for as long as transforms are kept."""
+        for frame in frames:
+            rival = self._rivals.get(frame)
+            if rival is not None and tick - rival.tick <= HISTORY_TICKS:
+                branch = self._branches.get(frame)
+                known = branch.says() if branch else None
+                raise lookup_errors.contested(frame, self._owners.get(frame, ""), known, rival)
 
     def _step(self, frame: str, tick: int) -> tuple[SE3, int]:
         """T_parent_frame at ``tick`` and the tick it was measured at."""
@@ -179,7 +230,7 @@ class TransformBuffer:
         is_newest = index == len(branch.ticks)
         is_dropped = is_newest and self._published.get(branch.publisher, 0) >= tick
         dropped_by = branch.publisher if is_dropped else ""
-        raise lookup_errors.stale(branch.parent, frame, before, tick, allowed, dropped_by)
+        raise lookup_errors.stale(branch.says(), frame, before, tick, allowed, dropped_by)
 
     @property
     def frames(self) -> frozenset[str]:
@@ -187,6 +238,7 @@ class TransformBuffer:
         return frozenset(self._branches) | {b.parent for b in self._branches.values()}
 
     def _discard_before(self, tick: int) -> None:
+        self._rivals = {child: one for child, one in self._rivals.items() if one.tick >= tick}
         for child, branch in list(self._branches.items()):
             if branch.is_static:
                 keep = branch.static_tick >= tick
@@ -196,6 +248,9 @@ class TransformBuffer:
                 keep = bool(branch.ticks)
             if not keep:
                 del self._branches[child]
+                rival = self._rivals.get(child)
+                if rival is not None and rival.publisher == branch.publisher:
+                    del self._rivals[child]  # its own publisher's way in the new episode
 
 
 class TransformsAtTick:

@@ -11,6 +11,7 @@ from fairlead.keys import Keys, last_chunk
 from fairlead.messages import JointState, LayoutState, TransformBatch, decode
 from fairlead.wire.bus import Bus, Publisher, Qos, Sample
 from fairlead_state_assembler.core import AssemblerCore, Output
+from fairlead_state_assembler.skill_view import SkillView
 
 
 class AssemblerTransport:
@@ -55,16 +56,18 @@ class AssemblerTransport:
 
     def _on_want(self, key: str, wanted: bool) -> None:
         skill = last_chunk(key)
-        with self._lock:
-            if not wanted:
+        if not wanted:
+            with self._lock:
                 self._core.unwant(skill)
-                self._log.info("no longer assembling for %s", skill)
-                return
+            self._log.info("no longer assembling for %s", skill)
+            return
+        view = SkillView(skill)  # reads a file: not under the lock that every tick needs
+        with self._lock:
             if skill not in self._layouts:
                 self._layouts[skill] = self._bus.publisher(
                     self._keys.layout(skill), LayoutState, Qos.HOT
                 )
-            view, outputs = self._core.want(skill)
+            outputs = self._core.want(view)
         if view.refusal is not None:
             self._log.error("cannot assemble for %s: %s", skill, view.refusal)
         else:

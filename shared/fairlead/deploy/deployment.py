@@ -5,7 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    ValidationInfo,
+    field_validator,
+    model_validator,
+)
 
 from fairlead.deploy.hosts import ROUTER, RouterSpec, endpoint_of, host_problems
 from fairlead.errors import ConfigError, expected
@@ -59,13 +66,18 @@ class Deployment(BaseModel):
     namespace: str = "fl"
     profile: Literal["sim", "hardware"] = "sim"
     pacing: Literal["realtime", "lockstep"] = "lockstep"
+    localiser: str = Field(
+        default="", description="who sends map -> odom, as <name> in tf/<name>; empty: the HAL"
+    )
     hosts: dict[str, str] = Field(default_factory=dict, description="address of each host")
     router: RouterSpec | None = None
     services: dict[str, ServiceSpec]
 
-    @field_validator("id", "namespace")
+    @field_validator("id", "namespace", "localiser")
     @classmethod
-    def _key_chunk(cls, value: str) -> str:
+    def _key_chunk(cls, value: str, field: ValidationInfo) -> str:
+        if field.field_name == "localiser" and not value:
+            return value
         try:
             return check_name("deployment", value)
         except ConfigError as error:
@@ -84,6 +96,11 @@ class Deployment(BaseModel):
     @model_validator(mode="after")
     def _places_fit(self) -> Deployment:
         problems = self._host_problems() if self.hosts or self.router else self._peer_problems()
+        if self.localiser in self.services:
+            problems.append(
+                f"localiser: {self.localiser!r} is a service of this file; a localiser is a "
+                "process of your own, with a name of its own"
+            )
         if problems:
             raise ValueError("\n  ".join(problems))
         return self

@@ -14,12 +14,14 @@ class HostSettings:
 
     service: its name in the deployment file, in keys and in log lines.
     session: a random number that is this run of the HAL.
+    localiser: who says where ``odom`` is in ``map``; "" for this HAL.
     """
 
     service: str
     keys: Keys
     pacing: Pacing
     session: int
+    localiser: str = ""
 
     @property
     def lockstep(self) -> bool:

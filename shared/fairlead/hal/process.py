@@ -63,7 +63,9 @@ def run_hal(
         log.info(check_frames(robot, equipment.frames, here, context.name, stands="the start"))
     session = secrets.randbits(63) + 1
     host = HalHost(
-        HostSettings(context.name, deployment.keys, deployment.pacing, session),
+        HostSettings(
+            context.name, deployment.keys, deployment.pacing, session, deployment.localiser
+        ),
         identity_of(robot, deployment.profile, deployment.id),
         equipment.backend,
         context.bus,

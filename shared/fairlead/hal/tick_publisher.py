@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from fairlead.frames import ODOM
 from fairlead.hal.backend import FramePose, Measurement, TaskReading
 from fairlead.hal.host_settings import HostSettings
 from fairlead.messages import (
@@ -30,13 +31,15 @@ class TickPublisher:
     kept encoded: a repeat sends the identical bytes.
 
     Args:
-        settings: the service's name is its publisher name for transforms.
+        settings: the service's name is its publisher name for transforms. Where a localiser
+            is named, ``odom`` is that one's to place, whatever the backend says of it.
         cameras: those that may send frames.
     """
 
     def __init__(self, bus: Bus, settings: HostSettings, cameras: Sequence[HalCamera]) -> None:
         keys = settings.keys
         self._session = settings.session
+        self._localiser = settings.localiser
         self._tf = bus.publisher(keys.tf(settings.service), TransformBatch, Qos.HOT)
         self._joints = bus.publisher(keys.joints, JointState, Qos.HOT)
         self._task = bus.publisher(keys.task, TaskState, Qos.STATUS)
@@ -130,5 +133,6 @@ class TickPublisher:
                     rotation_xyzw=pack_floats(pose.rotation_xyzw),
                 )
                 for pose in transforms
+                if not (self._localiser and pose.child == ODOM)
             ),
         )

@@ -11,6 +11,8 @@ from typing import Literal, NamedTuple, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from fairlead.frames import MAP
+
 StateLayout = Literal[
     "human300_16d", "rc365", "mobile_pick_30d", "libero_eef8d", "libero", "aloha", "gr1"
 ]
@@ -97,7 +99,7 @@ class StateContractBindings(BaseModel):
     eef_frame: str | None = Field(default=None, min_length=1)
     eef_rotation_frame: str | None = Field(default=None, min_length=1)
     base_frame: str | None = Field(default=None, min_length=1)
-    world_frame: str | None = Field(default="map", min_length=1)
+    world_frame: str | None = Field(default=MAP, min_length=1)
     gripper_qpos_joints: tuple[str, ...] = ()
     joint_names: tuple[str, ...] = ()
     quaternion_convention: Literal["xyzw", "wxyz"] = "xyzw"

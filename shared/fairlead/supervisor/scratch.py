@@ -35,11 +35,13 @@ class ScratchOptions:
     """What differs from the copied file.
 
     options: by service name, merged over the file's own options.
+    localiser: who sends ``map -> odom``; "" for the HAL, whatever the file says.
     """
 
     id: str = ""
     pacing: Literal["realtime", "lockstep"] | None = None
     options: dict[str, dict[str, Any]] = field(default_factory=dict)
+    localiser: str = ""
 
 
 def make_scratch(source: Path, folder: Path, options: ScratchOptions) -> Scratch:
@@ -60,6 +62,7 @@ def make_scratch(source: Path, folder: Path, options: ScratchOptions) -> Scratch
         "namespace": original.namespace,
         "profile": "sim",
         "pacing": options.pacing or original.pacing,
+        "localiser": options.localiser,
         "services": services,
     }
     file = folder / _FILE
