@@ -81,7 +81,7 @@ class CoreGate:
         self._hash = bytes.fromhex(self.file["robot_hash"])
         self._now_ns = 0
         self._seq = 0
-        self._claim = ClaimReply(claim_id=0, epoch=0, session=0)
+        self._claims: dict[str, ClaimReply] = {}
         self.has_stopped = False
         self._session = SESSION
 
@@ -125,7 +125,7 @@ class CoreGate:
         """A new gate that has met the HAL, is armed at standstill and then sees ``first``."""
         self._gate.boot()
         self._now_ns, self._seq, self.has_stopped = 1_000_000, 0, False
-        self._session = session
+        self._session, self._claims = session, {}
         self._tell("hal_status", self._status(pacing, first.tick))
         is_moving = bool(np.any(first.velocities != 0.0))
         if is_moving:
@@ -137,26 +137,28 @@ class CoreGate:
         if is_moving:
             self.state(first)
 
-    def claim(self, case: Case) -> ClaimReply:
-        """Claim every part of the robot with the case's limits."""
+    def claim(
+        self, case: Case, source: str = SOURCE, parts: tuple[str, ...] | None = None
+    ) -> ClaimReply:
+        """Claim parts of the robot, by default every one, with the case's limits."""
         request = Claim(
-            source=SOURCE,
+            source=source,
             skill="test",
             skill_hash=bytes(range(32)),
             robot_hash=self._hash,
             period_ns=self.file["period_ns"],
-            parts=self._parts,
+            parts=self._parts if parts is None else parts,
             chunk_rate_hz=self.file["protocol"]["chunk_rate_max_hz"],
             horizon_max=case.horizon_max,
             age_max_ticks=self.file["protocol"]["age_max_ticks"],
             limits=case.overrides,
         )
-        self._claim = self.ask("claim", request, ClaimReply)
-        return self._claim
+        self._claims[source] = self.ask("claim", request, ClaimReply)
+        return self._claims[source]
 
     def release(self) -> None:
         """Give the live claim back."""
-        request = Release(source=SOURCE, claim_id=self._claim.claim_id)
+        request = Release(source=SOURCE, claim_id=self._claims[SOURCE].claim_id)
         self.ask("release", request, Done)
 
     def arm_again(self) -> None:
@@ -164,25 +166,28 @@ class CoreGate:
         self.ask("disarm", Disarm(by="test"), Done)
         self.ask("arm", Arm(by="test"), ArmReply)
 
-    def send(self, chunk: Chunk, newest_tick: int) -> Answer:
+    def send(self, chunk: Chunk, newest_tick: int, source: str = SOURCE) -> Answer:
         """Send a chunk computed from the newest state; exactly one verdict answers it."""
         self._seq += 1
-        message = self.message(chunk, newest_tick)
-        outputs = self._step("candidate", SOURCE, encode(message))
-        (verdict,) = [decode(Verdict, out.payload) for out in outputs if out.kind == "verdict"]
-        safe = [decode(SafeChunk, out.payload) for out in outputs if out.kind == "safe_chunk"]
+        message = self.message(chunk, newest_tick, source)
+        outputs = self._step("candidate", source, encode(message))
+        verdicts = [decode(Verdict, out.payload) for out in outputs if out.kind == "verdict"]
+        (verdict,) = [one for one in verdicts if one.source == source]
+        chunks = [decode(SafeChunk, out.payload) for out in outputs if out.kind == "safe_chunk"]
+        # What another claim still has to execute may be cut short by what this one will do.
+        safe = [one for one in chunks if one.source == source]
         assert len(safe) <= 1
         stopped = self._has_stopped(outputs)
         return Answer(verdict, safe[0] if safe else None, stopped, message, outputs)
 
-    def message(self, chunk: Chunk, newest_tick: int) -> ActionChunk:
-        """The chunk on the wire, with the next sequence number of the live claim."""
+    def message(self, chunk: Chunk, newest_tick: int, source: str = SOURCE) -> ActionChunk:
+        """The chunk on the wire, with the next sequence number of the source's live claim."""
         return ActionChunk(
             robot_hash=self._hash,
             session=self._session,
-            epoch=self._claim.epoch,
-            claim_id=self._claim.claim_id,
-            source=SOURCE,
+            epoch=self._claims[source].epoch,
+            claim_id=self._claims[source].claim_id,
+            source=source,
             seq=self._seq,
             goal_id=1,
             obs_tick=newest_tick,
@@ -212,10 +217,12 @@ class CoreGate:
         acted: tuple[Acted, ...] | None = None,
         after_ns: int | None = None,
     ) -> CoreReply:
-        """Publish a state, by default one period after the last, just after the heartbeat."""
+        """Publish a state, by default one period after the last, just after the heartbeats."""
         self._now_ns += int(self.file["period_ns"]) if after_ns is None else after_ns
-        beat = encode(Heartbeat(claim_id=self._claim.claim_id))
-        outputs = self._step("heartbeat", SOURCE, beat)
+        outputs: list[GateOutput] = []
+        for source, claim in self._claims.items():
+            beat = encode(Heartbeat(claim_id=claim.claim_id))
+            outputs += self._step("heartbeat", source, beat)
         message = JointState(
             session=self._session,
             tick=measured.tick,

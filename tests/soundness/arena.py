@@ -47,9 +47,13 @@ class Arena:
         return {
             "bounds": np.minimum(own - self.lower, self.upper - own).min(axis=1),
             "workspace": self._workspace(places, turns),
-            "self-collision": self._between_capsules(places, turns),
+            "self-collision": self._between_capsules(places, turns).min(axis=0, initial=np.inf),
             "zones": self._zones(q),
         }
+
+    def room_of_pairs(self, q: FloatArray) -> FloatArray:
+        """Between the capsules of each pair ``[pairs, B]`` [m], from touching."""
+        return self._between_capsules(*self._links.at(q))
 
     def _workspace(self, places: FloatArray, turns: FloatArray) -> FloatArray:
         found = np.full(places.shape[1], np.inf)
@@ -76,8 +80,6 @@ class Arena:
         return starts, ends, np.array([one["radius"] for one in self._capsules])
 
     def _between_capsules(self, places: FloatArray, turns: FloatArray) -> FloatArray:
-        if not len(self._pairs):
-            return np.full(places.shape[1], np.inf)
         starts, ends, radii = self._ends(places, turns)
         one, other = self._pairs.T
         middles, halves = (starts + ends) / 2.0, np.linalg.norm(ends - starts, axis=-1) / 2.0
@@ -89,7 +91,7 @@ class Arena:
         a, b = one[pair], other[pair]
         exact = between_segments(starts[a, at], ends[a, at], starts[b, at], ends[b, at])
         found[pair, at] = exact - thick[pair, 0]
-        return np.asarray(found.min(axis=0))
+        return np.asarray(found)
 
     def _zones(self, q: FloatArray) -> FloatArray:
         found = np.full(len(q), np.inf)

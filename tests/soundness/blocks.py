@@ -26,7 +26,7 @@ from tests.soundness.simulated_campaign import Simulated, SimulatedCampaign
 from tests.soundness.usability import Usability, demonstrate
 
 Kind = Literal["kinematic", "simulated", "usability"]
-SIZES: dict[Kind, int] = {"kinematic": 2000, "simulated": 250, "usability": 5}
+SIZES: dict[Kind, int] = {"kinematic": 2000, "simulated": 1500, "usability": 5}
 RECORDED_TICKS = 400
 TOLD_MOST = 20
 Found = Soundness | Simulated | Usability
@@ -60,7 +60,7 @@ def work(block: Block, on_progress: Callable[[str], None] = lambda what: None) -
     loop = LockstepLoop(driven)
     try:
         if block.kind == "simulated":
-            return SimulatedCampaign(loop, rows, block.number + 1).run(block.amount, on_progress)
+            return SimulatedCampaign(loop, block.number).run(block.amount, on_progress)
         first = block.number * SIZES["usability"]
         return demonstrate(loop, range(first, first + block.amount), on_progress)
     finally:

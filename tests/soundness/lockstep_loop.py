@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -10,10 +10,10 @@ from bench.measure_limits.driven_robot import DrivenRobot, Moment, Tick
 from fairlead.errors import ConfigError
 from fairlead.hal.core import HalCore
 from fairlead.hal.tick_plan import TickPlan
-from fairlead.messages import Hold, Lease, SafeChunk, Verdict, decode
+from fairlead.messages import Decision, Hold, Lease, SafeChunk, Verdict, decode
 from fairlead.paths import gate_config
 from tests.differential.case import Case, Chunk, Measured
-from tests.differential.core_gate import SESSION, CoreGate
+from tests.differential.core_gate import SESSION, SOURCE, CoreGate
 from tests.explorer.gate_port import GateOutput
 from tests.soundness.chunk_rows import Row, chunk_of
 
@@ -25,19 +25,24 @@ class LockstepLoop:
         now: what is measured at the start of the present tick.
         tick: its number; the first is 1.
         file: the gate's.
+        undecided: claims, by source, which this tick waits for.
     """
 
     def __init__(self, driven: DrivenRobot) -> None:
         self.driven = driven
         self._gate = CoreGate(gate_config(driven.robot.id, "sim"))
         self.file = self._gate.file
+        self.undecided: tuple[str, ...] = ()
         self.begin(0)
 
     def close(self) -> None:
         self._gate.close()
 
-    def begin(self, seed: int) -> None:
-        """A new episode, a new gate, armed; everything is claimed."""
+    def begin(self, seed: int, claims: Mapping[str, tuple[str, ...]] | None = None) -> None:
+        """A new episode, a new gate, armed.
+
+        claims: parts by source; by default one has everything.
+        """
         robot, self.tick, self.hal_refused = self.driven.robot, 1, False
         self.now: Moment = self.driven.reset(seed)
         # A gripper that still settles, for example: the gate arms at standstill.
@@ -47,12 +52,14 @@ class LockstepLoop:
             SESSION, "lockstep", len(robot.parts), robot.n_dof, robot.tick_period_ns
         )
         self._gate.start("lockstep", still)
-        self._gate.claim(Case(robot.id, "lockstep", still, Chunk(1, 1, ())))
+        for source, parts in (claims or {SOURCE: robot.part_names}).items():
+            self._gate.claim(Case(robot.id, "lockstep", still, Chunk(1, 1, ())), source, parts)
+        self.undecided = tuple(claims or (SOURCE,))
 
-    def propose(self, rows: Sequence[Row]) -> Verdict:
+    def propose(self, rows: Sequence[Row], source: str = SOURCE) -> Verdict:
         """Ask for these rows, from the present tick on."""
         chunk = chunk_of(self.driven.robot, self.tick, rows)
-        answer = self._gate.send(chunk, self.tick)
+        answer = self._gate.send(chunk, self.tick, source)
         self._take(answer.outputs)
         return answer.verdict
 
@@ -72,10 +79,20 @@ class LockstepLoop:
             self.hal_refused = True
             self._hal.void(Hold.STOPPED)
             done = self.driven.step(kind, self.now, {})
+        self._next(done)
+        return done
+
+    def hold(self, kind: str) -> Tick:
+        """What the HAL does after a stop, until the robot stands still: one more held tick."""
+        done = self.driven.step(kind, self.now, {})
+        self._hal.void(Hold.STOPPED)
+        self._next(done)
+        return done
+
+    def _next(self, done: Tick) -> None:
         self.tick, self.now = self.tick + 1, done.after
         reply = self._gate.state_reply(_measured(self.now, self.tick), self._hal.acted)
         self._take(reply.outputs)
-        return done
 
     @property
     def stop_cause(self) -> str:
@@ -87,7 +104,10 @@ class LockstepLoop:
     def _take(self, outputs: Sequence[GateOutput]) -> None:
         for output in outputs:
             if output.kind == "lease":
-                self._hal.on_lease(decode(Lease, output.payload), self._gate.now_ns)
+                lease = decode(Lease, output.payload)
+                waiting = (one for one in lease.grants if one.decision == Decision.UNDECIDED)
+                self.undecided = tuple(one.source for one in waiting)
+                self._hal.on_lease(lease, self._gate.now_ns)
             elif output.kind == "safe_chunk":
                 self._hal.on_safe_chunk(decode(SafeChunk, output.payload))
 

@@ -3,24 +3,25 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from bench.measure_limits.driven_robot import Tick
 from fairlead.messages import FloatArray, Outcome
-from tests.soundness.adversary import KINDS, Adversary
 from tests.soundness.arena import RULES, Arena
-from tests.soundness.chunk_rows import Row
+from tests.soundness.attack import ARM_JOINTS, Attack
+from tests.soundness.attacks import attacks_on, make_attack
 from tests.soundness.lockstep_loop import LockstepLoop
 from tests.soundness.stops import kind_of, story_of
 
-EPISODE_TICKS = 90
 EPISODES_MOST = 10_000
-ARM_JOINTS = 6
-HELD_MOST = 10
-"""Chunks refused in a row after which an episode is over."""
+REST_TICKS = 40
+"""Held after a stop and at an episode's end, so that where motion ends is seen too."""
+SPEED = "joint speed"
+SPEED_TOLERANCE = 0.01
+"""A servo that is told exactly its joint's limit is measured at it, give or take this share."""
 
 
 @dataclass
@@ -28,8 +29,8 @@ class Simulated:
     """rows: executed in ticks, of one chunk each. stops: by code and joint. breaches: ticks by
     rule. told: the first of both.
 
-    idle: those of the breaches in which no arm was told anything. worst: least room measured, by
-    rule; of bounds beyond their tolerance.
+    idle: those of the breaches in which no arm was told anything. by_attack: rows. broken: episodes
+    by attack and rule. worst: least room measured, by rule; of bounds beyond their tolerance.
     """
 
     episodes: int = 0
@@ -41,87 +42,102 @@ class Simulated:
     stops: Counter[str] = field(default_factory=Counter)
     breaches: Counter[str] = field(default_factory=Counter)
     idle: Counter[str] = field(default_factory=Counter)
-    worst: dict[str, float] = field(default_factory=lambda: dict.fromkeys(RULES, np.inf))
+    by_attack: Counter[str] = field(default_factory=Counter)
+    broken: Counter[str] = field(default_factory=Counter)
+    worst: dict[str, float] = field(default_factory=lambda: dict.fromkeys((*RULES, SPEED), np.inf))
     told: list[str] = field(default_factory=list)
 
 
 class SimulatedCampaign:
-    """One robot; recorded as for `KinematicCampaign`. Each seed has episodes of its own."""
+    """One robot. Each seed has episodes of its own."""
 
-    def __init__(self, loop: LockstepLoop, recorded: Sequence[Row], seed: int = 1) -> None:
+    def __init__(self, loop: LockstepLoop, seed: int = 0) -> None:
         self._loop, self._robot = loop, loop.driven.robot
-        self._first = EPISODES_MOST * (seed - 1)
-        self._rng = np.random.default_rng(seed)
-        self._adversary = Adversary(self._robot, recorded, self._rng)
+        self._seed = seed
         self._arena = Arena(loop.file)
         measured = self._robot.profile("sim").measured
         tolerances = [measured[name].tolerance for name in self._robot.joint_names]
         self._tolerance = np.array([one or 0.0 for one in tolerances])
+        self._fastest = np.array([joint.velocity_limit for joint in self._robot.joints])
         self.found = Simulated()
 
     def run(self, rows: int, on_progress: Callable[[str], None]) -> Simulated:
-        """Episodes until so many rows were executed."""
+        """Episodes of one attack after the other until so many rows were executed."""
+        names = attacks_on(self._robot)
         while self.found.rows < rows:
-            self._episode()
+            number = self._seed + self.found.episodes
+            self.episode(names[number % len(names)], EPISODES_MOST * self._seed + number)
             on_progress(
                 f"{self._robot.id}: {self.found.rows} of {rows} rows executed, breaches "
                 f"{dict(self.found.breaches)}, stops {dict(self.found.stops)}"
             )
         return self.found
 
-    def _episode(self) -> None:
+    def episode(self, name: str, seed: int, most_ticks: int | None = None) -> None:
+        """One episode, by default a whole one, and where the robot comes to rest after it."""
         found, loop = self.found, self._loop
-        loop.begin(self._first + found.episodes)
-        kind = KINDS[(self._first + found.episodes) % len(KINDS)]
+        attack = make_attack(self._robot, name, seed, self._arena)
+        ticks = attack.ticks if most_ticks is None else most_ticks
+        loop.begin(seed, attack.claims)
         found.episodes += 1
-        self._adversary.begin(kind)
-        refused = 0
-        while loop.tick <= EPISODE_TICKS and refused < HELD_MOST:
-            done = loop.advance(kind)
+        self._name, self._broken = f"{self._robot.id} {name} {seed}", set[str]()
+        while loop.tick <= ticks and not loop.stop_cause:
+            for source in loop.undecided:
+                self._ask(attack, source)
+            done = loop.advance(name)
             if done is not None:
-                self._check(kind, done)
-            elif loop.stop_cause:
-                found.stops[kind_of(loop.stop_cause)] += 1
-                found.told.append(f"{self._where(kind)}: {story_of(loop.stop_cause)}")
-                return
-            else:
-                refused = 0 if self._ask() else refused + 1
+                found.by_attack[name] += bool(done.commands)
+                self._check(name, done)
+        if loop.stop_cause:
+            found.stops[kind_of(loop.stop_cause)] += 1
+            self._tell(story_of(loop.stop_cause))
+        for _ in range(REST_TICKS):
+            self._check(name, loop.hold(name))
 
-    def _ask(self) -> bool:
+    def _ask(self, attack: Attack, source: str) -> None:
         loop = self._loop
-        rows = self._adversary.chunk(loop.now)
-        verdict = loop.propose(rows)
+        rows = attack.chunk(source, loop.now, loop.tick)
+        verdict = loop.propose(rows, source)
         self.found.chunks += 1
         if verdict.outcome == Outcome.REFUSED:
             self.found.refused[verdict.code] += 1
-            self._adversary.go_on_after(None)
-            return False
+            attack.answered(source, None)
+            return
         if verdict.outcome == Outcome.TRUNCATED:
             self.found.truncated[verdict.code] += 1
-        self._adversary.go_on_after(rows[verdict.released_last - loop.tick])
-        return True
+        attack.answered(source, rows[verdict.released_last - loop.tick])
 
-    def _check(self, kind: str, done: Tick) -> None:
+    def _check(self, name: str, done: Tick) -> None:
         found = self.found
         found.rows += bool(done.commands)
         found.held += not done.commands
-        q = done.after.positions[None, :]
-        rooms = {rule: float(room[0]) for rule, room in self._arena.room(q).items()}
-        rooms["bounds"] = self._within_tolerance(q[0])
-        for rule, room in rooms.items():
+        for rule, room in self._rooms(done.after.positions, done.after.velocities).items():
             found.worst[rule] = min(found.worst[rule], room)
             if room < 0.0:
                 found.breaches[rule] += 1
                 modes = {part: told.mode.yaml_name for part, told in done.commands.items()}
                 arms = [self._robot.part(part) for part in modes]
                 found.idle[rule] += all(len(part.joints) < ARM_JOINTS for part in arms)
-                found.told.append(f"{self._where(kind)}: {rule} {room:.4f}, {modes}")
+                if rule not in self._broken:
+                    self._broken.add(rule)
+                    found.broken[f"{name}: {rule}"] += 1
+                    self._tell(f"{rule} {room:.4f}{self._joint(rule, done)}, {modes}")
 
-    def _where(self, kind: str) -> str:
-        episode = self._first + self.found.episodes - 1
-        return f"episode {episode}, tick {self._loop.tick}, {kind}"
-
-    def _within_tolerance(self, q: FloatArray) -> float:
+    def _rooms(self, q: FloatArray, speeds: FloatArray) -> dict[str, float]:
+        rooms = {rule: float(room[0]) for rule, room in self._arena.room(q[None, :]).items()}
         own = q[: len(self._tolerance)]
         room = np.minimum(own - self._arena.lower, self._arena.upper - own) + self._tolerance
-        return float(room.min())
+        rooms["bounds"] = float(room.min())
+        rooms[SPEED] = float(self._speed_room(speeds).min())
+        return rooms
+
+    def _speed_room(self, speeds: FloatArray) -> FloatArray:
+        limits = self._fastest * (1.0 + SPEED_TOLERANCE)
+        return np.asarray(limits - np.abs(speeds[: len(limits)]))
+
+    def _joint(self, rule: str, done: Tick) -> str:
+        worst = int(np.argmin(self._speed_room(done.after.velocities)))
+        return f" {self._robot.joint_names[worst]}" if rule == SPEED else ""
+
+    def _tell(self, what: str) -> None:
+        self.found.told.append(f"{self._name}: tick {self._loop.tick}: {what}")

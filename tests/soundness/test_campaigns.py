@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 from itertools import islice
 from pathlib import Path
 
@@ -12,12 +13,14 @@ import pytest
 from bench.measure_limits.driven_robot import DrivenRobot
 from bench.measure_limits.episodes import episode
 from fairlead.paths import gate_config
+from tests.soundness.attacks import attacks_on
 from tests.soundness.kinematic_campaign import KinematicCampaign
 from tests.soundness.lockstep_loop import LockstepLoop
 from tests.soundness.results import Amount, run
 from tests.soundness.simulated_campaign import SimulatedCampaign
 
 PATH_CODES = {24, 30, 31, 32, 33, 34}
+MALFORMED = set(range(1, 13))
 
 
 def silent(what: str) -> None:
@@ -65,12 +68,60 @@ def test_a_gate_whose_bounds_are_too_wide_is_noticed(tmp_path: Path) -> None:
     assert campaign("panda", wide).run(120, silent).breaches["bounds"] > 0
 
 
-def test_a_robot_beyond_its_box_is_noticed_in_the_simulator() -> None:
+@pytest.fixture(scope="module")
+def fixed_arm() -> Iterator[LockstepLoop]:
     loop = LockstepLoop(DrivenRobot("panda"))
-    try:
-        loop.file["workspace"]["volumes"][0]["lower"] = [0.0, 0.0, 1.0]
-        found = SimulatedCampaign(loop, []).run(20, silent)
-    finally:
-        loop.close()
+    yield loop
+    loop.close()
+
+
+@pytest.fixture(scope="module")
+def two_arms() -> Iterator[LockstepLoop]:
+    loop = LockstepLoop(DrivenRobot("dual_panda"))
+    yield loop
+    loop.close()
+
+
+def test_a_robot_beyond_its_box_is_noticed_in_the_simulator(fixed_arm: LockstepLoop) -> None:
+    volume = fixed_arm.file["workspace"]["volumes"][0]
+    before = volume["lower"]
+    volume["lower"] = [0.0, 0.0, 1.0]
+    found = SimulatedCampaign(fixed_arm).run(20, silent)
+    volume["lower"] = before
     assert found.breaches["workspace"] > 0
-    assert found.told
+    assert found.told[0].startswith("panda random 0: tick ")
+
+
+def test_a_joint_beyond_its_speed_is_noticed_and_named(two_arms: LockstepLoop) -> None:
+    campaign = SimulatedCampaign(two_arms)
+    campaign._fastest[:] = 0.01
+    campaign.episode("full-scale", 3, most_ticks=20)
+    assert campaign.found.breaches["joint speed"] > 0
+    assert "_joint" in campaign.found.told[0]
+
+
+def test_an_episode_is_the_same_again(fixed_arm: LockstepLoop) -> None:
+    first, again = SimulatedCampaign(fixed_arm), SimulatedCampaign(fixed_arm)
+    for one in (first, again):
+        one.episode("full-scale", 7, most_ticks=40)
+    assert first.found == again.found
+    assert first.found.rows > 10
+
+
+@pytest.mark.parametrize("robot", ["panda", "dual_panda"])
+def test_every_attack_gets_rows_through_and_none_that_cannot_be_read(
+    robot: str, fixed_arm: LockstepLoop, two_arms: LockstepLoop
+) -> None:
+    loop = fixed_arm if robot == "panda" else two_arms
+    for attack in attacks_on(loop.driven.robot):
+        campaign = SimulatedCampaign(loop)
+        campaign.episode(attack, 1, most_ticks=12)
+        found = campaign.found
+        assert found.rows > 0, attack
+        assert not {*found.refused, *found.truncated} & MALFORMED, (attack, found.refused)
+
+
+def test_two_arms_that_chase_each_other_have_a_claim_each(two_arms: LockstepLoop) -> None:
+    campaign = SimulatedCampaign(two_arms)
+    campaign.episode("chase", 2, most_ticks=30)
+    assert campaign.found.chunks > campaign.found.rows > 10

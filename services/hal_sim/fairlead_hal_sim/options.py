@@ -31,6 +31,11 @@ class SimulatorOptions(BaseModel):
     part_order: tuple[str, ...] | None = Field(
         default=None, description="simulator parts in vector order; None: the robot's own"
     )
+    joint_speed_guard: float | None = Field(
+        default=None,
+        gt=0,
+        description="slow an arm's joints down above this [rad/s]; None: the simulator's own",
+    )
     seed: int = Field(default=0, ge=0)
     cameras: tuple[CameraOptions, ...] = ()
     imports: tuple[str, ...] = Field(

@@ -24,7 +24,7 @@ from fairlead.hal.backend import (
 from fairlead.hal.mujoco_frames import MujocoFrames
 from fairlead.messages import FloatArray, HalCamera
 from fairlead.robot.manifest import RobotManifest
-from fairlead_hal_sim.arm_guard import ArmGuard
+from fairlead_hal_sim.arm_hold import ArmHold
 from fairlead_hal_sim.base_frame import BaseMotion
 from fairlead_hal_sim.environment import make_environment, seed_environment
 from fairlead_hal_sim.introspection import describe_parts, find_action_map
@@ -53,7 +53,7 @@ class RobosuiteBackend:
 
     def __init__(self, options: SimulatorOptions, period_ns: int = 50_000_000) -> None:
         self.env = make_environment(options, 1e9 / period_ns, offscreen=False)
-        self._joints = find_joints(self.env)
+        self._joints, self._joint_speed_guard = find_joints(self.env), options.joint_speed_guard
         self.reset(options.seed)
         self._action_map = find_action_map(self.env, self._joints)
         self._cameras = _cameras(self.env, options)
@@ -105,11 +105,11 @@ class RobosuiteBackend:
         vector = self.pack(commands)
         self.last_packed = vector.copy()
         held = [slot.simulator_part for slot in self._action_map.parts if slot.name not in commands]
-        for part, guard in self._guards.items():
-            guard.is_held = part in held
+        for part, hold in self._holds.items():
+            hold.is_held = part in held
         self.env.step(vector)
-        for guard in self._guards.values():  # a bare `env.step` is the simulator's own
-            guard.is_held = False
+        for hold in self._holds.values():  # a bare `env.step` is the simulator's own
+            hold.is_held = False
 
     def pack(self, commands: Mapping[str, PartCommand]) -> ActionVector:
         """The vector `apply` would send now.
@@ -143,7 +143,10 @@ class RobosuiteBackend:
         seed_environment(self.env, seed)
         self.env.reset()
         controllers = self.env.robots[0].composite_controller.part_controllers
-        self._guards = {arm.side: ArmGuard(controllers[arm.side]) for arm in self._joints.arms}
+        self._holds = {
+            arm.side: ArmHold(controllers[arm.side], self._joint_speed_guard)
+            for arm in self._joints.arms
+        }
         self.last_packed = None
         self._reset_yaw = self._base_yaw()
 

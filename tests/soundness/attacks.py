@@ -1,0 +1,69 @@
+"""Every attack by its name, and which robots it is for."""
+
+from __future__ import annotations
+
+import zlib
+
+import numpy as np
+
+from fairlead.errors import ConfigError, expected
+from fairlead.modes import ControlMode
+from fairlead.robot.manifest import RobotManifest
+from tests.soundness.arena import Arena
+from tests.soundness.attack import Attack
+from tests.soundness.base_cycles import BaseCycles
+from tests.soundness.hunt import Hunter
+from tests.soundness.torques import Torques
+from tests.soundness.wandering import FullScale, Switch, Wandering
+
+WANDERING = ("random", "corner", "creep")
+EVERY_ROBOT = (*WANDERING, "full-scale", "hunt")
+SWITCHES: dict[str, Switch] = {"switch-up": "up", "switch-down": "down", "flicker": "flicker"}
+ON_A_BASE = ("base-cycles", *SWITCHES)
+TWO_ARMS = ("chase",)
+WITH_TORQUES = ("torques",)
+
+
+def attacks_on(robot: RobotManifest) -> tuple[str, ...]:
+    """The names of those that this robot has the parts and modes for."""
+    found: tuple[str, ...] = EVERY_ROBOT
+    if "composite" in robot.part_names:
+        found += ON_A_BASE
+    if sum(len(part.joints) >= 6 and part.end_effector is not None for part in robot.parts) > 1:
+        found += TWO_ARMS
+    if any(ControlMode.JOINT_TORQUE in part.control_modes for part in robot.parts):
+        found += WITH_TORQUES
+    return found
+
+
+def make_attack(robot: RobotManifest, name: str, seed: int, arena: Arena) -> Attack:
+    """One episode of it; name and seed decide every row that it asks for.
+
+    Raises:
+        ConfigError: naming the attacks on this robot.
+    """
+    if name not in attacks_on(robot):
+        raise ConfigError(
+            expected("soundness", f"an attack on {robot.id}", name, attacks_on(robot))
+        )
+    rng = np.random.default_rng([zlib.crc32(name.encode()), seed])
+    if name in WANDERING:
+        return Wandering(robot, rng, name)
+    if name == "full-scale":
+        return FullScale(robot, rng, "down")
+    if name == "hunt":
+        return Hunter(robot, rng, arena)
+    if name == "base-cycles":
+        return BaseCycles(robot, rng)
+    if name == "chase":
+        return _chase(robot, rng, arena)
+    if name == "torques":
+        return Torques(robot, rng)
+    return FullScale(robot, rng, SWITCHES[name])
+
+
+def _chase(robot: RobotManifest, rng: np.random.Generator, arena: Arena) -> Attack:
+    """A claim for each arm and what is named like it; they want to touch each other."""
+    sides = sorted({name.split("_")[0] for name in robot.part_names})
+    claims = {side: tuple(n for n in robot.part_names if n.startswith(side)) for side in sides}
+    return Hunter(robot, rng, arena, "self-collision", claims, int(rng.integers(1, 3)))
