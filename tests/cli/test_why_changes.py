@@ -11,6 +11,7 @@ import pytest
 from fairlead.messages import ActionPart, Outcome, pack_floats
 from fairlead.modes import ControlMode
 from fairlead.paths import gate_config
+from fairlead.robot.gate_file import sealed
 from tests.cli.command import fairlead
 from tests.gate.running_gate import ROBOT
 from tests.gate.scene import Scene
@@ -35,7 +36,7 @@ def without_changes(folder: Path) -> Path:
         if "composite_mode" in part["modes"]:
             part["modes"]["composite_mode"]["switching"] = "at_standstill"
     path = folder / "gate.changes.json"
-    path.write_text(json.dumps(file))
+    path.write_text(sealed(json.dumps(file)))
     return path
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -23,9 +24,8 @@ LIMIT = "          linear_limit_m: 0.0867\n"
 def edited(tmp_path: Path) -> Iterator[Path]:
     """A robot.yaml beside the gate file of a gate that refused 0.09 m, limit 0.0867 m."""
     source = gate_config(ROBOT, "sim")
+    shutil.copytree(source.parent, tmp_path, dirs_exist_ok=True)
     config, manifest = tmp_path / source.name, tmp_path / "robot.yaml"
-    config.write_bytes(source.read_bytes())
-    manifest.write_bytes((source.parent / "robot.yaml").read_bytes())
     scene = Scene(config, tmp_path / "run" / "safety")
     try:
         scene.ready_to_move()

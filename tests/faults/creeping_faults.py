@@ -12,6 +12,7 @@ import numpy as np
 from fairlead.messages import ActionChunk, FloatArray, Outcome, Verdict, pack_floats
 from fairlead.modes import ControlMode
 from fairlead.paths import gate_config
+from fairlead.robot.gate_file import sealed
 from fairlead.robot.manifest import load_robot
 from tests.faults.arm_model import ArmModel
 from tests.faults.gate_stage import GateStage, Stopwatch
@@ -30,7 +31,7 @@ def changed_gate_file(folder: Path, robot: str, changes: Mapping[str, Any]) -> P
     """The robot's gate file for the simulator with other values at its top level."""
     content = json.loads(gate_config(robot, "sim").read_text()) | dict(changes)
     file = folder / f"{robot}.json"
-    file.write_text(json.dumps(content), encoding="utf-8")
+    file.write_text(sealed(json.dumps(content)), encoding="utf-8")
     return file
 
 

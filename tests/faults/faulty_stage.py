@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from fairlead.paths import gate_config
+from fairlead.robot.gate_file import sealed
 from tests.faults.faulty_hal import FAULT_FILE
 from tests.faults.live_stage import Changes, LiveStage, live_stage
 
@@ -50,7 +51,7 @@ def strict_gate_file(folder: Path) -> Path:
     modes["arm"]["cartesian_delta"] |= {"linear_tracking": 0.05, "angular_tracking": 0.2}
     modes["gripper"]["gripper_position"] |= {"slip_limit": 0.005}
     file = folder / "gate.json"
-    file.write_text(json.dumps(content), encoding="utf-8")
+    file.write_text(sealed(json.dumps(content)), encoding="utf-8")
     return file
 
 

@@ -25,7 +25,7 @@ def modes(file: dict[str, Any], part: int) -> dict[str, Any]:
 BAD: dict[str, tuple[Change, str]] = {
     "unknown key": (
         lambda f: f.update(speed=1),
-        "speed: unknown key (valid: base, collision, format, ",
+        "speed: unknown key (valid: base, collision, compiled_from, ",
     ),
     "unknown nested key": (
         lambda f: f["joints"][0].update(velocity=1),

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from fairlead.messages import GateState
+from fairlead.robot.gate_file import sealed
 from tests.gate.decision_logs import judge, logs
 from tests.gate.scene import Scene
 
@@ -19,7 +20,7 @@ def with_protocol(config: Path, folder: Path, **changes: int) -> Path:
     file = json.loads(config.read_text())
     file["protocol"] |= changes
     path = folder / "gate.changed.json"
-    path.write_text(json.dumps(file))
+    path.write_text(sealed(json.dumps(file)))
     return path
 
 

@@ -97,6 +97,7 @@ Not safety-rated; its stop is a protective stop request.
   --namespace NAME   first chunk of every key (default: fl)
   --service NAME     this process's name in keys and logs (default: safety)
 
+fairlead-safety check FILE   whether a gate would start on this compiled file
 fairlead-safety judge LOG    judges a decision log again; see: fairlead-safety judge --help
 fairlead-safety explain LOG  what `fairlead why` puts into words
 

@@ -206,6 +206,9 @@ std::unique_ptr<Limits> parse_limits(std::string_view text) {
   limits->workspace = read_workspace(file.section("workspace"));
   limits->base = read_base(file, *limits);
   limits->protocol = read_protocol(file.section("protocol"));
+  // What the file was made of is `check_origin`'s: a recorded file has no robot beside it.
+  for (const char* key : {"compiled_from", "content_sha256"})
+    if (file.has(key)) file.any(key);
   file.refuse_unknown_keys();
   limits->config_hash =
       sha256(Bytes(reinterpret_cast<const std::uint8_t*>(text.data()), text.size()));

@@ -8,6 +8,7 @@
 
 #include "arguments.hpp"
 #include "config_loader.hpp"
+#include "config_origin.hpp"
 #include "decisions/explain_command.hpp"
 #include "decisions/header.hpp"
 #include "decisions/judge_command.hpp"
@@ -88,6 +89,7 @@ void run(const Arguments& arguments) {
                         "'");
   }
   const auto limits = load_limits(arguments.config);
+  const std::string origin = check_origin(arguments.config);
   const sigset_t signals = block_stop_signals();
   LogWriter log(arguments.service);
   say_known_answers(*limits, log);
@@ -103,7 +105,8 @@ void run(const Arguments& arguments) {
       make_header(*limits, arguments.config), log);
   GateProcess process(*limits, arguments.config, store, log, decisions, transport);
   log.info("configuration " + arguments.config + " (profile " +
-           std::string(limits->profile.view()) + ") hash " + to_hex(limits->config_hash));
+           std::string(limits->profile.view()) + ") hash " + to_hex(limits->config_hash) + ", " +
+           origin);
   process.start(arguments.new_state);
   transport.listen(
       [&process](const Event& event, Answer* answer) { process.handle(event, answer); });
@@ -128,6 +131,7 @@ int main(int count, char** words) {
       return judge_command({given.begin() + 1, given.end()});
     if (!given.empty() && given[0] == "explain")
       return explain_command({given.begin() + 1, given.end()});
+    if (given.size() == 2 && given[0] == "check") return check_command(given[1]);
     const Arguments arguments = parse_arguments(given);
     if (arguments.help) {
       std::cout << usage();

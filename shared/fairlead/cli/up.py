@@ -20,6 +20,7 @@ from fairlead.errors import ConfigError, FairleadError, expected
 from fairlead.messages import GateState
 from fairlead.operate.client import RobotClient
 from fairlead.supervisor import Registry, ServiceEvent, Supervisor
+from fairlead.supervisor.command_line import check_gate_file
 from fairlead.supervisor.registry import running_name
 from fairlead.supervisor.this_host import choose_host
 
@@ -60,6 +61,8 @@ def command(
         host=host,
         leave_out=_left_out(loaded, without or []),
     )
+    if loaded.only("safety") in supervisor.processes:
+        check_gate_file(loaded)
     try:
         supervisor.reserve()
         if ROUTER not in supervisor.processes and not router_reached(loaded, stopping, _print_line):

@@ -7,12 +7,14 @@ statuses, leases and verdicts.
 
 from __future__ import annotations
 
+import hashlib
 import json
 import re
 
 from pydantic import BaseModel
 
 from fairlead.errors import ConfigError, expected
+from fairlead.paths import robot_dir
 from fairlead.robot.bare_links import check_bare_links
 from fairlead.robot.capsules import CapsuleFile, load_capsules
 from fairlead.robot.description_tree import DescriptionTree, Link, description_tree
@@ -67,8 +69,27 @@ def compile_gate_config(robot: RobotManifest, profile: str) -> str:
     check_room(robot, config)
     covered = {capsule.link for capsule in capsules.capsules}
     check_bare_links(robot, tree, covered, f"robot {robot.id}: {robot.capsules}")
+    config["compiled_from"] = _sources(robot)
+    config["content_sha256"] = ""
     text = json.dumps(config, indent=2, ensure_ascii=True, allow_nan=False) + "\n"
-    return _NUMBER_LIST.sub(_on_one_line, text)
+    return sealed(_NUMBER_LIST.sub(_on_one_line, text))
+
+
+def sealed(text: str) -> str:
+    """A gate file's text with the digest of all before it in ``content_sha256``, its last key.
+
+    By it the gate notices at its start that somebody has changed the file since.
+    """
+    head, key, tail = text.rpartition('"content_sha256"')
+    digest = hashlib.sha256(head.encode()).hexdigest()
+    return head + key + re.sub('"[0-9a-f]*"', f'"{digest}"', tail)
+
+
+def _sources(robot: RobotManifest) -> dict[str, Json]:
+    """SHA-256 of each file that the gate file is made of, by its name in the robot's folder."""
+    folder = robot_dir(robot.id)
+    names = ("robot.yaml", robot.description, robot.capsules)
+    return {name: hashlib.sha256((folder / name).read_bytes()).hexdigest() for name in names}
 
 
 def _on_one_line(numbers: re.Match[str]) -> str:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import os
+import subprocess
 import sys
 from pathlib import Path
 
 from fairlead.deploy.deployment import Deployment, ServiceKind
 from fairlead.deploy.hosts import ROUTER
+from fairlead.errors import ConfigError
 from fairlead.paths import gate_binary, gate_config
 
 _MODULES: dict[ServiceKind, str] = {
@@ -37,6 +39,19 @@ def service_command(
         "--service", service,
         "--state-dir", str(state_dir),
     ]  # fmt: skip
+
+
+def check_gate_file(deployment: Deployment) -> None:
+    """Ask the gate whether it would start on the deployment's gate file.
+
+    Raises:
+        ConfigError: it would not, in its own words; the gate is not built, its file not compiled.
+    """
+    file = gate_config(deployment.robot, deployment.profile)
+    asked = [str(gate_binary()), "check", str(file)]
+    done = subprocess.run(asked, capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        raise ConfigError(done.stdout.strip().removeprefix("ERROR ") or f"{asked[0]} failed")
 
 
 def _gate_command(deployment: Deployment, service: str, state_dir: Path) -> list[str]:
