@@ -28,7 +28,7 @@ class ForwardKinematics:
         self._model = pin.buildModelFromUrdf(str(path))
         self._data = self._model.createData()
         self._q = np.zeros(self._model.nq)
-        self._columns, self._sources = self._joint_columns(robot)
+        self._find_joints(robot)
         bodies = [
             (index, frame.name)
             for index, frame in enumerate(self._model.frames)
@@ -51,14 +51,24 @@ class ForwardKinematics:
             positions: shape ``[n]``, every measured joint in wire order [rad or m].
         """
         self._q[self._columns] = positions[self._sources]
+        if self._turning:
+            angles = positions[self._turning_sources]
+            self._q[self._turning] = np.cos(angles)
+            self._q[[column + 1 for column in self._turning]] = np.sin(angles)
         pin.framesForwardKinematics(self._model, self._data, self._q)
         placements = self._data.oMf
         return [placements[index] for index in self._ids]
 
-    def _joint_columns(self, robot: RobotManifest) -> tuple[list[int], list[int]]:
-        """For each joint of the description: its column in q, its place on the wire."""
+    def _find_joints(self, robot: RobotManifest) -> None:
+        """For each joint of the description: its column in q, its place on the wire.
+
+        A joint without end stops (``continuous``) has two columns: the angle's cosine and sine.
+        """
         measured = robot.measured_joint_names
-        columns, sources = [], []
+        self._columns: list[int] = []
+        self._sources: list[int] = []
+        self._turning: list[int] = []
+        self._turning_sources: list[int] = []
         for name in list(self._model.names)[1:]:
             if name not in measured:
                 raise ConfigError(
@@ -66,6 +76,8 @@ class ForwardKinematics:
                         str(robot.description_path()), "joints the robot measures", name, measured
                     )
                 )
-            columns.append(self._model.joints[self._model.getJointId(name)].idx_q)
+            joint = self._model.joints[self._model.getJointId(name)]
+            is_continuous = joint.nq == 2
+            (self._turning if is_continuous else self._columns).append(joint.idx_q)
+            sources = self._turning_sources if is_continuous else self._sources
             sources.append(measured.index(name))
-        return columns, sources
