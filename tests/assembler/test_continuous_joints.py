@@ -60,7 +60,10 @@ def simulated(robot: RobotManifest, positions: FloatArray) -> dict[str, FloatArr
             pose[:3, :3], pose[:3, 3] = data.xmat[index].reshape(3, 3), data.xpos[index]
             poses[frame] = pose
     base = np.eye(4)
-    base[:3, :3], base[:3, 3] = data.body("base_link").xmat.reshape(3, 3), data.body("base_link").xpos
+    base[:3, :3], base[:3, 3] = (
+        data.body("base_link").xmat.reshape(3, 3),
+        data.body("base_link").xpos,
+    )
     inverse = np.linalg.inv(base)
     return {frame: inverse @ pose for frame, pose in poses.items()}
 

@@ -43,6 +43,11 @@ def test_verify_takes_a_layout_instead_of_a_skill(tmp_path: Path) -> None:
             "layout verify: expected a skill or --layout, got both or neither",
         ),
         (
+            ("panda-joint-reach",),
+            "layout verify: robot panda: no deployment in compose/ simulates it in robosuite (run: "
+            "hal_sim, backend: robosuite), whose observations are the truth to compare with",
+        ),
+        (
             ("--layout", "gr1"),
             "layout verify: expected a layout with an assembler, got gr1 (valid: human300_16d, "
             "rc365, mobile_pick_30d, libero_eef8d, libero, aloha)",

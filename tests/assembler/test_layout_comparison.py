@@ -40,8 +40,8 @@ def test_every_field_of_the_shipped_skill_agrees_while_driving_at_random() -> No
     assert [report.field for report in reports] == [
         "base_to_eef position",
         "base_to_eef rotation",
-        "world_to_base position",
-        "world_to_base rotation",
+        "odom_to_base position",
+        "odom_to_base rotation",
         "gripper",
         "base_to_object position",
         "base_to_object rotation",
@@ -49,6 +49,22 @@ def test_every_field_of_the_shipped_skill_agrees_while_driving_at_random() -> No
         "base_to_goal rotation",
     ]
     assert all(report.worst >= 0.0 for report in reports)
+
+
+@pytest.mark.parametrize("skill", ["pi05-robocasa365-human300-nf4", "rldx-robocasa"])
+def test_checkpoints_base_is_in_the_simulators_world_wherever_it_starts(skill: str) -> None:
+    contract = load_skill(skill).state_contract
+    assert off(verify_layout(contract, ROBOT, n_ticks=20, seed=1)) == {}
+
+
+def test_base_in_odom_is_named_as_the_wrong_world_with_the_frame_that_fits() -> None:
+    found = off(verify_layout(example("human300_16d", world_frame="odom"), ROBOT, n_ticks=5))
+    assert found == {
+        f"world_to_base {what}": (
+            "world_frame: odom or base_frame: base_site is off; would agree: world_frame: map"
+        )
+        for what in ("position", "rotation")
+    }
 
 
 def test_skill_bound_wxyz_agrees_too() -> None:

@@ -40,7 +40,7 @@ def test_a_robocasa_skill_binds_the_frames_its_data_was_recorded_in(name: str) -
     assert (state.layout, state.dim) == ("human300_16d" if "pi05" in name else "rc365", 16)
     bound = state.bindings
     assert (bound.eef_frame, bound.eef_rotation_frame) == ("grip_site", "panda_hand")
-    assert (bound.base_frame, bound.world_frame) == ("base_site", "odom")
+    assert (bound.base_frame, bound.world_frame) == ("base_site", "map")
     assert bound.gripper_qpos_joints == ("panda_finger_joint1", "panda_finger_joint2")
 
 

@@ -19,7 +19,8 @@ from fairlead.cli.layout_truth import (
     sign_differs,
     verifiable_fields,
 )
-from fairlead.errors import LayoutError
+from fairlead.deploy.shipped_deployments import shipped_deployments
+from fairlead.errors import ConfigError, LayoutError
 from fairlead.hal.backend import FramePose, PartCommand
 from fairlead.messages import FloatArray, HalPart, floats
 from fairlead.modes import ControlMode
@@ -27,6 +28,7 @@ from fairlead.robot.manifest import RobotManifest, load_robot
 from fairlead.skill.bindings import StateContract, bound_gripper, bound_joints
 
 if TYPE_CHECKING:
+    from fairlead_hal_sim.options import SimulatorOptions
     from fairlead_state_assembler import LocalAssembler
 
 ALLOWED = {
@@ -37,6 +39,10 @@ ALLOWED = {
     "joints": 1e-4,
 }
 """Largest error per kind of field: [m], [rad], [rad], [m], [rad]."""
+
+OUR_SCENE = "MobilePickPlace"
+BASE_LOWEST, BASE_HIGHEST = (-3.0, -3.0, -3.0), (-2.0, -2.0, 3.0)
+"""Where the robot is put [m, m, rad]: where nothing else stands."""
 
 KEEP_COMMAND_TICKS = 10
 """Random commands are kept this long, so that the robot gets somewhere."""
@@ -95,21 +101,25 @@ def verify_layout(
 ) -> list[FieldReport]:
     """Drive ``robot_id`` at random for ``n_ticks`` and report every field of the layout.
 
+    In our own scene the seed also puts the robot's base somewhere in the simulator's world,
+    turned anyhow: where it stands at the origin, a wrong ``world_frame`` cannot be seen.
+
     Raises:
         LayoutError: if a bound frame or joint does not exist, or nothing assembles the
             layout.
         ConfigError: if the simulator has no truth for the layout, or the robot or its
-            simulator cannot be loaded.
+            simulator cannot be loaded, or no deployment simulates it in robosuite.
     """
-    from fairlead_hal_sim.options import SimulatorOptions
     from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
     from fairlead_state_assembler import LocalAssembler
 
     robot = load_robot(robot_id)
     fields = verifiable_fields(contract.layout)
     order = contract.bindings.quaternion_convention
-    backend = RobosuiteBackend(SimulatorOptions(seed=seed), robot.tick_period_ns)
     assembler, rng = LocalAssembler(robot), np.random.default_rng(seed)
+    base_pose = rng.uniform(BASE_LOWEST, BASE_HIGHEST).tolist()
+    options = _simulator(robot_id, base_pose).model_copy(update={"seed": seed, "cameras": ()})
+    backend = RobosuiteBackend(options, robot.tick_period_ns)
     worst = {field: _Worst() for field in fields}
     try:
         for tick in range(1, n_ticks + 1):
@@ -130,6 +140,23 @@ def verify_layout(
     finally:
         backend.close()
     return [_report(assembler, contract, field, worst[field], sample) for field in fields]
+
+
+def _simulator(robot: str, base_pose: list[float]) -> SimulatorOptions:
+    """How the robot's first deployment with robosuite simulates it."""
+    from fairlead_hal_sim.hal_options import read_options
+
+    for _, deployment in shipped_deployments(robot):
+        hal = deployment.services[deployment.hal]
+        if hal.run == "hal_sim":
+            options = read_options(deployment.hal, hal.options)
+            if options.backend == "robosuite":
+                place = {"base_pose": base_pose} if options.env == OUR_SCENE else {}
+                return options.model_copy(update={"env_options": options.env_options | place})
+    raise ConfigError(
+        f"layout verify: robot {robot}: no deployment in compose/ simulates it in robosuite "
+        "(run: hal_sim, backend: robosuite), whose observations are the truth to compare with"
+    )
 
 
 def _values(assembler: LocalAssembler, contract: StateContract, sample: _Sample) -> FloatArray:

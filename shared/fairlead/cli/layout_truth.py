@@ -56,19 +56,24 @@ class Field:
         return self.kind in ("quaternion", "axis-angle")
 
 
-_HUMAN300 = (
-    Field("base_to_eef position", "position", 0, ("eef_frame", "base_frame")),
-    Field("base_to_eef rotation", "quaternion", 3, ("eef_rotation_frame", "base_frame")),
-    Field("world_to_base position", "position", 7, ("world_frame", "base_frame")),
-    Field("world_to_base rotation", "quaternion", 10, ("world_frame", "base_frame")),
-    Field("gripper", "gripper", 14, ("gripper_qpos_joints",)),
-)
+def _base_and_eef(world: str) -> tuple[Field, ...]:
+    """Where ``world`` is the simulator's world, or ``odom``, where the base started."""
+    return (
+        Field("base_to_eef position", "position", 0, ("eef_frame", "base_frame")),
+        Field("base_to_eef rotation", "quaternion", 3, ("eef_rotation_frame", "base_frame")),
+        Field(f"{world}_to_base position", "position", 7, ("world_frame", "base_frame")),
+        Field(f"{world}_to_base rotation", "quaternion", 10, ("world_frame", "base_frame")),
+        Field("gripper", "gripper", 14, ("gripper_qpos_joints",)),
+    )
+
+
+_HUMAN300 = _base_and_eef("world")
 
 LAYOUT_FIELDS: dict[StateLayout, tuple[Field, ...]] = {
     "human300_16d": _HUMAN300,
     "rc365": _HUMAN300,
     "mobile_pick_30d": (
-        *_HUMAN300,
+        *_base_and_eef("odom"),
         Field("base_to_object position", "position", 16, ("object_frame", "base_frame")),
         Field("base_to_object rotation", "quaternion", 19, ("object_frame", "base_frame")),
         Field("base_to_goal position", "position", 23, ("goal_frame", "base_frame")),
@@ -117,25 +122,33 @@ def read_truth(env: Any) -> Truth:
     env.sim.forward()
     observed = env._get_observations(force_update=True)
     truth = {field: np.asarray(observed[key]) for field, key in _OBSERVATION_KEYS.items()}
-    truth.update(_tracked(env, truth))
-    return truth
+    return truth | _relative(env, truth)
 
 
-def _tracked(env: Any, robot: Truth) -> Truth:
-    """Poses of the task's tracked bodies in the base, by robosuite's own arithmetic."""
+def _relative(env: Any, robot: Truth) -> dict[str, FloatArray]:
+    """The base in the body it drives on, and tracked bodies in the base.
+
+    By robosuite's own arithmetic.
+    """
     from robosuite.utils import transform_utils
 
     make: Callable[[tuple[FloatArray, FloatArray]], FloatArray] = transform_utils.pose2mat
     base = make((robot["world_to_base position"], robot["world_to_base rotation"]))
     found: dict[str, FloatArray] = {}
-    for frame, body in getattr(env, "tracked_bodies", dict)().items():
+
+    def add(field: str, pose: FloatArray, parent: FloatArray) -> None:
+        seen = transform_utils.pose_in_A_to_pose_in_B(pose, transform_utils.pose_inv(parent))
+        position, rotation = transform_utils.mat2pose(seen)
+        found[f"{field} position"], found[f"{field} rotation"] = position, rotation
+
+    def placed(body: str) -> FloatArray:
         index = env.sim.model.body_name2id(body)
         rotation = transform_utils.convert_quat(env.sim.data.body_xquat[index], to="xyzw")
-        world = make((env.sim.data.body_xpos[index], rotation))
-        pose = transform_utils.pose_in_A_to_pose_in_B(world, transform_utils.pose_inv(base))
-        position, rotation = transform_utils.mat2pose(pose)
-        found[f"base_to_{frame} position"] = np.asarray(position)
-        found[f"base_to_{frame} rotation"] = np.asarray(rotation)
+        return make((env.sim.data.body_xpos[index], rotation))
+
+    add("odom_to_base", base, placed(env.robots[0].robot_model.root_body))
+    for frame, body in getattr(env, "tracked_bodies", dict)().items():
+        add(f"base_to_{frame}", placed(body), base)
     return found
 
 

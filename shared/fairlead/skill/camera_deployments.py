@@ -2,28 +2,17 @@
 
 from __future__ import annotations
 
-from fairlead.deploy.deployment import Deployment, load_deployment
-from fairlead.errors import ConfigError
-from fairlead.paths import repo_root
+from fairlead.deploy.deployment import Deployment
+from fairlead.deploy.shipped_deployments import shipped_deployments
 from fairlead.skill.manifest import SkillManifest
 
 
 def camera_deployments(skill: SkillManifest, robot: str) -> list[str]:
-    """Names of the deployments in ``compose/`` of one robot with a skill's cameras, in its sizes.
-
-    A file that does not load is left out: `fairlead up` says what is wrong with it.
-    """
+    """Names of one robot's deployments in ``compose/`` with a skill's cameras, in its sizes."""
     needed = {(image.camera, image.width, image.height) for image in skill.images.values()}
-    found = []
-    for path in sorted((repo_root() / "compose").glob("*.yaml")):
-        try:
-            deployment = load_deployment(path)
-            rendered = _rendered(deployment)
-        except ConfigError:
-            continue
-        if deployment.robot == robot and needed <= rendered:
-            found.append(path.stem)
-    return found
+    return [
+        name for name, deployment in shipped_deployments(robot) if needed <= _rendered(deployment)
+    ]
 
 
 def _rendered(deployment: Deployment) -> set[tuple[object, object, object]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -34,6 +35,10 @@ CLEAR_M = 0.10
 class MobilePickPlace(ManipulationEnv):  # type: ignore[misc]  # robosuite ships no types
     """A robosuite environment; subclassing registers it as ``MobilePickPlace``.
 
+    Args:
+        base_pose: where the robot's base is put in the world, x, y [m] and yaw [rad]. The
+            fixtures stay: elsewhere than at 0, 0, 0 the task is out of reach.
+
     Success: the can is inside the cabinet, at rest, and released: it touches no part of
     the robot and the gripper has gone away from it.
     The scene of an episode is drawn from ``env.rng`` at every reset and nowhere else, so
@@ -42,7 +47,10 @@ class MobilePickPlace(ManipulationEnv):  # type: ignore[misc]  # robosuite ships
 
     scene: Scene
 
-    def __init__(self, robots: Any, **kwargs: Any) -> None:
+    def __init__(
+        self, robots: Any, base_pose: Sequence[float] = (0.0, 0.0, 0.0), **kwargs: Any
+    ) -> None:
+        self._base_x, self._base_y, self._base_yaw = base_pose
         defaults = {
             "use_camera_obs": False,
             "has_offscreen_renderer": False,
@@ -72,7 +80,9 @@ class MobilePickPlace(ManipulationEnv):  # type: ignore[misc]  # robosuite ships
 
     def _load_model(self) -> None:
         super()._load_model()
-        self.robots[0].robot_model.set_base_xpos([0.0, 0.0, 0.0])
+        robot = self.robots[0].robot_model
+        robot.set_base_xpos([self._base_x, self._base_y, 0.0])
+        robot.set_base_ori([0.0, 0.0, self._base_yaw])
         mount_robocasa_cameras(self.robots[0].robot_model)
         self.can = Can("can")
         self.model = ManipulationTask(

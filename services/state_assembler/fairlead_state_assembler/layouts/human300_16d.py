@@ -49,6 +49,6 @@ def example_human300_16d() -> StateContractBindings:
         eef_frame="grip_site",
         eef_rotation_frame="panda_hand",
         base_frame="base_site",
-        world_frame="odom",
+        world_frame="map",
         gripper_qpos_joints=("panda_finger_joint1", "panda_finger_joint2"),
     )

@@ -42,7 +42,10 @@ def assemble(
 
 
 def example_mobile_pick_30d() -> StateContractBindings:
-    """The frames of human300_16d, and two that a fiducial tracker publishes."""
+    """The frames of human300_16d, two that a fiducial tracker publishes, and odometry's own.
+
+    The base is driven by this vector, and is commanded along odom's axes.
+    """
     return human300_16d.example_human300_16d().model_copy(
-        update={"object_frame": "object", "goal_frame": "goal"}
+        update={"object_frame": "object", "goal_frame": "goal", "world_frame": "odom"}
     )
