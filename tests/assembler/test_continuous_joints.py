@@ -34,7 +34,8 @@ def robot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> RobotManifest:
             f'<joint name="{name}" type="revolute">', f'<joint name="{name}" type="continuous">'
         )
     head, tail = description.split('<joint name="panda_joint5"')
-    tail = tail.replace(*(f'<axis xyz="{axis}"/>' for axis in OBLIQUE), 1)
+    straight, oblique = (f'<axis xyz="{axis}"/>' for axis in OBLIQUE)
+    tail = tail.replace(straight, oblique, 1)
     (folder / "panda.urdf").write_text(f'{head}<joint name="panda_joint5"{tail}')
     model = (folder / "panda.xml").read_text()
     joint = '<joint name="panda_joint5" class="arm"'
