@@ -50,7 +50,7 @@ def test_verify_takes_a_layout_instead_of_a_skill(tmp_path: Path) -> None:
         (
             ("--layout", "gr1"),
             "layout verify: expected a layout with an assembler, got gr1 (valid: human300_16d, "
-            "rc365, mobile_pick_30d, libero_eef8d, libero, aloha)",
+            "rc365, mobile_pick_30d, libero_eef8d, base_pose_6d, libero, aloha)",
         ),
         (
             ("--layout", "aloha"),

@@ -120,7 +120,9 @@ def test_example_of_every_layout_of_this_robot_agrees_while_driving_at_random(
 
 
 def test_every_other_layout_is_for_another_robot_or_verified_above() -> None:
-    assert set(get_args(StateLayout)) - set(VERIFIABLE) == {"mobile_pick_30d", "aloha", "gr1"}
+    assert set(get_args(StateLayout)) - set(VERIFIABLE) == {
+        *("mobile_pick_30d", "base_pose_6d", "aloha", "gr1")
+    }
 
 
 def test_sign_bound_for_libero_is_the_simulators_in_every_tick_and_w_is_not() -> None:

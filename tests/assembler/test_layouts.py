@@ -40,6 +40,7 @@ POSES = {
     ("map", "grip_site"): pose_from("grip_site", [3.0, 2.0, 1.0], [0.0, 0.0, 0.0, 1.0]),
     ("map", "panda_hand"): pose_from("panda_hand", [9.0, 9.0, 9.0], [0.8, 0.0, 0.0, -0.6]),
     ("map", "base_site"): pose_from("base_site", [1.0, 2.0, 0.9], [0.0, 0.0, HALF, HALF]),
+    ("odom", "base_site"): pose_from("base_site", [0.5, 0.0, 0.9], [0.0, 0.0, 0.6, 0.8]),
     ("base_site", "object"): pose_from("object", [0.6, 0.0, 0.1], [0.0, 0.0, 0.6, 0.8]),
     ("base_site", "goal"): pose_from("goal", [0.7, 0.3, 0.4], [0.0, 0.6, 0.0, -0.8]),
 }
@@ -135,8 +136,8 @@ def test_layout_without_an_assembler_lists_those_there_are() -> None:
     with pytest.raises(LayoutError) as error:
         assemble_state("gr1", BINDINGS, JOINTS, FixedTransforms(POSES))
     assert str(error.value) == (
-        "layout gr1: no assembler (valid: aloha, human300_16d, libero, libero_eef8d, "
-        "mobile_pick_30d, rc365)"
+        "layout gr1: no assembler (valid: aloha, base_pose_6d, human300_16d, libero, "
+        "libero_eef8d, mobile_pick_30d, rc365)"
     )
     assert (error.value.kind, error.value.name) == ("no_assembler", "gr1")
 
@@ -149,6 +150,12 @@ def test_every_declared_layout_has_an_assembler_of_its_width() -> None:
         values = assemble_state(layout, BINDINGS, measured, FixedTransforms(POSES))
         assert values.shape == (dim,)
         assert values.dtype == np.float64
+
+
+def test_base_pose_6d_is_x_y_and_yaw_in_the_world_and_in_odom() -> None:
+    values = assemble_state("base_pose_6d", BINDINGS, JOINTS, FixedTransforms(POSES))
+    wanted = [1.0, 2.0, np.pi / 2, 0.5, 0.0, 2 * np.arctan2(0.6, 0.8)]
+    assert np.allclose(values, wanted, atol=1e-12)
 
 
 LIBERO = BINDINGS.model_copy(update={"base_frame": None})
@@ -243,7 +250,7 @@ def test_layout_that_is_not_declared_cannot_be_registered() -> None:
         register("smolvla_9d")(LAYOUT_ASSEMBLERS["libero"])  # type: ignore[arg-type]
     assert str(error.value) == (
         "StateLayout: expected a declared layout, got 'smolvla_9d' (valid: human300_16d, rc365, "
-        "mobile_pick_30d, libero_eef8d, libero, aloha, gr1)"
+        "mobile_pick_30d, libero_eef8d, base_pose_6d, libero, aloha, gr1)"
     )
 
 

@@ -12,7 +12,7 @@ import pytest
 from tests.repo.tree import ROOT
 
 SAMPLE = ROOT / "docs" / "examples" / "gripper_pose_8d.py"
-NAME = ('"aloha", "gr1"', '"aloha", "gr1", "gripper_pose_8d"')
+NAME = ('    "gr1",\n]', '    "gr1",\n    "gripper_pose_8d",\n]')
 ROW = (
     "LAYOUTS: dict[StateLayout, LayoutShape] = {",
     "LAYOUTS: dict[StateLayout, LayoutShape] = {\n"
@@ -99,8 +99,8 @@ def test_file_without_the_name_is_refused_because_the_set_is_closed(copy: Copy) 
     assert done.returncode == 1
     assert done.stderr.splitlines()[-1] == (
         "fairlead.errors.ConfigError: StateLayout: expected a declared layout, got "
-        "'gripper_pose_8d' (valid: human300_16d, rc365, mobile_pick_30d, libero_eef8d, libero, "
-        "aloha, gr1)"
+        "'gripper_pose_8d' (valid: human300_16d, rc365, mobile_pick_30d, libero_eef8d, "
+        "base_pose_6d, libero, aloha, gr1)"
     )
 
 

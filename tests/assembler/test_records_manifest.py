@@ -104,7 +104,7 @@ def test_gr1_with_its_bindings_is_dropped_and_faults_for_want_of_an_assembler(
     skill = checkout.skill(RECORD.replace("human300_16d", "gr1"))
     assert admission_problems(skill, robot) == [
         "layout gr1: no assembler (valid: human300_16d, rc365, mobile_pick_30d, libero_eef8d, "
-        "libero, aloha)"
+        "base_pose_6d, libero, aloha)"
     ]
     state = answer(robot, feed)
     assert state.values is None

@@ -22,7 +22,7 @@ def main() -> None:
     """Flood the runner's own key until killed."""
     deployment = load_deployment(Path(sys.argv[1]))
     bus = ZenohBus(deployment.tool_endpoints())
-    key = deployment.keys.candidate(deployment.only("skill_runner"))
+    key = deployment.keys.candidate(deployment.runners[0])
     publisher = bus.publisher(key, ActionChunk, Qos.HOT)
     part = ActionPart(
         part=0, mode=ControlMode.CARTESIAN_DELTA, frame_id="base_link",

@@ -41,6 +41,7 @@ PUBLIC = {
         *("U8", "U32", "U64", "V1", "Verdict"),
         *("decode", "encode", "encoding_of", "floats", "pack_floats"),
     },
+    "fairlead.policy": {"Done", "Failed"},
     "fairlead.service": {"ServiceContext", "announce_ready", "run_service"},
     "fairlead_state_assembler": {
         *("ForwardKinematics", "JointPositions", "LAYOUT_ASSEMBLERS", "LAYOUT_EXAMPLES"),

@@ -9,6 +9,7 @@ from typing import Any, Self
 
 import numpy as np
 
+from fairlead.policy import Done, Failed
 from fairlead.skill.manifest import SkillManifest
 from fairlead_skill_runner.policies.protocol import Observation
 
@@ -92,3 +93,18 @@ class CannotLoad(Misbehaving):
     @classmethod
     def from_options(cls, skill: SkillManifest, options: Mapping[str, Any]) -> Self:
         raise FileNotFoundError("weights.bin")
+
+
+class SaysDone(Misbehaving):
+    def infer(self, observation: Observation) -> Done:  # type: ignore[override]
+        return Done("the drawer is shut")
+
+
+class GivesUp(Misbehaving):
+    def infer(self, observation: Observation) -> Failed:  # type: ignore[override]
+        return Failed("object_lost", "nothing is in the hand")
+
+
+class GivesUpBadly(Misbehaving):
+    def infer(self, observation: Observation) -> Failed:  # type: ignore[override]
+        return Failed("Object lost!", "")

@@ -36,8 +36,8 @@ def test_named_skills_and_policies_are_taken() -> None:
          "(top level): policies: expected one of this runner's skills, got 'x' "
          f"(valid: {ORACLE})"),
         ({"policies": {ORACLE: {"backend": "magic"}}},
-         f"policies.{ORACLE}.backend: Input should be 'oracle', 'joint_reach', 'replay', "
-         "'constant', 'openpi', 'rldx_zmq' or 'python', got 'magic'"),
+         f"policies.{ORACLE}.backend: Input should be 'oracle', 'joint_reach', 'go_to', "
+         "'replay', 'constant', 'openpi', 'rldx_zmq' or 'python', got 'magic'"),
     ],
 )  # fmt: skip
 def test_options_that_do_not_fit_are_named(options: dict[str, Any], text: str) -> None:

@@ -10,6 +10,7 @@ import pytest
 
 from fairlead.errors import PolicyError
 from fairlead.paths import repo_root
+from fairlead.policy import Done, Failed
 from fairlead.skill.manifest import SkillManifest, load_skill
 from fairlead_skill_runner.policies.backends import POLICIES
 from fairlead_skill_runner.policies.protocol import Observation
@@ -134,3 +135,33 @@ def test_the_process_ends_with_its_worker(workers: list[PolicyWorker]) -> None:
     worker.close()
     with pytest.raises(ProcessLookupError):
         os.kill(pid, 0)
+
+
+@pytest.mark.parametrize(
+    ("policy", "end"),
+    [
+        ("SaysDone", Done("the drawer is shut")),
+        ("GivesUp", Failed("object_lost", "nothing is in the hand")),
+    ],
+)
+def test_a_policy_may_end_its_goal_and_is_asked_again_in_the_next(
+    workers: list[PolicyWorker], policy: str, end: Done | Failed
+) -> None:
+    worker = broken(workers, policy)
+    worker.load()
+    pid = worker.pid
+    assert worker.infer(SEEN) == end
+    worker.reset()
+    assert worker.infer(SEEN) == end
+    assert worker.pid == pid
+
+
+def test_a_reason_that_is_not_one_word_is_an_error_of_the_policy(
+    workers: list[PolicyWorker],
+) -> None:
+    worker = broken(workers, "GivesUpBadly")
+    worker.load()
+    assert refusal(worker) == (
+        "policy worker: inference failed: policy: Failed: kind: expected 1 to 64 of a-z 0-9 _ "
+        "starting with a letter, got 'Object lost!'"
+    )

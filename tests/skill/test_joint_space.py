@@ -126,5 +126,5 @@ def test_a_layout_that_nothing_assembles_is_refused_and_the_raw_joints_never_tak
         problems = admission_problems(skill, MOBILE)
         assert (
             "layout gr1: no assembler (valid: human300_16d, rc365, mobile_pick_30d, "
-            "libero_eef8d, libero, aloha)" in problems
+            "libero_eef8d, base_pose_6d, libero, aloha)" in problems
         )

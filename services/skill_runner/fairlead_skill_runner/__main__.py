@@ -26,6 +26,7 @@ def serve(context: ServiceContext) -> None:
         context.deployment.keys,
         context.name,
         load_robot(context.deployment.robot),
+        context.deployment.profile,
         skills,
         options.replaced_policies(skills),
         context.state_dir / "trace.jsonl" if options.trace else None,

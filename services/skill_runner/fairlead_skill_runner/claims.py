@@ -17,6 +17,7 @@ from fairlead.messages import (
     StatusQuery,
     decode,
 )
+from fairlead.robot.manifest import RobotManifest
 from fairlead.skill.manifest import SkillManifest
 from fairlead.skill.routes import Route
 from fairlead.wire.bus import Bus
@@ -28,16 +29,16 @@ _FORMER_CLAIM_S = {"realtime": 0.5, "lockstep": 2.5}
 
 
 def claim_request(
-    source: str, skill: SkillManifest, routes: tuple[Route, ...], robot_hash: bytes
+    source: str, skill: SkillManifest, routes: tuple[Route, ...], robot: RobotManifest
 ) -> Claim:
     """What a skill asks of the gate; the gate checks hashes and period once, here."""
     return Claim(
         source=source,
         skill=skill.id,
         skill_hash=skill.skill_hash,
-        robot_hash=robot_hash,
+        robot_hash=robot.robot_hash,
         period_ns=round(1e9 / skill.rate_hz),
-        parts=tuple(route.part_name for route in routes),
+        parts=robot.claimed_parts([route.part_name for route in routes]),
         chunk_rate_hz=skill.rate_hz,  # at most one chunk per control period
         horizon_max=skill.horizon,
         age_max_ticks=skill.age_max_ticks,

@@ -7,13 +7,13 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from fairlead.errors import PolicyError
+import numpy as np
+
 from fairlead.messages import GoalResult
 from fairlead.wire.bus import Publisher
 from fairlead_skill_runner.inference import InferenceThread
-from fairlead_skill_runner.policies.protocol import Actions
 from fairlead_skill_runner.policy_worker import PolicyWorker
-from fairlead_skill_runner.run_core import AskPolicy, Output, RunCore, SendChunk
+from fairlead_skill_runner.run_core import AskPolicy, Output, PolicyAnswer, RunCore, SendChunk
 from fairlead_skill_runner.run_setup import RunSetup
 from fairlead_skill_runner.trace import TraceRecord, TraceWriter
 
@@ -93,14 +93,14 @@ class CoreDrive:
         threading.Thread(target=self._inference.close, daemon=True).start()
         return result
 
-    def _on_answer(self, question: AskPolicy, answer: Actions | PolicyError) -> None:
+    def _on_answer(self, question: AskPolicy, answer: PolicyAnswer) -> None:
         with self._lock:
             if not self._core.is_over():
                 self._record(question, answer)
             self.deliver(lambda core, now_s: core.on_policy(question.call, answer, now_s))
 
-    def _record(self, question: AskPolicy, answer: Actions | PolicyError) -> None:
-        if self._trace is not None and not isinstance(answer, PolicyError):
+    def _record(self, question: AskPolicy, answer: PolicyAnswer) -> None:
+        if self._trace is not None and isinstance(answer, np.ndarray):
             seen = question.observation
             self._trace.write(TraceRecord(tick=seen.tick, state=seen.state, actions=answer))
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import threading
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import msgspec
@@ -96,17 +96,9 @@ class GoalRun:
         """How the goal stands now."""
         result, drive = self.result, self._drive
         progress = drive.progress() if drive is not None else Progress(self._phase)
-        return GoalFeedback(
-            source=self._around.source,
-            goal_id=self.goal_id,
-            skill=self.skill.id,
-            phase="ended" if result else progress.phase,
-            tick=progress.tick,
-            queue_depth=progress.queue_depth,
-            inferences=progress.inferences,
-            starved=progress.starved,
-            last_refusal=progress.last_refusal,
-            result=result,
+        phase = "ended" if result else progress.phase
+        return _feedback(
+            self._around.source, self.goal_id, self.skill.id, replace(progress, phase=phase), result
         )
 
     def run(self) -> GoalResult:
@@ -139,7 +131,7 @@ class GoalRun:
             require_admission(self.skill, around.robot, hal)
             routes = resolve_routes(self.skill.action_contract, around.robot)
             self._phase = "claiming"
-            request = claim_request(around.source, self.skill, routes, around.robot.robot_hash)
+            request = claim_request(around.source, self.skill, routes, around.robot)
             claim = take_claim(around.bus, around.keys, request, hal.pacing, self._ended)
             return self._run_claimed(hal, routes, claim)
         finally:
@@ -189,3 +181,25 @@ class GoalRun:
         if cancelled_by:
             drive.cancel(cancelled_by)
         return drive.follow()
+
+
+def no_goal(source: str) -> GoalFeedback:
+    """What a runner says of its goal before the first."""
+    return _feedback(source, 0, "", Progress("idle"), None)
+
+
+def _feedback(
+    source: str, goal_id: int, skill: str, progress: Progress, result: GoalResult | None
+) -> GoalFeedback:
+    return GoalFeedback(
+        source=source,
+        goal_id=goal_id,
+        skill=skill,
+        phase=progress.phase,
+        tick=progress.tick,
+        queue_depth=progress.queue_depth,
+        inferences=progress.inferences,
+        starved=progress.starved,
+        last_refusal=progress.last_refusal,
+        result=result,
+    )

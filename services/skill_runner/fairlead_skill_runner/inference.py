@@ -8,11 +8,10 @@ import threading
 from collections.abc import Callable
 
 from fairlead.errors import PolicyError
-from fairlead_skill_runner.policies.protocol import Actions
 from fairlead_skill_runner.policy_worker import PolicyWorker
-from fairlead_skill_runner.run_core import AskPolicy
+from fairlead_skill_runner.run_core import AskPolicy, PolicyAnswer
 
-AnswerHandler = Callable[[AskPolicy, Actions | PolicyError], None]
+AnswerHandler = Callable[[AskPolicy, PolicyAnswer], None]
 
 
 class InferenceThread:
@@ -36,7 +35,7 @@ class InferenceThread:
 
     def _run(self) -> None:
         while (question := self._questions.get()) is not None:
-            answer: Actions | PolicyError
+            answer: PolicyAnswer
             try:
                 answer = self._worker.infer(question.observation)
             except PolicyError as error:

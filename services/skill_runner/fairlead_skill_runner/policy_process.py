@@ -15,14 +15,17 @@ import traceback
 from multiprocessing.connection import Connection
 
 from fairlead.errors import FairleadError, PolicyError
+from fairlead.policy import Done, Failed
+from fairlead.robot.manifest import load_robot
 from fairlead.skill.manifest import SkillManifest
 from fairlead_skill_runner.policies.backends import policy_class
-from fairlead_skill_runner.policies.protocol import Policy
+from fairlead_skill_runner.policies.protocol import PlannerMaker, Policy
 from fairlead_skill_runner.policy_wire import (
     Answer,
-    Failed,
+    Ended,
     Infer,
     Load,
+    Raised,
     Reply,
     Request,
     Reset,
@@ -52,10 +55,10 @@ def main() -> int:
             else:
                 reply = _answer(policy, request)
         except FairleadError as error:
-            reply = Failed(str(error))
+            reply = Raised(str(error))
         except Exception as error:  # noqa: BLE001 - whatever a policy raises is its answer
             traceback.print_exc()
-            reply = Failed(f"{type(error).__name__}: {error}")
+            reply = Raised(f"{type(error).__name__}: {error}")
         connection.send_bytes(encode(reply))
 
 
@@ -69,14 +72,20 @@ def _end_with(parent: int) -> None:
 
 def _load(request: Load) -> Policy:
     skill = SkillManifest.model_validate_json(request.skill)
-    return policy_class(request.policy).from_options(skill, json.loads(request.options))
+    options = json.loads(request.options)
+    found = policy_class(request.policy)
+    for_robot: PlannerMaker | None = getattr(found, "for_robot", None)
+    if for_robot is not None:
+        return for_robot(skill, options, load_robot(request.robot), request.profile)
+    return found.from_options(skill, options)
 
 
-def _answer(policy: Policy | None, request: Request) -> Answer:
+def _answer(policy: Policy | None, request: Request) -> Reply:
     if policy is None:
         raise PolicyError("policy worker: asked before a policy was loaded")
     if isinstance(request, Infer):
-        return pack_actions(policy.infer(request.observation()))
+        said = policy.infer(request.observation())
+        return Ended.of(said) if isinstance(said, Done | Failed) else pack_actions(said)
     assert isinstance(request, Reset)
     policy.reset()
     return Answer()

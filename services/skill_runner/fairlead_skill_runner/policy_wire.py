@@ -1,7 +1,7 @@
 """What the runner and its policy worker process say to each other.
 
 msgpack over a socket pair on one host; never pickle. The worker answers every request
-with exactly one `Answer` or `Failed`.
+with exactly one `Answer`, `Ended` or `Raised`.
 """
 
 from __future__ import annotations
@@ -10,15 +10,21 @@ import msgspec
 import numpy as np
 
 from fairlead.errors import PolicyError
+from fairlead.policy import Done, Failed
 from fairlead_skill_runner.policies.protocol import Actions, Observation
 
 
 class Load(msgspec.Struct, frozen=True, tag=True):
-    """Import ``policy`` (``module:Class``) and build it. skill, options: JSON."""
+    """Import ``policy`` (``module:Class``) and build it. skill, options: JSON.
+
+    robot: its id; profile: which of its safety profiles holds.
+    """
 
     policy: str
     skill: str
     options: str
+    robot: str
+    profile: str
 
 
 class Reset(msgspec.Struct, frozen=True, tag=True):
@@ -70,14 +76,30 @@ class Answer(msgspec.Struct, frozen=True, tag=True):
     data: bytes = b""
 
 
-class Failed(msgspec.Struct, frozen=True, tag=True):
+class Ended(msgspec.Struct, frozen=True, tag=True):
+    """The policy ended its goal; kind is "" if it is done."""
+
+    kind: str
+    reason: str
+
+    @classmethod
+    def of(cls, end: Done | Failed) -> Ended:
+        """Pack an end for the pipe."""
+        return cls(end.kind if isinstance(end, Failed) else "", str(end.reason))
+
+    def end(self) -> Done | Failed:
+        """What the policy returned."""
+        return Failed(self.kind, self.reason) if self.kind else Done(self.reason)
+
+
+class Raised(msgspec.Struct, frozen=True, tag=True):
     """The policy raised."""
 
     text: str
 
 
 Request = Load | Reset | Infer
-Reply = Answer | Failed
+Reply = Answer | Ended | Raised
 
 _ENCODER = msgspec.msgpack.Encoder()
 _REQUESTS: msgspec.msgpack.Decoder[Request] = msgspec.msgpack.Decoder(Request)

@@ -14,13 +14,15 @@ from multiprocessing.connection import Connection
 from pydantic import JsonValue
 
 from fairlead.errors import PolicyError
+from fairlead.policy import Done, Failed
 from fairlead.skill.manifest import SkillManifest
 from fairlead_skill_runner.policies.protocol import Actions, Observation
 from fairlead_skill_runner.policy_wire import (
     Answer,
-    Failed,
+    Ended,
     Infer,
     Load,
+    Raised,
     Request,
     Reset,
     check_actions,
@@ -41,8 +43,17 @@ class PolicyWorker:
     answer to a later question; `load` starts a new one.
     """
 
-    def __init__(self, policy: str, skill: SkillManifest, options: Mapping[str, JsonValue]) -> None:
-        self._load = Load(policy, skill.model_dump_json(), json.dumps(dict(options)))
+    def __init__(
+        self,
+        policy: str,
+        skill: SkillManifest,
+        options: Mapping[str, JsonValue],
+        robot: str = "",
+        profile: str = "",
+    ) -> None:
+        self._load = Load(
+            policy, skill.model_dump_json(), json.dumps(dict(options)), robot, profile
+        )
         self._skill = skill
         self._process: subprocess.Popen[bytes] | None = None
         self._connection: Connection | None = None
@@ -86,8 +97,8 @@ class PolicyWorker:
         with self._turn:
             self._ask(Reset(), "reset", RESET_TIMEOUT_S, ended)
 
-    def infer(self, observation: Observation) -> Actions:
-        """Ask for rows: float32 ``[H, dim]``, finite, H at most the skill's horizon.
+    def infer(self, observation: Observation) -> Actions | Done | Failed:
+        """Ask for rows, float32 ``[H, dim]``, finite, H at most the skill's horizon, or an end.
 
         Raises:
             PolicyError: if the policy fails, takes longer than the skill's
@@ -96,6 +107,8 @@ class PolicyWorker:
         skill = self._skill
         with self._turn:
             answer = self._ask(Infer.of(observation), "inference", skill.inference_timeout_s)
+            if isinstance(answer, Ended):
+                return answer.end()
             try:
                 return check_actions(answer, skill.action_contract.dim, skill.horizon)
             except PolicyError:
@@ -125,7 +138,7 @@ class PolicyWorker:
 
     def _ask(
         self, request: Request, what: str, timeout_s: float, ended: threading.Event | None = None
-    ) -> Answer:
+    ) -> Answer | Ended:
         if self._connection is None:
             raise PolicyError(f"policy worker: {what} asked, but no policy is loaded")
         try:
@@ -141,7 +154,7 @@ class PolicyWorker:
             reply = decode_reply(self._connection.recv_bytes())
         except (OSError, EOFError):
             raise PolicyError(f"policy worker: {what}: {self._how_it_ended()}") from None
-        if isinstance(reply, Failed):
+        if isinstance(reply, Raised):
             self._kill()
             raise PolicyError(f"policy worker: {what} failed: {reply.text}")
         return reply

@@ -14,6 +14,7 @@ from fairlead.errors import (
     RefusedError,
 )
 from fairlead.messages import GoalResult, LayoutFault, LayoutState
+from fairlead.policy import Done, Failed
 from fairlead.skill.manifest import SkillManifest
 
 Ending = Literal["succeeded", "failed", "cancelled", "deadline"]
@@ -54,6 +55,13 @@ def cancelled(by: str) -> GoalResult:
 def policy_error(error: FairleadError) -> GoalResult:
     """The policy failed, hung, or returned something that is no action."""
     return _ended("failed", "policy", "policy_error", str(error))
+
+
+def by_policy(end: Done | Failed) -> GoalResult:
+    """The policy itself says that the goal is reached, or why it cannot be."""
+    if isinstance(end, Done):
+        return _ended("succeeded", "policy", "", end.reason)
+    return _ended("failed", "policy", end.kind, end.reason)
 
 
 def of_error(error: FairleadError) -> GoalResult:

@@ -27,6 +27,7 @@ from fairlead.messages import (
     TaskState,
     Verdict,
 )
+from fairlead.policy import Done, Failed
 from fairlead.wire.verdict_text import describe
 from fairlead_skill_runner import results
 from fairlead_skill_runner.candidate import candidate
@@ -60,6 +61,7 @@ class AskPolicy:
 
 
 Output = SendChunk | AskPolicy
+PolicyAnswer = Actions | Done | Failed | PolicyError
 
 
 class RunCore:
@@ -117,8 +119,12 @@ class RunCore:
         return outputs + self._advance(now_s)
 
     def on_layout(self, layout: LayoutState, now_s: float) -> list[Output]:
-        """A state vector, or a fault of which several in a row end the goal."""
-        if self.result or layout.session != self.setup.session:
+        """A state vector, or a fault of which several in a row end the goal.
+
+        Another skill's is ignored: another runner may run one that ours offers too.
+        """
+        ours = (self.setup.session, self.setup.skill.id)
+        if self.result or (layout.session, layout.skill) != ours:
             return []
         problem = results.wrong_layout(self.setup.skill, layout)
         if problem:
@@ -173,7 +179,7 @@ class RunCore:
             self._schedule.judged(newest, verdict, self._book.delay_ticks)
         return self._advance(now_s)
 
-    def on_policy(self, call: int, answer: Actions | PolicyError, now_s: float) -> list[Output]:
+    def on_policy(self, call: int, answer: PolicyAnswer, now_s: float) -> list[Output]:
         """The answer to `AskPolicy`; one that is not awaited is ignored."""
         asked = self._asked
         if self.result or asked is None or call != self.inferences:
@@ -182,6 +188,8 @@ class RunCore:
         self._progress_s += now_s - self._asked_s  # the policy's own time is no stall
         if isinstance(answer, PolicyError):
             return self._end(results.policy_error(answer))
+        if isinstance(answer, Done | Failed):
+            return self._end(results.by_policy(answer))
         chunk = candidate(self.setup, self._book.next_seq, asked, answer, self.tick)
         self._book.sent(chunk)
         self._schedule.sent(chunk, self.tick)

@@ -25,6 +25,7 @@ from fairlead.messages import (
     LayoutState,
     Lease,
     Message,
+    StatusQuery,
     TaskState,
     Verdict,
     decode,
@@ -34,7 +35,7 @@ from fairlead.skill.admission import require_admission
 from fairlead.skill.manifest import PolicySpec, SkillManifest
 from fairlead.wire.bus import Bus, Qos, Sample
 from fairlead_skill_runner.goal_check import check_goal
-from fairlead_skill_runner.goal_run import GoalRun, Surroundings
+from fairlead_skill_runner.goal_run import GoalRun, Surroundings, no_goal
 from fairlead_skill_runner.heartbeat import HeartbeatThread
 from fairlead_skill_runner.policies.backends import POLICIES
 from fairlead_skill_runner.policy_worker import PolicyWorker
@@ -51,6 +52,7 @@ class SkillRunner:
     """Runs one goal at a time.
 
     Args:
+        profile: the robot's safety profile that holds.
         policies: by skill id, a policy to run instead of the manifest's own.
         trace_file: where each goal writes what its policy saw and said; None: nowhere.
     """
@@ -61,6 +63,7 @@ class SkillRunner:
         keys: Keys,
         source: str,
         robot: RobotManifest,
+        profile: str,
         skills: Mapping[str, SkillManifest],
         policies: Mapping[str, PolicySpec],
         trace_file: Path | None = None,
@@ -69,7 +72,8 @@ class SkillRunner:
         self._robot, self._skills = robot, skills
         self._log = logging.getLogger(source)
         self._workers = {
-            name: _worker(skill, policies.get(name, skill.policy)) for name, skill in skills.items()
+            name: _worker(skill, policies.get(name, skill.policy), robot, profile)
+            for name, skill in skills.items()
         }
         self._hal: HalStatus | None = None
         self._goal: GoalRun | None = None
@@ -89,6 +93,7 @@ class SkillRunner:
         self._subscribe_all()
         bus.serve(keys.goal(source), source, self._on_goal)
         bus.serve(keys.cancel(source), source, self._on_cancel)
+        bus.serve(keys.feedback(source), source, self._on_status)
         self._feedback_thread = threading.Thread(
             target=self._publish_feedback, name="feedback", daemon=True
         )
@@ -199,6 +204,11 @@ class SkillRunner:
         goal.cancel(cancel.by)
         return Done(text=f"goal {cancel.goal_id:016x} is being cancelled")
 
+    def _on_status(self, payload: bytes) -> GoalFeedback:
+        decode(StatusQuery, payload)
+        goal = self._goal
+        return goal.feedback() if goal is not None else no_goal(self._source)
+
     def _publish_feedback(self) -> None:
         """On change and at 2 Hz; the result is repeated until the next goal."""
         last, quiet_s = None, 0.0
@@ -216,5 +226,7 @@ class SkillRunner:
                 last, quiet_s = seen, 0.0
 
 
-def _worker(skill: SkillManifest, policy: PolicySpec) -> PolicyWorker:
-    return PolicyWorker(POLICIES[policy.backend], skill, policy.options)
+def _worker(
+    skill: SkillManifest, policy: PolicySpec, robot: RobotManifest, profile: str
+) -> PolicyWorker:
+    return PolicyWorker(POLICIES[policy.backend], skill, policy.options, robot.id, profile)

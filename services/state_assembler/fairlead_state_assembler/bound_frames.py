@@ -52,6 +52,12 @@ class BoundFrames:
         pose = self._pose(parent, child)
         return np.concatenate((pose.translation, self._quaternion(pose, child)))
 
+    def planar3(self, parent: ParentBinding, child: PoseBinding) -> FloatArray:
+        """x, y [m] and yaw about z [rad], in (-pi, pi]: shape ``[3]``."""
+        pose = self._pose(parent, child)
+        x, y, _ = pose.translation
+        return np.array([x, y, np.arctan2(pose.rotation[1, 0], pose.rotation[0, 0])])
+
     def _quaternion(self, pose: SE3, child: PoseBinding) -> FloatArray:
         return rotation4(pose, self._bindings.quaternion_convention, self._sign(child))
 

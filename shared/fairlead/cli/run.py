@@ -21,6 +21,7 @@ from fairlead.messages import GateState, GoalResult
 from fairlead.operate.client import RobotClient
 from fairlead.operate.goal_run import GoalInterrupted, GoalWish, run_goal
 from fairlead.operate.goal_watch import Progress
+from fairlead.operate.runner_choice import choose_runner
 from fairlead.robot.manifest import load_robot
 from fairlead.skill.admission import require_admission
 from fairlead.skill.manifest import load_skill
@@ -38,6 +39,9 @@ def command(
             min=0, max=MAX_NUMBER, help="simulator: start a new episode of this seed first"
         ),
     ] = None,
+    runner: Annotated[
+        str, typer.Option(help="which runner, if several can run it: a service of the deployment")
+    ] = "",
     prompt: Annotated[str, typer.Option(help="instruction; default: the skill's own")] = "",
     deadline_ticks: Annotated[
         int,
@@ -60,6 +64,7 @@ def command(
     file = choose_file(deployment)
     chosen = load_deployment(file)
     robot = load_robot(chosen.robot)
+    runner = choose_runner(chosen, skill, runner)
     require_admission(manifest, robot)  # what cannot run should not arm anything
     wait_started(file, lambda line: typer.echo(line, err=True))
     with RobotClient(chosen, by="fairlead run") as client:
@@ -69,7 +74,7 @@ def command(
         if seed is not None:
             _new_episode(client, seed)
         with armed(client, confirmed=yes):
-            wish = GoalWish(skill, prompt, deadline_ticks, stall_timeout)
+            wish = GoalWish(skill, prompt, deadline_ticks, stall_timeout, runner)
             result = _run(client, wish, as_json)
         gate = client.gate_status()
     if result.outcome != "succeeded":

@@ -5,12 +5,13 @@ from __future__ import annotations
 from contextlib import suppress
 from typing import Any
 
+import msgspec
 import typer
 
 from fairlead.cli.console import hex_id, print_json
 from fairlead.cli.deployment_choice import DeploymentOption, JsonOption, choose_deployment
 from fairlead.errors import NoAnswerError
-from fairlead.messages import GateState, GateStatus, HalStatus
+from fairlead.messages import GateState, GateStatus, GoalFeedback, HalStatus
 from fairlead.operate.client import RobotClient
 from fairlead.wire.verdict_text import CHECKS
 
@@ -27,6 +28,7 @@ def command(deployment: DeploymentOption = None, as_json: JsonOption = False) ->
             if not client.alive:
                 raise
         gate, hal = _answers(client)
+        runners = _runners(client)
         alive = sorted(client.alive)
     missing = sorted(set(chosen.services) - set(alive))
     if as_json:
@@ -36,10 +38,11 @@ def command(deployment: DeploymentOption = None, as_json: JsonOption = False) ->
                 "missing": missing,
                 "gate": gate and gate_document(gate),
                 "hal": hal and hal_document(hal),
+                "runners": [runner_document(one) for one in runners],
             }
         )
     else:
-        _print(gate, hal, alive, missing)
+        _print(gate, hal, runners, alive, missing)
     if missing:
         raise typer.Exit(1)
 
@@ -54,8 +57,22 @@ def _answers(client: RobotClient) -> tuple[GateStatus | None, HalStatus | None]:
     return gate, hal
 
 
+def _runners(client: RobotClient) -> list[GoalFeedback]:
+    """What each runner that is seen says of its goal."""
+    found = []
+    for runner in client.deployment.runners:
+        if runner in client.alive:
+            with suppress(NoAnswerError):
+                found.append(client.goal_feedback(runner))
+    return found
+
+
 def _print(
-    gate: GateStatus | None, hal: HalStatus | None, alive: list[str], missing: list[str]
+    gate: GateStatus | None,
+    hal: HalStatus | None,
+    runners: list[GoalFeedback],
+    alive: list[str],
+    missing: list[str],
 ) -> None:
     if gate is None:
         typer.echo("gate   does not answer")
@@ -65,6 +82,8 @@ def _print(
         typer.echo("robot  the HAL does not answer")
     else:
         print_robot(hal)
+    for one in runners:
+        typer.echo(f"goal   {one.source}: {goal_line(one)}")
     typer.echo(f"alive  {', '.join(alive)}")
     if missing:
         typer.echo(f"missing {', '.join(missing)}; see: fairlead ps, fairlead logs {missing[0]}")
@@ -76,6 +95,17 @@ def print_robot(hal: HalStatus) -> None:
         f"robot  {hal.robot}: {hal.state}, {hal.pacing} at {1e9 / hal.period_ns:g} Hz, "
         f"tick {hal.tick}, overruns {hal.overruns}" + (f" ({hal.detail})" if hal.detail else "")
     )
+
+
+def goal_line(goal: GoalFeedback) -> str:
+    """A runner's newest goal in a line: none yet, how it goes, or how it ended."""
+    if not goal.goal_id:
+        return "none yet"
+    if goal.result is None:
+        return f"{goal.skill} is {goal.phase}, tick {goal.tick}"
+    ended = goal.result
+    why = f": {ended.detail}" if ended.detail else ""
+    return f"{goal.skill} {ended.outcome} (decided by the {ended.decided_by}){why}"
 
 
 def print_gate(gate: GateStatus) -> None:
@@ -131,6 +161,18 @@ def gate_document(gate: GateStatus) -> dict[str, Any]:
         "state_tick": gate.state_tick,
         "config_hash": gate.config_hash.hex(),
         "robot_hash": gate.robot_hash.hex(),
+    }
+
+
+def runner_document(goal: GoalFeedback) -> dict[str, Any]:
+    """A runner's newest goal as JSON; ``goal_id`` is null before the first."""
+    return {
+        "runner": goal.source,
+        "goal_id": hex_id(goal.goal_id) if goal.goal_id else None,
+        "skill": goal.skill,
+        "phase": goal.phase,
+        "tick": goal.tick,
+        "result": goal.result and msgspec.structs.asdict(goal.result),
     }
 
 

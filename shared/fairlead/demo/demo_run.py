@@ -18,6 +18,7 @@ from fairlead.messages import GoalResult
 from fairlead.operate.client import RobotClient
 from fairlead.operate.goal_run import GoalWish, run_goal
 from fairlead.operate.goal_watch import Progress
+from fairlead.operate.runner_choice import choose_runner
 from fairlead.operate.scratch_robot import scratch_robot
 from fairlead.record.film import write_film
 from fairlead.record.recorder import Recorder, Recording, first_outcomes
@@ -115,12 +116,14 @@ def _run(
     recorder = Recorder(client.bus, client.keys, [CAMERA] if wish.video else [])
     say(f"armed; goal: {skill.prompt}")
     began_s = time.monotonic()
-    progress = run_goal(client, GoalWish(wish.skill, deadline_ticks=DEADLINE_TICKS), show)
+    runner = choose_runner(client.deployment, wish.skill)
+    goal = GoalWish(wish.skill, deadline_ticks=DEADLINE_TICKS, runner=runner)
+    progress = run_goal(client, goal, show)
     goal_s = time.monotonic() - began_s
     gate = GateChallenge(client, robot, skill)
     challenges = _challenge(gate, list(recorder.recording.candidate_bytes), say)
     client.disarm()
-    return _Run(client.runner, progress, goal_s, challenges, recorder.close())
+    return _Run(runner, progress, goal_s, challenges, recorder.close())
 
 
 def _challenge(

@@ -189,10 +189,21 @@ class Deployment(BaseModel):
 
     def only(self, kind: ServiceKind) -> str:
         """Name of the one service that runs ``kind``."""
-        names = [name for name, spec in self.services.items() if spec.run == kind]
+        names = self._running(kind)
         if len(names) != 1:
             raise ConfigError(f"deployment: expected exactly one {kind}, got {names}")
         return names[0]
+
+    @property
+    def runners(self) -> list[str]:
+        """Names of the services that run skills, one or more; each name is a source in keys."""
+        names = self._running("skill_runner")
+        if not names:
+            raise ConfigError("deployment: expected at least one skill_runner, got none")
+        return names
+
+    def _running(self, kind: ServiceKind) -> list[str]:
+        return [name for name, spec in self.services.items() if spec.run == kind]
 
 
 def load_deployment(path: Path) -> Deployment:

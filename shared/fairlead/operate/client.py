@@ -25,6 +25,7 @@ from fairlead.messages import (
     GateStatus,
     Goal,
     GoalAccepted,
+    GoalFeedback,
     HalStatus,
     Lease,
     Message,
@@ -81,7 +82,6 @@ class RobotClient:
         self.keys = deployment.keys
         self.bus: Bus = bus if bus is not None else ZenohBus(deployment.tool_endpoints())
         self.gate = deployment.only("safety")
-        self.runner = deployment.only("skill_runner")
         self.hal = deployment.hal
         self._by = by
         self._alive: set[str] = set()
@@ -223,7 +223,7 @@ class RobotClient:
                     "75 ms after the last lease; see: fairlead ps"
                 )
 
-    # --- the HAL and the runner ------------------------------------------------------
+    # --- the HAL and the runners -----------------------------------------------------
 
     def hal_status(self) -> HalStatus:
         """Who the robot is, what it has, and how it is paced."""
@@ -235,8 +235,13 @@ class RobotClient:
         request = ResetEpisode(seed=seed)
         return self._ask(self.hal, key, request, ResetEpisodeReply, EPISODE_TIMEOUT_S)
 
-    def goal(self, skill: str, prompt: str, deadline_ticks: int, stall_timeout_s: float) -> int:
-        """Hand the runner a goal; it answers at once.
+    def goal(
+        self, runner: str, skill: str, prompt: str, deadline_ticks: int, stall_timeout_s: float
+    ) -> int:
+        """Hand a runner a goal; it answers at once.
+
+        Args:
+            prompt: "": the skill's own. deadline_ticks: 0: none.
 
         Returns:
             The goal's id; follow it in the runner's feedback.
@@ -248,12 +253,16 @@ class RobotClient:
             deadline_ticks=deadline_ticks,
             stall_timeout_s=stall_timeout_s,
         )
-        return self._ask(self.runner, self.keys.goal(self.runner), request, GoalAccepted).goal_id
+        return self._ask(runner, self.keys.goal(runner), request, GoalAccepted).goal_id
 
-    def cancel(self, goal_id: int) -> Done:
-        """End a goal as soon as possible; how it ended is in the runner's feedback."""
+    def cancel(self, runner: str, goal_id: int) -> Done:
+        """End a runner's goal as soon as possible; how it ended is in its feedback."""
         request = Cancel(goal_id=goal_id, by=self._by)
-        return self._ask(self.runner, self.keys.cancel(self.runner), request, Done)
+        return self._ask(runner, self.keys.cancel(runner), request, Done)
+
+    def goal_feedback(self, runner: str) -> GoalFeedback:
+        """How a runner's newest goal stands or ended; its id is 0 before the first."""
+        return self._ask(runner, self.keys.feedback(runner), StatusQuery(), GoalFeedback)
 
     def _ask(
         self,

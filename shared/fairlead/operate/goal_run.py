@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from fairlead.errors import RefusedError, ServiceError
 from fairlead.operate.client import RobotClient
 from fairlead.operate.goal_watch import GoalWatch, Progress
+from fairlead.operate.runner_choice import choose_runner
 
 REFRESH_S = 0.25
 CANCEL_TIMEOUT_S = 3.0  # a runner gives its claim back within that
@@ -16,12 +17,16 @@ CANCEL_TIMEOUT_S = 3.0  # a runner gives its claim back within that
 
 @dataclass(frozen=True)
 class GoalWish:
-    """What to ask a runner for. deadline_ticks 0: none; prompt "": the skill's own."""
+    """What to ask a runner for. deadline_ticks 0: none; prompt "": the skill's own.
+
+    runner: a service's name; "": the one that `choose_runner` finds for the skill.
+    """
 
     skill: str
     prompt: str = ""
     deadline_ticks: int = 0
     stall_timeout_s: float = 30.0
+    runner: str = ""
 
 
 class GoalInterrupted(KeyboardInterrupt):
@@ -44,36 +49,44 @@ def run_goal(
     """Send one goal and follow it until it has a result.
 
     Raises:
+        ConfigError: no runner, or none that is clear, for the skill.
         RefusedError: the runner did not take the goal.
         ServiceError: the runner went away meanwhile.
         GoalInterrupted: Ctrl-C; the goal has been cancelled. A second one is not waited for.
     """
-    watch = GoalWatch(client)
+    runner = choose_runner(client.deployment, wish.skill, wish.runner)
+    watch = GoalWatch(client, runner)
     try:
-        goal_id = client.goal(wish.skill, wish.prompt, wish.deadline_ticks, wish.stall_timeout_s)
+        goal_id = client.goal(
+            runner, wish.skill, wish.prompt, wish.deadline_ticks, wish.stall_timeout_s
+        )
         try:
-            return _follow(client, watch, goal_id, on_progress)
+            return _follow(client, runner, watch, goal_id, on_progress)
         except KeyboardInterrupt:
-            raise GoalInterrupted(_cancel(client, watch, goal_id)) from None
+            raise GoalInterrupted(_cancel(client, runner, watch, goal_id)) from None
     finally:
         watch.close()
 
 
 def _follow(
-    client: RobotClient, watch: GoalWatch, goal_id: int, on_progress: Callable[[Progress], None]
+    client: RobotClient,
+    runner: str,
+    watch: GoalWatch,
+    goal_id: int,
+    on_progress: Callable[[Progress], None],
 ) -> Progress:
     while True:
         progress = watch.wait(goal_id, REFRESH_S)
         on_progress(progress)
         if progress.result is not None:
             return progress
-        if client.runner not in client.alive:
+        if runner not in client.alive:
             raise ServiceError(
-                f"the runner went away while the goal ran; see: fairlead logs {client.runner}"
+                f"{runner} went away while the goal ran; see: fairlead logs {runner}"
             )
 
 
-def _cancel(client: RobotClient, watch: GoalWatch, goal_id: int) -> Progress:
+def _cancel(client: RobotClient, runner: str, watch: GoalWatch, goal_id: int) -> Progress:
     with suppress(RefusedError):  # it has just ended by itself
-        client.cancel(goal_id)
+        client.cancel(runner, goal_id)
     return watch.wait(goal_id, CANCEL_TIMEOUT_S)

@@ -40,9 +40,9 @@ class Progress:
 
 
 class GoalWatch:
-    """Subscribes before the goal is sent, so that nothing of it is missed."""
+    """One runner's; subscribes before the goal is sent, so that nothing of it is missed."""
 
-    def __init__(self, client: RobotClient) -> None:
+    def __init__(self, client: RobotClient, runner: str) -> None:
         keys = client.keys
         self._changed = threading.Condition()
         self._feedback: dict[int, GoalFeedback] = {}
@@ -51,8 +51,8 @@ class GoalWatch:
         self._tick = 0
         self._first: tuple[float, int] | None = None
         self._subscriptions = [
-            client.bus.subscribe(keys.feedback(client.runner), self._on_feedback),
-            client.bus.subscribe(keys.verdict(client.runner), self._on_verdict),
+            client.bus.subscribe(keys.feedback(runner), self._on_feedback),
+            client.bus.subscribe(keys.verdict(runner), self._on_verdict),
             client.bus.subscribe(keys.joints, self._on_joints),
         ]
 

@@ -11,6 +11,7 @@ import numpy as np
 from fairlead.deploy.deployment import Deployment
 from fairlead.messages import ResetEpisodeReply
 from fairlead.parity.episode_trace import EpisodeTrace
+from fairlead.policy import Done, Failed
 from fairlead.robot.manifest import load_robot
 from fairlead.skill.manifest import SkillManifest
 
@@ -55,6 +56,8 @@ def local_episode(
             state = _observe(assembler, backend, skill)
             tick = reset.tick + len(episode.packed) - reset.held_ticks
             actions = policy.infer(Observation(tick, state, skill.prompt))
+            if isinstance(actions, Done | Failed):
+                break  # the deployed goal ends here too, at the same tick
             episode.observations.append(state.astype("<f8").tobytes())
             episode.actions.append(np.asarray(actions, dtype="<f4").tobytes())
             _execute(episode, backend, actions[: skill.execute_steps])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Collection
 from functools import cached_property
 from pathlib import Path, PurePosixPath
 
@@ -152,6 +153,19 @@ class RobotManifest(BaseModel):
             if part.name == name:
                 return part
         raise ConfigError(expected(f"robot {self.id}", "a part", repr(name), self.part_names))
+
+    def claimed_parts(self, commanded: Collection[str]) -> tuple[str, ...]:
+        """The parts to claim in order to command some: with an arm goes its composite switch.
+
+        What the switch says changes what the arm's commands mean, so nobody else may turn it.
+        """
+        arms = {joint.name for joint in self.joints if joint.role == "arm"}
+        with_arm = any(part.name in commanded and arms & set(part.joints) for part in self.parts)
+        return tuple(
+            part.name
+            for part in self.parts
+            if part.name in commanded or (with_arm and "composite_mode" in part.modes)
+        )
 
     def owner(self, joint: str) -> Part:
         """The part that commands a joint."""

@@ -14,7 +14,14 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from fairlead.frames import MAP
 
 StateLayout = Literal[
-    "human300_16d", "rc365", "mobile_pick_30d", "libero_eef8d", "libero", "aloha", "gr1"
+    "human300_16d",
+    "rc365",
+    "mobile_pick_30d",
+    "libero_eef8d",
+    "base_pose_6d",
+    "libero",
+    "aloha",
+    "gr1",
 ]
 
 PoseBinding = Literal["eef_frame", "base_frame", "object_frame", "goal_frame"]
@@ -57,6 +64,7 @@ LAYOUTS: dict[StateLayout, LayoutShape] = {
     "rc365": LayoutShape(16, _BASE_AND_EEF),
     "mobile_pick_30d": LayoutShape(30, (*_BASE_AND_EEF, "object_frame", "goal_frame")),
     "libero_eef8d": LayoutShape(8, ("eef_frame", "world_frame", "gripper_qpos_joints")),
+    "base_pose_6d": LayoutShape(6, ("base_frame", "world_frame")),
     "libero": LayoutShape(9, (), _FRANKA_ARM, _FRANKA_FINGERS),
     "aloha": LayoutShape(14, (), _ALOHA_JOINTS),
     "gr1": LayoutShape(None, _BASE_AND_EEF),

@@ -19,7 +19,7 @@ from fairlead.skill.slots import MODE_NAMES
 from fairlead.yaml_file import load_yaml
 
 PolicyBackend = Literal[
-    "oracle", "joint_reach", "replay", "constant", "openpi", "rldx_zmq", "python"
+    "oracle", "joint_reach", "go_to", "replay", "constant", "openpi", "rldx_zmq", "python"
 ]
 
 

@@ -10,6 +10,7 @@ from fairlead_skill_runner.policies.protocol import Policy
 POLICIES = {
     "oracle": "fairlead_skill_runner.policies.oracle.policy:OraclePolicy",
     "joint_reach": "fairlead_skill_runner.policies.joint_reach:JointReachPolicy",
+    "go_to": "fairlead_skill_runner.policies.go_to:GoToPolicy",
     "replay": "fairlead_skill_runner.policies.replay:ReplayPolicy",
     "python": "fairlead_skill_runner.policies.python_file:PythonFilePolicy",
     "constant": "fairlead_skill_runner.policies.constant:ConstantPolicy",

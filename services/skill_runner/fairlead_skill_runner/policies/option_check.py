@@ -9,6 +9,7 @@ from pydantic import JsonValue
 from fairlead.skill.manifest import SkillManifest
 from fairlead.skill.python_policy import python_policy_options
 from fairlead_skill_runner.policies.constant import ConstantPolicy
+from fairlead_skill_runner.policies.go_to import check_go_to
 from fairlead_skill_runner.policies.joint_reach import JointReachPolicy
 from fairlead_skill_runner.policies.oracle.policy import OraclePolicy
 from fairlead_skill_runner.policies.remote.openpi import check_openpi_options
@@ -18,6 +19,7 @@ from fairlead_skill_runner.policies.replay import ReplayPolicy
 CHECKS: Mapping[str, Callable[[SkillManifest, Mapping[str, JsonValue]], object]] = {
     "oracle": OraclePolicy.from_options,
     "joint_reach": JointReachPolicy.from_options,
+    "go_to": check_go_to,
     "replay": ReplayPolicy.from_options,
     "constant": ConstantPolicy.from_options,
     "openpi": check_openpi_options,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Protocol, Self
 
@@ -11,6 +11,8 @@ import numpy.typing as npt
 from pydantic import JsonValue
 
 from fairlead.messages import FloatArray
+from fairlead.policy import Done, Failed
+from fairlead.robot.manifest import RobotManifest
 from fairlead.skill.manifest import SkillManifest
 
 Actions = npt.NDArray[np.float32]
@@ -44,8 +46,17 @@ class Policy(Protocol):
             ConfigError: for options that do not fit.
         """
 
-    def infer(self, observation: Observation) -> Actions:
-        """Rows for ``observation.tick`` and the ticks after it: float32 ``[H, dim]``."""
+    def infer(self, observation: Observation) -> Actions | Done | Failed:
+        """Rows for ``observation.tick`` and the ticks after it: float32 ``[H, dim]``.
+
+        `Done` and `Failed` end the goal instead; what was released before may still act
+        until the claim has been given back, then the parts hold.
+        """
 
     def reset(self) -> None:
         """Forget the last episode; called at the start of every goal."""
+
+
+PlannerMaker = Callable[[SkillManifest, Mapping[str, JsonValue], RobotManifest, str], Policy]
+"""``for_robot``, which a class may have instead of ``from_options``: it also gets the robot it
+drives and the name of the safety profile that holds, for a planner that keeps to its zones."""
