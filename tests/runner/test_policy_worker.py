@@ -55,6 +55,7 @@ def test_the_policy_sees_the_whole_observation(workers: list[PolicyWorker]) -> N
     image[1, 0, 2] = 200
     seen = Observation(SEEN.tick, SEEN.state, SEEN.prompt, {"eye": image})
     actions = worker.infer(seen)
+    assert isinstance(actions, np.ndarray)
     assert actions.dtype == np.float32
     assert actions.shape == (8, 12)
     np.testing.assert_array_equal(actions[0, :5], [41, 1.5, 4, 200, 1])
