@@ -23,6 +23,8 @@ from fairlead.robot.gate_room import check_room
 from fairlead.robot.joint import Joint
 from fairlead.robot.manifest import RobotManifest
 from fairlead.robot.part import Part
+from fairlead.robot.possible_limits import check_possible
+from fairlead.robot.profile_limits import profile_limits
 from fairlead.robot.safety_profile import MeasuredLimits, SafetyProfile
 
 FORMAT = "fairlead-gate-1"
@@ -41,7 +43,8 @@ def compile_gate_config(robot: RobotManifest, profile: str) -> str:
     Raises:
         ConfigError: if the robot has no such profile, or its description is not one tree of
             measured joints, or lacks a frame that a mode or an end effector names; if a link has
-            no capsule and robot.yaml does not say why; if a source or a name is longer than the
+            no capsule and robot.yaml does not say why; if a limit is beyond what the robot can do;
+            if a source or a name is longer than the
             gate keeps, or a list longer than it has room for.
     """
     safety = robot.profile(profile)
@@ -67,6 +70,7 @@ def compile_gate_config(robot: RobotManifest, profile: str) -> str:
         "protocol": safety.protocol.model_dump(),
     }
     check_room(robot, config)
+    check_possible(robot, profile, tree)
     covered = {capsule.link for capsule in capsules.capsules}
     check_bare_links(robot, tree, covered, f"robot {robot.id}: {robot.capsules}")
     config["compiled_from"] = _sources(robot)
@@ -124,21 +128,6 @@ def _link(link: Link) -> dict[str, Json]:
         "translation": link.translation,
         "rotation_xyzw": link.rotation_xyzw,
     }
-
-
-def profile_limits(joint: Joint, safety: SafetyProfile) -> tuple[float, float, float, str]:
-    """Velocity, acceleration and effort limit of a commanded joint in a profile, and the source."""
-    own = (joint.velocity_limit, joint.acceleration_limit, joint.effort_limit)
-    tighter = safety.tighter_joints.get(joint.name)
-    if tighter is None:
-        return (*own, joint.source)
-    given = (tighter.velocity_per_s, tighter.acceleration_per_s2, tighter.effort)
-    velocity, acceleration, effort = (
-        mine if less is None else less for mine, less in zip(own, given, strict=True)
-    )
-    nothing_own = not joint.has_bounds and None not in given
-    source = tighter.source if nothing_own else f"{tighter.source}; {joint.source}"
-    return velocity, acceleration, effort, source
 
 
 def _joint(joint: Joint, part: Part, safety: SafetyProfile) -> dict[str, Json]:

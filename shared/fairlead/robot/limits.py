@@ -10,8 +10,9 @@ import json
 from typing import Any
 
 from fairlead.robot.effective_limit import EffectiveLimit
-from fairlead.robot.gate_file import compile_gate_config, profile_limits
+from fairlead.robot.gate_file import compile_gate_config
 from fairlead.robot.manifest import RobotManifest
+from fairlead.robot.profile_limits import profile_limits
 from fairlead.robot.surrounding_limits import surrounding_limits
 
 
