@@ -58,3 +58,17 @@ def test_each_seed_has_its_own_scene_and_keeps_it(backend: RobosuiteBackend) -> 
         backend.reset(seed)
         assert scenes.setdefault(seed, backend.env.scene) == backend.env.scene
     assert len({repr(scene) for scene in scenes.values()}) == 3
+
+
+def test_nothing_is_compiled_within_the_first_row() -> None:
+    """On a machine's first run that took 12 s: a goal stalled, a realtime robot stood still."""
+    done = subprocess.run(
+        [sys.executable, "-m", "tests.task.first_row"],
+        cwd=Path(__file__).parents[2],
+        capture_output=True,
+        text=True,
+        timeout=240,
+        check=True,
+    )
+    before, after = map(int, done.stdout.split())
+    assert 0 < before == after

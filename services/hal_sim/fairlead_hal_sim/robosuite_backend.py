@@ -54,6 +54,9 @@ class RobosuiteBackend:
     def __init__(self, options: SimulatorOptions, period_ns: int = 50_000_000) -> None:
         self.env = make_environment(options, 1e9 / period_ns, offscreen=False)
         self._joints, self._joint_speed_guard = find_joints(self.env), options.joint_speed_guard
+        # On a machine's first run a controller's first step is compiled, for seconds: before the
+        # first tick, not within a row. The reset leaves nothing of it.
+        self.env.step(np.zeros(self.env.action_dim, dtype=np.float32))
         self.reset(options.seed)
         self._action_map = find_action_map(self.env, self._joints)
         self._cameras = _cameras(self.env, options)
