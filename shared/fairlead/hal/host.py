@@ -12,7 +12,7 @@ import threading
 import time
 from collections.abc import Callable
 
-from fairlead.errors import FairleadError, RefusedError
+from fairlead.errors import FairleadError
 from fairlead.hal.backend import Backend, Measurement
 from fairlead.hal.camera_feed import CameraFeed
 from fairlead.hal.core import HalCore
@@ -100,9 +100,11 @@ class HalHost:
             clock,
         )
         keys, who = settings.keys, settings.service
-        self._desk = ResetDesk(self._core, self._changed, who)
+        self._desk = ResetDesk(self._core, self._changed, who, clock)
         self._inbox = HalInbox(self._core, bus, keys, self._changed, clock)
-        self._reset_query = bus.serve(keys.hal_command("reset_episode"), who, self._desk.handle)
+        self._reset_query = bus.serve_later(
+            keys.hal_command("reset_episode"), who, self._desk.handle
+        )
 
     def run(self, stopping: threading.Event) -> None:
         """Tick until ``stopping`` is set; after a backend fault, hold and say so until then."""
@@ -176,6 +178,7 @@ class HalHost:
         return None
 
     def _start_reset_if_due(self) -> None:
+        self._desk.refuse_late()
         with self._changed:
             request = None if self._episode.resetting else self._desk.due()
             if request is None:
@@ -242,9 +245,7 @@ class HalHost:
         self._fault_hold.command()
         self._executor.void(self._tick, Hold.STOPPED, f"backend fault: {reason}")
         self._stops.raise_stop(f"backend fault: {reason}")
-        request = self._episode.resetting
-        if request is not None:
-            self._desk.answer(request, RefusedError(self._settings.service, reason))
+        self._desk.close(f"backend fault: {reason}")
 
     def _close(self) -> None:
         self._inbox.close()

@@ -33,6 +33,10 @@ class Sample:
 SampleHandler = Callable[[Sample], None]
 QueryHandler = Callable[[bytes], Message]
 """Gets the query's payload; returns the reply; raises `FairleadError` to refuse."""
+Answer = Callable[[Message | Exception], None]
+"""Sends the reply to one query, or its refusal; to be called once, from any thread."""
+LaterHandler = Callable[[bytes, Answer], None]
+"""Gets the query's payload and the way to answer it, later if it must wait for something."""
 TokenHandler = Callable[[str, bool], None]
 """Gets a liveliness key and whether its owner is alive."""
 
@@ -68,7 +72,10 @@ class Bus(Protocol):
         """Call ``handler`` for every sample on a key, or on all that match a ``*``."""
 
     def serve(self, key: str, who: str, handler: QueryHandler) -> Undeclare:
-        """Answer queries on ``key``; a `FairleadError` becomes a `Refusal` from ``who``."""
+        """Answer queries on ``key``; what the handler raises becomes a `Refusal` from ``who``."""
+
+    def serve_later(self, key: str, who: str, handler: LaterHandler) -> Undeclare:
+        """Likewise, for a handler whose answer takes its time: it returns at once."""
 
     def query(self, key: str, request: Message, timeout_s: float) -> bytes:
         """Ask and wait for one reply.

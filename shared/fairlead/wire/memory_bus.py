@@ -10,9 +10,17 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import Generic, TypeVar
 
-from fairlead.errors import FairleadError, NoAnswerError, RefusedError
+from fairlead.errors import NoAnswerError, RefusedError
 from fairlead.messages import Message, encode
-from fairlead.wire.bus import Qos, QueryHandler, Sample, SampleHandler, TokenHandler
+from fairlead.wire.bus import (
+    LaterHandler,
+    Qos,
+    QueryHandler,
+    Sample,
+    SampleHandler,
+    TokenHandler,
+)
+from fairlead.wire.refusal import refusal_of
 
 SampleFilter = Callable[[Sample], Iterable[Sample]]
 
@@ -60,7 +68,7 @@ class MemoryBus:
 
     filter: SampleFilter | None = None
     _subscribers: list[_Entry[SampleHandler]] = field(default_factory=list)
-    _queryables: list[_Entry[tuple[str, QueryHandler]]] = field(default_factory=list)
+    _queryables: list[_Entry[tuple[str, LaterHandler]]] = field(default_factory=list)
     _tokens: list[_Entry[None]] = field(default_factory=list)
     _watchers: list[_Entry[TokenHandler]] = field(default_factory=list)
 
@@ -79,26 +87,36 @@ class MemoryBus:
         """Call ``handler`` within every matching put, in the order of subscription."""
         return self._add(self._subscribers, key_expr, handler)
 
-    def serve(self, key: str, who: str, handler: QueryHandler) -> _Entry[tuple[str, QueryHandler]]:
+    def serve(self, key: str, who: str, handler: QueryHandler) -> _Entry[tuple[str, LaterHandler]]:
         """Answer queries on ``key`` with whatever ``handler`` returns or refuses."""
+        return self.serve_later(key, who, lambda payload, answer: answer(handler(payload)))
+
+    def serve_later(
+        self, key: str, who: str, handler: LaterHandler
+    ) -> _Entry[tuple[str, LaterHandler]]:
+        """Answer queries on ``key``; here the answer must come before ``handler`` returns."""
         return self._add(self._queryables, key, (who, handler))
 
     def query(self, key: str, request: Message, timeout_s: float) -> bytes:
         """Call the handler of ``key`` and return its encoded reply; ``timeout_s`` is never waited.
 
         Raises:
-            RefusedError: the handler raised a `FairleadError`.
-            NoAnswerError: nobody serves ``key``.
+            RefusedError: the handler raised.
+            NoAnswerError: nobody serves ``key``, or not at once.
         """
         for entry in list(self._queryables):
             if entry.key == key:
                 who, handler = entry.handler
+                answers: list[Message | Exception] = []
                 try:
-                    return encode(handler(encode(request)))
-                except RefusedError as error:
-                    raise RefusedError(who, error.reason, error.fix) from None
-                except FairleadError as error:
-                    raise RefusedError(who, str(error)) from None
+                    handler(encode(request), answers.append)
+                except Exception as error:  # noqa: BLE001 - as over the network
+                    answers.append(error)
+                for answer in answers[:1]:
+                    if not isinstance(answer, Exception):
+                        return encode(answer)
+                    refusal = refusal_of(who, answer)
+                    raise RefusedError(refusal.who, refusal.reason, refusal.fix)
         raise NoAnswerError(f"{key}: no answer within {timeout_s:g} s; see: fairlead ps")
 
     def declare_token(self, key: str) -> _Entry[None]:

@@ -12,7 +12,16 @@ import zenoh
 
 from fairlead.errors import FairleadError, MessageError, NoAnswerError, RefusedError, TransportError
 from fairlead.messages import Message, Refusal, decode, encode, encoding_of
-from fairlead.wire.bus import Qos, QueryHandler, Sample, SampleHandler, TokenHandler, Undeclare
+from fairlead.wire.bus import (
+    LaterHandler,
+    Qos,
+    QueryHandler,
+    Sample,
+    SampleHandler,
+    TokenHandler,
+    Undeclare,
+)
+from fairlead.wire.refusal import refusal_of
 
 _PRIORITY = {
     Qos.HOT: zenoh.Priority.REAL_TIME,
@@ -155,17 +164,21 @@ class ZenohBus:
         return self._session.declare_subscriber(key_expr, direct)
 
     def serve(self, key: str, who: str, handler: QueryHandler) -> Undeclare:
-        """Answer queries on ``key`` on Zenoh's threads; a `FairleadError` becomes a `Refusal`."""
+        """Answer queries on ``key`` on Zenoh's threads; what is raised becomes a `Refusal`."""
+        return self.serve_later(key, who, lambda payload, answer: answer(handler(payload)))
+
+    def serve_later(self, key: str, who: str, handler: LaterHandler) -> Undeclare:
+        """Answer queries on ``key`` whenever ``handler`` calls the function it is given."""
 
         def on_query(query: zenoh.Query) -> None:
+            def answer(outcome: Message | Exception) -> None:
+                _reply(query, key, who, outcome)
+
             payload = query.payload.to_bytes() if query.payload is not None else b""
-            with query:
-                try:
-                    query.reply(key, encode(handler(payload)))
-                except RefusedError as error:
-                    query.reply_err(encode(Refusal(who=who, reason=error.reason, fix=error.fix)))
-                except FairleadError as error:
-                    query.reply_err(encode(Refusal(who=who, reason=str(error), fix="")))
+            try:
+                handler(payload, answer)
+            except Exception as error:  # noqa: BLE001 - else a bug would read as "no answer"
+                answer(error)
 
         return self._session.declare_queryable(key, on_query)
 
@@ -214,6 +227,17 @@ class ZenohBus:
     def close(self) -> None:
         """End the session; everything declared goes with it."""
         self._session.close()  # type: ignore[no-untyped-call]
+
+
+def _reply(query: zenoh.Query, key: str, who: str, outcome: Message | Exception) -> None:
+    with query:  # leaving it says that no more replies come
+        if not isinstance(outcome, Exception):
+            try:
+                query.reply(key, encode(outcome))
+                return
+            except (TypeError, ValueError, OverflowError) as error:  # no message after all
+                outcome = error
+        query.reply_err(encode(refusal_of(who, outcome)))
 
 
 def open_patiently(endpoints: Endpoints, on_wait: Callable[[TransportError], None]) -> ZenohBus:

@@ -1,0 +1,21 @@
+"""What a service answers when a query's handler raised."""
+
+from __future__ import annotations
+
+import logging
+
+from fairlead.errors import FairleadError, RefusedError
+from fairlead.messages import Refusal
+
+_LOG = logging.getLogger("query")
+
+
+def refusal_of(who: str, error: Exception) -> Refusal:
+    """The refusal that says what went wrong; a bug is answered too, and its traceback logged."""
+    if isinstance(error, RefusedError):
+        return Refusal(who=who, reason=error.reason, fix=error.fix)
+    if isinstance(error, FairleadError):
+        return Refusal(who=who, reason=str(error), fix="")
+    _LOG.error("%s: a query failed", who, exc_info=error)
+    reason = f"internal error, {type(error).__name__}: {error}"
+    return Refusal(who=who, reason=reason, fix=f"fairlead logs {who}")
