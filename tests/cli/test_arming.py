@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import pytest
 import typer
 
-from fairlead.cli.run import armed
+from fairlead.cli.arming import armed
 from fairlead.deploy.deployment import Deployment, ServiceSpec
+from fairlead.errors import RefusedError
 from fairlead.messages import (
     NO_HASH,
     ArmReply,
@@ -21,6 +23,12 @@ from fairlead.messages import (
 )
 from fairlead.operate.client import RobotClient
 from fairlead.wire.memory_bus import MemoryBus
+
+
+class TerminalInput(io.StringIO):
+    def isatty(self) -> bool:
+        return True
+
 
 SERVICES = {
     "hal": ServiceSpec(run="hal_sim", listen="tcp/127.0.0.1:1"),
@@ -34,6 +42,7 @@ class ScriptedGate:
     """Answers arm, disarm and status; remembers what it was asked."""
 
     state: GateState = GateState.DISARMED
+    profile: str = "sim"
     claims: tuple[ClaimInfo, ...] = ()
     asked: list[str] = field(default_factory=list)
 
@@ -49,7 +58,7 @@ class ScriptedGate:
 
     def status(self, payload: bytes) -> Message:
         return GateStatus(
-            robot="r", profile="sim", session=1, epoch=1, state=self.state, cause="", fix="",
+            robot="r", profile=self.profile, session=1, epoch=1, state=self.state, cause="", fix="",
             latch_id=0, stop_ids=(), claims=self.claims, counters=(), state_tick=1,
             lockstep_allowed=True, config_hash=NO_HASH, robot_hash=NO_HASH,
         )  # fmt: skip
@@ -133,6 +142,7 @@ def test_hardware_is_not_armed_without_a_yes(
         raise typer.Abort
 
     monkeypatch.setattr("typer.confirm", no)
+    monkeypatch.setattr("sys.stdin", TerminalInput())
     with pytest.raises(typer.Abort), armed(clients["hardware"]):
         pass
     assert gate.asked == []
@@ -144,3 +154,13 @@ def test_hardware_is_armed_when_confirmed_on_the_command_line(
     with armed(clients["hardware"], confirmed=True):
         assert gate.state is GateState.ARMED
     assert gate.asked == ["arm", "disarm"]
+
+
+def test_a_gate_that_runs_a_hardware_profile_asks_whatever_the_deployment_file_says(
+    gate: ScriptedGate, clients: dict[str, RobotClient], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    gate.profile = "hardware"
+    monkeypatch.setattr("sys.stdin", io.StringIO(""))
+    with pytest.raises(RefusedError, match="no terminal to ask at"), armed(clients["sim"]):
+        pass
+    assert gate.asked == []

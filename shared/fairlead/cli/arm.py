@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import typer
 
+from fairlead.cli.arming import YesOption, arm_after_asking
 from fairlead.cli.console import hex_id
 from fairlead.cli.deployment_choice import DeploymentOption, choose_deployment
 from fairlead.operate.client import RobotClient
@@ -11,9 +12,12 @@ from fairlead.operate.client import RobotClient
 EXAMPLE = "fairlead arm"
 
 
-def command(deployment: DeploymentOption = None) -> None:
-    """Arm the gate: a new epoch starts, runners may claim parts of the robot."""
+def command(deployment: DeploymentOption = None, yes: YesOption = False) -> None:
+    """Arm the gate: a new epoch starts, runners may claim parts of the robot.
+
+    With profile `hardware` it asks first; where nobody can answer it refuses, but with --yes.
+    """
     chosen = choose_deployment(deployment)
     with RobotClient(chosen) as client:
-        reply = client.arm()
+        reply = arm_after_asking(client, client.gate_status(), yes)
     typer.echo(f"armed {chosen.id}: epoch {hex_id(reply.epoch)}")

@@ -99,13 +99,23 @@ def choose_file(file: Path | None) -> Path:
     """The file of the deployment a command is about; raises as `choose_deployment` does."""
     if file is not None:
         return file
-    running = sorted({entry.deployment for entry in Registry().entries()})
-    if len(running) == 1:  # perhaps once for each of its hosts
-        return Path(running[0])
-    if running:
+    running = running_files()
+    if len(running) > 1:
         files = "\n".join(f"  --deployment {file}" for file in running)
         raise ConfigError(f"several deployments run on this machine; add one of:\n{files}")
-    raise nothing_runs()
+    return running[0]
+
+
+def running_files() -> list[Path]:
+    """Files of all deployments that run here, each once even if several of its hosts do.
+
+    Raises:
+        NoAnswerError: none runs.
+    """
+    running = sorted({entry.deployment for entry in Registry().entries()})
+    if not running:
+        raise nothing_runs()
+    return [Path(file) for file in running]
 
 
 def nothing_runs() -> NoAnswerError:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import time
 from types import TracebackType
@@ -35,7 +36,7 @@ class ProgressLine:
         if self._quiet:
             return
         if self._on_terminal:
-            print(f"\r\x1b[2K{text}", end="", file=sys.stderr, flush=True)
+            print(f"\r\x1b[2K{self._cut(text)}", end="", file=sys.stderr, flush=True)
         elif time.monotonic() - self._last_s >= LINE_EVERY_S:
             self._last_s = time.monotonic()
             print(text, file=sys.stderr, flush=True)
@@ -47,8 +48,15 @@ class ProgressLine:
             print(text, file=sys.stderr, flush=True)
 
     def end(self) -> None:
-        """Leave the newest text as a line of its own."""
+        """Leave the newest text, whole, as a line of its own."""
         if self._quiet or not self._text:
             return
-        print("" if self._on_terminal else self._text, file=sys.stderr, flush=True)
+        clear = "\r\x1b[2K" if self._on_terminal else ""
+        print(f"{clear}{self._text}", file=sys.stderr, flush=True)
         self._text = ""
+
+    @staticmethod
+    def _cut(text: str) -> str:
+        """What fits into the terminal's width: of a wrapped line only the last row is replaced."""
+        width = os.get_terminal_size(sys.stderr.fileno()).columns or 80
+        return text if len(text) < width else f"{text[: width - 2]}…"

@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator
-from contextlib import contextmanager
 from typing import Annotated
 
 import msgspec
 import typer
 
+from fairlead.cli.arming import YesOption, armed
 from fairlead.cli.console import print_json
 from fairlead.cli.deployment_choice import DeploymentOption, JsonOption, choose_file
+from fairlead.cli.goal_hints import goal_hints
 from fairlead.cli.progress_line import ProgressLine
 from fairlead.cli.starting import wait_seen, wait_started
-from fairlead.cli.status import state_and_cause
 from fairlead.cli.wire_number import MAX_NUMBER
 from fairlead.deploy.deployment import load_deployment
 from fairlead.messages import GateState, GoalResult
@@ -53,7 +52,7 @@ def command(
             min=0.1, max=MAX_STALL_S, help="give up after so many seconds without a released row"
         ),
     ] = 30.0,
-    yes: Annotated[bool, typer.Option("--yes", help="arm hardware without asking")] = False,
+    yes: YesOption = False,
     as_json: JsonOption = False,
 ) -> None:
     """Arm if disarmed, run SKILL, show its progress, print the result, disarm again.
@@ -75,15 +74,15 @@ def command(
             _new_episode(client, seed)
         with armed(client, confirmed=yes):
             wish = GoalWish(skill, prompt, deadline_ticks, stall_timeout, runner)
-            result = _run(client, wish, as_json)
+            progress = _run(client, wish, as_json)
         gate = client.gate_status()
-    if result.outcome != "succeeded":
-        if gate.state in (GateState.STOPPED, GateState.LATCHED):
-            typer.echo(f"the gate is {state_and_cause(gate)}\n  try: {gate.fix}", err=True)
+    if progress.result is None or progress.result.outcome != "succeeded":
+        for hint in goal_hints(progress, gate, runner):
+            typer.echo(hint, err=True)
         raise typer.Exit(1)
 
 
-def _run(client: RobotClient, wish: GoalWish, as_json: bool) -> GoalResult:
+def _run(client: RobotClient, wish: GoalWish, as_json: bool) -> Progress:
     """One goal; its result is printed before anything else is asked, also after Ctrl-C."""
     try:
         with ProgressLine(quiet=as_json) as line:
@@ -94,24 +93,7 @@ def _run(client: RobotClient, wish: GoalWish, as_json: bool) -> GoalResult:
         raise
     assert progress.result is not None
     _print_result(wish.skill, progress, progress.result, as_json)
-    return progress.result
-
-
-@contextmanager
-def armed(client: RobotClient, confirmed: bool = False) -> Iterator[None]:
-    """Arm unless armed already; whoever armed disarms, if no other claim is live then."""
-    if client.gate_status().state == GateState.ARMED:
-        yield
-        return
-    if client.deployment.profile == "hardware" and not confirmed:
-        typer.confirm("The robot is real and will move. Arm it?", abort=True)
-    client.arm()
-    try:
-        yield
-    finally:
-        gate = client.gate_status()
-        if gate.state == GateState.ARMED and not gate.claims:
-            client.disarm()
+    return progress
 
 
 def _new_episode(client: RobotClient, seed: int) -> None:

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from fairlead.cli.console import hex_id
-from fairlead.cli.deployment_choice import DeploymentOption, choose_deployment
+from fairlead.cli.deployment_choice import DeploymentOption, running_files
+from fairlead.deploy.deployment import load_deployment
+from fairlead.errors import FairleadError
 from fairlead.operate.client import RobotClient
 
 EXAMPLE = 'fairlead stop --reason "hand in the cell"'
@@ -19,9 +23,29 @@ def command(
 ) -> None:
     """Request a protective stop: a controlled standstill until its id is reset.
 
-    This is not an emergency stop: use the robot's own for that.
+    Without --deployment of every robot that runs on this machine. This is not an emergency
+    stop: use the robot's own for that.
     """
-    chosen = choose_deployment(deployment)
-    with RobotClient(chosen) as client:
-        stop_id = client.stop(reason)
-    typer.echo(f"stopped {chosen.id}; when it is safe: fairlead reset {hex_id(stop_id)}")
+    files = [deployment] if deployment is not None else running_files()
+    with ThreadPoolExecutor(len(files)) as at_once:  # nobody's stop waits for another's
+        outcomes = list(at_once.map(lambda file: _stop(file, reason), files))
+    failed = False
+    for file, outcome in zip(files, outcomes, strict=True):
+        if isinstance(outcome, FairleadError):
+            failed = True
+            typer.echo(f"ERROR {file}: NOT STOPPED: {outcome}", err=True)
+            continue
+        robot, stop_id = outcome
+        which = f" --deployment {file}" if len(files) > 1 else ""
+        typer.echo(f"stopped {robot}; when it is safe: fairlead reset {hex_id(stop_id)}{which}")
+    if failed:
+        raise typer.Exit(1)
+
+
+def _stop(file: Path, reason: str) -> tuple[str, int] | FairleadError:
+    try:
+        chosen = load_deployment(file)
+        with RobotClient(chosen) as client:
+            return chosen.id, client.stop(reason)
+    except FairleadError as error:
+        return error

@@ -1,0 +1,155 @@
+"""Stopping and arming from outside, with real gates and nothing else running."""
+
+from __future__ import annotations
+
+import json
+import os
+import pty
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+from fairlead.paths import repo_root
+from fairlead.supervisor.child import is_ready_line
+from fairlead.supervisor.scratch import ScratchOptions, make_scratch
+from tests.cli.command import fairlead, fairlead_command, fairlead_environment
+
+SOURCE = repo_root() / "compose" / "panda_mobile_sim.yaml"
+
+
+class Gate:
+    """One gate, started by its own command."""
+
+    def __init__(self, name: str, folder: Path, **changes: Any) -> None:
+        scratch = make_scratch(SOURCE, folder / name, ScratchOptions(f"{name}{os.getpid()}"))
+        self.file, self.id, self.state = scratch.file, scratch.deployment.id, folder / "registry"
+        content = yaml.safe_load(self.file.read_text(encoding="utf-8")) | changes
+        self.file.write_text(yaml.safe_dump(content, sort_keys=False), encoding="utf-8")
+        self.process = subprocess.Popen(
+            fairlead_command("service", str(self.file), "safety"),
+            env=fairlead_environment(self.state),
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        assert self.process.stdout is not None
+        for line in self.process.stdout:
+            if is_ready_line(line.rstrip()):
+                break
+
+    def end(self) -> None:
+        self.process.kill()
+        assert self.process.stdout is not None
+        self.process.stdout.close()
+        self.process.wait(timeout=30.0)
+
+
+@pytest.fixture
+def gates(tmp_path: Path) -> Iterator[list[Gate]]:
+    started: list[Gate] = []
+    yield started
+    for gate in started:
+        gate.end()
+
+
+@pytest.mark.processes
+def test_stop_stops_every_robot_that_runs_here(gates: list[Gate], tmp_path: Path) -> None:
+    gates += [Gate("one", tmp_path), Gate("other", tmp_path)]
+    state = gates[0].state
+    stopped = fairlead("stop", "--reason", "test", state=state)
+    assert stopped.returncode == 0, stopped.stderr
+    lines = sorted(stopped.stdout.splitlines())
+    for gate, line in zip(gates, lines, strict=True):
+        assert line.startswith(f"stopped {gate.id}; when it is safe: fairlead reset ")
+        reset = fairlead(*line.partition(": fairlead ")[2].split(), state=state)
+        assert reset.returncode == 0, reset.stderr
+
+    gates[0].end()
+    again = fairlead("stop", state=state)  # the dead one is not listed any more
+    assert again.returncode == 0 and gates[1].id in again.stdout
+
+
+@pytest.mark.processes
+def test_a_stop_that_one_robot_does_not_take_is_an_error_and_stops_the_others(
+    gates: list[Gate], tmp_path: Path
+) -> None:
+    gates += [Gate("one", tmp_path), Gate("other", tmp_path)]
+    gates[0].file.write_text("robot: [", encoding="utf-8")
+    stopped = fairlead("stop", state=gates[0].state)
+    assert stopped.returncode == 1
+    assert stopped.stdout.startswith(f"stopped {gates[1].id};")
+    assert f"ERROR {gates[0].file}: NOT STOPPED: " in stopped.stderr
+
+
+@pytest.mark.processes
+def test_a_robot_that_is_real_is_not_armed_where_nobody_can_be_asked(
+    gates: list[Gate], tmp_path: Path
+) -> None:
+    gates.append(Gate("real", tmp_path, profile="hardware", pacing="realtime"))
+    state = gates[0].state
+    unasked = fairlead("arm", state=state)
+    assert unasked.returncode == 1
+    assert unasked.stderr == (
+        "ERROR arm refused: the robot is real and will move, and there is no terminal to ask at\n"
+        "  try: add --yes, if people keep clear of it\n"
+    )
+    sure = fairlead("arm", "--yes", state=state)  # the gate has its own reasons: no HAL
+    assert "safety refused: " in sure.stderr
+
+    asked, answered = ask_on_a_terminal(fairlead_command("arm"), state, "n\n")
+    assert "The robot is real and will move. Arm it? [y/N]: " in asked
+    assert answered == 1
+
+
+def ask_on_a_terminal(command: list[str], state: Path, answer: str) -> tuple[str, int]:
+    """What a command shows on a terminal of 80 columns, and how it ends."""
+    near, far = pty.openpty()
+    os.set_inheritable(far, True)
+    environment = fairlead_environment(state)
+    with subprocess.Popen(command, env=environment, stdin=far, stdout=far, stderr=far) as process:
+        os.close(far)
+        os.write(near, answer.encode())
+        shown = read_all(near)
+        status = process.wait(timeout=60.0)
+    return shown, status
+
+
+def read_all(terminal: int) -> str:
+    shown = b""
+    try:
+        while piece := os.read(terminal, 4096):
+            shown += piece
+    except OSError:  # how a terminal says that nobody writes any more
+        pass
+    os.close(terminal)
+    return shown.decode()
+
+
+def test_a_progress_line_is_never_wider_than_the_terminal(tmp_path: Path) -> None:
+    program = (
+        "import fcntl, struct, sys, termios\n"
+        "fcntl.ioctl(2, termios.TIOCSWINSZ, struct.pack('HHHH', 24, 80, 0, 0))\n"
+        "from fairlead.cli.progress_line import ProgressLine\n"
+        "with ProgressLine() as line:\n"
+        "    line.show('x' * 79)\n"
+        "    line.show('y' * 80)\n"
+        "    line.show('z' * 300)\n"
+    )
+    shown, status = ask_on_a_terminal([sys.executable, "-c", program], tmp_path, "")
+    assert status == 0, shown
+    rows = re.split(r"\r\x1b\[2K", shown)[1:]
+    assert rows[:3] == ["x" * 79, "y" * 78 + "…", "z" * 78 + "…"]
+    assert rows[3] == "z" * 300 + "\r\n", "in the end it is left whole"
+
+
+@pytest.mark.parametrize("command", ["status --json", "skill show orcale --json", "why --json"])
+def test_with_json_an_error_is_json_too(command: str, tmp_path: Path) -> None:
+    done = fairlead(*command.split(), state=tmp_path)
+    assert (done.returncode, done.stderr) == (1, "")
+    error = json.loads(done.stdout)["error"]
+    assert set(error) == {"kind", "message", "fix"} and error["message"]
