@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import queue
 import socket
 import threading
@@ -22,7 +21,7 @@ from fairlead.messages import (
     decode,
     encode,
 )
-from fairlead.wire.bus import Answer, Bus, Qos, Sample
+from fairlead.wire.bus import Bus, Qos, Sample
 from fairlead.wire.memory_bus import MemoryBus, matches
 from fairlead.wire.session import Endpoints, ZenohBus
 
@@ -218,36 +217,6 @@ def test_a_query_that_nobody_serves_gets_no_answer(pair: Pair) -> None:
     pair.settle()
     with pytest.raises(NoAnswerError, match=r"^fl/r/cmd: no answer within 0\.2 s; see: fairlead"):
         pair.far.query("fl/r/cmd", StatusQuery(), 0.2)
-
-
-def test_a_query_answered_later_holds_up_no_other_on_its_key() -> None:
-    endpoint = free_endpoint()
-    near = ZenohBus(Endpoints(listen=[endpoint]))
-    far = ZenohBus(Endpoints(connect=[endpoint]))
-    Pair(near, far).settle()
-    first: list[Answer] = []
-
-    def handler(payload: bytes, answer: Answer) -> None:
-        if not first:
-            first.append(answer)
-            return
-        answer(ArmReply(epoch=2, session=2))
-        first[0](ArmReply(epoch=1, session=1))
-
-    near.serve_later("fl/r/cmd", "hal", handler)
-    Pair(near, far).settle()
-    replies: list[bytes] = []
-    waiting = threading.Thread(
-        target=lambda: replies.append(far.query("fl/r/cmd", Arm(by="me"), DEADLINE_S))
-    )
-    waiting.start()
-    while not first:
-        os.sched_yield()
-    assert decode(ArmReply, far.query("fl/r/cmd", Arm(by="me"), DEADLINE_S)).epoch == 2
-    waiting.join(DEADLINE_S)
-    assert [decode(ArmReply, reply).epoch for reply in replies] == [1]
-    far.close()
-    near.close()
 
 
 @dataclass
