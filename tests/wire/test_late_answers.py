@@ -8,7 +8,7 @@ import threading
 from fairlead.messages import Arm, ArmReply, decode
 from fairlead.wire.bus import Answer
 from fairlead.wire.session import Endpoints, ZenohBus
-from tests.wire.test_bus import DEADLINE_S, Pair, free_endpoint
+from tests.wire.pair import DEADLINE_S, Pair, free_endpoint
 
 
 def test_a_query_answered_later_holds_up_no_other_on_its_key() -> None:
