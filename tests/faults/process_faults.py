@@ -7,18 +7,22 @@ import subprocess
 import sys
 import threading
 import time
+from concurrent.futures import Future
+from dataclasses import replace
 from itertools import pairwise
 
 import pytest
 
 from fairlead.errors import ServiceError
 from fairlead.messages import GateState
+from fairlead.operate.goal_watch import Progress
 from tests.faults.live_stage import LiveStage
 from tests.faults.motion_rules import every_row_was_judged_for_its_tick, no_old_row_acts
 from tests.faults.row import Row, Shot
 from tests.system.live_robot import wait_for
 
 GATE_SLEEP_S = 5.0
+AFTER_TICKS = 20
 BUSY_LOOPS, BUSY_S = 4, 2.0
 STOPPED = (GateState.STOPPED, GateState.LATCHED)  # the third stop within a minute latches
 
@@ -116,14 +120,40 @@ def pause_hal(robot: LiveStage) -> Shot:
 
 def kill_assembler(robot: LiveStage) -> Shot:
     goal = robot.start_moving()
-    shot = robot.hold_shot(robot.signal("state_assembler", signal.SIGKILL))
-    result = robot.ended(goal)
-    assert (result.outcome, result.kind) == ("failed", "stalled"), result
-    assert "layout" in result.detail, result
+    injected_ns = robot.signal("state_assembler", signal.SIGKILL)
+    shot = goal_without_layouts(robot, goal, injected_ns)
     robot.restarted("state_assembler")
+    no_row_acts_again(robot, shot)
     return shot
 
 
+def pause_assembler(robot: LiveStage) -> Shot:
+    goal = robot.start_moving()
+    injected_ns = robot.signal("state_assembler", signal.SIGSTOP)
+    shot = goal_without_layouts(robot, goal, injected_ns)
+    robot.signal("state_assembler", signal.SIGCONT)
+    no_row_acts_again(robot, shot)
+    return shot
+
+
+def goal_without_layouts(robot: LiveStage, goal: Future[Progress], injected_ns: int) -> Shot:
+    """To the goal's typed end; `also`: to the hold."""
+    result = robot.ended(goal)
+    failed_ms = (time.monotonic_ns() - injected_ns) / 1e6
+    assert (result.outcome, result.kind) == ("failed", "layout_missing"), result
+    hold = robot.hold_shot(injected_ns)
+    return replace(hold, measured_ms=failed_ms, also=hold.measured_ms)
+
+
+def no_row_acts_again(robot: LiveStage, shot: Shot) -> None:
+    """What was ended stays ended when layouts come again."""
+    here_ns = time.monotonic_ns()
+    robot.motion_ended(here_ns, settle_ticks=AFTER_TICKS)
+    assert not any(line.moves for line in robot.motion.since(shot.ended_ns)), "it moved again"
+
+
+GOAL_ENDED = "to the goal's end, as its sender hears it"
+HOLD = "injection to hold, p50 / max"
 TO_STOP = "to the gate's stop, its leases"
 ROWS = (
     Row(1, "gate killed", "HAL holds; the gate boots latched", 150, "robot", kill_gate),
@@ -145,6 +175,10 @@ ROWS = (
     ),
     Row(
         9, "state_assembler killed", "hold; the goal fails and names the missing layout",
-        1000, "robot", kill_assembler,
+        1000, "robot", kill_assembler, GOAL_ENDED, also=HOLD,
+    ),
+    Row(
+        9, "state_assembler paused", "the same; on wake nothing moves again",
+        1000, "robot", pause_assembler, GOAL_ENDED, also=HOLD,
     ),
 )  # fmt: skip

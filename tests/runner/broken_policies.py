@@ -33,7 +33,8 @@ class Misbehaving:
 
 
 class Echo(Misbehaving):
-    """Row 0 says what arrived: tick, state[1], prompt length, a pixel, resets so far."""
+    """Row 0 says what arrived: tick, state[1], prompt length, a pixel, resets so far, the
+    answer whose row the base executed, the last tick that was released."""
 
     def infer(self, observation: Observation) -> np.ndarray:
         pixel = observation.images["eye"][1, 0, 2] if observation.images else -1
@@ -44,6 +45,9 @@ class Echo(Misbehaving):
             pixel,
             self.resets,
         ]
+        if observation.judged is not None:
+            base = observation.executed["base"].answer_tick
+            self.rows[0, 5:7] = [base, observation.judged.last_tick]
         return self.rows
 
 

@@ -8,6 +8,7 @@ import msgspec
 import numpy as np
 
 from fairlead.messages import (
+    HELD,
     NO_HASH,
     Acted,
     ActionChunk,
@@ -39,7 +40,7 @@ EXECUTED = Acted(hold=Hold.NONE, verdict_id=1, row=0)
 NO_ROW = Acted(hold=Hold.NO_ROW, verdict_id=0, row=0)
 
 
-def joints(tick: int, *, session: int = SESSION, acted: Acted = EXECUTED) -> JointState:
+def joints(tick: int, *, session: int = SESSION, acted: Acted = HELD) -> JointState:
     n = len(ROBOT.measured_joint_names)
     block = pack_floats(np.zeros(n))
     return JointState(
@@ -142,7 +143,7 @@ class Story:
     def chunk(self) -> ActionChunk:
         return decode(ActionChunk, self.sent[-1])
 
-    def tick(self, tick: int, *, success: bool = False, acted: Acted = EXECUTED) -> None:
+    def tick(self, tick: int, *, success: bool = False, acted: Acted = HELD) -> None:
         """What the HAL and the assembler send for one tick."""
         self.take(self.core.on_task(task(tick, success), self.now_s))
         self.take(self.core.on_joints(joints(tick, acted=acted), self.now_s))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ from fairlead.errors import ConfigError, PolicyError
 from fairlead.messages import FloatArray
 from fairlead.skill.manifest import load_skill
 from fairlead_skill_runner.policies.joint_reach import ACCELERATION_RAD, JointReachPolicy
-from fairlead_skill_runner.policies.protocol import Observation
+from fairlead_skill_runner.policies.protocol import Executed, Observation
 from tests.runner.scripted_robot import SKILL as TWELVE_WIDE
 
 SKILL = load_skill("panda-joint-reach")
@@ -55,6 +56,21 @@ def test_a_joint_far_from_its_plan_is_where_the_next_plan_begins() -> None:
     moved = START + 0.5
     rows = reaching.infer(seen(9, moved))
     assert np.abs(rows[0, :7] - moved).max() <= ACCELERATION_RAD + 1e-6
+
+
+def test_after_a_hold_the_next_plan_begins_at_the_joints_not_at_rows_that_never_acted() -> None:
+    asked = seen(4, START)
+
+    def ahead(**parts: Executed) -> float:
+        reaching = policy()
+        reaching.infer(seen(1, START))
+        rows = reaching.infer(replace(asked, executed=parts))
+        return float(np.abs(rows[0, :7] - START).max())
+
+    assert ahead() > 4 * ACCELERATION_RAD
+    assert ahead(arm=Executed("", 1)) > 4 * ACCELERATION_RAD
+    assert ahead(arm=Executed("refused", None)) <= ACCELERATION_RAD + 1e-6
+    assert ahead(arm=Executed("no_row", None)) <= ACCELERATION_RAD + 1e-6
 
 
 def test_a_reset_forgets_the_plan() -> None:

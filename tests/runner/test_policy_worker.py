@@ -13,7 +13,7 @@ from fairlead.paths import repo_root
 from fairlead.policy import Done, Failed
 from fairlead.skill.manifest import SkillManifest, load_skill
 from fairlead_skill_runner.policies.backends import POLICIES
-from fairlead_skill_runner.policies.protocol import Observation
+from fairlead_skill_runner.policies.protocol import Executed, Judged, Observation
 from fairlead_skill_runner.policy_worker import PolicyWorker
 
 ORACLE = load_skill("oracle-counter-to-cabinet")
@@ -53,12 +53,15 @@ def test_the_policy_sees_the_whole_observation(workers: list[PolicyWorker]) -> N
     worker.reset()
     image = np.zeros((2, 1, 3), dtype=np.uint8)
     image[1, 0, 2] = 200
-    seen = Observation(SEEN.tick, SEEN.state, SEEN.prompt, {"eye": image})
+    executed = {"arm": Executed("refused", None), "base": Executed("", 33)}
+    judged = Judged(33, "truncated", "G020", "G020 limit: ...", 39)
+    seen = Observation(SEEN.tick, SEEN.state, SEEN.prompt, {"eye": image}, executed, judged)
     actions = worker.infer(seen)
     assert isinstance(actions, np.ndarray)
     assert actions.dtype == np.float32
     assert actions.shape == (8, 12)
     np.testing.assert_array_equal(actions[0, :5], [41, 1.5, 4, 200, 1])
+    assert executed["base"].answer_tick == actions[0, 5] and judged.last_tick == actions[0, 6]
     pid = worker.pid
     worker.load()
     assert worker.pid == pid, "loading again keeps a worker that lives"

@@ -11,6 +11,9 @@ NEVER_ADMITTED = range(2, 6)
 """G002 to G005: codes of chunks that the gate did not take for this claim's next one."""
 
 
+CHUNKS_REMEMBERED = 16
+
+
 @dataclass(frozen=True)
 class SentChunk:
     """One chunk as it was sent; ``payload`` is re-sent byte for byte."""
@@ -37,6 +40,7 @@ class ChunkBook:
         self.delay_ticks = 1  # from an observation to its first live row, as measured
         self._released_seq = 0  # chunk of the released rows
         self._newest_verdict = 0  # verdict ids increase
+        self._obs_ticks: dict[int, int] = {}  # by seq, of chunks that may still be judged
         self._refused: set[int] = set()
         self._last_refused = ""
 
@@ -58,10 +62,16 @@ class ChunkBook:
         counts = f"{len(self._refused)} of {self.newest.seq} chunks refused"
         return f"{counts}, the last: {self._last_refused}"
 
+    def obs_tick(self, seq: int) -> int | None:
+        """Observation tick of one of the last chunks."""
+        return self._obs_ticks.get(seq)
+
     def sent(self, chunk: SentChunk) -> None:
         """Take note of a new chunk: from now on the gate's answer to it is awaited."""
         self.newest = chunk
         self.answered = False
+        self._obs_ticks[chunk.seq] = chunk.obs_tick
+        self._obs_ticks.pop(chunk.seq - CHUNKS_REMEMBERED, None)
 
     def judged(self, verdict: Verdict) -> bool:
         """Take a verdict on this claim; False if it says nothing new.

@@ -29,6 +29,7 @@ class Intake:
         camera_periods: ticks between frames, by camera name.
         exact: lockstep: the layout, the task state and the due frames of one tick, and no
             others, so that every run sees the same; otherwise the newest of each.
+        has_task: nothing is observed before the task's own state is known.
     """
 
     def __init__(
@@ -65,11 +66,15 @@ class Intake:
         if newest is None or image.tick > newest.tick:
             self._images[image.camera] = image
 
+    def is_ahead_of(self, tick: int) -> bool:
+        """Whether the newest layout is of a later tick."""
+        return self.layout is not None and self.layout.tick > tick
+
     def missing(self, tick: int) -> str:
         """What an observation of ``tick`` (or newer, unless exact) still lacks; "" if nothing."""
         if self.layout is None or self.layout.tick < tick:
             return f"layout {self._skill.state_contract.layout}"
-        if self._exact and self._has_task and (self.task is None or self.task.tick < tick):
+        if self._has_task and (self.task is None or (self._exact and self.task.tick < tick)):
             return "task state"
         for name, spec in self._skill.images.items():
             if not self._usable(spec, self.layout):

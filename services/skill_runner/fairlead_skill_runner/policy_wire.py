@@ -11,7 +11,7 @@ import numpy as np
 
 from fairlead.errors import PolicyError
 from fairlead.policy import Done, Failed
-from fairlead_skill_runner.policies.protocol import Actions, Observation
+from fairlead_skill_runner.policies.protocol import Actions, Executed, Judged, Observation
 
 
 class Load(msgspec.Struct, frozen=True, tag=True):
@@ -47,6 +47,8 @@ class Infer(msgspec.Struct, frozen=True, tag=True):
     state: bytes
     prompt: str
     pictures: tuple[Picture, ...]
+    executed: dict[str, Executed]
+    judged: Judged | None
 
     @classmethod
     def of(cls, observation: Observation) -> Infer:
@@ -56,7 +58,14 @@ class Infer(msgspec.Struct, frozen=True, tag=True):
             for name, image in observation.images.items()
         )
         state = np.ascontiguousarray(observation.state, dtype="<f8").tobytes()
-        return cls(observation.tick, state, observation.prompt, pictures)
+        return cls(
+            observation.tick,
+            state,
+            observation.prompt,
+            pictures,
+            dict(observation.executed),
+            observation.judged,
+        )
 
     def observation(self) -> Observation:
         """The observation again, bit for bit; arrays are views of the received bytes."""
@@ -65,7 +74,7 @@ class Infer(msgspec.Struct, frozen=True, tag=True):
             for p in self.pictures
         }
         state = np.frombuffer(self.state, dtype="<f8")
-        return Observation(self.tick, state, self.prompt, images)
+        return Observation(self.tick, state, self.prompt, images, self.executed, self.judged)
 
 
 class Answer(msgspec.Struct, frozen=True, tag=True):

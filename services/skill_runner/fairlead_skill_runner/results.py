@@ -41,6 +41,17 @@ def success() -> GoalResult:
     return _ended("succeeded", "task", "", "the task's own check says so")
 
 
+def solved_before() -> GoalResult:
+    """The task was done before the skill's first row: that is no success of the skill."""
+    return _ended(
+        "failed",
+        "task",
+        "already_solved",
+        "the task's own check was true before the skill did anything; for a new scene: "
+        "fairlead run with --seed",
+    )
+
+
 def deadline(ticks: int, refused: str = "") -> GoalResult:
     """The goal had ``ticks`` ticks after its first observation, and they are over."""
     why = f"; {refused}" if refused else ""
@@ -106,6 +117,14 @@ def layout_fault(tick: int, fault: LayoutFault) -> GoalResult:
     age = f", newest {fault.age_ticks} ticks old" if fault.age_ticks >= 0 else ", never seen"
     return _failed(
         f"layout_{fault.kind}", f"at tick {tick}: {fault.name}{parent}{age}: {fault.text}"
+    )
+
+
+def layout_missing(silent_ticks: int, tick: int) -> GoalResult:
+    """The assembler has died, hangs, or cannot be reached."""
+    return _failed(
+        "layout_missing",
+        f"no layout from the state_assembler for {silent_ticks} ticks, at tick {tick}",
     )
 
 

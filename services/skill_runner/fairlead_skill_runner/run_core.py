@@ -33,15 +33,13 @@ from fairlead_skill_runner import results
 from fairlead_skill_runner.candidate import candidate
 from fairlead_skill_runner.chunk_book import ChunkBook
 from fairlead_skill_runner.claim_watch import ClaimWatch
+from fairlead_skill_runner.gate_feedback import GateFeedback
 from fairlead_skill_runner.intake import Gathered, Intake
+from fairlead_skill_runner.layout_watch import LayoutWatch
 from fairlead_skill_runner.observation_schedule import ObservationSchedule
 from fairlead_skill_runner.policies.protocol import Actions, Observation
 from fairlead_skill_runner.run_setup import RunSetup
 
-LAYOUT_FAULTS_TO_FAIL = 4
-"""In a row: in lockstep, where the world waits, and before a goal has seen a good layout."""
-LAYOUT_FAULTS_IN_MOTION = 2
-"""In a row, of two ticks: realtime, where rows that were released before go on acting."""
 QUIET_S = 0.5  # without released rows for so long, the phase says what is awaited
 
 
@@ -89,7 +87,9 @@ class RunCore:
         self._asked_s = 0.0
         self._progress_s = now_s
         self._schedule = ObservationSchedule(setup.skill.execute_steps)
-        self._faults = self._fault_tick = 0
+        self._layouts = LayoutWatch(lockstep=setup.lockstep, rate_hz=setup.skill.rate_hz)
+        self._feedback = GateFeedback(setup.routes)
+        self._anchor_tick = 0  # the first before which this goal's parts held: no older rows act
 
     def is_over(self) -> bool:
         """True once there is a result."""
@@ -112,6 +112,12 @@ class RunCore:
             return []
         repeated = joints.tick == self.tick
         self.tick = joints.tick
+        self._feedback.on_joints(joints)
+        if not self._anchor_tick and self._feedback.all_held(self.tick):
+            self._anchor_tick = self.tick
+        silent = self._layouts.silent_ticks(self.tick)
+        if silent:
+            return self._end(results.layout_missing(silent, self.tick))
         if not repeated and not self.setup.lockstep:
             self._count_starved(joints)
         again = self._book.due_again(self.tick, repeated)
@@ -130,10 +136,10 @@ class RunCore:
         if problem:
             return self._end(problem)
         if layout.fault is not None:
-            if self._is_last_fault(layout.tick):
+            if self._layouts.is_last_fault(layout.tick):
                 return self._end(results.layout_fault(layout.tick, layout.fault))
             return []
-        self._faults = 0
+        self._layouts.good(layout.tick)
         self._intake.add_layout(layout)
         return self._advance(now_s)
 
@@ -174,6 +180,9 @@ class RunCore:
             self.phase = "running"
         if verdict.outcome != Outcome.RELEASED:
             self.last_refusal = describe(verdict)
+        answer_tick = self._book.obs_tick(verdict.seq)
+        if answer_tick is not None:
+            self._feedback.on_verdict(verdict, answer_tick)
         newest = self._book.newest
         if newest is not None and verdict.seq == newest.seq:
             self._schedule.judged(newest, verdict, self._book.delay_ticks)
@@ -214,15 +223,17 @@ class RunCore:
     # --- decisions -----------------------------------------------------------------
 
     def _advance(self, now_s: float) -> list[Output]:
-        if self.result or self.tick == 0:
+        if self.result or not self._anchor_tick:
             return []
         if self.setup.lockstep:
             return self._advance_lockstep(now_s)
         ended = self._ended()
         if ended:
             return self._end(ended)
-        wanted = max(self._schedule.next_tick, self._book.last_obs_tick + 1)
+        wanted = max(self._schedule.next_tick, self._book.last_obs_tick + 1, self._anchor_tick)
         if self._asked or self.tick < wanted or self._intake.missing(wanted):
+            return []
+        if self._intake.is_ahead_of(self.tick):  # what acted before it is still under way
             return []
         return self._ask(now_s)
 
@@ -237,7 +248,7 @@ class RunCore:
     def _ended(self) -> GoalResult | None:
         task = self._intake.task
         if task is not None and task.success:
-            return results.success()
+            return results.success() if self.inferences else results.solved_before()
         deadline = self.setup.deadline_ticks
         if deadline and self.first_tick and self.tick - self.first_tick >= deadline:
             return results.deadline(deadline, self._book.refusals)
@@ -250,16 +261,9 @@ class RunCore:
             return self._end(results.policy_error(error))
         self._asked, self._asked_s = gathered, now_s
         self.inferences += 1
-        self.first_tick = self.first_tick or gathered.observation.tick
-        return [AskPolicy(self.inferences, gathered.observation)]
-
-    def _is_last_fault(self, tick: int) -> bool:
-        """Count a faulty layout; in realtime one tick may be told twice, and counts once."""
-        if self.setup.lockstep or tick > self._fault_tick:
-            self._faults, self._fault_tick = self._faults + 1, tick
-        is_waiting = self.setup.lockstep or self._intake.layout is None
-        allowed = LAYOUT_FAULTS_TO_FAIL if is_waiting else LAYOUT_FAULTS_IN_MOTION
-        return self._faults >= allowed
+        seen = self._feedback.added_to(gathered.observation)
+        self.first_tick = self.first_tick or seen.tick
+        return [AskPolicy(self.inferences, seen)]
 
     def _count_starved(self, joints: JointState) -> None:
         if not self._book.released_last:
@@ -273,6 +277,8 @@ class RunCore:
     def _awaited(self) -> str:
         if self.tick == 0:
             return "a joint state"
+        if not self._anchor_tick:
+            return "its parts to hold"
         if not self._book.answered:
             return "the gate's verdict"
         return self._intake.missing(self.tick) or "released rows"

@@ -50,11 +50,13 @@ class TickPublisher:
         self._static = b""
         self._static_due_ns = 0
         self._sent: list[tuple[Publisher, bytes]] = []
+        self._frames: dict[str, bytes] = {}  # each camera's newest of this episode
 
     def set_static(self, tick: int, transforms: Sequence[FramePose]) -> None:
         """Take the transforms that never change in this episode; sent with the next tick."""
         self._static = encode(self._batch(tick, is_static=True, transforms=transforms))
         self._static_due_ns = 0
+        self._frames = {}
 
     def begin(self, tick: int, transforms: Sequence[FramePose], now_ns: int) -> None:
         """Start a tick: send its transforms (and the static ones if they are due)."""
@@ -64,8 +66,9 @@ class TickPublisher:
         self._put(self._tf, encode(self._batch(tick, is_static=False, transforms=transforms)))
 
     def frame(self, image: Image) -> None:
-        """Send one camera frame as part of the current tick (repeated with it)."""
-        self._put(self._cameras[image.camera], encode(image))
+        """Send one camera frame of the current tick; repeated until the camera's next one."""
+        self._frames[image.camera] = encode(image)
+        self._cameras[image.camera].put_bytes(self._frames[image.camera])
 
     def late_frame(self, image: Image) -> None:
         """Send a frame that was finished after its tick (realtime); never repeated."""
@@ -105,8 +108,13 @@ class TickPublisher:
         self._put(self._joints, encode(joints))
 
     def repeat(self, now_ns: int) -> None:
-        """Send the whole tick again: static transforms too, joints last, identical bytes."""
+        """Send the whole tick again: static transforms too, joints last, identical bytes.
+
+        With each camera's newest frame, also of an earlier tick: who begins now has missed it.
+        """
         self._put_static(now_ns)
+        for camera, payload in self._frames.items():
+            self._cameras[camera].put_bytes(payload)
         for publisher, payload in self._sent:
             publisher.put_bytes(payload)
 

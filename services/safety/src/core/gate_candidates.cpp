@@ -160,13 +160,16 @@ void Gate::Core::judge_chunk(LiveClaim& claim, const ActionChunk& chunk, Bytes f
 }
 
 // G021: a row that acts but that this claim did not release, or whose numbers are gone, is not
-// standing still: nothing can be judged against it. Refusing holds one tick, and a hold is known.
+// standing still: nothing can be judged against it. One held tick later a hold is known.
+bool Gate::Core::knows_act_before(const LiveClaim& claim) const {
+  return act_before(claim).hold != 0 || row_before(claim).chunk != nullptr;
+}
+
 Judgement Gate::Core::judge_from(const LiveClaim& claim, const ActionChunk& chunk,
                                  std::size_t first_row) const {
-  const RowBefore before = row_before(claim);
-  if (act_before(claim).hold != 0 || before.chunk != nullptr) {
+  if (knows_act_before(claim)) {
     const FixedVec<Companion, max_claims> companions = companions_of(claim);
-    return judge_rows(path_plan_, claim.limits, hal_.state(), chunk, first_row, before,
+    return judge_rows(path_plan_, claim.limits, hal_.state(), chunk, first_row, row_before(claim),
                       Companions(companions.begin(), companions.size()));
   }
   Judgement refused;

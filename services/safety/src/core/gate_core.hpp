@@ -68,6 +68,7 @@ class Gate::Core {
   [[nodiscard]] std::uint64_t first_open_tick() const;
   [[nodiscard]] Acted act_before(const LiveClaim& claim) const;
   [[nodiscard]] Acted acted_of(const LiveClaim& claim) const;
+  [[nodiscard]] bool knows_act_before(const LiveClaim& claim) const;
 
   // What still moves (gate_motion.cpp)
   void begin_memories();

@@ -94,6 +94,9 @@ Grant Gate::Core::grant_for(const LiveClaim& claim) const {
   } else if (claim.refused_tick == tick) {  // no state has tick 0
     grant.decision = static_cast<std::uint8_t>(Decision::hold);
     grant.verdict_id = claim.refused_verdict;
+  } else if (hal_.lockstep() && !knows_act_before(claim)) {
+    // Nothing that it could send may act in this tick: it holds without having sent anything.
+    grant.decision = static_cast<std::uint8_t>(Decision::hold);
   }
   return grant;
 }

@@ -107,3 +107,19 @@ TEST_CASE("G025 the first of the parts in motion at arming is as unknown as the 
   still.joint(arm, Mode::joint_velocity, arm_1, {0.0});
   CHECK(rig.send_chunk(still).code == 0);
 }
+
+TEST_CASE(
+    "lockstep: while a row of an ended claim acts, the next claim holds without being asked") {
+  TrackedRig rig(true, [](Limits&) {});
+  rig.begin(rig.chunk());
+  rig.act();
+  end_claim(rig);
+  rig.take_claim();
+  rig.next_tick_of(std::vector<Acted>(rig.part_count, row_of(rig.safe, 1)));
+  REQUIRE(rig.lease().grants.size() == 1);
+  CHECK(rig.lease().grants[0].decision == static_cast<std::uint8_t>(Decision::hold));
+  CHECK(rig.send_chunk(rig.chunk()).code == 21);
+  rig.hold();
+  CHECK(rig.lease().grants[0].decision == static_cast<std::uint8_t>(Decision::undecided));
+  CHECK(rig.send_chunk(rig.chunk()).code == 0);
+}

@@ -75,7 +75,8 @@ class JointReachPolicy:
         """One chunk, shape ``[horizon, 8]``, from a state of layout ``libero``.
 
         It goes on from its own target of the tick before, not from the joints, which
-        follow a little later: targets stay smooth from chunk to chunk.
+        follow a little later: targets stay smooth from chunk to chunk. After a tick in
+        which a part held it plans anew from the joints.
 
         Raises:
             PolicyError: for a state of another size.
@@ -85,6 +86,8 @@ class JointReachPolicy:
             what = f"a state of shape ({STATE_DIM},)"
             raise PolicyError(expected("joint_reach", what, state.shape))
         joints = state[:ARM_JOINTS]
+        if any(part.hold for part in observation.executed.values()):
+            self._plan = {}
         at, step = self._plan.get(observation.tick - 1, (joints, np.zeros(ARM_JOINTS)))
         if np.any(np.abs(at - joints) > LOST_RAD):
             at, step = joints, np.zeros(ARM_JOINTS)

@@ -20,6 +20,39 @@ Actions = npt.NDArray[np.float32]
 
 
 @dataclass(frozen=True)
+class Executed:
+    """What one part did in the control period before an observation.
+
+    hold: "" if it executed a row, else why it held: ``no_row``, ``refused``, ``not_granted``,
+        or another name of `fairlead.messages.Hold`, in lower case.
+    answer_tick: `Observation.tick` of the answer whose row it executed, row
+        ``observation.tick - 1 - answer_tick`` of it; None: it held, or the gate's word on
+        that answer was lost.
+    """
+
+    hold: str
+    answer_tick: int | None
+
+
+@dataclass(frozen=True)
+class Judged:
+    """The gate's newest word on an answer of this goal.
+
+    answer_tick: `Observation.tick` of that answer.
+    outcome: ``released``, ``truncated`` (its first rows only) or ``refused``.
+    code, text: why not all of it, for example ``G021`` and the value beside its limit; "" for
+        ``released``.
+    last_tick: of its last row that was released; 0: none was.
+    """
+
+    answer_tick: int
+    outcome: str
+    code: str
+    text: str
+    last_tick: int
+
+
+@dataclass(frozen=True)
 class Observation:
     """What a policy sees.
 
@@ -27,12 +60,17 @@ class Observation:
     state: the layout vector, float64, shape ``[state_contract.dim]``, SI.
     prompt: the instruction.
     images: by the policy's picture name, uint8 ``[height, width, 3]``, row 0 at the top.
+    executed: by the name of each part that the skill commands, what it did in the period
+        before; empty where the robot's report of that period was lost.
+    judged: the gate's newest word on an answer of this goal; None before the first.
     """
 
     tick: int
     state: FloatArray
     prompt: str
     images: Mapping[str, npt.NDArray[np.uint8]] = field(default_factory=dict)
+    executed: Mapping[str, Executed] = field(default_factory=dict)
+    judged: Judged | None = None
 
 
 class Policy(Protocol):

@@ -1,0 +1,84 @@
+"""One goal after the other on a robot that stays where the last one left it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from fairlead.messages import GateState, GoalResult, Verdict, decode
+from fairlead.operate.goal_run import GoalWish, run_goal
+from fairlead.operate.scratch_robot import ScratchRobot, scratch_robot
+from fairlead.paths import repo_root
+from fairlead.supervisor import Registry
+from fairlead.supervisor.scratch import ScratchOptions, make_scratch
+from fairlead.wire.bus import Sample
+from fairlead.wire.verdict_text import describe
+from tests.cli.command import fairlead
+
+pytestmark = [pytest.mark.processes, pytest.mark.timeout(180)]
+
+SKILL = "panda-joint-reach"
+
+
+class Robot:
+    """A panda in plain MuJoCo, and every verdict of its gate."""
+
+    def __init__(self, robot: ScratchRobot, registry: Path) -> None:
+        self.client, self.file, self.registry = robot.client, robot.scratch.file, registry
+        self.verdicts: list[Verdict] = []
+        self.client.bus.subscribe(self.client.keys.verdict("runner"), self._on_verdict)
+
+    def _on_verdict(self, sample: Sample) -> None:
+        self.verdicts.append(decode(Verdict, sample.payload))
+
+    def new_episode(self) -> None:
+        if self.client.gate_status().state == GateState.ARMED:
+            self.client.disarm()
+        self.client.reset_episode(3)
+        self.client.arm()
+
+    def goal(self, deadline_ticks: int) -> GoalResult:
+        progress = run_goal(self.client, GoalWish(SKILL, deadline_ticks=deadline_ticks))
+        assert progress.result is not None
+        return progress.result
+
+
+@pytest.fixture(scope="module", params=["lockstep", "realtime"])
+def robot(
+    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
+) -> Iterator[Robot]:
+    folder = tmp_path_factory.mktemp(request.param)
+    source = repo_root() / "compose" / "panda_mujoco.yaml"
+    scratch = make_scratch(source, folder / "state", ScratchOptions(pacing=request.param))
+    with scratch_robot(scratch, Registry(folder / "registry")) as made:
+        yield Robot(made, folder / "registry")
+
+
+def test_a_goal_that_follows_at_once_has_no_chunk_refused_for_what_the_last_one_did(
+    robot: Robot,
+) -> None:
+    for _ in range(3):
+        robot.new_episode()
+        for _ in range(2):  # a third would find the scene solved
+            result = robot.goal(deadline_ticks=6)
+            assert result.outcome == "deadline", result
+    said = [describe(verdict) for verdict in robot.verdicts if verdict.code]
+    assert not [words for words in said if "the row that acts before" in words]
+
+
+def test_a_scene_that_was_solved_before_is_no_success_of_the_skill(robot: Robot) -> None:
+    robot.new_episode()
+    assert robot.goal(deadline_ticks=0).outcome == "succeeded"
+    again = robot.goal(deadline_ticks=0)
+    assert (again.outcome, again.decided_by, again.kind) == ("failed", "task", "already_solved")
+    robot.client.disarm()
+    done = fairlead("run", SKILL, "--deployment", str(robot.file), state=robot.registry)
+    assert done.returncode == 1
+    assert re.match(
+        f"{SKILL} failed before its first tick \\(decided by the task\\): already_solved: "
+        "the task's own check was true before the skill did anything",
+        done.stdout,
+    ), done.stdout
