@@ -145,7 +145,7 @@ class RunCore:
 
     def on_task(self, task: TaskState, now_s: float) -> list[Output]:
         """The task's own check; a success ends the goal at the next decision."""
-        if self.result or task.session != self.setup.session:
+        if self.result or not self.setup.has_task or task.session != self.setup.session:
             return []
         self._intake.add_task(task)
         return self._advance(now_s)

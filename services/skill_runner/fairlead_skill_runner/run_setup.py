@@ -10,6 +10,7 @@ from hashlib import sha256
 from fairlead.messages import NO_TRACE, ClaimReply, Goal, HalStatus
 from fairlead.skill.manifest import SkillManifest
 from fairlead.skill.routes import Route
+from fairlead_skill_runner.policies.backends import JUDGE_THEMSELVES
 
 
 @dataclass(frozen=True)
@@ -20,6 +21,7 @@ class RunSetup:
         source: the runner's name in keys and chunks.
         deadline_ticks: ticks after the first observation; 0: none.
         stall_timeout_s: longest time without released rows, the policy's own time not counted.
+        has_task: whether the simulator's own check decides about success.
         camera_periods: ticks between frames, by camera.
         trace_id: W3C trace id of the goal, 16 bytes; zeros: not traced.
     """
@@ -69,7 +71,7 @@ class RunSetup:
             session=claim.session,
             robot_hash=hal.robot_hash,
             lockstep=hal.pacing == "lockstep",
-            has_task=hal.has_task,
+            has_task=hal.has_task and skill.policy.backend not in JUDGE_THEMSELVES,
             claim_id=claim.claim_id,
             epoch=claim.epoch,
             trace_id=secrets.token_bytes(16),
