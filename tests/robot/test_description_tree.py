@@ -45,6 +45,14 @@ def test_every_link_comes_after_its_parent_and_hangs_as_the_file_says(tmp_path: 
     assert (tool.joint, tool.kind, tool.translation) == (None, "fixed", (0.0, 0.0, 0.1034))
 
 
+def test_a_fixed_joint_needs_no_axis_to_be_read(tmp_path: Path) -> None:
+    """Exporters write a direction of no length there."""
+    fixed = '<origin xyz="0 0 0.1034" rpy="0 0 0"/>'
+    tree = description_tree(panda(tmp_path, fixed, f'{fixed}<axis xyz="0 0 0"/>'))
+    (tool,) = [link for link in tree.links if link.name == "panda_hand_tcp"]
+    assert (tool.kind, tool.axis) == ("fixed", (1.0, 0.0, 0.0))
+
+
 BAD = {
     "no XML": ("</robot>", "", "cannot be read as XML: "),
     "two roots": ('<link name="base_link"/>', '<link name="base_link"/><link name="moon"/>',

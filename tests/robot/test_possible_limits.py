@@ -161,3 +161,9 @@ def test_the_command_refuses_it_and_writes_nothing(
     assert "workspace.volumes.reach.lower_m x: expected up to " in done.stderr
     assert "twice the robot's reach, got 5" in done.stderr
     assert (folder / "gate.sim.json").read_bytes() == before
+
+
+def test_more_frames_than_the_gate_has_room_for_are_refused() -> None:
+    links = [f"panda_link{number}" for number in range(5)]
+    with pytest.raises(ConfigError, match=r"cartesian_delta\.frames: expected at most 4, got 5"):
+        compile_gate_config(spoiled(MOBILE, f"{ARM}.frames", links), "sim")

@@ -103,6 +103,39 @@ def test_robot_hash_changes_with_the_description_file(
     assert load_robot("panda").robot_hash != before
 
 
+def test_joints_that_the_simulator_calls_alike_need_no_name_there(data: dict[str, Any]) -> None:
+    names = data["simulator"]["joints"]
+    del names["torso_height"]
+    robot = RobotManifest.model_validate(data)
+    assert robot.simulator_joints("torso_height") == ("torso_height",)
+    assert robot.simulator_joints("base_x") == ("mobilebase0_joint_mobile_forward",)
+
+
+def test_robot_hash_leaves_out_what_only_a_comparison_goes_by(
+    shipped: dict[str, Any], data: dict[str, Any]
+) -> None:
+    data["simulator"]["frame_tolerance"] = {"distance_m": 0.001}
+    del data["simulator"]["model"]
+    data["no_collision_geometry"]["grip_site"] = "another reason"
+    before = RobotManifest.model_validate(shipped).robot_hash
+    assert RobotManifest.model_validate(data).robot_hash == before
+
+
+@pytest.mark.parametrize(
+    ("change", "wanted"),
+    [
+        ({"frame_tolerance": {"distance_m": 0.05}}, "less than or equal to 0.01"),
+        ({"frames": {"base_link": "mobilebase0_base"}}, "expected body:NAME or site:NAME"),
+        ({"joints": {"panda_joint9": ["robot0_joint7"]}}, "unknown panda_joint9 (valid: base_x"),
+    ],
+)
+def test_names_of_the_simulator_that_cannot_be_are_refused(
+    data: dict[str, Any], tmp_path: Path, change: dict[str, Any], wanted: str
+) -> None:
+    data["simulator"] |= change
+    assert wanted in _refusal(data, tmp_path)
+
+
 def test_manifest_is_frozen() -> None:
     robot = load_robot("panda_mobile")
     with pytest.raises(ValueError, match="frozen"):

@@ -9,12 +9,14 @@ import mujoco
 import numpy as np
 import pytest
 
+from fairlead.errors import ConfigError
 from fairlead.paths import robot_dir
 from fairlead.robot.capsules import load_capsules
 from fairlead.robot.link_poses import link_poses, random_positions
 from fairlead.robot.manifest import load_robot
 from fairlead.shape.geometry_distance import links_apart
 from fairlead.shape.geometry_source import geometry_source
+from fairlead.shape.robot_model import robot_model
 from fairlead.shape.robot_shape import RobotShape
 from tests.cli.command import fairlead
 from tests.shape.solid_points import farthest_out
@@ -57,10 +59,26 @@ def test_the_command_finds_the_committed_file_current(name: str, tmp_path: Path)
 
 @pytest.mark.simulator
 def test_the_command_finds_panda_mobiles_file_current(tmp_path: Path) -> None:
-    done = fairlead(
-        "robot", "capsules", "panda_mobile", "--model", ROBOSUITE, "--check", state=tmp_path
-    )
+    """By the model that robot.yaml names."""
+    done = fairlead("robot", "capsules", "panda_mobile", "--check", state=tmp_path)
     assert done.returncode == 0, done.stderr
+    agreement, verdict = done.stdout.splitlines()[-2:]
+    assert agreement.startswith("robosuite:PandaOmron: 15 frames are where panda_mobile.urdf has")
+    assert verdict == (
+        f"{robot_dir('panda_mobile')}/capsules.yaml covers the geometry, and has the pairs that "
+        "follow from it"
+    )
+
+
+@pytest.mark.simulator
+def test_a_robot_of_robosuite_wears_the_gripper_that_is_asked_for() -> None:
+    robot = load_robot("panda_mobile")
+    with pytest.raises(ConfigError, match=r"a gripper of robosuite, got 'Claw' \(valid: BDGripper"):
+        robot_model(robot, "robosuite:PandaOmron+Claw", "test")
+    found = robot_model(robot, "robosuite:UR5e+PandaGripper", "test")
+    assert found is not None
+    assert found.model.joint("gripper0_right_finger_joint1").id >= 0
+    assert found.model.joint("robot0_elbow_joint").id >= 0
 
 
 def test_two_arms_are_kept_apart_and_neighbours_are_not() -> None:

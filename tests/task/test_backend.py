@@ -6,10 +6,13 @@ import re
 
 import numpy as np
 import pytest
+import yaml
 
 from fairlead.errors import ConfigError
 from fairlead.messages import floats
 from fairlead.modes import ControlMode
+from fairlead.paths import robot_dir
+from fairlead.robot.manifest import RobotManifest
 from fairlead_hal_sim.introspection import simulator_slot
 from fairlead_hal_sim.options import SimulatorOptions
 from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
@@ -174,6 +177,33 @@ def test_other_environments_and_robots_work_by_name(env: str, robot: str, parts:
     assert backend.task() is not None
     assert [frame.child for frame in backend.transforms()] == ["base_link"]
     backend.close()
+
+
+def named(text: str) -> RobotManifest:
+    """The fixed panda as robosuite's Panda, with a text of robot.yaml changed."""
+    document = yaml.safe_load(text)
+    joints = document["simulator"]["joints"]
+    for name, called in joints.items():
+        numbered = [re.sub("^panda_", "robot0_", one) for one in called]
+        joints[name] = [re.sub("^robot0_finger", "gripper0_right_finger", one) for one in numbered]
+    return RobotManifest.model_validate(document)
+
+
+def test_joints_go_by_the_names_of_robot_yaml_and_a_name_that_is_none_is_refused() -> None:
+    text = (robot_dir("panda") / "robot.yaml").read_text()
+    options = SimulatorOptions(env="Lift", robot="Panda")
+    renamed = text.replace("panda_joint2", "shoulder_lift")
+    robot = named(renamed.replace("[shoulder_lift]", "[panda_joint2]"))
+    backend = RobosuiteBackend(options, robot=robot)
+    found = backend.describe()
+    assert found.joints == robot.joint_names
+    assert found.joints[1] == "shoulder_lift"
+    assert found.passive_joints == robot.passive_joint_names
+    assert found.parts[0].joints == robot.part("arm").joints
+    backend.close()
+    wrong = "hal_sim: simulator.joints of robot.yaml: shoulder_lift: expected joints of robosuite's"
+    with pytest.raises(ConfigError, match=re.escape(wrong)):
+        RobosuiteBackend(options, robot=named(renamed))
 
 
 def test_a_snapshot_puts_another_simulator_into_the_same_poses(

@@ -28,7 +28,7 @@ def _equip(options: HalSimOptions, robot: RobotManifest, profile: str) -> Equipm
     from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
     from fairlead_hal_sim.robosuite_trace import RobosuiteTrace
 
-    backend = RobosuiteBackend(options, robot.tick_period_ns)
+    backend = RobosuiteBackend(options, robot.tick_period_ns, robot)
     trace = RobosuiteTrace(backend) if options.trace else None
     return Equipment(backend, _start_cameras(options, robot), trace, backend.frames(robot))
 

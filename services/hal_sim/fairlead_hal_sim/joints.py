@@ -1,4 +1,4 @@
-"""Which joints a running robosuite robot has, under fairlead's names.
+"""Which joints a running robosuite robot has, under the names that robot.yaml gives them.
 
 Commanded joints in wire order: the base's, then per arm its joints and one gripper joint
 (the total opening). Passive ones after them: the fingers, the torso slide.
@@ -6,10 +6,12 @@ Commanded joints in wire order: the base's, then per arm its joints and one grip
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from typing import Any
 
 from fairlead.errors import ConfigError, expected
+from fairlead.robot.manifest import RobotManifest
 
 _BASE_NAMES = {"forward": "base_x", "side": "base_y", "yaw": "base_yaw"}
 
@@ -57,12 +59,53 @@ class RobotJoints:
         return tuple(self.names.index(name) for name in names)
 
 
-def find_joints(env: Any) -> RobotJoints:
+def find_joints(env: Any, robot: RobotManifest | None = None) -> RobotJoints:
     """Look at the environment's first robot.
 
+    Args:
+        robot: its ``simulator.joints`` say what each joint is called; a joint that it does not
+            name, and every joint without it, goes by robosuite's name without the prefix of the
+            robot's number, behind the arm's kind (``panda_joint1``).
+
     Raises:
-        ConfigError: for a gripper without sliding fingers (its opening has no metres).
+        ConfigError: for a gripper without sliding fingers (its opening has no metres), and for a
+            name of the simulator in robot.yaml that none of its joints has.
     """
+    found = _find_joints(env)
+    return found if robot is None else _renamed(found, robot)
+
+
+def _renamed(found: RobotJoints, robot: RobotManifest) -> RobotJoints:
+    sources = {frozenset(one.simulator_joints): one for one in (*found.commanded, *found.passive)}
+    declared = {} if robot.simulator is None else robot.simulator.joints
+    names: dict[str, str] = {}
+    for name, called in declared.items():
+        source = sources.get(frozenset(called))
+        if source is None:
+            valid = [", ".join(one.simulator_joints) for one in sources.values()]
+            who = f"hal_sim: simulator.joints of robot.yaml: {name}"
+            raise ConfigError(expected(who, "joints of robosuite's robot", list(called), valid))
+        names[source.name] = name
+    return RobotJoints(
+        commanded=tuple(_named(one, names) for one in found.commanded),
+        passive=tuple(_named(one, names) for one in found.passive),
+        base=tuple(names.get(name, name) for name in found.base),
+        arms=tuple(
+            ArmJoints(
+                arm.side,
+                tuple(names.get(name, name) for name in arm.arm),
+                names.get(arm.gripper, arm.gripper),
+            )
+            for arm in found.arms
+        ),
+    )
+
+
+def _named(source: JointSource, names: Mapping[str, str]) -> JointSource:
+    return replace(source, name=names.get(source.name, source.name))
+
+
+def _find_joints(env: Any) -> RobotJoints:
     robot = env.robots[0]
     model = robot.robot_model
     base = [_single(env, _base_name(joint), joint) for joint in model.base_joints]

@@ -51,9 +51,15 @@ class RobosuiteBackend:
 
     last_packed: ActionVector | None
 
-    def __init__(self, options: SimulatorOptions, period_ns: int = 50_000_000) -> None:
+    def __init__(
+        self,
+        options: SimulatorOptions,
+        period_ns: int = 50_000_000,
+        robot: RobotManifest | None = None,
+    ) -> None:
         self.env = make_environment(options, 1e9 / period_ns, offscreen=False)
-        self._joints, self._joint_speed_guard = find_joints(self.env), options.joint_speed_guard
+        self._joints = find_joints(self.env, robot)
+        self._joint_speed_guard = options.joint_speed_guard
         # On a machine's first run a controller's first step is compiled, for seconds: before the
         # first tick, not within a row. The reset leaves nothing of it.
         self.env.step(np.zeros(self.env.action_dim, dtype=np.float32))

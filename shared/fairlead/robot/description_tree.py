@@ -130,7 +130,7 @@ def _link(joint: ET.Element, robot: RobotManifest, path: str) -> Link:
         parent=parent.get("link", ""),
         joint=None if kind == "fixed" else name,
         kind=kind,
-        axis=_unit(_vector(axis, "xyz", "1 0 0", who), who),
+        axis=_axis(_vector(axis, "xyz", "1 0 0", who), kind, who),
         translation=_vector(origin, "xyz", "0 0 0", who),
         rotation_xyzw=_quaternion(_vector(origin, "rpy", "0 0 0", who)),
     )
@@ -159,8 +159,11 @@ def _vector(element: ET.Element | None, name: str, default: str, who: str) -> Ve
     return x, y, z
 
 
-def _unit(axis: Vector, who: str) -> Vector:
+def _axis(axis: Vector, kind: str, who: str) -> Vector:
+    """The unit vector; exporters write 0 0 0 for a joint that does not move."""
     norm = math.hypot(*axis)
+    if kind == "fixed" and norm == 0.0:
+        return 1.0, 0.0, 0.0
     if not norm > 0.0:
         raise ConfigError(expected(f"{who}: axis", "a direction", repr(axis)))
     x, y, z = (_rounded(value / norm) for value in axis)

@@ -10,7 +10,9 @@ MAX_SOURCE = 256
 """Bytes of a source that the gate keeps and cites."""
 MAX_NAME = 64
 _NAMES = ("name", "part", "link", "parent", "root", "tool_frame")
-_MOST = {
+MAX_FRAMES = 4
+"""Frames that a mode may be told in."""
+MOST = {
     "joints": 32,
     "passive_joints": 16,
     "kinematics.links": 63,
@@ -35,7 +37,7 @@ def _check(who: str, path: str, key: str, entry: Json) -> None:
     elif isinstance(entry, str):
         _check_text(f"{who}{path}", key, entry)
     elif isinstance(entry, list | tuple):
-        most = _MOST.get(path, len(entry))
+        most = MAX_FRAMES if key == "frames" else MOST.get(path, len(entry))
         if len(entry) > most:
             raise ConfigError(expected(f"{who}{path}", f"at most {most}", str(len(entry))))
         for index, value in enumerate(entry):

@@ -9,7 +9,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from fairlead.errors import ConfigError
+from fairlead.errors import ConfigError, expected
 from fairlead.hal.frame_check import check_frames
 from fairlead.hal.mujoco_frames import MujocoFrames
 from fairlead.paths import robot_dir
@@ -91,10 +91,16 @@ def _of_robosuite(robot: RobotManifest, name: str, who: str) -> RobotModel:
     try:
         from fairlead_hal_sim.environment import make_environment
         from fairlead_hal_sim.options import SimulatorOptions
+        from fairlead_hal_sim.quiet_robosuite import robosuite
     except ImportError as error:
         raise ConfigError(f"{who}: {name}: cannot load robosuite: {error}") from None
 
     arm, _, gripper = name.removeprefix(ROBOSUITE).partition("+")
+    known = sorted(filter(None, robosuite.models.grippers.GRIPPER_MAPPING))
+    if gripper and gripper not in known:
+        raise ConfigError(
+            expected(f"{who}: {name}", "a gripper of robosuite", repr(gripper), known)
+        )
     worn = {"gripper_types": gripper} if gripper else {}
     options = SimulatorOptions(robot=arm, env_options=worn)
     environment = make_environment(options, 1e3 / robot.control_period_ms, offscreen=False)
