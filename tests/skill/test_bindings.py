@@ -91,8 +91,8 @@ def test_wrong_dim_and_missing_fields_are_reported_together() -> None:
 
 def test_an_unknown_layout_is_refused_with_the_valid_ones() -> None:
     assert refusal({"layout": "smolvla_9d", "dim": 9, "bindings": RECORD}) == (
-        "layout: Input should be 'human300_16d', 'rc365', 'mobile_pick_30d', 'libero_eef8d', "
-        "'base_pose_6d', 'libero', 'aloha' or 'gr1'"
+        "layout: Value error, expected a layout, got 'smolvla_9d' (valid: human300_16d, rc365, "
+        "mobile_pick_30d, libero_eef8d, base_pose_6d, libero, aloha, gr1)"
     )
 
 

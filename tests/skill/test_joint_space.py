@@ -15,6 +15,7 @@ from fairlead.modes import ControlMode
 from fairlead.robot.manifest import load_robot
 from fairlead.skill.action_contract import ActionContract
 from fairlead.skill.admission import admission_problems
+from fairlead.skill.full_scale import declared_range_problems
 from fairlead.skill.manifest import SkillManifest, load_skill
 from fairlead.skill.routes import resolve_routes
 from fairlead_skill_runner.dispatch import dispatch
@@ -82,8 +83,47 @@ def test_an_angle_unit_for_a_sliding_joint_is_refused() -> None:
     with pytest.raises(ConfigError) as caught:
         resolve_routes(contract(dim=8, joint_names=SHUFFLED, joint_unit="deg"), ROBOT)
     assert str(caught.value) == (
-        "joint_unit: deg does not fit joint panda_gripper, which is prismatic (use slots)"
+        "slot [1, 1] joint_position: unit: deg does not fit joint panda_gripper, which is "
+        "prismatic (a slot of its own, without unit, is in m)"
     )
+
+
+DEGREES = {"control_mode": "joint_position", "joint_names": ARM, "range": [0, 6], "unit": "deg"}
+
+
+@pytest.mark.parametrize(
+    "fields",
+    [{"joint_names": ARM, "joint_unit": "deg"}, {"slots": [DEGREES]}],
+    ids=["joint_names", "slot"],
+)
+def test_positions_in_degrees_are_admitted_and_become_radians(fields: dict[str, Any]) -> None:
+    panda = load_robot("panda")
+    routes = resolve_routes(contract(dim=7, **fields), panda)
+    assert declared_range_problems(routes, panda) == []
+    rows = np.array([[90, -45, 0, -120, 1, 30, -1]], dtype=np.float32)
+    (arm,) = dispatch(routes, rows, 7)
+    np.testing.assert_allclose(
+        floats(arm.values, 8)[0, :7], np.radians(rows[0].astype(np.float64)), rtol=1e-15
+    )
+
+
+def test_degrees_beside_a_scale_are_a_share_of_a_range_and_compared_with_it() -> None:
+    panda = load_robot("panda")
+    speed = DEGREES | {"control_mode": "joint_velocity", "scale": 30.0}
+    routes = resolve_routes(contract(dim=7, slots=[speed]), panda)
+    assert routes[0].scale == (math.radians(30.0),) * 7
+    assert declared_range_problems(routes, panda) == []
+    routes = resolve_routes(contract(dim=7, slots=[speed | {"scale": 300.0}]), panda)
+    assert "full-scale output is [-5.23599, 5.23599]" in declared_range_problems(routes, panda)[0]
+
+
+def test_scale_of_one_degree_is_refused_and_told_the_unit() -> None:
+    panda = load_robot("panda")
+    scaled = {**DEGREES, "scale": 0.0174533}
+    del scaled["unit"]
+    routes = resolve_routes(contract(dim=7, slots=[scaled]), panda)
+    [problem, *_] = declared_range_problems(routes, panda)
+    assert problem.endswith("; for degrees write unit: deg and no scale")
 
 
 def test_more_dimensions_than_the_robot_has_joints_are_refused() -> None:
@@ -105,9 +145,9 @@ def test_more_dimensions_than_the_robot_has_joints_are_refused() -> None:
         ({"dim": 1, "joint_names": ["a"], "slots": [{"range": [0, 0], "discard": True}]},
          "joint_names: not allowed beside slots"),
         ({"dim": 1, "joint_unit": "deg", "slots": [{"range": [0, 0], "discard": True}]},
-         "joint_unit: only with joint_names; for degrees in a slot: scale: 0.0174533"),
+         "joint_unit: only with joint_names; for degrees in a slot: unit: deg"),
         ({"dim": 1, "slots": [{"range": [0, 0], "discard": True, "joint_unit": "deg"}]},
-         "joint_unit: not in a slot; for degrees write scale: 0.0174533"),
+         "joint_unit: not in a slot; for degrees write unit: deg"),
         ({"dim": 1}, "slots: expected every index of 0..0 to be covered, got no slots"),
     ],
 )  # fmt: skip

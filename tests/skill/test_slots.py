@@ -73,8 +73,7 @@ def test_every_mode_that_can_be_routed_to_has_an_accepting_case() -> None:
         # routed or discarded, nothing in between
         (
             {"range": [0, 0]},
-            f"slot [0, 0] discard: expected control_mode or discard: true, got "
-            f"neither (valid: {MODES})",
+            f"slot [0, 0]: expected control_mode or discard: true, got neither (valid: {MODES})",
         ),
         (
             {"range": [0, 0], "control_mode": "warp"},
@@ -226,6 +225,7 @@ def test_every_mode_that_can_be_routed_to_has_an_accepting_case() -> None:
             "slot [0, 1] joint_velocity: scale: expected numbers that are finite "
             "and not 0, got [inf]",
         ),
+        (BODY | {"unit": "deg"}, "slot [0, 5] body_twist: unit: not allowed with body_twist"),
         (JOINT | {"scales": 1.0}, "Extra inputs are not permitted"),
     ],
 )

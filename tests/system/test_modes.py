@@ -6,6 +6,7 @@ wrong unit, sign or frame shows in what the HAL gets (to the bit) and in what th
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import Any
 
@@ -40,7 +41,7 @@ HOME = dict(zip(
 ))  # fmt: skip
 OPENING = 0.06
 STATE = {
-    "layout": "aloha", "dim": 14, "bindings": {"joint_names": [*LEFT, *RIGHT]},
+    "dim": 14, "joints": [{"names": [*LEFT, *RIGHT], "quantity": "position", "unit": "deg"}],
 }  # fmt: skip
 SEVEN = (0.05, -0.06, 0.07, -0.08, 0.09, -0.1, 0.04)
 TORQUES = (3.0, -5.0, 2.0, -4.0, 0.5, -0.625, 0.25)
@@ -91,10 +92,10 @@ BOTH = (
 BENT = tuple(HOME[name] + change for name, change in zip(HAND, SEVEN, strict=False))
 
 RELEASED = {
-    # joints in the policy's own order, backwards
+    # joints in the policy's own order, backwards, and in degrees
     "joint-position": skill(
-        joint_slot("joint_position", LEFT[::-1]),
-        [HOME[name] + change for name, change in zip(LEFT, SEVEN, strict=True)][::-1],
+        joint_slot("joint_position", LEFT[::-1], unit="deg"),
+        [math.degrees(HOME[name] + change) for name, change in zip(LEFT, SEVEN, strict=True)][::-1],
     ),
     "joint-velocity": skill(
         joint_slot("joint_velocity", RIGHT[::-1], scale=[0.4] * 7), [0.125, *HALVES][::-1]
@@ -232,7 +233,8 @@ def exact(numbers: tuple[float, ...] | list[float]) -> FloatArray:
 
 def test_joint_position_arrives_where_each_joint_was_sent(robot: ModeRobot) -> None:
     story = robot.run("joint-position")
-    target = exact([HOME[name] + change for name, change in zip(LEFT, SEVEN, strict=True)])
+    degrees = [math.degrees(HOME[name] + by) for name, by in zip(LEFT, SEVEN, strict=True)]
+    target = exact(degrees) * (math.pi / 180.0)
     mode, frame, row, active = story.row(PARTS["left_arm"])
     assert (mode, frame, active) == (ControlMode.JOINT_POSITION, "", mask(LEFT))
     np.testing.assert_array_equal(row, joints_row(dict(zip(LEFT, target, strict=True))))

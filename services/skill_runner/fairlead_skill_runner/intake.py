@@ -73,7 +73,7 @@ class Intake:
     def missing(self, tick: int) -> str:
         """What an observation of ``tick`` (or newer, unless exact) still lacks; "" if nothing."""
         if self.layout is None or self.layout.tick < tick:
-            return f"layout {self._skill.state_contract.layout}"
+            return f"layout {self._skill.state_contract.layout_name}"
         if self._has_task and (self.task is None or (self._exact and self.task.tick < tick)):
             return "task state"
         for name, spec in self._skill.images.items():

@@ -132,7 +132,7 @@ def wrong_layout(skill: SkillManifest, layout: LayoutState) -> GoalResult | None
     """A layout that is not what the skill declares ends the goal; None if it is."""
     contract = skill.state_contract
     pairs: list[tuple[str, object, object]] = [
-        ("layout", contract.layout, layout.layout),
+        ("layout", contract.layout_name, layout.layout),
         ("skill hash", skill.skill_hash.hex()[:16], layout.skill_hash.hex()[:16]),
     ]
     if layout.values is not None:

@@ -108,6 +108,11 @@ class AssemblerCore:
             raise MessageError(
                 f"state/joints: expected {len(self._index)} positions, got {len(positions)}"
             )
+        velocities = floats(state.velocities)
+        if len(velocities) != len(positions):
+            raise MessageError(
+                f"state/joints: expected {len(positions)} velocities, got {len(velocities)}"
+            )
         if not self._buffer.enter(state.session, state.episode_tick):
             return []
         now = self._moment
@@ -117,7 +122,7 @@ class AssemblerCore:
             if state.tick < now.tick:
                 return []
         late = self._answers(self._unanswered(), give_up=True)
-        joints = JointPositions(self._index, positions)
+        joints = JointPositions(self._index, positions, velocities)
         self._moment = Moment(state.session, state.tick, state.episode_tick, joints)
         new = self._new_tick(self._moment, self._kinematics.poses(positions))
         unanswered = {view.skill for view in self._unanswered()}

@@ -11,7 +11,7 @@ from fairlead.skill.bindings import StateContract
 from fairlead_state_assembler.forward_kinematics import ForwardKinematics
 from fairlead_state_assembler.joint_positions import JointPositions
 from fairlead_state_assembler.pose_decoding import pose_from
-from fairlead_state_assembler.registry import assemble_state
+from fairlead_state_assembler.registry import assemble_contract
 from fairlead_state_assembler.transform_buffer import TransformBuffer, TransformsAtTick
 
 
@@ -44,11 +44,13 @@ class LocalAssembler:
         positions: FloatArray,
         transforms: Sequence[FramePose],
         static_transforms: Sequence[FramePose],
+        velocities: FloatArray | None = None,
     ) -> None:
         """Take everything measured at one moment; what was taken before is forgotten.
 
         Args:
             positions: shape ``[n]``, every measured joint in wire order [rad or m].
+            velocities: likewise [rad/s or m/s], for vectors that have some.
         """
         self._buffer = buffer = TransformBuffer()
         for poses, is_static in ((static_transforms, True), (transforms, False)):
@@ -59,7 +61,7 @@ class LocalAssembler:
         links = zip(self._kinematics.frames, self._kinematics.poses(positions), strict=True)
         for frame, pose in links:
             buffer.add(base, frame, pose.copy(), 1, is_static=False)
-        self._joints = JointPositions.named(self._names, positions)
+        self._joints = JointPositions.named(self._names, positions, velocities)
         self._transforms = buffer.at(1)
 
     def assemble(self, contract: StateContract) -> FloatArray:
@@ -70,4 +72,4 @@ class LocalAssembler:
         """
         if self._joints is None or self._transforms is None:
             raise RuntimeError("assemble() needs a take() before it")
-        return assemble_state(contract.layout, contract.bindings, self._joints, self._transforms)
+        return assemble_contract(contract, self._joints, self._transforms)

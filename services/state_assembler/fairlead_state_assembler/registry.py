@@ -18,7 +18,12 @@ import numpy as np
 
 from fairlead.errors import ConfigError, LayoutError, expected
 from fairlead.messages import FloatArray
-from fairlead.skill.bindings import LAYOUT_DIMS, StateContractBindings, StateLayout
+from fairlead.skill.bindings import (
+    LAYOUT_DIMS,
+    StateContract,
+    StateContractBindings,
+    StateLayout,
+)
 from fairlead_state_assembler.joint_positions import JointPositions
 from fairlead_state_assembler.pose_decoding import SE3
 
@@ -104,6 +109,28 @@ def assemble_state(
             kind="wrong_width",
             name=layout,
         )
+    return _finite(layout, values)
+
+
+def assemble_contract(
+    contract: StateContract, joints: JointPositions, transforms: Transforms
+) -> FloatArray:
+    """The state vector of a skill at one tick, of a layout or of joints: float64, ``[dim]``.
+
+    Raises:
+        LayoutError: as `assemble_state`.
+    """
+    if contract.layout is not None:
+        return assemble_state(contract.layout, contract.bindings, joints, transforms)
+    values = [
+        field.per_si * (joints.position if field.quantity == "position" else joints.velocity)(name)
+        for field in contract.joints
+        for name in field.names
+    ]
+    return _finite(contract.layout_name, np.array(values))
+
+
+def _finite(layout: str, values: FloatArray) -> FloatArray:
     if not np.all(np.isfinite(values)):
         index = int(np.flatnonzero(~np.isfinite(values))[0])
         raise LayoutError(

@@ -8,7 +8,7 @@ from fairlead.errors import FairleadError, LayoutError
 from fairlead.messages import NO_HASH, LayoutFault, LayoutState, encode, pack_floats
 from fairlead.skill.manifest import SkillManifest, load_skill
 from fairlead_state_assembler.joint_positions import JointPositions
-from fairlead_state_assembler.registry import assemble_state
+from fairlead_state_assembler.registry import assemble_contract
 from fairlead_state_assembler.transform_buffer import TransformsAtTick
 
 
@@ -57,7 +57,7 @@ class SkillView:
         if self._manifest is None:
             raise LayoutError(str(self._refusal), kind="unknown_skill", name=self.skill)
         contract = self._manifest.state_contract
-        values = assemble_state(contract.layout, contract.bindings, moment.joints, transforms)
+        values = assemble_contract(contract, moment.joints, transforms)
         return LayoutState(
             session=moment.session,
             tick=moment.tick,
@@ -65,7 +65,7 @@ class SkillView:
             oldest_tick=min(moment.tick, transforms.oldest_tick),
             skill=self.skill,
             skill_hash=self._manifest.skill_hash,
-            layout=contract.layout,
+            layout=contract.layout_name,
             values=pack_floats(values),
             fault=None,
         )
@@ -88,7 +88,7 @@ class SkillView:
                 oldest_tick=moment.tick,
                 skill=self.skill,
                 skill_hash=manifest.skill_hash if manifest else NO_HASH,
-                layout=manifest.state_contract.layout if manifest else "",
+                layout=manifest.state_contract.layout_name if manifest else "",
                 values=None,
                 fault=fault,
             )

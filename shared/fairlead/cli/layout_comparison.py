@@ -114,6 +114,11 @@ def verify_layout(
     from fairlead_state_assembler import LocalAssembler
 
     robot = load_robot(robot_id)
+    if contract.layout is None:
+        raise ConfigError(
+            "layout verify: expected a layout, got joints: they are what the robot measures, and "
+            "there is nothing to compare"
+        )
     fields = verifiable_fields(contract.layout)
     order = contract.bindings.quaternion_convention
     assembler, rng = LocalAssembler(robot), np.random.default_rng(seed)
@@ -219,8 +224,8 @@ def _blame(
 
 def _bound_to(contract: StateContract, binding: str) -> object:
     bindings = contract.bindings
-    if binding == "joint_names":
+    if contract.layout and binding == "joint_names":
         return bound_joints(contract.layout, bindings)
-    if binding == "gripper_qpos_joints":
+    if contract.layout and binding == "gripper_qpos_joints":
         return bound_gripper(contract.layout, bindings)
     return getattr(bindings, binding) or bindings.eef_frame

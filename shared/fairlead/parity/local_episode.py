@@ -102,7 +102,13 @@ def _make_policy(skill: SkillManifest) -> Policy:
 def _observe(
     assembler: LocalAssembler, backend: RobosuiteBackend, skill: SkillManifest
 ) -> np.ndarray[Any, np.dtype[np.float64]]:
-    assembler.take(backend.read().positions, backend.transforms(), backend.static_transforms())
+    measured = backend.read()
+    assembler.take(
+        measured.positions,
+        backend.transforms(),
+        backend.static_transforms(),
+        measured.velocities,
+    )
     return assembler.assemble(skill.state_contract)
 
 

@@ -7,16 +7,12 @@ once, so nothing a policy emits is dropped silently.
 
 from __future__ import annotations
 
-import math
 from collections import Counter
-from typing import Literal, Self
+from typing import Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from fairlead.skill.slots import Slot
-
-JointUnit = Literal["rad", "deg"]
-_SCALES: dict[JointUnit, float] = {"rad": 1.0, "deg": math.pi / 180.0}
+from fairlead.skill.slots import AngleUnit, Slot
 
 
 class ActionContract(BaseModel):
@@ -34,20 +30,19 @@ class ActionContract(BaseModel):
     dim: int = Field(gt=0)
     slots: tuple[Slot, ...] = ()
     joint_names: tuple[str, ...] | None = None
-    joint_unit: JointUnit | None = None
+    joint_unit: AngleUnit | None = None
 
     @property
     def routed(self) -> tuple[Slot, ...]:
         """The slots that command something; named joints are one slot each."""
         if self.joint_names is None:
             return tuple(slot for slot in self.slots if not slot.discard)
-        scale = _SCALES[self.joint_unit or "rad"]
         return tuple(
             Slot(
                 range=(index, index),
                 control_mode="joint_position",
                 joint_names=(name,),
-                scale=(scale,),
+                unit=self.joint_unit,
             )
             for index, name in enumerate(self.joint_names)
         )
@@ -60,9 +55,7 @@ class ActionContract(BaseModel):
             else _joint_problems(self.dim, self.slots, self.joint_names)
         )
         if self.joint_names is None and self.joint_unit is not None:
-            problems.append(
-                "joint_unit: only with joint_names; for degrees in a slot: scale: 0.0174533"
-            )
+            problems.append("joint_unit: only with joint_names; for degrees in a slot: unit: deg")
         if problems:
             raise ValueError("\n".join(problems))
         return self

@@ -28,7 +28,7 @@ def admission_problems(
     problems = [
         *_embodiment_problems(skill, robot),
         *problems,
-        *_layout_problems(skill.state_contract, robot),
+        *_state_problems(skill.state_contract, robot),
         *_profile_problems(skill, routes, robot),
     ]
     if hal is None:
@@ -111,18 +111,38 @@ def _frame_problems(routes: tuple[Route, ...], robot: RobotManifest, profile: st
     return problems
 
 
-def _layout_problems(contract: StateContract, robot: RobotManifest) -> list[str]:
-    """Nothing that assembles it, and joints that the robot does not measure."""
+def _state_problems(contract: StateContract, robot: RobotManifest) -> list[str]:
+    """Nothing that assembles it, joints the robot does not measure, units that do not fit."""
+    if contract.layout is None:
+        return _joint_field_problems(contract, robot)
     if contract.layout not in LAYOUT_DIMS:
         return [f"layout {contract.layout}: no assembler (valid: {', '.join(LAYOUT_DIMS)})"]
     bound = (
         ("joint_names", bound_joints(contract.layout, contract.bindings)),
         ("gripper_qpos_joints", bound_gripper(contract.layout, contract.bindings)),
     )
+    return [text for binding, names in bound for text in _unmeasured_joints(binding, names, robot)]
+
+
+def _joint_field_problems(contract: StateContract, robot: RobotManifest) -> list[str]:
+    problems = []
+    types = {joint.name: joint.type for joint in (*robot.joints, *robot.passive_joints)}
+    for index, field in enumerate(contract.joints):
+        where = f"state_contract.joints.{index}"
+        problems += _unmeasured_joints(where, field.names, robot)
+        problems += [
+            f"{where}: unit {field.unit} does not fit joint {name}, which is {types[name]} "
+            f"(valid: {', '.join(field.units_of(types[name]))})"
+            for name in field.names
+            if name in types and field.unit not in field.units_of(types[name])
+        ]
+    return problems
+
+
+def _unmeasured_joints(where: str, names: Sequence[str], robot: RobotManifest) -> list[str]:
     return [
-        f"{binding}: robot {robot.id} measures no joint {name!r} "
+        f"{where}: robot {robot.id} measures no joint {name!r} "
         f"(valid: {', '.join(robot.measured_joint_names)})"
-        for binding, names in bound
         for name in names
         if name not in robot.measured_joint_names
     ]

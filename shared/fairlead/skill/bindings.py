@@ -9,9 +9,10 @@ from __future__ import annotations
 
 from typing import Literal, NamedTuple, Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
 from fairlead.frames import MAP
+from fairlead.skill.joint_field import JointField, joint_field_problems
 
 StateLayout = Literal[
     "human300_16d",
@@ -130,27 +131,59 @@ class StateContractBindings(BaseModel):
 
 
 class StateContract(BaseModel):
-    """The state vector a policy was trained on: its layout, its size, its sources."""
+    """The state vector a policy was trained on: its size, and what each number is.
+
+    Attributes:
+        layout: what the numbers mean, for a vector with poses in it; or
+        joints: for one of joints alone, what is side by side in it.
+        bindings: which frames and joints of the robot fill a layout.
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
-    layout: StateLayout
+    layout: StateLayout | None = None
     dim: int
     bindings: StateContractBindings = StateContractBindings()
+    joints: tuple[JointField, ...] = ()
+
+    @field_validator("layout", mode="before")
+    @classmethod
+    def _known_layout(cls, value: object) -> object:
+        if value is not None and (not isinstance(value, str) or value not in LAYOUTS):
+            raise ValueError(f"expected a layout, got {value!r} (valid: {', '.join(LAYOUTS)})")
+        return value
+
+    @property
+    def layout_name(self) -> str:
+        """What messages and errors call it."""
+        return self.layout or "joints"
 
     @model_validator(mode="after")
     def _check_layout(self) -> Self:
-        shape = LAYOUTS[self.layout]
-        problems = []
-        if shape.dim is not None and self.dim != shape.dim:
-            problems.append(f"dim: expected {shape.dim} for layout {self.layout}, got {self.dim}")
-        missing = missing_bindings(self.layout, self.bindings)
-        if missing:
-            problems.append(f"bindings: layout {self.layout} also needs {', '.join(missing)}")
-        problems += _unread(self.layout, self.bindings)
+        if self.layout is None or self.joints:
+            problems = self._joint_space_problems()
+        else:
+            problems = self._layout_problems(self.layout)
         if problems:
             raise ValueError("\n".join(problems))
         return self
+
+    def _joint_space_problems(self) -> list[str]:
+        if not self.joints:
+            return [f"expected layout or joints, got neither (valid layouts: {', '.join(LAYOUTS)})"]
+        given = {"layout": self.layout, "bindings": self.bindings.model_dump(exclude_defaults=True)}
+        problems = [f"{name}: not allowed beside joints" for name, value in given.items() if value]
+        return problems + joint_field_problems(self.dim, self.joints)
+
+    def _layout_problems(self, layout: StateLayout) -> list[str]:
+        shape = LAYOUTS[layout]
+        problems = []
+        if shape.dim is not None and self.dim != shape.dim:
+            problems.append(f"dim: expected {shape.dim} for layout {layout}, got {self.dim}")
+        missing = missing_bindings(layout, self.bindings)
+        if missing:
+            problems.append(f"bindings: layout {layout} also needs {', '.join(missing)}")
+        return problems + _unread(layout, self.bindings)
 
 
 def missing_bindings(layout: StateLayout, bindings: StateContractBindings) -> list[str]:

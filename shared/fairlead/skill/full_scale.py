@@ -1,7 +1,7 @@
 """What a policy's outputs of -1 and +1 become, against what the robot takes.
 
 A policy's numbers are taken as full scale, [-1, 1]; a slot's scale and offset make SI of
-them. Modes that say where something is to be may also come in SI, without a scale.
+them. Modes that say where something is to be may also come in their unit, without a scale.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from fairlead.robot.manifest import RobotManifest
 from fairlead.robot.part import Part
 from fairlead.skill.routes import Route
 
-# A policy may emit these in SI without scaling; their full scale is not +-1.
+# A policy may emit these in SI or degrees, without a scale; their full scale is not +-1.
 _ABSOLUTE_MODES = frozenset(
     {
         ControlMode.JOINT_POSITION,
@@ -88,8 +88,9 @@ def _problems(route: Route, robot: RobotManifest, joints: Sequence[str], ends: _
     where = f"part {route.part_name} {route.mode.yaml_name}"
     missing: list[str] = []
     excesses: dict[_Excess, list[int]] = {}
-    for column, scale, offset in zip(route.columns, route.scale, route.offset, strict=True):
-        if route.mode in _ABSOLUTE_MODES and (scale, offset) == (1.0, 0.0):
+    numbers = zip(route.columns, route.scale, route.offset, route.in_units, strict=True)
+    for column, scale, offset, in_units in numbers:
+        if route.mode in _ABSOLUTE_MODES and in_units:
             continue
         # Ranges follow the part's joints, the wire follows the robot's.
         index = joints.index(robot.joint_names[column]) if route.mode.is_joint_mode else column
@@ -112,7 +113,14 @@ def _words(excess: _Excess, indices: Sequence[int], who: str) -> str:
         f"{values}: full-scale output is [{low:g}, {high:g}], the {who} takes "
         f"[{excess.taken[0]:g}, {excess.taken[1]:g}]{excess.norm}; a policy's outputs are taken "
         f"as full scale [-1, 1], which the slot's scale makes SI: {_fitting(*excess.taken)}"
+        f"{_degrees_words(low, high)}"
     )
+
+
+def _degrees_words(low: float, high: float) -> str:
+    """What somebody wants who scales by a degree."""
+    is_degree = math.isclose(high - low, math.radians(2.0), rel_tol=1e-4)
+    return "; for degrees write unit: deg and no scale" if is_degree else ""
 
 
 def _norm_words(

@@ -31,6 +31,7 @@ class Route:
         sources: indices into the policy's vector ...
         columns: ... and the wire column each becomes.
         scale, offset: SI value = scale * output + offset, per source.
+        in_units: per source, whether its output is in a unit (no scale of the slot's own).
         active: joint modes only, the commanded joints, ascending.
         threshold: a binary gripper's, in its SI values; None sends them as they are.
     """
@@ -44,6 +45,7 @@ class Route:
     columns: tuple[int, ...]
     scale: tuple[float, ...]
     offset: tuple[float, ...]
+    in_units: tuple[bool, ...]
     active: tuple[int, ...]
     threshold: float | None = None
 
@@ -77,19 +79,12 @@ def _joint_space_problems(contract: ActionContract, robot: RobotManifest) -> lis
     names = contract.joint_names
     if names is None:
         return []
-    problems = []
-    if contract.dim > robot.n_dof:
-        problems.append(
-            f"action_contract: expected at most the {robot.n_dof} joints of robot {robot.id}, "
-            f"got dim {contract.dim}"
-        )
-    if contract.joint_unit == "deg":
-        problems += [
-            f"joint_unit: deg does not fit joint {joint.name}, which is prismatic (use slots)"
-            for joint in robot.joints
-            if joint.name in names and joint.type == "prismatic"
-        ]
-    return problems
+    if contract.dim <= robot.n_dof:
+        return []
+    return [
+        f"action_contract: expected at most the {robot.n_dof} joints of robot {robot.id}, "
+        f"got dim {contract.dim}"
+    ]
 
 
 def _slot_problems(slot: Slot, robot: RobotManifest) -> list[str]:
@@ -99,10 +94,20 @@ def _slot_problems(slot: Slot, robot: RobotManifest) -> list[str]:
             return [_unknown("end effector", slot.ee, robot, tools)]
         if not tools[slot.ee].actuated:
             return [f"end effector {slot.ee} of robot {robot.id} has actuated: false"]
+    names = slot.joint_names or ()
+    sliding = [joint.name for joint in robot.joints if joint.type == "prismatic"]
     return [
-        _unknown("joint", name, robot, robot.joint_names)
-        for name in slot.joint_names or ()
-        if name not in robot.joint_names
+        *(
+            _unknown("joint", name, robot, robot.joint_names)
+            for name in names
+            if name not in robot.joint_names
+        ),
+        *(
+            f"unit: {slot.unit} does not fit joint {name}, which is prismatic (a slot of its own, "
+            "without unit, is in m)"
+            for name in names
+            if slot.unit and name in sliding
+        ),
     ]
 
 
@@ -163,6 +168,7 @@ def _route(slot: Slot, robot: RobotManifest, part: Part) -> Route:
         columns=columns,
         scale=slot.scales(),
         offset=slot.offsets(),
+        in_units=slot.in_units(),
         active=tuple(sorted(columns)) if mode.is_joint_mode else (),
         threshold=slot.threshold,
     )
@@ -179,5 +185,6 @@ def _merged(one: Route, two: Route) -> Route:
         columns=one.columns + two.columns,
         scale=one.scale + two.scale,
         offset=one.offset + two.offset,
+        in_units=one.in_units + two.in_units,
         active=tuple(sorted(one.active + two.active)),
     )

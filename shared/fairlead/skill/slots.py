@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from typing import Any, NamedTuple, Self
+from typing import Any, Literal, NamedTuple, Self
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
@@ -16,13 +16,17 @@ from fairlead.modes import ControlMode
 
 
 class FieldRule(NamedTuple):
-    """Which of ee, frame, joint_names, axes a mode needs, and which it may have."""
+    """Which of ee, frame, joint_names, axes, unit a mode needs, and which it may have."""
 
     required: tuple[str, ...]
     optional: tuple[str, ...] = ()
 
 
+AngleUnit = Literal["rad", "deg"]
+_RADIANS: dict[AngleUnit, float] = {"rad": 1.0, "deg": math.pi / 180.0}
+
 _CARTESIAN = FieldRule(required=("ee", "frame"))
+_ANGLE = FieldRule(required=("joint_names",), optional=("unit",))
 _JOINT = FieldRule(required=("joint_names",))
 _GRIPPER = FieldRule(required=("ee",))
 
@@ -30,10 +34,10 @@ FIELD_RULES: dict[ControlMode, FieldRule] = {
     ControlMode.CARTESIAN_POSE: _CARTESIAN,
     ControlMode.CARTESIAN_DELTA: _CARTESIAN,
     ControlMode.CARTESIAN_TWIST: _CARTESIAN,
-    ControlMode.JOINT_POSITION: _JOINT,
-    ControlMode.JOINT_VELOCITY: _JOINT,
+    ControlMode.JOINT_POSITION: _ANGLE,
+    ControlMode.JOINT_VELOCITY: _ANGLE,
     ControlMode.JOINT_TORQUE: _JOINT,
-    ControlMode.DEX_HAND_JOINT: _JOINT,
+    ControlMode.DEX_HAND_JOINT: _ANGLE,
     ControlMode.GRIPPER_BINARY: _GRIPPER,
     ControlMode.GRIPPER_POSITION: _GRIPPER,
     ControlMode.BODY_TWIST: FieldRule(required=(), optional=("axes",)),
@@ -42,7 +46,7 @@ FIELD_RULES: dict[ControlMode, FieldRule] = {
 """Field table per mode; a mode that is not in it cannot be routed to."""
 
 MODE_NAMES: tuple[str, ...] = tuple(mode.yaml_name for mode in FIELD_RULES)
-_SOURCE_FIELDS = ("ee", "frame", "joint_names", "axes")
+_SOURCE_FIELDS = ("ee", "frame", "joint_names", "axes", "unit")
 
 
 class Slot(BaseModel):
@@ -56,7 +60,9 @@ class Slot(BaseModel):
         frame: frame the cartesian axes belong to.
         joint_names: joints of a joint mode, one per dimension, in the policy's order.
         axes: body_twist narrower than 6: which of vx vy vz wx wy wz each dimension is.
-        scale, offset: SI value = scale * output + offset; one number, or one per dimension.
+        unit: of the policy's angles, ``deg`` for degrees or degrees per second; SI without it.
+        scale, offset: value in the slot's unit = scale * output + offset; one number, or one per
+            dimension.
         threshold: gripper_binary only: a value, after scale and offset, of at least this is
             1 (closed), a smaller one 0 (open). Without it values go out as they are, and the
             gate refuses all but 0 and 1.
@@ -71,6 +77,7 @@ class Slot(BaseModel):
     frame: str | None = None
     joint_names: tuple[str, ...] | None = None
     axes: tuple[int, ...] | None = None
+    unit: AngleUnit | None = None
     scale: tuple[float, ...] | None = None
     offset: tuple[float, ...] | None = None
     threshold: float | None = Field(default=None, allow_inf_nan=False)
@@ -79,7 +86,7 @@ class Slot(BaseModel):
     @classmethod
     def _no_unit(cls, data: Any) -> Any:
         if isinstance(data, dict) and "joint_unit" in data:
-            raise ValueError("joint_unit: not in a slot; for degrees write scale: 0.0174533")
+            raise ValueError("joint_unit: not in a slot; for degrees write unit: deg")
         return data
 
     @field_validator("scale", "offset", mode="before")
@@ -110,15 +117,25 @@ class Slot(BaseModel):
     @property
     def name(self) -> str:
         """How errors call this slot, for example ``slot [0, 5] cartesian_delta``."""
-        return f"slot [{self.first}, {self.last}] {self.control_mode or 'discard'}"
+        what = self.control_mode or ("discard" if self.discard else "")
+        return f"slot [{self.first}, {self.last}] {what}".rstrip()
 
     def scales(self) -> tuple[float, ...]:
-        """One scale per dimension."""
-        return _spread(self.scale, 1.0, self.width)
+        """What each dimension's number is multiplied by to be SI."""
+        return self._in_si(_spread(self.scale, 1.0, self.width))
 
     def offsets(self) -> tuple[float, ...]:
-        """One offset per dimension."""
-        return _spread(self.offset, 0.0, self.width)
+        """What is added to each dimension then, in SI."""
+        return self._in_si(_spread(self.offset, 0.0, self.width))
+
+    def in_units(self) -> tuple[bool, ...]:
+        """Per dimension, whether the policy says the unit's own numbers, not a share of a range."""
+        scales = _spread(self.scale, 1.0, self.width)
+        offsets = _spread(self.offset, 0.0, self.width)
+        return tuple(pair == (1.0, 0.0) for pair in zip(scales, offsets, strict=True))
+
+    def _in_si(self, values: tuple[float, ...]) -> tuple[float, ...]:
+        return tuple(value * _RADIANS[self.unit or "rad"] for value in values)
 
     @model_validator(mode="after")
     def _check(self) -> Self:

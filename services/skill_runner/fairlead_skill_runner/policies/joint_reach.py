@@ -61,7 +61,7 @@ class JointReachPolicy:
         checked = checked_model(who, JointReachOptions, options)
         if skill.state_contract.layout != LAYOUT:
             what = f"layout {LAYOUT}"
-            raise ConfigError(expected(who, what, skill.state_contract.layout))
+            raise ConfigError(expected(who, what, skill.state_contract.layout_name))
         dim = skill.action_contract.dim
         if dim != ACTION_DIM:
             raise ConfigError(expected(who, f"an action of {ACTION_DIM}", dim))
