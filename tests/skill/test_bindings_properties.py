@@ -66,8 +66,8 @@ def expected_refusal(layout: StateLayout, dim: int, data: dict[str, Any]) -> str
     if given_joints and given_joints != {"libero": 7, "aloha": 14}.get(layout, 0):
         wanted = {"libero": 7, "aloha": 14}.get(layout, 0)
         problems.append(f"joint_names: expected {wanted} for layout {layout}, got {given_joints}")
-    if layout == "aloha" and data.get("gripper_qpos_joints"):
-        problems.append("gripper_qpos_joints: layout aloha reads none")
+    if layout in ("aloha", "base_pose_6d") and data.get("gripper_qpos_joints"):
+        problems.append(f"gripper_qpos_joints: layout {layout} reads none")
     problems += [
         f"quaternion_signs: layout {layout} has no rotation of {name}"
         for name in data.get("quaternion_signs", {})

@@ -91,7 +91,8 @@ def test_unit_that_does_not_fit_the_joint_is_refused_with_those_that_do() -> Non
             {"dim": 7},
             [
                 "(top level): expected layout or joints, got neither (valid layouts: "
-                "human300_16d, rc365, mobile_pick_30d, libero_eef8d, base_pose_6d, libero, aloha, gr1)"
+                "human300_16d, rc365, mobile_pick_30d, libero_eef8d, base_pose_6d, libero, "
+                "aloha, gr1)"
             ],
         ),
         (
