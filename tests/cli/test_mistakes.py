@@ -117,6 +117,30 @@ def test_a_misspelt_skill_lists_the_skills_there_are(command: str, tmp_path: Pat
     check(done, 1, "skill 'orcale'", "valid: ", "oracle-counter-to-cabinet")
 
 
+def test_parity_of_a_robot_that_is_not_in_robosuite_says_so_before_anything_starts(
+    tmp_path: Path,
+) -> None:
+    command = "parity --skill panda-joint-reach -d panda_mujoco"
+    done = fairlead(*command.split(), "--out", str(tmp_path / "out"), state=tmp_path)
+    check(done, 1, "parity: expected a deployment that runs hal_sim (robosuite)", "hal_mujoco")
+    assert not (tmp_path / "out").exists()
+
+
+def test_parity_of_a_skill_that_does_not_tell_the_whole_robot_says_what_it_leaves_out(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    skills = tmp_path / "skills"
+    skills.mkdir()
+    monkeypatch.setenv("FAIRLEAD_SKILLS", str(skills))
+    monkeypatch.chdir(skills)
+    made = fairlead("skill", "new", "my-wave", "--robot", "panda_mobile", state=tmp_path)
+    assert made.returncode == 0, made.stderr
+    done = fairlead("parity", "--skill", "my-wave", state=tmp_path)
+    check(
+        done, 1, "skill my-wave tells arm of panda_mobile and leaves out gripper, base, composite"
+    )
+
+
 @pytest.mark.parametrize("command", ["robot show {}", "robot compile {}", "skill ls --robot {}"])
 def test_a_misspelt_robot_lists_the_robots_there_are(command: str, tmp_path: Path) -> None:
     done = fairlead(*command.format("pnda").split(), state=tmp_path)

@@ -196,3 +196,19 @@ def test_a_mode_wider_than_its_slot_is_refused_with_both_widths() -> None:
     text = "packing: part arm: expected 3 values for inputs [0, 3) of simulator part 'right', got 6"
     with pytest.raises(ConfigError, match=f"^{re.escape(text)}$"):
         pack({"arm": delta(np.zeros(6))}, slots, ZEROS)
+
+
+def test_a_zero_of_the_gripper_is_not_turned_into_a_negative_one(
+    slots: ActionMap, order: dict[str, tuple[int, int]]
+) -> None:
+    half_open = {"gripper": opening(0.04)}  # what +0.0 means
+    (value,) = part(pack(half_open, slots, ZEROS), order, "right_gripper")
+    assert value == 0.0 and not np.signbit(value)
+
+
+def test_the_sign_of_a_zero_survives_where_there_is_no_offset(
+    slots: ActionMap, order: dict[str, tuple[int, int]]
+) -> None:
+    told = {"arm": delta(np.array([-0.0, 0.0, -0.0, 0.0, -0.0, 0.0]))}
+    values = part(pack(told, slots, ZEROS), order, "right")
+    assert np.signbit(values).tolist() == [True, False] * 3

@@ -10,9 +10,8 @@ import yaml
 
 from fairlead.deploy.deployment import load_deployment
 from fairlead.operate.goal_run import GoalWish
-from fairlead.parity.comparison import compare
-from fairlead.parity.deployed_episode import deployed_episode
-from fairlead.parity.local_episode import local_episode
+from fairlead.parity.deployed_episode import deployed_episodes
+from fairlead.parity.plain_episodes import compare_with_plain
 from fairlead.paths import ROOT_VARIABLE, repo_root
 from fairlead.skill.manifest import SkillManifest, load_skill
 from fairlead_skill_runner.trace import TraceRecord, TraceWriter
@@ -66,18 +65,13 @@ def test_random_vectors_reach_the_simulator_as_the_policy_wrote_them_but_for_the
     checkout_with(tmp_path / "deployed", skill, record(tmp_path / "emitted.jsonl", emitted))
     monkeypatch.setenv(ROOT_VARIABLE, str(tmp_path / "deployed"))
     wish = GoalWish(SKILL, deadline_ticks=CALLS * ROWS)
-    deployed, reset = deployed_episode(source, wish, 4, tmp_path / "state", lambda now: None)
-
-    checkout_with(tmp_path / "local", skill, record(tmp_path / "executed.jsonl", executed))
-    monkeypatch.setenv(ROOT_VARIABLE, str(tmp_path / "local"))
-    local = local_episode(
-        load_deployment(source), load_skill(SKILL), 4, reset, len(deployed.packed)
-    )
+    (episode,) = deployed_episodes(source, wish, [4], tmp_path / "state", lambda now: None)
+    deployed, reset = episode.trace, episode.reset
 
     assert b"".join(deployed.actions) == emitted.tobytes(), "the whole recording was asked for"
-    rows = {row.quantity: row for row in compare(deployed, local)}
-    for quantity in ("observations", "packed", "qpos", "qvel"):
-        assert rows[quantity].same, rows[quantity].difference
+    (plain,) = compare_with_plain(load_deployment(source), skill, [episode])
+    assert plain.same, [row.difference for row in plain.rows]
+    assert (plain.compared, plain.held) == (CALLS * ROWS, 0)
     assert len(deployed.packed) == reset.held_ticks + CALLS * ROWS
     packed = np.frombuffer(b"".join(deployed.packed[reset.held_ticks :]), "<f4").reshape(-1, 12)
     assert packed.tobytes() == executed.tobytes()

@@ -1,13 +1,16 @@
-"""Deployed and in one process, the same episode is the same to the last bit."""
+"""Deployed and in plain robosuite, the same vectors do the same to the last bit."""
 
 from __future__ import annotations
 
 import json
 import subprocess
+import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+from fairlead.parity import plain_episodes
 from fairlead.parity.comparison import compare
 from fairlead.parity.episode_trace import EpisodeTrace
 from tests.cli.command import fairlead
@@ -15,20 +18,60 @@ from tests.cli.command import fairlead
 pytestmark = [pytest.mark.processes, pytest.mark.simulator, pytest.mark.timeout(300)]
 
 
-def test_deployed_numbers_equal_the_loop_of_env_step_bit_for_bit(tmp_path: Path) -> None:
+def parity(folder: Path, *arguments: str) -> dict[str, Any]:
     done: subprocess.CompletedProcess[str] = fairlead(
-        "parity", "--seed", "3", "--json", "--out", str(tmp_path), state=tmp_path / "registry"
+        "parity", "--json", "--out", str(folder / "out"), *arguments, state=folder / "registry"
     )
     assert done.returncode == 0, done.stdout + done.stderr
-    report = json.loads(done.stdout)
-    assert (report["same"], report["succeeded"], report["seed"]) == (True, True, 3)
-    rows = {row["quantity"]: row for row in report["rows"]}
-    assert list(rows) == ["observations", "actions", "packed", "qpos", "qvel"]
-    assert all(row["same"] and row["deployed"] == row["local"] for row in rows.values())
-    calls, steps = rows["actions"]["deployed"], rows["packed"]["deployed"]
-    assert rows["observations"]["deployed"] == calls > 10
-    assert rows["qpos"]["deployed"] == rows["qvel"]["deployed"] == steps > 100
-    assert steps == 1 + 8 * calls  # one held tick of the reset, then eight rows a call
+    found: dict[str, Any] = json.loads(done.stdout)
+    return found
+
+
+def test_what_the_expert_does_deployed_its_vectors_do_in_plain_robosuite(tmp_path: Path) -> None:
+    report = parity(tmp_path, "--seed", "3")
+    (episode,) = report["episodes"]
+    assert (report["same"], episode["succeeded"], episode["seed"]) == (True, True, 3)
+    rows = {row["quantity"]: row for row in episode["rows"]}
+    assert list(rows) == ["packed", "qpos", "qvel"]
+    policy = {row["quantity"]: row for row in report["policy"]}
+    assert list(policy) == ["observations", "actions"]
+    assert all(row["same"] for row in report["policy"])
+    calls = policy["actions"]["deployed"]
+    assert episode["held"] == 0 and episode["apart"] == 0.0
+    assert episode["compared"] == episode["ticks"] == 8 * calls > 100
+    # The reset's held tick is plain robosuite's zero vector, and compared, too.
+    assert all(row["same"] and row["deployed"] == 1 + 8 * calls for row in rows.values())
+
+
+def test_random_vectors_of_full_scale_do_in_plain_robosuite_what_they_did_deployed(
+    tmp_path: Path,
+) -> None:
+    report = parity(tmp_path, "--random", "1.0", "--episodes", "3", "--ticks", "40")
+    assert report["same"], report
+    assert report["policy"] == []
+    assert [episode["seed"] for episode in report["episodes"]] == [0, 1, 2]
+    # Rows that the gate refuses hold; from the first of them on nothing is compared.
+    assert sum(episode["compared"] for episode in report["episodes"]) >= 3
+
+
+def test_the_plain_loop_knows_nothing_of_the_hal_but_the_scene() -> None:
+    job: dict[str, Any] = {
+        "env": "MobilePickPlace", "robot": "PandaOmron", "controller": None, "part_order": None,
+        "imports": ["fairlead_hal_sim.task"], "env_options": {}, "control_hz": 20.0,
+        "episodes": [{"seed": 0, "zeros": 1, "vectors": []}],
+    }  # fmt: skip
+    script = Path(plain_episodes.__file__).with_name("plain_robosuite.py")
+    done = subprocess.run(
+        [sys.executable, script], input=json.dumps(job), capture_output=True, text=True, check=True
+    )
+    imported = json.loads(done.stdout)["imported"]
+    assert not [name for name in imported if name.startswith("fairlead.") and "hal" in name]
+    services = [name for name in imported if name.startswith("fairlead_")]
+    assert [name for name in services if ".task" not in name] == [
+        "fairlead_hal_sim",
+        "fairlead_hal_sim.graphics_choice",
+        "fairlead_hal_sim.quiet_robosuite",
+    ]
 
 
 def trace(packed: bytes = b"\0\0\x80\x3f" * 12) -> EpisodeTrace:
@@ -44,7 +87,7 @@ def test_a_flipped_sign_of_zero_is_a_difference() -> None:
     }
     assert not rows["packed"].same
     assert rows["packed"].difference == (
-        "record 0: number 11: deployed np.float32(0.0), in one process np.float32(-0.0)"
+        "record 0: number 11: deployed np.float32(0.0), beside it np.float32(-0.0)"
     )
     assert rows["qpos"].same
 
@@ -53,7 +96,7 @@ def test_a_missing_record_is_a_difference() -> None:
     shorter = trace()
     shorter.qvel.clear()
     rows = {row.quantity: row for row in compare(trace(), shorter)}
-    assert rows["qvel"].difference == "1 records deployed, 0 in one process"
+    assert rows["qvel"].difference == "1 records deployed, 0 beside them"
 
 
 def test_two_empty_traces_are_no_proof() -> None:

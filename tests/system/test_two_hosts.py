@@ -18,8 +18,9 @@ import pytest
 
 from fairlead.operate.goal_run import GoalWish
 from fairlead.parity.comparison import compare
-from fairlead.parity.deployed_episode import deployed_episode, read_episode
+from fairlead.parity.deployed_episode import deployed_episodes, read_episode
 from fairlead.paths import repo_root
+from fairlead_skill_runner.trace import read_trace
 from tests.system.live_robot import MOVING_TICKS, wait_for
 from tests.system.motion_log import MotionLine, assert_held_within, longest_tick_ms
 from tests.system.two_hosts import SKILL, TwoHosts, two_hosts
@@ -51,8 +52,8 @@ def test_the_demo_across_two_hosts_packs_the_same_actions_as_on_one(
     network: TwoNetworks, tmp_path: Path
 ) -> None:
     print(f"hosts: {network.why_loopback or 'two network namespaces'} {network.addresses}")
-    one, _ = deployed_episode(
-        ONE_HOST, GoalWish(SKILL, deadline_ticks=1200), SEED, tmp_path / "one", lambda _: None
+    (one,) = deployed_episodes(
+        ONE_HOST, GoalWish(SKILL, deadline_ticks=1200), [SEED], tmp_path / "one", lambda _: None
     )
     with two_hosts(network, tmp_path / "two", "lockstep") as hosts:
         result = hosts.ask("gpu", "run", SKILL, "--seed", str(SEED))["result"]
@@ -64,9 +65,10 @@ def test_the_demo_across_two_hosts_packs_the_same_actions_as_on_one(
             hosts.end(host)
     hal, runner = hosts.state_of("robot", "hal"), hosts.state_of("gpu", "runner")
     ticks = range(first_tick_of_the_episode(hal), result["last_tick"])
-    two = read_episode(hal, runner, ticks, result["outcome"] == "succeeded")
-    assert one.succeeded and two.succeeded
-    rows = {row.quantity: row for row in compare(two, one)}
+    calls = list(read_trace(runner / "trace.jsonl"))
+    two = read_episode(hal, calls, ticks, result["outcome"] == "succeeded")
+    assert one.trace.succeeded and two.succeeded
+    rows = {row.quantity: row for row in compare(two, one.trace)}
     assert {name: row.difference for name, row in rows.items()} == dict.fromkeys(rows, "")
     assert rows["packed"].deployed > 100
 

@@ -113,7 +113,8 @@ def _inputs(
 ) -> ActionVector:
     """One part's controller inputs: the inverse of the SI scaling, rounded to float32.
 
-    Rounding the float64 quotient restores the float32 a policy emitted, bit for bit.
+    Rounding the float64 quotient restores the float32 a policy emitted, bit for bit. With an offset
+    a zero's sign cannot be restored: it is +0.0.
     """
     _check_command(slot, command, len(action_map.joint_names))
     if command.mode is ControlMode.JOINT_VELOCITY:
@@ -133,6 +134,7 @@ def _inputs(
         )
     inputs = np.zeros(slot.width, dtype=np.float32)
     inputs[driven] = (values - slot.offset[driven]) / slot.scale[driven]
+    inputs[(inputs == 0.0) & (slot.offset != 0.0)] = 0.0
     return inputs
 
 

@@ -50,6 +50,7 @@ class RobosuiteBackend:
     """
 
     last_packed: ActionVector | None
+    _has_begun: bool
 
     def __init__(
         self,
@@ -110,12 +111,17 @@ class RobosuiteBackend:
         return [self._poses.frame(("map", WORLD_BODY), self._odom)]
 
     def apply(self, commands: Mapping[str, PartCommand]) -> None:
-        """One ``env.step`` with the vector of `pack`."""
+        """One ``env.step`` with the vector of `pack`.
+
+        Before an episode's first command nothing moves, and the controllers hold by themselves,
+        as they do in a training loop.
+        """
         vector = self.pack(commands)
         self.last_packed = vector.copy()
         held = [slot.simulator_part for slot in self._action_map.parts if slot.name not in commands]
+        self._has_begun = self._has_begun or bool(commands)
         for part, hold in self._holds.items():
-            hold.is_held = part in held
+            hold.is_held = self._has_begun and part in held
         self.env.step(vector)
         for hold in self._holds.values():  # a bare `env.step` is the simulator's own
             hold.is_held = False
@@ -156,7 +162,7 @@ class RobosuiteBackend:
             arm.side: ArmHold(controllers[arm.side], self._joint_speed_guard)
             for arm in self._joints.arms
         }
-        self.last_packed = None
+        self.last_packed, self._has_begun = None, False
         self._reset_yaw = self._base_yaw()
 
     def snapshot(self) -> bytes:

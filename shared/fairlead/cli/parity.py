@@ -1,8 +1,9 @@
-"""``fairlead parity``: the deployed numbers equal the training loop's, bit for bit."""
+"""``fairlead parity``: what the robot did is what plain robosuite does, bit for bit."""
 
 from __future__ import annotations
 
 import dataclasses
+import os
 from pathlib import Path
 from typing import Annotated
 
@@ -12,13 +13,15 @@ from fairlead.cli.console import print_json, print_table
 from fairlead.cli.deployment_choice import JsonOption, parse_deployment
 from fairlead.cli.progress_line import ProgressLine
 from fairlead.cli.wire_number import MAX_NUMBER
-from fairlead.deploy.deployment import load_deployment
+from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.operate.goal_run import GoalWish
 from fairlead.parity.comparison import Comparison, compare
-from fairlead.parity.deployed_episode import deployed_episode
+from fairlead.parity.deployed_episode import DeployedEpisode, deployed_episodes
 from fairlead.parity.local_episode import local_episode
-from fairlead.paths import deployment_path
-from fairlead.skill.manifest import load_skill
+from fairlead.parity.plain_episodes import PlainComparison, check_comparable, compare_with_plain
+from fairlead.parity.random_skill import write_random_skill
+from fairlead.paths import SKILLS_VARIABLE, deployment_path
+from fairlead.skill.manifest import SkillManifest, load_skill
 
 EXAMPLE = "fairlead parity --seed 3"
 SOURCE = "panda_mobile_sim"
@@ -26,7 +29,7 @@ DEADLINE_TICKS = 800
 
 
 def command(
-    seed: Annotated[int, typer.Option(min=0, max=MAX_NUMBER, help="of the episode")] = 0,
+    seed: Annotated[int, typer.Option(min=0, max=MAX_NUMBER, help="of the first episode")] = 0,
     skill: Annotated[str, typer.Option(help="folder under rskills/")] = "oracle-counter-to-cabinet",
     deployment: Annotated[
         Path | None,
@@ -36,39 +39,110 @@ def command(
         ),
     ] = None,
     ticks: Annotated[int, typer.Option(min=1, help="longest episode")] = DEADLINE_TICKS,
+    episodes: Annotated[int, typer.Option(min=1, max=1000, help="of as many seeds")] = 1,
+    random_scale: Annotated[
+        float | None,
+        typer.Option(
+            "--random", min=0.0, max=1.0,
+            help="random vectors of this scale in place of the policy's; 1: full scale",
+        ),
+    ] = None,
     out: Annotated[
         Path, typer.Option(file_okay=False, help="folder for traces and logs, made anew")
     ] = Path("out/parity"),
     as_json: JsonOption = False,
 ) -> None:  # fmt: skip
-    """Run one episode through the services and again in one process; compare every bit.
+    """Run episodes through the services and again in plain robosuite; compare every bit.
 
-    Compared: observations, raw actions, vectors given to the simulator, its qpos and
-    qvel. Uses ports and a state folder of its own; a running robot is not disturbed.
+    Plain robosuite is a loop of env.step with the policy's raw vectors, in a process that knows
+    nothing of the HAL. Compared are the vectors given to env.step and the simulator's qpos and
+    qvel, up to the first tick held inside an episode: training knows no holds. Observations and
+    actions are computed again in one process. Ports and state folder are its own; a running robot
+    is not disturbed.
     """
     source = deployment or deployment_path(SOURCE)
-    manifest = load_skill(skill)
-    wish = GoalWish(skill, deadline_ticks=ticks)
+    loaded, manifest = load_deployment(source), load_skill(skill)
+    check_comparable(loaded, manifest)
+    if random_scale is not None:
+        skills = out.absolute() / "rskills"
+        os.environ[SKILLS_VARIABLE] = str(skills)  # for this process and the services it starts
+        manifest = write_random_skill(skills, manifest, random_scale, seed)
+    wish = GoalWish(manifest.id, deadline_ticks=ticks)
+    seeds = range(seed, seed + episodes)
     with ProgressLine(quiet=as_json) as line:
-        deployed, reset = deployed_episode(
-            source, wish, seed, out / "state", lambda now: line.show(now.line())
+        deployed = deployed_episodes(
+            source, wish, seeds, out / "state", lambda now: line.show(now.line())
         )
-    local = local_episode(load_deployment(source), manifest, seed, reset, len(deployed.packed))
-    rows = compare(deployed, local)
-    same = all(row.same for row in rows) and deployed.succeeded == local.succeeded
+    plain = compare_with_plain(loaded, manifest, deployed)
+    again = [] if random_scale is not None else _again(loaded, manifest, deployed)
+    same = all(one.same for one in plain) and all(row.same for row in again)
+    same = same and any(one.compared for one in plain)  # nothing compared proves nothing
     if as_json:
-        table = [dataclasses.asdict(row) | {"same": row.same} for row in rows]
-        print_json({"seed": seed, "same": same, "succeeded": deployed.succeeded, "rows": table})
+        print_json({"same": same, "policy": _rows(again), "episodes": _documents(plain, deployed)})
     else:
-        _print(rows, seed, same, deployed.succeeded, reset.held_ticks)
+        _print(again, plain, same)
     if not same:
         raise typer.Exit(1)
 
 
-def _print(rows: list[Comparison], seed: int, same: bool, succeeded: bool, held_ticks: int) -> None:
-    header = ("QUANTITY", "DEPLOYED", "IN ONE PROCESS", "")
-    table = [(r.quantity, r.deployed, r.local, r.difference or "identical") for r in rows]
+def _again(
+    deployment: Deployment, skill: SkillManifest, deployed: list[DeployedEpisode]
+) -> list[Comparison]:
+    """What the policy saw and said, computed in one process where no tick was held."""
+    found = []
+    for one in deployed:
+        if not any(one.trace.held[one.reset.held_ticks :]):
+            steps = len(one.trace.packed)
+            local = local_episode(deployment, skill, one.seed, one.reset, steps)
+            found += compare(one.trace, local, ("observations", "actions"))
+    return found
+
+
+def _rows(rows: list[Comparison]) -> list[dict[str, object]]:
+    return [dataclasses.asdict(row) | {"same": row.same} for row in rows]
+
+
+def _documents(
+    plain: list[PlainComparison], deployed: list[DeployedEpisode]
+) -> list[dict[str, object]]:
+    return [
+        dataclasses.asdict(one)
+        | {"rows": _rows(one.rows), "same": one.same, "succeeded": other.trace.succeeded}
+        for one, other in zip(plain, deployed, strict=True)
+    ]
+
+
+def _print(again: list[Comparison], plain: list[PlainComparison], same: bool) -> None:
+    header = ("SEED", "QUANTITY", "DEPLOYED", "BESIDE IT", "")
+    table = [
+        (
+            str(one.seed),
+            _NAMES[row.quantity],
+            row.deployed,
+            row.local,
+            row.difference or "identical",
+        )
+        for one in plain
+        for row in one.rows
+    ]
+    table += [
+        ("", _NAMES[row.quantity], row.deployed, row.local, row.difference or "identical")
+        for row in again
+    ]
     print_table(header, table)
+    for one in plain:
+        held = f"{one.held} ticks held inside the episode"
+        if one.held:
+            held += f", after which qpos is up to {one.apart:.3g} from plain robosuite's"
+        typer.echo(f"seed {one.seed}: {one.compared} of {one.ticks} rows compared; {held}")
     verdict = "identical, bit for bit" if same else "DIFFERENT"
-    task = "done" if succeeded else "not done"
-    typer.echo(f"seed {seed}: {verdict}; task {task}; {held_ticks} held ticks after the reset")
+    typer.echo(f"plain robosuite and {len(plain)} deployed episode(s): {verdict}")
+
+
+_NAMES = {
+    "packed": "vectors to env.step",
+    "qpos": "qpos",
+    "qvel": "qvel",
+    "observations": "observations, in one process",
+    "actions": "actions, in one process",
+}

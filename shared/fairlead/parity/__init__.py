@@ -1,5 +1,6 @@
-"""Proof that the deployed services compute what one loop of ``env.step`` computes.
+"""Proof that deployed episodes do what the same vectors do in plain robosuite.
 
-One episode twice, from the same seed: through the processes, and in this process with
-the policy's raw vectors. Everything is compared bit for bit.
+Episodes run through the processes, then the policy's raw vectors through a loop of ``env.step`` in
+a process that knows nothing of the HAL; what the policy saw and said is computed again in this one.
+Everything is compared bit for bit.
 """

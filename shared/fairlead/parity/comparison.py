@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -36,9 +37,11 @@ class Comparison:
         return not self.difference
 
 
-def compare(deployed: EpisodeTrace, local: EpisodeTrace) -> list[Comparison]:
-    """Every quantity, in the order in which it is computed."""
-    return [_compare_one(name, deployed, local) for name in _NUMBERS]
+def compare(
+    deployed: EpisodeTrace, local: EpisodeTrace, quantities: Sequence[str] = tuple(_NUMBERS)
+) -> list[Comparison]:
+    """The quantities, by default all in the order in which they are computed."""
+    return [_compare_one(name, deployed, local) for name in quantities]
 
 
 def _compare_one(name: str, deployed: EpisodeTrace, local: EpisodeTrace) -> Comparison:
@@ -50,7 +53,7 @@ def _compare_one(name: str, deployed: EpisodeTrace, local: EpisodeTrace) -> Comp
             difference = f"record {index}: {_first_number(one, other, _NUMBERS[name])}"
             break
     if not difference and len(ours) != len(theirs):
-        difference = f"{len(ours)} records deployed, {len(theirs)} in one process"
+        difference = f"{len(ours)} records deployed, {len(theirs)} beside them"
     if not difference and not ours:
         difference = "nothing was recorded"
     return Comparison(name, len(ours), len(theirs), difference)
@@ -58,9 +61,9 @@ def _compare_one(name: str, deployed: EpisodeTrace, local: EpisodeTrace) -> Comp
 
 def _first_number(one: bytes, other: bytes, kind: str) -> str:
     if len(one) != len(other):
-        return f"{len(one)} bytes deployed, {len(other)} in one process"
+        return f"{len(one)} bytes deployed, {len(other)} beside them"
     a, b = np.frombuffer(one, kind), np.frombuffer(other, kind)
     bits = np.frombuffer(one, np.uint8).reshape(len(a), -1)
     other_bits = np.frombuffer(other, np.uint8).reshape(len(a), -1)
     index = int(np.flatnonzero((bits != other_bits).any(axis=1))[0])
-    return f"number {index}: deployed {a[index]!r}, in one process {b[index]!r}"
+    return f"number {index}: deployed {a[index]!r}, beside it {b[index]!r}"

@@ -13,6 +13,7 @@ class EpisodeTrace:
     actions: float32 ``[H, dim]``, one per policy call.
     packed: float32 vectors given to ``env.step``, one per tick after the reset.
     qpos, qvel: float64 simulator state before each of those steps.
+    held: whether any part held in that tick; empty where nobody asked.
     succeeded: the task's own check at the end.
     seconds: wall time of the loop in one process, after reset and held ticks.
     """
@@ -22,5 +23,12 @@ class EpisodeTrace:
     packed: list[bytes] = field(default_factory=list)
     qpos: list[bytes] = field(default_factory=list)
     qvel: list[bytes] = field(default_factory=list)
+    held: list[bool] = field(default_factory=list)
     succeeded: bool = False
     seconds: float = 0.0
+
+    def until(self, tick: int) -> EpisodeTrace:
+        """Vectors of the ticks before ``tick``, states before each and, if there, at ``tick``."""
+        return EpisodeTrace(
+            packed=self.packed[:tick], qpos=self.qpos[: tick + 1], qvel=self.qvel[: tick + 1]
+        )
