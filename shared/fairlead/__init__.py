@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from fairlead.keys import Keys
     from fairlead.modes import ControlMode
     from fairlead.operate.client import RobotClient
+    from fairlead.operate.part_claim import PartClaim, claim_parts
     from fairlead.robot.manifest import RobotManifest, load_robot
     from fairlead.skill.bindings import StateContractBindings
     from fairlead.skill.manifest import SkillManifest, load_skill
@@ -41,6 +42,7 @@ __all__ = [
     "FairleadError",
     "Keys",
     "MemoryBus",
+    "PartClaim",
     "Qos",
     "RobotClient",
     "RobotManifest",
@@ -48,6 +50,7 @@ __all__ = [
     "SkillManifest",
     "StateContractBindings",
     "ZenohBus",
+    "claim_parts",
     "load_deployment",
     "load_robot",
     "load_skill",
@@ -62,12 +65,14 @@ _HOME = {
     "Keys": "keys",
     "MemoryBus": "wire.memory_bus",
     "Qos": "wire.bus",
+    "PartClaim": "operate.part_claim",
     "RobotClient": "operate.client",
     "RobotManifest": "robot.manifest",
     "Sample": "wire.bus",
     "SkillManifest": "skill.manifest",
     "StateContractBindings": "skill.bindings",
     "ZenohBus": "wire.session",
+    "claim_parts": "operate.part_claim",
     "load_deployment": "deploy.deployment",
     "load_robot": "robot.manifest",
     "load_skill": "skill.manifest",

@@ -14,8 +14,20 @@ from fairlead.cli.app import app
 from tests.repo.tree import ROOT
 
 WANTED = {
-    *("up", "down", "ps", "logs", "run", "arm", "disarm", "stop", "reset", "status", "why"),
-    "judge",
+    *(
+        "up",
+        "down",
+        "ps",
+        "logs",
+        "run",
+        "arm",
+        "disarm",
+        "stop",
+        "reset",
+        "status",
+        "why",
+    ),
+    *("cancel", "judge"),
     *(
         "skill ls",
         "skill show",

@@ -35,7 +35,8 @@ LAYERS: dict[str, set[str]] = {
 PURE = (
     *(f"{HAL}{name}.py" for name in ("core", "claim_rows", "claim_table", "lease_follower")),
     *(f"{HAL}{name}.py" for name in ("stop_register", "released_chunk", "period_clock", "episode")),
-    *(f"{RUNNER}{name}.py" for name in ("run_core", "chunk_book", "claim_watch", "candidate")),
+    *(f"{RUNNER}{name}.py" for name in ("run_core", "chunk_book", "candidate")),
+    "shared/fairlead/operate/claim_watch.py",
     *(f"{RUNNER}{name}.py" for name in ("intake", "observation_schedule", "dispatch", "results")),
     *(f"{ASSEMBLER}{name}.py" for name in ("core", "transform_buffer", "registry", "pose_vector")),
     f"{ASSEMBLER}layouts/",

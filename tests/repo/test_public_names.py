@@ -18,7 +18,7 @@ PUBLIC = {
         *("Bus", "ControlMode", "Deployment", "Endpoints", "FairleadError", "Keys", "MemoryBus"),
         *("Qos", "Sample"),
         *("RobotClient", "RobotManifest", "SkillManifest", "StateContractBindings", "ZenohBus"),
-        *("load_deployment", "load_robot", "load_skill"),
+        *("PartClaim", "claim_parts", "load_deployment", "load_robot", "load_skill"),
     },
     "fairlead.errors": {
         *("ConfigError", "FairleadError", "LayoutError", "MessageError", "NoAnswerError"),

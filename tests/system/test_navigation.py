@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import math
+import subprocess
+import sys
 import threading
 from collections.abc import Iterator
 from concurrent.futures import Future
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from fairlead.errors import ConfigError, RefusedError
+from fairlead.errors import ConfigError, RefusedError, ServiceError
 from fairlead.messages import (
+    ActionPart,
     GoalResult,
     Hold,
     JointState,
@@ -19,8 +23,11 @@ from fairlead.messages import (
     Verdict,
     decode,
     floats,
+    pack_floats,
 )
+from fairlead.modes import ControlMode
 from fairlead.operate.goal_run import GoalWish, run_goal
+from fairlead.operate.part_claim import claim_parts
 from fairlead.operate.runner_choice import choose_runner
 from fairlead.operate.scratch_robot import scratch_robot
 from fairlead.paths import SKILLS_VARIABLE, repo_root
@@ -111,6 +118,9 @@ class TwoRunners:
             {s.tick for s in self.states if all(s.acted[p].hold == Hold.NONE for p in parts)}
         )
 
+    def cancel(self, runner: str) -> None:
+        self.client.cancel(runner, self.client.goal_feedback(runner).goal_id)
+
     def is_claimed_by(self, runner: str) -> bool:
         return any(claim.source == runner for claim in self.client.gate_status().claims)
 
@@ -172,7 +182,7 @@ def test_the_arm_moves_while_the_base_drives(robot: TwoRunners) -> None:
     result = robot.run("go-to", "0.4 0.2 0")
     assert result.outcome == "succeeded", result
     assert not wiggling.done(), wiggling.result()
-    robot.client.cancel("manipulation", robot.client.goal_feedback("manipulation").goal_id)
+    robot.cancel("manipulation")
     assert wiggling.result(10.0).outcome == "cancelled"
     both = robot.ticks_of(ARM, BASE)
     assert len(both) >= 20
@@ -217,3 +227,59 @@ def test_which_runner_a_goal_is_for(robot: TwoRunners) -> None:
     assert str(caught.value).endswith(
         "expected a runner, got 'runner' (valid: navigation, manipulation)"
     )
+
+
+def test_a_client_of_ones_own_drives_the_base_through_the_gate_beside_a_runner(
+    robot: TwoRunners,
+) -> None:
+    robot.fresh()
+    wiggling = robot.start("wiggle", deadline_ticks=0)
+    wait_for(lambda: len(robot.ticks_of(ARM)) > 3, "the arm moves")
+    example = repo_root() / "docs" / "examples" / "go_to_client.py"
+    words = [sys.executable, str(example), str(robot.robot.scratch.file), "0.2", "0.1", "-0.5"]
+    done = subprocess.run(words, capture_output=True, text=True, timeout=120, check=False)
+    assert done.returncode == 0, done.stderr
+    x, y, yaw = robot.pose()
+    assert math.hypot(x - 0.2, y - 0.1) < 0.05
+    assert abs(yaw + 0.5) < 0.05
+    assert not any(verdict.code for verdict in robot.verdicts)
+    assert len(robot.ticks_of(ARM, BASE)) > 20
+    assert not wiggling.done(), wiggling.result()
+    assert not robot.is_claimed_by("planner")
+    robot.cancel("manipulation")
+    wiggling.result(10.0)
+
+
+def test_the_claim_of_a_client_is_what_a_goal_is_refused_for_and_by_name(
+    robot: TwoRunners,
+) -> None:
+    robot.fresh()
+    client = robot.client
+    with claim_parts(client, "planner", ROBOT, ["base"], task="drive") as claim:
+        result = robot.run("go-to", "0 0 0")
+        assert (result.outcome, result.kind) == ("failed", "claim_refused")
+        assert "part base is held by planner (drive)" in result.detail
+        assert result.detail.endswith("try: fairlead cancel planner")
+        with (
+            pytest.raises(RefusedError, match="held by planner"),
+            claim_parts(client, "other", ROBOT, ["base"]),
+        ):
+            pass
+        client.disarm()
+        with pytest.raises(ServiceError, match="claim of planner lost: the gate"):
+            while True:
+                claim.next_state()
+
+
+def test_what_a_client_sends_beyond_a_limit_is_refused_with_the_limit(robot: TwoRunners) -> None:
+    robot.fresh()
+    too_fast = ActionPart(
+        part=BASE, mode=ControlMode.BODY_TWIST, frame_id="base_link",
+        values=pack_floats(np.tile([0.5, 0, 0, 0, 0, 0], (4, 1))), active=(),
+    )  # fmt: skip
+    with (
+        claim_parts(robot.client, "planner", ROBOT, ["base"]) as claim,
+        pytest.raises(RefusedError, match=r"G020 limit: .* value 0.5, limit 0.4"),
+    ):
+        claim.send(claim.next_state().tick, [too_fast])
+    assert robot.ticks_of(BASE) == []

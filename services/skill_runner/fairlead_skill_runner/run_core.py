@@ -27,12 +27,12 @@ from fairlead.messages import (
     TaskState,
     Verdict,
 )
+from fairlead.operate.claim_watch import ClaimWatch
 from fairlead.policy import Done, Failed
 from fairlead.wire.verdict_text import describe
 from fairlead_skill_runner import results
 from fairlead_skill_runner.candidate import candidate
 from fairlead_skill_runner.chunk_book import ChunkBook
-from fairlead_skill_runner.claim_watch import ClaimWatch
 from fairlead_skill_runner.gate_feedback import GateFeedback
 from fairlead_skill_runner.intake import Gathered, Intake
 from fairlead_skill_runner.layout_watch import LayoutWatch

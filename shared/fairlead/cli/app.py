@@ -8,6 +8,7 @@ import typer
 
 from fairlead.cli import (
     arm,
+    cancel,
     demo,
     disarm,
     down,
@@ -66,6 +67,7 @@ add_commands(
         "ps": ps,
         "logs": logs,
         "run": run,
+        "cancel": cancel,
         "arm": arm,
         "disarm": disarm,
         "stop": stop,

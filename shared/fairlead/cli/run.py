@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from typing import Annotated
 
 import msgspec
@@ -14,9 +15,11 @@ from fairlead.cli.deployment_choice import DeploymentOption, JsonOption, choose_
 from fairlead.cli.goal_hints import goal_hints
 from fairlead.cli.progress_line import ProgressLine
 from fairlead.cli.starting import wait_seen, wait_started
+from fairlead.cli.status import state_and_cause
 from fairlead.cli.wire_number import MAX_NUMBER
-from fairlead.deploy.deployment import load_deployment
-from fairlead.messages import GateState, GoalResult
+from fairlead.deploy.deployment import Deployment, load_deployment
+from fairlead.errors import RefusedError
+from fairlead.messages import GateState, GoalResult, HalStatus
 from fairlead.operate.client import RobotClient
 from fairlead.operate.goal_run import GoalInterrupted, GoalWish, run_goal
 from fairlead.operate.goal_watch import Progress
@@ -42,6 +45,13 @@ def command(
         str, typer.Option(help="which runner, if several can run it: a service of the deployment")
     ] = "",
     prompt: Annotated[str, typer.Option(help="instruction; default: the skill's own")] = "",
+    then: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="another goal once this one has succeeded; repeat for more",
+            metavar="SKILL[: PROMPT]",
+        ),
+    ] = None,
     deadline_ticks: Annotated[
         int,
         typer.Option(min=0, max=MAX_NUMBER, help="give up after so many control periods; 0: never"),
@@ -58,28 +68,50 @@ def command(
     """Arm if disarmed, run SKILL, show its progress, print the result, disarm again.
 
     It disarms only if it armed, and only if no other claim is live. Ctrl-C cancels the goal.
+    With --then the goals run one after the other, until one does not succeed.
     """
-    manifest = load_skill(skill)
     file = choose_file(deployment)
     chosen = load_deployment(file)
-    robot = load_robot(chosen.robot)
-    runner = choose_runner(chosen, skill, runner)
-    require_admission(manifest, robot)  # what cannot run should not arm anything
+    wishes = [GoalWish(skill, prompt, deadline_ticks, stall_timeout, runner)]
+    wishes += [_next_wish(step, wishes[0]) for step in then or ()]
+    wishes = [_with_runner(wish, chosen) for wish in wishes]
+    _require_admission(wishes, chosen)  # what cannot run should not arm anything
     wait_started(file, lambda line: typer.echo(line, err=True))
     with RobotClient(chosen, by="fairlead run") as client:
         wait_seen(client, file)
         client.wait_gate_follows()
-        require_admission(manifest, robot, client.hal_status())
+        _require_admission(wishes, chosen, client.hal_status())
         if seed is not None:
             _new_episode(client, seed)
         with armed(client, confirmed=yes):
-            wish = GoalWish(skill, prompt, deadline_ticks, stall_timeout, runner)
-            progress = _run(client, wish, as_json)
+            for wish in wishes:
+                progress = _run(client, wish, as_json)
+                if progress.result is None or progress.result.outcome != "succeeded":
+                    break
         gate = client.gate_status()
     if progress.result is None or progress.result.outcome != "succeeded":
-        for hint in goal_hints(progress, gate, runner):
+        for hint in goal_hints(progress, gate, wish.runner):
             typer.echo(hint, err=True)
         raise typer.Exit(1)
+
+
+def _next_wish(step: str, first: GoalWish) -> GoalWish:
+    """``SKILL`` or ``SKILL: PROMPT``; deadline and stall timeout are those of the first."""
+    skill, _, prompt = step.partition(":")
+    return dataclasses.replace(first, skill=skill.strip(), prompt=prompt.strip())
+
+
+def _with_runner(wish: GoalWish, deployment: Deployment) -> GoalWish:
+    load_skill(wish.skill)  # one that does not exist is said first
+    return dataclasses.replace(wish, runner=choose_runner(deployment, wish.skill, wish.runner))
+
+
+def _require_admission(
+    wishes: Sequence[GoalWish], deployment: Deployment, hal: HalStatus | None = None
+) -> None:
+    robot = load_robot(deployment.robot)
+    for wish in wishes:
+        require_admission(load_skill(wish.skill), robot, hal)
 
 
 def _run(client: RobotClient, wish: GoalWish, as_json: bool) -> Progress:
@@ -97,7 +129,16 @@ def _run(client: RobotClient, wish: GoalWish, as_json: bool) -> Progress:
 
 
 def _new_episode(client: RobotClient, seed: int) -> None:
-    if client.gate_status().state == GateState.ARMED:
+    gate = client.gate_status()
+    if gate.state in (GateState.STOPPED, GateState.LATCHED):
+        why = f"no new episode while the gate is {state_and_cause(gate)}"
+        raise RefusedError("fairlead run", why, gate.fix)
+    if gate.claims:
+        claim = gate.claims[0]
+        why = f"a new episode would end the claim of {claim.source}, which runs {claim.skill}"
+        fix = f"without --seed; or first: fairlead cancel {claim.source}"
+        raise RefusedError("fairlead run", why, fix)
+    if gate.state == GateState.ARMED:
         client.disarm()
     client.reset_episode(seed)
 
@@ -108,5 +149,6 @@ def _print_result(skill: str, progress: Progress, result: GoalResult, as_json: b
         return
     ticks = result.last_tick - result.first_tick + 1
     when = f"after {ticks} ticks" if result.first_tick else "before its first tick"
-    why = f": {result.kind}: {result.detail}" if result.kind else ""
+    by_policy = result.detail if result.decided_by == "policy" else ""
+    why = f": {result.kind}: {result.detail}" if result.kind else by_policy and f": {by_policy}"
     typer.echo(f"{skill} {result.outcome} {when} (decided by the {result.decided_by}){why}")

@@ -107,6 +107,6 @@ class ResetDesk:
                 self._who, "no lease received, so the gate may be armed", "fairlead status"
             )
         name = GateState(state).name.lower() if state in set(GateState) else str(state)
-        return RefusedError(
-            self._who, f"reset_episode needs a disarmed gate, it is {name}", "fairlead disarm"
-        )
+        # A stop or a latch is not disarmed but reset, by an id that the gate's status tells.
+        fix = "fairlead disarm" if state == GateState.ARMED else "fairlead status"
+        return RefusedError(self._who, f"reset_episode needs a disarmed gate, it is {name}", fix)

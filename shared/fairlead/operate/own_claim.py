@@ -30,30 +30,40 @@ def own_claim(
     Raises:
         RefusedError: the gate does not grant the claim.
     """
-    reply = client.claim(
-        Claim(
-            source=source,
-            skill=skill.id,
-            skill_hash=skill.skill_hash,
-            robot_hash=robot.robot_hash,
-            period_ns=robot.tick_period_ns,
-            parts=parts,
-            chunk_rate_hz=skill.rate_hz,
-            horizon_max=skill.horizon,
-            age_max_ticks=skill.age_max_ticks,
-            limits=(),
-        )
+    request = Claim(
+        source=source,
+        skill=skill.id,
+        skill_hash=skill.skill_hash,
+        robot_hash=robot.robot_hash,
+        period_ns=robot.tick_period_ns,
+        parts=parts,
+        chunk_rate_hz=skill.rate_hz,
+        horizon_max=skill.horizon,
+        age_max_ticks=skill.age_max_ticks,
+        limits=(),
     )
+    with held_claim(client, request) as reply:
+        yield reply
+
+
+@contextmanager
+def held_claim(client: RobotClient, request: Claim) -> Iterator[ClaimReply]:
+    """A claim with heartbeats, given back at the end, also by an error in the block.
+
+    Raises:
+        RefusedError: the gate does not grant the claim.
+    """
+    reply = client.claim(request)
     done = threading.Event()
     beating = threading.Thread(
-        target=_beat, args=(client, source, reply.claim_id, done), daemon=True
+        target=_beat, args=(client, request.source, reply.claim_id, done), daemon=True
     )
     beating.start()
     try:
         yield reply
-        if any(claim.claim_id == reply.claim_id for claim in client.gate_status().claims):
-            client.release(source, reply.claim_id)
     finally:
+        if any(claim.claim_id == reply.claim_id for claim in client.gate_status().claims):
+            client.release(request.source, reply.claim_id)
         done.set()
         beating.join()
 

@@ -75,7 +75,7 @@ Objection take_parts(const Limits& limits, const ClaimTable& table, const Claim&
     const LiveClaim* holder = table.holder_of(part);
     if (holder != nullptr)
       return {phrase("part ", name, " is held by ", holder->source, " (", holder->skill, ")"),
-              "fairlead disarm"};
+              phrase("fairlead cancel ", holder->source)};
     claim.modes[part] = limits.parts[part].modes;
     (void)claim.parts.push_back(part);  // as many places as there are parts
   }

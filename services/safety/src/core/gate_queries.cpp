@@ -42,7 +42,7 @@ Objection Gate::Core::wrong_state(std::string_view wanted) const {
 Objection Gate::Core::object_to_arming() const {
   if (state_ != GateState::disarmed) {
     Objection objection = wrong_state("disarmed");
-    if (state_ == GateState::armed) objection.fix = "fairlead disarm";
+    if (state_ == GateState::armed) objection.fix = "fairlead status";
     return objection;
   }
   if (const MemoryGuard* changed = find_changed())

@@ -89,7 +89,7 @@ TEST_CASE(
   CHECK(mark > 0);
   CHECK(mark < lease);
   rig.send(EventKind::arm, Arm{"test"});
-  CHECK(rig.refusal().fix == "fairlead disarm");
+  CHECK(rig.refusal().fix == "fairlead status");
 }
 
 TEST_CASE("leases come with every state and at least every 25 ms") {

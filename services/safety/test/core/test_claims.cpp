@@ -107,6 +107,7 @@ TEST_CASE("a held part is refused with the name of its holder; free parts are gi
   Claim second = rig.claim_request({"base", "gripper"});
   second.source = "planner";
   CHECK(refusal_of(rig, second) == "part gripper is held by runner (test-skill)");
+  CHECK(rig.refusal().fix == "fairlead cancel runner");
   second.parts[1] = "composite";
   CHECK(refusal_of(rig, second).empty());
   CHECK(rig.status().claims.size() == 2);

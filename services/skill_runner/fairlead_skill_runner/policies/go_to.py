@@ -193,7 +193,9 @@ class GoToPolicy:
         tolerance_m = self._options.tolerance_m
         is_final = now.phase is Phase.TURN_FINAL
         if away_m <= (tolerance_m if is_final else tolerance_m / 2):
-            return Phase.TURN_FINAL, 0.0, wrap(goal_yaw - yaw)
+            turn_rad = wrap(goal_yaw - yaw)
+            near = abs(turn_rad) <= self._options.tolerance_rad / 2  # to and fro would never end
+            return Phase.TURN_FINAL, 0.0, 0.0 if near else turn_rad
         driving = now.phase is Phase.DRIVE and abs(turn_rad) < ASTRAY_RAD
         if driving or (abs(turn_rad) < AHEAD_RAD and abs(now.left) < AHEAD_RAD):
             steer = turn_rad if away_m > 4 * tolerance_m else 0.0

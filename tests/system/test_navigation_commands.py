@@ -1,0 +1,105 @@
+"""Navigation and manipulation from the command line, in the real simulator."""
+
+from __future__ import annotations
+
+import subprocess
+from collections.abc import Callable, Iterator
+
+import pytest
+
+from fairlead.messages import GateState
+from fairlead.operate.part_claim import claim_parts
+from fairlead.operate.scratch_robot import ScratchRobot, scratch_robot
+from fairlead.paths import repo_root
+from fairlead.robot.manifest import load_robot
+from fairlead.supervisor import Registry
+from fairlead.supervisor.scratch import ScratchOptions, make_scratch
+from tests.cli.command import fairlead
+
+pytestmark = [pytest.mark.processes, pytest.mark.simulator, pytest.mark.timeout(300)]
+
+SOURCE = repo_root() / "compose" / "panda_mobile_navigation.yaml"
+ORACLE = "oracle-counter-to-cabinet"
+Command = Callable[..., subprocess.CompletedProcess[str]]
+
+
+@pytest.fixture(scope="module")
+def robot(tmp_path_factory: pytest.TempPathFactory, registry: Registry) -> Iterator[ScratchRobot]:
+    folder = tmp_path_factory.mktemp("navigation") / "state"
+    with scratch_robot(make_scratch(SOURCE, folder, ScratchOptions()), registry) as running:
+        yield running
+
+
+@pytest.fixture
+def do(robot: ScratchRobot) -> Command:
+    """A command of ``fairlead`` about this robot, run to its end."""
+
+    def run(*words: str) -> subprocess.CompletedProcess[str]:
+        file = str(robot.scratch.file)
+        return fairlead(*words, "--deployment", file, state=robot.scratch.state_dir / "registry")
+
+    return run
+
+
+def test_the_base_drives_to_a_pose_then_the_expert_picks_and_places_as_one_command(
+    do: Command,
+) -> None:
+    done = do("run", "go-to", "--seed", "0", "--prompt", "0.05 0.15 0", "--then", ORACLE)
+    assert done.returncode == 0, done.stdout + done.stderr
+    drove, placed = done.stdout.splitlines()
+    assert drove.startswith("go-to succeeded after ")
+    assert "(decided by the policy): the base is at 0.0" in drove
+    assert placed.startswith(f"{ORACLE} succeeded after ")
+    assert placed.endswith("(decided by the task)")
+
+
+def test_after_a_goal_that_failed_the_next_one_is_not_begun(do: Command) -> None:
+    done = do("run", "go-to", "--prompt", "9 9 0", "--then", ORACLE)
+    assert done.returncode == 1
+    [failed] = done.stdout.splitlines()
+    assert failed.startswith("go-to failed after 1 ticks (decided by the policy): ")
+    assert "goal_outside_zones: at 9 9 0 the base would be 5.25 m outside" in failed
+
+
+def test_a_skill_that_does_not_exist_is_said_before_the_first_goal_begins(do: Command) -> None:
+    done = do("run", "go-to", "--prompt", "0 0 0", "--then", "no-such-skill")
+    assert (done.returncode, done.stdout) == (1, "")
+    assert "no-such-skill" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_no_command_ends_the_claim_of_another_unasked(robot: ScratchRobot, do: Command) -> None:
+    robot.client.arm()
+    with claim_parts(robot.client, "planner", load_robot("panda_mobile"), ["base"], "drive"):
+        episode = do("run", ORACLE, "--seed", "0")
+        assert (episode.returncode, episode.stdout) == (1, "")
+        assert "a new episode would end the claim of planner, which runs drive" in episode.stderr
+        assert "disarm" not in episode.stderr
+        refused = do("run", ORACLE)
+        assert "part base is held by planner (drive)" in refused.stdout
+        assert "try: fairlead cancel planner" in refused.stdout
+        cancelled = do("cancel", "planner")
+        assert "expected a runner, got 'planner' (valid: navigation, manipulation)" in (
+            cancelled.stderr
+        )
+        said = do("status").stdout
+        assert "claim  planner runs drive on base" in said
+        assert f"goal   manipulation: {ORACLE} failed (decided by the runner): " in said
+        idle = do("cancel", "navigation")
+        assert "no goal" in idle.stderr
+        [claim] = robot.client.gate_status().claims
+        assert claim.source == "planner"
+    robot.client.disarm()
+
+
+def test_at_a_stopped_gate_run_names_the_reset_that_leads_on(
+    robot: ScratchRobot, do: Command
+) -> None:
+    stop = robot.client.stop("test")
+    for words in (["--seed", "0"], []):
+        done = do("run", ORACLE, *words)
+        assert done.returncode == 1
+        assert f"try: fairlead reset {stop:016x}" in done.stderr
+        assert "disarm" not in done.stderr.replace("disarmed", "")
+    robot.client.reset(stop)
+    assert robot.client.gate_status().state == GateState.DISARMED
