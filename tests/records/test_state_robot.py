@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import shutil
+import subprocess
+import sys
 import time
 from pathlib import Path
 
@@ -11,15 +13,20 @@ import pytest
 import yaml
 
 from fairlead.errors import LayoutError
-from fairlead.messages import FloatArray, LayoutState, decode, floats
+from fairlead.messages import FloatArray, LayoutState, TransformBatch, decode, floats
+from fairlead.operate.scratch_robot import scratch_robot
 from fairlead.paths import ROOT_VARIABLE
 from fairlead.robot.manifest import RobotManifest, load_robot
 from fairlead.skill.bindings import StateContract
+from fairlead.supervisor import Registry
+from fairlead.supervisor.scratch import ScratchOptions, make_scratch
+from fairlead.wire.bus import Sample
 from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
 from fairlead_state_assembler import ForwardKinematics, LocalAssembler
 from tests.records.episode import Episode
 from tests.records.poses import RECORDS_BINDINGS, transforms
 from tests.repo.tree import ROOT
+from tests.system.light_hal import LIGHT_HAL
 from tests.system.live_robot import LiveRobot, wait_for
 from tests.task.episode import commands
 
@@ -35,6 +42,8 @@ EXACT_BINDINGS: dict[str, object] = {
 """What robosuite's own observations are made of."""
 
 EXACT: dict[str, object] = {"layout": "human300_16d", "dim": 16, "bindings": EXACT_BINDINGS}
+LOCALISER = ROOT / "docs" / "examples" / "localiser.py"
+
 RECORDED: dict[str, object] = {"layout": "human300_16d", "dim": 16, "bindings": RECORDS_BINDINGS}
 
 
@@ -241,3 +250,38 @@ def test_state_31_a_transform_that_is_too_old_is_named_with_parent_and_age(
     assert caught.value.kind == "stale_frame"
     assert "base_link" in str(caught.value) and "odom" in str(caught.value)
     assert "8" in str(caught.value)
+
+
+def test_state_32_without_a_layout_the_joints_are_taken_in_the_policys_order(
+    robot: RobotManifest, driven: RobosuiteBackend
+) -> None:
+    """No layout means joints by name: their order is the policy's, their unit is declared."""
+    names = [f"panda_joint{n}" for n in (7, 3, 1)]
+    field = {"names": names, "quantity": "position", "unit": "deg"}
+    state = state_vector(robot, driven, {"dim": 3, "joints": [field]})
+    measured = dict(zip(robot.measured_joint_names, driven.read().positions, strict=True))
+    np.testing.assert_allclose(np.radians(state), [measured[name] for name in names], rtol=1e-12)
+
+
+@pytest.mark.processes
+def test_state_33_a_localiser_says_where_odom_is_and_the_hal_then_does_not(tmp_path: Path) -> None:
+    """map -> odom comes from the localiser that is named; a missing one fails the goal by name."""
+    options = ScratchOptions(options={"hal": LIGHT_HAL}, localiser="amcl")
+    scratch = make_scratch(ROOT / "compose" / "panda_mobile_sim.yaml", tmp_path / "state", options)
+    sent: set[str] = set()
+
+    def on_transforms(sample: Sample) -> None:
+        sent.update(one.child for one in decode(TransformBatch, sample.payload).transforms)
+
+    with scratch_robot(scratch, Registry(tmp_path / "registry")) as running:
+        live = LiveRobot(running, skill="go-to")  # which asks where the base is in map
+        live.client.bus.subscribe(live.client.keys.tf("hal"), on_transforms)
+        wait_for(lambda: "base_link" in sent, "transforms of the HAL")
+        missing = live.run_goal(seed=0)
+        assert missing.kind == "layout_missing_frame", missing
+        assert "amcl has not sent 'odom' (tf/amcl)" in missing.detail
+        words = [str(LOCALISER), str(scratch.file), "amcl", "5", "0"]
+        with subprocess.Popen([sys.executable, *words]) as localiser:
+            wait_for(lambda: live.run_goal(seed=0).kind == "bad_goal", "the policy is asked")
+            localiser.terminate()
+    assert "odom" not in sent
