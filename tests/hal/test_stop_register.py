@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from fairlead.hal.stop_register import StopRegister
+from fairlead.hal.stop_register import MAX_STOPS, StopRegister
 from fairlead.messages import GateState
 from tests.hal.gate_messages import EPOCH, lease, stop
 
@@ -21,14 +21,42 @@ def ids(register: StopRegister) -> list[int]:
     return [held.stop_id for held in register.held]
 
 
-def test_a_stop_is_held_until_the_operator_reset_it_and_armed_again(
+def test_a_stop_is_held_until_the_gate_that_listed_it_lists_it_no_longer(
     register: StopRegister,
 ) -> None:
     register.hold(stop(STOP))
     register.on_lease(lease(1, 1, state=GateState.STOPPED, stops=[STOP]))
-    register.on_lease(lease(2, 2, state=GateState.DISARMED))
     assert register.any_held
-    register.on_lease(lease(1, 3, epoch=EPOCH + 1))
+    register.on_lease(lease(2, 2, state=GateState.DISARMED))
+    assert (register.any_held, register.to_repeat()) == (False, ())
+    assert register.hold(stop(STOP)) == "stop already reset"
+
+
+def test_another_gate_that_is_not_armed_does_not_end_a_stop(register: StopRegister) -> None:
+    register.on_lease(lease(1, 1, state=GateState.STOPPED, stops=[STOP]))
+    register.on_lease(lease(1, 2, state=GateState.DISARMED, epoch=EPOCH + 1))
+    assert register.any_held
+    register.on_lease(lease(1, 3, epoch=EPOCH + 2))
+    assert not register.any_held
+
+
+def test_thousands_of_stops_cost_no_more_than_a_few_and_end_with_resets(
+    register: StopRegister,
+) -> None:
+    for stop_id in range(1, 3000):
+        register.hold(stop(stop_id))
+    ((cause, detail),) = register.demanded
+    assert (cause, detail) == ("more stops than can be held", "16 are held already")
+    register.raised(cause, stop(9999))
+    for stop_id in range(1, 3000):
+        assert register.hold(stop(stop_id)) in ("stop already held", "more stops than can be held")
+    assert ids(register) == [*range(1, MAX_STOPS + 1), 9999]
+    assert len(register.to_repeat()) == MAX_STOPS + 1
+    listed = lease(1, 1, state=GateState.STOPPED, stops=[*range(1, MAX_STOPS)])
+    register.on_lease(listed)
+    register.on_lease(lease(2, 2, state=GateState.STOPPED, stops=[MAX_STOPS, 9999]))
+    assert ids(register) == [MAX_STOPS, 9999], "what could not be kept holds until 9999 is reset"
+    register.on_lease(lease(3, 3, state=GateState.DISARMED))
     assert not register.any_held
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 import logging
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from fairlead.errors import FairleadError
 from fairlead.hal.backend import Backend, Measurement
@@ -32,13 +32,14 @@ from fairlead.hal.stop_caller import StopCaller
 from fairlead.hal.tick_plan import TickPlan
 from fairlead.hal.tick_publisher import TickPublisher
 from fairlead.hal.trace_source import TraceSource
-from fairlead.messages import Hold
+from fairlead.messages import Hold, StopLevel
 from fairlead.wire.bus import Bus
 
 _LOG = logging.getLogger("hal.host")
 
 REPEAT_NS = 100_000_000
 """Lockstep: a waiting or paused world publishes its tick again this often."""
+MAX_NAMED_STOPS = 4
 
 
 class HalHost:
@@ -233,7 +234,7 @@ class HalHost:
         with self._changed:
             held = self._core.held_stops
         if held:
-            return "holding", "stop " + ", ".join(f"{s.stop_id:016x} ({s.reason})" for s in held)
+            return "holding", _names(held)
         return "ready", self._frames.failure
 
     def _enter_fault(self, reason: str) -> None:
@@ -254,3 +255,9 @@ class HalHost:
         self._frames.close()
         self._log.close()
         self._backend.close()
+
+
+def _names(stops: Sequence[StopLevel]) -> str:
+    named = ", ".join(f"{s.stop_id:016x} ({s.reason})" for s in stops[:MAX_NAMED_STOPS])
+    more = len(stops) - MAX_NAMED_STOPS
+    return f"stop {named}" + (f" and {more} more" if more > 0 else "")

@@ -8,6 +8,11 @@ from fairlead.messages import GateState, Lease, StopLevel
 
 NO_ID = 0
 STOP_WITHOUT_ID = "stop without an id"
+MAX_STOPS = 16
+"""Stops held by their own ids, as many as a lease lists; all others by one of the HAL's."""
+TOO_MANY = "more stops than can be held"
+MAX_RESET_IDS = 256
+"""Ids remembered after their reset, the newest: late copies of them are ignored."""
 
 
 @dataclass
@@ -17,20 +22,22 @@ class _HeldStop:
 
 
 class StopRegister:
-    """Stops are held until a lease listed them and an armed lease of another epoch does not.
+    """Stops are held until the gate that listed them lists them no longer.
 
-    The gate lists a stop for as long as it stands, and only an operator's reset followed by
-    a new arm opens another epoch, so a lost or late message can never end a stop. Ids that
-    were let go are remembered: late copies of them are ignored.
+    The gate lists a stop for as long as it stands, so a later lease of the same epoch
+    without it means that an operator reset it; a lost or late message can never end a stop.
+    A gate that was started anew knows nothing of it and is told: there only an armed lease,
+    of yet another epoch, ends it. Ids that were let go are remembered: late copies of them
+    are ignored.
 
     Some causes need a stop of the HAL's own, under a fresh id (two gates, a stop message
-    that cannot be listed). They count as held from the moment they are demanded until the
+    that cannot be listed, more stops than a lease lists). They count as held from the moment they are demanded until the
     host has raised that stop, and are demanded again only when it has been reset.
     """
 
     def __init__(self) -> None:
         self._held: dict[int, _HeldStop] = {}
-        self._dropped: set[int] = set()
+        self._dropped: dict[int, None] = {}  # the oldest first
         self._listed_now: frozenset[int] = frozenset()
         self._demanded: dict[str, str] = {}  # details by cause
         self._raised: dict[str, int] = {}  # stop ids by cause
@@ -57,7 +64,7 @@ class StopRegister:
 
     def raised(self, cause: str, stop: StopLevel) -> None:
         """Hold the stop that was demanded for ``cause``."""
-        self.hold(stop)
+        self._held[stop.stop_id] = _HeldStop(stop, listed_epoch=0)
         self._raised[cause] = stop.stop_id
         self._demanded.pop(cause, None)
 
@@ -70,6 +77,9 @@ class StopRegister:
             return "stop already reset"
         if stop.stop_id in self._held:
             return "stop already held"
+        if len(self._held) >= MAX_STOPS:
+            self.demand(TOO_MANY, f"{MAX_STOPS} are held already")
+            return TOO_MANY
         self._held[stop.stop_id] = _HeldStop(stop, listed_epoch=0)
         return ""
 
@@ -83,8 +93,12 @@ class StopRegister:
                 stop = StopLevel(stop_id=stop_id, by="safety", reason="listed in a lease")
                 self._held[stop_id] = _HeldStop(stop, listed_epoch=0)
             self._held[stop_id].listed_epoch = lease.epoch
-        if lease.state == GateState.ARMED:
-            self._drop_those_reset(lease.epoch)
+        is_armed = lease.state == GateState.ARMED
+        for stop_id, held in list(self._held.items()):
+            # An armed gate has begun another epoch since it listed a stop.
+            was_listed = held.listed_epoch and is_armed == (held.listed_epoch != lease.epoch)
+            if was_listed and stop_id not in self._listed_now:
+                self._drop(stop_id)
 
     def to_repeat(self) -> tuple[StopLevel, ...]:
         """Held stops that the newest lease does not list: repeat them every 50 ms."""
@@ -92,9 +106,8 @@ class StopRegister:
             held.message for stop_id, held in self._held.items() if stop_id not in self._listed_now
         )
 
-    def _drop_those_reset(self, armed_epoch: int) -> None:
-        for stop_id, held in list(self._held.items()):
-            was_listed_before = held.listed_epoch not in (0, armed_epoch)
-            if was_listed_before and stop_id not in self._listed_now:
-                del self._held[stop_id]
-                self._dropped.add(stop_id)
+    def _drop(self, stop_id: int) -> None:
+        del self._held[stop_id]
+        self._dropped[stop_id] = None
+        if len(self._dropped) > MAX_RESET_IDS:
+            del self._dropped[next(iter(self._dropped))]
