@@ -67,7 +67,8 @@ def command(
 ) -> None:
     """Arm if disarmed, run SKILL, show its progress, print the result, disarm again.
 
-    It disarms only if it armed, and only if no other claim is live. Ctrl-C cancels the goal.
+    It disarms only if it armed, and only if no other claim is live. Ctrl-C cancels the goal, or
+    stops the robot if the runner does not confirm that.
     With --then the goals run one after the other, until one does not succeed.
     """
     file = choose_file(deployment)
@@ -122,6 +123,8 @@ def _run(client: RobotClient, wish: GoalWish, as_json: bool) -> Progress:
     except GoalInterrupted as interrupted:
         if interrupted.progress.result is not None:
             _print_result(wish.skill, interrupted.progress, interrupted.progress.result, as_json)
+        else:
+            typer.echo(interrupted.stopped, err=True)
         raise
     assert progress.result is not None
     _print_result(wish.skill, progress, progress.result, as_json)

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 
-from fairlead.errors import RefusedError, ServiceError
+from fairlead.errors import NoAnswerError, RefusedError, ServiceError
 from fairlead.operate.client import RobotClient
 from fairlead.operate.goal_watch import GoalWatch, Progress
 from fairlead.operate.runner_choice import choose_runner
@@ -30,15 +30,17 @@ class GoalWish:
 
 
 class GoalInterrupted(KeyboardInterrupt):
-    """Ctrl-C while a goal ran; it has been cancelled.
+    """Ctrl-C while a goal ran; it has been cancelled, or else the robot stopped.
 
     Attributes:
         progress: where it stood; its result is None if the runner did not confirm in time.
+        stopped: then, what was done about it, for people; else "".
     """
 
-    def __init__(self, progress: Progress) -> None:
+    def __init__(self, progress: Progress, stopped: str) -> None:
         super().__init__()
         self.progress = progress
+        self.stopped = stopped
 
 
 def run_goal(
@@ -52,7 +54,8 @@ def run_goal(
         ConfigError: no runner, or none that is clear, for the skill.
         RefusedError: the runner did not take the goal.
         ServiceError: the runner went away meanwhile.
-        GoalInterrupted: Ctrl-C; the goal has been cancelled. A second one is not waited for.
+        GoalInterrupted: Ctrl-C; the goal has been cancelled. Where the runner does not
+            confirm that, or a second Ctrl-C comes first, a protective stop is requested.
     """
     runner = choose_runner(client.deployment, wish.skill, wish.runner)
     watch = GoalWatch(client, runner)
@@ -63,7 +66,9 @@ def run_goal(
         try:
             return _follow(client, runner, watch, goal_id, on_progress)
         except KeyboardInterrupt:
-            raise GoalInterrupted(_cancel(client, runner, watch, goal_id)) from None
+            ended = _cancel(client, runner, watch, goal_id)
+            stopped = "" if ended.result is not None else _stop(client, runner)
+            raise GoalInterrupted(ended, stopped) from None
     finally:
         watch.close()
 
@@ -87,6 +92,18 @@ def _follow(
 
 
 def _cancel(client: RobotClient, runner: str, watch: GoalWatch, goal_id: int) -> Progress:
-    with suppress(RefusedError):  # it has just ended by itself
-        client.cancel(runner, goal_id)
-    return watch.wait(goal_id, CANCEL_TIMEOUT_S)
+    try:
+        with suppress(RefusedError):  # it has just ended by itself
+            client.cancel(runner, goal_id)
+        return watch.wait(goal_id, CANCEL_TIMEOUT_S)
+    except (NoAnswerError, KeyboardInterrupt):
+        return watch.wait(goal_id, 0.0)
+
+
+def _stop(client: RobotClient, runner: str) -> str:
+    said = f"{runner} did not confirm that the goal ended"
+    try:
+        stop_id = client.stop(said)
+    except NoAnswerError as error:
+        return f"{said}, and no stop is confirmed: THE ROBOT MAY MOVE: {error}"
+    return f"{said}: a protective stop holds the robot\n  try: fairlead reset {stop_id:016x}"

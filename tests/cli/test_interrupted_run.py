@@ -1,0 +1,82 @@
+"""Ctrl-C on ``fairlead run``: the goal is known to have ended, or the robot is stopped."""
+
+from __future__ import annotations
+
+import re
+import signal
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from fairlead.messages import GateState
+from fairlead.operate.scratch_robot import ScratchRobot, scratch_robot
+from fairlead.paths import repo_root
+from fairlead.supervisor import Registry
+from fairlead.supervisor.scratch import ScratchOptions, make_scratch
+from tests.cli.command import fairlead_command, fairlead_environment
+from tests.system.live_robot import wait_for
+
+pytestmark = [pytest.mark.processes, pytest.mark.timeout(120)]
+
+SKILL = "panda-joint-reach"
+SLOW = {"backend": "joint_reach", "options": {
+    "target_rad": [0.4, 0.1, 0.2, -1.9, 0.1, 2.1, 0.9], "opening_m": 0.04, "step_rad": 0.0001,
+}}  # fmt: skip
+"""It moves for as long as a test may take."""
+
+
+@pytest.fixture
+def robot(tmp_path: Path) -> Iterator[ScratchRobot]:
+    scratch = make_scratch(
+        repo_root() / "compose" / "panda_mujoco.yaml",
+        tmp_path / "state",
+        ScratchOptions(pacing="realtime", options={"runner": {"policies": {SKILL: SLOW}}}),
+    )
+    with scratch_robot(scratch, Registry(tmp_path / "registry")) as made:
+        yield made
+
+
+def run_until_it_moves(robot: ScratchRobot, registry: Path) -> subprocess.Popen[str]:
+    run = subprocess.Popen(
+        fairlead_command("run", SKILL, "--deployment", str(robot.scratch.file)),
+        env=fairlead_environment(registry),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    wait_for(lambda: dict(robot.client.gate_status().counters)["released"] > 0, "rows act")
+    return run
+
+
+def test_an_interrupted_run_says_how_the_goal_ended_and_disarms(
+    robot: ScratchRobot, tmp_path: Path
+) -> None:
+    run = run_until_it_moves(robot, tmp_path / "registry")
+    run.send_signal(signal.SIGINT)
+    said, errors = run.communicate(timeout=30.0)
+    assert (run.returncode, "cancelled" in said) == (130, True), said + errors
+    assert robot.client.gate_status().state == GateState.DISARMED
+
+
+def test_where_the_runner_does_not_confirm_the_robot_is_stopped_and_the_run_says_so(
+    robot: ScratchRobot, tmp_path: Path
+) -> None:
+    run = run_until_it_moves(robot, tmp_path / "registry")
+    pid = robot.supervisor.pid("runner")
+    subprocess.run(["kill", "-STOP", str(pid)], check=True)
+    try:
+        run.send_signal(signal.SIGINT)
+        _, errors = run.communicate(timeout=30.0)
+        gate = robot.client.gate_status()
+        assert (run.returncode, gate.state) == (130, GateState.STOPPED), errors
+        said = re.search(
+            r"runner did not confirm that the goal ended: a protective stop holds the robot\n"
+            r"  try: fairlead reset ([0-9a-f]{16})\n",
+            errors,
+        )
+        assert said is not None, errors
+        assert gate.stop_ids == (int(said.group(1), 16),)
+    finally:
+        subprocess.run(["kill", "-CONT", str(pid)], check=True)
