@@ -31,8 +31,9 @@ class StopRegister:
     are ignored.
 
     Some causes need a stop of the HAL's own, under a fresh id (two gates, a stop message
-    that cannot be listed, more stops than a lease lists). They count as held from the moment they are demanded until the
-    host has raised that stop, and are demanded again only when it has been reset.
+    that cannot be listed, more stops than a lease lists). They count as held from the moment
+    they are demanded until the host has raised that stop, and are demanded again only when it
+    has been reset.
     """
 
     def __init__(self) -> None:
