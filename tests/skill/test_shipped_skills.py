@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import msgspec
 import pytest
 
 from fairlead.errors import ConfigError
 from fairlead.messages import HalCamera
+from fairlead.paths import ROBOTS_VARIABLE, robot_dir
 from fairlead.robot.manifest import load_robot
 from fairlead.skill.admission import admission_problems, require_admission
 from fairlead.skill.manifest import ImageSpec, load_skill
@@ -93,7 +96,11 @@ def test_a_camera_that_no_deployment_has_is_refused_with_the_option_that_switche
 
 
 @pytest.mark.parametrize("name", ROBOCASA)
-def test_a_robocasa_skill_is_dropped_with_reasons_on_a_robot_without_a_base(name: str) -> None:
+def test_a_robocasa_skill_is_dropped_with_reasons_on_a_robot_without_a_base(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "fixed").symlink_to(robot_dir(MOBILE.id))
+    monkeypatch.setenv(ROBOTS_VARIABLE, str(tmp_path))
     fixed = MOBILE.model_copy(
         update={
             "id": "fixed",

@@ -7,6 +7,8 @@ from typing import Any
 import pytest
 from pydantic import ValidationError
 
+from fairlead.checked_model import checked_model
+from fairlead.errors import ConfigError
 from fairlead.modes import ControlMode
 from fairlead.skill.action_contract import ActionContract
 from fairlead.skill.slots import FIELD_RULES, MODE_NAMES, Slot
@@ -304,3 +306,29 @@ def test_slots_that_do_not_cover_exactly_once_are_refused_by_index(
 
 def test_a_vector_of_no_dimensions_is_refused() -> None:
     assert refusal(ActionContract, contract(0, DISCARD)) == "Input should be greater than 0"
+
+
+def test_gaps_and_overlaps_are_told_beside_a_slots_own_fault() -> None:
+    slots = [
+        {"range": [0, 2]},
+        {"range": [2, 2], "control_mode": "gripper_position"},
+        {"range": [4, 4], "discard": True, "ee": "hand"},
+    ]
+    with pytest.raises(ConfigError) as caught:
+        checked_model("rskill.yaml", ActionContract, {"dim": 5, "slots": slots})
+    lines = [line.strip() for line in str(caught.value).splitlines()[1:]]
+    assert lines[0].startswith(
+        "slots.0: slot [0, 2]: expected control_mode or discard: true, got neither (valid: "
+    )
+    assert lines[1:] == [
+        "slots.1: slot [2, 2] gripper_position: ee: required with gripper_position",
+        "slots.2: slot [4, 4] discard: ee: not allowed with discard",
+        "(top level): slots: index 2 is covered by slot [0, 2] and slot [2, 2] gripper_position",
+        "(top level): slots: index 3 is covered by no slot (use discard: true)",
+    ]
+
+
+@pytest.mark.parametrize("slots", [7, [7], [{}], [{"range": 3}], [{"range": ["a", 1]}]])
+def test_slots_that_are_none_are_an_error_and_no_traceback(slots: object) -> None:
+    with pytest.raises(ConfigError, match=r"^rskill.yaml: \d+ problem"):
+        checked_model("rskill.yaml", ActionContract, {"dim": 5, "slots": slots})

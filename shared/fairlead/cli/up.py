@@ -12,6 +12,7 @@ from typing import Annotated
 import typer
 
 from fairlead.cli.deployment_choice import DeploymentArgument, StateDirOption
+from fairlead.cli.dropped_skills import dropped_skills
 from fairlead.cli.greeting import Greeting, explain_gate
 from fairlead.cli.other_hosts import OtherHosts, router_reached
 from fairlead.deploy.deployment import Deployment, load_deployment
@@ -63,6 +64,9 @@ def command(
     )
     if loaded.only("safety") in supervisor.processes:
         check_gate_file(loaded)
+    if loaded.only("skill_runner") in supervisor.processes:
+        for line in dropped_skills(loaded):
+            _print_line("up", line)
     try:
         supervisor.reserve()
         if ROUTER not in supervisor.processes and not router_reached(loaded, stopping, _print_line):

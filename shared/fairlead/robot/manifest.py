@@ -35,6 +35,9 @@ class RobotManifest(BaseModel):
     base_joints: tuple[str, ...] = ()
     parts: tuple[Part, ...] = Field(min_length=1)
     end_effectors: tuple[EndEffector, ...] = ()
+    tracked_frames: tuple[str, ...] = Field(
+        default=(), description="frames beside the description's that a HAL or tracker publishes"
+    )
     simulator: SimulatorNames | None = None
     no_collision_geometry: dict[str, str] = Field(
         default_factory=dict, description="links without capsules, and why that is no loss"
@@ -115,10 +118,10 @@ class RobotManifest(BaseModel):
         """SHA-256 of what the robot is: this manifest and its description file.
 
         The safety block and the robot's shape are left out: they have a hash of their own for each
-        profile, that of the gate's file. So are sources, which are prose, and what only the
-        comparison with a simulator's model goes by. Everything else counts,
-        limits, hold laws and frames too: two processes that disagree on one of them mean two
-        robots.
+        profile, that of the gate's file. So are tracked frames, which are of things around it,
+        sources, which are prose, and what only the comparison with a simulator's model goes by.
+        Everything else counts, limits, hold laws and frames too: two processes that disagree on
+        one of them mean two robots.
 
         Raises:
             ConfigError: if the robot has no folder or no description file.
@@ -129,6 +132,7 @@ class RobotManifest(BaseModel):
                 "safety": True,
                 "capsules": True,
                 "no_collision_geometry": True,
+                "tracked_frames": True,
                 "simulator": {"frame_tolerance", "model"},
                 "joints": {"__all__": {"source"}},
                 "passive_joints": {"__all__": {"source"}},

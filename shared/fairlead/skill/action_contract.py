@@ -8,9 +8,18 @@ once, so nothing a policy emits is dropped silently.
 from __future__ import annotations
 
 from collections import Counter
-from typing import Self
+from collections.abc import Sequence
+from typing import Any, NamedTuple, Self, cast
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    ModelWrapValidatorHandler,
+    ValidationError,
+    model_validator,
+)
+from pydantic_core import InitErrorDetails
 
 from fairlead.skill.slots import AngleUnit, Slot
 
@@ -47,6 +56,23 @@ class ActionContract(BaseModel):
             for index, name in enumerate(self.joint_names)
         )
 
+    @model_validator(mode="wrap")
+    @classmethod
+    def _cover_beside_faults(cls, data: Any, check: ModelWrapValidatorHandler[Self]) -> Self:
+        """Gaps and overlaps are told also while a slot has a fault of its own."""
+        try:
+            return check(data)
+        except ValidationError as error:
+            details = error.errors()
+            if not any(detail["loc"][:1] == ("slots",) for detail in details):
+                raise
+            found = [cast(InitErrorDetails, detail) for detail in details]
+            problems = _cover_problems_of_raw(data)
+            if problems:
+                told = ValueError("\n".join(problems))
+                found.append({"type": "value_error", "ctx": {"error": told}, "input": data})
+            raise ValidationError.from_exception_data(error.title, found) from None
+
     @model_validator(mode="after")
     def _check(self) -> Self:
         problems = (
@@ -73,7 +99,25 @@ def _joint_problems(dim: int, slots: tuple[Slot, ...], names: tuple[str, ...]) -
     return problems
 
 
-def _cover_problems(dim: int, slots: tuple[Slot, ...]) -> list[str]:
+class _Extent(NamedTuple):
+    """What is covered by a slot that may have faults."""
+
+    first: int
+    last: int
+    name: str
+
+
+def _cover_problems_of_raw(data: Any) -> list[str]:
+    """As `_cover_problems`, of a block as it stands in the file; [] if it cannot be known."""
+    try:
+        ends = [(slot["range"], slot.get("control_mode", "")) for slot in data["slots"]]
+        slots = [_Extent(*ends, f"slot {list(ends)} {mode}".rstrip()) for ends, mode in ends]
+        return _cover_problems(data["dim"], slots) if all(s.first >= 0 for s in slots) else []
+    except (KeyError, TypeError, AttributeError):
+        return []
+
+
+def _cover_problems(dim: int, slots: Sequence[Slot | _Extent]) -> list[str]:
     if not slots:
         return [f"slots: expected every index of 0..{dim - 1} to be covered, got no slots"]
     problems = [

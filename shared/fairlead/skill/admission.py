@@ -5,9 +5,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from fairlead.errors import ConfigError
+from fairlead.frames import MAP, ODOM
 from fairlead.messages import HalStatus
+from fairlead.robot.description_tree import description_tree
 from fairlead.robot.manifest import RobotManifest
-from fairlead.skill.bindings import LAYOUT_DIMS, StateContract, bound_gripper, bound_joints
+from fairlead.skill.bindings import (
+    LAYOUT_DIMS,
+    StateContract,
+    StateContractBindings,
+    bound_gripper,
+    bound_joints,
+)
 from fairlead.skill.camera_deployments import camera_deployments
 from fairlead.skill.full_scale import declared_range_problems, hal_range_problems
 from fairlead.skill.manifest import SkillManifest
@@ -28,7 +36,7 @@ def admission_problems(
     problems = [
         *_embodiment_problems(skill, robot),
         *problems,
-        *_state_problems(skill.state_contract, robot),
+        *state_problems(skill.state_contract, robot),
         *_profile_problems(skill, routes, robot),
     ]
     if hal is None:
@@ -111,8 +119,12 @@ def _frame_problems(routes: tuple[Route, ...], robot: RobotManifest, profile: st
     return problems
 
 
-def _state_problems(contract: StateContract, robot: RobotManifest) -> list[str]:
-    """Nothing that assembles it, joints the robot does not measure, units that do not fit."""
+def state_problems(contract: StateContract, robot: RobotManifest) -> list[str]:
+    """Why the robot cannot fill a state vector.
+
+    Joints it does not measure, or in other units; frames that nobody publishes; a layout that
+    nothing assembles.
+    """
     if contract.layout is None:
         return _joint_field_problems(contract, robot)
     if contract.layout not in LAYOUT_DIMS:
@@ -121,7 +133,22 @@ def _state_problems(contract: StateContract, robot: RobotManifest) -> list[str]:
         ("joint_names", bound_joints(contract.layout, contract.bindings)),
         ("gripper_qpos_joints", bound_gripper(contract.layout, contract.bindings)),
     )
-    return [text for binding, names in bound for text in _unmeasured_joints(binding, names, robot)]
+    return [
+        *(text for binding, names in bound for text in _unmeasured_joints(binding, names, robot)),
+        *_unknown_frames(contract.bindings, robot),
+    ]
+
+
+def _unknown_frames(bindings: StateContractBindings, robot: RobotManifest) -> list[str]:
+    """Frames of neither the description nor the world nor a tracker."""
+    known = (*description_tree(robot).frames, ODOM, MAP, *robot.tracked_frames)
+    fields = [name for name in type(bindings).model_fields if name.endswith("_frame")]
+    return [
+        f"{binding}: robot {robot.id} has no frame {frame!r} (valid: {', '.join(known)}; what "
+        "others publish is named in tracked_frames of robot.yaml)"
+        for binding in fields
+        if (frame := getattr(bindings, binding)) is not None and frame not in known
+    ]
 
 
 def _joint_field_problems(contract: StateContract, robot: RobotManifest) -> list[str]:

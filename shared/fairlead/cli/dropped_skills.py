@@ -1,0 +1,34 @@
+"""Skills that a robot which is about to start will not be able to see for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from fairlead.deploy.deployment import Deployment
+from fairlead.errors import ConfigError
+from fairlead.robot.manifest import load_robot
+from fairlead.skill.admission import state_problems
+from fairlead.skill.manifest import load_skill, skill_ids
+
+
+def dropped_skills(deployment: Deployment) -> Iterator[str]:
+    """A line for each installed skill of this robot whose state vector nothing can fill.
+
+    Raises:
+        ConfigError: if the deployment asks for such a skill by its name.
+    """
+    robot = load_robot(deployment.robot)
+    listed = deployment.services[deployment.only("skill_runner")].options.get("skills")
+    wanted = listed if isinstance(listed, list) else None
+    for name in skill_ids() if wanted is None else wanted:
+        try:
+            skill = load_skill(name)
+        except ConfigError:
+            continue  # the runner says what is wrong with the file, and does not start
+        problems = state_problems(skill.state_contract, robot)
+        if not problems or (wanted is None and robot.id not in skill.embodiments):
+            continue
+        reasons = "".join(f"\n  {problem}" for problem in problems)
+        if wanted is not None:
+            raise ConfigError(f"skill {name} cannot run on robot {robot.id}:{reasons}")
+        yield f"skill {name} is dropped, it cannot run on robot {robot.id}:{reasons}"
