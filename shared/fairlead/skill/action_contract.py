@@ -110,10 +110,13 @@ class _Extent(NamedTuple):
 def _cover_problems_of_raw(data: Any) -> list[str]:
     """As `_cover_problems`, of a block as it stands in the file; [] if it cannot be known."""
     try:
-        ends = [(slot["range"], slot.get("control_mode", "")) for slot in data["slots"]]
-        slots = [_Extent(*ends, f"slot {list(ends)} {mode}".rstrip()) for ends, mode in ends]
+        slots = []
+        for slot in data["slots"]:
+            first, last = slot["range"]
+            name = f"slot [{first}, {last}] {slot.get('control_mode', '')}".rstrip()
+            slots.append(_Extent(first, last, name))
         return _cover_problems(data["dim"], slots) if all(s.first >= 0 for s in slots) else []
-    except (KeyError, TypeError, AttributeError):
+    except (KeyError, TypeError, ValueError, AttributeError):
         return []
 
 
