@@ -143,6 +143,10 @@ def assert_topics_can_be_looked_at(up: Up) -> None:
     assert listed["state/joints"]["messages"] and listed["safety/lease"]["messages"]
     joints = up.read("topic", "echo", "state/joints", "--count", "1")
     assert (joints["type"], len(joints["positions"])) == ("JointState", 14)
+    assert isinstance(joints["positions"]["panda_joint1"], float), "by name"
+    assert list(joints["velocities"]) == list(joints["positions"])
+    idle = up.do("topic", "hz", "state/joints", "--count", "5")
+    assert "state/joints: 4 messages repeat a tick: a lockstep world that waits" in idle.stdout
     (rates,) = up.read("topic", "hz", "safety/lease", "--count", "20")
     assert rates["messages"] == 20 and rates["rate_hz"] > 5
 

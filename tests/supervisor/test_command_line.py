@@ -9,7 +9,11 @@ import pytest
 
 from fairlead.deploy.deployment import load_deployment
 from fairlead.paths import gate_binary, gate_config, repo_root
-from fairlead.supervisor.command_line import service_command, service_environment
+from fairlead.supervisor.command_line import (
+    new_state_command,
+    service_command,
+    service_environment,
+)
 
 FILE = repo_root() / "compose" / "panda_mobile_sim.yaml"
 
@@ -44,6 +48,14 @@ def test_python_services_run_as_modules_of_this_interpreter(service: str, module
         "--service", service,
         "--state-dir", f"/state/{service}",
     ]  # fmt: skip
+
+
+def test_a_new_state_folder_is_told_to_the_gate_once_and_to_nobody_else() -> None:
+    build, deployment = new_state_command(), load_deployment(FILE)
+    plain = service_command(FILE, deployment, "safety", Path("/state/safety"))
+    assert build(FILE, deployment, "safety", Path("/state/safety")) == [*plain, "--new-state"]
+    assert build(FILE, deployment, "safety", Path("/state/safety")) == plain, "started again"
+    assert "--new-state" not in build(FILE, deployment, "hal", Path("/state/hal"))
 
 
 def test_numeric_libraries_get_one_thread_unless_the_caller_says_otherwise(

@@ -16,6 +16,7 @@ from pathlib import Path
 import pytest
 
 from fairlead.paths import repo_root
+from fairlead.supervisor import Registry
 from fairlead.supervisor.scratch import ScratchOptions, make_scratch
 from tests.system.live_robot import wait_for
 
@@ -24,6 +25,9 @@ pytestmark = [pytest.mark.processes, pytest.mark.timeout(300)]
 ROOT = repo_root()
 COMPOSE = "compose/panda_mujoco.yaml"
 BLOCKS = re.findall(r"^```sh\n(.*?)^```", (ROOT / "docs" / "services.md").read_text(), re.M | re.S)
+HAL_OF_ONES_OWN = re.findall(
+    r"^\.venv/bin/.*$", (ROOT / "docs" / "hal.md").read_text(encoding="utf-8"), re.M
+)
 STARTS, LOOKS, END = (block.splitlines() for block in BLOCKS)
 
 
@@ -71,7 +75,7 @@ class Person:
             "NO_COLOR": "1",
         }
 
-    def start(self, line: str) -> None:
+    def start(self, line: str, name: str = "") -> None:
         process = subprocess.Popen(
             ["bash", "-c", f"exec {line}"],
             cwd=self.folder,
@@ -80,7 +84,7 @@ class Person:
             stderr=subprocess.STDOUT,
             text=True,
         )
-        self.terminals[line.split()[-1]] = Terminal(process)
+        self.terminals[name or line.split()[-1]] = Terminal(process)
 
     def shell(self, line: str) -> subprocess.CompletedProcess[str]:
         return subprocess.run(
@@ -122,6 +126,8 @@ def test_four_services_by_hand_run_a_goal_and_one_is_started_again(person: Perso
     for line in STARTS:
         person.start(line)
     ps, status, run = LOOKS
+    registry = Registry(person.folder / "state")
+    wait_for(lambda: sum(len(e.by_hand) for e in registry.entries()) == 4, "all are listed", 120.0)
     ran = person.shell(run)  # waits for those that still start
     assert ran.stdout.startswith("panda-joint-reach succeeded after "), ran.stderr
     assert person.states() == dict.fromkeys(
@@ -159,16 +165,16 @@ def test_four_services_by_hand_run_a_goal_and_one_is_started_again(person: Perso
 def test_up_leaves_out_what_is_run_by_hand_and_restarts_the_others_on_demand(
     person: Person,
 ) -> None:
-    up = f".venv/bin/fairlead up {COMPOSE} --without hal"
-    person.start(up)
-    lines = person.terminals["hal"].lines
+    up, hal = HAL_OF_ONES_OWN
+    (person.folder / "docs").symlink_to(ROOT / "docs")
+    person.start(up, "up")
+    lines = person.terminals["up"].lines
     wait_for(lambda: any("not seen yet: hal" in line for line in lines), "the HAL is missed", 120.0)
-    up_terminal = person.terminals.pop("hal")
-    person.terminals["up"] = up_terminal
-    person.start(STARTS[0])
+    person.start(hal, "hal")
     wait_for(lambda: any(" is up;" in line for line in lines), "the robot is up", 120.0)
-    states = person.states()
-    assert states["hal"] == "ready, by hand" and states["runner"] == "ready"
+    (entry,) = json.loads(person.fairlead("ps", "--json").stdout)
+    assert entry["elsewhere"] == ["hal"]
+    assert {one["state"] for one in entry["services"].values()} == {"ready"}
 
     restarted = person.fairlead("restart", "runner")
     assert restarted.returncode == 0, restarted.stderr
@@ -177,9 +183,8 @@ def test_up_leaves_out_what_is_run_by_hand_and_restarts_the_others_on_demand(
     assert unknown.returncode == 1 and "a service that runs here" in unknown.stderr
 
     assert person.fairlead("down").returncode == 0
-    wait_for(
-        lambda: all(t.process.poll() is not None for t in person.terminals.values()), "all ended"
-    )
+    assert person.terminals["up"].process.wait(timeout=30.0) == 0
+    assert person.terminals["hal"].ctrl_c() == 0
 
 
 def test_a_runner_without_a_skill_for_its_robot_waits_and_says_how_to_make_one(

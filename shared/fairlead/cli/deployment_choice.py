@@ -82,6 +82,14 @@ StateDirOption = Annotated[
         "$FAIRLEAD_STATE, else in ~/.local/state/fairlead",
     ),
 ]
+NewStateOption = Annotated[
+    bool,
+    typer.Option(
+        "--new-state",
+        help="the gate's state folder is new and that is right; with profile hardware it "
+        "latches without it",
+    ),
+]
 JsonOption = Annotated[bool, typer.Option("--json", help="print one JSON document instead")]
 
 

@@ -10,6 +10,7 @@ import typer
 
 from fairlead.cli.console import print_json, print_table
 from fairlead.cli.deployment_choice import JsonOption
+from fairlead.cli.robot_choice import RobotArgument
 from fairlead.robot.bounds import Bound, robot_bounds
 from fairlead.robot.manifest import load_robot
 
@@ -18,7 +19,7 @@ NOTHING = "NOT ENFORCED"
 
 
 def command(
-    robot: Annotated[str, typer.Argument(help="folder under robots/")],
+    robot: RobotArgument,
     profile: Annotated[str, typer.Option(help="safety profile")] = "sim",
     strict: Annotated[
         bool, typer.Option("--strict", help="exit 1 if a limit is not enforced")

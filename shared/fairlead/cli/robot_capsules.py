@@ -10,6 +10,7 @@ import typer
 
 from fairlead.cli.console import print_json, print_table
 from fairlead.cli.deployment_choice import JsonOption
+from fairlead.cli.robot_choice import RobotArgument
 from fairlead.errors import ConfigError, expected
 from fairlead.robot.capsules import Capsule, load_capsules
 from fairlead.robot.manifest import RobotManifest, load_robot
@@ -23,7 +24,7 @@ LEAST_SAMPLES = 10_000
 
 
 def command(
-    robot: Annotated[str, typer.Argument(help="folder under robots/")],
+    robot: RobotArgument,
     model: Annotated[
         str | None,
         typer.Option(

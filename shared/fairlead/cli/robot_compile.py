@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from fairlead.cli.robot_choice import RobotArgument
 from fairlead.errors import ConfigError
 from fairlead.paths import robot_dir
 from fairlead.robot.gate_file import compile_gate_config
@@ -16,7 +17,7 @@ EXAMPLE = "fairlead robot compile panda_mobile"
 
 
 def command(
-    robot: Annotated[str, typer.Argument(help="folder under robots/")],
+    robot: RobotArgument,
     check: Annotated[
         bool, typer.Option("--check", help="write nothing; exit 1 if a file is not current")
     ] = False,

@@ -9,6 +9,7 @@ import typer
 
 from fairlead.cli.console import print_json, print_table
 from fairlead.cli.deployment_choice import JsonOption
+from fairlead.cli.robot_choice import RobotArgument
 from fairlead.robot.capsules import load_capsules
 from fairlead.robot.manifest import load_robot
 
@@ -16,7 +17,7 @@ EXAMPLE = "fairlead robot distances panda_mobile out/demo/state/safety/decisions
 
 
 def command(
-    robot: Annotated[str, typer.Argument(help="folder under robots/")],
+    robot: RobotArgument,
     log: Annotated[Path, typer.Argument(help="decision log of a run, which the gate wrote")],
     as_json: JsonOption = False,
 ) -> None:

@@ -9,6 +9,7 @@ import typer
 
 from fairlead.cli.console import print_json, print_table
 from fairlead.cli.deployment_choice import JsonOption
+from fairlead.cli.robot_choice import RobotArgument
 from fairlead.robot.gate_file import compile_gate_config
 from fairlead.robot.limits import effective_limits
 from fairlead.robot.manifest import load_robot
@@ -17,7 +18,7 @@ EXAMPLE = "fairlead robot show panda_mobile"
 
 
 def command(
-    robot: Annotated[str, typer.Argument(help="folder under robots/")],
+    robot: RobotArgument,
     profile: Annotated[str, typer.Option(help="safety profile")] = "sim",
     sources: Annotated[
         bool, typer.Option("--sources", help="every limit on a line, with unit and source")

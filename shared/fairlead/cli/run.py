@@ -14,6 +14,7 @@ from fairlead.cli.console import print_json
 from fairlead.cli.deployment_choice import DeploymentOption, JsonOption, choose_file
 from fairlead.cli.goal_hints import goal_hints
 from fairlead.cli.progress_line import ProgressLine
+from fairlead.cli.skill_choice import InstalledSkill
 from fairlead.cli.starting import wait_seen, wait_started
 from fairlead.cli.status import state_and_cause
 from fairlead.cli.wire_number import MAX_NUMBER
@@ -33,7 +34,7 @@ MAX_STALL_S = 86_400.0
 
 
 def command(
-    skill: Annotated[str, typer.Argument(help="a skill of: fairlead skill ls")],
+    skill: InstalledSkill,
     deployment: DeploymentOption = None,
     seed: Annotated[
         int | None,

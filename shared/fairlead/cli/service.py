@@ -7,11 +7,15 @@ from typing import Annotated
 
 import typer
 
-from fairlead.cli.deployment_choice import DeploymentArgument, StateDirOption
+from fairlead.cli.deployment_choice import DeploymentArgument, NewStateOption, StateDirOption
 from fairlead.deploy.deployment import load_deployment
 from fairlead.errors import ConfigError, ServiceError, expected
 from fairlead.supervisor import Registry, Running
-from fairlead.supervisor.command_line import service_command, service_environment
+from fairlead.supervisor.command_line import (
+    new_state_command,
+    service_command,
+    service_environment,
+)
 from fairlead.supervisor.ports import check_ports_free
 from fairlead.supervisor.process_table import process_id
 from fairlead.supervisor.registry import ServiceEntry, running_name
@@ -24,6 +28,7 @@ def command(
     deployment: DeploymentArgument,
     service: Annotated[str, typer.Argument(help="a service's name in that file")],
     state_dir: StateDirOption = None,
+    new_state: NewStateOption = False,
 ) -> None:
     """Run one SERVICE in the foreground, in any order with the others; `up` runs all of them.
 
@@ -40,7 +45,8 @@ def command(
     _refuse_second(name, service)
     check_ports_free(loaded, [service])
     folder = (state_dir or Registry().default_state_dir(name)).absolute()
-    words = service_command(deployment.absolute(), loaded, service, folder / service)
+    build = new_state_command() if new_state else service_command
+    words = build(deployment.absolute(), loaded, service, folder / service)
     (folder / service).mkdir(parents=True, exist_ok=True)
     own = process_id(os.getpid())
     entry = {service: ServiceEntry(own, ready=False, restarts=0, by_hand=True)}
@@ -55,6 +61,6 @@ def _refuse_second(name: str, service: str) -> None:
     running = entry.services[service].running if entry and service in entry.services else None
     if running is not None:
         raise ServiceError(
-            f"{service} of {name} runs already (pid {running.pid}); again: fairlead restart "
-            f"{service}; end it: fairlead down {name}"
+            f"{service} of {name} runs already (pid {running.pid}); end it first: "
+            f"fairlead down {name}"
         )

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated
-
-import typer
-
 from fairlead.cli.console import print_json, print_table
 from fairlead.cli.deployment_choice import JsonOption
+from fairlead.cli.robot_choice import RobotOption
 from fairlead.errors import ConfigError
 from fairlead.robot.manifest import RobotManifest, load_robot
 from fairlead.skill.admission import admission_problems
@@ -17,7 +14,7 @@ EXAMPLE = "fairlead skill ls --robot panda_mobile"
 
 
 def command(
-    robot: Annotated[str, typer.Option(help="folder under robots/")] = "panda_mobile",
+    robot: RobotOption = "panda_mobile",
     as_json: JsonOption = False,
 ) -> None:
     """Show every skill, shipped or installed: admitted on this robot, or dropped and why."""

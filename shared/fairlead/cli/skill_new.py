@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from fairlead.cli.robot_choice import RobotOption
 from fairlead.errors import ConfigError
 from fairlead.robot.manifest import load_robot
 from fairlead.skill.skeleton import skill_skeleton
@@ -16,7 +17,7 @@ EXAMPLE = "fairlead skill new my-wave --robot panda_mobile"
 
 def command(
     name: Annotated[str, typer.Argument(help="the skill's id, and the folder made here")],
-    robot: Annotated[str, typer.Option(help="folder under robots/")] = "panda_mobile",
+    robot: RobotOption = "panda_mobile",
 ) -> None:
     """Write NAME/rskill.yaml and NAME/policy.py, a working skill to start from."""
     files = skill_skeleton(name, load_robot(robot))

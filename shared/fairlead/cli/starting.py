@@ -38,6 +38,11 @@ def wait_started(
         time.sleep(LOOK_AGAIN_S)
 
 
+def starting_services(file: Path, registry: Registry | None = None) -> list[str]:
+    """Names of a deployment's services that are on their first start on this machine."""
+    return _starting((registry or Registry()).entries(), file)
+
+
 def _starting(entries: list[Running], file: Path) -> list[str]:
     return [
         name

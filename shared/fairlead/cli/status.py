@@ -9,7 +9,9 @@ import msgspec
 import typer
 
 from fairlead.cli.console import hex_id, print_json
-from fairlead.cli.deployment_choice import DeploymentOption, JsonOption, choose_deployment
+from fairlead.cli.deployment_choice import DeploymentOption, JsonOption, choose_file
+from fairlead.cli.starting import starting_services
+from fairlead.deploy.deployment import load_deployment
 from fairlead.errors import NoAnswerError
 from fairlead.messages import GateState, GateStatus, GoalFeedback, HalStatus
 from fairlead.operate.client import RobotClient
@@ -20,30 +22,33 @@ EXAMPLE = "fairlead status --json"
 
 def command(deployment: DeploymentOption = None, as_json: JsonOption = False) -> None:
     """Show the gate's state and cause, the robot's, and who is alive; exit 1 if one is not."""
-    chosen = choose_deployment(deployment)
+    file = choose_file(deployment)
+    chosen = load_deployment(file)
+    starting = starting_services(file)
     with RobotClient(chosen) as client:
         try:
             client.wait_alive(*chosen.services)
         except NoAnswerError:
-            if not client.alive:
+            if not client.alive and not starting:
                 raise
         gate, hal = _answers(client)
         runners = _runners(client)
         alive = sorted(client.alive)
-    missing = sorted(set(chosen.services) - set(alive))
+    missing = sorted(set(chosen.services) - set(alive) - set(starting))
     if as_json:
         print_json(
             {
                 "alive": alive,
                 "missing": missing,
+                "starting": starting,
                 "gate": gate and gate_document(gate),
                 "hal": hal and hal_document(hal),
                 "runners": [runner_document(one) for one in runners],
             }
         )
     else:
-        _print(gate, hal, runners, alive, missing)
-    if missing:
+        _print(gate, hal, runners, alive, missing, starting)
+    if missing or starting:
         raise typer.Exit(1)
 
 
@@ -73,18 +78,22 @@ def _print(
     runners: list[GoalFeedback],
     alive: list[str],
     missing: list[str],
+    starting: list[str],
 ) -> None:
+    silent = "is starting" if starting else "does not answer"
     if gate is None:
-        typer.echo("gate   does not answer")
+        typer.echo(f"gate   {silent}")
     else:
         print_gate(gate)
     if hal is None:
-        typer.echo("robot  the HAL does not answer")
+        typer.echo(f"robot  the HAL {silent}")
     else:
         print_robot(hal)
     for one in runners:
         typer.echo(f"goal   {one.source}: {goal_line(one)}")
-    typer.echo(f"alive  {', '.join(alive)}")
+    typer.echo(f"alive  {', '.join(alive) or 'none yet'}")
+    if starting:
+        typer.echo(f"starting {', '.join(starting)}; ask again in a moment")
     if missing:
         typer.echo(f"missing {', '.join(missing)}; see: fairlead ps, fairlead logs {missing[0]}")
 

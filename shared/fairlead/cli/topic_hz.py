@@ -11,6 +11,7 @@ import typer
 from fairlead.cli.console import print_json, print_table
 from fairlead.cli.deployment_choice import DeploymentOption, JsonOption, choose_deployment
 from fairlead.cli.topic_choice import KeyArgument, TimeoutOption, next_heard
+from fairlead.messages import decode
 from fairlead.operate.topic_listener import TopicListener, listening_bus
 from fairlead.wire.topics import find_topic, short_key
 
@@ -28,11 +29,15 @@ def command(
     chosen = choose_deployment(deployment)
     topic = find_topic(chosen.keys, key)
     arrived: dict[str, list[float]] = {}
+    ticks: dict[str, set[int]] = {}
     with listening_bus(chosen) as bus:
         listener = TopicListener(bus, [topic.key_expr])
         for _ in range(count):
             heard = next_heard(listener, key, timeout)
-            arrived.setdefault(short_key(chosen.keys, heard.key), []).append(heard.at_s)
+            name = short_key(chosen.keys, heard.key)
+            arrived.setdefault(name, []).append(heard.at_s)
+            tick = getattr(decode(topic.kind, heard.payload), "tick", None)
+            ticks.setdefault(name, set()).update([] if tick is None else [tick])
     timed = {name: rate_of(times) for name, times in sorted(arrived.items()) if len(times) > 1}
     if as_json:
         print_json([{"key": name} | rates for name, rates in timed.items()])
@@ -41,6 +46,13 @@ def command(
     print_table(
         header, [(name, *(f"{v:.4g}" for v in rates.values())) for name, rates in timed.items()]
     )
+    for name in timed:
+        if ticks[name] and len(ticks[name]) < len(arrived[name]):
+            repeats = len(arrived[name]) - len(ticks[name])
+            typer.echo(
+                f"{name}: {repeats} messages repeat a tick: a lockstep world that waits sends "
+                "its tick again every 100 ms; the robot's rate is in fairlead status"
+            )
 
 
 def rate_of(times_s: Sequence[float]) -> dict[str, float]:

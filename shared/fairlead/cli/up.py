@@ -11,7 +11,7 @@ from typing import Annotated
 
 import typer
 
-from fairlead.cli.deployment_choice import DeploymentArgument, StateDirOption
+from fairlead.cli.deployment_choice import DeploymentArgument, NewStateOption, StateDirOption
 from fairlead.cli.dropped_skills import dropped_skills
 from fairlead.cli.greeting import Greeting, explain_gate
 from fairlead.cli.other_hosts import OtherHosts, router_reached
@@ -21,7 +21,7 @@ from fairlead.errors import ConfigError, FairleadError, expected
 from fairlead.messages import GateState
 from fairlead.operate.client import RobotClient
 from fairlead.supervisor import Registry, ServiceEvent, Supervisor
-from fairlead.supervisor.command_line import check_gate_file
+from fairlead.supervisor.command_line import check_gate_file, new_state_command, service_command
 from fairlead.supervisor.registry import running_name
 from fairlead.supervisor.this_host import choose_host
 
@@ -43,6 +43,7 @@ def command(
             help="a service (or router) that somebody else runs: fairlead service; repeatable"
         ),
     ] = None,
+    new_state: NewStateOption = False,
 ) -> None:
     """Start a deployment's services (on one host), print their logs, restart what dies.
 
@@ -59,6 +60,7 @@ def command(
         loaded,
         folder,
         on_line=_print_line,
+        command=new_state_command() if new_state else service_command,
         host=host,
         leave_out=_left_out(loaded, without or []),
     )

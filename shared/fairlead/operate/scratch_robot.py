@@ -9,9 +9,8 @@ from dataclasses import dataclass
 from fairlead.errors import FairleadError, ServiceError
 from fairlead.operate.client import RobotClient
 from fairlead.supervisor import Registry, Supervisor
-from fairlead.supervisor.command_line import service_command
+from fairlead.supervisor.command_line import CommandBuilder, service_command
 from fairlead.supervisor.scratch import Scratch
-from fairlead.supervisor.supervisor import CommandBuilder
 
 READY_TIMEOUT_S = 120.0
 

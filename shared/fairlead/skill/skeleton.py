@@ -22,7 +22,7 @@ policy:
   options:
     file: policy.py
     class: Policy
-    options: {{strength: 0.2}} # handed to Policy.from_options
+    options: {{strength: 0.9}} # handed to Policy.from_options
 embodiments: [{robot}]
 prompt: wave
 
@@ -49,7 +49,7 @@ inference_timeout_s: 5.0
 """
 
 POLICY = '''\
-"""A policy of one's own: it waves the arm for 40 control periods, then holds still."""
+"""A policy of one's own: it waves the arm once, for 40 control periods, then holds still."""
 
 import numpy as np
 
@@ -83,7 +83,7 @@ class Policy:
         actions = np.zeros((ROWS, DIM), dtype=np.float32)
         for k in range(ROWS):
             if self.row + k < 40:
-                actions[k, AXIS] = self.strength * np.sin(2 * np.pi * (self.row + k) / 20)
+                actions[k, AXIS] = self.strength * np.sin(2 * np.pi * (self.row + k) / 40)
         self.row += ROWS
         return actions
 '''

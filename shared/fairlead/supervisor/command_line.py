@@ -5,12 +5,16 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 from fairlead.deploy.deployment import Deployment, ServiceKind
 from fairlead.deploy.hosts import ROUTER
 from fairlead.errors import ConfigError
 from fairlead.paths import gate_binary, gate_config
+
+CommandBuilder = Callable[[Path, Deployment, str, Path], list[str]]
+"""Gets the deployment's file and content, a service's name and its state folder."""
 
 _MODULES: dict[ServiceKind, str] = {
     "hal_sim": "fairlead_hal_sim",
@@ -31,7 +35,7 @@ def service_command(
     if service == ROUTER and deployment.router is not None:
         return [sys.executable, "-m", "fairlead.cli.main", "router", str(deployment_file)]
     kind = deployment.services[service].run
-    if kind == "safety":
+    if _is_gate(deployment, service):
         return _gate_command(deployment, service, state_dir)
     return [
         sys.executable, "-m", _MODULES[kind],
@@ -52,6 +56,30 @@ def check_gate_file(deployment: Deployment) -> None:
     done = subprocess.run(asked, capture_output=True, text=True, check=False)
     if done.returncode != 0:
         raise ConfigError(done.stdout.strip().removeprefix("ERROR ") or f"{asked[0]} failed")
+
+
+NEW_STATE = "--new-state"  # the gate's word for: this state folder is new, and that is right
+
+
+def new_state_command() -> CommandBuilder:
+    """As `service_command`, and the gate is told at its first start that its folder is new.
+
+    Not when it is started again: a folder that vanished meanwhile is not right.
+    """
+    told: list[str] = []
+
+    def build(file: Path, deployment: Deployment, service: str, state_dir: Path) -> list[str]:
+        words = service_command(file, deployment, service, state_dir)
+        if service in told or not _is_gate(deployment, service):
+            return words
+        told.append(service)
+        return [*words, NEW_STATE]
+
+    return build
+
+
+def _is_gate(deployment: Deployment, service: str) -> bool:
+    return service in deployment.services and deployment.services[service].run == "safety"
 
 
 def _gate_command(deployment: Deployment, service: str, state_dir: Path) -> list[str]:

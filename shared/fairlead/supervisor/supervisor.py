@@ -14,14 +14,15 @@ from fairlead.deploy.deployment import Deployment
 from fairlead.deploy.hosts import ROUTER
 from fairlead.errors import ConfigError, ServiceError
 from fairlead.supervisor.child import Child, LineHandler
-from fairlead.supervisor.command_line import service_command, service_environment
+from fairlead.supervisor.command_line import (
+    CommandBuilder,
+    service_command,
+    service_environment,
+)
 from fairlead.supervisor.ports import check_ports_free
 from fairlead.supervisor.process_table import ProcessId, process_id
 from fairlead.supervisor.registry import Registry, Running, ServiceEntry, running_name
 from fairlead.supervisor.slot import Slot, digests
-
-CommandBuilder = Callable[[Path, Deployment, str, Path], list[str]]
-"""Gets the deployment's file and content, a service's name and its state folder."""
 
 STOP_GRACE_S = 5.0  # from SIGTERM to SIGKILL
 POLL_S = 0.05
