@@ -63,7 +63,7 @@ def make_attack(robot: RobotManifest, name: str, seed: int, arena: Arena) -> Att
 
 
 def _chase(robot: RobotManifest, rng: np.random.Generator, arena: Arena) -> Attack:
-    """A claim for each arm and what is named like it; they want to touch each other."""
+    """A claim for each arm and what is named like it."""
     sides = sorted({name.split("_")[0] for name in robot.part_names})
     claims = {side: tuple(n for n in robot.part_names if n.startswith(side)) for side in sides}
     return Hunter(robot, rng, arena, "self-collision", claims, int(rng.integers(1, 3)))

@@ -16,6 +16,7 @@ from tests.soundness.steering import CARTESIAN
 
 HUNTED = ("bounds", "workspace", "self-collision")
 STEP = 1e-3
+NOTHING_M = 1e-9
 LEAST_SCALE = 0.02
 """Below this share of full scale a refused hunter goes aside for a chunk and begins anew."""
 
@@ -24,7 +25,8 @@ class Hunter:
     """Every arm goes down the slope of one rule's room: gently where it was refused, then again.
 
     What carries the arms is driven at random beside it; the composite switch flickers in some
-    episodes. With ``rows_most`` of 1 or 2 and a claim for each arm, arms chase each other.
+    episodes. With a claim for each arm they go for each other, by rows of 1 or 2: both of them, or
+    one for another that wanders in directions that last.
     """
 
     def __init__(
@@ -49,6 +51,10 @@ class Hunter:
             self._parts[source] = Parts(robot, self._modes[source])
         self._scale = dict.fromkeys(self.claims, 1.0)
         self._aside = dict.fromkeys(self.claims, False)
+        self._quarry = ""
+        if len(self.claims) > 1 and rng.random() < 0.6:
+            self._quarry = str(rng.choice(list(self.claims)))
+        self._way: dict[str, FloatArray] = {}
 
     def chunk(self, source: str, now: Moment, tick: int) -> list[Row]:
         """As `Attack.chunk`."""
@@ -56,13 +62,17 @@ class Hunter:
         wishes = {}
         for part in self._modes[source]:
             wish = self._rng.uniform(-1.0, 1.0, own.axes(part))
-            if part in own.arms and not self._aside[source]:
+            if source == self._quarry:
+                wish = self._scale[source] * self._way.setdefault(part, wish)
+            elif part in own.arms and not self._aside[source]:
                 wish = self._scale[source] * self._down(source, part, now)
             wishes[part] = wish
         return [own.row(wishes, now) for _ in range(int(self._rng.integers(self._rows_most)) + 1)]
 
     def answered(self, source: str, row: Row | None) -> None:
         """As `Attack.answered`."""
+        if source == self._quarry and (row is None or self._rng.random() < 0.1):
+            self._way.clear()
         scale = self._scale[source] * (0.5 if row is None else 1.5)
         self._aside[source] = scale < LEAST_SCALE
         self._scale[source] = 1.0 if self._aside[source] else min(1.0, scale)
@@ -74,7 +84,7 @@ class Hunter:
         around = np.tile(now.positions, (len(joints) + 1, 1))
         for row, joint in enumerate(joints, start=1):
             around[row, joint] += STEP
-        room = self._room(around, joints)
+        room = self._room(source, around, joints)
         way = -(room[1:] - room[0])
         mode = self._modes[source][part]
         if mode in CARTESIAN:
@@ -87,7 +97,7 @@ class Hunter:
             way = self._kinematics.twist(now.positions, velocities, tool, base)
         return np.asarray(way / max(float(np.abs(way).max()), 1e-12))
 
-    def _room(self, around: FloatArray, joints: list[int]) -> FloatArray:
+    def _room(self, source: str, around: FloatArray, joints: list[int]) -> FloatArray:
         """The room ``[B]`` of the rule, as far as these joints have a say in it."""
         if self._rule == "bounds":
             own = around[:, joints]
@@ -96,5 +106,17 @@ class Hunter:
         if self._rule == "workspace":
             return self._arena.room(around)["workspace"]
         pairs = self._arena.room_of_pairs(around)
-        moved = np.ptp(pairs, axis=1) > 1e-9
+        moved = np.ptp(pairs, axis=1) > NOTHING_M
+        others = [name for name in self.claims if name != source]
+        if others:
+            moved &= self._moved_by(others, around[0], pairs[:, 0])
         return np.asarray(pairs[moved][int(np.argmin(pairs[moved, 0]))])
+
+    def _moved_by(self, others: list[str], q: FloatArray, rooms: FloatArray) -> FloatArray:
+        """Which pairs have a link of another claim's arm: those that its first joint moves."""
+        turned = []
+        for part in (part for other in others for part in self._parts[other].arms):
+            first = self._robot.joint_names.index(self._robot.part(part).joints[0])
+            turned.append(q + STEP * (np.arange(len(q)) == first))
+        changed = self._arena.room_of_pairs(np.stack(turned)) - rooms[:, None]
+        return np.asarray(np.abs(changed).max(axis=1) > NOTHING_M)

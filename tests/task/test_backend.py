@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import re
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,12 +14,13 @@ import yaml
 from fairlead.errors import ConfigError
 from fairlead.messages import floats
 from fairlead.modes import ControlMode
-from fairlead.paths import robot_dir
+from fairlead.paths import repo_root, robot_dir
 from fairlead.robot.manifest import RobotManifest
 from fairlead_hal_sim.introspection import simulator_slot
 from fairlead_hal_sim.options import SimulatorOptions
 from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
 from fairlead_hal_sim.snapshot import restore_snapshot, take_snapshot
+from tests.hal.hal_process import free_port
 from tests.packing.vectors import JOINTS, base_velocity, delta, mode, opening
 from tests.task.episode import commands, true_state
 
@@ -148,6 +152,30 @@ def test_an_unknown_simulator_part_is_refused(backend: RobosuiteBackend) -> None
         ),
         ({"controller": "NONE"}, "hal_sim: expected a registered controller, got 'NONE' (valid: "),
         (
+            {"part_order": ["right", "right_gripper", "base"]},
+            "hal_sim: part_order of robot PandaOmron: expected each of base, right, right_gripper, "
+            "torso once, got ['right', 'right_gripper', 'base']",
+        ),
+        (
+            {"robot": "Panda", "part_order": ["right", "right_gripper", "base", "torso"]},
+            "hal_sim: part_order of robot Panda: expected each of right, right_gripper once, got ",
+        ),
+        (
+            {"env_options": {"gripper_typ": "default"}},
+            "hal_sim: env_options of environment MobilePickPlace: expected an option, got "
+            "'gripper_typ' (valid: base_pose, ",
+        ),
+        (
+            {"env_options": {"seed": 1}},
+            "hal_sim: env_options of environment MobilePickPlace: expected an option, got 'seed', "
+            "which hal_sim sets (valid: ",
+        ),
+        (
+            {"env_options": {"gripper_types": "none"}},
+            "hal_sim: environment MobilePickPlace with robot PandaOmron and env_options "
+            "{'gripper_types': 'none'} cannot be made: AssertionError: Unknown end effector name",
+        ),
+        (
             {"cameras": [{"name": "x", "width": 8, "height": 8, "period_ticks": 1}]},
             "hal_sim: expected a camera of this environment, got 'x' (valid: overview, top, ",
         ),
@@ -219,3 +247,20 @@ def test_a_snapshot_puts_another_simulator_into_the_same_poses(
         f.translation.tobytes() for f in backend.transforms()
     ]
     other.close()
+
+
+def test_a_hal_process_with_a_wrong_part_order_ends_with_the_right_one_and_no_traceback(
+    tmp_path: Path,
+) -> None:
+    spec = yaml.safe_load((repo_root() / "compose" / "panda_mobile_sim.yaml").read_text())
+    spec["services"]["hal"]["options"]["part_order"] = ["right", "base", "torso"]
+    spec["services"]["hal"]["listen"] = f"tcp/127.0.0.1:{free_port()}"
+    file = tmp_path / "deployment.yaml"
+    file.write_text(yaml.safe_dump(spec))
+    command = [sys.executable, "-m", "fairlead_hal_sim", "--deployment", str(file)]
+    command += ["--service", "hal", "--state-dir", str(tmp_path / "state")]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+    said = done.stdout + done.stderr
+    assert done.returncode == 1, said
+    assert "Traceback" not in said
+    assert "expected each of base, right, right_gripper, torso once" in said

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import inspect
 from pathlib import Path
 from typing import Any
 
@@ -18,28 +19,36 @@ def make_environment(options: SimulatorOptions, control_hz: float, *, offscreen:
     """A robosuite environment by registered names; ``offscreen`` is for rendering only.
 
     Raises:
-        ConfigError: for an unknown environment, robot or controller, with the valid names,
-            and for a module that cannot be imported.
+        ConfigError: for an unknown environment, robot, controller, part or option, with the valid
+            names, for a module that cannot be imported, and for whatever else the environment
+            refuses, in its own words.
     """
     for module in options.imports:
         _import(module)
     _check_name("environment", options.env, robosuite.environments.REGISTERED_ENVS)
     _check_name("robot", options.robot, robosuite.robots.ROBOT_CLASS_MAPPING)
-    return robosuite.make(
-        options.env,
-        robots=options.robot,
-        controller_configs=_controller_config(options),
-        seed=options.seed,
-        control_freq=control_hz,
-        has_renderer=False,
-        has_offscreen_renderer=offscreen,
-        use_camera_obs=False,
-        renderer="mujoco",
-        ignore_done=True,  # episodes end by goal, not by the environment's horizon
-        hard_reset=False,  # True would draw a second scene at the first reset
-        initialization_noise=None,  # "default" would draw joint noise at every reset
-        **options.env_options,
-    )
+    config = _controller_config(options)
+    own: dict[str, Any] = {
+        "robots": options.robot,
+        "controller_configs": config,
+        "seed": options.seed,
+        "control_freq": control_hz,
+        "has_renderer": False,
+        "has_offscreen_renderer": offscreen,
+        "use_camera_obs": False,
+        "renderer": "mujoco",
+        "ignore_done": True,  # episodes end by goal, not by the environment's horizon
+        "hard_reset": False,  # True would draw a second scene at the first reset
+        "initialization_noise": None,  # "default" would draw joint noise at every reset
+    }
+    _check_options(options, own)
+    try:
+        return robosuite.make(options.env, **own, **options.env_options)
+    except (AssertionError, AttributeError, KeyError, TypeError, ValueError) as error:
+        raise ConfigError(
+            f"hal_sim: environment {options.env} with robot {options.robot} and env_options "
+            f"{options.env_options} cannot be made: {type(error).__name__}: {error}"
+        ) from None
 
 
 def seed_environment(env: Any, seed: int) -> None:
@@ -61,9 +70,36 @@ def _controller_config(options: SimulatorOptions) -> dict[str, Any]:
         controller=name, robot=options.robot
     )
     if options.part_order is not None:
+        _check_order(options, config)
         specific = config.setdefault("composite_controller_specific_configs", {})
         specific["body_part_ordering"] = list(options.part_order)
     return config
+
+
+def _check_order(options: SimulatorOptions, config: dict[str, Any]) -> None:
+    """Every part of the robot exactly once; an arm's gripper is a part of its own."""
+    parts: dict[str, dict[str, Any]] = config["body_parts"]
+    grippers = [f"{name}_gripper" for name, part in parts.items() if part.get("gripper")]
+    known, told = sorted([*parts, *grippers]), list(options.part_order or ())
+    if sorted(told) != known:
+        who = f"hal_sim: part_order of robot {options.robot}"
+        raise ConfigError(expected(who, f"each of {', '.join(known)} once", told))
+
+
+def _check_options(options: SimulatorOptions, own: dict[str, Any]) -> None:
+    made = robosuite.environments.REGISTERED_ENVS[options.env]
+    known = {
+        name
+        for kind in made.__mro__
+        for name, parameter in inspect.signature(kind.__init__).parameters.items()
+        if parameter.kind not in (parameter.VAR_KEYWORD, parameter.VAR_POSITIONAL)
+    }
+    valid = sorted(known - own.keys() - {"self", "args", "kwargs"})
+    for key in options.env_options:
+        if key not in valid:
+            who = f"hal_sim: env_options of environment {options.env}"
+            why = f"{key!r}, which hal_sim sets" if key in own else repr(key)
+            raise ConfigError(expected(who, "an option", why, valid))
 
 
 def _import(module: str) -> None:
