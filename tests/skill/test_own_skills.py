@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 
 from fairlead.errors import ConfigError, PolicyError
 from fairlead.paths import rskill_dir
@@ -53,6 +54,31 @@ def test_a_new_skill_is_admitted_on_its_robot(robot: str, tmp_path: Path) -> Non
     assert admission_problems(skill, load_robot(robot)) == []
 
 
+def test_a_new_skill_sees_an_arm_of_any_number_of_joints() -> None:
+    panda = load_robot("panda")
+    arm = panda.part("arm")
+    short = arm.model_copy(update={"joints": arm.joints[:5]})
+    robot = panda.model_copy(update={"parts": (short,), "passive_joints": ()})
+    state = yaml.safe_load(skill_skeleton("mine", robot)["rskill.yaml"])["state_contract"]
+    assert state == {
+        "dim": 6,
+        "joints": [
+            {"names": list(arm.joints[:5]), "quantity": "position", "unit": "rad"},
+            {"names": ["panda_gripper"], "quantity": "position", "unit": "m"},
+        ],
+    }
+
+
+def test_a_robot_without_an_arm_is_refused_with_what_its_parts_take() -> None:
+    panda = load_robot("panda")
+    with pytest.raises(ConfigError) as caught:
+        skill_skeleton("mine", panda.model_copy(update={"parts": (panda.part("gripper"),)}))
+    assert str(caught.value) == (
+        "skill new: robot panda: expected an arm that takes cartesian_delta or joint_velocity, "
+        "got gripper takes gripper_position"
+    )
+
+
 def test_a_name_that_cannot_be_a_key_is_refused() -> None:
     with pytest.raises(ConfigError, match="skill id: expected"):
         skill_skeleton("My Skill", load_robot("panda_mobile"))
@@ -86,11 +112,10 @@ def test_every_missing_binding_is_named_and_nothing_is_written(
     installed: Path, tmp_path: Path
 ) -> None:
     folder = written(tmp_path / "mine")
-    edit(folder / "rskill.yaml", "layout: libero", "layout: human300_16d")
     manifest = folder / "rskill.yaml"
     text = manifest.read_text(encoding="utf-8")
-    text = re.sub(r"    (joint_names|gripper_qpos_joints): \[panda.*\n", "", text, count=2)
-    text = text.replace("  bindings:\n", "").replace("dim: 9", "dim: 16")
+    text = re.sub(r"  joints:\n(    - .*\n)+", "", text)
+    text = text.replace("dim: 9", "dim: 16\n  layout: human300_16d")
     manifest.write_text(text, encoding="utf-8")
     with pytest.raises(ConfigError) as caught:
         install_skill(folder)

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from itertools import groupby
 
 from fairlead.errors import ConfigError, expected
 from fairlead.keys import check_name
 from fairlead.robot.manifest import RobotManifest
 from fairlead.robot.part import Part
 
-ARM_JOINTS = 7  # joints of the layout the skeleton asks for
+ARM_MODES = ("cartesian_delta", "joint_velocity")
 
 MANIFEST = """\
 # {name}: change it freely, then: fairlead skill install {name}
@@ -26,13 +28,11 @@ policy:
 embodiments: [{robot}]
 prompt: wave
 
-# What the policy sees: {layout}'s vector, from these joints [rad, m].
+# What the policy sees: these joints, in this order.
 state_contract:
-  layout: {layout}
   dim: {state_dim}
-  bindings:
-    joint_names: [{arm}]
-    gripper_qpos_joints: [{fingers}]
+  joints:
+{state}
 
 # What its numbers mean: output in [-1, 1], times scale, is SI. Ranges include both ends.
 action_contract:
@@ -77,7 +77,7 @@ class Policy:
     def infer(self, observation):
         """Rows for the next control periods: float32 [ROWS, DIM], each number in [-1, 1].
 
-        observation.state is the layout's vector, observation.prompt the instruction,
+        observation.state is the state_contract's vector, observation.prompt the instruction,
         observation.images the pictures the manifest asks for.
         """
         actions = np.zeros((ROWS, DIM), dtype=np.float32)
@@ -104,11 +104,12 @@ def skill_skeleton(name: str, robot: RobotManifest) -> dict[str, str]:
     """File name -> text of a working skill that waves the arm.
 
     Raises:
-        ConfigError: for a name that cannot be a key, and for a robot without the seven arm
-            joints and two fingers of the layout it uses.
+        ConfigError: for a name that cannot be a key, and for a robot without an arm that takes
+            deltas or velocities.
     """
     check_name("skill id", name)
-    arm, fingers = _arm_part(robot), _fingers(robot)
+    arm = _arm_part(robot)
+    seen = [*arm.joints, *_gripper_joints(robot)]
     cartesian = "cartesian_delta" in arm.modes
     joints = ", ".join(arm.joints)
     slot = _cartesian_slot(arm, robot) if cartesian else VELOCITY_SLOT.format(arm=joints)
@@ -116,10 +117,8 @@ def skill_skeleton(name: str, robot: RobotManifest) -> dict[str, str]:
     manifest = MANIFEST.format(
         name=name,
         robot=robot.id,
-        layout="libero",
-        state_dim=len(arm.joints) + len(fingers),
-        arm=joints,
-        fingers=", ".join(fingers),
+        state_dim=len(seen),
+        state=_state_fields(seen, robot),
         dim=dim,
         last=dim - 1,
         slot=slot,
@@ -134,23 +133,30 @@ def skill_skeleton(name: str, robot: RobotManifest) -> dict[str, str]:
 
 def _arm_part(robot: RobotManifest) -> Part:
     for part in robot.parts:
-        if {"cartesian_delta", "joint_velocity"} & set(part.modes) and len(
-            [joint for joint in part.joints if robot.joint(joint).role == "arm"]
-        ) == ARM_JOINTS == len(part.joints):
+        roles = {robot.joint(joint).role for joint in part.joints}
+        if roles == {"arm"} and set(ARM_MODES) & set(part.modes):
             return part
-    who, what = f"skill new: robot {robot.id}", f"a part of {ARM_JOINTS} arm joints"
-    raise ConfigError(expected(who, what, "none", robot.part_names))
+    who, what = f"skill new: robot {robot.id}", f"an arm that takes {' or '.join(ARM_MODES)}"
+    got = "; ".join(f"{part.name} takes {', '.join(part.modes)}" for part in robot.parts)
+    raise ConfigError(expected(who, what, got))
 
 
-def _fingers(robot: RobotManifest) -> tuple[str, ...]:
-    fingers = tuple(
-        name for name in robot.passive_joint_names if robot.joint(name).role == "gripper"
-    )
-    if len(fingers) != 2:
-        raise ConfigError(
-            expected(f"skill new: robot {robot.id}", "two measured fingers", list(fingers))
-        )
-    return fingers
+def _gripper_joints(robot: RobotManifest) -> list[str]:
+    """Fingers that are measured, else what opens the grippers."""
+    fingers = [joint.name for joint in robot.passive_joints if joint.role == "gripper"]
+    return fingers or [joint.name for joint in robot.joints if joint.role == "gripper"]
+
+
+def _state_fields(joints: Sequence[str], robot: RobotManifest) -> str:
+    """Lines of the manifest: neighbours that are measured in the same unit are one field."""
+    lines = []
+    for unit, names in groupby(joints, lambda name: _unit(robot.joint(name).type)):
+        lines.append(f"    - {{names: [{', '.join(names)}], quantity: position, unit: {unit}}}")
+    return "\n".join(lines)
+
+
+def _unit(joint_type: str) -> str:
+    return "m" if joint_type == "prismatic" else "rad"
 
 
 def _cartesian_slot(arm: Part, robot: RobotManifest) -> str:
