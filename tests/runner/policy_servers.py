@@ -67,12 +67,14 @@ def rldx_actions(arrays: dict[str, Array]) -> bytes:
 class OpenpiServer:
     """Greets with its metadata, then answers as told."""
 
-    def __init__(self, answers: ANSWERS) -> None:
+    def __init__(self, answers: ANSWERS, port: int = 0) -> None:
         self.requests: list[Document] = []
         self.connections = 0
         self.go_on = threading.Event()
         self._answers = answers
-        self._server: Server = serve(self._handle, "127.0.0.1", 0, compression=None, max_size=None)
+        self._server: Server = serve(
+            self._handle, "127.0.0.1", port, compression=None, max_size=None
+        )
         self.address = f"ws://127.0.0.1:{self._server.socket.getsockname()[1]}"
         self._thread = threading.Thread(target=self._server.serve_forever)
         self._thread.start()
@@ -104,13 +106,16 @@ class OpenpiServer:
 class RldxServer:
     """Answers pings itself and ``get_action`` as told."""
 
-    def __init__(self, answers: ANSWERS) -> None:
+    def __init__(self, answers: ANSWERS, port: int = 0) -> None:
         self.requests: list[Document] = []
         self.go_on = threading.Event()
         self._answers = answers
         self._context = zmq.Context()
         self._socket = self._context.socket(zmq.REP)
-        port = self._socket.bind_to_random_port("tcp://127.0.0.1")
+        if port:
+            self._socket.bind(f"tcp://127.0.0.1:{port}")
+        else:
+            port = self._socket.bind_to_random_port("tcp://127.0.0.1")
         self.address = f"tcp://127.0.0.1:{port}"
         self._stopping = threading.Event()
         self._thread = threading.Thread(target=self._run)

@@ -24,6 +24,7 @@ from fairlead.skill.slots import FIELD_RULES
 from fairlead_skill_runner.dispatch import dispatch
 from fairlead_skill_runner.policies.backends import POLICIES
 from fairlead_skill_runner.policies.constant import ConstantPolicy
+from fairlead_skill_runner.policies.go_to import GoToPolicy
 from fairlead_skill_runner.policies.joint_reach import JointReachPolicy
 from fairlead_skill_runner.policies.oracle.policy import OraclePolicy
 from fairlead_skill_runner.policies.protocol import Observation, Policy
@@ -184,7 +185,7 @@ def test_a_constant_and_a_recording_likewise(tmp_path: Path, number: float) -> N
 
 def test_every_backend_is_tried_above_but_those_that_compute_from_a_finite_state() -> None:
     tried = {OpenpiPolicy, RldxZmqPolicy, PythonFilePolicy, ConstantPolicy, ReplayPolicy}
-    tried |= {OraclePolicy, JointReachPolicy}
+    tried |= {OraclePolicy, JointReachPolicy, GoToPolicy}
     assert {path.rpartition(":")[2] for path in POLICIES.values()} == {
         backend.__name__ for backend in tried
     }

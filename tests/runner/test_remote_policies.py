@@ -168,8 +168,8 @@ def test_something_that_listens_but_says_nothing_is_no_openpi_server(
     closing.append(silent)
     address = f"ws://127.0.0.1:{silent.getsockname()[1]}"
     text = failure(worker(PI05, address, connect_timeout_s=0.2).load)
-    assert f"no policy server at {address}: " in text
-    assert "start one: uv run scripts/serve_policy.py" in text
+    assert f"{address} listens, but sent no websocket handshake within 0.2 s: it is busy" in text
+    assert "one is started with: uv run scripts/serve_policy.py" in text
 
 
 def test_a_server_that_went_away_is_noticed_when_the_next_goal_starts(
@@ -187,6 +187,46 @@ def test_a_server_that_went_away_is_noticed_when_the_next_goal_starts(
     asked.load()
     other.close()
     assert f"no policy server at {other.address}" in failure(asked.reset)
+
+
+@pytest.mark.parametrize("skill_id", [PI05, RLDX])
+def test_a_server_that_was_started_anew_compiles_before_the_next_goal_claims_anything(
+    closing: list[Any], worker: Ask, skill_id: str
+) -> None:
+    def serve(port: int = 0) -> OpenpiServer | RldxServer:
+        if skill_id == PI05:
+            closing.append(OpenpiServer(lambda request, n: openpi_actions(ROWS), port))
+        else:
+            closing.append(RldxServer(lambda r, n: rldx_actions(rldx_rows(np.abs(ROWS))), port))
+        return closing[-1]  # type: ignore[no-any-return]
+
+    first = serve()
+    asked = worker(skill_id, first.address)
+    asked.load()
+    asked.reset()
+    asked.reset()
+    assert len(first.requests) == 1, "a server that stayed is warm"
+    first.close()
+    closing.remove(first)
+    again = serve(int(first.address.rpartition(":")[2]))
+    asked.reset()
+    assert len(again.requests) == 1
+    asked.infer(observation(load_skill(skill_id)))
+    assert len(again.requests) == 2
+
+
+def test_a_busy_rldx_server_is_not_called_absent(
+    rldx: Callable[[ANSWERS], RldxServer], worker: Ask
+) -> None:
+    def hang(request: Any, number: int) -> bytes:
+        server.go_on.wait(20)
+        return rldx_actions(rldx_rows(np.abs(ROWS)))
+
+    server = rldx(hang)
+    first = worker(RLDX, server.address, warm_up_timeout_s=0.2)
+    assert "no answer within 0.2 s" in failure(first.load)
+    second = worker(RLDX, server.address, connect_timeout_s=0.2)
+    assert f"{server.address} listens, but sent no answer to a ping" in failure(second.load)
 
 
 LATE_OPENPI = "openpi policy: no answer from {address} within 0.2 s"
@@ -225,15 +265,24 @@ def test_a_late_answer_is_an_error_and_never_the_answer_to_the_next_question(
 
 BROKEN_OPENPI: dict[str, tuple[bytes | str | None, str]] = {
     "too narrow": (openpi_actions(ROWS[:, :11]),
-                   "expected actions as floats [H >= 1, 12], got float32 [4, 11]"),
+                   "expected actions as floats [1 to 50, 12], got float32 [4, 11]"),
     "one row, flat": (openpi_actions(ROWS[0]),
-                      "expected actions as floats [H >= 1, 12], got float32 [12]"),
+                      "expected actions as floats [1 to 50, 12], got float32 [12]"),
     "whole numbers": (openpi_actions(ROWS.astype(np.int64)),
-                      "expected actions as floats [H >= 1, 12], got int64 [4, 12]"),
+                      "expected actions as floats [1 to 50, 12], got int64 [4, 12]"),
     "no rows": (openpi_actions(ROWS[:0]),
-                "expected actions as floats [H >= 1, 12], got float32 [0, 12]"),
+                "expected actions as floats [1 to 50, 12], got float32 [0, 12]"),
     "no actions": (msgspec.msgpack.encode({}),
-                   "expected actions as floats [H >= 1, 12], got NoneType"),
+                   "expected an output actions, got none of that name"),
+    "other names": (msgspec.msgpack.encode({"action": 1, "timing": 2}),
+                    "expected an output actions, got none of that name (valid: action, timing)"),
+    "more rows than the skill takes": (
+        openpi_actions(np.zeros((51, 12), np.float32)),
+        "expected actions as floats [1 to 50, 12], got float32 [51, 12]"),
+    "a traceback that goes on after its error": (
+        "Traceback ...\njax.errors.TracerError: x is traced\n-----\nFor simplicity, JAX has "
+        "removed its internal frames from the traceback.\n",
+        "failed: jax.errors.TracerError: x is traced"),
     "a number": (b"\x07", "expected a map with actions, got int"),
     "no message": (b"\xc1garbage", "answered no message: "),
     "less data than its shape": (
@@ -294,11 +343,12 @@ def test_rldx_server_gets_named_arrays_and_its_named_outputs_become_one_vector(
 
 
 GOOD = rldx_rows(ROWS)
-NARROW = "expected action.base_motion as floats [H >= 1, 4], got "
+NARROW = "expected action.base_motion as floats [1 to 16, 4], got "
 BROKEN_RLDX: dict[str, tuple[bytes, str]] = {
     "too narrow": (rldx_actions(GOOD | {"base_motion": ROWS[:, :3]}), NARROW + "float32 [4, 3]"),
     "an output left out": (
-        rldx_actions({n: a for n, a in GOOD.items() if n != "base_motion"}), NARROW + "NoneType"),
+        rldx_actions({n: a for n, a in GOOD.items() if n != "base_motion"}),
+        "expected an output action.base_motion, got none of that name (valid: action.end_eff"),
     "unequal rows": (rldx_actions(GOOD | {"base_motion": ROWS[:3, 7:11]}),
                      "expected as many rows of every action, got 4, 4, 4, 3, 4"),
     "an error": (msgspec.msgpack.encode({"error": "no such key"}), "failed: no such key"),

@@ -31,7 +31,7 @@ from fairlead_skill_runner.policy_wire import (
 )
 
 LOAD_TIMEOUT_S = 120.0
-RESET_TIMEOUT_S = 10.0
+RESET_TIMEOUT_S = LOAD_TIMEOUT_S  # a server that was started anew compiles
 _END_TIMEOUT_S = 1.0
 _ENDED_CHECK_S = 0.1
 

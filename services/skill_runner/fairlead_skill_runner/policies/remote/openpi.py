@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import sys
 from collections.abc import Mapping
 from contextlib import ExitStack
 from typing import Self
@@ -16,9 +18,11 @@ from fairlead_skill_runner.policies.protocol import Actions, Observation
 from fairlead_skill_runner.policies.remote.openpi_wire import decode, encode
 from fairlead_skill_runner.policies.remote.served_policy import (
     RemoteOptions,
+    busy_server,
     check_remote_options,
     float_rows,
     no_server,
+    output_of,
     warm_up_observation,
 )
 from fairlead_skill_runner.policies.remote.server_address import ADDRESS_FORMS
@@ -59,17 +63,40 @@ class OpenpiPolicy:
         """
         policy = cls(skill, check_openpi_options(skill, options))
         policy.reset()
-        policy._ask(warm_up_observation(skill), policy._options.warm_up_timeout_s)
+        policy._warm_up()
         return policy
 
     def reset(self) -> None:
         """A connection of its own for every episode, which also proves that a server is there.
 
+        One that was started anew since the last episode compiles again, now and not under a
+        claim.
+
         Raises:
             PolicyError: if none is.
         """
+        was_ended = self._server_ended()
         self._close()
-        options = self._options
+        self._dial()
+        if was_ended:
+            self._warm_up()
+
+    def _server_ended(self) -> bool:
+        if self._link is None:
+            return False
+        try:
+            self._link.recv(timeout=0)
+        except TimeoutError:
+            return False
+        except (ConnectionClosed, OSError):
+            return True
+        return False
+
+    def _warm_up(self) -> None:
+        self._ask(warm_up_observation(self._skill), self._options.warm_up_timeout_s)
+
+    def _dial(self) -> None:
+        options, awaited = self._options, "no websocket handshake"
         try:
             # A server that infers answers no keep-alive; the deadlines are ours.
             dialled = connect(
@@ -82,12 +109,11 @@ class OpenpiPolicy:
                 proxy=None,
             )
             self._link = self._open.enter_context(dialled)
+            awaited = "no greeting (openpi's metadata)"
             self._link.recv(timeout=options.connect_timeout_s)  # what the server is
         except TimeoutError:
             self._close()
-            raise no_server(
-                WHO, self._skill, options, f"no answer within {options.connect_timeout_s:g} s"
-            ) from None
+            raise busy_server(WHO, self._skill, options, awaited) from None
         except (OSError, InvalidHandshake, ConnectionClosed) as error:
             self._close()
             raise no_server(WHO, self._skill, options, error) from None
@@ -105,9 +131,9 @@ class OpenpiPolicy:
             answer = self._exchange(encode(self._request(observation)), timeout_s)
             if not isinstance(answer, dict):
                 raise PolicyError(expected(WHO, "a map with actions", type(answer).__name__))
-            return float_rows(
-                WHO, "actions", answer.get("actions"), self._skill.action_contract.dim
-            )
+            skill = self._skill
+            rows = output_of(WHO, answer, "actions")
+            return float_rows(WHO, "actions", rows, skill.action_contract.dim, skill.horizon)
         except PolicyError:
             self._close()
             raise
@@ -131,8 +157,8 @@ class OpenpiPolicy:
         except (ConnectionClosed, OSError) as error:
             raise PolicyError(f"{WHO}: {address} closed the connection: {error}") from None
         if isinstance(reply, str):  # a traceback
-            last = (reply.strip().splitlines() or ["it does not say why"])[-1]
-            raise PolicyError(f"{WHO}: {address} failed: {last}")
+            print(f"{WHO}: {address} failed; it says:\n{reply}", file=sys.stderr, flush=True)
+            raise PolicyError(f"{WHO}: {address} failed: {_error_line(reply)}")
         try:
             return decode(reply)
         except ValueError as error:
@@ -141,6 +167,13 @@ class OpenpiPolicy:
     def _close(self) -> None:
         self._open.close()
         self._link = None
+
+
+def _error_line(traceback: str) -> str:
+    """What was raised; some libraries end a traceback with other lines."""
+    lines = traceback.strip().splitlines() or ["it does not say why"]
+    raised = [line for line in lines if re.match(r"[\w.]*(Error|Exception|Interrupt)\b", line)]
+    return (raised or lines)[-1]
 
 
 def check_openpi_options(skill: SkillManifest, options: Mapping[str, JsonValue]) -> OpenpiOptions:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import secrets
+import socket
 from collections.abc import Mapping
 from typing import Self
 
@@ -16,9 +17,11 @@ from fairlead_skill_runner.policies.protocol import Actions, Observation
 from fairlead_skill_runner.policies.remote.rldx_wire import decode, encode
 from fairlead_skill_runner.policies.remote.served_policy import (
     RemoteOptions,
+    busy_server,
     check_remote_options,
     float_rows,
     no_server,
+    output_of,
     warm_up_observation,
 )
 from fairlead_skill_runner.policies.remote.server_address import ADDRESS_FORMS
@@ -65,8 +68,8 @@ class RldxZmqPolicy:
     def __init__(self, skill: SkillManifest, options: RldxOptions) -> None:
         self._skill, self._options = skill, options
         self._socket: zmq.Socket[bytes] | None = None
-        self._session = secrets.token_hex(8)
-        self._first = True
+        self._monitor: zmq.Socket[bytes] | None = None
+        self._session, self._first = secrets.token_hex(8), True
 
     @classmethod
     def from_options(cls, skill: SkillManifest, options: Mapping[str, JsonValue]) -> Self:
@@ -79,24 +82,43 @@ class RldxZmqPolicy:
         checked = check_rldx_options(skill, options)
         policy = cls(skill, checked)
         policy.reset()
-        policy._act(warm_up_observation(skill), checked.warm_up_timeout_s)
+        policy._warm_up()
         return policy
 
     def reset(self) -> None:
         """A socket and a session of its own for every episode; proves that a server is there.
 
+        One that was started anew since the last episode compiles again, now and not under a
+        claim.
+
         Raises:
             PolicyError: if none is.
         """
+        was_ended = self._server_ended()
         self._close()
+        self._dial()
+        if was_ended:
+            self._warm_up()
+        self._session, self._first = secrets.token_hex(8), True
+
+    def _server_ended(self) -> bool:
+        """Whether the connection of the last episode was lost once; ZeroMQ dials anew silently."""
+        return self._monitor is not None and bool(self._monitor.poll(0))
+
+    def _warm_up(self) -> None:
+        self._act(warm_up_observation(self._skill), self._options.warm_up_timeout_s)
+
+    def _dial(self) -> None:
         self._socket = zmq.Context.instance().socket(zmq.REQ)
+        self._monitor = self._socket.get_monitor_socket(zmq.EVENT_DISCONNECTED)
         self._socket.setsockopt(zmq.LINGER, 0)
         self._socket.connect(self._options.address)
         try:
             self._call({"endpoint": "ping"}, self._options.connect_timeout_s)
         except TimeoutError as error:
+            if _listens(self._options.address):
+                raise busy_server(WHO, self._skill, self._options, "no answer to a ping") from None
             raise no_server(WHO, self._skill, self._options, error) from None
-        self._session, self._first = secrets.token_hex(8), True
 
     def infer(self, observation: Observation) -> Actions:
         """The server's rows.
@@ -141,10 +163,12 @@ class RldxZmqPolicy:
             raise PolicyError(expected(WHO, "a list that begins with a map", type(reply).__name__))
         blocks = []
         for action in self._options.actions:
-            value = named.get(f"action.{action.name}")
+            value = output_of(WHO, named, f"action.{action.name}")
             if isinstance(value, np.ndarray) and value.ndim == 3 and len(value) == 1:
                 value = value[0]
-            rows = float_rows(WHO, f"action.{action.name}", value, action.width)
+            rows = float_rows(
+                WHO, f"action.{action.name}", value, action.width, self._skill.horizon
+            )
             if action.binary:
                 rows = np.where(rows < _CLOSED_FROM, np.float32(-1), np.float32(1))
             blocks.append(rows)
@@ -180,8 +204,20 @@ class RldxZmqPolicy:
 
     def _close(self) -> None:
         if self._socket is not None:
+            self._socket.disable_monitor()
             self._socket.close(linger=0)
-            self._socket = None
+        if self._monitor is not None:
+            self._monitor.close(linger=0)
+        self._socket = self._monitor = None
+
+
+def _listens(address: str) -> bool:
+    host, _, port = address.removeprefix("tcp://").rpartition(":")
+    try:
+        with socket.create_connection((host, int(port)), timeout=1.0):
+            return True
+    except OSError:
+        return False
 
 
 def check_rldx_options(skill: SkillManifest, options: Mapping[str, JsonValue]) -> RldxOptions:

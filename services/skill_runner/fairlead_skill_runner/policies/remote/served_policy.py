@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, JsonValue
@@ -69,6 +69,18 @@ def no_server(who: str, skill: SkillManifest, options: RemoteOptions, cause: obj
     )
 
 
+def busy_server(
+    who: str, skill: SkillManifest, options: RemoteOptions, missing: str
+) -> PolicyError:
+    """Somebody listens at the address and says nothing: ``missing`` is what was awaited."""
+    return PolicyError(
+        f"{who}: {options.address} listens, but sent {missing} within "
+        f"{options.connect_timeout_s:g} s: it is busy with another request, hangs, or is no "
+        f"policy server; one is started with: {options.start}\n"
+        f"  for one elsewhere, in the runner's options: servers: {{{skill.id}: ADDRESS}}"
+    )
+
+
 def warm_up_observation(skill: SkillManifest) -> Observation:
     """Something to ask before the first goal, so that a server compiles, and shows its width.
 
@@ -81,16 +93,31 @@ def warm_up_observation(skill: SkillManifest) -> Observation:
     return Observation(0, np.full(skill.state_contract.dim, 0.5), skill.prompt, images)
 
 
-def float_rows(who: str, name: str, value: object, width: int) -> Actions:
-    """A server's array as float32 ``[H >= 1, width]``, checked before anything compares it.
+def output_of(who: str, outputs: Mapping[Any, object], name: str) -> object:
+    """One output of a server's answer.
+
+    Raises:
+        PolicyError: naming those there are.
+    """
+    if name not in outputs:
+        raise PolicyError(expected(who, f"an output {name}", "none of that name", outputs))
+    return outputs[name]
+
+
+def float_rows(who: str, name: str, value: object, width: int, horizon: int) -> Actions:
+    """A server's array as float32 ``[H, width]``, checked before anything compares it.
+
+    Args:
+        horizon: most rows that the skill takes.
 
     Raises:
         PolicyError: for anything else than floats of that shape, finite as float32.
     """
-    wanted = f"{name} as floats [H >= 1, {width}]"
+    wanted = f"{name} as floats [1 to {horizon}, {width}]"
     if not isinstance(value, np.ndarray):
         raise PolicyError(expected(who, wanted, type(value).__name__))
-    if value.dtype.kind != "f" or value.ndim != 2 or value.shape[1] != width or not len(value):
+    fits = value.ndim == 2 and value.shape[1] == width and 1 <= len(value) <= horizon
+    if value.dtype.kind != "f" or not fits:
         raise PolicyError(expected(who, wanted, f"{value.dtype} {list(value.shape)}"))
     with np.errstate(over="ignore"):  # what overflows is infinite, and refused
         rows = value.astype(np.float32)
