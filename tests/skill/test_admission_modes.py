@@ -137,3 +137,16 @@ def test_the_hals_ranges_have_the_width_of_their_mode() -> None:
             lower, upper = floats(block.lower), floats(block.upper)
             assert (len(lower), len(upper)) == (width, width), (part.name, mode)
             assert np.all(lower < upper)
+
+
+def test_the_composite_switch_without_an_arm_is_refused() -> None:
+    robot = load_robot("panda_mobile")
+    skill = load_skill("oracle-counter-to-cabinet").model_dump(mode="json")
+    slots = skill["action_contract"]["slots"]
+    assert slots[0]["control_mode"] == "cartesian_delta"
+    slots[0] = {"range": [0, 5], "discard": True}
+    without = SkillManifest.model_validate(skill)
+    assert admission_problems(without, robot) == [
+        "composite_mode: part composite belongs to whoever commands an arm, and this skill "
+        "commands none"
+    ]

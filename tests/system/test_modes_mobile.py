@@ -43,6 +43,7 @@ DELTA = {
     "scale": [0.05, 0.05, 0.05, 0.5, 0.5, 0.5],
 }  # fmt: skip
 OPENING = {"control_mode": "gripper_position", "ee": "gripper", "scale": -0.04, "offset": 0.04}
+STILL = (0.0,) * 6
 SHIFT, TURN = (0.5, -0.25, 0.125, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0625, -0.125, 0.25)
 STILL_M, STILL_RAD = 0.08, 0.05
 """What the simulator's controller moves an arm by on axes that it is told nothing of: one that
@@ -51,9 +52,9 @@ only turns it also shifts it, by 5 cm here."""
 SKILLS = {
     "shift": ModeSkill((OPENING, DELTA), ((-1.0,), SHIFT), ticks=16),
     "turn": ModeSkill((DELTA, OPENING), (TURN, (1.0,)), ticks=16),
-    "drive": ModeSkill((MODE, TWIST), ((-0.75,), NUMBERS), ticks=24),
+    "drive": ModeSkill((MODE, TWIST, DELTA), ((-0.75,), NUMBERS, STILL), ticks=24),
     "twist-limit": ModeSkill((TWIST,), ((0.0, -1.001, 0.0),), ticks=3),
-    "switch-limit": ModeSkill((MODE,), ((1.001,),), ticks=3),
+    "switch-limit": ModeSkill((MODE, DELTA), ((1.001,), STILL), ticks=3),
 }
 
 

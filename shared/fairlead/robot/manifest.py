@@ -163,13 +163,17 @@ class RobotManifest(BaseModel):
 
         What the switch says changes what the arm's commands mean, so nobody else may turn it.
         """
-        arms = {joint.name for joint in self.joints if joint.role == "arm"}
-        with_arm = any(part.name in commanded and arms & set(part.joints) for part in self.parts)
+        with_arm = self.has_arm(commanded)
         return tuple(
             part.name
             for part in self.parts
             if part.name in commanded or (with_arm and "composite_mode" in part.modes)
         )
+
+    def has_arm(self, parts: Collection[str]) -> bool:
+        """Whether one of these parts is an arm."""
+        arms = {joint.name for joint in self.joints if joint.role == "arm"}
+        return any(part.name in parts and arms & set(part.joints) for part in self.parts)
 
     def owner(self, joint: str) -> Part:
         """The part that commands a joint."""

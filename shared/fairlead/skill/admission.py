@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from fairlead.errors import ConfigError
 from fairlead.frames import MAP, ODOM
 from fairlead.messages import HalStatus
+from fairlead.modes import ControlMode
 from fairlead.robot.description_tree import description_tree
 from fairlead.robot.manifest import RobotManifest
 from fairlead.skill.bindings import (
@@ -36,6 +37,7 @@ def admission_problems(
     problems = [
         *_embodiment_problems(skill, robot),
         *problems,
+        *([] if problems else _switch_problems(routes, robot)),
         *state_problems(skill.state_contract, robot),
         *_profile_problems(skill, routes, robot),
     ]
@@ -102,6 +104,18 @@ def _profile_problems(
         for profile in robot.safety
     ]
     return min(found, key=len, default=[])
+
+
+def _switch_problems(routes: tuple[Route, ...], robot: RobotManifest) -> list[str]:
+    """The composite switch says what an arm's commands mean: it goes with the arm."""
+    if robot.has_arm([route.part_name for route in routes]):
+        return []
+    return [
+        f"composite_mode: part {route.part_name} belongs to whoever commands an arm, and this "
+        "skill commands none"
+        for route in routes
+        if route.mode is ControlMode.COMPOSITE_MODE
+    ]
 
 
 def _frame_problems(routes: tuple[Route, ...], robot: RobotManifest, profile: str) -> list[str]:
