@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import pytest
 
+from fairlead.cli.goal_hints import goal_hints
 from fairlead.cli.status import print_gate
-from fairlead.messages import NO_HASH, GateState, GateStatus
+from fairlead.messages import NO_HASH, GateState, GateStatus, GoalResult
+from fairlead.operate.goal_watch import Progress
 
 
 def gate_with(*counters: tuple[str, int]) -> GateStatus:
@@ -25,6 +27,24 @@ def test_chunks_are_counted_by_outcome_and_findings_are_said_in_words(
         "judged released 9, refused 1",
         "       G002 3 times: other HAL session or robot",
         "       G020 1 times: limit",
+    ]
+
+
+def ended(kind: str, **verdicts: int) -> Progress:
+    result = GoalResult(
+        outcome="failed", decided_by="runner", kind=kind, detail="", first_tick=1, last_tick=2
+    )
+    return Progress("ended", 2, 20.0, verdicts, 1, 0, "", result)
+
+
+def test_a_run_that_did_not_succeed_names_the_next_command() -> None:
+    gate = gate_with()
+    assert goal_hints(ended("deadline", released=9), gate, "arm_runner") == []
+    assert goal_hints(ended("deadline", released=9, refused=3), gate, "arm_runner") == [
+        "3 of 12 chunks were refused; see why: fairlead why"
+    ]
+    assert goal_hints(ended("policy_error"), gate, "arm_runner") == [
+        "what the policy printed, tracebacks too: fairlead logs arm_runner"
     ]
 
 

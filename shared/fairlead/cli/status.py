@@ -34,6 +34,7 @@ def command(deployment: DeploymentOption = None, as_json: JsonOption = False) ->
         gate, hal = _answers(client)
         runners = _runners(client)
         alive = sorted(client.alive)
+    starting = [name for name in starting if name not in alive]
     missing = sorted(set(chosen.services) - set(alive) - set(starting))
     if as_json:
         print_json(

@@ -148,7 +148,7 @@ class Supervisor:
 
     def poll(self) -> list[ServiceEvent]:
         """Notice deaths, start again what is due; call it a few times a second."""
-        events = []
+        events, changed = [], False
         for name, slot in self._slots.items():
             if slot.restart_at_s is not None:
                 if self._clock() >= slot.restart_at_s:
@@ -156,10 +156,10 @@ class Supervisor:
             elif slot.child.exit_status is not None:
                 events.append(self._bury(name, slot))
             elif not slot.was_ready and slot.child.ready.is_set():
-                slot.was_ready = True
+                slot.was_ready = changed = True
                 if slot.restarts:
                     events.append(ServiceEvent(name, "ready", f"{name} is ready again"))
-        if events:
+        if events or changed:
             try:
                 self._write_entry()
             except OSError as error:  # `ps` shows what was true before; the services go on

@@ -1,0 +1,124 @@
+"""``up`` while it starts: what looks on sees it, and a gate that dies at once is started again."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import threading
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+from fairlead.paths import repo_root
+from fairlead.supervisor import Registry
+from fairlead.supervisor.ports import free_ports
+from fairlead.supervisor.process_table import ProcessId
+from fairlead.supervisor.scratch import ScratchOptions, make_scratch
+from tests.cli.command import fairlead, fairlead_command, fairlead_environment
+from tests.system.light_hal import LIGHT_HAL
+from tests.system.live_robot import wait_for
+
+pytestmark = [pytest.mark.processes, pytest.mark.timeout(200)]
+
+COMPOSE = repo_root() / "compose"
+
+
+class Up:
+    """``fairlead up`` in the background, and what it prints."""
+
+    def __init__(self, file: Path, state: Path, *options: str) -> None:
+        self.state = state
+        self.lines: list[str] = []
+        self.process = subprocess.Popen(
+            fairlead_command("up", str(file), *options),
+            env=fairlead_environment(state),
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+        )
+        threading.Thread(target=self._read, daemon=True).start()
+
+    def _read(self) -> None:
+        assert self.process.stdout is not None
+        with self.process.stdout as stream:
+            self.lines.extend(line.rstrip() for line in stream)
+
+    def wait_line(self, text: str) -> str:
+        wait_for(lambda: any(text in line for line in self.lines), f"up prints {text!r}", 120.0)
+        return next(line for line in self.lines if text in line)
+
+    def services(self) -> dict[str, Any]:
+        entries = json.loads(fairlead("ps", "--json", state=self.state).stdout)
+        return dict(entries[0]["services"]) if entries else {}
+
+
+@pytest.fixture
+def start_up(tmp_path: Path) -> Iterator[Callable[..., Up]]:
+    started: list[Up] = []
+
+    def start(file: Path, *options: str) -> Up:
+        started.append(Up(file, tmp_path / "registry", *options))
+        return started[-1]
+
+    yield start
+    for up in started:
+        up.process.kill()
+        up.process.wait(timeout=30.0)
+
+
+def test_an_up_that_waits_for_its_router_is_listed_and_ended(
+    start_up: Callable[..., Up], tmp_path: Path
+) -> None:
+    content = yaml.safe_load((COMPOSE / "panda_mobile_two_hosts.yaml").read_text(encoding="utf-8"))
+    content |= {"id": f"w{os.getpid()}", "hosts": {"robot": "127.0.0.2", "gpu": "127.0.0.1"}}
+    content["router"]["port"] = free_ports(1)[0]
+    file = tmp_path / "two_hosts.yaml"
+    file.write_text(yaml.safe_dump(content, sort_keys=False), encoding="utf-8")
+    up = start_up(file, "--host", "gpu")
+    up.wait_line("[up] waiting: router tcp/127.0.0.2:")
+    assert up.services()["runner"]["state"] == "waiting"
+    down = fairlead("down", state=up.state)
+    assert down.returncode == 0, down.stderr
+    assert down.stdout == f"stopped w{os.getpid()}.gpu\n"
+    assert up.process.wait(timeout=30.0) == 0
+
+
+def test_a_gate_that_dies_while_the_robot_comes_up_is_started_again(
+    start_up: Callable[..., Up], tmp_path: Path
+) -> None:
+    options = ScratchOptions(f"rough{os.getpid()}", options={"hal": LIGHT_HAL})
+    scratch = make_scratch(COMPOSE / "panda_mobile_sim.yaml", tmp_path / "rough", options)
+    up = start_up(scratch.file)
+    assembler = running(up, "state_assembler")
+    assembler.send(signal.SIGSTOP)  # so that the start lasts as long as the test wants
+    status = fairlead("status", state=up.state)
+    assert status.returncode == 1, status.stdout
+    assert "starting state_assembler; ask again in a moment" in status.stdout.splitlines()
+
+    up.wait_line("[safety] INFO safety: ready")
+    running(up, "safety").send(signal.SIGKILL)
+    up.wait_line("[up] safety was killed by signal 9; starting it again in 0.5 s")
+    assembler.send(signal.SIGCONT)
+    up.wait_line(" is up; state and logs: ")
+    assert up.process.poll() is None
+    assert up.services()["safety"]["restarts"] == 1
+    assert fairlead("down", state=up.state).returncode == 0
+
+
+def running(up: Up, service: str) -> ProcessId:
+    """A service's process, once it has one."""
+    registry = Registry(up.state)
+
+    def found() -> ProcessId | None:
+        services = [e.services for e in registry.entries() if service in e.services]
+        return services[0][service].running if services else None
+
+    wait_for(found, f"{service} is started", 60.0)
+    process = found()
+    assert process is not None
+    return process
