@@ -118,7 +118,7 @@ def running(up: Up, service: str) -> ProcessId:
         services = [e.services for e in registry.entries() if service in e.services]
         return services[0][service].running if services else None
 
-    wait_for(found, f"{service} is started", 60.0)
+    wait_for(lambda: found() is not None, f"{service} is started", 60.0)
     process = found()
     assert process is not None
     return process
