@@ -37,7 +37,7 @@ def main() -> int:
     )
     parser.add_argument("--robot", choices=ROBOTS, action="append", help="only this one")
     parser.add_argument("--chunks", type=int, default=100_000, help="judged, all robots together")
-    parser.add_argument("--rows", type=int, default=5_000, help="executed, all robots together")
+    parser.add_argument("--rows", type=int, default=5_000, help="executed by each robot")
     parser.add_argument("--episodes", type=int, default=50, help="demonstrations of each robot")
     parser.add_argument("--workers", type=int, default=2, help="processes (default: %(default)s)")
     parser.add_argument(
@@ -49,7 +49,7 @@ def main() -> int:
     amounts = {
         robot: Amount(
             round(arguments.chunks * SHARES[robot]),
-            round(arguments.rows * SHARES[robot]),
+            arguments.rows,
             arguments.episodes,
         )
         for robot in arguments.robot or SHARES

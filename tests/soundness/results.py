@@ -54,10 +54,21 @@ def run_all(
             found[block] = done.result()
             breaches = dict(getattr(found[block], "breaches", {}))
             on_progress(
-                f"{len(found)} of {len(blocks)} blocks after {monotonic() - began:.0f} s: "
+                f"{_pace(found, len(blocks), monotonic() - began)}: "
                 f"{block.robot} {block.kind} {block.number}, breaches {breaches}"
             )
+            for line in getattr(found[block], "told", []):
+                on_progress(line)
     return [_results(robot, found) for robot in amounts]
+
+
+def _pace(found: dict[Block, Found], blocks: int, took_s: float) -> str:
+    rows = sum(one.rows for one in found.values() if isinstance(one, Simulated))
+    left_s = took_s / len(found) * (blocks - len(found))
+    return (
+        f"{len(found)} of {blocks} blocks after {took_s:.0f} s, {rows} rows executed "
+        f"({rows / took_s:.0f} a second), about {left_s / 60.0:.0f} min left"
+    )
 
 
 def _blocks(robot: str, amount: Amount) -> list[Block]:

@@ -13,7 +13,8 @@ import pytest
 from bench.measure_limits.driven_robot import DrivenRobot
 from bench.measure_limits.episodes import episode
 from fairlead.paths import gate_config
-from tests.soundness.attacks import attacks_on
+from tests.soundness.attacks import ON_A_BASE, attacks_on
+from tests.soundness.checkpoint_vectors import TICKS, ask
 from tests.soundness.kinematic_campaign import KinematicCampaign
 from tests.soundness.lockstep_loop import LockstepLoop
 from tests.soundness.results import Amount, run
@@ -119,6 +120,33 @@ def test_every_attack_gets_rows_through_and_none_that_cannot_be_read(
         found = campaign.found
         assert found.rows > 0, attack
         assert not {*found.refused, *found.truncated} & MALFORMED, (attack, found.refused)
+
+
+@pytest.fixture(scope="module")
+def mobile() -> Iterator[LockstepLoop]:
+    loop = LockstepLoop(DrivenRobot("panda_mobile"))
+    yield loop
+    loop.close()
+
+
+@pytest.mark.simulator
+def test_attacks_with_a_base_and_its_switch_get_rows_through(mobile: LockstepLoop) -> None:
+    for attack in ON_A_BASE:
+        campaign = SimulatedCampaign(mobile)
+        campaign.episode(attack, 2, most_ticks=10)
+        found = campaign.found
+        assert found.rows > 0, attack
+        assert not {*found.refused, *found.truncated} & MALFORMED, (attack, found.refused)
+
+
+@pytest.mark.simulator
+def test_gentle_random_vectors_of_a_checkpoint_get_through_more_often_than_those_of_full_scale(
+    mobile: LockstepLoop,
+) -> None:
+    gentle, hard = (ask(mobile, scale, [0]) for scale in (0.15, 1.0))
+    assert gentle.rows + gentle.held >= TICKS - 1
+    assert gentle.rows > hard.rows > 0
+    assert gentle.refused < hard.refused
 
 
 def test_two_arms_that_chase_each_other_have_a_claim_each(two_arms: LockstepLoop) -> None:
