@@ -72,10 +72,12 @@ def command(
     stops the robot if the runner does not confirm that.
     With --then the goals run one after the other, until one does not succeed.
     """
-    file = choose_file(deployment)
-    chosen = load_deployment(file)
     wishes = [GoalWish(skill, prompt, deadline_ticks, stall_timeout, runner)]
     wishes += [_next_wish(step, wishes[0]) for step in then or ()]
+    for wish in wishes:
+        load_skill(wish.skill)  # one that does not exist is said first
+    file = choose_file(deployment)
+    chosen = load_deployment(file)
     wishes = [_with_runner(wish, chosen) for wish in wishes]
     _require_admission(wishes, chosen)  # what cannot run should not arm anything
     wait_started(file, lambda line: typer.echo(line, err=True))
@@ -104,7 +106,6 @@ def _next_wish(step: str, first: GoalWish) -> GoalWish:
 
 
 def _with_runner(wish: GoalWish, deployment: Deployment) -> GoalWish:
-    load_skill(wish.skill)  # one that does not exist is said first
     return dataclasses.replace(wish, runner=choose_runner(deployment, wish.skill, wish.runner))
 
 
