@@ -179,6 +179,11 @@ def test_up_leaves_out_what_is_run_by_hand_and_restarts_the_others_on_demand(
     restarted = person.fairlead("restart", "runner")
     assert restarted.returncode == 0, restarted.stderr
     assert re.fullmatch(r"restarted runner of hand\d+ \(pid \d+\)\n", restarted.stdout)
+    assert person.fairlead("arm").returncode == 0
+    gate = person.fairlead("restart", "safety")
+    assert gate.returncode == 0, gate.stderr
+    status = json.loads(person.fairlead("status", "--json").stdout)
+    assert status["gate"]["state"] in ("boot", "disarmed"), "it ended cleanly: nothing to reset"
     unknown = person.fairlead("restart", "camera")
     assert unknown.returncode == 1 and "a service that runs here" in unknown.stderr
 
