@@ -99,7 +99,10 @@ SURROUNDINGS: dict[str, tuple[Change, str]] = {
         "workspace.volumes[8]: more than 8",
     ),
     "no base": (drop("base"), "base: missing"),
-    "base null": (put("base", None), "base: expected zones for joint base_x, which has no bounds"),
+    "base null": (
+        put("base", None),
+        'joints[0].zones: expected a joint of base.joints, got "base_x"',
+    ),
     "base of two joints": (
         put("base.joints", ["base_x", "base_y"]),
         "base.joints: expected the names of 3 joints: x, y and yaw, got ",

@@ -40,6 +40,16 @@ BAD: dict[str, tuple[Change, str]] = {
         lambda f: f["joints"][3].update(zones={"frame": "odom"}),
         "joints[3].bounds: unknown key",
     ),
+    "no bounds of a joint that has an end": (
+        lambda f: f["joints"][3].update(bounds=None),
+        "joints[3].bounds: expected an object, got null",
+    ),
+    "zones of a joint that turns without end": (
+        lambda f: f["joints"][3].update(
+            kind="continuous", zones=f["joints"][3].pop("bounds") and {"frame": "odom"}
+        ),
+        'joints[3].zones: expected a joint of base.joints, got "panda_joint1"',
+    ),
     "zones in another frame": (
         lambda f: f["joints"][0].update(zones={"frame": "map"}),
         'joints[0].zones.frame: expected "odom", got "map"',

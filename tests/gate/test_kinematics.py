@@ -3,31 +3,21 @@
 from __future__ import annotations
 
 import json
-import subprocess
-from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
 import pytest
 
-from fairlead.messages import FloatArray
-from fairlead.paths import gate_binary, gate_config
+from fairlead.paths import gate_config
 from fairlead.robot.manifest import load_robot
 from tests.gate.joint_samples import samples
+from tests.gate.link_poses import gate_links
 
 pytestmark = pytest.mark.processes
 
 ROBOTS = ("panda", "panda_mobile", "dual_panda")
 TOLERANCE = 1e-9  # [m], [rad], [m/s], [rad/s]
 COUNT = 10_000
-
-
-def gate_links(config: Path, positions: FloatArray, velocities: FloatArray) -> FloatArray:
-    """What the gate's own code says: [samples, links, 13]."""
-    tool = gate_binary().with_name("link-poses")
-    sent = np.hstack([positions, velocities]).astype("<f8").tobytes()
-    answer = subprocess.run([tool, config], input=sent, stdout=subprocess.PIPE, check=True)
-    return np.frombuffer(answer.stdout, "<f8").reshape(len(positions), -1, 13)
 
 
 @pytest.mark.parametrize("name", ROBOTS)

@@ -183,7 +183,7 @@ def test_arm_joint_bounded_by_zones_is_refused(data: dict[str, Any], tmp_path: P
 def test_continuous_joint_without_zones_is_refused(data: dict[str, Any], tmp_path: Path) -> None:
     data["joints"][2]["bounded_by"] = "limits"
     assert _refusal(data, tmp_path) == (
-        "1 problem(s):\n  joints.2: joint 'base_yaw': a continuous joint has no "
+        "1 problem(s):\n  joints.2: joint 'base_yaw': a base's continuous joint has no "
         "position limits, so it must be bounded by zones"
     )
 

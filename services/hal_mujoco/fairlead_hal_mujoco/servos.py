@@ -82,7 +82,12 @@ def _check_range(
     model: mujoco.MjModel, joint: Joint, ids: list[int], signs: tuple[float, ...]
 ) -> None:
     """The gate admits the manifest's range, so the model must reach all of it."""
-    if not joint.has_bounds or not all(model.jnt_limited[index] for index in ids):
+    limited = [bool(model.jnt_limited[index]) for index in ids]
+    if joint.type == "continuous" and any(limited):
+        who = f"hal_mujoco: joint {joint.name}"
+        got = f"{model.jnt_range[ids[0]].tolist()} in the model"
+        raise ConfigError(expected(who, "a joint without range, for it is continuous", got))
+    if not joint.has_bounds or not all(limited):
         return
     ends = np.array([s * model.jnt_range[i] for s, i in zip(signs, ids, strict=True)])
     lower, upper = float(ends.min(axis=1).sum()), float(ends.max(axis=1).sum())
@@ -113,7 +118,22 @@ def _servo(model: mujoco.MjModel, joint: Joint, index: int) -> int:
                 got or "none",
             )
         )
+    _check_controls(model, joint, found[0])
     return found[0]
+
+
+def _check_controls(model: mujoco.MjModel, joint: Joint, servo: int) -> None:
+    """MuJoCo cuts what a servo is told to its ``ctrlrange``, and nobody notices."""
+    if not model.actuator_ctrllimited[servo] or joint.role == "gripper":
+        return
+    low, high = (float(end) for end in model.actuator_ctrlrange[servo])
+    wanted = "none, for the joint is continuous"
+    if joint.has_bounds:
+        if low <= joint.lower + _RANGE_SLACK and high >= joint.upper - _RANGE_SLACK:
+            return
+        wanted = f"at least [{joint.lower:g}, {joint.upper:g}] {joint.unit} (robot.yaml)"
+    who = f"hal_mujoco: joint {joint.name}: ctrlrange of its actuator"
+    raise ConfigError(expected(who, wanted, f"[{low:g}, {high:g}]"))
 
 
 def _is_position_servo(model: mujoco.MjModel, actuator: int) -> bool:

@@ -1,5 +1,6 @@
 #include "config_loader.hpp"
 
+#include <algorithm>
 #include <fstream>
 #include <iterator>
 #include <limits>
@@ -46,8 +47,14 @@ JointKind read_kind(Section& section) {
   refuse(section.path_of("kind"), "revolute, prismatic or continuous", kind);
 }
 
-// Either bounds, or zones: the declaration that the joint is bounded in the frame `odom`.
+// Either bounds, or zones: the declaration that the joint is bounded in the frame `odom`; null, of
+// a continuous joint, is the declaration that it turns without end.
 void read_extent(Section& section, JointLimits& joint) {
+  const bool continuous = joint.kind == JointKind::continuous;
+  if (continuous && section.has("bounds") && section.any("bounds").is_null()) {
+    joint.bounded = false;
+    return;
+  }
   joint.bounded = !section.has("zones");
   if (joint.bounded) {
     joint.bounds = read_bounds(section.section("bounds"));
@@ -177,6 +184,17 @@ void read_joints(Section& file, Limits& limits) {
   }
 }
 
+// Zones are the base's: no other joint can be bounded by them.
+void check_zoned(const json& joints, const Limits& limits) {
+  const auto& own = limits.base.joints;
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    const bool is_base = limits.base.present && std::ranges::find(own, i) != own.end();
+    if (joints[i].contains("zones") && !is_base)
+      refuse("joints[" + std::to_string(i) + "].zones", "a joint of base.joints",
+             joints[i].at("name"));
+  }
+}
+
 void read_parts(Section& file, Limits& limits) {
   const json& parts = file.list("parts");
   for (std::size_t i = 0; i < parts.size(); ++i) {
@@ -205,6 +223,7 @@ std::unique_ptr<Limits> parse_limits(std::string_view text) {
   limits->collision = read_collision(file.section("collision"), limits->kinematics);
   limits->workspace = read_workspace(file.section("workspace"));
   limits->base = read_base(file, *limits);
+  check_zoned(file.list("joints"), *limits);
   limits->protocol = read_protocol(file.section("protocol"));
   // What the file was made of is `check_origin`'s: a recorded file has no robot beside it.
   for (const char* key : {"compiled_from", "content_sha256"})

@@ -51,7 +51,8 @@ def command(
 
 def _joint_row(joint: dict[str, Any]) -> tuple[object, ...]:
     bounds = joint.get("bounds")
-    lower, upper = (bounds["lower"], bounds["upper"]) if isinstance(bounds, dict) else ("zones", "")
+    free = "zones" if "zones" in joint else "none"
+    lower, upper = (bounds["lower"], bounds["upper"]) if isinstance(bounds, dict) else (free, "")
     limits = (joint[f"{name}_limit"] for name in ("velocity", "acceleration", "effort"))
     return (joint["name"], joint["part"], joint["kind"], lower, upper, *limits)
 

@@ -1,6 +1,7 @@
 """The range of every value a part may be told in a mode, as its robot declares it.
 
-A norm is spread evenly over three axes, so that all of them may be at their ends at once.
+A norm is spread evenly over three axes, so that all of them may be at their ends at once. A joint
+that turns without end may be told any number that the gate takes.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 from fairlead.modes import ControlMode
 from fairlead.robot.joint import Joint
 from fairlead.robot.manifest import RobotManifest
-from fairlead.robot.mode_limits import ModeLimits
+from fairlead.robot.mode_limits import MOST, ModeLimits
 from fairlead.robot.part import Part
 
 Values = NDArray[np.float64]
@@ -30,8 +31,8 @@ def command_range(
     joints = [robot.joint(name) for name in part.joints]
     if mode in (ControlMode.JOINT_POSITION, ControlMode.DEX_HAND_JOINT):
         return (
-            np.array([joint.lower for joint in joints]),
-            np.array([joint.upper for joint in joints]),
+            np.array([joint.lower if joint.has_bounds else -MOST for joint in joints]),
+            np.array([joint.upper if joint.has_bounds else MOST for joint in joints]),
         )
     if mode is ControlMode.CARTESIAN_POSE and limits.cartesian_pose is not None:
         box = limits.cartesian_pose

@@ -41,6 +41,10 @@ def check_description_limits(robot: RobotManifest, document: ET.Element, path: s
             )
         if entry is None:
             continue
+        if joint.type == "continuous" and entry.get("type") != "continuous":
+            raise ConfigError(
+                expected(f"{who}: type", "continuous, as in robot.yaml", repr(entry.get("type")))
+            )
         if entry.find("mimic") is not None and joint in robot.joints:
             raise ConfigError(f"{who}: robot.yaml commands it, and it mimics another joint")
         for name, described_as, told in _pairs(joint, entry.find("limit"), who):

@@ -164,6 +164,9 @@ def _passive_joint(joint: Joint, measured: MeasuredLimits) -> dict[str, Json]:
 
 
 def _bounds(joint: Joint, measured: MeasuredLimits) -> dict[str, Json]:
+    """Position limits; zones, or none for a joint that turns without end, by declaration."""
+    if joint.type == "continuous" and joint.bounded_by != "zones":
+        return {"bounds": None}
     if not joint.has_bounds or measured.tolerance is None:
         return {"zones": {"frame": "odom"}}
     return {

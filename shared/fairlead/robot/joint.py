@@ -15,8 +15,9 @@ JointType = Literal["revolute", "prismatic", "continuous"]
 class Joint(BaseModel):
     """One joint, commanded or passive, with every limit it is held to.
 
-    Turning joints give their limits in rad, sliding ones in m; a joint declared
-    ``bounded_by: zones`` (a mobile base) has no position limit of its own. ``effort``
+    Turning joints give their limits in rad, sliding ones in m. Two kinds have no position limit
+    of their own: a joint declared ``bounded_by: zones`` (a mobile base), and a joint of type
+    ``continuous``, which turns without end and is measured and told over its turns. ``effort``
     and the rest say where their numbers come from in ``source``.
     """
 
@@ -44,10 +45,10 @@ class Joint(BaseModel):
             raise ValueError(f"joint {self.name!r}: source: expected words, got {self.source!r}")
         if self.bounded_by == "zones" and self.role != "base":
             raise ValueError(f"joint {self.name!r}: only joints of role base are bounded by zones")
-        if self.type == "continuous" and self.bounded_by != "zones":
+        if self.type == "continuous" and self.role == "base" and self.bounded_by != "zones":
             raise ValueError(
-                f"joint {self.name!r}: a continuous joint has no position limits, so it must be "
-                "bounded by zones"
+                f"joint {self.name!r}: a base's continuous joint has no position limits, so it "
+                "must be bounded by zones"
             )
         required, forbidden = self._limit_fields()
         missing = [name for name in required if getattr(self, name) is None]
@@ -91,7 +92,7 @@ class Joint(BaseModel):
     @property
     def has_bounds(self) -> bool:
         """False for joints that have no position limit by declaration."""
-        return self.bounded_by == "limits"
+        return self.bounded_by == "limits" and self.type != "continuous"
 
     @property
     def unit(self) -> str:
@@ -126,5 +127,7 @@ class Joint(BaseModel):
     def _limit(self, sliding: str, turning: str) -> float:
         value = getattr(self, sliding if self.type == "prismatic" else turning)
         if value is None:
-            raise ValueError(f"joint {self.name!r} has no position limit: it is bounded by zones")
+            raise ValueError(
+                f"joint {self.name!r} has no position limit: it turns on, or zones bound it"
+            )
         return float(value)

@@ -27,7 +27,7 @@ def effective_limits(robot: RobotManifest, profile: str = "sim") -> list[Effecti
     rows: list[EffectiveLimit] = []
     for joint in config["joints"] + config["passive_joints"]:
         declared, where = robot.joint(joint["name"]), f"joint {joint['name']}"
-        flat = {**joint.pop("bounds", {}), **joint}
+        flat = {**(joint.pop("bounds", None) or {}), **joint}
         rows += _rows(where, flat, _range_units(declared.unit), declared.source)
         if declared in robot.joints:
             source = profile_limits(declared, robot.profile(profile))[3]

@@ -29,6 +29,11 @@ def reference_problems(
     """Everything that does not fit together, in the order of the file; [] if all fits."""
     measured = {joint.name: joint for joint in (*joints, *passive_joints)}
     problems = list(_repeated("joint", (joint.name for joint in (*joints, *passive_joints))))
+    problems += (
+        f"passive joint {joint.name!r}: expected position limits, got a joint of type continuous"
+        for joint in passive_joints
+        if joint.type == "continuous"
+    )
     problems += _repeated("part", (part.name for part in parts))
     problems += _repeated("end effector", (tool.name for tool in end_effectors))
     problems += _part_problems(joints, parts)

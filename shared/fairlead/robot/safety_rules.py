@@ -143,7 +143,7 @@ def _surroundings_problems(
     kinds = [volume.kind for volume in block.workspace.volumes]
     if "keep_in" not in kinds and any(part.end_effector is not None for part in parts):
         yield f"workspace.volumes: expected one of kind keep_in for the robot's tools, got {kinds}"
-    zoned = [joint.name for joint in joints if not joint.has_bounds]
+    zoned = [joint.name for joint in joints if joint.bounded_by == "zones"]
     if zoned and block.base is None:
         yield f"base: missing; zones bound {', '.join(zoned)}"
     base = [joint.name for joint in joints if joint.role == "base"]

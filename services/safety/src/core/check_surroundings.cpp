@@ -81,12 +81,14 @@ Text check_twists(const Limits& limits) {
   return {};
 }
 
-// No bounds of its own, so nothing but the base's zones can bound it.
+// No bounds of its own, so nothing but the base's zones can bound it, if it is no joint that turns
+// without end.
 Text check_unbounded(const Limits& limits) {
   for (std::size_t j = 0; j < limits.joints.size(); ++j) {
     const auto& [x, y, yaw] = limits.base.joints;
     const bool zoned = limits.base.present && (j == x || j == y || j == yaw);
-    if (!limits.joints[j].bounded && !zoned)
+    const bool endless = limits.joints[j].kind == JointKind::continuous;
+    if (!limits.joints[j].bounded && !endless && !zoned)
       return phrase("base: expected zones for joint ", limits.joints[j].name,
                     ", which has no bounds");
   }

@@ -135,7 +135,7 @@ TEST_CASE("joints without bounds are the base's, and zones bound them") {
   CHECK(fault_after([](Limits& l) { l.base.present = false; }) ==
         "base: expected zones for joint base_x, which has no bounds");
   CHECK(fault_after([](Limits& l) { l.base.joints[2] = base_y; }) ==
-        "base: expected zones for joint base_yaw, which has no bounds");
+        "base.joints: expected two that slide and one that turns, got base_y");
   CHECK(fault_after([](Limits& l) {
           l.base.joints = {base_y, base_x, base_yaw};
           l.parts[base].modes.body_twist.supported = false;
