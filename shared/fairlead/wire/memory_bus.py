@@ -6,6 +6,7 @@ drop, delay, duplicate or reorder: it gets each sample and returns those to deli
 
 from __future__ import annotations
 
+import queue
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import Generic, TypeVar
@@ -94,29 +95,32 @@ class MemoryBus:
     def serve_later(
         self, key: str, who: str, handler: LaterHandler
     ) -> _Entry[tuple[str, LaterHandler]]:
-        """Answer queries on ``key``; here the answer must come before ``handler`` returns."""
+        """Answer queries on ``key``, before ``handler`` returns or from another thread later."""
         return self._add(self._queryables, key, (who, handler))
 
     def query(self, key: str, request: Message, timeout_s: float) -> bytes:
-        """Call the handler of ``key`` and return its encoded reply; ``timeout_s`` is never waited.
+        """Call the handler of ``key`` and return its encoded reply.
 
         Raises:
             RefusedError: the handler raised.
-            NoAnswerError: nobody serves ``key``, or not at once.
+            NoAnswerError: nobody serves ``key``, or answers within ``timeout_s``.
         """
         for entry in list(self._queryables):
             if entry.key == key:
                 who, handler = entry.handler
-                answers: list[Message | Exception] = []
+                answers: queue.SimpleQueue[Message | Exception] = queue.SimpleQueue()
                 try:
-                    handler(encode(request), answers.append)
+                    handler(encode(request), answers.put)
                 except Exception as error:  # noqa: BLE001 - as over the network
-                    answers.append(error)
-                for answer in answers[:1]:
-                    if not isinstance(answer, Exception):
-                        return encode(answer)
-                    refusal = refusal_of(who, answer)
-                    raise RefusedError(refusal.who, refusal.reason, refusal.fix)
+                    answers.put(error)
+                try:
+                    answer = answers.get(timeout=timeout_s)
+                except queue.Empty:
+                    break
+                if not isinstance(answer, Exception):
+                    return encode(answer)
+                refusal = refusal_of(who, answer)
+                raise RefusedError(refusal.who, refusal.reason, refusal.fix)
         raise NoAnswerError(f"{key}: no answer within {timeout_s:g} s; see: fairlead ps")
 
     def declare_token(self, key: str) -> _Entry[None]:
