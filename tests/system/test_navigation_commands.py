@@ -41,18 +41,6 @@ def do(robot: ScratchRobot) -> Command:
     return run
 
 
-def test_the_base_drives_to_a_pose_then_the_expert_picks_and_places_as_one_command(
-    do: Command,
-) -> None:
-    done = do("run", "go-to", "--seed", "0", "--prompt", "0.05 0.15 0", "--then", ORACLE)
-    assert done.returncode == 0, done.stdout + done.stderr
-    drove, placed = done.stdout.splitlines()
-    assert drove.startswith("go-to succeeded after ")
-    assert "(decided by the policy): the base is at 0.0" in drove
-    assert placed.startswith(f"{ORACLE} succeeded after ")
-    assert placed.endswith("(decided by the task)")
-
-
 def test_after_a_goal_that_failed_the_next_one_is_not_begun(do: Command) -> None:
     done = do("run", "go-to", "--prompt", "9 9 0", "--then", ORACLE)
     assert done.returncode == 1
