@@ -16,14 +16,14 @@ import numpy as np
 import pinocchio
 
 from fairlead.messages import FloatArray
+from tests.differential.base_motion import base_change, told_velocities, zone_margin
 from tests.differential.row_ends import Margins, RowEnd, RowMargins, Spread, least
 
 DAMPING = 0.02
 LAST_STEP, MOST_STEPS = 2e-3, 6
 REACHED, LONGEST_STEP, POSE_STEPS = 1e-6, 0.5, 50
-MOST_BEND, DOUBTFUL = 3.0, 1.25
-"""Of the way of a row, joint by joint, in velocity limits times the tick; of the singularity limit,
-for each rad that nobody knows of where a row begins."""
+DOUBTFUL = 1.25
+"""Of the singularity limit, for each rad that nobody knows of where a row begins."""
 LOOKS = 12
 TARGETS = ("joint_position", "cartesian_pose")
 
@@ -52,7 +52,8 @@ class PathReference:
         """Margins of each row, for either end of the gain. The robot stands still at first."""
         branches = [positions.copy() for _ in range(2)]
         spread, adds_up = Spread(positions.copy(), positions.copy()), mode not in TARGETS
-        for index, row in enumerate(values):
+        base_before = 0.0
+        for row in values:
             gains = self._parts[part]["modes"][mode].get("gain", [1.0, 1.0])
             ends = [
                 self._after(now, part, mode, row, gain)
@@ -60,21 +61,28 @@ class PathReference:
             ]
             doubt = float((spread.highest - spread.lowest)[self._own(part)].max())
             spread = spread.after(branches, [after.joints for after in ends], adds_up)
+            base_now = max(map(self._base_share, branches, ends))
+            drift, base_before = max(base_now, base_before), base_now
             found = []
             for now, after in zip(branches, ends, strict=True):
                 speed = (after.joints - now) / self._period
                 margins = self._margins(now, after.joints, speed, (part, mode), spread)
                 if mode.startswith("cartesian"):
-                    left = self._straight_enough(part, after, index == 0)
-                    margins.at_ends[30] = margins.anywhere[30] = left
+                    left = self._slow_enough(part, now, after)
+                    margins.at_ends[26] = margins.anywhere[26] = left
                     self._doubt_singularity(margins, now, part, doubt)
+                self._carry(margins, now, part, drift)
                 found.append(margins)
             branches = [after.joints for after in ends]
             yield found
 
     def start_margin(self, positions: FloatArray, part: str, mode: str) -> float:
         """The smallest margin where the robot stands."""
-        return min(self._at(positions, part, mode).values())
+        found = self._at(positions, part, mode)
+        if part == "base":
+            self._place(positions)
+            found |= {31: self._volume_margin(part), 32: self._capsule_margin()}
+        return min(found.values())
 
     def tool(self, positions: FloatArray, part: str) -> Any:
         """Where a part's tool is, an SE3."""
@@ -89,9 +97,12 @@ class PathReference:
         if mode == "joint_position":
             after[own] = row[own]
         elif mode == "joint_velocity":
-            after[own] += gain * self._period * self._told(now, row)[own]
+            after[own] += (
+                gain * self._period * told_velocities(self._data["base"], self.names, now, row)[own]
+            )
         elif mode == "body_twist":
-            after[own] += self._base_change(now, gain * self._period * row)
+            yaw = now[own[2]]
+            after[own] += base_change(self._data["base"], yaw, gain * self._period * row)
         else:
             goal, is_pose = self._goal(now, part, mode, row, gain), mode == "cartesian_pose"
             return RowEnd(after, self._reach(after, part, goal, is_pose))
@@ -119,13 +130,30 @@ class PathReference:
                 break
         return straight
 
-    def _straight_enough(self, part: str, after: RowEnd, is_first: bool) -> float:
-        """What is left to the most that a row's way may bend."""
-        most = MOST_BEND if is_first else MOST_BEND / 2.0
-        bends = np.abs(after.joints - after.straight)
+    def _base_share(self, now: FloatArray, after: RowEnd) -> float:
+        """The fastest joint of the base, in its velocity limits."""
+        if self._data["base"] is None:
+            return 0.0
+        moved = (after.joints - now) / self._period
+        own = [self.names.index(name) for name in self._data["base"]["joints"]]
+        speeds = {i: min(abs(float(moved[i])), self._limit(i)) for i in own}
+        return max(v / float(self._joints[i]["velocity_limit"]) for i, v in speeds.items())
+
+    def _carry(self, margins: RowMargins, now: FloatArray, part: str, share: float) -> None:
+        """A base that moves: what it carries drifts, and stays where it is else."""
+        if part != "base" or share == 0.0:
+            return
+        self._place(now)
+        base = self._data["base"]
+        for code, margin in ((31, self._volume_margin(part)), (32, self._capsule_margin())):
+            drift = base["tool_drift" if code == 31 else "clearance_drift"]
+            margins.at_ends[code] = margins.anywhere[code] = margin - share * drift
+
+    def _slow_enough(self, part: str, now: FloatArray, after: RowEnd) -> float:
+        """What is left to the slowest joint's velocity limit [rad/s], of the straight way too."""
         limits = {joint: float(self._joints[joint]["velocity_limit"]) for joint in self._own(part)}
-        left = (most * limit * self._period - bends[joint] for joint, limit in limits.items())
-        return float(min(left))
+        fastest = np.maximum(np.abs(after.joints - now), np.abs(after.straight - now))
+        return float(min(limit - fastest[i] / self._period for i, limit in limits.items()))
 
     def _goal(self, now: FloatArray, part: str, mode: str, row: FloatArray, gain: float) -> Any:
         """Where a row wants the tool."""
@@ -135,23 +163,6 @@ class PathReference:
         start = self.tool(now, part)
         turn = pinocchio.exp3(motion[3:]) @ start.rotation
         return pinocchio.SE3(turn, start.translation + motion[:3])
-
-    def _told(self, now: FloatArray, row: FloatArray) -> FloatArray:
-        """Velocities of the joints; a base's slides may be told against its yaw."""
-        base, told = self._data["base"], row.copy()
-        if base is not None and base["command_frame"] == "against_yaw":
-            x, y, yaw = (self.names.index(name) for name in base["joints"])
-            turned = complex(row[x], row[y]) * complex(math.cos(now[yaw]), -math.sin(now[yaw]))
-            told[x], told[y] = turned.real, turned.imag
-        return told
-
-    def _base_change(self, now: FloatArray, moved: FloatArray) -> FloatArray:
-        """Of x, y, yaw by a motion along base_link's axes, of its origin."""
-        axis = np.array(self._data["base"]["yaw_axis"])
-        x, y = moved[:2] + moved[5] * np.array([-axis[1], axis[0]])
-        yaw = now[self._own("base")[2]] + 0.5 * moved[5]
-        turned = complex(x, y) * complex(math.cos(yaw), math.sin(yaw))
-        return np.array([turned.real, turned.imag, moved[5]])
 
     def _place(self, positions: FloatArray) -> None:
         q = pinocchio.neutral(self._model)
@@ -258,7 +269,7 @@ class PathReference:
     def _volume_margin(self, part: str) -> float:
         margin = math.inf
         for link in {one["tool_frame"] for one in self._parts.values()} - {None}:
-            if not self._columns(link, part).any():
+            if part != "base" and not self._columns(link, part).any():
                 continue  # another part's, and this one does not move it
             tool = self._frame(link).translation
             for volume in self._data["workspace"]["volumes"]:
@@ -284,17 +295,4 @@ class PathReference:
         return min(distances, default=math.inf) - float(self._data["collision"]["clearance"])
 
     def _zone_margin(self, positions: FloatArray) -> float:
-        base = self._data["base"]
-        x, y, yaw = positions[self._own("base")]
-        axis = np.array(base["yaw_axis"])
-        turn = np.array([[math.cos(yaw), -math.sin(yaw)], [math.sin(yaw), math.cos(yaw)]])
-        corners = (np.array(base["footprint"]) - axis) @ turn.T + axis + [x, y]
-        margin = math.inf
-        for zone in base["zones"]:
-            edges = np.array(zone["corners"])
-            along = np.roll(edges, -1, axis=0) - edges
-            inward = np.stack([-along[:, 1], along[:, 0]], axis=1)
-            inward /= np.linalg.norm(along, axis=1)[:, None]
-            inside = np.einsum("eck,ek->ec", corners[None] - edges[:, None], inward)
-            margin = min(margin, float(inside.min()))
-        return margin
+        return zone_margin(self._data["base"], positions[self._own("base")])

@@ -24,7 +24,7 @@ from tests.differential.row_ends import poses_along
 
 UNREACHABLE = 30
 TICK, EXACT, BETWEEN = 100, 1e-5, 0.011
-PATH_CODES = (24, 30, 31, 32, 33, 34)
+PATH_CODES = (24, 26, 30, 31, 32, 33, 34)
 SETUPS = [
     ("panda", "arm", "joint_position"),
     ("panda", "arm", "joint_velocity"),
@@ -142,7 +142,8 @@ def test_released_rows_are_clear_and_refused_ones_are_not(
                     assert min(margins.anywhere.values()) >= -BETWEEN, (row, margins, verdict)
             if verdict.code != 0:
                 reasons = [margins.anywhere[verdict.code] for margins in told[released]]
-                assert min(reasons) <= (EXACT if verdict.code in (24, 30, 33) else BETWEEN), verdict
+                exact = verdict.code in (24, 26, 30, 33)
+                assert min(reasons) <= (EXACT if exact else BETWEEN), verdict
     finally:
         core.close()
     judged = sum(codes[code] for code in (0, *PATH_CODES))

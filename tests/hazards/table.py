@@ -152,6 +152,12 @@ HAZARDS = (
         counts=True,
     ),
     Hazard(
+        26,
+        "a tool's motion throws a joint faster than it may be",
+        "joint speeds that a tool's row asks for, and those that are measured",
+        "truncate",
+    ),
+    Hazard(
         30,
         "nobody knows where a row leads",
         "each row's configuration can be computed from the measured state",

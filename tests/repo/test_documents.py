@@ -16,7 +16,7 @@ SAFETY = (ROOT / "docs" / "safety-checks.md").read_text()
 ROBOTS = (ROOT / "docs" / "robots-and-skills.md").read_text()
 README = (ROOT / "README.md").read_text()
 GOLDEN_KEYS = json.loads((ROOT / "tests" / "golden" / "keys.json").read_text())
-CODES = [*range(1, 14), *range(20, 26), *range(30, 35), *range(40, 44), 50]
+CODES = [*range(1, 14), *range(20, 27), *range(30, 35), *range(40, 44), 50]
 
 
 def written_key(template: str) -> re.Pattern[str]:

@@ -20,7 +20,7 @@ from tests.soundness.lockstep_loop import LockstepLoop
 from tests.soundness.results import Amount, run
 from tests.soundness.simulated_campaign import SimulatedCampaign
 
-PATH_CODES = {24, 30, 31, 32, 33, 34}
+PATH_CODES = {24, 26, 30, 31, 32, 33, 34}
 MALFORMED = set(range(1, 13))
 
 

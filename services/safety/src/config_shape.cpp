@@ -131,6 +131,8 @@ BaseLimits read_base(Section& file, const Limits& limits) {
   base.yaw_axis = numbers_in<2>(section, "yaw_axis");
   base.footprint = read_corners(section, "footprint");
   base.reaction_s = section.number("reaction_s");
+  base.tool_drift = section.number("tool_drift");
+  base.clearance_drift = section.number("clearance_drift");
   const json& zones = section.list("zones");
   for (std::size_t i = 0; i < zones.size(); ++i) {
     const std::string path = section.path_of("zones", i);

@@ -41,9 +41,10 @@ HINTS = {
     24: "slow down before the limit: braking would end beyond it",
     25: "hold until the robot stands still; `transitions` and `switching` in robot.yaml say which"
     " change it may make then",
+    26: "move the tool less in a row: its joints would be too fast, or are",
     30: "ask for a motion that the tool can make from where it is",
     31: "stay inside the volumes of robot.yaml, braking included",
-    32: "keep the robot's links apart; leaving is always allowed",
+    32: "keep the robot's links apart",
     33: "bend the arm another way round; leaving is always allowed",
     34: "stay inside the zones of robot.yaml, reaction and braking included",
     40: "find out why the robot does not follow, then reset the stop",

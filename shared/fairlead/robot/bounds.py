@@ -36,6 +36,8 @@ _BY_NAME = {
     "yaw_axis": "yaw axis",
     "footprint": "base",
     "reaction_s": "base",
+    "tool_drift": "carried",
+    "clearance_drift": "carried",
     "stuck_ticks": "stuck",
     "stop_ramp_ms": "stop ramp",
     "step_deadline_us": "deadline",

@@ -119,6 +119,11 @@ CHECK_TESTS: Mapping[str, Enforcement] = {
         "test_zones",
         "G034 every corner stays inside: the row, the reaction, and braking",
     ),
+    "carried": core_test(
+        "G031",
+        "test_carried",
+        "G031 a base that drives: a tool it carries keeps its drift from the edge",
+    ),
     "yaw axis": core_test(
         "G034", "test_zones", "G034 a turn swings the corners out, about the yaw axis"
     ),

@@ -44,6 +44,8 @@ def compiled_base(base: BaseSurroundings | None, joints: tuple[str, ...]) -> dic
         "yaw_axis": base.yaw_axis_m,
         "footprint": base.footprint_m,
         "reaction_s": base.reaction_s,
+        "tool_drift": base.tool_drift_m,
+        "clearance_drift": base.clearance_drift_m,
         "zones": [
             {"name": one.name, "kind": one.kind, "corners": one.corners_m} for one in base.zones
         ],

@@ -34,6 +34,8 @@ def _base_limits(base: dict[str, Any] | None) -> list[EffectiveLimit]:
         EffectiveLimit("base", "footprint", _flat(base["footprint"]), "m", source),
         EffectiveLimit("base", "yaw_axis", tuple(base["yaw_axis"]), "m", source),
         EffectiveLimit("base", "reaction_s", base["reaction_s"], "s", source),
+        EffectiveLimit("base", "tool_drift", base["tool_drift"], "m", source),
+        EffectiveLimit("base", "clearance_drift", base["clearance_drift"], "m", source),
     ]
     for zone in base["zones"]:
         where, name = f"zone {zone['name']}", f"{zone['kind']} corners"

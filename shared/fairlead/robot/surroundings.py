@@ -82,12 +82,17 @@ class BaseSurroundings(SafetyBlock):
         ``against_yaw``: the slides get the told vector turned by minus the measured yaw.
     yaw_axis_m: where the base turns, in the root link's frame.
     reaction_s: time before braking begins.
+    tool_drift_m: how far a carried tool goes from where it is predicted while the base drives at
+        full speed and until all rests; less in proportion where it is slower.
+    clearance_drift_m: how much nearer two capsules come by that.
     """
 
     footprint_m: tuple[Corner, ...] = Field(min_length=3, max_length=MAX_CORNERS)
     command_frame: Literal["odom", "against_yaw"]
     yaw_axis_m: Corner
     reaction_s: Annotated[Positive, Field(le=10.0)]
+    tool_drift_m: Annotated[float, Field(ge=0.0, le=10.0)]
+    clearance_drift_m: Annotated[float, Field(ge=0.0, le=1.0)]
     zones: tuple[Zone, ...] = Field(max_length=MAX_ZONES)
     source: str
 

@@ -24,6 +24,7 @@ CHECKS = {
     23: "does not continue the released rows",
     24: "cannot brake before a limit",
     25: "mode switch not allowed",
+    26: "a joint too fast for what the tool is told",
     30: "nobody can say where it leads",
     31: "outside the workspace",
     32: "too near to itself",

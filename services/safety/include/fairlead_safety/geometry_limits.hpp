@@ -97,6 +97,11 @@ struct BaseLimits {
   Corner yaw_axis{unset, unset};            // where the base turns, in the root link's frame
   FixedVec<Corner, max_corners> footprint;  // convex, counter-clockwise, in the root link's frame
   double reaction_s = unset;                // before braking begins
+  // G031, G032: how far a tool that the base carries goes from where it is predicted, and how much
+  // nearer two capsules come, while a base joint moves at its velocity limit and until all rests;
+  // in proportion where it is slower [m].
+  double tool_drift = unset;
+  double clearance_drift = unset;
   // x and y of joint_velocity are told in odom turned by minus the yaw, not in odom.
   bool against_yaw = false;
   FixedVec<Zone, max_zones> zones;  // at least one keeps the base in

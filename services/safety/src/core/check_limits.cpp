@@ -9,14 +9,7 @@ namespace {
 Text check_bounds(const Text& key, const Bounds& bounds) {
   const Text range = check_range(phrase(key, ".bounds"), bounds.lower, bounds.upper);
   if (!range.empty()) return range;
-  if (std::isfinite(bounds.tolerance) && bounds.tolerance >= 0.0) return {};
-  return phrase(key, ".bounds.tolerance: expected a finite number of at least 0, got ",
-                bounds.tolerance);
-}
-
-Text check_stop_lag(const Text& key, double lag) {
-  if (std::isfinite(lag) && lag >= 0.0) return {};
-  return phrase(key, ".stop_lag: expected a finite number of at least 0, got ", lag);
+  return not_negative(phrase(key, ".bounds.tolerance"), bounds.tolerance);
 }
 
 Text check_joint(const Limits& limits, const JointLimits& joint) {
@@ -30,7 +23,7 @@ Text check_joint(const Limits& limits, const JointLimits& joint) {
                    positive(phrase(key, ".contact_limit"), joint.contact_limit),
                    positive(phrase(key, ".encoder_step"), joint.encoder_step),
                    positive(phrase(key, ".dead_band"), joint.dead_band),
-                   check_stop_lag(key, joint.stop_lag)});
+                   not_negative(phrase(key, ".stop_lag"), joint.stop_lag)});
 }
 
 Text check_passive_joint(const PassiveLimits& joint) {

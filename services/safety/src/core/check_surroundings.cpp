@@ -113,6 +113,8 @@ Text check_base(const Limits& limits) {
   Text fault = first_of({check_base_joints(limits), check_twists(limits),
                          check_corners("base.footprint", base.footprint),
                          positive("base.reaction_s", base.reaction_s),
+                         not_negative("base.tool_drift", base.tool_drift),
+                         not_negative("base.clearance_drift", base.clearance_drift),
                          check_names(base.zones, "base.zones")});
   for (const Zone& zone : base.zones)
     if (fault.empty()) fault = check_zone(zone);

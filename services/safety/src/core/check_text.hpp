@@ -15,6 +15,11 @@ inline Text positive(const Text& key, double value) {
   return phrase(key, ": expected a finite number above 0, got ", value);
 }
 
+inline Text not_negative(const Text& key, double value) {
+  if (std::isfinite(value) && value >= 0.0) return {};
+  return phrase(key, ": expected a finite number of at least 0, got ", value);
+}
+
 template <std::size_t N>
 bool all_finite(const std::array<double, N>& numbers) {
   for (const double number : numbers)

@@ -13,7 +13,7 @@ namespace code {
 inline constexpr std::uint32_t frame = 1, session = 2, epoch = 3, claim = 4, sequence = 5, age = 6,
                                shape = 7, finite = 8, addressing = 9, rate = 10, state = 11,
                                past = 12, jump = 13, absolute = 20, start = 21, step = 22,
-                               seam = 23, braking = 24, change = 25, unreachable = 30,
+                               seam = 23, braking = 24, change = 25, speed = 26, unreachable = 30,
                                workspace = 31, collision = 32, singularity = 33, zone = 34,
                                tracking = 40, stuck = 41, contact = 42, ramp = 43, own = 50;
 }  // namespace code

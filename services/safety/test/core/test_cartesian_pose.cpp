@@ -29,7 +29,11 @@ ChunkBuilder poses(const Rows& rows) { return ChunkBuilder().poses(arm, rows); }
 
 Judgement freely(const Rows& rows, const MeasuredState& state = free_arm::at_rest(),
                  const RowBefore& before = {}) {
-  static const Limits limits = free_arm::limits();
+  static const Limits limits = [] {
+    Limits fast = free_arm::limits();
+    for (JointLimits& joint : fast.joints) joint.velocity_limit = vast;
+    return fast;
+  }();
   return free_arm::judge(limits, poses(rows).chunk, state, before);
 }
 

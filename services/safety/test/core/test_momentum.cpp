@@ -32,13 +32,16 @@ Evidence told(const Limits& limits, Mode mode, const Row& values, double speed) 
 
 }  // namespace
 
-TEST_CASE("G024 a target in the first row: as fast as measured, either way; one that stays, not") {
+TEST_CASE(
+    "G024 a target in the first row: as fast as measured, either way, wherever the target is") {
   const Limits limits = between(-0.15, 0.15);
   for (const double way : {1.0, -1.0}) {
     CHECK(told(limits, Mode::joint_position, {0.01 * way}, 1.1 * way).ok());
     CHECK(told(limits, Mode::joint_position, {0.01 * way}, 1.2 * way).code == 24);  // 0.144 m
     CHECK(told(limits, Mode::joint_position, {-0.01 * way}, 1.2 * way).ok());
-    CHECK(told(limits, Mode::joint_position, {0.0}, 1.3 * way).ok());
+    CHECK(told(limits, Mode::joint_position, {0.0}, 1.2 * way).ok());
+    CHECK(told(limits, Mode::joint_position, {0.0}, 1.3 * way).code == 24);  // 0.169 m
+    CHECK(told(limits, Mode::joint_position, {-0.01 * way}, 1.3 * way).code == 24);
     // Slower than it is told: 0.6 m/s takes 36 mm from 0.03.
     CHECK(told(between(-0.066 - eps, 0.066 + eps), Mode::joint_position, {0.03 * way}, 0.3 * way)
               .ok());

@@ -7,7 +7,7 @@
 
 #include "fairlead_safety/kinematics.hpp"
 #include "free_arm.hpp"
-#include "path/prediction.hpp"
+#include "predicted.hpp"
 #include "two_arms.hpp"
 
 using namespace fairlead;
@@ -15,27 +15,6 @@ using namespace fairlead::test;
 using namespace fairlead::test::free_arm;
 
 namespace {
-
-// What a prediction needs, kept for as long as it lasts.
-struct Predicted {
-  Predicted(const Limits& robot, const MeasuredState& measured, const ActionChunk& rows,
-            const RowBefore& before = {}, Companions companions = {})
-      : limits(robot),
-        state(measured),
-        chunk(rows),
-        all(plan, claim, state, chunk, 0, before, companions) {}
-  Limits limits;
-  PathPlan plan{limits};
-  ClaimLimits claim = whole_robot(limits);
-  MeasuredState state;
-  ActionChunk chunk;
-  Prediction all;
-
-  const Branch& after_a_row() {
-    CHECK(all.advance().ok());
-    return all.branch(0);
-  }
-};
 
 constexpr std::uint8_t column = 1;
 
@@ -90,7 +69,7 @@ TEST_CASE("what moves: what the chunk commands, what acts still, and what is mea
   }
 }
 
-TEST_CASE("what moves: other claims' parts, which may hold instead if they have rows left") {
+TEST_CASE("what moves: other claims' parts, which may hold instead") {
   ChunkBuilder own, other;
   two_arms::command(own, two_arms::left, Mode::joint_position, two_arms::left_1, {0.1});
   two_arms::command(other, two_arms::right, Mode::joint_position, two_arms::right_1, {0.1});
@@ -101,7 +80,7 @@ TEST_CASE("what moves: other claims' parts, which may hold instead if they have 
   };
   const JointSet both = only(two_arms::left_1) | only(two_arms::right_1);
   CHECK(predicted({}) == std::pair(only(two_arms::left_1), std::size_t{1}));
-  CHECK(predicted({RowBefore{&other.chunk, 0}, nullptr, 0, 0}) == std::pair(both, std::size_t{1}));
+  CHECK(predicted({RowBefore{&other.chunk, 0}, nullptr, 0, 0}) == std::pair(both, std::size_t{2}));
   CHECK(predicted({{}, &other.chunk, 0, 1}) == std::pair(both, std::size_t{2}));
 }
 
@@ -146,7 +125,9 @@ TEST_CASE("the gain is the claim's own") {
   CHECK(prediction.branch(0).now[slide_x] == doctest::Approx(0.05));
 }
 
-TEST_CASE("a tick before the first row: what was told a motion goes on, a target is where it is") {
+TEST_CASE(
+    "a tick before the first row: what was told a motion goes on, a target brakes from where it "
+    "is") {
   const Limits limits = on_a_column();
   MeasuredState state = at_rest();
   state.velocities[slide_x] = 1.0;
@@ -163,13 +144,13 @@ TEST_CASE("a tick before the first row: what was told a motion goes on, a target
   CHECK(branch.now[turn_z] == 0.0);
   CHECK(branch.speed[slide_x] == 1.0);
   CHECK(branch.speed[slide_y] == 0.25);
-  CHECK(branch.speed[turn_z] == 0.0);
+  CHECK(branch.speed[turn_z] == 0.5);
   const auto tool_x = [&](const FramePoses& poses) {
     return link_pose(predicted.plan, "tool", poses).position.x();
   };
   CHECK(tool_x(branch.poses_before()) == doctest::Approx(0.7));
   CHECK(tool_x(branch.poses_now()) == doctest::Approx(0.75));
-  state.velocities[slide_x] = 0.0;
+  state.velocities[slide_x] = state.velocities[turn_z] = 0.0;
   Predicted still(limits, state, chunk.chunk);
   CHECK_FALSE(still.all.has_momentum(still.all.measured()));
 }

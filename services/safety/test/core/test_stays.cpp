@@ -101,21 +101,6 @@ TEST_CASE(
   CHECK(drive(limits, slide(rows), state).evidence.ok());
 }
 
-TEST_CASE(
-    "G034 a base that holds and still turns is asked in each row: where it stops is another "
-    "place") {
-  // It sets off 0.04 m outside, drives in by 0.05 m and would go on by 0.1 m in its reaction; told
-  // to hold in the next row, it would turn its corner out again, by 0.05 m.
-  Limits limits = hall(2);
-  limits.base.zones[0].corners[0][0] = limits.base.zones[0].corners[3][0] = -0.46;
-  MeasuredState state = state_at_rest();
-  CHECK(drive(limits, slide({1.0, 0.0}), state).evidence.ok());
-  state.velocities[base_yaw] = 1.0;
-  const Judgement cut = drive(limits, slide({1.0, 0.0}), state);
-  CHECK(cut.row_count == 1);
-  CHECK(cut.evidence.code == 34);
-}
-
 TEST_CASE("G033 an arm that holds is asked where another part's joint among its own moves") {
   const Limits limits = interleaved();
   MeasuredState state = free_arm::at_rest();

@@ -192,7 +192,7 @@ TEST_CASE("G041 a tool or a base that is told to move changes at least one joint
       return ChunkBuilder().along(arm, Mode::cartesian_delta, 4, Row(6, value));
     };
     CHECK(stops_after(turn(0.0078125), lockstep) == 5);
-    CHECK(stops_after(turn(0.25), lockstep) == 3);
+    CHECK(stops_after(turn(0.0625), lockstep) == 3);
     const auto twist = [](std::uint8_t part, Mode mode, std::size_t axis, double value) {
       return ChunkBuilder().along(part, mode, axis, Row(6, value));
     };

@@ -146,6 +146,7 @@ TEST_CASE("G040 a tool's motion is seen along the axes of the frame that the row
     TrackedRig rig(lockstep, [](Limits& limits) {
       narrow_tool(limits, 0.005, 0.05);
       (void)limits.parts[arm].modes.cartesian_delta.frames.push_back("upper");
+      limits.joints[arm_2].velocity_limit = 3.0;
     });
     for (int i = 0; i < 4; ++i) {
       rig.positions[arm_1] += std::numbers::pi / 8;

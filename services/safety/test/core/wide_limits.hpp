@@ -61,6 +61,7 @@ inline BaseLimits wide_base(std::size_t x, std::size_t y, std::size_t yaw) {
   limits.yaw_axis = {0.0, 0.0};
   limits.footprint = square(0.5);
   limits.reaction_s = 0.1;
+  limits.tool_drift = limits.clearance_drift = 0.0;
   (void)limits.zones.push_back({"everywhere", false, square(vast)});
   limits.source = "test base";
   return limits;

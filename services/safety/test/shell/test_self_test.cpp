@@ -82,7 +82,7 @@ TEST_CASE("a limit of a shipped robot that grew beyond all sense is found by par
   CHECK(of_panda_mobile(
             [](Limits& limits) { limits.parts[2].modes.joint_velocity.step_limit[1] = endless; }) ==
         "self-test: part base, mode joint_velocity: 0 where 999999 is measured, number 1: expected "
-        "G021, got G034");
+        "G021, got G031");
 }
 
 TEST_CASE("so it is in the modes that no shipped robot has") {

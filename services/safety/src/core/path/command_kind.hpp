@@ -13,6 +13,17 @@ inline bool is_pose(const ActionPart& action) {
   return action.mode == static_cast<std::uint8_t>(Mode::cartesian_pose);
 }
 
+inline bool moves_tool(const ActionPart& action) {
+  switch (static_cast<Mode>(action.mode)) {
+    case Mode::cartesian_pose:
+    case Mode::cartesian_delta:
+    case Mode::cartesian_twist:
+      return true;
+    default:
+      return false;
+  }
+}
+
 // The tracking model of a mode, nullptr where all of a row happens.
 inline const Gain* gain_block(const ModeLimits& modes, std::uint8_t mode) {
   if (mode == velocity_mode) return &modes.joint_velocity.gain;

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "breach.hpp"
+#include "command_kind.hpp"
 #include "joint_set.hpp"
 #include "looks.hpp"
 #include "row_ways.hpp"
@@ -10,17 +11,6 @@
 
 namespace fairlead {
 namespace {
-
-bool moves_tool(const ActionPart& action) {
-  switch (static_cast<Mode>(action.mode)) {
-    case Mode::cartesian_pose:
-    case Mode::cartesian_delta:
-    case Mode::cartesian_twist:
-      return true;
-    default:
-      return false;
-  }
-}
 
 // How many times itself the limit grows by what nobody knows of where a row begins [1/rad or 1/m].
 // Where equal shares left 0.095 and more, and 0.85 rad open, shares between them left 0.028: the
@@ -53,7 +43,10 @@ PathWalk::PathWalk(const PathPlan& plan, const ClaimLimits& claim, const Measure
     : plan_(plan),
       chunk_(chunk),
       prediction_(plan, claim, state, chunk, first_row, before, companions),
-      shape_check_(plan, prediction_.commanded()) {}
+      shape_check_(plan,
+                   prediction_.drives_base() ? prediction_.commanded() | plan.tree_joints
+                                             : prediction_.commanded(),
+                   prediction_.guessed()) {}
 
 // What would be seen of a row that repeats the one before has been seen, and passed. It counts as
 // many looks, or a chunk would get further than its looks go.
@@ -71,15 +64,24 @@ Evidence PathWalk::check_next() {
 
 Evidence PathWalk::check_new() {
   Evidence evidence;
+  expect_drift();
   if (!has_begun_) evidence = check_momentum();
   has_begun_ = true;
   const Evidence unreachable = prediction_.advance();
+  expect_drift();
   if (!unreachable.ok()) evidence = unreachable;
   for (std::size_t i = 0; i < prediction_.branch_count() && evidence.ok(); ++i)
     evidence = check_branch(i);
   has_judged_ = true;
   if (!evidence.ok()) evidence.row = static_cast<std::int64_t>(prediction_.row());
   return evidence;
+}
+
+// What a base carries lags behind it, whoever is told what: the faster it drives, the more.
+void PathWalk::expect_drift() {
+  const double speed = prediction_.base_speed();
+  const BaseLimits& base = plan_.limits.base;
+  if (base.present) shape_check_.drift_by(speed * base.tool_drift, speed * base.clearance_drift);
 }
 
 // Whatever the rows say, what is measured may go on for a tick, and brake then; so may what the row

@@ -30,6 +30,7 @@ class PathWalk {
                       Clearance& clearance);
   Evidence check_shapes(const Branch& branch, const Braking& braking, Clearance& clearance);
   Evidence check_singularities(const Branch& branch, const Braking& braking);
+  void expect_drift();
   Evidence check_zones(const Branch& branch, const Braking& braking);
   [[nodiscard]] bool stays(const Branch& branch, const Braking& braking, JointSet joints) const;
 

@@ -1,44 +1,20 @@
 #include "prediction.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "braking.hpp"
 #include "command_kind.hpp"
 #include "joint_set.hpp"
-#include "tool_motion.hpp"
 
 namespace fairlead {
-namespace {
-
-// How far the way of a row of a tool may bend: what least squares find for it from where the joints
-// are and where it ends, joint by joint, in velocity limits times the tick. Where it bends more,
-// the elbow may go one way or another: two ways to reckon then differ by 0.1 rad and more, and
-// beyond 5 by anything. Full scale on every axis bends by 2.6 at most where robots work,
-// demonstrations by less than 0.1. Later rows begin where the ones before them are only predicted
-// to end.
-constexpr double most_bend = 3.0;
-constexpr double most_bend_later = 1.5;
-
-Motion6 six_of(const Setpoint& row) {
-  Motion6 numbers;
-  numbers << row[0], row[1], row[2], row[3], row[4], row[5];
-  return numbers;
-}
-
-}  // namespace
-
-double Prediction::gain(const Command& command, std::size_t branch) const {
-  const Gain* gain = gain_block(command.modes, command.action.mode);
-  if (gain == nullptr) return unset;  // GCOVR_EXCL_BR_LINE: asked of modes that have one
-  return ((branch >> gain_bit_[command.action.part]) & 1U) == 0 ? gain->lower : gain->upper;
-}
 
 // Rows of one tick, of the chunk and its companions. A pose is reached for last: it depends on
 // where other parts carry its own.
 Evidence Prediction::apply_rows(const RowBefore& own, bool before) {
   Evidence fault;
+  goals_add_up_ = goals_add_up(own, before);
   for (const bool poses : {false, true}) {
     if (own.chunk != nullptr) {
       const Evidence evidence = apply_row(*own.chunk, own.row, true, poses, branch_count_);
@@ -54,6 +30,7 @@ Evidence Prediction::apply_rows(const RowBefore& own, bool before) {
   }
   for (Branch& branch : branches()) branch.poses_now().place(plan_, branch.now);
   note_spread();
+  note_base_speed();
   return fault;
 }
 
@@ -73,6 +50,15 @@ void Prediction::note_spread() {
   }
 }
 
+void Prediction::note_base_speed() {
+  base_speed_before_ = base_speed_;
+  base_speed_ = 0.0;
+  for (const std::size_t j : JointsIn(moving_ & plan_.base_joints))
+    for (const Branch& branch : branches())
+      base_speed_ =
+          std::max(base_speed_, std::abs(branch.speed[j]) / plan_.limits.joints[j].velocity_limit);
+}
+
 double Prediction::doubt(std::size_t part) const {
   double widest = 0.0;
   for (const std::size_t j : plan_.limits.parts[part].joints)
@@ -88,10 +74,37 @@ Evidence Prediction::advance() {
   ++steps_;
   spread_before_ = spread_;
   for (Branch& branch : branches()) branch.begin_row();
+  settle_untold();
   Evidence fault = apply_rows(RowBefore{&chunk_, row_}, false);
   targets_told_ = 0;  // what rows tell from here on is where the branches are
   has_settled_ = steps_ > 1 && leads_nowhere();
   return fault.ok() ? check_finite() : fault;
+}
+
+// Joints that the rows of this tick tell something.
+JointSet Prediction::told_now() const {
+  JointSet joints = commanded_;
+  for (const Companion& companion : companions_)
+    if (companion.chunk != nullptr && companion.row + steps_ - 1 < companion.end_row)
+      for (const ActionPart& action : companion.chunk->parts) joints |= moved_by(plan_, action);
+  return joints;
+}
+
+// What nothing tells anything brakes, and is where that ends from this row on. Where others hold it
+// is that one row later: so the chunk's rows meet it where it was and where it comes to rest.
+void Prediction::settle_untold() {
+  const JointSet told = told_now();
+  for (std::size_t i = 0; i < branch_count_; ++i) {
+    Branch& branch = branches_[i];
+    const bool holds = i >= branch_count_ - holding_count_;
+    if (holds && steps_ == 1) continue;
+    const JointSet untold = moving_ & ~(holds ? commanded_ : told);
+    const Braking braking(plan_, branch, untold, lagging());
+    for (const std::size_t j : JointsIn(untold)) {
+      branch.now[j] = braking.end()[j];
+      branch.speed[j] = 0.0;
+    }
+  }
 }
 
 // Says what is the first fault, and goes on: another claim's row may be at fault for one part, or
@@ -176,73 +189,6 @@ void Prediction::apply_velocities(const Command& command, std::size_t index) {
 
 void Prediction::apply_torques(const Command& command, Branch& branch) {
   for (const std::uint8_t j : command.action.active) branch.speed[j] = state_.velocities[j];
-}
-
-// A tool that is told to stay, does; least squares and rounding would make 1e-17 rad of that. Not
-// so in the first row: there the least motion decides whether what is measured of a joint counts as
-// its speed, and what is reckoned with care is not to be passed over.
-bool Prediction::stays(const Motion6& told) const {
-  return steps_ != 1 && (told.array() == 0.0).all();
-}
-
-// From the configuration before the row, whatever other parts do in it.
-Evidence Prediction::apply_tool_motion(const Command& command, std::size_t index) {
-  Branch& branch = branches_[index];
-  const bool twist = command.action.mode == static_cast<std::uint8_t>(Mode::cartesian_twist);
-  const double share = gain(command, index) * (twist ? plan_.period_s : 1.0);
-  const Motion6 told = share * six_of(command.row);
-  if (stays(told)) {
-    for (const std::size_t j : plan_.limits.parts[command.action.part].joints)
-      branch.speed[j] = 0.0;
-    return {};
-  }
-  const Eigen::Matrix3d axes =
-      link_pose(plan_, command.action.frame_id, branch.poses_before()).rotation;
-  Motion6 motion;
-  motion << axes * told.head<3>(), axes * told.tail<3>();
-  Joints after = branch.before;
-  Joints straight;
-  const Evidence evidence = move_tool(plan_, plan_.tools[command.action.part], motion,
-                                      branch.poses_before(), branch.poses_now(), after, straight);
-  for (const std::size_t j : plan_.limits.parts[command.action.part].joints) {
-    const double change = after[j] - branch.before[j];
-    note_speed(branch, j, change);
-    branch.now[j] += change;
-  }
-  return evidence.ok() ? check_bend(command.action.part, straight, after) : evidence;
-}
-
-Evidence Prediction::check_bend(std::size_t part, const Joints& straight, const Joints& end) const {
-  const double most = steps_ == 1 ? most_bend : most_bend_later;
-  for (const std::size_t j : plan_.limits.parts[part].joints) {
-    const JointLimits& joint = plan_.limits.joints[j];
-    const double bend = std::abs(end[j] - straight[j]) / plan_.period_s;
-    const double limit = most * joint.velocity_limit;
-    if (!(bend <= limit))
-      return above(code::unreachable, joint.name.view(), bend, limit,
-                   "a way that bends no further than its joints can make up for");
-  }
-  return {};
-}
-
-Evidence Prediction::apply_pose(const Command& command, Branch& branch) {
-  Joints straight;
-  const Evidence evidence = reach(command, branch, straight);
-  for (const std::size_t j : plan_.limits.parts[command.action.part].joints)
-    note_speed(branch, j, branch.now[j] - came_from(branch, j));
-  return evidence.ok() ? check_bend(command.action.part, straight, branch.now) : evidence;
-}
-
-// From where the other parts of the row carry its own.
-Evidence Prediction::reach(const Command& command, Branch& branch, Joints& straight) const {
-  branch.poses_now().place(plan_, branch.now);
-  const FramePose frame = link_pose(plan_, command.action.frame_id, branch.poses_now());
-  const Setpoint& row = command.row;
-  const Eigen::Quaterniond told(row[6], row[3], row[4], row[5]);
-  const FramePose target{frame.rotation * told.normalized().toRotationMatrix(),
-                         point_in_root(frame, {row[0], row[1], row[2]})};
-  return reach_pose(plan_, plan_.tools[command.action.part], target, branch.poses_now(), branch.now,
-                    straight);
 }
 
 // The slides carry the yaw axis; the root link's origin, of which the twist tells, swings about it.

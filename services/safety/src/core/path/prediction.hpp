@@ -7,6 +7,7 @@
 // nothing commands, grippers and passive joints stay where they are measured.
 #pragma once
 
+#include <algorithm>
 #include <span>
 
 #include "../row_view.hpp"
@@ -73,13 +74,21 @@ class Prediction {
   [[nodiscard]] JointSet commanded() const { return commanded_; }
   /// Joints whose position or speed changes on the way.
   [[nodiscard]] JointSet moving() const { return moving_; }
-  /// Those of them that were told a motion, not where to be: what is measured goes on for a while.
-  [[nodiscard]] JointSet lagging() const { return lagging_; }
+  /// Those of them that go on for their stop lag before they brake: told a motion, not where to be,
+  /// or left to themselves while they move.
+  [[nodiscard]] JointSet lagging() const { return lagging_ | coasting_; }
+  /// Joints of tools that are told a motion of which not all may happen.
+  [[nodiscard]] JointSet guessed() const { return guessed_; }
+  /// Whether the base moves, or did when the state was measured.
+  [[nodiscard]] bool drives_base() const { return (moving_ & plan_.base_joints) != 0; }
+  /// The fastest of its joints in the newest row and when that began, in their velocity limits.
+  [[nodiscard]] double base_speed() const { return std::max(base_speed_, base_speed_before_); }
   /// Where the joints are measured, before any row.
   [[nodiscard]] const Branch& measured() const { return measured_; }
   /// Branches that a row which acts already has taken on from there, before the first row.
   [[nodiscard]] std::size_t start_count() const { return start_count_; }
-  /// Before the first row: whether any of what `lagging` counts moves in a branch.
+  /// Before the first row: whether any joint that the chunk commands, or that is told a motion,
+  /// moves in a branch.
   [[nodiscard]] bool has_momentum(const Branch& branch) const;
   /// Takes it to where it is a tick later if nothing changes its motion.
   void go_on(Branch& branch) const;
@@ -98,9 +107,11 @@ class Prediction {
   void start_still();
   void include(const ActionChunk& chunk, JointSet& joints);
   void include_companions();
+  void include_holding();
   void add_branches(std::size_t part);
   [[nodiscard]] double gain(const Command& command, std::size_t branch) const;
   void note_spread();
+  void note_base_speed();
   void note_told(const ActionChunk& chunk, std::size_t row);
   void note_pose(const ActionPart& action, std::size_t row);
   /// The branches that there are.
@@ -119,10 +130,14 @@ class Prediction {
   Evidence apply_tool_motion(const Command& command, std::size_t index);
   Evidence apply_pose(const Command& command, Branch& branch);
   Evidence reach(const Command& command, Branch& branch, Joints& straight) const;
-  [[nodiscard]] Evidence check_bend(std::size_t part, const Joints& straight,
-                                    const Joints& end) const;
+  [[nodiscard]] Evidence check_speed(const Branch& branch, std::size_t part,
+                                     const Joints& straight) const;
+  [[nodiscard]] bool is_switched_up(const ActionChunk& chunk, std::size_t row) const;
+  [[nodiscard]] bool goals_add_up(const RowBefore& own, bool before) const;
   void apply_body_twist(const Command& command, std::size_t index);
   void note_speed(Branch& branch, std::size_t joint, double change) const;
+  [[nodiscard]] JointSet told_now() const;
+  void settle_untold();
   [[nodiscard]] double came_from(const Branch& branch, std::size_t joint) const;
   [[nodiscard]] Evidence check_finite() const;
   [[nodiscard]] bool leads_nowhere() const;
@@ -136,19 +151,24 @@ class Prediction {
   std::size_t next_row_;
   std::size_t row_ = 0;
   std::size_t steps_ = 0;  // rows gone through since the first live one, the one gone to included
-  bool has_settled_ = false;  // the newest row, not the first, led nowhere
+  bool goals_add_up_ = false;  // in the newest row
+  bool has_settled_ = false;   // the newest row, not the first, led nowhere
   std::size_t branch_count_ = 1;
   std::size_t start_count_ = 0;
-  std::size_t holding_count_ = 0;                // the last of them: other claims' parts hold
+  std::size_t holding_count_ = 0;  // the last of them: nothing moves but what the chunk commands
   FixedVec<std::size_t, max_parts> gain_parts_;  // with a gain, that move links: a bit for each
   std::array<std::uint8_t, max_parts> gain_bit_{};
   JointSet commanded_ = 0;
   JointSet moving_ = 0;
   JointSet lagging_ = 0;
+  JointSet guessed_ = 0;
+  JointSet coasting_ = 0;      // measured to move, and nothing that the chunk commands
   JointSet targets_told_ = 0;  // joints that the row before the first told a target or pose
   std::array<double, max_joints> told_;
   Spread spread_;
   Spread spread_before_;  // of the row before
+  double base_speed_ = 0.0;
+  double base_speed_before_ = 0.0;
   Branch measured_;
   std::array<Branch, max_branches> branches_;
 };

@@ -42,7 +42,6 @@ Prediction::Prediction(const PathPlan& plan, const ClaimLimits& claim, const Mea
     if (companion.before.chunk != nullptr) note_told(*companion.before.chunk, companion.before.row);
 }
 
-// Another claim may be stopped, or its rows not arrive: then its parts hold from now on.
 void Prediction::include_companions() {
   JointSet others = 0;
   for (const Companion& companion : companions_) {
@@ -50,7 +49,12 @@ void Prediction::include_companions() {
     if (companion.before.chunk != nullptr) include(*companion.before.chunk, moving_);
   }
   moving_ |= others;
-  if ((others & plan_.tree_joints) == 0) return;
+}
+
+// Another claim may be stopped, or its rows not arrive: then its parts hold from now on. And what
+// coasts may be where it is measured for a while, or come to rest at once.
+void Prediction::include_holding() {
+  if ((moving_ & ~commanded_ & plan_.tree_joints) == 0) return;
   holding_count_ = branch_count_;
   branch_count_ *= 2;
 }
@@ -67,23 +71,25 @@ void Prediction::start_still() {
       continue;
     measured_.speed[j] = speed;
     moving_ |= only(j);
+    coasting_ |= only(j) & ~commanded_;
   }
+  include_holding();
   measured_.before = spread_.lowest = spread_.highest = measured_.now;
   measured_.poses_now().place(plan_, measured_.now);
   for (Branch& branch : branches()) branch = measured_;
+  note_base_speed();
 }
 
 // A controller takes time to turn a motion around, and may keep up another beside it. A joint that
-// is told where to be goes there.
+// is told where to be brakes at once if that is behind it.
 void Prediction::go_on(Branch& branch) const {
   branch.begin_row();
-  for (const std::size_t j : JointsIn(commanded_ & ~lagging_)) branch.speed[j] = 0.0;
   for (const std::size_t j : JointsIn(lagging_)) branch.now[j] += branch.speed[j] * plan_.period_s;
   branch.poses_now().place(plan_, branch.now);
 }
 
 bool Prediction::has_momentum(const Branch& branch) const {
-  for (const std::size_t j : JointsIn(lagging_))
+  for (const std::size_t j : JointsIn(commanded_ | lagging_))
     if (branch.speed[j] != 0.0) return true;
   return false;
 }
@@ -93,7 +99,9 @@ void Prediction::include(const ActionChunk& chunk, JointSet& joints) {
     joints |= moved_by(plan_, action);
     const Gain* gain = gain_block(plan_.limits.parts[action.part].modes, action.mode);
     if (gain != nullptr) lagging_ |= moved_by(plan_, action);
-    if (gain != nullptr && gain->lower != gain->upper) add_branches(action.part);
+    if (gain == nullptr || gain->lower == gain->upper) continue;
+    add_branches(action.part);
+    if (!is_joint_mode(action.mode)) guessed_ |= moved_by(plan_, action);
   }
 }
 

@@ -4,8 +4,6 @@
 #include <array>
 #include <cmath>
 
-#include "breach.hpp"
-
 namespace fairlead {
 namespace {
 
@@ -25,8 +23,8 @@ void keep_smallest(double& slack, double margin) { slack = std::min(slack, std::
 
 }  // namespace
 
-ShapeCheck::ShapeCheck(const PathPlan& plan, JointSet commanded)
-    : plan_(plan), commanded_(commanded) {
+ShapeCheck::ShapeCheck(const PathPlan& plan, JointSet commanded, JointSet guessed)
+    : plan_(plan), commanded_(commanded), guessed_(guessed) {
   for (std::size_t i = 0; i < plan.pairs.size(); ++i) {
     if ((plan.pairs[i].movers & commanded) == 0) continue;
     (void)pairs_.push_back(static_cast<std::uint16_t>(i));
@@ -99,16 +97,19 @@ Evidence ShapeCheck::keep_tool_in(std::size_t part, const Volume& volume, const 
   const PlanTool& tool = plan_.tools[part];
   const Eigen::Vector3d point = tool_at(tool, poses);
   const std::string_view source = plan_.limits.workspace.source.view();
+  const Excuse excuse = excuse_of(tool.movers, tool_drift_, Excuse::better);
   for (std::size_t i = 0; i < axes.size(); ++i) {
     const auto axis = static_cast<Eigen::Index>(i);
-    const double under = volume.upper[i] - point[axis], over = point[axis] - volume.lower[i];
+    const double upper = volume.upper[i] - tool_drift_, lower = volume.lower[i] + tool_drift_;
+    const double under = upper - point[axis], over = point[axis] - lower;
     keep_smallest(slack, under);
     keep_smallest(slack, over);
     const Name& name = plan_.limits.parts[part].name;
-    if (is_breach(under, [&] { return volume.upper[i] - tool_at(tool, before)[axis]; }))
-      return of(above(code::workspace, axes[i], point[axis], volume.upper[i], source), name);
-    if (is_breach(over, [&] { return tool_at(tool, before)[axis] - volume.lower[i]; }))
-      return of(below(code::workspace, axes[i], point[axis], volume.lower[i], source), name);
+    const auto was = [&] { return tool_at(tool, before)[axis]; };
+    if (is_breach(under, [&] { return upper - was(); }, excuse))
+      return of(above(code::workspace, axes[i], point[axis], upper, source), name);
+    if (is_breach(over, [&] { return was() - lower; }, excuse))
+      return of(below(code::workspace, axes[i], point[axis], lower, source), name);
   }
   return {};
 }
@@ -118,11 +119,12 @@ Evidence ShapeCheck::keep_tool_out(std::size_t part, std::size_t volume, const F
   const Box box = box_of(plan_.limits.workspace.volumes[volume]);
   const auto distance_of = [&](const FramePoses& in) {
     const Eigen::Vector3d point = tool_at(plan_.tools[part], in);
-    return box_distance({point, point}, box);
+    return box_distance({point, point}, box) - tool_drift_;
   };
   const double distance = distance_of(poses);
   keep_smallest(slack, distance);
-  if (!is_breach(distance, [&] { return distance_of(before); })) return {};
+  const Excuse excuse = excuse_of(plan_.tools[part].movers, tool_drift_, Excuse::better);
+  if (!is_breach(distance, [&] { return distance_of(before); }, excuse)) return {};
   return of(below(code::workspace, plan_.volumes[volume].tool.view(), distance, 0.0,
                   plan_.limits.workspace.source.view()),
             plan_.limits.parts[part].name);
@@ -134,16 +136,18 @@ Evidence ShapeCheck::keep_capsule_out(std::size_t capsule, std::size_t volume,
   const Box box = box_of(plan_.limits.workspace.volumes[volume]);
   const PlanCapsule& shape = plan_.capsules[capsule];
   const Eigen::Vector3d middle = point_in_root(poses[shape.frame], shape.middle);
-  if (box_distance({middle, middle}, box) - shape.reach >= slack) return {};
+  if (box_distance({middle, middle}, box) - shape.reach - tool_drift_ >= slack) return {};
   const auto margin_of = [&](const FramePoses& in) {
-    return box_distance(segment(capsule, in), box) - shape.radius;
+    return box_distance(segment(capsule, in), box) - shape.radius - tool_drift_;
   };
   const double margin = margin_of(poses);
   keep_smallest(slack, margin);
-  if (!is_breach(margin, [&] { return margin_of(before); })) return {};
+  const JointSet movers = plan_.frames[shape.frame].movers;
+  const Excuse excuse = excuse_of(movers, tool_drift_, Excuse::better);
+  if (!is_breach(margin, [&] { return margin_of(before); }, excuse)) return {};
   return of_part_that_moves(below(code::workspace, plan_.volumes[volume].capsules[capsule].view(),
                                   margin, 0.0, plan_.limits.workspace.source.view()),
-                            plan_.frames[shape.frame].movers);
+                            movers);
 }
 
 Segment ShapeCheck::segment(std::size_t capsule, const FramePoses& poses) const {
@@ -157,7 +161,7 @@ double ShapeCheck::pair_distance(const PlanPair& pair, const FramePoses& poses) 
 }
 
 void ShapeCheck::find_near_pairs(const FramePoses& poses, const Middles& middles, double others) {
-  far_ = others + far_ahead;
+  far_ = others + far_ahead + clearance_drift_;
   near_pairs_.clear();
   for (std::size_t i = 0; i < pairs_.size(); ++i) {
     const PlanPair& pair = plan_.pairs[pairs_[i]];
@@ -176,7 +180,7 @@ bool ShapeCheck::far_pairs_are_clear_by(double others, const FramePoses& poses) 
   for (std::size_t f = 1; f < plan_.frames.size(); ++f)
     if ((pair_movers_ & only(plan_.frames[f].joint)) != 0)
       nearer += plan_.frames[f].reach * std::abs(poses.joint_of(f) - far_at_[f]);
-  return far_ - nearer >= others;
+  return far_ - nearer - clearance_drift_ >= others;
 }
 
 // Most pairs are so far apart that the spheres around them tell, and of most of those it is known
@@ -188,12 +192,13 @@ Evidence ShapeCheck::look_at_pairs(const FramePoses& poses, const FramePoses& be
   for (std::size_t i = 0; i < plan_.capsules.size(); ++i)
     middles[i] = point_in_root(poses[plan_.capsules[i].frame], plan_.capsules[i].middle);
   if (!far_pairs_are_clear_by(found.others, poses)) find_near_pairs(poses, middles, found.others);
-  const double clearance = plan_.limits.collision.clearance;
+  const double clearance = plan_.limits.collision.clearance + clearance_drift_;
   for (const std::uint16_t i : near_pairs_) {
     const PlanPair& pair = plan_.pairs[pairs_[i]];
     const double apart = (middles[pair.first] - middles[pair.second]).squaredNorm();
     const auto are_clear_by = [&](double margin) {
-      return apart >= (pair.near + margin) * (pair.near + margin);
+      const double near = pair.near + clearance_drift_ + margin;
+      return apart >= near * near;
     };
     if (are_clear_by(found.others)) continue;
     const double need = share * ways.of(pair);
@@ -204,7 +209,8 @@ Evidence ShapeCheck::look_at_pairs(const FramePoses& poses, const FramePoses& be
     const double distance = pair_distance(pair, poses);
     found.add(i, distance - clearance);
     const auto margin_before = [&] { return pair_distance(pair, before) - clearance; };
-    if (!is_breach(distance - clearance, margin_before)) continue;
+    const Excuse excuse = excuse_of(pair.movers, clearance_drift_, Excuse::none);
+    if (!is_breach(distance - clearance, margin_before, excuse)) continue;
     return of_part_that_moves(below(code::collision, plan_.pair_names[pairs_[i]].view(), distance,
                                     clearance, plan_.limits.collision.source.view()),
                               pair.movers);

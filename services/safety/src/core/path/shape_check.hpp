@@ -2,6 +2,7 @@
 #pragma once
 
 #include "../evidence.hpp"
+#include "breach.hpp"
 #include "distances.hpp"
 #include "frames.hpp"
 #include "ways.hpp"
@@ -24,11 +25,21 @@ struct Clearance {
 
 class ShapeCheck {
  public:
-  /// Of what any of `commanded` moves.
-  ShapeCheck(const PathPlan& plan, JointSet commanded);
+  /// Of what any of `commanded` moves. `guessed`: joints of tools that are told a motion, of which
+  /// a controller makes what it likes. What these broke they may mend, or an operator has to: a
+  /// tool outside its box as long as that brings it nearer, capsules too near each other not at
+  /// all.
+  ShapeCheck(const PathPlan& plan, JointSet commanded, JointSet guessed = 0);
 
   [[nodiscard]] bool has_nothing() const {
     return pairs_.empty() && tools_.empty() && capsules_.empty();
+  }
+
+  /// From here on tools and capsules may be so far from where they are predicted. What is nearer to
+  /// a limit than that is at fault, also where it was before: nobody knows that it stays.
+  void drift_by(double tool, double clearance) {
+    tool_drift_ = tool;
+    clearance_drift_ = clearance;
   }
 
   /// What is at fault in a configuration. What was broken in the one before may stay as it was.
@@ -64,8 +75,16 @@ class ShapeCheck {
   [[nodiscard]] double pair_distance(const PlanPair& pair, const FramePoses& poses) const;
   [[nodiscard]] Evidence of_part_that_moves(Evidence evidence, JointSet movers) const;
 
+  [[nodiscard]] Excuse excuse_of(JointSet movers, double drift, Excuse if_guessed) const {
+    if (drift > 0.0) return Excuse::none;
+    return (movers & guessed_) != 0 ? if_guessed : Excuse::as_it_is;
+  }
+
   const PathPlan& plan_;
   JointSet commanded_;
+  JointSet guessed_;
+  double tool_drift_ = 0.0;
+  double clearance_drift_ = 0.0;
   // Shapes are counted through all three:
   FixedVec<std::uint16_t, max_capsule_pairs> pairs_;
   FixedVec<std::uint8_t, max_parts> tools_;        // by part

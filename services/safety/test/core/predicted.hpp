@@ -1,0 +1,32 @@
+// A prediction of a robot's own.
+#pragma once
+
+#include <doctest/doctest.h>
+
+#include "chunk_builder.hpp"
+#include "path/prediction.hpp"
+
+namespace fairlead::test {
+
+/// What a prediction needs, kept for as long as it lasts.
+struct Predicted {
+  Predicted(const Limits& robot, const MeasuredState& measured, const ActionChunk& rows,
+            const RowBefore& before = {}, Companions companions = {})
+      : limits(robot),
+        state(measured),
+        chunk(rows),
+        all(plan, claim, state, chunk, 0, before, companions) {}
+  Limits limits;
+  PathPlan plan{limits};
+  ClaimLimits claim = whole_robot(limits);
+  MeasuredState state;
+  ActionChunk chunk;
+  Prediction all;
+
+  const Branch& after_a_row() {
+    CHECK(all.advance().ok());
+    return all.branch(0);
+  }
+};
+
+}  // namespace fairlead::test

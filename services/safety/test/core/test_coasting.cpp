@@ -1,0 +1,45 @@
+// What nothing tells anything, and what is measured of it: it brakes, after its lag.
+
+#include <doctest/doctest.h>
+
+#include "predicted.hpp"
+#include "two_arms.hpp"
+
+using namespace fairlead;
+using namespace fairlead::test;
+
+TEST_CASE("what nothing tells anything comes to rest, in the first row or, where it holds, later") {
+  Limits limits = two_arms::limits();
+  limits.joints[two_arms::right_1].acceleration_limit = 5.0;
+  limits.joints[two_arms::right_1].stop_lag = 0.1;
+  ChunkBuilder own, other;
+  two_arms::command(own, two_arms::left, Mode::joint_position, two_arms::left_1, {0.1, 0.1, 0.1});
+  two_arms::command(other, two_arms::right, Mode::joint_position, two_arms::right_1, {0.02});
+  MeasuredState state = two_arms::at_rest();
+  state.velocities[two_arms::right_1] = 0.5;
+  const double at_rest = 0.1 * 0.5 + 0.5 * 0.5 / 10.0;
+  const auto right = [](const Prediction& of, std::size_t branch) {
+    return std::pair(of.branch(branch).now[two_arms::right_1],
+                     of.branch(branch).speed[two_arms::right_1]);
+  };
+  Predicted alone(limits, state, own.chunk);
+  CHECK(alone.all.branch_count() == 2);
+  CHECK(alone.all.lagging() == only(two_arms::right_1));
+  (void)alone.after_a_row();
+  CHECK(right(alone.all, 0).first == doctest::Approx(at_rest));
+  CHECK(right(alone.all, 0).second == 0.0);
+  CHECK(right(alone.all, 1) == std::pair(0.0, 0.5));
+  (void)alone.after_a_row();
+  for (const std::size_t branch : {0U, 1U}) {
+    CHECK(right(alone.all, branch).first == doctest::Approx(at_rest));
+    CHECK(right(alone.all, branch).second == 0.0);
+  }
+  // A claim whose only row acts beside the first: from the second on it has come to rest.
+  const Companion companion{{}, &other.chunk, 0, 1};
+  Predicted beside(limits, state, own.chunk, {}, Companions(&companion, 1));
+  (void)beside.after_a_row();
+  CHECK(right(beside.all, 0) == std::pair(0.02, 0.5));
+  (void)beside.after_a_row();
+  CHECK(right(beside.all, 0).first == doctest::Approx(0.02 + at_rest));
+  CHECK(right(beside.all, 1).first == doctest::Approx(at_rest));
+}
