@@ -129,7 +129,7 @@ def test_every_number_and_choice_of_the_compiled_file_is_listed(robot: RobotMani
     count += 1 + 1  # the arm's singularity_limit; transitions of the base, which has two modes
     count += len(config["protocol"])
     count += 2 * len(config["workspace"]["volumes"]) + 2  # clearance and pairs
-    count += 3 + len(config["base"]["zones"])  # footprint, yaw axis, reaction
+    count += 5 + len(config["base"]["zones"])  # footprint, yaw axis, reaction, two drifts
     assert len(effective_limits(robot)) == count
 
 
