@@ -304,6 +304,20 @@ def test_slots_that_do_not_cover_exactly_once_are_refused_by_index(
     assert refusal(ActionContract, data) == "Value error, " + text
 
 
+@pytest.mark.timeout(20)
+@pytest.mark.parametrize(
+    ("dim", "last", "said"),
+    [
+        (12, 10**9, "index 12 is out of range, dim is 12"),
+        (10**9, 11, "less than or equal to 4096"),
+    ],
+)
+def test_an_absurd_range_or_width_is_refused_at_once(dim: int, last: int, said: str) -> None:
+    slot = {"range": [0, last], "discard": True}
+    with pytest.raises(ValidationError, match=said):
+        ActionContract.model_validate({"dim": dim, "slots": [slot]})
+
+
 def test_a_vector_of_no_dimensions_is_refused() -> None:
     assert refusal(ActionContract, contract(0, DISCARD)) == "Input should be greater than 0"
 

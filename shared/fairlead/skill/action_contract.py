@@ -23,6 +23,9 @@ from pydantic_core import InitErrorDetails
 
 from fairlead.skill.slots import AngleUnit, Slot
 
+MOST_DIMENSIONS = 4096
+"""Far beyond any policy's output; a typing error must not be checked index by index for minutes."""
+
 
 class ActionContract(BaseModel):
     """Size and meaning of an action vector.
@@ -36,7 +39,7 @@ class ActionContract(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
-    dim: int = Field(gt=0)
+    dim: int = Field(gt=0, le=MOST_DIMENSIONS)
     slots: tuple[Slot, ...] = ()
     joint_names: tuple[str, ...] | None = None
     joint_unit: AngleUnit | None = None
@@ -115,7 +118,8 @@ def _cover_problems_of_raw(data: Any) -> list[str]:
             first, last = slot["range"]
             name = f"slot [{first}, {last}] {slot.get('control_mode', '')}".rstrip()
             slots.append(_Extent(first, last, name))
-        return _cover_problems(data["dim"], slots) if all(s.first >= 0 for s in slots) else []
+        is_known = all(s.first >= 0 for s in slots) and data["dim"] <= MOST_DIMENSIONS
+        return _cover_problems(data["dim"], slots) if is_known else []
     except (KeyError, TypeError, ValueError, AttributeError):
         return []
 
@@ -124,9 +128,9 @@ def _cover_problems(dim: int, slots: Sequence[Slot | _Extent]) -> list[str]:
     if not slots:
         return [f"slots: expected every index of 0..{dim - 1} to be covered, got no slots"]
     problems = [
-        f"{slot.name}: index {index} is out of range, dim is {dim}"
+        f"{slot.name}: index {max(slot.first, dim)} is out of range, dim is {dim}"
         for slot in slots
-        for index in range(max(slot.first, dim), slot.last + 1)
+        if slot.last >= dim
     ]
     for index in range(dim):
         owners = [slot.name for slot in slots if slot.first <= index <= slot.last]
