@@ -71,6 +71,14 @@ def start_up(tmp_path: Path) -> Iterator[Callable[..., Up]]:
         up.process.wait(timeout=30.0)
 
 
+def test_a_deployment_with_two_runners_starts(start_up: Callable[..., Up], tmp_path: Path) -> None:
+    options = ScratchOptions(options={"hal": LIGHT_HAL})
+    source = COMPOSE / "panda_mobile_navigation.yaml"
+    up = start_up(make_scratch(source, tmp_path / "state", options).file)
+    up.wait_line("ready")
+    assert {"navigation", "manipulation"} <= set(up.services())
+
+
 def test_an_up_that_waits_for_its_router_is_listed_and_ended(
     start_up: Callable[..., Up], tmp_path: Path
 ) -> None:

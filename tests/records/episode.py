@@ -28,6 +28,9 @@ from tests.system.live_robot import SKILL, LiveRobot
 SEED = 101
 """One that no other test uses."""
 
+STALL_S = 60.0
+"""A slow machine is no failure."""
+
 TRACED = {"hal": {"trace": True}, "runner": {"trace": True}}
 
 
@@ -94,7 +97,9 @@ def record_episode(folder: Path) -> Episode:
         bus.subscribe(
             keys.every_candidate, lambda s: episode.chunks.append(decode(ActionChunk, s.payload))
         )
-        episode.result = robot.run_goal(SEED)
+        robot.ready_to_move(SEED)
+        episode.result = robot.start_goal(stall_timeout_s=STALL_S).result(timeout=240.0).result
+    assert episode.result is not None
     assert episode.result.outcome == "succeeded", (episode.result, scratch.state_dir)
     episode.read_traces(scratch.state_dir)
     return episode

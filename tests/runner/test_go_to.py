@@ -27,6 +27,8 @@ BASE = BaseSurroundings.model_validate(
         "command_frame": "odom",
         "yaw_axis_m": [0.0, 0.0],
         "reaction_s": 0.1,
+        "tool_drift_m": 0.0,
+        "clearance_drift_m": 0.0,
         "zones": [
             {"name": "room", "kind": "keep_in", "corners_m": SQUARE},
             {"name": "pillar", "kind": "keep_out", "corners_m": PILLAR},

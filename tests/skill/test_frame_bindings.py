@@ -65,8 +65,10 @@ def test_up_drops_it_with_the_reason_and_refuses_to_start_for_it(
     skill: Path, tmp_path: Path
 ) -> None:
     scratch = make_scratch(SOURCE, tmp_path / "all", ScratchOptions())
-    [line] = dropped_skills(scratch.deployment)
-    assert line.startswith(f"skill {NAME} is dropped, it cannot run on robot panda_mobile:\n  eef_")
+    [line] = dropped_skills(scratch.deployment, "runner")
+    assert line.startswith(
+        f"runner: skill {NAME} is dropped, it cannot run on robot panda_mobile:\n  eef_"
+    )
     options = ScratchOptions(options={"runner": {"skills": [NAME]}})
     scratch = make_scratch(SOURCE, tmp_path / "listed", options)
     done = fairlead("up", str(scratch.file), state=tmp_path / "state")

@@ -20,7 +20,7 @@ pytestmark = [pytest.mark.processes, pytest.mark.simulator, pytest.mark.timeout(
 
 SKILL = "pi05-robocasa365-human300-nf4"
 CALLS, ROWS = 6, 16
-ARM_SCALE = 0.3
+ARM_SCALE = 0.05
 ARM, BASE, TORSO, MODE = slice(0, 6), slice(7, 10), 10, 11
 
 
@@ -52,10 +52,11 @@ def test_random_vectors_reach_the_simulator_as_the_policy_wrote_them_but_for_the
     monkeypatch.setenv("FAIRLEAD_STATE", str(tmp_path / "registry"))
     skill = load_skill(SKILL)
     assert skill.execute_steps == ROWS
-    emitted = np.random.default_rng(11).uniform(-1, 1, (CALLS, ROWS, 12)).astype(np.float32)
+    emitted = np.random.default_rng(13).uniform(-1, 1, (CALLS, ROWS, 12)).astype(np.float32)
     emitted[..., 7] = np.abs(emitted[..., 7])  # random, and on the whole forwards
-    # The arm goes to and fro at less than full scale: flailing, it comes to its joints' bounds,
-    # which the gate cuts, and then the recording would be asked for more than it has.
+    # The arm goes to and fro, gently: with the switch up the gate expects four times the share of
+    # each delta and cuts what would throw a joint (G026), and near itself what a base could push
+    # together (G032). Then the recording would be asked for more than it has.
     emitted[:, 1::2, ARM] = -emitted[:, ::2, ARM]
     emitted[..., ARM] *= np.float32(ARM_SCALE)
     executed = emitted.copy()

@@ -9,10 +9,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import yaml
 
 from fairlead.parity import plain_episodes
 from fairlead.parity.comparison import compare
 from fairlead.parity.episode_trace import EpisodeTrace
+from fairlead.paths import deployment_path
 from tests.cli.command import fairlead
 
 pytestmark = [pytest.mark.processes, pytest.mark.simulator, pytest.mark.timeout(300)]
@@ -43,15 +45,28 @@ def test_what_the_expert_does_deployed_its_vectors_do_in_plain_robosuite(tmp_pat
     assert all(row["same"] and row["deployed"] == 1 + 8 * calls for row in rows.values())
 
 
-def test_random_vectors_of_full_scale_do_in_plain_robosuite_what_they_did_deployed(
+def test_random_vectors_of_full_scale_do_in_plain_robosuite_what_the_hal_does_with_them(
     tmp_path: Path,
 ) -> None:
     report = parity(tmp_path, "--random", "1.0", "--episodes", "3", "--ticks", "40")
     assert report["same"], report
     assert report["policy"] == []
     assert [episode["seed"] for episode in report["episodes"]] == [0, 1, 2]
-    # Rows that the gate refuses hold; from the first of them on nothing is compared.
-    assert sum(episode["compared"] for episode in report["episodes"]) >= 3
+    assert [episode["compared"] for episode in report["episodes"]] == [40, 40, 40]
+    assert not any(episode["held"] for episode in report["episodes"])
+
+
+def test_a_hal_that_slows_joints_down_is_not_the_simulator_of_the_training(
+    tmp_path: Path,
+) -> None:
+    plain = yaml.safe_load(deployment_path("panda_mobile_sim").read_text())
+    plain["services"]["hal"]["options"]["joint_speed_guard"] = 1.5
+    (tmp_path / "guarded.yaml").write_text(yaml.safe_dump(plain))
+    words = ["--random", "1.0", "--ticks", "20", "--deployment", str(tmp_path / "guarded.yaml")]
+    done = fairlead("parity", "--json", *words, state=tmp_path / "registry")
+    assert done.returncode == 1
+    rows = {row["quantity"]: row for row in json.loads(done.stdout)["episodes"][0]["rows"]}
+    assert rows["packed"]["same"] and not rows["qpos"]["same"]
 
 
 def test_the_plain_loop_knows_nothing_of_the_hal_but_the_scene() -> None:

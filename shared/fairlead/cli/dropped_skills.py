@@ -11,14 +11,14 @@ from fairlead.skill.admission import state_problems
 from fairlead.skill.manifest import load_skill, skill_ids
 
 
-def dropped_skills(deployment: Deployment) -> Iterator[str]:
-    """A line for each installed skill of this robot whose state vector nothing can fill.
+def dropped_skills(deployment: Deployment, runner: str) -> Iterator[str]:
+    """A line for each skill that a runner offers whose state vector nothing can fill.
 
     Raises:
         ConfigError: if the deployment asks for such a skill by its name.
     """
     robot = load_robot(deployment.robot)
-    listed = deployment.services[deployment.only("skill_runner")].options.get("skills")
+    listed = deployment.services[runner].options.get("skills")
     wanted = listed if isinstance(listed, list) else None
     for name in skill_ids() if wanted is None else wanted:
         try:
@@ -31,4 +31,4 @@ def dropped_skills(deployment: Deployment) -> Iterator[str]:
         reasons = "".join(f"\n  {problem}" for problem in problems)
         if wanted is not None:
             raise ConfigError(f"skill {name} cannot run on robot {robot.id}:{reasons}")
-        yield f"skill {name} is dropped, it cannot run on robot {robot.id}:{reasons}"
+        yield f"{runner}: skill {name} is dropped, it cannot run on robot {robot.id}:{reasons}"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import os
 from pathlib import Path
 from typing import Annotated
 
@@ -19,8 +18,8 @@ from fairlead.parity.comparison import Comparison, compare
 from fairlead.parity.deployed_episode import DeployedEpisode, deployed_episodes
 from fairlead.parity.local_episode import local_episode
 from fairlead.parity.plain_episodes import PlainComparison, check_comparable, compare_with_plain
-from fairlead.parity.random_skill import write_random_skill
-from fairlead.paths import SKILLS_VARIABLE, deployment_path
+from fairlead.parity.random_episodes import random_episodes
+from fairlead.paths import deployment_path
 from fairlead.skill.manifest import SkillManifest, load_skill
 
 EXAMPLE = "fairlead parity --seed 3"
@@ -44,7 +43,7 @@ def command(
         float | None,
         typer.Option(
             "--random", min=0.0, max=1.0,
-            help="random vectors of this scale in place of the policy's; 1: full scale",
+            help="random vectors of this scale, through all but the gate; 1: full scale",
         ),
     ] = None,
     out: Annotated[
@@ -58,21 +57,21 @@ def command(
     nothing of the HAL. Compared are the vectors given to env.step and the simulator's qpos and
     qvel, up to the first tick held inside an episode: training knows no holds. Observations and
     actions are computed again in one process. Ports and state folder are its own; a running robot
-    is not disturbed.
+    is not disturbed. Random vectors go through dispatch and the HAL in one process: the gate would
+    refuse most of them.
     """
     source = deployment or deployment_path(SOURCE)
     loaded, manifest = load_deployment(source), load_skill(skill)
     check_comparable(loaded, manifest)
-    if random_scale is not None:
-        skills = out.absolute() / "rskills"
-        os.environ[SKILLS_VARIABLE] = str(skills)  # for this process and the services it starts
-        manifest = write_random_skill(skills, manifest, random_scale, seed)
     wish = GoalWish(manifest.id, deadline_ticks=ticks)
     seeds = range(seed, seed + episodes)
-    with ProgressLine(quiet=as_json) as line:
-        deployed = deployed_episodes(
-            source, wish, seeds, out / "state", lambda now: line.show(now.line())
-        )
+    if random_scale is not None:
+        deployed = random_episodes(loaded, manifest, random_scale, seeds, ticks)
+    else:
+        with ProgressLine(quiet=as_json) as line:
+            deployed = deployed_episodes(
+                source, wish, seeds, out / "state", lambda now: line.show(now.line())
+            )
     plain = compare_with_plain(loaded, manifest, deployed)
     again = [] if random_scale is not None else _again(loaded, manifest, deployed)
     same = all(one.same for one in plain) and all(row.same for row in again)
@@ -136,7 +135,9 @@ def _print(again: list[Comparison], plain: list[PlainComparison], same: bool) ->
             held += f", after which qpos is up to {one.apart:.3g} from plain robosuite's"
         typer.echo(f"seed {one.seed}: {one.compared} of {one.ticks} rows compared; {held}")
     verdict = "identical, bit for bit" if same else "DIFFERENT"
-    typer.echo(f"plain robosuite and {len(plain)} deployed episode(s): {verdict}")
+    if not any(one.compared for one in plain):
+        verdict = "NOTHING COMPARED: every tick was held"
+    typer.echo(f"plain robosuite and {len(plain)} episode(s): {verdict}")
 
 
 _NAMES = {

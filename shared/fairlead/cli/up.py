@@ -66,9 +66,10 @@ def command(
     )
     if loaded.only("safety") in supervisor.processes:
         check_gate_file(loaded)
-    if loaded.only("skill_runner") in supervisor.processes:
-        for line in dropped_skills(loaded):
-            _print_line("up", line)
+    for runner in loaded.runners:
+        if runner in supervisor.processes:
+            for line in dropped_skills(loaded, runner):
+                _print_line("up", line)
     try:
         supervisor.reserve()
         if ROUTER not in supervisor.processes and not router_reached(loaded, stopping, _print_line):
