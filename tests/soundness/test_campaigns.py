@@ -130,6 +130,20 @@ def mobile() -> Iterator[LockstepLoop]:
 
 
 @pytest.mark.simulator
+@pytest.mark.parametrize(
+    ("attack", "seed", "most_ticks"),
+    [("base-cycles", 1, 120), ("full-scale", 3, 40), ("switch-up", 10006, 20), ("flicker", 1, 40)],
+)
+def test_episodes_that_broke_a_rule_once_do_not(
+    mobile: LockstepLoop, attack: str, seed: int, most_ticks: int
+) -> None:
+    campaign = SimulatedCampaign(mobile)
+    campaign.episode(attack, seed, most_ticks=most_ticks)
+    assert campaign.found.rows > 0
+    assert not campaign.found.breaches, campaign.found.told
+
+
+@pytest.mark.simulator
 def test_attacks_with_a_base_and_its_switch_get_rows_through(mobile: LockstepLoop) -> None:
     for attack in ON_A_BASE:
         campaign = SimulatedCampaign(mobile)
