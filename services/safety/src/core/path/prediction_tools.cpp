@@ -43,16 +43,16 @@ bool Prediction::is_switched_up(const ActionChunk& chunk, std::size_t row) const
 }
 
 bool Prediction::goals_add_up(const RowBefore& own, bool before) const {
-  bool up = own.chunk != nullptr && is_switched_up(*own.chunk, own.row);
+  if (own.chunk != nullptr && is_switched_up(*own.chunk, own.row)) return true;
   for (const Companion& companion : companions_) {
-    const RowBefore& acted = companion.before;
-    const std::size_t row = companion.row + steps_ - 1;
-    if (before)
-      up = up || (acted.chunk != nullptr && is_switched_up(*acted.chunk, acted.row));
-    else if (companion.chunk != nullptr && row < companion.end_row)
-      up = up || is_switched_up(*companion.chunk, row);
+    RowBefore row = companion.before;
+    if (!before) {
+      row = RowBefore{companion.chunk, companion.row + steps_ - 1};
+      if (row.row >= companion.end_row) continue;
+    }
+    if (row.chunk != nullptr && is_switched_up(*row.chunk, row.row)) return true;
   }
-  return up;
+  return false;
 }
 
 // A tool that is told to stay, does; least squares and rounding would make 1e-17 rad of that. Not
