@@ -56,7 +56,6 @@ def together(driven: DrivenRobot, ticks: int, shift: int = 0, seed: int = SEED) 
         part.name: FullScaleRows(driven.robot, part.name, mode)
         for part in driven.robot.parts
         for mode in [part.control_modes[shift % len(part.modes)]]
-        if mode is not ControlMode.JOINT_TORQUE
     }
     yield from _random("together", driven, rows, ticks, seed)
 

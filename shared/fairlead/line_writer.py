@@ -2,12 +2,13 @@
 
 A thread writes; every line is handed to the operating system as soon as it is queued, so a
 killed process loses nothing that its writer had taken. A failed write is said once and ends
-that file's recording.
+that file's recording. A full file becomes ``<name>.1``, and what had that name goes.
 """
 
 from __future__ import annotations
 
 import logging
+import os
 import queue
 import threading
 from pathlib import Path
@@ -18,18 +19,28 @@ MAX_QUEUED = 10_000
 """Lines waiting for a stuck disk before new ones are dropped (and counted)."""
 
 
+MOST_BYTES = 256 << 20
+"""A file is full then: half of what it and the one before it may have."""
+
+
+def set_aside(path: Path) -> None:
+    """A full file becomes ``<name>.1``, in the place of what had that name."""
+    path.replace(path.with_name(f"{path.name}.1"))
+
+
 class LineWriter:
     """Appends lines to one file from its own thread; never blocks, never raises.
 
     Args:
         afresh: begin with an empty file.
+        most_bytes: at which the file is set aside and another begun.
 
     Attributes:
         dropped: lines that could not be written.
     """
 
-    def __init__(self, path: Path, *, afresh: bool = False) -> None:
-        self._path = path
+    def __init__(self, path: Path, *, afresh: bool = False, most_bytes: int = MOST_BYTES) -> None:
+        self._path, self._most_bytes = path, most_bytes
         self._mode = "w" if afresh else "a"
         self._queue: queue.Queue[str | None] = queue.Queue(MAX_QUEUED)
         self.dropped = 0
@@ -55,11 +66,21 @@ class LineWriter:
             return
         self._thread.join(timeout_s)
 
+    def _fill_file(self) -> bool:
+        """Write what comes; True when the file is full, False at the end."""
+        with self._path.open(self._mode, encoding="ascii", buffering=1) as file:
+            size = file.seek(0, os.SEEK_END) if file.seekable() else 0
+            while (line := self._queue.get()) is not None:
+                size += file.write(line + "\n")
+                if size >= self._most_bytes:
+                    return True
+        return False
+
     def _write(self) -> None:
         try:
-            with self._path.open(self._mode, encoding="ascii", buffering=1) as file:
-                while (line := self._queue.get()) is not None:
-                    file.write(line + "\n")
+            while self._fill_file():
+                set_aside(self._path)
+                self._mode = "a"
         except OSError as error:
             _LOG.error("%s: no longer recorded: %s", self._path, error.strerror)
             while self._queue.get() is not None:

@@ -17,7 +17,7 @@ class ControlMode(IntEnum):
 
     JOINT_POSITION = 0  # rad or m
     JOINT_VELOCITY = 1  # rad/s or m/s
-    JOINT_TORQUE = 2  # N m or N
+    JOINT_TORQUE = 2  # N m or N; no checker: nothing bounds where it leads
     JOINT_TRAJECTORY = 3  # no checker yet: refused by name
     CARTESIAN_POSE = 4  # xyz [m], quaternion xyzw, of the end effector in frame_id
     CARTESIAN_DELTA = 5  # xyz [m], rotation vector [rad], along frame_id's axes
@@ -67,7 +67,6 @@ GATED_MODES = frozenset(
     {
         ControlMode.JOINT_POSITION,
         ControlMode.JOINT_VELOCITY,
-        ControlMode.JOINT_TORQUE,
         ControlMode.CARTESIAN_POSE,
         ControlMode.CARTESIAN_DELTA,
         ControlMode.CARTESIAN_TWIST,

@@ -15,6 +15,7 @@ from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.deploy.router_watch import open_and_say, refuse_namesake, watch_router
 from fairlead.deploy.stop_signals import StopSignals
 from fairlead.errors import FairleadError
+from fairlead.wire.printable import LineFormatter
 from fairlead.wire.session import ZenohBus
 
 __all__ = ["ServiceContext", "announce_ready", "run_service"]
@@ -59,9 +60,9 @@ def run_service(who: str, body: Callable[[ServiceContext], None]) -> int:
     parser.add_argument("--service", required=True, help="this service's name in that file")
     parser.add_argument("--state-dir", type=Path, required=True, help="folder for logs and state")
     arguments = parser.parse_args()
-    logging.basicConfig(
-        level=logging.INFO, format="%(levelname)s %(name)s: %(message)s", stream=sys.stdout
-    )
+    handler = logging.StreamHandler(sys.stdout)
+    handler.setFormatter(LineFormatter())
+    logging.basicConfig(level=logging.INFO, handlers=[handler])
     signals = StopSignals(who)
     bus: ZenohBus | None = None
     try:

@@ -67,11 +67,6 @@ TWO_ARMED: dict[str, tuple[Rows, str, str]] = {
         "left_joint1 is 60 rad/s, limit 2.175 rad/s, 57.825 rad/s beyond it",
         "every number of left_arm times 0.0125",
     ),
-    "joint_torque": (
-        joints(ControlMode.JOINT_TORQUE, "right_arm", 60.0),
-        "right_joint1 is 60 N m, limit 50 N m, 10 N m beyond it",
-        "every number of right_arm times 0.8333",
-    ),
     "dex_hand_joint": (
         joints(ControlMode.DEX_HAND_JOINT, "right_hand", 60.0),
         "right_thumb_joint1 is 60 rad, limit",

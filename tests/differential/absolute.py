@@ -23,7 +23,7 @@ def blocked_part(file: GateFile, measured: Measured, rows: PartRows, row: int) -
     """A joint outside bounds and tolerance that these rows cannot be seen to lead back.
 
     "A cartesian row cannot be seen to lead back and is refused"; so is one that leaves the
-    joint alone, and the torque modes'. Gripper targets are judged by their range.
+    joint alone. Gripper targets are judged by their range.
     """
     part = file.parts[rows.part]
     for index in part.joints:
@@ -93,9 +93,6 @@ def _joint_faults(
         yield from _symmetric(where, row, value, limit, joint.source)
         if joint.is_outside(position):
             yield from _velocity_back(where, row, value, position > joint.upper)
-    elif MODES[rows.mode] == "joint_torque":
-        limit = min(joint.effort_limit, part.modes[rows.mode].get("effort_limit", math.inf))
-        yield from _symmetric(where, row, value, limit, joint.source)
     elif joint.is_outside(position):
         before = position if row == first_row else float(rows.values[row - 1][index])
         yield from _position_back(where, row, value, before, joint)

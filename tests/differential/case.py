@@ -41,6 +41,8 @@ class Measured:
     positions: FloatArray
     velocities: FloatArray
     efforts: FloatArray
+    came_from: FloatArray | None = None
+    """Positions in the tick before; None: the session's first state."""
 
 
 @dataclass(frozen=True)

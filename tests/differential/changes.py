@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator
 
 from tests.differential.case import ActedRow, Before, Measured, PartRows
@@ -54,14 +55,25 @@ def moving(
     where: tuple[int, str],
     rule: str,
 ) -> Iterator[Fault]:
-    """Standstill: "every joint of the part is below its declared standstill_velocity"
-    (docs/time-and-pacing.md). where: the row, and the part that asks."""
+    """Standstill: "every joint of the part is below its declared standstill_velocity", by its
+    velocity and by its positions. where: the row, and the part that asks."""
     row, name = where
     for part in parts:
         for index in file.parts[part].joints:
-            joint, speed = file.joints[index], abs(float(measured.velocities[index]))
+            joint, speed = file.joints[index], speed_of(file, measured, index)
             if not speed < joint.standstill:
                 yield above(25, row, (name, joint.name), speed, joint.standstill, rule)
+
+
+def speed_of(file: GateFile, measured: Measured, index: int) -> float:
+    """What the velocity says, or the way from the tick before beyond the encoder's step, if that
+    is more."""
+    speed = abs(float(measured.velocities[index]))
+    if measured.came_from is None:
+        return speed
+    joint, way = file.joints[index], float(measured.positions[index] - measured.came_from[index])
+    way = math.remainder(way, math.tau) if joint.turns else way
+    return max(speed, (abs(way) - joint.encoder_step) / file.period_s)
 
 
 def _turns(file: GateFile, rows: PartRows, last: float, now: float) -> bool:

@@ -41,9 +41,6 @@ def tightenable(file: GateFile, part: int, mode: int) -> dict[str, Room]:
     if MODES[mode] == "joint_velocity":
         most = min(joint.velocity_limit for joint in joints)
         found["velocity_limit"] = Room(0.0, block.get("velocity_limit", most), True)
-    if MODES[mode] == "joint_torque":
-        most = min(joint.effort_limit for joint in joints)
-        found["effort_limit"] = Room(0.0, block.get("effort_limit", most), True)
     if MODES[mode] == "cartesian_pose":
         for name in SIDES:
             axis = "xyz".index(name[-1])

@@ -48,7 +48,10 @@ def rulings(file: GateFile, case: Case) -> list[Ruling]:
         is_measured = case.pacing == "lockstep"
         before = {} if case.held else acted_rows(case.earlier, found[0], is_measured)
     tick = open_tick(case.pacing, case.measured.tick)
-    ruling = judge(file, case.horizon_max, tick, case.measured, before, case.chunk)
+    measured = case.measured
+    if case.earlier is not None:
+        measured = replace(measured, came_from=first.positions)
+    ruling = judge(file, case.horizon_max, tick, measured, before, case.chunk)
     if (
         case.earlier is not None
         and not case.held

@@ -27,9 +27,9 @@ MODES = (
     "composite_mode",
 )
 WIDTHS = {4: 7, 5: 6, 6: 6, 7: 6, 9: 1, 10: 1, 12: 1}
-JOINT_MODES = (0, 1, 2, 11)
+JOINT_MODES = (0, 1, 11)
 FRAMED_MODES = (4, 5, 6, 7)
-NO_CHECKER = (3, 8)
+NO_CHECKER = (2, 3, 8)
 ROWS_MAX = 64
 
 Block = dict[str, Any]
@@ -49,6 +49,9 @@ class Joint:
     source: str
     velocity_limit: float = math.nan
     effort_limit: float = math.nan
+    encoder_step: float = 0.0
+    turns: bool = False  # without end
+    slides: bool = False
 
     def violation(self, position: float) -> float:
         """How far a position lies outside the bounds, 0 inside."""
@@ -62,13 +65,15 @@ class Joint:
 @dataclass(frozen=True)
 class Part:
     """joints: indices of the commanded joints. modes: the blocks by number. tool: its frame.
-    transitions: pairs of modes, from and to."""
+    transitions: pairs of modes, from and to. levers: by joint, how far the tool can be from its
+    frame [m]."""
 
     name: str
     joints: tuple[int, ...]
     modes: dict[int, Block]
     tool: str | None
     transitions: frozenset[tuple[int, int]]
+    levers: dict[int, float]
 
 
 @dataclass(frozen=True)
@@ -80,6 +85,7 @@ class GateFile:
     parts: tuple[Part, ...]
     protocol: dict[str, Any]
     kinematics: Kinematics
+    period_s: float
     yaw_axis: tuple[float, float] = (0.0, 0.0)
 
     def width(self, mode: int) -> int:
@@ -94,8 +100,9 @@ def read_gate_file(path: Path, urdf: Path) -> GateFile:
     return GateFile(
         joints=joints,
         passive=tuple(_joint(entry) for entry in data["passive_joints"]),
-        parts=tuple(_part(entry, names) for entry in data["parts"]),
+        parts=tuple(_part(entry, names, data["kinematics"]["links"]) for entry in data["parts"]),
         protocol=data["protocol"],
+        period_s=data["period_ns"] * 1e-9,
         kinematics=Kinematics(urdf, (*names, *(j["name"] for j in data["passive_joints"]))),
         yaw_axis=tuple(data["base"]["yaw_axis"]) if data["base"] else (0.0, 0.0),
     )
@@ -114,10 +121,13 @@ def _joint(entry: dict[str, Any]) -> Joint:
         source=entry["source"],
         velocity_limit=math.nan if speed is None else speed,
         effort_limit=entry.get("effort_limit", math.nan),
+        encoder_step=entry.get("encoder_step", 0.0),
+        turns=entry.get("kind") == "continuous",
+        slides=entry.get("kind") == "prismatic",
     )
 
 
-def _part(entry: dict[str, Any], names: list[str]) -> Part:
+def _part(entry: dict[str, Any], names: list[str], tree: list[dict[str, Any]]) -> Part:
     return Part(
         name=entry["name"],
         joints=tuple(names.index(name) for name in entry["joints"]),
@@ -126,4 +136,17 @@ def _part(entry: dict[str, Any], names: list[str]) -> Part:
         transitions=frozenset(
             (MODES.index(before), MODES.index(after)) for before, after in entry["transitions"]
         ),
+        levers=_levers(tree, names, entry["tool_frame"]),
     )
+
+
+def _levers(tree: list[dict[str, Any]], names: list[str], tool: str | None) -> dict[int, float]:
+    links = {link["name"]: link for link in tree}
+    found, lever, name = {}, 0.0, tool
+    while name in links:
+        link = links[name]
+        if link["joint"] in names:
+            found[names.index(link["joint"])] = lever
+        lever += math.hypot(*link["translation"])
+        name = link["parent"]
+    return found

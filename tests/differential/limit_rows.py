@@ -61,12 +61,11 @@ class LimitMover:
             return np.array([self._rng.choice(ends)])
         for index in rows.active:
             joint, sign = self._file.joints[index], float(self._rng.choice([-1.0, 1.0]))
-            most = {"joint_velocity": joint.velocity_limit, "joint_torque": joint.effort_limit}
-            end = most.get(MODES[rows.mode])
             bound = joint.upper if sign > 0.0 else joint.lower
-            row[index] = (
-                sign * end if end is not None else (bound if math.isfinite(bound) else sign)
-            )
+            if MODES[rows.mode] == "joint_velocity":
+                row[index] = sign * joint.velocity_limit
+            else:
+                row[index] = bound if math.isfinite(bound) else sign
         return row
 
     def _joint_edges(self, rows: PartRows, column: int, start: float) -> list[float]:
@@ -76,8 +75,6 @@ class LimitMover:
         edges += [start - step - joint.tolerance, start + step + joint.tolerance]
         if MODES[rows.mode] == "joint_velocity":
             return [*edges, -joint.velocity_limit, joint.velocity_limit, 0.0]
-        if MODES[rows.mode] == "joint_torque":
-            return [*edges, -joint.effort_limit, joint.effort_limit]
         if math.isinf(joint.lower):
             return edges
         return [*edges, joint.lower, joint.upper]

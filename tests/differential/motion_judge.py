@@ -11,6 +11,7 @@ import pinocchio
 
 from fairlead.messages import FloatArray
 from tests.differential.case import Measured, PartRows
+from tests.differential.changes import speed_of
 from tests.differential.gate_file import Block, GateFile, Part
 from tests.differential.kinematics import angle_between, rotation_of
 from tests.differential.stuck_judge import StuckJudge
@@ -67,12 +68,20 @@ class MotionJudge:
             self.part.joints,
             {j: self._of(j, "encoder_step") for j in self.part.joints},
             {j: self._of(j, "dead_band") for j in self.part.joints},
+            self._part_band(),
             self.file.protocol["stuck_ticks"],
         )
 
+    def _part_band(self) -> tuple[float, float]:
+        """ "Of a slide in metres", of a turning joint in radians and as it moves the tool."""
+        bands = {j: self._of(j, "dead_band") for j in self.part.joints}
+        turning = {j for j in bands if not self.file.joints[j].slides}
+        ways = [bands[j] * (self.part.levers.get(j, 0.0) if j in turning else 1.0) for j in bands]
+        return max(ways, default=0.0), max((bands[j] for j in turning), default=0.0)
+
     def judge(self, row: Told | None, last: Measured, now: Measured) -> Finding:
         """The newest state after ``row`` acted on the part (None: it held)."""
-        findings = [self._grasp(row, now)]
+        findings = [self._grasp(row, last, now)]
         self.stuck.note(last, now)
         if row is not None:
             findings += [self._tracking(row, last, now), self._stuck(row, now)]
@@ -212,7 +221,7 @@ class MotionJudge:
 
     # --- G042, grasps ---
 
-    def _grasp(self, row: Told | None, now: Measured) -> Finding:
+    def _grasp(self, row: Told | None, last: Measured, now: Measured) -> Finding:
         block = self.part.modes.get(OPENING)
         if block is None:
             return Finding()
@@ -240,7 +249,8 @@ class MotionJudge:
         way = -1.0 if self.target < opening else 1.0
         gone = way * (opening - self.told_at)
         self.goes = self.goes or way * velocity >= joint.standstill or gone > joint.tolerance
-        stands = self.goes and abs(velocity) < joint.standstill
+        speed = speed_of(self.file, replace(now, came_from=last.positions), self.part.joints[0])
+        stands = self.goes and speed < joint.standstill
         self.still = self.still + 1 if is_short and stands else 0
         if self.still >= STATES_TO_HOLD:
             self.gripped = opening

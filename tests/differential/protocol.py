@@ -73,8 +73,11 @@ class Protocol:
         self.counted, self.bad_frames, self.far_ahead = [], [], []
         self.decided_tick = self.released_until = 0
 
-    def on_bad_frame(self) -> Reply:
-        """ "G001 refuse; repeated: the claim ends" ("by five malformed frames in 20 ticks")."""
+    def on_bad_frame(self, *, cites_claim: bool) -> Reply:
+        """ "G001 refuse; repeated: the claim ends" ("by five malformed frames in 20 ticks that
+        begin as its own do")."""
+        if not cites_claim or self.claim_id == 0:
+            return self._verdict(Fault(1, -1, "", "frame"), names_claim=False)
         self.bad_frames = self._recent([*self.bad_frames, self.tick])
         if len(self.bad_frames) >= BAD_FRAMES_TO_END:
             self.claim_id, self.waiting = 0, None

@@ -11,9 +11,9 @@ from fairlead.messages import Outcome
 from tests.differential.absolute import absolute_faults, blocked_part
 from tests.differential.case import Before, Chunk, Measured, Pacing
 from tests.differential.fault import Fault, above
-from tests.differential.gate_file import MODES, GateFile
+from tests.differential.gate_file import GateFile
 from tests.differential.shape import shape_fault
-from tests.differential.steps import step_faults, too_fast
+from tests.differential.steps import step_faults
 
 STOPPING = (8,)
 """Codes that also raise a stop."""
@@ -113,9 +113,7 @@ def row_fault(
 
 def has_stopped(file: GateFile, measured: Measured, chunk: Chunk, ruling: Ruling) -> bool:
     """Whether a state stops the gate of which a chunk's first released row has acted or acts: "the
-    rows that act next do not lead back", from where the joint is measured now, or "a joint driven
-    by torque exceeds its velocity limit".
-    """
+    rows that act next do not lead back", from where the joint is measured now."""
     row = ruling.first_row + 1
     if ruling.row_count < 2:
         return False
@@ -123,8 +121,6 @@ def has_stopped(file: GateFile, measured: Measured, chunk: Chunk, ruling: Ruling
         faults = absolute_faults(file, measured, rows, row, row)
         blocked = [*blocked_part(file, measured, rows, row), *faults]
         if any(fault.code == 11 for fault in blocked):
-            return True
-        if MODES[rows.mode] == "joint_torque" and [*too_fast(file, measured, rows, row)]:
             return True
     return False
 

@@ -57,8 +57,7 @@ class RowMaker:
             q, v = measured.positions, own_speeds(self._file, part, measured.velocities)
             return self._file.kinematics.twist(q, v, tool, frame)
         if mode in JOINT_MODES:
-            rates = {"joint_velocity": measured.velocities, "joint_torque": measured.efforts}
-            source = rates.get(name, measured.positions)
+            source = measured.velocities if name == "joint_velocity" else measured.positions
             return np.array(source[:width], dtype=np.float64)
         if width == 1:
             return np.array([measured.positions[joints[0]] if joints else 0.0])
@@ -92,8 +91,6 @@ class RowMaker:
             lower, upper = joint.lower, joint.upper
             if MODES[mode] == "joint_velocity":
                 lower, upper = -top, top
-            if MODES[mode] == "joint_torque":
-                lower, upper = -joint.effort_limit, joint.effort_limit
             step = limits[place] * scale * self._rng.uniform(-1.0, 1.0)
             outside = max(lower - start[index], start[index] - upper, 0.0)
             if outside > 0.0 and self._rng.random() < 0.8:

@@ -85,14 +85,23 @@ class RunnerWalk:
         if kind == "state":
             return self._state()
         if kind == "frame":
-            self.log.append(f"at {self._tick}, no frame")
-            return self._compare(self.reference.on_bad_frame(), self._core.send_bytes(NOT_A_FRAME))
+            return self._no_frame(cites_claim=bool(self._rng.random() < 0.7))
         if kind in ("claim", "arm"):
             return self._claim_again(with_arming=kind == "arm")
         if kind == "copy" and self._sent:
             back = min(len(self._sent), int(self._rng.choice([1, 1, 1, 2, 3])))
             return self._send(*self._sent[-back])
         return self._send(*self._chunk())
+
+    def _no_frame(self, *, cites_claim: bool) -> str:
+        """Bytes that are no chunk, or begin as one of the claim does."""
+        self.log.append(f"at {self._tick}, no frame, cites the claim: {cites_claim}")
+        rows = PartRows(COMPOSITE_PART, COMPOSITE, np.zeros((1, 1)))
+        own = encode(self._core.message(Chunk(self._tick, 1, (rows,)), self._tick))
+        expected = self.reference.on_bad_frame(cites_claim=cites_claim)
+        return self._compare(
+            expected, self._core.send_bytes(own[:-1] if cites_claim else NOT_A_FRAME)
+        )
 
     def _state(self) -> str:
         self._tick += 1

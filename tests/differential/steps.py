@@ -15,9 +15,6 @@ from tests.differential.fault import Fault, above
 from tests.differential.gate_file import JOINT_MODES, MODES, GateFile
 from tests.differential.poses import pose_jumps
 
-FAST = "driven by torque: not above its velocity_limit"
-LEFT = "a joint is left out of torques at standstill only"
-
 
 def step_faults(
     file: GateFile, measured: Measured, before: Before, rows: PartRows, row: int, first_row: int
@@ -81,17 +78,14 @@ def _joint_jump(
 ) -> Iterator[Fault]:
     """Joint by joint against the measurement, then against the row before.
 
-    A velocity or torque follows the row before alone, if there is one; a position starts near
-    the measurement in either case.
+    A velocity follows the row before alone, if there is one; a position starts near the measurement
+    in either case.
     """
     part = file.parts[rows.part]
     block = part.modes[rows.mode]
     limits = dict(zip(part.joints, block["step_limit"], strict=True))
-    measured_of = {"joint_velocity": measured.velocities, "joint_torque": measured.efforts}
-    rates = measured_of.get(MODES[rows.mode])
+    rates = measured.velocities if MODES[rows.mode] == "joint_velocity" else None
     start, step = codes
-    if start and MODES[rows.mode] == "joint_torque":
-        yield from too_fast(file, measured, rows, row)
     starts = []
     for index in rows.active if start else ():
         if rates is None:
@@ -101,7 +95,7 @@ def _joint_jump(
             starts.append((index, float(rates[index]), limits[index]))
     yield from _changes(file, rows, row, start, starts)
     if start:
-        yield from _left_out(file, measured, rows, row, step, last)
+        yield from _left_out(file, rows, row, step, last)
     follows = [(index, last[index], limits[index]) for index in rows.active if index in last]
     yield from _changes(file, rows, row, step, follows)
 
@@ -119,35 +113,18 @@ def _changes(
             yield above(code, row, where, size, limit, block["source"])
 
 
-def too_fast(file: GateFile, measured: Measured, rows: PartRows, row: int) -> Iterator[Fault]:
-    """No torque "while a joint that it commands is measured above its velocity limit"."""
-    for index in rows.active:
-        joint, speed = file.joints[index], abs(float(measured.velocities[index]))
-        if not speed <= joint.velocity_limit:
-            where = (file.parts[rows.part].name, joint.name)
-            yield above(21, row, where, speed, joint.velocity_limit, FAST)
-
-
 def _left_out(
-    file: GateFile,
-    measured: Measured,
-    rows: PartRows,
-    row: int,
-    step: int,
-    last: dict[int, float],
+    file: GateFile, rows: PartRows, row: int, step: int, last: dict[int, float]
 ) -> Iterator[Fault]:
-    """Joints of the row before that this one does not command: told 0 as a velocity, taken over by
-    their servo "at standstill only" after a torque, and where they were told to be otherwise."""
+    """Joints of the row before that this one does not command: told 0 as a velocity, and where they
+    were told to be otherwise."""
     part, mode = file.parts[rows.part], MODES[rows.mode]
     block = part.modes[rows.mode]
     limits = dict(zip(part.joints, block["step_limit"], strict=True))
     for index in sorted(set(last) - set(rows.active)):
-        joint, speed = file.joints[index], abs(float(measured.velocities[index]))
-        where = (part.name, joint.name)
+        where = (part.name, file.joints[index].name)
         if mode == "joint_velocity" and not abs(last[index]) <= limits[index]:
             yield above(step, row, where, abs(last[index]), limits[index], block["source"])
-        if mode == "joint_torque" and not speed < joint.standstill:
-            yield above(21, row, where, speed, joint.standstill, LEFT)
 
 
 def own_speeds(file: GateFile, part: int, velocities: FloatArray) -> FloatArray:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
@@ -11,6 +10,9 @@ import numpy as np
 from fairlead.messages import FloatArray
 from tests.differential.case import Measured
 
+Halves = tuple[float, float]
+"""Linear [m] and angular [rad]; of one joint the first, in its own unit."""
+
 
 @dataclass
 class ToldMotion:
@@ -18,7 +20,7 @@ class ToldMotion:
 
     rows: int = 0
     total: FloatArray = field(default_factory=lambda: np.zeros(6))
-    furthest: float = 0.0
+    furthest: Halves = (0.0, 0.0)
 
     def add(self, motion: FloatArray) -> None:
         """A motion of a row: linear and angular [m, rad]. None at all tells nothing."""
@@ -26,23 +28,31 @@ class ToldMotion:
             return
         self.rows += 1
         self.total = self.total + motion
-        halves = (self.total[:3], self.total[3:])
-        self.furthest = max(self.furthest, *(float(np.linalg.norm(half)) for half in halves))
+        self._reach((float(np.linalg.norm(self.total[:3])), float(np.linalg.norm(self.total[3:]))))
 
-    def add_left(self, dead_band: float, *left: float) -> None:
+    def add_left(self, dead_band: Halves, left: Halves) -> None:
         """What is left to a target; within the dead band it tells nothing."""
-        if max(left) > dead_band:
+        if left[0] > dead_band[0] or left[1] > dead_band[1]:
             self.rows += 1
-            self.furthest = max(self.furthest, *left)
+            self._reach(left)
+
+    def is_beyond(self, dead_band: Halves) -> bool:
+        """Either half further than its own."""
+        return self.furthest[0] > dead_band[0] or self.furthest[1] > dead_band[1]
+
+    def _reach(self, far: Halves) -> None:
+        self.furthest = max(self.furthest[0], far[0]), max(self.furthest[1], far[1])
 
 
 @dataclass
 class StuckJudge:
-    """One part's joints. steps, dead_bands: by joint of the robot."""
+    """One part's joints. steps, dead_bands: by joint of the robot. part_band: of its tool or of
+    the whole base."""
 
     joints: Sequence[int]
     steps: dict[int, float]
     dead_bands: dict[int, float]
+    part_band: Halves
     rows_to_stop: int
     rest: FloatArray | None = None
     by_joint: dict[int, ToldMotion] = field(default_factory=dict)
@@ -72,7 +82,7 @@ class StuckJudge:
         """What is left to a target [rad or m]."""
         told = self.by_joint.setdefault(j, ToldMotion())
         if j not in self.changed:
-            told.add_left(self.dead_bands[j], left)
+            told.add_left((self.dead_bands[j], 0.0), (left, 0.0))
         return self._stops(told, j)
 
     def told_to_part(self, motion: FloatArray) -> int | None:
@@ -84,17 +94,14 @@ class StuckJudge:
     def pose_of_part(self, distance: float, angle: float) -> int | None:
         """What is left to a pose [m, rad]."""
         if not self.changed:
-            self.by_part.add_left(self._part_band(), distance, angle)
+            self.by_part.add_left(self.part_band, (distance, angle))
         return self._part_stops()
 
-    def _part_band(self) -> float:
-        return max((self.dead_bands[j] for j in self.joints), default=math.inf)
-
     def _stops(self, told: ToldMotion, j: int) -> int | None:
-        beyond = told.rows >= self.rows_to_stop and told.furthest > self.dead_bands[j]
+        beyond = told.rows >= self.rows_to_stop and told.is_beyond((self.dead_bands[j], 0.0))
         return j if beyond and j not in self.changed else None
 
     def _part_stops(self) -> int | None:
         enough = self.by_part.rows >= self.rows_to_stop
-        beyond = enough and self.by_part.furthest > self._part_band()
+        beyond = enough and self.by_part.is_beyond(self.part_band)
         return self.joints[0] if beyond and not self.changed else None

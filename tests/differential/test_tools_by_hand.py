@@ -1,4 +1,4 @@
-"""Tools, torques and hands of `dual_panda`, with numbers computed by hand.
+"""Tools and hands of `dual_panda`, with numbers computed by hand.
 
 The left arm bends elbow and wrist by a right angle each: its tool points down, 0.5545 m in front
 of its base (0.0825 + 0.384 + 0.088) and 0.5211 m above it (0.333 + 0.316 + 0.0825 - 0.107 -
@@ -19,8 +19,8 @@ from tests.differential.comparison import rulings
 from tests.differential.gates import Pair, pair_of
 
 TICK, REACH, TURN = 100, 0.5545, 0.4
-LEFT_ARM, LEFT_GRIPPER, RIGHT_ARM, RIGHT_HAND = range(4)
-TORQUE, POSE, TWIST, BINARY, HAND = 2, 4, 6, 9, 11
+LEFT_ARM, LEFT_GRIPPER, _, RIGHT_HAND = range(4)
+POSE, TWIST, BINARY, HAND = 4, 6, 9, 11
 JOINTS, PASSIVE = 21, 2
 ELBOW, WRIST = 3, 5
 TOOL = np.array([REACH * math.cos(TURN), 0.25 + REACH * math.sin(TURN), 1.1211])
@@ -35,13 +35,13 @@ def dual() -> Iterator[Pair]:
         yield found
 
 
-def measured(turning: float = 0.0, effort: float = 0.0) -> Measured:
-    """Left joint 1 turns [rad/s], right joint 1 pushes [N m]; the rest stands still."""
+def measured(turning: float = 0.0) -> Measured:
+    """Left joint 1 turns [rad/s]; the rest stands still."""
     positions = np.zeros(JOINTS + PASSIVE)
     for first in (0, 8):
         positions[first + ELBOW], positions[first + WRIST] = -math.pi / 2.0, math.pi / 2.0
     velocities, efforts = np.zeros(JOINTS + PASSIVE), np.zeros(JOINTS + PASSIVE)
-    velocities[0], efforts[8] = turning, effort
+    velocities[0] = turning
     return Measured(TICK, positions, velocities, efforts)
 
 
@@ -107,15 +107,6 @@ CASES: dict[str, tuple[Case, tuple[Outcome, int, str, float]]] = {
             measured(turning=1.2),
         ),
         (RELEASED, 0, "", 0.0),
-    ),
-    "50 N m from none": (shown(joint(RIGHT_ARM, TORQUE, 8, 50.0)), (RELEASED, 0, "", 0.0)),
-    "51 N m from none": (
-        shown(joint(RIGHT_ARM, TORQUE, 8, 51.0)),
-        (REFUSED, 21, "right_joint1", 51.0),
-    ),
-    "88 N m from 60": (
-        shown(joint(RIGHT_ARM, TORQUE, 8, 80.0, 88.0), measured(effort=60.0)),
-        (TRUNCATED, 20, "right_joint1", 88.0),
     ),
     "open, closed, open": (shown(switch(0.0, 1.0, 0.0)), (RELEASED, 0, "", 0.0)),
     "half open": (shown(switch(1.0, 0.5)), (TRUNCATED, 20, "closed", 0.5)),

@@ -119,7 +119,7 @@ class HalActor:
 
     def _try_tick(self) -> bool:
         measured = self._backend.read()
-        is_still = self._identity.is_still(measured.velocities)
+        is_still = self._identity.is_still(measured, None)
         plan = self.core.decide(self.tick, self._schedule.now_ns, is_still)
         if not isinstance(plan, TickPlan):
             return False

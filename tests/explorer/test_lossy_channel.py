@@ -124,7 +124,7 @@ def test_a_stop_ends_all_motion_until_reset_and_armed_again_whoever_got_it(
         world.run_ticks(30)
         check_history(world)
         check_stops(world)
-        assert moves(world.history[-20:]) >= 12, f"seed {seed} did not recover"
+        assert moves(world.history[-20:]) >= 10, f"seed {seed} did not recover"
 
 
 @pytest.mark.parametrize("pacing", ["realtime", "lockstep"])

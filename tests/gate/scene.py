@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import math
 import threading
 from collections.abc import Sequence
 from pathlib import Path
@@ -103,6 +105,13 @@ class Scene:
         self.gate.close()
         self.bus.close()
 
+    @property
+    def ramp_ticks(self) -> int:
+        """Ticks after which a part that was told to stop has to be seen at standstill."""
+        file = json.loads(self.config.read_text())
+        ramp_ns, period_ns = file["protocol"]["stop_ramp_ms"] * 1e6, int(file["period_ns"])
+        return math.ceil(float(ramp_ns) / period_ns)
+
     # --- HAL ---
 
     def meet_hal(self) -> None:
@@ -176,7 +185,10 @@ class Scene:
         self._quiet.set()
 
     def release(self) -> Done:
-        request = Release(source=SOURCE, claim_id=self.claim_id)
+        return self.release_of(SOURCE, self.claim_id)
+
+    def release_of(self, source: str, claim_id: int) -> Done:
+        request = Release(source=source, claim_id=claim_id)
         return decode(Done, self.ask(self.keys.gate_command("release"), request))
 
     def ready_to_move(self) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import resource
 import threading
+import time
 from pathlib import Path
 
 import pytest
@@ -83,16 +84,16 @@ def test_a_log_that_nobody_wants_is_not_kept(config: Path, tmp_path: Path) -> No
     assert not (tmp_path / "state" / "decisions").exists()
 
 
-def test_only_the_newest_runs_are_kept(config: Path, tmp_path: Path) -> None:
+def test_only_the_newest_files_are_kept(config: Path, tmp_path: Path) -> None:
     for _ in range(4):
-        gate = RunningGate(config, tmp_path / "state", "--decision-log-runs", "2")
+        gate = RunningGate(config, tmp_path / "state", "--decision-log-files", "2")
         gate.wait_line("ready")
         assert gate.stop() == 0
     kept = sorted(path.name for path in (tmp_path / "state" / "decisions").iterdir())
     assert kept == ["000003.decisions", "000004.decisions"]
 
 
-def test_a_log_at_its_size_limit_ends_there_and_says_so(config: Path, tmp_path: Path) -> None:
+def test_junk_pushes_out_the_oldest_files_and_the_log_goes_on(config: Path, tmp_path: Path) -> None:
     folder = tmp_path / "state" / "decisions"
     gate = RunningGate(config, tmp_path / "state", "--decision-log-mib", "1")
     gate.wait_line("ready")
@@ -101,17 +102,21 @@ def test_a_log_at_its_size_limit_ends_there_and_says_so(config: Path, tmp_path: 
     alive = threading.Event()
     bus.watch_tokens(Keys(ROBOT).alive("safety"), lambda key, is_alive: alive.set())
     assert alive.wait(DEADLINE_S)
-    for _ in range(40):  # no stop levels, but recorded as they came
-        stops.put_bytes(bytes(60_000))
-    assert gate.wait_line("size limit") == (
-        f"WARNING safety: decision log: {folder}/000001.decisions has reached its size limit: "
-        "nothing more is recorded"
-    )
+    gives_up = time.monotonic() + DEADLINE_S
+    while (folder / "000001.decisions").exists() and time.monotonic() < gives_up:
+        stops.put_bytes(bytes(60_000))  # no stop levels, but recorded as they came
+        time.sleep(0.002)
+    stops.put(StopLevel(stop_id=77, by="operator", reason="after the junk"))
+    gate.wait_line("stop")
     bus.close()
     assert gate.stop() == 0
-    assert (folder / "000001.decisions").stat().st_size <= 1 << 20
+    files = sorted(folder.iterdir())
+    assert files[0].name != "000001.decisions"
+    assert sum(file.stat().st_size for file in files) <= 1 << 20
+    assert b"after the junk" in b"".join(file.read_bytes() for file in files[-2:])
     status, found = judge(folder)
-    assert (status, found["read"]) == (0, "complete: the log reached its size limit")
+    assert status == 0
+    assert found["read"].startswith("judged up to a gap of ")
 
 
 def test_every_run_has_a_log_and_a_folder_means_its_newest(scene: Scene) -> None:

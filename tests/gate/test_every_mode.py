@@ -19,7 +19,6 @@ pytestmark = pytest.mark.processes
 JOINT_MODES = {
     ControlMode.JOINT_POSITION: "left_arm",
     ControlMode.JOINT_VELOCITY: "left_arm",
-    ControlMode.JOINT_TORQUE: "right_arm",
     ControlMode.DEX_HAND_JOINT: "right_hand",
 }
 """Modes whose numbers are per joint, and a part that has each."""
@@ -51,19 +50,6 @@ def test_a_joint_mode_is_released_within_its_limits_and_refused_beyond(
     assert outcome(scene, jump)[0] == Outcome.REFUSED
     scene.next_tick()
     assert outcome(scene, good) == (Outcome.RELEASED, 0, "")
-
-
-def test_a_torque_far_from_the_measured_effort_is_refused(scene: Scene) -> None:
-    torque = ControlMode.JOINT_TORQUE
-    scene.hal.efforts[ROBOT.joint_names.index("right_joint1")] = 40.0
-    scene.next_tick()
-    assert outcome(scene, per_joint(scene, "right_arm", torque, -11.0)) == (
-        Outcome.REFUSED,
-        21,
-        "right_arm",
-    )
-    scene.next_tick()
-    assert outcome(scene, per_joint(scene, "right_arm", torque, 80.0))[0] == Outcome.RELEASED
 
 
 @pytest.mark.parametrize("part", ["left_arm", "right_arm"])

@@ -141,8 +141,12 @@ def test_a_bad_frame_moves_nothing_and_is_counted(scene: Scene, name: str) -> No
     assert scene.safe.unread() == []
 
 
-def test_five_bad_frames_end_the_claim(scene: Scene) -> None:
+def test_five_unreadable_frames_that_cite_the_claim_end_it(scene: Scene) -> None:
     scene.ready_to_move()
+    whole = encode(scene.chunk())
     for _ in range(5):
-        scene.send_bytes(b"\xc1")
+        scene.send_bytes(whole[:-1])
+    told = scene.verdicts.wait_for(lambda m: m.code == 1).limit_source
+    assert told.startswith("cut short, at byte "), told
+    assert told.endswith(f" of {len(whole) - 1}"), told
     assert scene.statuses.wait_for(lambda m: dict(m.counters).get("G001", 0) >= 5).claims == ()

@@ -82,6 +82,21 @@ def reset_latch(scene: Scene, latch_id: int) -> None:
     scene.wait_state(GateState.DISARMED)
 
 
+def test_an_arm_that_moves_while_its_velocities_say_zero_is_not_at_standstill(scene: Scene) -> None:
+    scene.ready_to_move()
+    verdict = scene.send(scene.chunk())
+    scene.acted_on(verdict, 0)
+    scene.raise_stop(77)
+    scene.wait_state(GateState.STOPPED)
+    for _ in range(scene.ramp_ticks + 1):
+        scene.hal.positions[scene.hal.joints.index("panda_joint1")] += 0.01
+        scene.next_tick(scene.hal.held())
+    status = scene.wait_state(GateState.LATCHED)
+    assert "G043 arm panda_joint1: 0.2 rad/s, limit 0.05 rad/s" in status.cause
+    with pytest.raises(RefusedError, match="a joint is still moving"):
+        scene.reset(status.latch_id)
+
+
 def test_three_stops_of_the_gate_itself_latch_it(scene: Scene) -> None:
     scene.ready_to_move()
     status = latch(scene)

@@ -123,7 +123,7 @@ def dual_panda_without(*modes: str) -> RobotManifest:
 
 
 def test_a_hand_a_binary_gripper_and_a_twist_of_a_tool_move_their_own_joints() -> None:
-    robot = dual_panda_without("joint_torque", "cartesian_pose")
+    robot = dual_panda_without("cartesian_pose")
     backend, hand = KinematicBackend(robot), list(range(15, 21))
     start, row = backend.read().positions, np.zeros(robot.n_dof)
     row[hand] = start[hand] + [0.05, -0.06, 0.07, -0.08, 0.09, -0.1]
@@ -140,11 +140,11 @@ def test_a_hand_a_binary_gripper_and_a_twist_of_a_tool_move_their_own_joints() -
         assert backend.read().positions[7] == pytest.approx(opening)
 
 
-def test_a_robot_with_torques_or_poses_is_refused_at_start() -> None:
+def test_a_robot_with_poses_is_refused_at_start() -> None:
     with pytest.raises(ConfigError) as caught:
-        KinematicBackend(dual_panda_without("cartesian_pose"))
+        KinematicBackend(load_robot("dual_panda"))
     assert str(caught.value) == (
-        "kinematic backend: part right_arm: expected a mode it can do, got joint_torque (valid: "
+        "kinematic backend: part left_arm: expected a mode it can do, got cartesian_pose (valid: "
         "joint_position, joint_velocity, cartesian_delta, cartesian_twist, gripper_binary, "
         "gripper_position, dex_hand_joint, body_twist, composite_mode)"
     )

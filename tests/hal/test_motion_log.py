@@ -53,3 +53,16 @@ def test_a_disk_that_hangs_costs_lines_not_ticks_and_the_log_says_so(
     writer.close(timeout_s=0.5)
     assert caplog.messages[0] == f"{path}: the disk is stuck, lines are lost"
     assert any(message.endswith("lines were lost") for message in caplog.messages[1:])
+
+
+def test_a_full_file_is_set_aside_and_the_newest_two_are_kept(tmp_path: Path) -> None:
+    path = tmp_path / "motion.jsonl"
+    path.write_text("from a run before\n")
+    writer = LineWriter(path, most_bytes=40)
+    for number in range(10):
+        writer.put(f"line {number:04}")
+    writer.close()
+    before = (tmp_path / "motion.jsonl.1").read_text().split("\n")
+    now = path.read_text().split("\n")
+    assert [*before[:-1], *now[:-1]] == [f"line {n:04}" for n in range(3, 10)]
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["motion.jsonl", "motion.jsonl.1"]

@@ -70,18 +70,6 @@ def test_another_mode_makes_a_gripper_forget_its_target(robot: RobotManifest, mo
     assert gripper.at(GRIPPER) == left_at
 
 
-def test_the_end_of_a_torque_leaves_a_gripper_no_target(robot: RobotManifest) -> None:
-    modes = ("gripper_binary", "joint_torque")
-    gripper = Followed(changed(robot, GRIPPER, modes=modes), {GRIPPER: START_M})
-    gripper.run({GRIPPER: closed()})
-    gripper.run({GRIPPER: joint_row(robot, ControlMode.JOINT_TORQUE, {GRIPPER: 1.0})})
-    let_go = gripper.setpoints.positions.copy()
-    let_go[robot.joint_names.index(GRIPPER)] = 0.06
-    for _ in range(20):
-        gripper.setpoints.advance({}, let_go)
-    assert gripper.at(GRIPPER) == 0.06
-
-
 @pytest.mark.parametrize("law", ["keep_position", "zero_delta", "ramp_to_zero"])
 def test_only_keep_command_lets_a_gripper_travel_on(robot: RobotManifest, law: str) -> None:
     gripper = Followed(changed(robot, GRIPPER, hold=law), {GRIPPER: START_M})

@@ -65,10 +65,9 @@ def changed(robot: RobotManifest, part: int, **fields: object) -> RobotManifest:
                 "gain": [0.0, 1.0], "linear_tracking_m_s": 1.0, "angular_tracking_rad_s": 1.0,
                 "free_axes": [0], "source": "test",
             }  # fmt: skip
-        if fields["modes"] in (["joint_torque"], ["gripper_binary"]):
+        if fields["modes"] == ["gripper_binary"]:
             limits.clear()
-            steps = {} if fields["modes"] == ["gripper_binary"] else {"step_limits": [9.0] * 7}
-            limits[fields["modes"][0]] = {**steps, "source": "test"}
+            limits["gripper_binary"] = {"source": "test"}
         limits.update(tool)
     return RobotManifest.model_validate(data)
 
@@ -156,21 +155,6 @@ def test_a_binary_gripper_travels_to_an_end_of_its_range(robot: RobotManifest) -
     assert setpoints.positions[7] == 0.08
 
 
-def test_a_torque_has_no_setpoint_and_ends_where_the_joint_is_then(robot: RobotManifest) -> None:
-    setpoints = Setpoints(changed(robot, 0, modes=["joint_torque"]))
-    setpoints.restart(START)
-    push = {"arm": joints(ControlMode.JOINT_TORQUE, {1: -3.0, 4: 0.5})}
-    first = setpoints.advance(push, START)
-    np.testing.assert_array_equal(first.torques[[1, 4]], [-3.0, 0.5])
-    assert np.isnan(np.delete(first.torques, [1, 4])).all(), "the others keep their servos"
-    moved = START + np.arange(8) * 0.01
-    held = setpoints.advance({}, moved)
-    assert np.isnan(held.torques).all()
-    for targets in (held.start, held.end, setpoints.advance({}, moved + 0.1).end):
-        np.testing.assert_array_equal(targets[[1, 4]], moved[[1, 4]])
-        np.testing.assert_array_equal(np.delete(targets, [1, 4]), np.delete(START, [1, 4]))
-
-
 @pytest.mark.parametrize(
     ("part", "command", "text"),
     [
@@ -202,7 +186,7 @@ def test_a_command_that_does_not_fit_is_refused_and_moves_nothing(
     [
         (0, {"modes": ["body_twist"]},
          "hal_mujoco: part arm: expected a mode of this HAL, got body_twist "
-         "(valid: joint_position, joint_velocity, joint_torque, cartesian_pose, "
+         "(valid: joint_position, joint_velocity, cartesian_pose, "
          "cartesian_delta, cartesian_twist, gripper_binary, gripper_position, "
          "dex_hand_joint, composite_mode)"),
         (0, {"hold": "write_default"},

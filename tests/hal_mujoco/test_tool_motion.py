@@ -141,7 +141,7 @@ def test_tools_driven_at_full_scale_break_no_measured_limit(world: DualPanda) ->
          "part right_arm: expected finite values, got [0.0, inf, 0.0, 0.0, 0.0, 0.0]"),
         (tool_row(ControlMode.BODY_TWIST, [0.0] * 6),
          "part right_arm: expected a mode, got body_twist (valid: joint_position, "
-         "joint_velocity, joint_torque, cartesian_pose, cartesian_delta, cartesian_twist)"),
+         "joint_velocity, cartesian_pose, cartesian_delta, cartesian_twist)"),
     ],
 )  # fmt: skip
 def test_a_command_that_does_not_fit_is_refused_before_the_other_arm_moved(

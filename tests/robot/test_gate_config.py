@@ -86,8 +86,6 @@ def test_the_two_armed_robots_limits_stay_within_what_its_maker_allows() -> None
         assert twist["angular_limit"] <= 2.5
         assert twist["linear_step_limit"] <= 13.0 * 0.05
         assert twist["angular_step_limit"] <= 25.0 * 0.05
-    assert max(modes["right_arm"]["joint_torque"]["step_limit"]) <= 1000.0 * 0.05
-    assert "joint_torque" not in modes["left_arm"]
     assert set(modes["left_gripper"]["gripper_binary"]) == {"source"}
 
 

@@ -20,8 +20,7 @@ def problems(part: str, mode: str, name: str, value: float) -> list[str]:
 @pytest.mark.parametrize(
     ("part", "mode", "name", "value"),
     [
-        ("right_arm", "joint_torque", "effort_limit", 12.0),
-        ("right_arm", "joint_torque", "step_limit", 12.0),
+        ("right_arm", "joint_velocity", "velocity_limit", 2.0),
         ("left_arm", "cartesian_pose", "lower_y", -0.2),
         ("left_arm", "cartesian_pose", "upper_z", 1.6),
         ("left_arm", "cartesian_pose", "angular_step_limit", 0.1),
@@ -38,8 +37,6 @@ def test_a_limit_up_to_the_robots_own_is_admitted(
 @pytest.mark.parametrize(
     ("part", "mode", "name", "value", "text"),
     [
-        ("right_arm", "joint_torque", "effort_limit", 12.5,
-         "effort_limit: expected above 0 and at most 12, got 12.5"),
         ("left_arm", "cartesian_pose", "lower_y", -0.21,
          "lower_y: expected at least -0.2 and below upper, 1, got -0.21"),
         ("left_arm", "cartesian_pose", "upper_x", 0.91,

@@ -60,7 +60,7 @@ def test_a_cartesian_slot_goes_to_the_arm_of_its_end_effector_in_its_frame(
     np.testing.assert_array_equal(floats(found.values, width), row.astype(float) * scale)
 
 
-@pytest.mark.parametrize("mode", ["joint_position", "joint_velocity", "joint_torque"])
+@pytest.mark.parametrize("mode", ["joint_position", "joint_velocity"])
 def test_joints_named_in_any_order_go_to_their_own_columns_and_nowhere_else(mode: str) -> None:
     found = one(DUAL, {"control_mode": mode, "joint_names": MIXED, "scale": [2, 3, 4]}, emitted(3))
     assert DUAL.part_names[found.part] == "right_arm"
@@ -141,7 +141,7 @@ def test_an_opening_a_body_twist_and_a_switch_are_as_they_were() -> None:
 
 def test_every_mode_a_slot_can_name_is_dispatched_above() -> None:
     shown = {mode for mode, *_ in CARTESIAN} | {
-        *("joint_position", "joint_velocity", "joint_torque", "dex_hand_joint"),
+        *("joint_position", "joint_velocity", "dex_hand_joint"),
         *("gripper_binary", "gripper_position", "body_twist", "composite_mode"),
     }
     assert shown == set(MODE_NAMES)

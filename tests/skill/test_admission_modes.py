@@ -37,7 +37,6 @@ def problems(width: int, slot: dict[str, Any], hal: HalStatus | None = HAL) -> l
     ("mode", "width", "fields", "part", "largest"),
     [
         ("joint_velocity", 1, {"joint_names": ["right_joint6"]}, "right_arm", 2.61),
-        ("joint_torque", 1, {"joint_names": ["right_joint2"]}, "right_arm", 87.0),
         ("cartesian_delta", 6, LEFT, "left_arm", 0.125 / np.sqrt(3.0)),
         ("cartesian_twist", 6, LEFT, "left_arm", 2.5 / np.sqrt(3.0)),
     ],

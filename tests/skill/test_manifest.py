@@ -77,7 +77,7 @@ def test_the_hash_depends_on_content_and_not_on_how_the_file_is_written(tmp_path
             },
             "limits.0.control_mode: expected a mode, got 'warp' "
             "(valid: cartesian_pose, "
-            "cartesian_delta, cartesian_twist, joint_position, joint_velocity, joint_torque, "
+            "cartesian_delta, cartesian_twist, joint_position, joint_velocity, "
             "dex_hand_joint, gripper_binary, gripper_position, body_twist, composite_mode)",
         ),
         (

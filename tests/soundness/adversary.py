@@ -61,7 +61,7 @@ class Adversary:
         count = int(self._rng.integers(1, len(names) + 1))
         found = {}
         for name in self._rng.choice(names, size=count, replace=False):
-            modes = [m for m in self._robot.part(name).control_modes if m not in _UNPREDICTED]
+            modes = [*self._robot.part(name).control_modes]
             mode = modes[int(self._rng.integers(len(modes)))]
             found[str(name)] = FullScaleRows(self._robot, str(name), mode, turns_back=False)
         return found
@@ -93,8 +93,6 @@ class Adversary:
         return start, found
 
 
-# A torque is predicted no further than its own row.
-_UNPREDICTED = (ControlMode.JOINT_TORQUE,)
 _NOISY = (
     ControlMode.JOINT_VELOCITY,
     ControlMode.CARTESIAN_DELTA,

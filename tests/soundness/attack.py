@@ -61,8 +61,8 @@ class Parts:
 def some_mode(
     robot: RobotManifest, part: str, rng: np.random.Generator, but: Sequence[ControlMode] = ()
 ) -> ControlMode:
-    """One of a part's modes, torques left out."""
-    modes = [m for m in robot.part(part).control_modes if m not in (*but, ControlMode.JOINT_TORQUE)]
+    """One of a part's modes."""
+    modes = [m for m in robot.part(part).control_modes if m not in but]
     return modes[int(rng.integers(len(modes)))]
 
 

@@ -7,13 +7,11 @@ import zlib
 import numpy as np
 
 from fairlead.errors import ConfigError, expected
-from fairlead.modes import ControlMode
 from fairlead.robot.manifest import RobotManifest
 from tests.soundness.arena import Arena
 from tests.soundness.attack import Attack
 from tests.soundness.base_cycles import BaseCycles
 from tests.soundness.hunt import Hunter
-from tests.soundness.torques import Torques
 from tests.soundness.wandering import FullScale, Switch, Wandering
 
 WANDERING = ("random", "corner", "creep")
@@ -21,7 +19,6 @@ EVERY_ROBOT = (*WANDERING, "full-scale", "hunt")
 SWITCHES: dict[str, Switch] = {"switch-up": "up", "switch-down": "down", "flicker": "flicker"}
 ON_A_BASE = ("base-cycles", *SWITCHES)
 TWO_ARMS = ("chase",)
-WITH_TORQUES = ("torques",)
 
 
 def attacks_on(robot: RobotManifest) -> tuple[str, ...]:
@@ -31,8 +28,6 @@ def attacks_on(robot: RobotManifest) -> tuple[str, ...]:
         found += ON_A_BASE
     if sum(len(part.joints) >= 6 and part.end_effector is not None for part in robot.parts) > 1:
         found += TWO_ARMS
-    if any(ControlMode.JOINT_TORQUE in part.control_modes for part in robot.parts):
-        found += WITH_TORQUES
     return found
 
 
@@ -57,8 +52,6 @@ def make_attack(robot: RobotManifest, name: str, seed: int, arena: Arena) -> Att
         return BaseCycles(robot, rng)
     if name == "chase":
         return _chase(robot, rng, arena)
-    if name == "torques":
-        return Torques(robot, rng)
     return FullScale(robot, rng, SWITCHES[name])
 
 

@@ -13,7 +13,6 @@ import yaml
 
 from fairlead.messages import (
     FloatArray,
-    GateState,
     GoalResult,
     Hold,
     JointState,
@@ -132,16 +131,6 @@ class ModeRobot:
         story, result = self._goal(name)
         assert result.outcome == "deadline", result
         return story
-
-    def run_into_stop(self, name: str) -> tuple[Story, str]:
-        """The same for a goal that the gate stops: with the stop's cause; the stop is reset."""
-        story, result = self._goal(name)
-        assert result.outcome == "failed", result
-        gate = self._client.gate_status()
-        assert gate.state == GateState.STOPPED, gate
-        for one in gate.stop_ids:
-            self._client.reset(one)
-        return story, gate.cause
 
     def _goal(self, name: str) -> tuple[Story, GoalResult]:
         self._client.disarm()

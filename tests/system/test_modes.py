@@ -10,15 +10,14 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
-import mujoco
 import numpy as np
 import pinocchio as pin
 import pytest
 
-from fairlead.messages import FloatArray, floats
+from fairlead.messages import FloatArray
 from fairlead.modes import ControlMode
 from fairlead.operate.scratch_robot import scratch_robot
-from fairlead.paths import SKILLS_VARIABLE, repo_root, robot_dir
+from fairlead.paths import SKILLS_VARIABLE, repo_root
 from fairlead.robot.manifest import load_robot
 from fairlead.supervisor import Registry
 from fairlead.supervisor.scratch import ScratchOptions, make_scratch
@@ -44,7 +43,6 @@ STATE = {
     "dim": 14, "joints": [{"names": [*LEFT, *RIGHT], "quantity": "position", "unit": "deg"}],
 }  # fmt: skip
 SEVEN = (0.05, -0.06, 0.07, -0.08, 0.09, -0.1, 0.04)
-TORQUES = (3.0, -5.0, 2.0, -4.0, 0.5, -0.625, 0.25)
 SHIFT, TURN = (0.01, -0.02, 0.03), (0.02, -0.04, 0.06)
 """Of the pose, from where the tool is [m, rad]."""
 HALVES = (0.5, -0.25, 0.75, 0.25, -0.5, 0.875)
@@ -100,13 +98,6 @@ RELEASED = {
     "joint-velocity": skill(
         joint_slot("joint_velocity", RIGHT[::-1], scale=[0.4] * 7), [0.125, *HALVES][::-1]
     ),
-    "joint-torque": skill(
-        joint_slot("joint_torque", RIGHT[::-1], scale=12.0),
-        [torque / 12.0 for torque in TORQUES][::-1],
-    ),
-    "joint-torque-runaway": skill(
-        joint_slot("joint_torque", ["right_joint1"], scale=40.0), [1.0], ticks=40
-    ),
     "cartesian-pose": skill(
         tool_slot("cartesian_pose", "left"), pose_numbers("left_tcp", SHIFT, TURN)
     ),
@@ -144,12 +135,6 @@ REFUSED: dict[str, Refusal] = {
     "joint-velocity-limit": refused(
         "right_arm", joint_slot("joint_velocity", ["right_joint5"], scale=2.61), [-1.001],
         20, "right_joint5", -2.61261, -2.61),
-    "joint-torque-limit": refused(
-        "right_arm", joint_slot("joint_torque", ["right_joint2"], scale=87.0), [1.001],
-        20, "right_joint2", 87.087, 87.0),
-    "joint-torque-step": refused(
-        "right_arm", joint_slot("joint_torque", ["right_joint2"], scale=87.0), [0.576],
-        21, "right_joint2", 50.112, 50.0),
     "cartesian-pose-box": refused(
         "left_arm", tool_slot("cartesian_pose", "left"), [0.5, 1.001, 0.9, 0, 0, 0, 1],
         20, "y", 1.001, 1.0),
@@ -252,48 +237,6 @@ def test_joint_velocity_moves_each_joint_at_its_rate(robot: ModeRobot) -> None:
     assert seconds > 0.3
     np.testing.assert_allclose(moved(story, RIGHT), rates * seconds, rtol=0, atol=ARRIVED)
     others_are_still(story, "right_arm")
-
-
-def plain_mujoco(torques: FloatArray, ticks: int) -> FloatArray:
-    """The right arm under these torques from home, by MuJoCo alone, its servos off."""
-    model = mujoco.MjModel.from_xml_path(str(robot_dir(ROBOT.id) / "dual_panda.xml"))
-    data = mujoco.MjData(model)
-    mujoco.mj_resetDataKeyframe(model, data, model.key("home").id)
-    data.ctrl[:] = data.qpos
-    for name, torque in zip(RIGHT, torques, strict=True):
-        model.actuator(name).gainprm[0], model.actuator(name).biasprm[:] = 0.0, 0.0
-        data.joint(name).qfrc_applied[0] = torque
-    mujoco.mj_step(model, data, ticks * round(0.05 / model.opt.timestep))
-    return np.array([data.joint(name).qpos[0] for name in RIGHT])
-
-
-def test_joint_torque_pushes_each_joint_and_the_arm_brakes_afterwards(robot: ModeRobot) -> None:
-    story = robot.run("joint-torque")
-    torques = exact([torque / 12.0 for torque in TORQUES]) * 12.0
-    mode, frame, row, active = story.row(PARTS["right_arm"])
-    assert (mode, frame, active) == (ControlMode.JOINT_TORQUE, "", mask(RIGHT))
-    np.testing.assert_array_equal(row, joints_row(dict(zip(RIGHT, torques, strict=True))))
-    acted = story.acted(PARTS["right_arm"])
-    assert len(acted) >= 6
-    own = list(mask(RIGHT))
-    for state in acted:
-        np.testing.assert_array_equal(floats(state.efforts)[own], torques)
-    let_go = floats(acted[-1].positions)[own]
-    np.testing.assert_allclose(let_go, plain_mujoco(torques, len(acted)), rtol=0, atol=1e-5)
-    assert np.abs(let_go - story.start[own]).max() > 0.1
-    np.testing.assert_allclose(story.end[own], let_go, rtol=0, atol=ARRIVED)
-    others_are_still(story, "right_arm")
-
-
-def test_an_arm_that_runs_away_under_a_torque_is_stopped_and_brakes(robot: ModeRobot) -> None:
-    story, cause = robot.run_into_stop("joint-torque-runaway")
-    assert "G021" in cause and "right_joint1" in cause, cause
-    limit = ROBOT.joint("right_joint1").velocity_limit
-    own = ROBOT.joint_names.index("right_joint1")
-    places = np.array([floats(state.positions)[own] for state in story.states])
-    assert max(floats(state.velocities)[own] for state in story.states) > limit
-    assert len(story.acted(PARTS["right_arm"])) < 40
-    assert places[-1] - story.start[own] < 2.0, "it was stopped on its way to the joint's limit"
 
 
 def test_cartesian_pose_is_where_the_tool_comes_to_rest(robot: ModeRobot) -> None:

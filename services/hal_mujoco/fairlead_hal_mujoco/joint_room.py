@@ -41,7 +41,7 @@ class JointRoom:
         # A setpoint that leads by more already (it was a position command) may only come back.
         lowest, highest = np.minimum(measured - lead, setpoints), measured + lead
         highest = np.maximum(highest, setpoints)
-        # One outside the position limits (a torque led there) may only come back, and step by
+        # One outside the position limits may only come back, and step by
         # step: limits that left it out would pull it in at once.
         lower = np.minimum(self.lower[own], setpoints)
         upper = np.maximum(self.upper[own], setpoints)

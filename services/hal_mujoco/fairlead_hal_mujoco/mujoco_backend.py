@@ -24,9 +24,8 @@ from fairlead_hal_mujoco.frame_kinematics import FrameKinematics
 from fairlead_hal_mujoco.key_poses import GOAL_KEY, HOME_KEY, GoalPose, key_qpos
 from fairlead_hal_mujoco.model_file import load_model
 from fairlead_hal_mujoco.options import MujocoOptions
-from fairlead_hal_mujoco.servo_switch import ServoSwitch
 from fairlead_hal_mujoco.servos import find_sources
-from fairlead_hal_mujoco.setpoints import Setpoints, Targets
+from fairlead_hal_mujoco.setpoints import Setpoints
 from fairlead_hal_mujoco.tool_motion import ToolMotion
 
 NO_ROTATION = np.array([0.0, 0.0, 0.0, 1.0])
@@ -58,8 +57,6 @@ class MujocoBackend:
         commanded = self._sources[: robot.n_dof]
         kinematics = FrameKinematics(self._model, self._data, robot, commanded)
         self._setpoints = Setpoints(robot, profile, ToolMotion(robot, profile, kinematics))
-        self._switch = ServoSwitch(self._model)
-        self._shared_by = np.array([len(source.signs) for source in commanded])
         self._base = base_body(self._model, robot, "hal_mujoco")
         self._parts = tuple(describe_part(robot, part, profile) for part in robot.parts)
         self._goal: GoalPose | None = None
@@ -107,18 +104,14 @@ class MujocoBackend:
     def apply(self, commands: Mapping[str, PartCommand]) -> None:
         """As `Backend.apply`; the servos follow a straight line between setpoints.
 
-        A joint with a torque gets it, the same one, in every physics step of the period.
-
         Raises:
             RuntimeError: if the simulation diverges.
         """
         measured = self._measure(self._data.qpos)[: self._robot.n_dof]
         targets = self._setpoints.advance(commands, measured)
-        self._drive_by(targets)
-        forces = targets.torques * self._shared_by  # each finger of a gripper gets all of it
         for step in range(1, self._steps + 1):
             way = targets.start + (targets.end - targets.start) * (step / self._steps)
-            self._write(np.where(np.isnan(forces), way, forces))
+            self._write(way)
             mujoco.mj_step(self._model, self._data)
         if not (np.isfinite(self._data.qpos).all() and np.isfinite(self._data.qvel).all()):
             raise RuntimeError(f"the simulation diverged at {self._data.time:.3f} s")
@@ -151,7 +144,6 @@ class MujocoBackend:
                 self._data.qpos[source.qpos[0]] = inside
         positions = self._measure(self._data.qpos)[: self._robot.n_dof]
         self._setpoints.restart(positions)
-        self._drive_by(Targets(positions, positions, np.full(self._robot.n_dof, np.nan)))
         self._write(positions)
         mujoco.mj_forward(self._model, self._data)
 
@@ -173,14 +165,6 @@ class MujocoBackend:
     def _measure(self, qpos: FloatArray) -> FloatArray:
         return np.array([source.sum(qpos, source.qpos) for source in self._sources])
 
-    def _drive_by(self, targets: Targets) -> None:
-        for source, torque in zip(self._sources, targets.torques, strict=False):
-            if np.isnan(torque):
-                self._switch.to_position(source.servos)
-            else:
-                self._switch.to_force(source.servos)
-
-    def _write(self, controls: FloatArray) -> None:
-        """Each joint's position or torque, whichever its servos are switched to."""
-        for source, value in zip(self._sources, controls, strict=False):
+    def _write(self, positions: FloatArray) -> None:
+        for source, value in zip(self._sources, positions, strict=False):
             self._data.ctrl[list(source.servos)] = source.shares(float(value))

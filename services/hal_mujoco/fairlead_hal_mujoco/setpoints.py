@@ -23,16 +23,14 @@ class Targets:
     """What the servos are told in one period, in wire order, shape ``[n_dof]`` each.
 
     start, end: position setpoints [rad or m] at both ends of the period.
-    torques: [N m or N]; nan for a joint that its position servo drives.
     """
 
     start: FloatArray
     end: FloatArray
-    torques: FloatArray
 
 
 class Setpoints:
-    """Position setpoints of the commanded joints, in wire order [rad or m], and torques.
+    """Position setpoints of the commanded joints, in wire order [rad or m].
 
     joint_position, dex_hand_joint: the setpoint is the command. joint_velocity: it moves at
     the commanded rate. cartesian modes: it moves so that the tool would be where the command
@@ -42,8 +40,7 @@ class Setpoints:
     may only come back, at the rate it is told), and lead a joint by no more than it travels
     in two periods at full speed: one that is blocked does not leap when it comes free.
     gripper_position, gripper_binary (0 the upper position limit, 1 the lower): it travels to
-    the command at the gripper's own speed limit. joint_torque: no setpoint; afterwards it is
-    where the joint was when the torque ended, so the servo brakes there.
+    the command at the gripper's own speed limit.
 
     A part without a command, and a joint that a joint mode leaves out, follow the part's hold
     law: ``ramp_to_zero`` slows joints down by their acceleration limits, the others leave the
@@ -80,7 +77,6 @@ class Setpoints:
         """Stand still at ``positions``, shape ``[n_dof]``."""
         self.positions = positions.copy()
         self._velocities = np.zeros(len(positions))
-        self._torques = np.full(len(positions), np.nan)
         self._measured = positions.copy()
         self._openings: dict[str, float] = {}
 
@@ -97,9 +93,6 @@ class Setpoints:
         for name, command in commands.items():
             self._check.check(name, command)
         self._measured = measured
-        pushed = ~np.isnan(self._torques)
-        self.positions[pushed] = measured[pushed]
-        self._torques[:] = np.nan
         start = self.positions.copy()
         for part in self._robot.parts:
             given = commands.get(part.name)
@@ -109,7 +102,7 @@ class Setpoints:
                 if given.mode not in _GRIPPER_MODES:
                     self._openings.pop(part.name, None)
                 MODES[given.mode](self, part, given)
-        return Targets(start, self.positions.copy(), self._torques.copy())
+        return Targets(start, self.positions.copy())
 
     def _hold(self, part: Part) -> None:
         self._slow_down(part, self._own[part.name])
@@ -135,11 +128,6 @@ class Setpoints:
     def _joint_velocity(self, part: Part, command: PartCommand) -> None:
         active = self._active(part, command)
         self._drive(active, command.values[active])
-
-    def _joint_torque(self, part: Part, command: PartCommand) -> None:
-        active = self._active(part, command)
-        self._velocities[active] = 0.0
-        self._torques[active] = command.values[active]
 
     def _active(self, part: Part, command: PartCommand) -> list[int]:
         """The joints a row is for; the part's others hold."""
@@ -188,7 +176,6 @@ class Setpoints:
 MODES: dict[ControlMode, Callable[[Setpoints, Part, PartCommand], None]] = {
     ControlMode.JOINT_POSITION: Setpoints._joint_position,
     ControlMode.JOINT_VELOCITY: Setpoints._joint_velocity,
-    ControlMode.JOINT_TORQUE: Setpoints._joint_torque,
     ControlMode.CARTESIAN_POSE: Setpoints._cartesian,
     ControlMode.CARTESIAN_DELTA: Setpoints._cartesian,
     ControlMode.CARTESIAN_TWIST: Setpoints._cartesian,

@@ -16,12 +16,10 @@ constexpr std::uint32_t latest_turn = 4;
 
 using Row = std::vector<double>;
 
-// A torque leads nowhere, so it is looked at least.
 std::vector<std::uint8_t> modes_of(const PartLimits& part) {
   std::vector<std::uint8_t> modes;
   for (std::uint8_t mode = 0; mode < mode_count; ++mode)
-    if (part.modes.supports(mode) && mode != static_cast<std::uint8_t>(Mode::joint_torque))
-      modes.push_back(mode);
+    if (part.modes.supports(mode)) modes.push_back(mode);
   return modes;
 }
 

@@ -32,7 +32,7 @@ Arguments parse_arguments(const std::vector<std::string>& words) {
   Arguments arguments;
   arguments.name_space = "fl";
   arguments.service = "safety";
-  std::string runs = "10";
+  std::string files = "20";
   std::string mib = "1024";
   Endpoints& endpoints = arguments.endpoints;
   const std::map<std::string, std::string*> texts = {
@@ -40,7 +40,7 @@ Arguments parse_arguments(const std::vector<std::string>& words) {
       {"--service", &arguments.service},     {"--config", &arguments.config},
       {"--listen", &endpoints.listen},       {"--router", &endpoints.router},
       {"--state-dir", &arguments.state_dir}, {"--decision-log", &arguments.decision_log},
-      {"--decision-log-runs", &runs},        {"--decision-log-mib", &mib}};
+      {"--decision-log-files", &files},      {"--decision-log-mib", &mib}};
   for (std::size_t i = 0; i < words.size(); ++i) {
     const std::string& word = words[i];
     if (word == "--help" || word == "-h") {
@@ -68,7 +68,7 @@ Arguments parse_arguments(const std::vector<std::string>& words) {
     }
   }
   check_endpoints(endpoints);
-  arguments.decision_log_runs = whole_number("--decision-log-runs", runs);
+  arguments.decision_log_files = whole_number("--decision-log-files", files);
   arguments.decision_log_mib = whole_number("--decision-log-mib", mib);
   if (arguments.decision_log.empty()) arguments.decision_log = arguments.state_dir + "/decisions";
   if (arguments.decision_log == "none") arguments.decision_log.clear();
@@ -89,11 +89,11 @@ Not safety-rated; its stop is a protective stop request.
   --state-dir DIR    folder for the latch and the clean mark
   --new-state        this state folder is new and that is right: without it a gate whose profile
                      is for hardware boots latched when its folder was never used before
-  --decision-log DIR where what the gate was given and decided is recorded, a file a run, or none
+  --decision-log DIR where what the gate was given and decided is recorded, in numbered files, or none
                      (default: decisions/ in the state folder); read it with: fairlead why, and
                      fairlead-safety judge --help
-  --decision-log-runs N  how many runs are kept there (default: 10)
-  --decision-log-mib N   a run's log ends at this size (default: 1024)
+  --decision-log-files N  how many files are kept there (default: 20)
+  --decision-log-mib N    size of all of them together; the oldest go (default: 1024)
   --namespace NAME   first chunk of every key (default: fl)
   --service NAME     this process's name in keys and logs (default: safety)
 

@@ -17,8 +17,8 @@ struct Arguments {
   Endpoints endpoints;     // a peer's, or the router of a client
   std::string state_dir;
   std::string decision_log;  // folder of the decision logs; empty: none is kept
-  std::uint64_t decision_log_runs = 10;
-  std::uint64_t decision_log_mib = 1024;  // of one run
+  std::uint64_t decision_log_files = 20;
+  std::uint64_t decision_log_mib = 1024;  // of all of them
   bool new_state = false;                 // a state folder never used before is right
   bool help = false;
 };

@@ -57,11 +57,10 @@ Gain read_gain(Section& section) {
   return {lower, upper};
 }
 
-// A torque is no motion: how far it leads is not declared.
 void read_joint_mode(Section& section, Mode mode, const PartLimits& part, JointModeLimits& block) {
   read_per_joint(section, "step_limit", part, block.step_limit);
   if (mode == Mode::joint_velocity) block.gain = read_gain(section);
-  if (mode != Mode::joint_torque) read_per_joint(section, "tracking", part, block.tracking);
+  read_per_joint(section, "tracking", part, block.tracking);
 }
 
 void read_norms(Section& section, Mode mode, CartesianLimits& block) {

@@ -21,6 +21,9 @@ namespace {
 // Well under the shortest promise the timer serves, a lease every 25 ms.
 constexpr auto kTimerPeriod = std::chrono::milliseconds(5);
 
+// Sources that are ready to be told their verdicts; half of what the network side keeps at most.
+constexpr std::size_t kServedSources = 32;
+
 /// Ids that nobody can guess or repeat, from the system's entropy. Without any the gate cannot
 /// tell an old command from a new one: it ends, and the robot holds.
 class RandomIds final : public IdSource {
@@ -87,6 +90,8 @@ void GateProcess::start(bool new_state) {
 }
 
 void GateProcess::handle(const Event& event, Answer* answer) {
+  if (event.kind == EventKind::candidate && !intake_.admits(event.payload, event.received_ns))
+    return;
   if (event.kind == EventKind::arm && !prepare_to_arm(answer)) return;
   if (event.kind == EventKind::claim) return handle_claim(event, answer);
   const std::lock_guard lock(mutex_);
@@ -123,6 +128,7 @@ void GateProcess::handle_claim(const Event& event, Answer* answer) {
   // A frame that does not decode is the core's to refuse, with its reason.
   const bool readable = decode(event.payload, claim) == FrameFault::none;
   bool is_new = false;
+  if (readable) make_room();
   if (readable && !outlet_.prepare_source(claim.source.view(), is_new)) {
     refuse(answer, "the source cannot be in a key, or this gate has served too many sources",
            "use 1 to 64 of a-z 0-9 _ . -, or restart the gate");
@@ -131,9 +137,43 @@ void GateProcess::handle_claim(const Event& event, Answer* answer) {
   {
     const std::lock_guard lock(mutex_);
     step(event, answer);
-    if (!was_refused()) is_new = false;
+    if (!was_refused()) {
+      is_new = false;
+      note_granted(claim);
+    }
   }
   if (is_new) outlet_.forget_source(claim.source.view());
+}
+
+// Of the sources that hold no claim any more the first served is forgotten.
+void GateProcess::make_room() {
+  if (served_.size() < kServedSources) return;
+  const auto idle = std::ranges::find_if(served_, [this](const std::string& source) {
+    const std::lock_guard lock(mutex_);
+    return !is_granted(source);
+  });
+  if (idle == served_.end()) return;
+  outlet_.forget_source(*idle);
+  served_.erase(idle);
+}
+
+bool GateProcess::is_granted(std::string_view source) const {
+  Lease lease;
+  if (decode(Bytes(newest_lease_), lease) != FrameFault::none) return true;  // nobody knows
+  return std::ranges::any_of(lease.grants,
+                             [&](const Grant& grant) { return grant.source == source; });
+}
+
+void GateProcess::note_granted(const Claim& claim) {
+  const std::string source(claim.source.view());
+  std::erase(served_, source);
+  served_.push_back(source);
+  for (const Output& output : outputs_->items()) {
+    ClaimReply reply;
+    if (output.kind == OutputKind::reply &&
+        decode(outputs_->payload(output), reply) == FrameFault::none)
+      intake_.expect(source, reply.session, reply.epoch, reply.claim_id);
+  }
 }
 
 bool GateProcess::was_refused() const {
@@ -163,7 +203,10 @@ void GateProcess::carry_out(Answer* answer) {
   auto leases_left = static_cast<std::size_t>(std::ranges::count_if(outputs_->items(), is_lease));
   for (const Output& output : outputs_->items()) {
     const Bytes payload = outputs_->payload(output);
-    if (is_lease(output)) --leases_left;
+    if (is_lease(output)) {
+      --leases_left;
+      newest_lease_.assign(payload.begin(), payload.end());
+    }
     switch (output.kind) {
       case OutputKind::verdict:
         outlet_.publish(output.kind, output.source, payload, Leaves::now);
@@ -210,11 +253,24 @@ void GateProcess::log_refusal(Bytes payload) {
   log_.write(LogWriter::Kind::refusal, verdict_text(verdict));
 }
 
+// Once a second at most.
+void GateProcess::say_left_out() {
+  const std::uint64_t now_ns = monotonic_ns();
+  if (now_ns - said_left_out_ns_ < 1'000'000'000) return;
+  said_left_out_ns_ = now_ns;
+  const Intake::LeftOut out = intake_.take_left_out();
+  if (out.sum() == 0) return;
+  log_.warning("candidates left out unread: " + std::to_string(out.strangers) +
+               " that cite no live claim, " + std::to_string(out.copies) + " copies, " +
+               std::to_string(out.excess) + " beyond what one claim may send");
+}
+
 void GateProcess::run_timer() {
   std::unique_lock lock(mutex_);
   auto next = std::chrono::steady_clock::now() + kTimerPeriod;
   while (!stop_timer_.wait_until(lock, next, [this] { return stopping_; })) {
     step(Event{}, nullptr);
+    say_left_out();
     // After a suspension the missed turns are not made up for.
     next = std::max(next, std::chrono::steady_clock::now() - kTimerPeriod) + kTimerPeriod;
   }

@@ -7,12 +7,17 @@
 
 #include <chrono>
 #include <condition_variable>
+#include <deque>
 #include <memory>
 #include <mutex>
+#include <string>
 #include <thread>
+#include <vector>
 
 #include "decisions/decision_log.hpp"
 #include "fairlead_safety/gate.hpp"
+#include "fairlead_safety/messages.hpp"
+#include "intake.hpp"
 #include "latch_store.hpp"
 #include "log_writer.hpp"
 #include "outlet.hpp"
@@ -40,6 +45,10 @@ class GateProcess {
  private:
   bool prepare_to_arm(Answer* answer);
   void handle_claim(const Event& event, Answer* answer);
+  void make_room();
+  [[nodiscard]] bool is_granted(std::string_view source) const;
+  void note_granted(const Claim& claim);
+  void say_left_out();
   void refuse(Answer* answer, const char* reason, const char* fix);
   void step(const Event& event, Answer* answer);
   void carry_out(Answer* answer);
@@ -56,10 +65,14 @@ class GateProcess {
   std::unique_ptr<IdSource> random_ids_;
   DrawnIds ids_;  // remembered for the decision log
 
-  std::mutex claims_mutex_;  // one claim at a time; taken before mutex_
-  std::mutex mutex_;         // guards gate_, outputs_, stopping_
+  Intake intake_;
+  std::mutex claims_mutex_;         // one claim at a time; taken before mutex_
+  std::deque<std::string> served_;  // sources that were granted a claim, oldest first
+  std::mutex mutex_;                // guards gate_, outputs_, newest_lease_, stopping_
   Gate gate_;
   std::unique_ptr<Outputs> outputs_ = std::make_unique<Outputs>();
+  std::vector<std::uint8_t> newest_lease_;
+  std::uint64_t said_left_out_ns_ = 0;
   std::uint64_t logged_verdict_ = 0;    // the newest whose refusal was logged
   std::uint32_t previous_step_ns_ = 0;  // G050: until its outputs were sent
   bool stopping_ = false;

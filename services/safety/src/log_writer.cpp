@@ -9,6 +9,8 @@
 #include <mutex>
 #include <utility>
 
+#include "fairlead_safety/printable.hpp"
+
 namespace fairlead {
 namespace {
 
@@ -94,7 +96,8 @@ void LogWriter::write(Kind kind, std::string_view text) {
       return;
     }
     std::string line = kLevels[index];
-    line.append(" ").append(name_).append(": ").append(text);
+    line.append(" ").append(name_).append(": ");
+    append_printable(line, text);
     if (allowance.left_out > 0) {
       line += " (" + std::to_string(allowance.left_out) + " like it left out before)";
     }

@@ -82,6 +82,18 @@ void say_known_answers(const Limits& limits, LogWriter& log) {
            std::to_string((monotonic_ns() - began_ns) / 1000U) + " us");
 }
 
+/// Ends what the network calls before what it calls goes, also where starting fails half-way.
+class Listening {
+ public:
+  explicit Listening(ZenohTransport& transport) : transport_(transport) {}
+  ~Listening() { transport_.stop_listening(); }
+  Listening(const Listening&) = delete;
+  Listening& operator=(const Listening&) = delete;
+
+ private:
+  ZenohTransport& transport_;
+};
+
 void run(const Arguments& arguments) {
   const KeyTable keys(arguments.name_space, arguments.robot);
   if (!is_key_chunk(arguments.service)) {
@@ -101,13 +113,14 @@ void run(const Arguments& arguments) {
                       "; see: fairlead ps");
   }
   DecisionLog decisions(
-      {arguments.decision_log, arguments.decision_log_runs, arguments.decision_log_mib << 20U},
+      {arguments.decision_log, arguments.decision_log_files, arguments.decision_log_mib << 20U},
       make_header(*limits, arguments.config), log);
   GateProcess process(*limits, arguments.config, store, log, decisions, transport);
   log.info("configuration " + arguments.config + " (profile " +
            std::string(limits->profile.view()) + ") hash " + to_hex(limits->config_hash) + ", " +
            origin);
   process.start(arguments.new_state);
+  const Listening listening(transport);
   transport.listen(
       [&process](const Event& event, Answer* answer) { process.handle(event, answer); });
   transport.announce(arguments.service);

@@ -83,10 +83,8 @@ class Questions {
     ask("999999" + place, with(i, huge), outside);
     ask("-999999" + place, with(i, -huge), outside);
     if (mode_ == Mode::joint_velocity) rest_.velocities[i] = huge;
-    if (mode_ == Mode::joint_torque) rest_.efforts[i] = huge;
-    if (mode_ == Mode::joint_velocity || mode_ == Mode::joint_torque)
-      ask("0 where 999999 is measured" + place, row_, code::start);
-    rest_.velocities[i] = rest_.efforts[i] = 0.0;
+    if (mode_ == Mode::joint_velocity) ask("0 where 999999 is measured" + place, row_, code::start);
+    rest_.velocities[i] = 0.0;
   }
 
   void ask(const std::string& what, const std::vector<double>& row, std::uint32_t expected) {

@@ -14,8 +14,11 @@ std::string formatted(const char* format, T value) {
   return std::string(text.data(), static_cast<std::size_t>(size));
 }
 
-std::string number(double value) {
-  return std::isnan(value) ? "nan" : formatted("%.6g", value);  // not -nan
+// Told beside another one: all digits where six of both are the same.
+std::string number(double value, double other) {
+  if (std::isnan(value)) return "nan";  // not -nan
+  const std::string text = formatted("%.6g", value);
+  return value != other && text == formatted("%.6g", other) ? formatted("%.17g", value) : text;
 }
 
 std::string code_name(std::uint32_t code) { return formatted("G%03u", code); }
@@ -32,7 +35,8 @@ std::string verdict_text(const Verdict& verdict) {
   }
   if (verdict.row >= 0) text += ", row " + std::to_string(verdict.row);
   if (verdict.margin != 0.0) {
-    text += ": " + number(verdict.value) + ", limit " + number(verdict.limit);
+    text += ": " + number(verdict.value, verdict.limit) + ", limit " +
+            number(verdict.limit, verdict.value);
   }
   if (!verdict.limit_source.empty()) {
     text.append(" (").append(verdict.limit_source.view()).append(")");

@@ -16,6 +16,7 @@ from fairlead.deploy.stop_signals import StopSignals
 from fairlead.errors import ConfigError
 from fairlead.supervisor.ports import check_ports_free
 from fairlead.supervisor.this_host import choose_host
+from fairlead.wire.printable import LineFormatter
 from fairlead.wire.session import Endpoints, ZenohBus
 
 EXAMPLE = "fairlead router panda_mobile_two_hosts --json"
@@ -60,9 +61,9 @@ def router_endpoints(deployment: Deployment) -> Endpoints:
 
 def _serve(endpoints: Endpoints) -> None:
     """Route until asked to stop; all of it happens in Zenoh's own threads."""
-    logging.basicConfig(
-        level=logging.INFO, format="%(levelname)s %(name)s: %(message)s", stream=sys.stdout
-    )
+    handler = logging.StreamHandler(sys.stdout)
+    handler.setFormatter(LineFormatter())
+    logging.basicConfig(level=logging.INFO, handlers=[handler])
     signals, log = StopSignals("router"), logging.getLogger(ROUTER)
     bus = ZenohBus(endpoints)
     signals.started()

@@ -15,6 +15,7 @@ from fairlead.deploy.deployment import load_deployment
 from fairlead.errors import NoAnswerError
 from fairlead.messages import GateState, GateStatus, GoalFeedback, HalStatus
 from fairlead.operate.client import RobotClient
+from fairlead.wire.printable import printable
 from fairlead.wire.verdict_text import CHECKS
 
 EXAMPLE = "fairlead status --json"
@@ -101,9 +102,10 @@ def _print(
 
 def print_robot(hal: HalStatus) -> None:
     """The robot's state, pacing and tick, and what its HAL says besides."""
+    detail = f" ({printable(hal.detail)})" if hal.detail else ""
     typer.echo(
         f"robot  {hal.robot}: {hal.state}, {hal.pacing} at {1e9 / hal.period_ns:g} Hz, "
-        f"tick {hal.tick}, overruns {hal.overruns}" + (f" ({hal.detail})" if hal.detail else "")
+        f"tick {hal.tick}, overruns {hal.overruns}" + detail
     )
 
 
@@ -114,7 +116,7 @@ def goal_line(goal: GoalFeedback) -> str:
     if goal.result is None:
         return f"{goal.skill} is {goal.phase}, tick {goal.tick}"
     ended = goal.result
-    why = f": {ended.detail}" if ended.detail else ""
+    why = f": {printable(ended.detail)}" if ended.detail else ""
     return f"{goal.skill} {ended.outcome} (decided by the {ended.decided_by}){why}"
 
 

@@ -79,6 +79,7 @@ class HalHost:
         self._fault_hold = FaultHold(backend)
         self._event: str | None = None
         self._measured: Measurement | None = None
+        self._before: Measurement | None = None  # a tick before, in the same episode
         self._episode = Episode()
         self._period = PeriodClock(identity.period_ns, clock())
         self._changed = threading.Condition()
@@ -144,7 +145,8 @@ class HalHost:
         return stopping.wait(wait_ns * 1e-9) if wait_ns > 0 else stopping.is_set()
 
     def _measure_and_publish(self) -> None:
-        self._measured = self._backend.read()
+        begins = self._tick == self._episode.first_tick
+        self._before, self._measured = None if begins else self._measured, self._backend.read()
         now_ns = self._clock()
         self._ticks.begin(self._tick, self._backend.transforms(), now_ns)
         self._frames.send_due(self._tick, self._episode.first_tick, self._backend.snapshot)
@@ -208,7 +210,7 @@ class HalHost:
 
     def _is_still(self) -> bool:
         assert self._measured is not None, "a tick is measured before it is decided"
-        return not self._episode.must_step and self._identity.is_still(self._measured.velocities)
+        return not self._episode.must_step and self._identity.is_still(self._measured, self._before)
 
     def _housekeep(self) -> None:
         """Repeat stops and post the status; cheap, once per tick or wait."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fairlead.errors import ConfigError, expected
-from fairlead.hal.backend import BackendDescription
+from fairlead.hal.backend import BackendDescription, Measurement
 from fairlead.messages import FloatArray
 from fairlead.robot.manifest import RobotManifest
 
@@ -27,9 +27,16 @@ class HalIdentity:
     parts: tuple[str, ...]
     standstill_velocity: FloatArray
 
-    def is_still(self, velocities: FloatArray) -> bool:
-        """Whether every joint is slower than its declared standstill velocity."""
-        return bool(np.all(np.abs(velocities) < self.standstill_velocity))
+    def is_still(self, now: Measurement, before: Measurement | None) -> bool:
+        """Whether every joint is slower than its standstill velocity, by velocity and position.
+
+        before: measured a tick earlier; None in an episode's first, where velocities decide.
+        """
+        speeds = np.abs(now.velocities)
+        if before is not None:
+            moved = np.abs(now.positions - before.positions)
+            speeds = np.maximum(speeds, moved / (self.period_ns * 1e-9))
+        return bool(np.all(speeds < self.standstill_velocity))
 
     def check(self, found: BackendDescription) -> None:
         """Compare with what the backend found.

@@ -2,7 +2,7 @@
 
 Velocities are integrated over the period, positions are reached at a bounded speed, and
 end-effector deltas and twists move the part's joints by a fixed linear map (not inverse
-kinematics). Torques and end-effector poses it refuses.
+kinematics). End-effector poses it refuses.
 Deterministic, microseconds per tick: for trying a deployment without a simulator, for
 long runs, and for tests of everything around it.
 """

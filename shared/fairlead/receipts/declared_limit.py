@@ -91,7 +91,7 @@ def _stems(profile: str, verdict: Judged, mode: str, is_joint: bool) -> list[str
         return []
     side = "upper" if _is_above(verdict) else "lower"
     if is_joint:
-        what = {"joint_velocity": "velocity", "joint_torque": "effort"}.get(mode, side)
+        what = "velocity" if mode == "joint_velocity" else side
         return [f"joints.{verdict.axis}.{side if verdict.code == _BRAKING else what}"]
     if verdict.axis in ("linear", "angular"):
         return [f"{part}.{mode}.{verdict.axis}_limit"]

@@ -74,19 +74,6 @@ MODE_TESTS: Mapping[str, ModeTests] = {
         ),
         _ROW_STEP,
     ),
-    "joint_torque": ModeTests(
-        core_test(
-            "G020",
-            "test_joint_torque",
-            "G020 joint torque: up to the joint's effort limit in both directions",
-        ),
-        core_test(
-            "G021",
-            "test_joint_torque",
-            "G021 a torque starts from what was executed, after a hold from what is measured",
-        ),
-        core_test("G022", "test_joint_torque", "G022 joint torque: the jump from row to row"),
-    ),
     "cartesian_pose": ModeTests(
         core_test(
             "G020", "test_cartesian_pose", "G020 cartesian pose: inside the box, ends included"

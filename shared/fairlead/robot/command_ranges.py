@@ -61,8 +61,6 @@ def _largest(joints: list[Joint], mode: ControlMode, limits: ModeLimits) -> Valu
     """The largest size of each value of a mode that means the same both ways."""
     if mode is ControlMode.JOINT_VELOCITY:
         return np.array([joint.velocity_limit for joint in joints])
-    if mode is ControlMode.JOINT_TORQUE:
-        return np.array([joint.effort_limit for joint in joints])
     norms = norm_limits(mode, limits)
     if norms:
         return np.repeat([norm for norm, _ in norms], 3) / math.sqrt(3.0)

@@ -39,11 +39,6 @@ _SAID_GRIPPER = core_test(
     "test_absolute",
     "G011 a gripper beyond its bounds and tolerance is counted and said once",
 )
-_FAST_TORQUE = core_test(
-    "G021 in joint_torque",
-    "test_joint_torque",
-    "G021 joint torque: no row while a commanded joint is above its velocity limit",
-)
 _RECKONS = "reckons with it"
 MOST_ABOVE = 1.1
 """Of the effort limit: a contact limit up to here is taken to bound the effort."""
@@ -66,7 +61,7 @@ def joint_enforcement(
     if limit in ("lower", "upper", "tolerance"):
         return _of_range(limit, part)
     if limit == "effort_limit":
-        return (*_absolute(part, "joint_torque"), *_of_measured_effort(contact, effort))
+        return _of_measured_effort(contact, effort)
     if limit == "velocity_limit":
         return _of_speed(part, "base" if joint in robot.base_joints else "speed")
     if limit in ("acceleration_limit", "stop_lag"):
@@ -100,7 +95,6 @@ def _of_range(limit: str, part: Part) -> tuple[Enforcement, ...]:
 def _of_speed(part: Part, braking: str) -> tuple[Enforcement, ...]:
     """Per mode: velocities are compared with it, everything else is reckoned to brake from it."""
     told = _absolute(part, "joint_velocity")
-    torque = (_FAST_TORQUE,) if "joint_torque" in part.modes else ()
-    others = [mode for mode in part.modes if mode not in ("joint_velocity", "joint_torque")]
+    others = [mode for mode in part.modes if mode != "joint_velocity"]
     reckoned = proven(braking, f"{_RECKONS} in {', '.join(others)}") if others else ()
-    return (*told, *torque, *reckoned)
+    return (*told, *reckoned)

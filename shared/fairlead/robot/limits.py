@@ -117,9 +117,6 @@ def _mode_units(mode: str, robot: RobotManifest, joints: list[str]) -> dict[str,
         return {"lower": "m", "upper": "m", "step_limit": "m", "slip_limit": "m"}
     if mode == "composite_mode":
         return {"step_limit": "1", "switching": ""}
-    if mode == "joint_torque":
-        units_of_joints = dict.fromkeys(_effort_unit(robot.joint(name).unit) for name in joints)
-    else:
-        units_of_joints = dict.fromkeys(robot.joint(name).unit + per_second for name in joints)
+    units_of_joints = dict.fromkeys(robot.joint(name).unit + per_second for name in joints)
     unit = ", ".join(units_of_joints)
     return {"step_limit": unit, "tracking": unit, "gain": "1"}

@@ -1,7 +1,7 @@
 """What one part may be told, mode by mode: the blocks under ``safety.<profile>.parts``.
 
 Units are in the field names; *joint units* means rad for turning joints and m for sliding
-ones (N m and N where it is a torque). Every block names the source of its numbers.
+ones. Every block names the source of its numbers.
 """
 
 from __future__ import annotations
@@ -80,16 +80,6 @@ class JointVelocityMode(SafetyBlock):
     step_limits: tuple[Positive, ...]
     gain: Gain
     tracking_limits: tuple[Positive, ...]
-    source: str
-
-
-class JointTorqueMode(SafetyBlock):
-    """step_limits: largest change of the torque [N m] or force [N] from row to row, per joint.
-
-    The torque itself is bounded by each joint's own effort limit.
-    """
-
-    step_limits: tuple[Positive, ...]
     source: str
 
 
@@ -223,7 +213,6 @@ class ModeLimits(SafetyBlock):
 
     joint_position: JointPositionMode | None = None
     joint_velocity: JointVelocityMode | None = None
-    joint_torque: JointTorqueMode | None = None
     cartesian_pose: CartesianPoseMode | None = None
     cartesian_delta: CartesianDeltaMode | None = None
     cartesian_twist: CartesianTwistMode | None = None

@@ -37,7 +37,7 @@ PROTOCOL_TESTS: Mapping[str, Enforcement] = {
         "leases", "test_arming", "leases come with every state and at least every 25 ms"
     ),
     "idle_disarm_s": core_test(
-        "disarming", "test_arming", "armed without a claim for 30 s disarms, in realtime only"
+        "disarming", "test_arming", "armed without a claim for 30 s disarms, in lockstep too"
     ),
     "stops_to_latch": core_test(
         "latch", "test_latch", "three stops of the gate's own within 60 s of ticks latch"
@@ -55,6 +55,6 @@ PROTOCOL_TESTS: Mapping[str, Enforcement] = {
     "bad_frames_window_ticks": core_test(
         "G001",
         "test_candidates",
-        "G001 bad frames far apart, or on another key, leave the claim alone",
+        "G001 bad frames far apart, on another key, or that do not cite it leave the claim alone",
     ),
 }

@@ -35,12 +35,10 @@ def told_beyond(joints: Sequence[Joint], part: Part, limits: PartSafety) -> Iter
     order = [mine[name] for name in part.joints if name in mine]
     spans = [joint.upper - joint.lower if joint.has_bounds else None for joint in order]
     speeds = [2.0 * joint.velocity_limit for joint in order]
-    efforts = [2.0 * joint.effort_limit for joint in order]
     for mode, most in (
         ("joint_position", spans),
         ("dex_hand_joint", spans),
         ("joint_velocity", speeds),
-        ("joint_torque", efforts),
     ):
         for name in ("step_limits", "tracking_limits"):
             told = getattr(getattr(limits, mode), name, None) or ()

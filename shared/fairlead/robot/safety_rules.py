@@ -13,7 +13,7 @@ from fairlead.robot.safety_profile import MeasuredLimits, PartSafety, SafetyProf
 
 _OF_COMMANDED = ("contact_limit", "encoder_step", "dead_band_per_tick", "stop_lag_s")
 _TOOL_MODES = frozenset({"cartesian_pose", "cartesian_delta", "cartesian_twist"})
-_PER_JOINT = ("joint_position", "joint_velocity", "joint_torque", "dex_hand_joint")
+_PER_JOINT = ("joint_position", "joint_velocity", "dex_hand_joint")
 
 
 def safety_problems(
@@ -93,6 +93,11 @@ def _part_problems(joints: Sequence[Joint], part: Part, limits: PartSafety) -> I
     unchecked = [mode.yaml_name for mode in part.control_modes if mode not in GATED_MODES]
     if unchecked:
         yield f"{key}: the gate has no checker for {', '.join(unchecked)}"
+    if "joint_torque" in unchecked:
+        yield (
+            f"{key}: joint_torque needs a model of the robot's dynamics that bounds where a torque "
+            "leads before the gate can take it back; without one use joint_velocity or a pose"
+        )
     yield from same_names(
         f"{key} modes", [mode for mode in part.modes if mode not in unchecked], limits.names
     )

@@ -27,7 +27,6 @@ _RADIANS: dict[AngleUnit, float] = {"rad": 1.0, "deg": math.pi / 180.0}
 
 _CARTESIAN = FieldRule(required=("ee", "frame"))
 _ANGLE = FieldRule(required=("joint_names",), optional=("unit",))
-_JOINT = FieldRule(required=("joint_names",))
 _GRIPPER = FieldRule(required=("ee",))
 
 FIELD_RULES: dict[ControlMode, FieldRule] = {
@@ -36,7 +35,6 @@ FIELD_RULES: dict[ControlMode, FieldRule] = {
     ControlMode.CARTESIAN_TWIST: _CARTESIAN,
     ControlMode.JOINT_POSITION: _ANGLE,
     ControlMode.JOINT_VELOCITY: _ANGLE,
-    ControlMode.JOINT_TORQUE: _JOINT,
     ControlMode.DEX_HAND_JOINT: _ANGLE,
     ControlMode.GRIPPER_BINARY: _GRIPPER,
     ControlMode.GRIPPER_POSITION: _GRIPPER,

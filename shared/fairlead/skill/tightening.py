@@ -27,7 +27,7 @@ _OF_THE_ROBOT = (
 _NOT_A_LIMIT = ("source", "frames", "free_axes", *_OF_THE_ROBOT)
 """Keys of a mode that a claim cannot tighten: they say what the robot does, not what it may."""
 
-_OF_THE_JOINTS = {"joint_velocity": "velocity_limit", "joint_torque": "effort_limit"}
+_OF_THE_JOINTS = {"joint_velocity": "velocity_limit"}
 """A mode's limit that is the joints' own: a claim gives one number for all of them."""
 
 

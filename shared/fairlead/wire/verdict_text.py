@@ -56,4 +56,7 @@ def _why(verdict: Verdict) -> str:
     if verdict.value == 0.0 and verdict.limit == 0.0:
         return f": needs {verdict.limit_source}" if verdict.limit_source else ""
     source = f" ({verdict.limit_source})" if verdict.limit_source else ""
-    return f": value {verdict.value:g}, limit {verdict.limit:g}{source}"
+    value, limit = f"{verdict.value:g}", f"{verdict.limit:g}"
+    if value == limit and verdict.value != verdict.limit:  # apart by less than six digits show
+        value, limit = repr(verdict.value), repr(verdict.limit)
+    return f": value {value}, limit {limit}{source}"

@@ -23,7 +23,7 @@ enum class FrameFault : std::uint8_t {
   message,     // element 0: another message type
   version,     // element 1: another version
   capacity,    // a list or an identifier is longer than the gate supports
-  text,        // not UTF-8
+  text,        // not UTF-8, or a control character in a name
   trailing,    // bytes after the message
 };
 
@@ -35,10 +35,14 @@ std::string_view fault_name(FrameFault fault);
 template <class Message>
 FrameFault decode(Bytes frame, Message& message);
 
+/// The same; `at` is the byte at which a fault was found.
+template <class Message>
+FrameFault decode(Bytes frame, Message& message, std::size_t& at);
+
 /// Encode into `buffer`; returns the number of bytes written, 0 if they do not fit.
 template <class Message>
 std::size_t encode(const Message& message, std::span<std::uint8_t> buffer);
 
-// Both are instantiated in codec.cpp for every message of messages.hpp.
+// All are instantiated in codec.cpp for every message of messages.hpp; `at` for ActionChunk.
 
 }  // namespace fairlead

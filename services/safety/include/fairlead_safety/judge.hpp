@@ -20,7 +20,9 @@ struct Evidence {
   std::string_view axis;
   double value = 0.0;
   double limit = 0.0;
-  double margin = 0.0;  // limit minus value, at a lower limit value minus limit: negative outside
+  double margin = 0.0;    // limit minus value, at a lower limit value minus limit: negative outside
+  std::string_view unit;  // of value and limit, where a stop tells them
+  std::string_view key;   // in robot.yaml's safety, of the limit, where a stop tells it
   std::string_view limit_source;
   bool raises_stop = false;
 
@@ -34,6 +36,9 @@ struct MeasuredState {
   std::array<double, max_measured> positions{};
   std::array<double, max_measured> velocities{};
   std::array<double, max_measured> efforts{};
+  // What the positions say of the speed since the state before, beyond the noise of the encoder; 0
+  // in the first state of an episode.
+  std::array<double, max_measured> travel_speeds{};
   FixedVec<Acted, max_parts> acted;  // what each part did in tick - 1
 };
 
@@ -65,7 +70,7 @@ struct ClaimLimits {
 /// that its parts know? Judges every row, past ones too.
 Evidence check_shape(const Limits& limits, const ClaimLimits& claim, const ActionChunk& chunk);
 
-/// G011, and G021 for torques, of a released row that is about to act: may it still, in this state?
+/// G011 of a released row that is about to act: may it still, in this state?
 Evidence check_running(const Limits& limits, const ClaimLimits& claim, const MeasuredState& state,
                        const ActionChunk& chunk, std::size_t row);
 
@@ -77,11 +82,5 @@ Evidence check_jump(const Limits& limits, const MeasuredState& before, const Mea
 
 /// G042: no commanded joint is measured to press harder than its contact limit.
 Evidence check_contact(const Limits& limits, const MeasuredState& state);
-
-/// True if every joint is slower than its declared standstill velocity.
-bool at_standstill(const Limits& limits, const MeasuredState& state);
-
-/// The same of one part's joints.
-bool part_at_standstill(const Limits& limits, const MeasuredState& state, const PartLimits& part);
 
 }  // namespace fairlead

@@ -69,8 +69,7 @@ struct Gain {
   double upper = unset;
 };
 
-/// joint_position, dex_hand_joint [rad or m], joint_velocity [rad/s or m/s], joint_torque
-/// [N m or N].
+/// joint_position, dex_hand_joint [rad or m], joint_velocity [rad/s or m/s].
 struct JointModeLimits {
   bool supported = false;
   // By index of the robot's commanded joint (not of the part's): the file lists them in part order.
@@ -79,10 +78,10 @@ struct JointModeLimits {
     none.fill(unset);
     return none;
   }();
-  double claimed_limit = unset;  // joint_velocity, joint_torque: a claim's own, for all joints
+  double claimed_limit = unset;  // joint_velocity: a claim's own, for all joints
   Gain gain;                     // joint_velocity
   // G040, by index of the robot's commanded joint: how far the measured position (or velocity, in
-  // joint_velocity) may be from the rows that acted. Unused in joint_torque.
+  // joint_velocity) may be from the rows that acted.
   std::array<double, max_joints> tracking = [] {
     std::array<double, max_joints> none{};
     none.fill(unset);
@@ -145,7 +144,6 @@ struct ScalarLimits {
 struct ModeLimits {
   JointModeLimits joint_position;
   JointModeLimits joint_velocity;
-  JointModeLimits joint_torque;
   PoseLimits cartesian_pose;
   CartesianLimits cartesian_delta;
   CartesianLimits cartesian_twist;

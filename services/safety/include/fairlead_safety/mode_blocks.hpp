@@ -25,8 +25,6 @@ BlockPointer<Modes, JointModeLimits> joint_block(Modes& modes, std::uint8_t mode
       return &modes.joint_position;
     case Mode::joint_velocity:
       return &modes.joint_velocity;
-    case Mode::joint_torque:
-      return &modes.joint_torque;
     case Mode::dex_hand_joint:
       return &modes.dex_hand_joint;
     default:

@@ -10,7 +10,7 @@ namespace fairlead {
 enum class Mode : std::uint8_t {
   joint_position = 0,     // rad or m, as wide as the robot has commanded joints
   joint_velocity = 1,     // rad/s or m/s, likewise
-  joint_torque = 2,       // N m or N, likewise
+  joint_torque = 2,       // N m or N, likewise; no checker: nothing bounds where it leads
   joint_trajectory = 3,   // no checker yet
   cartesian_pose = 4,     // xyz [m], quaternion xyzw, of the tool frame in frame_id
   cartesian_delta = 5,    // xyz [m], rotation vector [rad], along frame_id's axes

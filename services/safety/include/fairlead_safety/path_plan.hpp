@@ -48,7 +48,10 @@ struct PlanPlace {
 
 struct PlanCapsule {
   std::size_t frame = 0;
-  Eigen::Vector3d a, b, middle;  // in the frame [m]
+  // In the frame [m].
+  Eigen::Vector3d a = Eigen::Vector3d::Zero();
+  Eigen::Vector3d b = Eigen::Vector3d::Zero();
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
   double radius = unset;
   double reach = unset;   // of its bounding sphere about `middle`
   double extent = unset;  // of its axis from the frame's origin, at most
@@ -78,10 +81,12 @@ struct PlanTool {
   JointSet shapers = 0;
 };
 
-/// What keeps out of a volume is called: "link5 / shelf", by capsule, and "tool / shelf".
+/// What keeps out of a volume is called: "link5 / shelf", by capsule, and "tool / shelf"; what
+/// keeps in, by axis: "tool x / table".
 struct PlanVolume {
   std::array<PlanName, max_capsules> capsules;
   PlanName tool;
+  std::array<PlanName, 3> axes;
 };
 
 /// A number for each commanded joint, by its index.

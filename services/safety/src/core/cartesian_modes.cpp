@@ -7,6 +7,7 @@
 #include "fairlead_safety/kinematics.hpp"
 #include "fairlead_safety/mode_blocks.hpp"
 #include "mode_checkers.hpp"
+#include "standstill.hpp"
 #include "told_motion.hpp"
 
 namespace fairlead {
@@ -79,7 +80,7 @@ Evidence body_twist_start(const RowView& view, const Setpoint* acted) {
   if (acted != nullptr) return {};
   Twist measured;
   if (!measured_base_twist(view.limits, view.part(), view.state, measured))
-    return check_still(code::start, view, view.part(),
+    return check_still(code::start, view.limits, view.state, view.part(),
                        "a first twist of this part: from standstill");
   return step_from(code::start, view, measured);
 }

@@ -3,6 +3,7 @@
 #include <bit>
 
 #include "mode_checkers.hpp"
+#include "standstill.hpp"
 
 namespace fairlead {
 namespace {
@@ -58,7 +59,8 @@ Evidence check_change(const RowView& view, const RowBefore& before, const Action
       check_listed(view, last != nullptr ? PartMemory::mode_bit(last->mode) : memory.acted_modes);
   const bool differs = last != nullptr ? !is_alike(*last, action) : memory.differs(action);
   if (!listed.ok() || !differs) return listed;
-  if (before.measured) return check_still(code::change, view, view.part(), still_rule);
+  if (before.measured)
+    return check_still(code::change, view.limits, view.state, view.part(), still_rule);
   std::uint8_t from = action.mode;
   if (memory.kind == PartMemory::Kind::known) from = memory.mode;
   if (last != nullptr) from = last->mode;
@@ -82,7 +84,8 @@ Evidence check_switch(const RowView& view, const ClaimLimits& claim, const RowBe
                        "standstill after a tick without a row, to turn the composite switch",
                        view.now[0]);
   for (const std::size_t part : claim.parts) {
-    const Evidence still = check_still(code::change, view, view.limits.parts[part], switch_rule);
+    const Evidence still =
+        check_still(code::change, view.limits, view.state, view.limits.parts[part], switch_rule);
     if (!still.ok()) return still;
   }
   return {};

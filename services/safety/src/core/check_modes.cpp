@@ -15,10 +15,10 @@ Text check_gain(const Text& key, const Gain& gain) {
                 gain.lower, " and ", gain.upper);
 }
 
-Text check_joint_numbers(const JointModeLimits& block, std::size_t joint, Mode mode,
-                         const Text& key, const Name& name) {
+Text check_joint_numbers(const JointModeLimits& block, std::size_t joint, const Text& key,
+                         const Name& name) {
   const Text fault = positive(phrase(key, ".step_limit of ", name), block.step_limit[joint]);
-  if (!fault.empty() || mode == Mode::joint_torque) return fault;
+  if (!fault.empty()) return fault;
   return positive(phrase(key, ".tracking of ", name), block.tracking[joint]);
 }
 
@@ -30,7 +30,7 @@ Text check_joint_mode(const Limits& limits, const PartLimits& part, const JointM
     return fault;
   for (const std::size_t j : part.joints) {
     const JointLimits& joint = limits.joints[j];
-    const Text fault = check_joint_numbers(block, j, mode, key, joint.name);
+    const Text fault = check_joint_numbers(block, j, key, joint.name);
     if (!fault.empty()) return fault;
     // A target needs a bound to be judged by; only a continuous joint has none to give.
     if (is_target(mode) && !joint.bounded && joint.kind != JointKind::continuous)

@@ -5,6 +5,7 @@
 #include <tuple>
 
 #include "fairlead_safety/messages.hpp"
+#include "fairlead_safety/printable.hpp"
 #include "reader.hpp"
 #include "writer.hpp"
 
@@ -29,11 +30,16 @@ void read(Reader& in, std::uint8_t& value) {
 void read(Reader& in, std::int64_t& value) { value = in.signed_number(); }
 void read(Reader& in, double& value) { value = in.number(); }
 void read(Reader& in, bool& value) { value = in.boolean(); }
-void read(Reader& in, Text& value) { value = Text(in.text()); }
+// For people: nothing that a log or a terminal would obey.
+void read(Reader& in, Text& value) {
+  value.clear();
+  append_printable(value, in.text());
+}
 
 void read(Reader& in, Name& value) {
   const std::string_view text = in.text();
   if (text.size() > Name::capacity) in.fail(FrameFault::capacity);
+  if (has_control(text)) in.fail(FrameFault::text);
   value = Name(text);
 }
 
@@ -137,7 +143,7 @@ std::string_view fault_name(FrameFault fault) {
     case FrameFault::capacity:
       return "too many elements";
     case FrameFault::text:
-      return "not UTF-8";
+      return "not UTF-8, or a control character in a name";
     case FrameFault::trailing:
       return "trailing bytes";
   }
@@ -146,6 +152,13 @@ std::string_view fault_name(FrameFault fault) {
 
 template <class Message>
 FrameFault decode(Bytes frame, Message& message) {
+  std::size_t at = 0;
+  return decode(frame, message, at);
+}
+
+template <class Message>
+FrameFault decode(Bytes frame, Message& message, std::size_t& at) {
+  at = max_frame_bytes;
   if (frame.size() > max_frame_bytes) return FrameFault::oversized;
   Reader in(frame);
   auto fields = message.fields();
@@ -157,6 +170,7 @@ FrameFault decode(Bytes frame, Message& message) {
   if (count != std::tuple_size_v<decltype(fields)> + 2) in.fail(FrameFault::arity);
   read_each(in, fields);
   if (in.ok() && !in.at_end()) in.fail(FrameFault::trailing);
+  at = frame.size() - in.left();
   return in.fault();
 }
 
@@ -197,5 +211,7 @@ FAIRLEAD_MESSAGE(Release)
 FAIRLEAD_MESSAGE(LatchRecord)
 
 #undef FAIRLEAD_MESSAGE
+
+template FrameFault decode<ActionChunk>(Bytes frame, ActionChunk& message, std::size_t& at);
 
 }  // namespace fairlead

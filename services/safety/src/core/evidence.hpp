@@ -52,6 +52,24 @@ inline Evidence broken_rule(std::uint32_t code, std::string_view axis, std::stri
   return evidence;
 }
 
+/// What the numbers are, and under which key of robot.yaml the limit is declared.
+inline Evidence in(Evidence evidence, std::string_view unit, std::string_view key = {}) {
+  evidence.unit = unit;
+  evidence.key = key;
+  return evidence;
+}
+
+/// Of a joint, by its kind.
+inline std::string_view position_unit(JointKind kind) {
+  return kind == JointKind::prismatic ? "m" : "rad";
+}
+inline std::string_view velocity_unit(JointKind kind) {
+  return kind == JointKind::prismatic ? "m/s" : "rad/s";
+}
+inline std::string_view effort_unit(JointKind kind) {
+  return kind == JointKind::prismatic ? "N" : "N m";
+}
+
 /// Evidence about a part; the row it came from is unchanged.
 inline Evidence of(Evidence evidence, const Name& part) {
   evidence.part = part.view();

@@ -67,7 +67,7 @@ void Gate::Core::handle(const Event& event) {
     case EventKind::timer:
       return;
     case EventKind::joint_state:
-      return on_joint_state(event.payload);
+      return on_joint_state(event);
     case EventKind::candidate:
       return on_candidate(event);
     case EventKind::hal_status:
@@ -111,7 +111,7 @@ void Gate::Core::check_deadlines() {
     if (claim.live() && now_ns_ - claim.heartbeat_ns > silence_ms * ms)
       end_claim(claim, "its heartbeat was lost");
   if (!claims_.empty()) claimless_since_ns_ = now_ns_;
-  if (!hal_.lockstep() && now_ns_ - claimless_since_ns_ > protocol.idle_disarm_s * 1000 * ms)
+  if (now_ns_ - claimless_since_ns_ > protocol.idle_disarm_s * 1000 * ms)
     disarm(phrase("no claim for ", protocol.idle_disarm_s, " s"));
 }
 

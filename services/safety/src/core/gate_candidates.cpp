@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "fairlead_safety/chunk_head.hpp"
 #include "gate_core.hpp"
 
 namespace fairlead {
@@ -17,27 +18,34 @@ constexpr std::uint64_t ahead_window_ticks = 20;
 void Gate::Core::on_candidate(const Event& event) {
   if (event.source.empty() || event.source.size() > Name::capacity) return count(code::frame);
   const Name source(event.source);
-  const FrameFault fault = decode(event.payload, chunk_);
-  if (fault != FrameFault::none) return note_bad_frame(source, fault, event.received_ns);
-  take_chunk(chunk_, event.payload, source, event.received_ns);
+  std::size_t at = 0;
+  const FrameFault fault = decode(event.payload, chunk_, at);
+  if (fault == FrameFault::none)
+    return take_chunk(chunk_, event.payload, source, event.received_ns);
+  frame_fault_ = phrase(fault_name(fault), ", at byte ", at, " of ", event.payload.size());
+  note_bad_frame(source, event);
 }
-
-void Gate::Core::note_bad_frame(const Name& source, FrameFault fault, std::uint64_t received_ns) {
+// Only frames that cite the claim end it: others anybody may have put on its key.
+void Gate::Core::note_bad_frame(const Name& source, const Event& event) {
   ActionChunk unknown;
   unknown.session = hal_.session();
   unknown.epoch = epoch_;
   unknown.source = source;
-  for (LiveClaim& claim : claims_.places()) {
-    if (!claim.live() || !(claim.source == source)) continue;
-    unknown.claim_id = claim.id;
-    claim.bad_frames.add(hal_.tick());
+  ChunkHead head;
+  LiveClaim* claim =
+      read_chunk_head(event.payload, head) && head.session == hal_.session() && head.epoch == epoch_
+          ? claims_.find(head.claim_id)
+          : nullptr;
+  if (claim != nullptr && claim->source == source) {
+    unknown.claim_id = claim->id;
+    claim->bad_frames.add(hal_.tick());
     const ProtocolLimits& protocol = limits_.protocol;
-    if (claim.bad_frames.count(hal_.tick(), protocol.bad_frames_window_ticks) >=
+    if (claim->bad_frames.count(hal_.tick(), protocol.bad_frames_window_ticks) >=
         protocol.bad_frames_limit)
-      end_claim(claim, "too many unreadable frames on its key");
+      end_claim(*claim, "too many of its frames are unreadable");
   }
-  refuse_stranger(unknown, source, broken_rule(code::frame, "frame", fault_name(fault)),
-                  received_ns);
+  refuse_stranger(unknown, source, broken_rule(code::frame, "frame", frame_fault_.view()),
+                  event.received_ns);
 }
 
 // G002, G003, G004: this robot, this arm epoch, this claim. Nothing that was recorded passes.
@@ -173,7 +181,10 @@ Judgement Gate::Core::judge_from(const LiveClaim& claim, const ActionChunk& chun
                       Companions(companions.begin(), companions.size()));
   }
   Judgement refused;
-  refused.evidence = broken_rule(code::start, "acted", "the row that acts before is this claim's");
+  refused.evidence =
+      broken_rule(code::start, "acted",
+                  "a hold or a row of this claim in the tick before; another row acts "
+                  "there, of another claim or one replaced: passes after a held tick");
   refused.evidence.row = static_cast<std::int64_t>(first_row);
   return refused;
 }

@@ -55,7 +55,7 @@ class Gate::Core {
   [[nodiscard]] RowBefore row_before(const LiveClaim& claim) const;
   FixedVec<Companion, max_claims> companions_of(const LiveClaim& claim) const;
   void answer_again(LiveClaim& claim);
-  void note_bad_frame(const Name& source, FrameFault fault, std::uint64_t received_ns);
+  void note_bad_frame(const Name& source, const Event& event);
   Released make_release(const LiveClaim& claim, const Judgement& judgement,
                         std::uint64_t verdict_id) const;
   void give_verdict(LiveClaim& claim, const ActionChunk& chunk, Bytes frame,
@@ -90,17 +90,19 @@ class Gate::Core {
   void revoke_from(LiveClaim& claim, std::uint64_t tick);
 
   // The robot
-  void on_joint_state(Bytes frame);
-  void on_new_tick(const JointState& message);
+  void on_joint_state(const Event& event);
+  void on_new_tick(const JointState& message, std::uint64_t received_ns);
   void on_hal_status(Bytes frame);
   void on_heartbeat(const Event& event);
   void on_stop_level(Bytes frame);
   void on_lease(Bytes frame);
   void on_session_news(HalLink::News news);
+  [[nodiscard]] Text hal_change() const;
   void on_rival_state(const JointState& message);
   void repeat_verdicts();
   void note_unmoved_joints();
   Evidence check_leap(std::uint64_t tick);
+  [[nodiscard]] std::uint64_t receipt_of(const Event& event) const;
 
   // No longer permitted to move (gate_ramp.cpp)
   void begin_ramps();
@@ -183,6 +185,7 @@ class Gate::Core {
   std::uint64_t ignored_ns_ = 0;                   // when the last ignored stop was logged
   std::array<bool, max_measured> said_outside_{};  // which joints were outside their limits
   std::uint64_t counted_rival_ = 0;         // G002: the announced session whose state was counted
+  Text frame_fault_;                        // G001 of the step in progress
   Text status_fault_;                       // why the newest hal/status could not be read
   PartMemories memories_;                   // G025: in which mode each part may still move
   std::uint64_t seen_tick_ = 0;             // of the state before the newest, 0: none

@@ -3,6 +3,7 @@
 
 #include "gate_core.hpp"
 #include "row_view.hpp"
+#include "standstill.hpp"
 
 namespace fairlead {
 namespace {

@@ -1,6 +1,7 @@
 // Queries: each gets exactly one reply or one refusal with the command that would fix it.
 
 #include "gate_core.hpp"
+#include "standstill.hpp"
 
 namespace fairlead {
 namespace {

@@ -1,9 +1,8 @@
 // G043: after the end of permission, standstill within the declared ramp; what does not stop
 // latches.
 
-#include <cmath>
-
 #include "gate_core.hpp"
+#include "standstill.hpp"
 
 namespace fairlead {
 
@@ -67,14 +66,8 @@ Evidence Gate::Core::find_unstopped(std::size_t index) const {
                  static_cast<double>((now_ns_ - hal_.arrival_ns()) / 1'000'000),
                  limits_.protocol.stop_ramp_ms, "no state since then");
   const MeasuredState& state = hal_.state();
-  for (const std::size_t j : part.joints) {
-    const JointLimits& joint = limits_.joints[j];
-    const double speed = std::abs(state.velocities[j]);
-    if (!(speed < joint.standstill_velocity))
-      return of(above(code::ramp, joint.name.view(), speed, joint.standstill_velocity,
-                      joint.source.view()),
-                part.name);
-  }
+  const Evidence moving = check_still(code::ramp, limits_, state, part);
+  if (!moving.ok()) return of(moving, part.name);
   if (state.acted[index].hold == 0)
     return of(broken_rule(code::ramp, "acted", "no row acts any more"), part.name);
   return of(below(code::ramp, "still states", ramps_[index].still(), RampWatch::still_states,

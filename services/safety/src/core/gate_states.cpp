@@ -1,9 +1,18 @@
 // What the robot, the runners' heartbeats and the stop key say.
 
+#include <algorithm>
+
 #include "gate_core.hpp"
 #include "outside_bounds.hpp"
+#include "standstill.hpp"
 
 namespace fairlead {
+namespace {
+
+// Lockstep without a claim: states that a link lost while the world came to standstill.
+constexpr std::uint64_t unheard_ticks = 100'000;
+
+}  // namespace
 
 void Gate::Core::on_hal_status(Bytes frame) {
   const FrameFault fault = decode(frame, hal_status_);
@@ -37,7 +46,13 @@ void Gate::Core::on_session_news(HalLink::News news) {
   if (state_ != GateState::armed) return;
   // What was armed is not there any more, or is not what it was.
   disarm(news == HalLink::News::new_session ? Text("a new HAL session")
-                                            : phrase("the HAL changed: ", hal_.mismatch()));
+                                            : phrase("the HAL changed: ", hal_change()));
+}
+
+// What fits the gate file on both sides of the change is the pacing.
+Text Gate::Core::hal_change() const {
+  if (!hal_.mismatch().empty()) return hal_.mismatch();
+  return phrase("it paces in ", hal_.lockstep() ? "lockstep" : "realtime", " now");
 }
 
 // Another session that announced itself proves with a valid state that it is there.
@@ -46,8 +61,13 @@ void Gate::Core::on_rival_state(const JointState& message) {
     on_session_news(hal_.take_rival_state(now_ns_));
 }
 
-void Gate::Core::on_joint_state(Bytes frame) {
-  if (decode(frame, joint_state_) != FrameFault::none) return count(code::frame);
+// When it came in, not when it got its turn: what waited behind a long step is no newer by that.
+std::uint64_t Gate::Core::receipt_of(const Event& event) const {
+  return std::min(event.received_ns, now_ns_);
+}
+
+void Gate::Core::on_joint_state(const Event& event) {
+  if (decode(event.payload, joint_state_) != FrameFault::none) return count(code::frame);
   // G002 for states: another session's or another robot's say nothing about this one. Ignored all
   // the same, but not counted: any while no session is followed, and all but the first of one that
   // has announced itself.
@@ -67,30 +87,32 @@ void Gate::Core::on_joint_state(Bytes frame) {
   }
   ++good_states_;
   lease_due_ = true;
-  hal_.note_heard(now_ns_);
+  hal_.note_heard(receipt_of(event));
   if (hal_.has_state() && joint_state_.tick == hal_.tick())
     repeat_verdicts();  // a repeat: the world waits
   else
-    on_new_tick(joint_state_);
+    on_new_tick(joint_state_, receipt_of(event));
   // Of a latch: one state at standstill may be a motion that turns around.
   if (!at_standstill(limits_, hal_.state())) good_states_ = 0;
 }
 
 // G013: ticks are periods. A state that claims more of them than can have passed would excuse
 // any jump and make later, honest ones look old: it is not taken. In lockstep a claim whose row
-// the HAL executed makes it wait for a lease of each tick.
+// the HAL executed makes it wait for a lease of each tick; without one it steps to standstill.
 Evidence Gate::Core::check_leap(std::uint64_t tick) {
   if (!hal_.has_state()) return {};
   std::uint64_t newest = hal_.newest_possible(now_ns_);
   std::string_view rule = "the periods since the states before";
+  bool can_leap = true;  // where a second state that agrees is believed
   if (hal_.lockstep()) {
     bool waits = false;
     for (const LiveClaim& claim : claims_.places()) waits |= claim.live() && claim.hal_follows;
-    if (!waits) return {};
-    newest = hal_.tick() + 1;
-    rule = "lockstep: one tick for each lease";
+    can_leap = waits;
+    const std::uint64_t step = waits ? 1 : unheard_ticks;
+    newest = hal_.tick() + std::min(step, UINT64_MAX - hal_.tick());
+    rule = waits ? "lockstep: one tick for each lease" : "lockstep: ticks without a claim";
   }
-  if (tick <= newest || hal_.confirms_leap(tick, now_ns_)) return {};
+  if (tick <= newest || (can_leap && hal_.confirms_leap(tick, now_ns_))) return {};
   return above(code::jump, "tick", static_cast<double>(tick - hal_.tick()),
                static_cast<double>(newest - hal_.tick()), rule);
 }
@@ -118,10 +140,10 @@ void Gate::Core::note_unmoved_joints() {
   }
 }
 
-void Gate::Core::on_new_tick(const JointState& message) {
+void Gate::Core::on_new_tick(const JointState& message, std::uint64_t received_ns) {
   const MeasuredState before = hal_.state();
   seen_tick_ = hal_.tick();
-  hal_.take_state(message, now_ns_);
+  hal_.take_state(message, received_ns);
   note_unmoved_joints();
   watch_ramps();
   if (state_ != GateState::armed) return forget_held();
@@ -153,7 +175,7 @@ void Gate::Core::on_heartbeat(const Event& event) {
   LiveClaim* claim = claims_.find(heartbeat.claim_id);
   // Only its own runner keeps a claim alive.
   if (claim == nullptr || !(claim->source == event.source)) return;
-  claim->heartbeat_ns = now_ns_;
+  claim->heartbeat_ns = std::max(claim->heartbeat_ns, receipt_of(event));
 }
 
 void Gate::Core::on_stop_level(Bytes frame) {

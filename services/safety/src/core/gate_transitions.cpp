@@ -51,9 +51,14 @@ void Gate::Core::disarm(const Text& cause) {
 }
 
 Text Gate::Core::words_of(const Evidence& evidence) {
-  return phrase(code_name(evidence.code), " ", evidence.part, evidence.part.empty() ? "" : " ",
-                evidence.axis, ": ", evidence.value, ", limit ", evidence.limit, " (",
+  const auto gap = [](std::string_view word) { return word.empty() ? "" : " "; };
+  Text text = phrase(code_name(evidence.code), gap(evidence.part), evidence.part,
+                     gap(evidence.axis), evidence.axis, ": ",
+                     Beside{evidence.value, evidence.limit}, gap(evidence.unit), evidence.unit);
+  text = phrase(text, ", limit ", Beside{evidence.limit, evidence.value}, gap(evidence.unit),
+                evidence.unit, " (", evidence.key, evidence.key.empty() ? "" : ": ",
                 evidence.limit_source, ")");
+  return text;
 }
 
 // A stop that the gate itself decided on. Too many within the window are no coincidence: latch.

@@ -1,5 +1,7 @@
 #include "grasp_watch.hpp"
 
+#include "standstill.hpp"
+
 namespace fairlead {
 namespace {
 
@@ -63,8 +65,9 @@ Evidence GraspWatch::note(const Limits& limits, const MeasuredState& state, std:
   }
   const double lost = direction(grip.opening, grip.target) * (opening - grip.opening);
   if (!(lost <= mode.slip_limit))
-    return above(code::contact, joint.name.view(), lost, mode.slip_limit,
-                 "slip_limit of gripper_position: it lost what it held");
+    return in(above(code::contact, joint.name.view(), lost, mode.slip_limit,
+                    "slip_limit of gripper_position: it lost what it held"),
+              position_unit(joint.kind));
   if (!short_of_it) grip = grip.told(grip.target, opening);
   return {};
 }

@@ -84,6 +84,7 @@ class HalLink {
   std::uint64_t rival_heard_ns_ = 0;  // its newest valid state, 0: none
   MeasuredState state_;
   bool has_state_ = false;
+  std::uint64_t episode_tick_ = 0;  // of that state
   std::uint64_t arrival_ns_ = 0;
   std::uint64_t heard_ns_ = 0;
   std::array<Arrival, 8> arrivals_{};  // of the last new ticks

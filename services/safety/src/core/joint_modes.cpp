@@ -59,15 +59,6 @@ Evidence each_active(const RowView& view, Evidence (*rule)(const RowView&, std::
   return {};
 }
 
-// G021: a torque does not end where the velocity limit is reached.
-Evidence slow_enough(const RowView& view, std::size_t j) {
-  const JointLimits& joint = view.limits.joints[j];
-  const double speed = std::abs(view.state.velocities[j]);
-  if (speed <= joint.velocity_limit) return {};
-  return above(code::start, joint.name.view(), speed, joint.velocity_limit,
-               "driven by torque: not above its velocity_limit");
-}
-
 Evidence in_joint_range(const RowView& view, std::size_t j) {
   const JointLimits& joint = view.limits.joints[j];
   const JointRange range = joint_range(joint, block_of(view), view.mode());
@@ -149,33 +140,6 @@ Evidence joint_velocity_step(std::uint32_t code, const RowView& view, const Setp
     if (!left.ok()) return left;
   }
   return joint_step(code, view, before);
-}
-
-Evidence joint_torque_absolute(const RowView& view) {
-  for (const std::uint8_t j : view.now.action->active) {
-    const Evidence evidence = in_joint_range(view, j);
-    if (!evidence.ok()) return evidence;
-  }
-  return {};
-}
-
-Evidence joint_torque_acting(const RowView& view) { return each_active(view, slow_enough); }
-
-// A part that holds is held by the torque that is measured, not by none. A joint that the row
-// before commanded and that this one leaves out is taken over by its servo: at standstill only.
-Evidence joint_torque_start(const RowView& view, const Setpoint* acted) {
-  Evidence evidence = each_active(view, slow_enough);
-  if (evidence.ok()) evidence = start_from(view, acted, view.state.efforts);
-  if (!evidence.ok() || acted == nullptr) return evidence;
-  for (const std::uint8_t j : acted->action->active) {
-    if (view.now.commands(j)) continue;
-    const JointLimits& joint = view.limits.joints[j];
-    const double speed = std::abs(view.state.velocities[j]);
-    if (!(speed < joint.standstill_velocity))
-      return above(code::start, joint.name.view(), speed, joint.standstill_velocity,
-                   "a joint is left out of torques at standstill only");
-  }
-  return {};
 }
 
 // Of the joints that both rows command.

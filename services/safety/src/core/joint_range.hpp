@@ -18,11 +18,9 @@ struct JointRange {
 inline JointRange joint_range(const JointLimits& joint, const JointModeLimits& mode,
                               std::uint8_t number) {
   constexpr double endless = std::numeric_limits<double>::infinity();
-  const bool is_velocity = number == static_cast<std::uint8_t>(Mode::joint_velocity);
-  const bool is_torque = number == static_cast<std::uint8_t>(Mode::joint_torque);
-  if (is_velocity || is_torque) {
-    const double own = is_velocity ? joint.velocity_limit : joint.effort_limit;
-    const double limit = std::min(own, mode.claimed_limit);  // own where the claim has none, NaN
+  if (number == static_cast<std::uint8_t>(Mode::joint_velocity)) {
+    // The joint's own where the claim has none, NaN.
+    const double limit = std::min(joint.velocity_limit, mode.claimed_limit);
     return {-limit, limit};
   }
   if (!joint.bounded) return {-endless, endless};  // continuous: no bound by declaration

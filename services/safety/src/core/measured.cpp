@@ -1,10 +1,10 @@
 // Checks of the measured state itself.
 
 #include <cmath>
-#include <numbers>
 
 #include "evidence.hpp"
 #include "fairlead_safety/judge.hpp"
+#include "measured_change.hpp"
 
 namespace fairlead {
 namespace {
@@ -24,13 +24,6 @@ Evidence check_block(const Limits& limits, const NumberView& block, std::string_
       return broken_rule(code::state, joint_name(limits, i).view(), "a finite measurement",
                          block[i]);
   return {};
-}
-
-// Distance between two measurements; a continuous joint may be reported in any turn.
-double moved(const Limits& limits, std::size_t i, double from, double to) {
-  const double change = to - from;
-  const bool turns = i < limits.joints.size() && limits.joints[i].kind == JointKind::continuous;
-  return std::abs(turns ? std::remainder(change, 2.0 * std::numbers::pi) : change);
 }
 
 }  // namespace
@@ -55,12 +48,15 @@ Evidence check_jump(const Limits& limits, const MeasuredState& before, const Mea
   for (std::size_t i = 0; i < now.count; ++i) {
     const double per_tick = i < commanded ? limits.joints[i].jump_limit
                                           : limits.passive_joints[i - commanded].jump_limit;
-    const double distance = moved(limits, i, before.positions[i], now.positions[i]);
+    const double distance =
+        std::abs(measured_change(limits, i, before.positions[i], now.positions[i]));
     if (distance <= per_tick * ticks) continue;
     const Text& source =
         i < commanded ? limits.joints[i].source : limits.passive_joints[i - commanded].source;
-    Evidence evidence =
-        above(code::jump, joint_name(limits, i).view(), distance, per_tick * ticks, source.view());
+    const std::string_view unit = i < commanded ? position_unit(limits.joints[i].kind) : "";
+    Evidence evidence = in(
+        above(code::jump, joint_name(limits, i).view(), distance, per_tick * ticks, source.view()),
+        unit, "jump_per_tick");
     evidence.raises_stop = true;
     return evidence;
   }
@@ -75,7 +71,8 @@ Evidence check_contact(const Limits& limits, const MeasuredState& state) {
     if (effort <= joint.contact_limit) continue;
     Evidence evidence =
         above(code::contact, joint.name.view(), effort, joint.contact_limit, joint.source.view());
-    evidence = of(evidence, limits.parts[joint.part].name);
+    evidence =
+        of(in(evidence, effort_unit(joint.kind), "contact_limit"), limits.parts[joint.part].name);
     evidence.raises_stop = true;
     return evidence;
   }

@@ -19,12 +19,12 @@ struct ModeChecker {
 Evidence start_anywhere(const RowView&, const Setpoint*) { return {}; }
 Evidence step_anywhere(std::uint32_t, const RowView&, const Setpoint&) { return {}; }
 
-// By mode number. Nothing judges the rows of the two empty ones: they are refused by name.
+// By mode number. Nothing judges the rows of the three empty ones: they are refused by name.
 constexpr std::array<ModeChecker, mode_count> checkers{{
-    // joint_position, joint_velocity, joint_torque
+    // joint_position, joint_velocity
     {joint_target_absolute, joint_target_start, joint_step, joint_target_acting},
     {joint_velocity_absolute, joint_velocity_start, joint_velocity_step, joint_velocity_acting},
-    {joint_torque_absolute, joint_torque_start, joint_step, joint_torque_acting},
+    {},                                                // joint_torque
     {},                                                // joint_trajectory
     {pose_absolute, pose_start, pose_step},            // cartesian_pose
     {norm_absolute, delta_start, norm_step},           // cartesian_delta

@@ -20,11 +20,10 @@ Evidence check_start(const RowView& view, const ClaimLimits& claim, const RowBef
 /// G022, G025: a row against `view.previous`.
 Evidence check_step(const RowView& view);
 
-/// What a released row has to keep to when a newer state has been measured: G011, and the speed of
-/// a joint that is driven by torque.
+/// What a released row has to keep to when a newer state has been measured: G011.
 Evidence check_acting(const RowView& view);
 
-// joint_modes.cpp: joint_position and dex_hand_joint (targets), joint_velocity, joint_torque
+// joint_modes.cpp: joint_position and dex_hand_joint (targets), joint_velocity
 Evidence joint_target_absolute(const RowView& view);
 Evidence joint_target_start(const RowView& view, const Setpoint* acted);
 Evidence joint_target_acting(const RowView& view);
@@ -32,9 +31,6 @@ Evidence joint_velocity_absolute(const RowView& view);
 Evidence joint_velocity_start(const RowView& view, const Setpoint* acted);
 Evidence joint_velocity_acting(const RowView& view);
 Evidence joint_velocity_step(std::uint32_t code, const RowView& view, const Setpoint& before);
-Evidence joint_torque_absolute(const RowView& view);
-Evidence joint_torque_start(const RowView& view, const Setpoint* acted);
-Evidence joint_torque_acting(const RowView& view);
 Evidence joint_step(std::uint32_t code, const RowView& view, const Setpoint& before);
 
 // cartesian_modes.cpp: cartesian_delta, cartesian_twist, body_twist
@@ -54,10 +50,5 @@ Evidence scalar_absolute(const RowView& view);
 Evidence binary_absolute(const RowView& view);
 Evidence gripper_start(const RowView& view, const Setpoint* acted);
 Evidence scalar_step(std::uint32_t code, const RowView& view, const Setpoint& before);
-
-// standstill.cpp
-/// Every joint of a part is slower than its standstill velocity; `rule` says what for.
-Evidence check_still(std::uint32_t code, const RowView& view, const PartLimits& part,
-                     std::string_view rule);
 
 }  // namespace fairlead

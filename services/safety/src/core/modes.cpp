@@ -16,7 +16,7 @@ struct ModeRow {
 constexpr std::array<ModeRow, mode_count> table{{
     {"joint_position", Width::robot, true},
     {"joint_velocity", Width::robot, true},
-    {"joint_torque", Width::robot, true},
+    {"joint_torque", Width::none, false},
     {"joint_trajectory", Width::none, false},
     {"cartesian_pose", Width::seven, true},
     {"cartesian_delta", Width::six, true},

@@ -1,7 +1,6 @@
 #include "motion_view.hpp"
 
-#include <numbers>
-
+#include "measured_change.hpp"
 #include "told_motion.hpp"
 
 namespace fairlead {
@@ -14,15 +13,9 @@ Eigen::Vector3d rotation_vector(const Eigen::Quaterniond& rotation) {
 
 }  // namespace
 
-double turned_by(const JointLimits& joint, double from, double to) {
-  const double change = to - from;
-  return joint.kind == JointKind::continuous ? std::remainder(change, 2.0 * std::numbers::pi)
-                                             : change;
-}
-
 double change_of(const MotionView& view, std::size_t joint) {
-  return turned_by(view.limits.joints[joint], view.before.positions[joint],
-                   view.state.positions[joint]);
+  return measured_change(view.limits.joints[joint], view.before.positions[joint],
+                         view.state.positions[joint]);
 }
 
 Twist tool_displacement(const MotionView& view) {

@@ -21,9 +21,6 @@ struct MotionView {
   [[nodiscard]] double period_s() const { return static_cast<double>(limits.period_ns) * 1e-9; }
 };
 
-/// From one measured position of a joint to another; a continuous joint may be told in any turn.
-double turned_by(const JointLimits& joint, double from, double to);
-
 /// How far a joint was measured to move between the two states.
 double change_of(const MotionView& view, std::size_t joint);
 

@@ -17,8 +17,8 @@ UnmovedJoint unmoved_joint(const Limits& limits, std::size_t measured) {
 
 namespace {
 
-// Modes whose own rule decides whether a row leads a joint back. A torque says nothing about where
-// it leads, and a cartesian row not through which joints.
+// Modes whose own rule decides whether a row leads a joint back. A cartesian row does not say
+// through which joints it leads.
 bool decides_itself(const RowView& view, std::size_t joint) {
   switch (static_cast<Mode>(view.mode())) {
     case Mode::joint_position:

@@ -31,6 +31,27 @@ void say(Text& text, Number number) {
   text.append(std::string_view(digits.data(), static_cast<std::size_t>(end.ptr - digits.data())));
 }
 
+/// A number for people, told beside another one: six digits, or all where these are the same.
+struct Beside {
+  double value;
+  double other;
+};
+
+inline std::string_view six_digits(std::array<char, 32>& digits, double value) {
+  const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), value,
+                                 std::chars_format::general, 6);
+  return {digits.data(), static_cast<std::size_t>(end.ptr - digits.data())};
+}
+
+inline void say(Text& text, Beside number) {
+  std::array<char, 32> one{};
+  std::array<char, 32> two{};
+  const std::string_view digits = six_digits(one, number.value);
+  const bool alike = digits == six_digits(two, number.other) && number.value != number.other;
+  if (alike || number.value != number.value) return say(text, number.value);  // nan is nan
+  say(text, digits);
+}
+
 inline void say(Text& text, Hex hex) {
   for (int shift = 60; shift >= 0; shift -= 4)
     text.append(std::string_view("0123456789abcdef")

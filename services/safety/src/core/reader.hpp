@@ -23,9 +23,14 @@ class Reader {
 
   [[nodiscard]] FrameFault fault() const { return fault_; }
   [[nodiscard]] bool ok() const { return fault_ == FrameFault::none; }
+  /// Bytes that were not read when the first fault was found, or yet.
+  [[nodiscard]] std::size_t left() const { return ok() ? rest_.size() : left_; }
   [[nodiscard]] bool at_end() const { return rest_.empty(); }
   void fail(FrameFault fault) {
-    if (ok()) fault_ = fault;
+    if (ok()) {
+      fault_ = fault;
+      left_ = rest_.size();
+    }
     rest_ = {};
   }
 
@@ -35,6 +40,7 @@ class Reader {
   Bytes take(std::uint64_t count);
 
   Bytes rest_;
+  std::size_t left_ = 0;
   FrameFault fault_ = FrameFault::none;
 };
 

@@ -1,8 +1,10 @@
 #include "stuck_watch.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "fairlead_safety/mode_blocks.hpp"
+#include "measured_change.hpp"
 #include "told_motion.hpp"
 
 namespace fairlead {
@@ -11,16 +13,41 @@ namespace {
 // A dead band that is no number is none, and a motion that is none is beyond any.
 bool exceeds(double motion, double dead_band) { return !(motion <= dead_band); }
 
+}  // namespace
+
+bool DeadBand::exceeded_by(double far, double turned) const {
+  return exceeds(far, linear) || exceeds(turned, angular);
+}
+
+namespace {
+
 // Which share of a row can be counted on to happen; where none can, what happens on average.
 double share_of(const Gain& gain) { return gain.lower > 0.0 ? gain.lower : 0.5 * gain.upper; }
 
-// The dead band of a part told how its tool or the whole base is to move: of its joints' the
-// largest, read as metres for the one half and as radians for the other.
-double part_dead_band(const MotionView& view) {
-  double dead_band = 0.0;
-  for (const std::size_t j : view.part().joints)
-    dead_band = std::max(dead_band, view.limits.joints[j].dead_band);
-  return dead_band;
+double length_of(const std::array<double, 3>& way) { return std::hypot(way[0], way[1], way[2]); }
+
+// What a part may be told of its tool, or of the whole base, while its joints stay in their dead
+// bands: of the joints the largest, a turn being as far as it can move the tool.
+DeadBand part_dead_band(const MotionView& view) {
+  DeadBand most{0.0, 0.0};
+  const auto add = [&](std::size_t j, double lever) {
+    const JointLimits& joint = view.limits.joints[j];
+    const bool slides = joint.kind == JointKind::prismatic;
+    if (!slides) most.angular = std::max(most.angular, joint.dead_band);
+    most.linear = std::max(most.linear, joint.dead_band * (slides ? 1.0 : lever));
+  };
+  const PartLimits& part = view.part();
+  if (part.tool == no_link) {
+    for (const std::size_t j : part.joints) add(j, 0.0);
+    return most;
+  }
+  const auto& links = view.limits.kinematics.links;
+  double lever = 0.0;
+  for (std::size_t link = part.tool; link != no_link; link = links[link].parent) {
+    if (part.joints.contains(links[link].joint)) add(links[link].joint, lever);
+    lever += length_of(links[link].translation);
+  }
+  return most;
 }
 
 }  // namespace
@@ -39,8 +66,8 @@ void StuckWatch::Told::add(const Twist& motion) {
   reach(sum.linear.norm(), sum.angular.norm());
 }
 
-bool StuckWatch::Told::beyond(double dead_band, std::uint32_t rows_needed) const {
-  return rows >= rows_needed && (exceeds(linear, dead_band) || exceeds(angular, dead_band));
+bool StuckWatch::Told::beyond(const DeadBand& dead_band, std::uint32_t rows_needed) const {
+  return rows >= rows_needed && dead_band.exceeded_by(linear, angular);
 }
 
 // Against the last change, not the state before: a slow joint moves by less than a step a tick.
@@ -48,7 +75,7 @@ void StuckWatch::note_state(const Limits& limits, const MeasuredState& state) {
   for (std::size_t j = 0; j < limits.joints.size(); ++j) {
     const JointLimits& limit = limits.joints[j];
     Joint& joint = joints_[j];
-    const double change = std::abs(turned_by(limit, joint.position, state.positions[j]));
+    const double change = std::abs(measured_change(limit, joint.position, state.positions[j]));
     joint.changed = std::isnan(joint.position) || change > limit.encoder_step;
     if (!joint.changed) continue;
     joint.position = state.positions[j];
@@ -60,29 +87,20 @@ void StuckWatch::note_state(const Limits& limits, const MeasuredState& state) {
 void StuckWatch::add_joint(const MotionView& view, std::size_t j) {
   const JointLimits& joint = view.limits.joints[j];
   Told& told = joints_[j].told;
-  switch (static_cast<Mode>(view.mode())) {
-    case Mode::joint_velocity: {
-      const double share = share_of(view.modes.joint_velocity.gain) * view.period_s();
-      const double velocity = told_velocity(view.limits, view.now, j, view.before.positions);
-      return told.add({{share * velocity, 0.0, 0.0}, Eigen::Vector3d::Zero()});
-    }
-    case Mode::joint_position:
-    case Mode::dex_hand_joint: {
-      const double left = std::abs(turned_by(joint, view.state.positions[j], view.now[j]));
-      if (exceeds(left, joint.dead_band)) told.reach(left);
-      return;
-    }
-    default:
-      return;  // a torque says nothing about motion
+  if (view.mode() == static_cast<std::uint8_t>(Mode::joint_velocity)) {
+    const double share = share_of(view.modes.joint_velocity.gain) * view.period_s();
+    const double velocity = told_velocity(view.limits, view.now, j, view.before.positions);
+    return told.add({{share * velocity, 0.0, 0.0}, Eigen::Vector3d::Zero()});
   }
+  const double left = std::abs(measured_change(joint, view.state.positions[j], view.now[j]));
+  if (exceeds(left, joint.dead_band)) told.reach(left);
 }
 
 void StuckWatch::add_part(const MotionView& view) {
   Told& told = parts_[view.now.action->part];
   if (view.mode() == static_cast<std::uint8_t>(Mode::cartesian_pose)) {
     const PoseError left = pose_error(view);
-    const double dead_band = part_dead_band(view);
-    if (exceeds(left.distance, dead_band) || exceeds(left.angle, dead_band))
+    if (part_dead_band(view).exceeded_by(left.distance, left.angle))
       told.reach(left.distance, left.angle);
     return;
   }
@@ -96,15 +114,18 @@ void StuckWatch::add_part(const MotionView& view) {
 
 Evidence StuckWatch::stuck(const MotionView& view, std::size_t joint, std::string_view rule) const {
   const JointLimits& limits = view.limits.joints[joint];
-  const double change = turned_by(limits, joints_[joint].position, view.state.positions[joint]);
-  return below(code::stuck, limits.name.view(), std::abs(change), limits.encoder_step, rule);
+  const double change =
+      measured_change(limits, joints_[joint].position, view.state.positions[joint]);
+  return in(below(code::stuck, limits.name.view(), std::abs(change), limits.encoder_step, rule),
+            position_unit(limits.kind), "encoder_step");
 }
 
 Evidence StuckWatch::after_joint_row(const MotionView& view) {
   for (const std::size_t j : view.part().joints) {
     if (!view.now.commands(j) || joints_[j].changed) continue;
     add_joint(view, j);
-    if (joints_[j].told.beyond(view.limits.joints[j].dead_band, view.limits.protocol.stuck_ticks))
+    if (joints_[j].told.beyond({view.limits.joints[j].dead_band, 0.0},
+                               view.limits.protocol.stuck_ticks))
       return stuck(view, j, "told to move in stuck_ticks rows, no change beyond its encoder_step");
   }
   return {};

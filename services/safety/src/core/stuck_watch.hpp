@@ -9,6 +9,14 @@
 
 namespace fairlead {
 
+/// What may be told without anything having to move. Of one joint `linear`, in its own unit.
+struct DeadBand {
+  double linear = unset;   // [m]
+  double angular = unset;  // [rad]
+
+  [[nodiscard]] bool exceeded_by(double far, double turned) const;
+};
+
 /// Adds up, per joint and per part, what it was told to move since its measured position last
 /// changed by more than `encoder_step`. Nothing but such a change begins anew: not a hold, not
 /// another mode, not a row that leaves the joint alone. In contact a joint may press without
@@ -30,7 +38,7 @@ class StuckWatch {
 
     void add(const Twist& motion);
     void reach(double far, double turned = 0.0);
-    [[nodiscard]] bool beyond(double dead_band, std::uint32_t rows_needed) const;
+    [[nodiscard]] bool beyond(const DeadBand& dead_band, std::uint32_t rows_needed) const;
   };
   struct Joint {
     double position = unset;  // at the last change; NaN: none seen

@@ -57,11 +57,12 @@ Text tighten_scalar(const LimitOverride& wanted, ScalarLimits& mode) {
 }
 
 // The joints' own limits are the robot's; a claim adds one of its own, not above any of them.
-Text tighten_own_limit(const Limits& limits, const PartLimits& part, const LimitOverride& wanted,
-                       double JointLimits::*own, JointModeLimits& mode) {
+Text tighten_velocity(const Limits& limits, const PartLimits& part, const LimitOverride& wanted,
+                      JointModeLimits& mode) {
   double limit = mode.claimed_limit;
   for (const std::size_t joint : part.joints)
-    limit = std::min(limits.joints[joint].*own, limit);  // the joint's where it is NaN: none yet
+    limit = std::min(limits.joints[joint].velocity_limit,
+                     limit);  // the joint's where it is NaN: none yet
   const Text fault = lower_it(wanted, limit);
   if (fault.empty()) mode.claimed_limit = limit;
   return fault;
@@ -69,11 +70,9 @@ Text tighten_own_limit(const Limits& limits, const PartLimits& part, const Limit
 
 Text tighten_joints(const Limits& limits, const PartLimits& part, const LimitOverride& wanted,
                     JointModeLimits& mode) {
-  const auto is = [&wanted](Mode name) { return wanted.mode == static_cast<std::uint8_t>(name); };
-  if (wanted.name == "velocity_limit" && is(Mode::joint_velocity))
-    return tighten_own_limit(limits, part, wanted, &JointLimits::velocity_limit, mode);
-  if (wanted.name == "effort_limit" && is(Mode::joint_torque))
-    return tighten_own_limit(limits, part, wanted, &JointLimits::effort_limit, mode);
+  if (wanted.name == "velocity_limit" &&
+      wanted.mode == static_cast<std::uint8_t>(Mode::joint_velocity))
+    return tighten_velocity(limits, part, wanted, mode);
   if (!(wanted.name == "step_limit")) return no_such_limit(wanted);
   for (const std::size_t joint : part.joints) {
     const Text fault = lower_it(wanted, mode.step_limit[joint]);

@@ -1,15 +1,32 @@
 #include "tracking.hpp"
 
 #include "fairlead_safety/mode_blocks.hpp"
+#include "measured_change.hpp"
 #include "told_motion.hpp"
 #include "tracking_span.hpp"
 
 namespace fairlead {
 namespace {
 
-Evidence within(std::string_view axis, double distance, double limit, const Text& source) {
+// A limit of its own, measured or decided as the mode's source says.
+Evidence within(std::string_view axis, double distance, double limit, std::string_view unit,
+                std::string_view key) {
   if (distance <= limit) return {};
-  return above(code::tracking, axis, distance, limit, source.view());
+  return in(above(code::tracking, axis, distance, limit, key), unit);
+}
+
+struct HalfNames {
+  std::string_view linear_unit, linear_key, angular_unit, angular_key;
+};
+constexpr HalfNames in_a_tick{"m", "linear_tracking_m", "rad", "angular_tracking_rad"};
+constexpr HalfNames in_a_second{"m/s", "linear_tracking_m_s", "rad/s", "angular_tracking_rad_s"};
+
+Evidence halves_within(double linear, double linear_limit, double angular, double angular_limit,
+                       const HalfNames& names) {
+  const Evidence evidence =
+      within("linear", linear, linear_limit, names.linear_unit, names.linear_key);
+  if (!evidence.ok()) return evidence;
+  return within("angular", angular, angular_limit, names.angular_unit, names.angular_key);
 }
 
 // A servo lags behind its target: the limit is declared to include it.
@@ -17,8 +34,9 @@ Evidence check_targets(const MotionView& view) {
   const JointModeLimits& mode = *joint_block(view.modes, view.mode());
   for (const std::uint8_t j : view.now.action->active) {
     const JointLimits& joint = view.limits.joints[j];
-    const double error = std::abs(turned_by(joint, view.now[j], view.state.positions[j]));
-    const Evidence evidence = within(joint.name.view(), error, mode.tracking[j], mode.source);
+    const double error = std::abs(measured_change(joint, view.now[j], view.state.positions[j]));
+    const Evidence evidence = within(joint.name.view(), error, mode.tracking[j],
+                                     position_unit(joint.kind), "tracking_limits");
     if (!evidence.ok()) return evidence;
   }
   return {};
@@ -37,9 +55,10 @@ Evidence check_velocities(const MotionView& view) {
     const TrackingSpan span =
         goes_on ? TrackingSpan::after_row(mode.gain, told_by(view.previous), told)
                 : TrackingSpan::after_hold(mode.gain, along(view.before.velocities[j]), told);
+    const JointLimits& joint = view.limits.joints[j];
     const Evidence evidence =
-        within(view.limits.joints[j].name.view(), span.distance(along(view.state.velocities[j])),
-               mode.tracking[j], mode.source);
+        within(joint.name.view(), span.distance(along(view.state.velocities[j])), mode.tracking[j],
+               velocity_unit(joint.kind), "tracking_limits");
     if (!evidence.ok()) return evidence;
   }
   return {};
@@ -95,17 +114,16 @@ Evidence check_halves(const MotionView& view) {
   const auto off = [&](Eigen::Vector3d Twist::*half) {
     return span_of(view, mode.gain, measured.before, half).distance(measured.during.*half);
   };
-  const Evidence linear = within("linear", off(&Twist::linear), mode.linear_tracking, mode.source);
-  if (!linear.ok()) return linear;
-  return within("angular", off(&Twist::angular), mode.angular_tracking, mode.source);
+  const bool per_tick = view.mode() == static_cast<std::uint8_t>(Mode::cartesian_delta);
+  return halves_within(off(&Twist::linear), mode.linear_tracking, off(&Twist::angular),
+                       mode.angular_tracking, per_tick ? in_a_tick : in_a_second);
 }
 
 Evidence check_pose(const MotionView& view) {
   const PoseLimits& mode = view.modes.cartesian_pose;
   const PoseError error = pose_error(view);
-  const Evidence linear = within("linear", error.distance, mode.linear_tracking, mode.source);
-  if (!linear.ok()) return linear;
-  return within("angular", error.angle, mode.angular_tracking, mode.source);
+  return halves_within(error.distance, mode.linear_tracking, error.angle, mode.angular_tracking,
+                       in_a_tick);
 }
 
 }  // namespace

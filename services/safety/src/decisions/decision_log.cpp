@@ -21,6 +21,13 @@ constexpr auto kPause = std::chrono::milliseconds(50);     // a killed gate's lo
 constexpr auto kRetryAfter = std::chrono::seconds(1);
 constexpr auto kPatience = std::chrono::milliseconds(500);
 
+// A file is full at an eighth of what all of them may have: little goes at a time.
+constexpr std::uint64_t files_in_quota = 8;
+
+Bytes text_bytes(std::string_view text) {
+  return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};
+}
+
 /// What a status says beside its counters and its tick.
 struct StatusNews {
   std::uint64_t session = 0, epoch = 0, latch_id = 0;
@@ -47,15 +54,12 @@ void DrawnIds::forget() {
 class DecisionLog::Disk {
  public:
   Disk(const DecisionLogPlace& place, const std::string& header, LogWriter& log)
-      : max_bytes_(place.max_bytes), log_(log), file_(place.folder, place.runs, fault_) {
-    if (fault_.empty()) {
-      const auto* text = reinterpret_cast<const std::uint8_t*>(header.data());
-      fault_ = file_.append(RecordType::header, Bytes(text, header.size()));
-    }
+      : place_(place), header_(header), log_(log) {
+    fault_ = begin_file();
   }
 
   const std::string& fault() const { return fault_; }
-  const std::filesystem::path& path() const { return file_.path(); }
+  std::string path() const { return file_->path().string(); }
   RecordRing& ring() { return ring_; }
 
   void run();
@@ -66,18 +70,21 @@ class DecisionLog::Disk {
   void drain();
   void write(Bytes raw);
   bool append(RecordType type, Bytes body);
+  std::string begin_file();
+  void end_file();
   std::string write_gap();
   void keep_what_is_read(Record& record);
   bool is_news(Bytes status);
   void say(const std::string& text);
 
-  const std::uint64_t max_bytes_;
+  const DecisionLogPlace place_;
+  const std::string header_;
   LogWriter& log_;
   std::string fault_;  // of the newest attempt to write
-  LogFile file_;
+  std::unique_ptr<LogFile> file_;
+  std::uint64_t written_ = 0;  // records in this file
   RecordRing ring_{kRingBytes};
   std::uint64_t lost_ = 0;  // not yet in the file
-  bool full_ = false;
   std::chrono::steady_clock::time_point retry_at_;
   std::vector<std::uint8_t> body_;
   std::vector<std::uint8_t> gap_;
@@ -95,10 +102,7 @@ void DecisionLog::Disk::run() {
     const bool last = changed_.wait_for(lock, kPause, [this] { return stopping_; });
     lock.unlock();
     drain();
-    static constexpr std::string_view ended = "the gate ended on request";
-    if (last)
-      append(RecordType::end,
-             Bytes(reinterpret_cast<const std::uint8_t*>(ended.data()), ended.size()));
+    if (last) append(RecordType::end, text_bytes("the gate ended on request"));
     lock.lock();
     finished_ = last;
   }
@@ -141,25 +145,42 @@ void DecisionLog::Disk::write(Bytes raw) {
 }
 
 bool DecisionLog::Disk::append(RecordType type, Bytes body) {
-  if (full_) return false;
   if (!fault_.empty() && std::chrono::steady_clock::now() < retry_at_) return false;
-  if (file_.size() + body.size() > max_bytes_ && type != RecordType::end) {
-    static constexpr std::string_view why = "the log reached its size limit";
-    (void)file_.append(RecordType::end,
-                       Bytes(reinterpret_cast<const std::uint8_t*>(why.data()), why.size()));
-    full_ = true;
-    say(file_.path().string() + " has reached its size limit: nothing more is recorded");
-    return false;
-  }
-  std::string fault = write_gap();
-  if (fault.empty()) fault = file_.append(type, body);
+  if (file_ != nullptr && type != RecordType::end &&
+      file_->size() + body.size() > place_.max_bytes / files_in_quota)
+    end_file();
+  std::string fault = file_ == nullptr ? begin_file() : "";
+  if (fault.empty()) fault = write_gap();
+  if (fault.empty()) fault = file_->append(type, body);
   if (fault.empty() != fault_.empty()) {
     say(fault.empty() ? "can be written again; the log names the gap"
                       : fault + "; decisions are not recorded until it can be");
   }
   fault_ = std::move(fault);
   if (!fault_.empty()) retry_at_ = std::chrono::steady_clock::now() + kRetryAfter;
+  if (fault_.empty()) ++written_;
   return fault_.empty();
+}
+
+// The oldest files go first, so that there is room for this one.
+std::string DecisionLog::Disk::begin_file() {
+  std::string fault;
+  const std::uint64_t quota = place_.max_bytes - place_.max_bytes / files_in_quota;
+  auto file = std::make_unique<LogFile>(place_.folder, place_.files, quota, fault);
+  if (fault.empty()) fault = file->append(RecordType::header, text_bytes(header_));
+  std::error_code error;
+  if (fault.empty())
+    file_ = std::move(file);
+  else
+    std::filesystem::remove(file->path(), error);  // a file without a header is none
+  return fault;
+}
+
+// A replay begins with its run: a later file's first record says how many came before it.
+void DecisionLog::Disk::end_file() {
+  (void)file_->append(RecordType::end, text_bytes("the log goes on in the next file"));
+  file_.reset();
+  lost_ += std::exchange(written_, 0);
 }
 
 std::string DecisionLog::Disk::write_gap() {
@@ -169,7 +190,7 @@ std::string DecisionLog::Disk::write_gap() {
   gap.lost = lost_;
   gap_.resize(room_for(gap));
   const std::size_t size = encode_record(gap, gap_);
-  std::string fault = file_.append(RecordType::gap, Bytes(gap_).first(size));
+  std::string fault = file_->append(RecordType::gap, Bytes(gap_).first(size));
   if (fault.empty()) lost_ = 0;
   return fault;
 }
@@ -207,7 +228,7 @@ DecisionLog::DecisionLog(const DecisionLogPlace& place, std::string header, LogW
     log.warning("decision log: " + disk->fault() + "; nothing is recorded in this run");
     return;
   }
-  log.info("decisions are recorded in " + disk->path().string());
+  log.info("decisions are recorded in " + disk->path());
   disk_ = std::move(disk);
   writer_ = std::thread([kept = disk_] { kept->run(); });
 }

@@ -36,8 +36,8 @@ class DrawnIds final : public IdSource {
 
 struct DecisionLogPlace {
   std::filesystem::path folder;  // empty: no log is kept
-  std::size_t runs = 0;          // how many runs' logs the folder keeps
-  std::uint64_t max_bytes = 0;   // a run's log ends there
+  std::size_t files = 0;         // how many the folder keeps
+  std::uint64_t max_bytes = 0;   // that all of them may have
 };
 
 class DecisionLog {

@@ -30,6 +30,18 @@ fs::path path_of(const fs::path& folder, int number) {
   return folder / (std::string(name.data()) + kExtension);
 }
 
+// The oldest first, until the rest is few and small enough.
+void remove_oldest(const std::vector<fs::path>& kept, std::size_t files, std::uint64_t max_bytes) {
+  std::error_code error;
+  std::uint64_t bytes = 0;
+  std::size_t count = 0;
+  for (auto path = kept.rbegin(); path != kept.rend(); ++path) {
+    const std::uintmax_t size = fs::file_size(*path, error);
+    bytes += error ? 0 : size;
+    if (++count > files || bytes > max_bytes) fs::remove(*path, error);
+  }
+}
+
 }  // namespace
 
 std::vector<fs::path> decision_logs_in(const fs::path& folder) {
@@ -44,7 +56,8 @@ std::vector<fs::path> decision_logs_in(const fs::path& folder) {
   return found;
 }
 
-LogFile::LogFile(const fs::path& folder, std::size_t runs, std::string& fault) {
+LogFile::LogFile(const fs::path& folder, std::size_t files, std::uint64_t max_bytes,
+                 std::string& fault) {
   std::error_code error;
   fs::create_directories(folder, error);
   std::vector<fs::path> kept = decision_logs_in(folder);
@@ -57,8 +70,7 @@ LogFile::LogFile(const fs::path& folder, std::size_t runs, std::string& fault) {
     fault = system_error(path_);
     return;
   }
-  for (std::size_t i = 0; kept.size() - i + 1 > runs && i < kept.size(); ++i)
-    fs::remove(kept[i], error);
+  remove_oldest(kept, files - 1, max_bytes);
   const Bytes magic(reinterpret_cast<const std::uint8_t*>(decisions_magic.data()),
                     decisions_magic.size());
   fault = write_from_end(magic);

@@ -1,4 +1,4 @@
-// The decision log's file of one gate run, and the folder that keeps those of the newest runs.
+// A file of the decision log, and the folder that keeps the newest ones.
 #pragma once
 
 #include <cstdint>
@@ -10,14 +10,15 @@
 
 namespace fairlead {
 
-/// Runs are numbered: 000001.decisions, 000002.decisions, ...; the newest has the highest number.
+/// They are numbered: 000001.decisions, 000002.decisions, ...; the newest has the highest number.
 std::vector<std::filesystem::path> decision_logs_in(const std::filesystem::path& folder);
 
 class LogFile {
  public:
-  /// Starts the next run's file in `folder` and removes the oldest beyond `runs` in all. `fault`
-  /// is why that was not possible, else "".
-  LogFile(const std::filesystem::path& folder, std::size_t runs, std::string& fault);
+  /// Starts the next file in `folder`. The oldest go: beyond `files` in all, and while those before
+  /// it have more than `max_bytes` together. `fault` is why that was not possible, else "".
+  LogFile(const std::filesystem::path& folder, std::size_t files, std::uint64_t max_bytes,
+          std::string& fault);
   ~LogFile();
   LogFile(const LogFile&) = delete;
   LogFile& operator=(const LogFile&) = delete;

@@ -6,7 +6,7 @@
 namespace fairlead {
 namespace {
 
-constexpr std::size_t kKeptRuns = 10'000;
+constexpr std::size_t kKeptFiles = 10'000;
 
 RecordedOutputs verdicts_and_replies(const RecordedOutputs& outputs) {
   RecordedOutputs kept;
@@ -23,7 +23,7 @@ StepLog::StepLog(const std::filesystem::path& folder, const Limits& limits,
                  const std::string& config_file) {
   if (folder.empty()) return;
   std::string fault;
-  file_ = std::make_unique<LogFile>(folder, kKeptRuns, fault);
+  file_ = std::make_unique<LogFile>(folder, kKeptFiles, UINT64_MAX, fault);
   if (!fault.empty()) throw ConfigRefused("decision log: " + fault);
   const std::string header = make_header(limits, config_file);
   append(RecordType::header,

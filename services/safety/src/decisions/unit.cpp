@@ -1,7 +1,5 @@
 #include "decisions/unit.hpp"
 
-#include <array>
-
 namespace fairlead {
 namespace {
 
@@ -17,23 +15,14 @@ Quantity told_by(Mode mode) {
       return Quantity::position;
     case Mode::joint_velocity:
       return Quantity::velocity;
-    case Mode::joint_torque:
-      return Quantity::effort;
     default:
       return Quantity::none;
   }
 }
 
-// The rules about a joint's measured speed, whatever it is told.
+// The rule about a joint's measured speed, whatever it is told.
 bool is_about_speed(std::string_view rule) {
-  constexpr std::array<std::string_view, 3> rules{
-      "driven by torque: not above its velocity_limit",
-      "a joint is left out of torques at standstill only",
-      "a first twist of this part: from standstill",
-  };
-  for (const std::string_view known : rules)
-    if (rule == known) return true;
-  return false;
+  return rule == "a first twist of this part: from standstill";
 }
 
 // What a verdict's numbers about a joint are, by its code.

@@ -47,7 +47,6 @@ std::vector<double> rest_of(const ActionPart& action, const std::vector<std::siz
                             const Limits& limits, const std::vector<double>& measured) {
   switch (static_cast<Mode>(action.mode)) {
     case Mode::joint_velocity:
-    case Mode::joint_torque:
     case Mode::cartesian_delta:
     case Mode::cartesian_twist:
     case Mode::body_twist:

@@ -43,7 +43,6 @@ inline Limits limits() {
   part.tool = tool_link;
   part.modes.joint_position = joint_mode({0, 1, 2, 3, 4, 5}, 0.25);
   part.modes.joint_velocity = joint_mode({0, 1, 2, 3, 4, 5}, 3.0);
-  part.modes.joint_torque = joint_mode({0, 1, 2, 3, 4, 5}, 10.0);
   part.modes.cartesian_pose = pose_mode(1.0, 0.05, 0.25);
   part.modes.cartesian_delta = cartesian_mode(0.1, 0.5, {0, 1, 2, 3, 4, 5});
   part.modes.cartesian_twist = cartesian_mode(0.5, 1.0, {0, 1, 2, 3, 4, 5});

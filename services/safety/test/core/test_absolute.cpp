@@ -167,10 +167,10 @@ TEST_CASE("G011 below its bounds: the smallest velocity upwards is one, and marg
   CHECK(velocity(-5e-324).code == 11);
   CHECK(velocity(-0.0).code == 11);
   CHECK(velocity(-0.1).margin == -0.1);
-  const Evidence torque =
-      judge(ChunkBuilder().joint(arm, Mode::joint_torque, arm_1, {0.0}).chunk, state).evidence;
-  CHECK(torque.limit == -2.0);
-  CHECK(torque.margin == doctest::Approx(-0.2));
+  const Evidence delta =
+      judge(ChunkBuilder().along(arm, Mode::cartesian_delta, 0, {0.0}).chunk, state).evidence;
+  CHECK(delta.limit == -2.0);
+  CHECK(delta.margin == doctest::Approx(-0.2));
   state.positions[arm_1] = 2.2;
   CHECK(velocity(-5e-324).ok());
   CHECK(velocity(5e-324).code == 11);

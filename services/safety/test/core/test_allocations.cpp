@@ -91,7 +91,6 @@ TEST_CASE("no event allocates: chunks, states, heartbeats, queries, stops, time"
 TEST_CASE("no chunk allocates, in any mode") {
   const Row tool{0.7, 0.0, 0.5, 0.0, 0.0, 0.0, 1.0};
   const std::vector<ChunkBuilder> commands{
-      ChunkBuilder().joint(arm, Mode::joint_torque, arm_1, Row(64, 1.0)),
       ChunkBuilder().poses(arm, Rows(64, tool)),
       ChunkBuilder().along(arm, Mode::cartesian_delta, 0, Row(64, 0.01)),
       ChunkBuilder().along(arm, Mode::cartesian_twist, 0, Row(64, 0.1)),
@@ -160,7 +159,6 @@ TEST_CASE("no state allocates that is compared with the rows that acted, in any 
   const std::vector<ChunkBuilder> commands{
       ChunkBuilder().joint(arm, Mode::joint_position, arm_1, Row(8, 0.1)),
       ChunkBuilder().joint(arm, Mode::joint_velocity, arm_1, Row(8, 0.1)),
-      ChunkBuilder().joint(arm, Mode::joint_torque, arm_1, Row(8, 1.0)),
       ChunkBuilder().poses(arm, Rows(8, tool)),
       ChunkBuilder().along(arm, Mode::cartesian_delta, 0, Row(8, 0.01)),
       ChunkBuilder().along(arm, Mode::cartesian_twist, 0, Row(8, 0.1)),

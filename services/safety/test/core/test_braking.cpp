@@ -121,16 +121,6 @@ TEST_CASE("G024 realtime: the row that acts already is gone through first") {
   CHECK(free_arm::judge(tighter, next.chunk, at_rest(), acts).evidence.ok());
 }
 
-TEST_CASE("G024 torques: as fast as measured, from where it is measured") {
-  Limits limits = braking_at(5.0, -2.0, 0.1 + eps);
-  MeasuredState state = at_rest();
-  state.velocities[slide_x] = 1.0;
-  const ChunkBuilder push = one_joint(Mode::joint_torque, slide_x, {0.0, 0.0});
-  CHECK(free_arm::judge(limits, push.chunk, state).evidence.ok());
-  limits.joints[slide_x].bounds.upper = 0.1 - eps;
-  CHECK(free_arm::judge(limits, push.chunk, state).evidence.code == 24);
-}
-
 TEST_CASE("G024 a delta brakes like the joints that it moves") {
   Limits limits = braking_at(5.0, -2.0, 0.3);
   const auto judged = [&](double by) {

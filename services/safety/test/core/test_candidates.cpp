@@ -49,20 +49,43 @@ TEST_CASE("G001 an unreadable frame is refused; five in 20 ticks end the claim")
     rig.send_frame(EventKind::candidate, frame, "runner");
     CHECK(rig.verdict().code == 1);
     CHECK(rig.verdict().axis == "frame");
-    CHECK(rig.verdict().limit_source == "trailing bytes");
+    CHECK(rig.verdict().limit_source.view().starts_with("trailing bytes, at byte "));
     rig.timer(30 * ms);
     CHECK(rig.lease().grants.size() == (i < 5 ? 1U : 0U));
   }
   CHECK(rig.counter("G001") == 5);
 }
 
-TEST_CASE("G001 bad frames far apart, or on another key, leave the claim alone") {
+TEST_CASE(
+    "G001 bad frames far apart, on another key, or that do not cite it leave the claim alone") {
   GateRig rig;
   rig.ready();
-  const std::vector<std::uint8_t> garbage{1, 2, 3};
-  for (int i = 0; i < 10; ++i) rig.send_frame(EventKind::candidate, garbage, "stranger");
+  auto cut = rig.chunk().frame();
+  cut.pop_back();
+  const auto spoilt = [&rig](const auto& change) {
+    ChunkBuilder builder = rig.chunk();
+    change(builder.chunk);
+    auto frame = builder.frame();
+    frame.pop_back();
+    return frame;
+  };
+  const std::vector<std::vector<std::uint8_t>> not_its_own{
+      {1, 2, 3},
+      {},
+      std::vector<std::uint8_t>(max_frame_bytes + 1, 0),
+      spoilt([](ActionChunk& chunk) { chunk.claim_id ^= 1; }),
+      spoilt([](ActionChunk& chunk) { chunk.epoch ^= 1; }),
+      spoilt([](ActionChunk& chunk) { chunk.session ^= 1; })};
   for (int i = 0; i < 10; ++i) {
-    rig.send_frame(EventKind::candidate, garbage, "runner");
+    rig.send_frame(EventKind::candidate, cut, "stranger");
+    for (const auto& frame : not_its_own) {
+      rig.send_frame(EventKind::candidate, frame, "runner");
+      CHECK(rig.verdict().code == 1);
+      CHECK(rig.verdict().claim_id == 0);
+    }
+  }
+  for (int i = 0; i < 10; ++i) {
+    rig.send_frame(EventKind::candidate, cut, "runner");
     rig.pass(4);
     rig.next_tick();
     rig.send_heartbeat();

@@ -55,7 +55,7 @@ TEST_CASE("G031 a base that drives: a tool it carries keeps its drift from the e
   const Judgement refused = judged(near, driven({0.75}));
   CHECK(refused.evidence.code == 31);
   CHECK(refused.evidence.part == "arm");
-  CHECK(refused.evidence.axis == "tool x");
+  CHECK(refused.evidence.axis == "tool x / shelf");
   CHECK(refused.evidence.value == doctest::Approx(0.7));
   CHECK(refused.evidence.limit == doctest::Approx(0.7));
   CHECK(judged(until(0.8 + eps), driven({1.5})).evidence.ok());

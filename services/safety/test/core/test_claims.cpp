@@ -220,21 +220,18 @@ TEST_CASE("a claim may lower its joint velocities, and never raise them") {
   CHECK(rig.send_chunk(rig.chunk({0.4, just_above(0.4)})).code == 20);
 }
 
-TEST_CASE("a claim may lower its torques and shrink its box, and never loosen them") {
+TEST_CASE("a claim may lower its steps and shrink its box, and never loosen them") {
   const auto pose = number(Mode::cartesian_pose);
-  const auto torque = number(Mode::joint_torque);
+  const auto target = number(Mode::joint_position);
   const auto twist = number(Mode::cartesian_twist);
   const auto refused = [](std::uint8_t mode, const char* name, double value) {
     return refusal_with({"arm", mode, name, value});
   };
-  CHECK(refused(torque, "effort_limit", 80.0).empty());
-  CHECK(refused(torque, "effort_limit", just_above(80.0)) ==
-        "limits: arm joint_torque effort_limit: expected above 0 and at most 80, got "
-        "80.00000000000001");
-  CHECK(refused(torque, "step_limit", 10.0).empty());
-  CHECK_FALSE(refused(torque, "step_limit", just_above(10.0)).empty());
-  CHECK_FALSE(refused(torque, "velocity_limit", 1.0).empty());
-  CHECK_FALSE(refused(number(Mode::joint_position), "effort_limit", 1.0).empty());
+  CHECK(refused(target, "step_limit", 0.25).empty());
+  CHECK(refused(target, "step_limit", just_above(0.25)) ==
+        "limits: arm joint_position step_limit: expected above 0 and at most 0.25, got "
+        "0.25000000000000006");
+  CHECK_FALSE(refused(target, "velocity_limit", 1.0).empty());
   for (const char* name : {"lower_x", "lower_y", "lower_z"}) {
     for (const double fine : {-1.0, 0.0, just_below(1.0)}) CHECK(refused(pose, name, fine).empty());
     for (const double bad : {just_below(-1.0), 1.0, not_a_number})

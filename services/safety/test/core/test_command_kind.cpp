@@ -53,7 +53,6 @@ TEST_CASE("a slide's velocity told against the yaw moves both slides, and nothin
   CHECK(moved(limits, base_joint(Mode::joint_velocity, base_x)) == slides);
   CHECK(moved(limits, base_joint(Mode::joint_velocity, base_y)) == slides);
   CHECK(moved(limits, base_joint(Mode::joint_velocity, base_yaw)) == only(base_yaw));
-  CHECK(moved(limits, base_joint(Mode::joint_torque, base_x)) == only(base_x));
   CHECK(moved(limits, base_joint(Mode::joint_position, base_x)) == only(base_x));
   limits.base.present = false;
   CHECK(moved(limits, base_joint(Mode::joint_velocity, base_x)) == only(base_x));

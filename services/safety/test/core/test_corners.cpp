@@ -34,7 +34,7 @@ TEST_CASE("a continuous joint has no bounds to be outside of, and no tolerance t
 }
 
 TEST_CASE("a mode without a checker, or without a name, is refused by the judge of rows too") {
-  for (const int mode : {3, 8, 13, 255}) {
+  for (const int mode : {2, 3, 8, 13, 255}) {
     ChunkBuilder builder;
     builder.add(arm, static_cast<Mode>(mode), {{0.0}});
     const Evidence evidence = judge(builder.chunk).evidence;

@@ -69,8 +69,8 @@ TEST_CASE("G043 rows that end: standing still at the end of the ramp, or latched
     REQUIRE(rig.is_latched());
     CHECK(rig.counter("G043") == 1);
     CHECK(rig.cause() ==
-          "latched: no standstill 200 ms after the end of its rows: G043 base base_x: 0.05, limit "
-          "0.05 (test joint)");
+          "latched: no standstill 200 ms after the end of its rows: G043 base base_x: 0.05 m/s, "
+          "limit 0.05 m/s (standstill_per_s: test joint)");
     rig.rests(8, 0.5);
     CHECK(rig.counter("G043") == 1);  // said once
   }

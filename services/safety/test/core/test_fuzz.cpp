@@ -157,9 +157,8 @@ struct Command {
   std::size_t width;
   double limit;  // about where its numbers become too big
 };
-constexpr std::array<Command, 11> commands{{{arm, Mode::joint_position, joint_count, 2.0},
+constexpr std::array<Command, 10> commands{{{arm, Mode::joint_position, joint_count, 2.0},
                                             {arm, Mode::joint_velocity, joint_count, 1.5},
-                                            {arm, Mode::joint_torque, joint_count, 80.0},
                                             {arm, Mode::cartesian_pose, 7, 1.0},
                                             {arm, Mode::cartesian_delta, 6, 0.1},
                                             {arm, Mode::cartesian_twist, 6, 0.5},
@@ -215,8 +214,6 @@ bool within_limits(const ActionPart& part, std::size_t row, const MeasuredState&
       return all_at_most(std::max(2.0, state.positions[arm_1]));  // outside: on its way back
     case Mode::joint_velocity:
       return all_at_most(1.5);
-    case Mode::joint_torque:
-      return all_at_most(80.0);
     case Mode::cartesian_pose:
       return std::abs(part.values[row * 7]) <= 1.0 && std::abs(part.values[row * 7 + 1]) <= 1.0 &&
              std::abs(part.values[row * 7 + 2]) <= 1.0;

@@ -104,13 +104,14 @@ TEST_CASE("G013 a jump is named, with distance, allowance and source") {
   rig.positions[base_x] = -1.25;
   rig.pass(1);
   rig.next_tick();
-  CHECK(cause(rig) == "stopped: G013 base_x: 1.25, limit 1 (test joint)");
+  CHECK(cause(rig) == "stopped: G013 base_x: 1.25 m, limit 1 m (jump_per_tick: test joint)");
   GateRig slide;
   slide.ready();
   slide.next_tick();
   slide.positions[torso] = 0.25;
   slide.next_tick();
-  CHECK(cause(slide) == "stopped: G013 torso: 0.25, limit 0.02 (test passive joint)");
+  CHECK(cause(slide) ==
+        "stopped: G013 torso: 0.25, limit 0.02 (jump_per_tick: test passive joint)");
 }
 
 TEST_CASE("G011 a stale state is told with its age") {

@@ -84,10 +84,6 @@ TEST_CASE("what is measured and tracked has limits, finite and above 0") {
   CHECK(finger(unset).starts_with("parts.right_hand.modes.dex_hand_joint.tracking of finger_2"));
 }
 
-TEST_CASE("a torque is no motion: nothing tracks it") {
-  CHECK(fault_after([](Limits& l) { l.parts[arm].modes.joint_torque.tracking.fill(unset); }) == "");
-}
-
 TEST_CASE("a part whose tool no mode moves has no singularity to keep away from") {
   CHECK(fault_after([](Limits& l) { l.parts[base].singularity_limit = unset; }) == "");
   CHECK(fault_after([](Limits& l) { l.parts[gripper].singularity_limit = unset; }) == "");

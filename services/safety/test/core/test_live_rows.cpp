@@ -1,4 +1,4 @@
-// Released rows meet newer states: G011, and the speed of a joint that is driven by torque.
+// Released rows meet newer states: G011.
 
 #include "acted_rows.hpp"
 
@@ -41,14 +41,12 @@ struct LiveArm : GateRig {
 
 TEST_CASE("G011 released rows stop where a joint has left its bounds and they do not lead back") {
   for (const bool lockstep : {true, false}) {
-    for (const Mode mode : {Mode::joint_velocity, Mode::joint_torque}) {
-      LiveArm rig(lockstep, 1.9, mode, {0.5, 0.5, 0.5});
-      rig.positions[arm_1] = just_above(2.1);  // bounds of 2, tolerance 0.1
-      rig.after_row();
-      CHECK(rig.stopped());
-      const Text cause = rig.status().cause;
-      CHECK(cause.view().starts_with("stopped: G011 arm arm_1: "));
-    }
+    LiveArm rig(lockstep, 1.9, Mode::joint_velocity, {0.5, 0.5, 0.5});
+    rig.positions[arm_1] = just_above(2.1);  // bounds of 2, tolerance 0.1
+    rig.after_row();
+    CHECK(rig.stopped());
+    const Text cause = rig.status().cause;
+    CHECK(cause.view().starts_with("stopped: G011 arm arm_1: "));
   }
 }
 
@@ -64,19 +62,5 @@ TEST_CASE("G011 released rows run on within the tolerance, and where they lead b
     LiveArm target(lockstep, 2.2, Mode::joint_position, {2.15, 2.1, 2.05});
     target.after_row();
     CHECK_FALSE(target.stopped());
-  }
-}
-
-TEST_CASE("G021 a torque stops where its joint is faster than its velocity limit") {
-  for (const bool lockstep : {true, false}) {
-    LiveArm fast(lockstep, 0.0, Mode::joint_torque, {5.0, 5.0, 5.0});
-    fast.velocities[arm_1] = just_above(1.5);
-    fast.after_row();
-    CHECK(fast.stopped());
-    CHECK(fast.status().cause.view().starts_with("stopped: G021 arm arm_1: "));
-    LiveArm fine(lockstep, 0.0, Mode::joint_torque, {5.0, 5.0, 5.0});
-    fine.velocities[arm_1] = -1.5;
-    fine.after_row();
-    CHECK_FALSE(fine.stopped());
   }
 }

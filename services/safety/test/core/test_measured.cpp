@@ -7,6 +7,7 @@
 
 #include "boundary.hpp"
 #include "chunk_builder.hpp"
+#include "standstill.hpp"
 
 using namespace fairlead;
 using namespace fairlead::test;
@@ -139,4 +140,26 @@ TEST_CASE("a robot stands still where each measured joint does, the passive one 
   MeasuredState none = state_at_rest();
   none.count = 0;
   CHECK_FALSE(at_standstill(limits, none));
+}
+
+TEST_CASE("a robot whose positions move does not stand still, whatever its velocities say") {
+  const Limits limits = test_limits();
+  for (std::size_t i = 0; i < measured_count; ++i) {
+    const double limit = i == torso ? 0.01 : 0.05;
+    MeasuredState state = state_at_rest();
+    state.travel_speeds[i] = just_below(limit);
+    CHECK(at_standstill(limits, state));
+    state.travel_speeds[i] = limit;
+    CHECK_FALSE(at_standstill(limits, state));
+  }
+}
+
+TEST_CASE("positions tell a speed by the ticks between, beyond the encoder's step, in any turn") {
+  const Limits limits = test_limits();
+  const double step = limits.joints[arm_1].encoder_step;
+  CHECK(travel_speed(limits, arm_1, 0.5, 0.5 + step, 1) == doctest::Approx(0.0));
+  CHECK(travel_speed(limits, arm_1, 0.5, 0.6, 1) == doctest::Approx((0.1 - step) / 0.05));
+  CHECK(travel_speed(limits, arm_1, 0.6, 0.5, 4) == doctest::Approx((0.1 - step) / 0.2));
+  CHECK(travel_speed(limits, base_yaw, 3.1, 3.1 - 2.0 * std::numbers::pi, 1) <= 0.0);
+  CHECK(travel_speed(limits, torso, 0.0, 0.1, 1) == doctest::Approx(2.0));
 }

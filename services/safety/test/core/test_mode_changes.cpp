@@ -192,14 +192,14 @@ TEST_CASE("G025 realtime: the row that is about to act is the one whose follower
 TEST_CASE("G025 realtime: the verdict names the mode that the part moves in, if it is known") {
   PartMemories memories;
   PartMemory& memory = memories[arm];
-  memory.note(ChunkBuilder().joint(arm, Mode::joint_torque, arm_1, {0.0}).chunk.parts[0]);
+  memory.note(ChunkBuilder().along(arm, Mode::cartesian_twist, 0, {0.0}).chunk.parts[0]);
   const ChunkBuilder chunk = ChunkBuilder().joint(arm, Mode::joint_velocity, arm_1, {0.0});
   const auto found = [&] {
     return judge(chunk.chunk, state_at_rest(), RowBefore{nullptr, 0, false, &memories}).evidence;
   };
   CHECK(found().code == 25);
   CHECK(found().value == 1.0);  // joint_velocity
-  CHECK(found().limit == 2.0);  // joint_torque
+  CHECK(found().limit == 6.0);  // cartesian_twist
   memory.kind = PartMemory::Kind::unknown;
   CHECK(found().code == 25);
   CHECK(found().limit == 1.0);

@@ -60,12 +60,6 @@ TEST_CASE("G024 a target counts from the row before it, also if another row came
   CHECK(free_arm::judge(limits, next.chunk, state, RowBefore{&before.chunk, 0}).evidence.ok());
 }
 
-TEST_CASE("G024 a torque: as fast as measured, also so slow that it counts as standing") {
-  // From 0.04 m/s it takes 0.16 mm.
-  CHECK(told(between(-2.0, 0.0002), Mode::joint_torque, {0.0}, 0.04).ok());
-  CHECK(told(between(-2.0, 0.0001), Mode::joint_torque, {0.0}, 0.04).code == 24);
-}
-
 TEST_CASE("G024 realtime: of what acts already, the share that leads too far first is told") {
   Limits limits = between(-2.0, 0.07);
   limits.parts[arm].modes.joint_velocity.gain = {0.5, 1.0};

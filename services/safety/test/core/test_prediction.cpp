@@ -239,16 +239,6 @@ TEST_CASE("G030 says the first of several parts that get nowhere") {
   CHECK(fault.part == "left_arm");
 }
 
-TEST_CASE("G030 a joint that is as fast as no number leads nowhere") {
-  MeasuredState state = at_rest();
-  state.velocities[slide_x] = not_a_number;
-  const ChunkBuilder push = one_joint(Mode::joint_torque, slide_x, {1.0});
-  Predicted predicted(free_arm::limits(), state, push.chunk);
-  const Evidence fault = predicted.all.advance();
-  CHECK(fault.code == 30);
-  CHECK(fault.axis == "slide_x");
-}
-
 namespace {
 
 // A delta told to the free arm when only one of its joints is left to make it.

@@ -117,13 +117,11 @@ TEST_CASE("quick look: every joint of the row is looked at, of whatever number")
   }
 }
 
-TEST_CASE("quick look: velocities and torques have the joint's own limits") {
+TEST_CASE("quick look: velocities have the joint's own limits") {
   CHECK_FALSE(certain(Mode::joint_velocity, arm_1, {1.5, 0.9}));  // the step is 0.5
   CHECK(certain(Mode::joint_velocity, arm_1, {1.5, 1.0}));
   CHECK(certain(Mode::joint_velocity, arm_1, {-1.5}));
   CHECK_FALSE(certain(Mode::joint_velocity, arm_1, {-1.5 - 1e-9}));
-  CHECK(certain(Mode::joint_torque, arm_1, {80.0, 70.0}));
-  CHECK_FALSE(certain(Mode::joint_torque, arm_1, {80.0 + 1e-9}));
 }
 
 TEST_CASE("quick look: the claim's tighter limit counts") {

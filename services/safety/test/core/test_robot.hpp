@@ -185,7 +185,6 @@ inline Limits test_limits() {
   arm_part.tool = 4;
   arm_part.modes.joint_position = joint_mode({arm_1, arm_2}, 0.25);
   arm_part.modes.joint_velocity = joint_mode({arm_1, arm_2}, 0.5);
-  arm_part.modes.joint_torque = joint_mode({arm_1, arm_2}, 10.0);
   arm_part.modes.cartesian_pose = pose_mode(1.0, 0.05, 0.25);
   arm_part.modes.cartesian_delta = cartesian_mode(0.1, 0.5, {0, 1, 2, 3, 4, 5});
   arm_part.modes.cartesian_twist = cartesian_mode(0.5, 1.0, {0, 1, 2, 3, 4, 5});

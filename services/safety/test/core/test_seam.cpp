@@ -28,9 +28,6 @@ TEST_CASE("G023 the step from a row that is released and not yet executed, for e
   const auto target = [](double value) {
     return ChunkBuilder().joint(arm, Mode::joint_position, arm_1, {value});
   };
-  const auto torque = [](double value) {
-    return ChunkBuilder().joint(arm, Mode::joint_torque, arm_1, {value});
-  };
   const auto delta = [](double x) {
     return ChunkBuilder().along(arm, Mode::cartesian_delta, 0, {x});
   };
@@ -41,7 +38,7 @@ TEST_CASE("G023 the step from a row that is released and not yet executed, for e
   const auto composite_row = [](double value) {
     return ChunkBuilder().scalar(composite, Mode::composite_mode, {value});
   };
-  // Step limits: 0.25 rad, 0.5 rad/s, 10 N m, 0.05 m, 0.15 m, 1.5 m/s, 0.05 m, 1.5.
+  // Step limits: 0.25 rad, 0.5 rad/s, 0.05 m, 0.15 m, 1.5 m/s, 0.05 m, 1.5.
   MeasuredState state = state_at_rest();
   state.positions[arm_1] = 0.125;
   CHECK(seam_code(target(0.0), target(0.25), state) == 0);
@@ -51,8 +48,6 @@ TEST_CASE("G023 the step from a row that is released and not yet executed, for e
   CHECK(seam_code(speed(0.25), speed(-0.25)) == 0);
   CHECK(seam_code(speed(0.25), speed(just_above(0.75))) == 23);
   CHECK(seam_code(speed(0.25), speed(-0.25 - 1e-9)) == 23);
-  CHECK(seam_code(torque(5.0), torque(15.0)) == 0);
-  CHECK(seam_code(torque(5.0), torque(just_above(15.0))) == 23);
   CHECK(seam_code(delta(-0.1), delta(0.05)) == 0);
   CHECK(seam_code(delta(-0.1), delta(0.05 + 1e-12)) == 23);
   CHECK(seam_code(twist(-1.0), twist(0.5)) == 0);

@@ -71,7 +71,6 @@ const std::vector<ModeRow>& every_mode() {
   static const std::vector<ModeRow> rows{
       {arm, Mode::joint_position, joints, {arm_1}, ""},
       {arm, Mode::joint_velocity, joints, {arm_1}, ""},
-      {arm, Mode::joint_torque, joints, {arm_1}, ""},
       {arm, Mode::cartesian_pose, {0.7, 0, 0.5, 0, 0, 0, 1}, {}, "base_link"},
       {arm, Mode::cartesian_delta, six, {}, "base_link"},
       {arm, Mode::cartesian_twist, six, {}, "base_link"},
@@ -150,7 +149,7 @@ TEST_CASE("G008 padding is not exempt") {
 }
 
 TEST_CASE("G009 modes without a checker are refused by name") {
-  for (const Mode mode : {Mode::joint_trajectory, Mode::foot_placement}) {
+  for (const Mode mode : {Mode::joint_torque, Mode::joint_trajectory, Mode::foot_placement}) {
     const std::size_t width = mode_width(static_cast<std::uint8_t>(mode), joint_count);
     ChunkBuilder builder;
     builder.add(arm, mode, {Row(width, 0.0)});

@@ -65,7 +65,7 @@ TEST_CASE("G043 not at standstill at the end of the ramp: latched, naming the jo
       CHECK(rig.counter("G043") == 1);
       const std::string cause(rig.status().cause.view());
       CHECK(cause.starts_with("latched: no standstill 200 ms after the stop: G043 base base_x: "));
-      CHECK(cause.ends_with(", limit 0.05 (test joint)"));
+      CHECK(cause.ends_with(" m/s, limit 0.05 m/s (standstill_per_s: test joint)"));
       CHECK(rig.status().stop_ids.contains(77));
       rig.speed(speed);
       CHECK(rig.counter("G043") == 1);  // once a stop

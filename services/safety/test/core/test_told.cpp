@@ -57,7 +57,7 @@ TEST_CASE("a refusal for an unreadable frame says whose key it was, and has no n
   CHECK(verdict.session == rig.session);
   CHECK(verdict.epoch == rig.epoch);
   CHECK(verdict.source == "runner");
-  CHECK(verdict.claim_id == rig.claim_id);
+  CHECK(verdict.claim_id == 0);  // anybody may have put it there
   CHECK(verdict.axis == "frame");
   CHECK(verdict.margin == 0.0);
   CHECK(verdict.row == -1);

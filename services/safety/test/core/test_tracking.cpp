@@ -210,12 +210,10 @@ TEST_CASE("G040 a part that held, and modes without a tracking model, are not ju
     CHECK_FALSE(held.stopped());
 
     ChunkBuilder others;
-    others.joint(arm, Mode::joint_torque, arm_1, Row(4, 5.0));
     others.scalar(gripper, Mode::gripper_position, Row(4, 0.06));
     others.scalar(composite, Mode::composite_mode, Row(4, 1.0));
     TrackedRig rig(lockstep, narrow);
     rig.begin(others);
-    rig.positions[arm_1] = 0.4;
     rig.positions[gripper_joint] = 0.0;
     rig.act();
     CHECK_FALSE(rig.stopped());
@@ -251,7 +249,7 @@ TEST_CASE(
   rig.act();
   CHECK(rig.lease().grants.empty());
   CHECK(rig.lease().stop_ids.size() == 1);
-  CHECK(rig.cause() == "stopped: G040 arm arm_1: 0.5, limit 0.125 (test joint mode)");
+  CHECK(rig.cause() == "stopped: G040 arm arm_1: 0.5 rad, limit 0.125 rad (tracking_limits)");
   CHECK(rig.counter("G040") == 1);
 }
 

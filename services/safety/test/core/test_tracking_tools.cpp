@@ -93,17 +93,17 @@ TEST_CASE("G040 a pose: distance and angle of the tool from the one that acted")
 
 namespace {
 
-// A delta of 0.02 m to the side happened to three quarters and the tool came to rest; what is told
+// A delta of 0.002 m to the side happened to three quarters and the tool came to rest; what is told
 // next asks for the same, and has not happened yet.
 bool stops_from_rest(const ChunkBuilder& next) {
   TrackedRig rig(true, [](Limits& limits) {
-    narrow_tool(limits, 0.005, 10.0);
+    narrow_tool(limits, 0.0005, 10.0);
     CartesianLimits& twists = limits.parts[arm].modes.cartesian_twist;
     twists.linear_tracking = 0.005;
     (void)limits.parts[arm].modes.cartesian_delta.frames.push_back("column");
   });
-  rig.begin(ChunkBuilder().along(arm, Mode::cartesian_delta, 1, {0.02}));
-  rig.positions[arm_1] = turn_for(0.015);
+  rig.begin(ChunkBuilder().along(arm, Mode::cartesian_delta, 1, {0.002}));
+  rig.positions[arm_1] = turn_for(0.0015);
   rig.act();
   REQUIRE_FALSE(rig.stopped());
   rig.begin(next);
@@ -114,13 +114,13 @@ bool stops_from_rest(const ChunkBuilder& next) {
 }  // namespace
 
 TEST_CASE("G040 lockstep: after a row of another mode or frame a tool begins at rest") {
-  const ChunkBuilder twist = ChunkBuilder().along(arm, Mode::cartesian_twist, 1, {0.4});
+  const ChunkBuilder twist = ChunkBuilder().along(arm, Mode::cartesian_twist, 1, {0.04});
   const ChunkBuilder other_frame =
-      ChunkBuilder().add(arm, Mode::cartesian_delta, {{0, 0.02, 0, 0, 0, 0}}, {}, "column");
-  const ChunkBuilder same = ChunkBuilder().along(arm, Mode::cartesian_delta, 1, {0.02});
+      ChunkBuilder().add(arm, Mode::cartesian_delta, {{0, 0.002, 0, 0, 0, 0}}, {}, "column");
+  const ChunkBuilder same = ChunkBuilder().along(arm, Mode::cartesian_delta, 1, {0.002});
   CHECK_FALSE(stops_from_rest(twist));
   CHECK_FALSE(stops_from_rest(other_frame));
-  CHECK(stops_from_rest(same));  // that goes on: from half of 0.02 m, and 0.005 m are allowed
+  CHECK(stops_from_rest(same));  // that goes on: from half of 0.002 m, and 0.0005 m are allowed
 }
 
 TEST_CASE("G040 a body twist of a part whose motion tells none is not judged by it") {

@@ -227,19 +227,6 @@ TEST_CASE("G034 a post on the way of braking is not driven through") {
   CHECK(drive(limits, slide(base_x, {1.0})).evidence.ok());
 }
 
-TEST_CASE("G034 a base pushed by torques goes where nobody knows, against its yaw or not") {
-  for (const bool against_yaw : {false, true}) {
-    Limits limits = hall(0.5 + eps);  // it stands at the wall
-    limits.base.against_yaw = against_yaw;
-    limits.parts[base].modes.joint_torque = joint_mode({base_x}, 80.0);
-    const ChunkBuilder push = ChunkBuilder().joint(base, Mode::joint_torque, base_x, {20.0});
-    CHECK(drive(limits, push).evidence.ok());
-    MeasuredState moving = at(0, 0, 0);
-    moving.velocities[base_x] = 0.1;  // and coasts on through its reaction
-    CHECK(drive(limits, push, moving).evidence.code == 34);
-  }
-}
-
 TEST_CASE("G034 a post is not driven through where one slide brakes sooner than the other") {
   Limits limits = hall(9.0);
   limits.base.footprint =

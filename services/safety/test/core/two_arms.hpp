@@ -29,7 +29,6 @@ inline PartLimits arm_part(const char* name, std::size_t joint, std::size_t tool
   PartLimits limits = part(name, {joint});
   limits.tool = tool;
   limits.modes.joint_position = joint_mode({joint}, 0.25);
-  limits.modes.joint_torque = joint_mode({joint}, 10.0);
   limits.modes.cartesian_pose = pose_mode(1.0, 0.05, 0.25);
   limits.modes.cartesian_twist = cartesian_mode(0.5, 1.0, {0, 1, 2, 3, 4, 5});
   return limits;

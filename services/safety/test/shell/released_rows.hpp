@@ -69,10 +69,6 @@ class ReleasedRows {
         return each_joint([&](std::size_t j, double speed) {
           return std::abs(speed) <= limits_.joints[j].velocity_limit;
         });
-      case Mode::joint_torque:
-        return each_joint([&](std::size_t j, double effort) {
-          return std::abs(effort) <= limits_.joints[j].effort_limit;
-        });
       case Mode::cartesian_pose:
         return inside(modes.cartesian_pose, {value(0), value(1), value(2)});
       case Mode::cartesian_delta:

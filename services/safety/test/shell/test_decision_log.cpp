@@ -70,7 +70,7 @@ fs::path write_text(const Folder& folder, const std::string& text) {
 /// A log with a header, `steps` steps and an end.
 std::string written_log(const Folder& folder, int steps) {
   std::string fault;
-  LogFile file(folder.path, 10, fault);
+  LogFile file(folder.path, 10, UINT64_MAX, fault);
   REQUIRE(fault == "");
   REQUIRE(file.append(RecordType::header, bytes_of("{}")) == "");
   for (int i = 0; i < steps; ++i)

@@ -39,10 +39,13 @@ void check_days(const std::string& name) {
 
 FAIRLEAD_JUDGED_DAYS("panda_1")
 FAIRLEAD_JUDGED_DAYS("panda_2")
+FAIRLEAD_JUDGED_DAYS("panda_3")
 FAIRLEAD_JUDGED_DAYS("panda_mobile_1")
 FAIRLEAD_JUDGED_DAYS("panda_mobile_2")
 FAIRLEAD_JUDGED_DAYS("panda_mobile_3")
 FAIRLEAD_JUDGED_DAYS("panda_mobile_4")
+FAIRLEAD_JUDGED_DAYS("panda_mobile_5")
 FAIRLEAD_JUDGED_DAYS("dual_panda_1")
 FAIRLEAD_JUDGED_DAYS("dual_panda_2")
 FAIRLEAD_JUDGED_DAYS("dual_panda_3")
+FAIRLEAD_JUDGED_DAYS("dual_panda_4")

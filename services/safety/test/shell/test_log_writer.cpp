@@ -56,9 +56,12 @@ TEST_CASE("a line carries its level and the service's name") {
     LogWriter log("safety");
     log.info("ready");
     log.warning("disk full");
+    log.info("by x\nERROR safety: \x1b[2Jforged");
   }
   output.restore();
-  CHECK(output.read() == "INFO safety: ready\nWARNING safety: disk full\n");
+  CHECK(output.read() ==
+        "INFO safety: ready\nWARNING safety: disk full\n"
+        "INFO safety: by x\\x0aERROR safety: \\x1b[2Jforged\n");
 }
 
 TEST_CASE("a flood of refusals is cut short and pushes out nothing else") {

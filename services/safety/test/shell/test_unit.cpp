@@ -29,8 +29,6 @@ TEST_CASE("unit: a joint's limit is told as its mode tells it") {
   CHECK(unit(22, Mode::dex_hand_joint, "arm_1") == "rad");
   CHECK(unit(20, Mode::joint_velocity, "arm_1") == "rad/s");
   CHECK(unit(20, Mode::joint_velocity, "base_x") == "m/s");
-  CHECK(unit(22, Mode::joint_torque, "arm_1") == "N m");
-  CHECK(unit(20, Mode::joint_torque, "base_x") == "N");
 }
 
 TEST_CASE("unit: motions of tool and base, openings and places") {
@@ -52,17 +50,12 @@ TEST_CASE("unit: a joint that is outside its bounds is told where it is, a veloc
   CHECK(unit(11, Mode::joint_position, "arm_1", only_back) == "rad");
   CHECK(unit(11, Mode::joint_velocity, "arm_1", only_back) == "rad/s");
   CHECK(unit(11, Mode::joint_velocity, "arm_1", measured) == "rad");
-  CHECK(unit(11, Mode::joint_torque, "base_x", measured) == "m");
+  CHECK(unit(11, Mode::joint_position, "base_x", measured) == "m");
 }
 
-TEST_CASE("unit: a rule about standing still or slow enough is about speed in every mode") {
-  CHECK(unit(21, Mode::joint_torque, "arm_1", "driven by torque: not above its velocity_limit") ==
-        "rad/s");
-  CHECK(unit(21, Mode::joint_torque, "arm_1",
-             "a joint is left out of torques at standstill only") == "rad/s");
+TEST_CASE("unit: a rule about standing still is about speed in every mode") {
   CHECK(unit(21, Mode::body_twist, "base_x", "a first twist of this part: from standstill") ==
         "m/s");
-  CHECK(unit(21, Mode::joint_torque, "arm_1", "robot.yaml: a standstill of no account") == "N m");
 }
 
 TEST_CASE("unit: what is braked, seen and felt of a joint") {

@@ -114,6 +114,8 @@ void add_volumes(PathPlan& plan) {
     for (std::size_t i = 0; i < plan.capsules.size() && volume.keep_out; ++i)
       names.capsules[i] = name_of(link_of(plan, i), volume.name.view());
     names.tool = name_of("tool", volume.name.view());
+    names.axes = {name_of("tool x", volume.name.view()), name_of("tool y", volume.name.view()),
+                  name_of("tool z", volume.name.view())};
     (void)plan.volumes.push_back(names);
   }
 }

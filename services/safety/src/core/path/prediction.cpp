@@ -135,9 +135,6 @@ Evidence Prediction::apply(const Command& command, std::size_t index) {
     case Mode::joint_velocity:
       apply_velocities(command, index);
       return {};
-    case Mode::joint_torque:
-      apply_torques(command, branch);
-      return {};
     case Mode::cartesian_delta:
     case Mode::cartesian_twist:
       return apply_tool_motion(command, index);
@@ -185,10 +182,6 @@ void Prediction::apply_velocities(const Command& command, std::size_t index) {
     note_speed(branch, j, change);
     branch.now[j] += change;
   }
-}
-
-void Prediction::apply_torques(const Command& command, Branch& branch) {
-  for (const std::uint8_t j : command.action.active) branch.speed[j] = state_.velocities[j];
 }
 
 // The slides carry the yaw axis; the root link's origin, of which the twist tells, swings about it.

@@ -2,9 +2,8 @@
 //
 // Joint targets are reached within their tick. Of velocities, deltas and twists the declared gain
 // says which share happens: both ends of it are carried, in every combination of the parts that
-// have one. With other claims' rows, all of that again while those hold. A torque leads nowhere
-// that could be known: the joint stays where it is measured, as fast as it is measured. What
-// nothing commands, grippers and passive joints stay where they are measured.
+// have one. With other claims' rows, all of that again while those hold. What nothing
+// commands, grippers and passive joints stay where they are measured.
 #pragma once
 
 #include <algorithm>
@@ -125,7 +124,6 @@ class Prediction {
   Evidence apply(const Command& command, std::size_t branch);
   void apply_targets(const Command& command, Branch& branch);
   void apply_velocities(const Command& command, std::size_t index);
-  void apply_torques(const Command& command, Branch& branch);
   [[nodiscard]] bool stays(const Motion6& told) const;
   Evidence apply_tool_motion(const Command& command, std::size_t index);
   Evidence apply_pose(const Command& command, Branch& branch);

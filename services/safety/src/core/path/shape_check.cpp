@@ -80,7 +80,7 @@ Evidence ShapeCheck::look_at_volumes(const FramePoses& poses, const FramePoses& 
     const Volume& volume = plan_.limits.workspace.volumes[v];
     for (std::size_t i = 0; i < tools_.size() && evidence.ok(); ++i)
       evidence = volume.keep_out ? keep_tool_out(tools_[i], v, poses, before, tools[i])
-                                 : keep_tool_in(tools_[i], volume, poses, before, tools[i]);
+                                 : keep_tool_in(tools_[i], v, poses, before, tools[i]);
     for (std::size_t i = 0; i < capsules_.size() && volume.keep_out && evidence.ok(); ++i)
       evidence = keep_capsule_out(capsules_[i], v, poses, before, capsules[i]);
   }
@@ -91,9 +91,10 @@ Evidence ShapeCheck::look_at_volumes(const FramePoses& poses, const FramePoses& 
   return evidence;
 }
 
-Evidence ShapeCheck::keep_tool_in(std::size_t part, const Volume& volume, const FramePoses& poses,
+Evidence ShapeCheck::keep_tool_in(std::size_t part, std::size_t index, const FramePoses& poses,
                                   const FramePoses& before, double& slack) const {
-  constexpr std::array<std::string_view, 3> axes{"tool x", "tool y", "tool z"};
+  const Volume& volume = plan_.limits.workspace.volumes[index];
+  const std::array<PlanName, 3>& axes = plan_.volumes[index].axes;
   const PlanTool& tool = plan_.tools[part];
   const Eigen::Vector3d point = tool_at(tool, poses);
   const std::string_view source = plan_.limits.workspace.source.view();
@@ -107,9 +108,9 @@ Evidence ShapeCheck::keep_tool_in(std::size_t part, const Volume& volume, const 
     const Name& name = plan_.limits.parts[part].name;
     const auto was = [&] { return tool_at(tool, before)[axis]; };
     if (is_breach(under, [&] { return upper - was(); }, excuse))
-      return of(above(code::workspace, axes[i], point[axis], upper, source), name);
+      return of(above(code::workspace, axes[i].view(), point[axis], upper, source), name);
     if (is_breach(over, [&] { return was() - lower; }, excuse))
-      return of(below(code::workspace, axes[i], point[axis], lower, source), name);
+      return of(below(code::workspace, axes[i].view(), point[axis], lower, source), name);
   }
   return {};
 }

@@ -59,7 +59,7 @@ class ShapeCheck {
  private:
   Evidence look_at_volumes(const FramePoses& poses, const FramePoses& before,
                            Clearance& found) const;
-  Evidence keep_tool_in(std::size_t part, const Volume& volume, const FramePoses& poses,
+  Evidence keep_tool_in(std::size_t part, std::size_t index, const FramePoses& poses,
                         const FramePoses& before, double& slack) const;
   Evidence keep_tool_out(std::size_t part, std::size_t volume, const FramePoses& poses,
                          const FramePoses& before, double& slack) const;

@@ -1,0 +1,90 @@
+// What of the candidates gets a turn: each claim its own, and strangers together a little.
+#include <doctest/doctest.h>
+
+#include <vector>
+
+#include "../core/chunk_builder.hpp"
+#include "intake.hpp"
+
+using namespace fairlead;
+using namespace fairlead::test;
+
+namespace {
+
+constexpr std::uint64_t second = 1'000'000'000;
+
+std::vector<std::uint8_t> chunk_of(std::uint64_t claim_id, std::uint64_t seq = 1) {
+  ChunkBuilder builder;
+  builder.joint(base, Mode::joint_velocity, base_x, {0.0});
+  builder.chunk.session = 0xABCD;
+  builder.chunk.epoch = 7;
+  builder.chunk.claim_id = claim_id;
+  builder.chunk.seq = seq;
+  return builder.frame();
+}
+
+// How many of `count` frames, one a microsecond from `now_ns` on, get a turn.
+template <class Make>
+int admitted(Intake& intake, int count, std::uint64_t now_ns, const Make& make) {
+  int found = 0;
+  for (int i = 0; i < count; ++i)
+    found += intake.admits(make(i), now_ns + 1000U * static_cast<std::uint64_t>(i)) ? 1 : 0;
+  return found;
+}
+
+}  // namespace
+
+TEST_CASE("intake: strangers share a hundred frames a second, whatever they cite") {
+  Intake intake;
+  intake.expect("runner", 0xABCD, 7, 5);
+  const auto junk = [](int i) {
+    const std::vector<std::vector<std::uint8_t>> kinds{{}, {1, 2, 3}, chunk_of(6), {0x9F, 3, 1}};
+    return kinds[static_cast<std::size_t>(i) % kinds.size()];
+  };
+  CHECK(admitted(intake, 1000, second, junk) == 100);
+  const int later = admitted(intake, 1000, 2 * second, junk);
+  CHECK(later >= 99);
+  CHECK(later <= 101);
+  CHECK(intake.take_left_out().strangers == 2000 - 100 - static_cast<std::uint64_t>(later));
+  CHECK(intake.take_left_out().sum() == 0);
+  // Nor do they take anything from the claim.
+  CHECK(intake.admits(chunk_of(5), 2 * second));
+}
+
+TEST_CASE("intake: strangers share so many bytes, too") {
+  Intake intake;
+  const auto big = [](int) { return std::vector<std::uint8_t>(65'536, 1); };
+  CHECK(admitted(intake, 90, second, big) == 15);  // a megabyte
+  CHECK(admitted(intake, 90, 5 * second, big) == 1);
+}
+
+TEST_CASE("intake: copies of a claim's newest chunk have a budget of their own") {
+  Intake intake;
+  intake.expect("runner", 0xABCD, 7, 5);
+  CHECK(admitted(intake, 1000, second, [](int) { return chunk_of(5); }) == 21);
+  CHECK(intake.take_left_out().copies == 979);
+  CHECK(admitted(intake, 100, second,
+                 [](int i) { return chunk_of(5, 2 + static_cast<std::uint64_t>(i)); }) == 100);
+}
+
+TEST_CASE("intake: a claim gets a thousand chunks a second") {
+  Intake intake;
+  intake.expect("runner", 0xABCD, 7, 5);
+  const auto next = [](int i) { return chunk_of(5, 1 + static_cast<std::uint64_t>(i)); };
+  CHECK(admitted(intake, 1000, second, next) == 200);
+  CHECK(intake.take_left_out().excess == 800);
+  CHECK(admitted(intake, 1000, 2 * second, next) == 200);
+}
+
+TEST_CASE("intake: a source's next claim takes the place of its last, an arming that of all") {
+  Intake intake;
+  intake.expect("runner", 0xABCD, 7, 5);
+  intake.expect("runner", 0xABCD, 7, 6);
+  intake.expect("other", 0xABCD, 7, 8);
+  (void)admitted(intake, 200, second, [](int) { return std::vector<std::uint8_t>{}; });
+  CHECK_FALSE(intake.admits(chunk_of(5), second));
+  CHECK(intake.admits(chunk_of(6), second));
+  CHECK(intake.admits(chunk_of(8), second));
+  intake.expect("runner", 0xABCD, 9, 10);
+  CHECK_FALSE(intake.admits(chunk_of(8, 2), second));
+}
