@@ -30,7 +30,7 @@ pytestmark = pytest.mark.processes
 def a_run(scene: Scene) -> Path:
     """The log of a run with good chunks, bad ones, a stop and a reset; the gate has ended."""
     scene.ready_to_move()
-    assert drive(scene, (0.01, 0.05, 0.09, 0.02, 0.06)) == [0, 0, 2, 0, 0]
+    assert drive(scene, (0.01, 0.05, 0.09, 0.02, 0.04)) == [0, 0, 2, 0, 0]
     scene.send_bytes(b"\xc1")
     scene.send(moves(scene, float("nan")))
     stopped = scene.wait_state(GateState.STOPPED)
@@ -97,7 +97,7 @@ def test_judge_says_in_words_what_changes(a_run: Path, config: Path, tmp_path: P
         "  tick 5: chunk 2 of runner was released; instead: chunk 2 of runner refused: G020 arm "
         f"linear, row 0: 0.05, limit 0.03 ({source})",
         "  tick 14: chunk 5 of runner was released; instead: chunk 5 of runner refused: G020 arm "
-        f"linear, row 0: 0.06, limit 0.03 ({source})",
+        f"linear, row 0: 0.04, limit 0.03 ({source})",
     ]
     assert "2 of 7 verdicts change\n" in text
 
