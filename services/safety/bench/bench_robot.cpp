@@ -9,7 +9,7 @@ namespace {
 
 constexpr double step_limit = 0.05;    // [rad or m] a row: ten times the share that chunks use
 constexpr double slow = 0.2;           // [m/s]
-constexpr double sway = 0.02;           // of its limits, what a row of a whole step asks for
+constexpr double sway = 0.02;          // of its limits, what a row of a whole step asks for
 constexpr std::size_t still_rows = 2;  // that may act before the next chunk replaces the rest
 
 // The mode of a part that its chunks use: the first that it has and that can be told to stay.
