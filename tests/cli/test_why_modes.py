@@ -75,7 +75,7 @@ TWO_ARMED: dict[str, tuple[Rows, str, str]] = {
     "cartesian_pose, place": (
         pose_beside,
         "left_arm linear is 0.06 m, limit 0.05 m, 0.01 m beyond it",
-        "every number of left_arm times 0.8333 about the measured pose",
+        "every number of left_arm times 0.4922 about the measured pose",
     ),
     "cartesian_pose, angle": (
         pose_turned,
@@ -174,7 +174,7 @@ def mobile(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Refusals]:
 def test_a_slide_of_the_base_is_told_in_metres_per_second(mobile: Refusals) -> None:
     said = mobile.why("joint_velocity")
     assert "base base_y is 1.5 m/s, limit 1 m/s, 0.5 m/s beyond it" in said
-    assert f"{PASSES}every number of base times 0.6666\n" in said
+    assert f"{PASSES}every number of base times 0.2156\n" in said
 
 
 def test_a_twist_of_the_base_is_told_in_metres_per_second(mobile: Refusals) -> None:
