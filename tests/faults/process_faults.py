@@ -74,7 +74,7 @@ def kill_runner(robot: LiveStage) -> Shot:
     goal = robot.start_moving()
     shot = robot.hold_shot(robot.signal("runner", signal.SIGKILL))
     wait_for(lambda: not robot.client.gate_status().claims, "the gate ends its claim")
-    with pytest.raises(ServiceError, match="the runner went away"):
+    with pytest.raises(ServiceError, match="runner went away"):
         robot.ended(goal)
     robot.restarted("runner")
     return shot

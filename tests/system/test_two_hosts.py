@@ -160,7 +160,7 @@ def test_a_cut_link_ends_motion_and_once_healed_a_new_goal_succeeds(realtime: Tw
     seen = len(realtime.printed("gpu"))
     injected_ns = realtime.network.cut()
     check_bound(realtime, injected_ns, CUT_BOUND_MS, "link cut")
-    ended_badly(goal, "the runner went away")
+    ended_badly(goal, "runner went away")
     realtime.wait_printed("gpu", "lost the router", seen)
     healed_ns = realtime.network.heal()
     realtime.wait_printed("gpu", "is back", seen)
