@@ -214,7 +214,7 @@ def test_a_stop_by_what_was_measured_says_what_to_look_at(tmp_path: Path) -> Non
     words = ("why", "last", "--state-dir", str(tmp_path / "robot"))
     _, *lines = fairlead(*words, state=tmp_path / "registry").stdout.splitlines()
     assert lines[0].endswith(": the gate stopped")
-    assert lines[1].startswith("  why     G042 arm panda_joint3: 12345, limit ")
+    assert lines[1].startswith("  why     G042 arm panda_joint3: 12345 N m, limit ")
     assert lines[2:] == [
         "  first   look what the robot touches or has lost, then reset the stop",
         f"  do      when the cause has gone: fairlead reset {stop:016x}",
@@ -243,8 +243,8 @@ def test_without_a_log_it_says_where_it_looked(tmp_path: Path) -> None:
     done = fairlead("why", state=tmp_path)
     assert (done.returncode, done.stderr) == (
         1,
-        f"ERROR no decision log in {tmp_path}/*/*/decisions/*.decisions; a gate started by "
-        "`fairlead up` writes one; name another place: --state-dir DIR or --log FILE\n",
+        f"ERROR no decision log in {tmp_path}/*/*/decisions/*.decisions; a running gate "
+        "writes one; name another place: --state-dir DIR or --log FILE\n",
     )
 
 

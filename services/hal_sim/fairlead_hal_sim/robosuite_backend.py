@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -21,7 +21,6 @@ from fairlead.hal.backend import (
     PartCommand,
     TaskReading,
 )
-from fairlead.hal.mujoco_frames import MujocoFrames
 from fairlead.messages import FloatArray, HalCamera
 from fairlead.robot.manifest import RobotManifest
 from fairlead_hal_sim.arm_hold import ArmHold
@@ -33,6 +32,9 @@ from fairlead_hal_sim.kinematics import BodyPoses
 from fairlead_hal_sim.options import SimulatorOptions
 from fairlead_hal_sim.packing import MODE_HOLD, ActionVector, pack
 from fairlead_hal_sim.snapshot import take_snapshot
+
+if TYPE_CHECKING:
+    from fairlead.hal.mujoco_frames import MujocoFrames
 
 _LOG = logging.getLogger("hal.robosuite")
 
@@ -84,6 +86,8 @@ class RobosuiteBackend:
 
     def frames(self, robot: RobotManifest) -> MujocoFrames:
         """Where the simulator's model has the frames of a robot."""
+        from fairlead.hal.mujoco_frames import MujocoFrames  # mujoco: after the choice of graphics
+
         sim = self.env.sim
         return MujocoFrames(sim.model._model, sim.data._data, robot, "hal_sim")
 
