@@ -21,40 +21,25 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from fairlead.deploy.deployment import Deployment, load_deployment
-    from fairlead.errors import FairleadError
-    from fairlead.keys import Keys
-    from fairlead.modes import ControlMode
-    from fairlead.operate.client import RobotClient
-    from fairlead.operate.part_claim import PartClaim, claim_parts
-    from fairlead.robot.manifest import RobotManifest, load_robot
-    from fairlead.skill.bindings import StateContractBindings
-    from fairlead.skill.manifest import SkillManifest, load_skill
-    from fairlead.wire.bus import Bus, Qos, Sample
-    from fairlead.wire.memory_bus import MemoryBus
-    from fairlead.wire.session import Endpoints, ZenohBus
-
-__all__ = [
-    "Bus",
-    "ControlMode",
-    "Deployment",
-    "Endpoints",
-    "FairleadError",
-    "Keys",
-    "MemoryBus",
-    "PartClaim",
-    "Qos",
-    "RobotClient",
-    "RobotManifest",
-    "Sample",
-    "SkillManifest",
-    "StateContractBindings",
-    "ZenohBus",
-    "claim_parts",
-    "load_deployment",
-    "load_robot",
-    "load_skill",
-]
+    from fairlead.deploy.deployment import Deployment as Deployment
+    from fairlead.deploy.deployment import load_deployment as load_deployment
+    from fairlead.errors import FairleadError as FairleadError
+    from fairlead.keys import Keys as Keys
+    from fairlead.modes import ControlMode as ControlMode
+    from fairlead.operate.client import RobotClient as RobotClient
+    from fairlead.operate.part_claim import PartClaim as PartClaim
+    from fairlead.operate.part_claim import claim_parts as claim_parts
+    from fairlead.robot.manifest import RobotManifest as RobotManifest
+    from fairlead.robot.manifest import load_robot as load_robot
+    from fairlead.skill.bindings import StateContractBindings as StateContractBindings
+    from fairlead.skill.manifest import SkillManifest as SkillManifest
+    from fairlead.skill.manifest import load_skill as load_skill
+    from fairlead.wire.bus import Bus as Bus
+    from fairlead.wire.bus import Qos as Qos
+    from fairlead.wire.bus import Sample as Sample
+    from fairlead.wire.memory_bus import MemoryBus as MemoryBus
+    from fairlead.wire.session import Endpoints as Endpoints
+    from fairlead.wire.session import ZenohBus as ZenohBus
 
 _HOME = {
     "Bus": "wire.bus",
@@ -77,6 +62,7 @@ _HOME = {
     "load_robot": "robot.manifest",
     "load_skill": "skill.manifest",
 }
+__all__ = list(_HOME)
 
 
 def __getattr__(name: str) -> object:

@@ -9,38 +9,27 @@ from tests.hazards.sources import asked_codes, core_tests
 from tests.hazards.table import HAZARDS
 
 PAGE = repo_root() / "docs" / "safety.md"
-BEGIN = "<!-- hazards: written by `python -m tests.hazards --write` -->"
+BEGIN = "<!-- hazards: written by `python -m tests.pages --write` -->"
 END = "<!-- end of hazards -->"
 
 
-def rows() -> list[dict[str, str]]:
-    """One row per check that the core asks, with the tests found for it."""
-    tests = core_tests()
-    asked = asked_codes()
-    return [
-        {
-            "code": f"G{one.code:03d}",
-            "hazard": one.hazard,
-            "check": one.check,
-            "outcome": one.outcome,
-            "tests": _proof([test.file for test in tests if one.code in test.codes]),
-        }
-        for one in HAZARDS
-        if one.code in asked
-    ]
+def table() -> str:
+    """One row per check that the core asks, with the tests found for it, in Markdown."""
+    lines = ["| code | hazard | check | outcome | tests |", "|---|---|---|---|---|"]
+    tests, asked = core_tests(), asked_codes()
+    for one in HAZARDS:
+        if one.code in asked:
+            proof = _proof([test.file for test in tests if one.code in test.codes])
+            lines.append(
+                f"| G{one.code:03d} | {one.hazard} | {one.check} | {one.outcome} | {proof} |"
+            )
+    return "\n".join(lines)
 
 
 def _proof(files: list[str]) -> str:
     """The files with tests that name the code: the first three, by their names."""
     named = [name.removesuffix(".cpp") for name in sorted(set(files))]
     return ", ".join(named[:3]) + (", ..." if len(named) > 3 else "") if named else "none"
-
-
-def table() -> str:
-    """The rows in Markdown."""
-    lines = ["| code | hazard | check | outcome | tests |", "|---|---|---|---|---|"]
-    lines += ["| " + " | ".join(row.values()) + " |" for row in rows()]
-    return "\n".join(lines)
 
 
 def current_page() -> str:

@@ -19,7 +19,7 @@ INTRODUCTION = """# The two decisions fairlead began with
 
 Each line is one sentence of them, in our words, with the test that holds it: `scripts/test
 tests/records`, or `-k state_20` for one. This page is made from the tests by `python -m
-tests.records --write`; a test fails where it is not, or where a number is missing."""
+tests.pages --write`; a test fails where it is not, or where a number is missing."""
 _NAME = re.compile(r"test_(state|action)_(\d\d)_(\w+)")
 
 

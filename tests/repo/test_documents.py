@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import json
 import re
+from pathlib import Path
 
 import pytest
 
 from fairlead.modes import GATED_MODES
 from fairlead.skill.bindings import LAYOUT_DIMS, REQUIRED_BINDINGS
+from tests.pages import PAGES
 from tests.repo.tree import ROOT
 
 DESIGN = (ROOT / "docs" / "design.md").read_text()
@@ -37,6 +39,11 @@ def test_the_key_table_lists_every_key_that_can_be_built_and_no_other() -> None:
     unlisted = {key for key in keys if not any(t.match(key) for t in templates)}
     unused = {t.pattern for t in templates if not any(t.match(key) for key in keys)}
     assert (unlisted, unused) == (set(), set())
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_a_page_that_is_made_of_the_tests_is_current(page: Path) -> None:
+    assert page.read_text() == PAGES[page](), "run: python -m tests.pages --write"
 
 
 def test_the_code_table_lists_the_checks_of_this_release() -> None:

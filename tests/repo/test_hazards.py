@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from fairlead.wire.verdict_text import CHECKS
-from tests.hazards.page import PAGE, current_page
 from tests.hazards.sources import asked_codes, core_tests, declared_codes
 from tests.hazards.table import HAZARDS
 
@@ -25,7 +24,3 @@ def test_every_check_of_a_number_is_tested_close_to_its_limit() -> None:
     swept = {code for test in core_tests() if test.sweeps for code in test.codes}
     numbers = {one.code for one in HAZARDS if not one.counts} & asked_codes()
     assert {f"G{code:03d}" for code in numbers - swept} == set()
-
-
-def test_the_table_of_the_safety_page_is_current() -> None:
-    assert PAGE.read_text() == current_page(), "run: python -m tests.hazards --write"
