@@ -82,7 +82,7 @@ def test_message_that_does_not_fit_is_dropped_and_named_once(
             wire.joints.put_bytes(encode(feed.static(1)))
     assert len(caplog.messages) == 1
     assert caplog.messages[0].startswith(
-        "dropped a message on fl/panda_mobile/state/joints: expected JointState v1, got "
+        "fl/panda_mobile/state/joints: dropped: expected JointState v1, got "
     )
     wire.tick(feed, 1)
     assert wire.keys_seen() == [KEYS.tf("state_assembler")]

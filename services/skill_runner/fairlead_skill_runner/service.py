@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TypeVar
 
-from fairlead.errors import MessageError, RefusedError, expected
+from fairlead.errors import RefusedError, expected
 from fairlead.keys import Keys
 from fairlead.messages import (
     ActionChunk,
@@ -142,22 +142,13 @@ class SkillRunner:
             goal = self._goal
             if goal is None or goal.result is not None:
                 return
-            try:
-                message = decode(kind, sample.payload)
-            except MessageError as error:
-                self._log.warning("%s: dropped: %s", sample.key, error)
-                return
+            message = decode(kind, sample.payload)
             goal.deliver(lambda core, now_s: handle(core, message, now_s))
 
         self._bus.subscribe(key, on_sample)
 
     def _on_hal_status(self, sample: Sample) -> None:
-        try:
-            status = decode(HalStatus, sample.payload)
-        except MessageError as error:
-            self._log.warning("%s: dropped: %s", sample.key, error)
-            return
-        self._hal = status
+        self._hal = status = decode(HalStatus, sample.payload)
         goal = self._goal
         if goal is not None:
             goal.deliver(lambda core, now_s: core.on_hal_status(status))

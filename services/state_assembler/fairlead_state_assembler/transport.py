@@ -6,7 +6,6 @@ import logging
 import threading
 from collections.abc import Callable
 
-from fairlead.errors import MessageError
 from fairlead.keys import Keys, last_chunk
 from fairlead.messages import JointState, LayoutState, TransformBatch, decode
 from fairlead.wire.bus import Bus, Publisher, Qos, Sample
@@ -27,7 +26,6 @@ class AssemblerTransport:
         self._core = core
         self._log = logging.getLogger(name)
         self._lock = threading.Lock()
-        self._complaints: set[str] = set()
         self._own_tf = keys.tf(name)
         self._links = bus.publisher(self._own_tf, TransformBatch, Qos.HOT)
         self._layouts: dict[str, Publisher] = {}
@@ -46,13 +44,12 @@ class AssemblerTransport:
         if sample.key == self._own_tf:
             return
         publisher = last_chunk(sample.key)
-        self._take(
-            sample,
-            lambda: self._core.on_transforms(decode(TransformBatch, sample.payload), publisher),
-        )
+        batch = decode(TransformBatch, sample.payload)
+        self._take(lambda: self._core.on_transforms(batch, publisher))
 
     def _on_joints(self, sample: Sample) -> None:
-        self._take(sample, lambda: self._core.on_joints(decode(JointState, sample.payload)))
+        joints = decode(JointState, sample.payload)
+        self._take(lambda: self._core.on_joints(joints))
 
     def _on_want(self, key: str, wanted: bool) -> None:
         skill = last_chunk(key)
@@ -74,16 +71,10 @@ class AssemblerTransport:
             self._log.info("assembling for %s", skill)
         self._publish(outputs)
 
-    def _take(self, sample: Sample, step: Callable[[], list[Output]]) -> None:
-        """Run one step of the core; what does not fit is dropped and named once per key."""
-        try:
-            with self._lock:
-                outputs = step()
-        except MessageError as error:
-            if sample.key not in self._complaints:
-                self._complaints.add(sample.key)
-                self._log.warning("dropped a message on %s: %s", sample.key, error)
-            return
+    def _take(self, step: Callable[[], list[Output]]) -> None:
+        """Run one step of the core."""
+        with self._lock:
+            outputs = step()
         self._publish(outputs)
 
     def _publish(self, outputs: list[Output]) -> None:

@@ -69,7 +69,10 @@ class Bus(Protocol):
         """Declare a key to send messages of one type on; ``qos`` says how they travel."""
 
     def subscribe(self, key_expr: str, handler: SampleHandler) -> Undeclare:
-        """Call ``handler`` for every sample on a key, or on all that match a ``*``."""
+        """Call ``handler`` for every sample on a key, or on all that match a ``*``.
+
+        A `MessageError` that it raises is said once a key, and nothing else comes of it.
+        """
 
     def serve(self, key: str, who: str, handler: QueryHandler) -> Undeclare:
         """Answer queries on ``key``; what the handler raises becomes a `Refusal` from ``who``."""

@@ -21,6 +21,7 @@ from fairlead.wire.bus import (
     SampleHandler,
     TokenHandler,
 )
+from fairlead.wire.dropped import dropping
 from fairlead.wire.refusal import refusal_of
 
 SampleFilter = Callable[[Sample], Iterable[Sample]]
@@ -86,7 +87,7 @@ class MemoryBus:
 
     def subscribe(self, key_expr: str, handler: SampleHandler) -> _Entry[SampleHandler]:
         """Call ``handler`` within every matching put, in the order of subscription."""
-        return self._add(self._subscribers, key_expr, handler)
+        return self._add(self._subscribers, key_expr, dropping(handler))
 
     def serve(self, key: str, who: str, handler: QueryHandler) -> _Entry[tuple[str, LaterHandler]]:
         """Answer queries on ``key`` with whatever ``handler`` returns or refuses."""

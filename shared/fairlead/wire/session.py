@@ -21,6 +21,7 @@ from fairlead.wire.bus import (
     TokenHandler,
     Undeclare,
 )
+from fairlead.wire.dropped import dropping
 from fairlead.wire.refusal import refusal_of
 
 _PRIORITY = {
@@ -153,10 +154,11 @@ class ZenohBus:
 
     def subscribe(self, key_expr: str, handler: SampleHandler) -> Undeclare:
         """Call ``handler`` in Zenoh's receive thread, in the order of arrival."""
+        take = dropping(handler)
 
         def on_sample(sample: zenoh.Sample) -> None:
             if sample.kind == zenoh.SampleKind.PUT:
-                handler(Sample(str(sample.key_expr), sample.payload.to_bytes()))
+                take(Sample(str(sample.key_expr), sample.payload.to_bytes()))
 
         # In Zenoh's own receive thread: a thread per subscriber (the default) would let one
         # key's messages overtake another's, and joints must come after their transforms.
