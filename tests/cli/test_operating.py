@@ -153,3 +153,20 @@ def test_with_json_an_error_is_json_too(command: str, tmp_path: Path) -> None:
     assert (done.returncode, done.stderr) == (1, "")
     error = json.loads(done.stdout)["error"]
     assert set(error) == {"kind", "message", "fix"} and error["message"]
+
+
+@pytest.mark.parametrize(
+    ("command", "message"),
+    [
+        ("status --foo --json", "No such option: --foo"),
+        ("run --json", "Missing argument 'skill'"),
+        ("why soon --json", "expected `last` or a tick such as 120, got 'soon'"),
+        ("status -d nowhere --json", "nowhere"),
+    ],
+)
+def test_with_json_a_wrong_command_line_is_json_too(
+    command: str, message: str, tmp_path: Path
+) -> None:
+    done = fairlead(*command.split(), state=tmp_path)
+    assert (done.returncode, done.stderr) == (2, "")
+    assert message in json.loads(done.stdout)["error"]["message"]

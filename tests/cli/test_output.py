@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from fairlead.cli.console import print_table
+from fairlead.cli.progress_line import ProgressLine
 from tests.cli.command import fairlead, fairlead_command, fairlead_environment
 
 
@@ -76,3 +77,37 @@ def test_skill_ls_says_one_reason_a_skill_and_where_the_others_are(tmp_path: Pat
 def test_a_table_keeps_its_columns_apart(capsys: pytest.CaptureFixture[str]) -> None:
     print_table(("A", "LONGER"), [("wide cell", 1), ("", "x")])
     assert capsys.readouterr().out == "A          LONGER\nwide cell  1\n           x\n"
+
+
+ESCAPES = "\x1b]0;owned\x07\x9b2J\r\u202e"
+
+
+def assert_harmless(said: str) -> None:
+    """No control character but the ends of lines, whoever wrote the text."""
+    assert "\\x1b]0;owned\\x07\\xc2\\x9b2J\\x0d\\xe2\\x80\\xae" in said
+    assert all(line.isprintable() for line in said.split("\n")), said
+
+
+def test_what_a_file_says_cannot_steer_the_terminal(tmp_path: Path) -> None:
+    file = tmp_path / "robot.yaml"
+    file.write_text(f"{json.dumps(ESCAPES)}: 1\n", encoding="utf-8")
+    assert_harmless(fairlead("up", str(file), state=tmp_path).stderr)
+
+
+def test_what_a_service_printed_cannot_steer_the_terminal(tmp_path: Path) -> None:
+    logs = tmp_path / "state" / "logs"
+    logs.mkdir(parents=True)
+    (logs / "hal.log").write_text(f"one\ttab {ESCAPES}\nlast\n", encoding="utf-8")
+    told = fairlead("logs", "--state-dir", str(logs.parent), state=tmp_path).stdout
+    assert_harmless(told)
+    assert told.startswith("[hal] one") and told.endswith("\n[hal] last\n")
+
+
+def test_progress_and_tables_cannot_steer_the_terminal(capsys: pytest.CaptureFixture[str]) -> None:
+    with ProgressLine() as line:
+        line.show(f"loading {ESCAPES}")
+        line.say(ESCAPES)
+    print_table(("A",), [(ESCAPES,)])
+    said = capsys.readouterr()
+    assert_harmless(said.err)
+    assert_harmless(said.out)

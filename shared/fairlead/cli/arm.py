@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import typer
-
 from fairlead.cli.arming import YesOption, arm_after_asking
-from fairlead.cli.console import hex_id
+from fairlead.cli.console import echo, hex_id
 from fairlead.cli.deployment_choice import DeploymentOption, choose_deployment
 from fairlead.operate.client import RobotClient
 
@@ -20,4 +18,4 @@ def command(deployment: DeploymentOption = None, yes: YesOption = False) -> None
     chosen = choose_deployment(deployment)
     with RobotClient(chosen) as client:
         reply = arm_after_asking(client, client.gate_status(), yes)
-    typer.echo(f"armed {chosen.id}: epoch {hex_id(reply.epoch)}")
+    echo(f"armed {chosen.id}: epoch {hex_id(reply.epoch)}")

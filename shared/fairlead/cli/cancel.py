@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from fairlead.cli.console import echo
 from fairlead.cli.deployment_choice import DeploymentOption, choose_deployment
 from fairlead.deploy.deployment import Deployment
 from fairlead.errors import ConfigError, expected
@@ -25,7 +26,7 @@ def command(
     name = _chosen_runner(chosen, runner)
     with RobotClient(chosen, by="fairlead cancel") as client:
         reply = client.cancel(name, client.goal_feedback(name).goal_id)
-    typer.echo(f"{name}: {reply.text}")
+    echo(f"{name}: {reply.text}")
 
 
 def _chosen_runner(deployment: Deployment, named: str | None) -> str:

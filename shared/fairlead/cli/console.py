@@ -8,6 +8,16 @@ from typing import Any
 
 import typer
 
+from fairlead.wire.printable import printable, printable_lines
+
+
+def echo(text: str, err: bool = False) -> None:
+    """Lines for a person: what others wrote in them cannot move the cursor or colour the terminal.
+
+    All of a command's words go through here.
+    """
+    typer.echo(printable_lines(text), err=err)
+
 
 def print_json(document: Any) -> None:
     """One JSON document on standard output."""
@@ -21,8 +31,8 @@ def hex_id(number: int) -> str:
 
 def print_table(header: Sequence[str], rows: Sequence[Sequence[object]]) -> None:
     """Columns as wide as their content, two blanks between them."""
-    lines = [list(header)] + [[str(cell) for cell in row] for row in rows]
+    lines = [list(header)] + [[printable(str(cell)) for cell in row] for row in rows]
     widths = [max(len(line[column]) for line in lines) for column in range(len(header))]
     for line in lines:
         cells = [cell.ljust(width) for cell, width in zip(line, widths, strict=True)]
-        typer.echo("  ".join(cells).rstrip())
+        echo("  ".join(cells).rstrip())

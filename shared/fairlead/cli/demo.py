@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from fairlead.cli.console import print_json
+from fairlead.cli.console import echo, print_json
 from fairlead.cli.deployment_choice import JsonOption
 from fairlead.cli.progress_line import ProgressLine
 from fairlead.cli.wire_number import MAX_NUMBER
@@ -50,11 +50,11 @@ def command(
         print_json(result.summary)
     else:
         ticks, seconds = result.summary["ticks"], result.summary["seconds"]
-        typer.echo(f"{result.goal.outcome}: {ticks} ticks in {seconds} s")
+        echo(f"{result.goal.outcome}: {ticks} ticks in {seconds} s")
         for path in result.written:
-            typer.echo(f"  {path}")
+            echo(f"  {path}")
         if "film" in result.summary:
-            typer.echo(f"  no film: {result.summary['film']}")
+            echo(f"  no film: {result.summary['film']}")
     if result.goal.outcome != "succeeded":
         raise ServiceError(
             f"demo: the goal {result.goal.outcome} ({result.goal.detail}); see {out}/summary.json"

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import typer
-
+from fairlead.cli.console import echo
 from fairlead.cli.deployment_choice import DeploymentOption, choose_deployment
 from fairlead.operate.client import RobotClient
 
@@ -15,4 +14,4 @@ def command(deployment: DeploymentOption = None) -> None:
     chosen = choose_deployment(deployment)
     with RobotClient(chosen) as client:
         reply = client.disarm()
-    typer.echo(reply.text or f"disarmed {chosen.id}")
+    echo(reply.text or f"disarmed {chosen.id}")

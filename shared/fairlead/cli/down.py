@@ -6,8 +6,7 @@ import signal
 import time
 from pathlib import Path
 
-import typer
-
+from fairlead.cli.console import echo
 from fairlead.cli.deployment_choice import RunningArgument, choose_running
 from fairlead.deploy.deployment import load_deployment
 from fairlead.errors import FairleadError, ServiceError
@@ -37,7 +36,7 @@ def command(deployment: RunningArgument = None) -> None:
         end_processes(left, SERVICE_GRACE_S)
     _check_gone(entry.name, left)
     Registry().remove_if_ended(entry.name)
-    typer.echo(f"stopped {entry.name}" + (f" and {len(left)} leftover processes" if left else ""))
+    echo(f"stopped {entry.name}" + (f" and {len(left)} leftover processes" if left else ""))
 
 
 def end_processes(processes: list[ProcessId], grace_s: float) -> None:

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from fairlead.cli.console import print_json, print_table
+from fairlead.cli.console import echo, print_json, print_table
 from fairlead.cli.deployment_choice import JsonOption
 from fairlead.cli.layout_comparison import FieldReport, verify_layout
 from fairlead.errors import ConfigError, expected
@@ -43,7 +43,7 @@ def command(
         header = ("FIELD", "WORST", "ALLOWED", "UNIT", "AT TICK", "")
         print_table(header, [_row(report) for report in reports])
         if skill is not None and not good:
-            typer.echo(f"fix state_contract.bindings in rskills/{skill}/rskill.yaml")
+            echo(f"fix state_contract.bindings in rskills/{skill}/rskill.yaml")
     if not good:
         raise typer.Exit(1)
 

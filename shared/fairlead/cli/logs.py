@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from fairlead.cli.console import print_json
+from fairlead.cli.console import echo, print_json
 from fairlead.cli.deployment_choice import JsonOption, RunningOption, choose_running
 from fairlead.errors import ConfigError
 
@@ -45,9 +45,10 @@ def command(
         return
     for one, texts in newest.items():
         for text in texts:
-            typer.echo(f"[{one}] {text}")
+            echo(f"[{one}] {text}")
 
 
 def newest_lines(path: Path, count: int) -> list[str]:
     """The last ``count`` lines of a log file."""
-    return path.read_text(encoding="utf-8", errors="replace").splitlines()[-count:]
+    text = path.read_bytes().decode(errors="replace")
+    return text.removesuffix("\n").split("\n")[-count:]

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from fairlead.cli.console import print_json, print_table
+from fairlead.cli.console import echo, print_json, print_table
 from fairlead.cli.deployment_choice import JsonOption, parse_deployment
 from fairlead.cli.progress_line import ProgressLine
 from fairlead.cli.wire_number import MAX_NUMBER
@@ -133,11 +133,11 @@ def _print(again: list[Comparison], plain: list[PlainComparison], same: bool) ->
         held = f"{one.held} ticks held inside the episode"
         if one.held:
             held += f", after which qpos is up to {one.apart:.3g} from plain robosuite's"
-        typer.echo(f"seed {one.seed}: {one.compared} of {one.ticks} rows compared; {held}")
+        echo(f"seed {one.seed}: {one.compared} of {one.ticks} rows compared; {held}")
     verdict = "identical, bit for bit" if same else "DIFFERENT"
     if not any(one.compared for one in plain):
         verdict = "NOTHING COMPARED: every tick was held"
-    typer.echo(f"plain robosuite and {len(plain)} episode(s): {verdict}")
+    echo(f"plain robosuite and {len(plain)} episode(s): {verdict}")
 
 
 _NAMES = {

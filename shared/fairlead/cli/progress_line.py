@@ -7,6 +7,8 @@ import sys
 import time
 from types import TracebackType
 
+from fairlead.wire.printable import printable, printable_lines
+
 LINE_EVERY_S = 2.0  # in a log file
 
 
@@ -32,7 +34,7 @@ class ProgressLine:
 
     def show(self, text: str) -> None:
         """Replace the line on a terminal; elsewhere print it now and then."""
-        self._text = text
+        self._text = text = printable(text)
         if self._quiet:
             return
         if self._on_terminal:
@@ -45,7 +47,7 @@ class ProgressLine:
         """A line of its own, above what changes."""
         self.end()
         if not self._quiet:
-            print(text, file=sys.stderr, flush=True)
+            print(printable_lines(text), file=sys.stderr, flush=True)
 
     def end(self) -> None:
         """Leave the newest text, whole, as a line of its own."""

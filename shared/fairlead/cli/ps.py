@@ -5,9 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import msgspec
-import typer
 
-from fairlead.cli.console import print_json, print_table
+from fairlead.cli.console import echo, print_json, print_table
 from fairlead.cli.deployment_choice import DeploymentOption, JsonOption, nothing_runs
 from fairlead.deploy.deployment import load_deployment
 from fairlead.errors import ConfigError, TransportError
@@ -31,14 +30,12 @@ def command(deployment: DeploymentOption = None, as_json: JsonOption = False) ->
         return
     rows = [row for entry in entries for row in _rows(entry, seen.get(entry.name, frozenset()))]
     if not rows:
-        typer.echo(str(nothing_runs()))
+        echo(str(nothing_runs()))
         return
     print_table(("DEPLOYMENT", "SERVICE", "PID", "STATE", "RESTARTS"), rows)
     for entry in entries:
         if entry.supervisor is not None and not entry.is_supervised:
-            typer.echo(
-                f"{entry.name}: its supervisor is gone; clean up: fairlead down {entry.name}"
-            )
+            echo(f"{entry.name}: its supervisor is gone; clean up: fairlead down {entry.name}")
 
 
 def _entries(file: Path | None) -> list[Running]:

@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from fairlead.cli.console import echo
 from fairlead.cli.deployment_choice import DeploymentOption, choose_deployment
 from fairlead.operate.client import RobotClient
 
@@ -37,5 +38,5 @@ def command(
     with RobotClient(chosen) as client:
         reply = client.reset(acknowledged)
         left = client.gate_status()
-    typer.echo(reply.text or f"reset {chosen.id}")
-    typer.echo(f"next: {left.fix or 'fairlead arm'}")
+    echo(reply.text or f"reset {chosen.id}")
+    echo(f"next: {left.fix or 'fairlead arm'}")

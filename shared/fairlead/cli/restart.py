@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from fairlead.cli.console import echo
 from fairlead.cli.deployment_choice import RunningOption, choose_running
 from fairlead.cli.down import end_processes
 from fairlead.deploy.deployment import load_deployment
@@ -36,7 +37,7 @@ def command(
     _refuse_while_claimed(entry, service)
     end_processes([old], GRACE_S)
     pid = _wait_ready(entry.name, service, old)
-    typer.echo(f"restarted {service} of {entry.name} (pid {pid})")
+    echo(f"restarted {service} of {entry.name} (pid {pid})")
 
 
 def _supervised_process(entry: Running, service: str) -> ProcessId:

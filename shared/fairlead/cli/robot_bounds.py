@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from fairlead.cli.console import print_json, print_table
+from fairlead.cli.console import echo, print_json, print_table
 from fairlead.cli.deployment_choice import JsonOption
 from fairlead.cli.robot_choice import RobotArgument
 from fairlead.robot.bounds import Bound, robot_bounds
@@ -34,7 +34,7 @@ def command(
     else:
         header = ("WHERE", "LIMIT", "VALUE", "UNIT", "CHECK", "PROCESS", "TEST")
         print_table(header, [row for bound in bounds for row in _rows(bound)])
-        typer.echo(
+        echo(
             f"\n{robot}, profile {profile}: {len(bounds)} declared limits, "
             f"{len(bounds) - missing} enforced, {missing} {NOTHING} in this release"
         )

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from fairlead.cli.console import print_json, print_table
+from fairlead.cli.console import echo, print_json, print_table
 from fairlead.cli.deployment_choice import JsonOption
 from fairlead.cli.robot_choice import RobotArgument
 from fairlead.errors import ConfigError, expected
@@ -74,7 +74,7 @@ def command(
         print_json(_document(capsules, pairs, at_rest, clearance_m))
     else:
         _print(capsules, pairs, at_rest)
-        typer.echo(shape.source.agreement)
+        echo(shape.source.agreement)
     if picture is not None:
         _draw(shape, capsules, pairs, picture)
     if check:
@@ -111,7 +111,7 @@ def _print(
             for number, one in enumerate(capsules)
         ],
     )
-    typer.echo("")
+    echo("")
     print_table(
         ("PAIR", "LINKS", "AT REST [m]", "LEAST [m]", "NEAR", "CHECKED"),
         [
@@ -127,7 +127,7 @@ def _print(
         ],
     )
     checked = sum(not pair.why_not for pair in pairs)
-    typer.echo(f"\n{len(capsules)} capsules, {checked} of {len(pairs)} pairs are kept apart")
+    echo(f"\n{len(capsules)} capsules, {checked} of {len(pairs)} pairs are kept apart")
 
 
 def _point(point: tuple[float, float, float]) -> str:
@@ -184,12 +184,12 @@ def _check(
     problems += [f"pair {list(pair)} should be checked" for pair in sorted(wanted - told)]
     problems += [f"pair {list(pair)} should not be checked" for pair in sorted(told - wanted)]
     for problem in problems:
-        typer.echo(f"ERROR {shape.robot.id}: {problem}", err=True)
+        echo(f"ERROR {shape.robot.id}: {problem}", err=True)
     if problems:
         raise typer.Exit(1)
     if not quiet:
         path = shape.robot.description_path().parent / shape.robot.capsules
-        typer.echo(f"{path} covers the geometry, and has the pairs that follow from it")
+        echo(f"{path} covers the geometry, and has the pairs that follow from it")
 
 
 def _again(
@@ -219,4 +219,4 @@ def _write(
     except OSError as error:
         raise ConfigError(f"robot capsules: cannot write {path}: {error.strerror}") from None
     if not quiet:
-        typer.echo(f"wrote {path}; review it, then: fairlead robot compile {manifest.id}")
+        echo(f"wrote {path}; review it, then: fairlead robot compile {manifest.id}")

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from fairlead.cli.console import echo
 from fairlead.cli.robot_choice import RobotArgument
 from fairlead.errors import ConfigError
 from fairlead.paths import robot_dir
@@ -32,19 +33,19 @@ def command(
     manifest = load_robot(robot)
     model = robot_model(manifest, None, "robot compile")
     if model is not None:
-        typer.echo(model.check())
+        echo(model.check())
     stale = []
     for profile in manifest.safety:
         path = robot_dir(robot) / f"gate.{profile}.json"
         text = compile_gate_config(manifest, profile)
         if path.is_file() and path.read_text(encoding="utf-8") == text:
-            typer.echo(f"{path} is current")
+            echo(f"{path} is current")
         elif check:
             stale.append(path)
         else:
             _write(path, text)
     for path in stale:
-        typer.echo(f"ERROR {path} is not current; fix: fairlead robot compile {robot}", err=True)
+        echo(f"ERROR {path} is not current; fix: fairlead robot compile {robot}", err=True)
     if stale:
         raise typer.Exit(1)
 
@@ -54,4 +55,4 @@ def _write(path: Path, text: str) -> None:
         path.write_text(text, encoding="utf-8")
     except OSError as error:
         raise ConfigError(f"robot compile: cannot write {path}: {error.strerror}") from None
-    typer.echo(f"wrote {path}")
+    echo(f"wrote {path}")

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from fairlead.cli.console import print_json, print_table
+from fairlead.cli.console import echo, print_json, print_table
 from fairlead.cli.deployment_choice import JsonOption
 from fairlead.cli.robot_choice import RobotArgument
 from fairlead.robot.capsules import load_capsules
@@ -48,4 +48,4 @@ def command(
         ("LEAST [m]", "PAIR", "LINKS"),
         [(f"{least:.4f}", f"{i}-{j}", f"{links[i]}, {links[j]}") for least, i, j in rows],
     )
-    typer.echo(f"\n{len(rows)} pairs over {len(measured)} recorded states of {robot}")
+    echo(f"\n{len(rows)} pairs over {len(measured)} recorded states of {robot}")

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-import typer
-
-from fairlead.cli.console import print_json, print_table
+from fairlead.cli.console import echo, print_json, print_table
 from fairlead.cli.deployment_choice import JsonOption
 from fairlead.errors import ConfigError
 from fairlead.paths import robot_ids
@@ -34,4 +32,4 @@ def command(as_json: JsonOption = False) -> None:
     lines = [(r["robot"], f"{r['hz']:g}", str(r["joints"]), ", ".join(r["parts"])) for r in rows]
     print_table(("ROBOT", "HZ", "JOINTS", "PARTS"), lines)
     for text in wrong.values():
-        typer.echo(text, err=True)
+        echo(text, err=True)

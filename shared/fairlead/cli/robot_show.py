@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from fairlead.cli.console import print_json, print_table
+from fairlead.cli.console import echo, print_json, print_table
 from fairlead.cli.deployment_choice import JsonOption
 from fairlead.cli.robot_choice import RobotArgument
 from fairlead.robot.gate_file import compile_gate_config
@@ -36,7 +36,7 @@ def command(
         header = ("WHERE", "LIMIT", "VALUE", "UNIT", "SOURCE")
         print_table(header, [(r.where, r.name, r.value, r.unit, r.source) for r in rows])
         return
-    typer.echo(
+    echo(
         f"{robot}, profile {profile}: {1e9 / config['period_ns']:g} Hz, lockstep "
         f"{'allowed' if config['lockstep_allowed'] else 'not allowed'}, "
         f"robot hash {config['robot_hash'][:16]}\n"
@@ -45,7 +45,7 @@ def command(
         ("JOINT", "PART", "KIND", "LOWER", "UPPER", "VELOCITY", "ACCELERATION", "EFFORT"),
         [_joint_row(joint) for joint in config["joints"]],
     )
-    typer.echo("lengths in m, angles in rad, per second; effort in N m or N\n")
+    echo("lengths in m, angles in rad, per second; effort in N m or N\n")
     print_table(("PART", "MODE", "LIMITS"), _mode_rows(config["parts"]))
 
 

@@ -10,7 +10,7 @@ import msgspec
 import typer
 
 from fairlead.cli.arming import YesOption, armed
-from fairlead.cli.console import print_json
+from fairlead.cli.console import echo, print_json
 from fairlead.cli.deployment_choice import DeploymentOption, JsonOption, choose_file
 from fairlead.cli.goal_hints import goal_hints
 from fairlead.cli.progress_line import ProgressLine
@@ -80,7 +80,7 @@ def command(
     chosen = load_deployment(file)
     wishes = [_with_runner(wish, chosen) for wish in wishes]
     _require_admission(wishes, chosen)  # what cannot run should not arm anything
-    wait_started(file, lambda line: typer.echo(line, err=True))
+    wait_started(file, lambda line: echo(line, err=True))
     with RobotClient(chosen, by="fairlead run") as client:
         wait_seen(client, file)
         client.wait_gate_follows()
@@ -95,7 +95,7 @@ def command(
         gate = client.gate_status()
     if progress.result is None or progress.result.outcome != "succeeded":
         for hint in goal_hints(progress, gate, wish.runner):
-            typer.echo(hint, err=True)
+            echo(hint, err=True)
         raise typer.Exit(1)
 
 
@@ -126,7 +126,7 @@ def _run(client: RobotClient, wish: GoalWish, as_json: bool) -> Progress:
         if interrupted.progress.result is not None:
             _print_result(wish.skill, interrupted.progress, interrupted.progress.result, as_json)
         else:
-            typer.echo(interrupted.stopped, err=True)
+            echo(interrupted.stopped, err=True)
         raise
     assert progress.result is not None
     _print_result(wish.skill, progress, progress.result, as_json)
@@ -156,4 +156,4 @@ def _print_result(skill: str, progress: Progress, result: GoalResult, as_json: b
     when = f"after {ticks} ticks" if result.first_tick else "before its first tick"
     by_policy = result.detail if result.decided_by == "policy" else ""
     why = f": {result.kind}: {result.detail}" if result.kind else by_policy and f": {by_policy}"
-    typer.echo(f"{skill} {result.outcome} {when} (decided by the {result.decided_by}){why}")
+    echo(f"{skill} {result.outcome} {when} (decided by the {result.decided_by}){why}")

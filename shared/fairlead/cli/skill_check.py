@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from fairlead.cli.console import print_json
+from fairlead.cli.console import echo, print_json
 from fairlead.cli.deployment_choice import JsonOption, parse_deployment
 from fairlead.cli.policy_problems import policy_problems
 from fairlead.cli.skill_choice import SkillArgument
@@ -85,18 +85,18 @@ def _compare(skill: SkillManifest, stats: Path, embodiment: str) -> dict[str, An
 
 def _print(skill: str, robot: str, problems: list[str], folder: Path) -> None:
     if problems:
-        typer.echo(f"{skill} cannot run on {robot}:\n  " + "\n  ".join(problems))
-        typer.echo(f"fix {folder / 'rskill.yaml'}, then: fairlead skill check {skill}")
+        echo(f"{skill} cannot run on {robot}:\n  " + "\n  ".join(problems))
+        echo(f"fix {folder / 'rskill.yaml'}, then: fairlead skill check {skill}")
     else:
-        typer.echo(f"{skill} may run on {robot}")
+        echo(f"{skill} may run on {robot}")
 
 
 def _print_findings(skill: str, found: dict[str, Any]) -> None:
     if found["findings"]:
         listed = "\n  ".join(found["findings"])
-        typer.echo(f"{skill} does not fit what {found['file']} was trained on:\n  {listed}")
+        echo(f"{skill} does not fit what {found['file']} was trained on:\n  {listed}")
     else:
-        typer.echo(f"{skill} fits what {found['file']} ({found['form']}) was trained on")
+        echo(f"{skill} fits what {found['file']} ({found['form']}) was trained on")
 
 
 def _running(deployment: Path | None) -> HalStatus | None:

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from fairlead.cli.console import echo
 from fairlead.cli.policy_problems import policy_problems
 from fairlead.skill.install import install_skill
 from fairlead.skill.manifest import read_skill
@@ -28,5 +29,5 @@ def command(
     running offers it after its next start.
     """
     target = install_skill(path, force, policy_problems(read_skill(path)))
-    typer.echo(f"installed {target}")
-    typer.echo(f"next: fairlead run {target.name} (a robot that is up has to be started again)")
+    echo(f"installed {target}")
+    echo(f"next: fairlead run {target.name} (a robot that is up has to be started again)")

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from fairlead.cli.console import echo
 from fairlead.cli.robot_choice import RobotOption
 from fairlead.errors import ConfigError
 from fairlead.robot.manifest import load_robot
@@ -28,9 +29,9 @@ def command(
         folder.mkdir()
         for file, text in files.items():
             (folder / file).write_text(text, encoding="utf-8")
-            typer.echo(f"wrote {folder / file}")
+            echo(f"wrote {folder / file}")
     except OSError as error:
         raise ConfigError(
             f"skill new: cannot write {folder.absolute()}: {error.strerror}"
         ) from None
-    typer.echo(f"next: fairlead skill install {folder}")
+    echo(f"next: fairlead skill install {folder}")

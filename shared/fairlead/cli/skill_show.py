@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-import typer
 import yaml
 
-from fairlead.cli.console import print_json
+from fairlead.cli.console import echo, print_json
 from fairlead.cli.deployment_choice import JsonOption
 from fairlead.cli.skill_choice import SkillArgument
 from fairlead.skill.manifest import find_skill, read_skill
@@ -35,4 +34,4 @@ def command(
     if as_json:
         print_json(document)
     else:
-        typer.echo(yaml.dump(document, Dumper=_RowDumper, sort_keys=False, width=WIDTH).rstrip())
+        echo(yaml.dump(document, Dumper=_RowDumper, sort_keys=False, width=WIDTH).rstrip())

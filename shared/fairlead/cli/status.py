@@ -8,7 +8,7 @@ from typing import Any
 import msgspec
 import typer
 
-from fairlead.cli.console import hex_id, print_json
+from fairlead.cli.console import echo, hex_id, print_json
 from fairlead.cli.deployment_choice import DeploymentOption, JsonOption, choose_file
 from fairlead.cli.starting import starting_services
 from fairlead.deploy.deployment import load_deployment
@@ -84,26 +84,26 @@ def _print(
 ) -> None:
     silent = "is starting" if starting else "does not answer"
     if gate is None:
-        typer.echo(f"gate   {silent}")
+        echo(f"gate   {silent}")
     else:
         print_gate(gate)
     if hal is None:
-        typer.echo(f"robot  the HAL {silent}")
+        echo(f"robot  the HAL {silent}")
     else:
         print_robot(hal)
     for one in runners:
-        typer.echo(f"goal   {one.source}: {goal_line(one)}")
-    typer.echo(f"alive  {', '.join(alive) or 'none yet'}")
+        echo(f"goal   {one.source}: {goal_line(one)}")
+    echo(f"alive  {', '.join(alive) or 'none yet'}")
     if starting:
-        typer.echo(f"starting {', '.join(starting)}; ask again in a moment")
+        echo(f"starting {', '.join(starting)}; ask again in a moment")
     if missing:
-        typer.echo(f"missing {', '.join(missing)}; see: fairlead ps, fairlead logs {missing[0]}")
+        echo(f"missing {', '.join(missing)}; see: fairlead ps, fairlead logs {missing[0]}")
 
 
 def print_robot(hal: HalStatus) -> None:
     """The robot's state, pacing and tick, and what its HAL says besides."""
     detail = f" ({printable(hal.detail)})" if hal.detail else ""
-    typer.echo(
+    echo(
         f"robot  {hal.robot}: {hal.state}, {hal.pacing} at {1e9 / hal.period_ns:g} Hz, "
         f"tick {hal.tick}, overruns {hal.overruns}" + detail
     )
@@ -122,17 +122,17 @@ def goal_line(goal: GoalFeedback) -> str:
 
 def print_gate(gate: GateStatus) -> None:
     """The gate's state, its cause, what to do, its claims and what it counted."""
-    typer.echo(f"gate   {state_and_cause(gate)}")
+    echo(f"gate   {state_and_cause(gate)}")
     if gate.fix:
-        typer.echo(f"       try: {gate.fix}")
+        echo(f"       try: {gate.fix}")
     for stop_id in gate.stop_ids:
-        typer.echo(f"       stop {hex_id(stop_id)}")
+        echo(f"       stop {hex_id(stop_id)}")
     if gate.latch_id:
-        typer.echo(f"       latch {hex_id(gate.latch_id)}")
+        echo(f"       latch {hex_id(gate.latch_id)}")
     for claim in gate.claims:
-        typer.echo(f"claim  {claim.source} runs {claim.skill} on {', '.join(claim.parts)}")
+        echo(f"claim  {claim.source} runs {claim.skill} on {', '.join(claim.parts)}")
     for line in _counted(gate):
-        typer.echo(line)
+        echo(line)
 
 
 def _counted(gate: GateStatus) -> list[str]:

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from fairlead.cli.console import hex_id
+from fairlead.cli.console import echo, hex_id
 from fairlead.cli.deployment_choice import DeploymentOption, running_files
 from fairlead.deploy.deployment import load_deployment
 from fairlead.errors import FairleadError
@@ -33,11 +33,11 @@ def command(
     for file, outcome in zip(files, outcomes, strict=True):
         if isinstance(outcome, FairleadError):
             failed = True
-            typer.echo(f"ERROR {file}: NOT STOPPED: {outcome}", err=True)
+            echo(f"ERROR {file}: NOT STOPPED: {outcome}", err=True)
             continue
         robot, stop_id = outcome
         which = f" --deployment {file}" if len(files) > 1 else ""
-        typer.echo(f"stopped {robot}; when it is safe: fairlead reset {hex_id(stop_id)}{which}")
+        echo(f"stopped {robot}; when it is safe: fairlead reset {hex_id(stop_id)}{which}")
     if failed:
         raise typer.Exit(1)
 

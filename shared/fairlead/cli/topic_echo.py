@@ -8,6 +8,7 @@ from typing import Annotated, Any
 import typer
 import yaml
 
+from fairlead.cli.console import echo
 from fairlead.cli.deployment_choice import DeploymentOption, choose_deployment
 from fairlead.cli.topic_choice import KeyArgument, TimeoutOption, next_heard
 from fairlead.deploy.deployment import Deployment
@@ -44,7 +45,7 @@ def command(
                 **message_document(decode(topic.kind, heard.payload)),
             }
             _name_values(document, joints)
-            typer.echo(json.dumps(document) if as_json else _text(document))
+            echo(json.dumps(document) if as_json else _text(document))
             printed += 1
 
 

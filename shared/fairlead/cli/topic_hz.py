@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from fairlead.cli.console import print_json, print_table
+from fairlead.cli.console import echo, print_json, print_table
 from fairlead.cli.deployment_choice import DeploymentOption, JsonOption, choose_deployment
 from fairlead.cli.topic_choice import KeyArgument, TimeoutOption, next_heard
 from fairlead.messages import decode
@@ -49,7 +49,7 @@ def command(
     for name in timed:
         if ticks[name] and len(ticks[name]) < len(arrived[name]):
             repeats = len(arrived[name]) - len(ticks[name])
-            typer.echo(
+            echo(
                 f"{name}: {repeats} messages repeat a tick: a lockstep world that waits sends "
                 "its tick again every 100 ms; the robot's rate is in fairlead status"
             )

@@ -11,6 +11,7 @@ from typing import Annotated
 
 import typer
 
+from fairlead.cli.console import echo
 from fairlead.cli.deployment_choice import DeploymentArgument, NewStateOption, StateDirOption
 from fairlead.cli.dropped_skills import dropped_skills
 from fairlead.cli.greeting import Greeting, explain_gate
@@ -121,7 +122,7 @@ def _stop_on_signals() -> threading.Event:
 
 def _print_line(service: str, line: str) -> None:
     try:
-        typer.echo(f"[{service}] {line}")
+        echo(f"[{service}] {line}")
     except BrokenPipeError:  # whoever read our output has gone: end as on Ctrl-C
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         os.kill(os.getpid(), signal.SIGTERM)

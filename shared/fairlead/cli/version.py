@@ -8,6 +8,7 @@ from importlib.metadata import PackageNotFoundError, version
 
 import typer
 
+from fairlead.cli.console import echo
 from fairlead.errors import ConfigError
 from fairlead.paths import gate_binary, repo_root
 
@@ -17,7 +18,7 @@ PACKAGES = ("eclipse-zenoh", "mujoco", "pin", "robosuite")
 def print_version(wanted: bool) -> None:
     """Print it and end, if asked to."""
     if wanted:
-        typer.echo(version_text())
+        echo(version_text())
         raise typer.Exit
 
 

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import msgspec
 import typer
 
-from fairlead.cli.console import print_json
+from fairlead.cli.console import echo, print_json
 from fairlead.cli.decision_log_choice import choose_decision_log
 from fairlead.cli.deployment_choice import JsonOption, RunningOption
 from fairlead.receipts.explanation import Explanation, explain
@@ -53,14 +53,14 @@ def command(
     if as_json:
         print_json(_document(asked))
         return
-    typer.echo(f"{asked.robot}, gate started {asked.started}, log {asked.log}")
+    echo(f"{asked.robot}, gate started {asked.started}, log {asked.log}")
     for note in _notes(asked):
-        typer.echo(note)
+        echo(note)
     for decision in asked.decisions:
         for line in decision_lines(asked, decision):
-            typer.echo(line)
+            echo(line)
     if not asked.decisions:
-        typer.echo(_nothing(asked, number, source))
+        echo(_nothing(asked, number, source))
 
 
 def _document(asked: Explanation) -> dict[str, Any]:

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import Generic, TypeVar
 
-from fairlead.errors import NoAnswerError, RefusedError
+from fairlead.errors import NoAnswerError
 from fairlead.messages import Message, encode
 from fairlead.wire.bus import (
     LaterHandler,
@@ -22,7 +22,7 @@ from fairlead.wire.bus import (
     TokenHandler,
 )
 from fairlead.wire.dropped import dropping
-from fairlead.wire.refusal import refusal_of
+from fairlead.wire.refusal import error_of, refusal_of
 
 SampleFilter = Callable[[Sample], Iterable[Sample]]
 
@@ -120,8 +120,7 @@ class MemoryBus:
                     break
                 if not isinstance(answer, Exception):
                     return encode(answer)
-                refusal = refusal_of(who, answer)
-                raise RefusedError(refusal.who, refusal.reason, refusal.fix)
+                raise error_of(refusal_of(who, answer))
         raise NoAnswerError(f"{key}: no answer within {timeout_s:g} s; see: fairlead ps")
 
     def declare_token(self, key: str) -> _Entry[None]:

@@ -17,6 +17,11 @@ def printable(text: str) -> str:
     return _CONTROL.sub(lambda found: "".join(f"\\x{b:02x}" for b in found[0].encode()), text)
 
 
+def printable_lines(text: str) -> str:
+    """Likewise, but lines end where they did, and a tab is blanks."""
+    return "\n".join(printable(line) for line in text.expandtabs().split("\n"))
+
+
 class LineFormatter(logging.Formatter):
     """``LEVEL name: message`` in one line, whoever wrote the message; a traceback keeps its own."""
 

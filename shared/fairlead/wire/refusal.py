@@ -1,11 +1,13 @@
-"""What a service answers when a query's handler raised."""
+"""What a service answers when a query's handler raised, and what who asked makes of it."""
 
 from __future__ import annotations
 
 import logging
+import re
 
 from fairlead.errors import FairleadError, RefusedError
 from fairlead.messages import Refusal
+from fairlead.wire.printable import printable, printable_lines
 
 _LOG = logging.getLogger("query")
 
@@ -19,3 +21,9 @@ def refusal_of(who: str, error: Exception) -> Refusal:
     _LOG.error("%s: a query failed", who, exc_info=error)
     reason = f"internal error, {type(error).__name__}: {error}"
     return Refusal(who=who, reason=reason, fix=f"fairlead logs {who}")
+
+
+def error_of(refusal: Refusal) -> RefusedError:
+    """What to raise for a refusal from elsewhere; its further lines look like none of ours."""
+    reason = re.sub(r"\n(?! )", "\n  ", printable_lines(refusal.reason))
+    return RefusedError(printable(refusal.who), reason, printable(refusal.fix))

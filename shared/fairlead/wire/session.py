@@ -10,7 +10,7 @@ from typing import Any
 
 import zenoh
 
-from fairlead.errors import FairleadError, MessageError, NoAnswerError, RefusedError, TransportError
+from fairlead.errors import FairleadError, MessageError, NoAnswerError, TransportError
 from fairlead.messages import Message, Refusal, decode, encode, encoding_of
 from fairlead.wire.bus import (
     LaterHandler,
@@ -22,7 +22,8 @@ from fairlead.wire.bus import (
     Undeclare,
 )
 from fairlead.wire.dropped import dropping
-from fairlead.wire.refusal import refusal_of
+from fairlead.wire.printable import printable
+from fairlead.wire.refusal import error_of, refusal_of
 
 _PRIORITY = {
     Qos.HOT: zenoh.Priority.REAL_TIME,
@@ -283,5 +284,5 @@ def _refusal(key: str, payload: bytes) -> FairleadError:
     try:
         refusal = decode(Refusal, payload)
     except MessageError:
-        return NoAnswerError(f"{key}: {payload.decode(errors='replace')}")
-    return RefusedError(refusal.who, refusal.reason, refusal.fix)
+        return NoAnswerError(f"{key}: {printable(payload.decode(errors='replace'))}")
+    return error_of(refusal)
