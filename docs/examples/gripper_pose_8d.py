@@ -4,18 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from fairlead import StateContractBindings
+from fairlead.layout import Layout, LayoutInputs
 from fairlead.messages import FloatArray
-from fairlead.skill.bindings import StateContractBindings
-from fairlead_state_assembler.bound_frames import BoundFrames
-from fairlead_state_assembler.joint_positions import JointPositions
-from fairlead_state_assembler.pose_vector import gripper_pair
-from fairlead_state_assembler.registry import Transforms, register
 
 
-@register("gripper_pose_8d")
-def assemble(
-    bindings: StateContractBindings, joints: JointPositions, transforms: Transforms
-) -> FloatArray:
+def assemble(at: LayoutInputs) -> FloatArray:
     """Assemble the vector: float64, shape ``[8]``.
 
     ======== ======================== ====== ==============================================
@@ -26,12 +20,8 @@ def assemble(
                                              in ``base_frame``
     [7]      opening                  m      first less second of ``gripper_qpos_joints``
     ======== ======================== ====== ==============================================
-
-    Raises:
-        LayoutError: for a frame or joint that is missing or too old.
     """
-    at = BoundFrames("gripper_pose_8d", bindings, transforms)
-    first, second = gripper_pair(bindings.gripper_qpos_joints, joints)
+    first, second = at.gripper2()
     return np.concatenate(
         (
             at.position3("base_frame", "eef_frame"),
@@ -41,10 +31,14 @@ def assemble(
     )
 
 
-def example_gripper_pose_8d() -> StateContractBindings:
-    """robosuite's PandaOmron."""
-    return StateContractBindings(
+LAYOUT = Layout(
+    content="end effector in the base, opening of the gripper",
+    dim=8,
+    assemble=assemble,
+    required=("eef_frame", "base_frame", "gripper_qpos_joints"),
+    example=StateContractBindings(
         eef_frame="grip_site",
         base_frame="base_link",
         gripper_qpos_joints=("panda_finger_joint1", "panda_finger_joint2"),
-    )
+    ),
+)

@@ -7,6 +7,7 @@ What to import from where:
     fairlead.messages          what is on the wire, and the codec
     fairlead.hal               connect a robot or a simulator: the contract
     fairlead.hal.process       ... and the process around it
+    fairlead.layout            what a state layout is
     fairlead.policy            what a policy returns to end its goal
     fairlead.service           what the main of any service does
     fairlead_state_assembler   state vectors from joints and transforms

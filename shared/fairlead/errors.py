@@ -50,7 +50,7 @@ class LayoutError(FairleadError):
     Attributes:
         kind: ``missing_frame``, ``stale_frame``, ``contested_frame``, ``loop``,
             ``missing_joint``, ``missing_tick``, ``not_finite``, ``wrong_width``,
-            ``unknown_skill`` or ``no_assembler``.
+            ``unknown_skill``, ``no_assembler`` or ``failed``.
         name: the frame, joint or layout concerned.
         parent: the frame the lookup started from, "" where there is none.
         age_ticks: how old the newest usable transform is, in ticks; -1 if there is none.

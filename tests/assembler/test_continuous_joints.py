@@ -10,11 +10,16 @@ import mujoco
 import numpy as np
 import pytest
 
+from fairlead.layouts.libero_eef8d import LAYOUT
 from fairlead.messages import FloatArray
 from fairlead.paths import ROBOTS_VARIABLE, robot_dir
 from fairlead.robot.manifest import RobotManifest, load_robot
-from fairlead_state_assembler import ForwardKinematics, JointPositions, TransformBuffer
-from fairlead_state_assembler.layouts.libero_eef8d import assemble, example_libero_eef8d
+from fairlead_state_assembler import (
+    ForwardKinematics,
+    JointPositions,
+    TransformBuffer,
+    assemble_state,
+)
 
 CONTINUOUS = ("panda_joint1", "panda_joint5", "panda_joint7")
 OBLIQUE = ("0 0 1", "0.6 0 0.8")
@@ -90,11 +95,11 @@ def test_layouts_rotation_is_the_simulators(robot: RobotManifest) -> None:
     kinematics, buffer = ForwardKinematics(robot), TransformBuffer()
     for frame, pose in zip(kinematics.frames, kinematics.poses(positions), strict=True):
         buffer.add("base_link", frame, pose.copy(), 1, is_static=False)
-    bindings = example_libero_eef8d().model_copy(
+    bindings = LAYOUT.example.model_copy(
         update={"eef_frame": "panda_hand", "world_frame": "base_link"}
     )
     joints = JointPositions.named(robot.measured_joint_names, positions)
-    values = assemble(bindings, joints, buffer.at(1))
+    values = assemble_state("libero_eef8d", bindings, joints, buffer.at(1))
     wanted = simulated(robot, positions)["panda_hand"]
     angle = float(np.linalg.norm(values[3:6]))
     turn = np.empty(9)

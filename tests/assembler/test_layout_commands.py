@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from fairlead.skill.bindings import LAYOUT_DIMS, REQUIRED_BINDINGS
+from tests.assembler.every_layout import LAYOUT_DIMS, LAYOUTS
 from tests.cli.command import fairlead
 
 
@@ -15,10 +15,10 @@ def test_ls_says_width_needs_and_content_and_that_gr1_has_no_assembler(tmp_path:
     rows = {row["layout"]: row for row in json.loads(done.stdout)}
     assert {name: row["dim"] for name, row in rows.items()} == LAYOUT_DIMS | {"gr1": None}
     needs = {name: row["required_bindings"] for name, row in rows.items()}
-    assert needs == {name: list(fields) for name, fields in REQUIRED_BINDINGS.items()}
+    assert needs == {name: list(one.required) for name, one in LAYOUTS.items()}
     assert rows["gr1"]["content"] == "no assembler"
     assert rows["libero"]["content"] == (
-        "joints of one Franka arm, fingers (LIBERO's own baselines)."
+        "joints of one Franka arm, fingers (LIBERO's own baselines)"
     )
 
 
@@ -48,14 +48,17 @@ def test_verify_takes_a_layout_instead_of_a_skill(tmp_path: Path) -> None:
             "hal_sim, backend: robosuite), whose observations are the truth to compare with",
         ),
         (
+            ("--layout", "gr2"),
+            "layout verify: expected a layout, got 'gr2' (valid: aloha, base_pose_6d, gr1, "
+            "human300_16d, libero, libero_eef8d, mobile_pick_30d, rc365 from fairlead 0.1.0)",
+        ),
+        (
             ("--layout", "gr1"),
-            "layout verify: expected a layout with an assembler, got gr1 (valid: human300_16d, "
-            "rc365, mobile_pick_30d, libero_eef8d, base_pose_6d, libero, aloha)",
+            "layout verify: layout gr1 has no assembler",
         ),
         (
             ("--layout", "aloha"),
-            "layout verify: expected a layout the simulator has truth for, got aloha (valid: "
-            "human300_16d, rc365, mobile_pick_30d, libero_eef8d, libero)",
+            "layout verify: layout aloha names no fields that the simulator knows the truth of",
         ),
     ],
 )

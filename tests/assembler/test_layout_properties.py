@@ -11,23 +11,15 @@ from robosuite.utils.transform_utils import quat2axisangle
 
 from fairlead.errors import LayoutError
 from fairlead.messages import FloatArray
-from fairlead.skill.bindings import (
-    LAYOUT_DIMS,
-    LAYOUTS,
-    QuaternionSign,
-    StateContractBindings,
-    StateLayout,
-    bound_gripper,
-    bound_joints,
-)
+from fairlead.skill.bindings import QuaternionSign, StateContractBindings
 from fairlead_state_assembler import (
-    LAYOUT_EXAMPLES,
     JointPositions,
     TransformBuffer,
     assemble_state,
     pose_from,
 )
 from fairlead_state_assembler.pose_vector import axis_angle3, quaternion_xyzw, rotation4
+from tests.assembler.every_layout import LAYOUT_DIMS, LAYOUTS
 
 SIGNS: tuple[QuaternionSign, ...] = get_args(QuaternionSign)
 ASSEMBLED = tuple(LAYOUT_DIMS)
@@ -57,8 +49,9 @@ def buffer_of(tree: dict[str, pin.SE3], world: pin.SE3 | None = None) -> Transfo
     return buffer
 
 
-def joints_of(layout: StateLayout, bindings: StateContractBindings) -> list[str]:
-    return [*bound_joints(layout, bindings), *bound_gripper(layout, bindings)]
+def joints_of(layout: str, bindings: StateContractBindings) -> list[str]:
+    found = LAYOUTS[layout]
+    return [*found.bound_joints(bindings), *found.bound_gripper(bindings)]
 
 
 def measured(names: list[str]) -> JointPositions:
@@ -66,9 +59,7 @@ def measured(names: list[str]) -> JointPositions:
     return JointPositions.named(names, np.array([float(sum(name.encode())) for name in names]))
 
 
-def assembled(
-    layout: StateLayout, bindings: StateContractBindings, buffer: TransformBuffer
-) -> FloatArray:
+def assembled(layout: str, bindings: StateContractBindings, buffer: TransformBuffer) -> FloatArray:
     joints = measured(joints_of(layout, bindings))
     return assemble_state(layout, bindings, joints, buffer.at(1))
 
@@ -122,9 +113,9 @@ def test_no_rotation_has_no_axis_whatever_the_sign() -> None:
 
 @given(layouts, trees)
 def test_assembling_twice_gives_the_same_bits_and_changes_no_input(
-    layout: StateLayout, tree: dict[str, pin.SE3]
+    layout: str, tree: dict[str, pin.SE3]
 ) -> None:
-    bindings, buffer = LAYOUT_EXAMPLES[layout](), buffer_of(tree)
+    bindings, buffer = LAYOUTS[layout].example, buffer_of(tree)
     before = {frame: pose.homogeneous.tobytes() for frame, pose in tree.items()}
     values = assembled(layout, bindings, buffer)
     assert values.shape == (LAYOUT_DIMS[layout],)
@@ -137,9 +128,9 @@ def test_assembling_twice_gives_the_same_bits_and_changes_no_input(
 
 @given(layouts, trees, st.randoms(use_true_random=False))
 def test_order_and_number_of_the_robots_joints_do_not_matter(
-    layout: StateLayout, tree: dict[str, pin.SE3], random: object
+    layout: str, tree: dict[str, pin.SE3], random: object
 ) -> None:
-    bindings, view = LAYOUT_EXAMPLES[layout](), buffer_of(tree).at(1)
+    bindings, view = LAYOUTS[layout].example, buffer_of(tree).at(1)
     names = [*joints_of(layout, bindings), "torso", "base_x"]
     shuffled = list(names)
     random.shuffle(shuffled)  # type: ignore[attr-defined]
@@ -151,9 +142,9 @@ def test_order_and_number_of_the_robots_joints_do_not_matter(
 
 @given(st.sampled_from(["human300_16d", "mobile_pick_30d"]), trees, poses)
 def test_moving_robot_and_object_together_changes_only_the_base_in_the_world(
-    layout: StateLayout, tree: dict[str, pin.SE3], moved: pin.SE3
+    layout: str, tree: dict[str, pin.SE3], moved: pin.SE3
 ) -> None:
-    bindings = LAYOUT_EXAMPLES[layout]()
+    bindings = LAYOUTS[layout].example
     here = assembled(layout, bindings, buffer_of(tree))
     there = assembled(layout, bindings, buffer_of({f: moved * pose for f, pose in tree.items()}))
     quaternions_at = [3, *([19, 26] if layout == "mobile_pick_30d" else [])]
@@ -165,7 +156,7 @@ def test_moving_robot_and_object_together_changes_only_the_base_in_the_world(
 
 @given(trees, poses)
 def test_human300_16d_gives_the_tree_back(tree: dict[str, pin.SE3], world: pin.SE3) -> None:
-    bindings = LAYOUT_EXAMPLES["human300_16d"]().model_copy(update={"world_frame": "map"})
+    bindings = LAYOUTS["human300_16d"].example.model_copy(update={"world_frame": "map"})
     values = assembled("human300_16d", bindings, buffer_of(tree, world))
     T_map_base = pose_from("base", values[7:10], values[10:14])
     eef = T_map_base * pose_from("eef", values[0:3], values[3:7])
@@ -177,7 +168,7 @@ def test_human300_16d_gives_the_tree_back(tree: dict[str, pin.SE3], world: pin.S
 def test_libero_eef8d_is_the_eef_of_human300_16d_in_a_base_that_is_the_world(
     tree: dict[str, pin.SE3],
 ) -> None:
-    world = LAYOUT_EXAMPLES["human300_16d"]().model_copy(update={"base_frame": "odom"})
+    world = LAYOUTS["human300_16d"].example.model_copy(update={"base_frame": "odom"})
     human300 = assembled("human300_16d", world, buffer_of(tree))
     libero = assembled("libero_eef8d", world, buffer_of(tree))
     assert np.array_equal(libero[:3], human300[:3])
@@ -189,9 +180,9 @@ def test_libero_eef8d_is_the_eef_of_human300_16d_in_a_base_that_is_the_world(
 @pytest.mark.parametrize("layout", TASK_SPACE)
 @given(tree=trees, data=st.data())
 def test_any_frame_that_is_gone_is_an_error_naming_it(
-    layout: StateLayout, tree: dict[str, pin.SE3], data: st.DataObject
+    layout: str, tree: dict[str, pin.SE3], data: st.DataObject
 ) -> None:
-    bindings = LAYOUT_EXAMPLES[layout]()
+    bindings = LAYOUTS[layout].example
     used = [name for name in LAYOUTS[layout].required if name.endswith("_frame")]
     if "eef_frame" in used:
         used.append("eef_rotation_frame")
@@ -205,10 +196,8 @@ def test_any_frame_that_is_gone_is_an_error_naming_it(
 
 @pytest.mark.parametrize("layout", set(ASSEMBLED) - {"base_pose_6d"})  # which reads none
 @given(data=st.data())
-def test_any_joint_that_is_gone_is_an_error_naming_it(
-    layout: StateLayout, data: st.DataObject
-) -> None:
-    bindings = LAYOUT_EXAMPLES[layout]()
+def test_any_joint_that_is_gone_is_an_error_naming_it(layout: str, data: st.DataObject) -> None:
+    bindings = LAYOUTS[layout].example
     names = joints_of(layout, bindings)
     gone = data.draw(st.sampled_from(names))
     left = measured([name for name in names if name != gone])

@@ -1,24 +1,17 @@
 """Layouts as pure functions: values, order, sign, and what is refused."""
 
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any, cast
+
 import numpy as np
 import pytest
 
-from fairlead.errors import ConfigError, LayoutError
-from fairlead.skill.bindings import (
-    LAYOUT_DIMS,
-    LAYOUTS,
-    StateContractBindings,
-    StateLayout,
-    bound_joints,
-)
-from fairlead_state_assembler import (
-    LAYOUT_ASSEMBLERS,
-    LAYOUT_EXAMPLES,
-    JointPositions,
-    assemble_state,
-    pose_from,
-    register,
-)
+from fairlead.errors import LayoutError
+from fairlead.layout import LayoutInputs
+from fairlead.skill.bindings import StateContractBindings
+from fairlead_state_assembler import JointPositions, assemble_state, pose_from, registry
+from tests.assembler.every_layout import LAYOUT_DIMS, LAYOUTS
 from tests.assembler.fixed_transforms import FixedTransforms
 
 BINDINGS = StateContractBindings(
@@ -132,20 +125,16 @@ def test_number_that_is_not_finite_is_an_error_naming_its_index() -> None:
     assert error.value.kind == "not_finite"
 
 
-def test_layout_without_an_assembler_lists_those_there_are() -> None:
+def test_layout_without_an_assembler_says_where_those_are_that_have_one() -> None:
     with pytest.raises(LayoutError) as error:
         assemble_state("gr1", BINDINGS, JOINTS, FixedTransforms(POSES))
-    assert str(error.value) == (
-        "layout gr1: no assembler (valid: aloha, base_pose_6d, human300_16d, libero, "
-        "libero_eef8d, mobile_pick_30d, rc365)"
-    )
+    assert str(error.value) == ("layout gr1: no assembler; those that have one: fairlead layout ls")
     assert (error.value.kind, error.value.name) == ("no_assembler", "gr1")
 
 
 def test_every_declared_layout_has_an_assembler_of_its_width() -> None:
-    assert set(LAYOUT_ASSEMBLERS) == set(LAYOUT_EXAMPLES) == set(LAYOUT_DIMS)
     for layout, dim in LAYOUT_DIMS.items():
-        joints = (*bound_joints(layout, BINDINGS), *BINDINGS.gripper_qpos_joints)
+        joints = (*LAYOUTS[layout].bound_joints(BINDINGS), *BINDINGS.gripper_qpos_joints)
         measured = JointPositions.named(joints, np.zeros(len(joints)))
         values = assemble_state(layout, BINDINGS, measured, FixedTransforms(POSES))
         assert values.shape == (dim,)
@@ -229,9 +218,7 @@ def test_joint_space_layout_takes_the_joints_bound_in_their_order() -> None:
 
 
 @pytest.mark.parametrize(("layout", "first"), [("libero", "panda_joint1"), ("aloha", "left_waist")])
-def test_joint_space_layout_never_guesses_at_joints_of_other_names(
-    layout: StateLayout, first: str
-) -> None:
+def test_joint_space_layout_never_guesses_at_joints_of_other_names(layout: str, first: str) -> None:
     # As many as aloha wants, but not those.
     joints = JointPositions.named([f"j{number}" for number in range(14)], np.zeros(14))
     with pytest.raises(LayoutError) as error:
@@ -239,33 +226,28 @@ def test_joint_space_layout_never_guesses_at_joints_of_other_names(
     assert (error.value.kind, error.value.name) == ("missing_joint", first)
 
 
-def test_second_assembler_for_a_layout_is_refused() -> None:
-    with pytest.raises(ConfigError) as error:
-        register("human300_16d")(LAYOUT_ASSEMBLERS["human300_16d"])
-    assert str(error.value) == "layout human300_16d: has an assembler already"
-
-
-def test_layout_that_is_not_declared_cannot_be_registered() -> None:
-    with pytest.raises(ConfigError) as error:
-        register("smolvla_9d")(LAYOUT_ASSEMBLERS["libero"])  # type: ignore[arg-type]
-    assert str(error.value) == (
-        "StateLayout: expected a declared layout, got 'smolvla_9d' (valid: human300_16d, rc365, "
-        "mobile_pick_30d, libero_eef8d, base_pose_6d, libero, aloha, gr1)"
-    )
-
-
-def test_layout_without_a_width_cannot_be_registered() -> None:
-    with pytest.raises(ConfigError) as error:
-        register("gr1")(LAYOUT_ASSEMBLERS["libero"])
-    assert str(error.value) == "layout gr1: fairlead.skill.bindings.LAYOUTS gives it no width"
+def broken(monkeypatch: pytest.MonkeyPatch, assemble: Callable[[LayoutInputs], object]) -> None:
+    """human300_16d with another function."""
+    changed = replace(LAYOUTS["human300_16d"], assemble=cast("Any", assemble))
+    monkeypatch.setattr(registry, "load_layout", lambda name: changed)
 
 
 def test_assembler_of_the_wrong_width_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(LAYOUT_ASSEMBLERS, "human300_16d", lambda *_: np.zeros(15))
+    broken(monkeypatch, lambda at: np.zeros(15))
     with pytest.raises(LayoutError) as error:
         assemble_state("human300_16d", BINDINGS, JOINTS, FixedTransforms(POSES))
     assert str(error.value) == "layout human300_16d: expected 16 numbers, got (15,)"
     assert (error.value.kind, error.value.name) == ("wrong_width", "human300_16d")
+
+
+def test_assembler_that_raises_is_an_error_of_its_layout(monkeypatch: pytest.MonkeyPatch) -> None:
+    broken(monkeypatch, lambda at: 1 / 0)
+    with pytest.raises(LayoutError) as error:
+        assemble_state("human300_16d", BINDINGS, JOINTS, FixedTransforms(POSES))
+    assert str(error.value) == (
+        "layout human300_16d: its function failed: ZeroDivisionError: division by zero"
+    )
+    assert (error.value.kind, error.value.name) == ("failed", "human300_16d")
 
 
 def test_public_face_is_free_of_zenoh() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 import re
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,35 +13,26 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fairlead.errors import ConfigError, LayoutError
+from fairlead.errors import LayoutError
 from fairlead.paths import rskill_dir
 from fairlead.robot.manifest import RobotManifest
 from fairlead.skill.admission import admission_problems
-from fairlead.skill.bindings import (
-    LAYOUT_DIMS,
-    StateContract,
-    StateContractBindings,
-    StateLayout,
-)
+from fairlead.skill.bindings import StateContractBindings
 from fairlead.skill.manifest import SkillManifest, load_skill
-from fairlead_state_assembler import (
-    LAYOUT_ASSEMBLERS,
-    LAYOUT_EXAMPLES,
-    JointPositions,
-    assemble_state,
-    register,
-)
+from fairlead.skill.state_contract import StateContract
+from fairlead_state_assembler import JointPositions, assemble_state
+from tests.assembler.every_layout import LAYOUT_DIMS, LAYOUTS
 from tests.cli.command import fairlead
 from tests.records.poses import BASE_TURNED, HAND_TURNED, RECORDS_BINDINGS, transforms
 from tests.repo.tree import ROOT
 
 PI05 = "pi05-robocasa365-human300-nf4"
-LAYOUT_FILES = ROOT / "services/state_assembler/fairlead_state_assembler/layouts"
+LAYOUT_FILES = [ROOT / f"shared/fairlead/layouts/{name}.py" for name in LAYOUT_DIMS]
 TASK_SPACE = ("human300_16d", "rc365", "gr1")
 FINGERS = ("panda_finger_joint1", "panda_finger_joint2")
 
 
-def assembled(layout: StateLayout, **changes: Any) -> list[float]:
+def assembled(layout: str, **changes: Any) -> list[float]:
     bindings = StateContractBindings.model_validate(RECORDS_BINDINGS | changes)
     joints = JointPositions.named(("panda_gripper", *FINGERS), np.array([0.03, 0.02, -0.01]))
     return [float(v) for v in assemble_state(layout, bindings, joints, transforms().at(1)).round(9)]
@@ -92,30 +83,27 @@ def test_state_05_a_task_space_layout_names_every_binding_it_misses_when_it_is_l
 
 
 def test_state_06_the_registry_maps_a_layout_to_its_assembler() -> None:
-    """LAYOUT_ASSEMBLERS and assemble_state are the public face, and need no transport."""
-    assert set(LAYOUT_ASSEMBLERS) == set(LAYOUT_DIMS)
-    assert set(get_args(StateLayout)) - set(LAYOUT_ASSEMBLERS) == {"gr1"}
+    """load_layout and assemble_state are the public face, and need no transport."""
+    assert {name for name, one in LAYOUTS.items() if one.assemble is None} == {"gr1"}
     assert len(assembled("human300_16d")) == 16
 
 
-def test_state_07_only_a_declared_layout_can_be_registered() -> None:
-    """The register decorator takes names of the closed set, each once."""
-    with pytest.raises(ConfigError, match="expected a declared layout, got 'smolvla_9d'"):
-        register("smolvla_9d")(lambda *_: np.zeros(9))  # type: ignore[arg-type]
+def test_state_07_only_a_registered_layout_can_be_named() -> None:
+    """The set is what installed packages register by name: a skill can name nothing else."""
+    with pytest.raises(ValueError, match="expected a layout, got 'smolvla_9d' .valid: aloha, "):
+        StateContract.model_validate({"layout": "smolvla_9d", "dim": 9})
 
 
-@pytest.mark.parametrize("path", sorted(LAYOUT_FILES.glob("[!_]*.py")), ids=lambda p: p.stem)
+@pytest.mark.parametrize("path", LAYOUT_FILES, ids=lambda path: path.stem)
 def test_state_08_a_layout_is_one_short_pure_function_without_knowledge_of_a_robot(
     path: Path,
 ) -> None:
-    """Each layout file has one assembler in 30 to 60 lines, and its code names no robot."""
+    """Each layout file has one assembler in 30 to 70 lines, and its code names no robot."""
     tree = ast.parse(path.read_text())
-    registered = [
-        node for node in tree.body if isinstance(node, ast.FunctionDef) and node.decorator_list
-    ]
-    assert len(registered) == 1
-    assert 30 <= len(path.read_text().splitlines()) <= 60
-    assert "panda" not in ast.unparse(registered[0]).split('"""')[-1]
+    functions = [node for node in tree.body if isinstance(node, ast.FunctionDef)]
+    assert [function.name for function in functions] == ["assemble"]
+    assert 30 <= len(path.read_text().splitlines()) <= 70
+    assert "panda" not in ast.unparse(functions[0]).split('"""')[-1]
 
 
 def test_state_09_human300_16d_is_3_and_4_and_3_and_4_and_2() -> None:
@@ -153,7 +141,7 @@ def test_state_13_a_layout_without_an_assembler_is_dropped_with_the_reason(
     """Without an assembler the skill stays out, and raw joints never take its place."""
     skill = with_contract({"layout": "gr1", "dim": 39, "bindings": RECORDS_BINDINGS})
     (problem,) = admission_problems(skill, robot)
-    assert problem.startswith("layout gr1: no assembler (valid: human300_16d, rc365, ")
+    assert problem.startswith("layout gr1: no assembler; those that have one: ")
     joints = JointPositions.named(("panda_gripper",), np.zeros(1))
     with pytest.raises(LayoutError, match="layout gr1: no assembler"):
         assemble_state("gr1", skill.state_contract.bindings, joints, transforms().at(1))
@@ -192,9 +180,8 @@ def test_state_16_a_layout_cannot_be_spelled_in_a_manifest() -> None:
 
 def test_state_17_every_layout_brings_bindings_to_start_from() -> None:
     """Shape and sources together are a whole contract: each layout's example loads."""
-    assert set(LAYOUT_EXAMPLES) == set(LAYOUT_ASSEMBLERS)
     for layout, dim in LAYOUT_DIMS.items():
-        contract = StateContract(layout=layout, dim=dim, bindings=LAYOUT_EXAMPLES[layout]())
+        contract = StateContract(layout=layout, dim=dim, bindings=LAYOUTS[layout].example)
         assert contract.dim == dim
 
 

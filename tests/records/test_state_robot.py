@@ -17,7 +17,7 @@ from fairlead.messages import FloatArray, LayoutState, TransformBatch, decode, f
 from fairlead.operate.scratch_robot import scratch_robot
 from fairlead.paths import ROOT_VARIABLE
 from fairlead.robot.manifest import RobotManifest, load_robot
-from fairlead.skill.bindings import StateContract
+from fairlead.skill.state_contract import StateContract
 from fairlead.supervisor import Registry
 from fairlead.supervisor.scratch import ScratchOptions, make_scratch
 from fairlead.wire.bus import Sample

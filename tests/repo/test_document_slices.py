@@ -9,8 +9,8 @@ import sys
 import pytest
 import yaml
 
-from fairlead.skill.bindings import StateContract
-from fairlead_state_assembler import LAYOUT_EXAMPLES
+from fairlead.layout import load_layout
+from fairlead.skill.state_contract import StateContract
 from tests.repo.tree import ROOT
 
 TEXT = (ROOT / "docs" / "layouts.md").read_text()
@@ -18,7 +18,7 @@ SLICES = re.findall(r"`([\w/]+\.\w+)`:\n\n```(?:python|yaml)\n(.*?)```", TEXT, r
 
 
 def test_every_block_of_code_names_its_file() -> None:
-    assert len(SLICES) == len(re.findall(r"^```(?:python|yaml)$", TEXT, re.M)) == 4
+    assert len(SLICES) == len(re.findall(r"^```(?:python|yaml)$", TEXT, re.M)) == 3
 
 
 @pytest.mark.parametrize(("path", "code"), SLICES, ids=[path for path, _ in SLICES])
@@ -43,4 +43,4 @@ def test_notebook_example_prints_what_the_document_says() -> None:
 def test_bindings_for_libero_are_the_layouts_example() -> None:
     text = (ROOT / "docs" / "examples" / "libero_eef8d_bindings.yaml").read_text()
     contract = StateContract.model_validate(yaml.safe_load(text))
-    assert contract.bindings == LAYOUT_EXAMPLES["libero_eef8d"]()
+    assert contract.bindings == load_layout("libero_eef8d").example

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from fairlead.modes import GATED_MODES
-from fairlead.skill.bindings import LAYOUT_DIMS, REQUIRED_BINDINGS
+from tests.assembler.every_layout import LAYOUT_DIMS, LAYOUTS
 from tests.pages import PAGES
 from tests.repo.tree import ROOT
 
@@ -54,7 +54,7 @@ def test_the_layout_table_is_that_of_the_code() -> None:
     table = re.findall(r"^\| `(\w+)` \| (\d+) \| .*? \| (.*?) *\|$", ROBOTS, re.M)
     assert {name: int(dim) for name, dim, _ in table} == LAYOUT_DIMS
     for name, _, bindings in table:
-        assert set(re.findall(r"`(\w+)`", bindings)) == set(REQUIRED_BINDINGS[name])
+        assert set(re.findall(r"`(\w+)`", bindings)) == set(LAYOUTS[name].required)
 
 
 def test_the_modes_said_to_have_a_checker_are_those_of_the_code() -> None:

@@ -32,7 +32,7 @@ PURE = (
     "shared/fairlead/operate/claim_watch.py",
     *(f"{RUNNER}{name}.py" for name in ("intake", "observation_schedule", "dispatch", "results")),
     *(f"{ASSEMBLER}{name}.py" for name in ("core", "transform_buffer", "registry", "pose_vector")),
-    f"{ASSEMBLER}layouts/",
+    "shared/fairlead/layouts/",
     *(f"{SIMULATOR}{name}.py" for name in ("packing", "base_frame")),
     "shared/fairlead/messages/",
 )

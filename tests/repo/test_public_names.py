@@ -17,8 +17,6 @@ from tests.repo.tree import ROOT
 # The modules whose names others may import: those that the package's docstring lists.
 PUBLIC = re.findall(r"^    (fairlead[\w.]*) {2,}\S", fairlead.__doc__ or "", re.M)
 PROCESSES = ["fairlead_hal_mujoco", "fairlead_hal_sim", "fairlead_skill_runner"]
-# Stands inside the package once it is used: a layout is a file among the others.
-INSIDE = "gripper_pose_8d.py"
 HEAVY = ("mujoco", "robosuite", "pinocchio", "zenoh")
 
 
@@ -107,15 +105,10 @@ def test_talking_to_a_robot_loads_the_transport_and_no_simulator() -> None:
 
 
 def test_documents_and_examples_import_public_names_only() -> None:
-    pieces = {
-        path.name: path.read_text()
-        for path in (ROOT / "docs" / "examples").glob("*.py")
-        if path.name != INSIDE
-    }
+    pieces = {path.name: path.read_text() for path in (ROOT / "docs" / "examples").rglob("*.py")}
     for path in [*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")]:
         for number, code in enumerate(re.findall(r"```python\n(.*?)```", path.read_text(), re.S)):
-            is_inside = code.strip() in (ROOT / "docs" / "examples" / INSIDE).read_text()
-            if re.search(r"^(from|import) ", code, re.M) and not is_inside:
+            if re.search(r"^(from|import) ", code, re.M):
                 pieces[f"{path.name} block {number}"] = code
     used = {
         (where, module, name)

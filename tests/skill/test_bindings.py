@@ -2,20 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any, get_args
+from typing import Any
 
 import pytest
 from pydantic import ValidationError
 
-from fairlead.skill.bindings import (
-    LAYOUT_DIMS,
-    LAYOUTS,
-    REQUIRED_BINDINGS,
-    StateContract,
-    StateContractBindings,
-    StateLayout,
-    missing_bindings,
-)
+from fairlead.skill.bindings import StateContractBindings
+from fairlead.skill.state_contract import StateContract
+from tests.assembler.every_layout import LAYOUT_DIMS, LAYOUTS
 
 # The founding record's own fixture: it must load.
 RECORD = {
@@ -37,8 +31,7 @@ def refusal(data: dict[str, Any]) -> str:
     )
 
 
-def test_every_layout_has_a_row_and_all_but_gr1_a_width() -> None:
-    assert set(get_args(StateLayout)) == set(LAYOUTS) == set(REQUIRED_BINDINGS)
+def test_all_layouts_but_gr1_have_a_width() -> None:
     assert set(LAYOUTS) - set(LAYOUT_DIMS) == {"gr1"}
 
 
@@ -69,7 +62,7 @@ def test_a_layout_without_bindings_is_refused_with_the_whole_list() -> None:
     )
 
 
-@pytest.mark.parametrize("field", REQUIRED_BINDINGS["mobile_pick_30d"])
+@pytest.mark.parametrize("field", LAYOUTS["mobile_pick_30d"].required)
 def test_each_required_field_alone_is_missed(field: str) -> None:
     bindings: dict[str, object] = {n: value for n, value in PICK.items() if n != field}
     if field == "world_frame":
@@ -77,7 +70,7 @@ def test_each_required_field_alone_is_missed(field: str) -> None:
     assert refusal({"layout": "mobile_pick_30d", "dim": 30, "bindings": bindings}) == (
         f"Value error, bindings: layout mobile_pick_30d also needs {field}"
     )
-    assert missing_bindings("mobile_pick_30d", StateContractBindings(**PICK)) == []  # type: ignore[arg-type]
+    assert LAYOUTS["mobile_pick_30d"].missing(StateContractBindings(**PICK)) == []  # type: ignore[arg-type]
 
 
 def test_wrong_dim_and_missing_fields_are_reported_together() -> None:
@@ -91,8 +84,8 @@ def test_wrong_dim_and_missing_fields_are_reported_together() -> None:
 
 def test_an_unknown_layout_is_refused_with_the_valid_ones() -> None:
     assert refusal({"layout": "smolvla_9d", "dim": 9, "bindings": RECORD}) == (
-        "layout: Value error, expected a layout, got 'smolvla_9d' (valid: human300_16d, rc365, "
-        "mobile_pick_30d, libero_eef8d, base_pose_6d, libero, aloha, gr1)"
+        "layout: Value error, expected a layout, got 'smolvla_9d' (valid: aloha, base_pose_6d, "
+        "gr1, human300_16d, libero, libero_eef8d, mobile_pick_30d, rc365 from fairlead 0.1.0)"
     )
 
 

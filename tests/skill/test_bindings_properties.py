@@ -9,24 +9,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from fairlead.skill.bindings import (
-    LAYOUTS,
-    PoseBinding,
-    QuaternionSign,
-    StateContract,
-    StateContractBindings,
-    StateLayout,
-    bound_gripper,
-    bound_joints,
-    missing_bindings,
-)
+from fairlead.skill.bindings import PoseBinding, QuaternionSign, StateContractBindings
+from fairlead.skill.state_contract import StateContract
+from tests.assembler.every_layout import LAYOUTS
 
 FRAME_FIELDS = (
     *("eef_frame", "eef_rotation_frame", "base_frame", "world_frame"),
     *("object_frame", "goal_frame"),
 )
 names = st.text(min_size=1, max_size=8)
-layouts = st.sampled_from(get_args(StateLayout))
+layouts = st.sampled_from(sorted(LAYOUTS))
 different = st.lists(names, max_size=2, unique=True)
 
 frames = st.fixed_dictionaries({}, optional=dict.fromkeys(FRAME_FIELDS, st.none() | names))
@@ -44,7 +36,7 @@ free = st.fixed_dictionaries(
 bindings = st.builds(lambda a, b: a | b, frames, free)
 
 
-def refusal(layout: StateLayout, dim: int, data: dict[str, Any]) -> str:
+def refusal(layout: str, dim: int, data: dict[str, Any]) -> str:
     """The one error of a contract, "" if it loads."""
     try:
         StateContract.model_validate({"layout": layout, "dim": dim, "bindings": data})
@@ -54,7 +46,7 @@ def refusal(layout: StateLayout, dim: int, data: dict[str, Any]) -> str:
     return ""
 
 
-def expected_refusal(layout: StateLayout, dim: int, data: dict[str, Any]) -> str:
+def expected_refusal(layout: str, dim: int, data: dict[str, Any]) -> str:
     """The same rules written a second time, from the raw manifest."""
     shape, problems = LAYOUTS[layout], []
     if shape.dim not in (None, dim):
@@ -78,7 +70,7 @@ def expected_refusal(layout: StateLayout, dim: int, data: dict[str, Any]) -> str
 
 @given(layouts, st.integers(1, 40), bindings)
 def test_every_problem_is_in_one_error_and_nothing_else_is_refused(
-    layout: StateLayout, dim: int, data: dict[str, Any]
+    layout: str, dim: int, data: dict[str, Any]
 ) -> None:
     assert refusal(layout, dim, data) == expected_refusal(layout, dim, data)
 
@@ -92,10 +84,10 @@ def test_bindings_survive_a_round_trip(data: dict[str, Any]) -> None:
 
 @given(layouts, bindings)
 def test_missing_fields_are_a_subset_of_the_table_in_its_order(
-    layout: StateLayout, data: dict[str, Any]
+    layout: str, data: dict[str, Any]
 ) -> None:
     loaded = StateContractBindings.model_validate(data)
-    missing = missing_bindings(layout, loaded)
+    missing = LAYOUTS[layout].missing(loaded)
     assert [name for name in LAYOUTS[layout].required if name in missing] == missing
     assert all(not getattr(loaded, name) for name in missing)
 
@@ -113,7 +105,7 @@ def test_gripper_is_none_one_or_two_different_joints(joints: list[str]) -> None:
     good = len(joints) <= 2 and len(set(joints)) == len(joints)
     if good:
         loaded = StateContractBindings.model_validate({"gripper_qpos_joints": joints})
-        assert list(bound_gripper("human300_16d", loaded)) == joints
+        assert list(LAYOUTS["human300_16d"].bound_gripper(loaded)) == joints
         return
     with pytest.raises(ValidationError, match="expected two different joints"):
         StateContractBindings.model_validate({"gripper_qpos_joints": joints})
@@ -139,10 +131,14 @@ def test_sign_that_is_none_is_refused_with_the_valid_ones(sign: str) -> None:
 
 def test_joint_space_layouts_need_no_bindings_and_take_others() -> None:
     nothing = StateContract(layout="libero", dim=9).bindings
-    assert bound_joints("libero", nothing) == tuple(f"panda_joint{n}" for n in range(1, 8))
-    assert bound_gripper("libero", nothing) == ("panda_finger_joint1", "panda_finger_joint2")
+    libero = LAYOUTS["libero"]
+    assert libero.bound_joints(nothing) == tuple(f"panda_joint{n}" for n in range(1, 8))
+    assert libero.bound_gripper(nothing) == (
+        "panda_finger_joint1",
+        "panda_finger_joint2",
+    )
     other = StateContractBindings(joint_names=tuple("abcdefg"), gripper_qpos_joints=("thumb",))
-    assert bound_joints("libero", other) == tuple("abcdefg")
-    assert bound_gripper("libero", other) == ("thumb",)
+    assert libero.bound_joints(other) == tuple("abcdefg")
+    assert libero.bound_gripper(other) == ("thumb",)
     assert StateContract(layout="aloha", dim=14).bindings == nothing
-    assert len(bound_joints("aloha", nothing)) == 14
+    assert len(LAYOUTS["aloha"].bound_joints(nothing)) == 14

@@ -10,8 +10,8 @@ from fairlead.checked_model import checked_model
 from fairlead.errors import ConfigError
 from fairlead.robot.manifest import load_robot
 from fairlead.skill.admission import admission_problems
-from fairlead.skill.bindings import StateContract
 from fairlead.skill.manifest import SkillManifest, load_skill
+from fairlead.skill.state_contract import StateContract
 
 ARM = [f"panda_joint{number}" for number in range(1, 8)]
 TURNS = {"names": ARM, "quantity": "position", "unit": "rad"}
@@ -90,16 +90,16 @@ def test_unit_that_does_not_fit_the_joint_is_refused_with_those_that_do() -> Non
         (
             {"dim": 7},
             [
-                "(top level): expected layout or joints, got neither (valid layouts: "
-                "human300_16d, rc365, mobile_pick_30d, libero_eef8d, base_pose_6d, libero, "
-                "aloha, gr1)"
+                "(top level): expected layout or joints, got neither (layouts valid: aloha, "
+                "base_pose_6d, gr1, human300_16d, libero, libero_eef8d, mobile_pick_30d, rc365 "
+                "from fairlead 0.1.0)"
             ],
         ),
         (
             {"dim": 7, "layout": "libro"},
             [
-                "layout: expected a layout, got 'libro' (valid: human300_16d, rc365, "
-                "mobile_pick_30d, libero_eef8d, base_pose_6d, libero, aloha, gr1)"
+                "layout: expected a layout, got 'libro' (valid: aloha, base_pose_6d, gr1, "
+                "human300_16d, libero, libero_eef8d, mobile_pick_30d, rc365 from fairlead 0.1.0)"
             ],
         ),
         (

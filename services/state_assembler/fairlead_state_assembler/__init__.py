@@ -3,27 +3,18 @@
 The names below are the public face; they need no Zenoh.
 """
 
-from fairlead_state_assembler import layouts as _registered  # noqa: F401
 from fairlead_state_assembler.forward_kinematics import ForwardKinematics
 from fairlead_state_assembler.joint_positions import JointPositions
 from fairlead_state_assembler.local_assembler import LocalAssembler
 from fairlead_state_assembler.pose_decoding import pose_from
-from fairlead_state_assembler.registry import (
-    LAYOUT_ASSEMBLERS,
-    LAYOUT_EXAMPLES,
-    assemble_state,
-    register,
-)
+from fairlead_state_assembler.registry import assemble_state
 from fairlead_state_assembler.transform_buffer import TransformBuffer
 
 __all__ = [
-    "LAYOUT_ASSEMBLERS",
-    "LAYOUT_EXAMPLES",
     "ForwardKinematics",
     "JointPositions",
     "LocalAssembler",
     "TransformBuffer",
     "assemble_state",
     "pose_from",
-    "register",
 ]

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from fairlead.hal.backend import FramePose
 from fairlead.messages import FloatArray
 from fairlead.robot.manifest import RobotManifest
-from fairlead.skill.bindings import StateContract
+from fairlead.skill.state_contract import StateContract
 from fairlead_state_assembler.forward_kinematics import ForwardKinematics
 from fairlead_state_assembler.joint_positions import JointPositions
 from fairlead_state_assembler.pose_decoding import pose_from

@@ -1,115 +1,57 @@
-"""Layouts and the functions that assemble them: the public face of this package.
+"""The state vector of a layout, or of joints, at one tick.
 
 Works without Zenoh, for example in a notebook::
 
     values = assemble_state("human300_16d", bindings, joints, buffer.at(tick))
-
-A new layout is one name and one row in ``fairlead.skill.bindings``, and one file in
-``layouts/``, named after it: a function registered here, and ``example_<layout>()``.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from types import ModuleType
-from typing import Protocol, get_args
-
 import numpy as np
 
-from fairlead.errors import ConfigError, LayoutError, expected
+from fairlead.errors import LayoutError, expected
+from fairlead.layout import load_layout
 from fairlead.messages import FloatArray
-from fairlead.skill.bindings import (
-    LAYOUT_DIMS,
-    StateContract,
-    StateContractBindings,
-    StateLayout,
-)
+from fairlead.skill.bindings import StateContractBindings
+from fairlead.skill.state_contract import StateContract
+from fairlead_state_assembler.bound_inputs import BoundInputs, Transforms
 from fairlead_state_assembler.joint_positions import JointPositions
-from fairlead_state_assembler.pose_decoding import SE3
-
-
-class Transforms(Protocol):
-    """What a layout may ask of the transforms of its tick."""
-
-    def pose(self, parent: str, child: str) -> SE3:
-        """T_parent_child as a `pinocchio.SE3` [m]; raises `LayoutError`."""
-
-
-Assembler = Callable[[StateContractBindings, JointPositions, Transforms], FloatArray]
-
-LAYOUT_ASSEMBLERS: dict[str, Assembler] = {}
-"""The function of every layout that can be assembled."""
-
-LAYOUT_EXAMPLES: dict[str, Callable[[], StateContractBindings]] = {}
-"""Each layout's ``example_<layout>()``: bindings to start from."""
-
-
-def register(layout: StateLayout) -> Callable[[Assembler], Assembler]:
-    """Decorator: make a function the assembler of ``layout``.
-
-    Raises:
-        ConfigError: if `StateLayout` has no such name, if the layout has no width, or if
-            it has an assembler already.
-    """
-
-    def remember(assembler: Assembler) -> Assembler:
-        if layout not in get_args(StateLayout):
-            raise ConfigError(
-                expected("StateLayout", "a declared layout", repr(layout), get_args(StateLayout))
-            )
-        if layout not in LAYOUT_DIMS:
-            raise ConfigError(f"layout {layout}: fairlead.skill.bindings.LAYOUTS gives it no width")
-        if layout in LAYOUT_ASSEMBLERS:
-            raise ConfigError(f"layout {layout}: has an assembler already")
-        LAYOUT_ASSEMBLERS[layout] = assembler
-        return assembler
-
-    return remember
-
-
-def remember_example(module: ModuleType, layout: str) -> None:
-    """Take ``example_<layout>`` of the module that is layout ``layout``'s file.
-
-    Raises:
-        ConfigError: if the module registers no layout of its own name, or has no example.
-    """
-    example = getattr(module, f"example_{layout}", None)
-    if layout not in LAYOUT_ASSEMBLERS or not callable(example):
-        raise ConfigError(
-            f"layouts/{layout}.py: expected a function registered as {layout!r} and "
-            f"example_{layout}()"
-        )
-    LAYOUT_EXAMPLES[layout] = example
 
 
 def assemble_state(
-    layout: StateLayout,
+    name: str,
     bindings: StateContractBindings,
     joints: JointPositions,
     transforms: Transforms,
 ) -> FloatArray:
-    """The state vector of one layout at one tick: float64, shape ``[LAYOUT_DIMS[layout]]``.
+    """The state vector of one layout at one tick: float64, as wide as the layout says.
 
     Raises:
+        ConfigError: no installed package has a layout of this name, or it does not load.
         LayoutError: what is missing, stale or not finite, and where; ``no_assembler``
-            for a layout nobody assembles; ``wrong_width`` for an assembler whose vector is
-            not as long as its layout. Never a vector with a guess in it.
+            for a layout nobody assembles; ``wrong_width`` for a function whose vector is
+            not as long as its layout says, ``failed`` for one that raises anything else.
+            Never a vector with a guess in it.
     """
-    assembler = LAYOUT_ASSEMBLERS.get(layout)
-    if assembler is None:
+    layout = load_layout(name)
+    if layout.assemble is None:
+        text = f"layout {name}: no assembler; those that have one: fairlead layout ls"
+        raise LayoutError(text, kind="no_assembler", name=name)
+    inputs = BoundInputs(name, layout, bindings, joints, transforms)
+    try:
+        values = np.asarray(layout.assemble(inputs), dtype=np.float64)
+    except LayoutError:
+        raise
+    except Exception as error:
+        text = f"layout {name}: its function failed: {type(error).__name__}: {error}"
+        raise LayoutError(text, kind="failed", name=name) from error
+    if values.shape != (layout.dim,):
         raise LayoutError(
-            f"layout {layout}: no assembler (valid: {', '.join(LAYOUT_ASSEMBLERS)})",
-            kind="no_assembler",
-            name=layout,
-        )
-    values = assembler(bindings, joints, transforms)
-    if values.shape != (LAYOUT_DIMS[layout],):
-        raise LayoutError(
-            expected(f"layout {layout}", f"{LAYOUT_DIMS[layout]} numbers", values.shape),
+            expected(f"layout {name}", f"{layout.dim} numbers", values.shape),
             kind="wrong_width",
-            name=layout,
+            name=name,
         )
-    return _finite(layout, values)
+    return _finite(name, values)
 
 
 def assemble_contract(

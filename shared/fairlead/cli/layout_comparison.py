@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fairlead.cli.layout_truth import (
-    Field,
     Truth,
     field_error,
     read_truth,
@@ -22,10 +21,11 @@ from fairlead.cli.layout_truth import (
 from fairlead.deploy.shipped_deployments import shipped_deployments
 from fairlead.errors import ConfigError, LayoutError
 from fairlead.hal.backend import FramePose, PartCommand
+from fairlead.layout import LayoutField, load_layout
 from fairlead.messages import FloatArray, HalPart, floats
 from fairlead.modes import ControlMode
 from fairlead.robot.manifest import RobotManifest, load_robot
-from fairlead.skill.bindings import StateContract, bound_gripper, bound_joints
+from fairlead.skill.state_contract import StateContract
 
 if TYPE_CHECKING:
     from fairlead_hal_sim.options import SimulatorOptions
@@ -189,7 +189,11 @@ def _random_commands(
 
 
 def _report(
-    assembler: LocalAssembler, contract: StateContract, field: Field, worst: _Worst, sample: _Sample
+    assembler: LocalAssembler,
+    contract: StateContract,
+    field: LayoutField,
+    worst: _Worst,
+    sample: _Sample,
 ) -> FieldReport:
     allowed = ALLOWED[field.kind]
     unit = "rad" if field.is_rotation or field.kind == "joints" else "m"
@@ -200,7 +204,7 @@ def _report(
 
 
 def _blame(
-    assembler: LocalAssembler, contract: StateContract, field: Field, sample: _Sample
+    assembler: LocalAssembler, contract: StateContract, field: LayoutField, sample: _Sample
 ) -> str:
     """The bindings behind a field that is off, and every frame that would make it right."""
     order = contract.bindings.quaternion_convention
@@ -225,7 +229,7 @@ def _blame(
 def _bound_to(contract: StateContract, binding: str) -> object:
     bindings = contract.bindings
     if contract.layout and binding == "joint_names":
-        return bound_joints(contract.layout, bindings)
+        return load_layout(contract.layout).bound_joints(bindings)
     if contract.layout and binding == "gripper_qpos_joints":
-        return bound_gripper(contract.layout, bindings)
+        return load_layout(contract.layout).bound_gripper(bindings)
     return getattr(bindings, binding) or bindings.eef_frame

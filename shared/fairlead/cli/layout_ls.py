@@ -2,41 +2,37 @@
 
 from __future__ import annotations
 
-import sys
+from typing import Any
 
-from fairlead.cli.console import print_json, print_table
+from fairlead.cli.console import echo, print_json, print_table
 from fairlead.cli.deployment_choice import JsonOption
-from fairlead.skill.bindings import LAYOUTS, LayoutShape
+from fairlead.errors import ConfigError
+from fairlead.layout import load_layout
+from fairlead.plugins import LAYOUTS
 
 EXAMPLE = "fairlead layout ls"
 
 
 def command(as_json: JsonOption = False) -> None:
-    """List state layouts: width, bindings that must be given, and content."""
-    found = [
-        {
-            "layout": name,
-            "dim": shape.dim,
-            "required_bindings": list(shape.required),
-            "content": _content(name, shape),
-        }
-        for name, shape in LAYOUTS.items()
-    ]
+    """List state layouts: width, bindings that must be given, content, and whose they are."""
+    rows: list[dict[str, Any]] = []
+    wrong: dict[str, str] = {}
+    for name in LAYOUTS.names():
+        try:
+            layout, package = load_layout(name), LAYOUTS.find(name).package
+        except ConfigError as error:
+            wrong[name] = str(error)
+            continue
+        rows.append({"layout": name, "dim": layout.dim, "required_bindings": list(layout.required),
+                     "content": layout.content, "package": package})  # fmt: skip
     if as_json:
-        print_json(found)
+        print_json([*rows, *({"layout": name, "error": text} for name, text in wrong.items())])
         return
-    rows = [
-        (row["layout"], row["dim"] or "-", row["content"], ", ".join(shape.required) or "none")
-        for row, shape in zip(found, LAYOUTS.values(), strict=True)
-    ]
-    print_table(("LAYOUT", "DIM", "CONTENT", "BINDINGS NEEDED"), rows)
-
-
-def _content(layout: str, shape: LayoutShape) -> str:
-    """The first line of the layout's file, after its name."""
-    from fairlead_state_assembler import LAYOUT_ASSEMBLERS
-
-    if shape.dim is None:
-        return "no assembler"
-    text = sys.modules[LAYOUT_ASSEMBLERS[layout].__module__].__doc__ or ""
-    return text.splitlines()[0].partition(": ")[2] if text else ""
+    lines = [
+        (row["layout"], row["dim"] or "-", row["content"], ", ".join(row["required_bindings"]),
+         row["package"])
+        for row in rows
+    ]  # fmt: skip
+    print_table(("LAYOUT", "DIM", "CONTENT", "BINDINGS NEEDED", "FROM"), lines)
+    for text in wrong.values():
+        echo(text, err=True)

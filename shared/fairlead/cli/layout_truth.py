@@ -8,88 +8,16 @@ they are read again after the simulator has been brought up to date.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
-from fairlead.errors import ConfigError, expected
+from fairlead.errors import ConfigError
+from fairlead.layout import LayoutField, load_layout
 from fairlead.messages import FloatArray
-from fairlead.skill.bindings import StateLayout
-
-FieldKind = Literal["position", "quaternion", "axis-angle", "gripper", "joints"]
 
 Truth = Mapping[str, FloatArray]
 """By field: xyz [m], quaternion xyzw, two fingers [m], or arm joints [rad]."""
-
-_WIDTHS: dict[FieldKind, int] = {
-    "position": 3,
-    "quaternion": 4,
-    "axis-angle": 3,
-    "gripper": 2,
-    "joints": 7,
-}
-
-
-@dataclass(frozen=True)
-class Field:
-    """One field of a layout.
-
-    Attributes:
-        first: index of its first number in the vector.
-        bindings: the bindings it is made from.
-    """
-
-    name: str
-    kind: FieldKind
-    first: int
-    bindings: tuple[str, ...]
-
-    @property
-    def width(self) -> int:
-        """How many numbers of the vector this field has."""
-        return _WIDTHS[self.kind]
-
-    @property
-    def is_rotation(self) -> bool:
-        """Whether it is compared as an angle."""
-        return self.kind in ("quaternion", "axis-angle")
-
-
-def _base_and_eef(world: str) -> tuple[Field, ...]:
-    """Where ``world`` is the simulator's world, or ``odom``, where the base started."""
-    return (
-        Field("base_to_eef position", "position", 0, ("eef_frame", "base_frame")),
-        Field("base_to_eef rotation", "quaternion", 3, ("eef_rotation_frame", "base_frame")),
-        Field(f"{world}_to_base position", "position", 7, ("world_frame", "base_frame")),
-        Field(f"{world}_to_base rotation", "quaternion", 10, ("world_frame", "base_frame")),
-        Field("gripper", "gripper", 14, ("gripper_qpos_joints",)),
-    )
-
-
-_HUMAN300 = _base_and_eef("world")
-
-LAYOUT_FIELDS: dict[StateLayout, tuple[Field, ...]] = {
-    "human300_16d": _HUMAN300,
-    "rc365": _HUMAN300,
-    "mobile_pick_30d": (
-        *_base_and_eef("odom"),
-        Field("base_to_object position", "position", 16, ("object_frame", "base_frame")),
-        Field("base_to_object rotation", "quaternion", 19, ("object_frame", "base_frame")),
-        Field("base_to_goal position", "position", 23, ("goal_frame", "base_frame")),
-        Field("base_to_goal rotation", "quaternion", 26, ("goal_frame", "base_frame")),
-    ),
-    "libero_eef8d": (
-        Field("world_to_eef position", "position", 0, ("eef_frame", "world_frame")),
-        Field("world_to_eef rotation", "axis-angle", 3, ("eef_rotation_frame", "world_frame")),
-        Field("gripper", "gripper", 6, ("gripper_qpos_joints",)),
-    ),
-    "libero": (
-        Field("arm joints", "joints", 0, ("joint_names",)),
-        Field("gripper", "gripper", 7, ("gripper_qpos_joints",)),
-    ),
-}
-"""Every field of every layout that the simulator knows the truth of."""
 
 _OBSERVATION_KEYS = {
     "base_to_eef position": "robot0_base_to_eef_pos",
@@ -103,16 +31,16 @@ _OBSERVATION_KEYS = {
 }
 
 
-def verifiable_fields(layout: StateLayout) -> tuple[Field, ...]:
-    """The fields of ``layout``.
+def verifiable_fields(name: str) -> tuple[LayoutField, ...]:
+    """The fields of a layout that the simulator knows the truth of.
 
     Raises:
-        ConfigError: if the simulator has no truth for it.
+        ConfigError: if there are none.
     """
-    fields = LAYOUT_FIELDS.get(layout)
-    if fields is None:
+    fields = load_layout(name).fields
+    if not fields:
         raise ConfigError(
-            expected("layout verify", "a layout the simulator has truth for", layout, LAYOUT_FIELDS)
+            f"layout verify: layout {name} names no fields that the simulator knows the truth of"
         )
     return fields
 
@@ -152,7 +80,7 @@ def _relative(env: Any, robot: Truth) -> dict[str, FloatArray]:
     return found
 
 
-def field_error(field: Field, order: str, values: FloatArray, truth: Truth) -> float:
+def field_error(field: LayoutField, order: str, values: FloatArray, truth: Truth) -> float:
     """How far one field is from the truth [m], or [rad] for a rotation or joints.
 
     Args:
@@ -171,14 +99,14 @@ def field_error(field: Field, order: str, values: FloatArray, truth: Truth) -> f
     return float(2.0 * np.arctan2(np.linalg.norm(vector), abs(scalar)))
 
 
-def sign_differs(field: Field, order: str, values: FloatArray, truth: Truth) -> bool:
+def sign_differs(field: LayoutField, order: str, values: FloatArray, truth: Truth) -> bool:
     """Whether a rotation is the simulator's quaternion with the opposite sign."""
     if not field.is_rotation:
         return False
     return bool(_rotation(field, order, values) @ truth[field.name] < 0.0)
 
 
-def _rotation(field: Field, order: str, values: FloatArray) -> FloatArray:
+def _rotation(field: LayoutField, order: str, values: FloatArray) -> FloatArray:
     """A rotation field as a quaternion xyzw, with the sign it was made from."""
     got = values[field.first : field.first + field.width]
     if field.kind == "quaternion":

@@ -10,9 +10,10 @@ import typer
 from fairlead.cli.console import echo, print_json, print_table
 from fairlead.cli.deployment_choice import JsonOption
 from fairlead.cli.layout_comparison import FieldReport, verify_layout
-from fairlead.errors import ConfigError, expected
-from fairlead.skill.bindings import LAYOUT_DIMS, StateContract
+from fairlead.errors import ConfigError
+from fairlead.layout import load_layout
 from fairlead.skill.manifest import load_skill
+from fairlead.skill.state_contract import StateContract
 
 EXAMPLE = "fairlead layout verify oracle-counter-to-cabinet"
 
@@ -55,13 +56,12 @@ def _subject(skill: str | None, layout: str | None) -> tuple[str, StateContract,
     if skill is not None:
         manifest = load_skill(skill)
         return "skill", manifest.state_contract, manifest.embodiments[0]
-    from fairlead_state_assembler import LAYOUT_EXAMPLES
-
-    dims = {name: dim for name, dim in LAYOUT_DIMS.items() if name == layout}
-    for name, dim in dims.items():
-        contract = StateContract(layout=name, dim=dim, bindings=LAYOUT_EXAMPLES[name]())
-        return "layout", contract, "panda_mobile"
-    raise ConfigError(expected("layout verify", "a layout with an assembler", layout, LAYOUT_DIMS))
+    assert layout is not None
+    found = load_layout(layout, "layout verify")
+    if found.dim is None:
+        raise ConfigError(f"layout verify: layout {layout} has no assembler")
+    contract = StateContract(layout=layout, dim=found.dim, bindings=found.example)
+    return "layout", contract, "panda_mobile"
 
 
 def _row(report: FieldReport) -> tuple[object, ...]:

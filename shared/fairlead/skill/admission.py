@@ -6,21 +6,17 @@ from collections.abc import Sequence
 
 from fairlead.errors import ConfigError
 from fairlead.frames import MAP, ODOM
+from fairlead.layout import load_layout
 from fairlead.messages import HalStatus
 from fairlead.modes import ControlMode
 from fairlead.robot.description_tree import description_tree
 from fairlead.robot.manifest import RobotManifest
-from fairlead.skill.bindings import (
-    LAYOUT_DIMS,
-    StateContract,
-    StateContractBindings,
-    bound_gripper,
-    bound_joints,
-)
+from fairlead.skill.bindings import StateContractBindings
 from fairlead.skill.camera_deployments import camera_deployments
 from fairlead.skill.full_scale import declared_range_problems, hal_range_problems
 from fairlead.skill.manifest import SkillManifest
 from fairlead.skill.routes import Route, plan_routes
+from fairlead.skill.state_contract import StateContract
 from fairlead.skill.tightening import limit_problems
 
 
@@ -141,11 +137,12 @@ def state_problems(contract: StateContract, robot: RobotManifest) -> list[str]:
     """
     if contract.layout is None:
         return _joint_field_problems(contract, robot)
-    if contract.layout not in LAYOUT_DIMS:
-        return [f"layout {contract.layout}: no assembler (valid: {', '.join(LAYOUT_DIMS)})"]
+    layout = load_layout(contract.layout)
+    if layout.assemble is None:
+        return [f"layout {contract.layout}: no assembler; those that have one: fairlead layout ls"]
     bound = (
-        ("joint_names", bound_joints(contract.layout, contract.bindings)),
-        ("gripper_qpos_joints", bound_gripper(contract.layout, contract.bindings)),
+        ("joint_names", layout.bound_joints(contract.bindings)),
+        ("gripper_qpos_joints", layout.bound_gripper(contract.bindings)),
     )
     return [
         *(text for binding, names in bound for text in _unmeasured_joints(binding, names, robot)),

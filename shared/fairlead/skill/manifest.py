@@ -14,8 +14,8 @@ from fairlead.keys import check_name
 from fairlead.modes import ControlMode
 from fairlead.paths import rskill_dir, skill_folders
 from fairlead.skill.action_contract import ActionContract
-from fairlead.skill.bindings import StateContract
 from fairlead.skill.slots import MODE_NAMES
+from fairlead.skill.state_contract import StateContract
 from fairlead.yaml_file import load_yaml
 
 PolicyBackend = Literal[

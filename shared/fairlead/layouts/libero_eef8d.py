@@ -4,18 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from fairlead.layout import Layout, LayoutField, LayoutInputs
 from fairlead.messages import FloatArray
 from fairlead.skill.bindings import StateContractBindings
-from fairlead_state_assembler.bound_frames import BoundFrames
-from fairlead_state_assembler.joint_positions import JointPositions
-from fairlead_state_assembler.pose_vector import gripper_pair
-from fairlead_state_assembler.registry import Transforms, register
 
 
-@register("libero_eef8d")
-def assemble(
-    bindings: StateContractBindings, joints: JointPositions, transforms: Transforms
-) -> FloatArray:
+def assemble(at: LayoutInputs) -> FloatArray:
     """Assemble the vector: float64, shape ``[8]``.
 
     ======== ======================== ====== ==============================================
@@ -30,24 +24,35 @@ def assemble(
     Raises:
         LayoutError: for a frame or joint that is missing or too old.
     """
-    at = BoundFrames("libero_eef8d", bindings, transforms)
     return np.concatenate(
         (
             at.position3("world_frame", "eef_frame"),
             at.axis_angle3("world_frame", "eef_frame"),
-            gripper_pair(bindings.gripper_qpos_joints, joints),
+            at.gripper2(),
         )
     )
 
 
-def example_libero_eef8d() -> StateContractBindings:
-    """The numbers of robosuite, whose sign keeps x positive while the hand points down.
+_ROTATION = ("eef_rotation_frame", "world_frame")
 
-    With w >= 0 the vector would jump to its opposite there, in the middle of the work.
-    """
-    return StateContractBindings(
+LAYOUT = Layout(
+    content="end effector in the world with axis-angle, fingers (LIBERO)",
+    dim=8,
+    assemble=assemble,
+    required=("eef_frame", "world_frame", "gripper_qpos_joints"),
+    example=StateContractBindings(
         eef_frame="grip_site",
         eef_rotation_frame="panda_hand",
         gripper_qpos_joints=("panda_finger_joint1", "panda_finger_joint2"),
         quaternion_signs={"eef_frame": "+x"},
-    )
+    ),
+    fields=(
+        LayoutField("world_to_eef position", "position", 0, ("eef_frame", "world_frame")),
+        LayoutField("world_to_eef rotation", "axis-angle", 3, _ROTATION),
+        LayoutField("gripper", "gripper", 6, ("gripper_qpos_joints",)),
+    ),
+)
+"""The example: the numbers of robosuite, whose sign keeps x positive while the hand points down.
+
+With w >= 0 the vector would jump to its opposite there, in the middle of the work.
+"""

@@ -4,18 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from fairlead.layout import Layout, LayoutField, LayoutInputs
 from fairlead.messages import FloatArray
 from fairlead.skill.bindings import StateContractBindings
-from fairlead_state_assembler.bound_frames import BoundFrames
-from fairlead_state_assembler.joint_positions import JointPositions
-from fairlead_state_assembler.pose_vector import gripper_pair
-from fairlead_state_assembler.registry import Transforms, register
 
 
-@register("human300_16d")
-def assemble(
-    bindings: StateContractBindings, joints: JointPositions, transforms: Transforms
-) -> FloatArray:
+def assemble(at: LayoutInputs) -> FloatArray:
     """Assemble the vector: float64, shape ``[16]``.
 
     ======== ======================== ====== ==============================================
@@ -32,23 +26,36 @@ def assemble(
     Raises:
         LayoutError: for a frame or joint that is missing or too old.
     """
-    at = BoundFrames("human300_16d", bindings, transforms)
     return np.concatenate(
         (
             at.position3("base_frame", "eef_frame"),
             at.quaternion4("base_frame", "eef_frame"),
             at.pose7("world_frame", "base_frame"),
-            gripper_pair(bindings.gripper_qpos_joints, joints),
+            at.gripper2(),
         )
     )
 
 
-def example_human300_16d() -> StateContractBindings:
-    """What robosuite's PandaOmron reports: the grip site's place, the hand's rotation."""
-    return StateContractBindings(
+_WORLD_BASE = ("world_frame", "base_frame")
+
+LAYOUT = Layout(
+    content="end effector in the base, base in the world, fingers (RoboCasa365)",
+    dim=16,
+    assemble=assemble,
+    required=("eef_frame", "base_frame", "world_frame", "gripper_qpos_joints"),
+    example=StateContractBindings(
         eef_frame="grip_site",
         eef_rotation_frame="panda_hand",
         base_frame="base_site",
         world_frame="map",
         gripper_qpos_joints=("panda_finger_joint1", "panda_finger_joint2"),
-    )
+    ),
+    fields=(
+        LayoutField("base_to_eef position", "position", 0, ("eef_frame", "base_frame")),
+        LayoutField("base_to_eef rotation", "quaternion", 3, ("eef_rotation_frame", "base_frame")),
+        LayoutField("world_to_base position", "position", 7, _WORLD_BASE),
+        LayoutField("world_to_base rotation", "quaternion", 10, _WORLD_BASE),
+        LayoutField("gripper", "gripper", 14, ("gripper_qpos_joints",)),
+    ),
+)
+"""The example: what robosuite's PandaOmron reports, the grip site's place, the hand's rotation."""

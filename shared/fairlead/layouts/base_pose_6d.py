@@ -4,17 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from fairlead.frames import MAP, ODOM
+from fairlead.layout import Layout, LayoutInputs
 from fairlead.messages import FloatArray
 from fairlead.skill.bindings import StateContractBindings
-from fairlead_state_assembler.bound_frames import BoundFrames
-from fairlead_state_assembler.joint_positions import JointPositions
-from fairlead_state_assembler.registry import Transforms, register
 
 
-@register("base_pose_6d")
-def assemble(
-    bindings: StateContractBindings, joints: JointPositions, transforms: Transforms
-) -> FloatArray:
+def assemble(at: LayoutInputs) -> FloatArray:
     """Assemble the vector: float64, shape ``[6]``.
 
     ======== ====================== ====== ==============================================
@@ -31,15 +27,17 @@ def assemble(
     Raises:
         LayoutError: for a frame that is missing or too old.
     """
-    at = BoundFrames("base_pose_6d", bindings, transforms)
-    in_odom = BoundFrames(
-        "base_pose_6d", bindings.model_copy(update={"world_frame": "odom"}), transforms
-    )
+    in_odom = at.in_world(ODOM)
     return np.concatenate(
         (at.planar3("world_frame", "base_frame"), in_odom.planar3("world_frame", "base_frame"))
     )
 
 
-def example_base_pose_6d() -> StateContractBindings:
-    """A base whose link is base_link, in the localiser's map."""
-    return StateContractBindings(base_frame="base_link", world_frame="map")
+LAYOUT = Layout(
+    content="where a mobile base stands, in the world and in odom (planners)",
+    dim=6,
+    assemble=assemble,
+    required=("base_frame", "world_frame"),
+    example=StateContractBindings(base_frame="base_link", world_frame=MAP),
+)
+"""The example: a base whose link is base_link, in the localiser's map."""

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+from fairlead.layout import LayoutInputs
+from fairlead.layouts import human300_16d
 from fairlead.messages import FloatArray
-from fairlead.skill.bindings import StateContractBindings
-from fairlead_state_assembler.joint_positions import JointPositions
-from fairlead_state_assembler.layouts import human300_16d
-from fairlead_state_assembler.registry import Transforms, register
 
 
-@register("rc365")
-def assemble(
-    bindings: StateContractBindings, joints: JointPositions, transforms: Transforms
-) -> FloatArray:
+def assemble(at: LayoutInputs) -> FloatArray:
     """Assemble the vector: float64, shape ``[16]``.
 
     ======== ============================ ====== ==========================================
@@ -27,9 +24,11 @@ def assemble(
     Raises:
         LayoutError: for a frame or joint that is missing or too old.
     """
-    return human300_16d.assemble(bindings, joints, transforms)
+    return human300_16d.assemble(at)
 
 
-def example_rc365() -> StateContractBindings:
-    """The same as for human300_16d."""
-    return human300_16d.example_human300_16d()
+LAYOUT = replace(
+    human300_16d.LAYOUT,
+    content="the same 16 numbers as human300_16d, by the name RLDX checkpoints give them",
+)
+"""All of human300_16d's but its name."""

@@ -4,17 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from fairlead.layout import Layout, LayoutField, LayoutInputs
 from fairlead.messages import FloatArray
-from fairlead.skill.bindings import StateContractBindings, bound_gripper, bound_joints
-from fairlead_state_assembler.joint_positions import JointPositions
-from fairlead_state_assembler.pose_vector import gripper_pair
-from fairlead_state_assembler.registry import Transforms, register
 
 
-@register("libero")
-def assemble(
-    bindings: StateContractBindings, joints: JointPositions, transforms: Transforms
-) -> FloatArray:
+def assemble(at: LayoutInputs) -> FloatArray:
     """Assemble the vector: float64, shape ``[9]``.
 
     ======== ================ ====== ======================================================
@@ -31,14 +25,18 @@ def assemble(
     Raises:
         LayoutError: for a joint that is missing.
     """
-    return np.concatenate(
-        (
-            joints.positions(bound_joints("libero", bindings)),
-            gripper_pair(bound_gripper("libero", bindings), joints),
-        )
-    )
+    return np.concatenate((at.joints(), at.gripper2()))
 
 
-def example_libero() -> StateContractBindings:
-    """A robot with Franka's joint names needs none."""
-    return StateContractBindings()
+LAYOUT = Layout(
+    content="joints of one Franka arm, fingers (LIBERO's own baselines)",
+    dim=9,
+    assemble=assemble,
+    joint_names=tuple(f"panda_joint{number}" for number in range(1, 8)),
+    gripper_qpos_joints=("panda_finger_joint1", "panda_finger_joint2"),
+    fields=(
+        LayoutField("arm joints", "joints", 0, ("joint_names",)),
+        LayoutField("gripper", "gripper", 7, ("gripper_qpos_joints",)),
+    ),
+)
+"""Unbound it reads the joints its dataset was recorded with, Franka's own."""

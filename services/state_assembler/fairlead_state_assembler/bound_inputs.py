@@ -1,38 +1,46 @@
-"""Poses between the frames that a skill's bindings name."""
+"""What a layout reads of one tick, by the names of a skill's bindings."""
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Protocol
 
 import numpy as np
 
 from fairlead.errors import LayoutError
+from fairlead.layout import Layout, ParentBinding
 from fairlead.messages import FloatArray
-from fairlead.skill.bindings import (
-    PoseBinding,
-    QuaternionSign,
-    StateContractBindings,
-    StateLayout,
-)
+from fairlead.skill.bindings import PoseBinding, QuaternionSign, StateContractBindings
+from fairlead_state_assembler.joint_positions import JointPositions
 from fairlead_state_assembler.pose_decoding import SE3
-from fairlead_state_assembler.pose_vector import axis_angle3, rotation4
-from fairlead_state_assembler.registry import Transforms
-
-ParentBinding = Literal["base_frame", "world_frame"]
+from fairlead_state_assembler.pose_vector import axis_angle3, gripper_pair, rotation4
 
 
-class BoundFrames:
-    """Reads poses by the names of bindings; order and sign are those bound.
+class Transforms(Protocol):
+    """What is asked of the transforms of a tick."""
 
-    Every method raises `LayoutError` for a binding that names no frame, and for a frame
-    that is missing or too old.
+    def pose(self, parent: str, child: str) -> SE3:
+        """T_parent_child as a `pinocchio.SE3` [m]; raises `LayoutError`."""
+
+
+class BoundInputs:
+    """A `fairlead.layout.LayoutInputs`: joints and transforms of one tick, and the bindings.
+
+    Args:
+        name: of the layout, for errors.
     """
 
     def __init__(
-        self, layout: StateLayout, bindings: StateContractBindings, transforms: Transforms
+        self,
+        name: str,
+        layout: Layout,
+        bindings: StateContractBindings,
+        joints: JointPositions,
+        transforms: Transforms,
     ) -> None:
+        self._name = name
         self._layout = layout
         self._bindings = bindings
+        self._joints = joints
         self._transforms = transforms
 
     def position3(self, parent: ParentBinding, child: PoseBinding) -> FloatArray:
@@ -58,6 +66,19 @@ class BoundFrames:
         x, y, _ = pose.translation
         return np.array([x, y, np.arctan2(pose.rotation[1, 0], pose.rotation[0, 0])])
 
+    def joints(self) -> FloatArray:
+        """Positions of the bound joints in their order, else of the layout's own [rad or m]."""
+        return self._joints.positions(self._layout.bound_joints(self._bindings))
+
+    def gripper2(self) -> FloatArray:
+        """Both fingers [m]: two joints as measured, or one joint v as ``[v, -v]``."""
+        return gripper_pair(self._layout.bound_gripper(self._bindings), self._joints)
+
+    def in_world(self, frame: str) -> BoundInputs:
+        """The same with ``world_frame`` bound to ``frame``."""
+        bindings = self._bindings.model_copy(update={"world_frame": frame})
+        return BoundInputs(self._name, self._layout, bindings, self._joints, self._transforms)
+
     def _quaternion(self, pose: SE3, child: PoseBinding) -> FloatArray:
         return rotation4(pose, self._bindings.quaternion_convention, self._sign(child))
 
@@ -79,7 +100,7 @@ class BoundFrames:
         frame = getattr(self._bindings, binding)
         if not isinstance(frame, str) or not frame:
             raise LayoutError(
-                f"layout {self._layout}: the bindings name no {binding}",
+                f"layout {self._name}: the bindings name no {binding}",
                 kind="missing_frame",
                 name=binding,
             )

@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
+from fairlead.layout import Layout, LayoutInputs
 from fairlead.messages import FloatArray
-from fairlead.skill.bindings import StateContractBindings, bound_joints
-from fairlead_state_assembler.joint_positions import JointPositions
-from fairlead_state_assembler.registry import Transforms, register
 
 
-@register("aloha")
-def assemble(
-    bindings: StateContractBindings, joints: JointPositions, transforms: Transforms
-) -> FloatArray:
+def assemble(at: LayoutInputs) -> FloatArray:
     """Assemble the vector: float64, shape ``[14]``.
 
     ======== =================== ====== ===================================================
@@ -32,9 +27,15 @@ def assemble(
     Raises:
         LayoutError: for a joint that is missing.
     """
-    return joints.positions(bound_joints("aloha", bindings))
+    return at.joints()
 
 
-def example_aloha() -> StateContractBindings:
-    """A robot with ALOHA's joint names needs none."""
-    return StateContractBindings()
+_JOINTS = ("waist", "shoulder", "elbow", "forearm_roll", "wrist_angle", "wrist_rotate", "gripper")
+
+LAYOUT = Layout(
+    content="joints of two arms with their grippers (ALOHA)",
+    dim=14,
+    assemble=assemble,
+    joint_names=tuple(f"{side}_{joint}" for side in ("left", "right") for joint in _JOINTS),
+)
+"""Unbound it reads the joints its dataset was recorded with."""

@@ -1,0 +1,1 @@
+"""The layouts that ship, one file each; ``pyproject.toml`` registers them."""
