@@ -15,6 +15,7 @@ from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.deploy.router_watch import open_and_say, refuse_namesake, watch_router
 from fairlead.deploy.stop_signals import StopSignals
 from fairlead.errors import FairleadError
+from fairlead.log_stamp import stamped
 from fairlead.wire.printable import LineFormatter
 from fairlead.wire.session import ZenohBus
 
@@ -86,7 +87,7 @@ def run_service(who: str, body: Callable[[ServiceContext], None]) -> int:
         )
         return 0
     except FairleadError as error:
-        print(f"ERROR {who}: {error}", flush=True)
+        print(stamped(f"ERROR {who}: {error}", who), flush=True)
         return 1
     finally:
         signals.end_in_time()

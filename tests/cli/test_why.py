@@ -78,7 +78,7 @@ class Day:
         assert done.returncode == 0, done.stderr
         first, *lines = done.stdout.splitlines()
         assert re.fullmatch(
-            rf"panda_mobile, gate started [\d-]+T[\d:]+Z, log {self.folder}.*/000001\.decisions",
+            rf"panda_mobile, gate started [\d-]+T[\d:.]+Z, log {self.folder}.*/000001\.decisions",
             first,
         )
         return lines

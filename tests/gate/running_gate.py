@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import queue
+import re
 import signal
 import socket
 import subprocess
@@ -15,6 +16,7 @@ from fairlead.paths import gate_binary
 from tests.gate.mailbox import DEADLINE_S
 
 ROBOT = "panda_mobile"
+STAMP = re.compile(r"^\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d\.\d{3}Z (?=INFO|WARNING)")
 
 
 def free_port() -> int:
@@ -25,7 +27,7 @@ def free_port() -> int:
 
 
 class RunningGate:
-    """One gate process; ``lines`` are those it has printed so far."""
+    """One gate process; ``lines`` are those it has printed so far, without their time."""
 
     def __init__(
         self,
@@ -55,7 +57,7 @@ class RunningGate:
         assert self.process.stdout is not None
         with self.process.stdout as output:
             for line in output:
-                self._queue.put(line.rstrip("\n"))
+                self._queue.put(STAMP.sub("", line.rstrip("\n")))
         self._queue.put(None)
 
     def wait_line(self, text: str) -> str:

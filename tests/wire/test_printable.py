@@ -32,6 +32,7 @@ def test_a_message_stays_one_line_and_a_traceback_keeps_its_own() -> None:
     except ValueError as error:
         info = (type(error), error, error.__traceback__)
     record = logging.LogRecord("hal", logging.INFO, "", 0, "by %s", ("x\nERROR hal: no",), info)
+    record.created = 1_795_420_440.123
     line, *rest = LineFormatter().format(record).split("\n")
-    assert line == "INFO hal: by x\\x0aERROR hal: no"
+    assert line == "2026-11-23T07:54:00.123Z INFO hal: by x\\x0aERROR hal: no"
     assert rest[0] == "Traceback (most recent call last):"

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "fairlead_safety/printable.hpp"
+#include "utc_time.hpp"
 
 namespace fairlead {
 namespace {
@@ -95,8 +96,8 @@ void LogWriter::write(Kind kind, std::string_view text) {
       ++allowance.left_out;
       return;
     }
-    std::string line = kLevels[index];
-    line.append(" ").append(name_).append(": ");
+    std::string line = utc_now();
+    line.append(" ").append(kLevels[index]).append(" ").append(name_).append(": ");
     append_printable(line, text);
     if (allowance.left_out > 0) {
       line += " (" + std::to_string(allowance.left_out) + " like it left out before)";

@@ -17,7 +17,7 @@ class LogWriter {
   /// refusals cannot push out what happened to the gate itself. Warnings have no limit.
   enum class Kind { event, refusal, warning };
 
-  /// `name` is the service's, as in `INFO safety: ready`.
+  /// `name` is the service's, as in `2026-11-23T07:54:00.123Z INFO safety: ready`.
   explicit LogWriter(std::string name);
   /// Writes what is queued, but waits at most 200 ms for a reader that is stuck.
   ~LogWriter();

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import time
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Annotated
 
@@ -10,8 +13,11 @@ import typer
 from fairlead.cli.console import echo, print_json
 from fairlead.cli.deployment_choice import JsonOption, RunningOption, choose_running
 from fairlead.errors import ConfigError
+from fairlead.log_stamp import STAMP_LENGTH
+from fairlead.supervisor.service_log import LogReader
 
-EXAMPLE = "fairlead logs hal -n 50"
+EXAMPLE = "fairlead logs hal -n 50 -f"
+FOLLOW_S = 0.2
 
 
 def command(
@@ -22,9 +28,14 @@ def command(
         Path | None,
         typer.Option(exists=True, file_okay=False, help="state folder of a run that has ended"),
     ] = None,
+    follow: Annotated[
+        bool, typer.Option("-f", "--follow", help="go on with what is added, until Ctrl-C")
+    ] = False,
     as_json: JsonOption = False,
 ) -> None:
-    """Print the newest log lines of a deployment's services."""
+    """Print the newest log lines of a deployment's services, in order of time."""
+    if follow and as_json:
+        raise ConfigError("logs: --json prints one document, so it cannot --follow")
     entry = choose_running(deployment) if state_dir is None else None
     folder = (state_dir or Path(entry.state_dir if entry else "")) / "logs"
     files = {path.stem: path for path in sorted(folder.glob("*.log"))}
@@ -39,16 +50,29 @@ def command(
     if service is not None and service not in files:
         raise ConfigError(f"logs: no service {service!r} (valid: {', '.join(files)})")
     wanted = [service] if service is not None else list(files)
-    newest = {one: newest_lines(files[one], lines) for one in wanted}
+    readers = {one: LogReader(files[one]) for one in wanted}
+    newest = {one: reader.newest(lines) for one, reader in readers.items()}
     if as_json:
         print_json(newest)
         return
-    for one, texts in newest.items():
-        for text in texts:
-            echo(f"[{one}] {text}")
+    _print(newest)
+    if follow:
+        _follow(readers)
 
 
-def newest_lines(path: Path, count: int) -> list[str]:
-    """The last ``count`` lines of a log file."""
-    text = path.read_bytes().decode(errors="replace")
-    return text.removesuffix("\n").split("\n")[-count:]
+def _follow(readers: Mapping[str, LogReader]) -> None:
+    """Print what is added, until Ctrl-C."""
+    with suppress(KeyboardInterrupt):
+        while True:
+            time.sleep(FOLLOW_S)
+            _print({service: reader.more() for service, reader in readers.items()})
+
+
+def _print(lines: Mapping[str, Sequence[str]]) -> None:
+    """In order of time, which every line begins with."""
+    in_order = sorted(
+        ((line, service) for service, texts in lines.items() for line in texts),
+        key=lambda one: one[0][:STAMP_LENGTH],
+    )
+    for line, service in in_order:
+        echo(f"[{service}] {line}")

@@ -10,6 +10,8 @@ import sys
 import threading
 from types import FrameType
 
+from fairlead.log_stamp import stamped
+
 END_S = 4.0
 """A service ends by itself within this time of being asked; then it is ended."""
 
@@ -56,12 +58,16 @@ class StopSignals:
         while signalled := self._wake.recv(64):
             if {signal.SIGTERM, signal.SIGINT} & set(signalled):
                 if self._starting:  # may be deep in a simulator's set-up; nothing moves yet
-                    print(f"INFO {self._who}: asked to end while starting", flush=True)
+                    self._print("INFO", "asked to end while starting")
                     os._exit(0)
                 self.stopping.set()
                 self.end_in_time()
 
     def _end(self) -> None:
         faulthandler.dump_traceback(sys.stderr)  # where every thread hangs
-        print(f"ERROR {self._who}: did not end within {END_S:g} s, ended", flush=True)
+        self._print("ERROR", f"did not end within {END_S:g} s, ended")
         os._exit(1)
+
+    def _print(self, level: str, text: str) -> None:
+        """Not by logging, whose locks another thread may hold just now."""
+        print(stamped(f"{level} {self._who}: {text}", self._who), flush=True)

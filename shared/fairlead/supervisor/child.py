@@ -12,6 +12,7 @@ from contextlib import closing
 from pathlib import Path
 from typing import IO
 
+from fairlead.log_stamp import stamped
 from fairlead.supervisor.die_with_parent import die_with_parent
 from fairlead.supervisor.process_table import ProcessId, group_members, process_id
 from fairlead.supervisor.service_log import ServiceLog
@@ -108,7 +109,7 @@ class Child:
                 if is_ready_line(line):
                     self.ready.set()
                 self._on_line(self.name, line)
-                trouble = log.append(line)
+                trouble = log.append(stamped(line, self.name))
                 if trouble:
                     self._on_line(self.name, trouble)
 

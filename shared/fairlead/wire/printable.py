@@ -5,6 +5,8 @@ from __future__ import annotations
 import logging
 import re
 
+from fairlead.log_stamp import utc_stamp
+
 _CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f\u200e\u200f\u2028-\u202e\u2066-\u2069]")
 
 
@@ -23,7 +25,7 @@ def printable_lines(text: str) -> str:
 
 
 class LineFormatter(logging.Formatter):
-    """``LEVEL name: message`` in one line, whoever wrote the message; a traceback keeps its own."""
+    """``<UTC> LEVEL name: message`` in one line, whoever wrote it; a traceback keeps its own."""
 
     def __init__(self) -> None:
         super().__init__("%(levelname)s %(name)s: %(message)s")
@@ -31,4 +33,4 @@ class LineFormatter(logging.Formatter):
     def formatMessage(self, record: logging.LogRecord) -> str:  # noqa: N802 (the library's name)
         """The line without the traceback."""
         record.message = printable(record.message)
-        return super().formatMessage(record)
+        return f"{utc_stamp(record.created)} {super().formatMessage(record)}"

@@ -1,7 +1,5 @@
 #include "decisions/header.hpp"
 
-#include <array>
-#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -10,6 +8,7 @@
 #include "config_loader.hpp"
 #include "refusal.hpp"
 #include "sha256.hpp"
+#include "utc_time.hpp"
 
 namespace fairlead {
 namespace {
@@ -23,15 +22,6 @@ std::string text_of_file(const std::string& path) {
 
 Hash hash_of(const std::string& text) {
   return sha256(Bytes(reinterpret_cast<const std::uint8_t*>(text.data()), text.size()));
-}
-
-std::string utc_now() {
-  const std::time_t now = std::time(nullptr);
-  std::tm parts{};
-  ::gmtime_r(&now, &parts);
-  std::array<char, 32> text{};
-  std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%SZ", &parts);
-  return text.data();
 }
 
 }  // namespace
