@@ -3,26 +3,18 @@
 from __future__ import annotations
 
 import json
-import os
 import re
-import signal
-import subprocess
-import sys
-import threading
 from collections.abc import Iterator
-from dataclasses import dataclass, field
 from pathlib import Path
 
 import pytest
 
-from fairlead.paths import repo_root
 from fairlead.supervisor import Registry
-from fairlead.supervisor.scratch import ScratchOptions, make_scratch
 from tests.system.live_robot import wait_for
+from tests.system.person import ROOT, Person, person_at
 
 pytestmark = [pytest.mark.processes, pytest.mark.timeout(300)]
 
-ROOT = repo_root()
 COMPOSE = "compose/panda_mujoco.yaml"
 BLOCKS = re.findall(r"^```sh\n(.*?)^```", (ROOT / "docs" / "services.md").read_text(), re.M | re.S)
 HAL_OF_ONES_OWN = re.findall(
@@ -31,95 +23,10 @@ HAL_OF_ONES_OWN = re.findall(
 STARTS, LOOKS, END = (block.splitlines() for block in BLOCKS)
 
 
-@dataclass
-class Terminal:
-    """One service in the foreground, as a person started it."""
-
-    process: subprocess.Popen[str]
-    lines: list[str] = field(default_factory=list)
-
-    def __post_init__(self) -> None:
-        threading.Thread(target=self._read, daemon=True).start()
-
-    def _read(self) -> None:
-        assert self.process.stdout is not None
-        with self.process.stdout as stream:
-            self.lines.extend(line.rstrip() for line in stream)
-
-    def wait_ready(self) -> None:
-        wait_for(
-            lambda: any(line == "ready" or line.endswith(": ready") for line in self.lines),
-            "the service is ready",
-            120.0,
-        )
-
-    def ctrl_c(self) -> int:
-        self.process.send_signal(signal.SIGINT)
-        return self.process.wait(timeout=30.0)
-
-
-@dataclass
-class Person:
-    """Gives the page's commands in a folder that looks like the checkout."""
-
-    folder: Path
-    root: Path = ROOT
-    terminals: dict[str, Terminal] = field(default_factory=dict)
-
-    @property
-    def environment(self) -> dict[str, str]:
-        return os.environ | {
-            "FAIRLEAD_ROOT": str(self.root),
-            "FAIRLEAD_STATE": str(self.folder / "state"),
-            "COLUMNS": "200",
-            "NO_COLOR": "1",
-        }
-
-    def start(self, line: str, name: str = "") -> None:
-        process = subprocess.Popen(
-            ["bash", "-c", f"exec {line}"],
-            cwd=self.folder,
-            env=self.environment,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-        )
-        self.terminals[name or line.split()[-1]] = Terminal(process)
-
-    def shell(self, line: str) -> subprocess.CompletedProcess[str]:
-        return subprocess.run(
-            ["bash", "-c", line],
-            cwd=self.folder,
-            env=self.environment,
-            capture_output=True,
-            text=True,
-            timeout=120,
-            check=False,
-        )
-
-    def fairlead(self, *words: str) -> subprocess.CompletedProcess[str]:
-        return self.shell(" ".join((".venv/bin/fairlead", *words)))
-
-    def states(self) -> dict[str, str]:
-        """By service, what `ps` says of it."""
-        (entry,) = json.loads(self.fairlead("ps", "--json").stdout)
-        return {name: one["state"] for name, one in entry["services"].items()}
-
-
 @pytest.fixture
 def person(tmp_path: Path) -> Iterator[Person]:
-    scratch = make_scratch(
-        ROOT / COMPOSE, tmp_path / "scratch", ScratchOptions(f"hand{os.getpid()}")
-    )
-    folder = tmp_path / "checkout"
-    (folder / "compose").mkdir(parents=True)
-    (folder / COMPOSE).write_bytes(scratch.file.read_bytes())
-    (folder / ".venv").symlink_to(sys.prefix)
-    person = Person(folder)
-    yield person
-    for terminal in person.terminals.values():
-        terminal.process.kill()
-        terminal.process.wait(timeout=30.0)
+    with person_at(tmp_path, COMPOSE, "hand") as person:
+        yield person
 
 
 def test_four_services_by_hand_run_a_goal_and_one_is_started_again(person: Person) -> None:
@@ -146,11 +53,9 @@ def test_four_services_by_hand_run_a_goal_and_one_is_started_again(person: Perso
     assert person.terminals["runner"].ctrl_c() == 0
     gone = person.shell(status)
     assert gone.returncode == 1 and "missing runner" in gone.stdout
-    person.start(STARTS[3])
-    person.terminals["runner"].wait_ready()
+    person.start(STARTS[3]).wait_ready()
     assert person.terminals["safety"].ctrl_c() == 0
-    person.start(STARTS[1])
-    person.terminals["safety"].wait_ready()
+    person.start(STARTS[1]).wait_ready()
     again = person.shell(run)
     assert again.stdout.startswith("panda-joint-reach succeeded after "), again.stderr
 
@@ -167,11 +72,10 @@ def test_up_leaves_out_what_is_run_by_hand_and_restarts_the_others_on_demand(
 ) -> None:
     up, hal = HAL_OF_ONES_OWN
     (person.folder / "docs").symlink_to(ROOT / "docs")
-    person.start(up, "up")
-    lines = person.terminals["up"].lines
-    wait_for(lambda: any("not seen yet: hal" in line for line in lines), "the HAL is missed", 120.0)
+    started = person.start(up, "up")
+    started.wait_for(lambda line: "not seen yet: hal" in line, "the HAL is missed")
     person.start(hal, "hal")
-    wait_for(lambda: any(" is up;" in line for line in lines), "the robot is up", 120.0)
+    started.wait_for(lambda line: " is up;" in line, "the robot is up")
     (entry,) = json.loads(person.fairlead("ps", "--json").stdout)
     assert entry["elsewhere"] == ["hal"]
     assert {one["state"] for one in entry["services"].values()} == {"ready"}
@@ -188,7 +92,7 @@ def test_up_leaves_out_what_is_run_by_hand_and_restarts_the_others_on_demand(
     assert unknown.returncode == 1 and "a service that runs here" in unknown.stderr
 
     assert person.fairlead("down").returncode == 0
-    assert person.terminals["up"].process.wait(timeout=30.0) == 0
+    assert started.process.wait(timeout=30.0) == 0
     assert person.terminals["hal"].ctrl_c() == 0
 
 
@@ -199,8 +103,7 @@ def test_a_runner_without_a_skill_for_its_robot_waits_and_says_how_to_make_one(
     (tree / "rskills").mkdir(parents=True)
     (tree / "robots").symlink_to(ROOT / "robots")
     person.root = tree
-    person.start(STARTS[3])
-    runner = person.terminals["runner"]
+    runner = person.start(STARTS[3])
     runner.wait_ready()
     assert any(
         "no skill is made for panda; make one: fairlead skill new" in x for x in runner.lines

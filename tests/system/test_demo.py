@@ -56,23 +56,6 @@ def test_a_killed_demo_leaves_no_process_and_the_next_one_works(tmp_path: Path) 
     assert json.loads(done.stdout)["outcome"] == "succeeded"
 
 
-def test_an_interrupted_demo_leaves_no_process(tmp_path: Path) -> None:
-    out = tmp_path / "demo"
-    with subprocess.Popen(
-        fairlead_command("demo", "--no-video", "--out", str(out)),
-        env=fairlead_environment(tmp_path / "registry"),
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.PIPE,
-        text=True,
-    ) as demo:
-        log = out / "state" / "logs" / "hal.log"
-        wait_for(lambda: log.exists() and "ready" in log.read_text("utf-8"), "it starts", 120.0)
-        demo.send_signal(signal.SIGINT)
-        _, said = demo.communicate(timeout=60.0)
-    assert demo.returncode != 0 and "Traceback" not in said, said
-    assert processes_in(out) == []
-
-
 def test_a_demo_whose_service_dies_in_the_middle_names_it_with_its_last_lines(
     tmp_path: Path,
 ) -> None:
