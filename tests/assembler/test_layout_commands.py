@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from tests.assembler.every_layout import LAYOUT_DIMS, LAYOUTS
-from tests.cli.command import fairlead
+from tests.cli.command import fairlead_here as fairlead
 
 
 def test_ls_says_width_needs_and_content_and_that_gr1_has_no_assembler(tmp_path: Path) -> None:

@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 
 from fairlead.paths import repo_root
-from tests.cli.command import fairlead, fairlead_command, fairlead_environment
+from tests.cli.command import fairlead_command, fairlead_environment
+from tests.cli.command import fairlead_here as fairlead
 
 COMPOSE = repo_root() / "compose"
 

@@ -10,7 +10,8 @@ import pytest
 
 from fairlead.cli.console import print_table
 from fairlead.cli.progress_line import ProgressLine
-from tests.cli.command import fairlead, fairlead_command, fairlead_environment
+from tests.cli.command import fairlead_command, fairlead_environment
+from tests.cli.command import fairlead_here as fairlead
 
 
 @pytest.mark.parametrize("command", ["skill ls", "robot show panda_mobile --json"])

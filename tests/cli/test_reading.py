@@ -11,7 +11,7 @@ import pytest
 from fairlead.robot.gate_file import compile_gate_config
 from fairlead.robot.manifest import load_robot
 from fairlead.skill.manifest import load_skill
-from tests.cli.command import fairlead
+from tests.cli.command import fairlead_here as fairlead
 
 SKILL = "oracle-counter-to-cabinet"
 

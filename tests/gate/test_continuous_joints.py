@@ -21,7 +21,7 @@ from fairlead.robot.description_tree import description_tree
 from fairlead.robot.manifest import load_robot
 from fairlead_hal_mujoco.mujoco_backend import MujocoBackend
 from fairlead_hal_mujoco.options import MujocoOptions
-from tests.cli.command import fairlead
+from tests.cli.command import fairlead_here as fairlead
 from tests.gate.link_poses import gate_links
 from tests.gate.scene import Scene
 from tests.shape.own_robot import NAME, own_robot

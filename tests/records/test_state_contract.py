@@ -22,7 +22,7 @@ from fairlead.skill.manifest import SkillManifest, load_skill
 from fairlead.skill.state_contract import StateContract
 from fairlead_state_assembler import JointPositions, assemble_state
 from tests.assembler.every_layout import LAYOUT_DIMS, LAYOUTS
-from tests.cli.command import fairlead
+from tests.cli.command import fairlead_here as fairlead
 from tests.records.poses import BASE_TURNED, HAND_TURNED, RECORDS_BINDINGS, transforms
 from tests.repo.tree import ROOT
 

@@ -12,7 +12,7 @@ from fairlead.errors import ConfigError
 from fairlead.paths import robot_dir
 from fairlead.robot.gate_file import compile_gate_config
 from fairlead.robot.manifest import RobotManifest
-from tests.cli.command import fairlead
+from tests.cli.command import fairlead_here as fairlead
 from tests.shape.own_robot import NAME, own_robot
 
 ARM = "parts.arm.cartesian_delta"

@@ -18,7 +18,7 @@ from fairlead.shape.geometry_distance import links_apart
 from fairlead.shape.geometry_source import geometry_source
 from fairlead.shape.robot_model import robot_model
 from fairlead.shape.robot_shape import RobotShape
-from tests.cli.command import fairlead
+from tests.cli.command import fairlead_here as fairlead
 from tests.shape.solid_points import farthest_out
 
 ROUNDING_M = 1e-6  # the URDF's angles and the model's are rounded

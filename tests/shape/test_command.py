@@ -10,7 +10,7 @@ import pytest
 
 from fairlead.robot.capsules import load_capsules
 from fairlead.robot.manifest import load_robot
-from tests.cli.command import fairlead
+from tests.cli.command import fairlead_here as fairlead
 from tests.shape.own_robot import NAME, own_robot
 
 HOME = 'key name="home" qpos="0 -0.3 0 -2.2 0 2.0 0.785 0.04 -0.04"'

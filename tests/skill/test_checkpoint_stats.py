@@ -13,7 +13,7 @@ from fairlead.skill.action_contract import ActionContract
 from fairlead.skill.checkpoint_stats import read_checkpoint_stats
 from fairlead.skill.contract_findings import contract_findings, named_outputs
 from fairlead.skill.manifest import load_skill
-from tests.cli.command import fairlead
+from tests.cli.command import fairlead_here as fairlead
 
 STATS = Path(__file__).parent / "stats"
 RLDX = load_skill("rldx1-ft-rc365-nf4")

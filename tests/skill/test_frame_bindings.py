@@ -13,7 +13,7 @@ from fairlead.robot.manifest import load_robot
 from fairlead.skill.admission import state_problems
 from fairlead.skill.manifest import load_skill
 from fairlead.supervisor.scratch import ScratchOptions, make_scratch
-from tests.cli.command import fairlead
+from tests.cli.command import fairlead_here as fairlead
 
 NAME = "lost-eef"
 SOURCE = repo_root() / "compose" / "panda_mobile_sim.yaml"

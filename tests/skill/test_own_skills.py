@@ -21,7 +21,7 @@ from fairlead.skill.skeleton import skill_skeleton
 from fairlead_skill_runner.policies.backends import POLICIES
 from fairlead_skill_runner.policies.protocol import Observation
 from fairlead_skill_runner.policy_worker import PolicyWorker
-from tests.cli.command import fairlead
+from tests.cli.command import fairlead_here as fairlead
 
 OPTIONS = {"file": "policy.py", "class": "Policy"}
 
