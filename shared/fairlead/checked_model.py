@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 import types
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Annotated, Any, TypeVar, Union, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
@@ -14,15 +14,24 @@ from fairlead.errors import ConfigError
 
 Model = TypeVar("Model", bound=BaseModel)
 
+Place = tuple[int | str, ...]
+"""Keys and indices that lead to a value."""
+
 _SCALARS = (str, int, float, type(None))
 """What an error repeats; a whole block would not help."""
 
 
-def checked_model(who: str, model: type[Model], data: Mapping[str, Any]) -> Model:
+def checked_model(
+    who: str,
+    model: type[Model],
+    data: Mapping[str, Any],
+    locate: Callable[[Place], str] = lambda place: "",
+) -> Model:
     """``data`` as ``model``.
 
     Args:
         who: the file or the option block, as errors call it.
+        locate: what to write before a complaint about the value at a place, such as its line.
 
     Raises:
         ConfigError: naming every field that does not fit; for an unknown key also the valid
@@ -30,50 +39,50 @@ def checked_model(who: str, model: type[Model], data: Mapping[str, Any]) -> Mode
     """
     try:
         checked = model.model_validate(dict(data))
-        lines = [*_other_kinds("", data, checked)]
+        problems = list(_other_kinds((), data, checked))
     except ValidationError as error:
-        lines = [line for item in error.errors() for line in _problems(item, model)]
-    if lines:
-        text = "".join(f"\n  {line}" for line in lines)
-        raise ConfigError(f"{who}: {len(lines)} problem(s):{text}")
+        problems = [problem for item in error.errors() for problem in _problems(item, model)]
+    if problems:
+        text = "".join(f"\n  {locate(place)}{_dotted(place)}: {said}" for place, said in problems)
+        raise ConfigError(f"{who}: {len(problems)} problem(s):{text}")
     return checked
 
 
-def _other_kinds(where: str, raw: Any, checked: Any) -> Iterator[str]:
+def _dotted(place: Place) -> str:
+    return ".".join(str(part) for part in place) or "(top level)"
+
+
+def _other_kinds(place: Place, raw: Any, checked: Any) -> Iterator[tuple[Place, str]]:
     """What pydantic would turn into something else: `true` into 1, "010" into 10, 1 into true."""
     if isinstance(checked, bool):
         if not isinstance(raw, bool):
-            yield f"{where}: expected true or false, got {raw!r}"
+            yield place, f"expected true or false, got {raw!r}"
     elif isinstance(checked, int | float):
         if isinstance(raw, bool | str):
-            yield f"{where}: expected a number, got {raw!r}"
+            yield place, f"expected a number, got {raw!r}"
     elif isinstance(checked, BaseModel) and isinstance(raw, Mapping):
         for name, field in type(checked).model_fields.items():
             key = field.alias or name
             if key in raw:
-                place = f"{where}.{key}" if where else key
-                yield from _other_kinds(place, raw[key], getattr(checked, name))
+                yield from _other_kinds((*place, key), raw[key], getattr(checked, name))
     elif isinstance(checked, Mapping) and isinstance(raw, Mapping):
         for key, value in checked.items():
-            yield from _other_kinds(f"{where}.{key}", raw.get(key), value)
+            yield from _other_kinds((*place, key), raw.get(key), value)
     elif isinstance(checked, list | tuple) and isinstance(raw, list | tuple):
         for index, (one, value) in enumerate(zip(raw, checked, strict=False)):
-            yield from _other_kinds(f"{where}.{index}", one, value)
+            yield from _other_kinds((*place, index), one, value)
 
 
-def _problems(item: ErrorDetails, model: type[BaseModel]) -> list[str]:
-    """One of pydantic's errors as lines; a validator of ours may have found several."""
-    place = item["loc"]
-    where = ".".join(str(part) for part in place) or "(top level)"
+def _problems(item: ErrorDetails, model: type[BaseModel]) -> list[tuple[Place, str]]:
+    """One of pydantic's errors; a validator of ours may have found several."""
+    place, got = item["loc"], item["input"]
     if item["type"] == "extra_forbidden":
-        return [f"{where}: {_unknown_key(str(place[-1]), _keys_at(model, place[:-1]))}"]
+        return [(place, _unknown_key(str(place[-1]), _keys_at(model, place[:-1])))]
     if item["type"] == "missing":
-        return [f"{where}: is missing"]
+        return [(place, "is missing")]
     if item["type"] == "value_error":  # one of our validators, which says what it got
-        texts = item["msg"].removeprefix("Value error, ").splitlines()
-        return [f"{where}: {text}" for text in texts]
-    got = item["input"]
-    return [f"{where}: {item['msg']}" + (f", got {got!r}" if isinstance(got, _SCALARS) else "")]
+        return [(place, text) for text in item["msg"].removeprefix("Value error, ").splitlines()]
+    return [(place, item["msg"] + (f", got {got!r}" if isinstance(got, _SCALARS) else ""))]
 
 
 def _unknown_key(key: str, valid: Sequence[str]) -> str:

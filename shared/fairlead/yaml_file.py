@@ -9,7 +9,7 @@ from typing import TypeVar
 import yaml
 from pydantic import BaseModel
 
-from fairlead.checked_model import checked_model
+from fairlead.checked_model import Place, checked_model
 from fairlead.errors import ConfigError
 
 Model = TypeVar("Model", bound=BaseModel)
@@ -30,15 +30,25 @@ class _PlainLoader(yaml.SafeLoader):
     """Refuses a mapping that has the same key twice, and merge keys; knows `_PLAIN` only."""
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[object, object]:
-        seen: set[object] = set()
+        seen: dict[object, yaml.Mark] = {}
         for key_node, _ in node.value:
             key = self._key(key_node)
             if key in seen:
+                first = f"first in line {seen[key].line + 1}"
                 raise yaml.MarkedYAMLError(
-                    problem=f"key {key!r} is given twice", problem_mark=key_node.start_mark
+                    problem=f"key {key!r} is given twice, {first}", problem_mark=key_node.start_mark
                 )
-            seen.add(key)
+            seen[key] = key_node.start_mark
         return super().construct_mapping(node, deep=deep)
+
+    def construct_object(self, node: yaml.Node, deep: bool = False) -> object:
+        try:
+            value: object = super().construct_object(node, deep=deep)
+        except (ValueError, KeyError, AttributeError, TypeError) as error:  # what !!int says
+            raise yaml.MarkedYAMLError(
+                problem=f"a tag that its value is not: {error}", problem_mark=node.start_mark
+            ) from None
+        return value
 
     def _key(self, node: yaml.Node) -> object:
         problem = None
@@ -66,25 +76,52 @@ def load_yaml(path: Path, model: type[Model]) -> Model:
     """Load ``path`` as ``model``.
 
     Raises:
-        ConfigError: naming the file and every field that does not fit, with the valid keys.
+        ConfigError: naming the file and every field that does not fit, with line, column and the
+            valid keys.
     """
-    data = _read(path)
+    data, root = _read(path)
     if not isinstance(data, dict):
         got = "nothing" if data is None else type(data).__name__
         raise ConfigError(f"{path}: expected `key: value` lines, got {got}")
-    return checked_model(str(path), model, data)
+    return checked_model(str(path), model, data, lambda place: f"{path}:{_line(root, place)}: ")
 
 
-def _read(path: Path) -> object:
+def _line(node: yaml.Node | None, place: Place) -> str:
+    """``line:column`` of the key or item at ``place``; of the block it should stand in."""
+    assert node is not None
+    mark = node.start_mark
+    for step in place:  # one that leads nowhere is pydantic's: a kind that it tried
+        if isinstance(node, yaml.MappingNode):
+            for key, value in node.value:
+                if key.value == str(step):
+                    mark, node = key.start_mark, value
+                    break
+        elif isinstance(node, yaml.SequenceNode) and isinstance(step, int):
+            node = node.value[step]
+            mark = node.start_mark
+    return f"{mark.line + 1}:{mark.column + 1}"
+
+
+def _read(path: Path) -> tuple[object, yaml.Node | None]:
+    """What the file says, and the nodes it was made of, which know their lines."""
     try:
-        return yaml.load(path.read_text(encoding="utf-8"), Loader=_PlainLoader)  # noqa: S506
+        loader = _PlainLoader(path.read_text(encoding="utf-8"))
+        root = loader.get_single_node()
+        return None if root is None else loader.construct_document(root), root
     except OSError as error:
         raise ConfigError(f"{path}: cannot be read: {error.strerror}") from None
     except UnicodeDecodeError:
         raise ConfigError(f"{path}: not a text file in UTF-8") from None
+    except yaml.MarkedYAMLError as error:
+        raise ConfigError(_story(path, error)) from None
     except yaml.YAMLError as error:
         raise ConfigError(f"{path}: not valid YAML: {error}") from None
     except RecursionError:
         raise ConfigError(f"{path}: not valid YAML: brackets within brackets, too deep") from None
-    except (ValueError, KeyError, AttributeError, TypeError) as error:  # what a tag like !!int says
-        raise ConfigError(f"{path}: not valid YAML: a tag that its value is not: {error}") from None
+
+
+def _story(path: Path, error: yaml.MarkedYAMLError) -> str:
+    mark, began = error.problem_mark, error.context_mark
+    where = f":{mark.line + 1}:{mark.column + 1}" if mark else ""
+    context = f" ({error.context}, which begins in line {began.line + 1})" if began else ""
+    return f"{path}{where}: not valid YAML: {error.problem}{context}"

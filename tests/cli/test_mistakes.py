@@ -80,7 +80,7 @@ def test_a_broken_deployment_file_is_named_with_every_problem(
     broken_file: Path, tmp_path: Path
 ) -> None:
     done = fairlead("up", str(broken_file), state=tmp_path)
-    check(done, 1, f"ERROR {broken_file}: 2 problem(s)", "  id: ", "  extra: ")
+    check(done, 1, f"ERROR {broken_file}: 2 problem(s)", ": id: ", ": extra: ")
 
 
 COMPOSED = (COMPOSE / "panda_mobile_sim.yaml").read_text(encoding="utf-8")
@@ -89,7 +89,7 @@ BROKEN_FILES = {
     "a list": ("- 1\n", "expected `key: value` lines, got list"),
     "a port that cannot be": (COMPOSED.replace(":7502", ":99999"), "services.safety.listen: "),
     "two services on a port": (COMPOSED.replace(":7502", ":7501"), "hal and safety listen on"),
-    "a key given twice": (COMPOSED + "id: twice\n", "key 'id' is given twice"),
+    "a key given twice": (COMPOSED + "id: twice\n", "key 'id' is given twice, first in line "),
 }
 
 

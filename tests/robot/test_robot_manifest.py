@@ -2,6 +2,7 @@
 
 import copy
 import json
+import re
 import shutil
 from pathlib import Path
 from typing import Any
@@ -33,7 +34,7 @@ def _refusal(data: dict[str, Any], folder: Path) -> str:
     path.write_text(yaml.safe_dump(data, sort_keys=False))
     with pytest.raises(ConfigError) as error:
         load_yaml(path, RobotManifest)
-    return str(error.value).replace(f"{path}: ", "")
+    return re.sub(rf"{path}(:\d+:\d+)?: ", "", str(error.value))
 
 
 def _top(text: str) -> str:
