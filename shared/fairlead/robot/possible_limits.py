@@ -141,7 +141,7 @@ def _part_rows(can: _Can, part: Part, told: PartSafety) -> Iterator[Row]:
         yield f"{key}.composite_mode.step_limit", step, 2.0, "from -1 to 1"
 
 
-_ALL_JOINTS = "all the part's joints at full speed"
+_ALL_JOINTS = "all the part's joints at full speed, in half of all postures,"
 
 
 def _delta_rows(

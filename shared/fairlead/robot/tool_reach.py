@@ -1,4 +1,4 @@
-"""How far and how fast a robot's joints can move its tools, by its description: upper bounds."""
+"""How far and how fast a robot's joints can move its tools, by its description."""
 
 from __future__ import annotations
 
@@ -6,9 +6,16 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from fairlead.robot.description_tree import DescriptionTree, Link
 from fairlead.robot.joint import Joint
+from fairlead.robot.link_poses import FloatArray, link_poses, random_positions
 from fairlead.robot.manifest import RobotManifest
+
+POSTURES = 1000
+DIRECTIONS = 200
+"""Of the speed, spread over a sphere: the fastest is within 2 % of one of them."""
 
 
 @dataclass(frozen=True)
@@ -52,18 +59,23 @@ class Reach:
     def tool_speed(
         self, frame: str, joints: Sequence[str], speeds: Mapping[str, float]
     ) -> ToolSpeed:
-        """Fastest that these joints, each at its speed [rad/s or m/s], can move a frame."""
-        linear = angular = 0.0
-        chain = self.chain(frame)
-        for place, link in enumerate(chain):
+        """Fastest that these joints, each at its speed, can move a frame in half of all postures.
+
+        The rest, with the arm stretched out, is faster (a Panda by up to 40 %): no limit is meant
+        to be exceeded there only.
+        """
+        poses = link_poses(self.tree, random_positions(self.robot, self.tree, POSTURES))
+        tool = poses[frame].translation
+        linear, angular = [np.zeros((POSTURES, 3))], [np.zeros((POSTURES, 3))]
+        for link in self.chain(frame):
             if link.joint in joints:
-                speed = speeds[str(link.joint)]
+                moves = poses[link.name].rotation @ np.array(link.axis) * speeds[link.joint]
                 if link.kind == "prismatic":
-                    linear += speed
+                    linear.append(moves)
                 else:
-                    angular += speed
-                    linear += speed * sum(self._span(one) for one in chain[place + 1 :])
-        return ToolSpeed(linear, angular)
+                    angular.append(moves)
+                    linear.append(np.cross(moves, tool - poses[link.name].translation))
+        return ToolSpeed(_median_of_fastest(linear), _median_of_fastest(angular))
 
     def _span(self, link: Link) -> float:
         """Farthest that a link's origin can be from its parent's [m]."""
@@ -75,3 +87,16 @@ class Reach:
 
 def _stroke(joint: Joint) -> float:
     return max(abs(joint.lower), abs(joint.upper)) if joint.has_bounds else 0.0
+
+
+def _median_of_fastest(moves: Sequence[FloatArray]) -> float:
+    """Of sums of these, each ``[n, 3]`` or its opposite, the longest; of n postures the median.
+
+    The longest is as long as its shadow on its own direction, where each adds its shadow's size.
+    """
+    turn = np.arange(DIRECTIONS) * math.pi * (3.0 - math.sqrt(5.0))  # the golden angle
+    up = 1.0 - 2.0 * (np.arange(DIRECTIONS) + 0.5) / DIRECTIONS
+    across = np.sqrt(1.0 - up * up)
+    directions = np.stack([across * np.cos(turn), across * np.sin(turn), up])
+    shadows = sum(np.abs(one @ directions) for one in moves)
+    return float(np.median(np.max(shadows, axis=1)))
