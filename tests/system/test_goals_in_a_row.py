@@ -7,11 +7,12 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+import yaml
 
 from fairlead.messages import GateState, GoalResult, Verdict, decode
 from fairlead.operate.goal_run import GoalWish, run_goal
 from fairlead.operate.scratch_robot import ScratchRobot, scratch_robot
-from fairlead.paths import repo_root
+from fairlead.paths import repo_root, rskill_dir
 from fairlead.supervisor import Registry
 from fairlead.supervisor.scratch import ScratchOptions, make_scratch
 from fairlead.wire.bus import Sample
@@ -21,6 +22,32 @@ from tests.cli.command import fairlead
 pytestmark = [pytest.mark.processes, pytest.mark.timeout(180)]
 
 SKILL = "panda-joint-reach"
+PLANNER = "own-planner"
+POLICY = """
+from fairlead.policy import Done
+
+
+class Policy:
+    @classmethod
+    def from_options(cls, skill, options):
+        return cls()
+
+    def reset(self):
+        pass
+
+    def infer(self, observation):
+        return Done("it is there already")
+"""
+
+
+def write_planner(folder: Path) -> None:
+    """A skill of a user's own that says itself when it is done."""
+    manifest = yaml.safe_load((rskill_dir(SKILL) / "rskill.yaml").read_text(encoding="utf-8"))
+    policy = {"backend": "python", "options": {"file": "policy.py", "class": "Policy"}}
+    folder.mkdir(parents=True)
+    (folder / "policy.py").write_text(POLICY, encoding="utf-8")
+    own = manifest | {"id": PLANNER, "policy": policy, "decided_by": "policy"}
+    (folder / "rskill.yaml").write_text(yaml.safe_dump(own), encoding="utf-8")
 
 
 class Robot:
@@ -40,8 +67,8 @@ class Robot:
         self.client.reset_episode(3)
         self.client.arm()
 
-    def goal(self, deadline_ticks: int) -> GoalResult:
-        progress = run_goal(self.client, GoalWish(SKILL, deadline_ticks=deadline_ticks))
+    def goal(self, deadline_ticks: int, skill: str = SKILL) -> GoalResult:
+        progress = run_goal(self.client, GoalWish(skill, deadline_ticks=deadline_ticks))
         assert progress.result is not None
         return progress.result
 
@@ -53,8 +80,11 @@ def robot(
     folder = tmp_path_factory.mktemp(request.param)
     source = repo_root() / "compose" / "panda_mujoco.yaml"
     scratch = make_scratch(source, folder / "state", ScratchOptions(pacing=request.param))
-    with scratch_robot(scratch, Registry(folder / "registry")) as made:
-        yield Robot(made, folder / "registry")
+    write_planner(folder / "skills" / PLANNER)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("FAIRLEAD_SKILLS", str(folder / "skills"))
+        with scratch_robot(scratch, Registry(folder / "registry")) as made:
+            yield Robot(made, folder / "registry")
 
 
 def test_a_goal_that_follows_at_once_has_no_chunk_refused_for_what_the_last_one_did(
@@ -74,6 +104,10 @@ def test_a_scene_that_was_solved_before_is_no_success_of_the_skill(robot: Robot)
     assert robot.goal(deadline_ticks=0).outcome == "succeeded"
     again = robot.goal(deadline_ticks=0)
     assert (again.outcome, again.decided_by, again.kind) == ("failed", "task", "already_solved")
+    own = robot.goal(deadline_ticks=0, skill=PLANNER)
+    assert (own.outcome, own.decided_by, own.detail) == (
+        "succeeded", "policy", "it is there already",
+    )  # fmt: skip
     robot.client.disarm()
     done = fairlead("run", SKILL, "--deployment", str(robot.file), state=robot.registry)
     assert done.returncode == 1

@@ -10,7 +10,6 @@ from hashlib import sha256
 from fairlead.messages import NO_TRACE, ClaimReply, Goal, HalStatus
 from fairlead.skill.manifest import SkillManifest
 from fairlead.skill.routes import Route
-from fairlead_skill_runner.policies.backends import JUDGE_THEMSELVES
 
 
 @dataclass(frozen=True)
@@ -71,7 +70,7 @@ class RunSetup:
             session=claim.session,
             robot_hash=hal.robot_hash,
             lockstep=hal.pacing == "lockstep",
-            has_task=hal.has_task and skill.policy.backend not in JUDGE_THEMSELVES,
+            has_task=hal.has_task and skill.decided_by == "task",
             claim_id=claim.claim_id,
             epoch=claim.epoch,
             trace_id=secrets.token_bytes(16),

@@ -78,6 +78,8 @@ class SkillManifest(BaseModel):
         execute_steps: most rows used before the next call.
         age_max_ticks: oldest observation (control periods) the gate may accept.
         inference_timeout_s: a policy call that takes longer has failed.
+        decided_by: whose word is success: of the simulator's task, where there is one, or of the
+            policy alone (`fairlead.policy.Done`).
         limits: tighter than the robot's; the gate refuses looser ones.
     """
 
@@ -98,6 +100,7 @@ class SkillManifest(BaseModel):
     execute_steps: int = Field(ge=1)
     age_max_ticks: int = Field(ge=1)
     inference_timeout_s: float = Field(gt=0, allow_inf_nan=False)
+    decided_by: Literal["task", "policy"] = "task"
     limits: tuple[SkillLimit, ...] = ()
 
     @field_validator("id")

@@ -19,9 +19,6 @@ POLICIES = {
 }
 """Backend name in a manifest -> ``module:Class``, so that only the worker imports it."""
 
-JUDGE_THEMSELVES = frozenset({"go_to"})
-"""Backends that know whether their goal is reached; a simulator's task is another question."""
-
 
 def policy_class(path: str) -> type[Policy]:
     """Import the class at ``module:Class``.
