@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -85,3 +86,17 @@ def test_a_skill_is_replaced_in_one_way_only() -> None:
             "runner",
             {"servers": {PI05: "ws://gpu:1"}, "policies": {PI05: {"backend": "oracle"}}},
         )
+
+
+def test_an_installed_skill_that_does_not_load_is_left_out_by_name_and_the_others_stay(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    folder = tmp_path / "broken"
+    folder.mkdir()
+    (folder / "rskill.yaml").write_text("id: broken\n", encoding="utf-8")
+    monkeypatch.setenv("FAIRLEAD_SKILLS", str(tmp_path))
+    assert ORACLE in check_runner_options("runner", {}).manifests("panda_mobile")
+    (said,) = caplog.messages
+    assert said.startswith(f"skill broken is left out: {folder}/rskill.yaml: 13 problem(s):")
+    with pytest.raises(ConfigError, match="broken/rskill.yaml: 13 problem"):
+        check_runner_options("runner", {"skills": ["broken"]}).manifests("panda_mobile")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import re
 from collections.abc import Mapping
 from typing import Any, Self
@@ -12,6 +13,8 @@ from fairlead.checked_model import checked_model
 from fairlead.errors import ConfigError, expected
 from fairlead.skill.manifest import PolicySpec, SkillManifest, load_skill, skill_ids
 from fairlead_skill_runner.policies.remote.server_address import ADDRESS_FORMS
+
+_LOG = logging.getLogger("runner.options")
 
 
 class RunnerOptions(BaseModel):
@@ -46,13 +49,23 @@ class RunnerOptions(BaseModel):
     def manifests(self, robot: str) -> dict[str, SkillManifest]:
         """The manifests of the skills on offer; none if no installed skill is for this robot.
 
+        One that does not load is left out, and the log says why.
+
         Raises:
-            ConfigError: for a manifest that does not load.
+            ConfigError: for a manifest that does not load and is listed in ``skills``.
         """
         if self.skills is not None:
             return {skill: load_skill(skill) for skill in self.skills}
-        found = {skill: load_skill(skill) for skill in skill_ids()}
-        return {skill: made for skill, made in found.items() if robot in made.embodiments}
+        found = {}
+        for skill in skill_ids():
+            try:
+                made = load_skill(skill)
+            except ConfigError as error:
+                _LOG.error("skill %s is left out: %s", skill, error)
+                continue
+            if robot in made.embodiments:
+                found[skill] = made
+        return found
 
     def replaced_policies(self, skills: Mapping[str, SkillManifest]) -> dict[str, PolicySpec]:
         """By skill id, what runs instead of the manifest's own policy.

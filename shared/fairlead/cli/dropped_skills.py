@@ -15,7 +15,7 @@ def dropped_skills(deployment: Deployment, runner: str) -> Iterator[str]:
     """A line for each skill that a runner offers whose state vector nothing can fill.
 
     Raises:
-        ConfigError: if the deployment asks for such a skill by its name.
+        ConfigError: if the deployment asks by its name for such a skill, or one that does not load.
     """
     robot = load_robot(deployment.robot)
     listed = deployment.services[runner].options.get("skills")
@@ -24,7 +24,9 @@ def dropped_skills(deployment: Deployment, runner: str) -> Iterator[str]:
         try:
             skill = load_skill(name)
         except ConfigError:
-            continue  # the runner says what is wrong with the file, and does not start
+            if wanted is not None:
+                raise
+            continue  # the runner leaves it out, and says what is wrong with the file
         problems = state_problems(skill.state_contract, robot)
         if not problems or (wanted is None and robot.id not in skill.embodiments):
             continue

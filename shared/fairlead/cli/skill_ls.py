@@ -34,11 +34,9 @@ def command(
 
 def _why(skill: str, robot: str, reasons: list[str]) -> str:
     """The first reason, and where the others are said."""
-    if not reasons:
-        return ""
-    first = reasons[0].splitlines()[0]
-    more = f"  (all {len(reasons)}: fairlead skill check {skill} --robot {robot})"
-    return first + (more if len(reasons) > 1 else "")
+    lines = [line for reason in reasons for line in reason.splitlines()]
+    more = f"  (all {len(lines)}: fairlead skill check {skill} --robot {robot})"
+    return "".join(lines[:1]) + (more if len(lines) > 1 else "")
 
 
 def skill_problems(name: str, robot: RobotManifest) -> list[str]:
