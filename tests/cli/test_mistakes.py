@@ -153,6 +153,15 @@ def test_an_unknown_profile_lists_those_there_are(tmp_path: Path) -> None:
     check(done, 1, "expected a safety profile, got 'toy' (valid: ", "sim")
 
 
+def test_logs_say_where_the_lines_are_of_what_up_did_not_start(tmp_path: Path) -> None:
+    check(fairlead("logs", "hal", state=tmp_path), 1, "by hand", "--state-dir")
+    (tmp_path / "old" / "logs").mkdir(parents=True)
+    (tmp_path / "old" / "logs" / "safety.log").write_text("INFO\n", encoding="utf-8")
+    done = fairlead("logs", "hal", "--state-dir", str(tmp_path / "old"), state=tmp_path)
+    check(done, 1, "logs: expected a service that `fairlead up` ran, got 'hal' (valid: safety)")
+    check(done, 1, "by hand")
+
+
 def test_logs_of_a_folder_that_holds_none_says_so(tmp_path: Path) -> None:
     done = fairlead("logs", "--state-dir", str(tmp_path), state=tmp_path)
     check(done, 1, f"no *.log in {tmp_path / 'logs'}")

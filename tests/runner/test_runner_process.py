@@ -259,7 +259,7 @@ def test_a_skill_that_was_not_there_when_the_runner_started_is_refused_with_the_
     assert str(caught.value) == (
         f"runner refused: goal: expected a skill on offer, got 'my-new-one' (valid: {SKILL.id}); "
         "a runner loads its skills when it starts\n"
-        "  try: fairlead down, then fairlead up"
+        "  try: fairlead restart runner"
     )
 
 

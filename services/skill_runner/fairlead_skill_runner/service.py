@@ -163,7 +163,7 @@ class SkillRunner:
             raise RefusedError(
                 self._source,
                 f"{offer}; a runner loads its skills when it starts",
-                "fairlead down, then fairlead up",
+                f"fairlead restart {self._source}",
             )
         check_goal(goal, skill)
         if self._hal is not None:

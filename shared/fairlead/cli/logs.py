@@ -12,12 +12,14 @@ import typer
 
 from fairlead.cli.console import echo, print_json
 from fairlead.cli.deployment_choice import JsonOption, RunningOption, choose_running
-from fairlead.errors import ConfigError
+from fairlead.errors import ConfigError, NoAnswerError, expected
 from fairlead.log_stamp import STAMP_LENGTH
+from fairlead.supervisor import Running
 from fairlead.supervisor.service_log import LogReader
 
 EXAMPLE = "fairlead logs hal -n 50 -f"
 FOLLOW_S = 0.2
+BY_HAND = "a service started by hand prints in the terminal (or unit) that started it"
 
 
 def command(
@@ -36,19 +38,17 @@ def command(
     """Print the newest log lines of a deployment's services, in order of time."""
     if follow and as_json:
         raise ConfigError("logs: --json prints one document, so it cannot --follow")
-    entry = choose_running(deployment) if state_dir is None else None
+    entry = _running(deployment) if state_dir is None else None
     folder = (state_dir or Path(entry.state_dir if entry else "")) / "logs"
     files = {path.stem: path for path in sorted(folder.glob("*.log"))}
     by_hand = entry.by_hand if entry is not None else {}
     if service in by_hand or (by_hand and not files):
-        raise ConfigError(
-            f"logs: {service or ', '.join(by_hand)}: started by hand, so it prints in the "
-            "terminal (or unit) that started it; only `fairlead up` keeps logs"
-        )
+        raise ConfigError(f"logs: {service or ', '.join(by_hand)}: {BY_HAND}")
     if not files:
         raise ConfigError(f"logs: no *.log in {folder}; is that a state folder of `fairlead up`?")
     if service is not None and service not in files:
-        raise ConfigError(f"logs: no service {service!r} (valid: {', '.join(files)})")
+        ran = expected("logs", "a service that `fairlead up` ran", repr(service), files)
+        raise ConfigError(f"{ran}; {BY_HAND}")
     wanted = [service] if service is not None else list(files)
     readers = {one: LogReader(files[one]) for one in wanted}
     newest = {one: reader.newest(lines) for one, reader in readers.items()}
@@ -58,6 +58,15 @@ def command(
     _print(newest)
     if follow:
         _follow(readers)
+
+
+def _running(deployment: str | None) -> Running:
+    try:
+        return choose_running(deployment)
+    except NoAnswerError as error:
+        raise NoAnswerError(
+            f"{error}; of a run that has ended: fairlead logs --state-dir DIR; {BY_HAND}"
+        ) from None
 
 
 def _follow(readers: Mapping[str, LogReader]) -> None:
