@@ -68,7 +68,7 @@ class Reach:
         tool = poses[frame].translation
         linear, angular = [np.zeros((POSTURES, 3))], [np.zeros((POSTURES, 3))]
         for link in self.chain(frame):
-            if link.joint in joints:
+            if link.joint is not None and link.joint in joints:
                 moves = poses[link.name].rotation @ np.array(link.axis) * speeds[link.joint]
                 if link.kind == "prismatic":
                     linear.append(moves)

@@ -2,6 +2,8 @@
 
 #include <iostream>
 #include <memory>
+#include <set>
+#include <string>
 
 #include "config_loader.hpp"
 #include "decisions/header.hpp"
@@ -161,8 +163,10 @@ int report_again(const LogWords& words, json found, const Findings& findings) {
   return found.at("damaged") ? 2 : 0;
 }
 
-std::string in_words(const Verdict& verdict) {
+// Where a limit comes from may be a page of text: it is said once.
+std::string in_words(Verdict verdict, std::set<std::string>& said) {
   if (verdict.outcome == static_cast<std::uint8_t>(Outcome::released)) return "released";
+  if (!said.emplace(verdict.limit_source.view()).second) verdict.limit_source = {};
   return verdict_text(verdict);
 }
 
@@ -193,10 +197,11 @@ int report_otherwise(const LogWords& words, json found, const Limits& limits,
   } else {
     print_head(found);
     std::cout << "under   " << config << " hash " << to_hex(limits.config_hash) << "\n";
+    std::set<std::string> said;
     for (const ChangedVerdict& change : what_if.changed())
       std::cout << "  tick " << change.tick << ": chunk " << change.recorded.seq << " of "
                 << change.recorded.source.view() << " was " << outcome_name(change.recorded.outcome)
-                << "; instead: " << in_words(change.instead) << "\n";
+                << "; instead: " << in_words(change.instead, said) << "\n";
     for (const std::string& note : what_if.notes()) std::cout << "  " << note << "\n";
     std::cout << what_if.changed().size() << " of " << found.at("chunks").get<std::uint64_t>()
               << " verdicts change";
