@@ -96,8 +96,8 @@ def _line(node: yaml.Node | None, place: Place) -> str:
                 if key.value == str(step):
                     mark, node = key.start_mark, value
                     break
-        elif isinstance(node, yaml.SequenceNode) and isinstance(step, int):
-            node = node.value[step]
+        elif isinstance(node, yaml.SequenceNode) and step in range(len(node.value)):
+            node = node.value[int(step)]
             mark = node.start_mark
     return f"{mark.line + 1}:{mark.column + 1}"
 

@@ -99,7 +99,7 @@ def test_nothing_is_started_from_a_file_with(name: str, tmp_path: Path) -> None:
     file = tmp_path / "broken.yaml"
     file.write_text(content, encoding="utf-8")
     done = fairlead("up", str(file), state=tmp_path)
-    check(done, 1, f"ERROR {file}: ", text)
+    check(done, 1, f"ERROR {file}:", text)
     assert done.stdout == ""
 
 

@@ -23,6 +23,7 @@ class Room(BaseModel):
 
     name: str
     lamps: tuple[Lamp, ...] = ()
+    size_m: tuple[float, float] = (1.0, 1.0)
     by_name: dict[str, Lamp | float] = Field(default_factory=dict)
 
 
@@ -32,6 +33,7 @@ class Room(BaseModel):
         ("name: a\nlamps:\n  - watts: 1\n  - watts: -3\n", ["4:5: lamps.1.watts: Input should be"]),
         ("name: a\nlamps: [{watts: 1, no: 2}]\n", ["2:20: lamps.0.no: unknown key"]),
         ("name: a\nlamps:\n  - on: true\n", ["3:5: lamps.0.watts: is missing"]),
+        ("name: a\nsize_m: [1]\n", ["2:1: size_m.1: is missing"]),
         ("# room\nlamps: []\n", ["2:1: name: is missing"]),
         ("name: a\nlamps:\n  - {watts: true}\n", ["3:6: lamps.0.watts: expected a number"]),
         (
