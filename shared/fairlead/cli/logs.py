@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
+from contextlib import ExitStack, closing, suppress
 from pathlib import Path
 from typing import Annotated
 
@@ -50,14 +50,15 @@ def command(
         ran = expected("logs", "a service that `fairlead up` ran", repr(service), files)
         raise ConfigError(f"{ran}; {BY_HAND}")
     wanted = [service] if service is not None else list(files)
-    readers = {one: LogReader(files[one]) for one in wanted}
-    newest = {one: reader.newest(lines) for one, reader in readers.items()}
-    if as_json:
-        print_json(newest)
-        return
-    _print(newest)
-    if follow:
-        _follow(readers)
+    with ExitStack() as stack:
+        readers = {one: stack.enter_context(closing(LogReader(files[one]))) for one in wanted}
+        newest = {one: reader.newest(lines) for one, reader in readers.items()}
+        if as_json:
+            print_json(newest)
+            return
+        _print(newest)
+        if follow:
+            _follow(readers)
 
 
 def _running(deployment: str | None) -> Running:
