@@ -26,6 +26,7 @@ from fairlead.messages import (
     Decision,
     Grant,
     Hold,
+    JointState,
     Lease,
     SafeChunk,
     StopLevel,
@@ -128,6 +129,12 @@ class HalCore:
     def on_unreadable_stop(self, why: str) -> None:
         """Bytes on the stop key that are no stop: somebody wants one, so everything holds."""
         self._stops.demand("unreadable stop", why)
+
+    def on_state_of_another(self, state: JointState) -> None:
+        """A joint state that this HAL did not send: the gate would judge by it."""
+        if state.session == self._session:
+            detail = f"somebody else sends this session's joint states, tick {state.tick}"
+            self._stops.demand("two HALs", detail)
 
     def on_stop_raised(self, cause: str, stop: StopLevel) -> None:
         """Hold the stop that was demanded for ``cause``."""

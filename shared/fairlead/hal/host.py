@@ -103,7 +103,7 @@ class HalHost:
         )
         keys, who = settings.keys, settings.service
         self._desk = ResetDesk(self._core, self._changed, who, clock)
-        self._inbox = HalInbox(self._core, bus, keys, self._changed, clock)
+        self._inbox = HalInbox(self._core, bus, keys, self._changed, clock, self._ticks.is_own)
         self._reset_query = bus.serve_later(
             keys.hal_command("reset_episode"), who, self._desk.handle
         )

@@ -12,7 +12,7 @@ from fairlead.errors import MessageError
 from fairlead.hal.core import HalCore
 from fairlead.hal.lease_follower import OTHER_SESSION
 from fairlead.keys import Keys, last_chunk
-from fairlead.messages import Lease, Message, SafeChunk, StopLevel, decode
+from fairlead.messages import JointState, Lease, Message, SafeChunk, StopLevel, decode
 from fairlead.wire.bus import Bus, Sample, Undeclare
 
 _LOG = logging.getLogger("hal.inbox")
@@ -32,27 +32,38 @@ EXPECTED = frozenset(
 
 
 class HalInbox:
-    """Subscribes to safe chunks, leases and stops and hands them to the core.
+    """Subscribes to safe chunks, leases, stops and others' joint states; hands them to the core.
 
     Runs on the transport's threads; holds ``changed`` only while the core takes a message,
     then wakes the tick loop. Bad messages are counted, and logged once per kind.
+
+    Args:
+        is_own_state: whether a joint state's bytes are what this HAL sent.
 
     Attributes:
         refused: how many messages were not taken, by reason.
     """
 
     def __init__(
-        self, core: HalCore, bus: Bus, keys: Keys, changed: Condition, clock: Callable[[], int]
+        self,
+        core: HalCore,
+        bus: Bus,
+        keys: Keys,
+        changed: Condition,
+        clock: Callable[[], int],
+        is_own_state: Callable[[bytes], bool],
     ) -> None:
         self._core = core
         self._changed = changed
         self._clock = clock
+        self._is_own_state = is_own_state
         self.refused: Counter[str] = Counter()
         self._said: set[tuple[str, int]] = set()
         self._subscriptions: list[Undeclare] = [
             bus.subscribe(keys.lease, self._on_lease),
             bus.subscribe(keys.every_safe, self._on_safe_chunk),
             bus.subscribe(keys.stop, self._on_stop),
+            bus.subscribe(keys.joints, self._on_joints),
         ]
 
     def close(self) -> None:
@@ -83,6 +94,15 @@ class HalInbox:
         with self._changed:
             self._core.on_unreadable_stop(f"{len(sample.payload)} bytes")
             self._changed.notify_all()
+
+    def _on_joints(self, sample: Sample) -> None:
+        if self._is_own_state(sample.payload):
+            return
+        state = self._decode(JointState, sample)
+        if state is not None:
+            with self._changed:
+                self._core.on_state_of_another(state)
+                self._changed.notify_all()
 
     def _take(self, key: str, take: Callable[[], str]) -> None:
         try:

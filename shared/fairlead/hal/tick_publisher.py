@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Sequence
 
 from fairlead.frames import ODOM
@@ -22,6 +23,8 @@ from fairlead.wire.bus import Bus, Publisher, Qos
 
 STATIC_INTERVAL_NS = 1_000_000_000
 """Static transforms are sent again this often, so that a late joiner gets them."""
+STATES_REMEMBERED = 16
+"""Joint states that may come back to their sender, as a session's own do."""
 
 
 class TickPublisher:
@@ -47,6 +50,7 @@ class TickPublisher:
             camera.name: bus.publisher(keys.camera(camera.name), Image, Qos.CAMERA)
             for camera in cameras
         }
+        self._told: deque[bytes] = deque(maxlen=STATES_REMEMBERED)
         self._static = b""
         self._static_due_ns = 0
         self._sent: list[tuple[Publisher, bytes]] = []
@@ -105,7 +109,13 @@ class TickPublisher:
             acted=tuple(acted),
             robot_hash=robot_hash,
         )
-        self._put(self._joints, encode(joints))
+        payload = encode(joints)
+        self._told.append(payload)  # before it is sent: it may come back at once
+        self._put(self._joints, payload)
+
+    def is_own(self, payload: bytes) -> bool:
+        """Whether a joint state is one that this HAL has sent, of late. Any thread may ask."""
+        return payload in tuple(self._told)
 
     def repeat(self, now_ns: int) -> None:
         """Send the whole tick again: static transforms too, joints last, identical bytes.
