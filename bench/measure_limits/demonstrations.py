@@ -10,11 +10,11 @@ import numpy as np
 from bench.measure_limits.driven_robot import DrivenRobot, Moment
 from fairlead.hal.backend import PartCommand
 from fairlead.modes import ControlMode
+from fairlead.policy import Observation
 from fairlead.skill.manifest import load_skill
 from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
 from fairlead_skill_runner.policies.joint_reach import JointReachPolicy
 from fairlead_skill_runner.policies.oracle.policy import OraclePolicy
-from fairlead_skill_runner.policies.protocol import Observation
 from tests.task.episode import commands, true_state
 
 Rows = list[Mapping[str, PartCommand]]

@@ -110,6 +110,7 @@ class PluginGroup:
 
 
 LAYOUTS = PluginGroup("fairlead.layouts", "layout")
+POLICIES = PluginGroup("fairlead.policies", "policy backend")
 
 
 @functools.cache

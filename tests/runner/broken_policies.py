@@ -9,9 +9,8 @@ from typing import Any, Self
 
 import numpy as np
 
-from fairlead.policy import Done, Failed
+from fairlead.policy import Done, Failed, Observation
 from fairlead.skill.manifest import SkillManifest
-from fairlead_skill_runner.policies.protocol import Observation
 
 
 class Misbehaving:

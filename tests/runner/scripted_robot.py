@@ -25,10 +25,10 @@ from fairlead.messages import (
     decode,
     pack_floats,
 )
+from fairlead.policy import Actions
 from fairlead.robot.manifest import load_robot
 from fairlead.skill.manifest import SkillManifest, load_skill
 from fairlead.skill.routes import resolve_routes
-from fairlead_skill_runner.policies.protocol import Actions
 from fairlead_skill_runner.run_core import AskPolicy, Output, RunCore, SendChunk
 from fairlead_skill_runner.run_setup import RunSetup
 

@@ -9,13 +9,12 @@ import numpy as np
 import pytest
 
 from fairlead.errors import ConfigError
-from fairlead.policy import Done, Failed
+from fairlead.policy import Done, Failed, Observation
 from fairlead.robot.footprint import zone_breach
 from fairlead.robot.manifest import RobotManifest, load_robot
 from fairlead.robot.surroundings import BaseSurroundings
 from fairlead.skill.manifest import SkillManifest, load_skill
 from fairlead_skill_runner.policies.go_to import GoToPolicy, read_pose
-from fairlead_skill_runner.policies.protocol import Observation
 
 SKILL = load_skill("go-to")
 ROBOT = load_robot("panda_mobile")

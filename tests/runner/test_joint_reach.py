@@ -10,9 +10,9 @@ import pytest
 
 from fairlead.errors import ConfigError, PolicyError
 from fairlead.messages import FloatArray
+from fairlead.policy import Executed, Observation
 from fairlead.skill.manifest import load_skill
 from fairlead_skill_runner.policies.joint_reach import ACCELERATION_RAD, JointReachPolicy
-from fairlead_skill_runner.policies.protocol import Executed, Observation
 from tests.runner.scripted_robot import SKILL as TWELVE_WIDE
 
 SKILL = load_skill("panda-joint-reach")

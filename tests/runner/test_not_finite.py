@@ -16,18 +16,18 @@ from hypothesis import strategies as st
 from fairlead.errors import PolicyError
 from fairlead.messages import floats
 from fairlead.modes import ControlMode
+from fairlead.plugins import POLICIES
+from fairlead.policy import Observation, Policy
 from fairlead.robot.manifest import load_robot
 from fairlead.skill.action_contract import ActionContract
 from fairlead.skill.manifest import SkillManifest, load_skill
 from fairlead.skill.routes import Route, resolve_routes
 from fairlead.skill.slots import FIELD_RULES
 from fairlead_skill_runner.dispatch import dispatch
-from fairlead_skill_runner.policies.backends import POLICIES
 from fairlead_skill_runner.policies.constant import ConstantPolicy
 from fairlead_skill_runner.policies.go_to import GoToPolicy
 from fairlead_skill_runner.policies.joint_reach import JointReachPolicy
 from fairlead_skill_runner.policies.oracle.policy import OraclePolicy
-from fairlead_skill_runner.policies.protocol import Observation, Policy
 from fairlead_skill_runner.policies.python_file import PythonFilePolicy
 from fairlead_skill_runner.policies.remote.openpi import OpenpiPolicy
 from fairlead_skill_runner.policies.remote.rldx_zmq import RldxZmqPolicy
@@ -186,7 +186,7 @@ def test_a_constant_and_a_recording_likewise(tmp_path: Path, number: float) -> N
 def test_every_backend_is_tried_above_but_those_that_compute_from_a_finite_state() -> None:
     tried = {OpenpiPolicy, RldxZmqPolicy, PythonFilePolicy, ConstantPolicy, ReplayPolicy}
     tried |= {OraclePolicy, JointReachPolicy, GoToPolicy}
-    assert {path.rpartition(":")[2] for path in POLICIES.values()} == {
+    assert {POLICIES.find(name).value.rpartition(":")[2] for name in POLICIES.names()} == {
         backend.__name__ for backend in tried
     }
 

@@ -8,21 +8,31 @@ from typing import Any
 import pytest
 
 from fairlead.errors import ConfigError
-from fairlead_skill_runner.options import check_runner_options
+from fairlead.robot.manifest import load_robot
+from fairlead.skill.manifest import SkillManifest
+from fairlead_skill_runner.offered_skills import OfferedSkills
+from fairlead_skill_runner.options import RunnerOptions, check_runner_options
 
 ORACLE = "oracle-counter-to-cabinet"
+BACKENDS = (
+    "valid: constant, go_to, joint_reach, openpi, oracle, python, replay, rldx_zmq "
+    "from fairlead 0.1.0"
+)
+
+
+def offered(options: RunnerOptions, robot: str = "panda_mobile") -> dict[str, SkillManifest]:
+    return OfferedSkills("runner", options, load_robot(robot), "sim").at_start()
 
 
 def test_by_default_a_runner_offers_every_skill_made_for_its_robot() -> None:
-    options = check_runner_options("runner", {})
-    assert ORACLE in options.manifests("panda_mobile")
-    assert options.manifests("aloha") == {}
+    assert ORACLE in offered(check_runner_options("runner", {}))
+    assert offered(check_runner_options("runner", {}), "dual_panda").keys() == {"dual-panda-lift"}
 
 
 def test_named_skills_and_policies_are_taken() -> None:
     policy = {"backend": "constant", "options": {"row": [0.0] * 12}}
     options = check_runner_options("runner", {"skills": [ORACLE], "policies": {ORACLE: policy}})
-    assert list(options.manifests("panda_mobile")) == [ORACLE]
+    assert list(offered(options)) == [ORACLE]
     assert options.policies[ORACLE].backend == "constant"
 
 
@@ -37,8 +47,7 @@ def test_named_skills_and_policies_are_taken() -> None:
          "(top level): policies: expected one of this runner's skills, got 'x' "
          f"(valid: {ORACLE})"),
         ({"policies": {ORACLE: {"backend": "magic"}}},
-         f"policies.{ORACLE}.backend: Input should be 'oracle', 'joint_reach', 'go_to', "
-         "'replay', 'constant', 'openpi', 'rldx_zmq' or 'python', got 'magic'"),
+         f"policies: {ORACLE}.backend: expected a policy backend, got 'magic' ({BACKENDS})"),
     ],
 )  # fmt: skip
 def test_options_that_do_not_fit_are_named(options: dict[str, Any], text: str) -> None:
@@ -52,13 +61,11 @@ PI05 = "pi05-robocasa365-human300-nf4"
 
 def test_a_server_elsewhere_changes_the_address_and_nothing_else() -> None:
     options = check_runner_options("runner", {"servers": {PI05: "ws://gpu:9000"}})
-    skills = options.manifests("panda_mobile")
-    (replaced,) = options.replaced_policies(skills).items()
+    skills = offered(options)
     own = skills[PI05].policy
-    assert replaced == (
-        PI05,
-        own.model_copy(update={"options": {**own.options, "address": "ws://gpu:9000"}}),
-    )
+    elsewhere = {**own.options, "address": "ws://gpu:9000"}
+    assert options.policy(skills[PI05]) == own.model_copy(update={"options": elsewhere})
+    assert options.policy(skills[ORACLE]) == skills[ORACLE].policy
 
 
 @pytest.mark.parametrize(
@@ -68,7 +75,7 @@ def test_a_server_elsewhere_changes_the_address_and_nothing_else() -> None:
         ("rldx-robocasa", "ws://gpu:1",
          "expected an address such as tcp://127.0.0.1:5555, got 'ws://gpu:1'"),
         (ORACLE, "ws://gpu:1",
-         "expected a skill whose policy is a server, got oracle (valid: openpi, rldx_zmq)"),
+         "expected a skill whose policy is a server, got oracle"),
         ("panda-joint-reach", "ws://gpu:1",
          "expected one of this runner's skills, got 'panda-joint-reach' (valid: "),
     ],
@@ -76,7 +83,7 @@ def test_a_server_elsewhere_changes_the_address_and_nothing_else() -> None:
 def test_a_server_that_does_not_fit_is_refused(skill: str, address: str, text: str) -> None:
     options = check_runner_options("runner", {"servers": {skill: address}})
     with pytest.raises(ConfigError) as caught:
-        options.replaced_policies(options.manifests("panda_mobile"))
+        offered(options)
     assert str(caught.value).startswith(f"runner: servers.{skill}: {text}")
 
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from fairlead.errors import ConfigError, PolicyError
+from fairlead.policy import Observation
 from fairlead_skill_runner.policies.constant import ConstantPolicy
-from fairlead_skill_runner.policies.protocol import Observation
 from fairlead_skill_runner.policies.replay import ReplayPolicy
 from fairlead_skill_runner.trace import TraceRecord, TraceWriter, read_trace
 from tests.runner.scripted_robot import SKILL

@@ -10,10 +10,9 @@ import pytest
 
 from fairlead.errors import PolicyError
 from fairlead.paths import repo_root
-from fairlead.policy import Done, Failed
+from fairlead.plugins import POLICIES, Plugin
+from fairlead.policy import Done, Executed, Failed, Judged, Observation
 from fairlead.skill.manifest import SkillManifest, load_skill
-from fairlead_skill_runner.policies.backends import POLICIES
-from fairlead_skill_runner.policies.protocol import Executed, Judged, Observation
 from fairlead_skill_runner.policy_worker import PolicyWorker
 
 ORACLE = load_skill("oracle-counter-to-cabinet")
@@ -37,7 +36,9 @@ def workers() -> Iterator[list[PolicyWorker]]:
 
 
 def broken(workers: list[PolicyWorker], name: str) -> PolicyWorker:
-    workers.append(PolicyWorker(f"tests.runner.broken_policies:{name}", SKILL, {}))
+    where = f"tests.runner.broken_policies:{name}"
+    policy = Plugin("policy backend", name, where, "the tests")
+    workers.append(PolicyWorker(policy, SKILL, {}))
     return workers[-1]
 
 
@@ -116,13 +117,14 @@ def test_a_policy_that_cannot_be_loaded_says_why(workers: list[PolicyWorker]) ->
     with pytest.raises(PolicyError) as caught:
         broken(workers, "Absent").load()
     assert str(caught.value).startswith(
-        "policy worker: loading failed: policy tests.runner.broken_policies:Absent: "
-        "cannot be imported: module 'tests.runner.broken_policies' has no attribute 'Absent'"
+        "policy worker: loading failed: policy backend 'Absent' of the tests: "
+        "tests.runner.broken_policies:Absent cannot be imported: AttributeError: module "
+        "'tests.runner.broken_policies' has no attribute 'Absent'"
     )
 
 
 def test_options_that_do_not_fit_say_so(workers: list[PolicyWorker]) -> None:
-    worker = PolicyWorker(POLICIES["constant"], SKILL, {"row": [0.0] * 11})
+    worker = PolicyWorker(POLICIES.find("constant"), SKILL, {"row": [0.0] * 11})
     workers.append(worker)
     with pytest.raises(PolicyError) as caught:
         worker.load()

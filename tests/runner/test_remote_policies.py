@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 from fairlead.errors import ConfigError, PolicyError
+from fairlead.plugins import POLICIES
+from fairlead.policy import Observation
 from fairlead.skill.manifest import SkillManifest, load_skill
-from fairlead_skill_runner.policies.backends import POLICIES
-from fairlead_skill_runner.policies.protocol import Observation
 from fairlead_skill_runner.policies.remote.openpi import OpenpiPolicy
 from fairlead_skill_runner.policies.remote.rldx_zmq import RldxZmqPolicy
 from fairlead_skill_runner.policy_worker import PolicyWorker
@@ -80,7 +80,7 @@ def worker(closing: list[Any]) -> Callable[..., PolicyWorker]:
     def make(skill_id: str, address: str, **options: float) -> PolicyWorker:
         skill = load_skill(skill_id)
         changed = skill.policy.options | {"address": address} | options
-        closing.append(PolicyWorker(POLICIES[skill.policy.backend], skill, changed))
+        closing.append(PolicyWorker(POLICIES.find(skill.policy.backend), skill, changed))
         return closing[-1]  # type: ignore[no-any-return]
 
     return make

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from fairlead.messages import HELD, Acted, Outcome
-from fairlead_skill_runner.policies.protocol import Executed, Judged
+from fairlead.policy import Executed, Judged
 from tests.runner.scripted_robot import EXECUTED, NO_ROW, Story, joints, layout, story, task
 
 

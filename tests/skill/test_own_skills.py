@@ -12,14 +12,14 @@ import yaml
 
 from fairlead.errors import ConfigError, PolicyError
 from fairlead.paths import rskill_dir
+from fairlead.plugins import POLICIES
+from fairlead.policy import Observation
 from fairlead.robot.manifest import load_robot
 from fairlead.skill.admission import admission_problems
 from fairlead.skill.install import install_skill
 from fairlead.skill.manifest import find_skill, load_skill, read_skill, skill_ids
 from fairlead.skill.python_policy import check_python_policy
 from fairlead.skill.skeleton import skill_skeleton
-from fairlead_skill_runner.policies.backends import POLICIES
-from fairlead_skill_runner.policies.protocol import Observation
 from fairlead_skill_runner.policy_worker import PolicyWorker
 from tests.cli.command import fairlead_here as fairlead
 
@@ -195,7 +195,7 @@ def workers() -> Iterator[list[PolicyWorker]]:
 def worker_of(skill: str, workers: list[PolicyWorker]) -> PolicyWorker:
     manifest = load_skill(skill)
     policy = manifest.policy
-    workers.append(PolicyWorker(POLICIES[policy.backend], manifest, policy.options))
+    workers.append(PolicyWorker(POLICIES.find(policy.backend), manifest, policy.options))
     return workers[-1]
 
 

@@ -11,9 +11,9 @@ import numpy.typing as npt
 from fairlead.hal.backend import PartCommand
 from fairlead.messages import FloatArray
 from fairlead.modes import ControlMode
+from fairlead.policy import Observation
 from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
 from fairlead_skill_runner.policies.oracle.policy import OraclePolicy
-from fairlead_skill_runner.policies.protocol import Observation
 
 DELTA_SCALE = np.array([0.05, 0.05, 0.05, 0.5, 0.5, 0.5])
 BASE_SCALE = np.array([1.0, 1.0, 1.5])

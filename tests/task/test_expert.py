@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from fairlead.errors import PolicyError
+from fairlead.policy import Observation
 from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
 from fairlead_skill_runner.policies.oracle.policy import OraclePolicy
-from fairlead_skill_runner.policies.protocol import Observation
 from tests.task.episode import run_episode, true_state
 
 pytestmark = pytest.mark.simulator

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import logging
-
 from fairlead.robot.manifest import load_robot
 from fairlead.service import ServiceContext, announce_ready, run_service
+from fairlead_skill_runner.offered_skills import OfferedSkills
 from fairlead_skill_runner.options import check_runner_options
 from fairlead_skill_runner.service import SkillRunner
 
@@ -13,22 +12,14 @@ from fairlead_skill_runner.service import SkillRunner
 def serve(context: ServiceContext) -> None:
     """Offer the configured skills until asked to stop."""
     options = check_runner_options(context.name, context.options)
-    skills = options.manifests(context.deployment.robot)
-    if not skills:
-        logging.getLogger(context.name).warning(
-            "no skill is made for %s; make one: fairlead skill new, fairlead skill install, "
-            "fairlead restart %s",
-            context.deployment.robot,
-            context.name,
-        )
+    robot = load_robot(context.deployment.robot)
+    skills = OfferedSkills(context.name, options, robot, context.deployment.profile)
     runner = SkillRunner(
         context.bus,
         context.deployment.keys,
         context.name,
-        load_robot(context.deployment.robot),
-        context.deployment.profile,
+        robot,
         skills,
-        options.replaced_policies(skills),
         context.state_dir / "trace.jsonl" if options.trace else None,
     )
     try:

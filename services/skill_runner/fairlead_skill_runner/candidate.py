@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from fairlead.messages import ActionChunk, encode
+from fairlead.policy import Actions
 from fairlead_skill_runner.chunk_book import SentChunk
 from fairlead_skill_runner.dispatch import dispatch
 from fairlead_skill_runner.intake import Gathered
-from fairlead_skill_runner.policies.protocol import Actions
 from fairlead_skill_runner.run_setup import RunSetup
 
 

@@ -12,8 +12,8 @@ import numpy as np
 
 from fairlead.errors import ConfigError, expected
 from fairlead.messages import ActionPart, pack_floats
+from fairlead.policy import Actions
 from fairlead.skill.routes import Route
-from fairlead_skill_runner.policies.protocol import Actions
 
 
 def dispatch(routes: Sequence[Route], actions: Actions, dim: int) -> tuple[ActionPart, ...]:

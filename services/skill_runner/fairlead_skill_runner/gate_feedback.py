@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from fairlead.messages import Hold, JointState, Outcome, Verdict
+from fairlead.policy import Executed, Judged, Observation
 from fairlead.skill.routes import Route
 from fairlead.wire.verdict_text import describe
-from fairlead_skill_runner.policies.protocol import Executed, Judged, Observation
 
 MAX_TICKS = 32
 """Joint states remembered: a layout is never so much older than the newest of them."""

@@ -10,8 +10,8 @@ import numpy.typing as npt
 
 from fairlead.errors import PolicyError, expected
 from fairlead.messages import Image, LayoutState, TaskState, floats
+from fairlead.policy import Observation
 from fairlead.skill.manifest import ImageSpec, SkillManifest
-from fairlead_skill_runner.policies.protocol import Observation
 
 
 @dataclass(frozen=True)

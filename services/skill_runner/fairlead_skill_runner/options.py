@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import logging
 import re
 from collections.abc import Mapping
 from typing import Any, Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
 from fairlead.checked_model import checked_model
 from fairlead.errors import ConfigError, expected
-from fairlead.skill.manifest import PolicySpec, SkillManifest, load_skill, skill_ids
-from fairlead_skill_runner.policies.remote.server_address import ADDRESS_FORMS
-
-_LOG = logging.getLogger("runner.options")
+from fairlead.plugins import POLICIES
+from fairlead.skill.manifest import PolicySpec, SkillManifest, skill_ids
+from fairlead_skill_runner.policies.backends import server_address
 
 
 class RunnerOptions(BaseModel):
@@ -46,29 +44,26 @@ class RunnerOptions(BaseModel):
             raise ValueError(f"skill {skill}: expected it in policies or in servers, got both")
         return self
 
-    def manifests(self, robot: str) -> dict[str, SkillManifest]:
-        """The manifests of the skills on offer; none if no installed skill is for this robot.
-
-        One that does not load is left out, and the log says why.
-
-        Raises:
-            ConfigError: for a manifest that does not load and is listed in ``skills``.
-        """
-        if self.skills is not None:
-            return {skill: load_skill(skill) for skill in self.skills}
-        found = {}
-        for skill in skill_ids():
+    @field_validator("policies")
+    @classmethod
+    def _known_backends(cls, value: dict[str, PolicySpec]) -> dict[str, PolicySpec]:
+        for skill, policy in value.items():
             try:
-                made = load_skill(skill)
+                POLICIES.find(policy.backend, f"{skill}.backend")
             except ConfigError as error:
-                _LOG.error("skill %s is left out: %s", skill, error)
-                continue
-            if robot in made.embodiments:
-                found[skill] = made
-        return found
+                raise ValueError(str(error)) from None
+        return value
 
-    def replaced_policies(self, skills: Mapping[str, SkillManifest]) -> dict[str, PolicySpec]:
-        """By skill id, what runs instead of the manifest's own policy.
+    def policy(self, skill: SkillManifest) -> PolicySpec:
+        """What runs for a skill: its own policy, or what the options say instead."""
+        own = self.policies.get(skill.id, skill.policy)
+        address = self.servers.get(skill.id)
+        if address is None:
+            return own
+        return PolicySpec(backend=own.backend, options={**own.options, "address": address})
+
+    def check_servers(self, skills: Mapping[str, SkillManifest]) -> None:
+        """Let the addresses of policy servers pass.
 
         Args:
             skills: on offer, by id.
@@ -77,25 +72,17 @@ class RunnerOptions(BaseModel):
             ConfigError: for the server of a skill that is not on offer or has no server, and
                 for an address that does not fit its protocol.
         """
-        served = {
-            skill: _policy_at(skill, skills, address) for skill, address in self.servers.items()
-        }
-        return {**self.policies, **served}
-
-
-def _policy_at(name: str, skills: Mapping[str, SkillManifest], address: str) -> PolicySpec:
-    who = f"runner: servers.{name}"
-    if name not in skills:
-        raise ConfigError(expected(who, "one of this runner's skills", repr(name), skills))
-    policy = skills[name].policy
-    form = ADDRESS_FORMS.get(policy.backend)
-    if form is None:
-        raise ConfigError(
-            expected(who, "a skill whose policy is a server", policy.backend, ADDRESS_FORMS)
-        )
-    if not re.search(form.pattern, address):
-        raise ConfigError(expected(who, f"an address such as {form.example}", repr(address)))
-    return PolicySpec(backend=policy.backend, options={**policy.options, "address": address})
+        for name, address in self.servers.items():
+            who = f"runner: servers.{name}"
+            if name not in skills:
+                raise ConfigError(expected(who, "one of this runner's skills", repr(name), skills))
+            backend = skills[name].policy.backend
+            form = server_address(backend)
+            if form is None:
+                raise ConfigError(expected(who, "a skill whose policy is a server", backend))
+            if not re.search(form.pattern, address):
+                what = f"an address such as {form.example}"
+                raise ConfigError(expected(who, what, repr(address)))
 
 
 def check_runner_options(service: str, options: dict[str, Any]) -> RunnerOptions:

@@ -15,16 +15,16 @@ import traceback
 from multiprocessing.connection import Connection
 
 from fairlead.errors import FairleadError, PolicyError
-from fairlead.policy import Done, Failed
+from fairlead.policy import Done, Failed, Policy
 from fairlead.robot.manifest import load_robot
 from fairlead.skill.manifest import SkillManifest
-from fairlead_skill_runner.policies.backends import policy_class
-from fairlead_skill_runner.policies.protocol import PlannerMaker, Policy
+from fairlead_skill_runner.policies.backends import judges_itself, make_policy
 from fairlead_skill_runner.policy_wire import (
     Answer,
     Ended,
     Infer,
     Load,
+    Loaded,
     Raised,
     Reply,
     Request,
@@ -51,7 +51,7 @@ def main() -> int:
         try:
             if isinstance(request, Load):
                 policy = _load(request)
-                reply: Reply = Answer()
+                reply: Reply = Loaded(judges_itself(policy))
             else:
                 reply = _answer(policy, request)
         except FairleadError as error:
@@ -73,11 +73,9 @@ def _end_with(parent: int) -> None:
 def _load(request: Load) -> Policy:
     skill = SkillManifest.model_validate_json(request.skill)
     options = json.loads(request.options)
-    found = policy_class(request.policy)
-    for_robot: PlannerMaker | None = getattr(found, "for_robot", None)
-    if for_robot is not None:
-        return for_robot(skill, options, load_robot(request.robot), request.profile)
-    return found.from_options(skill, options)
+    return make_policy(
+        request.policy, skill, options, lambda: load_robot(request.robot), request.profile
+    )
 
 
 def _answer(policy: Policy | None, request: Request) -> Reply:

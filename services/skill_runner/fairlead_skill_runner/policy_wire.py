@@ -1,7 +1,7 @@
 """What the runner and its policy worker process say to each other.
 
 msgpack over a socket pair on one host; never pickle. The worker answers every request
-with exactly one `Answer`, `Ended` or `Raised`.
+with exactly one `Loaded`, `Answer`, `Ended` or `Raised`.
 """
 
 from __future__ import annotations
@@ -10,17 +10,17 @@ import msgspec
 import numpy as np
 
 from fairlead.errors import PolicyError
-from fairlead.policy import Done, Failed
-from fairlead_skill_runner.policies.protocol import Actions, Executed, Judged, Observation
+from fairlead.plugins import Plugin
+from fairlead.policy import Actions, Done, Executed, Failed, Judged, Observation
 
 
 class Load(msgspec.Struct, frozen=True, tag=True):
-    """Import ``policy`` (``module:Class``) and build it. skill, options: JSON.
+    """Import ``policy`` and build it. skill, options: JSON.
 
     robot: its id; profile: which of its safety profiles holds.
     """
 
-    policy: str
+    policy: Plugin
     skill: str
     options: str
     robot: str
@@ -77,6 +77,12 @@ class Infer(msgspec.Struct, frozen=True, tag=True):
         return Observation(self.tick, state, self.prompt, images, self.executed, self.judged)
 
 
+class Loaded(msgspec.Struct, frozen=True, tag=True):
+    """The policy is loaded. judges_itself: it says when its goal is reached."""
+
+    judges_itself: bool
+
+
 class Answer(msgspec.Struct, frozen=True, tag=True):
     """Done; the array is empty for everything but `Infer`."""
 
@@ -108,7 +114,7 @@ class Raised(msgspec.Struct, frozen=True, tag=True):
 
 
 Request = Load | Reset | Infer
-Reply = Answer | Ended | Raised
+Reply = Loaded | Answer | Ended | Raised
 
 _ENCODER = msgspec.msgpack.Encoder()
 _REQUESTS: msgspec.msgpack.Decoder[Request] = msgspec.msgpack.Decoder(Request)

@@ -28,7 +28,7 @@ from fairlead.messages import (
     Verdict,
 )
 from fairlead.operate.claim_watch import ClaimWatch
-from fairlead.policy import Done, Failed
+from fairlead.policy import Actions, Done, Failed, Observation
 from fairlead.wire.verdict_text import describe
 from fairlead_skill_runner import results
 from fairlead_skill_runner.candidate import candidate
@@ -37,7 +37,6 @@ from fairlead_skill_runner.gate_feedback import GateFeedback
 from fairlead_skill_runner.intake import Gathered, Intake
 from fairlead_skill_runner.layout_watch import LayoutWatch
 from fairlead_skill_runner.observation_schedule import ObservationSchedule
-from fairlead_skill_runner.policies.protocol import Actions, Observation
 from fairlead_skill_runner.run_setup import RunSetup
 
 QUIET_S = 0.5  # without released rows for so long, the phase says what is awaited

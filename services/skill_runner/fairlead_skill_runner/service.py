@@ -5,11 +5,11 @@ from __future__ import annotations
 import logging
 import secrets
 import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TypeVar
 
-from fairlead.errors import RefusedError, expected
+from fairlead.errors import RefusedError
 from fairlead.keys import Keys
 from fairlead.messages import (
     ActionChunk,
@@ -32,13 +32,12 @@ from fairlead.messages import (
 )
 from fairlead.robot.manifest import RobotManifest
 from fairlead.skill.admission import require_admission
-from fairlead.skill.manifest import PolicySpec, SkillManifest
+from fairlead.skill.manifest import SkillManifest
 from fairlead.wire.bus import Bus, Qos, Sample
 from fairlead_skill_runner.goal_check import check_goal
 from fairlead_skill_runner.goal_run import GoalRun, Surroundings, no_goal
 from fairlead_skill_runner.heartbeat import HeartbeatThread
-from fairlead_skill_runner.policies.backends import POLICIES
-from fairlead_skill_runner.policy_worker import PolicyWorker
+from fairlead_skill_runner.offered_skills import OfferedSkills
 from fairlead_skill_runner.run_core import Output, RunCore
 
 FEEDBACK_S = 0.5
@@ -52,8 +51,6 @@ class SkillRunner:
     """Runs one goal at a time.
 
     Args:
-        profile: the robot's safety profile that holds.
-        policies: by skill id, a policy to run instead of the manifest's own.
         trace_file: where each goal writes what its policy saw and said; None: nowhere.
     """
 
@@ -63,18 +60,13 @@ class SkillRunner:
         keys: Keys,
         source: str,
         robot: RobotManifest,
-        profile: str,
-        skills: Mapping[str, SkillManifest],
-        policies: Mapping[str, PolicySpec],
+        skills: OfferedSkills,
         trace_file: Path | None = None,
     ) -> None:
         self._bus, self._keys, self._source = bus, keys, source
         self._robot, self._skills = robot, skills
         self._log = logging.getLogger(source)
-        self._workers = {
-            name: _worker(skill, policies.get(name, skill.policy), robot, profile)
-            for name, skill in skills.items()
-        }
+        self._heard: set[str] = set()
         self._hal: HalStatus | None = None
         self._goal: GoalRun | None = None
         self._goal_thread: threading.Thread | None = None
@@ -105,14 +97,12 @@ class SkillRunner:
             goal, thread = self._goal, self._goal_thread
         if goal is not None and thread is not None:
             goal.cancel("the runner, which is shutting down")
-            for worker in self._workers.values():
-                worker.close()
+            self._skills.close()
             thread.join()
         self._stopping.set()
         self._feedback_thread.join()
         self._around.heartbeat.close()
-        for worker in self._workers.values():
-            worker.close()
+        self._skills.close()
 
     # --- messages ------------------------------------------------------------------
 
@@ -124,18 +114,20 @@ class SkillRunner:
         self._forward(
             keys.verdict(self._source), Verdict, lambda core, m, now_s: core.on_verdict(m, now_s)
         )
-        for skill in self._skills:
-            self._forward(
-                keys.layout(skill), LayoutState, lambda core, m, now_s: core.on_layout(m, now_s)
-            )
-        cameras = {
-            image.camera for skill in self._skills.values() for image in skill.images.values()
-        }
-        for camera in sorted(cameras):
-            self._forward(
-                keys.camera(camera), Image, lambda core, m, now_s: core.on_image(m, now_s)
-            )
         self._bus.subscribe(keys.hal_status, self._on_hal_status)
+        for skill in self._skills.at_start().values():
+            self._hear(skill)
+
+    def _hear(self, skill: SkillManifest) -> None:
+        """Subscribe to the layout and the cameras of a skill, each key once."""
+        keys = self._keys
+        layout, cameras = keys.layout(skill.id), {image.camera for image in skill.images.values()}
+        for key in {layout, *map(keys.camera, cameras)} - self._heard:
+            self._heard.add(key)
+            if key == layout:
+                self._forward(key, LayoutState, lambda core, m, now_s: core.on_layout(m, now_s))
+            else:
+                self._forward(key, Image, lambda core, m, now_s: core.on_image(m, now_s))
 
     def _forward(self, key: str, kind: type[M], handle: Handle[M]) -> None:
         def on_sample(sample: Sample) -> None:
@@ -157,14 +149,7 @@ class SkillRunner:
 
     def _on_goal(self, payload: bytes) -> GoalAccepted:
         goal = decode(Goal, payload)
-        skill = self._skills.get(goal.skill)
-        if skill is None:
-            offer = expected("goal", "a skill on offer", repr(goal.skill), self._skills)
-            raise RefusedError(
-                self._source,
-                f"{offer}; a runner loads its skills when it starts",
-                f"fairlead restart {self._source}",
-            )
+        skill = self._skills.find(goal.skill)
         check_goal(goal, skill)
         if self._hal is not None:
             require_admission(skill, self._robot, self._hal)
@@ -178,7 +163,8 @@ class SkillRunner:
                     "fairlead status",
                 )
             goal_id = secrets.randbits(64) or 1
-            run = GoalRun(self._around, goal_id, goal, skill, self._workers[skill.id])
+            self._hear(skill)
+            run = GoalRun(self._around, goal_id, goal, skill, self._skills.worker(skill))
             self._goal = run
             self._goal_thread = threading.Thread(target=run.run, name="goal", daemon=True)
             self._goal_thread.start()
@@ -215,9 +201,3 @@ class SkillRunner:
                 if last is not None and feedback.last_refusal not in ("", last[2]):
                     self._log.warning("%s", feedback.last_refusal)
                 last, quiet_s = seen, 0.0
-
-
-def _worker(
-    skill: SkillManifest, policy: PolicySpec, robot: RobotManifest, profile: str
-) -> PolicyWorker:
-    return PolicyWorker(POLICIES[policy.backend], skill, policy.options, robot.id, profile)

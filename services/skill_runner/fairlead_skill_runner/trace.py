@@ -12,7 +12,7 @@ import numpy as np
 from fairlead.errors import ConfigError
 from fairlead.line_writer import LineWriter
 from fairlead.messages import FloatArray
-from fairlead_skill_runner.policies.protocol import Actions
+from fairlead.policy import Actions
 
 
 class _Line(msgspec.Struct, forbid_unknown_fields=True):

@@ -8,10 +8,10 @@ from fairlead.skill.manifest import SkillManifest
 
 def policy_problems(skill: SkillManifest) -> list[str]:
     """Every reason why the skill's policy could not be loaded with its options; empty if none."""
-    from fairlead_skill_runner.policies.option_check import check_policy_options
+    from fairlead_skill_runner.policies.backends import check_policy_options
 
     try:
         check_policy_options(skill)
     except ConfigError as error:
-        return [f"policy.options: {error}"]
+        return [str(error)]
     return []

@@ -6,6 +6,7 @@ from fairlead.cli.console import print_json, print_table
 from fairlead.cli.deployment_choice import JsonOption
 from fairlead.cli.robot_choice import RobotOption
 from fairlead.errors import ConfigError
+from fairlead.plugins import POLICIES
 from fairlead.robot.manifest import RobotManifest, load_robot
 from fairlead.skill.admission import admission_problems
 from fairlead.skill.manifest import load_skill, skill_ids
@@ -42,6 +43,9 @@ def _why(skill: str, robot: str, reasons: list[str]) -> str:
 def skill_problems(name: str, robot: RobotManifest) -> list[str]:
     """Every reason against running one skill on a robot; a broken manifest is one."""
     try:
-        return admission_problems(load_skill(name), robot)
+        skill = load_skill(name)
+        problems = admission_problems(skill, robot)
+        POLICIES.find(skill.policy.backend, "policy.backend")
     except ConfigError as error:
         return [str(error)]
+    return problems

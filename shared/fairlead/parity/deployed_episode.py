@@ -20,7 +20,7 @@ from fairlead.parity.episode_trace import EpisodeTrace
 from fairlead.supervisor.scratch import ScratchOptions, make_scratch
 
 if TYPE_CHECKING:
-    from fairlead_skill_runner.policies.protocol import Actions
+    from fairlead.policy import Actions
     from fairlead_skill_runner.trace import TraceRecord
 
 

@@ -11,13 +11,14 @@ import numpy as np
 from fairlead.deploy.deployment import Deployment
 from fairlead.messages import ResetEpisodeReply
 from fairlead.parity.episode_trace import EpisodeTrace
-from fairlead.policy import Done, Failed
+from fairlead.plugins import POLICIES
+from fairlead.policy import Done, Failed, Observation
 from fairlead.robot.manifest import load_robot
 from fairlead.skill.manifest import SkillManifest
 
 if TYPE_CHECKING:
+    from fairlead.policy import Policy
     from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
-    from fairlead_skill_runner.policies.protocol import Policy
     from fairlead_state_assembler import LocalAssembler
 
 
@@ -39,7 +40,6 @@ def local_episode(
     """
     from fairlead_hal_sim.hal_options import read_options
     from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
-    from fairlead_skill_runner.policies.protocol import Observation
     from fairlead_state_assembler import LocalAssembler
 
     robot = load_robot(deployment.robot)
@@ -91,9 +91,9 @@ def _has_succeeded(backend: RobosuiteBackend) -> bool:
 
 
 def _make_policy(skill: SkillManifest) -> Policy:
-    from fairlead_skill_runner.policies.backends import POLICIES, policy_class
+    from fairlead_skill_runner.policies.backends import policy_class
 
-    kind = policy_class(POLICIES[skill.policy.backend])
+    kind = policy_class(POLICIES.find(skill.policy.backend))
     policy = kind.from_options(skill, skill.policy.options)
     policy.reset()
     return policy

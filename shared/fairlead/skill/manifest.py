@@ -18,17 +18,18 @@ from fairlead.skill.slots import MODE_NAMES
 from fairlead.skill.state_contract import StateContract
 from fairlead.yaml_file import load_yaml
 
-PolicyBackend = Literal[
-    "oracle", "joint_reach", "go_to", "replay", "constant", "openpi", "rldx_zmq", "python"
-]
-
 
 class PolicySpec(BaseModel):
-    """Which policy runs; ``options`` are checked by that policy."""
+    """Which policy runs.
+
+    backend: a name that an installed package registers in ``fairlead.policies``; only where the
+        policy runs has that package to be installed.
+    options: checked by that policy.
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
-    backend: PolicyBackend
+    backend: str = Field(min_length=1)
     options: dict[str, JsonValue] = Field(default_factory=dict)
 
 

@@ -1,34 +1,91 @@
-"""Which class stands behind the name of a policy backend in a manifest."""
+"""Which class stands behind the name of a policy backend, and what it says of itself."""
 
 from __future__ import annotations
 
-import importlib
+from collections.abc import Callable, Mapping
+
+from pydantic import JsonValue
 
 from fairlead.errors import ConfigError
-from fairlead_skill_runner.policies.protocol import Policy
+from fairlead.plugins import POLICIES, Plugin
+from fairlead.policy import Policy, ServerAddress
+from fairlead.robot.manifest import RobotManifest
+from fairlead.skill.manifest import SkillManifest
 
-POLICIES = {
-    "oracle": "fairlead_skill_runner.policies.oracle.policy:OraclePolicy",
-    "joint_reach": "fairlead_skill_runner.policies.joint_reach:JointReachPolicy",
-    "go_to": "fairlead_skill_runner.policies.go_to:GoToPolicy",
-    "replay": "fairlead_skill_runner.policies.replay:ReplayPolicy",
-    "python": "fairlead_skill_runner.policies.python_file:PythonFilePolicy",
-    "constant": "fairlead_skill_runner.policies.constant:ConstantPolicy",
-    "openpi": "fairlead_skill_runner.policies.remote.openpi:OpenpiPolicy",
-    "rldx_zmq": "fairlead_skill_runner.policies.remote.rldx_zmq:RldxZmqPolicy",
-}
-"""Backend name in a manifest -> ``module:Class``, so that only the worker imports it."""
+PlannerMaker = Callable[[SkillManifest, Mapping[str, JsonValue], RobotManifest, str], Policy]
+"""``for_robot`` of a `fairlead.policy.PolicyOfRobot`."""
 
 
-def policy_class(path: str) -> type[Policy]:
-    """Import the class at ``module:Class``.
+def policy_class(plugin: Plugin) -> type[Policy]:
+    """Import a policy's class.
 
     Raises:
-        ConfigError: if there is no such module or class.
+        ConfigError: naming its package, if it cannot be imported or is no policy.
     """
-    module, _, name = path.partition(":")
-    try:
-        found: type[Policy] = getattr(importlib.import_module(module), name)
-    except (ImportError, AttributeError) as error:
-        raise ConfigError(f"policy {path}: cannot be imported: {error}") from None
+    found = plugin.load()
+    is_made = hasattr(found, "from_options") or hasattr(found, "for_robot")
+    if not isinstance(found, type) or not is_made:
+        raise plugin.refuse("a class with from_options (fairlead.policy.Policy)", found)
     return found
+
+
+def make_policy(
+    plugin: Plugin,
+    skill: SkillManifest,
+    options: Mapping[str, JsonValue],
+    robot: Callable[[], RobotManifest],
+    profile: str,
+) -> Policy:
+    """Load a policy.
+
+    Args:
+        robot: loads the robot, for a class that asks for it.
+
+    Raises:
+        ConfigError: for options that do not fit.
+    """
+    found = policy_class(plugin)
+    for_robot: PlannerMaker | None = getattr(found, "for_robot", None)
+    if for_robot is not None:
+        policy = for_robot(skill, options, robot(), profile)
+    else:
+        policy = found.from_options(skill, options)
+    if not (hasattr(policy, "infer") and hasattr(policy, "reset")):
+        raise plugin.refuse("from_options to make an object with infer and reset", policy)
+    return policy
+
+
+def check_policy_options(skill: SkillManifest) -> None:
+    """Let a skill's policy pass if its backend is known and its options fit.
+
+    No policy is loaded, no server asked, no file of the skill run.
+
+    Raises:
+        ConfigError: naming every option that does not fit, or the backends there are.
+    """
+    found = policy_class(POLICIES.find(skill.policy.backend, "policy.backend"))
+    try:
+        getattr(found, "check_options", _unchecked)(skill, skill.policy.options)
+    except ConfigError as error:
+        raise ConfigError(f"policy.options: {error}") from None
+
+
+def _unchecked(skill: SkillManifest, options: Mapping[str, JsonValue]) -> None:
+    """What a policy that checks nothing beforehand says of its options."""
+
+
+def server_address(backend: str) -> ServerAddress | None:
+    """How the address of a backend's server is written; None for one without a server.
+
+    Raises:
+        ConfigError: as `policy_class`.
+    """
+    found: ServerAddress | None = getattr(
+        policy_class(POLICIES.find(backend)), "server_address", None
+    )
+    return found
+
+
+def judges_itself(policy: Policy) -> bool:
+    """Whether a policy says itself that its goal is reached."""
+    return bool(getattr(policy, "judges_itself", False))

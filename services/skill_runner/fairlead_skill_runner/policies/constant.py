@@ -10,8 +10,8 @@ from pydantic import BaseModel, ConfigDict, Field, JsonValue
 
 from fairlead.checked_model import checked_model
 from fairlead.errors import ConfigError, expected
+from fairlead.policy import Actions, Observation
 from fairlead.skill.manifest import SkillManifest
-from fairlead_skill_runner.policies.protocol import Actions, Observation
 
 
 class ConstantOptions(BaseModel):
@@ -28,6 +28,11 @@ class ConstantPolicy:
 
     def __init__(self, row: tuple[float, ...], horizon: int) -> None:
         self._actions: Actions = np.tile(np.asarray(row, dtype=np.float32), (horizon, 1))
+
+    @classmethod
+    def check_options(cls, skill: SkillManifest, options: Mapping[str, JsonValue]) -> None:
+        """Raises as `from_options`, which reads nothing but them."""
+        cls.from_options(skill, options)
 
     @classmethod
     def from_options(cls, skill: SkillManifest, options: Mapping[str, JsonValue]) -> Self:

@@ -15,12 +15,11 @@ from pydantic import BaseModel, ConfigDict, Field, JsonValue
 from fairlead.checked_model import checked_model
 from fairlead.errors import ConfigError, PolicyError, expected
 from fairlead.modes import ControlMode
-from fairlead.policy import Done, Failed
+from fairlead.policy import Actions, Done, Failed, Observation
 from fairlead.robot.footprint import zone_breach
 from fairlead.robot.manifest import RobotManifest
 from fairlead.robot.surroundings import BaseSurroundings
 from fairlead.skill.manifest import SkillManifest
-from fairlead_skill_runner.policies.protocol import Actions, Observation
 
 LAYOUT = "base_pose_6d"
 GOAL_FORM = "three numbers 'x y yaw' [m, m, rad]"
@@ -91,6 +90,13 @@ class GoToPolicy:
         self._period_s = 1.0 / skill.rate_hz
         self._frame = skill.state_contract.bindings.world_frame
         self.reset()
+
+    judges_itself = True
+
+    @classmethod
+    def check_options(cls, skill: SkillManifest, options: Mapping[str, JsonValue]) -> None:
+        """Raises `ConfigError` for options or contracts that do not fit."""
+        check_go_to(skill, options)
 
     @classmethod
     def for_robot(

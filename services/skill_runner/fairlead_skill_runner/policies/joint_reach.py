@@ -11,8 +11,8 @@ from pydantic import BaseModel, ConfigDict, Field, JsonValue
 from fairlead.checked_model import checked_model
 from fairlead.errors import ConfigError, PolicyError, expected
 from fairlead.messages import FloatArray
+from fairlead.policy import Actions, Observation
 from fairlead.skill.manifest import SkillManifest
-from fairlead_skill_runner.policies.protocol import Actions, Observation
 
 LAYOUT = "libero"
 ARM_JOINTS = 7
@@ -53,6 +53,11 @@ class JointReachPolicy:
         self._step = options.step_rad
         self._horizon = horizon
         self.reset()
+
+    @classmethod
+    def check_options(cls, skill: SkillManifest, options: Mapping[str, JsonValue]) -> None:
+        """Raises as `from_options`, which reads nothing but them."""
+        cls.from_options(skill, options)
 
     @classmethod
     def from_options(cls, skill: SkillManifest, options: Mapping[str, JsonValue]) -> Self:

@@ -11,13 +11,18 @@ from pydantic import JsonValue
 
 from fairlead.errors import ConfigError, expected
 from fairlead.paths import rskill_dir
+from fairlead.policy import Policy
 from fairlead.skill.manifest import SkillManifest
 from fairlead.skill.python_policy import python_policy_options
-from fairlead_skill_runner.policies.protocol import Policy
 
 
 class PythonFilePolicy:
     """Finds the user's class; what it builds is the policy itself, without a wrapper."""
+
+    @classmethod
+    def check_options(cls, skill: SkillManifest, options: Mapping[str, JsonValue]) -> None:
+        """Raises `ConfigError` for options that do not fit; the file is not looked at."""
+        python_policy_options(options)
 
     @classmethod
     def from_options(cls, skill: SkillManifest, options: Mapping[str, JsonValue]) -> Policy:

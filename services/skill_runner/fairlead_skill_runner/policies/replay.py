@@ -10,8 +10,8 @@ from pydantic import BaseModel, ConfigDict, JsonValue
 
 from fairlead.checked_model import checked_model
 from fairlead.errors import ConfigError, PolicyError, expected
+from fairlead.policy import Actions, Observation
 from fairlead.skill.manifest import SkillManifest
-from fairlead_skill_runner.policies.protocol import Actions, Observation
 from fairlead_skill_runner.trace import read_trace
 
 
@@ -29,6 +29,11 @@ class ReplayPolicy:
     def __init__(self, chunks: list[Actions]) -> None:
         self._chunks = chunks
         self._next = 0
+
+    @classmethod
+    def check_options(cls, skill: SkillManifest, options: Mapping[str, JsonValue]) -> None:
+        """Raises as `from_options`, which reads nothing but them."""
+        cls.from_options(skill, options)
 
     @classmethod
     def from_options(cls, skill: SkillManifest, options: Mapping[str, JsonValue]) -> Self:

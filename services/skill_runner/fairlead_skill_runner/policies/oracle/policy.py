@@ -15,6 +15,7 @@ from pydantic import BaseModel, ConfigDict, Field, JsonValue
 
 from fairlead.checked_model import checked_model
 from fairlead.errors import PolicyError, expected
+from fairlead.policy import Actions, Observation
 from fairlead.skill.manifest import SkillManifest
 from fairlead_skill_runner.policies.oracle.motion import (
     ARM_FULL_SCALE,
@@ -34,7 +35,6 @@ from fairlead_skill_runner.policies.oracle.sight import (
     read_state,
     rotation_between,
 )
-from fairlead_skill_runner.policies.protocol import Actions, Observation
 
 ACTION_DIM = 12
 MODE_ARM = -1.0
@@ -62,6 +62,11 @@ class OraclePolicy:
     def __init__(self, horizon: int = 8) -> None:
         self._horizon = horizon
         self.reset()
+
+    @classmethod
+    def check_options(cls, skill: SkillManifest, options: Mapping[str, JsonValue]) -> None:
+        """Raises as `from_options`, which reads nothing but them."""
+        cls.from_options(skill, options)
 
     @classmethod
     def from_options(cls, skill: SkillManifest, options: Mapping[str, JsonValue]) -> Self:

@@ -13,8 +13,8 @@ from websockets.exceptions import ConnectionClosed, InvalidHandshake
 from websockets.sync.client import ClientConnection, connect
 
 from fairlead.errors import PolicyError, expected
+from fairlead.policy import Actions, Observation, ServerAddress
 from fairlead.skill.manifest import SkillManifest
-from fairlead_skill_runner.policies.protocol import Actions, Observation
 from fairlead_skill_runner.policies.remote.openpi_wire import decode, encode
 from fairlead_skill_runner.policies.remote.served_policy import (
     RemoteOptions,
@@ -25,9 +25,9 @@ from fairlead_skill_runner.policies.remote.served_policy import (
     output_of,
     warm_up_observation,
 )
-from fairlead_skill_runner.policies.remote.server_address import ADDRESS_FORMS
 
 WHO = "openpi policy"
+ADDRESS = ServerAddress(r"^wss?://[^/\s]+(/\S*)?$", "ws://127.0.0.1:8000")
 _MESSAGE_MAX_BYTES = 64 * 2**20
 _CLOSE_TIMEOUT_S = 0.2
 
@@ -35,7 +35,7 @@ _CLOSE_TIMEOUT_S = 0.2
 class OpenpiOptions(RemoteOptions):
     """state_key, prompt_key: their names in the request; pictures have the skill's names."""
 
-    address: str = Field(pattern=ADDRESS_FORMS["openpi"].pattern)
+    address: str = Field(pattern=ADDRESS.pattern)
     state_key: str = "observation/state"
     prompt_key: str = "prompt"
 
@@ -52,6 +52,13 @@ class OpenpiPolicy:
         self._options = options
         self._link: ClientConnection | None = None
         self._open = ExitStack()
+
+    server_address = ADDRESS
+
+    @classmethod
+    def check_options(cls, skill: SkillManifest, options: Mapping[str, JsonValue]) -> None:
+        """Raises `ConfigError` for options that do not fit, alone or with the skill."""
+        check_openpi_options(skill, options)
 
     @classmethod
     def from_options(cls, skill: SkillManifest, options: Mapping[str, JsonValue]) -> Self:

@@ -12,8 +12,8 @@ import zmq
 from pydantic import BaseModel, ConfigDict, Field, JsonValue
 
 from fairlead.errors import ConfigError, PolicyError, expected
+from fairlead.policy import Actions, Observation, ServerAddress
 from fairlead.skill.manifest import SkillManifest
-from fairlead_skill_runner.policies.protocol import Actions, Observation
 from fairlead_skill_runner.policies.remote.rldx_wire import decode, encode
 from fairlead_skill_runner.policies.remote.served_policy import (
     RemoteOptions,
@@ -24,9 +24,9 @@ from fairlead_skill_runner.policies.remote.served_policy import (
     output_of,
     warm_up_observation,
 )
-from fairlead_skill_runner.policies.remote.server_address import ADDRESS_FORMS
 
 WHO = "rldx policy"
+ADDRESS = ServerAddress(r"^tcp://[^/\s:]+:\d+$", "tcp://127.0.0.1:5555")
 _CLOSED_FROM = 0.5
 
 
@@ -52,7 +52,7 @@ class RldxOptions(RemoteOptions):
         actions: names in the order of the action vector.
     """
 
-    address: str = Field(pattern=ADDRESS_FORMS["rldx_zmq"].pattern)
+    address: str = Field(pattern=ADDRESS.pattern)
     language_key: str
     state: dict[str, tuple[int, int]] = Field(min_length=1)
     actions: tuple[NamedAction, ...] = Field(min_length=1)
@@ -70,6 +70,13 @@ class RldxZmqPolicy:
         self._socket: zmq.Socket[bytes] | None = None
         self._monitor: zmq.Socket[bytes] | None = None
         self._session, self._first = secrets.token_hex(8), True
+
+    server_address = ADDRESS
+
+    @classmethod
+    def check_options(cls, skill: SkillManifest, options: Mapping[str, JsonValue]) -> None:
+        """Raises `ConfigError` for options that do not fit, alone or with the skill."""
+        check_rldx_options(skill, options)
 
     @classmethod
     def from_options(cls, skill: SkillManifest, options: Mapping[str, JsonValue]) -> Self:

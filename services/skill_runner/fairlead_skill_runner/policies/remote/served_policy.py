@@ -10,8 +10,8 @@ from pydantic import BaseModel, ConfigDict, Field, JsonValue
 
 from fairlead.checked_model import checked_model
 from fairlead.errors import ConfigError, PolicyError, expected
+from fairlead.policy import Actions, Observation
 from fairlead.skill.manifest import SkillManifest
-from fairlead_skill_runner.policies.protocol import Actions, Observation
 
 
 class RemoteOptions(BaseModel):

@@ -1,0 +1,125 @@
+"""The skills a runner offers, each as its folder says when a goal asks for it."""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import dataclass
+
+from fairlead.errors import ConfigError, RefusedError, expected
+from fairlead.paths import rskill_dir
+from fairlead.plugins import POLICIES
+from fairlead.robot.manifest import RobotManifest
+from fairlead.skill.manifest import SkillManifest, load_skill, skill_ids
+from fairlead_skill_runner.options import RunnerOptions
+from fairlead_skill_runner.policy_worker import PolicyWorker
+
+Stamp = tuple[object, ...]
+
+
+@dataclass(frozen=True)
+class _Loaded:
+    stamp: Stamp
+    worker: PolicyWorker
+
+
+class OfferedSkills:
+    """Manifests and policy processes, read anew when a skill's files have changed.
+
+    Args:
+        source: the runner's name.
+        profile: the robot's safety profile that holds.
+    """
+
+    def __init__(
+        self, source: str, options: RunnerOptions, robot: RobotManifest, profile: str
+    ) -> None:
+        self._source, self._options = source, options
+        self._robot, self._profile = robot, profile
+        self._log = logging.getLogger(source)
+        self._workers: dict[str, _Loaded] = {}
+
+    def at_start(self) -> dict[str, SkillManifest]:
+        """What is on offer now; what cannot be is said in the log.
+
+        Raises:
+            ConfigError: for a skill that the options name, or for options that do not fit it.
+        """
+        found: dict[str, SkillManifest] = {}
+        for name in self._options.skills or skill_ids():
+            try:
+                skill = load_skill(name)
+                if self._offers(skill):
+                    POLICIES.find(self._options.policy(skill).backend, "policy.backend")
+                    found[name] = skill
+            except ConfigError as error:
+                if self._options.skills is not None:
+                    raise
+                self._log.error("skill %s is not on offer: %s", name, error)
+        self._options.check_servers(found)
+        if not found:
+            self._log.warning(
+                "no skill is made for %s; make one: fairlead skill new, fairlead skill install",
+                self._robot.id,
+            )
+        return found
+
+    def find(self, name: str) -> SkillManifest:
+        """A skill as its file says now.
+
+        Raises:
+            RefusedError: it is not on offer, with those that are.
+            ConfigError: its manifest does not fit.
+        """
+        listed = self._options.skills
+        known = name in (skill_ids() if listed is None else listed)
+        skill = load_skill(name) if known else None
+        if skill is None or not self._offers(skill):
+            what = expected("goal", "a skill on offer", repr(name), self._names())
+            raise RefusedError(self._source, what, f"fairlead skill ls --robot {self._robot.id}")
+        return skill
+
+    def worker(self, skill: SkillManifest) -> PolicyWorker:
+        """The policy's process of its last goal, or a new one if a file has changed since.
+
+        Not while a goal of the skill runs.
+
+        Raises:
+            ConfigError: no installed package has its policy backend.
+        """
+        stamp, loaded = _stamp(skill), self._workers.get(skill.id)
+        if loaded is None or loaded.stamp != stamp:
+            policy = self._options.policy(skill)
+            plugin = POLICIES.find(policy.backend, "policy.backend")
+            if loaded is not None:
+                self._log.info("skill %s has changed: its policy is loaded anew", skill.id)
+                loaded.worker.close()
+            worker = PolicyWorker(plugin, skill, policy.options, self._robot.id, self._profile)
+            loaded = self._workers[skill.id] = _Loaded(stamp, worker)
+        return loaded.worker
+
+    def close(self) -> None:
+        """End every policy's process; a call that still runs fails."""
+        for loaded in self._workers.values():
+            loaded.worker.close()
+
+    def _offers(self, skill: SkillManifest) -> bool:
+        return self._options.skills is not None or self._robot.id in skill.embodiments
+
+    def _names(self) -> list[str]:
+        if self._options.skills is not None:
+            return list(self._options.skills)
+        found = []
+        for name in skill_ids():
+            try:
+                if self._offers(load_skill(name)):
+                    found.append(name)
+            except ConfigError:
+                continue  # said in the log when the runner started
+        return found
+
+
+def _stamp(skill: SkillManifest) -> Stamp:
+    """Changes with the manifest and with any Python file of the skill's folder."""
+    folder = rskill_dir(skill.id)
+    files = sorted((str(path), path.stat().st_mtime_ns) for path in folder.rglob("*.py"))
+    return (skill.skill_hash, str(folder.resolve()), *files)

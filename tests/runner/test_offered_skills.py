@@ -1,0 +1,94 @@
+"""What a runner offers: its skills as their files say now, and nothing that cannot run."""
+
+from __future__ import annotations
+
+import logging
+import os
+from pathlib import Path
+
+import pytest
+
+from fairlead.errors import ConfigError, RefusedError
+from fairlead.robot.manifest import load_robot
+from fairlead.skill.skeleton import skill_skeleton
+from fairlead_skill_runner.offered_skills import OfferedSkills
+from fairlead_skill_runner.options import check_runner_options
+
+MOBILE = load_robot("panda_mobile")
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A skill of the user's own, my-wave."""
+    monkeypatch.setenv("FAIRLEAD_SKILLS", str(tmp_path))
+    (tmp_path / "my-wave").mkdir()
+    for name, text in skill_skeleton("my-wave", MOBILE).items():
+        (tmp_path / "my-wave" / name).write_text(text)
+    return tmp_path / "my-wave"
+
+
+def offer(**options: object) -> OfferedSkills:
+    return OfferedSkills("runner", check_runner_options("runner", options), MOBILE, "sim")
+
+
+def edit(file: Path, old: str, new: str) -> None:
+    text = file.read_text()
+    assert old in text
+    file.write_text(text.replace(old, new))
+    stat = file.stat()  # a clock as coarse as an edit is quick would hide it
+    os.utime(file, ns=(stat.st_atime_ns, stat.st_mtime_ns + 1))
+
+
+def test_a_skill_that_did_not_change_keeps_its_policy_and_one_that_did_gets_a_new_one(
+    folder: Path,
+) -> None:
+    skills = offer()
+    first = skills.worker(skills.find("my-wave"))
+    assert skills.worker(skills.find("my-wave")) is first
+    edit(folder / "policy.py", "def reset", "def  reset")
+    second = skills.worker(skills.find("my-wave"))
+    assert second is not first
+    edit(folder / "rskill.yaml", "version: 0.1.0", "version: 0.2.0")
+    changed = skills.find("my-wave")
+    assert changed.version == "0.2.0"
+    assert skills.worker(changed) is not second
+
+
+def test_a_skill_that_came_after_the_start_is_on_offer(folder: Path) -> None:
+    skills = offer()
+    assert "my-wave" in skills.at_start()
+    folder.rename(folder.parent / "away")
+    with pytest.raises(
+        RefusedError, match="expected a skill on offer, got 'my-wave' .valid: go-to"
+    ):
+        skills.find("my-wave")
+    (folder.parent / "away").rename(folder)
+    assert skills.find("my-wave").id == "my-wave"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "text"),
+    [
+        ("  backend: python", "  backend: pyhton",
+         "policy.backend: expected a policy backend, got 'pyhton' (valid: constant, go_to, "
+         "joint_reach, openpi, oracle, python, replay, rldx_zmq from fairlead 0.1.0)"),
+        ("id: my-wave", "idd: my-wave", "idd: unknown key"),
+    ],
+)  # fmt: skip
+def test_a_skill_that_cannot_run_is_said_and_the_others_are_offered(
+    folder: Path, old: str, new: str, text: str, caplog: pytest.LogCaptureFixture
+) -> None:
+    edit(folder / "rskill.yaml", old, new)
+    with caplog.at_level(logging.ERROR):
+        found = offer().at_start()
+    assert "oracle-counter-to-cabinet" in found and "my-wave" not in found
+    assert "skill my-wave is not on offer: " in caplog.text and text in caplog.text
+    with pytest.raises(ConfigError) as caught:
+        offer(skills=["my-wave"]).at_start()
+    assert text in str(caught.value)
+
+
+def test_a_skill_for_another_robot_is_not_on_offer_unless_it_is_named() -> None:
+    with pytest.raises(RefusedError, match="fairlead skill ls --robot panda_mobile"):
+        offer().find("panda-joint-reach")
+    assert offer(skills=["panda-joint-reach"]).find("panda-joint-reach").id == "panda-joint-reach"
