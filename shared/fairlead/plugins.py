@@ -109,6 +109,7 @@ class PluginGroup:
                 yield Plugin(self.what, entry.name, entry.value, package)
 
 
+HALS = PluginGroup("fairlead.hals", "HAL")
 LAYOUTS = PluginGroup("fairlead.layouts", "layout")
 POLICIES = PluginGroup("fairlead.policies", "policy backend")
 

@@ -65,7 +65,7 @@ def faulty_stage(folder: Path) -> Iterator[FaultyStage]:
 
     def command(service: str, words: list[str]) -> list[str]:
         if service == "hal":
-            words = [HAL if word == "fairlead_hal_sim" else word for word in words]
+            words = [HAL if word == "fairlead.hal.serve" else word for word in words]
         return [strict if word == usual else word for word in words]
 
     environment = {"hal": {FAULT_FILE: str(file), "PYTHONPATH": path}}

@@ -1,4 +1,4 @@
-"""Starts ``python -m fairlead_hal_sim`` with the kinematic backend, as a real process."""
+"""Starts ``hal_sim`` with the kinematic backend, as a real process."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ class HalProcess:
     def launch(self, spec: dict[str, Any], state_dir: Path, log: Path) -> subprocess.Popen[bytes]:
         path = log.with_suffix(".yaml")
         path.write_text(yaml.safe_dump(spec))
-        command = [sys.executable, "-m", "fairlead_hal_sim", "--deployment", str(path)]
+        command = [sys.executable, "-m", "fairlead.hal.serve", "--deployment", str(path)]
         command += ["--service", "hal", "--state-dir", str(state_dir)]
         with log.open("wb") as output:
             return subprocess.Popen(

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import re
 import subprocess
-import sys
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 
 from fairlead.messages import JointState, decode, floats
 from fairlead.operate.client import RobotClient
@@ -48,8 +48,6 @@ def running(scratch: Scratch) -> Iterator[None]:
             folder = scratch.state_dir / name
             folder.mkdir()
             command = service_command(scratch.file, scratch.deployment, name, folder)
-            if name == scratch.deployment.hal:
-                command = [sys.executable, str(EXAMPLE), *command[3:]]
             log = ends.enter_context((folder / "log").open("wb"))
             process = subprocess.Popen(
                 command, stdout=log, stderr=subprocess.STDOUT, env=service_environment()
@@ -61,7 +59,12 @@ def running(scratch: Scratch) -> Iterator[None]:
 
 @pytest.mark.processes
 def test_the_example_reaches_the_goal_behind_the_real_gate(tmp_path: Path) -> None:
-    scratch = make_scratch(SOURCE, tmp_path / "state", ScratchOptions(options={"runner": RUNNER}))
+    source = yaml.safe_load(SOURCE.read_text(encoding="utf-8"))
+    listen = source["services"]["hal"]["listen"]
+    source["services"]["hal"] = {"command": ["python", str(EXAMPLE)], "listen": listen}
+    file = tmp_path / "with_a_script.yaml"
+    file.write_text(yaml.safe_dump(source, sort_keys=False), encoding="utf-8")
+    scratch = make_scratch(file, tmp_path / "state", ScratchOptions(options={"runner": RUNNER}))
     with running(scratch), RobotClient(scratch.deployment) as client:
         client.wait_alive(*scratch.deployment.services, timeout_s=60.0)
         client.wait_gate_follows(30.0)

@@ -257,9 +257,8 @@ def test_a_skill_that_was_not_there_when_the_runner_started_is_refused_with_the_
     with pytest.raises(RefusedError) as caught:
         world.bus.query(world.keys.goal("runner"), goal, 10.0)
     assert str(caught.value) == (
-        f"runner refused: goal: expected a skill on offer, got 'my-new-one' (valid: {SKILL.id}); "
-        "a runner loads its skills when it starts\n"
-        "  try: fairlead restart runner"
+        f"runner refused: goal: expected a skill on offer, got 'my-new-one' (valid: {SKILL.id})\n"
+        "  try: fairlead skill ls --robot panda_mobile"
     )
 
 

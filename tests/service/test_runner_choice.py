@@ -58,4 +58,7 @@ def test_a_name_that_is_no_runner_is_refused_with_the_runners() -> None:
 def test_a_deployment_without_a_runner_says_so() -> None:
     hal = {"hal": {"run": "hal_sim", "listen": "tcp/127.0.0.1:7800"}}
     of = Deployment.model_validate({"robot": "panda_mobile", "id": "r", "services": hal})
-    assert refusal(of, "wave") == "deployment: expected at least one skill_runner, got none"
+    assert refusal(of, "wave") == (
+        "deployment r: has no skill_runner, so it runs no skills; a program of your own can claim "
+        "parts: docs/navigation.md"
+    )

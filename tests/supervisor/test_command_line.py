@@ -35,7 +35,7 @@ def test_the_gate_gets_its_compiled_file_and_connects_to_the_services_above_it()
 @pytest.mark.parametrize(
     ("service", "module"),
     [
-        ("hal", "fairlead_hal_sim"),
+        ("hal", "fairlead.hal.serve"),
         ("state_assembler", "fairlead_state_assembler"),
         ("runner", "fairlead_skill_runner"),
     ],

@@ -257,7 +257,7 @@ def test_a_hal_process_with_a_wrong_part_order_ends_with_the_right_one_and_no_tr
     spec["services"]["hal"]["listen"] = f"tcp/127.0.0.1:{free_port()}"
     file = tmp_path / "deployment.yaml"
     file.write_text(yaml.safe_dump(spec))
-    command = [sys.executable, "-m", "fairlead_hal_sim", "--deployment", str(file)]
+    command = [sys.executable, "-m", "fairlead.hal.serve", "--deployment", str(file)]
     command += ["--service", "hal", "--state-dir", str(tmp_path / "state")]
     done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
     said = done.stdout + done.stderr

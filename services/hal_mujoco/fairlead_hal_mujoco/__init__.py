@@ -1,4 +1,4 @@
-"""The HAL of plain MuJoCo models: a process, started by ``python -m fairlead_hal_mujoco``.
+"""The HAL of plain MuJoCo models, ``run: hal_mujoco`` in a deployment file.
 
 Nothing in here is for others to import; robots are connected through `fairlead.hal`.
 """

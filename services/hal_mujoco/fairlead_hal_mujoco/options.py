@@ -1,4 +1,4 @@
-"""Options of ``python -m fairlead_hal_mujoco`` in a deployment file; none is required."""
+"""Options of ``run: hal_mujoco`` in a deployment file; none is required."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The HAL of robosuite simulators: a process, started by ``python -m fairlead_hal_sim``.
+"""The HAL of robosuite simulators, ``run: hal_sim`` in a deployment file.
 
 Nothing in here is for others to import; robots are connected through `fairlead.hal`.
 """

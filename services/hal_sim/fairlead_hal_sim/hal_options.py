@@ -1,4 +1,4 @@
-"""Options of ``python -m fairlead_hal_sim`` in a deployment file."""
+"""Options of ``run: hal_sim`` in a deployment file."""
 
 from __future__ import annotations
 

@@ -52,7 +52,11 @@ class Greeting:
     def _greet(self, gate: GateStatus) -> None:
         self._say("up", f"{self._client.deployment.id} is up; state and logs: {self._folder}")
         if gate.state == GateState.DISARMED:
-            self._say("up", "in another terminal: fairlead run SKILL   (see: fairlead skill ls)")
+            if self._client.deployment.runners:
+                next_step = "fairlead run SKILL   (see: fairlead skill ls)"
+            else:  # no service of the file runs skills
+                next_step = "fairlead status; fairlead arm for a program of your own"
+            self._say("up", f"in another terminal: {next_step}")
         else:
             explain_gate(gate, self._say)
 

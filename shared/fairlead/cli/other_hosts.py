@@ -6,7 +6,7 @@ import threading
 import time
 from collections.abc import Callable, Collection
 
-from fairlead.deploy.deployment import Deployment
+from fairlead.deploy.deployment import EXTERNAL, Deployment
 from fairlead.errors import TransportError
 from fairlead.operate.client import RobotClient
 from fairlead.wire.session import open_patiently
@@ -81,8 +81,13 @@ class OtherHosts:
             names = ", ".join(self._deployment.with_host(name) for name in sorted(missing))
             hosts = sorted({self._deployment.services[name].host for name in missing} - {""})
             there = ", ".join(f"fairlead up FILE --host {host}" for host in hosts)
-            by_hand = ", ".join(f"fairlead service FILE {name}" for name in sorted(missing))
+            by_hand = ", ".join(self._command(name) for name in sorted(missing))
             how = f"start there: {there}" if hosts else f"start with: {by_hand}"
             self._say("up", f"not seen yet: {names}; {how}")
         else:
             self._say("up", "every service that others started is there")
+
+    def _command(self, service: str) -> str:
+        if self._deployment.services[service].run == EXTERNAL:
+            return f"whatever {service} is (run: {EXTERNAL})"
+        return f"fairlead service FILE {service}"

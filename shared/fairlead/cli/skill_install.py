@@ -25,9 +25,9 @@ def command(
 ) -> None:
     """Check a skill, with every reason if it does not fit, and copy it to the user's skills.
 
-    They are in $FAIRLEAD_SKILLS, else ~/.local/share/fairlead/rskills. A runner that is
-    running offers it after its next start.
+    They are in $FAIRLEAD_SKILLS, else ~/.local/share/fairlead/rskills. A runner offers it at its
+    next goal.
     """
     target = install_skill(path, force, policy_problems(read_skill(path)))
     echo(f"installed {target}")
-    echo(f"next: fairlead run {target.name} (a robot that is up has to be started again)")
+    echo(f"next: fairlead run {target.name}")

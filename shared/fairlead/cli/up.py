@@ -52,7 +52,7 @@ def command(
     in any order.
     """
     loaded = load_deployment(deployment)
-    _ = loaded.hal, loaded.only("safety"), loaded.runners  # refused before a start
+    _ = loaded.hal, loaded.only("safety")  # refused before a start
     host = choose_host(loaded, host)
     folder = state_dir or Registry().default_state_dir(running_name(loaded, host))
     stopping = _stop_on_signals()

@@ -17,16 +17,26 @@ from pydantic import (
 from fairlead.deploy.hosts import ROUTER, RouterSpec, endpoint_of, host_problems
 from fairlead.errors import ConfigError, expected
 from fairlead.keys import Keys, check_name
+from fairlead.plugins import HALS
 from fairlead.wire.session import Endpoints
 from fairlead.yaml_file import load_yaml
 
-ServiceKind = Literal["hal_sim", "hal_mujoco", "safety", "state_assembler", "skill_runner"]
+OWN_SERVICES = ("safety", "state_assembler", "skill_runner")
+"""What ``run`` may name besides a HAL."""
+
+EXTERNAL = "external"
+"""``run`` of a HAL that somebody else starts, whatever it is."""
 
 
 class ServiceSpec(BaseModel):
     """One process: what it runs, where it is, and its own options.
 
     Attributes:
+        run: a service of fairlead's, a HAL that an installed package registers in
+            ``fairlead.hals``, or `EXTERNAL`.
+        command: instead of ``run``, a program that is a HAL. It gets ``--deployment``,
+            ``--service`` and ``--state-dir``; ``python`` is the interpreter fairlead runs in, and
+            words that begin with ``./`` or ``../`` are paths from the deployment file's folder.
         listen: its endpoint, where there is no router; else "".
         host: the host it runs on, where there is a router; else "".
         options: checked by the service that reads it.
@@ -34,10 +44,28 @@ class ServiceSpec(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
-    run: ServiceKind
+    run: str = ""
+    command: tuple[str, ...] = ()
     listen: str = ""
     host: str = ""
     options: dict[str, Any] = Field(default_factory=dict)
+
+    @model_validator(mode="after")
+    def _runs_one_thing(self) -> ServiceSpec:
+        if bool(self.run) == bool(self.command):
+            got = "both" if self.run else "neither"
+            raise ValueError(f"expected run or command, got {got}")
+        return self
+
+    @property
+    def is_hal(self) -> bool:
+        """Whether it is the robot's HAL: what is no service of fairlead's is one."""
+        return self.run not in OWN_SERVICES
+
+    @property
+    def what(self) -> str:
+        """What it runs, in a word or a command line."""
+        return self.run or " ".join(self.command)
 
     @field_validator("listen")
     @classmethod
@@ -169,9 +197,16 @@ class Deployment(BaseModel):
         return endpoint_of(self.hosts[self.router.host], self.router.port)
 
     def processes(self, host: str | None) -> list[str]:
-        """What runs on one host, the router first where it lives; without hosts: everything."""
+        """What is started on one host, the router first where it lives; without hosts: everything.
+
+        All but a HAL that somebody else starts.
+        """
         first = [ROUTER] if self.router is not None and self.router.host == host else []
-        here = [name for name, spec in self.services.items() if spec.host == (host or "")]
+        here = [
+            name
+            for name, spec in self.services.items()
+            if spec.host == (host or "") and spec.run != EXTERNAL
+        ]
         return first + here
 
     def with_host(self, service: str) -> str:
@@ -182,27 +217,34 @@ class Deployment(BaseModel):
     @property
     def hal(self) -> str:
         """Name of the one service that is a HAL, whichever it is."""
-        names = [name for name, spec in self.services.items() if spec.run.startswith("hal_")]
-        if len(names) != 1:
-            raise ConfigError(f"deployment: expected exactly one HAL, got {names}")
-        return names[0]
+        found = [f"{name} ({spec.what})" for name, spec in self.services.items() if spec.is_hal]
+        if len(found) != 1:
+            got = ", ".join(found) or "none"
+            raise ConfigError(
+                f"deployment {self.id}: expected exactly one HAL, got {got}; "
+                f"run names one of {', '.join(OWN_SERVICES)}, or a HAL ({HALS.choices()}; or "
+                f"{EXTERNAL})"
+            )
+        return next(name for name, spec in self.services.items() if spec.is_hal)
 
-    def only(self, kind: ServiceKind) -> str:
-        """Name of the one service that runs ``kind``."""
+    def only(self, kind: str) -> str:
+        """Name of the one service that runs ``kind``.
+
+        Raises:
+            ConfigError: none or several do.
+        """
         names = self._running(kind)
         if len(names) != 1:
-            raise ConfigError(f"deployment: expected exactly one {kind}, got {names}")
+            got = ", ".join(names) or "none"
+            raise ConfigError(f"deployment {self.id}: expected exactly one {kind}, got {got}")
         return names[0]
 
     @property
     def runners(self) -> list[str]:
-        """Names of the services that run skills, one or more; each name is a source in keys."""
-        names = self._running("skill_runner")
-        if not names:
-            raise ConfigError("deployment: expected at least one skill_runner, got none")
-        return names
+        """Names of the services that run skills, if any; each name is a source in keys."""
+        return self._running("skill_runner")
 
-    def _running(self, kind: ServiceKind) -> list[str]:
+    def _running(self, kind: str) -> list[str]:
         return [name for name, spec in self.services.items() if spec.run == kind]
 
 
@@ -212,4 +254,18 @@ def load_deployment(path: Path) -> Deployment:
     Raises:
         ConfigError: naming the file and each field that does not fit.
     """
-    return load_yaml(path, Deployment)
+    return _with_paths(load_yaml(path, Deployment), path.parent)
+
+
+def _with_paths(deployment: Deployment, folder: Path) -> Deployment:
+    """The commands' relative paths from the deployment file's folder, made absolute."""
+    services = {
+        name: spec.model_copy(update={"command": tuple(_path(word, folder) for word in words)})
+        for name, spec in deployment.services.items()
+        if (words := spec.command)
+    }
+    return deployment.model_copy(update={"services": {**deployment.services, **services}})
+
+
+def _path(word: str, folder: Path) -> str:
+    return str((folder / word).resolve()) if word.startswith(("./", "../")) else word

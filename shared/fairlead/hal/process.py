@@ -6,6 +6,9 @@ import logging
 import secrets
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Generic, TypeVar
+
+from pydantic import BaseModel
 
 from fairlead.hal.backend import Backend
 from fairlead.hal.camera_feed import CameraFeed
@@ -20,7 +23,9 @@ from fairlead.hal.trace_source import TraceSource
 from fairlead.robot.manifest import RobotManifest, load_robot
 from fairlead.service import ServiceContext, announce_ready
 
-__all__ = ["Equipment", "run_hal"]
+__all__ = ["Equipment", "HalDriver", "run_hal"]
+
+Options = TypeVar("Options", bound=BaseModel)
 
 
 @dataclass(frozen=True)
@@ -39,6 +44,20 @@ class Equipment:
     frames: FrameModel | None = None
 
 
+@dataclass(frozen=True)
+class HalDriver(Generic[Options]):
+    """A HAL behind an entry point in ``fairlead.hals``: a deployment file names it in ``run``.
+
+    options: the model of the ``options`` it takes there, pydantic with ``extra="forbid"``.
+    equip: makes the equipment from the robot, the name of the safety profile that holds, and the
+        checked options. Called once it is sure that this is the robot's only HAL; what takes long
+        to import is best imported in there.
+    """
+
+    options: type[Options]
+    equip: Callable[[RobotManifest, str, Options], Equipment]
+
+
 def run_hal(
     context: ServiceContext, equip: Callable[[RobotManifest], Equipment], *, what: str
 ) -> None:
@@ -46,7 +65,7 @@ def run_hal(
 
     Args:
         equip: makes the equipment, once it is sure that this is the robot's only HAL.
-        what: the backend's name, for the log.
+        what: the HAL's name, for the log.
 
     Raises:
         ConfigError: if the robot has a HAL already, or the backend does not fit it; if frames are
@@ -73,7 +92,7 @@ def run_hal(
         equipment.feed,
         equipment.trace,
     )
-    log.info("session %x, %s, %s backend", session, deployment.pacing, what)
+    log.info("session %x, %s, %s", session, deployment.pacing, what)
     announce_ready(context)
     host.run(context.stopping)
     lock.close()

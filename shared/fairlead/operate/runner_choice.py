@@ -16,6 +16,11 @@ def choose_runner(deployment: Deployment, skill: str, named: str = "") -> str:
         ConfigError: there is no such runner, or not exactly one for the skill.
     """
     runners = deployment.runners
+    if not runners:
+        raise ConfigError(
+            f"deployment {deployment.id}: has no skill_runner, so it runs no skills; a program of "
+            "your own can claim parts: docs/navigation.md"
+        )
     if named:
         if named not in runners:
             who = f"deployment {deployment.id}"

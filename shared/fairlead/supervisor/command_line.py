@@ -8,20 +8,20 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
-from fairlead.deploy.deployment import Deployment, ServiceKind
+from fairlead.deploy.deployment import EXTERNAL, Deployment
 from fairlead.deploy.hosts import ROUTER
 from fairlead.errors import ConfigError
 from fairlead.paths import gate_binary, gate_config
+from fairlead.plugins import HALS
 
 CommandBuilder = Callable[[Path, Deployment, str, Path], list[str]]
 """Gets the deployment's file and content, a service's name and its state folder."""
 
-_MODULES: dict[ServiceKind, str] = {
-    "hal_sim": "fairlead_hal_sim",
-    "hal_mujoco": "fairlead_hal_mujoco",
+_MODULES = {
     "state_assembler": "fairlead_state_assembler",
     "skill_runner": "fairlead_skill_runner",
 }
+_HAL_MODULE = "fairlead.hal.serve"
 
 
 def service_command(
@@ -30,19 +30,32 @@ def service_command(
     """What to execute for one service, or for the router.
 
     Raises:
-        ConfigError: if the gate is not built or its file not compiled.
+        ConfigError: if the gate is not built or its file not compiled; for a HAL that no installed
+            package has, or that somebody else starts.
     """
     if service == ROUTER and deployment.router is not None:
         return [sys.executable, "-m", "fairlead.cli.main", "router", str(deployment_file)]
-    kind = deployment.services[service].run
     if _is_gate(deployment, service):
         return _gate_command(deployment, service, state_dir)
     return [
-        sys.executable, "-m", _MODULES[kind],
+        *_program(deployment, service),
         "--deployment", str(deployment_file),
         "--service", service,
         "--state-dir", str(state_dir),
     ]  # fmt: skip
+
+
+def _program(deployment: Deployment, service: str) -> list[str]:
+    """What a Python service, or a HAL, is started with before its arguments."""
+    spec = deployment.services[service]
+    if spec.command:
+        program, *words = spec.command
+        return [sys.executable if program == "python" else program, *words]
+    if spec.run == EXTERNAL:
+        raise ConfigError(f"service {service}: run is {EXTERNAL}: somebody else starts it")
+    if spec.is_hal:
+        HALS.find(spec.run, f"service {service}: run")
+    return [sys.executable, "-m", _MODULES.get(spec.run, _HAL_MODULE)]
 
 
 def check_gate_file(deployment: Deployment) -> None:

@@ -1,25 +1,16 @@
-"""The simulated HAL: ``python -m fairlead_hal_sim --deployment FILE --service NAME ...``."""
+"""The simulated HAL, as deployment files name it: ``run: hal_sim``."""
 
 from __future__ import annotations
 
-import sys
-
 from fairlead.hal.camera_feed import CameraFeed
 from fairlead.hal.kinematic_backend import KinematicBackend
-from fairlead.hal.process import Equipment, run_hal
+from fairlead.hal.process import Equipment, HalDriver
 from fairlead.robot.manifest import RobotManifest
-from fairlead.service import ServiceContext, run_service
 from fairlead_hal_sim.camera_process import start_camera_process
-from fairlead_hal_sim.hal_options import HalSimOptions, read_options
+from fairlead_hal_sim.hal_options import HalSimOptions
 
 
-def body(context: ServiceContext) -> None:
-    """Build the backend and run the host until the process is asked to stop."""
-    options, profile = read_options(context.name, context.options), context.deployment.profile
-    run_hal(context, lambda robot: _equip(options, robot, profile), what=options.backend)
-
-
-def _equip(options: HalSimOptions, robot: RobotManifest, profile: str) -> Equipment:
+def _equip(robot: RobotManifest, profile: str, options: HalSimOptions) -> Equipment:
     if options.backend == "kinematic":
         kinematic = KinematicBackend(robot, profile, options.frames)
         kinematic.reset(options.seed)
@@ -39,5 +30,4 @@ def _start_cameras(options: HalSimOptions, robot: RobotManifest) -> CameraFeed |
     return start_camera_process(options, 1e9 / robot.tick_period_ns)
 
 
-if __name__ == "__main__":
-    sys.exit(run_service("fairlead_hal_sim", body))
+DRIVER = HalDriver(HalSimOptions, _equip)

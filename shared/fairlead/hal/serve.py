@@ -1,0 +1,42 @@
+"""``python -m fairlead.hal.serve``: the process of a HAL that an installed package brings."""
+
+from __future__ import annotations
+
+import sys
+from typing import Any
+
+from fairlead.checked_model import checked_model
+from fairlead.hal.process import HalDriver, run_hal
+from fairlead.plugins import HALS
+from fairlead.service import ServiceContext, run_service
+
+
+def body(context: ServiceContext) -> None:
+    """Load the HAL that the deployment file names and run it until asked to stop.
+
+    Raises:
+        ConfigError: no installed package has it, it does not load, or the options do not fit it.
+    """
+    name = context.deployment.services[context.name].run
+    driver = hal_driver(name, f"service {context.name}: run")
+    options = checked_model(f"service {context.name}: options", driver.options, context.options)
+    profile = context.deployment.profile
+    run_hal(context, lambda robot: driver.equip(robot, profile, options), what=name)
+
+
+def hal_driver(name: str, who: str) -> HalDriver[Any]:
+    """The HAL of a name, imported from the package that registers it.
+
+    Raises:
+        ConfigError: nobody registers it, with the names there are; or what is behind it is no
+            HAL, naming the package.
+    """
+    plugin = HALS.find(name, who)
+    found = plugin.load()
+    if not isinstance(found, HalDriver):
+        raise plugin.refuse("a fairlead.hal.process.HalDriver", found)
+    return found
+
+
+if __name__ == "__main__":
+    sys.exit(run_service("fairlead-hal", body))
