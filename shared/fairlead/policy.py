@@ -137,9 +137,6 @@ class Policy(Protocol):
     ``check_options(skill, options)``: a class method that raises `ConfigError` for options that
     do not fit, without loading anything; ``fairlead skill check`` and ``install`` call it.
 
-    ``judges_itself = True``: it knows when its goal is reached and says so with `Done`; the task
-    of a simulator is then not asked.
-
     ``server_address``: a `ServerAddress` if the policy is behind a server. A deployment file may
     then say where that is, which replaces the option ``address``.
     """

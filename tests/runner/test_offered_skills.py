@@ -82,7 +82,7 @@ def test_a_skill_that_cannot_run_is_said_and_the_others_are_offered(
     with caplog.at_level(logging.ERROR):
         found = offer().at_start()
     assert "oracle-counter-to-cabinet" in found and "my-wave" not in found
-    assert "skill my-wave is not on offer: " in caplog.text and text in caplog.text
+    assert "skill my-wave is left out: " in caplog.text and text in caplog.text
     with pytest.raises(ConfigError) as caught:
         offer(skills=["my-wave"]).at_start()
     assert text in str(caught.value)

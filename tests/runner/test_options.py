@@ -102,8 +102,8 @@ def test_an_installed_skill_that_does_not_load_is_left_out_by_name_and_the_other
     folder.mkdir()
     (folder / "rskill.yaml").write_text("id: broken\n", encoding="utf-8")
     monkeypatch.setenv("FAIRLEAD_SKILLS", str(tmp_path))
-    assert ORACLE in check_runner_options("runner", {}).manifests("panda_mobile")
+    assert ORACLE in offered(check_runner_options("runner", {}))
     (said,) = caplog.messages
     assert said.startswith(f"skill broken is left out: {folder}/rskill.yaml: 13 problem(s):")
     with pytest.raises(ConfigError, match="broken/rskill.yaml: 13 problem"):
-        check_runner_options("runner", {"skills": ["broken"]}).manifests("panda_mobile")
+        offered(check_runner_options("runner", {"skills": ["broken"]}))

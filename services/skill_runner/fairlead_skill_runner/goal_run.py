@@ -149,9 +149,8 @@ class GoalRun:
             if claim.session != hal.session:
                 return results.new_session(hal.session, claim.session)
             setup = RunSetup.of(
-                around.source, self.goal_id, self._goal, self.skill, routes, hal, claim,
-                judges_itself=self._worker.judges_itself,
-            )  # fmt: skip
+                around.source, self.goal_id, self._goal, self.skill, routes, hal, claim
+            )
             result = self._follow(setup, trace)
             lost = result.kind == "claim_lost"
             return self._with_cause(result) if lost else result

@@ -54,7 +54,7 @@ class OfferedSkills:
             except ConfigError as error:
                 if self._options.skills is not None:
                     raise
-                self._log.error("skill %s is not on offer: %s", name, error)
+                self._log.error("skill %s is left out: %s", name, error)
         self._options.check_servers(found)
         if not found:
             self._log.warning(

@@ -18,13 +18,12 @@ from fairlead.errors import FairleadError, PolicyError
 from fairlead.policy import Done, Failed, Policy
 from fairlead.robot.manifest import load_robot
 from fairlead.skill.manifest import SkillManifest
-from fairlead_skill_runner.policies.backends import judges_itself, make_policy
+from fairlead_skill_runner.policies.backends import make_policy
 from fairlead_skill_runner.policy_wire import (
     Answer,
     Ended,
     Infer,
     Load,
-    Loaded,
     Raised,
     Reply,
     Request,
@@ -51,7 +50,7 @@ def main() -> int:
         try:
             if isinstance(request, Load):
                 policy = _load(request)
-                reply: Reply = Loaded(judges_itself(policy))
+                reply: Reply = Answer()
             else:
                 reply = _answer(policy, request)
         except FairleadError as error:

@@ -1,7 +1,7 @@
 """What the runner and its policy worker process say to each other.
 
 msgpack over a socket pair on one host; never pickle. The worker answers every request
-with exactly one `Loaded`, `Answer`, `Ended` or `Raised`.
+with exactly one `Answer`, `Ended` or `Raised`.
 """
 
 from __future__ import annotations
@@ -77,12 +77,6 @@ class Infer(msgspec.Struct, frozen=True, tag=True):
         return Observation(self.tick, state, self.prompt, images, self.executed, self.judged)
 
 
-class Loaded(msgspec.Struct, frozen=True, tag=True):
-    """The policy is loaded. judges_itself: it says when its goal is reached."""
-
-    judges_itself: bool
-
-
 class Answer(msgspec.Struct, frozen=True, tag=True):
     """Done; the array is empty for everything but `Infer`."""
 
@@ -114,7 +108,7 @@ class Raised(msgspec.Struct, frozen=True, tag=True):
 
 
 Request = Load | Reset | Infer
-Reply = Loaded | Answer | Ended | Raised
+Reply = Answer | Ended | Raised
 
 _ENCODER = msgspec.msgpack.Encoder()
 _REQUESTS: msgspec.msgpack.Decoder[Request] = msgspec.msgpack.Decoder(Request)

@@ -22,7 +22,6 @@ from fairlead_skill_runner.policy_wire import (
     Ended,
     Infer,
     Load,
-    Loaded,
     Raised,
     Request,
     Reset,
@@ -42,9 +41,6 @@ class PolicyWorker:
 
     After a `PolicyError` the process is gone, so a late answer cannot be taken for the
     answer to a later question; `load` starts a new one.
-
-    Attributes:
-        judges_itself: the policy says when its goal is reached; known once it is loaded.
     """
 
     def __init__(
@@ -59,7 +55,6 @@ class PolicyWorker:
             policy, skill.model_dump_json(), json.dumps(dict(options)), robot, profile
         )
         self._skill = skill
-        self.judges_itself = False
         self._process: subprocess.Popen[bytes] | None = None
         self._connection: Connection | None = None
         self._turn = threading.Lock()
@@ -91,9 +86,7 @@ class PolicyWorker:
         )
         theirs.close()
         self._connection = Connection(ours.detach())
-        loaded = self._ask(self._load, "loading", timeout_s, ended)
-        assert isinstance(loaded, Loaded)
-        self.judges_itself = loaded.judges_itself
+        self._ask(self._load, "loading", timeout_s, ended)
 
     def reset(self, ended: threading.Event | None = None) -> None:
         """Tell the policy that a new goal begins; ``ended`` as in `load`.
@@ -116,7 +109,6 @@ class PolicyWorker:
             answer = self._ask(Infer.of(observation), "inference", skill.inference_timeout_s)
             if isinstance(answer, Ended):
                 return answer.end()
-            assert isinstance(answer, Answer)
             try:
                 return check_actions(answer, skill.action_contract.dim, skill.horizon)
             except PolicyError:
@@ -146,7 +138,7 @@ class PolicyWorker:
 
     def _ask(
         self, request: Request, what: str, timeout_s: float, ended: threading.Event | None = None
-    ) -> Loaded | Answer | Ended:
+    ) -> Answer | Ended:
         if self._connection is None:
             raise PolicyError(f"policy worker: {what} asked, but no policy is loaded")
         try:

@@ -57,10 +57,8 @@ class RunSetup:
         routes: tuple[Route, ...],
         hal: HalStatus,
         claim: ClaimReply,
-        *,
-        judges_itself: bool,
     ) -> RunSetup:
-        """Put together what the goal, the manifest, the policy, the HAL and the gate have said."""
+        """Put together what the goal, the manifest, the HAL and the gate have said."""
         return cls(
             source=source,
             goal_id=goal_id,

@@ -84,8 +84,3 @@ def server_address(backend: str) -> ServerAddress | None:
         policy_class(POLICIES.find(backend)), "server_address", None
     )
     return found
-
-
-def judges_itself(policy: Policy) -> bool:
-    """Whether a policy says itself that its goal is reached."""
-    return bool(getattr(policy, "judges_itself", False))

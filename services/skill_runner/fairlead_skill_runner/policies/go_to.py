@@ -91,8 +91,6 @@ class GoToPolicy:
         self._frame = skill.state_contract.bindings.world_frame
         self.reset()
 
-    judges_itself = True
-
     @classmethod
     def check_options(cls, skill: SkillManifest, options: Mapping[str, JsonValue]) -> None:
         """Raises `ConfigError` for options or contracts that do not fit."""
