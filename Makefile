@@ -1,6 +1,6 @@
 # Every target is one script or command: read it there. `make` alone lists them.
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test soak faults coverage mutate sanitize fuzz lint bench wheel clean
+.PHONY: help setup demo check test soak faults coverage mutate sanitize fuzz lint bench wheel clean
 # One at a time: the stages build on each other.
 .NOTPARALLEL:
 
@@ -12,6 +12,9 @@ setup: ## check this machine, install the Python packages, build the gate
 
 demo: setup ## the robot does its task, in the simulator; ARGS=--realtime shows real pacing
 	@.venv/bin/fairlead demo $(ARGS)
+
+check: ## the tests that start no process and no simulator, after a set-up: under two minutes
+	@scripts/test -q -m "not processes and not simulator and not soak"
 
 test: setup ## every test; scripts/test PATH runs some of them
 	@scripts/test

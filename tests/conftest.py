@@ -1,9 +1,13 @@
 """Settings of every test."""
 
+from __future__ import annotations
+
 import os
 import signal
+import sys
 import tempfile
 import tomllib
+from collections.abc import Generator
 from importlib.metadata import distribution
 from pathlib import Path
 
@@ -27,3 +31,32 @@ _registered = {(one.group, one.name, one.value) for one in distribution("fairlea
 for _group, _named in _project["project"]["entry-points"].items():
     if not {(_group, name, value) for name, value in _named.items()} <= _registered:
         pytest.exit(f"{_group} in pyproject.toml has changed; install it: scripts/setup", 2)
+
+# A test's marks say what it starts, so that `make check` can leave it out; one that starts more
+# than it says fails. `git`, which lists the files here, does not count.
+_running: list[pytest.Item] = []
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, object, object]:
+    _running.append(item)
+    try:
+        return (yield)
+    finally:
+        _running.pop()
+
+
+def _refuse_what_is_not_marked(event: str, arguments: tuple[object, ...]) -> None:
+    if not _running:
+        return
+    needed = ""
+    if event in ("subprocess.Popen", "os.posix_spawn", "os.fork", "os.system"):
+        needed = "" if arguments and arguments[0] == "git" else "processes"
+    elif event == "import" and arguments[0] == "robosuite":
+        needed = "simulator"
+    if needed and needed not in _running[-1].keywords:
+        name, what = _running[-1].nodeid, arguments[:2] or event
+        raise RuntimeError(f"{name}: expected the mark `{needed}` of a test that starts {what}")
+
+
+sys.addaudithook(_refuse_what_is_not_marked)

@@ -250,6 +250,7 @@ def test_assembler_that_raises_is_an_error_of_its_layout(monkeypatch: pytest.Mon
     assert (error.value.kind, error.value.name) == ("failed", "human300_16d")
 
 
+@pytest.mark.processes
 def test_public_face_is_free_of_zenoh() -> None:
     import subprocess
     import sys

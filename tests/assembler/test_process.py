@@ -8,6 +8,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
+import pytest
 import yaml
 
 from fairlead.keys import Keys
@@ -19,6 +20,8 @@ from fairlead_state_assembler.core import AssemblerCore
 from fairlead_state_assembler.publishers import Publishers
 from fairlead_state_assembler.skill_view import SkillView
 from tests.assembler.robot_feed import SKILL, RobotFeed, layouts
+
+pytestmark = pytest.mark.processes
 
 KEYS = Keys("panda_mobile")
 DEADLINE_S = 20.0

@@ -9,6 +9,8 @@ import pytest
 
 from tests.cli.command import fairlead_command, fairlead_environment
 
+pytestmark = pytest.mark.processes
+
 ASKED = {
     "fairlead run ora": "oracle-counter-to-cabinet",
     "fairlead skill show panda-j": "panda-joint-reach",

@@ -13,6 +13,8 @@ import pytest
 from fairlead.supervisor.service_log import ServiceLog
 from tests.cli.command import fairlead, fairlead_command, fairlead_environment
 
+pytestmark = pytest.mark.processes
+
 WHEN = "2026-11-23T07:54:0{}.000Z INFO {}: {}"
 
 

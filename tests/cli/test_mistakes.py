@@ -167,6 +167,7 @@ def test_logs_of_a_folder_that_holds_none_says_so(tmp_path: Path) -> None:
     check(done, 1, f"no *.log in {tmp_path / 'logs'}")
 
 
+@pytest.mark.processes
 @pytest.mark.parametrize("order", ["hal,gate", "hal,safety", "hal,hal,safety,runner"])
 def test_a_start_order_must_name_each_service_once(order: str, tmp_path: Path) -> None:
     file = COMPOSE / "panda_mobile_sim.yaml"
@@ -175,6 +176,7 @@ def test_a_start_order_must_name_each_service_once(order: str, tmp_path: Path) -
     check(done, 1, f"start order: {wanted}, got {order.replace(',', ', ')}")
 
 
+@pytest.mark.processes
 @pytest.mark.parametrize("command", ["check", "install"])
 def test_a_misspelt_option_of_a_policy_is_found_before_the_skill_runs(
     command: str, tmp_path: Path

@@ -130,6 +130,7 @@ def read_all(terminal: int) -> str:
     return shown.decode()
 
 
+@pytest.mark.processes
 def test_a_progress_line_is_never_wider_than_the_terminal(tmp_path: Path) -> None:
     program = (
         "import fcntl, struct, sys, termios\n"
@@ -147,6 +148,7 @@ def test_a_progress_line_is_never_wider_than_the_terminal(tmp_path: Path) -> Non
     assert rows[3] == "z" * 300 + "\r\n", "in the end it is left whole"
 
 
+@pytest.mark.processes
 @pytest.mark.parametrize("command", ["status --json", "skill show orcale --json", "why --json"])
 def test_with_json_an_error_is_json_too(command: str, tmp_path: Path) -> None:
     done = fairlead(*command.split(), state=tmp_path)
@@ -155,6 +157,7 @@ def test_with_json_an_error_is_json_too(command: str, tmp_path: Path) -> None:
     assert set(error) == {"kind", "message", "fix"} and error["message"]
 
 
+@pytest.mark.processes
 @pytest.mark.parametrize(
     ("command", "message"),
     [

@@ -14,6 +14,7 @@ from tests.cli.command import fairlead_command, fairlead_environment
 from tests.cli.command import fairlead_here as fairlead
 
 
+@pytest.mark.processes
 @pytest.mark.parametrize("command", ["skill ls", "robot show panda_mobile --json"])
 def test_a_full_disk_is_one_line_and_exit_code_1(command: str, tmp_path: Path) -> None:
     with Path("/dev/full").open("w", encoding="utf-8") as full:
@@ -29,6 +30,7 @@ def test_a_full_disk_is_one_line_and_exit_code_1(command: str, tmp_path: Path) -
     assert (done.returncode, done.stderr) == (1, "ERROR No space left on device\n")
 
 
+@pytest.mark.processes
 def test_a_reader_that_leaves_is_no_error_text(tmp_path: Path) -> None:
     with subprocess.Popen(
         fairlead_command("skill", "ls"),
@@ -95,6 +97,7 @@ def test_what_a_file_says_cannot_steer_the_terminal(tmp_path: Path) -> None:
     assert_harmless(fairlead("up", str(file), state=tmp_path).stderr)
 
 
+@pytest.mark.processes
 def test_what_a_service_printed_cannot_steer_the_terminal(tmp_path: Path) -> None:
     logs = tmp_path / "state" / "logs"
     logs.mkdir(parents=True)

@@ -17,6 +17,8 @@ from tests.differential.comparison import readable, rulings
 from tests.differential.gates import Pair
 from tests.differential.plain import TICK, arm, case, gripper, moving, rest, speeds
 
+pytestmark = pytest.mark.processes
+
 RELEASED, TRUNCATED, REFUSED = Outcome.RELEASED, Outcome.TRUNCATED, Outcome.REFUSED
 UPPER = 2.8973
 OUTSIDE = still(TICK, rest(j1=UPPER + 0.3))

@@ -17,6 +17,8 @@ from tests.differential.core_gate import CaseRefusedError
 from tests.differential.gate_file import MODES
 from tests.differential.gates import Pair
 
+pytestmark = pytest.mark.processes
+
 
 def is_taken(pair: Pair, *overrides: LimitOverride) -> bool:
     state = still(100, np.zeros(len(pair.file.joints) + len(pair.file.passive)))

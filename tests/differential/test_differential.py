@@ -29,10 +29,12 @@ def campaign(pair: Pair) -> Campaign:
     return run_campaign(pair, SEED, COUNT)
 
 
+@pytest.mark.processes
 def test_gate_and_reference_agree_on_every_verdict_and_its_evidence(campaign: Campaign) -> None:
     assert not campaign.disagreements, "\n".join(campaign.disagreements)
 
 
+@pytest.mark.processes
 def test_the_cases_reach_every_outcome_and_every_check_of_rows(campaign: Campaign) -> None:
     assert min(campaign.codes[code] for code in ROW_CODES) >= 2, campaign.codes
     assert min(campaign.outcomes[outcome] for outcome in Outcome) >= 50, campaign.outcomes
@@ -46,6 +48,7 @@ def test_gate_and_reference_agree_on_very_many_chunks(pair: Pair, seed: int) -> 
     assert not found, "\n".join(found)
 
 
+@pytest.mark.processes
 def test_a_gate_with_one_other_limit_is_found_out(panda: Pair, tmp_path: Path) -> None:
     data = json.loads(panda.config.read_text())
     data["joints"][3]["velocity_limit"] *= 1.001

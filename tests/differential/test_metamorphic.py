@@ -19,6 +19,8 @@ from tests.differential.comparison import readable
 from tests.differential.gate_file import JOINT_MODES, GateFile
 from tests.differential.gates import Pair
 
+pytestmark = pytest.mark.processes
+
 SEED = 4711
 COUNT = 60
 LONG_COUNT = 4_000

@@ -20,6 +20,8 @@ from tests.differential.motion_judge import Finding, MotionJudge, check_efforts,
 from tests.differential.motion_walk import MotionMaker, narrowed
 from tests.differential.reference import open_tick
 
+pytestmark = pytest.mark.processes
+
 SEED = 4041
 RUNS = 150
 LONG_RUNS = 20_000

@@ -22,6 +22,8 @@ from tests.differential.gate_file import MODES
 from tests.differential.path_reference import PathReference
 from tests.differential.row_ends import poses_along
 
+pytestmark = pytest.mark.processes
+
 UNREACHABLE = 30
 TICK, EXACT, BETWEEN = 100, 1e-5, 0.011
 PATH_CODES = (24, 26, 30, 31, 32, 33, 34)

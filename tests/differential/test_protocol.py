@@ -16,6 +16,8 @@ from tests.differential.plain_mobile import COMPOSITE, COMPOSITE_PART, REST
 from tests.differential.reference import open_tick
 from tests.differential.runner_walk import FIRST_TICK, RunnerWalk
 
+pytestmark = pytest.mark.processes
+
 WALKS = 150
 LONG_WALKS = 10_000
 MOVES = 60

@@ -17,6 +17,8 @@ from tests.differential.reference import open_tick
 from tests.differential.state_judge import StateJudge
 from tests.differential.states import StateMaker, nudged
 
+pytestmark = pytest.mark.processes
+
 SEED = 815
 RUNS = 120
 LONG_RUNS = 10_000

@@ -18,6 +18,8 @@ from tests.differential.case import Case, Chunk, Measured, PartRows
 from tests.differential.comparison import rulings
 from tests.differential.gates import Pair, pair_of
 
+pytestmark = pytest.mark.processes
+
 TICK, REACH, TURN = 100, 0.5545, 0.4
 LEFT_ARM, LEFT_GRIPPER, _, RIGHT_HAND = range(4)
 POSE, TWIST, BINARY, HAND = 4, 6, 9, 11

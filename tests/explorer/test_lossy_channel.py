@@ -18,6 +18,8 @@ from tests.explorer.real_gate import RealGate
 from tests.explorer.rules import check_history, check_stops, moves, trajectory
 from tests.explorer.world import World
 
+pytestmark = pytest.mark.processes
+
 WEATHERS = {
     "loss_1": Weather(loss=0.01),
     "loss_30": Weather(loss=0.30),

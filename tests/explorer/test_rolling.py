@@ -23,6 +23,8 @@ from tests.explorer.rules import check_history, moves
 from tests.explorer.runner_actor import HORIZON
 from tests.explorer.world import World
 
+pytestmark = pytest.mark.processes
+
 SLIDE_M = 0.02
 FRONT_M = 0.15
 """Of the footprint, ahead of the base's origin."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Sequence
 
+import pytest
 import zenoh
 
 from fairlead.messages import Verdict
@@ -12,6 +13,8 @@ from fairlead.wire.session import Endpoints, ZenohBus
 from tests.faults.proxy import Delivery, FaultProxy, forward
 from tests.gate.mailbox import Mailbox
 from tests.gate.scene import SOURCE, Scene
+
+pytestmark = pytest.mark.processes
 
 CHUNKS = 40
 SAID = [b"fairlead.SafeChunk", b"fairlead.Lease"]

@@ -9,6 +9,8 @@ import pytest
 
 from tests.repo.tree import ROOT
 
+pytestmark = pytest.mark.processes
+
 SOURCE = ROOT / "services" / "safety"
 INSTALLED = """\
 add_library(zenohc::lib INTERFACE IMPORTED)

@@ -22,6 +22,7 @@ KEYS = json.loads((FOLDER / "keys.json").read_text())
 TYPES: dict[str, type[Message]] = {kind.__name__: kind for kind in MESSAGE_TYPES}
 
 
+@pytest.mark.processes
 def test_check_finds_nothing_to_write_in_a_clean_tree() -> None:
     root = FOLDER.parent.parent
     done = subprocess.run(

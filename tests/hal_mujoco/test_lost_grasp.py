@@ -27,6 +27,8 @@ from tests.differential.case import Case, Chunk, PartRows, still
 from tests.differential.core_gate import SESSION, SOURCE, CoreGate
 from tests.hal_mujoco.dual_panda import DualPanda
 
+pytestmark = pytest.mark.processes
+
 GRIPPER, OPENING_MODE = "left_gripper", 10
 OBJECT_M = 0.03
 SLIP_M = 0.005

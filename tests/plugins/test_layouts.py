@@ -9,6 +9,8 @@ from tests.assembler.every_layout import LAYOUT_DIMS
 from tests.plugins.package import fairlead, install, run
 from tests.repo.tree import ROOT
 
+pytestmark = pytest.mark.processes
+
 SAMPLE = (ROOT / "docs" / "examples" / "gripper_pose_8d.py").read_text()
 OURS = (
     "valid: aloha, base_pose_6d, gr1, human300_16d, libero, libero_eef8d, mobile_pick_30d, rc365 "

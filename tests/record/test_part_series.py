@@ -194,6 +194,7 @@ def test_the_timeline_is_a_picture(recording: Recording, tmp_path: Path) -> None
     assert path.read_bytes().startswith(b"\x89PNG") and path.stat().st_size > 10_000
 
 
+@pytest.mark.processes
 def test_a_film_has_one_frame_for_each_tick(tmp_path: Path) -> None:
     import imageio_ffmpeg
 

@@ -26,6 +26,7 @@ def test_block_is_a_slice_of_its_file(path: str, code: str) -> None:
     assert code.strip() in (ROOT / path).read_text()
 
 
+@pytest.mark.processes
 def test_notebook_example_prints_what_the_document_says() -> None:
     done = subprocess.run(
         [sys.executable, "docs/examples/layout_in_a_notebook.py"],

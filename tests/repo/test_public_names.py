@@ -88,6 +88,7 @@ def test_a_name_the_package_does_not_have_is_missing_as_usual() -> None:
         _ = fairlead.load_robott
 
 
+@pytest.mark.processes
 @pytest.mark.parametrize(
     "statement",
     [
@@ -100,6 +101,7 @@ def test_importing_loads_no_simulator_and_no_transport(statement: str) -> None:
     assert loaded_by(statement) == set()
 
 
+@pytest.mark.processes
 def test_talking_to_a_robot_loads_the_transport_and_no_simulator() -> None:
     assert loaded_by("from fairlead import RobotClient; import fairlead.hal.process") == {"zenoh"}
 

@@ -27,11 +27,13 @@ def run(script: str, *arguments: str, **env: str) -> subprocess.CompletedProcess
     )
 
 
+@pytest.mark.processes
 def test_a_machine_that_can_run_the_tests_lacks_nothing_needed() -> None:
     done = run("check-machine")
     assert (done.returncode, "needed:" in done.stdout) == (0, False), done.stdout
 
 
+@pytest.mark.processes
 def test_every_lack_is_named_with_what_was_found_and_its_fix() -> None:
     done = run("check-machine", **UNFIT)
     assert done.returncode == 1
@@ -44,10 +46,12 @@ def test_every_lack_is_named_with_what_was_found_and_its_fix() -> None:
     assert "all at once: sudo apt-get install" in done.stdout
 
 
+@pytest.mark.processes
 def test_the_packages_alone_can_be_listed_for_a_package_manager() -> None:
     assert run("check-machine", "--packages", **UNFIT).stdout.split()[-1] == "g++-12"
 
 
+@pytest.mark.processes
 @pytest.mark.parametrize("script", ["setup", "check-machine", "build-gate", "build-wheel", "lock"])
 def test_an_unknown_argument_is_refused_by_name(script: str) -> None:
     done = run(script, "--no-such-thing")
@@ -55,6 +59,7 @@ def test_an_unknown_argument_is_refused_by_name(script: str) -> None:
     assert "--no-such-thing" in done.stderr
 
 
+@pytest.mark.processes
 @pytest.mark.parametrize("script", ["setup", "check-machine", "build-gate", "build-wheel"])
 def test_help_is_the_comment_at_the_top(script: str) -> None:
     done = run(script, "--help")
@@ -62,6 +67,7 @@ def test_help_is_the_comment_at_the_top(script: str) -> None:
     assert len(done.stdout.splitlines()) >= 4
 
 
+@pytest.mark.processes
 def test_a_build_folder_of_another_checkout_is_built_anew(tmp_path: Path) -> None:
     cache = tmp_path / "CMakeCache.txt"
     cache.write_text("CMAKE_HOME_DIRECTORY:INTERNAL=/moved/services/safety\n")

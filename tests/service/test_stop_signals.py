@@ -12,6 +12,8 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.processes
+
 SCRIPT = Path(__file__).with_name("stubborn_service.py")
 
 Start = Callable[[str], "subprocess.Popen[str]"]

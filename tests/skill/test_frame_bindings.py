@@ -61,6 +61,7 @@ def test_check_and_install_refuse_it(skill: Path, tmp_path: Path) -> None:
         assert OTHERS in said
 
 
+@pytest.mark.processes
 def test_up_drops_it_with_the_reason_and_refuses_to_start_for_it(
     skill: Path, tmp_path: Path
 ) -> None:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections import Counter
 from pathlib import Path
 
+import pytest
+
 from tests.soundness.blocks import Block, blocks_of, kept_work, merged
 from tests.soundness.simulated_campaign import Simulated
 from tests.soundness.usability import Usability
@@ -29,6 +31,7 @@ def test_what_blocks_found_is_added_up_and_the_least_room_is_kept() -> None:
     assert whole.worst["bounds"] == -0.5
 
 
+@pytest.mark.processes
 def test_a_block_that_is_kept_is_not_done_again(tmp_path: Path) -> None:
     block = Block("panda", "usability", 0, 1)
     first = kept_work(block, tmp_path)

@@ -28,6 +28,7 @@ def silent(what: str) -> None:
     """Nobody waits for it."""
 
 
+@pytest.mark.processes
 def test_the_fixed_arm_stays_where_it_may_be_and_its_demonstration_is_released() -> None:
     found = run("panda", Amount(chunks=240, rows=60, episodes=1), silent)
     assert found.kinematic.chunks == 240 and found.kinematic.rows > 500
@@ -46,6 +47,7 @@ def campaign(robot: str, config: Path | None = None) -> KinematicCampaign:
     return KinematicCampaign(driven.robot, [tick.commands for tick in seen], around, config)
 
 
+@pytest.mark.processes
 def test_two_arms_stay_clear_of_each_other() -> None:
     found = campaign("dual_panda").run(120, silent)
     assert found.rows > 200
@@ -59,6 +61,7 @@ def test_the_mobile_robot_stays_where_it_may_be() -> None:
     assert not found.breaches, found.told
 
 
+@pytest.mark.processes
 def test_a_gate_whose_bounds_are_too_wide_is_noticed(tmp_path: Path) -> None:
     file = json.loads(gate_config("panda", "sim").read_text())
     for joint in file["joints"]:
@@ -83,6 +86,7 @@ def two_arms() -> Iterator[LockstepLoop]:
     loop.close()
 
 
+@pytest.mark.processes
 def test_a_robot_beyond_its_box_is_noticed_in_the_simulator(fixed_arm: LockstepLoop) -> None:
     volume = fixed_arm.file["workspace"]["volumes"][0]
     before = volume["lower"]
@@ -93,6 +97,7 @@ def test_a_robot_beyond_its_box_is_noticed_in_the_simulator(fixed_arm: LockstepL
     assert found.told[0].startswith("panda random 0: tick ")
 
 
+@pytest.mark.processes
 def test_a_joint_beyond_its_speed_is_noticed_and_named(two_arms: LockstepLoop) -> None:
     campaign = SimulatedCampaign(two_arms)
     campaign._fastest[:] = 0.01
@@ -101,6 +106,7 @@ def test_a_joint_beyond_its_speed_is_noticed_and_named(two_arms: LockstepLoop) -
     assert "_joint" in campaign.found.told[0]
 
 
+@pytest.mark.processes
 def test_an_episode_is_the_same_again(fixed_arm: LockstepLoop) -> None:
     first, again = SimulatedCampaign(fixed_arm), SimulatedCampaign(fixed_arm)
     for one in (first, again):
@@ -109,6 +115,7 @@ def test_an_episode_is_the_same_again(fixed_arm: LockstepLoop) -> None:
     assert first.found.rows > 10
 
 
+@pytest.mark.processes
 @pytest.mark.parametrize("robot", ["panda", "dual_panda"])
 def test_every_attack_gets_rows_through_and_none_that_cannot_be_read(
     robot: str, fixed_arm: LockstepLoop, two_arms: LockstepLoop
@@ -163,6 +170,7 @@ def test_gentle_random_vectors_of_a_checkpoint_get_through_more_often_than_those
     assert gentle.refused < hard.refused
 
 
+@pytest.mark.processes
 def test_two_arms_that_chase_each_other_have_a_claim_each(two_arms: LockstepLoop) -> None:
     campaign = SimulatedCampaign(two_arms)
     campaign.episode("chase", 2, most_ticks=30)

@@ -14,6 +14,7 @@ from fairlead.supervisor import ServiceEvent
 from tests.supervisor.bench import WAIT_S, Bench, wait_until
 
 
+@pytest.mark.processes
 def test_a_full_disk_loses_lines_of_the_log_and_nothing_else(bench: Bench) -> None:
     log = bench.state_dir / "logs" / "hal.log"
     log.parent.mkdir(parents=True)
@@ -38,6 +39,7 @@ def test_a_full_disk_loses_lines_of_the_log_and_nothing_else(bench: Bench) -> No
     assert bench.supervisor.died() is None
 
 
+@pytest.mark.processes
 def test_a_service_that_cannot_be_started_again_is_tried_later_and_the_others_live(
     bench: Bench,
 ) -> None:
@@ -57,6 +59,7 @@ def test_a_service_that_cannot_be_started_again_is_tried_later_and_the_others_li
     assert bench.supervisor.pid("runner") == runner
 
 
+@pytest.mark.processes
 def test_a_service_that_was_ready_and_died_while_others_start_is_started_again(
     bench: Bench, tmp_path: Path
 ) -> None:
@@ -77,6 +80,7 @@ def test_a_service_that_was_ready_and_died_while_others_start_is_started_again(
     assert [event.kind for event in events][:2] == ["died", "restarted"]
 
 
+@pytest.mark.processes
 def test_a_start_that_takes_too_long_says_how_long_it_waited(bench: Bench) -> None:
     bench.scripts["runner"] = "exec sleep 1000"
     bench.supervisor.start()
@@ -84,6 +88,7 @@ def test_a_start_that_takes_too_long_says_how_long_it_waited(bench: Bench) -> No
         bench.supervisor.wait_ready(1.5, threading.Event())
 
 
+@pytest.mark.processes
 def test_a_restart_on_a_changed_file_names_it(bench: Bench, tmp_path: Path) -> None:
     bench.argument = tmp_path / "gate.json"
     bench.argument.write_text("{}", encoding="utf-8")

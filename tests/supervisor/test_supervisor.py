@@ -16,6 +16,8 @@ from fairlead.errors import ServiceError
 from fairlead.supervisor.process_table import process_id
 from tests.supervisor.bench import STUBBORN, WAIT_S, WITH_A_CHILD, Bench, wait_until
 
+pytestmark = pytest.mark.processes
+
 
 def test_started_services_become_ready_and_are_listed(bench: Bench) -> None:
     bench.supervisor.start()
