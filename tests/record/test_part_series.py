@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import numpy.typing as npt
 import pytest
@@ -19,16 +22,15 @@ from fairlead.messages import (
     Image,
     JointState,
     Outcome,
-    SafeChunk,
-    Transform,
-    TransformBatch,
     Verdict,
+    encode,
     pack_floats,
 )
 from fairlead.modes import ControlMode
 from fairlead.record.film import pixels, write_film
 from fairlead.record.part_series import Panel, held_ticks, panels
-from fairlead.record.recorder import Recorder, Recording, first_outcomes
+from fairlead.record.recorder import Recorder
+from fairlead.record.run_log import Header, Run
 from fairlead.record.timeline import draw_timeline, hold_names, verdict_counts
 from fairlead.robot.manifest import load_robot
 from fairlead.wire.bus import Qos
@@ -41,7 +43,10 @@ ARM, GRIPPER, BASE = (ROBOT.part_names.index(name) for name in ("arm", "gripper"
 
 
 def part(index: int, mode: ControlMode, rows: npt.ArrayLike, active: tuple[int, ...]) -> ActionPart:
-    return ActionPart(part=index, mode=mode, frame_id="", values=pack_floats(rows), active=active)
+    frame = ROBOT.base_frame if index == ARM else ""
+    return ActionPart(
+        part=index, mode=mode, frame_id=frame, values=pack_floats(rows), active=active
+    )
 
 
 def some_parts() -> tuple[ActionPart, ...]:
@@ -51,7 +56,7 @@ def some_parts() -> tuple[ActionPart, ...]:
     return (
         part(ARM, ControlMode.CARTESIAN_DELTA, arm, ()),
         part(GRIPPER, ControlMode.GRIPPER_POSITION, [[0.08], [0.0]], ()),
-        part(BASE, ControlMode.JOINT_VELOCITY, base, (0,)),
+        part(BASE, ControlMode.JOINT_VELOCITY, base, (0, 1)),
     )
 
 
@@ -63,21 +68,14 @@ def candidate(source: str = "runner", start_tick: int = 10) -> ActionChunk:
     )  # fmt: skip
 
 
-def safe(first_tick: int = 11) -> SafeChunk:
-    first = tuple(
-        part(p.part, ControlMode(p.mode), np.frombuffer(p.values)[len(p.values) // 16 :], p.active)
-        for p in some_parts()
-    )
-    return SafeChunk(
-        session=1, epoch=1, claim_id=1, source="runner", verdict_id=9, judged_tick=10,
-        first_tick=first_tick, horizon=1, after=NO_ROW, parts=first,
-    )  # fmt: skip
-
-
-def joints(tick: int, acted: tuple[Acted, ...]) -> JointState:
+def joints(
+    tick: int, acted: tuple[Acted, ...], yaw: float = 0.0, first_joint: float = 0.0
+) -> JointState:
     n = len(ROBOT.measured_joint_names)
     positions, velocities = np.zeros(n), np.zeros(n)
     positions[ROBOT.joint_names.index("panda_gripper")] = 0.001 * tick
+    positions[ROBOT.joint_names.index("base_yaw")] = yaw
+    positions[ROBOT.joint_names.index("panda_joint1")] = first_joint
     velocities[0] = 0.01 * tick
     return JointState(
         session=1, tick=tick, episode_tick=1, stamp_ns=0, positions=pack_floats(positions),
@@ -86,111 +84,128 @@ def joints(tick: int, acted: tuple[Acted, ...]) -> JointState:
     )  # fmt: skip
 
 
-def hand_at(tick: int, x: float) -> TransformBatch:
-    tool = ROBOT.end_effector("gripper").tool_frame
-    pose = Transform(
-        parent=ROBOT.base_frame, child=tool, translation=pack_floats([x, 0.0, 0.0]),
-        rotation_xyzw=pack_floats([0.0, 0.0, 0.0, 1.0]),
-    )  # fmt: skip
-    return TransformBatch(session=1, tick=tick, is_static=False, transforms=(pose,))
-
-
-def verdict(seq: int, outcome: Outcome, code: int = 0, source: str = "runner") -> Verdict:
+def verdict(
+    seq: int, outcome: Outcome, code: int = 0, source: str = "runner", released: int = 0
+) -> Verdict:
     return Verdict(
         verdict_id=seq, session=1, epoch=1, claim_id=1, source=source, seq=seq, outcome=outcome,
         code=code, row=-1, part="", axis="", value=0.0, limit=0.0, margin=0.0, limit_source="",
-        released_first=0, released_last=0, config_hash=NO_HASH, latency_ns=0,
+        released_first=released, released_last=released, config_hash=NO_HASH, latency_ns=0,
     )  # fmt: skip
 
 
+def replace_parts(parts: list[ActionPart]) -> ActionChunk:
+    return msgspec.structs.replace(candidate(), parts=tuple(parts))
+
+
 @pytest.fixture
-def recording() -> Recording:
-    return Recording(
+def run() -> Run:
+    return Run(
+        Header("panda_mobile", "sim", ""),
         joints=[joints(10, (NO_ROW,) * 4), joints(11, (NO_ROW,) * 4), joints(12, (ROW,) * 4)],
-        candidates=[candidate(), candidate(source="other", start_tick=50)],
-        safes=[safe()],
-        verdicts=[verdict(1, Outcome.RELEASED), verdict(2, Outcome.REFUSED, 20)],
-        verdict_ticks=[10, 12],
-        transforms=[hand_at(10, 0.0), hand_at(11, 0.004)],
-    )
+        chunks=[candidate()],
+        verdicts=[(10, verdict(1, Outcome.RELEASED, released=11)),
+                  (12, verdict(2, Outcome.REFUSED, 20))],
+    )  # fmt: skip
 
 
-def by_name(recording: Recording) -> dict[tuple[str, str], Panel]:
-    return {(p.part, p.quantity): p for p in panels(recording, ROBOT, "runner")}
+def by_name(run: Run) -> dict[str, Panel]:
+    return {panel.name: panel for panel in panels(run, ROBOT)}
 
 
-def test_each_quantity_has_its_curves_in_readable_units(recording: Recording) -> None:
-    found = by_name(recording)
-    assert list(found) == [
-        ("arm", "step"), ("arm", "turn"), ("gripper", "opening"), ("base", "base_x"),
+def test_each_quantity_has_its_curves_in_readable_units_and_one_frame(run: Run) -> None:
+    found = by_name(run)
+    assert [(p.name, p.unit, p.frame) for p in found.values()] == [
+        ("arm x", "mm per tick", "base_link"),
+        ("arm y", "mm per tick", "base_link"),
+        ("arm turn z", "mrad per tick", "base_link"),
+        ("gripper opening", "mm", ""),
+        ("base base_x", "m/s", "odom"),
+    ]
+    assert found["arm x"].asked == pytest.approx({10: 30.0, 11: 0.0})
+    assert found["arm y"].asked == pytest.approx({10: 40.0, 11: 0.0})
+    assert found["arm turn z"].asked == pytest.approx({10: 100.0, 11: 0.0})
+    assert found["gripper opening"].asked == {10: 80.0, 11: 0.0}
+    assert found["base base_x"].asked == {10: 0.5, 11: 0.25}
+
+
+def test_released_is_what_the_chunks_first_verdict_names(run: Run) -> None:
+    run.verdicts.append((12, verdict(1, Outcome.REFUSED, 4)))  # a copy, answered again
+    assert by_name(run)["base base_x"].released == {11: 0.25}
+
+
+def test_a_chunk_that_is_made_for_another_robot_has_no_curves(run: Run) -> None:
+    wrong = [
+        ActionPart(part=9, mode=1, frame_id="", values=b"12345678", active=()),
+        ActionPart(part=ARM, mode=77, frame_id="", values=b"", active=()),
+        ActionPart(
+            part=ARM, mode=ControlMode.CARTESIAN_DELTA, frame_id="moon", active=(),
+            values=pack_floats([0.1] * 6),
+        ),
+        ActionPart(part=BASE, mode=ControlMode.JOINT_VELOCITY, frame_id="", values=b"1", active=()),
     ]  # fmt: skip
-    assert found["arm", "step"].proposed == pytest.approx({10: 50.0, 11: 0.0})
-    assert found["arm", "turn"].proposed == pytest.approx({10: 100.0, 11: 0.0})
-    assert found["gripper", "opening"].proposed == {10: 80.0, 11: 0.0}
-    assert found["base", "base_x"].proposed == {10: 0.5, 11: 0.25}
-    assert found["base", "base_x"].released == {11: 0.25}
+    assert panels(replace(run, chunks=[replace_parts(wrong)]), ROBOT) == []
 
 
-def test_measured_velocity_of_a_tick_is_that_of_the_state_after_it(recording: Recording) -> None:
-    assert by_name(recording)["base", "base_x"].measured == pytest.approx(
-        {9: 0.10, 10: 0.11, 11: 0.12}
-    )
+def test_what_was_asked_of_nothing_that_moves_has_no_panel(run: Run) -> None:
+    assert not {"arm z", "arm turn x", "composite composite_mode"} & set(by_name(run))
 
 
-def test_measured_opening_and_hand_motion_come_from_states_and_transforms(
-    recording: Recording,
-) -> None:
-    found = by_name(recording)
-    assert found["gripper", "opening"].measured == pytest.approx({9: 10.0, 10: 11.0, 11: 12.0})
-    assert found["arm", "step"].measured == pytest.approx({10: 4.0})
+def test_the_gain_is_the_declared_one_and_the_share_the_measured_one(run: Run) -> None:
+    base = by_name(run)["base base_x"]
+    assert base.gain == (0.0, 1.0)
+    assert base.share == pytest.approx(0.12 / 0.25)
+    assert by_name(run)["gripper opening"].gain is None
 
 
-def test_another_source_is_left_out(recording: Recording) -> None:
-    assert all(50 not in panel.proposed for panel in by_name(recording).values())
+def test_measured_velocity_of_a_tick_is_that_of_the_state_after_it(run: Run) -> None:
+    assert by_name(run)["base base_x"].measured == pytest.approx({9: 0.10, 10: 0.11, 11: 0.12})
 
 
-def test_a_tick_in_which_every_part_held_is_marked_with_its_reason(recording: Recording) -> None:
-    assert held_ticks(recording) == {9: Hold.NO_ROW, 10: Hold.NO_ROW}
-    assert hold_names(recording) == {"no_row": 2}
+def test_a_slide_that_is_told_against_the_yaw_is_drawn_along_its_own_axis(run: Run) -> None:
+    turned = [joints(tick, (ROW,) * 4, yaw=math.pi / 2) for tick in (10, 11, 12)]
+    found = by_name(replace(run, joints=turned))
+    assert found["base base_y"].asked == pytest.approx({10: -0.5, 11: -0.25})
 
 
-def test_only_the_first_verdict_of_a_chunk_counts(recording: Recording) -> None:
-    recording.verdicts += [verdict(1, Outcome.REFUSED, 4), verdict(1, Outcome.REFUSED, 20, "demo")]
-    recording.verdict_ticks += [10, 10]
-    assert first_outcomes(recording, "runner") == {(1, 1): "released", (1, 2): "refused"}
+def test_measured_opening_and_tool_motion_come_from_the_joints(run: Run) -> None:
+    found = by_name(run)
+    assert found["gripper opening"].measured == pytest.approx({9: 10.0, 10: 11.0, 11: 12.0})
+    turning = [joints(tick, (ROW,) * 4, first_joint=0.1 * tick) for tick in (10, 11, 12)]
+    turn = by_name(replace(run, joints=turning))["arm turn z"]
+    assert turn.measured == pytest.approx({10: 100.0, 11: 100.0})
 
 
-def test_the_timeline_counts_a_chunk_once_however_often_it_was_answered(
-    recording: Recording,
-) -> None:
-    once = verdict_counts(recording)
-    recording.verdicts += [verdict(1, Outcome.RELEASED), verdict(1, Outcome.REFUSED, 20, "demo")]
-    recording.verdict_ticks += [10, 10]
-    assert verdict_counts(recording) == {**once, "refused": once["refused"] + 1}
+def test_a_tick_in_which_every_part_held_is_marked_with_its_reason(run: Run) -> None:
+    assert held_ticks(run) == {9: Hold.NO_ROW, 10: Hold.NO_ROW}
+    assert hold_names(run) == {"no_row": 2}
+    run.joints.append(joints(13, (NO_ROW, ROW, ROW, ROW)))
+    assert 12 in held_ticks(run, ARM) and 12 not in held_ticks(run, BASE)
 
 
-def test_the_recorder_keeps_what_it_hears_and_drops_repeats_of_a_tick() -> None:
+def test_only_the_first_verdict_of_a_chunk_counts(run: Run) -> None:
+    run.verdicts.append((10, verdict(1, Outcome.REFUSED, 4)))
+    run.verdicts.append((10, verdict(1, Outcome.REFUSED, 20, "demo")))
+    assert run.outcomes("runner") == {(1, 1): "released", (1, 2): "refused"}
+    assert verdict_counts(run) == {"released": 1, "refused": 2}
+
+
+def test_the_recorder_keeps_chunks_as_sent_and_pictures() -> None:
     bus, keys = MemoryBus(), Keys("r")
     recorder = Recorder(bus, keys, ["front"])
     image = Image(
         session=1, tick=1, camera="front", width=1, height=1, encoding_name="rgb8", data=b"abc"
     )
-    for tick in (1, 1, 2):
-        bus.publisher(keys.joints, JointState, Qos.HOT).put(joints(tick, ()))
     bus.publisher(keys.candidate("runner"), ActionChunk, Qos.HOT).put(candidate())
-    bus.publisher(keys.safe("runner"), SafeChunk, Qos.HOT).put(safe())
-    bus.publisher(keys.verdict("runner"), Verdict, Qos.HOT).put(verdict(1, Outcome.RELEASED))
     bus.publisher(keys.camera("front"), Image, Qos.CAMERA).put(image)
     heard = recorder.close()
-    bus.publisher(keys.joints, JointState, Qos.HOT).put(joints(3, ()))
-    assert [state.tick for state in heard.joints] == [1, 2]
-    assert heard.candidates == [candidate()] and heard.safes == [safe()]
-    assert (heard.verdict_ticks, heard.images) == ([2], [image])
+    bus.publisher(keys.camera("front"), Image, Qos.CAMERA).put(image)
+    assert (heard.candidate_bytes, heard.images) == ([encode(candidate())], [image])
 
 
-def test_the_timeline_is_a_picture(recording: Recording, tmp_path: Path) -> None:
+def test_the_timeline_is_a_picture(run: Run, tmp_path: Path) -> None:
     path = tmp_path / "timeline.png"
-    draw_timeline(recording, ROBOT, "runner", "a title", path)
+    draw_timeline(run, ROBOT, "a title", path)
     assert path.read_bytes().startswith(b"\x89PNG") and path.stat().st_size > 10_000
 
 

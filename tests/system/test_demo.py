@@ -33,6 +33,10 @@ def test_the_demo_does_the_task_challenges_the_gate_and_draws_it(tmp_path: Path)
     assert summary["verdicts"] == {"released": summary["policy_calls"]}
     assert [one["code"] for one in summary["challenges"]] == ["G020", "G004"]
     assert (out / "timeline.png").read_bytes().startswith(b"\x89PNG")
+    again = tmp_path / "again.png"
+    drawn = fairlead("plot", str(out), "--ticks", "70:150", "--out", str(again), state=tmp_path)
+    assert drawn.stdout == f"{again}: ticks 70 to 150 of {out}\n", drawn.stderr
+    assert again.read_bytes().startswith(b"\x89PNG")
     if "film" not in summary:  # the machine can render
         assert b"ftyp" in (out / "demo.mp4").read_bytes()[:16]
     assert processes_in(out) == []

@@ -21,7 +21,8 @@ from fairlead.operate.goal_watch import Progress
 from fairlead.operate.runner_choice import choose_runner
 from fairlead.operate.scratch_robot import scratch_robot
 from fairlead.record.film import write_film
-from fairlead.record.recorder import Recorder, Recording, first_outcomes
+from fairlead.record.recorder import Recorder, Recording
+from fairlead.record.run_log import Run, newest_log, read_run
 from fairlead.record.timeline import draw_timeline, hold_names
 from fairlead.robot.manifest import RobotManifest, load_robot
 from fairlead.skill.admission import require_admission
@@ -58,7 +59,7 @@ class DemoResult:
 
 
 @dataclass(frozen=True)
-class _Run:
+class _Shown:
     """What the services did, before anything is written."""
 
     source: str
@@ -91,8 +92,9 @@ def run_demo(
         running.client.reset_episode(wish.seed)
         run = _run(wish, running.client, robot, say, show)
     say("services stopped; drawing")
-    summary = _summary(wish, run)
-    written = _write(wish, run, summary, robot)
+    log = read_run(newest_log(wish.out / STATE))
+    summary = _summary(wish, run, log)
+    written = _write(wish, run, log, summary, robot)
     return DemoResult(run.result, run.challenges, written, summary)
 
 
@@ -110,7 +112,7 @@ def _run(
     robot: RobotManifest,
     say: Callable[[str], None],
     show: Callable[[Progress], None],
-) -> _Run:
+) -> _Shown:
     skill = load_skill(wish.skill)
     client.arm()
     recorder = Recorder(client.bus, client.keys, [CAMERA] if wish.video else [])
@@ -123,7 +125,7 @@ def _run(
     gate = GateChallenge(client, robot, skill)
     challenges = _challenge(gate, list(recorder.recording.candidate_bytes), say)
     client.disarm()
-    return _Run(runner, progress, goal_s, challenges, recorder.close())
+    return _Shown(runner, progress, goal_s, challenges, recorder.close())
 
 
 def _challenge(
@@ -138,9 +140,9 @@ def _challenge(
     return tuple(challenges)
 
 
-def _summary(wish: DemoWish, run: _Run) -> dict[str, Any]:
+def _summary(wish: DemoWish, run: _Shown, log: Run) -> dict[str, Any]:
     result, ticks = run.result, run.result.last_tick - run.result.first_tick + 1
-    outcomes = Counter(first_outcomes(run.recording, run.source).values())
+    outcomes = Counter(log.outcomes(run.source).values())
     return {
         "skill": wish.skill,
         "seed": wish.seed,
@@ -153,21 +155,20 @@ def _summary(wish: DemoWish, run: _Run) -> dict[str, Any]:
         "ticks_per_s": round(ticks / max(run.goal_s, 1e-9), 1),
         "policy_calls": run.progress.inferences,
         "verdicts": dict(outcomes),
-        "leases": run.recording.leases,
-        "held_ticks": hold_names(run.recording),
+        "held_ticks": hold_names(log),
         "challenges": [asdict(challenge) for challenge in run.challenges],
     }
 
 
 def _write(
-    wish: DemoWish, run: _Run, summary: dict[str, Any], robot: RobotManifest
+    wish: DemoWish, run: _Shown, log: Run, summary: dict[str, Any], robot: RobotManifest
 ) -> tuple[Path, ...]:
     timeline = wish.out / TIMELINE
     title = (
         f"{wish.skill}, seed {wish.seed}, {summary['pacing']}: {summary['outcome']} "
         f"after {summary['ticks']} ticks"
     )
-    draw_timeline(run.recording, robot, run.source, title, timeline)
+    draw_timeline(log, robot, title, timeline)
     written = [timeline]
     film = wish.out / FILM
     film.unlink(missing_ok=True)

@@ -63,14 +63,17 @@ def random_positions(
 
 def placement(link: Link) -> tuple[FloatArray, FloatArray]:
     """How a link hangs on its parent at joint position 0: ``[3, 3]`` and ``[3]``."""
-    x, y, z, w = link.rotation_xyzw
-    vector = np.array([x, y, z])
-    rotation = (
+    return rotation_matrix(np.array(link.rotation_xyzw)), np.array(link.translation)
+
+
+def rotation_matrix(quaternion_xyzw: FloatArray) -> FloatArray:
+    """The matrix of a unit quaternion: ``[3, 3]``."""
+    vector, w = quaternion_xyzw[:3], quaternion_xyzw[3]
+    return np.asarray(
         (w * w - vector @ vector) * np.eye(3)
         + 2 * np.outer(vector, vector)
         + 2 * w * _cross(vector)
     )
-    return rotation, np.array(link.translation)
 
 
 def motion(link: Link, positions: FloatArray) -> tuple[FloatArray, FloatArray]:
