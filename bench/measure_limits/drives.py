@@ -78,13 +78,13 @@ def _random(
             for one in rows.values():
                 one.go_on_after(None)
         if count % keep == 0:
-            wishes = {part: _wish(rng, one.axes) for part, one in rows.items()}
+            wishes = {part: wish_of(rng, one.axes) for part, one in rows.items()}
         tick = _step(kind, driven, rows, wishes, now)
         yield tick
         now = tick.after
 
 
-def _wish(rng: np.random.Generator, axes: int) -> FloatArray:
+def wish_of(rng: np.random.Generator, axes: int) -> FloatArray:
     """A corner of full scale, or any direction to its edge."""
     if rng.random() < 0.5:
         return np.asarray(np.where(rng.random(axes) < 0.5, -1.0, 1.0))

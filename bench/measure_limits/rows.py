@@ -34,10 +34,15 @@ class FullScaleRows:
     ) -> None:
         self.mode, self._robot, self._turns_back = mode, robot, turns_back
         self._joints = [robot.joint_names.index(name) for name in robot.part(part).joints]
-        self._part = robot.part(part)
+        self.part = part
         self._limits = getattr(robot.profile("sim").parts[part], mode.yaml_name)
         self.axes = self._axes()
         self._row: FloatArray | None = None
+
+    def with_steps(self, step: float) -> FullScaleRows:
+        """The same with other steps of joint targets [rad]."""
+        self._limits = self._limits.model_copy(update={"step_limits": (step,) * self.axes})
+        return self
 
     def go_on_after(self, values: FloatArray | None) -> None:
         """Another row than the newest acted last; None: the part holds, the next is a first one."""
@@ -87,11 +92,15 @@ class FullScaleRows:
         return found
 
     def _targets(self, wish: FloatArray, now: Moment) -> FloatArray:
-        steps = np.array(self._limits.step_limits) * ROUNDING
-        before = now.positions[self._joints] if self._row is None else self._row
+        steps = np.array(self._limits.step_limits)
         joints = [self._robot.joints[index] for index in self._joints]
+        before = self._row
+        if before is None:  # a first row may start by the joint's tolerance further away
+            before = now.positions[self._joints]
+            measured = self._robot.profile("sim").measured
+            steps = steps + [measured[joint.name].tolerance or 0.0 for joint in joints]
         lower, upper = (np.array([getattr(j, end) for j in joints]) for end in ("lower", "upper"))
-        return np.clip(before + self._inwards(wish, now) * steps, lower, upper)
+        return np.clip(before + self._inwards(wish, now) * steps * ROUNDING, lower, upper)
 
     def _velocities(self, wish: FloatArray, now: Moment) -> FloatArray:
         most = np.array([self._robot.joints[i].velocity_limit for i in self._joints]) * ROUNDING
@@ -116,7 +125,7 @@ class FullScaleRows:
 
     def _pose(self, wish: FloatArray, now: Moment) -> FloatArray:
         if self._row is None:
-            place, turn = now.tools[self._part.name]
+            place, turn = now.tools[self.part]
         else:
             place, turn = self._row[:3], rotation_of(self._row[3:])
         scale = ROUNDING / np.sqrt(3.0)

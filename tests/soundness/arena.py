@@ -59,13 +59,14 @@ class Arena:
         found = np.full(places.shape[1], np.inf)
         tools = places[self._tools]
         starts, ends, radii = self._ends(places, turns)
+        moved = [self._links.moved[self._links.names.index(c["link"])] for c in self._capsules]
         for volume in self._volumes:
             lower, upper = np.array(volume["lower"]), np.array(volume["upper"])
             if volume["kind"] == "keep_in":
                 room = np.minimum(tools - lower, upper - tools).min(axis=-1)
             else:
                 room = np.concatenate([_gap(tools, tools, lower, upper)])
-                near = _gap(starts, ends, lower, upper) - radii[:, None]
+                near = _gap(starts[moved], ends[moved], lower, upper) - radii[moved, None]
                 found = np.minimum(found, near.min(axis=0, initial=np.inf))
             found = np.minimum(found, room.min(axis=0, initial=np.inf))
         return found

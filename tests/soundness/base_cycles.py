@@ -21,7 +21,8 @@ class BaseCycles:
     """First the arm goes to an edge of its workspace; then only the base is told to move.
 
     The arm meanwhile is ``held``, told ``zero`` all the time, or, as a ``ratchet``, told zero on
-    the way out and held on the way back. The composite switch is at either end, or held.
+    the way out and held on the way back. The composite switch is at either end, or held. Where it
+    was refused, the base goes on more slowly.
     """
 
     def __init__(self, robot: RobotManifest, rng: np.random.Generator) -> None:
@@ -44,7 +45,7 @@ class BaseCycles:
         self._way[int(rng.integers(3))] = float(rng.choice([-1.0, 1.0]))
         self._rows_most = int(rng.integers(1, 17))
         self._began: int | None = None
-        self._scale, self._refused = 1.0, 0
+        self._scale, self._refused, self._speed = 1.0, 0, 1.0
 
     def chunk(self, source: str, now: Moment, tick: int) -> list[Row]:
         """As `Attack.chunk`."""
@@ -60,12 +61,14 @@ class BaseCycles:
 
     def answered(self, source: str, row: Row | None) -> None:
         """As `Attack.answered`."""
-        if self._began is None and row is None:
+        if self._began is not None:
+            self._speed = 0.5 * self._speed if row is None else min(1.0, 1.1 * self._speed)
+        elif row is None:
             self._refused, self._scale = self._refused + 1, self._scale / 3.0
         self._parts.go_on_after(row)
 
     def _wishes(self, out: bool) -> dict[str, FloatArray]:
-        wishes = {"base": self._way if out else -self._way}
+        wishes = {"base": self._speed * (self._way if out else -self._way)}
         if self._telling == "zero" or (self._telling == "ratchet" and out):
             wishes["arm"] = np.zeros(6)
         if self._switch:

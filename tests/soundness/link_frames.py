@@ -11,7 +11,11 @@ from tests.differential.kinematics import rotation_of
 
 
 class LinkFrames:
-    """file: a gate file. Poses are in the root link."""
+    """file: a gate file. Poses are in the root link.
+
+    Attributes:
+        moved: by link, whether any joint is between it and the root.
+    """
 
     def __init__(self, file: dict[str, Any]) -> None:
         tree = file["kinematics"]
@@ -28,6 +32,9 @@ class LinkFrames:
             )
             for link in tree["links"]
         ]
+        self.moved = [False]
+        for parent, joint, *_ in self._links:
+            self.moved.append(joint is not None or self.moved[parent])
 
     def at(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Positions ``[links, B, 3]`` and rotations ``[links, B, 3, 3]``. q: ``[B, measured]``."""

@@ -22,10 +22,6 @@ REST_TICKS = 40
 SPEED = "joint speed"
 SPEED_TOLERANCE = 0.01
 """A servo that is told exactly its joint's limit is measured at it, give or take this share."""
-CATCHING_UP = {"panda": 0.6, "dual_panda": 0.6}
-"""Most by which a position servo is faster than its joint's limit while it makes up for what it
-lags behind [rad/s]: measured 0.52 after full-scale reversals. The gate bounds what targets ask for
-(G022); docs/hal.md says what a servo makes of it."""
 
 
 @dataclass
@@ -136,10 +132,9 @@ class SimulatedCampaign:
         return rooms
 
     def _speed_room(self, speeds: FloatArray) -> FloatArray:
-        """Of each joint; a gripper moves at a speed of its own, which nothing commands."""
-        limits = self._fastest * (1.0 + SPEED_TOLERANCE) + CATCHING_UP.get(self._robot.id, 0.0)
-        grippers = [joint.role == "gripper" for joint in self._robot.joints]
-        return np.where(grippers, np.inf, limits - np.abs(speeds[: len(limits)]))
+        """Of each commanded joint [rad/s or m/s]; below 0 beyond its declared limit."""
+        most = self._fastest * (1.0 + SPEED_TOLERANCE)
+        return np.asarray(most - np.abs(speeds[: len(most)]))
 
     def _joint(self, rule: str, done: Tick) -> str:
         worst = int(np.argmin(self._speed_room(done.after.velocities)))

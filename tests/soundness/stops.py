@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-_NUMBERS = re.compile(r"(?:stopped: )?(G\d{3} [^:]+): ([^ ,]+), limit ([^ ,]+)")
+_NUMBERS = re.compile(r"(?:stopped: )?(G\d{3} [^:]+): ([^ ,]+)[^,]*, limit ([^ ,]+)")
 WIDE = 60
 """Letters kept of a cause without numbers."""
 

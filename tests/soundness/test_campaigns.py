@@ -139,7 +139,13 @@ def mobile() -> Iterator[LockstepLoop]:
 @pytest.mark.simulator
 @pytest.mark.parametrize(
     ("attack", "seed", "most_ticks"),
-    [("base-cycles", 1, 120), ("full-scale", 3, 40), ("switch-up", 10006, 20), ("flicker", 1, 40)],
+    [
+        ("base-cycles", 1, 120),
+        ("base-cycles", 4, 160),
+        ("full-scale", 3, 40),
+        ("switch-up", 10006, 20),
+        ("flicker", 1, 40),
+    ],
 )
 def test_episodes_that_broke_a_rule_once_do_not(
     mobile: LockstepLoop, attack: str, seed: int, most_ticks: int

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from tests.soundness.stops import kind_of, story_of
 
-CAUSE = "stopped: G040 arm panda_joint6: 0.38647502047239884, limit 0.32 (measured: shares of 0.90)"
+CAUSE = "stopped: G040 arm panda_joint6: 0.38647 rad/s, limit 0.32 rad/s (measured: shares of 0.90)"
 
 
 def test_stops_of_one_joint_are_counted_together_whatever_their_numbers() -> None:

@@ -17,6 +17,9 @@ from fairlead_hal_mujoco.command_check import CommandCheck
 from fairlead_hal_mujoco.joint_room import JointRoom
 from fairlead_hal_mujoco.tool_motion import ToolMotion
 
+TRAVEL_SHARE = 0.95
+"""Of its speed limit: a gripper's servo overshoots what it is told by 2.5 % where it turns back."""
+
 
 @dataclass(frozen=True)
 class Targets:
@@ -40,7 +43,7 @@ class Setpoints:
     may only come back, at the rate it is told), and lead a joint by no more than it travels
     in two periods at full speed: one that is blocked does not leap when it comes free.
     gripper_position, gripper_binary (0 the upper position limit, 1 the lower): it travels to
-    the command at the gripper's own speed limit.
+    the command at `TRAVEL_SHARE` of the gripper's speed limit.
 
     A part without a command, and a joint that a joint mode leaves out, follow the part's hold
     law: ``ramp_to_zero`` slows joints down by their acceleration limits, the others leave the
@@ -169,7 +172,7 @@ class Setpoints:
         target = self._openings.get(part.name)
         if target is not None:
             joint = self._own[part.name][0]
-            reach = self._room.reach[joint]
+            reach = TRAVEL_SHARE * self._room.reach[joint]
             self.positions[joint] += np.clip(target - self.positions[joint], -reach, reach)
 
 

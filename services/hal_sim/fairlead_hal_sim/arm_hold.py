@@ -17,18 +17,6 @@ DECELERATION = 20.0
 STIFFNESS = 60.0
 """Frequency of the critically damped servo that then keeps the joints there [1/s]."""
 
-RETURN_RATE = 10.0
-RETURN_SPEED = 0.5
-"""A joint goes back to where the arm held before by this share of the way in a second, and no
-faster than this [1/s, rad/s]. At half of both, drifts that cycles of the base bring still added up.
-"""
-
-RETURN_MOST = 0.15
-"""Further than this [rad] no joint goes back: a hold is no motion. It then holds where it is."""
-
-STILL = 1e-9
-"""A joint that should move no faster than this [rad/s] has arrived."""
-
 SLOWING = 100.0
 """With a `joint_speed_guard`: by which share of what is too fast, in a second [1/s]."""
 
@@ -37,10 +25,8 @@ class ArmHold:
     """Stands in front of one arm's controller.
 
     In a period in which the arm `is_held`, each joint brakes with `DECELERATION` from the speed it
-    had in the first such period, and stays there: that is the arm's anchor until a delta other than
-    zero is told. Deltas of zero are the controller's own, which lets the arm drift; a hold after
-    them goes back to the anchor, so that drifts do not add up over holds. Where no period is held
-    the controller's torques act, as they are or, with a guard, less what would make joints faster.
+    had in the first such period, and stays where that ends. Where no period is held the controller's
+    torques act, as they are or, with a guard, less what would make joints faster.
 
     Args:
         joint_speed_guard: joints faster than this are slowed down [rad/s]; None: none is.
@@ -50,7 +36,7 @@ class ArmHold:
         self.is_held = False
         self._controller, self._fastest = controller, joint_speed_guard
         self._run, self._set_goal = controller.run_controller, controller.set_goal
-        self._position = self._speed = self._anchor = np.zeros(0)
+        self._position = self._speed = np.zeros(0)
         controller.run_controller, controller.set_goal = self._torques, self._goal
 
     def _goal(self, action: Any) -> None:
@@ -59,8 +45,6 @@ class ArmHold:
             self._controller.set_goal_update_mode("achieved")
         else:
             self._position = np.zeros(0)
-            if np.any(action != 0.0):
-                self._anchor = np.zeros(0)
         self._set_goal(action)
 
     def _torques(self) -> Any:
@@ -81,23 +65,13 @@ class ArmHold:
         arm.new_update = True
         if not self._position.size:
             self._position, self._speed = arm.joint_pos.copy(), arm.joint_vel.copy()
-            if self._anchor.size and np.abs(self._anchor - self._position).max() > RETURN_MOST:
-                self._anchor = np.zeros(0)
         step_s = arm.sim.model.opt.timestep
-        braking = np.clip((self._back() - self._speed) / step_s, -DECELERATION, DECELERATION)
+        braking = np.clip(-self._speed / step_s, -DECELERATION, DECELERATION)
         self._speed = self._speed + braking * step_s
         self._position = self._position + self._speed * step_s
-        if not self._anchor.size and np.abs(self._speed).max() < STILL:
-            self._anchor = self._position.copy()
         wanted = (
             braking
             + 2.0 * STIFFNESS * (self._speed - arm.joint_vel)
             + STIFFNESS**2 * (self._position - arm.joint_pos)
         )
         return arm.mass_matrix @ wanted + arm.torque_compensation
-
-    def _back(self) -> Any:
-        """The speed towards the anchor."""
-        if not self._anchor.size:
-            return np.zeros_like(self._speed)
-        return np.clip(RETURN_RATE * (self._anchor - self._position), -RETURN_SPEED, RETURN_SPEED)

@@ -26,6 +26,7 @@ from fairlead.hal.kinematic_parts import describe_part, finger_shares
 from fairlead.messages import FloatArray
 from fairlead.modes import ControlMode
 from fairlead.robot.manifest import RobotManifest
+from fairlead.robot.profile_limits import profile_limits
 
 DELTA_GAIN = 0.1
 """Joint motion [rad] per m or rad of an end-effector delta, or of a twist in a second."""
@@ -60,7 +61,8 @@ class KinematicBackend:
         bounded = [joint if joint.has_bounds else None for joint in robot.joints]
         self._lower = np.array([joint.lower if joint else -np.inf for joint in bounded])
         self._upper = np.array([joint.upper if joint else np.inf for joint in bounded])
-        self._speed = np.array([joint.velocity_limit for joint in robot.joints])
+        safety = robot.profile(profile)
+        self._speed = np.array([profile_limits(joint, safety)[0] for joint in robot.joints])
         self._shares = finger_shares(robot)
         self._parts = tuple(describe_part(robot, part, profile) for part in robot.parts)
         self._frames = {name: np.array(xyz, dtype=float) for name, xyz in (frames or {}).items()}

@@ -19,8 +19,8 @@ ARM_JOINTS = 7
 STATE_DIM = 9
 ACTION_DIM = 8
 FULL_OPENING_M = 0.08
-ACCELERATION_RAD = 0.015
-"""Largest change of a joint's step, per tick and tick: 6 rad/s2 at 20 Hz."""
+ACCELERATION_RAD = 0.01
+"""Largest change of a joint's step, per tick and tick: 4 rad/s2 at 20 Hz."""
 LOST_RAD = 0.25
 """A joint this far from its plan did something else: plan anew from where it is."""
 
@@ -34,7 +34,7 @@ class JointReachOptions(BaseModel):
 
     target_rad: tuple[Finite, ...] = Field(min_length=ARM_JOINTS, max_length=ARM_JOINTS)
     opening_m: float = Field(ge=0.0, le=FULL_OPENING_M)
-    step_rad: float = Field(default=0.05, gt=0.0, le=0.1)
+    step_rad: float = Field(default=0.045, gt=0.0, le=0.1)
 
 
 class JointReachPolicy:
