@@ -100,7 +100,9 @@ class FullScaleRows:
             measured = self._robot.profile("sim").measured
             steps = steps + [measured[joint.name].tolerance or 0.0 for joint in joints]
         lower, upper = (np.array([getattr(j, end) for j in joints]) for end in ("lower", "upper"))
-        return np.clip(before + self._inwards(wish, now) * steps * ROUNDING, lower, upper)
+        return np.asarray(
+            np.clip(before + self._inwards(wish, now) * steps * ROUNDING, lower, upper)
+        )
 
     def _velocities(self, wish: FloatArray, now: Moment) -> FloatArray:
         most = np.array([self._robot.joints[i].velocity_limit for i in self._joints]) * ROUNDING

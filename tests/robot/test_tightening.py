@@ -25,7 +25,7 @@ def problems(part: str, mode: str, name: str, value: float) -> list[str]:
         ("left_arm", "cartesian_pose", "upper_z", 1.6),
         ("left_arm", "cartesian_pose", "angular_step_limit", 0.1),
         ("left_arm", "cartesian_twist", "angular_limit", 2.5),
-        ("right_hand", "dex_hand_joint", "step_limit", 0.15),
+        ("right_hand", "dex_hand_joint", "step_limit", 0.14),
     ],
 )
 def test_a_limit_up_to_the_robots_own_is_admitted(

@@ -25,7 +25,7 @@ class ArmHold:
     """Stands in front of one arm's controller.
 
     In a period in which the arm `is_held`, each joint brakes with `DECELERATION` from the speed it
-    had in the first such period, and stays where that ends. Where no period is held the controller's
+    had in the first such period, and stays where that ends. In other periods the controller's
     torques act, as they are or, with a guard, less what would make joints faster.
 
     Args:
