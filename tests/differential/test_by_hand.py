@@ -1,7 +1,7 @@
 """Rulings computed by hand: the reference can be wrong too, and both judges must agree here.
 
 Numbers are those of robots/panda/gate.sim.json: joint 1 within 2.8973 rad, tolerance 0.05 rad,
-2.175 rad/s, steps 0.10875 rad and 0.75 rad/s; gripper 0 to 0.08 m.
+2.175 rad/s, steps 0.055 rad and 0.75 rad/s; gripper 0 to 0.08 m.
 """
 
 from __future__ import annotations
@@ -27,10 +27,10 @@ TIGHTER = (LimitOverride(part="arm", mode=1, name="velocity_limit", value=0.5),)
 CASES: dict[str, tuple[Case, tuple[Outcome, int, int, int]]] = {
     # name: case, (outcome, code, row at fault, rows released)
     "a row where the robot stands": (case(arm(rest())), (RELEASED, 0, -1, 1)),
-    "a step of 0.1 rad": (case(arm(rest(), rest(j1=0.1))), (RELEASED, 0, -1, 2)),
-    "a step of 0.11 rad": (case(arm(rest(), rest(j1=0.11))), (TRUNCATED, 22, 1, 1)),
-    "a start within step and tolerance": (case(arm(rest(j1=0.158))), (RELEASED, 0, -1, 1)),
-    "a start beyond both": (case(arm(rest(j1=0.159))), (REFUSED, 21, 0, 0)),
+    "a step of 0.054 rad": (case(arm(rest(), rest(j1=0.054))), (RELEASED, 0, -1, 2)),
+    "a step of 0.056 rad": (case(arm(rest(), rest(j1=0.056))), (TRUNCATED, 22, 1, 1)),
+    "a start within step and tolerance": (case(arm(rest(j1=0.104))), (RELEASED, 0, -1, 1)),
+    "a start beyond both": (case(arm(rest(j1=0.106))), (REFUSED, 21, 0, 0)),
     "a target beyond the bounds": (
         case(arm(rest(j1=UPPER), rest(j1=2.8974)), measured=still(TICK, rest(j1=UPPER))),
         (TRUNCATED, 20, 1, 1),
