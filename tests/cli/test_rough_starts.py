@@ -79,15 +79,21 @@ def test_a_deployment_with_two_runners_starts(start_up: Callable[..., Up], tmp_p
     assert {"navigation", "manipulation"} <= set(up.services())
 
 
-def test_an_up_that_waits_for_its_router_is_listed_and_ended(
-    start_up: Callable[..., Up], tmp_path: Path
-) -> None:
+@pytest.fixture
+def two_hosts(tmp_path: Path) -> Path:
+    """A deployment whose other host, with the router, is not there."""
     content = yaml.safe_load((COMPOSE / "panda_mobile_two_hosts.yaml").read_text(encoding="utf-8"))
     content |= {"id": f"w{os.getpid()}", "hosts": {"robot": "127.0.0.2", "gpu": "127.0.0.1"}}
     content["router"]["port"] = free_ports(1)[0]
     file = tmp_path / "two_hosts.yaml"
     file.write_text(yaml.safe_dump(content, sort_keys=False), encoding="utf-8")
-    up = start_up(file, "--host", "gpu")
+    return file
+
+
+def test_an_up_that_waits_for_its_router_is_listed_and_ended(
+    two_hosts: Path, start_up: Callable[..., Up]
+) -> None:
+    up = start_up(two_hosts, "--host", "gpu")
     up.wait_line("[up] waiting: router tcp/127.0.0.2:")
     assert up.services()["runner"]["state"] == "waiting"
     down = fairlead("down", state=up.state)
@@ -108,7 +114,7 @@ def test_a_gate_that_dies_while_the_robot_comes_up_is_started_again(
     assert status.returncode == 1, status.stdout
     assert "starting state_assembler; ask again in a moment" in status.stdout.splitlines()
 
-    up.wait_line("[safety] INFO safety: ready")
+    up.wait_line(" INFO safety: ready")
     running(up, "safety").send(signal.SIGKILL)
     up.wait_line("[up] safety was killed by signal 9; starting it again in 0.5 s")
     assembler.send(signal.SIGCONT)
@@ -116,6 +122,43 @@ def test_a_gate_that_dies_while_the_robot_comes_up_is_started_again(
     assert up.process.poll() is None
     assert up.services()["safety"]["restarts"] == 1
     assert fairlead("down", state=up.state).returncode == 0
+
+
+def test_a_detached_up_returns_when_all_is_ready_and_runs_on_until_down(tmp_path: Path) -> None:
+    state, name = tmp_path / "registry", f"detached{os.getpid()}"
+    scratch = make_scratch(
+        COMPOSE / "panda_mobile_sim.yaml", tmp_path / name,
+        ScratchOptions(name, options={"hal": LIGHT_HAL}),
+    )  # fmt: skip
+    words = ("up", str(scratch.file), "--state-dir", str(tmp_path / name), "--detach")
+    try:
+        done = fairlead(*words, state=state)
+        assert done.returncode == 0, done.stderr
+        assert f"[up] {name} is up; state and logs: " in done.stdout
+        assert f"stop it: fairlead down {name}\n" in done.stdout
+        assert f"fairlead logs -f -d {name}\n" in done.stdout
+        again = fairlead(*words, state=state)
+        assert (again.returncode, again.stdout) == (1, "")
+        assert "is already running" in again.stderr
+        (entry,) = json.loads(fairlead("ps", "--json", state=state).stdout)
+        assert {one["state"] for one in entry["services"].values()} == {"ready"}
+        os.kill(entry["services"]["state_assembler"]["process"]["pid"], signal.SIGKILL)
+        log = tmp_path / name / "logs" / "up.log"
+        said = "Z INFO up: state_assembler is ready again"
+        wait_for(lambda: said in log.read_text(encoding="utf-8"), "its own lines are kept", 60.0)
+    finally:
+        ended = fairlead("down", state=state)
+    assert ended.stdout == f"stopped {name}\n", ended.stderr
+
+
+def test_an_interrupted_detached_start_leaves_nothing(
+    two_hosts: Path, start_up: Callable[..., Up]
+) -> None:
+    up = start_up(two_hosts, "--host", "gpu", "--detach")
+    up.wait_line("[up] waiting: router tcp/127.0.0.2:")
+    up.process.send_signal(signal.SIGINT)
+    assert up.process.wait(timeout=30.0) == 130
+    assert up.services() == {}
 
 
 def running(up: Up, service: str) -> ProcessId:

@@ -26,10 +26,14 @@ class Greeting:
         self._complain_at_s = time.monotonic() + PATIENCE_S
         self._done = False
 
-    def say_once_up(self) -> None:
-        """Call it a few times a second: it waits for nobody while somebody is missing."""
+    def say_once_up(self) -> bool:
+        """Call it a few times a second: it waits for nobody while somebody is missing.
+
+        Returns:
+            Whether it was said just now.
+        """
         if self._done:
-            return
+            return False
         gate, trouble = self._following_gate()
         if gate is not None:
             self._done = True
@@ -37,6 +41,7 @@ class Greeting:
         elif time.monotonic() > self._complain_at_s:
             self._complain_at_s += PATIENCE_S
             self._say("up", f"not up yet: {trouble}")
+        return gate is not None
 
     def _following_gate(self) -> tuple[GateStatus | None, str]:
         """The gate's status once it follows the HAL; else what is missing."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import signal
 import sys
 import threading
@@ -11,10 +10,10 @@ from typing import Annotated
 
 import typer
 
-from fairlead.cli.console import echo
+from fairlead.cli.background import UpOutput, start_in_background
 from fairlead.cli.deployment_choice import DeploymentArgument, NewStateOption, StateDirOption
 from fairlead.cli.dropped_skills import dropped_skills
-from fairlead.cli.greeting import Greeting, explain_gate
+from fairlead.cli.greeting import Greeting, Say, explain_gate
 from fairlead.cli.other_hosts import OtherHosts, router_reached
 from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.deploy.hosts import ROUTER
@@ -29,6 +28,7 @@ from fairlead.supervisor.this_host import choose_host
 EXAMPLE = "fairlead up panda_mobile_sim"
 READY_TIMEOUT_S = 120.0  # a first start compiles and caches much on a slow machine
 WATCH_S = 0.1
+IN_BACKGROUND = "--in-background"
 
 
 def command(
@@ -45,22 +45,32 @@ def command(
         ),
     ] = None,
     new_state: NewStateOption = False,
+    detach: Annotated[
+        bool, typer.Option("--detach", help="return once all is ready; it runs on until `down`")
+    ] = False,
+    in_background: Annotated[bool, typer.Option(IN_BACKGROUND, hidden=True, help="what --detach starts")] = False,
 ) -> None:
     """Start a deployment's services (on one host), print their logs, restart what dies.
 
-    It runs until Ctrl-C. A deployment of several hosts is started once on each, with --host,
-    in any order.
+    It runs until Ctrl-C, or with --detach until `fairlead down`. A deployment of several hosts is
+    started once on each, with --host, in any order.
     """
     loaded = load_deployment(deployment)
     _ = loaded.hal, loaded.only("safety")  # refused before a start
     host = choose_host(loaded, host)
-    folder = state_dir or Registry().default_state_dir(running_name(loaded, host))
+    name = running_name(loaded, host)
+    if detach:
+        words = [IN_BACKGROUND if word == "--detach" else word for word in sys.argv[1:]]
+        start_in_background(words, name)
+        return
+    folder = state_dir or Registry().default_state_dir(name)
     stopping = _stop_on_signals()
+    say = UpOutput(folder)
     supervisor = Supervisor(
         deployment,
         loaded,
         folder,
-        on_line=_print_line,
+        on_line=say,
         command=new_state_command() if new_state else service_command,
         host=host,
         leave_out=_left_out(loaded, without or []),
@@ -70,22 +80,20 @@ def command(
     for runner in loaded.runners:
         if runner in supervisor.processes:
             for line in dropped_skills(loaded, runner):
-                _print_line("up", line)
+                say("up", line)
     try:
         supervisor.reserve()
-        if ROUTER not in supervisor.processes and not router_reached(loaded, stopping, _print_line):
+        if ROUTER not in supervisor.processes and not router_reached(loaded, stopping, say):
             return
         supervisor.start([name for name in order.split(",") if name] or None)
-        supervisor.wait_ready(
-            READY_TIMEOUT_S, stopping, lambda event: _print_line("up", event.text)
-        )
+        supervisor.wait_ready(READY_TIMEOUT_S, stopping, lambda event: say("up", event.text))
         if not stopping.is_set():  # else asked to end while it started
-            _watch(supervisor, stopping)
+            _watch(supervisor, stopping, say, detach=in_background)
     finally:
         killed = supervisor.stop()
         if killed:
-            _print_line("up", f"had to kill: {', '.join(killed)}")
-    _print_line("up", f"stopped {supervisor.name}; no process is left")
+            say("up", f"had to kill: {', '.join(killed)}")
+    say("up", f"stopped {supervisor.name}; no process is left")
 
 
 def _left_out(deployment: Deployment, names: list[str]) -> list[str]:
@@ -96,17 +104,17 @@ def _left_out(deployment: Deployment, names: list[str]) -> list[str]:
     return names
 
 
-def _watch(supervisor: Supervisor, stopping: threading.Event) -> None:
+def _watch(supervisor: Supervisor, stopping: threading.Event, say: UpOutput, detach: bool) -> None:
     with RobotClient(supervisor.deployment, by="fairlead up") as client:
-        others = OtherHosts(client, supervisor.processes, _print_line)
-        greeting = Greeting(client, supervisor.state_dir, _print_line)
+        others = OtherHosts(client, supervisor.processes, say)
+        greeting = Greeting(client, supervisor.state_dir, say)
         while not stopping.wait(WATCH_S):
             for event in supervisor.poll():
-                _say(event, client)
-            if others.are_there():
-                greeting.say_once_up()
+                _tell(event, client, say)
+            if others.are_there() and greeting.say_once_up() and detach:
+                say.detach()
         if client.gate in supervisor.processes:
-            _disarm(client)
+            _disarm(client, say)
 
 
 def _stop_on_signals() -> threading.Event:
@@ -120,27 +128,19 @@ def _stop_on_signals() -> threading.Event:
     return stopping
 
 
-def _print_line(service: str, line: str) -> None:
-    try:
-        echo(f"[{service}] {line}")
-    except BrokenPipeError:  # whoever read our output has gone: end as on Ctrl-C
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        os.kill(os.getpid(), signal.SIGTERM)
-
-
-def _say(event: ServiceEvent, client: RobotClient) -> None:
-    _print_line("up", event.text)
+def _tell(event: ServiceEvent, client: RobotClient, say: Say) -> None:
+    say("up", event.text)
     if event.kind == "ready" and event.service == client.gate:
         try:
-            explain_gate(client.gate_status(), _print_line)
+            explain_gate(client.gate_status(), say)
         except FairleadError as error:
-            _print_line("up", f"the gate does not answer yet: {error}")
+            say("up", f"the gate does not answer yet: {error}")
 
 
-def _disarm(client: RobotClient) -> None:
+def _disarm(client: RobotClient, say: Say) -> None:
     """End claims before the processes, so that the gate's end is a clean one."""
     try:
         if client.gate_status().state == GateState.ARMED:
             client.disarm()
     except FairleadError as error:
-        _print_line("up", f"could not disarm before stopping: {error}")
+        say("up", f"could not disarm before stopping: {error}")
