@@ -48,7 +48,9 @@ def command(
     detach: Annotated[
         bool, typer.Option("--detach", help="return once all is ready; it runs on until `down`")
     ] = False,
-    in_background: Annotated[bool, typer.Option(IN_BACKGROUND, hidden=True, help="what --detach starts")] = False,
+    in_background: Annotated[
+        bool, typer.Option(IN_BACKGROUND, hidden=True, help="what --detach starts")
+    ] = False,
 ) -> None:
     """Start a deployment's services (on one host), print their logs, restart what dies.
 
