@@ -1,29 +1,61 @@
-"""``python -m tests.faults.flood DEPLOYMENT``: 10,000 chunks a second that nobody asked for."""
+"""``python -m tests.faults.flood DEPLOYMENT KIND``: what nobody asked for, as much as there can be.
+
+Prints ``ready`` once it begins, and goes on until it is killed.
+"""
 
 from __future__ import annotations
 
+import socket
 import sys
+import threading
 import time
+from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
 
-from fairlead.deploy.deployment import load_deployment
-from fairlead.messages import NO_TRACE, ActionChunk, ActionPart, pack_floats
+from fairlead.deploy.deployment import Deployment, load_deployment
+from fairlead.errors import FairleadError
+from fairlead.messages import (
+    NO_TRACE,
+    ActionChunk,
+    ActionPart,
+    HalStatus,
+    JointState,
+    Lease,
+    Message,
+    StatusQuery,
+    TransformBatch,
+    encode,
+    pack_floats,
+)
 from fairlead.modes import ControlMode
 from fairlead.wire.bus import Qos
 from fairlead.wire.session import ZenohBus
 
 RATE_HZ = 10_000
 BATCH_S = 0.002
+CONNECTIONS = 1200
+ASKERS = 2
+"""Of each service that answers."""
+JUNK = b"\xff" * 200
 
 
-def main() -> None:
-    """Flood the runner's own key until killed."""
-    deployment = load_deployment(Path(sys.argv[1]))
+def _put(deployment: Deployment, key: str, kind: type[Message], payload: bytes) -> None:
     bus = ZenohBus(deployment.tool_endpoints())
-    key = deployment.keys.candidate(deployment.runners[0])
-    publisher = bus.publisher(key, ActionChunk, Qos.HOT)
+    publisher = bus.publisher(key, kind, Qos.HOT)
+    print("ready", flush=True)
+    began, sent = time.monotonic(), 0
+    while True:
+        due = int((time.monotonic() - began) * RATE_HZ)
+        for _ in range(min(due - sent, RATE_HZ // 10)):
+            publisher.put_bytes(payload)
+        sent = due
+        time.sleep(BATCH_S)
+
+
+def _candidates(deployment: Deployment) -> None:
     part = ActionPart(
         part=0, mode=ControlMode.CARTESIAN_DELTA, frame_id="base_link",
         values=pack_floats(np.zeros((8, 6))), active=(),
@@ -32,15 +64,56 @@ def main() -> None:
         robot_hash=bytes(32), session=1, epoch=1, claim_id=1, source="runner", seq=1, goal_id=1,
         obs_tick=1, oldest_tick=1, start_tick=1, horizon=8, parts=(part,), trace=NO_TRACE,
     )  # fmt: skip
-    print("ready", flush=True)
-    began, sent = time.monotonic(), 0
-    while True:
-        due = int((time.monotonic() - began) * RATE_HZ)
-        for _ in range(min(due - sent, RATE_HZ // 10)):
-            publisher.put(chunk)
-        sent = due
-        time.sleep(BATCH_S)
+    key = deployment.keys.candidate(deployment.runners[0])
+    _put(deployment, key, ActionChunk, encode(chunk))
 
+
+def _states(deployment: Deployment) -> None:
+    """Well-formed, of a HAL that nobody knows."""
+    block = pack_floats(np.zeros(14))
+    state = JointState(
+        session=1, tick=5, episode_tick=1, stamp_ns=0, positions=block, velocities=block,
+        efforts=block, acted=(), robot_hash=bytes(32),
+    )  # fmt: skip
+    _put(deployment, deployment.keys.joints, JointState, encode(state))
+
+
+def _queries(deployment: Deployment) -> None:
+    """Each asks again as soon as it is answered."""
+    bus, keys = ZenohBus(deployment.tool_endpoints()), deployment.keys
+
+    def ask(key: str) -> None:
+        while True:
+            with suppress(FairleadError):
+                bus.query(key, StatusQuery(), 3.0)
+
+    for key in (keys.gate_status, keys.hal_status, keys.feedback(deployment.runners[0])) * ASKERS:
+        threading.Thread(target=ask, args=(key,), daemon=True).start()
+    print("ready", flush=True)
+    threading.Event().wait()
+
+
+def _connections(deployment: Deployment) -> None:
+    """As many to each service's port."""
+    ports = [int(one.listen.rpartition(":")[2]) for one in deployment.services.values()]
+    crowd = []
+    for number in range(CONNECTIONS):
+        crowd.append(socket.socket())
+        crowd[-1].setblocking(False)
+        crowd[-1].connect_ex(("127.0.0.1", ports[number % len(ports)]))
+    print("ready", flush=True)
+    threading.Event().wait()
+
+
+FLOODS: dict[str, Callable[[Deployment], None]] = {
+    "candidates": _candidates,
+    "joint states": _states,
+    "junk for hal/status": lambda d: _put(d, d.keys.hal_status, HalStatus, JUNK),
+    "junk for a lease": lambda d: _put(d, d.keys.lease, Lease, JUNK),
+    "junk for transforms": lambda d: _put(d, d.keys.tf("stranger"), TransformBatch, JUNK),
+    "queries": _queries,
+    "connections": _connections,
+}
 
 if __name__ == "__main__":
-    main()
+    FLOODS[sys.argv[2]](load_deployment(Path(sys.argv[1])))

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from fairlead.errors import RefusedError
 from tests.faults.failing_disk import DiskStage
+from tests.faults.flood import FLOODS
 from tests.faults.live_stage import SKILL, LiveStage
 from tests.faults.machine_stage import MachineStage
 from tests.faults.row import Row, Shot
@@ -19,6 +20,7 @@ from tests.system.live_robot import wait_for
 
 HOUR_S = 3600
 WATCHED_NS = 10**9
+FLOOD_NS = 4 * WATCHED_NS  # connections that say nothing are closed after two seconds
 FSYNC_MS = 2000
 READ_ONLY = "Read-only file system"
 
@@ -143,6 +145,20 @@ def onlooker(end: signal.Signals, robot: LiveStage) -> Shot:
     return Shot(None, injected_ns, time.monotonic_ns(), note=f"{ticks} ticks, none held")
 
 
+def flooded(kind: str, robot: LiveStage) -> Shot:
+    goal = robot.start_moving()
+    words = [sys.executable, "-m", "tests.faults.flood", str(robot.robot.scratch.file), kind]
+    with subprocess.Popen(words, stdout=subprocess.PIPE) as flood:
+        try:
+            assert flood.stdout is not None and flood.stdout.readline() == b"ready\n"
+            injected_ns = time.monotonic_ns()
+            ticks = robot.no_hold_between(injected_ns, injected_ns + FLOOD_NS)
+        finally:
+            flood.kill()
+    robot.finish(goal)
+    return Shot(None, injected_ns, time.monotonic_ns(), note=f"{ticks} ticks, none held")
+
+
 NO_EFFECT = "no tick is held"
 ROWS = (
     Row(18, "wall clock of every service + 1 h, then - 1 h", NO_EFFECT, None, "machine",
@@ -161,4 +177,12 @@ ROWS = (
         partial(onlooker, signal.SIGSTOP)),
     Row(33, "a reader that takes 0.2 s a message, then is killed", NO_EFFECT, None, "robot",
         partial(onlooker, signal.SIGKILL)),
+    Row(33, "1,200 connections that say nothing, to the services' ports", NO_EFFECT, None, "robot",
+        partial(flooded, "connections")),
+    Row(33, "status queries, each asked again once answered, by six", NO_EFFECT, None, "robot",
+        partial(flooded, "queries")),
+    *(
+        Row(33, f"10,000 {kind} a second", NO_EFFECT, None, "robot", partial(flooded, kind))
+        for kind in FLOODS if kind not in ("connections", "queries")
+    ),
 )  # fmt: skip

@@ -57,7 +57,8 @@ def lossy_stop(robot: RoutedStage) -> Shot:
 
 def stop_in_a_flood(robot: LiveStage) -> Shot:
     goal = robot.start_moving()
-    words = [sys.executable, "-m", "tests.faults.flood", str(robot.robot.scratch.file)]
+    file = str(robot.robot.scratch.file)
+    words = [sys.executable, "-m", "tests.faults.flood", file, "candidates"]
     with subprocess.Popen(words, stdout=subprocess.PIPE) as flood:
         try:
             assert flood.stdout is not None and flood.stdout.readline() == b"ready\n"

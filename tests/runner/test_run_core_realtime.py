@@ -162,15 +162,18 @@ def test_queue_depth_is_the_released_rows_after_the_newest_tick(run: Story) -> N
     assert run.core.queue_depth == 6
 
 
-def test_a_new_hal_session_fails_the_goal(run: Story) -> None:
+def test_a_joint_state_of_another_session_ends_nothing_until_the_gate_follows_it(
+    run: Story,
+) -> None:
     run.tick(10)
-    run.take(run.core.on_joints(joints(1, session=0xAB), 0.0))
-    result = run.core.result
-    assert result is not None
-    assert (result.outcome, result.kind) == ("failed", "new_session")
-    assert result.detail == (
-        "the HAL started anew: session 00000000000000ab, the claim's was 000000000000000b"
-    )
+    run.take(run.core.on_joints(joints(999, session=0xAB), 0.0))
+    assert (run.core.result, run.core.tick) == (None, 10)
+    follows = msgspec.structs.replace(lease(1, claims=(CLAIM,)), session=0xAB)
+    run.take(run.core.on_lease(follows))
+    assert run.core.result is not None
+    assert (run.core.result.kind, run.core.result.detail) == (
+        "claim_lost", "claim of runner lost: the gate follows another HAL session",
+    )  # fmt: skip
 
 
 def test_a_claim_that_was_granted_and_no_longer_is_fails_the_goal(run: Story) -> None:

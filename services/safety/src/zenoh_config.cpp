@@ -10,6 +10,9 @@ namespace {
 // ends far earlier, by leases and heartbeats.
 constexpr int kLinkSilenceMs = 2000;
 constexpr int kOpenPatienceMs = 2000;
+// Connections that say nothing are let wait for so long. Beyond its own 100 of them Zenoh turns
+// each away at once, at the cost of 4 ms in which nothing is received.
+constexpr int kAcceptPending = 10'000;
 
 int open_patience_ms(const Endpoints& endpoints) {
   if (!endpoints.router.empty()) return kOpenPatienceMs;
@@ -28,7 +31,9 @@ std::string session_config(const Endpoints& endpoints) {
   // there is none the message is dropped at once: whoever puts holds the gate's lock.
   const json queue = {{"size", {{"real_time", 16}, {"data", 4}}},
                       {"congestion_control", {{"drop", {{"wait_before_drop", 0}}}}}};
-  json transport = {{"link", {{"tx", {{"queue", queue}}}}}};
+  json transport = {
+      {"link", {{"tx", {{"queue", queue}}}}},
+      {"unicast", {{"accept_timeout", kLinkSilenceMs}, {"accept_pending", kAcceptPending}}}};
   if (client) {
     transport["link"]["tx"]["lease"] = kLinkSilenceMs;
     transport["unicast"]["open_timeout"] = kLinkSilenceMs;
@@ -51,7 +56,9 @@ std::string session_config(const Endpoints& endpoints) {
 
 void prepare_runtime(const Endpoints& endpoints) {
   const int keep = 0;  // whoever set it knows better
-  if (!endpoints.router.empty()) ::setenv("ZENOH_RUNTIME", "(rx: (worker_threads: 8))", keep);
+  const char* threads =
+      endpoints.router.empty() ? "(acc: (worker_threads: 16))" : "(rx: (worker_threads: 8))";
+  ::setenv("ZENOH_RUNTIME", threads, keep);
 }
 
 }  // namespace fairlead

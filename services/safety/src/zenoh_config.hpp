@@ -18,7 +18,9 @@ struct Endpoints {
 std::string session_config(const Endpoints& endpoints);
 
 /// Zenoh closes a dead TCP link in one of its receive threads, and waits there up to 10 s for what
-/// was not sent; a client gets more of them than the usual two. Before the first session.
+/// was not sent; a client gets more of them than the usual two. A connection that never said
+/// anything it closes where it accepts; a peer gets more threads there, else nothing is read
+/// meanwhile of the links that it dialled. Before the first session.
 void prepare_runtime(const Endpoints& endpoints);
 
 }  // namespace fairlead

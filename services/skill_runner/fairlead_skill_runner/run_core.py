@@ -103,11 +103,8 @@ class RunCore:
 
     def on_joints(self, joints: JointState, now_s: float) -> list[Output]:
         """The clock: a new tick, or in lockstep the same one again."""
-        if self.result:
-            return []
-        if joints.session != self.setup.session:
-            return self._end(results.new_session(self.setup.session, joints.session))
-        if joints.tick < self.tick:
+        # Another session is another HAL: the gate says whether it follows that, and ends the claim.
+        if self.result or joints.session != self.setup.session or joints.tick < self.tick:
             return []
         repeated = joints.tick == self.tick
         self.tick = joints.tick
