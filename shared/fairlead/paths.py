@@ -8,7 +8,10 @@ A checkout is such a tree, and a wheel carries one inside the package, in ``fair
 working directory upwards, then inside this package, then from this package upwards (an
 editable install, whose package lies in its checkout). What belongs to the user lies outside
 of it: skills in ``FAIRLEAD_SKILLS`` and robots in ``FAIRLEAD_ROBOTS``, else in the user's
-data folder.
+data folder. Other installed packages may have ``robots/``, ``rskills/`` and ``compose/`` too, in
+a folder that they register in ``fairlead.data``.
+
+Of one name, what ships comes first, then what is the user's, then what packages bring.
 """
 
 from __future__ import annotations
@@ -18,6 +21,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from fairlead.errors import ConfigError
+from fairlead.plugins import data_folders
 
 ROOT_VARIABLE = "FAIRLEAD_ROOT"
 SKILLS_VARIABLE = "FAIRLEAD_SKILLS"
@@ -33,7 +37,7 @@ def repo_root() -> Path:
     """
     looked_at: list[str] = []
     for folder in _candidates():
-        if (folder / "robots").is_dir() and (folder / "rskills").is_dir():
+        if _is_tree(folder):
             return folder
         looked_at.append(str(folder))
     raise ConfigError(
@@ -66,13 +70,13 @@ def user_skills_dir() -> Path:
 
 
 def skill_folders() -> tuple[Path, ...]:
-    """Folders of skills, those that ship first: a user's skill never takes their name."""
-    return (repo_root() / "rskills", user_skills_dir())
+    """Folders of skills, those that ship first: no other skill takes their name."""
+    return (repo_root() / "rskills", user_skills_dir(), *_packaged("rskills"))
 
 
 def robot_folders() -> tuple[Path, ...]:
-    """Folders of robots, those that ship first: a user's robot never takes their name."""
-    return (repo_root() / "robots", _users_own(ROBOTS_VARIABLE, "robots"))
+    """Folders of robots, those that ship first: no other robot takes their name."""
+    return (repo_root() / "robots", _users_own(ROBOTS_VARIABLE, "robots"), *_packaged("robots"))
 
 
 def robot_ids() -> tuple[str, ...]:
@@ -82,26 +86,32 @@ def robot_ids() -> tuple[str, ...]:
 
 
 def deployment_path(wanted: str) -> Path:
-    """The deployment file a person means: a path, or the name of one in ``compose/``.
+    """The deployment file a person means: a path, or the name of one that is installed.
 
     Raises:
         ConfigError: there is neither, naming the deployments there are.
     """
     if Path(wanted).is_file():
         return Path(wanted)
-    compose = repo_root() / "compose"
-    named = compose / f"{wanted.removesuffix('.yaml')}.yaml"
-    if "/" not in wanted and named.is_file():
+    files = {path.stem: path for path in reversed(deployment_files())}
+    named = files.get(wanted.removesuffix(".yaml"))
+    if "/" not in wanted and named is not None:
         return named
     raise ConfigError(
-        f"deployment {wanted!r}: no such file, and none of that name in {compose} "
+        f"deployment {wanted!r}: no such file, and none of that name in {repo_root() / 'compose'} "
         f"(valid: {', '.join(deployment_names()) or 'none'}, or a path)"
     )
 
 
+def deployment_files() -> list[Path]:
+    """Every deployment file, those that ship first, then those of packages."""
+    folders = (repo_root() / "compose", *_packaged("compose"))
+    return [path for folder in folders for path in sorted(folder.glob("*.yaml"))]
+
+
 def deployment_names() -> list[str]:
-    """Names of the deployment files in ``compose/``, sorted."""
-    return sorted(path.stem for path in (repo_root() / "compose").glob("*.yaml"))
+    """Names of all deployment files, sorted."""
+    return sorted({path.stem for path in deployment_files()})
 
 
 def gate_config(robot: str, profile: str) -> Path:
@@ -136,6 +146,12 @@ def runtime_lock() -> Path:
     return repo_root() / "requirements-run.lock"
 
 
+def _is_tree(folder: Path) -> bool:
+    """A Python package that has robots and skills is some package's data, not a checkout."""
+    has_both = (folder / "robots").is_dir() and (folder / "rskills").is_dir()
+    return has_both and not (folder / "__init__.py").is_file()
+
+
 def _candidates() -> Iterator[Path]:
     override = os.environ.get(ROOT_VARIABLE)
     if override:
@@ -148,6 +164,10 @@ def _candidates() -> Iterator[Path]:
     yield from package.parents
 
 
+def _packaged(folder: str) -> list[Path]:
+    return [place / folder for place in data_folders()]
+
+
 def _users_own(variable: str, folder: str) -> Path:
     override = os.environ.get(variable)
     if override:
@@ -157,10 +177,14 @@ def _users_own(variable: str, folder: str) -> Path:
 
 
 def _named_dir(what: str, name: str, parents: Sequence[Path], manifest: str) -> Path:
-    for parent in parents:
-        if name and "/" not in name and (parent / name / manifest).is_file():
-            return parent / name
-    known = sorted({found.parent.name for one in parents for found in one.glob(f"*/{manifest}")})
+    found = [parent / name for parent in parents if name and (parent / name / manifest).is_file()]
+    packaged = [folder for folder in found if folder.parent not in parents[:2]]
+    if "/" not in name and found:
+        if len(packaged) > 1 and found == packaged:
+            owners = " and ".join(map(str, packaged))
+            raise ConfigError(f"{what} {name!r}: {owners} have it; uninstall one of the packages")
+        return found[0]
+    known = sorted({one.parent.name for parent in parents for one in parent.glob(f"*/{manifest}")})
     raise ConfigError(
         f"{what} {name!r}: no file {parents[0] / name / manifest} "
         f"(valid: {', '.join(known) or 'none'})"

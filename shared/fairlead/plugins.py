@@ -1,9 +1,9 @@
 """What installed packages add to fairlead: entry points, found without importing anything.
 
-A package registers a HAL, a policy or a layout under a name in its ``pyproject.toml``; those
-that ship with fairlead are registered the same way. Looking a name up reads the installed
-packages' metadata only. The object behind it is imported when it is used, so a package that is
-broken is in nobody's way until then.
+A package registers a HAL, a policy or a layout under a name in its ``pyproject.toml``, and a
+folder of robots, skills and deployment files; what ships with fairlead is registered the same
+way. Looking a name up reads the installed packages' metadata only. The object behind it is
+imported when it is used, so a package that is broken is in nobody's way until then.
 """
 
 from __future__ import annotations
@@ -12,6 +12,8 @@ import functools
 from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib.metadata import EntryPoint, distributions
+from importlib.util import find_spec
+from pathlib import Path
 
 from fairlead.errors import ConfigError, expected
 
@@ -37,6 +39,20 @@ class Plugin:
     def who(self) -> str:
         """How errors call it."""
         return f"{self.what} {self.name!r} of {self.package}"
+
+    def folder(self) -> Path | None:
+        """The package or folder in a package that `value` names; None if there is none.
+
+        Nothing is imported.
+        """
+        top, *below = self.value.split(".")
+        try:
+            found = find_spec(top)
+        except (ImportError, ValueError):
+            return None
+        places = found.submodule_search_locations if found is not None else None
+        folders = (Path(place, *below) for place in places or ())
+        return next((folder for folder in folders if folder.is_dir()), None)
 
     def load(self) -> object:
         """Import the object.
@@ -68,6 +84,10 @@ class PluginGroup:
 
     group: str
     what: str
+
+    def every(self) -> tuple[Plugin, ...]:
+        """Every registered plug-in, by package and name."""
+        return tuple(sorted(self._plugins(), key=lambda one: (one.package, one.name)))
 
     def names(self) -> tuple[str, ...]:
         """Every registered name, sorted."""
@@ -112,6 +132,7 @@ class PluginGroup:
 HALS = PluginGroup("fairlead.hals", "HAL")
 LAYOUTS = PluginGroup("fairlead.layouts", "layout")
 POLICIES = PluginGroup("fairlead.policies", "policy backend")
+DATA = PluginGroup("fairlead.data", "folder of data")
 
 
 @functools.cache
@@ -126,6 +147,13 @@ def _registered() -> tuple[tuple[str, EntryPoint], ...]:
             entries = [(package, entry) for entry in distribution.entry_points]
             found.setdefault(name.lower().replace("_", "-"), entries)
     return tuple(one for entries in found.values() for one in entries)
+
+
+@functools.cache
+def data_folders() -> tuple[Path, ...]:
+    """Where installed packages have ``robots/``, ``rskills/`` and ``compose/``, in fixed order."""
+    folders = (one.folder() for one in DATA.every())
+    return tuple(folder for folder in folders if folder is not None)
 
 
 def _brief(got: object) -> str:

@@ -44,7 +44,7 @@ def run(site: Path, *words: str, **environment: str) -> subprocess.CompletedProc
     """Run Python where the packages of ``site`` are installed, beside all that is."""
     return subprocess.run(
         [sys.executable, *words],
-        env=os.environ | {"PYTHONPATH": str(site)} | environment,
+        env=os.environ | {"PYTHONPATH": str(site), "COLUMNS": "200"} | environment,
         capture_output=True,
         text=True,
         timeout=60,

@@ -14,7 +14,7 @@ from fairlead.cli.console import echo, print_json
 from fairlead.cli.deployment_choice import DeploymentOption, JsonOption, choose_file
 from fairlead.cli.goal_hints import goal_hints
 from fairlead.cli.progress_line import ProgressLine
-from fairlead.cli.skill_choice import InstalledSkill
+from fairlead.cli.skill_choice import SkillArgument, installed_skill
 from fairlead.cli.starting import wait_seen, wait_started
 from fairlead.cli.status import state_and_cause
 from fairlead.cli.wire_number import MAX_NUMBER
@@ -34,7 +34,7 @@ MAX_STALL_S = 86_400.0
 
 
 def command(
-    skill: InstalledSkill,
+    skill: SkillArgument,
     deployment: DeploymentOption = None,
     seed: Annotated[
         int | None,
@@ -69,9 +69,10 @@ def command(
     """Arm if disarmed, run SKILL, show its progress, print the result, disarm again.
 
     It disarms only if it armed, and only if no other claim is live. Ctrl-C cancels the goal, or
-    stops the robot if the runner does not confirm that.
+    stops the robot if the runner does not confirm that. A folder is linked into your skills first.
     With --then the goals run one after the other, until one does not succeed.
     """
+    skill = installed_skill(skill)
     wishes = [GoalWish(skill, prompt, deadline_ticks, stall_timeout, runner)]
     wishes += [_next_wish(step, wishes[0]) for step in then or ()]
     for wish in wishes:
@@ -102,7 +103,7 @@ def command(
 def _next_wish(step: str, first: GoalWish) -> GoalWish:
     """``SKILL`` or ``SKILL: PROMPT``; deadline and stall timeout are those of the first."""
     skill, _, prompt = step.partition(":")
-    return dataclasses.replace(first, skill=skill.strip(), prompt=prompt.strip())
+    return dataclasses.replace(first, skill=installed_skill(skill.strip()), prompt=prompt.strip())
 
 
 def _with_runner(wish: GoalWish, deployment: Deployment) -> GoalWish:

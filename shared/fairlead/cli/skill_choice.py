@@ -7,6 +7,12 @@ from typing import Annotated
 import typer
 
 from fairlead.cli.completion import complete_skill
+from fairlead.cli.console import echo
+from fairlead.cli.policy_problems import policy_problems
+from fairlead.errors import ConfigError
+from fairlead.paths import user_skills_dir
+from fairlead.skill.install import install_skill, is_link_to
+from fairlead.skill.manifest import find_skill, read_skill, skill_ids
 
 SkillArgument = Annotated[
     str,
@@ -16,6 +22,25 @@ SkillArgument = Annotated[
         help="a skill that ships or is installed (fairlead skill ls), or a folder with rskill.yaml",
     ),
 ]
-InstalledSkill = Annotated[
-    str, typer.Argument(help="a skill of: fairlead skill ls", autocompletion=complete_skill)
-]
+
+
+def installed_skill(wanted: str) -> str:
+    """The id of a skill that a person means; a folder is linked into the user's skills, and said.
+
+    Raises:
+        ConfigError: there is none, it does not fit, or another one of its name is installed.
+    """
+    if wanted in skill_ids():
+        return wanted
+    folder = find_skill(wanted)
+    skill = read_skill(folder)
+    target = user_skills_dir() / skill.id
+    if not is_link_to(target, folder):
+        if target.exists():
+            raise ConfigError(
+                f"skill {skill.id}: another one is installed in {target}; replace it by this one "
+                f"with: fairlead skill install --link --force {wanted}"
+            )
+        install_skill(folder, found=policy_problems(skill), link=True)
+        echo(f"linked {target} -> {folder.resolve()}", err=True)
+    return skill.id

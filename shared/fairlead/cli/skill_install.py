@@ -22,12 +22,15 @@ def command(
     force: Annotated[
         bool, typer.Option("--force", help="replace another version of the skill")
     ] = False,
+    link: Annotated[
+        bool, typer.Option("--link", help="a link to the folder: its edits need no new install")
+    ] = False,
 ) -> None:
     """Check a skill, with every reason if it does not fit, and copy it to the user's skills.
 
     They are in $FAIRLEAD_SKILLS, else ~/.local/share/fairlead/rskills. A runner offers it at its
     next goal.
     """
-    target = install_skill(path, force, policy_problems(read_skill(path)))
-    echo(f"installed {target}")
+    target = install_skill(path, force, policy_problems(read_skill(path)), link)
+    echo(f"installed {target}" + (f" -> {target.resolve()}" if link else ""))
     echo(f"next: fairlead run {target.name}")

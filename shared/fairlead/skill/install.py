@@ -1,4 +1,4 @@
-"""Install a skill: check everything first, then copy its folder to the user's skills."""
+"""Install a skill: check everything first, then put its folder among the user's skills."""
 
 from __future__ import annotations
 
@@ -32,16 +32,20 @@ def install_problems(folder: Path, skill: SkillManifest) -> list[str]:
     return problems
 
 
-def install_skill(folder: Path, force: bool = False, found: Sequence[str] = ()) -> Path:
-    """Check the skill in ``folder`` and copy it to where `load_skill` finds it.
+def install_skill(
+    folder: Path, force: bool = False, found: Sequence[str] = (), link: bool = False
+) -> Path:
+    """Check the skill in ``folder`` and put it where `load_skill` finds it.
 
-    The same version is replaced, another version only with ``force``.
+    The same version is replaced, and a link to the same folder; another version only with
+    ``force``.
 
     Args:
+        link: a link to the folder instead of a copy, so that its edits are the skill's.
         found: reasons against it that the caller knows of.
 
     Returns:
-        The folder it was copied to.
+        Where it is installed.
 
     Raises:
         ConfigError: with every reason why not; nothing has been written then.
@@ -53,9 +57,10 @@ def install_skill(folder: Path, force: bool = False, found: Sequence[str] = ()) 
     if (repo_root() / "rskills" / skill.id).exists():
         raise ConfigError(f"skill {skill.id}: one of this name ships with fairlead; rename yours")
     target = user_skills_dir() / skill.id
-    _check_version(target, skill, force)
+    if not is_link_to(target, folder):
+        _check_version(target, skill, force)
     try:
-        _copy(folder, target)
+        _put(folder, target, link)
     except OSError as error:
         raise ConfigError(
             f"skill {skill.id}: cannot write {target}: {error.strerror or error}; "
@@ -75,12 +80,20 @@ def _check_version(target: Path, skill: SkillManifest, force: bool) -> None:
         )
 
 
-def _copy(folder: Path, target: Path) -> None:
+def is_link_to(target: Path, folder: Path) -> bool:
+    """Whether an installed skill is a link to this folder."""
+    return target.is_symlink() and target.resolve() == folder.resolve()
+
+
+def _put(folder: Path, target: Path, link: bool) -> None:
     """The new folder is complete before the old one goes."""
     target.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=target.parent.parent, prefix=".installing-") as beside:
         fresh = Path(beside) / target.name
-        shutil.copytree(folder, fresh, ignore=shutil.ignore_patterns("__pycache__", ".*"))
-        if target.exists():
+        if link:
+            fresh.symlink_to(folder.resolve(), target_is_directory=True)
+        else:
+            shutil.copytree(folder, fresh, ignore=shutil.ignore_patterns("__pycache__", ".*"))
+        if target.exists() or target.is_symlink():
             target.rename(Path(beside) / "old")
         fresh.rename(target)
