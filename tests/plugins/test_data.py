@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from fairlead.robot.gate_file import compile_gate_config
+from fairlead.robot.manifest import load_robot
 from tests.plugins.package import fairlead, install, run
 from tests.repo.tree import ROOT
 
@@ -66,3 +68,12 @@ def test_a_packages_folder_is_no_checkout(place: str, tmp_path: Path) -> None:
     code = f"import os; os.chdir({str(tmp_path / place)!r}); from fairlead.paths import repo_root"
     done = run(tmp_path, "-c", f"{code}; print(repo_root())")
     assert done.stdout.strip() == str(ROOT)
+
+
+def test_the_examples_gate_file_is_what_its_robot_compiles_to(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    robots = ROOT / "docs/examples/acme_arm/acme_arm/robots"
+    monkeypatch.setenv("FAIRLEAD_ROBOTS", str(robots))
+    compiled = compile_gate_config(load_robot("acme_arm"), "sim")
+    assert (robots / "acme_arm/gate.sim.json").read_text() == compiled

@@ -8,11 +8,13 @@ from pathlib import Path
 import pytest
 
 from fairlead.operate.scratch_robot import scratch_robot
-from fairlead.paths import repo_root
+from fairlead.paths import gate_binary, repo_root
 from fairlead.supervisor import Registry
 from fairlead.supervisor.scratch import Scratch, ScratchOptions, make_scratch
+from tests.repo.tree import files
 from tests.system.light_hal import LIGHT_HAL, Pacing
 from tests.system.live_robot import LiveRobot
+from tests.system.wheel_environment import Person, built, install
 
 SOURCE = repo_root() / "compose" / "panda_mobile_sim.yaml"
 
@@ -53,3 +55,25 @@ def realtime_robot(
 ) -> Iterator[LiveRobot]:
     """One robot for a module's tests, at its own rate."""
     yield from _live(tmp_path_factory.mktemp("realtime") / "state", "realtime", registry)
+
+
+@pytest.fixture(scope="session")
+def dist(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The wheel, the source archive and the lock file."""
+    folder = tmp_path_factory.mktemp("dist")
+    files()  # listed now: what is written while the tests run is in no archive
+    built(folder, gate_binary().parent)
+    return folder
+
+
+@pytest.fixture(scope="session")
+def wheel(dist: Path) -> Path:
+    [path] = dist.glob("*.whl")
+    return path
+
+
+@pytest.fixture(scope="session")
+def person(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Person:
+    """Somebody with the wheel in an environment that holds nothing else."""
+    home = tmp_path_factory.mktemp("home")
+    return Person(install(wheel, tmp_path_factory.mktemp("env")), home)

@@ -19,31 +19,11 @@ from fairlead.paths import gate_binary
 from fairlead.supervisor.scratch import ScratchOptions, make_scratch
 from tests.repo.tree import ROOT, files
 from tests.system.live_robot import wait_for
-from tests.system.wheel_environment import Person, built, install
+from tests.system.wheel_environment import Person
 
 pytestmark = [pytest.mark.processes, pytest.mark.simulator, pytest.mark.timeout(300)]
 
 GATE = "build/safety/fairlead-safety"
-
-
-@pytest.fixture(scope="module")
-def dist(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("dist")
-    files()  # listed now: what is written while the tests run is in no archive
-    built(folder, gate_binary().parent)
-    return folder
-
-
-@pytest.fixture(scope="module")
-def wheel(dist: Path) -> Path:
-    [path] = dist.glob("*.whl")
-    return path
-
-
-@pytest.fixture(scope="module")
-def person(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Person:
-    home = tmp_path_factory.mktemp("home")
-    return Person(install(wheel, tmp_path_factory.mktemp("env")), home)
 
 
 def contents(wheel: Path) -> dict[str, bytes]:

@@ -1,0 +1,1 @@
+"""Acme's arm of two joints, for fairlead."""
