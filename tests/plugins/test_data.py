@@ -34,6 +34,7 @@ def with_data(site: Path, name: str = "acme-data", module: str = "acme_data") ->
     install(site, name, {"fairlead.data": {name: module}}, files)
 
 
+@pytest.mark.processes
 def test_robots_skills_and_deployments_of_a_package_are_listed_and_found(tmp_path: Path) -> None:
     with_data(tmp_path)
     robots = json.loads(fairlead(tmp_path, "robot", "ls", "--json").stdout)
@@ -47,11 +48,13 @@ def test_robots_skills_and_deployments_of_a_package_are_listed_and_found(tmp_pat
     assert refused.returncode == 2 and "acme, dual_panda_mujoco, " in refused.stderr
 
 
+@pytest.mark.processes
 def test_a_package_whose_folder_is_gone_is_in_nobodys_way(tmp_path: Path) -> None:
     install(tmp_path, "acme-data", {"fairlead.data": {"acme": "acme_data.gone"}}, {})
     assert fairlead(tmp_path, "robot", "show", "panda").returncode == 0
 
 
+@pytest.mark.processes
 def test_a_robot_that_two_packages_bring_is_refused_with_both(tmp_path: Path) -> None:
     with_data(tmp_path)
     with_data(tmp_path, "other-data", "other_data")
@@ -63,6 +66,7 @@ def test_a_robot_that_two_packages_bring_is_refused_with_both(tmp_path: Path) ->
 
 
 @pytest.mark.parametrize("place", ["acme_data", "acme_data/robots/acme"])
+@pytest.mark.processes
 def test_a_packages_folder_is_no_checkout(place: str, tmp_path: Path) -> None:
     with_data(tmp_path)
     code = f"import os; os.chdir({str(tmp_path / place)!r}); from fairlead.paths import repo_root"

@@ -41,6 +41,7 @@ def words(file: Path, service: str = "hal") -> list[str]:
     return service_command(file, load_deployment(file), service, Path("/state"))
 
 
+@pytest.mark.processes
 def test_a_hal_that_no_package_has_is_refused_with_those_there_are(tmp_path: Path) -> None:
     file = deployment(tmp_path, {"run": "hal_simm"})
     with pytest.raises(ConfigError) as caught:
@@ -50,6 +51,7 @@ def test_a_hal_that_no_package_has_is_refused_with_those_there_are(tmp_path: Pat
     assert (refused.returncode, refused.stderr) == (1, f"ERROR {caught.value}\n")
 
 
+@pytest.mark.processes
 def test_a_misspelt_service_is_a_second_hal_and_refused_as_such(tmp_path: Path) -> None:
     file = deployment(tmp_path, {"run": "hal_sim"}, "skill_runer")
     refused = command("up", str(file), state=tmp_path)
@@ -74,6 +76,7 @@ def test_a_command_is_found_from_the_files_folder_and_told_who_it_is(tmp_path: P
     ]
 
 
+@pytest.mark.processes
 def test_what_somebody_else_starts_is_started_by_nobody_here(tmp_path: Path) -> None:
     file = deployment(tmp_path, {"run": "external"})
     assert load_deployment(file).processes(None) == ["safety"]

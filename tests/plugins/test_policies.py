@@ -75,6 +75,7 @@ def load(site: Path, value: str, text: str) -> str:
     return done.stdout.strip()
 
 
+@pytest.mark.processes
 def test_a_policy_of_another_package_is_loaded_and_asked(tmp_path: Path) -> None:
     said = json.loads(load(tmp_path, "acme:Still", POLICY))
     assert said == [[1, 12], "still"]
@@ -93,6 +94,7 @@ def test_a_policy_of_another_package_is_loaded_and_asked(tmp_path: Path) -> None
          "acme:POLICY: expected a class with from_options (fairlead.policy.Policy), got 3"),
     ],
 )  # fmt: skip
+@pytest.mark.processes
 def test_a_broken_policy_is_named_with_its_package(
     value: str, text: str, complaint: str, tmp_path: Path
 ) -> None:
@@ -100,6 +102,7 @@ def test_a_broken_policy_is_named_with_its_package(
     assert said == f"policy backend 'still' of acme-policies 1.2: {complaint}"
 
 
+@pytest.mark.processes
 def test_what_is_made_has_to_be_a_policy(tmp_path: Path) -> None:
     assert load(tmp_path, "acme:Still", NO_POLICY) == (
         "policy worker: loading failed: policy backend 'still' of acme-policies 1.2: acme:Still: "

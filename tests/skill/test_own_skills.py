@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 import yaml
 
-from fairlead.cli.skill_choice import installed_skill
 from fairlead.errors import ConfigError, PolicyError
 from fairlead.paths import rskill_dir
 from fairlead.plugins import POLICIES
@@ -259,45 +258,3 @@ def test_a_skill_that_is_nowhere_is_answered_with_those_that_ship_and_those_inst
     with pytest.raises(ConfigError, match=r"valid: .*mine, .*oracle-.*or a folder"):
         find_skill("./nowhere")
     assert find_skill("mine") == installed / "mine"
-
-
-def test_a_linked_skill_is_its_folder_and_a_copy_replaces_the_link(
-    installed: Path, tmp_path: Path
-) -> None:
-    folder = written(tmp_path / "mine")
-    assert install_skill(folder, link=True) == installed / "mine"
-    edit(folder / "rskill.yaml", "version: 0.1.0", "version: 0.2.0")
-    assert load_skill("mine").version == "0.2.0"
-    assert install_skill(folder, link=True).is_symlink(), "the same link again needs no force"
-    install_skill(folder)
-    assert not (installed / "mine").is_symlink() and load_skill("mine").version == "0.2.0"
-    assert (folder / "rskill.yaml").is_file()
-
-
-def test_a_link_that_leads_nowhere_is_replaced_and_hides_nothing(
-    installed: Path, tmp_path: Path
-) -> None:
-    folder = written(tmp_path / "mine")
-    install_skill(folder, link=True)
-    folder.rename(tmp_path / "elsewhere")
-    assert "mine" not in skill_ids()
-    (tmp_path / "elsewhere").rename(folder)
-    install_skill(folder)
-    assert load_skill("mine").id == "mine"
-
-
-def test_run_links_a_folder_and_refuses_one_beside_another_of_its_name(
-    installed: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    folder = written(tmp_path / "mine")
-    assert installed_skill(str(folder)) == "mine"
-    assert capsys.readouterr().err == f"linked {installed}/mine -> {folder}\n"
-    assert installed_skill(str(folder)) == installed_skill("mine") == "mine"
-    assert capsys.readouterr().err == ""
-    other = written(tmp_path / "other" / "mine")
-    with pytest.raises(ConfigError) as caught:
-        installed_skill(str(other))
-    assert str(caught.value) == (
-        f"skill mine: another one is installed in {installed}/mine; replace it by this one with: "
-        f"fairlead skill install --link --force {other}"
-    )

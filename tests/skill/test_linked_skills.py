@@ -1,0 +1,73 @@
+"""A skill that is linked instead of copied: ``skill install --link``, ``run FOLDER``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from fairlead.cli.skill_choice import installed_skill
+from fairlead.errors import ConfigError
+from fairlead.robot.manifest import load_robot
+from fairlead.skill.install import install_skill
+from fairlead.skill.manifest import load_skill, skill_ids
+from fairlead.skill.skeleton import skill_skeleton
+
+
+@pytest.fixture
+def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The user's skills: an empty place of this test's own."""
+    folder = tmp_path / "data" / "rskills"
+    monkeypatch.setenv("FAIRLEAD_SKILLS", str(folder))
+    return folder
+
+
+def written(folder: Path) -> Path:
+    """A skeleton in ``folder``, as `skill new` writes it."""
+    folder.mkdir(parents=True)
+    for file, text in skill_skeleton(folder.name, load_robot("panda_mobile")).items():
+        (folder / file).write_text(text, encoding="utf-8")
+    return folder
+
+
+def test_a_linked_skill_is_its_folder_and_a_copy_replaces_the_link(
+    installed: Path, tmp_path: Path
+) -> None:
+    folder = written(tmp_path / "mine")
+    assert install_skill(folder, link=True) == installed / "mine"
+    manifest = folder / "rskill.yaml"
+    manifest.write_text(manifest.read_text().replace("version: 0.1.0", "version: 0.2.0"))
+    assert load_skill("mine").version == "0.2.0"
+    assert install_skill(folder, link=True).is_symlink(), "the same link again needs no force"
+    install_skill(folder)
+    assert not (installed / "mine").is_symlink() and load_skill("mine").version == "0.2.0"
+    assert (folder / "rskill.yaml").is_file()
+
+
+def test_a_link_that_leads_nowhere_is_replaced_and_hides_nothing(
+    installed: Path, tmp_path: Path
+) -> None:
+    folder = written(tmp_path / "mine")
+    install_skill(folder, link=True)
+    folder.rename(tmp_path / "elsewhere")
+    assert "mine" not in skill_ids()
+    (tmp_path / "elsewhere").rename(folder)
+    install_skill(folder)
+    assert load_skill("mine").id == "mine"
+
+
+def test_run_links_a_folder_and_refuses_one_beside_another_of_its_name(
+    installed: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = written(tmp_path / "mine")
+    assert installed_skill(str(folder)) == "mine"
+    assert capsys.readouterr().err == f"linked {installed}/mine -> {folder}\n"
+    assert installed_skill(str(folder)) == installed_skill("mine") == "mine"
+    assert capsys.readouterr().err == ""
+    other = written(tmp_path / "other" / "mine")
+    with pytest.raises(ConfigError) as caught:
+        installed_skill(str(other))
+    assert str(caught.value) == (
+        f"skill mine: another one is installed in {installed}/mine; replace it by this one with: "
+        f"fairlead skill install --link --force {other}"
+    )
