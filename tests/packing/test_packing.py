@@ -9,8 +9,13 @@ import pytest
 
 from fairlead.errors import ConfigError
 from fairlead.hal.backend import PartCommand
+from fairlead.messages import floats
 from fairlead.modes import ControlMode
+from fairlead.robot.manifest import load_robot
+from fairlead.skill.manifest import load_skill
+from fairlead.skill.routes import resolve_routes
 from fairlead_hal_sim.packing import ActionMap, ActionVector, pack
+from fairlead_skill_runner.dispatch import dispatch
 from tests.packing.vectors import (
     ARM_SCALE,
     BASE_SCALE,
@@ -204,6 +209,23 @@ def test_a_zero_of_the_gripper_is_not_turned_into_a_negative_one(
     half_open = {"gripper": opening(0.04)}  # what +0.0 means
     (value,) = part(pack(half_open, slots, ZEROS), order, "right_gripper")
     assert value == 0.0 and not np.signbit(value)
+
+
+def test_both_zeros_of_a_policy_come_back_through_the_grippers_offset(
+    slots: ActionMap, order: dict[str, tuple[int, int]]
+) -> None:
+    routes = resolve_routes(
+        load_skill("oracle-counter-to-cabinet").action_contract, load_robot("panda_mobile")
+    )
+    actions = np.zeros((2, 12), dtype=np.float32)
+    actions[1] = -0.0
+    told = floats(dispatch(routes, actions, 12)[1].values)
+    assert told[0] == 0.04 and abs(told[1] - 0.04) <= np.spacing(0.04)
+    values = [
+        part(pack({"gripper": opening(one)}, slots, ZEROS), order, "right_gripper") for one in told
+    ]
+    assert values == [[0.0], [0.0]]
+    assert [bool(np.signbit(value[0])) for value in values] == [False, True]
 
 
 def test_the_sign_of_a_zero_survives_where_there_is_no_offset(

@@ -113,8 +113,8 @@ def _inputs(
 ) -> ActionVector:
     """One part's controller inputs: the inverse of the SI scaling, rounded to float32.
 
-    Rounding the float64 quotient restores the float32 a policy emitted, bit for bit. With an offset
-    a zero's sign cannot be restored: it is +0.0.
+    Rounding the float64 quotient restores the float32 a policy emitted, bit for bit. With an offset,
+    that is +0.0 and the number next to it, towards 0, is -0.0, as dispatch writes it.
     """
     _check_command(slot, command, len(action_map.joint_names))
     if command.mode is ControlMode.JOINT_VELOCITY:
@@ -134,7 +134,9 @@ def _inputs(
         )
     inputs = np.zeros(slot.width, dtype=np.float32)
     inputs[driven] = (values - slot.offset[driven]) / slot.scale[driven]
-    inputs[(inputs == 0.0) & (slot.offset != 0.0)] = 0.0
+    offset = slot.offset[driven]
+    inputs[driven[(values == offset) & (offset != 0.0)]] = 0.0
+    inputs[driven[(values == np.nextafter(offset, 0.0)) & (offset != 0.0)]] = -0.0
     return inputs
 
 

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from fairlead.errors import ConfigError, expected
-from fairlead.messages import ActionPart, pack_floats
+from fairlead.messages import ActionPart, FloatArray, pack_floats
 from fairlead.policy import Actions
 from fairlead.skill.routes import Route
 
@@ -50,9 +50,9 @@ def _part(route: Route, actions: Actions) -> ActionPart:
     values = np.zeros((len(actions), route.width))
     values[:, route.columns] = outputs * np.asarray(route.scale)
     # Adding 0.0 would turn the policy's -0.0 into 0.0, and the bits would differ.
-    for column, offset in zip(route.columns, route.offset, strict=True):
+    for output, column, offset in zip(outputs.T, route.columns, route.offset, strict=True):
         if offset != 0.0:
-            values[:, column] += offset
+            values[:, column] += _beside(offset, output) if route.threshold is None else offset
     if route.threshold is not None:
         # What is no number stays what it is: the gate stops for it, and no gripper opens.
         values = np.where(np.isfinite(values), values >= route.threshold, values)
@@ -63,3 +63,9 @@ def _part(route: Route, actions: Actions) -> ActionPart:
         values=pack_floats(values),
         active=route.active,
     )
+
+
+def _beside(offset: float, output: FloatArray) -> FloatArray:
+    """The offset; for an output of -0.0 the number next to it, by which the HAL knows that zero."""
+    is_negative_zero = (output == 0.0) & np.signbit(output)
+    return np.where(is_negative_zero, np.nextafter(offset, 0.0), offset)
