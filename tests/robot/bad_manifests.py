@@ -6,12 +6,26 @@ begins with a dot.
 
 from __future__ import annotations
 
+from typing import Any
+
 from tests.gate.file_edits import Change, again, drop, put
 
 SIM = "safety.sim"
 ARM, GRIPPER, BASE = (f"{SIM}.parts.{part}" for part in ("arm", "gripper", "base"))
 MEASURED = f"{SIM}.measured.panda_joint1"
 ROOM, HALL = f"{SIM}.workspace.volumes.0", f"{SIM}.base.zones.0"
+
+
+def turning_jaw(data: dict[str, Any]) -> None:
+    """The gripper's joint turns; its numbers stay."""
+    (jaw,) = (joint for joint in data["joints"] if joint["name"] == "panda_gripper")
+    units = {"_m": "_rad", "_m_s": "_rad_s", "_m_s2": "_rad_s2", "effort_n": "effort_nm"}
+    for key in list(jaw):
+        for slides, turns in units.items():
+            if key.endswith(slides):
+                jaw[key.removesuffix(slides) + turns] = jaw.pop(key)
+    jaw["type"] = "revolute"
+
 
 BAD: dict[str, tuple[Change, str]] = {
     "no capsules": (drop("capsules"), "capsules: is missing"),
@@ -23,6 +37,11 @@ BAD: dict[str, tuple[Change, str]] = {
         put("parts.0.modes", ["gripper_binary"]),
         "part 'arm': gripper_binary: expected exactly one joint, with position limits, got "
         "['panda_joint1', 'panda_joint2',",
+    ),
+    "a jaw that turns, told openings": (
+        turning_jaw,
+        "part 'gripper': gripper_position: expected a joint that slides, openings are in m, got "
+        "'panda_gripper', which is revolute (for one that turns: joint_position)",
     ),
     "no contact limit": (
         drop(f"{MEASURED}.contact_limit"),

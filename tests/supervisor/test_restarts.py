@@ -123,3 +123,15 @@ def test_a_lock_is_one_lock_whoever_ends_in_between(bench: Bench) -> None:
     bench.supervisor.stop()
     with bench.registry.lock(name), pytest.raises(ServiceError, match="is already running"):
         bench.another().reserve()
+
+
+@pytest.mark.processes
+def test_a_process_group_that_ends_while_it_is_being_ended_is_no_error(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its last process goes between the look and the signal."""
+    bench.supervisor.start()
+    bench.supervisor.wait_ready(WAIT_S)
+    monkeypatch.setattr("fairlead.supervisor.child.group_members", lambda group: [group])
+    os.kill(bench.supervisor.pid("hal"), signal.SIGKILL)
+    assert "was killed by signal 9" in bench.poll_until("died").text

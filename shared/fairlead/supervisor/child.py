@@ -8,7 +8,7 @@ import subprocess
 import threading
 from collections import deque
 from collections.abc import Callable, Sequence
-from contextlib import closing
+from contextlib import closing, suppress
 from pathlib import Path
 from typing import IO
 
@@ -89,7 +89,8 @@ class Child:
     def kill_group(self) -> None:
         """SIGKILL to the process and everything it started that is still there."""
         if group_members(self.pid):
-            os.killpg(self.pid, signal.SIGKILL)
+            with suppress(ProcessLookupError):  # the last of them has just ended
+                os.killpg(self.pid, signal.SIGKILL)
         self._process.wait()
         self._reader.join(timeout=1.0)
 
