@@ -70,7 +70,8 @@ class MinimalArm:
 
 
 def body(context: ServiceContext) -> None:
-    run_hal(context, lambda robot: Equipment(MinimalArm(robot, "sim")), what="minimal")
+    profile = context.deployment.profile
+    run_hal(context, lambda robot: Equipment(MinimalArm(robot, profile)), what="minimal")
 
 
 sys.exit(run_service("minimal_hal", body))

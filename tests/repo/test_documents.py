@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from fairlead.modes import GATED_MODES
+from fairlead_hal_sim.hal_options import HalSimOptions
 from tests.assembler.every_layout import LAYOUT_DIMS, LAYOUTS
 from tests.pages import PAGES
 from tests.repo.tree import ROOT
@@ -85,3 +86,10 @@ def test_scripts_and_files_named_in_the_documents_exist() -> None:
 
 def test_contributing_is_short() -> None:
     assert (ROOT / "CONTRIBUTING.md").read_text().count("\n") < 60
+
+
+def test_every_option_of_hal_sim_is_in_its_page() -> None:
+    page = (ROOT / "docs" / "hal.md").read_text()
+    section = page.partition("## Options of hal_sim")[2].partition("\n## ")[0]
+    rows = [line.split("|")[1] for line in section.splitlines() if line.startswith("| `")]
+    assert sorted(re.findall(r"`(\w+)`", " ".join(rows))) == sorted(HalSimOptions.model_fields)

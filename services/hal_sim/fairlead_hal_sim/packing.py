@@ -113,8 +113,8 @@ def _inputs(
 ) -> ActionVector:
     """One part's controller inputs: the inverse of the SI scaling, rounded to float32.
 
-    Rounding the float64 quotient restores the float32 a policy emitted, bit for bit. With an offset,
-    that is +0.0 and the number next to it, towards 0, is -0.0, as dispatch writes it.
+    Rounding the float64 quotient restores the float32 a policy emitted, bit for bit. An offset
+    itself is +0.0, and the number next to it, towards 0, is -0.0, as dispatch writes it.
     """
     _check_command(slot, command, len(action_map.joint_names))
     if command.mode is ControlMode.JOINT_VELOCITY:
