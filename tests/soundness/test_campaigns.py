@@ -54,6 +54,7 @@ def test_two_arms_stay_clear_of_each_other() -> None:
     assert not found.breaches, found.told
 
 
+@pytest.mark.processes
 @pytest.mark.simulator
 def test_the_mobile_robot_stays_where_it_may_be() -> None:
     found = campaign("panda_mobile").run(120, silent)
@@ -136,6 +137,7 @@ def mobile() -> Iterator[LockstepLoop]:
     loop.close()
 
 
+@pytest.mark.processes
 @pytest.mark.simulator
 @pytest.mark.parametrize(
     ("attack", "seed", "most_ticks"),
@@ -156,6 +158,7 @@ def test_episodes_that_broke_a_rule_once_do_not(
     assert not campaign.found.breaches, campaign.found.told
 
 
+@pytest.mark.processes
 @pytest.mark.simulator
 def test_attacks_with_a_base_and_its_switch_get_rows_through(mobile: LockstepLoop) -> None:
     for attack in ON_A_BASE:
@@ -166,6 +169,7 @@ def test_attacks_with_a_base_and_its_switch_get_rows_through(mobile: LockstepLoo
         assert not {*found.refused, *found.truncated} & MALFORMED, (attack, found.refused)
 
 
+@pytest.mark.processes
 @pytest.mark.simulator
 def test_gentle_random_vectors_of_a_checkpoint_get_through_more_often_than_those_of_full_scale(
     mobile: LockstepLoop,
