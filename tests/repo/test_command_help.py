@@ -27,7 +27,7 @@ WANTED = {
         "status",
         "why",
     ),
-    *("cancel", "judge"),
+    *("cancel", "episode", "eval", "judge", "plot"),
     *(
         "skill ls",
         "skill show",

@@ -12,15 +12,14 @@ import typer
 from fairlead.cli.arming import YesOption, armed
 from fairlead.cli.console import echo, print_json
 from fairlead.cli.deployment_choice import DeploymentOption, JsonOption, choose_file
+from fairlead.cli.episode import new_episode
 from fairlead.cli.goal_hints import goal_hints
 from fairlead.cli.progress_line import ProgressLine
 from fairlead.cli.skill_choice import SkillArgument, installed_skill
 from fairlead.cli.starting import wait_seen, wait_started
-from fairlead.cli.status import state_and_cause
 from fairlead.cli.wire_number import MAX_NUMBER
 from fairlead.deploy.deployment import Deployment, load_deployment
-from fairlead.errors import RefusedError
-from fairlead.messages import GateState, GoalResult, HalStatus
+from fairlead.messages import GoalResult, HalStatus
 from fairlead.operate.client import RobotClient
 from fairlead.operate.goal_run import GoalInterrupted, GoalWish, run_goal
 from fairlead.operate.goal_watch import Progress
@@ -31,6 +30,20 @@ from fairlead.skill.manifest import load_skill
 
 EXAMPLE = "fairlead run oracle-counter-to-cabinet"
 MAX_STALL_S = 86_400.0
+RunnerOption = Annotated[
+    str, typer.Option(help="which runner, if several can run it: a service of the deployment")
+]
+PromptOption = Annotated[str, typer.Option(help="instruction; default: the skill's own")]
+DeadlineOption = Annotated[
+    int,
+    typer.Option(min=0, max=MAX_NUMBER, help="give up after so many control periods; 0: never"),
+]
+StallOption = Annotated[
+    float,
+    typer.Option(
+        min=0.1, max=MAX_STALL_S, help="give up after so many seconds without a released row"
+    ),
+]
 
 
 def command(
@@ -42,10 +55,8 @@ def command(
             min=0, max=MAX_NUMBER, help="simulator: start a new episode of this seed first"
         ),
     ] = None,
-    runner: Annotated[
-        str, typer.Option(help="which runner, if several can run it: a service of the deployment")
-    ] = "",
-    prompt: Annotated[str, typer.Option(help="instruction; default: the skill's own")] = "",
+    runner: RunnerOption = "",
+    prompt: PromptOption = "",
     then: Annotated[
         list[str] | None,
         typer.Option(
@@ -53,16 +64,8 @@ def command(
             metavar="SKILL[: PROMPT]",
         ),
     ] = None,
-    deadline_ticks: Annotated[
-        int,
-        typer.Option(min=0, max=MAX_NUMBER, help="give up after so many control periods; 0: never"),
-    ] = 1200,
-    stall_timeout: Annotated[
-        float,
-        typer.Option(
-            min=0.1, max=MAX_STALL_S, help="give up after so many seconds without a released row"
-        ),
-    ] = 30.0,
+    deadline_ticks: DeadlineOption = 1200,
+    stall_timeout: StallOption = 30.0,
     yes: YesOption = False,
     as_json: JsonOption = False,
 ) -> None:
@@ -87,7 +90,7 @@ def command(
         client.wait_gate_follows()
         _require_admission(wishes, chosen, client.hal_status())
         if seed is not None:
-            _new_episode(client, seed)
+            new_episode(client, seed)
         with armed(client, confirmed=yes):
             for wish in wishes:
                 progress = _run(client, wish, as_json)
@@ -132,21 +135,6 @@ def _run(client: RobotClient, wish: GoalWish, as_json: bool) -> Progress:
     assert progress.result is not None
     _print_result(wish.skill, progress, progress.result, as_json)
     return progress
-
-
-def _new_episode(client: RobotClient, seed: int) -> None:
-    gate = client.gate_status()
-    if gate.state in (GateState.STOPPED, GateState.LATCHED):
-        why = f"no new episode while the gate is {state_and_cause(gate)}"
-        raise RefusedError("fairlead run", why, gate.fix)
-    if gate.claims:
-        claim = gate.claims[0]
-        why = f"a new episode would end the claim of {claim.source}, which runs {claim.skill}"
-        fix = f"without --seed; or first: fairlead cancel {claim.source}"
-        raise RefusedError("fairlead run", why, fix)
-    if gate.state == GateState.ARMED:
-        client.disarm()
-    client.reset_episode(seed)
 
 
 def _print_result(skill: str, progress: Progress, result: GoalResult, as_json: bool) -> None:

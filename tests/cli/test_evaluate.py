@@ -1,0 +1,172 @@
+"""``fairlead eval`` and ``fairlead episode`` on a simulated robot that runs."""
+
+from __future__ import annotations
+
+import json
+import re
+import signal
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+import typer
+
+from fairlead.cli.evaluate import parse_seeds, wilson
+from fairlead.messages import GateState, StopLevel
+from fairlead.operate.scratch_robot import ScratchRobot, scratch_robot
+from fairlead.paths import repo_root
+from fairlead.supervisor import Registry
+from fairlead.supervisor.scratch import ScratchOptions, make_scratch
+from fairlead.wire.bus import Qos
+from tests.cli.command import fairlead, fairlead_command, fairlead_environment
+from tests.system.live_robot import wait_for
+
+SKILL = "panda-joint-reach"
+
+
+@pytest.fixture(scope="module")
+def robot(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ScratchRobot]:
+    folder = tmp_path_factory.mktemp("evaluate")
+    scratch = make_scratch(repo_root() / "compose" / "panda_mujoco.yaml", folder, ScratchOptions())
+    with scratch_robot(scratch, Registry(folder / "registry")) as made:
+        yield made
+
+
+@pytest.mark.parametrize(
+    ("text", "seeds"),
+    [("0:3", [0, 1, 2]), ("7", [7]), ("3,5,8", [3, 5, 8]), ("0:2,9", [0, 1, 9])],
+)
+def test_seeds_are_a_range_without_its_end_or_single_ones(text: str, seeds: list[int]) -> None:
+    assert parse_seeds(text) == seeds
+
+
+@pytest.mark.parametrize("text", ["", "a", "3:", ":3", "3:3", "4:2", "-1:2", "0:1000000", "1.5"])
+def test_other_seeds_are_refused(text: str) -> None:
+    with pytest.raises(typer.BadParameter, match="expected "):
+        parse_seeds(text)
+
+
+@pytest.mark.parametrize(
+    ("successes", "trials", "interval"),
+    [
+        (0, 0, (0.0, 1.0)),
+        (10, 10, (0.7225, 1.0)),
+        (0, 10, (0.0, 0.2775)),
+        (17, 20, (0.6396, 0.9476)),  # as published tables have them
+        (50, 100, (0.4038, 0.5962)),
+    ],
+)
+def test_the_interval_is_wilsons(
+    successes: int, trials: int, interval: tuple[float, float]
+) -> None:
+    assert wilson(successes, trials) == pytest.approx(interval, abs=1e-4)
+
+
+@pytest.mark.processes
+def test_an_episode_starts_without_a_goal_and_is_confirmed(
+    robot: ScratchRobot, tmp_path: Path
+) -> None:
+    robot.client.arm()
+    done = fairlead("episode", "--seed", "7", "-d", str(robot.scratch.file), state=tmp_path)
+    assert done.returncode == 0, done.stderr
+    told = re.match(r"\S+ is in a new episode, seed 7, from tick (\d+) on\n", done.stdout)
+    assert told is not None, done.stdout
+    assert robot.client.hal_status().episode_tick == int(told[1])
+    assert robot.client.gate_status().state == GateState.DISARMED
+
+
+@pytest.mark.processes
+def test_each_seed_has_its_row_and_all_together_their_share(
+    robot: ScratchRobot, tmp_path: Path
+) -> None:
+    words = ("eval", SKILL, "-d", str(robot.scratch.file), "--seeds")
+    done = fairlead(*words, "0:2", state=tmp_path)
+    assert done.returncode == 0, done.stderr
+    header, *rows, total = done.stdout.splitlines()
+    assert header.split() == ["SEED", "OUTCOME", "TICKS", "REFUSED", "STARVED", "STOPS", "WHY"]
+    assert [row.split()[:2] for row in rows] == [["0", "succeeded"], ["1", "succeeded"]]
+    assert total.startswith(f"{SKILL}: 2 of 2 succeeded; 95 % interval 34 to 100 %; median ")
+    assert "seed 0, 1 of 2, 0 succeeded | " in done.stderr
+
+    short = fairlead(*words, "5", "--deadline-ticks", "3", "--json", state=tmp_path)
+    assert short.returncode == 0, short.stderr
+    document = json.loads(short.stdout)
+    (episode,) = document["episodes"]
+    assert (episode["seed"], episode["outcome"], document["succeeded"]) == (5, "deadline", 0)
+    assert (document["seeds"], document["error"]) == (1, None)
+
+
+@pytest.mark.processes
+def test_nothing_is_run_while_the_gate_is_stopped(robot: ScratchRobot, tmp_path: Path) -> None:
+    stop_id = robot.client.stop("test")
+    words = ("eval", SKILL, "-d", str(robot.scratch.file), "--seeds", "0:2", "--json")
+    done = fairlead(*words, state=tmp_path)
+    robot.client.reset(stop_id)
+    assert done.returncode == 1
+    document = json.loads(done.stdout)
+    assert document["episodes"] == []
+    assert "no new episode while the gate is stopped" in document["error"]
+
+
+class Eval:
+    """A thousand episodes in the background."""
+
+    def __init__(self, robot: ScratchRobot, folder: Path, *options: str) -> None:
+        self.errors = folder / "errors"
+        words = ("eval", SKILL, "-d", str(robot.scratch.file), "--seeds", "0:1000", *options)
+        with self.errors.open("w", encoding="utf-8") as said:
+            self.process = subprocess.Popen(
+                fairlead_command(*words), env=fairlead_environment(folder),
+                stdout=subprocess.PIPE, stderr=said, text=True,
+            )  # fmt: skip
+
+    def wait_seed(self, after: int) -> int:
+        """The first seed above ``after`` that it says it runs."""
+
+        def newest() -> int:
+            said = re.findall(r"seed (\d+), .* \| tick", self.errors.read_text(encoding="utf-8"))
+            return max(map(int, said), default=0)
+
+        wait_for(lambda: newest() > after, f"a seed after {after}", 60.0)
+        return newest()
+
+    def end(self) -> tuple[int, str, list[list[str]]]:
+        """Exit status, all it printed, and the cells of its rows."""
+        printed, _ = self.process.communicate(timeout=60.0)
+        rows = [line.split() for line in printed.splitlines() if re.match(r"\d", line)]
+        return self.process.returncode, printed, rows
+
+
+@pytest.mark.processes
+def test_an_interrupted_one_cancels_the_goal_and_prints_what_it_has(
+    robot: ScratchRobot, tmp_path: Path
+) -> None:
+    run = Eval(robot, tmp_path)
+    run.wait_seed(after=0)
+    run.process.send_signal(signal.SIGINT)
+    status, printed, rows = run.end()
+    assert status == 130, printed
+    assert {row[1] for row in rows} == {"succeeded"}
+    assert f"{SKILL}: {len(rows)} of {len(rows)} succeeded, {1000 - len(rows)} not run; " in printed
+    assert robot.client.gate_status().state == GateState.DISARMED
+
+
+@pytest.mark.processes
+def test_a_stop_of_the_robots_own_is_reset_where_asked_for_and_a_persons_ends_it(
+    robot: ScratchRobot, tmp_path: Path
+) -> None:
+    run = Eval(robot, tmp_path, "--reset-stops")
+    seed = run.wait_seed(after=0)
+    own = StopLevel(stop_id=77, by=robot.client.hal, reason="test")
+    robot.client.bus.publisher(robot.client.keys.stop, StopLevel, Qos.HOT).put(own)
+    run.wait_seed(after=seed + 1)
+    stop_id = robot.client.stop("test")
+    status, printed, rows = run.end()
+    robot.client.reset(stop_id)
+    assert status == 1, printed
+    assert stop_id in {int(found, 16) for found in re.findall(r"fairlead reset (\w+)",
+                       run.errors.read_text(encoding="utf-8"))}  # fmt: skip
+    stopped = [row for row in rows if row[1] == "failed"]
+    assert 1 <= len(stopped) <= 2, printed
+    assert stopped[0][5] == "1", printed
