@@ -111,8 +111,7 @@ def test_a_robot_is_started_watched_run_and_stopped(start_up: Callable[[str], Up
     assert f"{SKILL} deadline after 4" in done.stdout and "not done after 40 ticks" in done.stdout
     after = up.read("status")["gate"]
     assert after["state"] == "disarmed"
-    judged = after["counters"]
-    assert judged["released"] + judged["refused"] >= 5  # the expert is too fast for where it starts
+    assert after["counters"]["released"] >= 5
 
     logs = up.read("logs", "safety", "--lines", "50")
     assert any(line.endswith("armed by fairlead run") for line in logs["safety"])

@@ -54,9 +54,8 @@ def test_random_vectors_reach_the_simulator_as_the_policy_wrote_them_but_for_the
     assert skill.execute_steps == ROWS
     emitted = np.random.default_rng(13).uniform(-1, 1, (CALLS, ROWS, 12)).astype(np.float32)
     emitted[..., 7] = np.abs(emitted[..., 7])  # random, and on the whole forwards
-    # The arm goes to and fro, gently: with the switch up the gate expects four times the share of
-    # each delta and cuts what would throw a joint (G026), and near itself what a base could push
-    # together (G032). Then the recording would be asked for more than it has.
+    # The arm goes to and fro, gently: what would throw a joint is cut (G026), and near itself what
+    # a base could push together (G032). Then the recording would be asked for more than it has.
     emitted[:, 1::2, ARM] = -emitted[:, ::2, ARM]
     emitted[..., ARM] *= np.float32(ARM_SCALE)
     executed = emitted.copy()

@@ -66,7 +66,7 @@ WholeRows::WholeRows(std::string name, const Limits& limits, std::uint32_t horiz
       state_(middle_of(limits)),
       chunk_(limits, state_, horizon) {
   const Judgement found =
-      judge_rows(plan_, claim_, state_, chunk_.chunk(), 0, RowBefore{}, Companions{});
+      judge_rows(room_, plan_, claim_, state_, chunk_.chunk(), 0, RowBefore{}, Companions{});
   if (found.row_count == horizon) return;
   std::string place = this->name();
   place.append(": row ").append(std::to_string(found.evidence.row)).append(" is refused: G");
@@ -77,7 +77,7 @@ WholeRows::WholeRows(std::string name, const Limits& limits, std::uint32_t horiz
 void WholeRows::run(std::size_t calls) {
   for (std::size_t call = 0; call < calls; ++call) {
     const Judgement found =
-        judge_rows(plan_, claim_, state_, chunk_.chunk(), 0, RowBefore{}, Companions{});
+        judge_rows(room_, plan_, claim_, state_, chunk_.chunk(), 0, RowBefore{}, Companions{});
     keep(found);
   }
 }

@@ -48,6 +48,7 @@ class WholeRows final : public Case {
 
  private:
   PathPlan plan_;
+  PathRoom room_;
   ClaimLimits claim_;
   MeasuredState state_;
   JointChunk chunk_;

@@ -43,7 +43,8 @@ class Target {
     chunk.obs_tick = chunk.oldest_tick = chunk.start_tick = state_.tick;
     for (const ActionPart& action : rows.actions) (void)chunk.parts.push_back(action);
     const std::uint64_t start = busy_ns();
-    const Judgement found = judge_rows(plan_, claim_, state_, chunk, 0, RowBefore{}, Companions{});
+    const Judgement found =
+        judge_rows(room_, plan_, claim_, state_, chunk, 0, RowBefore{}, Companions{});
     return {found.looks, static_cast<double>(busy_ns() - start) * 1e-3};
   }
 
@@ -90,6 +91,7 @@ class Target {
 
   const Limits& limits_;
   const PathPlan plan_;
+  PathRoom room_;
   const ClaimLimits claim_;
   const std::uint32_t rows_;
   MeasuredState state_;

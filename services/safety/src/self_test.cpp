@@ -46,8 +46,9 @@ ClaimLimits claim_of_all(const Limits& limits) {
 // One part in one mode: a row that rests, and what is wrong when one of its numbers changes.
 class Questions {
  public:
-  Questions(const PathPlan& plan, const ClaimLimits& claim, std::size_t part, Mode mode)
-      : plan_(plan), claim_(claim), part_(plan.limits.parts[part]), mode_(mode) {
+  Questions(const PathPlan& plan, const ClaimLimits& claim, PathRoom& room, std::size_t part,
+            Mode mode)
+      : plan_(plan), claim_(claim), room_(room), part_(plan.limits.parts[part]), mode_(mode) {
     action_.part = static_cast<std::uint8_t>(part);
     action_.mode = static_cast<std::uint8_t>(mode);
     if (is_joint_mode(action_.mode))
@@ -95,7 +96,8 @@ class Questions {
     (void)chunk.parts.push_back(action_);
     Judgement found;
     found.evidence = check_shape(plan_.limits, claim_, chunk);
-    if (found.evidence.ok()) found = judge_rows(plan_, claim_, rest_, chunk, 0, RowBefore{}, {});
+    if (found.evidence.ok())
+      found = judge_rows(room_, plan_, claim_, rest_, chunk, 0, RowBefore{}, {});
     ++asked_;
     std::string got(code_name(found.evidence.code).view());
     if (found.outcome != Outcome::refused) got = "a release";
@@ -116,6 +118,7 @@ class Questions {
 
   const PathPlan& plan_;
   const ClaimLimits& claim_;
+  PathRoom& room_;
   const PartLimits& part_;
   Mode mode_;
   MeasuredState rest_ = rest_of(plan_.limits);
@@ -143,11 +146,12 @@ std::size_t ask_sum(const Limits& limits) {
 std::size_t self_test(const Limits& limits) {
   const auto plan = std::make_unique<PathPlan>(limits);
   const auto claim = std::make_unique<ClaimLimits>(claim_of_all(limits));
+  PathRoom room;
   std::size_t asked = ask_sum(limits);
   for (std::size_t part = 0; part < limits.parts.size(); ++part)
     for (std::uint8_t mode = 0; mode < mode_count; ++mode)
       if (limits.parts[part].modes.supports(mode))
-        asked += Questions(*plan, *claim, part, Mode{mode}).ask_all();
+        asked += Questions(*plan, *claim, room, part, Mode{mode}).ask_all();
   return asked;
 }
 

@@ -6,20 +6,9 @@
 
 #include "fairlead_safety/judge.hpp"
 #include "fairlead_safety/limits.hpp"
+#include "fairlead_safety/pose.hpp"
 
 namespace fairlead {
-
-/// A frame as seen from another: its origin [m] there, and the rotation of its axes.
-struct Pose {
-  Eigen::Vector3d position = Eigen::Vector3d::Zero();
-  Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
-};
-
-/// Velocity of a link's origin [m/s] and of its axes [rad/s].
-struct Twist {
-  Eigen::Vector3d linear = Eigen::Vector3d::Zero();
-  Eigen::Vector3d angular = Eigen::Vector3d::Zero();
-};
 
 /// T_frame_link: the pose of one link in the frame of another, both anywhere in the tree.
 /// NaN where a measurement is, or a link is none of the tree's.

@@ -1,12 +1,15 @@
-// In which mode a part last moved, for as long as that motion may last, and what acted last.
+// In which mode a part last moved, for as long as that motion may last, what acted last, and where
+// that was to bring its tool.
 #pragma once
 
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <optional>
 
 #include "fairlead_safety/limits.hpp"
 #include "fairlead_safety/messages.hpp"
+#include "fairlead_safety/pose.hpp"
 
 namespace fairlead {
 
@@ -84,6 +87,9 @@ struct PartMemory : MovingMode {
   std::uint16_t acted_modes = 0;
   Switch composite = Switch::none;  // of that row, if it was one of composite_mode
   ReleasedRows released;
+  // Where the controller was last told to bring the part's tool, in the root link's frame; nothing
+  // where nobody knows: a state was lost, or a row acted that nobody remembers.
+  std::optional<Pose> goal;
 
   /// The part stood still after a tick in which no row moved it.
   void rest() { kind = Kind::none; }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
 #include <span>
 
 #include "fairlead_safety/judge.hpp"
@@ -23,18 +24,38 @@ using Companions = std::span<const Companion>;
 /// at, and looks at no other: the next is at fault (G030). It bounds the time that it takes.
 inline constexpr std::size_t max_looks = 4096;
 
+class PathWalk;
+
+/// Where a judgement works: 400 kB, made once. One judgement at a time.
+class PathRoom {
+ public:
+  PathRoom();
+  ~PathRoom();
+  PathRoom(const PathRoom&) = delete;
+  PathRoom& operator=(const PathRoom&) = delete;
+
+  /// A new walk in place of the last.
+  PathWalk& begin(const PathPlan& plan, const ClaimLimits& claim, const MeasuredState& state,
+                  const ActionChunk& chunk, std::size_t first_row, const RowBefore& before,
+                  Companions companions);
+
+ private:
+  struct Place;
+  std::unique_ptr<Place> place_;
+};
+
 /// G024, G030 to G034 of rows [first_row, end_row), predicted from the measured state. `row_count`
 /// is how many pass before the first that does not; of that one the evidence tells. Nothing else
 /// is checked: the rows have passed `check_shape` and the other checks of their own.
-Judgement judge_path(const PathPlan& plan, const ClaimLimits& claim, const MeasuredState& state,
-                     const ActionChunk& chunk, std::size_t first_row, std::size_t end_row,
-                     const RowBefore& before, Companions companions);
+Judgement judge_path(PathRoom& room, const PathPlan& plan, const ClaimLimits& claim,
+                     const MeasuredState& state, const ActionChunk& chunk, std::size_t first_row,
+                     std::size_t end_row, const RowBefore& before, Companions companions);
 
 /// All of a row's checks, row by row from `first_row` on: G011 (part), G020, G021, G022, then
 /// those of `judge_path`. `chunk` has passed check_shape. A chunk is released or cut for all its
 /// parts together.
-Judgement judge_rows(const PathPlan& plan, const ClaimLimits& claim, const MeasuredState& state,
-                     const ActionChunk& chunk, std::size_t first_row, const RowBefore& before,
-                     Companions companions);
+Judgement judge_rows(PathRoom& room, const PathPlan& plan, const ClaimLimits& claim,
+                     const MeasuredState& state, const ActionChunk& chunk, std::size_t first_row,
+                     const RowBefore& before, Companions companions);
 
 }  // namespace fairlead

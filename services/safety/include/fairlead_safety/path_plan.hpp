@@ -79,6 +79,9 @@ struct PlanTool {
   // Joints of the chain from the first own one on: how the own ones move the tool depends on where
   // these are only; what is before them carries all of it alike.
   JointSet shapers = 0;
+  // How far from the axis of one of the part's joints it moves something at most: a turn of the
+  // tool by an angle is as large as a shift by that times this [m/rad]. 0 where none of them turns.
+  double reach = 0.0;
 };
 
 /// What keeps out of a volume is called: "link5 / shelf", by capsule, and "tool / shelf"; what

@@ -52,7 +52,7 @@ const ActionPart* command_before(const RowBefore& before, const ActionPart& acti
 // in realtime it was measured before that row, so only a state after a tick without a row can show
 // it, and such a state ends the memory.
 Evidence check_change(const RowView& view, const RowBefore& before, const ActionPart* last) {
-  static constexpr PartMemory nothing;
+  static const PartMemory nothing;
   const ActionPart& action = *view.now.action;
   const PartMemory& memory = before.memories != nullptr ? (*before.memories)[action.part] : nothing;
   const Evidence listed =

@@ -174,11 +174,11 @@ bool Gate::Core::knows_act_before(const LiveClaim& claim) const {
 }
 
 Judgement Gate::Core::judge_from(const LiveClaim& claim, const ActionChunk& chunk,
-                                 std::size_t first_row) const {
+                                 std::size_t first_row) {
   if (knows_act_before(claim)) {
     const FixedVec<Companion, max_claims> companions = companions_of(claim);
-    return judge_rows(path_plan_, claim.limits, hal_.state(), chunk, first_row, row_before(claim),
-                      Companions(companions.begin(), companions.size()));
+    return judge_rows(path_room_, path_plan_, claim.limits, hal_.state(), chunk, first_row,
+                      row_before(claim), Companions(companions.begin(), companions.size()));
   }
   Judgement refused;
   refused.evidence =

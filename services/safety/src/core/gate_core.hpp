@@ -20,6 +20,7 @@
 #include "memory_guard.hpp"
 #include "phrase.hpp"
 #include "ramp_watch.hpp"
+#include "row_view.hpp"
 #include "stop_book.hpp"
 #include "stuck_watch.hpp"
 
@@ -50,8 +51,7 @@ class Gate::Core {
   void judge_chunk(LiveClaim& claim, const ActionChunk& chunk, Bytes frame,
                    std::uint64_t received_ns);
   void judge_again(LiveClaim& claim);
-  Judgement judge_from(const LiveClaim& claim, const ActionChunk& chunk,
-                       std::size_t first_row) const;
+  Judgement judge_from(const LiveClaim& claim, const ActionChunk& chunk, std::size_t first_row);
   [[nodiscard]] RowBefore row_before(const LiveClaim& claim) const;
   FixedVec<Companion, max_claims> companions_of(const LiveClaim& claim) const;
   void answer_again(LiveClaim& claim);
@@ -72,7 +72,12 @@ class Gate::Core {
 
   // What still moves (gate_motion.cpp)
   void begin_memories();
-  void update_memories();
+  void update_memories(const MeasuredState& before);
+  [[nodiscard]] Setpoint acted_row(std::size_t part) const;
+  [[nodiscard]] Switch switched() const;
+  [[nodiscard]] Pose tool_of(std::size_t part, const MeasuredState& state) const;
+  void note_goal(std::size_t part, const Setpoint& row, Switch switched,
+                 const MeasuredState& before);
   void keep_memories(const LiveClaim& claim);
   void note_released(const LiveClaim& claim);
   void forget_held();
@@ -102,6 +107,7 @@ class Gate::Core {
   void repeat_verdicts();
   void note_unmoved_joints();
   Evidence check_leap(std::uint64_t tick);
+  void refuse_first();
   [[nodiscard]] std::uint64_t receipt_of(const Event& event) const;
 
   // No longer permitted to move (gate_ramp.cpp)
@@ -187,10 +193,11 @@ class Gate::Core {
   std::uint64_t counted_rival_ = 0;         // G002: the announced session whose state was counted
   Text frame_fault_;                        // G001 of the step in progress
   Text status_fault_;                       // why the newest hal/status could not be read
-  PartMemories memories_;                   // G025: in which mode each part may still move
+  PartMemories memories_;                   // G025, G026: what acted last, and may still move
   std::uint64_t seen_tick_ = 0;             // of the state before the newest, 0: none
   std::array<RampWatch, max_parts> ramps_;  // G043: since each part's permission ended
   TickWindow<4> overruns_;    // G050: when steps took too long, by the gate's clock [ns]
+  bool said_first_ = false;   // that this session's first state cannot be
   bool jump_memory_ = false;  // G013: the newest state may be compared with the next
   StuckWatch stuck_watch_;
   GraspWatch grasp_watch_;
@@ -211,7 +218,8 @@ class Gate::Core {
   Outputs* out_ = nullptr;
   FixedVec<Verdict, 4 * max_claims + 2> verdicts_;  // published last: the HAL waits for the lease
 
-  // Room for messages too big for the stack.
+  // Room for what is too big for the stack of a thread that Zenoh made.
+  PathRoom path_room_;
   ActionChunk chunk_;
   JointState joint_state_;
   HalStatus hal_status_;

@@ -2,8 +2,8 @@
 // act next still may.
 
 #include "gate_core.hpp"
-#include "row_view.hpp"
 #include "standstill.hpp"
+#include "told_motion.hpp"
 
 namespace fairlead {
 namespace {
@@ -87,30 +87,83 @@ void Gate::Core::begin_memories() {
     const ReleasedRows released = memories_[i].released;  // the HAL may not know yet
     memories_[i] = PartMemory{};
     memories_[i].released = released;
-    if (!part_at_standstill(limits_, hal_.state(), limits_.parts[i]))
+    if (part_at_standstill(limits_, hal_.state(), limits_.parts[i]))
+      memories_[i].goal = tool_of(i, hal_.state());
+    else
       memories_[i].kind = PartMemory::Kind::unknown;
   }
 }
 
-// By what each part did in the tick before the newest state.
-void Gate::Core::update_memories() {
+// What a part was told in the tick before the newest state; of no action if nobody remembers.
+Setpoint Gate::Core::acted_row(std::size_t part) const {
+  const LiveClaim* claim = claims_.holder_of(part);
+  const RowBefore row =
+      claim != nullptr ? claim->plan.row_of(hal_.state().acted[part]) : RowBefore{};
+  const ActionPart* action = row.chunk != nullptr ? command_of(*row.chunk, part) : nullptr;
+  return action != nullptr ? row_of(*action, row.row, limits_) : Setpoint{};
+}
+
+// By what each part did in the tick before the newest state, which began at `before`.
+void Gate::Core::update_memories(const MeasuredState& before) {
+  const Switch composite = switched();
   for (std::size_t i = 0; i < limits_.parts.size(); ++i) {
-    const Acted& act = hal_.state().acted[i];
     PartMemory& memory = memories_[i];
     if (may_have_acted(i)) memory.note_unseen();
-    if (act.hold != 0) {
-      if (part_at_standstill(limits_, hal_.state(), limits_.parts[i])) memory.rest();
-      continue;
-    }
-    const LiveClaim* claim = claims_.holder_of(i);
-    const RowBefore row = claim != nullptr ? claim->plan.row_of(act) : RowBefore{};
-    const ActionPart* action = row.chunk != nullptr ? command_of(*row.chunk, i) : nullptr;
-    if (action != nullptr)
-      note_acted(memory, row_of(*action, row.row, limits_));
-    else
+    const bool holds = hal_.state().acted[i].hold != 0;
+    const Setpoint row = holds ? Setpoint{} : acted_row(i);
+    if (!holds && row.action != nullptr)
+      note_acted(memory, row);
+    else if (!holds)
       memory.note_forgotten(modes_of(limits_.parts[i]));
+    else if (part_at_standstill(limits_, hal_.state(), limits_.parts[i]))
+      memory.rest();
+    note_goal(i, row, composite, before);
   }
   forget_held();
+}
+
+// Which way a controller was switched in that tick: down where nothing told it.
+Switch Gate::Core::switched() const {
+  Switch found = Switch::negative;
+  for (std::size_t i = 0; i < limits_.parts.size(); ++i) {
+    const bool is_switch =
+        limits_.parts[i].modes.supports(static_cast<std::uint8_t>(Mode::composite_mode));
+    if (!is_switch || hal_.state().acted[i].hold != 0) continue;
+    const Setpoint row = acted_row(i);
+    found = row.action != nullptr ? switch_of(row[0]) : Switch::unknown;
+  }
+  return found;
+}
+
+Pose Gate::Core::tool_of(std::size_t part, const MeasuredState& state) const {
+  return link_pose(limits_.kinematics, state, 0, limits_.parts[part].tool);
+}
+
+// A controller brings a tool on from where it was when the tick began; where the composite switch
+// is up, from its last goal: what it has not made of that is left for the next tick. A hold is a
+// motion of nothing with the switch down.
+void Gate::Core::note_goal(std::size_t part, const Setpoint& row, Switch switched,
+                           const MeasuredState& before) {
+  std::optional<Pose>& goal = memories_[part].goal;
+  if (hal_.state().acted[part].hold != 0) {
+    const bool stands = memories_[part].kind == PartMemory::Kind::none;
+    if (before.tick + 1 == hal_.tick())
+      goal = tool_of(part, before);
+    else if (stands)
+      goal = tool_of(part, hal_.state());
+    else
+      goal.reset();
+    return;
+  }
+  const bool is_known = row.action != nullptr && is_tool_motion(row.action->mode) &&
+                        switched != Switch::unknown && before.tick + 1 == hal_.tick();
+  if (!is_known) return goal.reset();
+  if (switched == Switch::negative) goal = tool_of(part, before);
+  if (!goal) return;
+  const Kinematics& tree = limits_.kinematics;
+  const double period_s = static_cast<double>(limits_.period_ns) * 1e-9;
+  goal = moved(*goal, link_pose(tree, before, 0, tree.find(row.action->frame_id)).rotation,
+               tick_motion(row, period_s));
 }
 
 // Also while disarmed: what a part could have done before it held says nothing of later ticks.

@@ -7,13 +7,6 @@
 #include "standstill.hpp"
 
 namespace fairlead {
-namespace {
-
-// Lockstep without a claim: states that a link lost while the world came to standstill.
-constexpr std::uint64_t unheard_ticks = 100'000;
-
-}  // namespace
-
 void Gate::Core::on_hal_status(Bytes frame) {
   const FrameFault fault = decode(frame, hal_status_);
   if (fault != FrameFault::none) {
@@ -39,6 +32,7 @@ void Gate::Core::on_session_news(HalLink::News news) {
     log(phrase("following HAL session ", Hex{hal_.session()}));
     stops_.begin_session();
     good_states_ = 0;
+    said_first_ = false;
     for (RampWatch& ramp : ramps_) ramp.begin_session();
     for (PartMemory& memory : memories_) memory.released = ReleasedRows{};
   }
@@ -79,6 +73,7 @@ void Gate::Core::on_joint_state(const Event& event) {
     return;
   }
   if (joint_state_.tick == 0 || joint_state_.tick < hal_.tick()) return;  // overtaken on the way
+  if (!hal_.has_state() && joint_state_.tick > hal_.newest_first()) return refuse_first();
   Evidence evidence = check_state(limits_, joint_state_);
   if (evidence.ok()) evidence = check_leap(joint_state_.tick);
   if (!evidence.ok()) {
@@ -94,6 +89,17 @@ void Gate::Core::on_joint_state(const Event& event) {
     on_new_tick(joint_state_, receipt_of(event));
   // Of a latch: one state at standstill may be a motion that turns around.
   if (!at_standstill(limits_, hal_.state())) good_states_ = 0;
+}
+
+// G013: nothing shows that a first tick is wrong but what the HAL says of itself; after one from
+// the far future every honest state would look old.
+void Gate::Core::refuse_first() {
+  count(code::jump);
+  if (said_first_) return;
+  said_first_ = true;
+  log(phrase("G013 the first joint state is of tick ", joint_state_.tick, ": expected at most ",
+             hal_.newest_first(), ", ", unheard_ticks,
+             " ticks after the newest hal/status; not taken"));
 }
 
 // G013: ticks are periods. A state that claims more of them than can have passed would excuse
@@ -154,7 +160,7 @@ void Gate::Core::on_new_tick(const JointState& message, std::uint64_t received_n
   const Evidence moved = watch_motion(before);
   if (!moved.ok()) return raise_stop(moved);
   jump_memory_ = true;
-  update_memories();
+  update_memories(before);
   for (LiveClaim& claim : claims_.places())
     if (claim.live()) begin_tick_of(claim);
   judge_live();

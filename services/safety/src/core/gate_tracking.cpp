@@ -114,7 +114,7 @@ void Gate::Core::judge_rest(LiveClaim& claim, bool drops) {
   if (first_row == end_row) return;
   const FixedVec<Companion, max_claims> companions = companions_of(claim);
   Judgement judgement =
-      judge_path(path_plan_, claim.limits, hal_.state(), chunk, first_row, end_row,
+      judge_path(path_room_, path_plan_, claim.limits, hal_.state(), chunk, first_row, end_row,
                  row_before(claim), Companions(companions.begin(), companions.size()));
   if (judgement.evidence.ok()) return;
   if (drops) {

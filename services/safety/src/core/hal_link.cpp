@@ -31,7 +31,7 @@ bool HalLink::was_left(std::uint64_t session) const {
 }
 
 HalLink::Facts HalLink::facts_of(const HalStatus& status) const {
-  return {status.session, status.pacing == "lockstep", status.state == "resetting",
+  return {status.session, status.pacing == "lockstep", status.state == "resetting", status.tick,
           find_mismatch(status)};
 }
 
@@ -80,6 +80,10 @@ HalLink::News HalLink::take_status(const HalStatus& status) {
   const bool changed = !(facts.mismatch == facts_.mismatch) || facts.lockstep != facts_.lockstep;
   facts_ = facts;
   return changed ? News::facts_changed : News::nothing;
+}
+
+std::uint64_t HalLink::newest_first() const {
+  return facts_.tick + std::min(unheard_ticks, UINT64_MAX - facts_.tick);
 }
 
 HalLink::News HalLink::take_rival_state(std::uint64_t now_ns) {

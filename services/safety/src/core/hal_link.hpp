@@ -15,6 +15,10 @@
 
 namespace fairlead {
 
+/// What a HAL may step on by in lockstep without a claim: states that a link lost while the world
+/// came to standstill, or before it was met.
+inline constexpr std::uint64_t unheard_ticks = 100'000;
+
 class HalLink {
  public:
   enum class News : std::uint8_t { nothing, facts_changed, new_session, two_at_once };
@@ -23,6 +27,8 @@ class HalLink {
 
   /// Take a hal/status.
   News take_status(const HalStatus& status);
+  /// The newest tick that the session's first state can be of, by what its newest status said.
+  [[nodiscard]] std::uint64_t newest_first() const;
 
   /// A valid state of the session that only announced itself so far.
   News take_rival_state(std::uint64_t now_ns);
@@ -62,6 +68,7 @@ class HalLink {
     std::uint64_t session = 0;
     bool lockstep = false;
     bool resetting = false;
+    std::uint64_t tick = 0;
     Text mismatch = "no hal/status received yet";
   };
 

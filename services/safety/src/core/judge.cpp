@@ -1,5 +1,7 @@
 #include "fairlead_safety/judge.hpp"
 
+#include <optional>
+
 #include "limit_walk.hpp"
 #include "path/path_walk.hpp"
 
@@ -36,21 +38,34 @@ Evidence check_running(const Limits& limits, const ClaimLimits& claim, const Mea
   return {};
 }
 
-Judgement judge_rows(const PathPlan& plan, const ClaimLimits& claim, const MeasuredState& state,
-                     const ActionChunk& chunk, std::size_t first_row, const RowBefore& before,
-                     Companions companions) {
+struct PathRoom::Place {
+  std::optional<PathWalk> walk;
+};
+
+PathRoom::PathRoom() : place_(std::make_unique<Place>()) {}
+PathRoom::~PathRoom() = default;
+
+PathWalk& PathRoom::begin(const PathPlan& plan, const ClaimLimits& claim,
+                          const MeasuredState& state, const ActionChunk& chunk,
+                          std::size_t first_row, const RowBefore& before, Companions companions) {
+  return place_->walk.emplace(plan, claim, state, chunk, first_row, before, companions);
+}
+
+Judgement judge_rows(PathRoom& room, const PathPlan& plan, const ClaimLimits& claim,
+                     const MeasuredState& state, const ActionChunk& chunk, std::size_t first_row,
+                     const RowBefore& before, Companions companions) {
   const LimitWalk by_limits(plan, claim, state, chunk, first_row, before);
-  PathWalk by_path(plan, claim, state, chunk, first_row, before, companions);
+  PathWalk& by_path = room.begin(plan, claim, state, chunk, first_row, before, companions);
   return judge_each(first_row, chunk.horizon, by_path, [&](std::size_t row) {
     const Evidence evidence = by_limits.needs_check(row) ? by_limits.check(row) : Evidence{};
     return evidence.ok() ? by_path.check_next() : evidence;
   });
 }
 
-Judgement judge_path(const PathPlan& plan, const ClaimLimits& claim, const MeasuredState& state,
-                     const ActionChunk& chunk, std::size_t first_row, std::size_t end_row,
-                     const RowBefore& before, Companions companions) {
-  PathWalk by_path(plan, claim, state, chunk, first_row, before, companions);
+Judgement judge_path(PathRoom& room, const PathPlan& plan, const ClaimLimits& claim,
+                     const MeasuredState& state, const ActionChunk& chunk, std::size_t first_row,
+                     std::size_t end_row, const RowBefore& before, Companions companions) {
+  PathWalk& by_path = room.begin(plan, claim, state, chunk, first_row, before, companions);
   return judge_each(first_row, end_row, by_path, [&](std::size_t) { return by_path.check_next(); });
 }
 

@@ -13,6 +13,28 @@ inline Twist halves(const Setpoint& row) {
   return {{row[0], row[1], row[2]}, {row[3], row[4], row[5]}};
 }
 
+inline bool is_tool_motion(std::uint8_t mode) {
+  return mode == static_cast<std::uint8_t>(Mode::cartesian_delta) ||
+         mode == static_cast<std::uint8_t>(Mode::cartesian_twist);
+}
+
+/// What a row of a delta or a twist tells a tool to move in its tick [m, rad].
+inline Twist tick_motion(const Setpoint& row, double period_s) {
+  Twist motion = halves(row);
+  if (row.action->mode == static_cast<std::uint8_t>(Mode::cartesian_delta)) return motion;
+  motion.linear *= period_s;
+  motion.angular *= period_s;
+  return motion;
+}
+
+/// A pose after a motion along some axes; `axes` turns those into the pose's own frame of
+/// reference.
+inline Pose moved(const Pose& pose, const Eigen::Quaterniond& axes, const Twist& motion) {
+  const Eigen::Vector3d turned = axes * motion.angular;
+  const Eigen::AngleAxisd turn(turned.norm(), turned.normalized());
+  return {pose.position + axes * motion.linear, turn * pose.rotation};
+}
+
 inline Pose pose_of(const Setpoint& row) {
   return {{row[0], row[1], row[2]}, Eigen::Quaterniond(row[6], row[3], row[4], row[5])};
 }

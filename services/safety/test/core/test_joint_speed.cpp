@@ -22,22 +22,6 @@ ChunkBuilder delta(std::size_t axis, const Row& values) {
   return ChunkBuilder().along(arm, Mode::cartesian_delta, axis, values);
 }
 
-// Of the test robot: its arm turns by 0.1 rad and its tool goes along. 0.3 of that happens, 0.6
-// rad/s, or all of it, 2 rad/s.
-Limits switched() {
-  Limits limits = test_limits();
-  limits.parts[arm].modes.cartesian_delta.gain = {0.1, 0.3};
-  return limits;
-}
-
-ChunkBuilder turned() {
-  return ChunkBuilder().add(arm, Mode::cartesian_delta, {{0, 0.07, 0, 0, 0, 0.1}}, {}, "base_link");
-}
-
-ChunkBuilder switch_at(double value) {
-  return ChunkBuilder().scalar(composite, Mode::composite_mode, {value});
-}
-
 }  // namespace
 
 TEST_CASE("G026 a joint is told no more than its velocity limit, up to and including it") {
@@ -95,53 +79,4 @@ TEST_CASE("G026 where the straight way and the one found differ, the faster coun
   limits.joints[turn_z].velocity_limit = limits.joints[slide_y].velocity_limit = vast;
   limits.joints[slide_x].velocity_limit = 1e-3;
   CHECK(of(limits, delta(5, {0.4})).code == 26);
-}
-
-TEST_CASE("G026 where the composite switch is up, all of a motion happens in the end") {
-  const Limits limits = switched();
-  const ClaimLimits claim = whole_robot(limits);
-  const auto code = [&](const ChunkBuilder& chunk, const Companion& companion) {
-    return judge_rows(PathPlan(limits), claim, state_at_rest(), chunk.chunk, 0, {},
-                      Companions(&companion, 1))
-        .evidence.code;
-  };
-  for (const double value : {-1.0, -0.5, 0.0, 1.0}) {
-    ChunkBuilder both = turned();
-    both.scalar(composite, Mode::composite_mode, {value});
-    const std::uint32_t expected = value < 0.0 ? 0 : 26;
-    CHECK(code(both, {}) == expected);
-    const ChunkBuilder other = switch_at(value);
-    CHECK(code(turned(), {{}, &other.chunk, 0, 1}) == expected);
-    CHECK(code(turned(), {{}, &other.chunk, 0, 0}) == 0);  // its row is over
-    CHECK(code(turned(), {RowBefore{&other.chunk, 0}, nullptr, 0, 0}) == 0);
-  }
-  ChunkBuilder base_up;
-  base_up.joint(base, Mode::joint_velocity, base_x, {0.5});
-  base_up.scalar(composite, Mode::composite_mode, {1.0});
-  CHECK(code(base_up, {}) == 0);  // no tool's motion
-}
-
-TEST_CASE("G026 realtime: the switch of the row that acts already, of this claim or another") {
-  const Limits limits = switched();
-  const ClaimLimits claim = whole_robot(limits);
-  ChunkBuilder acts = turned();
-  acts.scalar(composite, Mode::composite_mode, {1.0});
-  RowBefore before{&acts.chunk, 0};
-  before.measured = false;
-  // By all of the row that acts its arm is at 0.1 rad, by the share that is told at 0.03.
-  const auto least_room = [&](double upper, const RowBefore& own, Companions companions) {
-    Limits tight = limits;
-    tight.joints[arm_1].bounds.upper = upper;
-    return judge_rows(PathPlan(tight), claim, state_at_rest(), turned().chunk, 0, own, companions)
-        .evidence.code;
-  };
-  CHECK(least_room(0.12, before, {}) == 24);
-  ChunkBuilder down = turned();
-  down.scalar(composite, Mode::composite_mode, {-1.0});
-  before.chunk = &down.chunk;
-  CHECK(least_room(0.12, before, {}) == 0);
-  const ChunkBuilder up = switch_at(1.0);
-  Companion companion{RowBefore{&up.chunk, 0}};
-  companion.before.measured = false;
-  CHECK(least_room(0.12, before, Companions(&companion, 1)) == 24);
 }

@@ -220,6 +220,26 @@ inline ClaimLimits whole_robot(const Limits& limits) {
   return claim;
 }
 
+/// Judging in a room that all tests share.
+inline PathRoom& shared_room() {
+  static PathRoom room;
+  return room;
+}
+
+inline Judgement judge_path(const PathPlan& plan, const ClaimLimits& claim,
+                            const MeasuredState& state, const ActionChunk& chunk,
+                            std::size_t first_row, std::size_t end_row, const RowBefore& before,
+                            Companions companions) {
+  return judge_path(shared_room(), plan, claim, state, chunk, first_row, end_row, before,
+                    companions);
+}
+
+inline Judgement judge_rows(const PathPlan& plan, const ClaimLimits& claim,
+                            const MeasuredState& state, const ActionChunk& chunk,
+                            std::size_t first_row, const RowBefore& before, Companions companions) {
+  return judge_rows(shared_room(), plan, claim, state, chunk, first_row, before, companions);
+}
+
 /// Judging with limits that a test has just changed; nobody else moves.
 inline Judgement judge_rows(const Limits& limits, const ClaimLimits& claim,
                             const MeasuredState& state, const ActionChunk& chunk,

@@ -5,7 +5,7 @@
 #include <doctest/doctest.h>
 
 #include "free_arm.hpp"
-#include "path/prediction.hpp"
+#include "predicted.hpp"
 
 using namespace fairlead;
 using namespace fairlead::test;
@@ -90,4 +90,24 @@ TEST_CASE("G024 the first of the joints spreads like the others") {
   CHECK(path_of(limits, ahead).evidence.ok());
   limits.joints[turn_z].bounds.upper = 0.0375 - 1e-9;
   CHECK(path_of(limits, ahead).evidence.code == 24);
+}
+
+TEST_CASE("G033 what shares leave open is an angle: a slide counts as the turn that moves as far") {
+  const auto open = [](const Limits& limits, std::uint8_t joint) {
+    const ChunkBuilder chunk = one_joint(Mode::joint_velocity, joint, {0.8, 0.8});
+    Predicted predicted(limits, at_rest(), chunk.chunk);
+    (void)predicted.after_a_row();
+    (void)predicted.after_a_row();
+    return predicted.all.doubt(arm);
+  };
+  Limits limits = quarter_to_all(-10.0, 10.0);
+  const double reach = PathPlan(limits).tools[arm].reach;
+  CHECK(reach == PathPlan(limits).frames[1].reach);
+  CHECK(reach > 0.7);
+  CHECK(open(limits, turn_y) == doctest::Approx(0.75 * 0.8 * 0.05));
+  CHECK(open(limits, slide_y) == doctest::Approx(0.75 * 0.8 * 0.05 / reach));
+  limits.parts[arm].joints.clear();
+  for (const std::size_t j : {slide_x, slide_y, slide_z})
+    (void)limits.parts[arm].joints.push_back(j);
+  CHECK(open(limits, slide_y) == 0.0);  // its Jacobian is the same everywhere
 }

@@ -157,7 +157,12 @@ TEST_CASE("rows for the last ticks there are: released, executed and ended as an
   for (const bool lockstep : {false, true}) {
     GateRig rig(lockstep);
     rig.tick = UINT64_MAX - (lockstep ? 1 : 2);
-    rig.ready();
+    HalStatus status = rig.hal_status();
+    status.tick = rig.tick;
+    rig.send(EventKind::hal_status, status);
+    rig.send_state();
+    rig.epoch = rig.arm().epoch;
+    rig.take_claim();
     CHECK(rig.send_chunk(rig.chunk(lockstep ? Row{0.1} : Row{0.1, 0.1})).code == 0);
     const SafeChunk safe = rig.safe_chunk();
     CHECK(safe.first_tick == UINT64_MAX - 1);
@@ -172,4 +177,35 @@ TEST_CASE("rows for the last ticks there are: released, executed and ended as an
       CHECK(rig.count(OutputKind::safe_chunk) == 0);
     }
   }
+}
+
+TEST_CASE(
+    "G013 a session's first state may be 100,000 ticks ahead of its newest hal/status, no more") {
+  for (const std::uint64_t said : {std::uint64_t{0}, std::uint64_t{7}, UINT64_MAX - 100'001}) {
+    GateRig rig(true);
+    HalStatus status = rig.hal_status();
+    status.tick = said;
+    rig.send(EventKind::hal_status, status);
+    rig.tick = said + 100'001;
+    for (const std::size_t lines : {1U, 0U}) {  // it is said once
+      rig.send_state();
+      CHECK(rig.count(OutputKind::log) == lines);
+      CHECK(rig.status().state_tick == 0);
+      rig.tick = UINT64_MAX;
+    }
+    CHECK(rig.counter("G013") == 2);
+    rig.tick = said + 100'000;
+    rig.send_state();
+    CHECK(rig.arm().epoch != 0);
+  }
+}
+
+TEST_CASE("G013 a hal/status near the last tick there is leaves room for every first state") {
+  GateRig rig(true);
+  HalStatus status = rig.hal_status();
+  status.tick = UINT64_MAX - 5;
+  rig.send(EventKind::hal_status, status);
+  rig.tick = UINT64_MAX;
+  rig.send_state();
+  CHECK(rig.arm().epoch != 0);
 }

@@ -176,6 +176,9 @@ void add_reach(PathPlan& plan) {
     frame.reach = frame.turns ? extent[f] : 1.0;
     extend(frame.parent, frame.distance - plan.frames[frame.parent].distance + extent[f]);
   }
+  for (PlanTool& tool : plan.tools)
+    for (const std::uint8_t f : tool.own)
+      if (plan.frames[f].turns) tool.reach = larger(tool.reach, plan.frames[f].reach);
 }
 
 void add_distances(PathPlan& plan) {

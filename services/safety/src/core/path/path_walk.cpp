@@ -12,7 +12,7 @@
 namespace fairlead {
 namespace {
 
-// How many times itself the limit grows by what nobody knows of where a row begins [1/rad or 1/m].
+// How many times itself the limit grows by what nobody knows of where a row begins [1/rad].
 // Where equal shares left 0.095 and more, and 0.85 rad open, shares between them left 0.028: the
 // limit of 0.05 has to be above 0.095 there. Checkpoint vectors, which are to pass, leave 0.76 rad
 // open at 0.109.

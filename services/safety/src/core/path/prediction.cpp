@@ -15,6 +15,7 @@ namespace fairlead {
 Evidence Prediction::apply_rows(const RowBefore& own, bool before) {
   Evidence fault;
   goals_add_up_ = goals_add_up(own, before);
+  carries_ = false;
   for (const bool poses : {false, true}) {
     if (own.chunk != nullptr) {
       const Evidence evidence = apply_row(*own.chunk, own.row, true, poses, branch_count_);
@@ -60,9 +61,16 @@ void Prediction::note_base_speed() {
 }
 
 double Prediction::doubt(std::size_t part) const {
+  const double reach = plan_.tools[part].reach;
   double widest = 0.0;
-  for (const std::size_t j : plan_.limits.parts[part].joints)
-    widest = std::max(widest, spread_before_.highest[j] - spread_before_.lowest[j]);
+  for (const std::size_t j : plan_.limits.parts[part].joints) {
+    const double width = spread_before_.highest[j] - spread_before_.lowest[j];
+    const bool slides = plan_.limits.joints[j].kind == JointKind::prismatic;
+    if (!slides)
+      widest = std::max(widest, width);
+    else if (reach > 0.0)
+      widest = std::max(widest, width / reach);
+  }
   return widest;
 }
 
@@ -77,7 +85,7 @@ Evidence Prediction::advance() {
   settle_untold();
   Evidence fault = apply_rows(RowBefore{&chunk_, row_}, false);
   targets_told_ = 0;  // what rows tell from here on is where the branches are
-  has_settled_ = steps_ > 1 && leads_nowhere();
+  has_settled_ = steps_ > 1 && !carries_ && leads_nowhere();
   return fault.ok() ? check_finite() : fault;
 }
 

@@ -28,6 +28,9 @@ struct Branch {
   Joints before;
   std::array<FramePoses, 2> poses;
   std::size_t newest = 0;
+  /// By part, what its tool was told to move and has not yet [m, rad], along the root's axes; not a
+  /// number where nobody knows.
+  std::array<Motion6, max_parts> left;
 
   Branch() = default;
   Branch(const Branch& other) { *this = other; }
@@ -93,7 +96,8 @@ class Prediction {
   void go_on(Branch& branch) const;
   [[nodiscard]] const Spread& spread() const { return spread_; }
   /// Where the newest row begins: how far two shares of the rows before may have left a joint of a
-  /// part from each other at most [rad or m].
+  /// part from each other at most [rad]. What slides counts as the turn that takes the arm as far;
+  /// where nothing turns, the tool's Jacobian is the same everywhere.
   [[nodiscard]] double doubt(std::size_t part) const;
 
  private:
@@ -103,7 +107,8 @@ class Prediction {
     Setpoint row;
   };
 
-  void start_still();
+  void start_still(const PartMemories* memories);
+  void note_left(const PartMemories* memories);
   void include(const ActionChunk& chunk, JointSet& joints);
   void include_companions();
   void include_holding();
@@ -150,6 +155,7 @@ class Prediction {
   std::size_t row_ = 0;
   std::size_t steps_ = 0;  // rows gone through since the first live one, the one gone to included
   bool goals_add_up_ = false;  // in the newest row
+  bool carries_ = false;       // the newest row makes up for what was left of those before
   bool has_settled_ = false;   // the newest row, not the first, led nowhere
   std::size_t branch_count_ = 1;
   std::size_t start_count_ = 0;

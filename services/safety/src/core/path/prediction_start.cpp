@@ -6,6 +6,7 @@
 #include "command_kind.hpp"
 #include "joint_set.hpp"
 #include "prediction.hpp"
+#include "tool_motion.hpp"
 
 namespace fairlead {
 
@@ -13,6 +14,7 @@ Branch& Branch::operator=(const Branch& other) {
   now = other.now;
   speed = other.speed;
   before = other.before;
+  left = other.left;
   poses_now() = other.poses_now();
   return *this;
 }
@@ -30,7 +32,7 @@ Prediction::Prediction(const PathPlan& plan, const ClaimLimits& claim, const Mea
   moving_ |= commanded_;
   if (before.chunk != nullptr) include(*before.chunk, moving_);
   include_companions();
-  start_still();
+  start_still(before.memories);
   if (!before.measured) {
     start_count_ = branch_count_;
     for (Branch& branch : branches()) branch.begin_row();
@@ -61,7 +63,7 @@ void Prediction::include_holding() {
 
 // A joint that nothing commands stays; one that is measured to move brakes from there. A gripper's
 // declares no deceleration: its fingers stay where they are measured.
-void Prediction::start_still() {
+void Prediction::start_still(const PartMemories* memories) {
   measured_.now = state_.positions;
   measured_.speed.fill(0.0);
   for (std::size_t j = 0; j < plan_.limits.joints.size(); ++j) {
@@ -76,8 +78,23 @@ void Prediction::start_still() {
   include_holding();
   measured_.before = spread_.lowest = spread_.highest = measured_.now;
   measured_.poses_now().place(plan_, measured_.now);
+  note_left(memories);
   for (Branch& branch : branches()) branch = measured_;
   note_base_speed();
+}
+
+// How far each tool is from the last goal of its controller.
+void Prediction::note_left(const PartMemories* memories) {
+  for (std::size_t i = 0; i < plan_.limits.parts.size(); ++i) {
+    Motion6& left = measured_.left[i];
+    left.setZero();
+    if (memories == nullptr || !plan_.tools[i].present) continue;
+    const std::optional<Pose>& goal = (*memories)[i].goal;
+    left.setConstant(unset);
+    if (!goal) continue;
+    const FramePose told{goal->rotation.toRotationMatrix(), goal->position};
+    left = motion_between(pose_at(plan_.tools[i].place, measured_.poses_now()), told);
+  }
 }
 
 // A controller takes time to turn a motion around, and may keep up another beside it. A joint that

@@ -12,28 +12,20 @@
 namespace fairlead {
 namespace {
 
-// Where goals add up, the shares of so many rows come on top of each other, until all has happened.
-constexpr double ticks_of_a_goal = 4.0;
-
-Motion6 six_of(const Setpoint& row) {
-  Motion6 numbers;
-  numbers << row[0], row[1], row[2], row[3], row[4], row[5];
-  return numbers;
-}
+constexpr std::string_view lost_goal =
+    "a known goal: with the composite switch up the tool goes on from the last one, and a state or "
+    "a row was lost; passes after a held tick";
 
 }  // namespace
 
 double Prediction::gain(const Command& command, std::size_t branch) const {
   const Gain* gain = gain_block(command.modes, command.action.mode);
   if (gain == nullptr) return unset;  // GCOVR_EXCL_BR_LINE: asked of modes that have one
-  if (((branch >> gain_bit_[command.action.part]) & 1U) == 0) return gain->lower;
-  const bool adds_up = goals_add_up_ && moves_tool(command.action);
-  return adds_up ? std::max(gain->upper, std::min(1.0, ticks_of_a_goal * gain->upper))
-                 : gain->upper;
+  return ((branch >> gain_bit_[command.action.part]) & 1U) == 0 ? gain->lower : gain->upper;
 }
 
 // Where the composite switch is up, a controller takes the motions of a tool from its last goal on,
-// not from where the tool is: what it has not made of one is left for the next, so all happens.
+// not from where the tool is: what it has not made of one is left for the next.
 bool Prediction::is_switched_up(const ActionChunk& chunk, std::size_t row) const {
   for (const ActionPart& action : chunk.parts)
     if (action.mode == static_cast<std::uint8_t>(Mode::composite_mode) &&
@@ -65,23 +57,33 @@ bool Prediction::stays(const Motion6& told) const {
 // From the configuration before the row, whatever other parts do in it.
 Evidence Prediction::apply_tool_motion(const Command& command, std::size_t index) {
   Branch& branch = branches_[index];
-  const bool twist = command.action.mode == static_cast<std::uint8_t>(Mode::cartesian_twist);
-  const double share = gain(command, index) * (twist ? plan_.period_s : 1.0);
-  const Motion6 told = share * six_of(command.row);
-  if (stays(told)) {
-    for (const std::size_t j : plan_.limits.parts[command.action.part].joints)
-      branch.speed[j] = 0.0;
-    return {};
-  }
+  const auto& joints = plan_.limits.parts[command.action.part].joints;
+  const Twist told = tick_motion(command.row, plan_.period_s);
   const Eigen::Matrix3d axes =
       link_pose(plan_, command.action.frame_id, branch.poses_before()).rotation;
-  Motion6 motion;
-  motion << axes * told.head<3>(), axes * told.tail<3>();
+  Motion6 asked;
+  asked << axes * told.linear, axes * told.angular;
+  Motion6& left = branch.left[command.action.part];
+  if (goals_add_up_) {
+    if (left.hasNaN()) {
+      for (const std::size_t j : joints) branch.now[j] = unset;
+      return broken_rule(code::speed, "tool motion", lost_goal);
+    }
+    carries_ = carries_ || (left.array() != 0.0).any();
+    asked += left;
+  }
+  const double share = gain(command, index);
+  const Motion6 motion = share * asked;
+  left = asked - motion;
+  if (stays(motion)) {
+    for (const std::size_t j : joints) branch.speed[j] = 0.0;
+    return {};
+  }
   Joints after = branch.before;
   Joints straight;
   const Evidence evidence = move_tool(plan_, plan_.tools[command.action.part], motion,
                                       branch.poses_before(), branch.poses_now(), after, straight);
-  for (const std::size_t j : plan_.limits.parts[command.action.part].joints) {
+  for (const std::size_t j : joints) {
     const double change = after[j] - branch.before[j];
     note_speed(branch, j, change);
     branch.now[j] += change;

@@ -8,8 +8,13 @@
 namespace fairlead {
 namespace {
 
-// Metres and radians count alike. Far from a singularity (smallest singular values of 0.1 and
-// more) the damping takes less than 4 % off a motion.
+// Least squares weigh what is missed of a turn against what is missed of a shift: by how far the
+// turn moves a point that far from the tool [m]. G030 compares by the same weight, or it would
+// refuse what is best by it. Jacobians are of a lever of 1 m.
+constexpr double lever = 1.0;
+
+// Far from a singularity (smallest singular values of 0.1 and more) the damping takes less than 4 %
+// off a motion [m].
 constexpr double damping = 0.02;
 
 // A pose counts as reached so near [m, rad], and not at all after so many steps, none longer than
@@ -24,7 +29,7 @@ constexpr double longest_step = 0.5;
 constexpr double last_step = 2e-3;
 constexpr int most_motion_steps = 6;
 
-// What a motion that the joints cannot make at all may be missed by, above its own size.
+// What a motion that the joints cannot make at all may be missed by, above its own size [m].
 constexpr double rounding = 1e-9;
 
 // Its lower half, and of each column what is beside that in a pair of numbers: nobody reads the
@@ -85,6 +90,12 @@ FramePose moved(const FramePose& pose, const Motion6& motion) {
   return {turn.toRotationMatrix() * pose.rotation, pose.position + motion.head<3>()};
 }
 
+// The size of a motion [m], a turn by what it moves a point that far from the tool.
+double size_of(Motion6 motion) {
+  motion.tail<3>() *= lever;
+  return motion.norm();
+}
+
 // What is still missing of a pose.
 Evidence still_missing(std::string_view axis, double value) {
   if (value <= pose_tolerance) return {};
@@ -128,9 +139,10 @@ Evidence move_tool(const PathPlan& plan, const PlanTool& tool, const Motion6& mo
     end.place_chain(plan, tool, joints);
     if (step.largest <= last_step) break;
   }
-  const double missed = motion_between(pose_at(tool.place, end), target).norm();
-  if (missed <= motion.norm() + rounding) return {};
-  return above(code::unreachable, "tool motion", missed, motion.norm(),
+  const double missed = size_of(motion_between(pose_at(tool.place, end), target));
+  const double whole = size_of(motion);
+  if (missed <= whole + rounding) return {};
+  return above(code::unreachable, "tool motion", missed, whole,
                "a step of its joints that brings the tool nearer");
 }
 

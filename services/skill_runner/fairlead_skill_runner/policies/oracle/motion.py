@@ -24,6 +24,10 @@ ARM_FULL_SCALE = np.array([0.05, 0.05, 0.05, 0.5, 0.5, 0.5])
 ARM_GAIN = 1.2
 """Share of the remaining way that is commanded as a delta in one tick."""
 
+HAND_STEP_M = 0.065
+"""Most that the hand is told to move in a tick, in any direction: two axes at full scale ask more
+of a joint than it may do, where an episode begins with all joints half-way."""
+
 BASE_FULL_SCALE = np.array([1.0, 1.0, 1.5])
 """Base joint rate at output +-1: m/s, m/s, rad/s."""
 
@@ -118,6 +122,11 @@ def base_output(rates: Vector, yaw: float) -> Vector:
     lifted = rates + np.where(np.abs(rates) > 1e-3, np.sign(rates), 0.0) * BASE_DEAD_BAND
     command = np.append(turn(yaw) @ lifted[:2], lifted[2]) / BASE_FULL_SCALE
     return np.asarray(np.clip(command, -1.0, 1.0))
+
+
+def hand_delta(way: Vector) -> Vector:
+    """``way`` [m], no longer than `HAND_STEP_M`."""
+    return way * (HAND_STEP_M / max(float(np.linalg.norm(way)), HAND_STEP_M))
 
 
 def arm_drag(yaw_rate: float, eef: Vector) -> Vector:

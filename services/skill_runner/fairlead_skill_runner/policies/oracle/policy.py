@@ -27,6 +27,7 @@ from fairlead_skill_runner.policies.oracle.motion import (
     arm_drag,
     base_output,
     base_rates,
+    hand_delta,
 )
 from fairlead_skill_runner.policies.oracle.phases import Aim, Memory, Motion, advance, aim
 from fairlead_skill_runner.policies.oracle.sight import (
@@ -127,7 +128,7 @@ class OraclePolicy:
         for row in rows:
             rates = base_rates(base, target.base)
             drag = arm_drag(float(rates[2]), hand.position)
-            move = ARM_GAIN * (target.eef - hand.position) + drag
+            move = hand_delta(ARM_GAIN * (target.eef - hand.position) + drag)
             rotate = -ARM_GAIN * wrist.position
             arm = np.clip(np.append(move, rotate) / ARM_FULL_SCALE, -1.0, 1.0)
             row[0:6] = arm

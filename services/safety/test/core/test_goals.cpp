@@ -1,0 +1,258 @@
+// G026 where the composite switch is up: a controller brings the tool on from its last goal, so
+// what it has not made of a motion comes on top of the next.
+
+#include <doctest/doctest.h>
+
+#include "predicted.hpp"
+#include "row_judge.hpp"
+#include "tracked_rig.hpp"
+
+using namespace fairlead;
+using namespace fairlead::test;
+
+namespace {
+
+constexpr double turn = 0.1;  // of arm_1 in each row [rad]; the tool is 0.7 m away from its axis
+constexpr std::size_t upper = 1;  // the branch of the larger share
+
+// 0.1 to 0.3 of a motion happens in its tick: a turn of 0.1 rad at 0.6 rad/s at most. The limit of
+// the joint is 1.5 rad/s.
+Limits shared_out() {
+  Limits limits = test_limits();
+  limits.parts[arm].modes.cartesian_delta.gain = {0.1, 0.3};
+  CartesianLimits& twist = limits.parts[arm].modes.cartesian_twist;
+  twist.gain = {0.1, 0.3};
+  twist.linear_limit = twist.angular_limit = 3.0;
+  twist.linear_step_limit = twist.angular_step_limit = 9.0;
+  limits.parts[composite].modes.composite_mode.step_limit = 2.0;
+  return limits;
+}
+
+Row turned(double angle) { return {0, 0.7 * angle, 0, 0, 0, angle}; }
+
+ChunkBuilder turns(const Row& angles, Mode mode = Mode::cartesian_delta) {
+  Rows rows;
+  for (const double angle : angles) rows.push_back(turned(angle));
+  return ChunkBuilder().add(arm, mode, rows, {}, "base_link");
+}
+
+ChunkBuilder switched(ChunkBuilder builder, double value) {
+  return builder.scalar(composite, Mode::composite_mode, Row(builder.chunk.horizon, value));
+}
+
+const Row four(4, turn);
+
+// arm_1 is told to be at that angle by the rows before.
+PartMemories goal_at(double angle) {
+  PartMemories memories;
+  const Eigen::Quaterniond rotation(Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitZ()));
+  memories[arm].goal =
+      Pose{rotation * Eigen::Vector3d(0.7, 0, 0) + Eigen::Vector3d(0, 0, 0.5), rotation};
+  return memories;
+}
+
+Evidence of(const ChunkBuilder& chunk, const PartMemories& memories) {
+  RowBefore before;
+  before.memories = &memories;
+  return judge_rows(shared_out(), whole_robot(shared_out()), state_at_rest(), chunk.chunk, 0,
+                    before)
+      .evidence;
+}
+
+}  // namespace
+
+TEST_CASE(
+    "G026 switch up: what is left of the rows before comes on top, until the goal is far off") {
+  // 0.6, 1.02, 1.31, 1.52 rad/s.
+  for (const double value : {-1.0, -0.5}) CHECK(of(switched(turns(four), value), goal_at(0)).ok());
+  for (const double value : {0.0, 0.5, 1.0}) {
+    const Evidence found = of(switched(turns(four), value), goal_at(0));
+    CHECK(found.code == 26);
+    CHECK(found.row == 3);
+    CHECK(found.axis == "arm_1");
+    CHECK(found.value ==
+          doctest::Approx(6.0 * (0.1 + 0.7 * (0.1 + 0.7 * (0.1 + 0.07)))).epsilon(5e-3));
+  }
+  CHECK(of(switched(turns({turn, -turn, turn, -turn, turn, -turn}), 1.0), goal_at(0)).ok());
+  const ChunkBuilder twists = turns(Row(4, turn / 0.05), Mode::cartesian_twist);
+  CHECK(of(switched(twists, 1.0), goal_at(0)).row == 3);
+  CHECK(of(switched(twists, -1.0), goal_at(0)).ok());
+}
+
+TEST_CASE("G026 switch up: the goal of the rows that acted counts, either way; switched down not") {
+  const auto code = [](double goal, double angle, double value) {
+    return of(switched(turns({angle}), value), goal_at(goal)).code;
+  };
+  CHECK(code(0.14, 0.1, 1.0) == 0);
+  CHECK(code(0.16, 0.1, 1.0) == 26);
+  CHECK(code(0.16, 0.1, -1.0) == 0);
+  CHECK(code(0.26, 0.0, 1.0) == 26);
+  CHECK(code(0.26, -0.1, 1.0) == 0);
+  CHECK(code(-0.16, -0.1, 1.0) == 26);
+}
+
+TEST_CASE("G026 switch up: from a goal that nobody knows no motion goes on") {
+  const PartMemories nobody_knows;
+  const Evidence found = of(switched(turns({0.0, 0.0}), 1.0), nobody_knows);
+  CHECK(found.code == 26);
+  CHECK(found.row == 0);
+  CHECK(found.part == "arm");
+  CHECK(found.axis == "tool motion");
+  CHECK(found.limit_source.find("passes after a held tick") != std::string_view::npos);
+  CHECK(of(switched(turns(four), -1.0), nobody_knows).ok());
+  ChunkBuilder base_up;
+  base_up.joint(base, Mode::joint_velocity, base_x, {0.5});
+  base_up.scalar(composite, Mode::composite_mode, {1.0});
+  CHECK(of(base_up, nobody_knows).ok());  // no tool's motion
+}
+
+TEST_CASE("G026 the switch of another claim's rows, as long as they last") {
+  const auto row = [](const Companion& companion) {
+    return judge_rows(PathPlan(shared_out()), whole_robot(shared_out()), state_at_rest(),
+                      turns(four).chunk, 0, {}, Companions(&companion, 1))
+        .evidence.row;
+  };
+  const ChunkBuilder up = ChunkBuilder().scalar(composite, Mode::composite_mode, {1, 1, 1, 1});
+  const ChunkBuilder down =
+      ChunkBuilder().scalar(composite, Mode::composite_mode, {-1, -1, -1, -1});
+  CHECK(row({}) == -1);
+  CHECK(row({{}, &down.chunk, 0, 4}) == -1);
+  CHECK(row({{}, &up.chunk, 0, 4}) == 3);
+  CHECK(row({{}, &up.chunk, 0, 3}) == -1);  // its rows are over
+  CHECK(row({RowBefore{&up.chunk, 0}, nullptr, 0, 0}) == -1);
+}
+
+TEST_CASE("realtime: the row that acts already goes on from the goal as well") {
+  const PartMemories memories = goal_at(0.1);
+  const auto reached = [&](const ChunkBuilder& acts, Companions companions) {
+    RowBefore before{&acts.chunk, 0};
+    before.measured = false;
+    before.memories = &memories;
+    const ChunkBuilder next = turns({0.0});
+    return Predicted(shared_out(), state_at_rest(), next.chunk, before, companions)
+        .all.branch(upper)
+        .now[arm_1];
+  };
+  CHECK(reached(switched(turns({turn}), -1.0), {}) == doctest::Approx(0.03).epsilon(1e-3));
+  CHECK(reached(switched(turns({turn}), 1.0), {}) == doctest::Approx(0.06).epsilon(1e-3));
+  const ChunkBuilder up = ChunkBuilder().scalar(composite, Mode::composite_mode, {1.0});
+  Companion companion{RowBefore{&up.chunk, 0}};
+  companion.before.measured = false;
+  CHECK(reached(turns({turn}), Companions(&companion, 1)) == doctest::Approx(0.06).epsilon(1e-3));
+}
+
+TEST_CASE(
+    "realtime: where the acting row goes on from a goal that nobody knows, nothing is known") {
+  const PartMemories nobody_knows;
+  const ChunkBuilder acts = switched(turns({turn}), 1.0);
+  RowBefore before{&acts.chunk, 0};
+  before.measured = false;
+  before.memories = &nobody_knows;
+  CHECK_FALSE(judge_rows(shared_out(), whole_robot(shared_out()), state_at_rest(),
+                         switched(turns({turn}), -1.0).chunk, 0, before)
+                  .evidence.ok());
+}
+
+TEST_CASE("a row that leads nowhere since it takes back what was left is not like the next") {
+  Limits limits = test_limits();
+  limits.parts[arm].modes.cartesian_delta.gain = {0.5, 0.5};
+  const ChunkBuilder chunk = switched(turns({0.1, -0.05, -0.05}), 1.0);
+  Predicted predicted(limits, state_at_rest(), chunk.chunk);
+  const double there = predicted.after_a_row().now[arm_1];
+  CHECK(predicted.after_a_row().now[arm_1] == there);
+  CHECK_FALSE(predicted.all.next_repeats());
+  CHECK(predicted.after_a_row().now[arm_1] < there - 0.02);
+}
+
+namespace {
+
+// The arm is told to turn and does not: its goal gets away from it.
+struct Waiting : TrackedRig {
+  explicit Waiting(Mode told = Mode::cartesian_delta, bool in_lockstep = true)
+      : TrackedRig(in_lockstep, [](Limits& all) { all = shared_out(); }), mode(told) {}
+  ChunkBuilder rows(std::size_t count, double value) const {
+    const double scale = mode == Mode::cartesian_twist ? 20.0 : 1.0;
+    return switched(turns(Row(count, scale * turn), mode), value);
+  }
+  std::uint32_t code(double value = 1.0) {
+    ChunkBuilder builder = chunk();
+    const ChunkBuilder told = rows(1, value);
+    builder.chunk.parts = told.chunk.parts;
+    builder.chunk.horizon = 1;
+    builder.chunk.start_tick += lockstep ? 0 : 1;
+    return send_chunk(builder).code;
+  }
+  void act_on(std::size_t count, double value) {
+    begin(rows(count, value));
+    for (std::size_t i = 0; i < count; ++i) act();
+  }
+  Mode mode;
+};
+
+}  // namespace
+
+TEST_CASE("G026 the goal of a row that acted stays, for deltas and twists, until a tick is held") {
+  for (const Mode mode : {Mode::cartesian_delta, Mode::cartesian_twist}) {
+    Waiting rig(mode);
+    rig.act_on(2, 1.0);  // 0.2 rad ahead: with another 0.1 it is 1.8 rad/s
+    CHECK(rig.code(-1.0) == 0);
+    CHECK(rig.code() == 26);
+    rig.hold();
+    CHECK(rig.code() == 0);
+  }
+}
+
+TEST_CASE("G026 a row with the switch down begins anew where the tool is") {
+  Waiting rig;
+  rig.act_on(2, -1.0);
+  CHECK(rig.code() == 0);  // 0.1 rad ahead, and another 0.1: 1.2 rad/s
+  rig.act_on(1, 1.0);
+  CHECK(rig.code() == 26);
+}
+
+TEST_CASE("G026 rows still to act are revoked where the tool lags behind its goal") {
+  Waiting rig;
+  rig.begin(rig.rows(3, 1.0));
+  rig.act();
+  CHECK(rig.count(OutputKind::verdict) == 0);
+  rig.act();
+  CHECK(rig.verdict().code == 26);
+  CHECK(rig.verdict().part == "arm");
+}
+
+TEST_CASE(
+    "G026 the goal is unknown where a state was lost, until a tick is seen held or switched down") {
+  for (const bool stands : {true, false}) {
+    Waiting rig(Mode::cartesian_delta, false);
+    rig.begin(rig.rows(3, 1.0));
+    rig.act();
+    rig.pass(1);
+    rig.send_heartbeat();
+    rig.next_tick_of({row_of(rig.safe, 2), no_row, no_row, row_of(rig.safe, 2)});
+    CHECK(rig.code() == 26);
+    CHECK(rig.code(-1.0) == 0);
+    rig.velocities[arm_1] = stands ? 0.0 : 0.2;
+    rig.pass(1);
+    rig.hold();  // how the tick began is lost
+    CHECK(rig.code() == (stands ? 0 : 26));
+    rig.hold();
+    CHECK(rig.code() == 0);
+  }
+}
+
+TEST_CASE("G026 a row of a claim that has ended, and one of another mode, leave no goal") {
+  Waiting rig;
+  rig.begin(rig.rows(3, 1.0));
+  rig.send(EventKind::release, Release{"runner", rig.claim_id});
+  rig.take_claim();
+  rig.seq = 0;
+  rig.act();
+  rig.hold();
+  CHECK(rig.code() == 0);
+  rig.hold();
+  rig.begin(ChunkBuilder().joint(arm, Mode::joint_velocity, arm_1, {0.1}));
+  rig.act();
+  CHECK(rig.code() == 26);
+  rig.hold();
+  CHECK(rig.code() == 0);
+}
