@@ -55,7 +55,7 @@ def test_what_the_network_calls_outlives_the_calls_also_where_starting_fails(
         while gate.process.poll() is None:
             hal.publish_state()
         assert gate.wait_exit() == 1, gate.lines[-3:]
-        assert gate.lines[-1].startswith("ERROR fairlead-safety: cannot declare ")
+        assert gate.lines[-1].startswith("ERROR fairlead-safety: zenoh: cannot declare ")
     finally:
         gate.close()
         bus.close()
