@@ -1,4 +1,4 @@
-"""``fairlead eval`` and ``fairlead episode`` on a simulated robot that runs."""
+"""``eval``, ``episode`` and ``status --watch`` on a simulated robot that runs."""
 
 from __future__ import annotations
 
@@ -170,3 +170,24 @@ def test_a_stop_of_the_robots_own_is_reset_where_asked_for_and_a_persons_ends_it
     stopped = [row for row in rows if row[1] == "failed"]
     assert 1 <= len(stopped) <= 2, printed
     assert stopped[0][5] == "1", printed
+
+
+@pytest.mark.processes
+def test_status_can_be_watched_block_after_block_until_interrupted(
+    robot: ScratchRobot, tmp_path: Path
+) -> None:
+    watching = subprocess.Popen(
+        fairlead_command("status", "--watch", "-d", str(robot.scratch.file)),
+        env=fairlead_environment(tmp_path),
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    assert watching.stdout is not None
+    everybody = f"alive  {', '.join(sorted(robot.scratch.deployment.services))}\n"
+    for _ in range(2):
+        block = list(iter(watching.stdout.readline, everybody))
+        assert re.fullmatch(r"\d{4}-\S+Z\n", block[0])
+        assert block[1].startswith("gate   disarmed"), block
+    watching.send_signal(signal.SIGINT)
+    watching.communicate(timeout=20.0)
+    assert watching.returncode == 0

@@ -93,7 +93,7 @@ def start_up(tmp_path: Path) -> Iterator[Callable[[str], Up]]:
 def test_a_robot_is_started_watched_run_and_stopped(start_up: Callable[[str], Up]) -> None:
     up = start_up("robot")
     up.wait_line(f"[up] {up.name} is up")
-    assert up.wait_line("[hal] ").endswith("backend")
+    assert up.wait_line("[hal] ").endswith("lockstep, hal_sim")
     (entry,) = up.read("ps")
     assert entry["name"] == up.name and entry["supervised"]
     assert {s["state"] for s in entry["services"].values()} == {"ready"}

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import pytest
-
 from fairlead.cli.goal_hints import goal_hints
-from fairlead.cli.status import print_gate
+from fairlead.cli.status import gate_lines
 from fairlead.messages import NO_HASH, GateState, GateStatus, GoalResult
 from fairlead.operate.goal_watch import Progress
 
@@ -18,11 +16,9 @@ def gate_with(*counters: tuple[str, int]) -> GateStatus:
     )  # fmt: skip
 
 
-def test_chunks_are_counted_by_outcome_and_findings_are_said_in_words(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    print_gate(gate_with(("released", 9), ("refused", 1), ("copies", 0), ("G002", 3), ("G020", 1)))
-    assert capsys.readouterr().out.splitlines() == [
+def test_chunks_are_counted_by_outcome_and_findings_are_said_in_words() -> None:
+    counters = (("released", 9), ("refused", 1), ("copies", 0), ("G002", 3), ("G020", 1))
+    assert gate_lines(gate_with(*counters)) == [
         "gate   armed",
         "judged released 9, refused 1",
         "       G002 3 times: other HAL session or robot",
@@ -48,6 +44,5 @@ def test_a_run_that_did_not_succeed_names_the_next_command() -> None:
     ]
 
 
-def test_a_gate_that_judged_nothing_says_so(capsys: pytest.CaptureFixture[str]) -> None:
-    print_gate(gate_with(("released", 0)))
-    assert capsys.readouterr().out == "gate   armed\njudged nothing yet\n"
+def test_a_gate_that_judged_nothing_says_so() -> None:
+    assert gate_lines(gate_with(("released", 0))) == ["gate   armed", "judged nothing yet"]

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from contextlib import suppress
-from typing import Any
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
 
 import msgspec
 import typer
@@ -11,99 +13,106 @@ import typer
 from fairlead.cli.console import echo, hex_id, print_json
 from fairlead.cli.deployment_choice import DeploymentOption, JsonOption, choose_file
 from fairlead.cli.starting import starting_services
+from fairlead.cli.watch import watch
 from fairlead.deploy.deployment import load_deployment
-from fairlead.errors import NoAnswerError
+from fairlead.errors import ConfigError, NoAnswerError
 from fairlead.messages import GateState, GateStatus, GoalFeedback, HalStatus
 from fairlead.operate.client import RobotClient
 from fairlead.wire.printable import printable
 from fairlead.wire.verdict_text import CHECKS
 
-EXAMPLE = "fairlead status --json"
+EXAMPLE = "fairlead status --watch"
 
 
-def command(deployment: DeploymentOption = None, as_json: JsonOption = False) -> None:
+@dataclass(frozen=True)
+class _Seen:
+    """What there is to tell at one moment; None for one that does not answer."""
+
+    gate: GateStatus | None
+    hal: HalStatus | None
+    runners: list[GoalFeedback]
+    alive: list[str]
+    missing: list[str]
+    starting: list[str]
+
+
+def command(
+    deployment: DeploymentOption = None,
+    again: Annotated[
+        bool, typer.Option("--watch", "-w", help="show it again every second, until Ctrl-C")
+    ] = False,
+    as_json: JsonOption = False,
+) -> None:
     """Show the gate's state and cause, the robot's, and who is alive; exit 1 if one is not."""
+    if again and as_json:
+        raise ConfigError("status: --json prints one document, so it cannot --watch")
     file = choose_file(deployment)
-    chosen = load_deployment(file)
-    starting = starting_services(file)
-    with RobotClient(chosen) as client:
-        try:
-            client.wait_alive(*chosen.services)
-        except NoAnswerError:
-            if not client.alive and not starting:
-                raise
-        gate, hal = _answers(client)
-        runners = _runners(client)
-        alive = sorted(client.alive)
-    starting = [name for name in starting if name not in alive]
-    missing = sorted(set(chosen.services) - set(alive) - set(starting))
+    with RobotClient(load_deployment(file)) as client:
+        seen = _look(client, file)
+        if again:
+            watch(lambda: _lines(_look(client, file, patiently=False)))
+            return
     if as_json:
-        print_json(
-            {
-                "alive": alive,
-                "missing": missing,
-                "starting": starting,
-                "gate": gate and gate_document(gate),
-                "hal": hal and hal_document(hal),
-                "runners": [runner_document(one) for one in runners],
-            }
-        )
+        print_json(_document(seen))
     else:
-        _print(gate, hal, runners, alive, missing, starting)
-    if missing or starting:
+        echo("\n".join(_lines(seen)))
+    if seen.missing or seen.starting:
         raise typer.Exit(1)
 
 
-def _answers(client: RobotClient) -> tuple[GateStatus | None, HalStatus | None]:
-    """What gate and HAL say; None for one that does not answer."""
-    gate, hal = None, None
+def _look(client: RobotClient, file: Path, patiently: bool = True) -> _Seen:
+    """Ask everybody. ``patiently``: `NoAnswerError` if after a while nobody is there."""
+    services, starting = client.deployment.services, starting_services(file)
+    if patiently:
+        try:
+            client.wait_alive(*services)
+        except NoAnswerError:
+            if not client.alive and not starting:
+                raise
+    gate, hal, runners = None, None, []
     with suppress(NoAnswerError):
-        gate = client.gate_status()
+        gate = client.gate_status() if client.gate in client.alive else None
     with suppress(NoAnswerError):
-        hal = client.hal_status()
-    return gate, hal
-
-
-def _runners(client: RobotClient) -> list[GoalFeedback]:
-    """What each runner that is seen says of its goal."""
-    found = []
+        hal = client.hal_status() if client.hal in client.alive else None
     for runner in client.deployment.runners:
         if runner in client.alive:
             with suppress(NoAnswerError):
-                found.append(client.goal_feedback(runner))
-    return found
+                runners.append(client.goal_feedback(runner))
+    alive = sorted(client.alive)
+    starting = [name for name in starting if name not in alive]
+    missing = sorted(set(services) - set(alive) - set(starting))
+    return _Seen(gate, hal, runners, alive, missing, starting)
 
 
-def _print(
-    gate: GateStatus | None,
-    hal: HalStatus | None,
-    runners: list[GoalFeedback],
-    alive: list[str],
-    missing: list[str],
-    starting: list[str],
-) -> None:
-    silent = "is starting" if starting else "does not answer"
-    if gate is None:
-        echo(f"gate   {silent}")
-    else:
-        print_gate(gate)
-    if hal is None:
-        echo(f"robot  the HAL {silent}")
-    else:
-        print_robot(hal)
-    for one in runners:
-        echo(f"goal   {one.source}: {goal_line(one)}")
-    echo(f"alive  {', '.join(alive) or 'none yet'}")
-    if starting:
-        echo(f"starting {', '.join(starting)}; ask again in a moment")
-    if missing:
-        echo(f"missing {', '.join(missing)}; see: fairlead ps, fairlead logs {missing[0]}")
+def _document(seen: _Seen) -> dict[str, Any]:
+    return {
+        "alive": seen.alive,
+        "missing": seen.missing,
+        "starting": seen.starting,
+        "gate": seen.gate and gate_document(seen.gate),
+        "hal": seen.hal and hal_document(seen.hal),
+        "runners": [runner_document(one) for one in seen.runners],
+    }
 
 
-def print_robot(hal: HalStatus) -> None:
+def _lines(seen: _Seen) -> list[str]:
+    silent = "is starting" if seen.starting else "does not answer"
+    lines = [f"gate   {silent}"] if seen.gate is None else gate_lines(seen.gate)
+    lines.append(f"robot  the HAL {silent}" if seen.hal is None else robot_line(seen.hal))
+    lines += [f"goal   {one.source}: {goal_line(one)}" for one in seen.runners]
+    lines.append(f"alive  {', '.join(seen.alive) or 'none yet'}")
+    if seen.starting:
+        lines.append(f"starting {', '.join(seen.starting)}; ask again in a moment")
+    if seen.missing:
+        names = ", ".join(seen.missing)
+        lines.append(f"missing {names}; see: fairlead ps, fairlead logs {seen.missing[0]}")
+    return lines
+
+
+def robot_line(hal: HalStatus) -> str:
     """The robot's state, pacing and tick, and what its HAL says besides."""
     detail = f" ({printable(hal.detail)})" if hal.detail else ""
-    echo(
+    return (
         f"robot  {hal.robot}: {hal.state}, {hal.pacing} at {1e9 / hal.period_ns:g} Hz, "
         f"tick {hal.tick}, overruns {hal.overruns}" + detail
     )
@@ -120,19 +129,17 @@ def goal_line(goal: GoalFeedback) -> str:
     return f"{goal.skill} {ended.outcome} (decided by the {ended.decided_by}){why}"
 
 
-def print_gate(gate: GateStatus) -> None:
+def gate_lines(gate: GateStatus) -> list[str]:
     """The gate's state, its cause, what to do, its claims and what it counted."""
-    echo(f"gate   {state_and_cause(gate)}")
+    lines = [f"gate   {state_and_cause(gate)}"]
     if gate.fix:
-        echo(f"       try: {gate.fix}")
-    for stop_id in gate.stop_ids:
-        echo(f"       stop {hex_id(stop_id)}")
+        lines.append(f"       try: {gate.fix}")
+    lines += [f"       stop {hex_id(stop_id)}" for stop_id in gate.stop_ids]
     if gate.latch_id:
-        echo(f"       latch {hex_id(gate.latch_id)}")
+        lines.append(f"       latch {hex_id(gate.latch_id)}")
     for claim in gate.claims:
-        echo(f"claim  {claim.source} runs {claim.skill} on {', '.join(claim.parts)}")
-    for line in _counted(gate):
-        echo(line)
+        lines.append(f"claim  {claim.source} runs {claim.skill} on {', '.join(claim.parts)}")
+    return lines + _counted(gate)
 
 
 def _counted(gate: GateStatus) -> list[str]:

@@ -13,6 +13,7 @@ from fairlead.cli.deployment_choice import DeploymentOption, running_files
 from fairlead.deploy.deployment import load_deployment
 from fairlead.errors import FairleadError
 from fairlead.operate.client import RobotClient
+from fairlead.supervisor.registry import running_name
 
 EXAMPLE = 'fairlead stop --reason "hand in the cell"'
 
@@ -46,6 +47,6 @@ def _stop(file: Path, reason: str) -> tuple[str, int] | FairleadError:
     try:
         chosen = load_deployment(file)
         with RobotClient(chosen) as client:
-            return chosen.id, client.stop(reason)
+            return running_name(chosen), client.stop(reason)
     except FairleadError as error:
         return error
