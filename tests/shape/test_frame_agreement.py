@@ -33,7 +33,7 @@ def hal_start(tmp_path: Path, robot: str, kind: str = "hal_mujoco") -> subproces
     spec = {"robot": robot, "id": robot, "pacing": "lockstep", "services": {"hal": service}}
     deployment.write_text(yaml.safe_dump(spec))
     return subprocess.Popen(
-        [sys.executable, "-m", f"fairlead_{kind}", "--deployment", str(deployment),
+        [sys.executable, "-m", "fairlead.hal.serve", "--deployment", str(deployment),
          "--service", "hal", "--state-dir", str(tmp_path / "state")],
         env=service_environment(), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
     )  # fmt: skip

@@ -249,6 +249,7 @@ def test_a_snapshot_puts_another_simulator_into_the_same_poses(
     other.close()
 
 
+@pytest.mark.processes
 def test_a_hal_process_with_a_wrong_part_order_ends_with_the_right_one_and_no_traceback(
     tmp_path: Path,
 ) -> None:
