@@ -45,3 +45,8 @@ def test_bindings_for_libero_are_the_layouts_example() -> None:
     text = (ROOT / "docs" / "examples" / "libero_eef8d_bindings.yaml").read_text()
     contract = StateContract.model_validate(yaml.safe_load(text))
     assert contract.bindings == load_layout("libero_eef8d").example
+
+
+def test_the_hal_that_extending_shows_is_a_slice_of_the_example() -> None:
+    [shown] = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "extending.md").read_text(), re.S)
+    assert shown.strip() in (ROOT / "docs/examples/acme_arm/acme_arm/hal.py").read_text()

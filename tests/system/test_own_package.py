@@ -62,6 +62,10 @@ def up(customer: Person) -> Iterator[list[str]]:
 
 
 def test_its_robot_skill_layout_policy_and_hal_are_found_by_name(customer: Person) -> None:
+    assert customer.does("fairlead", "--version").splitlines()[-1] == (
+        "  acme-arm 1.0: HAL acme_arm, policy backend acme_reach, layout acme_tip_5d, "
+        "folder of data acme_arm"
+    )
     assert "acme_arm" in customer.does("fairlead", "robot", "ls")
     assert "acme-arm 1.0" in customer.does("fairlead", "layout", "ls")
     said = customer.does("fairlead", "skill", "check", "acme-reach")

@@ -11,6 +11,7 @@ import typer
 from fairlead.cli.console import echo
 from fairlead.errors import ConfigError
 from fairlead.paths import gate_binary, repo_root
+from fairlead.plugins import DATA, HALS, LAYOUTS, POLICIES
 
 PACKAGES = ("eclipse-zenoh", "mujoco", "pin", "robosuite")
 
@@ -23,14 +24,23 @@ def print_version(wanted: bool) -> None:
 
 
 def version_text() -> str:
-    """One line each for fairlead, its tree, its gate and what they run on."""
+    """One line each for fairlead, its tree, its gate, what they run on and what others add."""
     packages = ", ".join(f"{name} {_installed(name)}" for name in PACKAGES)
     return (
         f"fairlead {version('fairlead')}\n"
         f"  tree: {repo_root()}\n"
         f"  gate: {_gate()}\n"
-        f"  with: Python {platform.python_version()}, {packages}"
+        f"  with: Python {platform.python_version()}, {packages}{_plug_ins()}"
     )
+
+
+def _plug_ins() -> str:
+    """A line for each other package that adds something, and what."""
+    added: dict[str, list[str]] = {}
+    for one in (one for group in (HALS, POLICIES, LAYOUTS, DATA) for one in group.every()):
+        added.setdefault(one.package, []).append(f"{one.what} {one.name}")
+    added.pop(f"fairlead {version('fairlead')}", None)
+    return "".join(f"\n  {package}: {', '.join(what)}" for package, what in added.items())
 
 
 def _gate() -> str:
