@@ -109,12 +109,13 @@ def setup(
     stall_timeout_s: float = 5.0,
     skill: SkillManifest = SKILL,
     camera_periods: dict[str, int] | None = None,
+    periods: int = 1,
 ) -> RunSetup:
     return RunSetup(
         source="runner", goal_id=GOAL, skill=skill, routes=ROUTES, prompt="pick",
         deadline_ticks=deadline_ticks, stall_timeout_s=stall_timeout_s, session=SESSION,
         robot_hash=ROBOT.robot_hash, lockstep=lockstep, has_task=True, claim_id=CLAIM,
-        epoch=EPOCH, camera_periods=camera_periods or {},
+        epoch=EPOCH, camera_periods=camera_periods or {}, periods=periods,
     )  # fmt: skip
 
 

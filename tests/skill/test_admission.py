@@ -81,7 +81,10 @@ BASE = "base takes joint_velocity, body_twist"
             lambda data: data.update(embodiments=["aloha"]),
             "embodiments: made for aloha, not panda_mobile",
         ),
-        (lambda data: data.update(rate_hz=10.0), "rate_hz: expected the robot's 20 Hz, got 10"),
+        (
+            lambda data: data.update(rate_hz=15.0),
+            "rate_hz: expected the robot's 20 Hz or a whole fraction of it, got 15",
+        ),
         (
             lambda data: data["state_contract"]["bindings"].update(gripper_qpos_joints=["thumb"]),
             "gripper_qpos_joints: robot panda_mobile measures no joint 'thumb' (valid: "
@@ -98,7 +101,7 @@ def test_a_skill_the_robot_cannot_run_is_refused_with_the_reason(
 
 def test_every_reason_is_given_at_once() -> None:
     def change(data: dict[str, Any]) -> None:
-        data["rate_hz"] = 10.0
+        data["rate_hz"] = 15.0
         slot(0, ee="left")(data)
         slot(1, ee="left")(data)
 
@@ -106,7 +109,7 @@ def test_every_reason_is_given_at_once() -> None:
         require_admission(skill(change), ROBOT)
     assert str(caught.value) == (
         "skill oracle-counter-to-cabinet cannot run on robot panda_mobile:\n"
-        "  rate_hz: expected the robot's 20 Hz, got 10\n"
+        "  rate_hz: expected the robot's 20 Hz or a whole fraction of it, got 15\n"
         "  slot [0, 5] cartesian_delta: robot panda_mobile has no end effector 'left' "
         "(valid: gripper)\n"
         "  slot [6, 6] gripper_position: robot panda_mobile has no end effector 'left' "

@@ -128,7 +128,7 @@ def test_what_the_robot_and_the_policy_lack_is_listed_together(
 ) -> None:
     folder = written(tmp_path / "mine")
     edit(folder / "rskill.yaml", "[panda_mobile]", "[panda_mobile, nobody]")
-    edit(folder / "rskill.yaml", "rate_hz: 20", "rate_hz: 10")
+    edit(folder / "rskill.yaml", "rate_hz: 20", "rate_hz: 15")
     edit(folder / "policy.py", "class Policy", "class Wave")
     with pytest.raises(ConfigError) as caught:
         install_skill(folder)
@@ -245,7 +245,7 @@ def test_a_skill_being_written_is_checked_and_shown_by_its_path(tmp_path: Path) 
         done = fairlead("skill", command, str(folder), state=tmp_path)
         assert done.returncode == 0, done.stderr
         assert "mine" in done.stdout
-    edit(folder / "rskill.yaml", "rate_hz: 20", "rate_hz: 10")
+    edit(folder / "rskill.yaml", "rate_hz: 20", "rate_hz: 15")
     refused = fairlead("skill", "check", str(folder), state=tmp_path)
     assert refused.returncode == 1
     assert f"fix {folder / 'rskill.yaml'}" in refused.stdout

@@ -6,13 +6,17 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
 import yaml
 
-from fairlead.messages import GateState, GoalResult, Verdict, decode
+from fairlead.messages import GateState, GoalResult, Verdict, decode, floats
+from fairlead.modes import ControlMode
 from fairlead.operate.goal_run import GoalWish, run_goal
 from fairlead.operate.scratch_robot import ScratchRobot, scratch_robot
 from fairlead.paths import repo_root, rskill_dir
+from fairlead.record.run_log import newest_log, read_run
+from fairlead.robot.manifest import load_robot
 from fairlead.supervisor import Registry
 from fairlead.supervisor.scratch import ScratchOptions, make_scratch
 from fairlead.wire.bus import Sample
@@ -23,6 +27,7 @@ pytestmark = [pytest.mark.processes, pytest.mark.timeout(180)]
 
 SKILL = "panda-joint-reach"
 PLANNER = "own-planner"
+SLOW = "own-slow-reach"
 POLICY = """
 from fairlead.policy import Done
 
@@ -50,11 +55,20 @@ def write_planner(folder: Path) -> None:
     (folder / "rskill.yaml").write_text(yaml.safe_dump(own), encoding="utf-8")
 
 
+def write_slow(folder: Path) -> None:
+    """The reach at half the robot's rate, its targets met evenly."""
+    manifest = yaml.safe_load((rskill_dir(SKILL) / "rskill.yaml").read_text(encoding="utf-8"))
+    folder.mkdir(parents=True)
+    own = manifest | {"id": SLOW, "rate_hz": manifest["rate_hz"] / 2, "between": "linear"}
+    (folder / "rskill.yaml").write_text(yaml.safe_dump(own), encoding="utf-8")
+
+
 class Robot:
     """A panda in plain MuJoCo, and every verdict of its gate."""
 
-    def __init__(self, robot: ScratchRobot, registry: Path) -> None:
-        self.client, self.file, self.registry = robot.client, robot.scratch.file, registry
+    def __init__(self, robot: ScratchRobot, folder: Path) -> None:
+        self.client, self.file = robot.client, robot.scratch.file
+        self.state, self.registry = folder / "state", folder / "registry"
         self.verdicts: list[Verdict] = []
         self.client.bus.subscribe(self.client.keys.verdict("runner"), self._on_verdict)
 
@@ -81,10 +95,11 @@ def robot(
     source = repo_root() / "compose" / "panda_mujoco.yaml"
     scratch = make_scratch(source, folder / "state", ScratchOptions(pacing=request.param))
     write_planner(folder / "skills" / PLANNER)
+    write_slow(folder / "skills" / SLOW)
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("FAIRLEAD_SKILLS", str(folder / "skills"))
         with scratch_robot(scratch, Registry(folder / "registry")) as made:
-            yield Robot(made, folder / "registry")
+            yield Robot(made, folder)
 
 
 def test_a_goal_that_follows_at_once_has_no_chunk_refused_for_what_the_last_one_did(
@@ -116,3 +131,19 @@ def test_a_scene_that_was_solved_before_is_no_success_of_the_skill(robot: Robot)
         "the task's own check was true before the skill did anything",
         done.stdout,
     ), done.stdout
+
+
+def test_a_policy_at_half_the_robots_rate_moves_evenly_between_its_rows(robot: Robot) -> None:
+    robot.new_episode()
+    result = robot.goal(deadline_ticks=0, skill=SLOW)
+    assert result.outcome == "succeeded", result
+    robot.client.disarm()
+    run = read_run(newest_log(robot.state))
+    skills = {claim_id for claim_id, claim in run.claims.items() if claim.skill == SLOW}
+    chunks = [chunk for chunk in run.chunks if chunk.claim_id in skills]
+    assert chunks and all(chunk.horizon % 2 == 0 for chunk in chunks)
+    width = load_robot("panda").n_dof
+    reach = next(p for p in chunks[0].parts if p.mode == ControlMode.JOINT_POSITION)
+    rows = floats(reach.values, width)
+    np.testing.assert_allclose(rows[1:-2:2], (rows[0:-2:2] + rows[2::2]) / 2, atol=1e-12)
+    assert np.abs(np.diff(rows[:-1], axis=0)).max() > 1e-4, "it moves"

@@ -5,6 +5,7 @@ from __future__ import annotations
 from fairlead.messages import ActionChunk, encode
 from fairlead.policy import Actions
 from fairlead_skill_runner.chunk_book import SentChunk
+from fairlead_skill_runner.control_rows import control_rows
 from fairlead_skill_runner.dispatch import dispatch
 from fairlead_skill_runner.intake import Gathered
 from fairlead_skill_runner.run_setup import RunSetup
@@ -27,7 +28,8 @@ def candidate(
     Raises:
         ConfigError: if ``actions`` is not as wide as the skill's action contract.
     """
-    rows = actions[: setup.skill.execute_steps] if setup.lockstep else actions
+    steps = min(len(actions), setup.skill.execute_steps) if setup.lockstep else len(actions)
+    horizon = steps * setup.periods
     tick = asked.observation.tick
     message = ActionChunk(
         robot_hash=setup.robot_hash,
@@ -40,8 +42,14 @@ def candidate(
         obs_tick=tick,
         oldest_tick=asked.oldest_tick,
         start_tick=tick,
-        horizon=len(rows),
-        parts=dispatch(setup.routes, rows, setup.skill.action_contract.dim),
+        horizon=horizon,
+        parts=control_rows(
+            dispatch(setup.routes, actions, setup.skill.action_contract.dim),
+            [route.width for route in setup.routes],
+            setup.periods,
+            setup.skill.between,
+            horizon,
+        ),
         trace=setup.trace_of(seq),
     )
-    return SentChunk(seq, tick, len(rows), now_tick, encode(message))
+    return SentChunk(seq, tick, horizon, now_tick, encode(message))

@@ -37,10 +37,10 @@ def claim_request(
         skill=skill.id,
         skill_hash=skill.skill_hash,
         robot_hash=robot.robot_hash,
-        period_ns=round(1e9 / skill.rate_hz),
+        period_ns=robot.tick_period_ns,
         parts=robot.claimed_parts([route.part_name for route in routes]),
-        chunk_rate_hz=skill.rate_hz,  # at most one chunk per control period
-        horizon_max=skill.horizon,
+        chunk_rate_hz=1e9 / robot.tick_period_ns,  # at most one chunk per control period
+        horizon_max=skill.horizon * (skill.control_periods(robot.tick_period_ns) or 1),
         age_max_ticks=skill.age_max_ticks,
         limits=tuple(
             LimitOverride(part=limit.part, mode=int(limit.mode), name=limit.name, value=limit.value)

@@ -85,8 +85,10 @@ class RunCore:
         self._asked: Gathered | None = None
         self._asked_s = 0.0
         self._progress_s = now_s
-        self._schedule = ObservationSchedule(setup.skill.execute_steps)
-        self._layouts = LayoutWatch(lockstep=setup.lockstep, rate_hz=setup.skill.rate_hz)
+        self._schedule = ObservationSchedule(setup.skill.execute_steps * setup.periods)
+        self._layouts = LayoutWatch(
+            lockstep=setup.lockstep, rate_hz=setup.skill.rate_hz * setup.periods
+        )
         self._feedback = GateFeedback(setup.routes)
         self._anchor_tick = 0  # the first before which this goal's parts held: no older rows act
 

@@ -21,6 +21,7 @@ class RunSetup:
         deadline_ticks: ticks after the first observation; 0: none.
         stall_timeout_s: longest time without released rows, the policy's own time not counted.
         has_task: whether the simulator's own check decides about success.
+        periods: control periods for one row of the policy.
         camera_periods: ticks between frames, by camera.
         trace_id: W3C trace id of the goal, 16 bytes; zeros: not traced.
     """
@@ -38,6 +39,7 @@ class RunSetup:
     has_task: bool
     claim_id: int
     epoch: int
+    periods: int = 1
     camera_periods: Mapping[str, int] = field(default_factory=dict)
     trace_id: bytes = NO_TRACE[:16]
 
@@ -73,6 +75,7 @@ class RunSetup:
             has_task=hal.has_task and skill.decided_by == "task",
             claim_id=claim.claim_id,
             epoch=claim.epoch,
+            periods=skill.control_periods(hal.period_ns) or 1,
             trace_id=secrets.token_bytes(16),
             camera_periods={camera.name: camera.period_ticks for camera in hal.cameras},
         )

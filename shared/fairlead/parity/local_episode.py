@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fairlead.deploy.deployment import Deployment
+from fairlead.errors import ConfigError
 from fairlead.messages import ResetEpisodeReply
 from fairlead.parity.episode_trace import EpisodeTrace
 from fairlead.plugins import POLICIES
@@ -43,6 +44,8 @@ def local_episode(
     from fairlead_state_assembler import LocalAssembler
 
     robot = load_robot(deployment.robot)
+    if skill.control_periods(robot.tick_period_ns) != 1:
+        raise ConfigError(f"parity: skill {skill.id}: its rows have to be the simulator's steps")
     hal = deployment.only("hal_sim")
     options = read_options(hal, deployment.services[hal].options)
     backend = RobosuiteBackend(options.model_copy(update={"cameras": ()}), robot.tick_period_ns)

@@ -83,8 +83,9 @@ def _embodiment_problems(skill: SkillManifest, robot: RobotManifest) -> list[str
     if robot.id not in skill.embodiments:
         problems.append(f"embodiments: made for {', '.join(skill.embodiments)}, not {robot.id}")
     rate_hz = 1e9 / robot.tick_period_ns
-    if round(1e9 / skill.rate_hz) != robot.tick_period_ns:
-        problems.append(f"rate_hz: expected the robot's {rate_hz:g} Hz, got {skill.rate_hz:g}")
+    if skill.control_periods(robot.tick_period_ns) is None:
+        wanted = f"the robot's {rate_hz:g} Hz or a whole fraction of it"
+        problems.append(f"rate_hz: expected {wanted}, got {skill.rate_hz:g}")
     return problems
 
 

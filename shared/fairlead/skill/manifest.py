@@ -18,6 +18,9 @@ from fairlead.skill.slots import MODE_NAMES
 from fairlead.skill.state_contract import StateContract
 from fairlead.yaml_file import load_yaml
 
+Between = Literal["hold", "linear"]
+"""What the rows between two of a slower policy's are."""
+
 
 class PolicySpec(BaseModel):
     """Which policy runs.
@@ -74,7 +77,8 @@ class SkillManifest(BaseModel):
         embodiments: ids of the robots it was made for.
         prompt: the instruction given to the policy unless the goal brings its own.
         images: picture name in the policy's observation -> camera.
-        rate_hz: rows per second; must be the robot's control rate.
+        rate_hz: rows per second; the robot's control rate, or a whole fraction of it.
+        between: of a slower policy: positions and poses are held, or go evenly to the next row.
         horizon: most rows one policy call returns.
         execute_steps: most rows used before the next call.
         age_max_ticks: oldest observation (control periods) the gate may accept.
@@ -97,6 +101,7 @@ class SkillManifest(BaseModel):
     state_contract: StateContract
     action_contract: ActionContract
     rate_hz: float = Field(gt=0, allow_inf_nan=False)
+    between: Between = "hold"
     horizon: int = Field(ge=1)
     execute_steps: int = Field(ge=1)
     age_max_ticks: int = Field(ge=1)
@@ -120,6 +125,11 @@ class SkillManifest(BaseModel):
                 f"got {self.execute_steps}"
             )
         return self
+
+    def control_periods(self, period_ns: int) -> int | None:
+        """Control periods for one row of the policy; None where that is no whole number."""
+        periods = max(1, round(1e9 / self.rate_hz / period_ns))
+        return periods if round(1e9 / self.rate_hz / periods) == period_ns else None
 
     @property
     def skill_hash(self) -> bytes:

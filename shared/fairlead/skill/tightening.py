@@ -35,7 +35,7 @@ def limit_problems(skill: SkillManifest, robot: RobotManifest, profile: str) -> 
     """Every way the skill asks for more than a safety profile of the robot allows."""
     config = json.loads(compile_gate_config(robot, profile))
     found = [
-        *_protocol_problems(skill, config["protocol"]),
+        *_protocol_problems(skill, robot.tick_period_ns, config["protocol"]),
         *override_problems(skill.limits, config),
     ]
     return [f"{text} (profile {profile})" for text in found]
@@ -50,11 +50,13 @@ def override_problems(limits: Iterable[SkillLimit], config: dict[str, Any]) -> l
     return [text for limit in limits for text in _problems_of(limit, blocks)]
 
 
-def _protocol_problems(skill: SkillManifest, protocol: dict[str, Any]) -> list[str]:
+def _protocol_problems(skill: SkillManifest, period_ns: int, protocol: dict[str, Any]) -> list[str]:
+    periods = skill.control_periods(period_ns) or 1
+    rows = "horizon" if periods == 1 else f"horizon, {periods} control periods a row"
     asked = (
-        ("horizon", skill.horizon, protocol["horizon_max"]),
+        (rows, skill.horizon * periods, protocol["horizon_max"]),
         ("age_max_ticks", skill.age_max_ticks, protocol["age_max_ticks"]),
-        ("rate_hz", skill.rate_hz, protocol["chunk_rate_max_hz"]),
+        ("rate_hz", skill.rate_hz * periods, protocol["chunk_rate_max_hz"]),
     )
     return [
         f"{name}: expected at most {limit:g}, got {value:g}"
