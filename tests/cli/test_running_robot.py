@@ -6,17 +6,18 @@ import json
 import os
 import signal
 import subprocess
-import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 
-from fairlead.paths import repo_root
 from fairlead.supervisor.process_table import command_of
-from fairlead.supervisor.scratch import Scratch, ScratchOptions, make_scratch
-from tests.cli.command import fairlead, fairlead_command, fairlead_environment
+from fairlead.supervisor.scratch import ScratchOptions, make_scratch
+from tests.cli.background_up import SOURCE, Up, end, started_in
+from tests.cli.command import (
+    fairlead_command,
+    fairlead_environment,
+)
 from tests.cli.process_list import all_pids, pids_that_mention
 from tests.system.light_hal import LIGHT_HAL
 from tests.system.live_robot import wait_for
@@ -24,53 +25,6 @@ from tests.system.live_robot import wait_for
 pytestmark = [pytest.mark.processes, pytest.mark.timeout(300)]
 
 SKILL = "oracle-counter-to-cabinet"
-SOURCE = repo_root() / "compose" / "panda_mobile_sim.yaml"
-
-
-class Up:
-    """``fairlead up`` in the background, and what it prints."""
-
-    def __init__(self, scratch: Scratch, state: Path) -> None:
-        self.scratch, self.state = scratch, state
-        self.name = scratch.deployment.id
-        self.output: list[str] = []
-        self.process = subprocess.Popen(
-            fairlead_command("up", str(scratch.file), "--state-dir", str(scratch.state_dir)),
-            env=fairlead_environment(state),
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-        )
-        self._reader = threading.Thread(target=self._read, daemon=True)
-        self._reader.start()
-
-    def _read(self) -> None:
-        assert self.process.stdout is not None
-        with self.process.stdout as stream:
-            self.output.extend(line.rstrip() for line in stream)
-
-    def wait_line(self, text: str) -> str:
-        wait_for(lambda: any(text in line for line in self.output), f"up prints {text!r}", 120.0)
-        return next(line for line in self.output if text in line)
-
-    def do(self, *arguments: str) -> subprocess.CompletedProcess[str]:
-        """Another ``fairlead`` command about this robot."""
-        return fairlead(*arguments, state=self.state)
-
-    def read(self, *arguments: str) -> Any:
-        done = self.do(*arguments, "--json")
-        assert done.returncode == 0, done.stderr
-        return json.loads(done.stdout)
-
-    def processes(self) -> list[int]:
-        """Processes of this deployment's folder, without ``up`` itself."""
-        return [pid for pid in pids_that_mention(self.scratch.state_dir) if pid != self.process.pid]
-
-    def end(self, number: signal.Signals) -> int:
-        self.process.send_signal(number)
-        status = self.process.wait(timeout=30.0)
-        self._reader.join(timeout=5.0)
-        return status
 
 
 @pytest.fixture
@@ -78,16 +32,28 @@ def start_up(tmp_path: Path) -> Iterator[Callable[[str], Up]]:
     started: list[Up] = []
 
     def start(name: str) -> Up:
-        options = ScratchOptions(f"{name}{os.getpid()}", options={"hal": LIGHT_HAL})
-        scratch = make_scratch(SOURCE, tmp_path / name, options)
-        started.append(Up(scratch, tmp_path / "registry"))
+        started.append(started_in(tmp_path, name))
         return started[-1]
 
     yield start
     for up in started:
-        if up.process.poll() is None:
-            up.end(signal.SIGKILL)
-        wait_for(lambda up=up: not up.processes(), "no process is left")  # type: ignore[misc]
+        end(up)
+
+
+@pytest.fixture(scope="module")
+def shared_up(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Up]:
+    """One robot for all that leave it running."""
+    up = started_in(tmp_path_factory.mktemp("shared"), "shared")
+    up.wait_line("is up")
+    yield up
+    end(up)
+
+
+@pytest.fixture
+def up(shared_up: Up) -> Up:
+    """The robot that is shared, disarmed."""
+    assert shared_up.do("disarm").returncode == 0
+    return shared_up
 
 
 def test_a_robot_is_started_watched_run_and_stopped(start_up: Callable[[str], Up]) -> None:
@@ -152,9 +118,7 @@ def assert_topics_can_be_looked_at(up: Up) -> None:
     assert rates["messages"] == 20 and rates["rate_hz"] > 5
 
 
-def test_arm_stop_reset_disarm_each_name_the_next_command(start_up: Callable[[str], Up]) -> None:
-    up = start_up("robot")
-    up.wait_line("is up")
+def test_arm_stop_reset_disarm_each_name_the_next_command(up: Up) -> None:
     assert up.do("arm").stdout.startswith(f"armed {up.name}: epoch ")
     stopped = up.do("stop", "--reason", "test")
     assert stopped.returncode == 0, stopped.stderr
@@ -174,21 +138,11 @@ def test_arm_stop_reset_disarm_each_name_the_next_command(start_up: Callable[[st
     assert up.read("status")["gate"]["state"] == "disarmed"
 
 
-def test_run_leaves_a_robot_armed_that_it_did_not_arm(start_up: Callable[[str], Up]) -> None:
-    up = start_up("robot")
-    up.wait_line("is up")
+def test_run_leaves_a_robot_armed_that_it_did_not_arm(up: Up) -> None:
     up.do("arm")
     report = json.loads(up.do("run", SKILL, "--deadline-ticks", "16", "--json").stdout)
     assert report["result"]["outcome"] == "deadline"
     assert up.read("status")["gate"]["state"] == "armed"
-
-
-def test_ctrl_c_ends_up_with_status_0_and_leaves_no_process(start_up: Callable[[str], Up]) -> None:
-    up = start_up("robot")
-    up.wait_line("is up")
-    assert up.end(signal.SIGINT) == 0
-    assert up.output[-1] == f"[up] stopped {up.name}; no process is left"
-    assert up.processes() == []
 
 
 def test_up_whose_reader_goes_away_ends_and_leaves_no_process(tmp_path: Path) -> None:
@@ -207,7 +161,7 @@ def test_up_whose_reader_goes_away_ends_and_leaves_no_process(tmp_path: Path) ->
     assert pids_that_mention(scratch.state_dir) == []
 
 
-def test_a_killed_up_leaves_no_process_and_can_be_started_again(
+def test_a_killed_up_leaves_no_process_and_is_started_again_until_ctrl_c_ends_it(
     start_up: Callable[[str], Up],
 ) -> None:
     up = start_up("robot")
@@ -220,7 +174,9 @@ def test_a_killed_up_leaves_no_process_and_can_be_started_again(
     wait_for(lambda: not any(command_of(pid) for pid in workers), "no policy process is left")
     again = Up(up.scratch, up.state)
     again.wait_line("is up")
-    assert again.end(signal.SIGTERM) == 0
+    assert again.end(signal.SIGINT) == 0
+    assert again.output[-1] == f"[up] stopped {again.name}; no process is left"
+    assert again.processes() == []
 
 
 def _is_worker_of(up: Up, pid: int) -> bool:
@@ -231,11 +187,7 @@ def _is_worker_of(up: Up, pid: int) -> bool:
     return str(up.scratch.state_dir) in command_of(parent)
 
 
-def test_a_second_up_of_the_same_robot_is_refused_and_disturbs_nothing(
-    start_up: Callable[[str], Up],
-) -> None:
-    up = start_up("robot")
-    up.wait_line("is up")
+def test_a_second_up_of_the_same_robot_is_refused_and_disturbs_nothing(up: Up) -> None:
     second = up.do("up", str(up.scratch.file))
     assert second.returncode == 1
     assert second.stderr == (
@@ -263,9 +215,8 @@ def test_status_of_a_robot_whose_hal_is_gone_still_shows_the_gate(
     assert lines[-1] == "missing hal; see: fairlead ps, fairlead logs hal"
 
 
-def test_two_robots_run_side_by_side_and_must_then_be_named(start_up: Callable[[str], Up]) -> None:
-    one, other = start_up("one"), start_up("other")
-    one.wait_line("is up")
+def test_two_robots_run_side_by_side_and_must_then_be_named(up: Up) -> None:
+    one, other = up, started_in(up.state.parent, "other")
     other.wait_line("is up")
     vague = one.do("status")
     assert vague.returncode == 1 and f"--deployment {other.scratch.file}" in vague.stderr
@@ -276,14 +227,11 @@ def test_two_robots_run_side_by_side_and_must_then_be_named(start_up: Callable[[
     ]
     assert states == ["armed", "disarmed"]
     assert one.do("down", other.name).returncode == 0
+    end(other)
     assert [entry["name"] for entry in one.read("ps")] == [one.name]
 
 
-def test_a_gate_that_dies_is_restarted_and_up_says_how_to_reset_it(
-    start_up: Callable[[str], Up],
-) -> None:
-    up = start_up("robot")
-    up.wait_line("is up")
+def test_a_gate_that_dies_is_restarted_and_up_says_how_to_reset_it(up: Up) -> None:
     up.do("arm")
     (entry,) = up.read("ps")
     os.kill(entry["services"]["safety"]["process"]["pid"], signal.SIGKILL)

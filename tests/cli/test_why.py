@@ -12,7 +12,7 @@ import pytest
 
 from fairlead.messages import ActionChunk, GateState, Outcome, pack_floats
 from fairlead.paths import gate_config
-from tests.cli.command import fairlead
+from tests.cli.command import fairlead_here as fairlead
 from tests.gate.running_gate import ROBOT, RunningGate
 from tests.gate.scene import SOURCE, Scene
 

@@ -12,7 +12,7 @@ from fairlead.messages import ActionPart, Outcome, pack_floats
 from fairlead.modes import ControlMode
 from fairlead.paths import gate_config
 from fairlead.robot.gate_file import sealed
-from tests.cli.command import fairlead
+from tests.cli.command import fairlead_here as fairlead
 from tests.gate.running_gate import ROBOT
 from tests.gate.scene import Scene
 

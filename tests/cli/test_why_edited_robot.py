@@ -11,7 +11,7 @@ import pytest
 
 from fairlead.messages import Outcome, pack_floats
 from fairlead.paths import gate_config
-from tests.cli.command import fairlead
+from tests.cli.command import fairlead_here as fairlead
 from tests.gate.running_gate import ROBOT
 from tests.gate.scene import Scene
 

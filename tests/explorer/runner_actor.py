@@ -29,9 +29,13 @@ HEARTBEAT_NS = 50 * MS
 
 
 def policy(positions: FloatArray, tick: int) -> FloatArray:
-    """Base velocities ``[HORIZON, 3]`` that depend on what was measured; sometimes too fast."""
+    """Base velocities ``[HORIZON, 3]`` that depend on what was measured; sometimes too fast.
+
+    The others are slow enough for the gate wherever the arm is: faster, a base that is stopped
+    could push links together that are as near as hand and forearm are here (G032).
+    """
     ahead = 0.3 * (tick + np.arange(HORIZON, dtype=np.float64))
-    rows: FloatArray = 0.5 * np.sin(ahead[:, None] + positions[None, :3])
+    rows: FloatArray = 0.2 * np.sin(ahead[:, None] + positions[None, :3])
     if tick % 5 == 3:
         rows[3, 0] = 1.4  # truncated before row 3
     if tick % 7 == 2:

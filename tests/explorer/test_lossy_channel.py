@@ -126,7 +126,7 @@ def test_a_stop_ends_all_motion_until_reset_and_armed_again_whoever_got_it(
         world.run_ticks(30)
         check_history(world)
         check_stops(world)
-        assert moves(world.history[-20:]) >= 10, f"seed {seed} did not recover"
+        assert moves(world.history[-20:]) >= 15, f"seed {seed} did not recover"
 
 
 @pytest.mark.parametrize("pacing", ["realtime", "lockstep"])
@@ -158,8 +158,7 @@ def test_a_gate_that_dies_and_comes_back_moves_nothing_until_armed_again(
         world.bring_up()
         world.run_ticks(40)
         check_history(world)
-        # Where its wandering has led the robot, some of the rows may be refused.
-        assert moves(world.history[-20:]) >= 8, f"seed {seed} did not recover"
+        assert moves(world.history[-20:]) >= 15, f"seed {seed} did not recover"
 
 
 @pytest.mark.parametrize("pacing", ["realtime", "lockstep"])
@@ -187,8 +186,7 @@ def test_any_mix_of_weather_stops_and_restarts_is_survived(build: Builder, pacin
         world.run_ticks(40)
         check_history(world)
         check_stops(world)
-        # Where its wandering has led the robot, some of the rows may be refused.
-        assert moves(world.history[-20:]) >= 8, f"seed {seed} did not recover"
+        assert moves(world.history[-20:]) >= 15, f"seed {seed} did not recover"
 
 
 def test_the_rules_catch_a_hal_that_ignores_what_a_chunk_continues(

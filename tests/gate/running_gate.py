@@ -70,6 +70,16 @@ class RunningGate:
             if text in line:
                 return line
 
+    def new_lines(self) -> list[str]:
+        """What it has printed since somebody last read."""
+        new: list[str] = []
+        while not self._queue.empty():
+            line = self._queue.get()
+            assert line is not None, f"it ended; it printed {self.lines}"
+            new.append(line)
+        self.lines += new
+        return new
+
     def wait_exit(self) -> int:
         """Its exit status; ``lines`` is then complete."""
         status = self.process.wait(DEADLINE_S)

@@ -242,7 +242,7 @@ def test_a_client_of_ones_own_drives_the_base_through_the_gate_beside_a_runner(
     x, y, yaw = robot.pose()
     assert math.hypot(x - 0.2, y - 0.1) < 0.05
     assert abs(yaw + 0.5) < 0.05
-    assert not any(verdict.code for verdict in robot.verdicts if verdict.source == "planner")
+    assert [verdict for verdict in robot.verdicts if verdict.code] == []
     assert len(robot.ticks_of(ARM, BASE)) > 20
     assert not wiggling.done(), wiggling.result()
     assert not robot.is_claimed_by("planner")
