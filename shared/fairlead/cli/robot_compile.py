@@ -28,9 +28,9 @@ def command(
     Where robot.yaml names a simulator's model, or ROBOT.xml lies beside it, its frames are
     compared with the description's first.
     """
-    from fairlead.shape.robot_model import robot_model
-
     manifest = load_robot(robot)
+    from fairlead.shape.robot_model import robot_model  # takes long: not for a misspelt name
+
     model = robot_model(manifest, None, "robot compile")
     if model is not None:
         echo(model.check())
