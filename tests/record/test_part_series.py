@@ -183,6 +183,13 @@ def test_a_tick_in_which_every_part_held_is_marked_with_its_reason(run: Run) -> 
     assert 12 in held_ticks(run, ARM) and 12 not in held_ticks(run, BASE)
 
 
+def test_a_cut_keeps_the_verdicts_of_the_chunks_that_reach_into_it(run: Run) -> None:
+    cut = run.between(11, 12, session=1)
+    assert [state.tick for state in cut.joints] == [11, 12]
+    assert by_name(cut)["base base_x"].released == {11: 0.25}
+    assert run.between(12, 20, session=1).chunks == run.between(1, 20, session=2).chunks == []
+
+
 def test_only_the_first_verdict_of_a_chunk_counts(run: Run) -> None:
     run.verdicts.append((10, verdict(1, Outcome.REFUSED, 4)))
     run.verdicts.append((10, verdict(1, Outcome.REFUSED, 20, "demo")))

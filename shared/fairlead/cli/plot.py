@@ -96,5 +96,6 @@ def _cut(run: Run, robot: RobotManifest, ticks: tuple[int, int] | None, log: Pat
 def _title(run: Run) -> str:
     moved = {one.claim_id for _, one in run.verdicts if one.released_first}
     claims = [claim for claim_id, claim in run.claims.items() if claim_id in moved]
-    who = ", ".join(f"{one.skill} ({one.source})" for one in claims) or "nothing released"
+    skills = dict.fromkeys(f"{one.skill} ({one.source})" for one in claims)
+    who = ", ".join(skills) or "nothing released"
     return f"{who} on {run.header.robot}, profile {run.header.profile}, {run.header.started}"

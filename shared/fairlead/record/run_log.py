@@ -110,18 +110,21 @@ class Run:
 
     def between(self, first: int, last: int, session: int) -> Run:
         """Only ticks ``first`` to ``last`` of one session of the HAL."""
+        chunks = [
+            one for one in self.chunks if one.start_tick <= last and one.session == session
+            and one.start_tick + one.horizon > first
+        ]  # fmt: skip
+        kept = {(one.source, one.claim_id, one.seq) for one in chunks}
         return replace(
             self,
             joints=[
                 one for one in self.joints if first <= one.tick <= last and one.session == session
             ],
-            chunks=[
-                one for one in self.chunks if one.start_tick <= last and one.session == session
-                and one.start_tick + one.horizon > first
-            ],
+            chunks=chunks,
             verdicts=[
                 (tick, one) for tick, one in self.verdicts
-                if first <= tick <= last and one.session in (0, session)
+                if (first <= tick <= last and one.session in (0, session))
+                or (one.source, one.claim_id, one.seq) in kept
             ],
             stops=[(tick, why) for tick, why in self.stops if first <= tick <= last],
         )  # fmt: skip

@@ -59,6 +59,8 @@ def draw_timeline(run: Run, robot: RobotManifest, title: str, path: Path) -> Non
         axis.grid(visible=True, color="#e0e0e0", linewidth=0.5)
         for tick, _ in run.stops:
             axis.axvline(tick, color=_STOP_COLOUR, linewidth=1.5)
+    if run.joints:
+        column[0].set_xlim(_first_tick(run) - 1, run.tick + 2)
     _label_time(run, robot, column)
     figure.suptitle(title, fontsize=12)
     labelled = [axis.get_legend_handles_labels() for axis in column]
@@ -154,9 +156,11 @@ def _draw_verdicts(run: Run, axis: Axes) -> None:
             transform=axis.get_yaxis_transform(),
         )  # fmt: skip
     for tick, why in run.stops:
+        late = tick > first + LATE * (run.tick - first)
         axis.annotate(
             why, (tick, len(_OUTCOMES) - 0.5), fontsize=7, color=_STOP_COLOUR, va="top",
-            xytext=(3, 0), textcoords="offset points",
+            xytext=(-3 if late else 3, 0), textcoords="offset points",
+            ha="right" if late else "left",
         )  # fmt: skip
     axis.set_yticks(range(len(_OUTCOMES)), [name for name, *_ in _OUTCOMES.values()], fontsize=8)
     axis.set_ylim(-0.6, len(_OUTCOMES) - 0.4)
