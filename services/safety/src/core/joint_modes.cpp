@@ -65,22 +65,6 @@ Evidence in_joint_range(const RowView& view, std::size_t j) {
   return in_range(joint.name.view(), view.now[j], range.lower, range.upper, joint.source);
 }
 
-// G021: a joint that nothing commands yet starts from what is measured of it.
-Evidence start_from(const RowView& view, const Setpoint* acted,
-                    const std::array<double, max_measured>& measured) {
-  const JointModeLimits& mode = block_of(view);
-  for (const std::uint8_t j : view.now.action->active) {
-    if (acted != nullptr && acted->commands(j)) continue;
-    const bool velocity = view.mode() == static_cast<std::uint8_t>(Mode::joint_velocity);
-    const double told =
-        velocity ? told_velocity(view.limits, view.now, j, view.state.positions) : view.now[j];
-    const Evidence evidence = at_most(code::start, view.limits.joints[j].name.view(),
-                                      told - measured[j], mode.step_limit[j], mode.source);
-    if (!evidence.ok()) return evidence;
-  }
-  return {};
-}
-
 }  // namespace
 
 Evidence joint_target_absolute(const RowView& view) {
@@ -126,8 +110,18 @@ Evidence joint_velocity_acting(const RowView& view) {
   return each_active(view, velocity_leads_back);
 }
 
+// A joint that nothing commands yet starts from what is measured of it.
 Evidence joint_velocity_start(const RowView& view, const Setpoint* acted) {
-  return start_from(view, acted, view.state.velocities);
+  const JointModeLimits& mode = block_of(view);
+  for (const std::uint8_t j : view.now.action->active) {
+    if (acted != nullptr && acted->commands(j)) continue;
+    const double told = told_velocity(view.limits, view.now, j, view.state.positions);
+    const Evidence evidence =
+        at_most(code::start, view.limits.joints[j].name.view(), told - view.state.velocities[j],
+                mode.step_limit[j], mode.source);
+    if (!evidence.ok()) return evidence;
+  }
+  return {};
 }
 
 // A joint that the row before commanded and that this one leaves out is told 0.

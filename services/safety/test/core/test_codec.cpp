@@ -13,6 +13,7 @@
 
 #include "boundary.hpp"
 #include "chunk_builder.hpp"
+#include "fairlead_safety/printable.hpp"
 
 using namespace fairlead;
 using namespace fairlead::test;
@@ -183,7 +184,9 @@ TEST_CASE("control characters in a text are told by their bytes, in a name they 
   CHECK(by("\xE2\x80\xAE!") == "\\xe2\\x80\\xae!");  // from right to left
   CHECK(by("\xE2\x81\xA6") == "\\xe2\\x81\\xa6");
   CHECK(by("\xE2\x80\x8F\xE2\x80\x90") == "\\xe2\\x80\\x8f\xE2\x80\x90");
+  CHECK(by("\xE2\x80\x8E\xE2\x80\xAF") == "\\xe2\\x80\\x8e\xE2\x80\xAF");
   CHECK(by("\xE2\x82\xAC") == "\xE2\x82\xAC");
+  CHECK(has_control("\xC2"));  // a character that is cut off, which no decoded text has
   CHECK(by("\xC3\xA9\xE2\x80\xA7\xE2\x81\xA5\xE2\x81\xAA") ==
         "\xC3\xA9\xE2\x80\xA7\xE2\x81\xA5\xE2\x81\xAA");
   Frame named{0x94, 29, 1, 0xA3, 'a', '\n', 'b', 1};

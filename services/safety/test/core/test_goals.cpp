@@ -170,9 +170,9 @@ namespace {
 struct Waiting : TrackedRig {
   explicit Waiting(Mode told = Mode::cartesian_delta, bool in_lockstep = true)
       : TrackedRig(in_lockstep, [](Limits& all) { all = shared_out(); }), mode(told) {}
-  ChunkBuilder rows(std::size_t count, double value) const {
+  ChunkBuilder rows(std::size_t count, double value, double angle = turn) const {
     const double scale = mode == Mode::cartesian_twist ? 20.0 : 1.0;
-    return switched(turns(Row(count, scale * turn), mode), value);
+    return switched(turns(Row(count, scale * angle), mode), value);
   }
   std::uint32_t code(double value = 1.0) {
     ChunkBuilder builder = chunk();
@@ -224,11 +224,13 @@ TEST_CASE(
     "G026 the goal is unknown where a state was lost, until a tick is seen held or switched down") {
   for (const bool stands : {true, false}) {
     Waiting rig(Mode::cartesian_delta, false);
-    rig.begin(rig.rows(3, 1.0));
+    rig.begin(rig.rows(4, 1.0, 0.5 * turn));
     rig.act();
     rig.pass(1);
-    rig.send_heartbeat();
-    rig.next_tick_of({row_of(rig.safe, 2), no_row, no_row, row_of(rig.safe, 2)});
+    for (const std::uint32_t row : {2U, 3U}) {
+      rig.send_heartbeat();
+      rig.next_tick_of({row_of(rig.safe, row), no_row, no_row, row_of(rig.safe, row)});
+    }
     CHECK(rig.code() == 26);
     CHECK(rig.code(-1.0) == 0);
     rig.velocities[arm_1] = stands ? 0.0 : 0.2;
@@ -255,4 +257,18 @@ TEST_CASE("G026 a row of a claim that has ended, and one of another mode, leave 
   CHECK(rig.code() == 26);
   rig.hold();
   CHECK(rig.code() == 0);
+}
+
+TEST_CASE("G026 nobody knows the goal beside a switch whose row nobody remembers") {
+  for (const std::uint64_t other : {0U, 1U}) {
+    Waiting rig(Mode::cartesian_delta, false);
+    rig.begin(rig.rows(2, 1.0, 0.5 * turn));
+    rig.act();
+    rig.send_heartbeat();
+    const Acted told{0, rig.safe.verdict_id + other, 1};
+    rig.next_tick_of({row_of(rig.safe, 1), no_row, no_row, told});
+    CHECK(rig.code() == (other == 0 ? 0 : 26));
+    rig.hold();
+    CHECK(rig.code() == 0);
+  }
 }

@@ -114,11 +114,15 @@ TEST_CASE("a HAL that lists another number of passive joints does not fit") {
 }
 
 TEST_CASE("a HAL that changes its pacing under an armed gate disarms it") {
-  GateRig rig;
-  rig.ready();
-  rig.lockstep = true;
-  rig.send_hal_status();
-  CHECK(rig.gate->state() == GateState::disarmed);
+  for (const bool lockstep : {false, true}) {
+    GateRig rig(lockstep);
+    rig.ready();
+    rig.lockstep = !lockstep;
+    rig.send_hal_status();
+    CHECK(rig.gate->state() == GateState::disarmed);
+    CHECK(rig.status().cause == (lockstep ? "disarmed: the HAL changed: it paces in realtime now"
+                                          : "disarmed: the HAL changed: it paces in lockstep now"));
+  }
 }
 
 TEST_CASE("a latch record with id 0 is as good as unreadable: latched, under a new id") {

@@ -143,19 +143,19 @@ Evidence PathWalk::check_shapes(const Branch& branch, const Braking& braking,
                        looking(stop, rest_), looking(stop, between_));
 }
 
-// From the second row on: whether these joints are where they were when the row before passed, and
-// need not brake. What depends on nothing else is as it was, and that is no breach.
-bool PathWalk::stays(const Branch& branch, const Braking& braking, JointSet joints) const {
+// From the second row on: whether these joints are where they were when the row before passed; then
+// they need not brake either. What depends on nothing else is as it was, and that is no breach.
+bool PathWalk::stays(const Branch& branch, JointSet joints) const {
   if (!has_judged_) return false;
   for (const std::size_t j : JointsIn(joints))
-    if (!(branch.now[j] == branch.before[j] && braking.end()[j] == branch.now[j])) return false;
+    if (!(branch.now[j] == branch.before[j])) return false;
   return true;
 }
 
 Evidence PathWalk::check_singularities(const Branch& branch, const Braking& braking) {
   for (const ActionPart& action : chunk_.parts) {
     const PlanTool& tool = plan_.tools[action.part];
-    if (!moves_tool(action) || stays(branch, braking, tool.shapers)) continue;
+    if (!moves_tool(action) || stays(branch, tool.shapers)) continue;
     rest_.place_chain(plan_, tool, braking.end());
     for (const FramePoses* poses : {&branch.poses_now(), &std::as_const(rest_)}) {
       const Evidence evidence = check_singularity(plan_, action, *poses, branch.poses_before(),
@@ -168,7 +168,7 @@ Evidence PathWalk::check_singularities(const Branch& branch, const Braking& brak
 
 Evidence PathWalk::check_zones(const Branch& branch, const Braking& braking) {
   if ((prediction_.commanded() & plan_.base_joints) == 0) return {};
-  if (stays(branch, braking, plan_.base_joints)) {
+  if (stays(branch, plan_.base_joints)) {
     looks_ += 2;  // what it would take: where it is, and where it stays
     return {};
   }

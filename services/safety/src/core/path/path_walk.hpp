@@ -32,7 +32,7 @@ class PathWalk {
   Evidence check_singularities(const Branch& branch, const Braking& braking);
   void expect_drift();
   Evidence check_zones(const Branch& branch, const Braking& braking);
-  [[nodiscard]] bool stays(const Branch& branch, const Braking& braking, JointSet joints) const;
+  [[nodiscard]] bool stays(const Branch& branch, JointSet joints) const;
 
   const PathPlan& plan_;
   const ActionChunk& chunk_;
