@@ -1,8 +1,8 @@
 """Which check enforces each declared limit, in which process, and which test proves it.
 
 What is not listed here is reported as enforced by nothing: a new limit is never taken
-for an enforced one. A check that says in words what it does with a limit (``reckons with it``,
-``says and counts it``) does not refuse a value beyond it.
+for an enforced one. A check that says in words what it does with a limit (``predicts by it``,
+``logs and counts it``) does not refuse a value beyond it.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ _BY_NAME = {
 }
 """Names in `CHECK_TESTS` of limits that mean the same wherever they stand."""
 _ZONES = {"keep_in zone": "base", "keep_out zone": "keep_out zone"}
-_RECKONS = "reckons with it"
+_RECKONS = "predicts by it"
 
 
 def robot_bounds(robot: RobotManifest, profile: str = "sim") -> list[Bound]:

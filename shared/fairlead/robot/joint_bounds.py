@@ -30,16 +30,16 @@ _OUTSIDE_HAND = core_test(
     "G011 dex hand joint: a finger outside its bounds may only come back",
 )
 _SAID_PASSIVE = core_test(
-    "G011 says and counts it",
+    "G011 logs and counts it",
     "test_absolute",
     "G011 a passive joint outside its bounds refuses no row; it is counted and said once",
 )
 _SAID_GRIPPER = core_test(
-    "G011 says and counts it",
+    "G011 logs and counts it",
     "test_absolute",
     "G011 a gripper beyond its bounds and tolerance is counted and said once",
 )
-_RECKONS = "reckons with it"
+_RECKONS = "predicts by it"
 MOST_ABOVE = 1.1
 """Of the effort limit: a contact limit up to here is taken to bound the effort."""
 
