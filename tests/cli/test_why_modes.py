@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from fairlead.messages import ActionPart, Outcome, pack_floats
+from fairlead.messages import ActionPart, Outcome, Verdict, pack_floats
 from fairlead.modes import ControlMode
 from fairlead.paths import gate_config
 from tests.cli.command import fairlead_here as fairlead
@@ -109,12 +110,12 @@ TWO_ARMED: dict[str, tuple[Rows, str, str]] = {
 }
 
 
-def outcome_of(scene: Scene, part: ActionPart) -> Outcome:
-    """The gate's decision on two rows; the robot stands, before and after."""
+def judged(scene: Scene, part: ActionPart) -> Verdict:
+    """The gate's verdict on two rows; the robot stands, before and after."""
     verdict = scene.send(scene.chunk(rows=2, parts=(part,)))
     scene.next_tick()
     scene.next_tick()
-    return Outcome(verdict.outcome)
+    return verdict
 
 
 def told_share(said: str, passes: str) -> float | None:
@@ -125,9 +126,17 @@ def told_share(said: str, passes: str) -> float | None:
     return float(found[1]) if found.groups() else None
 
 
-def assert_the_most_that_passes(standing: Scene, rows: Rows, share: float) -> None:
-    assert outcome_of(standing, rows(standing, share * FOUND_WITHIN)) != Outcome.RELEASED
-    assert outcome_of(standing, rows(standing, share * ROUNDED)) == Outcome.RELEASED
+def assert_the_most_that_passes(
+    fresh: Callable[[Path], Scene], rows: Rows, share: float, folder: Path
+) -> None:
+    """Each is asked of a gate and a robot that have done nothing yet."""
+    for name, asked, passes in (
+        ("beyond", share * FOUND_WITHIN, False),
+        ("passing", share * ROUNDED, True),
+    ):
+        with closing(fresh(folder / name)) as scene:
+            verdict = judged(scene, rows(scene, asked))
+            assert (verdict.outcome == Outcome.RELEASED) == passes, verdict
 
 
 class Refusals:
@@ -139,7 +148,8 @@ class Refusals:
 
     def ask(self, name: str, part: ActionPart) -> None:
         self.ticks[name] = self.scene.hal.tick
-        assert outcome_of(self.scene, part) == Outcome.REFUSED, name
+        verdict = judged(self.scene, part)
+        assert verdict.outcome == Outcome.REFUSED, verdict
 
     def why(self, name: str) -> str:
         words = ("why", str(self.ticks[name]), "--log", str(self.folder / "decisions"))
@@ -161,24 +171,16 @@ def two_armed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Refusals]:
     scene.close()
 
 
-@pytest.fixture
-def standing(tmp_path: Path) -> Iterator[Scene]:
-    """The same gate and the same robot, which has done nothing yet."""
-    scene = two_armed_scene(tmp_path)
-    yield scene
-    scene.close()
-
-
 @pytest.mark.parametrize("name", TWO_ARMED)
 def test_a_refusal_says_its_numbers_with_their_unit_and_the_most_that_would_have_passed(
-    two_armed: Refusals, standing: Scene, name: str
+    two_armed: Refusals, tmp_path: Path, name: str
 ) -> None:
     _, numbers, passes = TWO_ARMED[name]
     said = two_armed.why(name)
     assert numbers in said
     share = told_share(said, passes)
     if share is not None:
-        assert_the_most_that_passes(standing, TWO_ARMED[name][0], share)
+        assert_the_most_that_passes(two_armed_scene, TWO_ARMED[name][0], share, tmp_path)
 
 
 def mobile_scene(folder: Path) -> Scene:
@@ -214,31 +216,21 @@ def mobile(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Refusals]:
     scene.close()
 
 
-@pytest.fixture
-def mobile_standing(tmp_path: Path) -> Iterator[Scene]:
-    """The same gate and the same robot, which has done nothing yet."""
-    scene = mobile_scene(tmp_path)
-    yield scene
-    scene.close()
-
-
-def test_a_slide_of_the_base_is_told_in_metres_per_second(
-    mobile: Refusals, mobile_standing: Scene
-) -> None:
+def test_a_slide_of_the_base_is_told_in_metres_per_second(mobile: Refusals, tmp_path: Path) -> None:
     said = mobile.why("joint_velocity")
     assert "base base_y is 1.5 m/s, limit 1 m/s, 0.5 m/s beyond it" in said
     share = told_share(said, "every number of base times {share}")
     assert share is not None
-    assert_the_most_that_passes(mobile_standing, slide, share)
+    assert_the_most_that_passes(mobile_scene, slide, share, tmp_path)
 
 
 def test_a_twist_of_the_base_is_told_in_metres_per_second(mobile: Refusals) -> None:
     assert "base linear is 3 m/s, limit " in mobile.why("body_twist")
 
 
-def test_a_composite_switch_has_no_unit(mobile: Refusals, mobile_standing: Scene) -> None:
+def test_a_composite_switch_has_no_unit(mobile: Refusals, tmp_path: Path) -> None:
     said = mobile.why("composite")
     assert "composite composite is 1.5, limit 1, 0.5 beyond it" in said
     share = told_share(said, "every number of composite times {share}")
     assert share is not None
-    assert_the_most_that_passes(mobile_standing, switch, share)
+    assert_the_most_that_passes(mobile_scene, switch, share, tmp_path)
