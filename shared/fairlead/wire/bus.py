@@ -6,11 +6,13 @@ Two implementations ship: `fairlead.wire.session.ZenohBus` (the real one) and
 
 from __future__ import annotations
 
+import queue
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
 from typing import Protocol
 
+from fairlead.errors import FairleadError, NoAnswerError
 from fairlead.messages import Message
 
 
@@ -37,6 +39,8 @@ Answer = Callable[[Message | Exception], None]
 """Sends the reply to one query, or its refusal; to be called once, from any thread."""
 LaterHandler = Callable[[bytes, Answer], None]
 """Gets the query's payload and the way to answer it, later if it must wait for something."""
+ReplyHandler = Callable[[bytes | FairleadError], None]
+"""Gets the reply to a query, or the error that stands for it: once, on any thread."""
 TokenHandler = Callable[[str, bool], None]
 """Gets a liveliness key and whether its owner is alive."""
 
@@ -80,6 +84,13 @@ class Bus(Protocol):
     def serve_later(self, key: str, who: str, handler: LaterHandler) -> Undeclare:
         """Likewise, for a handler whose answer takes its time: it returns at once."""
 
+    def ask(self, key: str, request: Message, timeout_s: float, on_reply: ReplyHandler) -> None:
+        """Ask and return at once; ``on_reply`` gets what `query` would return or raise.
+
+        Raises:
+            TransportError: the session has closed.
+        """
+
     def query(self, key: str, request: Message, timeout_s: float) -> bytes:
         """Ask and wait for one reply.
 
@@ -96,3 +107,21 @@ class Bus(Protocol):
 
     def close(self) -> None:
         """Take everything back that was declared and end the session."""
+
+
+def wait_for_reply(bus: Bus, key: str, request: Message, timeout_s: float) -> bytes:
+    """What `Bus.query` does, by means of `Bus.ask`."""
+    replies: queue.SimpleQueue[bytes | FairleadError] = queue.SimpleQueue()
+    bus.ask(key, request, timeout_s, replies.put)
+    try:
+        reply = replies.get(timeout=timeout_s)
+    except queue.Empty:
+        raise no_answer(key, timeout_s) from None
+    if isinstance(reply, FairleadError):
+        raise reply
+    return reply
+
+
+def no_answer(key: str, timeout_s: float) -> NoAnswerError:
+    """What to say where nobody answered in time."""
+    return NoAnswerError(f"{key}: no answer within {timeout_s:g} s; see: fairlead ps")

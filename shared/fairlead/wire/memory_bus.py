@@ -6,20 +6,22 @@ drop, delay, duplicate or reorder: it gets each sample and returns those to deli
 
 from __future__ import annotations
 
-import queue
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import Generic, TypeVar
 
-from fairlead.errors import NoAnswerError
+from fairlead.errors import FairleadError
 from fairlead.messages import Message, encode
 from fairlead.wire.bus import (
     LaterHandler,
     Qos,
     QueryHandler,
+    ReplyHandler,
     Sample,
     SampleHandler,
     TokenHandler,
+    no_answer,
+    wait_for_reply,
 )
 from fairlead.wire.dropped import dropping
 from fairlead.wire.refusal import error_of, refusal_of
@@ -99,6 +101,22 @@ class MemoryBus:
         """Answer queries on ``key``, before ``handler`` returns or from another thread later."""
         return self._add(self._queryables, key, (who, handler))
 
+    def ask(self, key: str, request: Message, timeout_s: float, on_reply: ReplyHandler) -> None:
+        """Call the handler of ``key``; what it answers, now or later, goes to ``on_reply``."""
+        for entry in list(self._queryables):
+            if entry.key == key:
+                who, handler = entry.handler
+
+                def answer(outcome: Message | Exception, who: str = who) -> None:
+                    on_reply(_reply_of(who, outcome))
+
+                try:
+                    handler(encode(request), answer)
+                except Exception as error:  # noqa: BLE001 - as over the network
+                    answer(error)
+                return
+        on_reply(no_answer(key, timeout_s))
+
     def query(self, key: str, request: Message, timeout_s: float) -> bytes:
         """Call the handler of ``key`` and return its encoded reply.
 
@@ -106,22 +124,7 @@ class MemoryBus:
             RefusedError: the handler raised.
             NoAnswerError: nobody serves ``key``, or answers within ``timeout_s``.
         """
-        for entry in list(self._queryables):
-            if entry.key == key:
-                who, handler = entry.handler
-                answers: queue.SimpleQueue[Message | Exception] = queue.SimpleQueue()
-                try:
-                    handler(encode(request), answers.put)
-                except Exception as error:  # noqa: BLE001 - as over the network
-                    answers.put(error)
-                try:
-                    answer = answers.get(timeout=timeout_s)
-                except queue.Empty:
-                    break
-                if not isinstance(answer, Exception):
-                    return encode(answer)
-                raise error_of(refusal_of(who, answer))
-        raise NoAnswerError(f"{key}: no answer within {timeout_s:g} s; see: fairlead ps")
+        return wait_for_reply(self, key, request, timeout_s)
 
     def declare_token(self, key: str) -> _Entry[None]:
         """Announce a token to those who watch, until it is taken back."""
@@ -155,3 +158,9 @@ class MemoryBus:
         entry = _Entry(registry, key, handler)
         registry.append(entry)
         return entry
+
+
+def _reply_of(who: str, outcome: Message | Exception) -> bytes | FairleadError:
+    if isinstance(outcome, Exception):
+        return error_of(refusal_of(who, outcome))
+    return encode(outcome)

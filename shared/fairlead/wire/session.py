@@ -16,10 +16,13 @@ from fairlead.wire.bus import (
     LaterHandler,
     Qos,
     QueryHandler,
+    ReplyHandler,
     Sample,
     SampleHandler,
     TokenHandler,
     Undeclare,
+    no_answer,
+    wait_for_reply,
 )
 from fairlead.wire.dropped import dropping
 from fairlead.wire.printable import printable
@@ -51,6 +54,9 @@ ACCEPT_PENDING = 10_000
 """Connections that say nothing are let wait for LINK_SILENCE_S. Beyond its own 100 of them Zenoh
 turns each away at once, at the cost of 4 ms in which the session receives nothing: 1,000 idle
 connections made a service deaf for seconds."""
+
+_TIMED_OUT = b"Timeout"
+"""Zenoh's own reply to a query that somebody took and did not answer in time."""
 
 ROUTER_PATIENCE_S = 2.0
 """How long one attempt to reach a router takes."""
@@ -197,19 +203,44 @@ class ZenohBus:
 
         return self._session.declare_queryable(key, on_query)
 
+    def ask(self, key: str, request: Message, timeout_s: float, on_reply: ReplyHandler) -> None:
+        """Ask; ``on_reply`` is called once, on one of Zenoh's threads: it must not block.
+
+        Raises:
+            TransportError: the session has closed.
+        """
+        replied = False
+
+        def once(reply: bytes | FairleadError) -> None:
+            nonlocal replied
+            if not replied:
+                replied = True
+                on_reply(reply)
+
+        def on_zenoh(reply: zenoh.Reply) -> None:
+            if reply.ok is not None:
+                once(reply.ok.payload.to_bytes())
+            elif reply.err is not None:
+                once(_refusal(key, reply.err.payload.to_bytes(), timeout_s))
+
+        def on_end() -> None:  # no more replies come; most often because one has
+            once(no_answer(key, timeout_s))
+
+        direct = zenoh.handlers.Callback(on_zenoh, on_end, indirect=False)
+        try:
+            self._session.get(key, direct, payload=encode(request), timeout=timeout_s)
+        except zenoh.ZError as error:
+            raise TransportError(f"{key}: cannot ask: {error}") from None
+
     def query(self, key: str, request: Message, timeout_s: float) -> bytes:
         """Ask and wait for the first reply.
 
         Raises:
             RefusedError: the service answered no.
             NoAnswerError: nobody answered within ``timeout_s``, or not in words of ours.
+            TransportError: the session has closed.
         """
-        for reply in self._session.get(key, payload=encode(request), timeout=timeout_s):
-            if reply.ok is not None:
-                return reply.ok.payload.to_bytes()
-            assert reply.err is not None
-            raise _refusal(key, reply.err.payload.to_bytes())
-        raise NoAnswerError(f"{key}: no answer within {timeout_s:g} s; see: fairlead ps")
+        return wait_for_reply(self, key, request, timeout_s)
 
     def declare_token(self, key: str) -> Undeclare:
         """Announce a token that ends with the session, or when its process dies."""
@@ -292,9 +323,11 @@ def _cannot_open(endpoints: Endpoints, error: Exception) -> TransportError:
     )
 
 
-def _refusal(key: str, payload: bytes) -> FairleadError:
+def _refusal(key: str, payload: bytes, timeout_s: float) -> FairleadError:
     try:
         refusal = decode(Refusal, payload)
     except MessageError:
+        if payload == _TIMED_OUT:
+            return no_answer(key, timeout_s)
         return NoAnswerError(f"{key}: {printable(payload.decode(errors='replace'))}")
     return error_of(refusal)
