@@ -28,8 +28,14 @@ if TYPE_CHECKING:
     from fairlead.keys import Keys as Keys
     from fairlead.modes import ControlMode as ControlMode
     from fairlead.operate.client import RobotClient as RobotClient
+    from fairlead.operate.connection import connect as connect
+    from fairlead.operate.goal import Progress as Progress
+    from fairlead.operate.goal import RunningGoal as RunningGoal
     from fairlead.operate.part_claim import PartClaim as PartClaim
-    from fairlead.operate.part_claim import claim_parts as claim_parts
+    from fairlead.operate.robot import Robot as Robot
+    from fairlead.operate.services import RobotStatus as RobotStatus
+    from fairlead.operate.subscription import Subscription as Subscription
+    from fairlead.operate.tick import Tick as Tick
     from fairlead.robot.manifest import RobotManifest as RobotManifest
     from fairlead.robot.manifest import load_robot as load_robot
     from fairlead.skill.bindings import StateContractBindings as StateContractBindings
@@ -52,13 +58,19 @@ _HOME = {
     "MemoryBus": "wire.memory_bus",
     "Qos": "wire.bus",
     "PartClaim": "operate.part_claim",
+    "Progress": "operate.goal",
+    "Robot": "operate.robot",
     "RobotClient": "operate.client",
     "RobotManifest": "robot.manifest",
+    "RobotStatus": "operate.services",
+    "RunningGoal": "operate.goal",
     "Sample": "wire.bus",
     "SkillManifest": "skill.manifest",
     "StateContractBindings": "skill.bindings",
     "ZenohBus": "wire.session",
-    "claim_parts": "operate.part_claim",
+    "Subscription": "operate.subscription",
+    "Tick": "operate.tick",
+    "connect": "operate.connection",
     "load_deployment": "deploy.deployment",
     "load_robot": "robot.manifest",
     "load_skill": "skill.manifest",

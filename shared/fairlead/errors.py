@@ -6,6 +6,8 @@
     ├── LayoutError        a state vector that cannot be assembled (frame, joint, age)
     ├── PolicyError        a policy that failed, hung, or returned the wrong shape
     ├── RefusedError       another service answered "no"; carries its Refusal
+    ├── ChunkRefusedError  the gate refused rows; carries its Verdict
+    ├── ClaimLostError     parts that were held are held no longer
     ├── ServiceError       a process of a deployment that died, hung or cannot be started
     ├── NoAnswerError      nobody answered a query before its deadline
     └── TransportError     the Zenoh session could not be opened or has closed
@@ -17,8 +19,14 @@ where there is a closed set of choices, the choices.
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from fairlead.messages import Verdict
 
 __all__ = [
+    "ChunkRefusedError",
+    "ClaimLostError",
     "ConfigError",
     "FairleadError",
     "LayoutError",
@@ -93,6 +101,22 @@ class RefusedError(FairleadError):
         self.who = who
         self.reason = reason
         self.fix = fix
+
+
+class ChunkRefusedError(FairleadError):
+    """The gate refused a chunk; rows that it released before still act.
+
+    Attributes:
+        verdict: the gate's whole answer: code, row, part, axis, value and limit.
+    """
+
+    def __init__(self, message: str, verdict: Verdict) -> None:
+        super().__init__(f"safety refused: {message}\n  try: fairlead why")
+        self.verdict = verdict
+
+
+class ClaimLostError(FairleadError):
+    """Parts that a program held are held no longer: they stand still, and rows are refused."""
 
 
 class ServiceError(FairleadError):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from fairlead.cli.goal_hints import goal_hints
 from fairlead.cli.status import gate_lines
 from fairlead.messages import NO_HASH, GateState, GateStatus, GoalResult
-from fairlead.operate.goal_watch import Progress
+from fairlead.operate.goal import Progress
 
 
 def gate_with(*counters: tuple[str, int]) -> GateStatus:

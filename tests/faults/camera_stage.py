@@ -8,7 +8,7 @@ from concurrent.futures import Future
 from contextlib import contextmanager
 from pathlib import Path
 
-from fairlead.operate.goal_watch import Progress
+from fairlead.operate.goal import Progress
 from fairlead.operate.scratch_robot import ScratchRobot
 from fairlead.wire.bus import Sample
 from tests.faults.live_stage import LATE_TICK_MS, LiveStage, live_stage

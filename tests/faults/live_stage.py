@@ -18,7 +18,7 @@ import yaml
 from fairlead.deploy.deployment import Deployment
 from fairlead.errors import FairleadError
 from fairlead.messages import GateState, GoalResult, Lease, decode
-from fairlead.operate.goal_watch import Progress
+from fairlead.operate.goal import Progress
 from fairlead.operate.scratch_robot import ScratchRobot, scratch_robot
 from fairlead.paths import repo_root, rskill_dir
 from fairlead.supervisor import Registry

@@ -15,7 +15,7 @@ import pytest
 
 from fairlead.errors import ServiceError
 from fairlead.messages import GateState
-from fairlead.operate.goal_watch import Progress
+from fairlead.operate.goal import Progress
 from tests.faults.live_stage import LiveStage
 from tests.faults.motion_rules import every_row_was_judged_for_its_tick, no_old_row_acts
 from tests.faults.row import Row, Shot

@@ -10,12 +10,10 @@ import pytest
 
 from fairlead.messages import ActionPart, GateState, Outcome, Verdict
 from fairlead.modes import ControlMode
-from fairlead.operate.own_claim import own_claim
 from fairlead.paths import gate_config
-from fairlead.skill.manifest import load_skill
 from tests.gate.scene import Scene
-from tests.system.injector import ROBOT, SOURCE, Injector, part
-from tests.system.live_robot import SKILL, LiveRobot
+from tests.system.injector import SOURCE, Injector, part
+from tests.system.live_robot import LiveRobot
 
 pytestmark = [pytest.mark.processes, pytest.mark.timeout(120)]
 
@@ -28,8 +26,8 @@ READY = {"panda_joint2": 0.2, "panda_joint4": -2.4, "panda_joint6": 2.6, "panda_
 def injector(light_robot: LiveRobot) -> Iterator[Injector]:
     light_robot.ready_to_move()
     parts = ("arm", "base", "composite")
-    with own_claim(light_robot.client, SOURCE, ROBOT, load_skill(SKILL), parts) as claim:
-        injector = Injector(light_robot, claim)
+    with light_robot.client.claim(parts, source=SOURCE) as claim:
+        injector = Injector(light_robot, claim.reply)
         yield injector
         injector.close()
 

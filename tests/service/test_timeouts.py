@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fairlead.operate.client import ANSWER_TIMEOUT_S
+from fairlead.operate.services import ANSWER_TIMEOUT_S
 from fairlead.wire.session import LINK_SILENCE_S
 
 

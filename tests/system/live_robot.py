@@ -11,8 +11,8 @@ from concurrent.futures import Future
 
 from fairlead.errors import FairleadError
 from fairlead.messages import GateState, GoalResult, SafeChunk, decode
+from fairlead.operate.goal import Progress
 from fairlead.operate.goal_run import GoalWish, run_goal
-from fairlead.operate.goal_watch import Progress
 from fairlead.operate.scratch_robot import ScratchRobot
 from fairlead.wire.bus import Sample
 from tests.system.motion_log import MotionLine, MotionLog

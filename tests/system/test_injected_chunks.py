@@ -13,10 +13,8 @@ from fairlead.messages import (
     Outcome,
     encode,
 )
-from fairlead.operate.own_claim import own_claim
-from fairlead.skill.manifest import load_skill
-from tests.system.injector import ROBOT, ROWS, SOURCE, Injector
-from tests.system.live_robot import SKILL, LiveRobot, wait_for
+from tests.system.injector import ROWS, SOURCE, Injector
+from tests.system.live_robot import LiveRobot, wait_for
 
 pytestmark = [pytest.mark.processes, pytest.mark.simulator, pytest.mark.timeout(300)]
 
@@ -27,8 +25,8 @@ def injector(realtime_robot: LiveRobot) -> Iterator[Injector]:
     robot.recover()
     if robot.client.gate_status().state != GateState.ARMED:
         robot.client.arm()
-    with own_claim(robot.client, SOURCE, ROBOT, load_skill(SKILL), ("arm",)) as claim:
-        injector = Injector(robot, claim)
+    with robot.client.claim(["arm"], source=SOURCE) as claim:
+        injector = Injector(robot, claim.reply)
         yield injector
         injector.close()
 

@@ -10,12 +10,10 @@ from collections.abc import Iterator
 from concurrent.futures import Future
 from pathlib import Path
 
-import numpy as np
 import pytest
 
-from fairlead.errors import ConfigError, RefusedError, ServiceError
+from fairlead.errors import ChunkRefusedError, ClaimLostError, ConfigError, RefusedError
 from fairlead.messages import (
-    ActionPart,
     GoalResult,
     Hold,
     JointState,
@@ -23,11 +21,9 @@ from fairlead.messages import (
     Verdict,
     decode,
     floats,
-    pack_floats,
 )
 from fairlead.modes import ControlMode
 from fairlead.operate.goal_run import GoalWish, run_goal
-from fairlead.operate.part_claim import claim_parts
 from fairlead.operate.runner_choice import choose_runner
 from fairlead.operate.scratch_robot import scratch_robot
 from fairlead.paths import SKILLS_VARIABLE, repo_root
@@ -255,31 +251,29 @@ def test_the_claim_of_a_client_is_what_a_goal_is_refused_for_and_by_name(
 ) -> None:
     robot.fresh()
     client = robot.client
-    with claim_parts(client, "planner", ROBOT, ["base"], task="drive") as claim:
+    with client.claim(["base"], source="planner", task="drive") as claim:
         result = robot.run("go-to", "0 0 0")
         assert (result.outcome, result.kind) == ("failed", "claim_refused")
         assert "part base is held by planner (drive)" in result.detail
         assert result.detail.endswith("try: fairlead cancel planner")
         with (
             pytest.raises(RefusedError, match="held by planner"),
-            claim_parts(client, "other", ROBOT, ["base"]),
+            client.claim(["base"], source="other"),
         ):
             pass
         client.disarm()
-        with pytest.raises(ServiceError, match="claim of planner lost: the gate"):
+        with pytest.raises(ClaimLostError, match="claim of planner lost: the gate"):
             while True:
-                claim.next_state()
+                claim.next_tick()
 
 
 def test_what_a_client_sends_beyond_a_limit_is_refused_with_the_limit(robot: TwoRunners) -> None:
     robot.fresh()
-    too_fast = ActionPart(
-        part=BASE, mode=ControlMode.BODY_TWIST, frame_id="base_link",
-        values=pack_floats(np.tile([0.5, 0, 0, 0, 0, 0], (4, 1))), active=(),
-    )  # fmt: skip
     with (
-        claim_parts(robot.client, "planner", ROBOT, ["base"]) as claim,
-        pytest.raises(RefusedError, match=r"G020 limit: .* value 0.5, limit 0.4"),
+        robot.client.claim(["base"], source="planner") as claim,
+        pytest.raises(ChunkRefusedError, match=r"G020 limit: .* value 0.5, limit 0.4") as refused,
     ):
-        claim.send(claim.next_state().tick, [too_fast])
+        too_fast = claim.rows("base", ControlMode.BODY_TWIST, [[0.5, 0, 0, 0, 0, 0]] * 4)
+        claim.send(claim.next_tick().number, too_fast)
+    assert (refused.value.verdict.code, refused.value.verdict.part) == (20, "base")
     assert robot.ticks_of(BASE) == []

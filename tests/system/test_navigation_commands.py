@@ -8,10 +8,8 @@ from collections.abc import Callable, Iterator
 import pytest
 
 from fairlead.messages import GateState
-from fairlead.operate.part_claim import claim_parts
 from fairlead.operate.scratch_robot import ScratchRobot, scratch_robot
 from fairlead.paths import repo_root
-from fairlead.robot.manifest import load_robot
 from fairlead.supervisor import Registry
 from fairlead.supervisor.scratch import ScratchOptions, make_scratch
 from tests.cli.command import fairlead
@@ -58,7 +56,7 @@ def test_a_skill_that_does_not_exist_is_said_before_the_first_goal_begins(do: Co
 
 def test_no_command_ends_the_claim_of_another_unasked(robot: ScratchRobot, do: Command) -> None:
     robot.client.arm()
-    with claim_parts(robot.client, "planner", load_robot("panda_mobile"), ["base"], "drive"):
+    with robot.client.claim(["base"], source="planner", task="drive"):
         episode = do("run", ORACLE, "--seed", "0")
         assert (episode.returncode, episode.stdout) == (1, "")
         assert "a new episode would end the claim of planner, which runs drive" in episode.stderr

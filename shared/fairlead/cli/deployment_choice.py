@@ -2,29 +2,34 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from fairlead.deploy.deployment import Deployment, load_deployment
-from fairlead.errors import ConfigError, NoAnswerError
+from fairlead.errors import ConfigError
+from fairlead.operate.which_deployment import choose_file, file_of, nothing_runs
 from fairlead.paths import deployment_names, deployment_path
 from fairlead.supervisor import Registry, Running
 
 
 def parse_deployment(wanted: str) -> Path:
     """A deployment file given by its path or its name in compose/."""
-    try:
-        return deployment_path(wanted)
-    except ConfigError as error:
-        raise typer.BadParameter(str(error)) from None
+    return _parsed(deployment_path, wanted)
 
 
 def parse_running_or_file(wanted: str) -> Path:
     """The file of a deployment that runs here, by its name in `fairlead ps`, or as above."""
-    running = Registry().find(wanted)
-    return Path(running.deployment) if running is not None else parse_deployment(wanted)
+    return _parsed(file_of, wanted)
+
+
+def _parsed(find: Callable[[str], Path], wanted: str) -> Path:
+    try:
+        return find(wanted)
+    except ConfigError as error:
+        raise typer.BadParameter(str(error)) from None
 
 
 def _complete_running(incomplete: str) -> list[str]:
@@ -101,39 +106,6 @@ def choose_deployment(file: Path | None) -> Deployment:
         NoAnswerError: none runs, naming those that can be started.
     """
     return load_deployment(choose_file(file))
-
-
-def choose_file(file: Path | None) -> Path:
-    """The file of the deployment a command is about; raises as `choose_deployment` does."""
-    if file is not None:
-        return file
-    running = running_files()
-    if len(running) > 1:
-        files = "\n".join(f"  --deployment {file}" for file in running)
-        raise ConfigError(f"several deployments run on this machine; add one of:\n{files}")
-    return running[0]
-
-
-def running_files() -> list[Path]:
-    """Files of all deployments that run here, each once even if several of its hosts do.
-
-    Raises:
-        NoAnswerError: none runs.
-    """
-    running = sorted({entry.deployment for entry in Registry().entries()})
-    if not running:
-        raise nothing_runs()
-    return [Path(file) for file in running]
-
-
-def nothing_runs() -> NoAnswerError:
-    """What to say where no deployment was started: how, and which there are."""
-    known = ", ".join(deployment_names())
-    return NoAnswerError(
-        "no deployment runs on this machine; start one: fairlead up NAME "
-        f"(valid: {known or 'none'}, or a file), or name one that runs elsewhere: "
-        "--deployment FILE"
-    )
 
 
 def choose_running(wanted: str | None) -> Running:

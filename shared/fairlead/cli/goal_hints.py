@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from fairlead.cli.status import state_and_cause
 from fairlead.messages import GateState, GateStatus
-from fairlead.operate.goal_watch import Progress
+from fairlead.operate.goal import Progress
 
 
 def goal_hints(progress: Progress, gate: GateStatus, runner: str) -> list[str]:

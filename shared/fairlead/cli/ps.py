@@ -7,10 +7,11 @@ from pathlib import Path
 import msgspec
 
 from fairlead.cli.console import echo, print_json, print_table
-from fairlead.cli.deployment_choice import DeploymentOption, JsonOption, nothing_runs
+from fairlead.cli.deployment_choice import DeploymentOption, JsonOption
 from fairlead.deploy.deployment import load_deployment
 from fairlead.errors import ConfigError, TransportError
 from fairlead.operate.client import alive_services
+from fairlead.operate.which_deployment import nothing_runs
 from fairlead.supervisor import Registry, Running
 from fairlead.supervisor.registry import ServiceEntry, running_name
 

@@ -11,7 +11,7 @@ import typer
 
 from fairlead.cli.arming import YesOption, armed
 from fairlead.cli.console import echo, print_json
-from fairlead.cli.deployment_choice import DeploymentOption, JsonOption, choose_file
+from fairlead.cli.deployment_choice import DeploymentOption, JsonOption
 from fairlead.cli.episode import new_episode
 from fairlead.cli.goal_hints import goal_hints
 from fairlead.cli.progress_line import ProgressLine
@@ -21,9 +21,10 @@ from fairlead.cli.wire_number import MAX_NUMBER
 from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.messages import GoalResult, HalStatus
 from fairlead.operate.client import RobotClient
-from fairlead.operate.goal_run import GoalInterrupted, GoalWish, run_goal
-from fairlead.operate.goal_watch import Progress
+from fairlead.operate.goal import Progress
+from fairlead.operate.goal_run import GoalWish
 from fairlead.operate.runner_choice import choose_runner
+from fairlead.operate.which_deployment import choose_file
 from fairlead.robot.manifest import load_robot
 from fairlead.skill.admission import require_admission
 from fairlead.skill.manifest import load_skill
@@ -123,17 +124,17 @@ def _require_admission(
 
 def _run(client: RobotClient, wish: GoalWish, as_json: bool) -> Progress:
     """One goal; its result is printed before anything else is asked, also after Ctrl-C."""
+    goal = client.run(**dataclasses.asdict(wish))
     try:
-        with ProgressLine(quiet=as_json) as line:
-            progress = run_goal(client, wish, lambda now: line.show(now.line()))
-    except GoalInterrupted as interrupted:
-        if interrupted.progress.result is not None:
-            _print_result(wish.skill, interrupted.progress, interrupted.progress.result, as_json)
-        else:
-            echo(interrupted.stopped, err=True)
-        raise
-    assert progress.result is not None
-    _print_result(wish.skill, progress, progress.result, as_json)
+        with ProgressLine(quiet=as_json) as line, goal:
+            for progress in goal:
+                line.show(progress.line())
+    finally:
+        progress = goal.progress
+        if progress.result is not None:
+            _print_result(wish.skill, progress, progress.result, as_json)
+        elif goal.stopped:
+            echo(goal.stopped, err=True)
     return progress
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
@@ -11,13 +10,14 @@ import msgspec
 import typer
 
 from fairlead.cli.console import echo, hex_id, print_json
-from fairlead.cli.deployment_choice import DeploymentOption, JsonOption, choose_file
+from fairlead.cli.deployment_choice import DeploymentOption, JsonOption
 from fairlead.cli.starting import starting_services
 from fairlead.cli.watch import watch
 from fairlead.deploy.deployment import load_deployment
 from fairlead.errors import ConfigError, NoAnswerError
 from fairlead.messages import GateState, GateStatus, GoalFeedback, HalStatus
 from fairlead.operate.client import RobotClient
+from fairlead.operate.which_deployment import choose_file
 from fairlead.wire.printable import printable
 from fairlead.wire.verdict_text import CHECKS
 
@@ -69,19 +69,11 @@ def _look(client: RobotClient, file: Path, patiently: bool = True) -> _Seen:
         except NoAnswerError:
             if not client.alive and not starting:
                 raise
-    gate, hal, runners = None, None, []
-    with suppress(NoAnswerError):
-        gate = client.gate_status() if client.gate in client.alive else None
-    with suppress(NoAnswerError):
-        hal = client.hal_status() if client.hal in client.alive else None
-    for runner in client.deployment.runners:
-        if runner in client.alive:
-            with suppress(NoAnswerError):
-                runners.append(client.goal_feedback(runner))
-    alive = sorted(client.alive)
-    starting = [name for name in starting if name not in alive]
-    missing = sorted(set(services) - set(alive) - set(starting))
-    return _Seen(gate, hal, runners, alive, missing, starting)
+    status = client.status(timeout_s=0.0)
+    starting = [name for name in starting if name not in status.alive]
+    missing = [name for name in status.missing if name not in starting]
+    runners, alive = list(status.runners), list(status.alive)
+    return _Seen(status.gate, status.hal, runners, alive, missing, starting)
 
 
 def _document(seen: _Seen) -> dict[str, Any]:

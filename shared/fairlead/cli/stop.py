@@ -9,10 +9,11 @@ from typing import Annotated
 import typer
 
 from fairlead.cli.console import echo, hex_id
-from fairlead.cli.deployment_choice import DeploymentOption, running_files
+from fairlead.cli.deployment_choice import DeploymentOption
 from fairlead.deploy.deployment import load_deployment
 from fairlead.errors import FairleadError
 from fairlead.operate.client import RobotClient
+from fairlead.operate.which_deployment import running_files
 from fairlead.supervisor.registry import running_name
 
 EXAMPLE = 'fairlead stop --reason "hand in the cell"'

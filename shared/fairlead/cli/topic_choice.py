@@ -6,9 +6,6 @@ from typing import Annotated
 
 import typer
 
-from fairlead.errors import NoAnswerError
-from fairlead.operate.topic_listener import Heard, TopicListener
-
 MAX_WAIT_S = 86_400.0
 
 KeyArgument = Annotated[
@@ -18,17 +15,3 @@ TimeoutOption = Annotated[
     float,
     typer.Option(min=0.1, max=MAX_WAIT_S, help="seconds without a message before it gives up"),
 ]
-
-
-def next_heard(listener: TopicListener, key: str, timeout_s: float) -> Heard:
-    """The next publication.
-
-    Raises:
-        NoAnswerError: nothing came in time.
-    """
-    heard = listener.next(timeout_s)
-    if heard is None:
-        raise NoAnswerError(
-            f"topic {key}: nothing published within {timeout_s:g} s; see: fairlead topic list"
-        )
-    return heard

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 from typing import Annotated, Any
 
@@ -10,16 +11,13 @@ import yaml
 
 from fairlead.cli.console import echo
 from fairlead.cli.deployment_choice import DeploymentOption, choose_deployment
-from fairlead.cli.topic_choice import KeyArgument, TimeoutOption, next_heard
-from fairlead.deploy.deployment import Deployment
+from fairlead.cli.topic_choice import KeyArgument, TimeoutOption
 from fairlead.errors import NoAnswerError
-from fairlead.messages import HalStatus, JointState, StatusQuery, decode
-from fairlead.operate.topic_listener import TopicListener, listening_bus
-from fairlead.wire.bus import Bus
+from fairlead.messages import JointState
+from fairlead.operate.client import RobotClient
 from fairlead.wire.message_document import message_document
 from fairlead.wire.topics import find_topic, short_key
 
-NAMES_TIMEOUT_S = 2.0
 EXAMPLE = "fairlead topic echo state/joints --count 1"
 
 
@@ -33,29 +31,26 @@ def command(
     """Print a key's messages: numbers in SI, ids and hashes in hex."""
     chosen = choose_deployment(deployment)
     topic = find_topic(chosen.keys, key)
-    with listening_bus(chosen) as bus:
-        listener = TopicListener(bus, [topic.key_expr])
-        joints = _joint_names(bus, chosen) if topic.kind is JointState else ()
-        printed = 0
-        while count == 0 or printed < count:
-            heard = next_heard(listener, key, timeout)
+    with RobotClient(chosen) as client:
+        client.wait_anyone()
+        joints = _joint_names(client) if topic.kind is JointState else ()
+        subscription = client.topic(key, timeout_s=timeout)
+        for heard in itertools.islice(subscription, count or None):
             document = {
                 "key": short_key(chosen.keys, heard.key),
                 "type": topic.kind.__name__,
-                **message_document(decode(topic.kind, heard.payload)),
+                **message_document(heard.message),
             }
             _name_values(document, joints)
             echo(json.dumps(document) if as_json else _text(document))
-            printed += 1
 
 
-def _joint_names(bus: Bus, deployment: Deployment) -> tuple[str, ...]:
+def _joint_names(client: RobotClient) -> tuple[str, ...]:
     """The order of a joint state's numbers; none where no HAL answers."""
     try:
-        reply = bus.query(deployment.keys.hal_status, StatusQuery(), NAMES_TIMEOUT_S)
+        hal = client.hal_status()
     except NoAnswerError:
         return ()
-    hal = decode(HalStatus, reply)
     return (*hal.joints, *hal.passive_joints)
 
 

@@ -10,9 +10,8 @@ import typer
 
 from fairlead.cli.console import echo, print_json, print_table
 from fairlead.cli.deployment_choice import DeploymentOption, JsonOption, choose_deployment
-from fairlead.cli.topic_choice import KeyArgument, TimeoutOption, next_heard
-from fairlead.messages import decode
-from fairlead.operate.topic_listener import TopicListener, listening_bus
+from fairlead.cli.topic_choice import KeyArgument, TimeoutOption
+from fairlead.operate.client import RobotClient
 from fairlead.wire.topics import find_topic, short_key
 
 EXAMPLE = "fairlead topic hz state/joints --count 50"
@@ -27,16 +26,15 @@ def command(
 ) -> None:
     """Time a key's messages as they arrive here: rate and the gaps between them."""
     chosen = choose_deployment(deployment)
-    topic = find_topic(chosen.keys, key)
     arrived: dict[str, list[float]] = {}
     ticks: dict[str, set[int]] = {}
-    with listening_bus(chosen) as bus:
-        listener = TopicListener(bus, [topic.key_expr])
-        for _ in range(count):
-            heard = next_heard(listener, key, timeout)
+    find_topic(chosen.keys, key)  # a wrong name is said before anybody is waited for
+    with RobotClient(chosen) as client:
+        client.wait_anyone()
+        for heard in itertools.islice(client.topic(key, timeout_s=timeout), count):
             name = short_key(chosen.keys, heard.key)
             arrived.setdefault(name, []).append(heard.at_s)
-            tick = getattr(decode(topic.kind, heard.payload), "tick", None)
+            tick = getattr(heard.message, "tick", None)
             ticks.setdefault(name, set()).update([] if tick is None else [tick])
     timed = {name: rate_of(times) for name, times in sorted(arrived.items()) if len(times) > 1}
     if as_json:

@@ -6,18 +6,18 @@ import json
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from fairlead.demo.gate_challenge import Challenge, GateChallenge
+from fairlead.demo.gate_challenge import Challenge, over_limit, replay
 from fairlead.deploy.deployment import load_deployment
 from fairlead.errors import ConfigError
 from fairlead.messages import GoalResult
 from fairlead.operate.client import RobotClient
+from fairlead.operate.goal import Progress
 from fairlead.operate.goal_run import GoalWish, run_goal
-from fairlead.operate.goal_watch import Progress
 from fairlead.operate.runner_choice import choose_runner
 from fairlead.operate.scratch_robot import scratch_robot
 from fairlead.record.film import write_film
@@ -122,22 +122,13 @@ def _run(
     goal = GoalWish(wish.skill, deadline_ticks=DEADLINE_TICKS, runner=runner)
     progress = run_goal(client, goal, show)
     goal_s = time.monotonic() - began_s
-    gate = GateChallenge(client, robot, skill)
-    challenges = _challenge(gate, list(recorder.recording.candidate_bytes), say)
-    client.disarm()
-    return _Shown(runner, progress, goal_s, challenges, recorder.close())
-
-
-def _challenge(
-    gate: GateChallenge, recorded: Sequence[bytes], say: Callable[[str], None]
-) -> tuple[Challenge, ...]:
     say("now two chunks that must not pass")
-    challenges = [gate.over_limit()]
-    if recorded:
-        challenges.append(gate.replay(recorded[-1]))
+    challenges = [over_limit(client, robot, skill)]
+    challenges += [replay(client, sent) for sent in list(recorder.recording.candidate_bytes)[-1:]]
     for challenge in challenges:
         say(f"  sent {challenge.sent}\n  -> {challenge.reason}")
-    return tuple(challenges)
+    client.disarm()
+    return _Shown(runner, progress, goal_s, tuple(challenges), recorder.close())
 
 
 def _summary(wish: DemoWish, run: _Shown, log: Run) -> dict[str, Any]:

@@ -1,54 +1,42 @@
-"""An operator's view of one running robot: ask its services, wait for them, stop it."""
+"""The same robot for programs that block: each method runs its namesake of `Robot` to the end."""
 
 from __future__ import annotations
 
-import secrets
-import threading
-import time
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from types import TracebackType
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from fairlead.deploy.deployment import Deployment
 from fairlead.errors import NoAnswerError
-from fairlead.keys import last_chunk
+from fairlead.keys import Keys
 from fairlead.messages import (
-    NO_HASH,
-    Arm,
     ArmReply,
-    Cancel,
-    Claim,
-    ClaimReply,
-    Disarm,
     Done,
-    GateState,
     GateStatus,
-    Goal,
-    GoalAccepted,
     GoalFeedback,
     HalStatus,
-    Lease,
-    Message,
-    Release,
-    Reset,
-    ResetEpisode,
+    JointState,
     ResetEpisodeReply,
-    StatusQuery,
-    StopLevel,
-    decode,
+    TransformBatch,
+    Verdict,
 )
-from fairlead.wire.bus import Bus, Qos, Sample
-from fairlead.wire.session import ZenohBus
+from fairlead.operate.blocking import BlockingClaim, BlockingGoal, BlockingSubscription
+from fairlead.operate.loop_thread import LoopThread
+from fairlead.operate.part_claim import PartClaim
+from fairlead.operate.robot import STALL_TIMEOUT_S, Robot
+from fairlead.operate.services import (
+    ALIVE_TIMEOUT_S,
+    GATE_FOLLOWS_TIMEOUT_S,
+    RobotStatus,
+)
+from fairlead.operate.subscription import QUEUE, SILENCE_S, Heard, Subscription
+from fairlead.wire.bus import Bus
+from fairlead.wire.topics import EVERY
 
-ALIVE_TIMEOUT_S = 3.0
 SEEN_S = 1.0  # links are up, and tokens told, well within
-ANSWER_TIMEOUT_S = 3.0  # > LINK_SILENCE_S, else a paused router may arm after "no answer"
-EPISODE_TIMEOUT_S = 60.0  # a simulator builds and settles its scene
-GATE_FOLLOWS_TIMEOUT_S = 10.0
-STOP_REPEAT_S = 0.05
-STOP_TIMEOUT_S = 2.0
 
-Reply = TypeVar("Reply", bound=Message)
+T = TypeVar("T")
 
 
 def alive_services(deployment: Deployment, settle_s: float = SEEN_S) -> frozenset[str]:
@@ -64,11 +52,11 @@ def alive_services(deployment: Deployment, settle_s: float = SEEN_S) -> frozense
 
 
 class RobotClient:
-    """Queries to the services of one deployment.
+    """A running robot; its methods block, may be called from any thread, and raise as `Robot`'s.
 
     Args:
         deployment: whose services.
-        bus: an open transport; None opens (and `close` closes) a Zenoh session.
+        bus: an open transport, which stays open; None opens (and `close` closes) a Zenoh session.
         by: who is asking, for the logs of those who answer.
 
     Raises:
@@ -78,15 +66,14 @@ class RobotClient:
     def __init__(
         self, deployment: Deployment, bus: Bus | None = None, by: str = "fairlead"
     ) -> None:
-        self.deployment = deployment
-        self.keys = deployment.keys
-        self.bus: Bus = bus if bus is not None else ZenohBus(deployment.tool_endpoints())
-        self.gate = deployment.only("safety")
-        self.hal = deployment.hal
-        self._by = by
-        self._alive: set[str] = set()
-        self._changed = threading.Condition()
-        self.bus.watch_tokens(self.keys.every_alive, self._on_token)
+        self._thread = LoopThread()
+        self._do = self._thread.run
+        try:
+            self._robot = self._do(Robot.open(deployment, by, bus))
+        except BaseException:
+            self._thread.close()
+            raise
+        self._is_open = True
 
     def __enter__(self) -> RobotClient:
         return self
@@ -100,177 +87,169 @@ class RobotClient:
         self.close()
 
     def close(self) -> None:
-        """End the session; the services are left as they are."""
-        self.bus.close()
+        """As `Robot.close`."""
+        if self._is_open:
+            self._is_open = False
+            try:
+                self._do(self._robot.close())
+            finally:
+                self._thread.close()
 
     # --- who is there ---------------------------------------------------------------
 
     @property
+    def deployment(self) -> Deployment:
+        """Whose services these are."""
+        return self._robot.deployment
+
+    @property
+    def keys(self) -> Keys:
+        """Keys of this robot."""
+        return self._robot.keys
+
+    @property
+    def bus(self) -> Bus:
+        """The transport; its handlers run on threads of their own."""
+        return self._robot.bus
+
+    @property
+    def gate(self) -> str:
+        """Name of the gate."""
+        return self._robot.gate
+
+    @property
+    def hal(self) -> str:
+        """Name of the HAL."""
+        return self._robot.hal
+
+    @property
     def alive(self) -> frozenset[str]:
-        """Services whose liveliness token is seen now: a hint for people."""
-        with self._changed:
-            return frozenset(self._alive)
+        """As `Robot.alive`."""
+        return self._robot.alive
 
     def wait_alive(self, *services: str, timeout_s: float = ALIVE_TIMEOUT_S) -> None:
-        """Wait until these services are seen.
+        """As `Robot.wait_alive`."""
+        self._do(self._robot.wait_alive(*services, timeout_s=timeout_s))
 
-        Raises:
-            NoAnswerError: naming those that are missing.
-        """
-        wanted = set(services)
-        with self._changed:
-            if self._changed.wait_for(lambda: wanted <= self._alive, timeout_s):
-                return
-            unseen = sorted(wanted - self._alive)
-        missing = ", ".join(self.deployment.with_host(name) for name in unseen)
-        raise NoAnswerError(
-            f"robot {self.deployment.id}: {missing} not seen within {timeout_s:g} s; "
-            "is it running, or starting again? see: fairlead ps, fairlead logs; "
-            "start with: fairlead up DEPLOYMENT"
-        )
+    def wait_anyone(self, timeout_s: float = ALIVE_TIMEOUT_S) -> None:
+        """As `Robot.wait_anyone`."""
+        self._do(self._robot.wait_anyone(timeout_s))
 
-    def _on_token(self, key: str, is_alive: bool) -> None:
-        with self._changed:
-            (self._alive.add if is_alive else self._alive.discard)(last_chunk(key))
-            self._changed.notify_all()
+    def status(self, timeout_s: float = ALIVE_TIMEOUT_S) -> RobotStatus:
+        """As `Robot.status`."""
+        return self._do(self._robot.status(timeout_s))
 
-    # --- the gate -------------------------------------------------------------------
+    # --- the gate and the HAL ---------------------------------------------------------
 
     def gate_status(self) -> GateStatus:
-        """What the gate is doing and why."""
-        return self._ask(self.gate, self.keys.gate_status, StatusQuery(), GateStatus)
-
-    def arm(self) -> ArmReply:
-        """Let claims be granted. `RefusedError` says what stands in the way."""
-        return self._ask(self.gate, self.keys.gate_command("arm"), Arm(by=self._by), ArmReply)
-
-    def disarm(self) -> Done:
-        """End every claim; the robot holds."""
-        return self._ask(self.gate, self.keys.gate_command("disarm"), Disarm(by=self._by), Done)
-
-    def reset(self, stop_or_latch_id: int) -> Done:
-        """Acknowledge one stop or latch; leads to disarmed, never to motion."""
-        request = Reset(by=self._by, id=stop_or_latch_id)
-        return self._ask(self.gate, self.keys.gate_command("reset"), request, Done)
-
-    def claim(self, request: Claim) -> ClaimReply:
-        """Ask for parts of the robot, as a runner does. `RefusedError` says why not."""
-        return self._ask(self.gate, self.keys.gate_command("claim"), request, ClaimReply)
-
-    def release(self, source: str, claim_id: int) -> Done:
-        """Give a claim back; its parts hold."""
-        request = Release(source=source, claim_id=claim_id)
-        return self._ask(self.gate, self.keys.gate_command("release"), request, Done)
-
-    def following_gate(self) -> GateStatus | None:
-        """The gate's status, if it has left boot and has a state of the HAL that runs now."""
-        gate, hal = self.gate_status(), self.hal_status()
-        follows = gate.session == hal.session and gate.state_tick > 0
-        return gate if gate.state != GateState.BOOT and follows else None
-
-    def wait_gate_follows(self, timeout_s: float = GATE_FOLLOWS_TIMEOUT_S) -> GateStatus:
-        """Wait until the gate has left boot and has a state of the HAL that runs now.
-
-        Raises:
-            NoAnswerError: saying what it waits for.
-        """
-        deadline = time.monotonic() + timeout_s
-        while True:
-            following = self.following_gate()
-            if following is not None:
-                return following
-            if time.monotonic() > deadline:
-                gate = self.gate_status()
-                raise NoAnswerError(
-                    f"robot {self.deployment.id}: the gate does not follow the HAL after "
-                    f"{timeout_s:g} s: {gate.cause or GateState(gate.state).name.lower()}"
-                )
-            time.sleep(STOP_REPEAT_S)
-
-    # --- a stop ---------------------------------------------------------------------
-
-    def stop(self, reason: str) -> int:
-        """Request a protective stop, repeated until a lease lists it.
-
-        Returns:
-            The stop's id, which a reset must cite.
-
-        Raises:
-            NoAnswerError: no lease listed it in time; the robot may still move.
-        """
-        stop_id = secrets.randbits(63) + 1
-        listed = threading.Event()
-
-        def on_lease(sample: Sample) -> None:
-            if stop_id in decode(Lease, sample.payload).stop_ids:
-                listed.set()
-
-        subscription = self.bus.subscribe(self.keys.lease, on_lease)
-        publisher = self.bus.publisher(self.keys.stop, StopLevel, Qos.HOT)
-        message = StopLevel(stop_id=stop_id, by=self._by, reason=reason)
-        due = time.monotonic()
-        deadline = due + STOP_TIMEOUT_S
-        while True:
-            publisher.put(message)
-            due += STOP_REPEAT_S  # not from when the wait ended: that would add up
-            if listed.wait(max(0.0, due - time.monotonic())):
-                subscription.undeclare()
-                return stop_id
-            if time.monotonic() > deadline:
-                raise NoAnswerError(
-                    f"robot {self.deployment.id}: no lease lists the stop after "
-                    f"{STOP_TIMEOUT_S:g} s: THE GATE IS NOT ANSWERING; the HAL holds on its own "
-                    "75 ms after the last lease; see: fairlead ps"
-                )
-
-    # --- the HAL and the runners -----------------------------------------------------
+        """As `Robot.gate_status`."""
+        return self._do(self._robot.gate_status())
 
     def hal_status(self) -> HalStatus:
-        """Who the robot is, what it has, and how it is paced."""
-        return self._ask(self.hal, self.keys.hal_status, StatusQuery(), HalStatus)
+        """As `Robot.hal_status`."""
+        return self._do(self._robot.hal_status())
+
+    def arm(self) -> ArmReply:
+        """As `Robot.arm`."""
+        return self._do(self._robot.arm())
+
+    def disarm(self) -> Done:
+        """As `Robot.disarm`."""
+        return self._do(self._robot.disarm())
+
+    def stop(self, reason: str) -> int:
+        """As `Robot.stop`."""
+        return self._do(self._robot.stop(reason))
+
+    def reset(self, stop_or_latch_id: int) -> Done:
+        """As `Robot.reset`."""
+        return self._do(self._robot.reset(stop_or_latch_id))
 
     def reset_episode(self, seed: int) -> ResetEpisodeReply:
-        """Start a new simulated episode; refused unless disarmed."""
-        key = self.keys.hal_command("reset_episode")
-        request = ResetEpisode(seed=seed)
-        return self._ask(self.hal, key, request, ResetEpisodeReply, EPISODE_TIMEOUT_S)
+        """As `Robot.reset_episode`."""
+        return self._do(self._robot.reset_episode(seed))
 
-    def goal(
-        self, runner: str, skill: str, prompt: str, deadline_ticks: int, stall_timeout_s: float
-    ) -> int:
-        """Hand a runner a goal; it answers at once.
+    def following_gate(self) -> GateStatus | None:
+        """As `Robot.following_gate`."""
+        return self._do(self._robot.following_gate())
 
-        Args:
-            prompt: "": the skill's own. deadline_ticks: 0: none.
+    def wait_gate_follows(self, timeout_s: float = GATE_FOLLOWS_TIMEOUT_S) -> GateStatus:
+        """As `Robot.wait_gate_follows`."""
+        return self._do(self._robot.wait_gate_follows(timeout_s))
 
-        Returns:
-            The goal's id; follow it in the runner's feedback.
-        """
-        request = Goal(
-            skill=skill,
-            skill_hash=NO_HASH,
+    # --- goals and claims ---------------------------------------------------------------
+
+    def run(
+        self,
+        skill: str,
+        *,
+        prompt: str = "",
+        deadline_ticks: int = 0,
+        stall_timeout_s: float = STALL_TIMEOUT_S,
+        runner: str = "",
+    ) -> BlockingGoal:
+        """As `Robot.run`."""
+        starting = self._robot.run(
+            skill,
             prompt=prompt,
             deadline_ticks=deadline_ticks,
             stall_timeout_s=stall_timeout_s,
+            runner=runner,
         )
-        return self._ask(runner, self.keys.goal(runner), request, GoalAccepted).goal_id
+        return BlockingGoal(self._thread, self._do(starting))
 
     def cancel(self, runner: str, goal_id: int) -> Done:
-        """End a runner's goal as soon as possible; how it ended is in its feedback."""
-        request = Cancel(goal_id=goal_id, by=self._by)
-        return self._ask(runner, self.keys.cancel(runner), request, Done)
+        """As `Robot.cancel`."""
+        return self._do(self._robot.cancel(runner, goal_id))
 
     def goal_feedback(self, runner: str) -> GoalFeedback:
-        """How a runner's newest goal stands or ended; its id is 0 before the first."""
-        return self._ask(runner, self.keys.feedback(runner), StatusQuery(), GoalFeedback)
+        """As `Robot.goal_feedback`."""
+        return self._do(self._robot.goal_feedback(runner))
 
-    def _ask(
-        self,
-        service: str,
-        key: str,
-        request: Message,
-        kind: type[Reply],
-        timeout_s: float = ANSWER_TIMEOUT_S,
-    ) -> Reply:
-        self.wait_alive(service)
-        return decode(kind, self.bus.query(key, request, timeout_s))
+    def claim(self, parts: Sequence[str], *, source: str, task: str = "") -> BlockingClaim:
+        """As `Robot.claim`, for a ``with`` block."""
+
+        async def claim() -> PartClaim:
+            return self._robot.claim(parts, source=source, task=task)
+
+        return BlockingClaim(self._thread, self._do(claim()))
+
+    # --- to look on ---------------------------------------------------------------------
+
+    def joint_states(
+        self, queue: int = QUEUE, timeout_s: float = SILENCE_S
+    ) -> BlockingSubscription[JointState]:
+        """As `Robot.joint_states`."""
+        return self._subscribe(Robot.joint_states, queue=queue, timeout_s=timeout_s)
+
+    def transforms(
+        self, queue: int = QUEUE, timeout_s: float = SILENCE_S
+    ) -> BlockingSubscription[TransformBatch]:
+        """As `Robot.transforms`."""
+        return self._subscribe(Robot.transforms, queue=queue, timeout_s=timeout_s)
+
+    def verdicts(
+        self, source: str = EVERY, queue: int = QUEUE, timeout_s: float = SILENCE_S
+    ) -> BlockingSubscription[Verdict]:
+        """As `Robot.verdicts`."""
+        return self._subscribe(Robot.verdicts, source, queue=queue, timeout_s=timeout_s)
+
+    def gate_statuses(
+        self, queue: int = QUEUE, timeout_s: float = SILENCE_S
+    ) -> BlockingSubscription[GateStatus]:
+        """As `Robot.gate_statuses`."""
+        return self._subscribe(Robot.gate_statuses, queue=queue, timeout_s=timeout_s)
+
+    def topic(
+        self, name: str, queue: int = QUEUE, timeout_s: float = SILENCE_S
+    ) -> BlockingSubscription[Heard]:
+        """As `Robot.topic`."""
+        return self._subscribe(Robot.topic, name, queue=queue, timeout_s=timeout_s)
+
+    def _subscribe(
+        self, subscribe: Callable[..., Subscription[T]], *words: Any, **options: Any
+    ) -> BlockingSubscription[T]:
+        async def made() -> Subscription[T]:
+            return subscribe(self._robot, *words, **options)
+
+        return BlockingSubscription(self._thread, self._do(made()))

@@ -2,79 +2,184 @@
 
 from __future__ import annotations
 
-import hashlib
-import threading
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+import asyncio
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from types import TracebackType
 
-from fairlead.errors import NoAnswerError, RefusedError, ServiceError
+import numpy.typing as npt
+
+from fairlead.errors import (
+    ChunkRefusedError,
+    ClaimLostError,
+    ConfigError,
+    FairleadError,
+    NoAnswerError,
+    RefusedError,
+)
 from fairlead.messages import (
     NO_TRACE,
     ActionChunk,
     ActionPart,
     Claim,
     ClaimReply,
+    Done,
+    Heartbeat,
     JointState,
     Lease,
     Outcome,
+    Release,
+    TransformBatch,
     Verdict,
-    decode,
     encode,
 )
 from fairlead.modes import ControlMode
+from fairlead.operate.changes import Changes, unbroken
 from fairlead.operate.claim_watch import ClaimWatch
-from fairlead.operate.client import RobotClient
-from fairlead.operate.own_claim import held_claim
+from fairlead.operate.mailbox import watch
+from fairlead.operate.rows import part_rows
+from fairlead.operate.services import ANSWER_TIMEOUT_S, Services
+from fairlead.operate.tick import Tick, TickBuilder
 from fairlead.robot.manifest import RobotManifest
-from fairlead.wire.bus import Qos, Sample
+from fairlead.wire.bus import Qos
 from fairlead.wire.verdict_text import describe
 
-ANSWER_TIMEOUT_S = 3.0
-RESEND_S = 0.1
+HEARTBEAT_S = 0.05
+LEASE_SILENCE_S = 2.0  # leases come at least every 25 ms
 FLOAT_BYTES = 8
 
 
 class PartClaim:
-    """One live claim: what the robot measures, and a way to command it through the gate.
+    """Parts to hold while its block lasts: ``async with robot.claim(["base"], ...) as claim``.
+
+    Heartbeats keep the claim alive from a task of this event loop: a loop that hangs loses it
+    (after 300 ms in realtime, 2 s in lockstep). Leaving the block, also by an error or because
+    the task is cancelled, gives the parts back; they hold still.
 
     In lockstep the world waits for each tick's rows; in realtime the parts hold once the rows
     of the newest chunk are used up.
+
+    Attributes:
+        reply: the gate's: the claim's id, its epoch and the HAL's session.
     """
 
-    def __init__(
-        self, client: RobotClient, source: str, robot: RobotManifest, claim: ClaimReply
-    ) -> None:
-        self._source, self._robot, self._claim = source, robot, claim
-        self._changed = threading.Condition()
-        self._watch = ClaimWatch(source, claim.claim_id, claim.epoch, claim.session)
+    reply: ClaimReply
+
+    def __init__(self, services: Services, robot: RobotManifest, request: Claim) -> None:
+        self._services, self._robot, self._request = services, robot, request
+        self._source = request.source
+        self._changes = Changes()
         self._lost = ""
-        self._state: JointState | None = None
+        self._tick: Tick | None = None
         self._told = 0
         self._seq = 0
         self._payload = b""
         self._verdict: Verdict | None = None
-        bus, keys = client.bus, client.keys
-        self._candidate = bus.publisher(keys.candidate(source), ActionChunk, Qos.HOT)
-        self._heard = [
-            bus.subscribe(keys.joints, self._on_joints),
-            bus.subscribe(keys.verdict(source), self._on_verdict),
-            bus.subscribe(keys.lease, self._on_lease),
-        ]
+        self._lease_s = 0.0
 
-    def next_state(self, timeout_s: float = ANSWER_TIMEOUT_S) -> JointState:
+    # --- its block --------------------------------------------------------------------
+
+    async def __aenter__(self) -> PartClaim:
+        """Take it. `RefusedError` says why the gate does not grant it, and who holds a part."""
+        await self._services.wait_alive(self._services.gate)
+        taking = asyncio.ensure_future(self._take())
+        try:
+            self.reply = await asyncio.shield(taking)
+        except asyncio.CancelledError:
+            with suppress(FairleadError):  # what was granted meanwhile is given back
+                self.reply = await taking
+                await self._release()
+            raise
+        self._begin()
+        return self
+
+    async def __aexit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        try:
+            await unbroken(self.release())
+        except FairleadError:
+            if error is None:
+                raise
+
+    async def release(self) -> None:
+        """Give the parts back before the block ends; of a claim that is lost nothing is left."""
+        if self._beating.done():
+            return
+        try:
+            if not self._lost:
+                await self._release()
+        finally:
+            self._beating.cancel()
+            for mailbox in self._heard:
+                mailbox.close()
+
+    async def _take(self) -> ClaimReply:
+        keys = self._services.keys
+        return await self._services.ask(
+            self._services.gate, keys.gate_command("claim"), self._request, ClaimReply
+        )
+
+    async def _release(self) -> None:
+        key = self._services.keys.gate_command("release")
+        request = Release(source=self._source, claim_id=self.reply.claim_id)
+        with suppress(RefusedError):  # the gate has ended it a moment before
+            await self._services.ask(self._services.gate, key, request, Done)
+
+    def _begin(self) -> None:
+        bus, keys = self._services.bus, self._services.keys
+        reply = self.reply
+        self._watch = ClaimWatch(self._source, reply.claim_id, reply.epoch, reply.session)
+        self._ticks = TickBuilder(reply.session)
+        self._lease_s = time.monotonic()
+        self._candidate = bus.publisher(keys.candidate(self._source), ActionChunk, Qos.HOT)
+        self._heard = [
+            watch(bus, keys.tf(self._services.hal), TransformBatch, self._ticks.on_transforms),
+            watch(bus, keys.joints, JointState, self._on_joints),
+            watch(bus, keys.verdict(self._source), Verdict, self._on_verdict),
+            watch(bus, keys.lease, Lease, self._on_lease),
+        ]
+        self._beating = asyncio.ensure_future(self._beat())
+
+    async def _beat(self) -> None:
+        key = self._services.keys.heartbeat(self._source)
+        publisher = self._services.bus.publisher(key, Heartbeat, Qos.HOT)
+        while True:
+            publisher.put(Heartbeat(claim_id=self.reply.claim_id))
+            await asyncio.sleep(HEARTBEAT_S)
+
+    # --- for the program that holds it --------------------------------------------------
+
+    async def next_tick(self, timeout_s: float = ANSWER_TIMEOUT_S) -> Tick:
         """What was measured at a tick after the one told last, as soon as there is one.
 
         Raises:
-            ServiceError: the claim is lost.
+            ClaimLostError: the claim is lost.
             NoAnswerError: no new tick in time.
         """
-        self._wait(lambda: self._newest_tick > self._told, "joint state", timeout_s)
-        assert self._state is not None
-        self._told = self._state.tick
-        return self._state
+        await self._wait(lambda: self._newest > self._told, "joint state", timeout_s)
+        assert self._tick is not None
+        self._told = self._tick.number
+        return self._tick
 
-    def send(self, tick: int, parts: Sequence[ActionPart]) -> Verdict:
-        """Propose rows computed from the state of ``tick``, the first one for that tick.
+    def rows(
+        self,
+        part: str,
+        mode: ControlMode,
+        rows: npt.ArrayLike,
+        *,
+        frame: str = "",
+        joints: tuple[str, ...] = (),
+    ) -> ActionPart:
+        """Rows ``[H, width]`` for one part, SI, one a tick: as `part_rows`."""
+        return part_rows(self._robot, part, mode, rows, frame=frame, joints=joints)
+
+    async def send(self, tick: int, *parts: ActionPart) -> Verdict:
+        """Propose rows computed from what was measured at ``tick``, the first one for that tick.
 
         Rows released before are replaced from there on. Rows whose tick has passed are dropped.
 
@@ -82,111 +187,83 @@ class PartClaim:
             The gate's verdict: released, or truncated after the rows that may act.
 
         Raises:
-            RefusedError: the gate refused the rows; the ones released before still act.
-            ServiceError: the claim is lost.
+            ChunkRefusedError: the gate refused the rows; the ones released before still act.
+            ClaimLostError: the claim is lost.
             NoAnswerError: no verdict in time.
+            ConfigError: no parts, or parts of different horizons.
         """
-        width = ControlMode(parts[0].mode).width(self._robot.n_dof)
-        with self._changed:
-            self._seq += 1
-            self._verdict = None
-            self._payload = encode(
-                ActionChunk(
-                    robot_hash=self._robot.robot_hash,
-                    session=self._claim.session,
-                    epoch=self._claim.epoch,
-                    claim_id=self._claim.claim_id,
-                    source=self._source,
-                    seq=self._seq,
-                    goal_id=0,
-                    obs_tick=tick,
-                    oldest_tick=tick,
-                    start_tick=tick,
-                    horizon=len(parts[0].values) // (FLOAT_BYTES * width),
-                    parts=tuple(parts),
-                    trace=NO_TRACE,
-                )
+        self._seq += 1
+        self._verdict = None
+        self._payload = encode(
+            ActionChunk(
+                robot_hash=self._robot.robot_hash,
+                session=self.reply.session,
+                epoch=self.reply.epoch,
+                claim_id=self.reply.claim_id,
+                source=self._source,
+                seq=self._seq,
+                goal_id=0,
+                obs_tick=tick,
+                oldest_tick=tick,
+                start_tick=tick,
+                horizon=self._horizon(parts),
+                parts=parts,
+                trace=NO_TRACE,
             )
+        )
         self._candidate.put_bytes(self._payload)
-        self._wait(lambda: self._verdict is not None, "verdict", ANSWER_TIMEOUT_S)
+        await self._wait(lambda: self._verdict is not None, "verdict", ANSWER_TIMEOUT_S)
         assert self._verdict is not None
         if self._verdict.outcome == Outcome.REFUSED:
-            raise RefusedError("safety", describe(self._verdict), "fairlead why")
+            raise ChunkRefusedError(describe(self._verdict), self._verdict)
         return self._verdict
 
-    def close(self) -> None:
-        """Listen no longer."""
-        for subscription in self._heard:
-            subscription.undeclare()
+    def _horizon(self, parts: tuple[ActionPart, ...]) -> int:
+        n_dof = self._robot.n_dof
+        found = {
+            len(part.values) // (FLOAT_BYTES * ControlMode(part.mode).width(n_dof))
+            for part in parts
+        }
+        if len(found) != 1:
+            got = ", ".join(str(one) for one in sorted(found)) or "no parts"
+            raise ConfigError(f"{self._source}: expected parts of one number of rows, got {got}")
+        return found.pop()
 
     @property
-    def _newest_tick(self) -> int:
-        return self._state.tick if self._state is not None else 0
+    def _newest(self) -> int:
+        return self._tick.number if self._tick is not None else 0
 
-    def _wait(self, condition: Callable[[], bool], what: str, timeout_s: float) -> None:
-        with self._changed:
-            self._changed.wait_for(lambda: condition() or bool(self._lost), timeout_s)
-            if self._lost:
-                raise ServiceError(self._lost)
-            if not condition():
-                raise NoAnswerError(f"{self._source}: no {what} within {timeout_s:g} s")
+    async def _wait(self, condition: Callable[[], bool], what: str, timeout_s: float) -> None:
+        await asyncio.sleep(0)  # let in what came while the program was busy
+        await self._changes.wait_for(lambda: condition() or bool(self._lost), timeout_s)
+        if not self._lost and time.monotonic() - self._lease_s > LEASE_SILENCE_S:
+            self._lost = (
+                f"claim of {self._source} lost: no lease for {LEASE_SILENCE_S:g} s; is the gate "
+                "running? see: fairlead ps"
+            )
+        if self._lost:
+            raise ClaimLostError(self._lost)
+        if not condition():
+            raise NoAnswerError(f"{self._source}: no {what} within {timeout_s:g} s")
 
-    def _on_joints(self, sample: Sample) -> None:
+    # --- what is heard ------------------------------------------------------------------
+
+    def _on_joints(self, state: JointState) -> None:
         """A tick that comes again, or a verdict that does not: a message may be lost."""
-        state = decode(JointState, sample.payload)
-        with self._changed:
-            again = self._payload and (state.tick == self._newest_tick or self._verdict is None)
-            self._state = state
-            self._changed.notify_all()
-        if again:
+        tick = self._ticks.on_joints(state)
+        if self._payload and (state.tick == self._newest or self._verdict is None):
             self._candidate.put_bytes(self._payload)
+        if tick is not None:
+            self._tick = tick
+            self._changes.announce()
 
-    def _on_verdict(self, sample: Sample) -> None:
-        verdict = decode(Verdict, sample.payload)
-        with self._changed:
-            if (verdict.claim_id, verdict.seq) == (self._claim.claim_id, self._seq):
-                self._verdict = verdict
-                self._changed.notify_all()
+    def _on_verdict(self, verdict: Verdict) -> None:
+        if (verdict.claim_id, verdict.seq) == (self.reply.claim_id, self._seq):
+            self._verdict = verdict
+            self._changes.announce()
 
-    def _on_lease(self, sample: Sample) -> None:
-        lease = decode(Lease, sample.payload)
-        with self._changed:
-            self._lost = self._lost or self._watch.lost(lease)
-            if self._lost:
-                self._changed.notify_all()
-
-
-@contextmanager
-def claim_parts(
-    client: RobotClient, source: str, robot: RobotManifest, parts: Sequence[str], task: str = ""
-) -> Iterator[PartClaim]:
-    """Hold ``parts`` as ``source``, with heartbeats, until the block ends; then they hold still.
-
-    The gate has to be armed. Another source's claims are not touched.
-
-    Args:
-        source: a name of one's own, not that of a runner: it stands in keys and verdicts.
-        task: what for, as ``fairlead status`` shows it; "": ``source``.
-
-    Raises:
-        RefusedError: the gate does not grant the claim, for example of a part that is held.
-    """
-    protocol = robot.profile(client.deployment.profile).protocol
-    request = Claim(
-        source=source,
-        skill=task or source,
-        skill_hash=hashlib.sha256((task or source).encode()).digest(),
-        robot_hash=robot.robot_hash,
-        period_ns=robot.tick_period_ns,
-        parts=robot.claimed_parts(parts),
-        chunk_rate_hz=1e9 / robot.tick_period_ns,
-        horizon_max=protocol.horizon_max,
-        age_max_ticks=protocol.age_max_ticks,
-        limits=(),
-    )
-    with held_claim(client, request) as reply:
-        claim = PartClaim(client, source, robot, reply)
-        try:
-            yield claim
-        finally:
-            claim.close()
+    def _on_lease(self, lease: Lease) -> None:
+        self._lease_s = time.monotonic()
+        self._lost = self._lost or self._watch.lost(lease)
+        if self._lost:
+            self._changes.announce()

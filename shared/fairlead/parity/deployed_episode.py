@@ -13,8 +13,8 @@ import numpy as np
 
 from fairlead.errors import ServiceError
 from fairlead.messages import ResetEpisodeReply
+from fairlead.operate.goal import Progress
 from fairlead.operate.goal_run import GoalWish, run_goal
-from fairlead.operate.goal_watch import Progress
 from fairlead.operate.scratch_robot import scratch_robot
 from fairlead.parity.episode_trace import EpisodeTrace
 from fairlead.supervisor.scratch import ScratchOptions, make_scratch

@@ -10,8 +10,8 @@ from typing import Any
 
 import zenoh
 
-from fairlead.errors import FairleadError, MessageError, NoAnswerError, TransportError
-from fairlead.messages import Message, Refusal, decode, encode, encoding_of
+from fairlead.errors import FairleadError, TransportError
+from fairlead.messages import Message, encode, encoding_of
 from fairlead.wire.bus import (
     LaterHandler,
     Qos,
@@ -25,8 +25,7 @@ from fairlead.wire.bus import (
     wait_for_reply,
 )
 from fairlead.wire.dropped import dropping
-from fairlead.wire.printable import printable
-from fairlead.wire.refusal import error_of, refusal_of
+from fairlead.wire.refusal import error_from, refusal_of
 
 _PRIORITY = {
     Qos.HOT: zenoh.Priority.REAL_TIME,
@@ -54,9 +53,6 @@ ACCEPT_PENDING = 10_000
 """Connections that say nothing are let wait for LINK_SILENCE_S. Beyond its own 100 of them Zenoh
 turns each away at once, at the cost of 4 ms in which the session receives nothing: 1,000 idle
 connections made a service deaf for seconds."""
-
-_TIMED_OUT = b"Timeout"
-"""Zenoh's own reply to a query that somebody took and did not answer in time."""
 
 ROUTER_PATIENCE_S = 2.0
 """How long one attempt to reach a router takes."""
@@ -209,19 +205,17 @@ class ZenohBus:
         Raises:
             TransportError: the session has closed.
         """
-        replied = False
+        waiting = [on_reply]
 
         def once(reply: bytes | FairleadError) -> None:
-            nonlocal replied
-            if not replied:
-                replied = True
-                on_reply(reply)
+            if waiting:
+                waiting.pop()(reply)
 
         def on_zenoh(reply: zenoh.Reply) -> None:
             if reply.ok is not None:
                 once(reply.ok.payload.to_bytes())
             elif reply.err is not None:
-                once(_refusal(key, reply.err.payload.to_bytes(), timeout_s))
+                once(error_from(key, reply.err.payload.to_bytes(), timeout_s))
 
         def on_end() -> None:  # no more replies come; most often because one has
             once(no_answer(key, timeout_s))
@@ -233,13 +227,7 @@ class ZenohBus:
             raise TransportError(f"{key}: cannot ask: {error}") from None
 
     def query(self, key: str, request: Message, timeout_s: float) -> bytes:
-        """Ask and wait for the first reply.
-
-        Raises:
-            RefusedError: the service answered no.
-            NoAnswerError: nobody answered within ``timeout_s``, or not in words of ours.
-            TransportError: the session has closed.
-        """
+        """Ask and wait for the first reply; a session that has closed is a `TransportError`."""
         return wait_for_reply(self, key, request, timeout_s)
 
     def declare_token(self, key: str) -> Undeclare:
@@ -321,13 +309,3 @@ def _cannot_open(endpoints: Endpoints, error: Exception) -> TransportError:
         f"connect={list(endpoints.connect)}: {error}; is another process of this "
         "robot still running? see: fairlead ps"
     )
-
-
-def _refusal(key: str, payload: bytes, timeout_s: float) -> FairleadError:
-    try:
-        refusal = decode(Refusal, payload)
-    except MessageError:
-        if payload == _TIMED_OUT:
-            return no_answer(key, timeout_s)
-        return NoAnswerError(f"{key}: {printable(payload.decode(errors='replace'))}")
-    return error_of(refusal)

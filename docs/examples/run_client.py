@@ -1,0 +1,24 @@
+"""A program of one's own: it has a robot run a skill, and looks on."""
+
+import asyncio
+import sys
+
+from fairlead import connect
+from fairlead.messages import floats
+
+
+async def main(deployment: str, skill: str, prompt: str) -> None:
+    async with connect(deployment, by="my program") as robot:
+        await robot.arm()
+        goal = await robot.run(skill, prompt=prompt, deadline_ticks=600)
+        async for progress in goal:
+            print(progress.line())
+        print((await goal.result()).outcome)
+        async for state in robot.joint_states():
+            print(f"at tick {state.tick}: {floats(state.positions)}")
+            break
+        await robot.disarm()
+
+
+if __name__ == "__main__":
+    asyncio.run(main(*sys.argv[1:]))

@@ -1,0 +1,54 @@
+"""A protective stop, requested until the gate is seen to hold it."""
+
+from __future__ import annotations
+
+import secrets
+import time
+
+from fairlead.errors import NoAnswerError
+from fairlead.messages import Lease, StopLevel
+from fairlead.operate.changes import Changes
+from fairlead.operate.mailbox import watch
+from fairlead.operate.services import Services
+from fairlead.wire.bus import Qos
+
+REPEAT_S = 0.05
+TIMEOUT_S = 2.0
+
+
+async def request_stop(services: Services, reason: str) -> int:
+    """Request a protective stop, repeated until a lease lists it.
+
+    Returns:
+        The stop's id, which a reset must cite.
+
+    Raises:
+        NoAnswerError: no lease listed it in time; the robot may still move.
+    """
+    stop_id = secrets.randbits(63) + 1
+    listed: set[int] = set()
+    changes = Changes()
+
+    def on_lease(lease: Lease) -> None:
+        listed.update(lease.stop_ids)
+        changes.announce()
+
+    bus, keys = services.bus, services.keys
+    leases = watch(bus, keys.lease, Lease, on_lease)
+    publisher = bus.publisher(keys.stop, StopLevel, Qos.HOT)
+    message = StopLevel(stop_id=stop_id, by=services.by, reason=reason)
+    due_s = time.monotonic()
+    deadline_s = due_s + TIMEOUT_S
+    try:
+        while time.monotonic() <= deadline_s:
+            publisher.put(message)
+            due_s += REPEAT_S  # not from when the wait ended: that would add up
+            pause_s = max(0.0, due_s - time.monotonic())
+            if await changes.wait_for(lambda: stop_id in listed, pause_s):
+                return stop_id
+    finally:
+        leases.close()
+    raise NoAnswerError(
+        f"robot {services.deployment.id}: no lease lists the stop after {TIMEOUT_S:g} s: THE GATE "
+        "IS NOT ANSWERING; the HAL holds on its own 75 ms after the last lease; see: fairlead ps"
+    )

@@ -1,0 +1,244 @@
+"""A running robot, for programs on an event loop: the whole of what `fairlead.connect` gives."""
+
+from __future__ import annotations
+
+import asyncio
+import hashlib
+import time
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from functools import cached_property
+from typing import TypeVar
+
+from fairlead.deploy.deployment import Deployment
+from fairlead.errors import ConfigError, FairleadError, expected
+from fairlead.keys import check_name
+from fairlead.messages import (
+    NO_HASH,
+    Claim,
+    GateStatus,
+    Goal,
+    JointState,
+    Message,
+    TransformBatch,
+    Verdict,
+    decode,
+)
+from fairlead.operate.goal import RunningGoal
+from fairlead.operate.part_claim import PartClaim
+from fairlead.operate.protective_stop import request_stop
+from fairlead.operate.runner_choice import choose_runner
+from fairlead.operate.services import Services
+from fairlead.operate.subscription import QUEUE, SILENCE_S, Heard, Subscription
+from fairlead.robot.manifest import RobotManifest, load_robot
+from fairlead.wire.bus import Bus, Sample
+from fairlead.wire.session import ZenohBus
+from fairlead.wire.topics import EVERY, find_topic, short_key
+
+STALL_TIMEOUT_S = 30.0
+
+T = TypeVar("T")
+M = TypeVar("M", bound=Message)
+
+
+class Robot(Services):
+    """One running robot: ask its services, give it goals, hold parts of it, look on.
+
+    Its methods are to be called on the event loop it was opened on. What it began ends with it:
+    `close` ends goals that have not ended and its subscriptions; claims end with their blocks.
+    """
+
+    def __init__(self, deployment: Deployment, bus: Bus, by: str) -> None:
+        super().__init__(deployment, bus, by)
+        self._goals: list[RunningGoal] = []
+        self._subscriptions: list[Subscription[object]] = []
+        self._owns_bus = False
+
+    @classmethod
+    async def open(cls, deployment: Deployment, by: str, bus: Bus | None = None) -> Robot:
+        """Join a robot's services; ``bus`` None opens a Zenoh session, which `close` closes.
+
+        Raises:
+            TransportError: if the session cannot be opened.
+        """
+        opened = bus if bus is not None else await _open_session(deployment)
+        robot = cls(deployment, opened, by)
+        robot._owns_bus = bus is None
+        return robot
+
+    async def close(self) -> None:
+        """End what was begun here, then the session; the services are left as they are."""
+        try:
+            for goal in self._goals:
+                if not goal.is_over:
+                    await goal.leave()
+                    goal.log_stopped()
+        finally:
+            for subscription in self._subscriptions:
+                subscription.close()
+            self._tokens.undeclare()
+            if self._owns_bus:
+                await asyncio.to_thread(self.bus.close)
+
+    @cached_property
+    def manifest(self) -> RobotManifest:
+        """The robot's manifest, as this machine has it."""
+        return load_robot(self.deployment.robot)
+
+    # --- to move it, and to stop it -----------------------------------------------------
+
+    async def stop(self, reason: str) -> int:
+        """Request a protective stop, repeated until a lease lists it.
+
+        Returns:
+            The stop's id, which a reset must cite.
+
+        Raises:
+            NoAnswerError: no lease listed it in time; the robot may still move.
+        """
+        return await request_stop(self, reason)
+
+    async def run(
+        self,
+        skill: str,
+        *,
+        prompt: str = "",
+        deadline_ticks: int = 0,
+        stall_timeout_s: float = STALL_TIMEOUT_S,
+        runner: str = "",
+    ) -> RunningGoal:
+        """Hand a runner a goal; the gate has to be armed.
+
+        Args:
+            prompt: "": the skill's own.
+            deadline_ticks: 0: none.
+            stall_timeout_s: it fails after so long without a released row.
+            runner: a service's name; "": the only one for the skill.
+
+        Raises:
+            ConfigError: no runner, or none that is clear, for the skill.
+            RefusedError: the runner did not take the goal.
+        """
+        request = Goal(
+            skill=skill,
+            skill_hash=NO_HASH,
+            prompt=prompt,
+            deadline_ticks=deadline_ticks,
+            stall_timeout_s=stall_timeout_s,
+        )
+        goal = RunningGoal(self, choose_runner(self.deployment, skill, runner), skill)
+        await goal.start(request)
+        self._goals = [one for one in self._goals if not one.is_over] + [goal]
+        return goal
+
+    def claim(self, parts: Sequence[str], *, source: str, task: str = "") -> PartClaim:
+        """Parts to hold in an ``async with`` block, and to command through the gate.
+
+        The gate has to be armed. Another source's claims are not touched. With an arm goes its
+        composite switch.
+
+        Args:
+            source: a name of one's own, not that of a runner: it stands in keys and verdicts.
+            task: what for, as ``fairlead status`` shows it; "": ``source``.
+
+        Raises:
+            ConfigError: the robot has no such part, or the source is no name of one's own.
+        """
+        self._check_claim(parts, source)
+        protocol = self.manifest.profile(self.deployment.profile).protocol
+        request = Claim(
+            source=source,
+            skill=task or source,
+            skill_hash=hashlib.sha256((task or source).encode()).digest(),
+            robot_hash=self.manifest.robot_hash,
+            period_ns=self.manifest.tick_period_ns,
+            parts=self.manifest.claimed_parts(parts),
+            chunk_rate_hz=1e9 / self.manifest.tick_period_ns,
+            horizon_max=protocol.horizon_max,
+            age_max_ticks=protocol.age_max_ticks,
+            limits=(),
+        )
+        return PartClaim(self, self.manifest, request)
+
+    def _check_claim(self, parts: Sequence[str], source: str) -> None:
+        valid = self.manifest.part_names
+        for part in parts or ["none"]:
+            if part not in valid:
+                who = f"robot {self.manifest.id}"
+                raise ConfigError(expected(who, "a part to claim", repr(part), valid))
+        check_name("source", source)
+        if source in self.deployment.services:
+            who = f"deployment {self.deployment.id}"
+            raise ConfigError(expected(who, "a source that is none of its services", repr(source)))
+
+    # --- to look on ---------------------------------------------------------------------
+
+    def joint_states(
+        self, queue: int = QUEUE, timeout_s: float = SILENCE_S
+    ) -> Subscription[JointState]:
+        """What the HAL measures, every tick; a lockstep world that waits repeats its tick."""
+        return self._messages(self.keys.joints, JointState, queue, timeout_s)
+
+    def transforms(
+        self, queue: int = QUEUE, timeout_s: float = SILENCE_S
+    ) -> Subscription[TransformBatch]:
+        """Transforms of every publisher: the HAL, the assembler, a localiser."""
+        return self._messages(self.keys.every_tf, TransformBatch, queue, timeout_s)
+
+    def verdicts(
+        self, source: str = EVERY, queue: int = QUEUE, timeout_s: float = SILENCE_S
+    ) -> Subscription[Verdict]:
+        """The gate's answers to one source's chunks, or to everybody's."""
+        return self._messages(self.keys.verdict(source), Verdict, queue, timeout_s)
+
+    def gate_statuses(
+        self, queue: int = QUEUE, timeout_s: float = SILENCE_S
+    ) -> Subscription[GateStatus]:
+        """What the gate is doing, whenever that changes and twice a second."""
+        return self._messages(self.keys.gate_status, GateStatus, queue, timeout_s)
+
+    def topic(
+        self, name: str, queue: int = QUEUE, timeout_s: float = SILENCE_S
+    ) -> Subscription[Heard]:
+        """Whatever a key or a family of keys carries: a name as in ``fairlead topic list``.
+
+        Raises:
+            ConfigError: listing the keys there are.
+        """
+        topic = find_topic(self.keys, name)
+
+        def read(sample: Sample) -> Heard:
+            return Heard(sample.key, decode(topic.kind, sample.payload), time.monotonic())
+
+        return self._subscribe(name, topic.key_expr, read, queue, timeout_s)
+
+    def _messages(
+        self, key_expr: str, kind: type[M], queue: int, timeout_s: float
+    ) -> Subscription[M]:
+        name = short_key(self.keys, key_expr)
+        return self._subscribe(
+            name, key_expr, lambda sample: decode(kind, sample.payload), queue, timeout_s
+        )
+
+    def _subscribe(
+        self,
+        name: str,
+        key_expr: str,
+        read: Callable[[Sample], T],
+        queue: int,
+        timeout_s: float,
+    ) -> Subscription[T]:
+        made = Subscription(self.bus, name, key_expr, read, queue, timeout_s)
+        self._subscriptions.append(made)  # type: ignore[arg-type]
+        return made
+
+
+async def _open_session(deployment: Deployment) -> Bus:
+    """Zenoh blocks while it opens a session; one that nobody waits for any more is closed."""
+    opening = asyncio.ensure_future(asyncio.to_thread(ZenohBus, deployment.tool_endpoints()))
+    try:
+        return await asyncio.shield(opening)
+    except asyncio.CancelledError:
+        with suppress(FairleadError):
+            (await opening).close()
+        raise
