@@ -7,9 +7,9 @@ import time
 from collections.abc import Callable, Collection
 
 from fairlead.deploy.deployment import EXTERNAL, Deployment
+from fairlead.deploy.router_watch import open_patiently
 from fairlead.errors import TransportError
 from fairlead.operate.client import RobotClient
-from fairlead.wire.session import open_patiently
 
 SETTLE_S = 1.0
 """Services that start together are not announced as missing one by one."""

@@ -5,13 +5,32 @@ from __future__ import annotations
 import logging
 import threading
 import time
+from collections.abc import Callable
 
 from fairlead.errors import ConfigError, TransportError
-from fairlead.wire.session import LINK_SILENCE_S, Endpoints, ZenohBus, open_patiently
+from fairlead.wire.session import LINK_SILENCE_S, Endpoints, ZenohBus
 
 CHECK_S = 0.25
 REMIND_S = 20.0
 """While it waits, a service says so again this often."""
+
+
+def open_patiently(endpoints: Endpoints, on_wait: Callable[[TransportError], None]) -> ZenohBus:
+    """Open a session; a client's is tried until its router is reached.
+
+    Args:
+        on_wait: called after each attempt in vain; may raise to give up.
+
+    Raises:
+        TransportError: a peer's or router's session cannot be opened.
+    """
+    while True:
+        try:
+            return ZenohBus(endpoints)
+        except TransportError as error:
+            if endpoints.mode != "client":
+                raise
+            on_wait(error)
 
 
 def open_and_say(endpoints: Endpoints, log: logging.Logger) -> ZenohBus:

@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 import asyncio
+import signal
 import threading
-from collections.abc import AsyncIterator, Coroutine, Iterator
+from collections.abc import AsyncIterator, Callable, Coroutine, Iterator
 from concurrent.futures import Future
+from contextlib import contextmanager, suppress
 from typing import Any, TypeVar
+
+SIGNAL_S = 0.2
+"""Ctrl-C that the system hands to another thread is heard here after so long at most."""
 
 T = TypeVar("T")
 
@@ -30,23 +35,25 @@ class LoopThread:
         """
         ended: Future[T] = Future()
         tasks: list[asyncio.Task[T]] = []
+        interrupts = 0
 
         def start() -> None:
             tasks.append(self._loop.create_task(doing))
             tasks[0].add_done_callback(lambda task: _hand_on(task, ended))
 
-        self._loop.call_soon_threadsafe(start)
-        interrupted = False
-        while True:
-            try:
-                ended.exception()
-            except KeyboardInterrupt:
-                interrupted = True
-                self._loop.call_soon_threadsafe(lambda: tasks[0].cancel())
-                continue
-            if interrupted:
-                raise KeyboardInterrupt
-            return ended.result()
+        def cancel() -> None:
+            nonlocal interrupts
+            interrupts += 1
+            self._loop.call_soon_threadsafe(lambda: tasks[0].cancel())
+
+        with _ctrl_c_calls(cancel):
+            self._loop.call_soon_threadsafe(start)
+            while not ended.done():
+                with suppress(TimeoutError):
+                    ended.exception(SIGNAL_S)
+        if interrupts:
+            raise KeyboardInterrupt
+        return ended.result()
 
     def iterate(self, iterator: AsyncIterator[T]) -> Iterator[T]:
         """Go through an asynchronous iterator, one element at a time."""
@@ -59,6 +66,23 @@ class LoopThread:
         self._loop.call_soon_threadsafe(self._loop.stop)
         self._thread.join()
         self._loop.close()
+
+
+@contextmanager
+def _ctrl_c_calls(function: Callable[[], None]) -> Iterator[None]:
+    """Have Ctrl-C call a function where it would raise `KeyboardInterrupt`: in the main thread.
+
+    What is raised somewhere between two steps would leave the task running and nobody waiting.
+    """
+    is_main = threading.current_thread() is threading.main_thread()
+    if not is_main or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
+        yield
+        return
+    signal.signal(signal.SIGINT, lambda number, frame: function())
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def _hand_on(task: asyncio.Task[T], ended: Future[T]) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -272,24 +272,6 @@ def _reply(query: zenoh.Query, key: str, who: str, outcome: Message | Exception)
             except (TypeError, ValueError, OverflowError) as error:  # no message after all
                 outcome = error
         query.reply_err(encode(refusal_of(who, outcome)))
-
-
-def open_patiently(endpoints: Endpoints, on_wait: Callable[[TransportError], None]) -> ZenohBus:
-    """Open a session; a client's is tried until its router is reached.
-
-    Args:
-        on_wait: called after each attempt in vain; may raise to give up.
-
-    Raises:
-        TransportError: a peer's or router's session cannot be opened.
-    """
-    while True:
-        try:
-            return ZenohBus(endpoints)
-        except TransportError as error:
-            if endpoints.mode != "client":
-                raise
-            on_wait(error)
 
 
 def _cannot_open(endpoints: Endpoints, error: Exception) -> TransportError:

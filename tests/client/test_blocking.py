@@ -1,0 +1,154 @@
+"""The face for programs that block: the same code, and Ctrl-C ends what it waits for."""
+
+from __future__ import annotations
+
+import asyncio
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from fairlead import RobotClient, connect
+from fairlead.errors import ConfigError, NoAnswerError
+from fairlead.operate.loop_thread import LoopThread
+from fairlead.supervisor.registry import STATE_VARIABLE
+from tests.client.scripted_robot import DEPLOYMENT, GOAL_ID, ScriptedRobot
+
+
+@pytest.fixture
+def scripted() -> ScriptedRobot:
+    return ScriptedRobot()
+
+
+@pytest.fixture
+def robot(scripted: ScriptedRobot) -> Iterator[RobotClient]:
+    with connect(DEPLOYMENT, bus=scripted.bus) as robot:
+        yield robot
+
+
+@pytest.fixture
+def thread() -> Iterator[LoopThread]:
+    made = LoopThread()
+    yield made
+    made.close()
+
+
+async def press_ctrl_c() -> None:
+    """As a terminal does: Python hears it in its main thread, whichever thread raises it."""
+    signal.raise_signal(signal.SIGINT)
+
+
+def test_results_and_errors_come_back_to_the_caller(thread: LoopThread) -> None:
+    async def fail() -> None:
+        raise LookupError("x")
+
+    assert thread.run(asyncio.sleep(0, "done")) == "done"
+    with pytest.raises(LookupError, match="x"):
+        thread.run(fail())
+
+
+def test_ctrl_c_cancels_what_is_waited_for_and_waits_until_it_has_ended(
+    thread: LoopThread,
+) -> None:
+    ended: list[str] = []
+
+    async def work() -> None:
+        try:
+            await press_ctrl_c()
+            await asyncio.Event().wait()
+        except asyncio.CancelledError:
+            await asyncio.sleep(0)
+            ended.append("cleaned up")
+            raise
+
+    with pytest.raises(KeyboardInterrupt):
+        thread.run(work())
+    assert ended == ["cleaned up"]
+
+
+def test_each_further_ctrl_c_cancels_once_more(thread: LoopThread) -> None:
+    count = 0
+
+    async def stubborn() -> None:
+        nonlocal count
+        for _ in range(3):
+            try:
+                await press_ctrl_c()
+                await asyncio.Event().wait()
+            except asyncio.CancelledError:
+                count += 1
+
+    with pytest.raises(KeyboardInterrupt):
+        thread.run(stubborn())
+    assert count == 3
+
+
+def test_ctrl_c_while_it_waits_for_a_goal_cancels_the_goal(
+    robot: RobotClient, scripted: ScriptedRobot
+) -> None:
+    with pytest.raises(KeyboardInterrupt), robot.run("s") as goal:
+        for _ in goal:
+            signal.raise_signal(signal.SIGINT)
+    assert scripted.cancelled == [GOAL_ID]
+    assert goal.progress.result is not None
+    assert goal.stopped == ""
+
+
+def test_a_goal_is_followed_with_for(robot: RobotClient, scripted: ScriptedRobot) -> None:
+    goal = robot.run("s")
+    scripted.say("running")
+    phases = []
+    for progress in goal:
+        phases.append(progress.phase)
+        scripted.say("ended", "succeeded")
+    assert phases == ["running", "ended"]
+    assert goal.result().outcome == "succeeded"
+
+
+def test_messages_are_gone_through_with_for(robot: RobotClient, scripted: ScriptedRobot) -> None:
+    states = robot.joint_states(queue=2)
+    for tick in (1, 2, 3):
+        scripted.joints(tick)
+    found = iter(states)
+    assert [next(found).tick, next(found).tick, states.dropped] == [2, 3, 1]
+    assert states.next(0.01) is None
+
+
+def test_it_may_be_used_from_several_threads(robot: RobotClient) -> None:
+    replies: list[int] = []
+    threads = [threading.Thread(target=lambda: replies.append(robot.arm().epoch)) for _ in range(8)]
+    for one in threads:
+        one.start()
+    for one in threads:
+        one.join()
+    assert len(replies) == 8
+
+
+def test_a_bus_that_was_given_stays_open(scripted: ScriptedRobot) -> None:
+    with connect(DEPLOYMENT, bus=scripted.bus):
+        pass
+    with connect(DEPLOYMENT, bus=scripted.bus) as robot:
+        assert robot.arm().epoch
+
+
+def test_without_a_name_it_is_the_only_deployment_that_runs_here(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv(STATE_VARIABLE, str(tmp_path))
+    with pytest.raises(NoAnswerError, match="^no deployment runs on this machine; start one: "):
+        connect()
+    with pytest.raises(ConfigError, match="^deployment 'nowhere': no such file, and none of that"):
+        connect("nowhere")
+    assert connect("panda_mobile_sim") is not None
+
+
+def test_the_package_offers_connect_without_loading_what_it_needs() -> None:
+    code = (
+        "import sys, fairlead; print(sorted({'asyncio', 'numpy', 'pydantic'} & set(sys.modules)))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "[]\n"
