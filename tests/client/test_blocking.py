@@ -17,6 +17,7 @@ from fairlead.errors import ConfigError, NoAnswerError
 from fairlead.operate.loop_thread import LoopThread
 from fairlead.supervisor.registry import STATE_VARIABLE
 from tests.client.scripted_robot import DEPLOYMENT, GOAL_ID, ScriptedRobot
+from tests.client.turns import turns
 
 
 @pytest.fixture
@@ -46,7 +47,10 @@ def test_results_and_errors_come_back_to_the_caller(thread: LoopThread) -> None:
     async def fail() -> None:
         raise LookupError("x")
 
-    assert thread.run(asyncio.sleep(0, "done")) == "done"
+    async def succeed() -> str:
+        return "done"
+
+    assert thread.run(succeed()) == "done"
     with pytest.raises(LookupError, match="x"):
         thread.run(fail())
 
@@ -61,7 +65,7 @@ def test_ctrl_c_cancels_what_is_waited_for_and_waits_until_it_has_ended(
             await press_ctrl_c()
             await asyncio.Event().wait()
         except asyncio.CancelledError:
-            await asyncio.sleep(0)
+            await turns()
             ended.append("cleaned up")
             raise
 
@@ -146,6 +150,7 @@ def test_without_a_name_it_is_the_only_deployment_that_runs_here(
     assert connect("panda_mobile_sim") is not None
 
 
+@pytest.mark.processes
 def test_the_package_offers_connect_without_loading_what_it_needs() -> None:
     code = (
         "import sys, fairlead; print(sorted({'asyncio', 'numpy', 'pydantic'} & set(sys.modules)))"

@@ -14,7 +14,7 @@ import typer
 
 from fairlead.cli.arming import YesOption, armed
 from fairlead.cli.console import echo, print_json, print_table
-from fairlead.cli.deployment_choice import DeploymentOption, JsonOption, choose_file
+from fairlead.cli.deployment_choice import DeploymentOption, JsonOption
 from fairlead.cli.episode import new_episode
 from fairlead.cli.progress_line import ProgressLine
 from fairlead.cli.run import DeadlineOption, PromptOption, RunnerOption, StallOption
@@ -28,6 +28,7 @@ from fairlead.messages import GateState, GoalResult, Outcome, Verdict, decode
 from fairlead.operate.client import RobotClient
 from fairlead.operate.goal_run import GoalWish, run_goal
 from fairlead.operate.runner_choice import choose_runner
+from fairlead.operate.which_deployment import choose_file
 from fairlead.robot.manifest import load_robot
 from fairlead.skill.admission import require_admission
 from fairlead.skill.manifest import load_skill

@@ -47,6 +47,10 @@ class BlockingGoal:
         """As `RunningGoal.cancel`."""
         return self._thread.run(self._goal.cancel())
 
+    def log_stopped(self) -> None:
+        """As `RunningGoal.log_stopped`."""
+        self._goal.log_stopped()
+
     def __iter__(self) -> Iterator[Progress]:
         return self._thread.iterate(aiter(self._goal))
 

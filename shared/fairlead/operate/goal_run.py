@@ -26,8 +26,16 @@ def run_goal(
     wish: GoalWish,
     on_progress: Callable[[Progress], None] = lambda progress: None,
 ) -> Progress:
-    """Send one goal and follow it until it has a result; raises as `Robot.run` and its goal."""
-    with client.run(**dataclasses.asdict(wish)) as goal:
-        for progress in goal:
-            on_progress(progress)
-        return goal.progress
+    """Send one goal and follow it until it has a result; raises as `Robot.run` and its goal.
+
+    Ended early, by Ctrl-C or an error, the goal is cancelled; if the robot had to be stopped for
+    that, the log says so.
+    """
+    goal = client.run(**dataclasses.asdict(wish))
+    try:
+        with goal:
+            for progress in goal:
+                on_progress(progress)
+    finally:
+        goal.log_stopped()
+    return goal.progress
