@@ -52,10 +52,12 @@ def test_random_vectors_reach_the_simulator_as_the_policy_wrote_them_but_for_the
     monkeypatch.setenv("FAIRLEAD_STATE", str(tmp_path / "registry"))
     skill = load_skill(SKILL)
     assert skill.execute_steps == ROWS
-    emitted = np.random.default_rng(13).uniform(-1, 1, (CALLS, ROWS, 12)).astype(np.float32)
+    emitted = np.random.default_rng(11).uniform(-1, 1, (CALLS, ROWS, 12)).astype(np.float32)
     emitted[..., 7] = np.abs(emitted[..., 7])  # random, and on the whole forwards
-    # The arm goes to and fro, gently: what would throw a joint is cut (G026), and near itself what
-    # a base could push together (G032). Then the recording would be asked for more than it has.
+    # The arm goes to and fro, gently: this base at full speed could push links together that are
+    # as near as hand and forearm are before the task, so the gate cuts what brings them nearer
+    # (G032; at a scale of 0.1 and above eight of nine seeds), and then the recording would be
+    # asked for more than it has. Vectors of full scale: test_parity.
     emitted[:, 1::2, ARM] = -emitted[:, ::2, ARM]
     emitted[..., ARM] *= np.float32(ARM_SCALE)
     executed = emitted.copy()
