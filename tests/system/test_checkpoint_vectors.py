@@ -56,7 +56,7 @@ def test_random_vectors_reach_the_simulator_as_the_policy_wrote_them_but_for_the
     emitted[..., 7] = np.abs(emitted[..., 7])  # random, and on the whole forwards
     # The arm goes to and fro, gently: this base at full speed could push links together that are
     # as near as hand and forearm are before the task, so the gate cuts what brings them nearer
-    # (G032; at a scale of 0.1 and above eight of nine seeds), and then the recording would be
+    # (G032: in six of nine runs at a scale of 0.1 to 0.2), and then the recording would be
     # asked for more than it has. Vectors of full scale: test_parity.
     emitted[:, 1::2, ARM] = -emitted[:, ::2, ARM]
     emitted[..., ARM] *= np.float32(ARM_SCALE)
