@@ -19,12 +19,17 @@ RULES = ("bounds", "workspace", "self-collision", "zones")
 class Arena:
     """How much room is left, rule by rule; below 0 is a breach.
 
+    Args:
+        file: the gate's.
+        margin_m: by which its volumes are smaller than the declared ones.
+
     Attributes:
         clearance: what the gate keeps between two capsules [m].
         base: indices of the base's x, y and yaw; empty for a robot without.
     """
 
-    def __init__(self, file: dict[str, Any]) -> None:
+    def __init__(self, file: dict[str, Any], margin_m: float = 0.0) -> None:
+        self._margin = margin_m
         self._links = LinkFrames(file)
         names = [joint["name"] for joint in file["joints"]]
         bounds = [joint.get("bounds") for joint in file["joints"]]
@@ -46,7 +51,7 @@ class Arena:
         places, turns = self._links.at(q)
         return {
             "bounds": np.minimum(own - self.lower, self.upper - own).min(axis=1),
-            "workspace": self._workspace(places, turns),
+            "workspace": self._workspace(places, turns) + self._margin,
             "self-collision": self._between_capsules(places, turns).min(axis=0, initial=np.inf),
             "zones": self._zones(q),
         }

@@ -54,7 +54,7 @@ class SimulatedCampaign:
     def __init__(self, loop: LockstepLoop, seed: int = 0) -> None:
         self._loop, self._robot = loop, loop.driven.robot
         self._seed = seed
-        self._arena = Arena(loop.file)
+        self._arena = Arena(loop.file, self._robot.profile("sim").workspace.margin_m)
         measured = self._robot.profile("sim").measured
         tolerances = [measured[name].tolerance for name in self._robot.joint_names]
         self._tolerance = np.array([one or 0.0 for one in tolerances])

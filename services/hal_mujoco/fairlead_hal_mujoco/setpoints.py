@@ -17,8 +17,8 @@ from fairlead_hal_mujoco.command_check import CommandCheck
 from fairlead_hal_mujoco.joint_room import JointRoom
 from fairlead_hal_mujoco.tool_motion import ToolMotion
 
-TRAVEL_SHARE = 0.95
-"""Of its speed limit: a gripper's servo overshoots what it is told by 2.5 % where it turns back."""
+TRAVEL_SHARE = 0.9
+"""Of its speed limit: a gripper's servo overshoots by up to 7 % where it turns back."""
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from fairlead.robot.capsules import CapsuleFile
-from fairlead.robot.surroundings import BaseSurroundings, SelfCollision, Workspace
+from fairlead.robot.surroundings import BaseSurroundings, SelfCollision, Volume, Workspace
 
 Json = str | float | bool | None | Sequence["Json"] | dict[str, "Json"]
 
@@ -24,13 +24,27 @@ def compiled_shape(shape: CapsuleFile, limits: SelfCollision) -> dict[str, Json]
 
 
 def compiled_workspace(workspace: Workspace) -> dict[str, Json]:
-    """The block ``workspace``."""
+    """The block ``workspace``: volumes to keep in are smaller by the margin, others larger."""
+    margin = workspace.margin_m
     return {
         "volumes": [
-            {"name": one.name, "kind": one.kind, "lower": one.lower_m, "upper": one.upper_m}
+            {
+                "name": one.name,
+                "kind": one.kind,
+                **_moved_edges(one, margin if one.kind == "keep_in" else -margin),
+            }
             for one in workspace.volumes
         ],
         "source": workspace.source,
+    }
+
+
+def _moved_edges(volume: Volume, inwards: float) -> dict[str, Json]:
+    if not inwards:
+        return {"lower": volume.lower_m, "upper": volume.upper_m}
+    return {
+        "lower": [round(edge + inwards, 9) for edge in volume.lower_m],
+        "upper": [round(edge - inwards, 9) for edge in volume.upper_m],
     }
 
 

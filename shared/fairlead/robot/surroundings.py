@@ -50,10 +50,26 @@ class Volume(SafetyBlock):
 
 
 class Workspace(SafetyBlock):
-    """Where tools and links may be."""
+    """Where tools and links may be.
+
+    margin_m: how far a tool ends at most beyond where the gate predicts it, measured. The gate
+        keeps this far from the edges of all volumes.
+    """
 
     volumes: tuple[Volume, ...] = Field(max_length=MAX_VOLUMES)
+    margin_m: Annotated[float, Field(ge=0.0, le=0.1)] = 0.0
     source: str
+
+    @model_validator(mode="after")
+    def _has_room(self) -> Workspace:
+        for one in self.volumes:
+            sides = [upper - lower for lower, upper in zip(one.lower_m, one.upper_m, strict=True)]
+            if one.kind == "keep_in" and min(sides) <= 2.0 * self.margin_m:
+                raise ValueError(
+                    f"volume {one.name!r}: its least side of {min(sides):g} m is not above twice "
+                    f"margin_m {self.margin_m:g}"
+                )
+        return self
 
     @field_validator("volumes")
     @classmethod
