@@ -77,7 +77,10 @@ def test_a_robot_is_started_watched_run_and_stopped(start_up: Callable[[str], Up
     assert f"{SKILL} deadline after 4" in done.stdout and "not done after 40 ticks" in done.stdout
     after = up.read("status")["gate"]
     assert after["state"] == "disarmed"
-    assert after["counters"]["released"] >= 5
+    judged = after["counters"]
+    # The first moves pass. A HAL without geometry then takes the hand near link5, and the gate cuts.
+    assert judged["released"] >= 1 and "G026" not in judged, judged
+    assert judged["released"] + judged["truncated"] + judged["refused"] >= 5
 
     logs = up.read("logs", "safety", "--lines", "50")
     assert any(line.endswith("armed by fairlead run") for line in logs["safety"])
