@@ -78,7 +78,7 @@ def test_a_robot_is_started_watched_run_and_stopped(start_up: Callable[[str], Up
     after = up.read("status")["gate"]
     assert after["state"] == "disarmed"
     judged = after["counters"]
-    # The first moves pass. A HAL without geometry then takes the hand near link5, and the gate cuts.
+    # The first moves pass. Then a HAL without geometry takes the hand near link5: the gate cuts.
     assert judged["released"] >= 1 and "G026" not in judged, judged
     assert judged["released"] + judged["truncated"] + judged["refused"] >= 5
 
