@@ -33,7 +33,8 @@ for _group, _named in _project["project"]["entry-points"].items():
         pytest.exit(f"{_group} in pyproject.toml has changed; install it: scripts/setup", 2)
 
 # A test's marks say what it starts, so that `make check` can leave it out; one that starts more
-# than it says fails. `git`, which lists the files here, does not count.
+# than it says fails. `git`, which lists the files here, does not count, nor does the process in
+# which glfw, imported by mujoco, asks for its library's version.
 _running: list[pytest.Item] = []
 
 
@@ -51,7 +52,8 @@ def _refuse_what_is_not_marked(event: str, arguments: tuple[object, ...]) -> Non
         return
     needed = ""
     if event in ("subprocess.Popen", "os.posix_spawn", "os.fork", "os.system"):
-        needed = "" if arguments and arguments[0] == "git" else "processes"
+        allowed = (arguments and arguments[0] == "git") or "glfwGetVersion" in str(arguments)
+        needed = "" if allowed else "processes"
     elif event == "import" and arguments[0] == "robosuite":
         needed = "simulator"
     if needed and needed not in _running[-1].keywords:

@@ -49,7 +49,7 @@ def test_compiled_identity_is_the_robots(robot: RobotManifest) -> None:
     assert [part["name"] for part in config["parts"]] == ["arm", "gripper", "base", "composite"]
 
 
-def test_sim_limits_admit_full_scale_on_every_axis_and_full_reversals(
+def test_sim_limits_admit_full_scale_on_every_axis_and_reversals_but_of_yaw(
     robot: RobotManifest,
 ) -> None:
     modes = {
@@ -61,7 +61,7 @@ def test_sim_limits_admit_full_scale_on_every_axis_and_full_reversals(
     assert math.sqrt(3) * 0.5 <= delta["angular_limit"] < 0.9
     assert 2 * math.sqrt(3) * 0.05 <= delta["linear_step_limit"]
     assert 2 * math.sqrt(3) * 0.5 <= delta["angular_step_limit"]
-    assert modes["base"]["joint_velocity"]["step_limit"] == [2.0, 2.0, 3.0]
+    assert modes["base"]["joint_velocity"]["step_limit"] == [2.0, 2.0, 1.5]
     assert modes["gripper"]["gripper_position"]["lower"] == 0.0
     assert modes["gripper"]["gripper_position"]["upper"] == 0.08
     assert modes["gripper"]["gripper_position"]["step_limit"] == 0.08
@@ -103,7 +103,7 @@ def test_effective_limits_show_every_number_of_the_compiled_file(robot: RobotMan
     assert rows[("joint base_yaw", "velocity_limit")] == (1.5, "rad/s")
     assert ("joint base_yaw", "upper") not in rows
     assert rows[("part arm cartesian_delta", "linear_limit")] == (0.0867, "m")
-    assert rows[("part base joint_velocity", "step_limit")] == ((2.0, 2.0, 3.0), "m/s, rad/s")
+    assert rows[("part base joint_velocity", "step_limit")] == ((2.0, 2.0, 1.5), "m/s, rad/s")
     assert rows[("part base body_twist", "angular_limit")] == (1.17, "rad/s")
     assert rows[("part composite composite_mode", "step_limit")] == (2.0, "1")
 

@@ -26,7 +26,7 @@ TABLE: list[tuple[str, str, Any, str, str]] = [
     (MOBILE, f"{ARM}.linear_limit_m", 8.67, "0.6", IN_ONE_PERIOD),
     (MOBILE, f"{ARM}.linear_limit_m", 400.0, "4.912",
      "from one end of the tool's reach to the other"),
-    (MOBILE, f"{ARM}.angular_limit_rad", 8.67, "1.7", IN_ONE_PERIOD),
+    (MOBILE, f"{ARM}.angular_limit_rad", 8.67, "1.6", IN_ONE_PERIOD),
     (MOBILE, f"{ARM}.angular_limit_rad", 49.7, "3.142", "half a turn"),
     (MOBILE, f"{ARM}.linear_step_limit_m", 1.734, "0.1734", "a full reversal"),
     (MOBILE, f"{ARM}.angular_step_limit_rad", 17.34, "1.734", "a full reversal"),
