@@ -53,7 +53,7 @@ TEST_CASE("the committed simulator profile loads with the values it states") {
 
   const PartLimits& base = limits->parts[2];
   CHECK(base.modes.joint_velocity.supported);
-  CHECK(base.modes.joint_velocity.step_limit[2] == 3.0);
+  CHECK(base.modes.joint_velocity.step_limit[2] == 1.5);
   CHECK(std::isnan(base.modes.joint_velocity.step_limit[3]));
   CHECK(base.modes.body_twist.free_axes == std::array{true, true, false, false, false, true});
   CHECK_FALSE(base.modes.joint_position.supported);
@@ -67,7 +67,7 @@ TEST_CASE("the steps of a part are filed under the robot's joints, in the part's
                     "[\n" + indent + "\"base_y\",\n" + indent + "\"base_x\"");
   };
   const std::string text = swapped(swapped(panda_mobile(), "        "), "      ");
-  const std::string marked = replaced(text, "[2.0, 2.0, 3.0]", "[1.25, 2.0, 3.0]");
+  const std::string marked = replaced(text, "[2.0, 2.0, 1.5]", "[1.25, 2.0, 1.5]");
   const auto limits = parse_limits(marked);
   const auto& steps = limits->parts[2].modes.joint_velocity.step_limit;
   CHECK(limits->joints[1].name == "base_y");
