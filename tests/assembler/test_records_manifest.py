@@ -92,10 +92,11 @@ def test_every_missing_field_is_named_in_one_error_when_the_manifest_is_loaded(
 ) -> None:
     with pytest.raises(ConfigError) as error:
         checkout.skill("{layout: rc365, dim: 16, bindings: {world_frame: odom}}")
-    assert str(error.value).splitlines()[1:] == [
-        "  state_contract: bindings: layout rc365 also needs eef_frame, base_frame, "
+    (line,) = str(error.value).splitlines()[1:]
+    assert line.endswith(
+        "state_contract: bindings: layout rc365 also needs eef_frame, base_frame, "
         "gripper_qpos_joints"
-    ]
+    )
 
 
 def test_gr1_with_its_bindings_is_dropped_and_faults_for_want_of_an_assembler(
@@ -103,8 +104,7 @@ def test_gr1_with_its_bindings_is_dropped_and_faults_for_want_of_an_assembler(
 ) -> None:
     skill = checkout.skill(RECORD.replace("human300_16d", "gr1"))
     assert admission_problems(skill, robot) == [
-        "layout gr1: no assembler (valid: human300_16d, rc365, mobile_pick_30d, libero_eef8d, "
-        "base_pose_6d, libero, aloha)"
+        "layout gr1: no assembler; those that have one: fairlead layout ls"
     ]
     state = answer(robot, feed)
     assert state.values is None

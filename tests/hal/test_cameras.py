@@ -14,7 +14,7 @@ from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
 from tests.hal.hal_process import HalProcess
 from tests.hal.rendering import CAN_RENDER
 
-pytestmark = pytest.mark.simulator
+pytestmark = [pytest.mark.simulator, pytest.mark.processes]
 
 CAMERA = CameraOptions(name="overview", width=96, height=64, period_ticks=5)
 

@@ -11,6 +11,7 @@ from fairlead.hal.kinematic_backend import KinematicBackend
 from fairlead.messages import floats
 from fairlead.modes import ControlMode
 from fairlead.robot.manifest import RobotManifest, load_robot
+from fairlead.robot.profile_limits import profile_limits
 
 ROBOT = load_robot("panda_mobile")
 N = ROBOT.n_dof
@@ -73,7 +74,8 @@ def test_bounded_joints_stay_in_their_range(backend: KinematicBackend) -> None:
 def test_a_tool_command_moves_no_joint_faster_than_it_may(backend: KinematicBackend) -> None:
     backend.apply({"arm": command(ControlMode.CARTESIAN_DELTA, [5.0, -5.0] * 3)})
     arm = [ROBOT.joint_names.index(name) for name in ROBOT.part("arm").joints]
-    fastest = np.array([ROBOT.joints[joint].velocity_limit for joint in arm])
+    safety = ROBOT.profile("sim")
+    fastest = np.array([profile_limits(ROBOT.joints[joint], safety)[0] for joint in arm])
     assert np.abs(backend.read().velocities[arm]) == pytest.approx(fastest)
 
 

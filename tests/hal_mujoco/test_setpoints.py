@@ -104,7 +104,7 @@ def test_a_gripper_travels_below_its_speed_limit_and_stops_at_the_command(
     setpoints: Setpoints,
 ) -> None:
     first = follow(setpoints, gripper=opening(0.02))
-    np.testing.assert_allclose(first[7], 0.06 - 0.95 * 0.005, atol=1e-12)
+    np.testing.assert_allclose(first[7], 0.06 - 0.9 * 0.005, atol=1e-12)
     for _ in range(10):
         last = follow(setpoints, gripper=opening(0.02))
     np.testing.assert_allclose(last, [*START[:7], 0.02], atol=1e-12)
@@ -148,9 +148,7 @@ def test_a_binary_gripper_travels_to_an_end_of_its_range(robot: RobotManifest) -
     setpoints.restart(START)
     closed = PartCommand(ControlMode.GRIPPER_BINARY, "", np.array([1.0]), ())
     opened = PartCommand(ControlMode.GRIPPER_BINARY, "", np.array([0.0]), ())
-    np.testing.assert_allclose(
-        follow(setpoints, gripper=closed)[7], 0.06 - 0.95 * 0.005, atol=1e-12
-    )
+    np.testing.assert_allclose(follow(setpoints, gripper=closed)[7], 0.06 - 0.9 * 0.005, atol=1e-12)
     for _ in range(20):
         follow(setpoints)  # held: it goes on to where it was told to be
     assert setpoints.positions[7] == 0.0

@@ -264,7 +264,7 @@ def limited(**limit: Any) -> SkillManifest:
     [
         ("arm", "cartesian_delta", "linear_limit", 0.0867),
         ("arm", "cartesian_delta", "angular_step_limit", 0.1),
-        ("base", "joint_velocity", "step_limit", 2.0),
+        ("base", "joint_velocity", "step_limit", 1.5),
         ("gripper", "gripper_position", "lower", 0.01),
         ("gripper", "gripper_position", "upper", 0.08),
         ("base", "joint_velocity", "velocity_limit", 1.0),
@@ -283,7 +283,7 @@ def test_a_limit_that_tightens_is_admitted(part: str, mode: str, name: str, valu
         ("arm", "cartesian_delta", "linear_limit", 0.0,
          "linear_limit: expected above 0 and at most 0.0867, got 0"),
         ("base", "joint_velocity", "step_limit", 2.5,
-         "step_limit: expected above 0 and at most 2, got 2.5"),
+         "step_limit: expected above 0 and at most 1.5, got 2.5"),
         ("gripper", "gripper_position", "lower", -0.01,
          "lower: expected at least 0 and below upper, 0.08, got -0.01"),
         ("gripper", "gripper_position", "upper", 0.09,

@@ -24,6 +24,7 @@ def test_a_replay_after_another_episode_is_bit_identical(backend: RobosuiteBacke
     assert trajectory(backend, 7) == first
 
 
+@pytest.mark.processes
 def test_another_process_gives_the_same_bits(backend: RobosuiteBackend) -> None:
     here = trajectory(backend, 7)
     process = subprocess.run(
@@ -60,6 +61,7 @@ def test_each_seed_has_its_own_scene_and_keeps_it(backend: RobosuiteBackend) -> 
     assert len({repr(scene) for scene in scenes.values()}) == 3
 
 
+@pytest.mark.processes
 def test_nothing_is_compiled_within_the_first_row() -> None:
     """On a machine's first run that took 12 s: a goal stalled, a realtime robot stood still."""
     done = subprocess.run(

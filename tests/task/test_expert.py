@@ -66,6 +66,7 @@ def test_a_state_of_another_size_is_refused() -> None:
         OraclePolicy().infer(Observation(1, np.zeros(16), ""))
 
 
+@pytest.mark.processes
 def test_the_expert_needs_no_simulator() -> None:
     import subprocess
     import sys

@@ -17,11 +17,11 @@ DECELERATION = 20.0
 STIFFNESS = 60.0
 """Frequency of the critically damped servo that then keeps the joints there [1/s]."""
 
-SLIP_MOST = 0.02
-"""Further than this [rad] a joint that was pushed away does not come back: it holds where it is.
+PULL_MOST = 0.015
+"""A joint that was pushed away is pulled back as from this far [rad] at most, so by 0.45 rad/s.
 
-A base that turns to and fro pushes harder than the drives can. What came all the way back was
-pushed again on its way, each time faster, up to 3.1 rad/s; from 0.02 rad it is 0.5 rad/s at most.
+A base that turns to and fro pushes harder than the drives can. What came back as fast as it could
+was pushed again on its way, each time faster, up to 3.1 rad/s.
 """
 
 SLOWING = 100.0
@@ -32,8 +32,7 @@ class ArmHold:
     """Stands in front of one arm's controller.
 
     In a period in which the arm `is_held`, each joint brakes with `DECELERATION` from the speed it
-    had in the first such period, and stays where that ends, or `SLIP_MOST` from it where it is
-    pushed away. In other periods the controller's
+    had in the first such period, and stays where that ends. In other periods the controller's
     torques act, as they are or, with a guard, less what would make joints faster.
 
     Args:
@@ -77,11 +76,9 @@ class ArmHold:
         braking = np.clip(-self._speed / step_s, -DECELERATION, DECELERATION)
         self._speed = self._speed + braking * step_s
         self._position = self._position + self._speed * step_s
-        slip = np.clip(self._position - arm.joint_pos, -SLIP_MOST, SLIP_MOST)
-        self._position = arm.joint_pos + slip
         wanted = (
             braking
             + 2.0 * STIFFNESS * (self._speed - arm.joint_vel)
-            + STIFFNESS**2 * (self._position - arm.joint_pos)
+            + STIFFNESS**2 * np.clip(self._position - arm.joint_pos, -PULL_MOST, PULL_MOST)
         )
         return arm.mass_matrix @ wanted + arm.torque_compensation
