@@ -61,7 +61,9 @@ def rows_of(
 ) -> FloatArray:
     """Rows that go on in one direction, within the limits that single rows have."""
     declared = next(one for one in data["parts"] if one["name"] == part)
-    block, horizon = declared["modes"][mode], int(rng.integers(2, 10))
+    # Steps of targets are small: it takes more of them to get anywhere.
+    most = 24 if mode == "joint_position" else 10
+    block, horizon = declared["modes"][mode], int(rng.integers(2, most))
     names = [joint["name"] for joint in data["joints"]]
     own = [names.index(name) for name in declared["joints"]]
     if mode in ("joint_position", "joint_velocity"):
