@@ -161,8 +161,8 @@ REFUSED: dict[str, Refusal] = {
         "right_hand", joint_slot("dex_hand_joint", ["right_thumb_joint1"]), [1.201],
         20, "right_thumb_joint1", 1.201, 1.2),
     "dex-hand-step": refused(
-        "right_hand", joint_slot("dex_hand_joint", ["right_index_joint2"]), [0.6 - 0.2005],
-        21, "right_index_joint2", 0.2005, 0.2),  # the step and the joint's tolerance
+        "right_hand", joint_slot("dex_hand_joint", ["right_index_joint2"]), [0.6 - 0.1905],
+        21, "right_index_joint2", 0.1905, 0.19),  # the step and the joint's tolerance
     "one-arm-of-two": (
         ModeSkill(BOTH, (HALVES, (0.5,), HALVES, (1.201, *BENT[1:])), ticks=3),
         20, "right_hand", "right_thumb_joint1", 1.201, 1.2),
