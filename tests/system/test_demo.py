@@ -45,6 +45,8 @@ def test_after_one_that_was_killed_the_demo_does_the_task_challenges_the_gate_an
     assert summary["pacing"] == "lockstep" and summary["ticks"] > 100
     assert summary["verdicts"] == {"released": summary["policy_calls"]}
     assert [one["code"] for one in summary["challenges"]] == ["G020", "G004"]
+    # What is replayed is the finished goal's chunk, not the one that the demo made up after it.
+    assert f"chunk {summary['policy_calls']} refused" in summary["challenges"][1]["reason"]
     assert (out / "timeline.png").read_bytes().startswith(b"\x89PNG")
     again = tmp_path / "again.png"
     drawn = fairlead("plot", str(out), "--ticks", "70:150", "--out", str(again), state=tmp_path)

@@ -123,8 +123,9 @@ def _run(
     progress = run_goal(client, goal, show)
     goal_s = time.monotonic() - began_s
     say("now two chunks that must not pass")
+    finished = list(recorder.recording.candidate_bytes)[-1:]
     challenges = [over_limit(client, robot, skill)]
-    challenges += [replay(client, sent) for sent in list(recorder.recording.candidate_bytes)[-1:]]
+    challenges += [replay(client, sent) for sent in finished]
     for challenge in challenges:
         say(f"  sent {challenge.sent}\n  -> {challenge.reason}")
     client.disarm()
