@@ -65,7 +65,8 @@ def _text(found: Simulated) -> str:
             f"refused {dict(found.refused)}, truncated {dict(found.truncated)}, "
             f"stops {dict(found.stops)}",
             f"ticks in breach {dict(found.breaches)}; of them idle {dict(+found.idle)}",
-            "least room: " + ", ".join(f"{rule} {room:.4f}" for rule, room in found.worst.items()),
+            "smallest margins: "
+            + ", ".join(f"{rule} {room:.4f}" for rule, room in found.worst.items()),
             *found.told,
         ]
     )
