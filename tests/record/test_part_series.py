@@ -69,14 +69,18 @@ def candidate(source: str = "runner", start_tick: int = 10) -> ActionChunk:
 
 
 def joints(
-    tick: int, acted: tuple[Acted, ...], yaw: float = 0.0, first_joint: float = 0.0
+    tick: int,
+    acted: tuple[Acted, ...],
+    yaw: float = 0.0,
+    first_joint: float = 0.0,
+    base_x: float | None = None,
 ) -> JointState:
     n = len(ROBOT.measured_joint_names)
     positions, velocities = np.zeros(n), np.zeros(n)
     positions[ROBOT.joint_names.index("panda_gripper")] = 0.001 * tick
     positions[ROBOT.joint_names.index("base_yaw")] = yaw
     positions[ROBOT.joint_names.index("panda_joint1")] = first_joint
-    velocities[0] = 0.01 * tick
+    velocities[0] = 0.01 * tick if base_x is None else base_x
     return JointState(
         session=1, tick=tick, episode_tick=1, stamp_ns=0, positions=pack_floats(positions),
         velocities=pack_floats(velocities), efforts=pack_floats(np.zeros(n)), acted=acted,
@@ -158,6 +162,26 @@ def test_the_gain_is_the_declared_one_and_the_share_the_measured_one(run: Run) -
     assert by_name(run)["gripper opening"].gain is None
 
 
+def test_what_a_tool_makes_of_a_motion_is_told_of_ticks_in_which_its_base_stands(run: Run) -> None:
+    def arm(speed: float) -> Panel:
+        states = [joints(tick, (ROW,) * 4, base_x=speed) for tick in (10, 11, 12)]
+        states = [
+            msgspec.structs.replace(state, positions=one.positions)
+            for state, one in zip(states, _turning(), strict=True)
+        ]
+        released = [(10, verdict(1, Outcome.RELEASED, released=10))]
+        return by_name(replace(run, joints=states, verdicts=released))["arm turn z"]
+
+    assert arm(0.0).share == pytest.approx(1.0)
+    assert arm(0.0).carried == frozenset()
+    assert arm(0.1).share is None
+    assert arm(0.1).carried == {9, 10, 11, 12}
+
+
+def _turning() -> list[JointState]:
+    return [joints(tick, (ROW,) * 4, first_joint=0.1 * tick) for tick in (10, 11, 12)]
+
+
 def test_measured_velocity_of_a_tick_is_that_of_the_state_after_it(run: Run) -> None:
     assert by_name(run)["base base_x"].measured == pytest.approx({9: 0.10, 10: 0.11, 11: 0.12})
 
@@ -171,8 +195,7 @@ def test_a_slide_that_is_told_against_the_yaw_is_drawn_along_its_own_axis(run: R
 def test_measured_opening_and_tool_motion_come_from_the_joints(run: Run) -> None:
     found = by_name(run)
     assert found["gripper opening"].measured == pytest.approx({9: 10.0, 10: 11.0, 11: 12.0})
-    turning = [joints(tick, (ROW,) * 4, first_joint=0.1 * tick) for tick in (10, 11, 12)]
-    turn = by_name(replace(run, joints=turning))["arm turn z"]
+    turn = by_name(replace(run, joints=_turning()))["arm turn z"]
     assert turn.measured == pytest.approx({10: 100.0, 11: 100.0})
 
 

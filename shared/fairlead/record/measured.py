@@ -24,6 +24,7 @@ class Measured:
         self, states: Sequence[JointState], robot: RobotManifest, safety: SafetyProfile
     ) -> None:
         self._robot = robot
+        self._safety = safety
         self._turns_about = safety.base.yaw_axis_m if safety.base is not None else (0.0, 0.0)
         self.ticks = np.array([state.tick for state in states], dtype=np.int64)
         width = len(robot.measured_joint_names)
@@ -88,6 +89,18 @@ class Measured:
             still, still, still, spin,
         )  # fmt: skip
         return [self._after(value) for value in values]
+
+    def base_moves(self) -> frozenset[int]:
+        """Ticks at whose start or end a joint of the base was not at standstill."""
+        limits = self._safety.measured
+        moving = {
+            int(self.ticks[state])
+            for name in self._robot.base_joints
+            for state in np.flatnonzero(
+                np.abs(self._velocities[:, self._index(name)]) >= limits[name].standstill_per_s
+            )
+        }
+        return frozenset(moving | {tick - 1 for tick in moving})
 
     def _index(self, name: str) -> int:
         return self._robot.measured_joint_names.index(name)

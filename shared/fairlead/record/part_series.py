@@ -32,6 +32,9 @@ class Panel:
     frame: whose axes they are along, "" for a joint's own.
     gain: which share of what was released the robot is declared to make within a tick, from the
         least to the most; None where a target, not a motion, is asked.
+    carried: ticks in which a base moved the part. An arm's controller keeps the tool where it is
+        in the world, so that it moves in the base's frame by more than what was asked; neither
+        gain nor share is of these ticks.
     """
 
     part: int
@@ -39,6 +42,7 @@ class Panel:
     unit: str
     frame: str
     gain: tuple[float, float] | None = None
+    carried: frozenset[int] = frozenset()
     asked: Curve = field(default_factory=dict)
     released: Curve = field(default_factory=dict)
     measured: Curve = field(default_factory=dict)
@@ -57,7 +61,7 @@ class Panel:
         pairs = [
             (told, self.measured[tick])
             for tick, told in self.released.items()
-            if tick in self.measured and not math.isnan(told)
+            if tick in self.measured and tick not in self.carried and not math.isnan(told)
         ]
         square = math.fsum(told * told for told, _ in pairs)
         if self.gain is None or square <= _STILL:
@@ -117,6 +121,7 @@ class _Series:
         self._first_turn: dict[int, FloatArray] = {}
         turns = safety.base is not None and safety.base.command_frame == "against_yaw"
         self._yaw = measured.yaw() if turns else {}
+        self._driven = measured.base_moves()
 
     def add(self, part: ActionPart, first_tick: int, released: range) -> None:
         """What one chunk asked of one part; nothing if it is not made for this robot."""
@@ -156,7 +161,7 @@ class _Series:
             gain = getattr(limits, "gain", (0.0, 1.0)) if mode in _RATES else None
             self.panels[key] = Panel(
                 part, f"{name} {quantity.name}", quantity.unit, quantity.frame, gain,
-                measured=quantity.measured,
+                self._driven if mode in _IN_A_FRAME else frozenset(), measured=quantity.measured,
             )  # fmt: skip
         return self.panels[key]
 

@@ -78,15 +78,18 @@ def _draw_panel(panel: Panel, axis: Axes) -> None:
             ticks, values = _with_gaps(curve)
             axis.plot(ticks, values, label=name, drawstyle="steps-post", **style)  # type: ignore[arg-type]
     if panel.gain is not None and panel.released and panel.measured:
-        ticks, told = _with_gaps(panel.released)
+        ticks, told = _with_gaps(
+            {tick: math.nan if tick in panel.carried else v for tick, v in panel.released.items()}
+        )
         least, most = (np.array(told) * share for share in panel.gain)
         axis.fill_between(
             ticks, least, most, step="post", color=_ABLE_COLOUR, zorder=0,
             label="what the robot is declared to make of it within the tick",
         )  # fmt: skip
     if panel.share is not None:
+        at_rest = ",\nbase at rest" if panel.carried & panel.released.keys() else ""
         axis.text(
-            1.005, 0.5, f"makes {panel.share:.2f}\nof it", fontsize=8, va="center",
+            1.005, 0.5, f"makes {panel.share:.2f}\nof it{at_rest}", fontsize=8, va="center",
             transform=axis.transAxes, color=str(_STYLES["measured"]["color"]),
         )  # fmt: skip
     words = [panel.name, panel.unit and f"[{panel.unit}]", panel.frame and f"in {panel.frame}"]
