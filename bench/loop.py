@@ -21,11 +21,11 @@ from pathlib import Path
 from fairlead.deploy.deployment import load_deployment
 from fairlead.messages import Hold, ResetEpisodeReply
 from fairlead.operate.goal_run import GoalWish, run_goal
-from fairlead.operate.scratch_robot import scratch_robot
-from fairlead.parity.local_episode import local_episode
 from fairlead.paths import repo_root
 from fairlead.skill.manifest import load_skill
-from fairlead.supervisor.scratch import ScratchOptions, make_scratch
+from fairlead_tools.parity.local_episode import local_episode
+from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
+from fairlead_tools.supervisor.scratch_robot import scratch_robot
 
 SKILL = "oracle-counter-to-cabinet"
 SOURCE = repo_root() / "compose" / "panda_mobile_sim.yaml"

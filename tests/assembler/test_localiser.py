@@ -14,13 +14,13 @@ from pathlib import Path
 import pytest
 import yaml
 
+from fairlead.deploy.registry import Registry
 from fairlead.messages import GoalResult, LayoutState, TransformBatch, decode
 from fairlead.operate.goal_run import GoalWish, run_goal
-from fairlead.operate.scratch_robot import ScratchRobot, scratch_robot
 from fairlead.paths import SKILLS_VARIABLE, repo_root
-from fairlead.supervisor import Registry
-from fairlead.supervisor.scratch import ScratchOptions, make_scratch
 from fairlead.wire.bus import Sample
+from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
+from fairlead_tools.supervisor.scratch_robot import ScratchRobot, scratch_robot
 from tests.system.light_hal import LIGHT_HAL, Pacing
 from tests.system.live_robot import wait_for
 

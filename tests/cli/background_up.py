@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from fairlead.paths import repo_root
-from fairlead.supervisor.scratch import Scratch, ScratchOptions, make_scratch
+from fairlead_tools.supervisor.scratch import Scratch, ScratchOptions, make_scratch
 from tests.cli.command import fairlead, fairlead_command, fairlead_environment, fairlead_here
 from tests.cli.process_list import pids_that_mention
 from tests.system.light_hal import LIGHT_HAL

@@ -14,7 +14,7 @@ from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
 from unittest import mock
 
-from fairlead.cli.main import main
+from fairlead_tools.cli.main import main
 
 TIMEOUT_S = 280.0
 
@@ -30,7 +30,7 @@ def fairlead_environment(state: Path) -> dict[str, str]:
 
 
 def fairlead_command(*arguments: str) -> list[str]:
-    return [sys.executable, "-m", "fairlead.cli.main", *arguments]
+    return [sys.executable, "-m", "fairlead_tools.cli.main", *arguments]
 
 
 def fairlead(*arguments: str, state: Path, answer: str = "") -> subprocess.CompletedProcess[str]:

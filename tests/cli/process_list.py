@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from fairlead.supervisor.process_table import command_of
+from fairlead.deploy.process_table import command_of
 
 
 def all_pids() -> list[int]:

@@ -9,7 +9,6 @@ from dataclasses import dataclass, field
 import pytest
 import typer
 
-from fairlead.cli.arming import armed
 from fairlead.deploy.deployment import Deployment, ServiceSpec
 from fairlead.errors import RefusedError
 from fairlead.messages import (
@@ -23,6 +22,7 @@ from fairlead.messages import (
 )
 from fairlead.operate.client import RobotClient
 from fairlead.wire.memory_bus import MemoryBus
+from fairlead_tools.cli.arming import armed
 
 
 class TerminalInput(io.StringIO):

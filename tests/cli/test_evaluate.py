@@ -12,13 +12,13 @@ from pathlib import Path
 import pytest
 import typer
 
-from fairlead.cli.evaluate import parse_seeds, wilson
+from fairlead.deploy.registry import Registry
 from fairlead.messages import GateState, StopLevel
-from fairlead.operate.scratch_robot import ScratchRobot, scratch_robot
 from fairlead.paths import repo_root
-from fairlead.supervisor import Registry
-from fairlead.supervisor.scratch import ScratchOptions, make_scratch
 from fairlead.wire.bus import Qos
+from fairlead_tools.cli.evaluate import parse_seeds, wilson
+from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
+from fairlead_tools.supervisor.scratch_robot import ScratchRobot, scratch_robot
 from tests.cli.command import fairlead, fairlead_command, fairlead_environment
 from tests.system.live_robot import wait_for
 

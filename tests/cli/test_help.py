@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 from typer.testing import CliRunner
 
-from fairlead.cli.app import app
-from fairlead.cli.group import EXIT_CODES
+from fairlead_tools.cli.app import app
+from fairlead_tools.cli.group import EXIT_CODES
 
 READING = ("ps", "logs", "status", "parity", "demo", "run", "skill ls", "skill show",
            "skill check", "robot show", "layout ls", "layout verify", "router")  # fmt: skip

@@ -10,11 +10,11 @@ from pathlib import Path
 
 import pytest
 
+from fairlead.deploy.registry import Registry
 from fairlead.messages import GateState
-from fairlead.operate.scratch_robot import ScratchRobot, scratch_robot
 from fairlead.paths import repo_root
-from fairlead.supervisor import Registry
-from fairlead.supervisor.scratch import ScratchOptions, make_scratch
+from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
+from fairlead_tools.supervisor.scratch_robot import ScratchRobot, scratch_robot
 from tests.cli.command import fairlead_command, fairlead_environment
 from tests.system.live_robot import wait_for
 

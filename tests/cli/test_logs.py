@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from fairlead.supervisor.service_log import ServiceLog
+from fairlead_tools.supervisor.service_log import ServiceLog
 from tests.cli.command import fairlead, fairlead_command, fairlead_environment
 
 pytestmark = pytest.mark.processes

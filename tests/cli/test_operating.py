@@ -16,8 +16,8 @@ import pytest
 import yaml
 
 from fairlead.paths import repo_root
-from fairlead.supervisor.child import is_ready_line
-from fairlead.supervisor.scratch import ScratchOptions, make_scratch
+from fairlead_tools.supervisor.child import is_ready_line
+from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
 from tests.cli.command import fairlead, fairlead_command, fairlead_environment
 
 SOURCE = repo_root() / "compose" / "panda_mobile_sim.yaml"
@@ -135,7 +135,7 @@ def test_a_progress_line_is_never_wider_than_the_terminal(tmp_path: Path) -> Non
     program = (
         "import fcntl, struct, sys, termios\n"
         "fcntl.ioctl(2, termios.TIOCSWINSZ, struct.pack('HHHH', 24, 80, 0, 0))\n"
-        "from fairlead.cli.progress_line import ProgressLine\n"
+        "from fairlead_tools.cli.progress_line import ProgressLine\n"
         "with ProgressLine() as line:\n"
         "    line.show('x' * 79)\n"
         "    line.show('y' * 80)\n"

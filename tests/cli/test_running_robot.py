@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from fairlead.supervisor.process_table import command_of
-from fairlead.supervisor.scratch import ScratchOptions, make_scratch
+from fairlead.deploy.process_table import command_of
+from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
 from tests.cli.background_up import SOURCE, Up, end, started_in
 from tests.cli.command import (
     fairlead_command,

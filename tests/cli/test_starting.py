@@ -8,10 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from fairlead.cli.starting import wait_started
-from fairlead.supervisor import Registry, Running
-from fairlead.supervisor.process_table import process_id
-from fairlead.supervisor.registry import ServiceEntry
+from fairlead.deploy.process_table import process_id
+from fairlead.deploy.registry import Registry, Running, ServiceEntry
+from fairlead_tools.cli.starting import wait_started
 
 OWN = process_id(os.getpid())
 assert OWN is not None

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from fairlead.cli.goal_hints import goal_hints
-from fairlead.cli.status import gate_lines
 from fairlead.messages import NO_HASH, GateState, GateStatus, GoalResult
 from fairlead.operate.goal import Progress
+from fairlead_tools.cli.goal_hints import goal_hints
+from fairlead_tools.cli.status import gate_lines
 
 
 def gate_with(*counters: tuple[str, int]) -> GateStatus:

@@ -9,7 +9,6 @@ from pathlib import Path
 
 import pytest
 
-from fairlead.cli.topic_hz import rate_of
 from fairlead.errors import ConfigError
 from fairlead.keys import Keys
 from fairlead.messages import (
@@ -22,10 +21,11 @@ from fairlead.messages import (
     pack_floats,
 )
 from fairlead.paths import repo_root
-from fairlead.supervisor.scratch import ScratchOptions, make_scratch
-from fairlead.wire.message_document import message_document
 from fairlead.wire.session import ZenohBus
 from fairlead.wire.topics import find_topic, topics
+from fairlead_tools.cli.message_document import message_document
+from fairlead_tools.cli.topic_hz import rate_of
+from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
 from tests.cli.command import fairlead
 
 KEYS = Keys("arm_1", "lab")

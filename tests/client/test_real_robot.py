@@ -14,13 +14,13 @@ import pytest
 import pytest_asyncio
 
 from fairlead import Robot, connect
+from fairlead.deploy.registry import Registry
 from fairlead.errors import ClaimLostError, NoAnswerError, RefusedError
 from fairlead.messages import GateState, Hold, JointState, TransformBatch, Verdict
 from fairlead.modes import ControlMode
-from fairlead.operate.scratch_robot import ScratchRobot, scratch_robot
 from fairlead.paths import repo_root
-from fairlead.supervisor import Registry
-from fairlead.supervisor.scratch import ScratchOptions, make_scratch
+from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
+from fairlead_tools.supervisor.scratch_robot import ScratchRobot, scratch_robot
 from tests.system.light_hal import LIGHT_HAL
 
 pytestmark = [pytest.mark.processes, pytest.mark.timeout(120), pytest.mark.asyncio]

@@ -9,8 +9,8 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from fairlead.operate.goal import Progress
-from fairlead.operate.scratch_robot import ScratchRobot
 from fairlead.wire.bus import Sample
+from fairlead_tools.supervisor.scratch_robot import ScratchRobot
 from tests.faults.live_stage import LATE_TICK_MS, LiveStage, live_stage
 from tests.faults.row import MachineLateError, NotHereError
 from tests.hal.rendering import CAN_RENDER

@@ -12,12 +12,12 @@ from contextlib import contextmanager
 from itertools import permutations
 from pathlib import Path
 
+from fairlead.deploy.registry import Registry
 from fairlead.messages import GateState
 from fairlead.operate.goal_run import GoalWish, run_goal
-from fairlead.operate.scratch_robot import scratch_robot
-from fairlead.supervisor import Registry
-from fairlead.supervisor.command_line import service_command, service_environment
-from fairlead.supervisor.scratch import ScratchOptions, make_scratch
+from fairlead_tools.supervisor.command_line import service_command, service_environment
+from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
+from fairlead_tools.supervisor.scratch_robot import scratch_robot
 from tests.faults.frame_faults import resident_kb
 from tests.faults.live_stage import SKILL, SOURCE, Changes, LiveStage, live_stage, with_skill
 from tests.faults.row import Row, Shot

@@ -16,15 +16,15 @@ from typing import Any
 import yaml
 
 from fairlead.deploy.deployment import Deployment
+from fairlead.deploy.registry import Registry
 from fairlead.errors import FairleadError
 from fairlead.messages import GateState, GoalResult, Lease, decode
 from fairlead.operate.goal import Progress
-from fairlead.operate.scratch_robot import ScratchRobot, scratch_robot
 from fairlead.paths import repo_root, rskill_dir
-from fairlead.supervisor import Registry
-from fairlead.supervisor.command_line import service_command
-from fairlead.supervisor.scratch import ScratchOptions, make_scratch
 from fairlead.wire.bus import Sample
+from fairlead_tools.supervisor.command_line import service_command
+from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
+from fairlead_tools.supervisor.scratch_robot import ScratchRobot, scratch_robot
 from tests.faults.motion_rules import every_row_was_judged_for_its_tick
 from tests.faults.row import MachineLateError, Shot
 from tests.system.light_hal import LIGHT_HAL

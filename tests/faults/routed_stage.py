@@ -11,10 +11,10 @@ import yaml
 
 from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.deploy.hosts import ROUTER
-from fairlead.operate.scratch_robot import scratch_robot
-from fairlead.supervisor import Registry
-from fairlead.supervisor.ports import free_ports
-from fairlead.supervisor.scratch import Scratch
+from fairlead.deploy.registry import Registry
+from fairlead_tools.supervisor.ports import free_ports
+from fairlead_tools.supervisor.scratch import Scratch
+from fairlead_tools.supervisor.scratch_robot import scratch_robot
 from tests.faults.live_stage import SOURCE, Changes, LiveStage, with_skill
 from tests.faults.proxy import FaultProxy, forward
 from tests.system.light_hal import LIGHT_HAL

@@ -14,7 +14,7 @@ import pytest
 from fairlead.errors import ConfigError
 from fairlead.messages import JointState, encode, pack_floats
 from fairlead.robot.manifest import load_robot
-from fairlead.shape.recorded_positions import recorded_positions
+from fairlead_tools.shape.recorded_positions import recorded_positions
 from tests.cli.command import fairlead_here as fairlead
 from tests.gate.decision_logs import logs
 from tests.gate.scene import Scene

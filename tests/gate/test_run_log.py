@@ -8,7 +8,7 @@ import pytest
 
 from fairlead.errors import ConfigError, NoAnswerError
 from fairlead.messages import GateState, Outcome
-from fairlead.record.run_log import newest_log, read_run
+from fairlead_tools.record.run_log import newest_log, read_run
 from tests.gate.decision_logs import drive, logs, wait_until_recorded
 from tests.gate.scene import Scene
 

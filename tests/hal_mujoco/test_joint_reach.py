@@ -10,13 +10,13 @@ import pytest
 import yaml
 
 from fairlead.deploy.deployment import load_deployment
+from fairlead.deploy.registry import Registry
 from fairlead.messages import FloatArray, GoalResult, JointState, decode, floats
 from fairlead.operate.goal_run import GoalWish, run_goal
-from fairlead.operate.scratch_robot import ScratchRobot, scratch_robot
 from fairlead.robot.manifest import load_robot
-from fairlead.supervisor import Registry
-from fairlead.supervisor.scratch import ScratchOptions, make_scratch
 from fairlead.wire.bus import Sample
+from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
+from fairlead_tools.supervisor.scratch_robot import ScratchRobot, scratch_robot
 from tests.hal_mujoco.joint_reach import RUNNER, SKILL, SOURCE, goal_position
 from tests.system.motion_log import MotionLog
 

@@ -16,8 +16,8 @@ from fairlead.messages import JointState, decode, floats
 from fairlead.operate.client import RobotClient
 from fairlead.operate.goal_run import GoalWish, run_goal
 from fairlead.paths import repo_root
-from fairlead.supervisor.command_line import service_command, service_environment
-from fairlead.supervisor.scratch import Scratch, ScratchOptions, make_scratch
+from fairlead_tools.supervisor.command_line import service_command, service_environment
+from fairlead_tools.supervisor.scratch import Scratch, ScratchOptions, make_scratch
 from tests.hal_mujoco.joint_reach import RUNNER, SKILL, SOURCE, goal_position
 
 EXAMPLE = repo_root() / "docs" / "examples" / "minimal_hal.py"

@@ -54,4 +54,4 @@ def run(site: Path, *words: str, **environment: str) -> subprocess.CompletedProc
 
 def fairlead(site: Path, *words: str, **environment: str) -> subprocess.CompletedProcess[str]:
     """Run the command line there."""
-    return run(site, "-m", "fairlead.cli.main", *words, **environment)
+    return run(site, "-m", "fairlead_tools.cli.main", *words, **environment)

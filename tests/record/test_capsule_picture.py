@@ -8,7 +8,7 @@ import matplotlib.image
 import numpy as np
 import pytest
 
-from fairlead.record.capsule_picture import RoundedHull, draw_capsules, outline
+from fairlead_tools.record.capsule_picture import RoundedHull, draw_capsules, outline
 
 SIDE = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])  # x across, z up
 

@@ -27,14 +27,14 @@ from fairlead.messages import (
     pack_floats,
 )
 from fairlead.modes import ControlMode
-from fairlead.record.film import pixels, write_film
-from fairlead.record.part_series import Panel, held_ticks, panels
-from fairlead.record.recorder import Recorder
-from fairlead.record.run_log import Header, Run
-from fairlead.record.timeline import draw_timeline, hold_names, verdict_counts
 from fairlead.robot.manifest import load_robot
 from fairlead.wire.bus import Qos
 from fairlead.wire.memory_bus import MemoryBus
+from fairlead_tools.record.film import pixels, write_film
+from fairlead_tools.record.part_series import Panel, held_ticks, panels
+from fairlead_tools.record.recorder import Recorder
+from fairlead_tools.record.run_log import Header, Run
+from fairlead_tools.record.timeline import draw_timeline, hold_names, verdict_counts
 
 ROBOT = load_robot("panda_mobile")
 ROW = Acted(hold=Hold.NONE, verdict_id=9, row=0)

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from fairlead.deploy.registry import Registry
 from fairlead.messages import (
     ActionChunk,
     FloatArray,
@@ -17,12 +18,11 @@ from fairlead.messages import (
     TransformBatch,
     decode,
 )
-from fairlead.operate.scratch_robot import scratch_robot
 from fairlead.paths import repo_root
-from fairlead.supervisor import Registry
-from fairlead.supervisor.scratch import ScratchOptions, make_scratch
 from fairlead.wire.bus import Sample
 from fairlead_skill_runner.trace import TraceRecord, read_trace
+from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
+from fairlead_tools.supervisor.scratch_robot import scratch_robot
 from tests.system.live_robot import SKILL, LiveRobot
 
 SEED = 101

@@ -8,13 +8,13 @@ from pathlib import Path
 
 import pytest
 
+from fairlead.deploy.registry import Registry
 from fairlead.messages import GoalResult, Hold, JointState, decode
 from fairlead.operate.goal_run import GoalWish, run_goal
-from fairlead.operate.scratch_robot import ScratchRobot, scratch_robot
 from fairlead.paths import SKILLS_VARIABLE, repo_root
 from fairlead.robot.manifest import load_robot
-from fairlead.supervisor import Registry
-from fairlead.supervisor.scratch import ScratchOptions, make_scratch
+from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
+from fairlead_tools.supervisor.scratch_robot import ScratchRobot, scratch_robot
 from tests.cli.command import fairlead
 from tests.system.light_hal import LIGHT_HAL
 from tests.system.live_robot import wait_for

@@ -12,17 +12,17 @@ import numpy as np
 import pytest
 import yaml
 
+from fairlead.deploy.registry import Registry
 from fairlead.errors import LayoutError
 from fairlead.messages import FloatArray, LayoutState, TransformBatch, decode, floats
-from fairlead.operate.scratch_robot import scratch_robot
 from fairlead.paths import ROOT_VARIABLE
 from fairlead.robot.manifest import RobotManifest, load_robot
 from fairlead.skill.state_contract import StateContract
-from fairlead.supervisor import Registry
-from fairlead.supervisor.scratch import ScratchOptions, make_scratch
 from fairlead.wire.bus import Sample
 from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
 from fairlead_state_assembler import ForwardKinematics, LocalAssembler
+from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
+from fairlead_tools.supervisor.scratch_robot import scratch_robot
 from tests.records.episode import Episode
 from tests.records.poses import RECORDS_BINDINGS, transforms
 from tests.repo.tree import ROOT

@@ -10,7 +10,7 @@ import pytest
 import typer.main
 from typer.core import TyperCommand, TyperGroup
 
-from fairlead.cli.app import app
+from fairlead_tools.cli.app import app
 from tests.repo.tree import ROOT, python_files, text_of
 
 WANTED = {
@@ -101,7 +101,6 @@ def test_the_documents_name_only_commands_that_exist() -> None:
 
 def test_a_command_prints_through_the_console_which_escapes_control_characters() -> None:
     speaks = re.compile(r"\btyper\.(echo|secho)\(|(?<![\w.])print\(")
-    bare = {
-        path.name for path in python_files("shared/fairlead/cli/") if speaks.search(text_of(path))
-    }
+    commands = python_files("shared/fairlead_tools/cli/")
+    bare = {path.name for path in commands if speaks.search(text_of(path))}
     assert bare == {"console.py", "main.py", "progress_line.py"}

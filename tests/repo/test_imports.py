@@ -11,15 +11,14 @@ import pytest
 from tests.repo.tree import files, imports, python_files, text_of
 
 SERVICES = ("hal_mujoco", "hal_sim", "safety", "skill_runner", "state_assembler")
-# The tools that run every service, or a whole episode in one process, or read simulators' models.
-TOOLS = ("cli", "demo", "parity", "shape")
+TOOLS = "shared/fairlead_tools/"
 DRAWING = ("imageio", "imageio_ffmpeg", "matplotlib")
 HAL = "shared/fairlead/hal/"
 RUNNER = "services/skill_runner/fairlead_skill_runner/"
 ASSEMBLER = "services/state_assembler/fairlead_state_assembler/"
 SIMULATOR = "services/hal_sim/fairlead_hal_sim/"
-# The folders of the shared package below the tools, and which of each other they may import.
-_TABLE = text_of(Path("docs/design.md")).partition("### Inside shared/fairlead")[2]
+# The folders of the shared package, and which of each other they may import.
+_TABLE = text_of(Path("docs/design.md")).partition("### Inside shared")[2]
 LAYERS = {
     name: set(re.findall(r"\w+", below))
     for name, below in re.findall(r"^\| `(\w+)/` \| .* \| (.*?) ?\|$", _TABLE, re.M)
@@ -44,8 +43,10 @@ IMPURE = {
 
 
 def service_of(module: str) -> str:
-    """The service a module belongs to, "" if none."""
+    """The service a module belongs to, "" if none; to no service belong the tools."""
     head = module.split(".")[0]
+    if head == "fairlead_tools":
+        return ""
     return head.removeprefix("fairlead_") if head.startswith("fairlead_") else ""
 
 
@@ -75,12 +76,12 @@ def test_no_service_imports_another(service: str) -> None:
     assert foreign == set()
 
 
-def test_only_the_tools_of_the_shared_package_import_services() -> None:
+def test_the_shared_package_imports_no_service() -> None:
     wrong = {
         f"{path}: {module}"
-        for path in python_files("shared/")
+        for path in python_files("shared/fairlead/")
         for module in imports(path)
-        if service_of(module) and path.parts[2] not in TOOLS
+        if service_of(module)
     }
     assert wrong == set()
 
@@ -88,11 +89,9 @@ def test_only_the_tools_of_the_shared_package_import_services() -> None:
 def test_nothing_below_the_tools_imports_a_tool() -> None:
     wrong = {
         f"{path}: {module}"
-        for path in python_files("shared/", "services/")
+        for path in python_files("shared/fairlead/", "services/")
         for module in imports(path)
-        if module.startswith("fairlead.")
-        and module.split(".")[1] in TOOLS
-        and path.parts[2] not in TOOLS
+        if module.startswith("fairlead_tools")
     }
     assert wrong == set()
 
@@ -109,10 +108,10 @@ def test_the_topics_of_the_messages_are_imported_through_their_face() -> None:
 
 def test_no_modules_of_the_shared_package_import_each_other_in_a_circle() -> None:
     graph = {}
-    for path in python_files("shared/fairlead/"):
+    for path in python_files("shared/"):
         if path.name != "__init__.py":
             module = ".".join(path.with_suffix("").parts[1:])
-            graph[module] = {one for one in imports(path) if one.startswith("fairlead.")}
+            graph[module] = {one for one in imports(path) if one.startswith("fairlead")}
     try:
         TopologicalSorter(graph).prepare()
     except CycleError as error:
@@ -132,7 +131,7 @@ def test_no_module_of_tests_is_imported_by_another() -> None:
 
 def test_the_document_of_the_shared_package_names_its_folders() -> None:
     folders = {path.parts[2] for path in python_files("shared/fairlead/") if len(path.parts) > 3}
-    assert folders == {*LAYERS, *TOOLS}
+    assert folders == {*LAYERS}
 
 
 @pytest.mark.parametrize("folder", LAYERS)
@@ -143,7 +142,7 @@ def test_a_folder_of_the_shared_package_imports_only_those_below_it(folder: str)
         for one in imports(path)
         if one.startswith("fairlead.")
     }
-    assert imported & {*LAYERS, *TOOLS} - {folder} - LAYERS[folder] == set()
+    assert imported & {*LAYERS} - {folder} - LAYERS[folder] == set()
 
 
 def test_zenoh_is_imported_in_one_file() -> None:
@@ -154,7 +153,7 @@ def test_zenoh_is_imported_in_one_file() -> None:
 def test_simulators_are_imported_by_hals_and_tools_only(simulator: str) -> None:
     # Where a model has its frames is asked by the simulated HALs and by the robot's shape: once.
     shared = (f"{HAL}mujoco_frames.py",) if simulator == "mujoco" else ()
-    allowed = ("services/hal_", *shared, *(f"shared/fairlead/{tool}/" for tool in TOOLS))
+    allowed = ("services/hal_", *shared, TOOLS)
     assert {path for path in importers(simulator) if not path.startswith(allowed)} == set()
 
 
@@ -164,7 +163,7 @@ def test_poses_are_computed_in_the_assembler_only() -> None:
 
 @pytest.mark.parametrize("package", DRAWING)
 def test_pictures_are_drawn_in_one_folder_only(package: str) -> None:
-    folder = "shared/fairlead/record/"
+    folder = "shared/fairlead_tools/record/"
     assert {path for path in importers(package) if not path.startswith(folder)} == set()
 
 

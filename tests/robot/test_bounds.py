@@ -10,12 +10,12 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from fairlead.cli.app import app
 from fairlead.paths import repo_root
-from fairlead.robot import check_tests
-from fairlead.robot.bounds import Bound, robot_bounds
-from fairlead.robot.limits import effective_limits
 from fairlead.robot.manifest import load_robot
+from fairlead_tools.cli.app import app
+from fairlead_tools.limits import check_tests
+from fairlead_tools.limits.bounds import Bound, robot_bounds
+from fairlead_tools.limits.effective_limits import effective_limits
 
 ROBOT = load_robot("panda_mobile")
 BOUNDS = robot_bounds(ROBOT)

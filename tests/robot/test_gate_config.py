@@ -8,8 +8,8 @@ import pytest
 from fairlead.errors import ConfigError
 from fairlead.paths import gate_config
 from fairlead.robot.gate_file import compile_gate_config
-from fairlead.robot.limits import effective_limits
 from fairlead.robot.manifest import RobotManifest, load_robot
+from fairlead_tools.limits.effective_limits import effective_limits
 
 
 @pytest.fixture(scope="module")

@@ -10,9 +10,9 @@ import pytest
 
 from fairlead.errors import ConfigError, RefusedError
 from fairlead.robot.manifest import load_robot
-from fairlead.skill.skeleton import skill_skeleton
 from fairlead_skill_runner.offered_skills import OfferedSkills
 from fairlead_skill_runner.options import check_runner_options
+from fairlead_tools.skills.skeleton import skill_skeleton
 
 MOBILE = load_robot("panda_mobile")
 

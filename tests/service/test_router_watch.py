@@ -11,8 +11,8 @@ import pytest
 from fairlead.deploy.router_watch import open_and_say, refuse_namesake, watch_router
 from fairlead.errors import ConfigError, TransportError
 from fairlead.keys import Keys
-from fairlead.supervisor.ports import free_ports
 from fairlead.wire.session import Endpoints, ZenohBus
+from fairlead_tools.supervisor.ports import free_ports
 
 LOG = logging.getLogger("runner")
 TOKEN = Keys("r").alive("runner")

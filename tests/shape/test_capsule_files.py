@@ -14,10 +14,10 @@ from fairlead.paths import robot_dir
 from fairlead.robot.capsules import load_capsules
 from fairlead.robot.link_poses import link_poses, random_positions
 from fairlead.robot.manifest import load_robot
-from fairlead.shape.geometry_distance import links_apart
-from fairlead.shape.geometry_source import geometry_source
-from fairlead.shape.robot_model import robot_model
-from fairlead.shape.robot_shape import RobotShape
+from fairlead_tools.shape.geometry_distance import links_apart
+from fairlead_tools.shape.geometry_source import geometry_source
+from fairlead_tools.shape.robot_model import robot_model
+from fairlead_tools.shape.robot_shape import RobotShape
 from tests.cli.command import fairlead_here as fairlead
 from tests.shape.solid_points import farthest_out
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from fairlead.messages import FloatArray
-from fairlead.shape.coverage import sticking_out
-from fairlead.shape.fit import Fitted, fit_capsules
-from fairlead.shape.piece import Piece, box, cylinder, rod
+from fairlead_tools.shape.coverage import sticking_out
+from fairlead_tools.shape.fit import Fitted, fit_capsules
+from fairlead_tools.shape.piece import Piece, box, cylinder, rod
 
 ROTATION = np.array([[0.36, 0.48, -0.8], [-0.8, 0.6, 0.0], [0.48, 0.64, 0.6]])
 SHIFT = np.array([0.3, -0.1, 0.7])

@@ -18,8 +18,8 @@ from fairlead.hal.frame_check import check_frames
 from fairlead.messages import FloatArray
 from fairlead.paths import robot_dir
 from fairlead.robot.manifest import RobotManifest, load_robot
-from fairlead.shape.robot_model import robot_model
-from fairlead.supervisor.command_line import service_environment
+from fairlead_tools.shape.robot_model import robot_model
+from fairlead_tools.supervisor.command_line import service_environment
 from tests.cli.command import fairlead_here as fairlead
 from tests.hal.hal_process import free_port
 from tests.shape.own_robot import NAME, own_robot

@@ -14,11 +14,11 @@ from fairlead.robot.capsules import Capsule
 from fairlead.robot.description_tree import description_tree
 from fairlead.robot.link_poses import Poses, link_poses
 from fairlead.robot.manifest import load_robot
-from fairlead.shape.capsule_pairs import CROWDED, CapsulePair, PairRule, find_pairs
-from fairlead.shape.geometry_distance import links_apart
-from fairlead.shape.geometry_source import geometry_source
-from fairlead.shape.link_geometry import with_swept_fingers
-from fairlead.shape.piece import Piece
+from fairlead_tools.shape.capsule_pairs import CROWDED, CapsulePair, PairRule, find_pairs
+from fairlead_tools.shape.geometry_distance import links_apart
+from fairlead_tools.shape.geometry_source import geometry_source
+from fairlead_tools.shape.link_geometry import with_swept_fingers
+from fairlead_tools.shape.piece import Piece
 from tests.shape.own_robot import NAME, own_robot
 
 RULE = PairRule(clearance_m=0.01, drop_margin_m=None, samples=10_000)

@@ -12,8 +12,8 @@ import pytest
 from fairlead.errors import ConfigError
 from fairlead.messages import FloatArray
 from fairlead.robot.manifest import load_robot
-from fairlead.shape.geometry_source import geometry_source
-from fairlead.shape.robot_shape import RobotShape
+from fairlead_tools.shape.geometry_source import geometry_source
+from fairlead_tools.shape.robot_shape import RobotShape
 from tests.shape.own_robot import NAME, own_robot
 
 LINK = '<link name="panda_link1"/>'

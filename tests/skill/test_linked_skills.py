@@ -6,12 +6,12 @@ from pathlib import Path
 
 import pytest
 
-from fairlead.cli.skill_choice import installed_skill
 from fairlead.errors import ConfigError
 from fairlead.robot.manifest import load_robot
-from fairlead.skill.install import install_skill
 from fairlead.skill.manifest import load_skill, skill_ids
-from fairlead.skill.skeleton import skill_skeleton
+from fairlead_tools.cli.skill_choice import installed_skill
+from fairlead_tools.skills.install import install_skill
+from fairlead_tools.skills.skeleton import skill_skeleton
 
 
 @pytest.fixture

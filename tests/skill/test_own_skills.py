@@ -16,11 +16,11 @@ from fairlead.plugins import POLICIES
 from fairlead.policy import Observation
 from fairlead.robot.manifest import load_robot
 from fairlead.skill.admission import admission_problems
-from fairlead.skill.install import install_skill
 from fairlead.skill.manifest import find_skill, load_skill, read_skill, skill_ids
 from fairlead.skill.python_policy import check_python_policy
-from fairlead.skill.skeleton import skill_skeleton
 from fairlead_skill_runner.policy_worker import PolicyWorker
+from fairlead_tools.skills.install import install_skill
+from fairlead_tools.skills.skeleton import skill_skeleton
 from tests.cli.command import fairlead_here as fairlead
 
 OPTIONS = {"file": "policy.py", "class": "Policy"}

@@ -8,7 +8,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 from fairlead.deploy.deployment import Deployment, load_deployment
-from fairlead.supervisor import Registry, ServiceEvent, Supervisor
+from fairlead.deploy.registry import Registry
+from fairlead_tools.supervisor import ServiceEvent, Supervisor
 
 WAIT_S = 20.0
 OBEDIENT = "echo '{name}: ready'; exec sleep 1000"

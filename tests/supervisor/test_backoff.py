@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
-from fairlead.supervisor.backoff import FIRST_DELAY_S, FORGIVEN_AFTER_S, LONGEST_DELAY_S, Backoff
+from fairlead_tools.supervisor.backoff import (
+    FIRST_DELAY_S,
+    FORGIVEN_AFTER_S,
+    LONGEST_DELAY_S,
+    Backoff,
+)
 
 
 def test_delays_double_up_to_the_longest() -> None:

@@ -9,7 +9,7 @@ import pytest
 
 from fairlead.deploy.deployment import load_deployment
 from fairlead.paths import gate_binary, gate_config, repo_root
-from fairlead.supervisor.command_line import (
+from fairlead_tools.supervisor.command_line import (
     new_state_command,
     service_command,
     service_environment,

@@ -11,9 +11,9 @@ import yaml
 from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.errors import ConfigError, ServiceError
 from fairlead.paths import gate_binary, repo_root
-from fairlead.supervisor.command_line import service_command
-from fairlead.supervisor.scratch import ScratchOptions, make_scratch
-from fairlead.supervisor.this_host import choose_host
+from fairlead_tools.supervisor.command_line import service_command
+from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
+from fairlead_tools.supervisor.this_host import choose_host
 
 COMPOSE = repo_root() / "compose"
 FILES = [COMPOSE / f"panda_mobile_two_hosts{pacing}.yaml" for pacing in ("", "_realtime")]

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from fairlead.errors import ConfigError, ServiceError
-from fairlead.supervisor import ServiceEvent
+from fairlead_tools.supervisor import ServiceEvent
 from tests.supervisor.bench import WAIT_S, Bench, wait_until
 
 
@@ -132,6 +132,6 @@ def test_a_process_group_that_ends_while_it_is_being_ended_is_no_error(
     """Its last process goes between the look and the signal."""
     bench.supervisor.start()
     bench.supervisor.wait_ready(WAIT_S)
-    monkeypatch.setattr("fairlead.supervisor.child.group_members", lambda group: [group])
+    monkeypatch.setattr("fairlead_tools.supervisor.child.group_members", lambda group: [group])
     os.kill(bench.supervisor.pid("hal"), signal.SIGKILL)
     assert "was killed by signal 9" in bench.poll_until("died").text

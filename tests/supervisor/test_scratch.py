@@ -8,7 +8,7 @@ import pytest
 
 from fairlead.errors import ConfigError
 from fairlead.paths import repo_root
-from fairlead.supervisor.scratch import ScratchOptions, make_scratch
+from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
 
 SOURCE = repo_root() / "compose" / "panda_mobile_sim.yaml"
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from fairlead.supervisor.service_log import LogReader, ServiceLog
+from fairlead_tools.supervisor.service_log import LogReader, ServiceLog
 
 
 def test_a_full_log_is_set_aside_and_the_newest_two_files_are_kept(tmp_path: Path) -> None:

@@ -12,8 +12,8 @@ from pathlib import Path
 
 import pytest
 
+from fairlead.deploy.process_table import process_id
 from fairlead.errors import ServiceError
-from fairlead.supervisor.process_table import process_id
 from tests.supervisor.bench import STUBBORN, WAIT_S, WITH_A_CHILD, Bench, wait_until
 
 pytestmark = pytest.mark.processes
@@ -164,7 +164,8 @@ def test_children_die_with_a_supervisor_that_is_killed(
         import signal
         from pathlib import Path
         from fairlead.deploy.deployment import load_deployment
-        from fairlead.supervisor import Registry, Supervisor
+        from fairlead.deploy.registry import Registry
+        from fairlead_tools.supervisor import Supervisor
         file, folder = Path({str(deployment_file)!r}), Path({str(tmp_path)!r})
         supervisor = Supervisor(
             file, load_deployment(file), folder / "state", registry=Registry(folder / "registry"),

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from fairlead.operate.scratch_robot import scratch_robot
+from fairlead.deploy.registry import Registry
 from fairlead.paths import gate_binary, repo_root
-from fairlead.supervisor import Registry
-from fairlead.supervisor.scratch import Scratch, ScratchOptions, make_scratch
+from fairlead_tools.supervisor.scratch import Scratch, ScratchOptions, make_scratch
+from fairlead_tools.supervisor.scratch_robot import scratch_robot
 from tests.repo.tree import files
 from tests.system.light_hal import LIGHT_HAL, Pacing
 from tests.system.live_robot import LiveRobot

@@ -13,8 +13,8 @@ from fairlead.errors import FairleadError
 from fairlead.messages import GateState, GoalResult, SafeChunk, decode
 from fairlead.operate.goal import Progress
 from fairlead.operate.goal_run import GoalWish, run_goal
-from fairlead.operate.scratch_robot import ScratchRobot
 from fairlead.wire.bus import Sample
+from fairlead_tools.supervisor.scratch_robot import ScratchRobot
 from tests.system.motion_log import MotionLine, MotionLog
 
 SKILL = "oracle-counter-to-cabinet"

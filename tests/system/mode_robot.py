@@ -24,9 +24,9 @@ from fairlead.messages import (
 )
 from fairlead.modes import ControlMode
 from fairlead.operate.goal_run import GoalWish, run_goal
-from fairlead.operate.scratch_robot import ScratchRobot
 from fairlead.robot.manifest import RobotManifest
 from fairlead.wire.bus import Sample
+from fairlead_tools.supervisor.scratch_robot import ScratchRobot
 from tests.system.live_robot import wait_for
 
 SEED = 0

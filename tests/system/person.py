@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from fairlead.paths import repo_root
-from fairlead.supervisor.scratch import ScratchOptions, make_scratch
+from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
 from tests.system.live_robot import wait_for
 
 ROOT = repo_root()

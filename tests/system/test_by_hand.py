@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from fairlead.supervisor import Registry
+from fairlead.deploy.registry import Registry
 from tests.system.live_robot import wait_for
 from tests.system.person import ROOT, Person, person_at
 

@@ -9,15 +9,15 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
+from fairlead.deploy.registry import Registry
 from fairlead.messages import GateState
 from fairlead.operate.goal_run import GoalWish, run_goal
-from fairlead.operate.scratch_robot import ScratchRobot, scratch_robot
 from fairlead.paths import repo_root
-from fairlead.supervisor import Registry
-from fairlead.supervisor.scratch import ScratchOptions, make_scratch
 from fairlead_hal_sim.options import SimulatorOptions
 from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
 from fairlead_hal_sim.task.scene import COUNTER_HEIGHT_M
+from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
+from fairlead_tools.supervisor.scratch_robot import ScratchRobot, scratch_robot
 from tests.cli.command import fairlead
 from tests.hal.rendering import CAN_RENDER
 from tests.runner.policy_servers import (

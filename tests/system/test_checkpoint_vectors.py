@@ -10,11 +10,11 @@ import yaml
 
 from fairlead.deploy.deployment import load_deployment
 from fairlead.operate.goal_run import GoalWish
-from fairlead.parity.deployed_episode import deployed_episodes
-from fairlead.parity.plain_episodes import compare_with_plain
 from fairlead.paths import ROOT_VARIABLE, repo_root
 from fairlead.skill.manifest import SkillManifest, load_skill
 from fairlead_skill_runner.trace import TraceRecord, TraceWriter
+from fairlead_tools.parity.deployed_episode import deployed_episodes
+from fairlead_tools.parity.plain_episodes import compare_with_plain
 
 pytestmark = [pytest.mark.processes, pytest.mark.simulator, pytest.mark.timeout(300)]
 

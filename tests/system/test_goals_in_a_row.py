@@ -10,17 +10,17 @@ import numpy as np
 import pytest
 import yaml
 
+from fairlead.deploy.registry import Registry
 from fairlead.messages import GateState, GoalResult, Verdict, decode, floats
 from fairlead.modes import ControlMode
 from fairlead.operate.goal_run import GoalWish, run_goal
-from fairlead.operate.scratch_robot import ScratchRobot, scratch_robot
 from fairlead.paths import repo_root, rskill_dir
-from fairlead.record.run_log import newest_log, read_run
 from fairlead.robot.manifest import load_robot
-from fairlead.supervisor import Registry
-from fairlead.supervisor.scratch import ScratchOptions, make_scratch
 from fairlead.wire.bus import Sample
 from fairlead.wire.verdict_text import describe
+from fairlead_tools.record.run_log import newest_log, read_run
+from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
+from fairlead_tools.supervisor.scratch_robot import ScratchRobot, scratch_robot
 from tests.cli.command import fairlead
 
 pytestmark = [pytest.mark.processes, pytest.mark.timeout(180)]

@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 import pytest
 
+from fairlead.deploy.registry import Registry
 from fairlead.messages import FloatArray, TransformBatch, decode, floats
 from fairlead.modes import ControlMode
-from fairlead.operate.scratch_robot import scratch_robot
 from fairlead.paths import SKILLS_VARIABLE, repo_root
 from fairlead.robot.manifest import load_robot
-from fairlead.supervisor import Registry
-from fairlead.supervisor.scratch import ScratchOptions, make_scratch
 from fairlead.wire.bus import Sample
+from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
+from fairlead_tools.supervisor.scratch_robot import scratch_robot
 from tests.system.mode_robot import ModeRobot, ModeSkill, write_skills
 from tests.system.tool_geometry import ToolGeometry
 

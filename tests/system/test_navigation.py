@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from fairlead.deploy.registry import Registry
 from fairlead.errors import ChunkRefusedError, ClaimLostError, ConfigError, RefusedError
 from fairlead.messages import (
     GoalResult,
@@ -25,12 +26,11 @@ from fairlead.messages import (
 from fairlead.modes import ControlMode
 from fairlead.operate.goal_run import GoalWish, run_goal
 from fairlead.operate.runner_choice import choose_runner
-from fairlead.operate.scratch_robot import scratch_robot
 from fairlead.paths import SKILLS_VARIABLE, repo_root
 from fairlead.robot.manifest import load_robot
-from fairlead.supervisor import Registry
-from fairlead.supervisor.scratch import ScratchOptions, make_scratch
 from fairlead.wire.bus import Sample
+from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
+from fairlead_tools.supervisor.scratch_robot import scratch_robot
 from tests.system.light_hal import LIGHT_HAL, Pacing
 from tests.system.live_robot import wait_for
 from tests.system.mode_robot import ModeSkill, write_skills

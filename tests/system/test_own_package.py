@@ -10,7 +10,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from fairlead.supervisor.scratch import ScratchOptions, make_scratch
+from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
 from tests.repo.tree import ROOT
 from tests.system.live_robot import wait_for
 from tests.system.wheel_environment import UV, Person

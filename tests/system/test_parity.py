@@ -11,10 +11,10 @@ from typing import Any
 import pytest
 import yaml
 
-from fairlead.parity import plain_episodes
-from fairlead.parity.comparison import compare
-from fairlead.parity.episode_trace import EpisodeTrace
 from fairlead.paths import deployment_path
+from fairlead_tools.parity import plain_episodes
+from fairlead_tools.parity.comparison import compare
+from fairlead_tools.parity.episode_trace import EpisodeTrace
 from tests.cli.command import fairlead
 
 pytestmark = [pytest.mark.processes, pytest.mark.simulator, pytest.mark.timeout(300)]

@@ -17,10 +17,10 @@ from pathlib import Path
 import pytest
 
 from fairlead.operate.goal_run import GoalWish
-from fairlead.parity.comparison import compare
-from fairlead.parity.deployed_episode import deployed_episodes, read_episode
 from fairlead.paths import repo_root
 from fairlead_skill_runner.trace import read_trace
+from fairlead_tools.parity.comparison import compare
+from fairlead_tools.parity.deployed_episode import deployed_episodes, read_episode
 from tests.system.live_robot import MOVING_TICKS, wait_for
 from tests.system.motion_log import MotionLine, assert_held_within, longest_tick_ms
 from tests.system.two_hosts import SKILL, TwoHosts, two_hosts

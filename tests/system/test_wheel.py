@@ -16,7 +16,7 @@ from pathlib import Path
 import pytest
 
 from fairlead.paths import gate_binary
-from fairlead.supervisor.scratch import ScratchOptions, make_scratch
+from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
 from tests.repo.tree import ROOT, files
 from tests.system.live_robot import wait_for
 from tests.system.wheel_environment import Person

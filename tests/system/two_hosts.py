@@ -14,7 +14,7 @@ from typing import Any
 import yaml
 
 from fairlead.paths import repo_root
-from fairlead.supervisor.ports import free_ports
+from fairlead_tools.supervisor.ports import free_ports
 from tests.system.live_robot import wait_for
 from tests.system.motion_log import MotionLog
 from tests.system.two_networks import HOSTS, TwoNetworks
@@ -118,7 +118,7 @@ class TwoHosts:
         return int(entry["services"][service]["process"]["pid"])
 
     def _words(self, host: str, *arguments: str) -> list[str]:
-        return [*self.network.on(host), sys.executable, "-m", "fairlead.cli.main", *arguments]
+        return [*self.network.on(host), sys.executable, "-m", "fairlead_tools.cli.main", *arguments]
 
     def _environment(self, host: str) -> dict[str, str]:
         state = {"FAIRLEAD_STATE": str(self._folder / host / "state")}

@@ -1,5 +1,4 @@
 """A running robot from outside: ask its services, send it a goal, look on, hold a claim.
 
-It is what the command line, a planner or a test does to a robot, from starting a whole one for
-a moment to following one goal to its result.
+It is what the command line, a planner or a test does to a robot that runs.
 """

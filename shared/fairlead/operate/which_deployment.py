@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 from fairlead.deploy.deployment import Deployment, load_deployment
+from fairlead.deploy.registry import Registry
 from fairlead.errors import ConfigError, NoAnswerError
 from fairlead.paths import deployment_names, deployment_path
-from fairlead.supervisor import Registry
 
 
 def find_deployment(wanted: Deployment | Path | str | None) -> Deployment:

@@ -1,0 +1,141 @@
+"""Which deployment a command is about, and how its file is named on the command line."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from fairlead.deploy.deployment import Deployment, load_deployment
+from fairlead.deploy.registry import Registry, Running
+from fairlead.errors import ConfigError
+from fairlead.operate.which_deployment import choose_file, file_of, nothing_runs
+from fairlead.paths import deployment_names, deployment_path
+
+
+def parse_deployment(wanted: str) -> Path:
+    """A deployment file given by its path or its name in compose/."""
+    return _parsed(deployment_path, wanted)
+
+
+def parse_running_or_file(wanted: str) -> Path:
+    """The file of a deployment that runs here, by its name in `fairlead ps`, or as above."""
+    return _parsed(file_of, wanted)
+
+
+def _parsed(find: Callable[[str], Path], wanted: str) -> Path:
+    try:
+        return find(wanted)
+    except ConfigError as error:
+        raise typer.BadParameter(str(error)) from None
+
+
+def _complete_running(incomplete: str) -> list[str]:
+    return [entry.name for entry in Registry().entries() if entry.name.startswith(incomplete)]
+
+
+def _complete_deployment(incomplete: str) -> list[str]:
+    return [name for name in deployment_names() if name.startswith(incomplete)]
+
+
+DeploymentOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--deployment",
+        "-d",
+        parser=parse_running_or_file,
+        metavar="NAME_OR_FILE",
+        help="as in `fairlead ps`, a name in compose/, or a file; "
+        "without it: the only deployment that runs on this machine",
+        autocompletion=lambda incomplete: [
+            *_complete_running(incomplete),
+            *_complete_deployment(incomplete),
+        ],
+    ),
+]
+DeploymentArgument = Annotated[
+    Path,
+    typer.Argument(
+        parser=parse_deployment,
+        metavar="NAME_OR_FILE",
+        help="a name in compose/, or a file",
+        autocompletion=_complete_deployment,
+    ),
+]
+_RUNNING_HELP = "as in `fairlead ps`, or its file; may be left out if only one runs here"
+RunningArgument = Annotated[
+    str | None,
+    typer.Argument(metavar="NAME_OR_FILE", help=_RUNNING_HELP, autocompletion=_complete_running),
+]
+RunningOption = Annotated[
+    str | None,
+    typer.Option(
+        "--deployment",
+        "-d",
+        metavar="NAME_OR_FILE",
+        help=_RUNNING_HELP,
+        autocompletion=_complete_running,
+    ),
+]
+StateDirOption = Annotated[
+    Path | None,
+    typer.Option(
+        file_okay=False,
+        help="folder for logs and state; default: a folder of the deployment's name in "
+        "$FAIRLEAD_STATE, else in ~/.local/state/fairlead",
+    ),
+]
+NewStateOption = Annotated[
+    bool,
+    typer.Option(
+        "--new-state",
+        help="the gate's state folder is new and that is right; with profile hardware it "
+        "latches without it",
+    ),
+]
+JsonOption = Annotated[bool, typer.Option("--json", help="print one JSON document instead")]
+
+
+def choose_deployment(file: Path | None) -> Deployment:
+    """The deployment a command is about.
+
+    Raises:
+        ConfigError: several run.
+        NoAnswerError: none runs, naming those that can be started.
+    """
+    return load_deployment(choose_file(file))
+
+
+def choose_running(wanted: str | None) -> Running:
+    """A deployment that was started on this machine, by name or file.
+
+    Raises:
+        ConfigError: several run and none was named, or the one named does not.
+        NoAnswerError: none runs, naming those that can be started.
+    """
+    running = Registry().entries()
+    names = ", ".join(entry.name for entry in running)
+    if not running:
+        raise nothing_runs()
+    if wanted is None:
+        if len(running) > 1:
+            raise ConfigError(f"several deployments run here; name one of: {names}")
+        return running[0]
+    found = [entry for entry in running if entry.name == wanted] or [
+        entry for entry in running if _is_file_of(wanted, entry)
+    ]
+    if not found:
+        raise ConfigError(f"no deployment {wanted!r} runs here (valid: {names})")
+    if len(found) > 1:
+        names = ", ".join(entry.name for entry in found)
+        raise ConfigError(f"{wanted} runs here more than once; name one of: {names}")
+    return found[0]
+
+
+def _is_file_of(wanted: str, entry: Running) -> bool:
+    try:
+        return deployment_path(wanted).resolve() == Path(entry.deployment).resolve()
+    except ConfigError:
+        return False

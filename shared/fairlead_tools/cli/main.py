@@ -1,0 +1,75 @@
+"""``fairlead``: runs a command line, errors without tracebacks.
+
+Exit codes: 0 it worked, 1 it was refused or failed, 2 the command line was wrong, 130 it was
+interrupted (Ctrl-C). With ``--json`` an error is a JSON document on standard output:
+``{"error": {"kind": ..., "message": ..., "fix": ...}}``.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from pathlib import Path
+
+from fairlead.errors import FairleadError, RefusedError
+from fairlead.wire.printable import printable_lines
+
+INTERRUPTED = 130  # what typer and a shell say after Ctrl-C
+
+
+def main() -> None:
+    """Entry point of the ``fairlead`` command."""
+    as_json = "--json" in sys.argv[1:]
+    try:
+        _run(as_json)
+    except KeyboardInterrupt:
+        _end("interrupted", INTERRUPTED)
+    except SystemExit as end:
+        if end.code == INTERRUPTED:
+            print("interrupted", file=sys.stderr)
+        raise
+    except FairleadError as error:
+        if as_json:
+            fix = error.fix if isinstance(error, RefusedError) else ""
+            _end_json(type(error).__name__, str(error), fix, 1)
+        _end(f"ERROR {error}", 1)
+    except OSError as error:  # a full disk, a folder that may not be written
+        where = f"{error.filename}: " if error.filename else ""
+        _forget_output()
+        _end(f"ERROR {where}{error.strerror or error}", 1)
+
+
+def _run(as_json: bool) -> None:
+    # Imported here: it takes a moment, in which Ctrl-C is no error either.
+    from typer.exceptions import TyperException
+
+    from fairlead_tools.cli.app import app
+
+    if not as_json:
+        app(prog_name="fairlead")
+    try:
+        sys.exit(app(prog_name="fairlead", standalone_mode=False))
+    except TyperException as error:  # a wrong command line
+        fix = "fairlead --help"
+        _end_json("UsageError", error.format_message(), fix, error.exit_code)
+
+
+def _end_json(kind: str, message: str, fix: str, code: int) -> None:
+    print(json.dumps({"error": {"kind": kind, "message": message, "fix": fix}}, indent=2))
+    sys.exit(code)
+
+
+def _forget_output() -> None:
+    """What could not be written is not tried again at exit: that would be another error."""
+    with Path(os.devnull).open("w", encoding="utf-8") as nowhere:
+        os.dup2(nowhere.fileno(), sys.stdout.fileno())
+
+
+def _end(text: str, code: int) -> None:
+    print(printable_lines(text), file=sys.stderr)
+    sys.exit(code)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,149 @@
+"""``fairlead run SKILL``: one goal, from arming to its typed result."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from typing import Annotated
+
+import msgspec
+import typer
+
+from fairlead.deploy.deployment import Deployment, load_deployment
+from fairlead.messages import GoalResult, HalStatus
+from fairlead.operate.client import RobotClient
+from fairlead.operate.goal import Progress
+from fairlead.operate.goal_run import GoalWish
+from fairlead.operate.runner_choice import choose_runner
+from fairlead.operate.which_deployment import choose_file
+from fairlead.robot.manifest import load_robot
+from fairlead.skill.admission import require_admission
+from fairlead.skill.manifest import load_skill
+from fairlead_tools.cli.arming import YesOption, armed
+from fairlead_tools.cli.console import echo, print_json
+from fairlead_tools.cli.deployment_choice import DeploymentOption, JsonOption
+from fairlead_tools.cli.episode import new_episode
+from fairlead_tools.cli.goal_hints import goal_hints
+from fairlead_tools.cli.progress_line import ProgressLine
+from fairlead_tools.cli.skill_choice import SkillArgument, installed_skill
+from fairlead_tools.cli.starting import wait_seen, wait_started
+from fairlead_tools.cli.wire_number import MAX_NUMBER
+
+EXAMPLE = "fairlead run oracle-counter-to-cabinet"
+MAX_STALL_S = 86_400.0
+RunnerOption = Annotated[
+    str, typer.Option(help="which runner, if several can run it: a service of the deployment")
+]
+PromptOption = Annotated[str, typer.Option(help="instruction; default: the skill's own")]
+DeadlineOption = Annotated[
+    int,
+    typer.Option(min=0, max=MAX_NUMBER, help="give up after so many control periods; 0: never"),
+]
+StallOption = Annotated[
+    float,
+    typer.Option(
+        min=0.1, max=MAX_STALL_S, help="give up after so many seconds without a released row"
+    ),
+]
+
+
+def command(
+    skill: SkillArgument,
+    deployment: DeploymentOption = None,
+    seed: Annotated[
+        int | None,
+        typer.Option(
+            min=0, max=MAX_NUMBER, help="simulator: start a new episode of this seed first"
+        ),
+    ] = None,
+    runner: RunnerOption = "",
+    prompt: PromptOption = "",
+    then: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="another goal once this one has succeeded; repeat for more",
+            metavar="SKILL[: PROMPT]",
+        ),
+    ] = None,
+    deadline_ticks: DeadlineOption = 1200,
+    stall_timeout: StallOption = 30.0,
+    yes: YesOption = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Arm if disarmed, run SKILL, show its progress, print the result, disarm again.
+
+    It disarms only if it armed, and only if no other claim is live. Ctrl-C cancels the goal, or
+    stops the robot if the runner does not confirm that. A folder is linked into your skills first.
+    With --then the goals run one after the other, until one does not succeed.
+    """
+    skill = installed_skill(skill)
+    wishes = [GoalWish(skill, prompt, deadline_ticks, stall_timeout, runner)]
+    wishes += [_next_wish(step, wishes[0]) for step in then or ()]
+    for wish in wishes:
+        load_skill(wish.skill)  # one that does not exist is said first
+    file = choose_file(deployment)
+    chosen = load_deployment(file)
+    wishes = [_with_runner(wish, chosen) for wish in wishes]
+    _require_admission(wishes, chosen)  # what cannot run should not arm anything
+    wait_started(file, lambda line: echo(line, err=True))
+    with RobotClient(chosen, by="fairlead run") as client:
+        wait_seen(client, file)
+        client.wait_gate_follows()
+        _require_admission(wishes, chosen, client.hal_status())
+        if seed is not None:
+            new_episode(client, seed)
+        with armed(client, confirmed=yes):
+            for wish in wishes:
+                progress = _run(client, wish, as_json)
+                if progress.result is None or progress.result.outcome != "succeeded":
+                    break
+        gate = client.gate_status()
+    if progress.result is None or progress.result.outcome != "succeeded":
+        for hint in goal_hints(progress, gate, wish.runner):
+            echo(hint, err=True)
+        raise typer.Exit(1)
+
+
+def _next_wish(step: str, first: GoalWish) -> GoalWish:
+    """``SKILL`` or ``SKILL: PROMPT``; deadline and stall timeout are those of the first."""
+    skill, _, prompt = step.partition(":")
+    return dataclasses.replace(first, skill=installed_skill(skill.strip()), prompt=prompt.strip())
+
+
+def _with_runner(wish: GoalWish, deployment: Deployment) -> GoalWish:
+    return dataclasses.replace(wish, runner=choose_runner(deployment, wish.skill, wish.runner))
+
+
+def _require_admission(
+    wishes: Sequence[GoalWish], deployment: Deployment, hal: HalStatus | None = None
+) -> None:
+    robot = load_robot(deployment.robot)
+    for wish in wishes:
+        require_admission(load_skill(wish.skill), robot, hal)
+
+
+def _run(client: RobotClient, wish: GoalWish, as_json: bool) -> Progress:
+    """One goal; its result is printed before anything else is asked, also after Ctrl-C."""
+    goal = client.run(**dataclasses.asdict(wish))
+    try:
+        with ProgressLine(quiet=as_json) as line, goal:
+            for progress in goal:
+                line.show(progress.line())
+    finally:
+        progress = goal.progress
+        if progress.result is not None:
+            _print_result(wish.skill, progress, progress.result, as_json)
+        elif goal.stopped:
+            echo(goal.stopped, err=True)
+    return progress
+
+
+def _print_result(skill: str, progress: Progress, result: GoalResult, as_json: bool) -> None:
+    if as_json:
+        print_json(dataclasses.asdict(progress) | {"result": msgspec.structs.asdict(result)})
+        return
+    ticks = result.last_tick - result.first_tick + 1
+    when = f"after {ticks} ticks" if result.first_tick else "before its first tick"
+    by_policy = result.detail if result.decided_by == "policy" else ""
+    why = f": {result.kind}: {result.detail}" if result.kind else by_policy and f": {by_policy}"
+    echo(f"{skill} {result.outcome} {when} (decided by the {result.decided_by}){why}")

@@ -1,0 +1,142 @@
+"""Episodes through the deployed services, in lockstep, read back from their traces."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fairlead.errors import ServiceError
+from fairlead.messages import ResetEpisodeReply
+from fairlead.operate.goal import Progress
+from fairlead.operate.goal_run import GoalWish, run_goal
+from fairlead_tools.parity.episode_trace import EpisodeTrace
+from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
+from fairlead_tools.supervisor.scratch_robot import scratch_robot
+
+if TYPE_CHECKING:
+    from fairlead.policy import Actions
+    from fairlead_skill_runner.trace import TraceRecord
+
+
+_WRITTEN_TIMEOUT_S, _POLL_S = 10.0, 0.02
+
+
+@dataclass(frozen=True)
+class DeployedEpisode:
+    """One episode from its reset to the goal's last tick; reset: how that went.
+
+    calls: each policy call, by the tick it was for.
+    """
+
+    seed: int
+    trace: EpisodeTrace
+    reset: ResetEpisodeReply
+    calls: list[TraceRecord]
+
+    def raw_row(self, tick: int) -> Actions:
+        """What the policy wrote for a tick, counted from the reset, shape ``[dim]``."""
+        wanted = self.reset.tick - self.reset.held_ticks + tick
+        call = next(call for call in reversed(self.calls) if call.tick <= wanted)
+        return np.array(call.actions[wanted - call.tick], dtype="<f4")
+
+
+def deployed_episodes(
+    source: Path,
+    wish: GoalWish,
+    seeds: Iterable[int],
+    folder: Path,
+    on_progress: Callable[[Progress], None],
+) -> list[DeployedEpisode]:
+    """Run a goal, for each seed in an episode of its own, on a private copy of ``source``.
+
+    Args:
+        folder: emptied, then holds the services' state and traces.
+
+    Raises:
+        ServiceError: a service failed, or the goal did for another reason than the task.
+    """
+    options: dict[str, dict[str, Any]] = {
+        "hal": {"trace": True, "cameras": []},
+        "runner": {"trace": True},
+    }
+    scratch = make_scratch(source, folder, ScratchOptions(pacing="lockstep", options=options))
+    ended = []
+    with scratch_robot(scratch) as robot:
+        for seed in seeds:
+            reset = robot.client.reset_episode(seed)
+            robot.client.arm()
+            progress = run_goal(robot.client, wish, on_progress)
+            robot.client.disarm()
+            result = progress.result
+            assert result is not None
+            if result.outcome not in ("succeeded", "deadline"):
+                raise ServiceError(
+                    f"parity: the deployed goal {result.outcome}: {result.kind}: {result.detail}; "
+                    f"logs: {folder / 'logs'}"
+                )
+            # The next goal's calls take the place of this one's.
+            calls = _written_calls(folder / "runner", progress.inferences)
+            ended.append((seed, reset, result, calls))
+    found = []
+    for seed, reset, result, calls in ended:
+        # The goal ends on what it sees in its last tick, before a row acts in it.
+        ticks = range(reset.tick - reset.held_ticks, result.last_tick)
+        trace = read_episode(folder / "hal", calls, ticks, result.outcome == "succeeded")
+        found.append(DeployedEpisode(seed, trace, reset, calls))
+    return found
+
+
+def _written_calls(runner: Path, count: int) -> list[TraceRecord]:
+    """A goal's policy calls, once the runner has written them all.
+
+    Raises:
+        ServiceError: it did not.
+    """
+    until = time.monotonic() + _WRITTEN_TIMEOUT_S
+    while (found := (runner / "trace.jsonl").read_bytes().count(b"\n")) < count:
+        if time.monotonic() > until:
+            raise ServiceError(f"parity: expected {count} calls in {runner}, got {found}")
+        time.sleep(_POLL_S)
+    return _calls(runner)
+
+
+def read_episode(
+    hal: Path, calls: Sequence[TraceRecord], ticks: range, succeeded: bool
+) -> EpisodeTrace:
+    """One episode from its policy calls and the traces in the state folder of its HAL.
+
+    Args:
+        ticks: from the reset to the last one in which a row acted.
+
+    Raises:
+        ServiceError: the HAL's trace misses a tick.
+    """
+    episode = EpisodeTrace(succeeded=succeeded)
+    for call in calls:
+        episode.observations.append(np.asarray(call.state, dtype="<f8").tobytes())
+        episode.actions.append(np.asarray(call.actions, dtype="<f4").tobytes())
+    steps, motion = _by_tick(hal / "trace.jsonl"), _by_tick(hal / "motion.jsonl")
+    for tick in ticks:
+        if tick not in steps or tick not in motion:
+            raise ServiceError(f"parity: the HAL's trace has no tick {tick}; see {hal}")
+        for name in ("packed", "qpos", "qvel"):
+            getattr(episode, name).append(bytes.fromhex(steps[tick][name]))
+        episode.held.append(any(hold for hold, _, _ in motion[tick]["acted"]))
+    return episode
+
+
+def _calls(runner: Path) -> list[TraceRecord]:
+    from fairlead_skill_runner.trace import read_trace
+
+    return list(read_trace(runner / "trace.jsonl"))
+
+
+def _by_tick(file: Path) -> dict[int, dict[str, Any]]:
+    lines = file.read_text(encoding="ascii").splitlines()
+    return {line["tick"]: line for line in map(json.loads, lines)}

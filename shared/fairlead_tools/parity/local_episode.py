@@ -1,0 +1,121 @@
+"""The same episode in one process: the policy's raw vectors straight into ``env.step``."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fairlead.deploy.deployment import Deployment
+from fairlead.errors import ConfigError
+from fairlead.messages import ResetEpisodeReply
+from fairlead.plugins import POLICIES
+from fairlead.policy import Done, Failed, Observation
+from fairlead.robot.manifest import load_robot
+from fairlead.skill.manifest import SkillManifest
+from fairlead_tools.parity.episode_trace import EpisodeTrace
+
+if TYPE_CHECKING:
+    from fairlead.policy import Policy
+    from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
+    from fairlead_state_assembler import LocalAssembler
+
+
+def local_episode(
+    deployment: Deployment,
+    skill: SkillManifest,
+    seed: int,
+    reset: ResetEpisodeReply,
+    most_ticks: int,
+) -> EpisodeTrace:
+    """Reset, hold as long as the deployed reset did, then loop: observe, infer, step.
+
+    The raw vector goes to the simulator as the policy wrote it: the deployment's
+    ``part_order`` is the policy's own.
+
+    Args:
+        reset: how the deployed reset went; its held ticks are repeated here.
+        most_ticks: stop after so many steps, held ones included.
+    """
+    from fairlead_hal_sim.hal_options import read_options
+    from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
+    from fairlead_state_assembler import LocalAssembler
+
+    robot = load_robot(deployment.robot)
+    if skill.control_periods(robot.tick_period_ns) != 1:
+        raise ConfigError(f"parity: skill {skill.id}: its rows have to be the simulator's steps")
+    hal = deployment.only("hal_sim")
+    options = read_options(hal, deployment.services[hal].options)
+    backend = RobosuiteBackend(options.model_copy(update={"cameras": ()}), robot.tick_period_ns)
+    assembler, policy = LocalAssembler(robot), _make_policy(skill)
+    episode = EpisodeTrace()
+    try:
+        backend.reset(seed)
+        _hold(episode, backend, reset.held_ticks)
+        started = time.monotonic()
+        while len(episode.packed) < most_ticks and not _has_succeeded(backend):
+            state = _observe(assembler, backend, skill)
+            tick = reset.tick + len(episode.packed) - reset.held_ticks
+            actions = policy.infer(Observation(tick, state, skill.prompt))
+            if isinstance(actions, Done | Failed):
+                break  # the deployed goal ends here too, at the same tick
+            episode.observations.append(state.astype("<f8").tobytes())
+            episode.actions.append(np.asarray(actions, dtype="<f4").tobytes())
+            _execute(episode, backend, actions[: skill.execute_steps])
+        episode.seconds = time.monotonic() - started
+        episode.succeeded = _has_succeeded(backend)
+    finally:
+        backend.close()
+    return episode
+
+
+def _hold(episode: EpisodeTrace, backend: RobosuiteBackend, ticks: int) -> None:
+    """What the host does until the robot stands still after a reset."""
+    for _ in range(ticks):
+        _note_state(episode, backend)
+        backend.apply({})
+        assert backend.last_packed is not None
+        episode.packed.append(backend.last_packed.tobytes())
+
+
+def _execute(episode: EpisodeTrace, backend: RobosuiteBackend, rows: Iterable[Any]) -> None:
+    for row in rows:
+        _note_state(episode, backend)
+        vector = np.array(row, dtype=np.float32)
+        episode.packed.append(vector.tobytes())
+        backend.env.step(vector)  # turns the base's numbers in place: ours to lose
+
+
+def _has_succeeded(backend: RobosuiteBackend) -> bool:
+    task = backend.task()
+    return task is not None and task.success
+
+
+def _make_policy(skill: SkillManifest) -> Policy:
+    from fairlead_skill_runner.policies.backends import policy_class
+
+    kind = policy_class(POLICIES.find(skill.policy.backend))
+    policy = kind.from_options(skill, skill.policy.options)
+    policy.reset()
+    return policy
+
+
+def _observe(
+    assembler: LocalAssembler, backend: RobosuiteBackend, skill: SkillManifest
+) -> np.ndarray[Any, np.dtype[np.float64]]:
+    measured = backend.read()
+    assembler.take(
+        measured.positions,
+        backend.transforms(),
+        backend.static_transforms(),
+        measured.velocities,
+    )
+    return assembler.assemble(skill.state_contract)
+
+
+def _note_state(episode: EpisodeTrace, backend: RobosuiteBackend) -> None:
+    data = backend.env.sim.data
+    episode.qpos.append(np.array(data.qpos, dtype="<f8").tobytes())
+    episode.qvel.append(np.array(data.qvel, dtype="<f8").tobytes())

@@ -1,0 +1,81 @@
+"""Random vectors through dispatch and the HAL's backend, in one process, without the gate.
+
+The gate refuses most random vectors of full scale, and a held tick is no tick of training. What
+lies on both sides of the gate changes none of their bits: that is what these episodes show.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fairlead.deploy.deployment import Deployment
+from fairlead.hal.backend import PartCommand
+from fairlead.messages import ResetEpisodeReply, floats
+from fairlead.modes import ControlMode
+from fairlead.robot.manifest import load_robot
+from fairlead.skill.manifest import SkillManifest
+from fairlead.skill.routes import resolve_routes
+from fairlead_tools.parity.deployed_episode import DeployedEpisode
+from fairlead_tools.parity.episode_trace import EpisodeTrace
+
+if TYPE_CHECKING:
+    from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
+
+HELD = 1
+"""Ticks held after the reset, as a host does."""
+
+
+def random_episodes(
+    deployment: Deployment, skill: SkillManifest, scale: float, seeds: Iterable[int], ticks: int
+) -> list[DeployedEpisode]:
+    """For each seed a reset and ``ticks`` vectors of its own, uniform in ``[-scale, scale]``."""
+    from fairlead_hal_sim.hal_options import read_options
+    from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
+
+    robot = load_robot(deployment.robot)
+    name = deployment.only("hal_sim")
+    options = read_options(name, deployment.services[name].options)
+    backend = RobosuiteBackend(options.model_copy(update={"cameras": ()}), robot.tick_period_ns)
+    routes = resolve_routes(skill.action_contract, robot)
+    from fairlead_skill_runner.dispatch import dispatch
+    from fairlead_skill_runner.trace import TraceRecord
+
+    episodes = []
+    try:
+        for seed in seeds:
+            dim = skill.action_contract.dim
+            rng = np.random.default_rng(seed)
+            rows = rng.uniform(-scale, scale, (ticks, dim)).astype(np.float32)
+            trace = EpisodeTrace()
+            backend.reset(seed)
+            _step(trace, backend, {})
+            parts = dispatch(routes, rows, dim)
+            values = [floats(p.values, ControlMode(p.mode).width(robot.n_dof)) for p in parts]
+            for tick in range(ticks):
+                commands = {
+                    robot.part_names[part.part]: PartCommand(
+                        ControlMode(part.mode), part.frame_id, numbers[tick].copy(), part.active
+                    )
+                    for part, numbers in zip(parts, values, strict=True)
+                }
+                _step(trace, backend, commands)
+            first = 1 + HELD
+            reset = ResetEpisodeReply(tick=first, episode_tick=1, held_ticks=HELD)
+            call = TraceRecord(first, np.zeros(0), rows)
+            episodes.append(DeployedEpisode(seed, trace, reset, [call]))
+    finally:
+        backend.close()
+    return episodes
+
+
+def _step(trace: EpisodeTrace, backend: RobosuiteBackend, commands: dict[str, PartCommand]) -> None:
+    data = backend.env.sim.data
+    trace.qpos.append(np.array(data.qpos, dtype="<f8").tobytes())
+    trace.qvel.append(np.array(data.qvel, dtype="<f8").tobytes())
+    backend.apply(commands)
+    assert backend.last_packed is not None
+    trace.packed.append(backend.last_packed.tobytes())
+    trace.held.append(not commands)

@@ -1,0 +1,255 @@
+"""Decisions of the gate in words: what was asked, why it did not pass, what would have."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+from fairlead.modes import ControlMode
+from fairlead.paths import repo_root
+from fairlead.wire.verdict_text import CHECKS
+from fairlead_tools.receipts.declared_limit import DeclaredLimit, declared_limit
+from fairlead_tools.receipts.explanation import (
+    Answer,
+    Chunk,
+    Explanation,
+    Judged,
+    Latch,
+    Nearest,
+    Passes,
+    Stop,
+)
+
+HINTS = {
+    1: "what sends this writes another message, or another version: docs/wire-format.md",
+    2: "whoever sent it follows another robot or HAL session: start the goal again",
+    3: "fairlead arm, then start the goal again: chunks from before an arming never run",
+    4: "start the goal again: its claim has ended, or never covered these parts",
+    5: "count sequence numbers up by one, from 1 with each claim",
+    6: "answer from newer states; `age_max_ticks` of the skill says how old they may be",
+    7: "fairlead skill check: the horizon or a width is not what the robot takes",
+    8: "look for the number that is none in the policy's output, then reset the stop",
+    9: "fairlead skill show: a part has another mode, frame or mask than the robot declares",
+    10: "send fewer chunks, or declare a higher `chunk_rate_hz` in the skill",
+    11: "bring the joint back inside its limits, or mend the sensor",
+    12: "answer sooner, or with more rows: every row was for a tick that had passed",
+    13: "mend the sensor, or whatever moved the robot",
+    20: "ask for less; a limit that is wrong for the robot is changed where it is declared",
+    21: "begin a chunk where the robot is and with the motion it is in",
+    22: "take smaller steps from row to row",
+    23: "begin a chunk with the motion that the released rows are in",
+    24: "slow down before the limit: braking would end beyond it",
+    25: "hold until the robot stands still; `transitions` and `switching` in robot.yaml say which"
+    " change it may make then",
+    26: "move the tool less in a row: its joints would be too fast, or are",
+    30: "ask for a motion that the tool can make from where it is",
+    31: "stay inside the volumes of robot.yaml, braking included",
+    32: "keep the robot's links apart",
+    33: "bend the arm another way round; leaving is always allowed",
+    34: "stay inside the zones of robot.yaml, reaction and braking included",
+    40: "find out why the robot does not follow, then reset the stop",
+    41: "mend the sensor, then reset the stop",
+    42: "look what the robot touches or has lost, then reset the stop",
+    43: "find out why the robot did not stop, before anything else",
+    50: "give the gate a processor of its own; changed memory: replace the computer",
+}
+"""What to do about each code; the numbers are the verdict's."""
+
+
+def decision_lines(asked: Explanation, decision: Answer | Stop | Latch) -> list[str]:
+    """One decision as lines of text, the first without indentation."""
+    if isinstance(decision, Answer):
+        return _answer_lines(asked, decision)
+    return _ended_lines(asked, decision)
+
+
+def _ended_lines(asked: Explanation, ended: Stop | Latch) -> list[str]:
+    what = "stopped" if isinstance(ended, Stop) else "latched"
+    cause = " ".join(ended.cause.removeprefix(f"{what}: ").split())
+    now = asked.status
+    held = now is not None and (
+        ended.latch_id == now.latch_id
+        if isinstance(ended, Latch)
+        else bool(set(ended.stop_ids) & set(now.stop_ids))
+    )
+    lines = [f"tick {ended.tick}: the gate {what}", _line("why", cause)]
+    if hint := _hint_of(cause):
+        lines.append(_line("first", hint))
+    if held and now is not None and now.fix:
+        return [*lines, _line("do", f"when the cause has gone: {now.fix}")]
+    return [*lines, _line("since", f"reset; the log's newest state is {now.state if now else '?'}")]
+
+
+def _hint_of(cause: str) -> str:
+    """What to look at after a stop that a measured state raised; its cause begins with G0nn."""
+    code = cause[1:4]
+    return HINTS.get(int(code), "") if code in ("040", "041", "042", "043") else ""
+
+
+def _answer_lines(asked: Explanation, answer: Answer) -> list[str]:
+    lines = [_headline(answer)]
+    if answer.chunk is not None:
+        lines.append(_line("asked", _asked(answer.chunk)))
+    if answer.judged_again:
+        lines.append(
+            _line("when", "rows released before, judged again: the robot was found elsewhere")
+        )
+    if answer.outcome == "released":
+        return lines + [_line("margin", _nearest(one)) for one in answer.nearest or ()]
+    lines.append(_line("why", _why(answer)))
+    lines += _limit_lines(asked, answer)
+    if answer.would_pass is not None:
+        lines.append(_line("passes", _passes(answer, answer.would_pass)))
+    if hint := HINTS.get(answer.code, ""):
+        lines.append(_line("do", hint))
+    return lines
+
+
+def _headline(answer: Answer) -> str:
+    skill = f" (skill {answer.chunk.skill})" if answer.chunk and answer.chunk.skill else ""
+    whose = f"chunk {answer.seq} of {answer.source}{skill}"
+    ticks = f"ticks {answer.released_first} to {answer.released_last}"
+    rows = answer.released_last - answer.released_first + 1
+    if answer.outcome == "released":
+        return f"tick {answer.tick}: {whose} released, {_rows(rows)} for {ticks}"
+    if answer.outcome == "truncated":
+        return f"tick {answer.tick}: {whose} truncated, {_rows(rows)} released for {ticks}"
+    return f"tick {answer.tick}: {whose} refused, nothing of it moves"
+
+
+def _asked(chunk: Chunk) -> str:
+    parts = ", ".join(
+        f"{one.part} {one.mode}" + (f" in {one.frame}" if one.frame else "") for one in chunk.parts
+    )
+    last = chunk.start_tick + max(chunk.rows, 1) - 1
+    return (
+        f"{_rows(chunk.rows)} of {parts} for ticks {chunk.start_tick} to {last}, "
+        f"from the state of tick {chunk.obs_tick}"
+    )
+
+
+def _why(answer: Answer) -> str:
+    what = f"G{answer.code:03d} {CHECKS.get(answer.code, 'check')}"
+    row = f"row {answer.row}" if answer.row >= 0 else ""
+    where = ", ".join(text for text in (row, f"{answer.part} {answer.axis}".strip()) if text)
+    if answer.margin == 0.0 or not where:  # a rule without a magnitude
+        rule = f", needs {answer.limit_source}" if answer.limit_source else ""
+        where += _changed(answer)
+        return f"{what}: {where}{rule}" if where else f"{what}{rule.replace(', ', ': ', 1)}"
+    unit = answer.chunk.unit if answer.chunk is not None else ""
+    text = f"{what}: {where} is {_number(answer.value, unit)}, limit {_number(answer.limit, unit)}"
+    over = answer.margin
+    if isinstance(over, float) and math.isfinite(over):
+        text += f", {_number(abs(over), unit)} beyond it"
+    return text
+
+
+def _changed(answer: Answer) -> str:
+    """Which mode was to follow which, where that is what a chunk was refused for."""
+    if answer.code != 25 or answer.axis != "mode" or answer.value == answer.limit:
+        return ""
+    now, last = (ControlMode(int(number)).yaml_name for number in (answer.value, answer.limit))
+    return f" {now} after {last}"
+
+
+def _limit_lines(asked: Explanation, answer: Answer) -> list[str]:
+    if answer.margin == 0.0:
+        return []
+    lines = []
+    mode = answer.chunk.mode if answer.chunk is not None else ""
+    found = declared_limit(Path(asked.config_file), asked.profile, answer, mode)
+    if found is not None:
+        lines.append(
+            _line("limit", f"{_from_root(found.file)}: {found.key}{_tightened(found, answer)}")
+        )
+    if answer.limit_source:
+        lines.append(_line("" if found else "limit", answer.limit_source))
+    return lines
+
+
+def _from_root(file: Path) -> Path:
+    root = repo_root()
+    return file.relative_to(root) if file.is_relative_to(root) else file
+
+
+def _tightened(found: DeclaredLimit, verdict: Judged) -> str:
+    if found.number is None or not isinstance(verdict.limit, float):
+        return ""
+    if abs(verdict.limit) < abs(found.number) * (1 - 1e-9):
+        return f" is {found.number:g}, made tighter by the claim, or changed since"
+    return ""
+
+
+def _passes(answer: Answer, passes: Passes) -> str:
+    if passes.change == "none":
+        return f"nothing nearer to rest: {_at_rest(answer, passes)}"
+    if passes.change == "rounded":
+        return (
+            f"the whole chunk, asked of this gate with every number of {answer.part} "
+            "0 or 1, whichever is nearer"
+        )
+    scale = f"{passes.scale:.4g}"
+    if passes.change == "rows":
+        return (
+            f"the whole chunk, asked of this gate with every number of {answer.part} times {scale}"
+            f"{_about(answer)}"
+        )
+    unit = answer.chunk.unit if answer.chunk is not None else ""
+    where = f"{answer.part} {answer.axis} in row {answer.row}"
+    if passes.number is not None and passes.asked is not None:
+        return (
+            f"the whole chunk, asked of this gate with {where} at "
+            f"{_number(_trimmed(passes.number), unit)} instead of {_number(passes.asked, unit)}"
+        )
+    before = "the row before" if passes.about_row else "what is measured"
+    return (
+        f"the whole chunk, asked of this gate with the change of {where} from {before} "
+        f"times {scale}"
+    )
+
+
+def _at_rest(answer: Answer, passes: Passes) -> str:
+    if passes.still is None:
+        return f"with {answer.part} at rest the gate gives no verdict"
+    still = passes.still
+    return f"with {answer.part} at rest it is G{still.code:03d} {still.axis} in row {still.row}"
+
+
+def _about(answer: Answer) -> str:
+    mode = answer.chunk.mode if answer.chunk is not None else ""
+    if mode == "cartesian_pose":
+        return " about the measured pose"
+    positions = ("joint_position", "dex_hand_joint", "gripper_position")
+    return " about the measured position" if mode in positions else ""
+
+
+def _nearest(nearest: Nearest) -> str:
+    if nearest.scale is None or nearest.beyond is None:
+        return f"{nearest.part}: even 100 times its numbers would have passed"
+    beyond = nearest.beyond
+    return (
+        f"{nearest.part}: up to {nearest.scale:.4g} times its numbers, asked of this gate; then "
+        f"G{beyond.code:03d} {beyond.axis} in row {beyond.row}, "
+        f"limit {_number(beyond.limit, nearest.unit)}"
+    )
+
+
+def _rows(count: int) -> str:
+    return "1 row" if count == 1 else f"{count} rows"
+
+
+def _trimmed(number: float) -> float:
+    """Six digits towards zero: what is printed passes, too."""
+    if number == 0.0 or not math.isfinite(number):
+        return number
+    unit = 10.0 ** (math.floor(math.log10(abs(number))) - 5)
+    return math.trunc(number / unit * (1 + 1e-9)) * unit
+
+
+def _number(value: float | str, unit: str) -> str:
+    text = value if isinstance(value, str) else f"{value:.6g}"
+    return f"{text} {unit}".rstrip()
+
+
+def _line(name: str, text: str) -> str:
+    return f"  {name:<7} {text}"

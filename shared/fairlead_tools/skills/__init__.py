@@ -1,0 +1,1 @@
+"""Starting a new skill, installing one, and what its checkpoint says about it."""

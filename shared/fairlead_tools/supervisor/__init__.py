@@ -1,0 +1,10 @@
+"""Starts, watches, restarts and stops the processes of one deployment on this host.
+
+It never talks to them: whether a process lives and what it prints is all it knows, so
+the same code runs services that are broken. Nothing outlives it: every child gets
+SIGKILL from the kernel when the supervisor dies, however that happens.
+"""
+
+from fairlead_tools.supervisor.supervisor import ServiceEvent, Supervisor
+
+__all__ = ["ServiceEvent", "Supervisor"]

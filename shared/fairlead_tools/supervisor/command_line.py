@@ -1,0 +1,127 @@
+"""The command line and environment of each service of a deployment."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+from fairlead.deploy.deployment import EXTERNAL, Deployment
+from fairlead.deploy.hosts import ROUTER
+from fairlead.errors import ConfigError
+from fairlead.paths import gate_binary, gate_config
+from fairlead.plugins import HALS
+
+CommandBuilder = Callable[[Path, Deployment, str, Path], list[str]]
+"""Gets the deployment's file and content, a service's name and its state folder."""
+
+_MODULES = {
+    "state_assembler": "fairlead_state_assembler",
+    "skill_runner": "fairlead_skill_runner",
+}
+_HAL_MODULE = "fairlead.hal.serve"
+
+
+def service_command(
+    deployment_file: Path, deployment: Deployment, service: str, state_dir: Path
+) -> list[str]:
+    """What to execute for one service, or for the router.
+
+    Raises:
+        ConfigError: if the gate is not built or its file not compiled; for a HAL that no installed
+            package has, or that somebody else starts.
+    """
+    if service == ROUTER and deployment.router is not None:
+        return [sys.executable, "-m", "fairlead_tools.cli.main", "router", str(deployment_file)]
+    if _is_gate(deployment, service):
+        return _gate_command(deployment, service, state_dir)
+    return [
+        *_program(deployment, service),
+        "--deployment", str(deployment_file),
+        "--service", service,
+        "--state-dir", str(state_dir),
+    ]  # fmt: skip
+
+
+def _program(deployment: Deployment, service: str) -> list[str]:
+    """What a Python service, or a HAL, is started with before its arguments."""
+    spec = deployment.services[service]
+    if spec.command:
+        program, *words = spec.command
+        return [sys.executable if program == "python" else program, *words]
+    if spec.run == EXTERNAL:
+        raise ConfigError(f"service {service}: run is {EXTERNAL}: somebody else starts it")
+    if spec.is_hal:
+        HALS.find(spec.run, f"service {service}: run")
+    return [sys.executable, "-m", _MODULES.get(spec.run, _HAL_MODULE)]
+
+
+def check_gate_file(deployment: Deployment) -> None:
+    """Ask the gate whether it would start on the deployment's gate file.
+
+    Raises:
+        ConfigError: it would not, in its own words; the gate is not built, its file not compiled.
+    """
+    file = gate_config(deployment.robot, deployment.profile)
+    asked = [str(gate_binary()), "check", str(file)]
+    done = subprocess.run(asked, capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        raise ConfigError(done.stdout.strip().removeprefix("ERROR ") or f"{asked[0]} failed")
+
+
+NEW_STATE = "--new-state"  # the gate's word for: this state folder is new, and that is right
+
+
+def new_state_command() -> CommandBuilder:
+    """As `service_command`, and the gate is told at its first start that its folder is new.
+
+    Not when it is started again: a folder that vanished meanwhile is not right.
+    """
+    told: list[str] = []
+
+    def build(file: Path, deployment: Deployment, service: str, state_dir: Path) -> list[str]:
+        words = service_command(file, deployment, service, state_dir)
+        if service in told or not _is_gate(deployment, service):
+            return words
+        told.append(service)
+        return [*words, NEW_STATE]
+
+    return build
+
+
+def _is_gate(deployment: Deployment, service: str) -> bool:
+    return service in deployment.services and deployment.services[service].run == "safety"
+
+
+def _gate_command(deployment: Deployment, service: str, state_dir: Path) -> list[str]:
+    endpoints = deployment.endpoints(service)
+    command = [
+        str(gate_binary()),
+        "--robot", deployment.id,
+        "--namespace", deployment.namespace,
+        "--service", service,
+        "--config", str(gate_config(deployment.robot, deployment.profile)),
+        "--state-dir", str(state_dir),
+    ]  # fmt: skip
+    if endpoints.mode == "client":
+        return [*command, "--router", deployment.router_endpoint]
+    for endpoint in endpoints.listen:
+        command += ["--listen", endpoint]
+    for endpoint in endpoints.connect:
+        command += ["--connect", endpoint]
+    return command
+
+
+def service_environment() -> dict[str, str]:
+    """The caller's environment, unbuffered and with one thread per numeric library.
+
+    Four services share the host's cores; a numeric library that starts a thread per core
+    in each of them would make them wait for each other.
+    """
+    environment = dict(os.environ)
+    environment["PYTHONUNBUFFERED"] = "1"
+    for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
+        environment.setdefault(variable, "1")
+    return environment

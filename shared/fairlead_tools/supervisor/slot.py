@@ -1,0 +1,56 @@
+"""One service's place in a supervisor: its process now, and what it was started from."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from fairlead.deploy.registry import ServiceEntry
+from fairlead_tools.supervisor.backoff import Backoff
+from fairlead_tools.supervisor.child import Child
+
+
+@dataclass
+class Slot:
+    """A child, when it was started, and when it may be started again.
+
+    files: digest of each file that its command names, when it was started.
+    """
+
+    child: Child
+    started_s: float
+    files: dict[str, str]
+    backoff: Backoff = field(default_factory=Backoff)
+    restart_at_s: float | None = None
+    restarts: int = 0
+    was_ready: bool = False
+
+    @property
+    def entry(self) -> ServiceEntry:
+        """What the registry says of it."""
+        return ServiceEntry(self.child.process_id, self.child.ready.is_set(), self.restarts)
+
+    def replace(self, child: Child, files: dict[str, str], now_s: float) -> list[str]:
+        """Take the process that was started again.
+
+        Returns:
+            The files that changed since the last start.
+        """
+        changed = [file for file, digest in files.items() if self.files.get(file) != digest]
+        self.child, self.files, self.started_s, self.restart_at_s = child, files, now_s, None
+        self.restarts += 1
+        return changed
+
+    def try_later(self, now_s: float, lived_s: float) -> float:
+        """Set when it is started again; returns in how many seconds."""
+        delay_s = self.backoff.delay_s(lived_s)
+        self.restart_at_s = now_s + delay_s
+        self.was_ready = False
+        return delay_s
+
+
+def digests(command: list[str]) -> dict[str, str]:
+    """SHA-256 of each file that is an argument of a command."""
+    files = [word for word in command[1:] if "/" in word and Path(word).is_file()]
+    return {file: hashlib.sha256(Path(file).read_bytes()).hexdigest() for file in files}
