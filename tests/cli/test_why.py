@@ -169,7 +169,7 @@ def test_the_last_refusal_comes_with_the_stop_it_caused(ended_day: Day) -> None:
         "  why     G008 number not finite or too large: row 0, arm cartesian_delta is nan, "
         "limit 1e+06",
         "  limit   every value is finite and at most 1e6",
-        "  do      look for the number that is none in the policy's output, then reset the stop",
+        "  do      find the NaN, infinity or huge number of the policy, then reset the stop",
         "tick 60: the gate stopped",
         "  why     G008 arm cartesian_delta: nan, limit 1e+06 (every value is finite and at most "
         "1e6)",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 
 from fairlead.paths import repo_root
+from fairlead_tools.receipts.text import HINTS
 from tests.hazards.sources import asked_codes, core_tests
 from tests.hazards.table import HAZARDS
 
@@ -15,14 +16,12 @@ END = "<!-- end of hazards -->"
 
 def table() -> str:
     """One row per check that the core asks, with the tests found for it, in Markdown."""
-    lines = ["| code | hazard | check | outcome | tests |", "|---|---|---|---|---|"]
+    lines = ["| code | hazard | what to do | tests |", "|---|---|---|---|"]
     tests, asked = core_tests(), asked_codes()
     for one in HAZARDS:
         if one.code in asked:
             proof = _proof([test.file for test in tests if one.code in test.codes])
-            lines.append(
-                f"| G{one.code:03d} | {one.hazard} | {one.check} | {one.outcome} | {proof} |"
-            )
+            lines.append(f"| G{one.code:03d} | {one.hazard} | {HINTS[one.code]} | {proof} |")
     return "\n".join(lines)
 
 
