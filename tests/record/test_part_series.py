@@ -30,7 +30,8 @@ from fairlead.modes import ControlMode
 from fairlead.robot.manifest import load_robot
 from fairlead.wire.bus import Qos
 from fairlead.wire.memory_bus import MemoryBus
-from fairlead_tools.record.film import pixels, write_film
+from fairlead_tools.record.caption import HEIGHT_PX, caption_at, refusal
+from fairlead_tools.record.video import STILL_S, captioned, write_video
 from fairlead_tools.record.part_series import Panel, held_ticks, panels
 from fairlead_tools.record.recorder import Recorder
 from fairlead_tools.record.run_log import Header, Run
@@ -239,19 +240,55 @@ def test_the_timeline_is_a_picture(run: Run, tmp_path: Path) -> None:
     assert path.read_bytes().startswith(b"\x89PNG") and path.stat().st_size > 10_000
 
 
+def test_the_caption_of_a_tick_is_the_newest_verdict_then_or_that_the_robot_holds(
+    run: Run,
+) -> None:
+    def shown(tick: int) -> tuple[str, str, str]:
+        caption = caption_at(run, tick, "wave")
+        return caption.word, caption.said, caption.counts
+
+    assert shown(9) == (
+        "HOLDS", "no chunk yet: every part of the robot holds",
+        "tick 9   chunks: 0 released, 0 truncated, 0 refused",
+    )  # fmt: skip
+    assert shown(10)[:2] == ("HOLDS", "no released row for this tick")
+    assert shown(11) == (
+        "RELEASED", "chunk 1: rows for ticks 11 to 11",
+        "tick 11   chunks: 1 released, 0 truncated, 0 refused",
+    )  # fmt: skip
+    assert shown(12) == (
+        "REFUSED", "G020 limit: chunk 2 refused",
+        "tick 12   chunks: 1 released, 0 truncated, 1 refused",
+    )  # fmt: skip
+
+
+def test_the_caption_of_a_refusal_leaves_out_where_its_limit_is_from() -> None:
+    beyond = msgspec.structs.replace(
+        verdict(2, Outcome.REFUSED, 20), value=5.0, limit=0.1, limit_source="a data sheet"
+    )
+    assert refusal("5 m", beyond, 12).said == "G020 limit: chunk 2 refused: value 5, limit 0.1"
+
+
 @pytest.mark.processes
-def test_a_film_has_one_frame_for_each_tick(tmp_path: Path) -> None:
+@pytest.mark.parametrize("name", ["video.mp4", "video.gif"])
+def test_a_video_has_a_frame_for_each_tick_and_a_still_for_each_end(
+    run: Run, tmp_path: Path, name: str
+) -> None:
     import imageio_ffmpeg
 
-    frames = [
+    images = [
         Image(
-            session=1, tick=tick, camera="front", width=32, height=16, encoding_name="rgb8",
-            data=bytes([8 * tick]) * (32 * 16 * 3),
+            session=1, tick=tick, camera="front", width=320, height=16, encoding_name="rgb8",
+            data=bytes([8 * tick]) * (320 * 16 * 3),
         )
-        for tick in (3, 1, 2, 2)
+        for tick in (13, 11, 12, 12)
     ]  # fmt: skip
-    path = tmp_path / "film.mp4"
-    write_film(frames, 10.0, path)
-    count, seconds = imageio_ffmpeg.count_frames_and_secs(str(path))
-    assert (count, seconds) == (3, pytest.approx(0.3, abs=0.01))
-    assert pixels(frames[0]).shape == (16, 32, 3)
+    ends = [refusal("sent: too much", verdict(2, Outcome.REFUSED, 20), 13)]
+    frames = list(captioned(images, lambda tick: caption_at(run, tick, "wave"), ends, 10.0))
+    assert {frame.shape for frame in frames} == {(16 + HEIGHT_PX, 320, 3)}
+    assert (frames[0][:16] == 8 * 11).all() and (frames[-1][:16] == 8 * 13).all()
+    bars = [frame[16:].tobytes() for frame in frames]
+    assert len(bars) == 3 + 10 * STILL_S and len(set(bars)) == 4
+    write_video(frames, 10.0, tmp_path / name)
+    count, seconds = imageio_ffmpeg.count_frames_and_secs(str(tmp_path / name))
+    assert (count, seconds) == (len(frames), pytest.approx(len(frames) / 10, abs=0.01))

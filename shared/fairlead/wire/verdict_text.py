@@ -39,8 +39,8 @@ CHECKS = {
 """What each check of the gate is about, by number."""
 
 
-def describe(verdict: Verdict) -> str:
-    """One line: code, check, where, value, limit and its source.
+def describe(verdict: Verdict, *, with_source: bool = True) -> str:
+    """One line: code, check, where, value, limit and, if wanted, where the limit is from.
 
     >>> # "G020 limit: chunk 3 refused at row 2, arm x: value 5 beyond 0.0867 (robot.yaml)"
     """
@@ -48,14 +48,17 @@ def describe(verdict: Verdict) -> str:
     verb = "refused" if verdict.outcome == Outcome.REFUSED else "truncated"
     where = f" at row {verdict.row}" if verdict.row >= 0 else ""
     axis = f", {verdict.part} {verdict.axis}".rstrip() if verdict.part else ""
-    return f"G{verdict.code:03d} {what}: chunk {verdict.seq} {verb}{where}{axis}{_why(verdict)}"
+    return (
+        f"G{verdict.code:03d} {what}: chunk {verdict.seq} {verb}{where}{axis}"
+        f"{_why(verdict, with_source=with_source)}"
+    )
 
 
-def _why(verdict: Verdict) -> str:
+def _why(verdict: Verdict, *, with_source: bool) -> str:
     """The numbers, or for a rule that has none what it asks for."""
     if verdict.value == 0.0 and verdict.limit == 0.0:
         return f": needs {verdict.limit_source}" if verdict.limit_source else ""
-    source = f" ({verdict.limit_source})" if verdict.limit_source else ""
+    source = f" ({verdict.limit_source})" if verdict.limit_source and with_source else ""
     value, limit = f"{verdict.value:g}", f"{verdict.limit:g}"
     if value == limit and verdict.value != verdict.limit:  # apart by less than six digits show
         value, limit = repr(verdict.value), repr(verdict.limit)

@@ -29,10 +29,11 @@ def command(
         bool, typer.Option("--realtime", help="at the robot's own rate instead of lockstep")
     ] = False,
     no_video: Annotated[bool, typer.Option("--no-video", help="without a camera")] = False,
+    gif: Annotated[bool, typer.Option("--gif", help="the video also as demo.gif")] = False,
     as_json: JsonOption = False,
 ) -> None:
-    """Run a skill through its own four services, challenge the gate, write film and timeline."""
-    wish = DemoWish(deployment_path(SOURCE), out, skill, seed, realtime, not no_video)
+    """Run a skill through its own four services, challenge the gate, write video and timeline."""
+    wish = DemoWish(deployment_path(SOURCE), out, skill, seed, realtime, not no_video, gif)
     check_wish(wish)
     try:
         with ProgressLine(quiet=as_json) as line:
@@ -53,8 +54,8 @@ def command(
         echo(f"{result.goal.outcome}: {ticks} ticks in {seconds} s")
         for path in result.written:
             echo(f"  {path}")
-        if "film" in result.summary:
-            echo(f"  no film: {result.summary['film']}")
+        if "video" in result.summary:
+            echo(f"  no video: {result.summary['video']}")
     if result.goal.outcome != "succeeded":
         raise ServiceError(
             f"demo: the goal {result.goal.outcome} ({result.goal.detail}); see {out}/summary.json"

@@ -7,7 +7,7 @@ import tempfile
 import time
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
@@ -22,7 +22,8 @@ from fairlead.robot.manifest import RobotManifest, load_robot
 from fairlead.skill.admission import require_admission
 from fairlead.skill.manifest import load_skill
 from fairlead_tools.demo.gate_challenge import Challenge, over_limit, replay
-from fairlead_tools.record.film import write_film
+from fairlead_tools.record.caption import caption_at, refusal
+from fairlead_tools.record.video import captioned, write_video
 from fairlead_tools.record.recorder import Recorder, Recording
 from fairlead_tools.record.run_log import Run, newest_log, read_run
 from fairlead_tools.record.timeline import draw_timeline, hold_names
@@ -31,9 +32,9 @@ from fairlead_tools.supervisor.scratch_robot import scratch_robot
 
 CAMERA = "overview"
 FRAME_TICKS = 3  # from one frame to the next; rendering in software is slow
-_CAMERA_OPTIONS = {"name": CAMERA, "width": 480, "height": 360, "period_ticks": FRAME_TICKS}
+_CAMERA_OPTIONS = {"name": CAMERA, "width": 640, "height": 480, "period_ticks": FRAME_TICKS}
 DEADLINE_TICKS = 800
-FILM, TIMELINE, SUMMARY, STATE = "demo.mp4", "timeline.png", "summary.json", "state"
+VIDEO, TIMELINE, SUMMARY, STATE = "demo", "timeline.png", "summary.json", "state"
 
 
 @dataclass(frozen=True)
@@ -46,6 +47,7 @@ class DemoWish:
     seed: int
     realtime: bool
     video: bool
+    gif: bool = False
 
 
 @dataclass(frozen=True)
@@ -148,7 +150,10 @@ def _summary(wish: DemoWish, run: _Shown, log: Run) -> dict[str, Any]:
         "policy_calls": run.progress.inferences,
         "verdicts": dict(outcomes),
         "held_ticks": hold_names(log),
-        "challenges": [asdict(challenge) for challenge in run.challenges],
+        "challenges": [
+            {"sent": one.sent, "code": f"G{one.verdict.code:03d}", "reason": one.reason}
+            for one in run.challenges
+        ],
     }
 
 
@@ -162,17 +167,29 @@ def _write(
     )
     draw_timeline(log, robot, title, timeline)
     written = [timeline]
-    film = wish.out / FILM
-    film.unlink(missing_ok=True)
-    if run.recording.images:
-        frames_per_s = 1e9 / (robot.tick_period_ns * FRAME_TICKS)
-        write_film(run.recording.images, frames_per_s, film)
-        written.append(film)
-    elif wish.video:
+    written += _videos(wish, run, log, robot)
+    if wish.video and not run.recording.images:
         logs = f"fairlead logs hal --state-dir {wish.out / STATE}"
-        summary["film"] = f"no picture arrived; why is in: {logs}"
+        summary["video"] = f"no picture arrived; why is in: {logs}"
     (wish.out / SUMMARY).write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
     return (*written, wish.out / SUMMARY)
+
+
+def _videos(wish: DemoWish, run: _Shown, log: Run, robot: RobotManifest) -> list[Path]:
+    """What the camera saw, with the gate's verdicts below it."""
+    paths = [wish.out / f"{VIDEO}.mp4", *([wish.out / f"{VIDEO}.gif"] if wish.gif else [])]
+    for path in paths:
+        path.unlink(missing_ok=True)
+    images = run.recording.images
+    if not images:
+        return []
+    prompt = f"goal: {load_skill(wish.skill).prompt}"
+    frames_per_s = 1e9 / (robot.tick_period_ns * FRAME_TICKS)
+    ends = [refusal(f"sent: {one.sent}", one.verdict, log.tick) for one in run.challenges]
+    frames = list(captioned(images, lambda tick: caption_at(log, tick, prompt), ends, frames_per_s))
+    for path in paths:
+        write_video(frames, frames_per_s, path)
+    return paths
 
 
 def check_wish(wish: DemoWish) -> None:

@@ -24,11 +24,15 @@ OVER_LIMIT_M = 5.0  # in one control period
 
 @dataclass(frozen=True)
 class Challenge:
-    """What was sent and what the gate said. ``code``: ``G020`` and the like."""
+    """What was sent and what the gate said of it."""
 
     sent: str
-    code: str
-    reason: str
+    verdict: Verdict
+
+    @property
+    def reason(self) -> str:
+        """The verdict in words."""
+        return describe(self.verdict)
 
 
 def over_limit(client: RobotClient, robot: RobotManifest, skill: SkillManifest) -> Challenge:
@@ -62,4 +66,4 @@ def replay(client: RobotClient, recorded: bytes) -> Challenge:
 def _refused(sent: str, verdict: Verdict) -> Challenge:
     if verdict.outcome != Outcome.REFUSED:
         raise ServiceError(f"the gate did not refuse {sent}: {describe(verdict)}")
-    return Challenge(sent, f"G{verdict.code:03d}", describe(verdict))
+    return Challenge(sent, verdict)

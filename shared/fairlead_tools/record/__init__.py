@@ -1,1 +1,1 @@
-"""Recording a run from outside, and the picture and film made of it."""
+"""Recording a run from outside, and the picture and video made of it."""

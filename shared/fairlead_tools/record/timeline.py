@@ -84,12 +84,12 @@ def _draw_panel(panel: Panel, axis: Axes) -> None:
         least, most = (np.array(told) * share for share in panel.gain)
         axis.fill_between(
             ticks, least, most, step="post", color=_ABLE_COLOUR, zorder=0,
-            label="what the robot is declared to make of it within the tick",
+            label="expected motion within the tick (declared tracking gain)",
         )  # fmt: skip
     if panel.share is not None:
         at_rest = ",\nbase at rest" if panel.carried & panel.released.keys() else ""
         axis.text(
-            1.005, 0.5, f"makes {panel.share:.2f}\nof it{at_rest}", fontsize=8, va="center",
+            1.005, 0.5, f"moves {panel.share:.2f}\nof released{at_rest}", fontsize=8, va="center",
             transform=axis.transAxes, color=str(_STYLES["measured"]["color"]),
         )  # fmt: skip
     words = [panel.name, panel.unit and f"[{panel.unit}]", panel.frame and f"in {panel.frame}"]
