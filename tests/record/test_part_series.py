@@ -31,11 +31,11 @@ from fairlead.robot.manifest import load_robot
 from fairlead.wire.bus import Qos
 from fairlead.wire.memory_bus import MemoryBus
 from fairlead_tools.record.caption import HEIGHT_PX, caption_at, refusal
-from fairlead_tools.record.video import STILL_S, captioned, write_video
 from fairlead_tools.record.part_series import Panel, held_ticks, panels
 from fairlead_tools.record.recorder import Recorder
 from fairlead_tools.record.run_log import Header, Run
 from fairlead_tools.record.timeline import draw_timeline, hold_names, verdict_counts
+from fairlead_tools.record.video import STILL_S, captioned, write_video
 
 ROBOT = load_robot("panda_mobile")
 ROW = Acted(hold=Hold.NONE, verdict_id=9, row=0)

@@ -23,10 +23,10 @@ from fairlead.skill.admission import require_admission
 from fairlead.skill.manifest import load_skill
 from fairlead_tools.demo.gate_challenge import Challenge, over_limit, replay
 from fairlead_tools.record.caption import caption_at, refusal
-from fairlead_tools.record.video import captioned, write_video
 from fairlead_tools.record.recorder import Recorder, Recording
 from fairlead_tools.record.run_log import Run, newest_log, read_run
 from fairlead_tools.record.timeline import draw_timeline, hold_names
+from fairlead_tools.record.video import captioned, write_video
 from fairlead_tools.supervisor.scratch import Scratch, ScratchOptions, make_scratch
 from fairlead_tools.supervisor.scratch_robot import scratch_robot
 

@@ -10,9 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from fairlead.messages import Outcome, Verdict
+from fairlead.wire.verdict_text import describe
 from fairlead_tools.record.part_series import held_ticks
 from fairlead_tools.record.run_log import Run
-from fairlead.wire.verdict_text import describe
 
 HEIGHT_PX = 72
 _DPI = 100
