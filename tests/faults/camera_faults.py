@@ -35,9 +35,9 @@ ROWS = tuple(
         partial(rendering, inject, bound_ms), measures, also="pictures a second, p50 / max")
     for number, fault, outcome, bound_ms, inject, measures in (
         (1, "gate killed", "HAL holds; the gate boots latched", 150, kill_gate,
-         "to the hold, HAL log"),
+         "hold"),
         (4, "runner killed in mid-chunk", "rows end with its heartbeat", 550, kill_runner,
-         "to the hold, HAL log"),
+         "hold"),
         (26, "operator stop in motion", "stops", STOP_MS, operator_stop, FROM_PUT),
     )
 )  # fmt: skip

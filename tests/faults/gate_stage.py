@@ -16,7 +16,7 @@ from tests.gate.mailbox import DEADLINE_S
 from tests.gate.running_gate import ROBOT
 from tests.gate.scene import Scene
 
-JUDGED = "received to answered, the gate's own clock"
+JUDGED = "judged"
 """How rows on one gate take their time, unless they say otherwise."""
 
 

@@ -161,13 +161,13 @@ ROWS = (
     *(
         Row(15, f"{WHOSE[service]} link for {BAD_S:g} s: {what}",
             "rows in their tick, once, or hold" if may_hold else "no effect", bound, "routed",
-            partial(bad_network, service, rule, may_hold), "to the first hold, HAL log", 5)
+            partial(bad_network, service, rule, may_hold), "first hold", 5)
         for service, what, rule, may_hold, bound in BAD
     ),
     *(
         Row(42, f"leases and rows of {DARK_S * 1e3:g} ms {what} in mid-chunk",
             "hold; goes on only under a new verdict", LAPSE_MS, "routed",
-            partial(dark_leases, rule), "from the lease's lapse to the hold, HAL log",
+            partial(dark_leases, rule), "lapse to hold",
             also="injection to hold, p50 / max")
         for what, rule in (("come late", stalls), ("are lost", gap))
     ),

@@ -154,14 +154,14 @@ def no_row_acts_again(robot: LiveStage, shot: Shot) -> None:
 
 GOAL_ENDED = "to the goal's end, as its sender hears it"
 HOLD = "injection to hold, p50 / max"
-TO_STOP = "to the gate's stop, its leases"
+TO_STOP = "stop"
 ROWS = (
     Row(1, "gate killed", "HAL holds; the gate boots latched", 150, "robot", kill_gate),
     Row(2, "gate paused 5 s", "hold; on wake no old row acts", 150, "robot", pause_gate),
     Row(
         3, f"{BUSY_LOOPS} busy loops for {BUSY_S:g} s",
         "each row in its tick, or hold", 150, "robot", busy_machine,
-        "longest gap before a tick that moved, HAL log", excused=False,
+        "longest gap before a tick that moved", excused=False,
     ),
     Row(4, "runner killed in mid-chunk", "rows end with its heartbeat", 550, "robot", kill_runner),
     Row(5, "runner paused", "the same; old chunks are refused", 550, "robot", pause_runner),

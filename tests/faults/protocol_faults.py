@@ -191,7 +191,7 @@ def other_versions(stage: GateStage) -> Shot:
         return watch.shot("status: named, arming refused; chunk: G001 names it", timed=False)
 
 
-ANSWER = "query to the gate's answer, as the one who asks sees it"
+ANSWER = "answer"
 ROWS = (
     Row(
         16, "chunks of an earlier session, claim, epoch", "G002, G004, G003", T_MS, "gate", replay,

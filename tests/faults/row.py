@@ -60,7 +60,7 @@ class Row:
     bound_ms: float | None
     stage: str
     inject: Callable[[Any], Shot]
-    measures: str = "to the hold, HAL log"
+    measures: str = "hold"
     injections: int | None = None
     also: str = ""
     excused: bool = True
