@@ -30,11 +30,20 @@ def section(name: str) -> str:
 
 
 @pytest.mark.parametrize("kind", [*MESSAGE_TYPES, *RECORD_TYPES], ids=lambda kind: kind.__name__)
-def test_the_table_of_a_type_lists_its_fields_in_wire_order(kind: type) -> None:
-    table = re.findall(r"^\| (\d+) \| (\w+) \| (.*?) \| (.*?) *\|$", section(kind.__name__), re.M)
-    assert [(int(at), name, wire) for at, name, wire, _ in table] == [
-        (at, name, wire) for at, (name, wire) in enumerate(rows(kind))
-    ]
+def test_the_text_of_a_type_lists_its_id_version_and_fields_in_wire_order(kind: type) -> None:
+    text = section(kind.__name__)
+    head = re.findall(r"^Type (\d+), version (\d+)\.", text, re.M)
+    table = re.findall(r"^\| (\d+) \| (\w+) \| (.*?) \| (.*?) *\|$", text, re.M)
+    said = [("0", "type", tag) for tag, _ in head] + [("1", "version", one) for _, one in head]
+    said += [(at, name, wire) for at, name, wire, _ in table]
+    assert said == [(str(at), name, wire) for at, (name, wire) in enumerate(rows(kind))]
+
+
+def test_a_field_without_words_has_the_type_and_meaning_it_has_everywhere() -> None:
+    common = set(re.findall(r"^\| ([a-z_]+) \| ([^|]+) \| [^|]+ \|$", TEXT, re.M))
+    bare = set(re.findall(r"^\| \d+ \| (\w+) \| ([^|]+) \| \|$", TEXT, re.M))
+    assert bare
+    assert bare - common == set()
 
 
 def test_the_document_describes_no_type_that_does_not_exist() -> None:
