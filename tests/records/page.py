@@ -17,20 +17,19 @@ RECORDS = {
 }
 INTRODUCTION = """# The two decisions fairlead began with
 
-Each line is one sentence of them, in our words, with the test that holds it: `scripts/test
-tests/records`, or `-k state_20` for one. This page is made from the tests by `python -m
-tests.pages --write`; a test fails where it is not, or where a number is missing."""
+What they say about a policy's state and action vector, one sentence each, by the file of
+`tests/records` whose test holds it; `scripts/test tests/records -k state_20` runs one. Written by
+`python -m tests.pages --write`; a test fails if it is out of date or a number is missing."""
 _NAME = re.compile(r"test_(state|action)_(\d\d)_(\w+)")
 
 
 @dataclass(frozen=True)
 class Sentence:
-    """One promise: which record, its number there, and the test that is named after it."""
+    """One promise: which record, its number there, and the file of the test that holds it."""
 
     record: str
     number: int
     words: str
-    test: str
     file: str
 
 
@@ -58,22 +57,24 @@ def _of(path: Path) -> list[Sentence]:
         if name is None or words is None:
             raise ValueError(f"records: {path.name}: {node.name} lacks a number or a sentence")
         words = words.replace("\n", " ")
-        read.append(Sentence(name[1], int(name[2]), words, name[3], path.name))
+        read.append(Sentence(name[1], int(name[2]), words, path.name))
     return read
 
 
-def table(record: str) -> str:
-    """One record's sentences in Markdown."""
-    lines = ["| | sentence | file | test |", "|---|---|---|---|"]
-    lines += [
-        f"| {one.number} | {one.words} | {one.file} | {one.test} |"
-        for one in sentences()
-        if one.record == record
-    ]
+def listed(record: str) -> str:
+    """One record's sentences in Markdown, by file."""
+    lines: list[str] = []
+    file = ""
+    for one in sentences():
+        if one.record == record:
+            if one.file != file:
+                file = one.file
+                lines += [*([""] if lines else []), f"{file}:", ""]
+            lines.append(f"{one.number}. {one.words}")
     return "\n".join(lines)
 
 
 def current_page() -> str:
     """The page as it has to be now."""
-    parts = [INTRODUCTION, *(f"## {title}\n\n{table(name)}" for name, title in RECORDS.items())]
+    parts = [INTRODUCTION, *(f"## {title}\n\n{listed(name)}" for name, title in RECORDS.items())]
     return "\n\n".join(parts) + "\n"
