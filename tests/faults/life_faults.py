@@ -19,7 +19,7 @@ from fairlead_tools.supervisor.command_line import service_command, service_envi
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
 from fairlead_tools.supervisor.scratch_robot import scratch_robot
 from tests.faults.frame_faults import resident_kb
-from tests.faults.live_stage import SKILL, SOURCE, Changes, LiveStage, live_stage, with_skill
+from tests.faults.live_stage import SKILL, SOURCE, Changes, LiveStage, live_stage
 from tests.faults.row import Row, Shot
 from tests.system.light_hal import LIGHT_HAL
 from tests.system.live_robot import LiveRobot, wait_for
@@ -73,9 +73,8 @@ def start_order(stage: OrderStage) -> Shot:
     began_ns = time.monotonic_ns()
     options = ScratchOptions(pacing="lockstep", options={"hal": LIGHT_HAL})
     scratch = make_scratch(SOURCE, folder, options)
-    words = with_skill(folder.with_name(f"{folder.name}-more"), Changes()).words
-    with scratch_robot(scratch, Registry(folder / "registry"), list(order), words) as robot:
-        live = LiveRobot(robot, SKILL)
+    with scratch_robot(scratch, Registry(folder / "registry"), list(order)) as robot:
+        live = LiveRobot(robot)
         goal = live.start_moving()
         live.client.disarm()
         result = goal.result(timeout=30.0).result

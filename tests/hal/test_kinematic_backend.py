@@ -88,6 +88,31 @@ def test_a_seed_decides_the_start(backend: KinematicBackend) -> None:
     assert np.array_equal(backend.read().positions, first)
 
 
+def test_it_starts_at_home_and_no_seed_moves_a_joint_by_more_than_a_hundredth_of_its_range(
+    backend: KinematicBackend,
+) -> None:
+    assert ROBOT.home is not None
+    for seed in range(20):
+        backend.reset(seed)
+        measured = dict(zip(ROBOT.measured_joint_names, backend.read().positions, strict=True))
+        for name, home in ROBOT.home.positions.items():
+            span = ROBOT.joint(name).upper - ROBOT.joint(name).lower
+            assert abs(measured[name] - home) <= 0.01 * span + 1e-6, name
+        assert measured["torso_height"] == ROBOT.home.positions["torso_height"]
+
+
+def test_a_robot_that_declares_no_home_starts_in_the_middle_of_its_ranges() -> None:
+    robot = ROBOT.model_copy(update={"home": None})
+    backend = KinematicBackend(robot)
+    measured = dict(zip(robot.measured_joint_names, backend.read().positions, strict=True))
+    for joint in (*robot.joints, *robot.passive_joints):
+        if joint.has_bounds:
+            middle, span = 0.5 * (joint.lower + joint.upper), joint.upper - joint.lower
+            assert abs(measured[joint.name] - middle) <= 0.01 * span + 1e-9, joint.name
+        else:
+            assert measured[joint.name] == 0.0
+
+
 def test_ranges_are_the_limits_of_the_profile(backend: KinematicBackend) -> None:
     ranges = {
         (part.name, item.mode): floats(item.upper)

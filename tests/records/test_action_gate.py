@@ -3,23 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from fairlead.messages import ActionPart, GateState, Outcome, Verdict
 from fairlead.modes import ControlMode
-from fairlead.paths import gate_config
-from tests.gate.scene import Scene
 from tests.system.injector import SOURCE, Injector, part
 from tests.system.live_robot import LiveRobot
 
 pytestmark = [pytest.mark.processes, pytest.mark.timeout(120)]
 
 BASE = (0, 1, 2)
-READY = {"panda_joint2": 0.2, "panda_joint4": -2.4, "panda_joint6": 2.6, "panda_joint7": 0.785}
-"""An arm as it stands before a task, in rad: no link is near another."""
 
 
 @pytest.fixture
@@ -32,36 +27,24 @@ def injector(light_robot: LiveRobot) -> Iterator[Injector]:
         injector.close()
 
 
-@pytest.fixture
-def scene(tmp_path: Path) -> Iterator[Scene]:
-    """The gate, and an arm whose links have room between them: near each other the base is slow."""
-    scene = Scene(gate_config("panda_mobile", "sim"), tmp_path)
-    for name, angle in READY.items():
-        scene.hal.positions[scene.hal.joints.index(name)] = angle
-    scene.meet_hal()
-    scene.arm()
-    scene.take_claim("base")
-    yield scene
-    scene.close()
-
-
 def judged(injector: Injector, *parts: ActionPart) -> Verdict:
     return injector.send(injector.chunk(parts=parts, horizon=1))
 
 
-def base_rows(value: float) -> np.ndarray:
+def base_rows(value: float, joint: int = 0) -> np.ndarray:
     rows = np.zeros((1, 11))
-    rows[0, 0] = value
+    rows[0, joint] = value
     return rows
 
 
-@pytest.mark.parametrize(("value", "code"), [(1.0, 0), (1.02, 20)])
+@pytest.mark.parametrize(("joint", "limit"), [(0, 1.0), (1, 1.0), (2, 1.5)])
+@pytest.mark.parametrize(("share", "code"), [(1.0, 0), (-1.0, 0), (1.02, 20), (-1.02, 20)])
 def test_action_39_each_base_joint_is_held_to_its_own_velocity_limit(
-    scene: Scene, value: float, code: int
+    injector: Injector, joint: int, limit: float, share: float, code: int
 ) -> None:
     """The gate judges the padded base joint by joint: 1.0 m/s passes, 1.02 is refused."""
-    base = part("base", ControlMode.JOINT_VELOCITY, base_rows(value), *BASE)
-    verdict = scene.send(scene.chunk(1, parts=(base,)))
+    rows = base_rows(share * limit, joint)
+    verdict = judged(injector, part("base", ControlMode.JOINT_VELOCITY, rows, *BASE))
     assert verdict.code == code, verdict
 
 

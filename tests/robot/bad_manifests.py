@@ -6,6 +6,7 @@ begins with a dot.
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from tests.gate.file_edits import Change, again, drop, put
@@ -43,6 +44,20 @@ BAD: dict[str, tuple[Change, str]] = {
         "part 'gripper': gripper_position: expected a joint that slides, openings are in m, got "
         "'panda_gripper', which is revolute (for one that turns: joint_position)",
     ),
+    "home beyond a limit": (
+        put("home.positions.panda_joint4", 0.1),
+        "home: joint 'panda_joint4': expected a position from -3.0718 to -0.0698, got 0.1",
+    ),
+    "a joint without a home": (
+        drop("home.positions.torso_height"),
+        "home.positions: missing torso_height",
+    ),
+    "a base at home": (
+        put("home.positions.base_x", 0.0),
+        "home.positions: unknown base_x (valid: panda_joint1, panda_joint2, ",
+    ),
+    "home is nowhere": (put("home.positions.panda_joint1", math.nan), "home.positions."),
+    "home from nowhere": (put("home.source", " "), "home.source: "),
     "no contact limit": (
         drop(f"{MEASURED}.contact_limit"),
         "safety.sim: measured: joint 'panda_joint1': contact_limit is missing",

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from fairlead.messages import FloatArray
-from fairlead_tools.shape.distance import segment_distance
+from fairlead.robot.capsule_distance import segment_distance
 
 COUNT = 3000
 TOLERANCE_M = 1e-6

@@ -15,7 +15,7 @@ from fairlead.errors import ConfigError
 from fairlead.messages import floats
 from fairlead.modes import ControlMode
 from fairlead.paths import repo_root, robot_dir
-from fairlead.robot.manifest import RobotManifest
+from fairlead.robot.manifest import RobotManifest, load_robot
 from fairlead_hal_sim.introspection import simulator_slot
 from fairlead_hal_sim.options import SimulatorOptions
 from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
@@ -26,11 +26,13 @@ from tests.task.episode import commands, true_state
 
 pytestmark = pytest.mark.simulator
 
+PASSIVE = ("panda_finger_joint1", "panda_finger_joint2", "torso_height")
+
 
 def test_it_finds_panda_mobiles_parts_joints_and_ranges(backend: RobosuiteBackend) -> None:
     found = backend.describe()
     assert found.joints == JOINTS
-    assert found.passive_joints == ("panda_finger_joint1", "panda_finger_joint2", "torso_height")
+    assert found.passive_joints == PASSIVE
     assert found.simulator_order == ("right", "torso", "base", "right_gripper")
     assert found.has_task
     parts = {part.name: part for part in found.parts}
@@ -47,6 +49,15 @@ def test_it_finds_panda_mobiles_parts_joints_and_ranges(backend: RobosuiteBacken
     assert ranges[("composite", ControlMode.COMPOSITE_MODE)] == [1.0]
     lower = floats(parts["gripper"].ranges[0].lower)
     assert lower.tolist() == [0.0]
+
+
+def test_the_robot_rests_where_robot_yaml_has_its_home(backend: RobosuiteBackend) -> None:
+    home = load_robot("panda_mobile").home
+    assert home is not None
+    backend.reset(5)
+    measured = dict(zip(JOINTS + PASSIVE, backend.read().positions, strict=True))
+    resting = {name: at for name, at in measured.items() if not name.startswith("base_")}
+    assert resting == pytest.approx(home.positions, abs=1e-5)
 
 
 def test_transforms_and_joints_agree_with_the_simulators_observations(

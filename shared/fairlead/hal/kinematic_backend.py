@@ -25,11 +25,14 @@ from fairlead.hal.backend import (
 from fairlead.hal.kinematic_parts import describe_part, finger_shares
 from fairlead.messages import FloatArray
 from fairlead.modes import ControlMode
+from fairlead.robot.joint import Joint
 from fairlead.robot.manifest import RobotManifest
 from fairlead.robot.profile_limits import profile_limits
 
 DELTA_GAIN = 0.1
 """Joint motion [rad] per m or rad of an end-effector delta, or of a twist in a second."""
+SPREAD = 0.01
+"""Share of its range by which a seed moves a joint at most: links stay apart."""
 NO_ROTATION = np.array([0.0, 0.0, 0.0, 1.0])
 
 
@@ -40,7 +43,8 @@ class KinematicBackend:
     joints, else at its origin.
 
     Args:
-        robot: its manifest; bounded joints start in the middle of their range and stay in it.
+        robot: its manifest; joints start at its ``home``, or, where it declares none, in the
+            middle of their range, and stay in that.
         profile: safety profile whose limits are told as command ranges.
         frames: further frames that stand still in ``odom``: name to xyz [m].
 
@@ -64,6 +68,10 @@ class KinematicBackend:
         safety = robot.profile(profile)
         self._speed = np.array([profile_limits(joint, safety)[0] for joint in robot.joints])
         self._shares = finger_shares(robot)
+        self._start = _start(robot, robot.joints)
+        # A finger is where its gripper is.
+        follows = self._shares.any(axis=1)
+        self._still = np.where(follows, 0.0, _start(robot, robot.passive_joints))
         self._parts = tuple(describe_part(robot, part, profile) for part in robot.parts)
         self._frames = {name: np.array(xyz, dtype=float) for name, xyz in (frames or {}).items()}
         self._packed: npt.NDArray[np.float32] = np.zeros(0, dtype=np.float32)
@@ -84,7 +92,8 @@ class KinematicBackend:
 
     def read(self) -> Measurement:
         """Where the joints were told to be; nothing weighs anything, so efforts are 0."""
-        positions = np.concatenate([self._positions, self._shares @ self._positions])
+        passive = self._still + self._shares @ self._positions
+        positions = np.concatenate([self._positions, passive])
         velocities = np.concatenate([self._velocities, self._shares @ self._velocities])
         return Measurement(positions, velocities, np.zeros_like(positions))
 
@@ -116,13 +125,11 @@ class KinematicBackend:
         return None
 
     def reset(self, seed: int) -> None:
-        """Back to the start; ``seed`` moves each bounded joint by up to 5 % of its range."""
-        bounded = np.isfinite(self._lower)
-        share = 0.5 + np.random.default_rng(seed).uniform(-0.05, 0.05, len(bounded))
-        span = self._upper[bounded] - self._lower[bounded]
-        self._positions = np.zeros(len(bounded))
-        self._positions[bounded] = self._lower[bounded] + share[bounded] * span
-        self._velocities = np.zeros(len(bounded))
+        """Back to the start; ``seed`` moves each bounded joint by up to 1 % of its range."""
+        span = np.where(np.isfinite(self._lower), self._upper - self._lower, 0.0)
+        off = span * np.random.default_rng(seed).uniform(-SPREAD, SPREAD, len(span))
+        self._positions = np.clip(self._start + off, self._lower, self._upper)
+        self._velocities = np.zeros(len(span))
         self._packed = np.zeros(0, dtype=np.float32)
 
     def snapshot(self) -> bytes:
@@ -218,6 +225,13 @@ _MOVES: dict[ControlMode, _Move] = {
     ControlMode.BODY_TWIST: KinematicBackend._body_twist,
     ControlMode.COMPOSITE_MODE: KinematicBackend._composite_mode,
 }
+
+
+def _start(robot: RobotManifest, joints: Sequence[Joint]) -> FloatArray:
+    """Where joints are when an episode starts [rad or m]."""
+    home = {} if robot.home is None else robot.home.positions
+    middles = ((one, 0.5 * (one.lower + one.upper) if one.has_bounds else 0.0) for one in joints)
+    return np.array([home.get(one.name, middle) for one, middle in middles])
 
 
 def _check_modes(robot: RobotManifest) -> None:

@@ -28,7 +28,7 @@ def describe_part(robot: RobotManifest, part: Part, profile: str) -> HalPart:
 def finger_shares(robot: RobotManifest) -> FloatArray:
     """How passive joints follow commanded ones: ``passive = shares @ commanded``.
 
-    A gripper that is the difference of two fingers opens each by half; others stand at 0.
+    A gripper that is the difference of two fingers opens each by half; others stand still.
     """
     shares = np.zeros((len(robot.passive_joints), robot.n_dof))
     for column, joint in enumerate(robot.joint_names):

@@ -20,6 +20,7 @@ from fairlead.robot.capsules import CapsuleFile, load_capsules
 from fairlead.robot.description_tree import DescriptionTree, Link, description_tree
 from fairlead.robot.gate_geometry import Json, compiled_base, compiled_shape, compiled_workspace
 from fairlead.robot.gate_room import check_room
+from fairlead.robot.home_check import check_home
 from fairlead.robot.joint import Joint
 from fairlead.robot.manifest import RobotManifest
 from fairlead.robot.part import Part
@@ -71,6 +72,7 @@ def compile_gate_config(robot: RobotManifest, profile: str) -> str:
     }
     check_room(robot, config)
     check_possible(robot, profile, tree)
+    check_home(robot, profile, tree, capsules)
     covered = {capsule.link for capsule in capsules.capsules}
     check_bare_links(robot, tree, covered, f"robot {robot.id}: {robot.capsules}")
     config["compiled_from"] = _sources(robot)

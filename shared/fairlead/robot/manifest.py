@@ -13,6 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator, model_valida
 from fairlead.errors import ConfigError, expected
 from fairlead.keys import check_name
 from fairlead.paths import robot_dir
+from fairlead.robot.home_pose import HomePose
 from fairlead.robot.joint import Joint
 from fairlead.robot.part import EndEffector, Part, SimulatorNames
 from fairlead.robot.rules import reference_problems
@@ -38,6 +39,7 @@ class RobotManifest(BaseModel):
     tracked_frames: tuple[str, ...] = Field(
         default=(), description="frames beside the description's that a HAL or tracker publishes"
     )
+    home: HomePose | None = Field(default=None, description="where the robot rests")
     simulator: SimulatorNames | None = None
     no_collision_geometry: dict[str, str] = Field(
         default_factory=dict, description="links without capsules, and why that is no loss"
@@ -76,6 +78,7 @@ class RobotManifest(BaseModel):
             base_joints=self.base_joints,
             parts=self.parts,
             end_effectors=self.end_effectors,
+            home=self.home,
             simulator=self.simulator,
             safety=self.safety,
         )
@@ -119,7 +122,8 @@ class RobotManifest(BaseModel):
 
         The safety block and the robot's shape are left out: they have a hash of their own for each
         profile, that of the gate's file. So are tracked frames, which are of things around it,
-        sources, which are prose, and what only the comparison with a simulator's model goes by.
+        where it rests, sources, which are prose, and what only the comparison with a simulator's
+        model goes by.
         Everything else counts, limits, hold laws and frames too: two processes that disagree on
         one of them mean two robots.
 
@@ -133,6 +137,7 @@ class RobotManifest(BaseModel):
                 "capsules": True,
                 "no_collision_geometry": True,
                 "tracked_frames": True,
+                "home": True,
                 "simulator": {"frame_tolerance", "model"},
                 "joints": {"__all__": {"source"}},
                 "passive_joints": {"__all__": {"source"}},

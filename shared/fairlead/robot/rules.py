@@ -10,6 +10,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from fairlead.modes import ControlMode
+from fairlead.robot.home_pose import HomePose, home_problems
 from fairlead.robot.joint import Joint
 from fairlead.robot.part import EndEffector, Part, SimulatorNames
 from fairlead.robot.safety_profile import ProfileName, SafetyProfile
@@ -23,6 +24,7 @@ def reference_problems(
     base_joints: Sequence[str],
     parts: Sequence[Part],
     end_effectors: Sequence[EndEffector],
+    home: HomePose | None,
     simulator: SimulatorNames | None,
     safety: Mapping[ProfileName, SafetyProfile],
 ) -> list[str]:
@@ -39,6 +41,8 @@ def reference_problems(
     problems += _part_problems(joints, parts)
     problems += _base_problems(joints, base_joints)
     problems += _tool_problems(joints, parts, end_effectors)
+    if home is not None:
+        problems += home_problems((*joints, *passive_joints), home)
     if simulator is not None:
         problems += same_names("simulator.joints", measured, {**measured, **simulator.joints})
         for name, sources in simulator.joints.items():

@@ -22,9 +22,9 @@ def command(
     as_json: JsonOption = False,
 ) -> None:
     """Print the smallest distance of each checked pair of capsules over a recorded run."""
+    from fairlead.robot.capsule_distance import capsule_spans, pair_distances
     from fairlead.robot.description_tree import description_tree
     from fairlead.robot.link_poses import link_poses
-    from fairlead_tools.shape.capsule_pairs import capsule_spans, pair_distances
     from fairlead_tools.shape.recorded_positions import recorded_positions
 
     manifest = load_robot(robot)

@@ -11,11 +11,11 @@ import numpy.typing as npt
 
 from fairlead.messages import FloatArray
 from fairlead.robot.bare_links import is_swept
+from fairlead.robot.capsule_distance import capsule_spans, pair_distances
 from fairlead.robot.capsules import Capsule
 from fairlead.robot.description_tree import DescriptionTree
 from fairlead.robot.link_poses import Poses, link_poses, random_positions
 from fairlead.robot.manifest import RobotManifest
-from fairlead_tools.shape.distance import segment_distance
 
 BoolArray = npt.NDArray[np.bool_]
 
@@ -120,27 +120,6 @@ def _without_crowded(
                 f"in {touch.mean():.0%}; in each of those another checked pair is near"
             )
     return [replace(one, why_not=excused.get(one, one.why_not)) for one in pairs]
-
-
-def capsule_spans(
-    capsules: Sequence[Capsule], poses: Mapping[str, Poses]
-) -> list[tuple[FloatArray, FloatArray]]:
-    """Both ends of each capsule in the root link's frame, ``[n, 3]`` [m]."""
-    return [
-        (poses[one.link].apply(np.array(one.a_m)), poses[one.link].apply(np.array(one.b_m)))
-        for one in capsules
-    ]
-
-
-def pair_distances(
-    capsules: Sequence[Capsule],
-    spans: Sequence[tuple[FloatArray, FloatArray]],
-    first: int,
-    second: int,
-) -> FloatArray:
-    """Distance of two capsules in each pose ``[n]`` [m], negative where they overlap."""
-    radii = capsules[first].radius_m + capsules[second].radius_m
-    return segment_distance(*spans[first], *spans[second]) - radii
 
 
 def _bodies(

@@ -2,11 +2,35 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
 import numpy as np
 
-from fairlead.messages import FloatArray
+from fairlead.robot.capsules import Capsule
+from fairlead.robot.link_poses import FloatArray, Poses
 
 _TINY = 1e-18  # [m2]: a shorter segment is a point
+
+
+def capsule_spans(
+    capsules: Sequence[Capsule], poses: Mapping[str, Poses]
+) -> list[tuple[FloatArray, FloatArray]]:
+    """Both ends of each capsule in the root link's frame, ``[n, 3]`` [m]."""
+    return [
+        (poses[one.link].apply(np.array(one.a_m)), poses[one.link].apply(np.array(one.b_m)))
+        for one in capsules
+    ]
+
+
+def pair_distances(
+    capsules: Sequence[Capsule],
+    spans: Sequence[tuple[FloatArray, FloatArray]],
+    first: int,
+    second: int,
+) -> FloatArray:
+    """Distance of two capsules in each pose ``[n]`` [m], negative where they overlap."""
+    radii = capsules[first].radius_m + capsules[second].radius_m
+    return segment_distance(*spans[first], *spans[second]) - radii
 
 
 def segment_distance(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> FloatArray:
