@@ -108,9 +108,9 @@ def _connections(deployment: Deployment) -> None:
 FLOODS: dict[str, Callable[[Deployment], None]] = {
     "candidates": _candidates,
     "joint states": _states,
-    "junk for hal/status": lambda d: _put(d, d.keys.hal_status, HalStatus, JUNK),
-    "junk for a lease": lambda d: _put(d, d.keys.lease, Lease, JUNK),
-    "junk for transforms": lambda d: _put(d, d.keys.tf("stranger"), TransformBatch, JUNK),
+    "malformed hal/status messages": lambda d: _put(d, d.keys.hal_status, HalStatus, JUNK),
+    "malformed leases": lambda d: _put(d, d.keys.lease, Lease, JUNK),
+    "malformed transforms": lambda d: _put(d, d.keys.tf("stranger"), TransformBatch, JUNK),
     "queries": _queries,
     "connections": _connections,
 }

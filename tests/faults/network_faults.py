@@ -160,7 +160,7 @@ ROWS = (
         "routed", lost_state),
     *(
         Row(15, f"{WHOSE[service]} link for {BAD_S:g} s: {what}",
-            "rows in their tick, once, or hold" if may_hold else "no effect", bound, "routed",
+            "each row in its tick, once, or hold" if may_hold else "no effect", bound, "routed",
             partial(bad_network, service, rule, may_hold), "first hold", 5)
         for service, what, rule, may_hold, bound in BAD
     ),

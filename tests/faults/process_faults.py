@@ -164,7 +164,10 @@ ROWS = (
         "longest gap before a tick that moved", excused=False,
     ),
     Row(4, "runner killed in mid-chunk", "rows end with its heartbeat", 550, "robot", kill_runner),
-    Row(5, "runner paused", "the same; old chunks are refused", 550, "robot", pause_runner),
+    Row(
+        5, "runner paused", "rows end with its heartbeat; old chunks are refused",
+        550, "robot", pause_runner,
+    ),
     Row(
         7, "HAL killed, restarted", "gate stops; the new session moves nothing and is not armed",
         300, "robot", kill_hal, TO_STOP,
@@ -178,7 +181,7 @@ ROWS = (
         1000, "robot", kill_assembler, GOAL_ENDED, also=HOLD,
     ),
     Row(
-        9, "state_assembler paused", "the same; on wake nothing moves again",
+        9, "state_assembler paused", "hold; the goal fails; on wake nothing moves again",
         1000, "robot", pause_assembler, GOAL_ENDED, also=HOLD,
     ),
 )  # fmt: skip
