@@ -6,7 +6,7 @@ import pytest
 from typer.testing import CliRunner
 
 from fairlead_tools.cli.app import app
-from fairlead_tools.cli.group import EXIT_CODES
+from fairlead_tools.cli.options import EXIT_CODES
 
 READING = ("ps", "logs", "status", "parity", "demo", "run", "skill ls", "skill show",
            "skill check", "robot show", "layout ls", "layout verify", "router")  # fmt: skip

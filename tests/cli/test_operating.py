@@ -135,7 +135,7 @@ def test_a_progress_line_is_never_wider_than_the_terminal(tmp_path: Path) -> Non
     program = (
         "import fcntl, struct, sys, termios\n"
         "fcntl.ioctl(2, termios.TIOCSWINSZ, struct.pack('HHHH', 24, 80, 0, 0))\n"
-        "from fairlead_tools.cli.progress_line import ProgressLine\n"
+        "from fairlead_tools.cli.console import ProgressLine\n"
         "with ProgressLine() as line:\n"
         "    line.show('x' * 79)\n"
         "    line.show('y' * 80)\n"

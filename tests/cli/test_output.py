@@ -8,8 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from fairlead_tools.cli.console import print_table
-from fairlead_tools.cli.progress_line import ProgressLine
+from fairlead_tools.cli.console import ProgressLine, print_table
 from tests.cli.command import fairlead_command, fairlead_environment
 from tests.cli.command import fairlead_here as fairlead
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from fairlead.messages import NO_HASH, GateState, GateStatus, GoalResult
 from fairlead.operate.goal import Progress
-from fairlead_tools.cli.goal_hints import goal_hints
+from fairlead_tools.cli.goals import goal_hints
 from fairlead_tools.cli.status import gate_lines
 
 

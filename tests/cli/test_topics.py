@@ -23,8 +23,7 @@ from fairlead.messages import (
 from fairlead.paths import repo_root
 from fairlead.wire.session import ZenohBus
 from fairlead.wire.topics import find_topic, topics
-from fairlead_tools.cli.message_document import message_document
-from fairlead_tools.cli.topic_hz import rate_of
+from fairlead_tools.cli.topic import message_document, rate_of
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
 from tests.cli.command import fairlead
 

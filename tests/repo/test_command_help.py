@@ -103,4 +103,4 @@ def test_a_command_prints_through_the_console_which_escapes_control_characters()
     speaks = re.compile(r"\btyper\.(echo|secho)\(|(?<![\w.])print\(")
     commands = python_files("shared/fairlead_tools/cli/")
     bare = {path.name for path in commands if speaks.search(text_of(path))}
-    assert bare == {"console.py", "main.py", "progress_line.py"}
+    assert bare == {"console.py", "main.py"}

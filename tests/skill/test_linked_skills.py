@@ -9,7 +9,7 @@ import pytest
 from fairlead.errors import ConfigError
 from fairlead.robot.manifest import load_robot
 from fairlead.skill.manifest import load_skill, skill_ids
-from fairlead_tools.cli.skill_choice import installed_skill
+from fairlead_tools.cli.skill import installed_skill
 from fairlead_tools.skills.install import install_skill
 from fairlead_tools.skills.skeleton import skill_skeleton
 

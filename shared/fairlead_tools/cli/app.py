@@ -1,40 +1,78 @@
-"""Every command of ``fairlead``: one file each, put together here."""
+"""Every command of ``fairlead``, put together, and ``fairlead --version``."""
 
 from __future__ import annotations
 
+import hashlib
+import platform
+from importlib.metadata import PackageNotFoundError, version
 from typing import Annotated
 
 import typer
 
-from fairlead_tools.cli import (
-    arm,
-    cancel,
-    demo,
-    disarm,
-    down,
-    episode,
-    evaluate,
-    judge,
-    layout,
-    logs,
-    parity,
-    plot,
-    ps,
-    reset,
-    restart,
-    robot,
-    router,
-    run,
-    service,
-    skill,
-    status,
-    stop,
-    topic,
-    up,
-    why,
-)
-from fairlead_tools.cli.group import EXIT_CODES, add_commands
-from fairlead_tools.cli.version import print_version
+from fairlead.errors import ConfigError
+from fairlead.paths import gate_binary, repo_root
+from fairlead.plugins import DATA, HALS, LAYOUTS, POLICIES
+from fairlead_tools.cli.arming import arm_command, disarm_command, reset_command, stop_command
+from fairlead_tools.cli.console import echo
+from fairlead_tools.cli.demo import demo_command, parity_command, plot_command
+from fairlead_tools.cli.evaluate import eval_command
+from fairlead_tools.cli.goals import cancel_command, episode_command, run_command
+from fairlead_tools.cli.layout import group as layout_group
+from fairlead_tools.cli.options import EXIT_CODES, add_commands
+from fairlead_tools.cli.processes import down_command, logs_command, ps_command
+from fairlead_tools.cli.robot import group as robot_group
+from fairlead_tools.cli.service import one_service_command, restart_command, router_command
+from fairlead_tools.cli.skill import group as skill_group
+from fairlead_tools.cli.status import status_command
+from fairlead_tools.cli.topic import group as topic_group
+from fairlead_tools.cli.up import up_command
+from fairlead_tools.cli.why import judge_command, why_command
+
+PACKAGES = ("eclipse-zenoh", "mujoco", "pin", "robosuite")
+
+
+def print_version(wanted: bool) -> None:
+    """Print it and end, if asked to."""
+    if wanted:
+        echo(version_text())
+        raise typer.Exit
+
+
+def version_text() -> str:
+    """One line each for fairlead, its tree, its gate, what they run on and what others add."""
+    packages = ", ".join(f"{name} {_installed(name)}" for name in PACKAGES)
+    return (
+        f"fairlead {version('fairlead')}\n"
+        f"  tree: {repo_root()}\n"
+        f"  gate: {_gate()}\n"
+        f"  with: Python {platform.python_version()}, {packages}{_plug_ins()}"
+    )
+
+
+def _plug_ins() -> str:
+    """A line for each other package that adds something, and what."""
+    added: dict[str, list[str]] = {}
+    for one in (one for group in (HALS, POLICIES, LAYOUTS, DATA) for one in group.every()):
+        added.setdefault(one.package, []).append(f"{one.what} {one.name}")
+    added.pop(f"fairlead {version('fairlead')}", None)
+    return "".join(f"\n  {package}: {', '.join(what)}" for package, what in added.items())
+
+
+def _gate() -> str:
+    """The gate has no number of its own: its file's hash tells one build from another."""
+    try:
+        path = gate_binary()
+    except ConfigError as error:
+        return f"none ({error})"
+    return f"{path}, SHA-256 {hashlib.sha256(path.read_bytes()).hexdigest()[:16]}"
+
+
+def _installed(package: str) -> str:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return "not installed"
+
 
 app = typer.Typer(
     name="fairlead",
@@ -63,28 +101,28 @@ def _options(
 add_commands(
     app,
     {
-        "up": up,
-        "down": down,
-        "service": service,
-        "restart": restart,
-        "ps": ps,
-        "logs": logs,
-        "run": run,
-        "cancel": cancel,
-        "episode": episode,
-        "eval": evaluate,
-        "arm": arm,
-        "disarm": disarm,
-        "stop": stop,
-        "reset": reset,
-        "status": status,
-        "why": why,
-        "judge": judge,
-        "plot": plot,
-        "parity": parity,
-        "demo": demo,
-        "router": router,
+        "up": up_command,
+        "down": down_command,
+        "service": one_service_command,
+        "restart": restart_command,
+        "ps": ps_command,
+        "logs": logs_command,
+        "run": run_command,
+        "cancel": cancel_command,
+        "episode": episode_command,
+        "eval": eval_command,
+        "arm": arm_command,
+        "disarm": disarm_command,
+        "stop": stop_command,
+        "reset": reset_command,
+        "status": status_command,
+        "why": why_command,
+        "judge": judge_command,
+        "plot": plot_command,
+        "parity": parity_command,
+        "demo": demo_command,
+        "router": router_command,
     },
 )
-for _group in (skill.group, robot.group, layout.group, topic.group):
+for _group in (skill_group, robot_group, layout_group, topic_group):
     app.add_typer(_group)

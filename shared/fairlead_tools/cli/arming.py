@@ -1,17 +1,24 @@
-"""Arming: a robot that is real is armed only by somebody who was asked and said yes."""
+"""``fairlead arm``, ``disarm``, ``stop``, ``reset``: what the gate grants, and ends."""
 
 from __future__ import annotations
 
 import sys
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from fairlead.errors import RefusedError
+from fairlead.deploy.deployment import load_deployment
+from fairlead.deploy.registry import running_name
+from fairlead.errors import FairleadError, RefusedError
 from fairlead.messages import ArmReply, GateState, GateStatus
 from fairlead.operate.client import RobotClient
+from fairlead.operate.which_deployment import running_files
+from fairlead_tools.cli.console import echo, hex_id
+from fairlead_tools.cli.options import DeploymentOption, choose_deployment, example
 
 HARDWARE = "hardware"
 YesOption = Annotated[bool, typer.Option("--yes", help="arm hardware without asking")]
@@ -46,3 +53,91 @@ def armed(client: RobotClient, confirmed: bool = False) -> Iterator[None]:
         gate = client.gate_status()
         if gate.state == GateState.ARMED and not gate.claims:
             client.disarm()
+
+
+@example("fairlead arm")
+def arm_command(deployment: DeploymentOption = None, yes: YesOption = False) -> None:
+    """Arm the gate: a new epoch starts, runners may claim parts of the robot.
+
+    With profile `hardware` it asks first; where nobody can answer it refuses, but with --yes.
+    """
+    chosen = choose_deployment(deployment)
+    with RobotClient(chosen) as client:
+        reply = arm_after_asking(client, client.gate_status(), yes)
+    echo(f"armed {chosen.id}: epoch {hex_id(reply.epoch)}")
+
+
+@example("fairlead disarm")
+def disarm_command(deployment: DeploymentOption = None) -> None:
+    """Disarm the gate: every claim ends, the robot holds; goals that ran fail visibly."""
+    chosen = choose_deployment(deployment)
+    with RobotClient(chosen) as client:
+        reply = client.disarm()
+    echo(reply.text or f"disarmed {chosen.id}")
+
+
+@example('fairlead stop --reason "hand in the cell"')
+def stop_command(
+    deployment: DeploymentOption = None,
+    reason: Annotated[str, typer.Option(help="why, for the log")] = "operator",
+) -> None:
+    """Request a protective stop: a controlled standstill until its id is reset.
+
+    Without --deployment of every robot that runs on this machine. This is not an emergency
+    stop: use the robot's own for that.
+    """
+    files = [deployment] if deployment is not None else running_files()
+    with ThreadPoolExecutor(len(files)) as at_once:  # nobody's stop waits for another's
+        outcomes = list(at_once.map(lambda file: _stop(file, reason), files))
+    failed = False
+    for file, outcome in zip(files, outcomes, strict=True):
+        if isinstance(outcome, FairleadError):
+            failed = True
+            echo(f"ERROR {file}: NOT STOPPED: {outcome}", err=True)
+            continue
+        robot, stop_id = outcome
+        which = f" --deployment {file}" if len(files) > 1 else ""
+        echo(f"stopped {robot}; when it is safe: fairlead reset {hex_id(stop_id)}{which}")
+    if failed:
+        raise typer.Exit(1)
+
+
+def _stop(file: Path, reason: str) -> tuple[str, int] | FairleadError:
+    try:
+        chosen = load_deployment(file)
+        with RobotClient(chosen) as client:
+            return running_name(chosen), client.stop(reason)
+    except FairleadError as error:
+        return error
+
+
+_HIGHEST_ID = 2**64 - 1
+
+
+def parse_id(text: str) -> int:
+    """A stop's or latch's id, written in hex as `fairlead status` prints it."""
+    try:
+        number = int(text, 16)
+    except ValueError:
+        number = 0
+    if not 0 < number <= _HIGHEST_ID:
+        raise typer.BadParameter(
+            f"expected 1 to 16 hex digits as printed by `fairlead status`, got {text!r}"
+        )
+    return number
+
+
+@example("fairlead reset 5f0c3a9e12d4b687")
+def reset_command(
+    acknowledged: Annotated[
+        int, typer.Argument(parser=parse_id, metavar="ID", help="the stop or latch id")
+    ],
+    deployment: DeploymentOption = None,
+) -> None:
+    """Acknowledge one stop or latch by its id; leads to disarmed, never to motion."""
+    chosen = choose_deployment(deployment)
+    with RobotClient(chosen) as client:
+        reply = client.reset(acknowledged)
+        left = client.gate_status()
+    echo(reply.text or f"reset {chosen.id}")
+    echo(f"next: {left.fix or 'fairlead arm'}")

@@ -1,9 +1,13 @@
-"""What commands print: JSON documents, ids, small tables."""
+"""What commands print: documents, ids, small tables, a line of progress."""
 
 from __future__ import annotations
 
 import json
+import os
+import sys
+import time
 from collections.abc import Sequence
+from types import TracebackType
 from typing import Any
 
 import typer
@@ -36,3 +40,58 @@ def print_table(header: Sequence[str], rows: Sequence[Sequence[object]]) -> None
     for line in lines:
         cells = [cell.ljust(width) for cell, width in zip(line, widths, strict=True)]
         echo("  ".join(cells).rstrip())
+
+
+LINE_EVERY_S = 2.0  # in a log file
+
+
+class ProgressLine:
+    """Where progress is shown; on standard error, so that output can be piped."""
+
+    def __init__(self, quiet: bool = False) -> None:
+        self._quiet = quiet
+        self._on_terminal = sys.stderr.isatty()
+        self._last_s = -LINE_EVERY_S
+        self._text = ""
+
+    def __enter__(self) -> ProgressLine:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.end()
+
+    def show(self, text: str) -> None:
+        """Replace the line on a terminal; elsewhere print it now and then."""
+        self._text = text = printable(text)
+        if self._quiet:
+            return
+        if self._on_terminal:
+            print(f"\r\x1b[2K{self._cut(text)}", end="", file=sys.stderr, flush=True)
+        elif time.monotonic() - self._last_s >= LINE_EVERY_S:
+            self._last_s = time.monotonic()
+            print(text, file=sys.stderr, flush=True)
+
+    def say(self, text: str) -> None:
+        """A line of its own, above what changes."""
+        self.end()
+        if not self._quiet:
+            print(printable_lines(text), file=sys.stderr, flush=True)
+
+    def end(self) -> None:
+        """Leave the newest text, whole, as a line of its own."""
+        if self._quiet or not self._text:
+            return
+        clear = "\r\x1b[2K" if self._on_terminal else ""
+        print(f"{clear}{self._text}", file=sys.stderr, flush=True)
+        self._text = ""
+
+    @staticmethod
+    def _cut(text: str) -> str:
+        """What fits into the terminal's width: of a wrapped line only the last row is replaced."""
+        width = os.get_terminal_size(sys.stderr.fileno()).columns or 80
+        return text if len(text) < width else f"{text[: width - 2]}…"

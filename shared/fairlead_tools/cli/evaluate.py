@@ -24,17 +24,18 @@ from fairlead.skill.admission import require_admission
 from fairlead.skill.manifest import load_skill
 from fairlead.wire.bus import Sample
 from fairlead_tools.cli.arming import YesOption, armed
-from fairlead_tools.cli.console import echo, print_json, print_table
-from fairlead_tools.cli.deployment_choice import DeploymentOption, JsonOption
-from fairlead_tools.cli.episode import new_episode
-from fairlead_tools.cli.progress_line import ProgressLine
-from fairlead_tools.cli.run import DeadlineOption, PromptOption, RunnerOption, StallOption
-from fairlead_tools.cli.skill_choice import SkillArgument, installed_skill
-from fairlead_tools.cli.starting import wait_seen, wait_started
-from fairlead_tools.cli.status import state_and_cause
-from fairlead_tools.cli.wire_number import MAX_NUMBER
+from fairlead_tools.cli.console import ProgressLine, echo, print_json, print_table
+from fairlead_tools.cli.goals import (
+    DeadlineOption,
+    PromptOption,
+    RunnerOption,
+    StallOption,
+    new_episode,
+)
+from fairlead_tools.cli.options import MAX_NUMBER, DeploymentOption, JsonOption, example
+from fairlead_tools.cli.skill import SkillArgument, installed_skill
+from fairlead_tools.cli.status import state_and_cause, wait_seen, wait_started
 
-EXAMPLE = "fairlead eval oracle-counter-to-cabinet --seeds 0:20"
 MAX_EPISODES = 100_000
 Z_95 = 1.959964
 _ASKED_BY = re.compile("stopped: by ([^:]*): ")
@@ -94,7 +95,8 @@ def wilson(successes: int, trials: int) -> tuple[float, float]:
     return max(0.0, low), min(1.0, high)
 
 
-def command(
+@example("fairlead eval oracle-counter-to-cabinet --seeds 0:20")
+def eval_command(
     skill: SkillArgument,
     seeds: Annotated[
         str, typer.Option(metavar="FIRST:END", help="0:20 is 0 to 19; or single ones: 3,5,8")

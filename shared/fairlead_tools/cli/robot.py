@@ -2,25 +2,258 @@
 
 from __future__ import annotations
 
-from fairlead_tools.cli import (
-    robot_bounds,
-    robot_capsules,
-    robot_compile,
-    robot_distances,
-    robot_ls,
-    robot_show,
-)
-from fairlead_tools.cli.group import make_group
+import json
+from itertools import chain, repeat
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from fairlead.errors import ConfigError
+from fairlead.paths import robot_dir, robot_ids
+from fairlead.robot.capsules import load_capsules
+from fairlead.robot.gate_file import compile_gate_config
+from fairlead.robot.manifest import load_robot
+from fairlead_tools.cli.console import echo, print_json, print_table
+from fairlead_tools.cli.options import JsonOption, RobotArgument, example, make_group
+from fairlead_tools.cli.robot_capsules import capsules_command
+from fairlead_tools.limits.bounds import Bound, robot_bounds
+from fairlead_tools.limits.effective_limits import effective_limits
+
+
+@example("fairlead robot ls")
+def ls_command(as_json: JsonOption = False) -> None:
+    """Show every robot that ships or is the user's own: rate, joints, parts and their modes."""
+    rows: list[dict[str, Any]] = []
+    wrong: dict[str, str] = {}
+    for name in robot_ids():
+        try:
+            robot = load_robot(name)
+        except ConfigError as error:
+            wrong[name] = str(error)
+            continue
+        parts = {part.name: list(part.modes) for part in robot.parts}
+        rows.append({"robot": name, "hz": 1e9 / robot.tick_period_ns,
+                     "joints": robot.n_dof, "parts": parts})  # fmt: skip
+    if as_json:
+        print_json([*rows, *({"robot": name, "error": text} for name, text in wrong.items())])
+        return
+    lines = [(r["robot"], f"{r['hz']:g}", str(r["joints"]), ", ".join(r["parts"])) for r in rows]
+    print_table(("ROBOT", "HZ", "JOINTS", "PARTS"), lines)
+    for text in wrong.values():
+        echo(text, err=True)
+
+
+@example("fairlead robot show panda_mobile")
+def show_command(
+    robot: RobotArgument,
+    profile: Annotated[str, typer.Option(help="safety profile")] = "sim",
+    sources: Annotated[
+        bool, typer.Option("--sources", help="every limit on a line, with unit and source")
+    ] = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Show a robot's effective limits: what is compiled into the gate's file, in SI units."""
+    manifest = load_robot(robot)
+    config: dict[str, Any] = json.loads(compile_gate_config(manifest, profile))
+    if as_json:
+        print_json(config)
+        return
+    if sources:
+        rows = effective_limits(manifest, profile)
+        header = ("WHERE", "LIMIT", "VALUE", "UNIT", "SOURCE")
+        print_table(header, [(r.where, r.name, r.value, r.unit, r.source) for r in rows])
+        return
+    echo(
+        f"{robot}, profile {profile}: {1e9 / config['period_ns']:g} Hz, lockstep "
+        f"{'allowed' if config['lockstep_allowed'] else 'not allowed'}, "
+        f"robot hash {config['robot_hash'][:16]}\n"
+    )
+    print_table(
+        ("JOINT", "PART", "KIND", "LOWER", "UPPER", "VELOCITY", "ACCELERATION", "EFFORT"),
+        [_joint_row(joint) for joint in config["joints"]],
+    )
+    echo("lengths in m, angles in rad, per second; effort in N m or N\n")
+    print_table(("PART", "MODE", "LIMITS"), _mode_rows(config["parts"]))
+
+
+def _joint_row(joint: dict[str, Any]) -> tuple[object, ...]:
+    bounds = joint.get("bounds")
+    free = "zones" if "zones" in joint else "none"
+    lower, upper = (bounds["lower"], bounds["upper"]) if isinstance(bounds, dict) else (free, "")
+    limits = (joint[f"{name}_limit"] for name in ("velocity", "acceleration", "effort"))
+    return (joint["name"], joint["part"], joint["kind"], lower, upper, *limits)
+
+
+def _mode_rows(parts: list[dict[str, Any]]) -> list[tuple[str, str, str]]:
+    return [
+        (
+            part["name"],
+            mode,
+            ", ".join(f"{k} {_text(v)}" for k, v in limits.items() if k != "source"),
+        )
+        for part in parts
+        for mode, limits in part["modes"].items()
+    ]
+
+
+def _text(value: object) -> str:
+    return "/".join(str(one) for one in value) if isinstance(value, list) else str(value)
+
+
+NOTHING = "NOT ENFORCED"
+
+
+@example("fairlead robot bounds panda_mobile")
+def bounds_command(
+    robot: RobotArgument,
+    profile: Annotated[str, typer.Option(help="safety profile")] = "sim",
+    strict: Annotated[
+        bool, typer.Option("--strict", help="exit 1 if a limit is not enforced")
+    ] = False,
+    as_json: JsonOption = False,
+) -> None:
+    """List every declared limit: its value, the check and process behind it, its test."""
+    bounds = robot_bounds(load_robot(robot), profile)
+    missing = sum(not bound.enforced_by for bound in bounds)
+    if as_json:
+        print_json([_document(bound) for bound in bounds])
+    else:
+        header = ("WHERE", "LIMIT", "VALUE", "UNIT", "CHECK", "PROCESS", "TEST")
+        print_table(header, [row for bound in bounds for row in _rows(bound)])
+        echo(
+            f"\n{robot}, profile {profile}: {len(bounds)} declared limits, "
+            f"{len(bounds) - missing} enforced, {missing} {NOTHING} in this release"
+        )
+    if strict and missing:
+        raise typer.Exit(1)
+
+
+def _rows(bound: Bound) -> list[tuple[str, ...]]:
+    limit = bound.limit
+    declared = (limit.where, limit.name, _value(bound), limit.unit)
+    if not bound.enforced_by:
+        return [(*declared, NOTHING, "-", "-")]
+    return [
+        (*(declared if first else ("", "", "", "")), by.check, by.process, _test(by.file, by.test))
+        for first, by in zip(chain((True,), repeat(False)), bound.enforced_by, strict=False)
+    ]
+
+
+def _test(file: str, name: str) -> str:
+    return f"{Path(file).name}: {name}"
+
+
+def _value(bound: Bound) -> str:
+    value = bound.limit.value
+    if isinstance(value, str):
+        return value
+    if isinstance(value, tuple):
+        return "/".join(f"{one:g}" for one in value) or "declared"
+    return f"{value:g}"
+
+
+def _document(bound: Bound) -> dict[str, Any]:
+    return {
+        "where": bound.limit.where,
+        "limit": bound.limit.name,
+        "value": bound.limit.value,
+        "unit": bound.limit.unit,
+        "source": bound.limit.source,
+        "enforced_by": [
+            {"check": by.check, "process": by.process, "file": by.file, "test": by.test}
+            for by in bound.enforced_by
+        ],
+    }
+
+
+@example("fairlead robot compile panda_mobile")
+def compile_command(
+    robot: RobotArgument,
+    check: Annotated[
+        bool, typer.Option("--check", help="write nothing; exit 1 if a file is not current")
+    ] = False,
+) -> None:
+    """Compile robot.yaml into gate.PROFILE.json, one file for each safety profile.
+
+    Where robot.yaml names a simulator's model, or ROBOT.xml lies beside it, its frames are
+    compared with the description's first.
+    """
+    manifest = load_robot(robot)
+    from fairlead_tools.shape.robot_model import robot_model  # takes long: not for a misspelt name
+
+    model = robot_model(manifest, None, "robot compile")
+    if model is not None:
+        echo(model.check())
+    stale = []
+    for profile in manifest.safety:
+        path = robot_dir(robot) / f"gate.{profile}.json"
+        text = compile_gate_config(manifest, profile)
+        if path.is_file() and path.read_text(encoding="utf-8") == text:
+            echo(f"{path} is current")
+        elif check:
+            stale.append(path)
+        else:
+            _write(path, text)
+    for path in stale:
+        echo(f"ERROR {path} is not current; fix: fairlead robot compile {robot}", err=True)
+    if stale:
+        raise typer.Exit(1)
+
+
+def _write(path: Path, text: str) -> None:
+    try:
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise ConfigError(f"robot compile: cannot write {path}: {error.strerror}") from None
+    echo(f"wrote {path}")
+
+
+@example("fairlead robot distances panda_mobile out/demo/state/safety/decisions/000001.decisions")
+def distances_command(
+    robot: RobotArgument,
+    log: Annotated[Path, typer.Argument(help="decision log of a run, which the gate wrote")],
+    as_json: JsonOption = False,
+) -> None:
+    """Print the smallest distance of each checked pair of capsules over a recorded run."""
+    from fairlead.robot.capsule_distance import capsule_spans, pair_distances
+    from fairlead.robot.description_tree import description_tree
+    from fairlead.robot.link_poses import link_poses
+    from fairlead_tools.shape.recorded_positions import recorded_positions
+
+    manifest = load_robot(robot)
+    file, measured = load_capsules(manifest), recorded_positions(manifest, log)
+    columns = {name: measured[:, i] for i, name in enumerate(manifest.measured_joint_names)}
+    spans = capsule_spans(file.capsules, link_poses(description_tree(manifest), columns))
+    rows = sorted(
+        (float(pair_distances(file.capsules, spans, *pair).min()), *pair)
+        for pair in file.checked_pairs
+    )
+    links = [one.link for one in file.capsules]
+    if as_json:
+        print_json(
+            [
+                {"capsules": [i, j], "links": [links[i], links[j]], "least_m": least}
+                for least, i, j in rows
+            ]
+        )
+        return
+    print_table(
+        ("LEAST [m]", "PAIR", "LINKS"),
+        [(f"{least:.4f}", f"{i}-{j}", f"{links[i]}, {links[j]}") for least, i, j in rows],
+    )
+    echo(f"\n{len(rows)} pairs over {len(measured)} recorded states of {robot}")
+
 
 group = make_group(
     "robot",
     "List and show robots, what bounds them; fit their capsules, compile their gate files.",
     {
-        "ls": robot_ls,
-        "show": robot_show,
-        "bounds": robot_bounds,
-        "capsules": robot_capsules,
-        "compile": robot_compile,
-        "distances": robot_distances,
+        "ls": ls_command,
+        "show": show_command,
+        "bounds": bounds_command,
+        "capsules": capsules_command,
+        "compile": compile_command,
+        "distances": distances_command,
     },
 )

@@ -12,18 +12,17 @@ from fairlead.errors import ConfigError, expected
 from fairlead.robot.capsules import Capsule, load_capsules
 from fairlead.robot.manifest import RobotManifest, load_robot
 from fairlead_tools.cli.console import echo, print_json, print_table
-from fairlead_tools.cli.deployment_choice import JsonOption
-from fairlead_tools.cli.robot_choice import RobotArgument
+from fairlead_tools.cli.options import JsonOption, RobotArgument, example
 
 if TYPE_CHECKING:
     from fairlead_tools.shape.capsule_pairs import CapsulePair
     from fairlead_tools.shape.robot_shape import RobotShape
 
-EXAMPLE = "fairlead robot capsules panda --picture panda.png"
 LEAST_SAMPLES = 10_000
 
 
-def command(
+@example("fairlead robot capsules panda --picture panda.png")
+def capsules_command(
     robot: RobotArgument,
     model: Annotated[
         str | None,

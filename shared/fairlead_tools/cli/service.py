@@ -1,17 +1,36 @@
-"""``fairlead service``: one service of a deployment, as this very process."""
+"""``fairlead service``, ``router``, ``restart``: one process of a deployment."""
 
 from __future__ import annotations
 
+import logging
 import os
+import sys
+import time
+from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from fairlead.deploy.deployment import load_deployment
-from fairlead.deploy.process_table import process_id
+from fairlead.deploy.deployment import Deployment, load_deployment
+from fairlead.deploy.hosts import ROUTER
+from fairlead.deploy.process_table import ProcessId, process_id
 from fairlead.deploy.registry import Registry, Running, ServiceEntry, running_name
-from fairlead.errors import ConfigError, ServiceError, expected
-from fairlead_tools.cli.deployment_choice import DeploymentArgument, NewStateOption, StateDirOption
+from fairlead.deploy.stop_signals import StopSignals
+from fairlead.errors import ConfigError, NoAnswerError, ServiceError, expected
+from fairlead.messages import GateState
+from fairlead.operate.client import RobotClient
+from fairlead.wire.printable import LineFormatter
+from fairlead.wire.session import Endpoints, ZenohBus
+from fairlead_tools.cli.console import echo, print_json
+from fairlead_tools.cli.options import (
+    DeploymentArgument,
+    NewStateOption,
+    RunningOption,
+    StateDirOption,
+    choose_running,
+    example,
+)
+from fairlead_tools.cli.processes import end_processes
 from fairlead_tools.supervisor.command_line import (
     new_state_command,
     service_command,
@@ -20,10 +39,9 @@ from fairlead_tools.supervisor.command_line import (
 from fairlead_tools.supervisor.ports import check_ports_free
 from fairlead_tools.supervisor.this_host import choose_host
 
-EXAMPLE = "fairlead service panda_mujoco hal"
 
-
-def command(
+@example("fairlead service panda_mujoco hal")
+def one_service_command(
     deployment: DeploymentArgument,
     service: Annotated[str, typer.Argument(help="a service's name in that file")],
     state_dir: StateDirOption = None,
@@ -63,3 +81,124 @@ def _refuse_second(name: str, service: str) -> None:
             f"{service} of {name} runs already (pid {running.pid}); end it first: "
             f"fairlead down {name}"
         )
+
+
+@example("fairlead router panda_mobile_two_hosts --json")
+def router_command(
+    deployment: DeploymentArgument,
+    as_json: Annotated[
+        bool,
+        typer.Option(
+            "--json",
+            "--print-config",
+            help="print the Zenoh configuration instead, as zenohd reads it",
+        ),
+    ] = False,
+) -> None:
+    """Run a deployment's router in the foreground, on its host; `up` there starts it too."""
+    loaded = load_deployment(deployment)
+    endpoints = router_endpoints(loaded)
+    if as_json:
+        print_json(endpoints.config())
+        return
+    assert loaded.router is not None
+    choose_host(loaded, loaded.router.host)
+    check_ports_free(loaded, [ROUTER])
+    _serve(endpoints)
+
+
+def router_endpoints(deployment: Deployment) -> Endpoints:
+    """The router's own endpoints.
+
+    Raises:
+        ConfigError: if the deployment has no router.
+    """
+    if deployment.router is None:
+        raise ConfigError(
+            f"deployment {deployment.id}: has no router: its services are peers on one host; "
+            "see docs/hosts.md"
+        )
+    return Endpoints(listen=[deployment.router_endpoint], mode="router")
+
+
+def _serve(endpoints: Endpoints) -> None:
+    """Route until asked to stop; all of it happens in Zenoh's own threads."""
+    handler = logging.StreamHandler(sys.stdout)
+    handler.setFormatter(LineFormatter())
+    logging.basicConfig(level=logging.INFO, handlers=[handler])
+    signals, log = StopSignals("router"), logging.getLogger(ROUTER)
+    bus = ZenohBus(endpoints)
+    signals.started()
+    log.info("listens on %s", ", ".join(endpoints.listen))
+    log.info("ready")
+    signals.stopping.wait()
+    bus.close()
+
+
+GRACE_S = 5.0
+READY_TIMEOUT_S = 120.0  # as long as `fairlead up` waits
+POLL_S = 0.05
+
+
+@example("fairlead restart runner")
+def restart_command(
+    service: Annotated[str, typer.Argument(help="a service, as in `fairlead ps`")],
+    deployment: RunningOption = None,
+) -> None:
+    """Restart one SERVICE that `fairlead up` runs, and wait until it is ready.
+
+    Refused while a goal runs. An armed gate is disarmed first: it then ends cleanly.
+    """
+    entry = choose_running(deployment)
+    old = _supervised_process(entry, service)
+    _refuse_while_claimed(entry, service)
+    end_processes([old], GRACE_S)
+    pid = _wait_ready(entry.name, service, old)
+    echo(f"restarted {service} of {entry.name} (pid {pid})")
+
+
+def _supervised_process(entry: Running, service: str) -> ProcessId:
+    if service not in entry.services:
+        raise ConfigError(expected(entry.name, "a service that runs here", service, entry.services))
+    found = entry.services[service]
+    if found.by_hand or not entry.is_supervised:
+        who = f"pid {found.running.pid}" if found.running else "its process is gone"
+        raise ServiceError(
+            f"{service}: `fairlead up` does not run it ({who}), so nobody would start it again; "
+            f"end it, then: fairlead service {entry.deployment} {service}"
+        )
+    if found.running is None:
+        raise ServiceError(f"{service}: is being started already; see: fairlead ps")
+    return found.running
+
+
+def _refuse_while_claimed(entry: Running, service: str) -> None:
+    """A restart pulls the service from under whoever moves the robot; that is theirs to end."""
+    with RobotClient(load_deployment(Path(entry.deployment)), by="fairlead restart") as client:
+        try:
+            gate = client.gate_status()
+        except NoAnswerError:  # a gate that is dead grants nothing
+            return
+        if gate.claims:
+            goals = ", ".join(f"{claim.source} runs {claim.skill}" for claim in gate.claims)
+            raise ServiceError(
+                f"{service}: a goal is being carried out ({goals}); end it first: Ctrl-C where "
+                "it was started, or: fairlead disarm"
+            )
+        if service == client.gate and gate.state == GateState.ARMED:
+            client.disarm()
+
+
+def _wait_ready(name: str, service: str, old: ProcessId) -> int:
+    deadline = time.monotonic() + READY_TIMEOUT_S
+    while time.monotonic() < deadline:
+        entry = Registry().find(name)
+        found = entry.services.get(service) if entry is not None else None
+        if found is None:
+            raise ServiceError(f"{service}: {name} was ended meanwhile")
+        if found.process != old and found.running and found.ready:
+            return found.running.pid
+        time.sleep(POLL_S)
+    raise ServiceError(
+        f"{service}: not ready after {READY_TIMEOUT_S:g} s; see: fairlead logs {service}"
+    )

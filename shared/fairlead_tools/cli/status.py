@@ -1,7 +1,11 @@
-"""``fairlead status``: what the robot, its gate and its services are doing."""
+"""``fairlead status``: what the robot, the gate and the runners are doing."""
 
 from __future__ import annotations
 
+import sys
+import time
+from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
@@ -10,18 +14,16 @@ import msgspec
 import typer
 
 from fairlead.deploy.deployment import load_deployment
+from fairlead.deploy.registry import Registry, Running
 from fairlead.errors import ConfigError, NoAnswerError
+from fairlead.log_stamp import utc_stamp
 from fairlead.messages import GateState, GateStatus, GoalFeedback, HalStatus
 from fairlead.operate.client import RobotClient
 from fairlead.operate.which_deployment import choose_file
 from fairlead.wire.printable import printable
 from fairlead.wire.verdict_text import CHECKS
 from fairlead_tools.cli.console import echo, hex_id, print_json
-from fairlead_tools.cli.deployment_choice import DeploymentOption, JsonOption
-from fairlead_tools.cli.starting import starting_services
-from fairlead_tools.cli.watch import watch
-
-EXAMPLE = "fairlead status --watch"
+from fairlead_tools.cli.options import DeploymentOption, JsonOption, example
 
 
 @dataclass(frozen=True)
@@ -36,7 +38,8 @@ class _Seen:
     starting: list[str]
 
 
-def command(
+@example("fairlead status --watch")
+def status_command(
     deployment: DeploymentOption = None,
     again: Annotated[
         bool, typer.Option("--watch", "-w", help="show it again every second, until Ctrl-C")
@@ -205,3 +208,78 @@ def hal_document(hal: HalStatus) -> dict[str, Any]:
         "cameras": [camera.name for camera in hal.cameras],
         "overruns": hal.overruns,
     }
+
+
+AGAIN_S = 1.0
+_CLEAR = "\x1b[H\x1b[J"  # to the top left corner; nothing below
+
+
+def watch(look: Callable[[], list[str]]) -> None:
+    """Print the lines that ``look`` finds, every second until Ctrl-C, each time with the time."""
+    with suppress(KeyboardInterrupt):
+        while True:
+            lines = look()
+            if sys.stdout.isatty():
+                sys.stdout.write(_CLEAR)
+            echo("\n".join([utc_stamp(time.time()), *lines]))
+            time.sleep(AGAIN_S)
+
+
+START_TIMEOUT_S = 120.0  # as long as `fairlead up` itself waits
+LOOK_AGAIN_S = 0.2
+
+
+def wait_started(
+    file: Path,
+    say: Callable[[str], None],
+    registry: Registry | None = None,
+    timeout_s: float = START_TIMEOUT_S,
+) -> None:
+    """Return once no supervisor here is on its first start of this deployment's services.
+
+    It does not say that they run: whoever asks them next finds out. A service that died and is
+    started again is not waited for.
+
+    Args:
+        say: gets one line each time that other services are waited for.
+    """
+    registry = registry or Registry()
+    deadline = time.monotonic() + timeout_s
+    said = ""
+    while (names := _starting(registry.entries(), file)) and time.monotonic() < deadline:
+        line = f"waiting for {', '.join(names)} to start"
+        if line != said:
+            said = line
+            say(line)
+        time.sleep(LOOK_AGAIN_S)
+
+
+def starting_services(file: Path, registry: Registry | None = None) -> list[str]:
+    """Names of a deployment's services that are on their first start on this machine."""
+    return _starting((registry or Registry()).entries(), file)
+
+
+def _starting(entries: list[Running], file: Path) -> list[str]:
+    return [
+        name
+        for entry in entries
+        if entry.is_supervised and Path(entry.deployment).resolve() == file.resolve()
+        for name, service in entry.services.items()
+        if not service.ready and service.restarts == 0 and service.running and not service.by_hand
+    ]
+
+
+def wait_seen(client: RobotClient, file: Path, registry: Registry | None = None) -> None:
+    """Wait until every service is seen: longer for those that somebody started here by hand.
+
+    Raises:
+        NoAnswerError: naming those that are missing.
+    """
+    by_hand = {
+        name
+        for entry in (registry or Registry()).entries()
+        if Path(entry.deployment).resolve() == file.resolve()
+        for name in entry.by_hand
+    }
+    client.wait_alive(*by_hand, timeout_s=START_TIMEOUT_S)
+    client.wait_alive(*client.deployment.services)

@@ -1,12 +1,16 @@
-"""``fairlead up``: start one host's services and keep them running."""
+"""``fairlead up``: starts a deployment, watches it, ends it."""
 
 from __future__ import annotations
 
+import os
 import signal
+import subprocess
 import sys
 import threading
+from collections.abc import Iterator, Sequence
+from pathlib import Path
 from types import FrameType
-from typing import Annotated
+from typing import IO, Annotated
 
 import typer
 
@@ -14,28 +18,31 @@ from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.deploy.hosts import ROUTER
 from fairlead.deploy.registry import Registry, running_name
 from fairlead.errors import ConfigError, FairleadError, expected
+from fairlead.log_stamp import stamped
 from fairlead.messages import GateState
 from fairlead.operate.client import RobotClient
-from fairlead_tools.cli.background import UpOutput, start_in_background
-from fairlead_tools.cli.deployment_choice import DeploymentArgument, NewStateOption, StateDirOption
-from fairlead_tools.cli.dropped_skills import dropped_skills
-from fairlead_tools.cli.greeting import Greeting, Say, explain_gate
-from fairlead_tools.cli.other_hosts import OtherHosts, router_reached
+from fairlead.robot.manifest import load_robot
+from fairlead.skill.admission import state_problems
+from fairlead.skill.manifest import load_skill, skill_ids
+from fairlead_tools.cli.console import echo
+from fairlead_tools.cli.greeting import Greeting, OtherHosts, Say, explain_gate, router_reached
+from fairlead_tools.cli.options import DeploymentArgument, NewStateOption, StateDirOption, example
 from fairlead_tools.supervisor import ServiceEvent, Supervisor
 from fairlead_tools.supervisor.command_line import (
     check_gate_file,
     new_state_command,
     service_command,
 )
+from fairlead_tools.supervisor.service_log import ServiceLog
 from fairlead_tools.supervisor.this_host import choose_host
 
-EXAMPLE = "fairlead up panda_mobile_sim"
 READY_TIMEOUT_S = 120.0  # a first start compiles and caches much on a slow machine
 WATCH_S = 0.1
 IN_BACKGROUND = "--in-background"
 
 
-def command(
+@example("fairlead up panda_mobile_sim")
+def up_command(
     deployment: DeploymentArgument,
     state_dir: StateDirOption = None,
     order: Annotated[str, typer.Option(help="start order, comma-separated; any order works")] = "",
@@ -150,3 +157,93 @@ def _disarm(client: RobotClient, say: Say) -> None:
             client.disarm()
     except FairleadError as error:
         say("up", f"could not disarm before stopping: {error}")
+
+
+def dropped_skills(deployment: Deployment, runner: str) -> Iterator[str]:
+    """A line for each skill that a runner offers whose state vector nothing can fill.
+
+    Raises:
+        ConfigError: if the deployment asks by its name for such a skill, or one that does not load.
+    """
+    robot = load_robot(deployment.robot)
+    listed = deployment.services[runner].options.get("skills")
+    wanted = listed if isinstance(listed, list) else None
+    for name in skill_ids() if wanted is None else wanted:
+        try:
+            skill = load_skill(name)
+        except ConfigError:
+            if wanted is not None:
+                raise
+            continue  # the runner leaves it out, and says what is wrong with the file
+        problems = state_problems(skill.state_contract, robot)
+        if not problems or (wanted is None and robot.id not in skill.embodiments):
+            continue
+        reasons = "".join(f"\n  {problem}" for problem in problems)
+        if wanted is not None:
+            raise ConfigError(f"skill {name} cannot run on robot {robot.id}:{reasons}")
+        yield f"{runner}: skill {name} is dropped, it cannot run on robot {robot.id}:{reasons}"
+
+
+END_TIMEOUT_S = 15.0
+
+
+def start_in_background(words: Sequence[str], name: str) -> None:
+    """Run ``fairlead`` with ``words``, print what it says until it is ready, and leave it running.
+
+    It is ready when it closes its output. Ctrl-C before that ends it.
+
+    Raises:
+        typer.Exit: it ended instead, having said why.
+    """
+    command = [sys.executable, "-m", "fairlead_tools.cli.main", *words]
+    process = subprocess.Popen(
+        command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, start_new_session=True
+    )
+    assert process.stdout is not None
+    try:
+        _show(process.stdout)
+    except KeyboardInterrupt:
+        process.terminate()
+        _show(process.stdout)
+        process.wait(END_TIMEOUT_S)
+        raise
+    entry = Registry().find(name)
+    if entry is None or entry.supervisor is None or entry.supervisor.pid != process.pid:
+        raise typer.Exit(process.wait(END_TIMEOUT_S) or 1)
+    echo(f"it runs in the background; stop it: fairlead down {name}")
+    echo(f"its lines: fairlead logs -f -d {name}")
+
+
+def _show(stream: IO[bytes]) -> None:
+    for line in stream:
+        echo(line.decode(errors="replace").rstrip())
+
+
+class UpOutput:
+    """Where ``up`` prints: the terminal, until it is detached; its own lines in a log too."""
+
+    def __init__(self, folder: Path) -> None:
+        self._path = folder / "logs" / "up.log"
+        self._log = ServiceLog(self._path)
+        self._is_detached = False
+
+    def __call__(self, service: str, line: str) -> None:
+        """Print a line of one service, or of ``up``."""
+        if service == "up":
+            self._log.append(stamped(f"INFO up: {line}", service))
+        try:
+            if not self._is_detached:
+                echo(f"[{service}] {line}")
+        except BrokenPipeError:  # whoever read our output has gone: end as on Ctrl-C
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            os.kill(os.getpid(), signal.SIGTERM)
+
+    def detach(self) -> None:
+        """Close the output; what would still be printed there is appended to the log."""
+        self._is_detached = True
+        sys.stdout.flush()
+        self._path.parent.mkdir(parents=True, exist_ok=True)
+        log = os.open(self._path, os.O_WRONLY | os.O_APPEND | os.O_CREAT, 0o644)
+        for stream in (sys.stdout, sys.stderr):
+            os.dup2(log, stream.fileno())
+        os.close(log)

@@ -1,20 +1,52 @@
-"""``fairlead why``: why the gate decided as it did, from its decision log."""
+"""``fairlead why`` and ``fairlead judge``: a decision of the gate in words, and one made again."""
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Annotated, Any
 
 import msgspec
 import typer
 
+from fairlead.deploy.registry import Registry
+from fairlead.errors import NoAnswerError
+from fairlead.paths import gate_binary
 from fairlead_tools.cli.console import echo, print_json
-from fairlead_tools.cli.decision_log_choice import choose_decision_log
-from fairlead_tools.cli.deployment_choice import JsonOption, RunningOption
+from fairlead_tools.cli.options import JsonOption, RunningOption, choose_running, example
 from fairlead_tools.receipts.explanation import Explanation, explain
 from fairlead_tools.receipts.text import decision_lines
 
-EXAMPLE = "fairlead why last"
+_LOGS = "decisions/*.decisions"
+
+
+def choose_decision_log(wanted: str | None, state_dir: Path | None) -> Path:
+    """The newest log of the deployment that is named, runs, or ran last.
+
+    Args:
+        wanted: name or file of a deployment that runs.
+        state_dir: state folder of one that need not run.
+
+    Raises:
+        NoAnswerError: there is none, with where it was looked for.
+        ConfigError: several deployments run and none was named.
+    """
+    registry = Registry()
+    if state_dir is not None:
+        return _newest(state_dir, f"*/{_LOGS}")
+    if wanted is not None or registry.entries():
+        return _newest(Path(choose_running(wanted).state_dir), f"*/{_LOGS}")
+    return _newest(registry.root, f"*/*/{_LOGS}")
+
+
+def _newest(folder: Path, pattern: str) -> Path:
+    found = sorted(folder.glob(pattern), key=lambda path: path.stat().st_mtime_ns)
+    if not found:
+        raise NoAnswerError(
+            f"no decision log in {folder}/{pattern}; a running gate writes one; "
+            "name another place: --state-dir DIR or --log FILE"
+        )
+    return found[-1]
 
 
 def parse_tick(text: str) -> int | None:
@@ -26,7 +58,8 @@ def parse_tick(text: str) -> int | None:
     return int(text)
 
 
-def command(
+@example("fairlead why last")
+def why_command(
     tick: Annotated[
         str, typer.Argument(metavar="[TICK|last]", help="a tick, or the last refusal")
     ] = "last",
@@ -91,3 +124,30 @@ def _nothing(asked: Explanation, tick: int | None, source: str | None) -> str:
         f"no decision{whose} at tick {tick} or about a row for it; the log's newest state is "
         f"tick {asked.tick}"
     )
+
+
+@example(
+    "fairlead judge out/demo/state/safety/decisions --config robots/panda_mobile/gate.sim.json"
+)
+def judge_command(
+    log: Annotated[
+        Path, typer.Argument(exists=True, help="a decision log, or a folder of them: its newest")
+    ],
+    config: Annotated[
+        Path | None,
+        typer.Option(
+            exists=True,
+            dir_okay=False,
+            help="another gate file of the same robot: what would it have refused?",
+        ),
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Judge a recorded run again: identical bit for bit, or otherwise under other limits.
+
+    Becomes `fairlead-safety judge`, which lies beside the gate. Exit status: 0 identical, 1
+    different, 2 not readable or damaged.
+    """
+    gate = str(gate_binary())
+    words = [] if config is None else ["--config", str(config)]
+    os.execv(gate, [gate, "judge", str(log), *words, *(["--json"] if as_json else [])])  # noqa: S606

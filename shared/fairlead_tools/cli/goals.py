@@ -1,4 +1,4 @@
-"""``fairlead run SKILL``: one goal, from arming to its typed result."""
+"""``fairlead run``, ``fairlead cancel``, ``fairlead episode``: a goal from outside."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ import msgspec
 import typer
 
 from fairlead.deploy.deployment import Deployment, load_deployment
-from fairlead.messages import GoalResult, HalStatus
+from fairlead.errors import ConfigError, RefusedError, expected
+from fairlead.messages import GateState, GateStatus, GoalResult, HalStatus, ResetEpisodeReply
 from fairlead.operate.client import RobotClient
 from fairlead.operate.goal import Progress
 from fairlead.operate.goal_run import GoalWish
@@ -20,16 +21,17 @@ from fairlead.robot.manifest import load_robot
 from fairlead.skill.admission import require_admission
 from fairlead.skill.manifest import load_skill
 from fairlead_tools.cli.arming import YesOption, armed
-from fairlead_tools.cli.console import echo, print_json
-from fairlead_tools.cli.deployment_choice import DeploymentOption, JsonOption
-from fairlead_tools.cli.episode import new_episode
-from fairlead_tools.cli.goal_hints import goal_hints
-from fairlead_tools.cli.progress_line import ProgressLine
-from fairlead_tools.cli.skill_choice import SkillArgument, installed_skill
-from fairlead_tools.cli.starting import wait_seen, wait_started
-from fairlead_tools.cli.wire_number import MAX_NUMBER
+from fairlead_tools.cli.console import ProgressLine, echo, print_json
+from fairlead_tools.cli.options import (
+    MAX_NUMBER,
+    DeploymentOption,
+    JsonOption,
+    choose_deployment,
+    example,
+)
+from fairlead_tools.cli.skill import SkillArgument, installed_skill
+from fairlead_tools.cli.status import state_and_cause, wait_seen, wait_started
 
-EXAMPLE = "fairlead run oracle-counter-to-cabinet"
 MAX_STALL_S = 86_400.0
 RunnerOption = Annotated[
     str, typer.Option(help="which runner, if several can run it: a service of the deployment")
@@ -47,7 +49,8 @@ StallOption = Annotated[
 ]
 
 
-def command(
+@example("fairlead run oracle-counter-to-cabinet")
+def run_command(
     skill: SkillArgument,
     deployment: DeploymentOption = None,
     seed: Annotated[
@@ -147,3 +150,82 @@ def _print_result(skill: str, progress: Progress, result: GoalResult, as_json: b
     by_policy = result.detail if result.decided_by == "policy" else ""
     why = f": {result.kind}: {result.detail}" if result.kind else by_policy and f": {by_policy}"
     echo(f"{skill} {result.outcome} {when} (decided by the {result.decided_by}){why}")
+
+
+def goal_hints(progress: Progress, gate: GateStatus, runner: str) -> list[str]:
+    """Lines for a person, each naming a command."""
+    hints = []
+    if gate.state in (GateState.STOPPED, GateState.LATCHED):
+        hints.append(f"the gate is {state_and_cause(gate)}\n  try: {gate.fix}")
+    refused, judged = progress.verdicts.get("refused", 0), sum(progress.verdicts.values())
+    if refused:
+        hints.append(f"{refused} of {judged} chunks were refused; see why: fairlead why")
+    if progress.result is not None and progress.result.kind == "policy_error":
+        hints.append(f"what the policy printed, tracebacks too: fairlead logs {runner}")
+    return hints
+
+
+@example("fairlead cancel runner")
+def cancel_command(
+    runner: Annotated[
+        str | None, typer.Argument(help="a runner of the deployment; may be left out if only one")
+    ] = None,
+    deployment: DeploymentOption = None,
+) -> None:
+    """End the goal that a runner runs; its parts hold, other runners go on."""
+    chosen = choose_deployment(deployment)
+    name = _chosen_runner(chosen, runner)
+    with RobotClient(chosen, by="fairlead cancel") as client:
+        reply = client.cancel(name, client.goal_feedback(name).goal_id)
+    echo(f"{name}: {reply.text}")
+
+
+def _chosen_runner(deployment: Deployment, named: str | None) -> str:
+    runners = deployment.runners
+    name = named or (runners[0] if len(runners) == 1 else None)
+    if name in runners:
+        return name
+    if named is None:
+        raise ConfigError(expected("cancel", "the name of a runner", "none", runners))
+    what = expected(f"deployment {deployment.id}", "a runner", repr(named), runners)
+    raise ConfigError(
+        f"{what}; a claim of another program ends where it was started; fairlead disarm ends all"
+    )
+
+
+@example("fairlead episode --seed 7")
+def episode_command(
+    seed: Annotated[
+        int, typer.Option(min=0, max=MAX_NUMBER, help="where things stand in the new scene")
+    ] = 0,
+    deployment: DeploymentOption = None,
+) -> None:
+    """Start a new episode of a simulator, without a goal, and wait until the robot stands in it.
+
+    Disarms first. Refused while somebody has a claim, or the gate is stopped or latched.
+    """
+    chosen = choose_deployment(deployment)
+    with RobotClient(chosen, by="fairlead episode") as client:
+        reply = new_episode(client, seed)
+    echo(f"{chosen.id} is in a new episode, seed {seed}, from tick {reply.episode_tick} on")
+    echo("next: fairlead run SKILL, or fairlead arm")
+
+
+def new_episode(client: RobotClient, seed: int) -> ResetEpisodeReply:
+    """Disarm, start a new episode, and return once the HAL confirms that the robot stands in it.
+
+    Raises:
+        RefusedError: somebody has a claim, the gate is stopped or latched, or the robot is real.
+        NoAnswerError: the gate or the HAL does not answer.
+    """
+    gate = client.gate_status()
+    if gate.state in (GateState.STOPPED, GateState.LATCHED):
+        why = f"no new episode while the gate is {state_and_cause(gate)}"
+        raise RefusedError("fairlead", why, gate.fix)
+    if gate.claims:
+        claim = gate.claims[0]
+        why = f"a new episode would end the claim of {claim.source}, which runs {claim.skill}"
+        raise RefusedError("fairlead", why, f"fairlead cancel {claim.source}")
+    if gate.state == GateState.ARMED:
+        client.disarm()
+    return client.reset_episode(seed)

@@ -1,8 +1,8 @@
-"""Which deployment a command is about, and how its file is named on the command line."""
+"""What several commands have on their command lines: the deployment, the robot, an example."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Annotated
 
@@ -10,9 +10,62 @@ import typer
 
 from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.deploy.registry import Registry, Running
-from fairlead.errors import ConfigError
+from fairlead.errors import ConfigError, FairleadError
 from fairlead.operate.which_deployment import choose_file, file_of, nothing_runs
-from fairlead.paths import deployment_names, deployment_path
+from fairlead.paths import deployment_names, deployment_path, robot_ids
+from fairlead.skill.manifest import skill_ids
+
+EXIT_CODES = "Exit codes: 0 it worked, 1 refused or failed, 2 wrong command line, 130 Ctrl-C."
+
+
+Command = Callable[..., None]
+_EXAMPLES: dict[Command, str] = {}
+
+
+def example(line: str) -> Callable[[Command], Command]:
+    """Say how a command is typed; its help ends with that."""
+
+    def remember(command: Command) -> Command:
+        _EXAMPLES[command] = line
+        return command
+
+    return remember
+
+
+def add_commands(app: typer.Typer, commands: Mapping[str, Command]) -> None:
+    """Add commands by name, each with its example under the help text."""
+    for name, command in commands.items():
+        app.command(name=name, epilog=f"Example: {_EXAMPLES[command]}  --  {EXIT_CODES}")(command)
+
+
+def make_group(name: str, text: str, commands: Mapping[str, Command]) -> typer.Typer:
+    """A named group of commands."""
+    group = typer.Typer(name=name, help=text, no_args_is_help=True, epilog=EXIT_CODES)
+    add_commands(group, commands)
+    return group
+
+
+MAX_NUMBER = 2**64 - 1  # an unsigned 64-bit integer
+
+
+def complete_skill(incomplete: str) -> list[str]:
+    """Skills that ship or are installed."""
+    try:
+        return _beginning(incomplete, skill_ids())
+    except FairleadError:
+        return []
+
+
+def complete_robot(incomplete: str) -> list[str]:
+    """Robots that ship and the user's own."""
+    try:
+        return _beginning(incomplete, robot_ids())
+    except FairleadError:
+        return []
+
+
+def _beginning(incomplete: str, names: Iterable[str]) -> list[str]:
+    return [name for name in names if name.startswith(incomplete)]
 
 
 def parse_deployment(wanted: str) -> Path:
@@ -139,3 +192,8 @@ def _is_file_of(wanted: str, entry: Running) -> bool:
         return deployment_path(wanted).resolve() == Path(entry.deployment).resolve()
     except ConfigError:
         return False
+
+
+_HELP = "folder under robots/"
+RobotArgument = Annotated[str, typer.Argument(help=_HELP, autocompletion=complete_robot)]
+RobotOption = Annotated[str, typer.Option(help=_HELP, autocompletion=complete_robot)]
