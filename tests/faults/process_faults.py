@@ -152,7 +152,7 @@ def no_row_acts_again(robot: LiveStage, shot: Shot) -> None:
     assert not any(line.moves for line in robot.motion.since(shot.ended_ns)), "it moved again"
 
 
-GOAL_ENDED = "to the goal's end, as its sender hears it"
+GOAL_ENDED = "goal's end"
 HOLD = "injection to hold, p50 / max"
 TO_STOP = "stop"
 ROWS = (
