@@ -7,10 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fairlead.hal.core import HalCore, Pacing
+from fairlead.hal.core import HalCore, Pacing, TickPlan
 from fairlead.hal.identity import identity_of
 from fairlead.hal.kinematic_backend import KinematicBackend
-from fairlead.hal.tick_plan import TickPlan
 from fairlead.messages import (
     Acted,
     FloatArray,

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from fairlead.hal.claim_rows import ClaimRows
+from fairlead.hal.claims import ClaimRows
 from fairlead.hal.core import Pacing
 from fairlead.hal.lease_follower import LeaseFollower
 from tests.explorer.channel import FAIR, Weather

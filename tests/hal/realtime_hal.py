@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from fairlead.hal.core import HalCore
-from fairlead.hal.tick_plan import TickPlan
+from fairlead.hal.core import HalCore, TickPlan
 from fairlead.messages import Acted
 from tests.hal.gate_messages import MS, N_DOF, PARTS, PERIOD_NS, SESSION, grant, lease
 

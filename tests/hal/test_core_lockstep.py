@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from fairlead.hal.core import HalCore
-from fairlead.hal.tick_plan import TickPlan, Wait
+from fairlead.hal.core import HalCore, TickPlan, Wait
 from fairlead.messages import Decision, GateState, Hold
 from tests.hal.gate_messages import (
     CLAIM,

@@ -13,10 +13,9 @@ import pytest
 from fairlead.errors import ConfigError, RefusedError
 from fairlead.hal.backend import Measurement, PartCommand
 from fairlead.hal.host import HalHost
-from fairlead.hal.host_settings import HostSettings
-from fairlead.hal.identity import HalIdentity, identity_of
+from fairlead.hal.identity import HalIdentity, HostSettings, identity_of
 from fairlead.hal.kinematic_backend import KinematicBackend
-from fairlead.hal.motion_log import MotionLog
+from fairlead.hal.plan_executor import MotionLog
 from fairlead.keys import Keys
 from fairlead.messages import (
     Acted,

@@ -12,7 +12,7 @@ import pytest
 
 from fairlead.hal.backend import Measurement
 from fairlead.hal.core import HalCore
-from fairlead.hal.host_settings import HostSettings
+from fairlead.hal.identity import HostSettings
 from fairlead.hal.inbox import HalInbox
 from fairlead.hal.lease_follower import LeaseFollower
 from fairlead.hal.tick_publisher import TickPublisher

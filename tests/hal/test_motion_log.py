@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from fairlead import line_writer
-from fairlead.hal.motion_log import MotionLog
+from fairlead.hal.plan_executor import MotionLog
 from fairlead.line_writer import LineWriter
 from tests.hal.gate_messages import HELD, executed
 

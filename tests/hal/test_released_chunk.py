@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from fairlead.errors import MessageError
-from fairlead.hal.released_chunk import decode_released
+from fairlead.hal.claims import decode_released
 from fairlead.messages import ActionPart, SafeChunk, pack_floats
 from fairlead.modes import ControlMode
 from tests.hal.gate_messages import N_DOF, PARTS, chunk

@@ -5,7 +5,7 @@ from __future__ import annotations
 from threading import Condition
 
 from fairlead.hal.core import HalCore
-from fairlead.hal.host_settings import HostSettings
+from fairlead.hal.identity import HostSettings
 from fairlead.hal.stop_caller import StopCaller
 from fairlead.keys import Keys
 from fairlead.messages import StopLevel, decode

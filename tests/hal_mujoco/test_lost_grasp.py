@@ -9,8 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fairlead.hal.core import HalCore
-from fairlead.hal.tick_plan import TickPlan
+from fairlead.hal.core import HalCore, TickPlan
 from fairlead.messages import (
     Acted,
     GateState,

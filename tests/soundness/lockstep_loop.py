@@ -8,8 +8,7 @@ import numpy as np
 
 from bench.measure_limits.driven_robot import DrivenRobot, Moment, Tick
 from fairlead.errors import ConfigError
-from fairlead.hal.core import HalCore
-from fairlead.hal.tick_plan import TickPlan
+from fairlead.hal.core import HalCore, TickPlan
 from fairlead.messages import Decision, Hold, Lease, SafeChunk, Verdict, decode
 from fairlead.paths import gate_config
 from tests.differential.case import Case, Chunk, Measured

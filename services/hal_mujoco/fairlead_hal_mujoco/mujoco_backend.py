@@ -15,7 +15,7 @@ from fairlead.hal.backend import (
     PartCommand,
     TaskReading,
 )
-from fairlead.hal.kinematic_parts import describe_part
+from fairlead.hal.kinematic_backend import describe_part
 from fairlead.hal.mujoco_frames import MujocoFrames, base_body
 from fairlead.messages import FloatArray
 from fairlead.paths import robot_dir
@@ -32,7 +32,7 @@ NO_ROTATION = np.array([0.0, 0.0, 0.0, 1.0])
 
 
 class MujocoBackend:
-    """Implements `fairlead.hal.backend.Backend` and `fairlead.hal.trace_source.TraceSource`.
+    """Implements `fairlead.hal.backend.Backend` and `fairlead.hal.backend.TraceSource`.
 
     ``odom`` is the simulator's world and stands still in ``map``; ``base_link`` is the
     manifest's ``simulator.base_body``, or the world where it names none.

@@ -46,7 +46,7 @@ class FrameAnswer(msgspec.Struct, frozen=True, array_like=True):
 
 
 class CameraProcess:
-    """The HAL's end of the pipe. Implements `fairlead.hal.camera_feed.CameraFeed`."""
+    """The HAL's end of the pipe. Implements `fairlead.hal.backend.CameraFeed`."""
 
     def __init__(self, options: SimulatorOptions, control_hz: float, gl: str) -> None:
         self._pipe, theirs = Pipe()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fairlead.hal.camera_feed import CameraFeed
+from fairlead.hal.backend import CameraFeed
 from fairlead.hal.kinematic_backend import KinematicBackend
 from fairlead.hal.process import Equipment, HalDriver
 from fairlead.robot.manifest import RobotManifest

@@ -10,7 +10,7 @@ from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
 
 
 class RobosuiteTrace:
-    """Implements `fairlead.hal.trace_source.TraceSource`."""
+    """Implements `fairlead.hal.backend.TraceSource`."""
 
     def __init__(self, backend: RobosuiteBackend) -> None:
         self._backend = backend

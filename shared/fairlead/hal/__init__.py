@@ -7,14 +7,14 @@ a process of a `Backend`; ``docs/examples/minimal_hal.py`` is a complete one.
 from fairlead.hal.backend import (
     Backend,
     BackendDescription,
+    CameraFeed,
+    FrameModel,
     FramePose,
     Measurement,
     PartCommand,
     TaskReading,
 )
-from fairlead.hal.camera_feed import CameraFeed
-from fairlead.hal.frame_model import FrameModel
-from fairlead.hal.kinematic_parts import describe_part
+from fairlead.hal.kinematic_backend import describe_part
 
 __all__ = [
     "Backend",

@@ -3,6 +3,8 @@
 The host in this package owns the keys, the tick, the twin of the gate and the hold
 decision; a backend reads, applies one set of commands per tick, and describes itself.
 It never sees a key, a chunk, a lease or a clock.
+
+What only some robots have stands below it: cameras, a trace, frames of their own.
 """
 
 from __future__ import annotations
@@ -11,7 +13,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
-from fairlead.messages import FloatArray, HalCamera, HalPart
+import numpy as np
+import numpy.typing as npt
+
+from fairlead.messages import FloatArray, HalCamera, HalPart, Image
 from fairlead.modes import ControlMode
 
 
@@ -124,3 +129,49 @@ class Backend(Protocol):
 
     def close(self) -> None:
         """Let go of the robot or simulator; nothing is called afterwards."""
+
+
+class CameraFeed(Protocol):
+    """Renders snapshots of the backend somewhere else (a process, a device)."""
+
+    @property
+    def failure(self) -> str:
+        """Why there will be no more frames; "" while all is well."""
+
+    def request(self, session: int, tick: int, cameras: Sequence[str], snapshot: bytes) -> bool:
+        """Ask for frames of ``tick``. False if the feed is still busy and will not."""
+
+    def take(self, timeout_s: float) -> Image | None:
+        """The next finished frame; None if there is none in time, or no feed any more."""
+
+    def close(self) -> None:
+        """End the renderer; frames still under way are lost."""
+
+
+class FrameModel(Protocol):
+    """The robot's own model: a simulator's, or that of an arm's controller.
+
+    The host compares it with the description before the first tick.
+    """
+
+    def frame_poses(self, positions: FloatArray | None) -> Sequence[FramePose]:
+        """T_base_frame of every frame it knows under the description's name.
+
+        Args:
+            positions: of the measured joints in wire order, shape ``[n]`` [rad or m]; None: where
+                the robot stands now.
+
+        Returns:
+            Poses in the robot's ``base_frame``. Nothing for positions it cannot answer for: an
+            arm's controller knows its tool's pose only where the arm is.
+        """
+
+
+class TraceSource(Protocol):
+    """A view into the simulator behind a backend; read in the tick loop's thread."""
+
+    def packed(self) -> npt.NDArray[np.float32]:
+        """Copy of the vector given to the simulator's last step."""
+
+    def generalized_state(self) -> tuple[FloatArray, FloatArray]:
+        """Copies of the simulator's qpos and qvel now."""

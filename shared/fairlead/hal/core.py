@@ -10,16 +10,14 @@ Pure: no clock (time is an argument), no I/O, no threads. The caller serialises 
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from typing import Literal
 
 from fairlead.hal.backend import PartCommand
-from fairlead.hal.claim_rows import ClaimRows
-from fairlead.hal.claim_table import ClaimTable
+from fairlead.hal.claims import ClaimRows, ClaimTable, ReleasedChunk, decode_released
 from fairlead.hal.lease_follower import LEASE_LIFE_NS, SECOND_GATE, LeaseFollower
-from fairlead.hal.released_chunk import ReleasedChunk, decode_released
 from fairlead.hal.stop_register import StopRegister
-from fairlead.hal.tick_plan import TickPlan, Wait
 from fairlead.messages import (
     HELD,
     Acted,
@@ -31,6 +29,27 @@ from fairlead.messages import (
     SafeChunk,
     StopLevel,
 )
+
+
+@dataclass(frozen=True)
+class TickPlan:
+    """One tick, decided: ``acted`` per part; ``commands`` by part index, the rest hold.
+
+    lease_ns: when the newest lease had come, on the HAL's monotonic clock; 0: none had.
+    """
+
+    tick: int
+    acted: tuple[Acted, ...]
+    commands: Mapping[int, PartCommand]
+    lease_ns: int
+
+
+@dataclass(frozen=True)
+class Wait:
+    """Lockstep: the world stands. ``lease``: a decision is missing; ``standstill``: paused."""
+
+    reason: Literal["lease", "standstill"]
+
 
 Pacing = Literal["realtime", "lockstep"]
 

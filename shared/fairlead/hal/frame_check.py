@@ -12,8 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fairlead.errors import ConfigError
-from fairlead.hal.backend import FramePose
-from fairlead.hal.frame_model import FrameModel
+from fairlead.hal.backend import FrameModel, FramePose
 from fairlead.messages import FloatArray
 from fairlead.robot.description_tree import description_tree
 from fairlead.robot.link_poses import Poses, link_poses, random_positions

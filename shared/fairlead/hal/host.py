@@ -13,25 +13,18 @@ import time
 from collections.abc import Callable, Sequence
 
 from fairlead.errors import FairleadError
-from fairlead.hal.backend import Backend, Measurement
-from fairlead.hal.camera_feed import CameraFeed
-from fairlead.hal.core import HalCore
+from fairlead.hal.backend import Backend, CameraFeed, Measurement, TraceSource
+from fairlead.hal.core import HalCore, TickPlan
 from fairlead.hal.episode import Episode
-from fairlead.hal.fault_hold import FaultHold
-from fairlead.hal.frame_source import FrameSource
-from fairlead.hal.host_settings import HostSettings
-from fairlead.hal.identity import HalIdentity
+from fairlead.hal.identity import HalIdentity, HostSettings
 from fairlead.hal.inbox import HalInbox
-from fairlead.hal.motion_log import MotionLog
 from fairlead.hal.period_clock import PeriodClock
-from fairlead.hal.plan_executor import PlanExecutor
+from fairlead.hal.plan_executor import FaultHold, MotionLog, PlanExecutor
 from fairlead.hal.reset_desk import ResetDesk
 from fairlead.hal.status_board import HalState, StatusBoard
 from fairlead.hal.stop_caller import REPEAT_NS as STOP_REPEAT_NS
 from fairlead.hal.stop_caller import StopCaller
-from fairlead.hal.tick_plan import TickPlan
-from fairlead.hal.tick_publisher import TickPublisher
-from fairlead.hal.trace_source import TraceSource
+from fairlead.hal.tick_publisher import FrameSource, TickPublisher
 from fairlead.messages import Hold, StopLevel
 from fairlead.wire.bus import Bus
 

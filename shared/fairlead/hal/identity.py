@@ -1,15 +1,21 @@
-"""What the HAL host has to know about its robot, however the manifest is written."""
+"""Which HAL this is: its robot, how it is deployed, and that it is the only one."""
 
 from __future__ import annotations
 
+import fcntl
 from dataclasses import dataclass
+from pathlib import Path
+from typing import TextIO
 
 import numpy as np
 
-from fairlead.errors import ConfigError, expected
+from fairlead.errors import ConfigError, NoAnswerError, expected
 from fairlead.hal.backend import BackendDescription, Measurement
-from fairlead.messages import FloatArray
+from fairlead.hal.core import Pacing
+from fairlead.keys import Keys
+from fairlead.messages import FloatArray, HalStatus, StatusQuery, decode
 from fairlead.robot.manifest import RobotManifest
+from fairlead.wire.bus import Bus
 
 
 @dataclass(frozen=True)
@@ -77,4 +83,63 @@ def identity_of(manifest: RobotManifest, profile: str, robot: str) -> HalIdentit
         standstill_velocity=np.array(
             [measured[name].standstill_per_s for name in manifest.measured_joint_names]
         ),
+    )
+
+
+@dataclass(frozen=True)
+class HostSettings:
+    """What every piece of the host has to know.
+
+    service: its name in the deployment file, in keys and in log lines.
+    session: a random number that is this run of the HAL.
+    localiser: who says where ``odom`` is in ``map``; "" for this HAL.
+    """
+
+    service: str
+    keys: Keys
+    pacing: Pacing
+    session: int
+    localiser: str = ""
+
+    @property
+    def lockstep(self) -> bool:
+        """Whether the world waits for the decision on its tick."""
+        return self.pacing == "lockstep"
+
+
+ANSWER_WAIT_S = 0.5
+
+
+def lock_state_folder(service: str, folder: Path) -> TextIO:
+    """Hold a folder for this process; the lock ends with the process, however it ends.
+
+    Raises:
+        ConfigError: if another process holds it.
+    """
+    path = folder / "hal.lock"
+    file = path.open("a")
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        file.close()
+        raise ConfigError(
+            f"{service}: another HAL still uses {folder}; see: fairlead ps, then: fairlead down"
+        ) from None
+    return file
+
+
+def refuse_second_hal(service: str, bus: Bus, keys: Keys) -> None:
+    """Look for a HAL of the same robot that this session can reach.
+
+    Raises:
+        ConfigError: naming the session of the HAL that answered.
+    """
+    try:
+        reply = bus.query(keys.hal_status, StatusQuery(), ANSWER_WAIT_S)
+    except NoAnswerError:
+        return
+    other = decode(HalStatus, reply)
+    raise ConfigError(
+        f"{service}: robot {keys.robot} already has a HAL (session {other.session:x}, "
+        f"tick {other.tick}); see: fairlead ps, then: fairlead down"
     )

@@ -22,12 +22,47 @@ from fairlead.hal.backend import (
     PartCommand,
     TaskReading,
 )
-from fairlead.hal.kinematic_parts import describe_part, finger_shares
-from fairlead.messages import FloatArray
+from fairlead.messages import FloatArray, HalPart, ModeRange, pack_floats
 from fairlead.modes import ControlMode
+from fairlead.robot.command_ranges import command_range
 from fairlead.robot.joint import Joint
 from fairlead.robot.manifest import RobotManifest
+from fairlead.robot.part import Part
 from fairlead.robot.profile_limits import profile_limits
+
+
+def describe_part(robot: RobotManifest, part: Part, profile: str) -> HalPart:
+    """The part with the limits of a safety profile as its command ranges."""
+    limits = robot.profile(profile).parts[part.name]
+    ranges = []
+    for mode in part.control_modes:
+        lower, upper = command_range(robot, part, mode, limits)
+        ranges.append(ModeRange(mode=mode, lower=pack_floats(lower), upper=pack_floats(upper)))
+    return HalPart(
+        name=part.name,
+        simulator_part=part.simulator_part,
+        joints=part.joints,
+        ranges=tuple(ranges),
+    )
+
+
+def finger_shares(robot: RobotManifest) -> FloatArray:
+    """How passive joints follow commanded ones: ``passive = shares @ commanded``.
+
+    A gripper that is the difference of two fingers opens each by half; others stand still.
+    """
+    shares = np.zeros((len(robot.passive_joints), robot.n_dof))
+    for column, joint in enumerate(robot.joint_names):
+        fingers = robot.simulator_joints(joint)
+        if len(fingers) != 2:
+            continue
+        for row, passive in enumerate(robot.passive_joint_names):
+            if robot.simulator_joints(passive) == (fingers[0],):
+                shares[row, column] = 0.5
+            elif robot.simulator_joints(passive) == (fingers[1],):
+                shares[row, column] = -0.5
+    return shares
+
 
 DELTA_GAIN = 0.1
 """Joint motion [rad] per m or rad of an end-effector delta, or of a twist in a second."""
@@ -37,7 +72,7 @@ NO_ROTATION = np.array([0.0, 0.0, 0.0, 1.0])
 
 
 class KinematicBackend:
-    """Implements `fairlead.hal.backend.Backend` and `fairlead.hal.trace_source.TraceSource`.
+    """Implements `fairlead.hal.backend.Backend` and `fairlead.hal.backend.TraceSource`.
 
     ``base_link`` stands in ``odom`` at (base_x, base_y, base_yaw) where the robot has base
     joints, else at its origin.

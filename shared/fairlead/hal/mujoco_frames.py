@@ -71,7 +71,7 @@ def base_body(model: mujoco.MjModel, robot: RobotManifest, who: str) -> int:
 class MujocoFrames:
     """The model's geometry on a copy of its state: nothing here moves the simulation.
 
-    Implements `fairlead.hal.frame_model.FrameModel`.
+    Implements `fairlead.hal.backend.FrameModel`.
 
     Attributes:
         base: number of the body that is the robot's base frame.

@@ -2,19 +2,81 @@
 
 from __future__ import annotations
 
+import json
+import logging
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from threading import Condition
 
+import numpy as np
+import numpy.typing as npt
+
 from fairlead.errors import FairleadError
-from fairlead.hal.backend import Backend
-from fairlead.hal.core import HalCore
-from fairlead.hal.host_settings import HostSettings
+from fairlead.hal.backend import Backend, TraceSource
+from fairlead.hal.core import HalCore, TickPlan
+from fairlead.hal.identity import HostSettings
 from fairlead.hal.lease_follower import LEASE_LIFE_NS
-from fairlead.hal.motion_log import MotionLog
 from fairlead.hal.stop_caller import StopCaller
-from fairlead.hal.tick_plan import TickPlan
-from fairlead.hal.trace_source import TraceSource
-from fairlead.messages import Hold
+from fairlead.line_writer import LineWriter
+from fairlead.messages import Acted, FloatArray, Hold
+
+
+class MotionLog:
+    """One line per tick: when it was decided, by which lease, and what every part did."""
+
+    def __init__(self, folder: Path, session: int, trace: bool) -> None:
+        self._session = session
+        self._motion = LineWriter(folder / "motion.jsonl")
+        self._trace = LineWriter(folder / "trace.jsonl") if trace else None
+
+    @property
+    def traces(self) -> bool:
+        """Whether `trace` records anything."""
+        return self._trace is not None
+
+    def tick(
+        self, tick: int, stamp_ns: int, acted: Sequence[Acted], event: str | None, lease_ns: int
+    ) -> None:
+        """Record a decided tick.
+
+        Args:
+            stamp_ns: CLOCK_MONOTONIC at the decision.
+            lease_ns: the same clock when the newest lease came; 0: none had.
+        """
+        self._motion.put(
+            json.dumps(
+                {
+                    "tick": tick,
+                    "session": self._session,
+                    "stamp_ns": stamp_ns,
+                    "acted": [[part.hold, part.verdict_id, part.row] for part in acted],
+                    "event": event,
+                    "lease_ns": lease_ns,
+                }
+            )
+        )
+
+    def trace(
+        self, tick: int, packed: npt.NDArray[np.float32], qpos: FloatArray, qvel: FloatArray
+    ) -> None:
+        """Record what the simulator got (float32) and its state before it (float64)."""
+        if self._trace is not None:
+            self._trace.put(
+                json.dumps(
+                    {
+                        "tick": tick,
+                        "packed": packed.tobytes().hex(),
+                        "qpos": qpos.tobytes().hex(),
+                        "qvel": qvel.tobytes().hex(),
+                    }
+                )
+            )
+
+    def close(self) -> None:
+        """Write what is queued, for a few seconds at most."""
+        self._motion.close()
+        if self._trace is not None:
+            self._trace.close()
 
 
 class PlanExecutor:
@@ -83,3 +145,46 @@ class PlanExecutor:
         self._stops.raise_stop(f"the backend refused a released command: {reason}")
         self.void(tick, Hold.STOPPED, f"held instead: {reason}")
         self._backend.apply({})
+
+
+_LOG = logging.getLogger("hal.fault")
+
+
+class FaultHold:
+    """Commands every part's hold law to a backend that has failed.
+
+    A driver that raised once (a bus that recovered) may well carry out a hold, and the
+    robot must not be left with its last command.
+
+    Attributes:
+        commanded: holds the backend has taken.
+        failed: holds the backend has refused.
+    """
+
+    def __init__(self, backend: Backend) -> None:
+        self._backend = backend
+        self._failing = False
+        self.commanded = 0
+        self.failed = 0
+
+    @property
+    def detail(self) -> str:
+        """What the last attempt came to, for the status."""
+        if self._failing:
+            return "the hold cannot be commanded"
+        return "held" if self.commanded else "hold not yet commanded"
+
+    def command(self) -> None:
+        """One attempt; never raises, and says only what changed."""
+        try:
+            self._backend.apply({})
+        except Exception as error:  # noqa: BLE001 - a driver may raise anything; try again
+            self.failed += 1
+            if not self._failing:
+                _LOG.error("the hold cannot be commanded: %s: %s", type(error).__name__, error)
+            self._failing = True
+            return
+        self.commanded += 1
+        if self._failing:
+            _LOG.warning("the hold is commanded again, after %d failures", self.failed)
+        self._failing = False

@@ -10,16 +10,11 @@ from typing import Generic, TypeVar
 
 from pydantic import BaseModel
 
-from fairlead.hal.backend import Backend
-from fairlead.hal.camera_feed import CameraFeed
+from fairlead.hal.backend import Backend, CameraFeed, FrameModel, TraceSource
 from fairlead.hal.frame_check import check_frames
-from fairlead.hal.frame_model import FrameModel
 from fairlead.hal.host import HalHost
-from fairlead.hal.host_settings import HostSettings
-from fairlead.hal.identity import identity_of
-from fairlead.hal.motion_log import MotionLog
-from fairlead.hal.one_hal import lock_state_folder, refuse_second_hal
-from fairlead.hal.trace_source import TraceSource
+from fairlead.hal.identity import HostSettings, identity_of, lock_state_folder, refuse_second_hal
+from fairlead.hal.plan_executor import MotionLog
 from fairlead.robot.manifest import RobotManifest, load_robot
 from fairlead.service import ServiceContext, announce_ready
 

@@ -8,8 +8,7 @@ from typing import Any, Literal
 import msgspec
 
 from fairlead.hal.backend import BackendDescription
-from fairlead.hal.host_settings import HostSettings
-from fairlead.hal.identity import HalIdentity
+from fairlead.hal.identity import HalIdentity, HostSettings
 from fairlead.messages import HalCamera, HalStatus, StatusQuery, decode
 from fairlead.wire.bus import Bus, Qos
 

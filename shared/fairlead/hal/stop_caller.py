@@ -7,7 +7,7 @@ import secrets
 from threading import Condition
 
 from fairlead.hal.core import HalCore
-from fairlead.hal.host_settings import HostSettings
+from fairlead.hal.identity import HostSettings
 from fairlead.messages import StopLevel
 from fairlead.wire.bus import Bus, Qos
 

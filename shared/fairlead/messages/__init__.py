@@ -9,28 +9,49 @@ Ticks count control periods of the HAL from 1; clocks are never compared.
 
 One file a topic; this is the face that everything else imports from:
 
-    robot_state, hal_status        robot -> everyone
-    layout_state                   assembler -> runner
-    action, lease, verdict         runner -> gate -> HAL
-    claim, operation, gate_status  queries to the gate and the HAL, and what they answer
-    goal                           operator -> runner
-    message, number_block          what fields are made of
-    catalogue, codec               every type by its id; to bytes and back
+    state      robot -> everyone; the state vector, assembler -> runner
+    action     runner -> gate -> HAL
+    gate       gate -> everyone; claims, runner -> gate
+    operation  queries to the gate and the HAL, and what they answer
+    goal       operator -> runner
+    message    what fields are made of
+    codec      every type by its id; to bytes and back
 """
 
 from __future__ import annotations
 
 from fairlead.messages.action import ActionChunk, ActionPart, SafeChunk
-from fairlead.messages.catalogue import MESSAGE_TYPES, RECORD_TYPES
-from fairlead.messages.claim import Claim, ClaimReply, Heartbeat, LimitOverride, Release
-from fairlead.messages.codec import decode, encode, encoding_of
-from fairlead.messages.gate_status import ClaimInfo, GateStatus
+from fairlead.messages.codec import MESSAGE_TYPES, RECORD_TYPES, decode, encode, encoding_of
+from fairlead.messages.gate import (
+    Claim,
+    ClaimInfo,
+    ClaimReply,
+    Decision,
+    GateState,
+    GateStatus,
+    Grant,
+    Heartbeat,
+    Lease,
+    LimitOverride,
+    Outcome,
+    Release,
+    Verdict,
+)
 from fairlead.messages.goal import Cancel, Goal, GoalAccepted, GoalFeedback, GoalResult
-from fairlead.messages.hal_status import HalCamera, HalPart, HalStatus, ModeRange
-from fairlead.messages.layout_state import LayoutFault, LayoutState
-from fairlead.messages.lease import Decision, GateState, Grant, Lease
-from fairlead.messages.message import NO_HASH, NO_TRACE, U8, U32, U64, V1, Hash32, Message, Record
-from fairlead.messages.number_block import FloatArray, floats, pack_floats
+from fairlead.messages.message import (
+    NO_HASH,
+    NO_TRACE,
+    U8,
+    U32,
+    U64,
+    V1,
+    FloatArray,
+    Hash32,
+    Message,
+    Record,
+    floats,
+    pack_floats,
+)
 from fairlead.messages.operation import (
     Arm,
     ArmReply,
@@ -43,17 +64,22 @@ from fairlead.messages.operation import (
     StatusQuery,
     StopLevel,
 )
-from fairlead.messages.robot_state import (
+from fairlead.messages.state import (
     HELD,
     Acted,
+    HalCamera,
+    HalPart,
+    HalStatus,
     Hold,
     Image,
     JointState,
+    LayoutFault,
+    LayoutState,
+    ModeRange,
     TaskState,
     Transform,
     TransformBatch,
 )
-from fairlead.messages.verdict import Outcome, Verdict
 
 __all__ = [
     "HELD",

@@ -7,7 +7,7 @@ from typing import Annotated
 import msgspec
 
 from fairlead.messages.message import U8, U32, U64, V1, Hash32, Message, Record
-from fairlead.messages.robot_state import Acted
+from fairlead.messages.state import Acted
 
 
 class ActionPart(Record, frozen=True, kw_only=True):

@@ -1,4 +1,4 @@
-"""Messages to bytes and back; what does not fit is refused with the reason."""
+"""Every message by its type id, to bytes and back; what does not fit is refused, and why."""
 
 from __future__ import annotations
 
@@ -7,8 +7,96 @@ from typing import TypeVar, cast
 import msgspec
 
 from fairlead.errors import MessageError
-from fairlead.messages.catalogue import MESSAGE_TYPES
-from fairlead.messages.message import U64, Message
+from fairlead.messages.action import ActionChunk, ActionPart, SafeChunk
+from fairlead.messages.gate import (
+    Claim,
+    ClaimInfo,
+    ClaimReply,
+    GateStatus,
+    Grant,
+    Heartbeat,
+    Lease,
+    LimitOverride,
+    Release,
+    Verdict,
+)
+from fairlead.messages.goal import Cancel, Goal, GoalAccepted, GoalFeedback, GoalResult
+from fairlead.messages.message import U64, Message, Record
+from fairlead.messages.operation import (
+    Arm,
+    ArmReply,
+    Disarm,
+    Done,
+    Refusal,
+    Reset,
+    ResetEpisode,
+    ResetEpisodeReply,
+    StatusQuery,
+    StopLevel,
+)
+from fairlead.messages.state import (
+    Acted,
+    HalCamera,
+    HalPart,
+    HalStatus,
+    Image,
+    JointState,
+    LayoutFault,
+    LayoutState,
+    ModeRange,
+    TaskState,
+    Transform,
+    TransformBatch,
+)
+
+MESSAGE_TYPES: tuple[type[Message], ...] = (
+    JointState,
+    TransformBatch,
+    Image,
+    TaskState,
+    HalStatus,
+    LayoutState,
+    ActionChunk,
+    SafeChunk,
+    Lease,
+    Verdict,
+    GateStatus,
+    StopLevel,
+    Heartbeat,
+    Refusal,
+    Done,
+    StatusQuery,
+    Arm,
+    ArmReply,
+    Disarm,
+    Reset,
+    Claim,
+    ClaimReply,
+    Release,
+    ResetEpisode,
+    ResetEpisodeReply,
+    Goal,
+    GoalAccepted,
+    Cancel,
+    GoalFeedback,
+)
+"""Every message type, by type id."""
+
+RECORD_TYPES: tuple[type[Record], ...] = (
+    Acted,
+    Transform,
+    ModeRange,
+    HalPart,
+    HalCamera,
+    LayoutFault,
+    ActionPart,
+    Grant,
+    ClaimInfo,
+    LimitOverride,
+    GoalResult,
+)
+"""Every record that stands inside messages."""
+
 
 _ENCODER = msgspec.msgpack.Encoder()
 

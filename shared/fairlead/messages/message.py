@@ -1,10 +1,14 @@
-"""What every message and record is made of: their bases and the types of single fields."""
+"""What messages are made of: their bases, the types of single fields, blocks of numbers."""
 
 from __future__ import annotations
 
 from typing import Annotated, Literal
 
 import msgspec
+import numpy as np
+import numpy.typing as npt
+
+from fairlead.errors import MessageError
 
 U64 = Annotated[int, msgspec.Meta(ge=0)]  # msgpack itself bounds it by 2**64 - 1
 U32 = Annotated[int, msgspec.Meta(ge=0, le=2**32 - 1)]
@@ -26,3 +30,24 @@ class Record(
     msgspec.Struct, frozen=True, array_like=True, forbid_unknown_fields=True, kw_only=True
 ):
     """Base of the records inside messages: no type id, no version of their own."""
+
+
+FloatArray = npt.NDArray[np.float64]
+
+
+def pack_floats(values: npt.ArrayLike) -> bytes:
+    """Encode numbers as the wire's little-endian float64 block, row-major."""
+    return np.ascontiguousarray(values, dtype="<f8").tobytes()
+
+
+def floats(block: bytes, width: int | None = None) -> FloatArray:
+    """Decode a float64 block: shape ``[n]``, or ``[rows, width]`` where width is given.
+
+    Raises:
+        MessageError: if the block is not a whole number of float64 (or of rows).
+    """
+    row = 8 * (width or 1)
+    if row <= 0 or len(block) % row:
+        raise MessageError(f"float block: expected a multiple of {row} bytes, got {len(block)}")
+    array = np.frombuffer(block, dtype="<f8")
+    return array if width is None else array.reshape(-1, width)

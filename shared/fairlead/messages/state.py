@@ -1,4 +1,4 @@
-"""What the robot measured in one tick: joints, transforms, pictures, the task."""
+"""What the robot is, what it measured in one tick, and the state vector made of it."""
 
 from __future__ import annotations
 
@@ -96,3 +96,80 @@ class TaskState(Message, frozen=True, kw_only=True, tag=4):
     episode_tick: U64
     success: bool
     metrics: tuple[tuple[str, float], ...]
+
+
+class ModeRange(Record, frozen=True, kw_only=True):
+    """SI command range of one mode of one part, one float64 per controlled value."""
+
+    mode: U8
+    lower: bytes
+    upper: bytes
+
+
+class HalPart(Record, frozen=True, kw_only=True):
+    """One part as the HAL found it. ``simulator_part`` is "" on hardware."""
+
+    name: str
+    simulator_part: str
+    joints: tuple[str, ...]
+    ranges: tuple[ModeRange, ...]
+
+
+class HalCamera(Record, frozen=True, kw_only=True):
+    """One camera and how many ticks lie between its frames."""
+
+    name: str
+    width: U32
+    height: U32
+    period_ticks: U32
+
+
+class HalStatus(Message, frozen=True, kw_only=True, tag=5):
+    """Who the robot is and how it is paced."""
+
+    version: V1 = 1
+    session: U64
+    robot: str
+    robot_hash: Hash32
+    pacing: Literal["realtime", "lockstep"]
+    period_ns: U64
+    tick: U64
+    episode_tick: U64
+    state: Literal["ready", "resetting", "holding", "fault"]
+    detail: str
+    joints: tuple[str, ...]
+    passive_joints: tuple[str, ...]
+    parts: tuple[HalPart, ...]
+    simulator_order: tuple[str, ...]
+    cameras: tuple[HalCamera, ...]
+    has_task: bool
+    overruns: U64
+
+
+class LayoutFault(Record, frozen=True, kw_only=True):
+    """Why a layout vector could not be assembled (see `fairlead.errors.LayoutError`)."""
+
+    kind: str
+    name: str
+    parent: str
+    age_ticks: int
+    text: str
+
+
+class LayoutState(Message, frozen=True, kw_only=True, tag=6):
+    """The policy's state vector at ``tick``: either ``values`` or ``fault``, never both."""
+
+    version: V1 = 1
+    session: U64
+    tick: U64
+    episode_tick: U64
+    oldest_tick: U64
+    skill: str
+    skill_hash: Hash32
+    layout: str
+    values: bytes | None
+    fault: LayoutFault | None
+
+    def __post_init__(self) -> None:
+        if (self.values is None) == (self.fault is None):
+            raise ValueError("exactly one of values and fault must be set")
