@@ -13,10 +13,12 @@ from fairlead.messages import (
     ActionChunk,
     FloatArray,
     GoalResult,
+    JointState,
     LayoutState,
     TaskState,
     TransformBatch,
     decode,
+    floats,
 )
 from fairlead.paths import repo_root
 from fairlead.wire.bus import Sample
@@ -39,6 +41,8 @@ class Episode:
     """What was heard on the bus, and what policy and simulator wrote down.
 
     packed, qpos: what `env.step` was given, float32 ``[12]``, and the state before it, by tick.
+    joints: measured positions by tick, float64 ``[14]``.
+    reset_tick: the first one after the reset.
     """
 
     chunks: list[ActionChunk] = field(default_factory=list)
@@ -48,6 +52,8 @@ class Episode:
     calls: list[TraceRecord] = field(default_factory=list)
     packed: dict[int, FloatArray] = field(default_factory=dict)
     qpos: dict[int, FloatArray] = field(default_factory=dict)
+    joints: dict[int, FloatArray] = field(default_factory=dict)
+    reset_tick: int = 0
     result: GoalResult | None = None
 
     @property
@@ -66,6 +72,11 @@ class Episode:
         """Keep the expert's state vectors."""
         state = decode(LayoutState, sample.payload)
         self.layouts[state.tick] = state
+
+    def on_joints(self, sample: Sample) -> None:
+        """Keep what was measured."""
+        state = decode(JointState, sample.payload)
+        self.joints[state.tick] = floats(state.positions)
 
     def on_task(self, sample: Sample) -> None:
         """Keep the task's own measurements."""
@@ -94,10 +105,12 @@ def record_episode(folder: Path) -> Episode:
         bus.subscribe(keys.every_tf, episode.on_transforms)
         bus.subscribe(keys.layout(SKILL), episode.on_layout)
         bus.subscribe(keys.task, episode.on_task)
+        bus.subscribe(keys.joints, episode.on_joints)
         bus.subscribe(
             keys.every_candidate, lambda s: episode.chunks.append(decode(ActionChunk, s.payload))
         )
-        robot.ready_to_move(SEED)
+        reset = robot.ready_to_move(SEED)
+        episode.reset_tick = reset.tick - reset.held_ticks
         episode.result = robot.start_goal(stall_timeout_s=STALL_S).result(timeout=240.0).result
     assert episode.result is not None
     assert episode.result.outcome == "succeeded", (episode.result, scratch.state_dir)

@@ -13,6 +13,9 @@ RECORDS_BINDINGS: dict[str, Any] = {
     "gripper_qpos_joints": ["panda_gripper"],
     "quaternion_convention": "xyzw",
 }
+RECORDED: dict[str, Any] = {"layout": "human300_16d", "dim": 16, "bindings": RECORDS_BINDINGS}
+"""The record's own manifest."""
+
 HAND_TURNED = (0.0, 0.0, 0.6, 0.8)
 BASE_TURNED = (0.0, 0.6, 0.0, 0.8)
 

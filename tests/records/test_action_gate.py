@@ -59,11 +59,18 @@ def test_action_40_the_gate_checks_the_switch_as_it_checks_everything(
     assert stopped == (code == 8)
 
 
-def test_action_41_three_numbers_for_the_base_alone_are_no_row(injector: Injector) -> None:
+def test_action_41_three_numbers_for_the_base_alone_are_no_row(
+    injector: Injector, light_robot: LiveRobot
+) -> None:
     """Without padding to the robot's joints a joint mode is refused, and nothing moves."""
-    narrow = part("base", ControlMode.JOINT_VELOCITY, np.zeros((1, 3)), *BASE)
+    before = len(light_robot.motion.read())
+    narrow = part("base", ControlMode.JOINT_VELOCITY, np.full((1, 3), 0.1), *BASE)
     verdict = judged(injector, narrow)
     assert (verdict.outcome, verdict.code) == (Outcome.REFUSED, 7), verdict
+    light_robot.client.disarm()
+    light_robot.client.reset_episode(0)  # the world goes on
+    after = light_robot.motion.read()[before:]
+    assert after and not any(line.moves for line in after)
 
 
 def test_action_42_a_number_beside_the_masked_joints_is_refused(injector: Injector) -> None:

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+import json
+import subprocess
+import sys
+from typing import Any
+
 import numpy as np
 import pytest
 
 from fairlead.messages import FloatArray, floats
 from fairlead.modes import ControlMode
 from fairlead.robot.manifest import RobotManifest
-from tests.records.episode import Episode
+from fairlead_tools.parity import plain_robosuite
+from tests.records.episode import SEED, Episode
 
 pytestmark = [pytest.mark.processes, pytest.mark.simulator, pytest.mark.timeout(300)]
 
@@ -54,7 +60,10 @@ def test_action_36_the_gate_gets_typed_parts_in_si_and_never_a_raw_vector(
     episode: Episode, robot: RobotManifest
 ) -> None:
     """One chunk carries arm, gripper, base and switch, each with its mode, frame and unit."""
+    calls = {call.tick: call.actions for call in episode.calls}
+    assert {chunk.start_tick for chunk in episode.chunks} == set(calls)
     for chunk in episode.chunks:
+        emitted = calls[chunk.start_tick]
         parts = {robot.part_names[part.part]: part for part in chunk.parts}
         assert {name: ControlMode(part.mode).yaml_name for name, part in parts.items()} == {
             "arm": "cartesian_delta",
@@ -65,7 +74,36 @@ def test_action_36_the_gate_gets_typed_parts_in_si_and_never_a_raw_vector(
         assert parts["arm"].frame_id == "base_link"
         base = floats(parts["base"].values, 11)
         assert parts["base"].active == (0, 1, 2) and not base[:, 3:].any()
-        assert np.abs(floats(parts["arm"].values, 6)[:, :3]).max() <= 0.05 + 1e-12
+        np.testing.assert_allclose(base[:, :3], emitted[:, 7:10] * [1.0, 1.0, 1.5])
+        arm = floats(parts["arm"].values, 6)
+        np.testing.assert_allclose(arm, emitted[:, :6] * [0.05, 0.05, 0.05, 0.5, 0.5, 0.5])
+
+
+def test_action_43_plain_robosuite_is_moved_alike_to_the_last_bit(episode: Episode) -> None:
+    """The policy's own vectors in a bare loop of `env.step` give every state, bit for bit."""
+    vectors = emitted(episode).astype("<f4")
+    vectors[:, TORSO] = 0.0
+    held = episode.ticks[0] - episode.reset_tick
+    rows = [one.tobytes().hex() for one in vectors]
+    job: dict[str, Any] = {
+        "env": "MobilePickPlace", "robot": "PandaOmron", "controller": None,
+        "part_order": ["right", "right_gripper", "base", "torso"],
+        "imports": ["fairlead_hal_sim.task"], "env_options": {}, "control_hz": 20.0,
+        "episodes": [{"seed": SEED, "zeros": held, "vectors": rows}],
+    }  # fmt: skip
+    done = subprocess.run(
+        [sys.executable, plain_robosuite.__file__],
+        input=json.dumps(job),
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    (plain,) = json.loads(done.stdout)["episodes"]
+    ours = [
+        episode.qpos[tick].tobytes().hex() for tick in range(episode.reset_tick, episode.ticks.stop)
+    ]
+    assert len(ours) == held + len(vectors) > 100
+    assert plain["qpos"] == ours
 
 
 def test_action_37_the_hand_comes_within_ten_centimetres_by_step_220(episode: Episode) -> None:

@@ -8,7 +8,7 @@ import yaml
 
 from fairlead.errors import ConfigError
 from fairlead.hal.backend import PartCommand
-from fairlead.messages import floats
+from fairlead.messages import FloatArray, floats
 from fairlead.modes import ControlMode
 from fairlead.paths import robot_dir
 from fairlead.robot.manifest import RobotManifest
@@ -49,8 +49,9 @@ def test_action_20_another_order_of_the_same_parts_needs_no_other_code() -> None
         stock.reset(0)
         stock.apply(commands(ROW))
         assert stock.last_packed is not None
-        np.testing.assert_array_equal(stock.last_packed[7:10], ROW[7:10])
-        assert stock.last_packed[10] == ROW[6]
+        arm, grip, base, switch = ROW[:6], ROW[6:7], ROW[7:10], ROW[11:]
+        wanted = np.concatenate((arm, [0.0], base, grip, switch))
+        np.testing.assert_array_equal(stock.last_packed, wanted.astype(np.float32))
     finally:
         stock.close()
 
@@ -59,6 +60,14 @@ def test_action_21_the_hal_offers_the_modes_that_the_training_controllers_are(
     backend: RobosuiteBackend,
 ) -> None:
     """OSC_POSE is cartesian_delta, GRIP is gripper_position, JOINT_VELOCITY is joint_velocity."""
+    running = backend.env.robots[0].composite_controller.part_controllers
+    assert {name: type(one).__name__ for name, one in running.items()} == {
+        "right": "OperationalSpaceController",
+        "right_gripper": "SimpleGripController",
+        "base": "MobileBaseJointVelocityController",
+        "torso": "JointPositionController",
+    }
+    assert running["right"].output_max.tolist() == [0.05] * 3 + [0.5] * 3
     parts = {part.name: part for part in backend.describe().parts}
     ranges = {
         (name, ControlMode(entry.mode).yaml_name): floats(entry.upper).tolist()
@@ -137,20 +146,26 @@ def test_action_29_a_hal_without_a_composite_controller_takes_the_switch_and_doe
     told, untold = (MujocoBackend(panda) for _ in range(2))
     for world in (told, untold):
         world.reset(0)
+    start = told.read().positions
+    target = start[: panda.n_dof] + np.append(np.full(7, 0.1), 0.0)
+    move = {"arm": PartCommand(ControlMode.JOINT_POSITION, "", target, tuple(range(7)))}
     for value in (1.0, -1.0, 0.3):
-        told.apply({"composite": mode(value)})
-        untold.apply({})
+        told.apply(move | {"composite": mode(value)})
+        untold.apply(move)
+    assert np.abs(told.read().positions - start).max() > 0.01, "the arm moves"
     assert told.read().positions.tobytes() == untold.read().positions.tobytes()
 
 
 def test_action_30_the_torso_gets_zero_and_stays_where_it_is(backend: RobosuiteBackend) -> None:
     """Zero is what training emitted there: the slide holds while arm and base move."""
     backend.reset(0)
-    start = backend.read().positions[13]
+    start = backend.read().positions
     for _ in range(40):
         backend.apply(commands(ROW))
         assert backend.last_packed is not None and backend.last_packed[10] == 0.0
-    assert abs(backend.read().positions[13] - start) < 0.005
+    moved = np.abs(backend.read().positions - start)
+    assert (moved[:3] > 0.1).all() and moved[3:10].max() > 0.1, "base and arm move"
+    assert moved[13] < 0.005
 
 
 def test_action_31_nothing_is_remembered_for_the_torso() -> None:
@@ -160,11 +175,19 @@ def test_action_31_nothing_is_remembered_for_the_torso() -> None:
 
 
 def test_action_32_the_base_moves_where_a_policy_drives_it(backend: RobosuiteBackend) -> None:
-    """A checkpoint's [0.468, 0.132, -0.014] is not dropped: the base goes there."""
-    backend.reset(0)
-    row = np.zeros(12, dtype=np.float32)
-    row[6:10], row[11] = (-1, 0.468, 0.132, -0.014), -1
-    start = backend.read().positions[:2].copy()
-    for _ in range(20):
-        backend.apply(commands(row))
-    assert (backend.read().positions[:2] - start)[0] > 0.1
+    """A checkpoint's [0.468, 0.132, -0.014] is not dropped: each number moves its own joint."""
+
+    def moved(*base: float) -> FloatArray:
+        backend.reset(0)
+        row = np.zeros(12, dtype=np.float32)
+        row[6:10], row[11] = (-1, *base), -1
+        start = backend.read().positions[:3].copy()
+        for _ in range(20):
+            backend.apply(commands(row))
+        return backend.read().positions[:3] - start
+
+    emitted = (0.468, 0.132, -0.014)
+    assert moved(*emitted)[0] > 0.1
+    for joint, value in enumerate(emitted):
+        alone = moved(*(value if one == joint else 0.0 for one in range(3)))
+        assert np.abs(alone).argmax() == joint and np.sign(alone[joint]) == np.sign(value), alone

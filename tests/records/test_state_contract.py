@@ -3,7 +3,13 @@
 from __future__ import annotations
 
 import ast
+import inspect
+import json
 import re
+import subprocess
+import sys
+from importlib import import_module
+from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Any
 
@@ -12,30 +18,47 @@ import pytest
 import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from pydantic import ValidationError
 
-from fairlead.errors import LayoutError
-from fairlead.paths import rskill_dir
+from fairlead.errors import ConfigError, LayoutError
+from fairlead.paths import SKILLS_VARIABLE, rskill_dir
 from fairlead.robot.manifest import RobotManifest
 from fairlead.skill.admission import admission_problems
 from fairlead.skill.bindings import StateContractBindings
-from fairlead.skill.manifest import SkillManifest, load_skill
+from fairlead.skill.manifest import SkillManifest, load_skill, read_skill
 from fairlead.skill.state_contract import StateContract
-from fairlead_state_assembler import JointPositions, assemble_state
+from fairlead_state_assembler import JointPositions, TransformBuffer, assemble_state, pose_from
 from tests.assembler.every_layout import LAYOUT_DIMS, LAYOUTS
 from tests.cli.command import fairlead_here as fairlead
-from tests.records.poses import BASE_TURNED, HAND_TURNED, RECORDS_BINDINGS, transforms
+from tests.plugins import package
+from tests.records.poses import BASE_TURNED, HAND_TURNED, RECORDED, RECORDS_BINDINGS, transforms
 from tests.repo.tree import ROOT
 
 PI05 = "pi05-robocasa365-human300-nf4"
 LAYOUT_FILES = [ROOT / f"shared/fairlead/layouts/{name}.py" for name in LAYOUT_DIMS]
 TASK_SPACE = ("human300_16d", "rc365", "gr1")
+HUMAN300 = {
+    "eef place": slice(0, 3), "eef turn": slice(3, 7), "base place": slice(7, 10),
+    "base turn": slice(10, 14), "gripper": slice(14, 16),
+}  # fmt: skip
 FINGERS = ("panda_finger_joint1", "panda_finger_joint2")
+OTHERS = "odom, map, object, goal; what others publish is named in tracked_frames of robot.yaml)"
 
 
-def assembled(layout: str, **changes: Any) -> list[float]:
+def assembled(layout: str, buffer: TransformBuffer | None = None, **changes: Any) -> list[float]:
     bindings = StateContractBindings.model_validate(RECORDS_BINDINGS | changes)
     joints = JointPositions.named(("panda_gripper", *FINGERS), np.array([0.03, 0.02, -0.01]))
-    return [float(v) for v in assemble_state(layout, bindings, joints, transforms().at(1)).round(9)]
+    at = (transforms() if buffer is None else buffer).at(1)
+    return [float(v) for v in assemble_state(layout, bindings, joints, at).round(9)]
+
+
+def skill_file(folder: Path, contract: dict[str, Any]) -> Path:
+    """The folder of a skill as an author writes it, with a state contract of its own."""
+    plain = yaml.safe_load((rskill_dir(PI05) / "rskill.yaml").read_text())
+    plain |= {"id": folder.name, "state_contract": contract}
+    folder.mkdir()
+    (folder / "rskill.yaml").write_text(yaml.safe_dump(plain))
+    return folder
 
 
 def with_contract(contract: dict[str, Any]) -> SkillManifest:
@@ -53,12 +76,31 @@ def test_state_01_a_wrapped_layout_is_admitted_on_a_robot_with_another_number_of
     assert admission_problems(skill, robot) == []
 
 
-def test_state_02_the_manifest_names_the_shape_and_the_bindings_name_the_sources() -> None:
-    """`bindings` has end effector, base and world frame, gripper joints, quaternion order."""
+@pytest.mark.parametrize(
+    ("binding", "source", "changed"),
+    [
+        ("eef_frame", "other_hand", {"eef place", "eef turn"}),
+        ("base_frame", "other_base", {"eef place", "eef turn", "base place", "base turn"}),
+        ("world_frame", "other_world", {"base place", "base turn"}),
+        ("gripper_qpos_joints", FINGERS, {"gripper"}),
+        ("quaternion_convention", "wxyz", {"eef turn", "base turn"}),
+    ],
+)
+def test_state_02_the_manifest_names_the_shape_and_the_bindings_name_the_sources(
+    binding: str, source: object, changed: set[str]
+) -> None:
+    """Another end effector, base, world, gripper or quaternion order changes its own numbers."""
     bound = StateContractBindings()
     assert (bound.eef_frame, bound.base_frame, bound.world_frame) == (None, None, "map")
     assert (bound.gripper_qpos_joints, bound.quaternion_convention) == ((), "xyzw")
-    assert load_skill(PI05).state_contract.bindings.eef_frame == "grip_site"
+    buffer = transforms()
+    for parent, child in (
+        ("panda_hand_tcp", "other_hand"), ("base_link", "other_base"), ("other_world", "odom"),
+    ):  # fmt: skip
+        pose = pose_from(child, [0.1, 0.2, 0.3], [0.1, 0.1, 0.7, 0.7])
+        buffer.add(parent, child, pose, 1, is_static=False)
+    here, there = (assembled("human300_16d", buffer, **one) for one in ({}, {binding: source}))
+    assert {name for name, at in HUMAN300.items() if here[at] != there[at]} == changed
 
 
 def test_state_03_a_binding_that_does_not_exist_is_refused() -> None:
@@ -69,28 +111,44 @@ def test_state_03_a_binding_that_does_not_exist_is_refused() -> None:
 
 @pytest.mark.parametrize(("layout", "dim"), [("libero", 9), ("aloha", 14)])
 def test_state_04_a_joint_space_layout_needs_no_bindings(layout: str, dim: int) -> None:
-    """Bindings are optional where the layout is a slice of the joints."""
-    StateContract.model_validate({"layout": layout, "dim": dim})
+    """Bindings are optional where the layout is a slice of the joints, which need no transforms."""
+    contract = StateContract.model_validate({"layout": layout, "dim": dim})
+    names = (*LAYOUTS[layout].joint_names, *LAYOUTS[layout].gripper_qpos_joints)
+    joints = JointPositions.named(names[::-1], np.arange(len(names))[::-1].astype(float))
+    found = assemble_state(layout, contract.bindings, joints, TransformBuffer().at(1))
+    assert found.tolist() == list(range(dim))
 
 
 @pytest.mark.parametrize("layout", TASK_SPACE)
 def test_state_05_a_task_space_layout_names_every_binding_it_misses_when_it_is_loaded(
-    layout: str,
+    layout: str, tmp_path: Path
 ) -> None:
     """Bindings are required for composites, and the check is made when a manifest is loaded."""
-    with pytest.raises(ValueError, match="also needs eef_frame, base_frame, gripper_qpos_joints"):
-        StateContract.model_validate({"layout": layout, "dim": 16})
+    folder = skill_file(tmp_path / "unbound", {"layout": layout, "dim": LAYOUTS[layout].dim or 39})
+    with pytest.raises(ConfigError) as caught:
+        read_skill(folder)
+    assert f"layout {layout}" in str(caught.value) and str(folder) in str(caught.value)
+    assert "also needs eef_frame, base_frame, gripper_qpos_joints" in str(caught.value)
 
 
+@pytest.mark.processes
 def test_state_06_the_registry_maps_a_layout_to_its_assembler() -> None:
     """load_layout and assemble_state are the public face, and need no transport."""
     assert {name for name, one in LAYOUTS.items() if one.assemble is None} == {"gr1"}
-    assert len(assembled("human300_16d")) == 16
+    for name in LAYOUT_DIMS:
+        assert getattr(LAYOUTS[name].assemble, "__module__", "") == f"fairlead.layouts.{name}"
+    code = "import runpy, sys; sys.modules['zenoh'] = None; runpy.run_path(sys.argv[1])"
+    words = [sys.executable, "-c", code, str(ROOT / "docs/examples/layout_in_a_notebook.py")]
+    done = subprocess.run(words, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    vector = json.loads(done.stdout)
+    assert (len(vector), vector[:3]) == (16, [0.5, 0.0, 1.1])
 
 
 def test_state_07_only_a_registered_layout_can_be_named() -> None:
     """The set is what installed packages register by name: a skill can name nothing else."""
-    with pytest.raises(ValueError, match="expected a layout, got 'smolvla_9d' .valid: aloha, "):
+    installed = ", ".join(sorted(entry_points(group="fairlead.layouts").names))
+    with pytest.raises(ValueError, match=rf"a layout, got 'smolvla_9d' \(valid: {installed} from "):
         StateContract.model_validate({"layout": "smolvla_9d", "dim": 9})
 
 
@@ -104,6 +162,13 @@ def test_state_08_a_layout_is_one_short_pure_function_without_knowledge_of_a_rob
     assert [function.name for function in functions] == ["assemble"]
     assert 30 <= len(path.read_text().splitlines()) <= 70
     assert "panda" not in ast.unparse(functions[0]).split('"""')[-1]
+    assemble = LAYOUTS[path.stem].assemble
+    assert assemble is not None
+    outside = inspect.getclosurevars(assemble)
+    others = (import_module(f"fairlead.layouts.{name}") for name in LAYOUTS)
+    read = {one for one in outside.globals.values() if not isinstance(one, str)}
+    assert read <= {assemble, np, *others}
+    assert not outside.builtins, "nothing is opened, printed or remembered"
 
 
 def test_state_09_human300_16d_is_3_and_4_and_3_and_4_and_2() -> None:
@@ -159,12 +224,8 @@ def test_state_15_installing_a_skill_that_lacks_bindings_fails_with_the_list(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The missing fields are told when a skill is installed, and nothing is installed."""
-    monkeypatch.setenv("FAIRLEAD_SKILLS", str(tmp_path / "installed"))
-    plain = yaml.safe_load((rskill_dir(PI05) / "rskill.yaml").read_text())
-    plain |= {"id": "unbound", "state_contract": {"layout": "human300_16d", "dim": 16}}
-    folder = tmp_path / "unbound"
-    folder.mkdir()
-    (folder / "rskill.yaml").write_text(yaml.safe_dump(plain))
+    monkeypatch.setenv(SKILLS_VARIABLE, str(tmp_path / "installed"))
+    folder = skill_file(tmp_path / "unbound", {"layout": "human300_16d", "dim": 16})
     done = fairlead("skill", "install", str(folder), state=tmp_path)
     assert done.returncode == 1
     assert "also needs eef_frame, base_frame, gripper_qpos_joints" in done.stderr
@@ -206,20 +267,65 @@ def test_state_18_any_bindings_are_refused_by_name_or_survive_a_round_trip(
 ) -> None:
     """Fuzzed bindings never load as something else than what was written."""
     gripper = data.get("gripper_qpos_joints", [])
-    is_valid = len(gripper) <= 2 and len(set(gripper)) == len(gripper)
-    is_valid &= data.get("quaternion_convention") != "wzyx"
+    wrong = ["quaternion_convention"] if data.get("quaternion_convention") == "wzyx" else []
+    wrong += ["gripper_qpos_joints"] if len(gripper) > len(set(gripper)) % 3 else []
     try:
         bound = StateContractBindings.model_validate(data)
-    except ValueError as error:
-        assert not is_valid, error
+    except ValidationError as error:
+        assert wrong, error
+        said = "".join(f"{one['loc']} {one['msg']}" for one in error.errors())
+        assert any(name in said for name in wrong)
         return
-    assert is_valid
+    assert not wrong
     again = StateContractBindings.model_validate(yaml.safe_load(yaml.safe_dump(bound.model_dump())))
     assert again == bound
     assert {key: bound.model_dump(mode="json")[key] for key in data} == data
 
 
-def test_state_19_the_records_own_manifest_loads_and_is_admitted(robot: RobotManifest) -> None:
+def test_state_19_the_records_own_manifest_loads_and_is_admitted(
+    robot: RobotManifest, tmp_path: Path
+) -> None:
     """panda_hand_tcp, base_link, odom, one gripper joint, xyzw: the record's fixture."""
-    contract = {"layout": "human300_16d", "dim": 16, "bindings": RECORDS_BINDINGS}
-    assert admission_problems(with_contract(contract), robot) == []
+    folder = skill_file(tmp_path / "recorded", RECORDED)
+    skill = read_skill(folder)
+    bound = skill.state_contract.bindings.model_dump(mode="json", exclude_unset=True)
+    assert bound == RECORDS_BINDINGS
+    assert admission_problems(skill, robot) == []
+    done = fairlead("skill", "check", str(folder), "--robot", "panda_mobile", state=tmp_path)
+    assert (done.returncode, "may run on panda_mobile" in done.stdout) == (0, True), done.stdout
+
+
+@pytest.mark.parametrize("binding", ["eef_frame", "base_frame", "world_frame"])
+def test_state_36_a_frame_that_the_robot_does_not_have_is_refused_at_check_and_at_install(
+    binding: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Both commands name the binding, the frame and those there are; nothing is installed."""
+    monkeypatch.setenv(SKILLS_VARIABLE, str(tmp_path / "installed"))
+    bindings = RECORDS_BINDINGS | {binding: "no_such_frame"}
+    folder = skill_file(tmp_path / "lost", RECORDED | {"bindings": bindings})
+    for command in ("check", "install"):
+        done = fairlead("skill", command, str(folder), state=tmp_path)
+        said = done.stdout + done.stderr
+        assert done.returncode == 1
+        assert f"{binding}: robot panda_mobile has no frame 'no_such_frame' (valid: " in said
+        assert "panda_hand_tcp" in said and OTHERS in said
+    assert not list((tmp_path / "installed").glob("*"))
+
+
+@pytest.mark.processes
+def test_state_37_a_layout_is_one_file_and_a_new_one_needs_no_other_change(tmp_path: Path) -> None:
+    """Each registered layout is a file of its own; one file more, and its skill is admitted."""
+    ours = {one.name: one.value for one in entry_points(group="fairlead.layouts")}
+    files = {path.stem for path in (ROOT / "shared/fairlead/layouts").glob("[!_]*.py")}
+    assert ours == {name: f"fairlead.layouts.{name}:LAYOUT" for name in files}
+    new = (ROOT / "docs/examples/gripper_pose_8d.py").read_text()
+    registered = {"fairlead.layouts": {"gripper_pose_8d": "gripper_pose_8d:LAYOUT"}}
+    bindings = {key: RECORDS_BINDINGS[key] for key in ("eef_frame", "base_frame")}
+    bindings["gripper_qpos_joints"] = ["panda_gripper"]
+    contract = {"layout": "gripper_pose_8d", "dim": 8, "bindings": bindings}
+    words = ("skill", "check", str(skill_file(tmp_path / "newer", contract)))
+    without = package.fairlead(tmp_path / "site", *words)
+    assert without.returncode == 1 and "'gripper_pose_8d'" in without.stderr
+    package.install(tmp_path / "site", "new-layouts", registered, {"gripper_pose_8d.py": new})
+    done = package.fairlead(tmp_path / "site", *words)
+    assert "may run on panda_mobile" in done.stdout, done.stdout + done.stderr

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 import subprocess
 import sys
@@ -14,17 +15,24 @@ import yaml
 
 from fairlead.deploy.registry import Registry
 from fairlead.errors import LayoutError
-from fairlead.messages import FloatArray, LayoutState, TransformBatch, decode, floats
+from fairlead.hal.backend import FramePose
+from fairlead.messages import FloatArray, TransformBatch, decode, floats
 from fairlead.paths import ROOT_VARIABLE
 from fairlead.robot.manifest import RobotManifest, load_robot
+from fairlead.skill.manifest import load_skill
 from fairlead.skill.state_contract import StateContract
 from fairlead.wire.bus import Sample
 from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
-from fairlead_state_assembler import ForwardKinematics, LocalAssembler
+from fairlead_state_assembler import (
+    ForwardKinematics,
+    LocalAssembler,
+    TransformBuffer,
+    pose_from,
+)
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
 from fairlead_tools.supervisor.scratch_robot import scratch_robot
 from tests.records.episode import Episode
-from tests.records.poses import RECORDS_BINDINGS, transforms
+from tests.records.poses import RECORDED, RECORDS_BINDINGS, transforms
 from tests.repo.tree import ROOT
 from tests.system.light_hal import LIGHT_HAL
 from tests.system.live_robot import LiveRobot, wait_for
@@ -43,8 +51,6 @@ EXACT_BINDINGS: dict[str, object] = {
 
 EXACT: dict[str, object] = {"layout": "human300_16d", "dim": 16, "bindings": EXACT_BINDINGS}
 LOCALISER = ROOT / "docs" / "examples" / "localiser.py"
-
-RECORDED: dict[str, object] = {"layout": "human300_16d", "dim": 16, "bindings": RECORDS_BINDINGS}
 
 
 def state_vector(
@@ -86,13 +92,18 @@ def test_state_20_the_vector_is_what_the_simulator_itself_reports(
         np.testing.assert_allclose(ours, theirs, atol=2e-5, err_msg=key)
 
 
-def test_state_21_the_path_knows_no_observation_of_a_simulator() -> None:
-    """No service but the simulator's own HAL reads a robosuite observation key."""
-    folders = ("state_assembler", "skill_runner", "hal_mujoco")
-    for folder in folders:
-        for path in (ROOT / "services" / folder).rglob("*.py"):
-            assert "robot0_base" not in path.read_text(), path
-            assert "_get_observations" not in path.read_text(), path
+def test_state_21_the_path_knows_no_observation_of_a_simulator(
+    robot: RobotManifest, driven: RobosuiteBackend, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """No service reads a robosuite observation: without any of them the vector is the same."""
+    before = state_vector(robot, driven, EXACT)
+    monkeypatch.setattr(driven.env, "_observables", {})
+    driven.apply({})
+    np.testing.assert_allclose(state_vector(robot, driven, EXACT), before, atol=1e-3)
+    folders = ("services", "shared/fairlead/layouts", "shared/fairlead/hal")
+    for path in (file for folder in folders for file in (ROOT / folder).rglob("*.py")):
+        words = r"robot0_(base|eef|gripper|joint)|_get_observations|_observables"
+        assert not re.search(words, path.read_text()), path
 
 
 def test_state_22_the_records_tool_frame_is_close_to_the_grip_site_and_the_hand_is_not(
@@ -190,7 +201,18 @@ def test_state_27_the_links_are_on_the_bus_and_the_assembler_publishes_them(
     assert {"panda_link0", "panda_link7", "panda_hand", "panda_hand_tcp"} <= children
     static = episode.transforms.get("state_assembler/static", {})
     children |= {item.child for batch in static.values() for item in batch.transforms}
-    assert set(ForwardKinematics(robot).frames) - {robot.base_frame} <= children
+    kinematics = ForwardKinematics(robot)
+    assert set(kinematics.frames) - {robot.base_frame} <= children
+    for tick in episode.ticks[::20]:
+        published = TransformBuffer()
+        for batch in (*static.values(), batches[tick]):
+            for item in batch.transforms:
+                pose = pose_from(item.child, floats(item.translation), floats(item.rotation_xyzw))
+                published.add(item.parent, item.child, pose, tick, is_static=batch.is_static)
+        truth = zip(kinematics.frames, kinematics.poses(episode.joints[tick]), strict=True)
+        for frame, pose in truth:
+            found = published.at(tick).pose(robot.base_frame, frame)
+            np.testing.assert_allclose(found.homogeneous, pose.homogeneous, atol=1e-9)
 
 
 @pytest.mark.processes
@@ -216,8 +238,8 @@ def test_state_29_a_missing_frame_fails_the_goal_at_its_first_step_by_name(
     """No zeros: where nobody publishes the object, the goal says so and nothing has moved."""
     before = len(light_robot.motion.read())
     result = light_robot.run_goal(seed=0)
-    assert result.outcome == "failed"
-    assert "object" in result.detail, result
+    assert (result.outcome, result.kind) == ("failed", "layout_missing_frame"), result
+    assert "no frame 'object'" in result.detail, result
     assert not any(line.moves for line in light_robot.motion.read()[before:])
 
 
@@ -225,31 +247,52 @@ def test_state_29_a_missing_frame_fails_the_goal_at_its_first_step_by_name(
 def test_state_30_any_hal_that_publishes_joints_and_transforms_is_enough(
     light_robot: LiveRobot, robot: RobotManifest
 ) -> None:
-    """A HAL without a simulator's keys gives the same vector, every number finite."""
-    heard: list[LayoutState] = []
+    """A HAL without a simulator's keys is enough: joints and transforms alone make the vector."""
     skill = "pi05-robocasa365-human300-nf4"
     bus, keys = light_robot.client.bus, light_robot.client.keys
-    listening = bus.subscribe(
-        keys.layout(skill), lambda s: heard.append(decode(LayoutState, s.payload))
-    )
+    heard = Episode()
+    subscriptions = [
+        bus.subscribe(keys.layout(skill), heard.on_layout),
+        bus.subscribe(keys.joints, heard.on_joints),
+        bus.subscribe(keys.tf("hal"), heard.on_transforms),
+    ]
     wanted = bus.declare_token(keys.want_layout(skill))
     light_robot.client.reset_episode(0)
-    wait_for(lambda: any(state.values for state in heard), "a state vector")
-    wanted.undeclare()
-    listening.undeclare()
-    values = floats(next(state.values for state in heard if state.values))
-    assert values.shape == (16,) and np.isfinite(values).all()
+    wait_for(lambda: heard_whole(heard) is not None, "a state vector and all that it is made of")
+    for one in (wanted, *subscriptions):
+        one.undeclare()
+    tick = heard_whole(heard)
+    assert tick is not None
+    static = next(iter(heard.transforms["hal/static"].values()))
+    assembler = LocalAssembler(robot)
+    moving = heard.transforms["hal"][tick]
+    assembler.take(heard.joints[tick], frame_poses(moving), frame_poses(static))
+    local = assembler.assemble(load_skill(skill).state_contract)
+    assert heard.layouts[tick].values == local.tobytes()
+    assert local.shape == (16,) and np.linalg.norm(local[:3]) > 0.3, "the hand is off the base"
 
 
-def test_state_31_a_transform_that_is_too_old_is_named_with_parent_and_age(
-    robot: RobotManifest, driven: RobosuiteBackend
-) -> None:
+def heard_whole(heard: Episode) -> int | None:
+    """A tick of which everything was heard; None so far."""
+    ticks = heard.joints.keys() & heard.transforms.get("hal", {}).keys()
+    told = [tick for tick, layout in heard.layouts.items() if layout.values and tick in ticks]
+    return told[0] if told and "hal/static" in heard.transforms else None
+
+
+def frame_poses(batch: TransformBatch) -> list[FramePose]:
+    return [
+        FramePose(t.parent, t.child, floats(t.translation), floats(t.rotation_xyzw))
+        for t in batch.transforms
+    ]
+
+
+def test_state_31_a_transform_that_is_too_old_is_named_with_parent_and_age() -> None:
     """A stale frame is an error with frame, parent and age, never an old pose."""
     with pytest.raises(LayoutError) as caught:
         transforms(tick=1).at(9).pose("odom", "base_link")
     assert caught.value.kind == "stale_frame"
-    assert "base_link" in str(caught.value) and "odom" in str(caught.value)
-    assert "8" in str(caught.value)
+    said = "odom -> base_link is stale at tick 9: the newest before it is 8 tick(s) old, allowed "
+    assert said in str(caught.value)
 
 
 def test_state_32_without_a_layout_the_joints_are_taken_in_the_policys_order(

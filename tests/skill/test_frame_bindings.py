@@ -52,15 +52,6 @@ def test_tracked_frame_of_another_robots_scene_is_refused() -> None:
     ]  # fmt: skip
 
 
-def test_check_and_install_refuse_it(skill: Path, tmp_path: Path) -> None:
-    for words in (("skill", "check", NAME), ("skill", "install", str(skill))):
-        done = fairlead(*words, state=tmp_path / "state")
-        said = done.stdout + done.stderr
-        assert done.returncode == 1
-        assert "eef_frame: robot panda_mobile has no frame 'no_such_frame' (valid: " in said
-        assert OTHERS in said
-
-
 @pytest.mark.processes
 def test_up_drops_it_with_the_reason_and_refuses_to_start_for_it(
     skill: Path, tmp_path: Path

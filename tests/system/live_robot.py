@@ -10,7 +10,7 @@ from collections.abc import Callable
 from concurrent.futures import Future
 
 from fairlead.errors import FairleadError
-from fairlead.messages import GateState, GoalResult, SafeChunk, decode
+from fairlead.messages import GateState, GoalResult, ResetEpisodeReply, SafeChunk, decode
 from fairlead.operate.goal import Progress
 from fairlead.operate.goal_run import GoalWish, run_goal
 from fairlead.wire.bus import Sample
@@ -54,13 +54,14 @@ class LiveRobot:
 
     # --- goals -----------------------------------------------------------------------
 
-    def ready_to_move(self, seed: int = 0) -> None:
-        """Acknowledge whatever holds the gate, start an episode, arm."""
+    def ready_to_move(self, seed: int = 0) -> ResetEpisodeReply:
+        """Acknowledge whatever holds the gate, start an episode, arm; how the reset went."""
         self.recover()
         if self.client.gate_status().state == GateState.ARMED:
             self.client.disarm()
-        self.client.reset_episode(seed)
+        reset = self.client.reset_episode(seed)
         self.client.arm()
+        return reset
 
     def start_goal(self, stall_timeout_s: float = 3.0) -> Future[Progress]:
         """Run a goal of the skill in the background."""

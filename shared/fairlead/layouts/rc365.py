@@ -29,6 +29,6 @@ def assemble(at: LayoutInputs) -> FloatArray:
 
 LAYOUT = replace(
     human300_16d.LAYOUT,
+    assemble=assemble,
     content="the same 16 numbers as human300_16d, by the name RLDX checkpoints give them",
 )
-"""All of human300_16d's but its name."""
