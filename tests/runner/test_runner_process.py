@@ -80,6 +80,21 @@ def test_a_goal_is_claimed_run_and_released(world: ScriptedWorld, tmp_path: Path
     np.testing.assert_array_equal(trace[1].actions, np.full((8, 12), 0.5, dtype=np.float32))
 
 
+def test_a_goal_that_succeeds_is_logged_with_its_detail_alone(
+    world: ScriptedWorld, tmp_path: Path
+) -> None:
+    goal = world.start_goal()
+
+    def step() -> None:
+        if world.claims:
+            world.tick(13 if world.chunks else 5, success=bool(world.chunks))
+
+    ended = world.result(goal, every=step)
+    assert ended.result is not None and ended.result.outcome == "succeeded"
+    said = (tmp_path / "runner.log").read_text()
+    assert f"goal {goal:016x} succeeded: the task's own check says so\n" in said, said
+
+
 def test_before_its_first_goal_a_runner_says_nothing_and_wants_nothing(
     world: ScriptedWorld,
 ) -> None:

@@ -111,9 +111,8 @@ class GoalRun:
         except Exception as error:  # noqa: BLE001 - a bug ends the goal, never the runner
             self._log.exception("goal %016x", self.goal_id)
             result = results.internal_error(error)
-        self._log.info(
-            "goal %016x %s %s: %s", self.goal_id, result.outcome, result.kind, result.detail
-        )
+        how = f"{result.outcome} {result.kind}".rstrip()
+        self._log.info("goal %016x %s: %s", self.goal_id, how, result.detail)
         self.result = result
         return result
 
