@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import AsyncIterator, Iterator
+from contextlib import suppress
 
 import pytest
 import pytest_asyncio
@@ -118,15 +119,11 @@ async def test_a_stop_ends_goal_and_claims_and_is_reset_by_its_id(robot: Robot) 
         await robot.arm()
     assert refused.value.fix == f"fairlead reset {stop_id:016x}"
 
-    async def at_rest() -> None:
-        async with asyncio.timeout(20.0):
-            while (await robot.gate_status()).state != GateState.DISARMED:
-                try:
-                    await robot.reset(stop_id)
-                except RefusedError:  # not still yet
-                    await asyncio.sleep(0.05)
-
-    await at_rest()
+    measured = robot.joint_states()
+    while (await robot.gate_status()).state != GateState.DISARMED:
+        with suppress(RefusedError):  # not still yet
+            await robot.reset(stop_id)
+        await anext(measured)
 
 
 async def test_subscriptions_are_typed_and_hear_the_robot(robot: Robot) -> None:
@@ -163,14 +160,19 @@ async def test_a_claim_outlives_many_heartbeat_windows_and_its_rows_act(robot: R
     assert await sources(robot) == []
 
 
-def hold_up_this_thread() -> None:
-    subprocess.run([sys.executable, "-c", "import time; time.sleep(0.8)"], check=True)
+def hold_up_this_loop(running: ScratchRobot) -> None:
+    """Until the gate says that nobody has a claim: heard by a client with a loop of its own."""
+    for status in running.client.gate_statuses():
+        if not status.claims:
+            return
 
 
-async def test_a_program_that_holds_up_its_loop_loses_its_claim_by_name(robot: Robot) -> None:
+async def test_a_program_that_holds_up_its_loop_loses_its_claim_by_name(
+    running: ScratchRobot, robot: Robot
+) -> None:
     async with robot.claim(["base"], source="planner") as claim:
         await claim.next_tick()
-        hold_up_this_thread()
+        hold_up_this_loop(running)
         with pytest.raises(ClaimLostError, match="claim of planner lost: the gate no longer "):
             while True:
                 await claim.next_tick()

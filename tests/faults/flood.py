@@ -52,7 +52,7 @@ def _put(deployment: Deployment, key: str, kind: type[Message], payload: bytes) 
         for _ in range(min(due - sent, RATE_HZ // 10)):
             publisher.put_bytes(payload)
         sent = due
-        time.sleep(BATCH_S)
+        time.sleep(BATCH_S)  # the pace of the flood itself: nothing is waited for
 
 
 def _candidates(deployment: Deployment) -> None:

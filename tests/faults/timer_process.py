@@ -20,7 +20,7 @@ def _sleep_for_ever() -> None:
     period_ns, out = int(PERIOD_S * 1e9), sys.stdout.buffer
     while True:
         due_ns = time.monotonic_ns() + period_ns
-        time.sleep(PERIOD_S)
+        time.sleep(PERIOD_S)  # what is measured
         now_ns = time.monotonic_ns()
         out.write(_ENTRY.pack(now_ns, now_ns - due_ns))
         out.flush()
@@ -33,6 +33,7 @@ class TimerProcess:
         words = [sys.executable, "-m", "tests.faults.timer_process"]
         self._process = subprocess.Popen(words, stdout=subprocess.PIPE)
         self._entries: list[tuple[int, int]] = []
+        self._grown = threading.Condition()
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
 
@@ -52,10 +53,11 @@ class TimerProcess:
     def late_ms(self, began_ns: int, ended_ns: int) -> list[float]:
         """How late each wake-up was whose sleep touched that stretch [ms]; at least one."""
         margin_ns = 10_000_000
-        deadline = time.monotonic() + 10.0
-        while not self._entries or self._entries[-1][0] < ended_ns:
-            assert time.monotonic() < deadline, "the timer process does not wake up"
-            time.sleep(PERIOD_S)
+        with self._grown:
+            is_over = self._grown.wait_for(
+                lambda: self._entries and self._entries[-1][0] >= ended_ns, 10.0
+            )
+        assert is_over, "the timer process does not wake up"
         return [
             late_ns / 1e6
             for now_ns, late_ns in self._entries
@@ -66,7 +68,9 @@ class TimerProcess:
         assert self._process.stdout is not None
         with self._process.stdout as stream:
             while len(entry := stream.read(_ENTRY.size)) == _ENTRY.size:
-                self._entries.append(_ENTRY.unpack(entry))
+                with self._grown:
+                    self._entries.append(_ENTRY.unpack(entry))
+                    self._grown.notify_all()
 
 
 if __name__ == "__main__":

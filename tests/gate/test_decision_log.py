@@ -105,7 +105,7 @@ def test_junk_pushes_out_the_oldest_files_and_the_log_goes_on(config: Path, tmp_
     gives_up = time.monotonic() + DEADLINE_S
     while (folder / "000001.decisions").exists() and time.monotonic() < gives_up:
         stops.put_bytes(bytes(60_000))  # no stop levels, but recorded as they came
-        time.sleep(0.002)
+        time.sleep(0.002)  # the pace of the junk: more at once would be dropped on the way
     stops.put(StopLevel(stop_id=77, by="operator", reason="after the junk"))
     gate.wait_line("stop")
     bus.close()

@@ -8,7 +8,6 @@ import socket
 import subprocess
 import sys
 import threading
-import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -18,6 +17,7 @@ import yaml
 from fairlead.deploy.deployment import Deployment
 from fairlead.wire.bus import Sample
 from fairlead.wire.session import ZenohBus
+from tests.system.live_robot import wait_for
 
 START_S = 120.0
 """A simulator and its renderer take tens of seconds to start on a busy machine."""
@@ -94,11 +94,11 @@ class HalProcess:
         return samples[:count]
 
     def wait_until(self, condition: Callable[[], bool], what: str, timeout_s: float = 30.0) -> None:
-        deadline = time.monotonic() + timeout_s
-        while not condition():
+        def holds() -> bool:
             assert self.process.poll() is None, f"the HAL ended: {self.log.read_text()}"
-            assert time.monotonic() < deadline, f"waited {timeout_s:g} s for {what}"
-            time.sleep(0.005)
+            return condition()
+
+        wait_for(holds, what, timeout_s)
 
     def close(self) -> None:
         self.bus.close()

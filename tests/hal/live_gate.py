@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import threading
 import time
+from queue import Queue
 
 from fairlead.keys import Keys
 from fairlead.messages import (
@@ -120,10 +121,10 @@ class LiveGate:
 
 def _ready_status(bus: Bus, keys: Keys) -> HalStatus:
     """The HAL's status once it has begun to tick: no gate arms before."""
-    deadline_s = time.monotonic() + READY_TIMEOUT_S
-    while time.monotonic() < deadline_s:
-        status = decode(HalStatus, bus.query(keys.hal_status, StatusQuery(), READY_TIMEOUT_S))
-        if status.state == "ready":
-            return status
-        time.sleep(TIMER_S)
-    raise AssertionError(f"the HAL is still {status.state} after {READY_TIMEOUT_S:g} s")
+    heard: Queue[bytes] = Queue()
+    listening = bus.subscribe(keys.hal_status, lambda sample: heard.put(sample.payload))
+    heard.put(bus.query(keys.hal_status, StatusQuery(), READY_TIMEOUT_S))
+    while (status := decode(HalStatus, heard.get(timeout=READY_TIMEOUT_S))).state != "ready":
+        pass
+    listening.undeclare()
+    return status

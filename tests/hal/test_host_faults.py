@@ -34,6 +34,7 @@ from fairlead.robot.manifest import load_robot
 from fairlead.wire.bus import Qos, Sample
 from fairlead.wire.memory_bus import MemoryBus
 from tests.hal.gate_messages import SESSION, chunk, grant, lease
+from tests.system.live_robot import wait_for
 
 KEYS = Keys("tested")
 NO_STOP = b"stop!"
@@ -133,10 +134,7 @@ def identity() -> HalIdentity:
 
 
 def wait_until(condition: Callable[[], bool]) -> None:
-    deadline = time.monotonic() + 20
-    while not condition():
-        assert time.monotonic() < deadline, "waited 20 s"
-        time.sleep(0.005)
+    wait_for(condition, "what the host's thread does", 20.0)
 
 
 @pytest.fixture
@@ -211,11 +209,11 @@ def test_two_live_gates_stop_the_robot_and_the_status_names_them(running: Runnin
     left_at = time.monotonic()
     seq = 0
     while running.status().state != "holding":
-        seq += 1
+        seq, ticks = seq + 1, len(running.states)
         leases.put(lease(seq, 1))
         leases.put(lease(seq, 1, epoch=lease(1, 1).epoch + 1))
         assert time.monotonic() < left_at + 20, "waited 20 s"
-        time.sleep(0.01)
+        wait_until(lambda: len(running.states) > ticks)  # noqa: B023
     assert time.monotonic() - left_at > 0.25
     assert "(two gates: epoch 2a is followed, epoch 29 is alive)" in running.status().detail
     wait_until(lambda: len(running.stops) > 1)  # repeated until a lease lists it
@@ -238,10 +236,10 @@ def move_until(running: RunningHost, condition: Callable[[], bool]) -> None:
     wait_until(lambda: running.status().tick > 2)
     seq = 0
     while not condition():
-        seq += 1
+        seq, ticks = seq + 1, len(running.states)
         assert seq < 500, "nothing happened in 500 rounds"
         publish(running, seq, running.status().tick)
-        time.sleep(0.02)
+        wait_until(lambda: condition() or len(running.states) > ticks)  # noqa: B023
 
 
 def publish(running: RunningHost, seq: int, tick: int) -> None:
