@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import os
 import re
+import shutil
+import signal
 import subprocess
+import sys
 import tomllib
 from hashlib import sha256
 from pathlib import Path
@@ -13,6 +16,7 @@ import pytest
 
 from fairlead.paths import gate_binary
 from tests.repo.tree import ROOT
+from tests.system.live_robot import wait_for
 
 UNFIT = {"FAIRLEAD_PYTHON": "no-python", "CXX": "no-compiler", "FAIRLEAD_NEED_DISK_GB": "9999999"}
 
@@ -65,6 +69,58 @@ def test_help_is_the_comment_at_the_top(script: str) -> None:
     done = run(script, "--help")
     assert done.returncode == 0
     assert len(done.stdout.splitlines()) >= 4
+
+
+WAITS = """
+import os, pathlib, threading, pytest
+@pytest.mark.{mark}
+def test_waits():
+    pathlib.Path("{name}.pid.new").write_text(str(os.getpid()))
+    os.rename("{name}.pid.new", "{name}.pid")
+    threading.Event().wait()
+"""
+
+
+@pytest.fixture
+def small_tree(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A checkout with `scripts/test`, a C++ test that passes, and no Python tests so far."""
+    monkeypatch.delenv("PYTEST_ADDOPTS", raising=False)
+    for folder in ("scripts", "tests", "build/safety"):
+        (tmp_path / folder).mkdir(parents=True)
+    shutil.copy(ROOT / "scripts/test", tmp_path / "scripts")
+    (tmp_path / ".venv").symlink_to(sys.prefix)
+    (tmp_path / "build/safety/CTestTestfile.cmake").write_text("add_test(passes true)\n")
+    (tmp_path / "pytest.ini").write_text("[pytest]\nmarkers =\n  processes\n  soak\n  plain\n")
+    return tmp_path
+
+
+@pytest.mark.processes
+def test_a_failure_beside_the_tests_that_start_processes_is_named_at_the_end(
+    small_tree: Path,
+) -> None:
+    (small_tree / "tests/test_beside.py").write_text("def test_bad(): assert 0\n")
+    good = "import pytest\n@pytest.mark.processes\ndef test_good(): pass\n"
+    (small_tree / "tests/test_main.py").write_text(good)
+    done = subprocess.run([small_tree / "scripts/test"], capture_output=True, text=True)
+    assert done.returncode == 1
+    end = done.stdout.partition("== those that start no process: ")[2]
+    assert "\nFAILED tests/test_beside.py::test_bad" in end, done.stdout + done.stderr
+    assert "\n1 failed, 1 deselected in " in end and "\nFAILED: Python tests\n" in end
+
+
+@pytest.mark.processes
+@pytest.mark.timeout(120)
+def test_ctrl_c_ends_both_halves_of_the_tests(small_tree: Path) -> None:
+    for mark, name in (("processes", "main"), ("plain", "beside")):
+        file = small_tree / f"tests/test_{name}.py"
+        file.write_text(WAITS.format(mark=mark, name=name))
+    with subprocess.Popen([small_tree / "scripts/test"], start_new_session=True) as running:
+        pids = [small_tree / f"{name}.pid" for name in ("main", "beside")]
+        wait_for(lambda: all(pid.exists() for pid in pids), "both halves run")
+        os.killpg(running.pid, signal.SIGINT)
+        assert running.wait(timeout=60) == 130
+    for pid in pids:
+        assert not Path(f"/proc/{pid.read_text()}").exists()
 
 
 @pytest.mark.processes
