@@ -299,7 +299,7 @@ def test_state_19_the_records_own_manifest_loads_and_is_admitted(
 def test_state_36_a_frame_that_the_robot_does_not_have_is_refused_at_check_and_at_install(
     binding: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Both commands name the binding, the frame and those there are; nothing is installed."""
+    """A frame that the robot lacks is named with those there are, at check and at install."""
     monkeypatch.setenv(SKILLS_VARIABLE, str(tmp_path / "installed"))
     bindings = RECORDS_BINDINGS | {binding: "no_such_frame"}
     folder = skill_file(tmp_path / "lost", RECORDED | {"bindings": bindings})
