@@ -2,14 +2,7 @@
 
 from __future__ import annotations
 
-import ast
-import inspect
-import json
 import re
-import subprocess
-import sys
-from importlib import import_module
-from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Any
 
@@ -21,44 +14,31 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 
 from fairlead.errors import ConfigError, LayoutError
-from fairlead.paths import SKILLS_VARIABLE, rskill_dir
+from fairlead.paths import SKILLS_VARIABLE
 from fairlead.robot.manifest import RobotManifest
 from fairlead.skill.admission import admission_problems
 from fairlead.skill.bindings import StateContractBindings
 from fairlead.skill.manifest import SkillManifest, load_skill, read_skill
 from fairlead.skill.state_contract import StateContract
 from fairlead_state_assembler import JointPositions, TransformBuffer, assemble_state, pose_from
-from tests.assembler.every_layout import LAYOUT_DIMS, LAYOUTS
+from tests.assembler.every_layout import LAYOUTS
 from tests.cli.command import fairlead_here as fairlead
-from tests.plugins import package
-from tests.records.poses import BASE_TURNED, HAND_TURNED, RECORDED, RECORDS_BINDINGS, transforms
-from tests.repo.tree import ROOT
+from tests.records.poses import (
+    FINGERS,
+    PI05,
+    RECORDED,
+    RECORDS_BINDINGS,
+    assembled,
+    skill_file,
+    transforms,
+)
 
-PI05 = "pi05-robocasa365-human300-nf4"
-LAYOUT_FILES = [ROOT / f"shared/fairlead/layouts/{name}.py" for name in LAYOUT_DIMS]
 TASK_SPACE = ("human300_16d", "rc365", "gr1")
 HUMAN300 = {
     "eef place": slice(0, 3), "eef turn": slice(3, 7), "base place": slice(7, 10),
     "base turn": slice(10, 14), "gripper": slice(14, 16),
 }  # fmt: skip
-FINGERS = ("panda_finger_joint1", "panda_finger_joint2")
 OTHERS = "odom, map, object, goal; what others publish is named in tracked_frames of robot.yaml)"
-
-
-def assembled(layout: str, buffer: TransformBuffer | None = None, **changes: Any) -> list[float]:
-    bindings = StateContractBindings.model_validate(RECORDS_BINDINGS | changes)
-    joints = JointPositions.named(("panda_gripper", *FINGERS), np.array([0.03, 0.02, -0.01]))
-    at = (transforms() if buffer is None else buffer).at(1)
-    return [float(v) for v in assemble_state(layout, bindings, joints, at).round(9)]
-
-
-def skill_file(folder: Path, contract: dict[str, Any]) -> Path:
-    """The folder of a skill as an author writes it, with a state contract of its own."""
-    plain = yaml.safe_load((rskill_dir(PI05) / "rskill.yaml").read_text())
-    plain |= {"id": folder.name, "state_contract": contract}
-    folder.mkdir()
-    (folder / "rskill.yaml").write_text(yaml.safe_dump(plain))
-    return folder
 
 
 def with_contract(contract: dict[str, Any]) -> SkillManifest:
@@ -131,75 +111,6 @@ def test_state_05_a_task_space_layout_names_every_binding_it_misses_when_it_is_l
     assert "also needs eef_frame, base_frame, gripper_qpos_joints" in str(caught.value)
 
 
-@pytest.mark.processes
-def test_state_06_the_registry_maps_a_layout_to_its_assembler() -> None:
-    """load_layout and assemble_state are the public face, and need no transport."""
-    assert {name for name, one in LAYOUTS.items() if one.assemble is None} == {"gr1"}
-    for name in LAYOUT_DIMS:
-        assert getattr(LAYOUTS[name].assemble, "__module__", "") == f"fairlead.layouts.{name}"
-    code = "import runpy, sys; sys.modules['zenoh'] = None; runpy.run_path(sys.argv[1])"
-    words = [sys.executable, "-c", code, str(ROOT / "docs/examples/layout_in_a_notebook.py")]
-    done = subprocess.run(words, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    vector = json.loads(done.stdout)
-    assert (len(vector), vector[:3]) == (16, [0.5, 0.0, 1.1])
-
-
-def test_state_07_only_a_registered_layout_can_be_named() -> None:
-    """The set is what installed packages register by name: a skill can name nothing else."""
-    installed = ", ".join(sorted(entry_points(group="fairlead.layouts").names))
-    with pytest.raises(ValueError, match=rf"a layout, got 'smolvla_9d' \(valid: {installed} from "):
-        StateContract.model_validate({"layout": "smolvla_9d", "dim": 9})
-
-
-@pytest.mark.parametrize("path", LAYOUT_FILES, ids=lambda path: path.stem)
-def test_state_08_a_layout_is_one_short_pure_function_without_knowledge_of_a_robot(
-    path: Path,
-) -> None:
-    """Each layout file has one assembler in 30 to 70 lines, and its code names no robot."""
-    tree = ast.parse(path.read_text())
-    functions = [node for node in tree.body if isinstance(node, ast.FunctionDef)]
-    assert [function.name for function in functions] == ["assemble"]
-    assert 30 <= len(path.read_text().splitlines()) <= 70
-    assert "panda" not in ast.unparse(functions[0]).split('"""')[-1]
-    assemble = LAYOUTS[path.stem].assemble
-    assert assemble is not None
-    outside = inspect.getclosurevars(assemble)
-    others = (import_module(f"fairlead.layouts.{name}") for name in LAYOUTS)
-    read = {one for one in outside.globals.values() if not isinstance(one, str)}
-    assert read <= {assemble, np, *others}
-    assert not outside.builtins, "nothing is opened, printed or remembered"
-
-
-def test_state_09_human300_16d_is_3_and_4_and_3_and_4_and_2() -> None:
-    """End effector in the base, base in the world, gripper: 16 numbers in that order."""
-    assert assembled("human300_16d") == [
-        *(0.5, 0.1, 1.2, *HAND_TURNED),
-        *(2.0, 1.0, 0.0, *BASE_TURNED),
-        *(0.03, -0.03),
-    ]
-
-
-def test_state_10_rc365_is_human300_16d_under_another_name() -> None:
-    """The rc365 layout wraps human300_16d: the same bindings give the same numbers."""
-    assert assembled("rc365") == assembled("human300_16d")
-
-
-def test_state_11_the_quaternion_order_is_what_the_manifest_says() -> None:
-    """quaternion_convention puts w first or last, in every quaternion of the vector."""
-    wxyz = assembled("human300_16d", quaternion_convention="wxyz")
-    assert wxyz[3:7] == [0.8, *HAND_TURNED[:3]]
-    assert wxyz[10:14] == [0.8, *BASE_TURNED[:3]]
-
-
-def test_state_12_a_gripper_is_two_joints_or_one_that_is_mirrored() -> None:
-    """Two gripper numbers come from two joints as they are, or from one as v and -v."""
-    assert assembled("human300_16d", gripper_qpos_joints=FINGERS)[14:] == [0.02, -0.01]
-    assert assembled("human300_16d")[14:] == [0.03, -0.03]
-    with pytest.raises(ValueError, match="two different joints, or one to be mirrored"):
-        StateContractBindings(gripper_qpos_joints=("a", "b", "c"))
-
-
 def test_state_13_a_layout_without_an_assembler_is_dropped_with_the_reason(
     robot: RobotManifest,
 ) -> None:
@@ -230,20 +141,6 @@ def test_state_15_installing_a_skill_that_lacks_bindings_fails_with_the_list(
     assert done.returncode == 1
     assert "also needs eef_frame, base_frame, gripper_qpos_joints" in done.stderr
     assert not list((tmp_path / "installed").glob("*/rskill.yaml"))
-
-
-def test_state_16_a_layout_cannot_be_spelled_in_a_manifest() -> None:
-    """There is no declarative list of fields: the set of layouts is closed."""
-    fields = [{"kind": "tf", "frame": "panda_hand"}]
-    with pytest.raises(ValueError, match="fields"):
-        StateContract.model_validate({"layout": "human300_16d", "dim": 16, "fields": fields})
-
-
-def test_state_17_every_layout_brings_bindings_to_start_from() -> None:
-    """Shape and sources together are a whole contract: each layout's example loads."""
-    for layout, dim in LAYOUT_DIMS.items():
-        contract = StateContract(layout=layout, dim=dim, bindings=LAYOUTS[layout].example)
-        assert contract.dim == dim
 
 
 names = st.text("abcdefgh_", min_size=1, max_size=8)
@@ -310,22 +207,3 @@ def test_state_36_a_frame_that_the_robot_does_not_have_is_refused_at_check_and_a
         assert f"{binding}: robot panda_mobile has no frame 'no_such_frame' (valid: " in said
         assert "panda_hand_tcp" in said and OTHERS in said
     assert not list((tmp_path / "installed").glob("*"))
-
-
-@pytest.mark.processes
-def test_state_37_a_layout_is_one_file_and_a_new_one_needs_no_other_change(tmp_path: Path) -> None:
-    """Each registered layout is a file of its own; one file more, and its skill is admitted."""
-    ours = {one.name: one.value for one in entry_points(group="fairlead.layouts")}
-    files = {path.stem for path in (ROOT / "shared/fairlead/layouts").glob("[!_]*.py")}
-    assert ours == {name: f"fairlead.layouts.{name}:LAYOUT" for name in files}
-    new = (ROOT / "docs/examples/gripper_pose_8d.py").read_text()
-    registered = {"fairlead.layouts": {"gripper_pose_8d": "gripper_pose_8d:LAYOUT"}}
-    bindings = {key: RECORDS_BINDINGS[key] for key in ("eef_frame", "base_frame")}
-    bindings["gripper_qpos_joints"] = ["panda_gripper"]
-    contract = {"layout": "gripper_pose_8d", "dim": 8, "bindings": bindings}
-    words = ("skill", "check", str(skill_file(tmp_path / "newer", contract)))
-    without = package.fairlead(tmp_path / "site", *words)
-    assert without.returncode == 1 and "'gripper_pose_8d'" in without.stderr
-    package.install(tmp_path / "site", "new-layouts", registered, {"gripper_pose_8d.py": new})
-    done = package.fairlead(tmp_path / "site", *words)
-    assert "may run on panda_mobile" in done.stdout, done.stdout + done.stderr
