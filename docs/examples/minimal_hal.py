@@ -69,9 +69,9 @@ class MinimalArm:
     def close(self) -> None: ...
 
 
-def body(context: ServiceContext) -> None:
+async def body(context: ServiceContext) -> None:
     profile = context.deployment.profile
-    run_hal(context, lambda robot: Equipment(MinimalArm(robot, profile)), what="minimal")
+    await run_hal(context, lambda robot: Equipment(MinimalArm(robot, profile)), what="minimal")
 
 
 sys.exit(run_service("minimal_hal", body))

@@ -1,25 +1,30 @@
-"""What every Python service's ``main`` does: arguments, session, alive token, clean end."""
+"""What every Python service's ``main`` does: arguments, event loop, session, clean end."""
 
 from __future__ import annotations
 
 import argparse
+import asyncio
 import logging
 import sys
 import threading
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.deploy.router_watch import open_and_say, refuse_namesake, watch_router
-from fairlead.deploy.stop_signals import StopSignals
+from fairlead.deploy.stop_signals import StopSignals, ignore_further_signals
 from fairlead.errors import FairleadError
 from fairlead.log_stamp import stamped
 from fairlead.wire.printable import LineFormatter
+from fairlead.wire.query_task import QueryTasks
 from fairlead.wire.session import ZenohBus
 
-__all__ = ["ServiceContext", "announce_ready", "run_service"]
+__all__ = ["ServiceContext", "announce_ready", "run_in_thread", "run_service"]
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -30,7 +35,10 @@ class ServiceContext:
         name: the service's name in the deployment file; also its source in keys.
         options: its ``options`` block, still to be checked by the service.
         state_dir: an existing folder for this service's logs and state.
-        stopping: set when the process was asked to end; safe to wait for without a timeout.
+        stopping: set when the process was asked to end.
+        tasks: of this service. One that raises ends the service; those that still run when the
+            body has returned are cancelled.
+        queries: answered by such tasks.
         started: `announce_ready` calls it; asked to end before, the process just ends.
     """
 
@@ -39,17 +47,21 @@ class ServiceContext:
     options: dict[str, Any]
     state_dir: Path
     bus: ZenohBus
-    stopping: threading.Event
+    stopping: asyncio.Event
+    tasks: asyncio.TaskGroup
+    queries: QueryTasks
     started: Callable[[], None]
 
 
-def run_service(who: str, body: Callable[[ServiceContext], None]) -> int:
-    """Run ``body`` until it returns or the process is asked to stop (SIGTERM, SIGINT).
+Body = Callable[[ServiceContext], Awaitable[None]]
 
-    Asked to stop, or once the body has returned, the process ends within a few seconds
-    even if something in it hangs (exit status 1 then).
 
-    Prints ``ready`` from the body's point of view with `announce_ready`.
+def run_service(who: str, body: Body) -> int:
+    """Run ``body`` on an event loop until it returns; its ``stopping`` says when it should.
+
+    Asked to stop (SIGTERM, SIGINT), or once the body has returned, the process ends within a few
+    seconds even if something in it hangs (exit status 1 then). What blocks belongs in a thread
+    (`run_in_thread`, ``asyncio.to_thread``): a loop that is held up hears no signal.
 
     Returns:
         The exit status: 0 on a clean end, 1 after an error that has been printed.
@@ -64,40 +76,95 @@ def run_service(who: str, body: Callable[[ServiceContext], None]) -> int:
     handler = logging.StreamHandler(sys.stdout)
     handler.setFormatter(LineFormatter())
     logging.basicConfig(level=logging.INFO, handlers=[handler])
+    try:
+        return asyncio.run(_serve(who, arguments, body))
+    finally:
+        ignore_further_signals()
+
+
+async def _serve(who: str, arguments: argparse.Namespace, body: Body) -> int:
     signals = StopSignals(who)
     bus: ZenohBus | None = None
     try:
         deployment = load_deployment(arguments.deployment)
         endpoints, log = deployment.endpoints(arguments.service), logging.getLogger(who)
         arguments.state_dir.mkdir(parents=True, exist_ok=True)
-        bus = open_and_say(endpoints, log)
-        if deployment.router is not None:
-            refuse_namesake(arguments.service, bus, deployment.keys.alive(arguments.service))
-            watch_router(bus, deployment.router_endpoint, log, signals.stopping)
-        body(
-            ServiceContext(
+        bus = await asyncio.to_thread(open_and_say, endpoints, log)
+        async with asyncio.TaskGroup() as tasks:
+            if deployment.router is not None:
+                token = deployment.keys.alive(arguments.service)
+                await asyncio.to_thread(refuse_namesake, arguments.service, bus, token)
+                tasks.create_task(watch_router(bus, deployment.router_endpoint, log))
+            context = ServiceContext(
                 name=arguments.service,
                 deployment=deployment,
                 options=deployment.services[arguments.service].options,
                 state_dir=arguments.state_dir,
                 bus=bus,
                 stopping=signals.stopping,
+                tasks=tasks,
+                queries=QueryTasks(tasks, bus, arguments.service),
                 started=signals.started,
             )
-        )
+            await body(context)
+            for task in asyncio.all_tasks() - {asyncio.current_task()}:
+                task.cancel()
         return 0
-    except FairleadError as error:
-        print(stamped(f"ERROR {who}: {error}", who), flush=True)
+    except Exception as error:  # noqa: BLE001 - each is said; a bug with its traceback
+        for one in _each(error):
+            _say(who, one)
         return 1
     finally:
         signals.end_in_time()
-        signals.stopping.set()  # for whoever still watches
         if bus is not None:
-            bus.close()
+            await asyncio.to_thread(bus.close)
+
+
+def _each(error: Exception) -> Iterator[Exception]:
+    """The errors in a group, or the error itself."""
+    if isinstance(error, ExceptionGroup):
+        for one in error.exceptions:
+            yield from _each(one)
+    else:
+        yield error
+
+
+def _say(who: str, error: Exception) -> None:
+    if isinstance(error, FairleadError):
+        print(stamped(f"ERROR {who}: {error}", who), flush=True)
+    else:
+        text = f"internal error, {type(error).__name__}: {error}"
+        logging.getLogger(who).error("%s", text, exc_info=error)
 
 
 def announce_ready(context: ServiceContext) -> None:
-    """Declare the liveliness token that tools wait for, and say so in the log."""
+    """Declare the liveliness token that tools wait for, and say so in the log; on any thread."""
     context.started()
     context.bus.declare_token(context.deployment.keys.alive(context.name))
     logging.getLogger(context.name).info("ready")
+
+
+async def run_in_thread(
+    context: ServiceContext, name: str, function: Callable[[threading.Event], T]
+) -> T:
+    """Run what blocks, from start to end on one thread of its own.
+
+    Args:
+        function: its event is set when the service is asked to end; it then returns.
+    """
+    ending = threading.Event()
+    thread = ThreadPoolExecutor(1, thread_name_prefix=name)
+    running = asyncio.get_running_loop().run_in_executor(thread, function, ending)
+    telling = asyncio.create_task(_set_when(context.stopping, ending))
+    try:
+        return await asyncio.shield(running)
+    finally:
+        ending.set()
+        telling.cancel()
+        await asyncio.wait({running})
+        thread.shutdown(wait=False)
+
+
+async def _set_when(stopping: asyncio.Event, ending: threading.Event) -> None:
+    await stopping.wait()
+    ending.set()

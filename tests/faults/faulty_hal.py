@@ -123,10 +123,10 @@ _FRAMES: dict[str, Callable[[list[FramePose]], list[FramePose]]] = {
 }
 
 
-def body(context: ServiceContext) -> None:
+async def body(context: ServiceContext) -> None:
     """As `fairlead_hal_sim`, around the backend that can break."""
     options, profile = read_options(context.name, context.options), context.deployment.profile
-    run_hal(
+    await run_hal(
         context,
         lambda robot: Equipment(FaultyBackend(robot, profile, options.frames)),
         what="faulty",

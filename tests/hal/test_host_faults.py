@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 import threading
 import time
@@ -10,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from fairlead.errors import ConfigError, RefusedError
+from fairlead.errors import ConfigError
 from fairlead.hal.backend import Measurement, PartCommand
 from fairlead.hal.host import HalHost
 from fairlead.hal.identity import HalIdentity, HostSettings, identity_of
@@ -29,6 +30,7 @@ from fairlead.messages import (
     StatusQuery,
     StopLevel,
     decode,
+    encode,
 )
 from fairlead.robot.manifest import load_robot
 from fairlead.wire.bus import Qos, Sample
@@ -254,9 +256,8 @@ def test_a_reset_the_driver_does_not_know_is_refused_and_ticks_go_on(running: Ru
     running.backend.refuses_resets = True
     disarmed = lease(1, 1, state=GateState.DISARMED)
     running.bus.publisher(KEYS.lease, Lease, Qos.HOT).put(disarmed)
-    key = KEYS.hal_command("reset_episode")
-    with pytest.raises(RefusedError, match="hal refused: hardware has no episodes"):
-        running.bus.query(key, ResetEpisode(seed=1), 5.0)
+    with pytest.raises(ConfigError, match="hardware has no episodes"):
+        asyncio.run(running.host.resets.handle(encode(ResetEpisode(seed=1))))
     steps = len(running.backend.applied)
     wait_until(lambda: len(running.backend.applied) > steps + 2)
     assert running.states[-1].acted[0].hold != Hold.RESETTING

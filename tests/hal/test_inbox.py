@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-from threading import Condition
 from typing import cast
 
 import msgspec
@@ -15,6 +14,7 @@ from fairlead.hal.core import HalCore
 from fairlead.hal.identity import HostSettings
 from fairlead.hal.inbox import HalInbox
 from fairlead.hal.lease_follower import LeaseFollower
+from fairlead.hal.shared_core import SharedCore
 from fairlead.hal.tick_publisher import TickPublisher
 from fairlead.keys import Keys
 from fairlead.messages import JointState, Lease, decode, encode
@@ -45,7 +45,7 @@ def test_a_lease_of_the_last_session_is_a_warning_only_after_one_of_this_session
     caplog.set_level(logging.INFO, "hal.inbox")
     bus = MemoryBus()
     core = cast("HalCore", LeaseCore())
-    HalInbox(core, bus, KEYS, Condition(), lambda: 0, lambda payload: True)
+    HalInbox(SharedCore(core), bus, KEYS, lambda: 0, lambda payload: True)
     leases = bus.publisher(KEYS.lease, Lease, Qos.HOT)
     foreign = lease(1, 1, session=SESSION + 1)
     for message in (foreign, foreign, lease(1, 1), foreign, foreign):
@@ -58,7 +58,7 @@ def test_a_lease_of_the_last_session_is_a_warning_only_after_one_of_this_session
 def test_a_joint_state_that_somebody_else_sends_in_the_hals_name_stops_the_robot() -> None:
     bus, core = MemoryBus(), HalCore(SESSION, "realtime", 4, 11, 50_000_000)
     ticks = TickPublisher(bus, HostSettings("hal", KEYS, "realtime", SESSION), ())
-    HalInbox(core, bus, KEYS, Condition(), lambda: 0, ticks.is_own)
+    HalInbox(SharedCore(core), bus, KEYS, lambda: 0, ticks.is_own)
     heard: list[Sample] = []
     bus.subscribe(KEYS.joints, heard.append)
     at_rest = Measurement(np.zeros(14), np.zeros(14), np.zeros(14))

@@ -1,83 +1,102 @@
-"""A request for a new episode: taken at once, answered when the tick loop knows."""
+"""A request for a new episode: a task waits for it, the tick thread carries it out."""
 
 from __future__ import annotations
 
-import threading
+import asyncio
 
 import pytest
 
 from fairlead.errors import RefusedError
 from fairlead.hal.core import HalCore
-from fairlead.hal.reset_desk import ANSWER_WAIT_NS, DISARMED_WAIT_NS, ResetDesk
-from fairlead.messages import Message, ResetEpisode, ResetEpisodeReply, encode
+from fairlead.hal.reset_desk import ResetDesk
+from fairlead.hal.shared_core import SharedCore
+from fairlead.messages import GateState, ResetEpisode, ResetEpisodeReply, encode
+from tests.client.turns import turns
+from tests.hal.gate_messages import SESSION, lease
 
 REPLY = ResetEpisodeReply(tick=3, episode_tick=2, held_ticks=1)
 
+pytestmark = pytest.mark.asyncio
+
 
 class Desk:
-    """A desk whose clock and gate the test turns."""
+    """A desk, and the tick thread's part of it."""
 
-    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        self.now_ns = 0
-        core = HalCore(1, "lockstep", 1, 1, 50_000_000)
-        self.desk = ResetDesk(core, threading.Condition(), "hal", lambda: self.now_ns)
-        self.disarmed = True
-        monkeypatch.setattr(self.desk, "_is_disarmed", lambda: self.disarmed)
-        self.answers: list[Message | Exception] = []
+    def __init__(self, answer_wait_s: float = 55.0) -> None:
+        self.core = SharedCore(HalCore(SESSION, "lockstep", 1, 1, 50_000_000))
+        self.desk = ResetDesk(self.core, "hal", answer_wait_s)
+        self.say(GateState.DISARMED)
 
-    def ask(self, seed: int) -> None:
-        self.desk.handle(encode(ResetEpisode(seed=seed)), self.answers.append)
+    def say(self, state: GateState, seq: int = 1) -> None:
+        """The gate's newest lease."""
+        self.core.change(lambda core: core.on_lease(lease(seq, 1, state=state), 0))
+
+    async def ask(self, seed: int) -> asyncio.Task[ResetEpisodeReply]:
+        """Begin to ask; the request is there when this returns."""
+        asking = asyncio.create_task(self.desk.handle(encode(ResetEpisode(seed=seed))))
+        await turns()
+        return asking
+
+    def due(self) -> ResetEpisode | None:
+        return self.core.change(self.desk.due)
+
+    async def refusal(self, asking: asyncio.Task[ResetEpisodeReply]) -> str:
+        with pytest.raises(RefusedError) as caught:
+            await asking
+        return caught.value.reason
 
 
-@pytest.fixture
-def desk(monkeypatch: pytest.MonkeyPatch) -> Desk:
-    return Desk(monkeypatch)
-
-
-def test_the_callback_returns_at_once_and_a_second_request_is_refused_meanwhile(
-    desk: Desk,
-) -> None:
-    desk.ask(1)
-    assert desk.answers == []
-    with pytest.raises(RefusedError, match="another reset_episode is running"):
-        desk.ask(2)
-    request = desk.desk.due()
+async def test_a_second_request_is_refused_while_the_first_waits() -> None:
+    desk = Desk()
+    asking = await desk.ask(1)
+    assert await desk.refusal(await desk.ask(2)) == "another reset_episode is running"
+    request = desk.due()
     assert request is not None and request.seed == 1
-    assert desk.desk.due() is None, "given out once"
+    assert desk.due() is None, "given out once"
     desk.desk.answer(request, REPLY)
-    assert desk.answers == [REPLY]
-    desk.ask(3)
+    assert await asking == REPLY
+    await desk.ask(3)
+    assert desk.due() == ResetEpisode(seed=3)
 
 
-def test_a_gate_that_stays_armed_refuses_it_after_a_moment(desk: Desk) -> None:
-    desk.disarmed = False
-    desk.ask(1)
-    assert desk.desk.due() is None
-    desk.now_ns = DISARMED_WAIT_NS - 1
-    desk.desk.refuse_late()
-    assert desk.answers == []
-    desk.now_ns += 1
-    desk.desk.refuse_late()
-    assert "the gate may be armed" in str(desk.answers)
+async def test_a_gate_that_stays_armed_refuses_it_after_a_moment() -> None:
+    desk = Desk()
+    desk.say(GateState.ARMED, seq=2)
+    asking = await desk.ask(1)
+    assert desk.due() is None
+    assert await desk.refusal(asking) == "reset_episode needs a disarmed gate, it is armed"
+    desk.say(GateState.DISARMED, seq=3)
+    assert desk.due() is None, "nobody waits for it any more"
 
 
-def test_a_scene_that_never_stands_still_is_refused_and_its_late_end_answers_nobody_else(
-    desk: Desk,
-) -> None:
-    desk.ask(1)
-    request = desk.desk.due()
+async def test_a_gate_that_disarms_a_moment_later_lets_it_begin() -> None:
+    desk = Desk()
+    desk.say(GateState.ARMED, seq=2)
+    asking = await desk.ask(1)
+    assert desk.due() is None
+    desk.say(GateState.DISARMED, seq=3)
+    request = desk.due()
     assert request is not None
-    desk.now_ns = ANSWER_WAIT_NS
-    desk.desk.refuse_late()
-    assert "did not finish in 55 s" in str(desk.answers)
-    desk.ask(2)
     desk.desk.answer(request, REPLY)
-    assert REPLY not in desk.answers
+    assert await asking == REPLY
 
 
-def test_after_a_fault_every_request_is_refused_with_it(desk: Desk) -> None:
-    desk.ask(1)
+async def test_a_scene_that_never_stands_still_is_refused_and_its_end_answers_no_other() -> None:
+    desk = Desk(answer_wait_s=0.01)
+    asking = await desk.ask(1)
+    request = desk.due()
+    assert request is not None
+    assert await desk.refusal(asking) == "reset_episode did not finish in 0.01 s"
+    other = await desk.ask(2)
+    desk.desk.answer(request, REPLY)
+    await turns()
+    assert not other.done()
+    other.cancel()
+
+
+async def test_after_a_fault_every_request_is_refused_with_it() -> None:
+    desk = Desk()
+    asking = await desk.ask(1)
     desk.desk.close("backend fault: no bus")
-    assert "backend fault: no bus" in str(desk.answers)
-    with pytest.raises(RefusedError, match="backend fault: no bus"):
-        desk.ask(2)
+    assert await desk.refusal(asking) == "backend fault: no bus"
+    assert await desk.refusal(await desk.ask(2)) == "backend fault: no bus"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import sys
 import threading
 
@@ -11,16 +12,23 @@ from fairlead.service import ServiceContext, announce_ready, run_service
 MODE = sys.argv.pop(1)
 
 
-def body(context: ServiceContext) -> None:
+async def fail() -> None:
+    """A bug in a task."""
+    raise KeyError("no such part")
+
+
+async def body(context: ServiceContext) -> None:
     """Wait to be stopped; ``deaf`` then hangs, ``thread`` hangs in a thread at the end.
 
-    ``starting`` never becomes ready.
+    ``starting`` never becomes ready; in ``task`` a task of the service fails.
     """
     if MODE == "starting":
         print("not ready for a long time", flush=True)
-        threading.Event().wait()
+        await asyncio.to_thread(threading.Event().wait)
     announce_ready(context)
-    context.stopping.wait()
+    if MODE == "task":
+        context.tasks.create_task(fail())
+    await context.stopping.wait()
     if MODE == "deaf":
         threading.Event().wait()
     if MODE == "thread":

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import logging
 import threading
 from collections.abc import Iterator
@@ -13,6 +14,7 @@ from fairlead.errors import ConfigError, TransportError
 from fairlead.keys import Keys
 from fairlead.wire.session import Endpoints, ZenohBus
 from fairlead_tools.supervisor.ports import free_ports
+from tests.client.turns import turns, until
 
 LOG = logging.getLogger("runner")
 TOKEN = Keys("r").alive("runner")
@@ -75,20 +77,23 @@ def test_a_namesake_behind_the_same_router_is_refused(
     second.close()
 
 
-def test_a_lost_router_is_named_and_so_is_its_return(
+@pytest.mark.asyncio
+async def test_a_lost_router_is_named_and_so_is_its_return(
     endpoint: str, client_of: Endpoints, caplog: pytest.LogCaptureFixture
 ) -> None:
     caplog.set_level(logging.INFO)
-    stopping, pause = threading.Event(), threading.Event()
     router = ZenohBus(Endpoints(listen=[endpoint], mode="router"))
     bus = ZenohBus(client_of)
-    watch_router(bus, endpoint, LOG, stopping)
+    watching = asyncio.create_task(watch_router(bus, endpoint, LOG))
+    await turns()  # it begins with the router there
     router.close()
-    while not any("lost the router" in line for line in caplog.messages):
-        pause.wait(0.05)
+    await said(caplog, "lost the router")
     router = ZenohBus(Endpoints(listen=[endpoint], mode="router"))
-    while not any(line == f"the router {endpoint} is back" for line in caplog.messages):
-        pause.wait(0.05)
-    stopping.set()
+    await said(caplog, f"the router {endpoint} is back")
+    watching.cancel()
     bus.close()
     router.close()
+
+
+async def said(caplog: pytest.LogCaptureFixture, text: str) -> None:
+    await until(lambda: any(text in line for line in caplog.messages))

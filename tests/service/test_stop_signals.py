@@ -93,3 +93,11 @@ def test_a_service_asked_to_stop_while_it_starts_ends_at_once_and_says_so(start:
     output, _ = process.communicate(timeout=10)
     assert process.returncode == 0
     assert output.endswith("Z INFO stubborn: asked to end while starting\n")
+
+
+def test_a_task_that_fails_ends_its_service_with_one_line_that_says_why(start: Start) -> None:
+    process = start("task")
+    output, _ = process.communicate(timeout=10)
+    assert process.returncode == 1
+    assert output.count("ERROR") == 1
+    assert "ERROR stubborn: internal error, KeyError: 'no such part'" in output

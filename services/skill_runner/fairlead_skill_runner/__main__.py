@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import asyncio
+
 from fairlead.robot.manifest import load_robot
 from fairlead.service import ServiceContext, announce_ready, run_service
 from fairlead_skill_runner.offered_skills import OfferedSkills
@@ -9,7 +11,7 @@ from fairlead_skill_runner.options import check_runner_options
 from fairlead_skill_runner.service import SkillRunner
 
 
-def serve(context: ServiceContext) -> None:
+async def serve(context: ServiceContext) -> None:
     """Offer the configured skills until asked to stop."""
     options = check_runner_options(context.name, context.options)
     robot = load_robot(context.deployment.robot)
@@ -24,9 +26,9 @@ def serve(context: ServiceContext) -> None:
     )
     try:
         announce_ready(context)
-        context.stopping.wait()
+        await context.stopping.wait()
     finally:
-        runner.close()
+        await asyncio.to_thread(runner.close)
 
 
 if __name__ == "__main__":

@@ -12,7 +12,7 @@ from fairlead_state_assembler.publishers import Publishers
 from fairlead_state_assembler.transport import AssemblerTransport
 
 
-def assemble(context: ServiceContext) -> None:
+async def assemble(context: ServiceContext) -> None:
     """Assemble until the process is asked to stop."""
     options = read_options(context.name, context.options)
     deployment = context.deployment
@@ -21,7 +21,7 @@ def assemble(context: ServiceContext) -> None:
     core = AssemblerCore(robot, publishers, options.max_age_ticks)
     transport = AssemblerTransport(context.bus, deployment.keys, context.name, core)
     announce_ready(context)
-    context.stopping.wait()
+    await context.stopping.wait()
     transport.close()
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import logging
 import threading
 import time
@@ -66,20 +67,17 @@ def refuse_namesake(service: str, bus: ZenohBus, token: str) -> None:
         pause.wait(CHECK_S)
 
 
-def watch_router(bus: ZenohBus, where: str, log: logging.Logger, stopping: threading.Event) -> None:
-    """Say in the log when the router is lost and when it is back, from a thread of its own.
+async def watch_router(bus: ZenohBus, where: str, log: logging.Logger) -> None:
+    """Say in the log when the router is lost and when it is back, until cancelled.
 
     The session reconnects by itself; what it means for the robot is not decided here.
     """
-
-    def run() -> None:
-        linked = True
-        while not stopping.wait(CHECK_S):
-            if bus.has_router != linked:
-                linked = not linked
-                if linked:
-                    log.info("the router %s is back", where)
-                else:
-                    log.warning("lost the router %s; connecting again until it is back", where)
-
-    threading.Thread(target=run, name="router watch", daemon=True).start()
+    linked = True
+    while True:
+        await asyncio.sleep(CHECK_S)
+        if bus.has_router != linked:
+            linked = not linked
+            if linked:
+                log.info("the router %s is back", where)
+            else:
+                log.warning("lost the router %s; connecting again until it is back", where)

@@ -14,18 +14,19 @@ from collections.abc import Callable, Sequence
 
 from fairlead.errors import FairleadError
 from fairlead.hal.backend import Backend, CameraFeed, Measurement, TraceSource
-from fairlead.hal.core import HalCore, TickPlan
+from fairlead.hal.core import HalCore, TickPlan, Wait
 from fairlead.hal.episode import Episode
 from fairlead.hal.identity import HalIdentity, HostSettings
 from fairlead.hal.inbox import HalInbox
 from fairlead.hal.period_clock import PeriodClock
 from fairlead.hal.plan_executor import FaultHold, MotionLog, PlanExecutor
 from fairlead.hal.reset_desk import ResetDesk
+from fairlead.hal.shared_core import SharedCore
 from fairlead.hal.status_board import HalState, StatusBoard
 from fairlead.hal.stop_caller import REPEAT_NS as STOP_REPEAT_NS
 from fairlead.hal.stop_caller import StopCaller
 from fairlead.hal.tick_publisher import FrameSource, TickPublisher
-from fairlead.messages import Hold, StopLevel
+from fairlead.messages import Hold, ResetEpisode, StopLevel
 from fairlead.wire.bus import Bus
 
 _LOG = logging.getLogger("hal.host")
@@ -44,6 +45,9 @@ class HalHost:
         feed: renders camera frames elsewhere; None for no cameras.
         trace: shows the simulator's state, for a log that records traces.
         clock: monotonic nanoseconds.
+
+    Attributes:
+        resets: takes requests for a new episode.
 
     Raises:
         ConfigError: if the backend's joints or parts differ from the manifest's.
@@ -75,12 +79,13 @@ class HalHost:
         self._before: Measurement | None = None  # a tick before, in the same episode
         self._episode = Episode()
         self._period = PeriodClock(identity.period_ns, clock())
-        self._changed = threading.Condition()
         n_parts, n_dof = len(identity.parts), len(identity.joints)
-        self._core = HalCore(settings.session, settings.pacing, n_parts, n_dof, identity.period_ns)
+        self._core = SharedCore(
+            HalCore(settings.session, settings.pacing, n_parts, n_dof, identity.period_ns)
+        )
         self._ticks = TickPublisher(bus, settings, found.cameras)
         self._frames = FrameSource(found.cameras, feed, self._ticks, settings)
-        self._stops = StopCaller(bus, settings, self._core, self._changed)
+        self._stops = StopCaller(bus, settings, self._core)
         self._status = StatusBoard(bus, settings, identity, found)
         shown = trace if log.traces else None
         self._executor = PlanExecutor(
@@ -88,18 +93,13 @@ class HalHost:
             settings,
             identity.parts,
             self._core,
-            self._changed,
             self._stops,
             log,
             shown,
             clock,
         )
-        keys, who = settings.keys, settings.service
-        self._desk = ResetDesk(self._core, self._changed, who, clock)
-        self._inbox = HalInbox(self._core, bus, keys, self._changed, clock, self._ticks.is_own)
-        self._reset_query = bus.serve_later(
-            keys.hal_command("reset_episode"), who, self._desk.handle
-        )
+        self.resets = ResetDesk(self._core, settings.service)
+        self._inbox = HalInbox(self._core, bus, settings.keys, clock, self._ticks.is_own)
 
     def run(self, stopping: threading.Event) -> None:
         """Tick until ``stopping`` is set; after a backend fault, hold and say so until then."""
@@ -148,7 +148,7 @@ class HalHost:
             self._episode.first_tick,
             now_ns,
             self._measured,
-            self._core.acted,
+            self._core.read(lambda core: core.acted),
             self._identity.robot_hash,
             self._backend.task(),
         )
@@ -159,47 +159,52 @@ class HalHost:
         while not stopping.is_set():
             self._housekeep()
             self._start_reset_if_due()
-            with self._changed:
-                now_ns = self._clock()
-                decided = self._core.decide(self._tick, now_ns, self._is_still())
-                if isinstance(decided, TickPlan):
-                    self._executor.record(decided, now_ns, self._event)
-                    self._event = None
-                    return decided
-                until_ns = min(repeat_ns, now_ns + STOP_REPEAT_NS)
-                self._changed.wait(max(0, until_ns - now_ns) * 1e-9)
+            wait_ns = min(repeat_ns - self._clock(), STOP_REPEAT_NS)
+            decided = self._core.decide(self._decide, max(0, wait_ns) * 1e-9)
+            if isinstance(decided, TickPlan):
+                self._event = None
+                return decided
             if self._clock() >= repeat_ns:
                 self._ticks.repeat(self._clock())
                 repeat_ns = self._clock() + REPEAT_NS
         return None
 
+    def _decide(self, core: HalCore) -> TickPlan | Wait:
+        now_ns = self._clock()
+        decided = core.decide(self._tick, now_ns, self._is_still())
+        if isinstance(decided, TickPlan):
+            self._executor.record(decided, now_ns, self._event)
+        return decided
+
     def _start_reset_if_due(self) -> None:
-        self._desk.refuse_late()
-        with self._changed:
-            request = None if self._episode.resetting else self._desk.due()
-            if request is None:
-                return
-            self._core.set_resetting(True)
+        request = self._core.change(self._begin_reset)
+        if request is None:
+            return
         try:
             self._backend.reset(request.seed)
         except FairleadError as error:
-            with self._changed:
-                self._core.set_resetting(False)
-            self._desk.answer(request, error)
+            self._core.change(lambda core: core.set_resetting(False))
+            self.resets.answer(request, error)
             return
         self._episode.begin(request, self._tick)
         self._ticks.set_static(self._episode.first_tick, self._backend.static_transforms())
         self._period.restart(self._clock())
         self._event = f"reset_episode seed {request.seed}"
 
+    def _begin_reset(self, core: HalCore) -> ResetEpisode | None:
+        """In one step: between the look at the gate and the hold nothing is decided."""
+        request = None if self._episode.resetting else self.resets.due(core)
+        if request is not None:
+            core.set_resetting(True)
+        return request
+
     def _finish_reset_if_still(self) -> None:
         request = self._episode.resetting
         if request is not None and self._is_still():
             reply = self._episode.finish(self._tick)
-            with self._changed:
-                self._core.set_resetting(False)
+            self._core.change(lambda core: core.set_resetting(False))
             self._housekeep()  # the status first: the gate refuses to arm while it says resetting
-            self._desk.answer(request, reply)
+            self.resets.answer(request, reply)
 
     def _is_still(self) -> bool:
         assert self._measured is not None, "a tick is measured before it is decided"
@@ -226,8 +231,7 @@ class HalHost:
             return "fault", f"{self._fault} ({self._fault_hold.detail})"
         if self._episode.resetting is not None:
             return "resetting", f"seed {self._episode.resetting.seed}"
-        with self._changed:
-            held = self._core.held_stops
+        held = self._core.read(lambda core: core.held_stops)
         if held:
             return "holding", _names(held)
         return "ready", self._frames.failure
@@ -241,11 +245,10 @@ class HalHost:
         self._fault_hold.command()
         self._executor.void(self._tick, Hold.STOPPED, f"backend fault: {reason}")
         self._stops.raise_stop(f"backend fault: {reason}")
-        self._desk.close(f"backend fault: {reason}")
+        self.resets.close(f"backend fault: {reason}")
 
     def _close(self) -> None:
         self._inbox.close()
-        self._reset_query.undeclare()
         self._status.close()
         self._frames.close()
         self._log.close()

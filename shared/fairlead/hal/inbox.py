@@ -5,12 +5,12 @@ from __future__ import annotations
 import logging
 from collections import Counter
 from collections.abc import Callable
-from threading import Condition
 from typing import TypeVar
 
 from fairlead.errors import MessageError
 from fairlead.hal.core import HalCore
 from fairlead.hal.lease_follower import OTHER_SESSION
+from fairlead.hal.shared_core import SharedCore
 from fairlead.keys import Keys, last_chunk
 from fairlead.messages import JointState, Lease, Message, SafeChunk, StopLevel, decode
 from fairlead.wire.bus import Bus, Sample, Undeclare
@@ -34,8 +34,7 @@ EXPECTED = frozenset(
 class HalInbox:
     """Subscribes to safe chunks, leases, stops and others' joint states; hands them to the core.
 
-    Runs on the transport's threads; holds ``changed`` only while the core takes a message,
-    then wakes the tick loop. Bad messages are counted, and logged once per kind.
+    Runs on the transport's threads. Bad messages are counted, and logged once per kind.
 
     Args:
         is_own_state: whether a joint state's bytes are what this HAL sent.
@@ -46,15 +45,13 @@ class HalInbox:
 
     def __init__(
         self,
-        core: HalCore,
+        core: SharedCore,
         bus: Bus,
         keys: Keys,
-        changed: Condition,
         clock: Callable[[], int],
         is_own_state: Callable[[bytes], bool],
     ) -> None:
         self._core = core
-        self._changed = changed
         self._clock = clock
         self._is_own_state = is_own_state
         self.refused: Counter[str] = Counter()
@@ -75,7 +72,7 @@ class HalInbox:
         now_ns = self._clock()
         lease = self._decode(Lease, sample)
         if lease is not None:
-            self._take(sample.key, lambda: self._core.on_lease(lease, now_ns))
+            self._take(sample.key, lambda core: core.on_lease(lease, now_ns))
 
     def _on_safe_chunk(self, sample: Sample) -> None:
         chunk = self._decode(SafeChunk, sample)
@@ -84,31 +81,26 @@ class HalInbox:
         if chunk.source != last_chunk(sample.key):
             self._refuse(sample.key, "chunk on another source's key", chunk.source)
             return
-        self._take(sample.key, lambda: self._core.on_safe_chunk(chunk))
+        self._take(sample.key, lambda core: core.on_safe_chunk(chunk))
 
     def _on_stop(self, sample: Sample) -> None:
         stop = self._decode(StopLevel, sample)
         if stop is not None:
-            self._take(sample.key, lambda: self._core.on_stop(stop))
+            self._take(sample.key, lambda core: core.on_stop(stop))
             return
-        with self._changed:
-            self._core.on_unreadable_stop(f"{len(sample.payload)} bytes")
-            self._changed.notify_all()
+        why = f"{len(sample.payload)} bytes"
+        self._core.change(lambda core: core.on_unreadable_stop(why))
 
     def _on_joints(self, sample: Sample) -> None:
         if self._is_own_state(sample.payload):
             return
         state = self._decode(JointState, sample)
         if state is not None:
-            with self._changed:
-                self._core.on_state_of_another(state)
-                self._changed.notify_all()
+            self._core.change(lambda core: core.on_state_of_another(state))
 
-    def _take(self, key: str, take: Callable[[], str]) -> None:
+    def _take(self, key: str, take: Callable[[HalCore], str]) -> None:
         try:
-            with self._changed:
-                refused = take()
-                self._changed.notify_all()
+            refused = self._core.change(take)
         except MessageError as error:
             self._refuse(key, "chunk that does not fit this robot", str(error))
             return
@@ -125,7 +117,7 @@ class HalInbox:
     def _refuse(self, key: str, reason: str, detail: str = "") -> None:
         self.refused[reason] += 1
         # A gate that was here first speaks of the last session until it has seen this one.
-        is_start = reason == OTHER_SESSION and self._core.gate_state is None
+        is_start = reason == OTHER_SESSION and self._core.read(lambda core: core.gate_state) is None
         level = logging.INFO if is_start else logging.WARNING
         if reason not in EXPECTED and (reason, level) not in self._said:
             self._said.add((reason, level))

@@ -6,16 +6,16 @@ import json
 import logging
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from threading import Condition
 
 import numpy as np
 import numpy.typing as npt
 
 from fairlead.errors import FairleadError
 from fairlead.hal.backend import Backend, TraceSource
-from fairlead.hal.core import HalCore, TickPlan
+from fairlead.hal.core import TickPlan
 from fairlead.hal.identity import HostSettings
 from fairlead.hal.lease_follower import LEASE_LIFE_NS
+from fairlead.hal.shared_core import SharedCore
 from fairlead.hal.stop_caller import StopCaller
 from fairlead.line_writer import LineWriter
 from fairlead.messages import Acted, FloatArray, Hold
@@ -84,7 +84,6 @@ class PlanExecutor:
 
     Args:
         parts: names of the robot's parts, in its order.
-        changed: the lock and condition that guard the core.
         log: gets one line per decided tick, and another where it was held after all.
         trace: shows the simulator's state before each step; None: it is not recorded.
         clock: monotonic nanoseconds.
@@ -95,8 +94,7 @@ class PlanExecutor:
         backend: Backend,
         settings: HostSettings,
         parts: Sequence[str],
-        core: HalCore,
-        changed: Condition,
+        core: SharedCore,
         stops: StopCaller,
         log: MotionLog,
         trace: TraceSource | None,
@@ -105,7 +103,6 @@ class PlanExecutor:
         self._backend = backend
         self._parts = tuple(parts)
         self._core = core
-        self._changed = changed
         self._stops = stops
         self._log = log
         self._trace = trace
@@ -135,9 +132,8 @@ class PlanExecutor:
 
     def void(self, tick: int, hold: Hold, event: str) -> None:
         """Every part held in ``tick``, whatever had been decided; the log says so too."""
-        with self._changed:
-            self._core.void(hold)
-            acted, lease_ns = self._core.acted, self._core.lease_ns
+        self._core.change(lambda core: core.void(hold))
+        acted, lease_ns = self._core.read(lambda core: (core.acted, core.lease_ns))
         self._log.tick(tick, self._clock(), acted, event, lease_ns)
 
     def _hold_instead(self, tick: int, reason: str) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import secrets
+import threading
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Generic, TypeVar
@@ -16,9 +17,11 @@ from fairlead.hal.host import HalHost
 from fairlead.hal.identity import HostSettings, identity_of, lock_state_folder, refuse_second_hal
 from fairlead.hal.plan_executor import MotionLog
 from fairlead.robot.manifest import RobotManifest, load_robot
-from fairlead.service import ServiceContext, announce_ready
+from fairlead.service import ServiceContext, announce_ready, run_in_thread
 
 __all__ = ["Equipment", "HalDriver", "run_hal"]
+
+RESET_S = 60.0  # what who asks waits for; the desk itself gives up before
 
 Options = TypeVar("Options", bound=BaseModel)
 
@@ -53,10 +56,12 @@ class HalDriver(Generic[Options]):
     equip: Callable[[RobotManifest, str, Options], Equipment]
 
 
-def run_hal(
+async def run_hal(
     context: ServiceContext, equip: Callable[[RobotManifest], Equipment], *, what: str
 ) -> None:
     """Build the backend and run the host until the process is asked to stop.
+
+    One thread of its own, ``tick``, makes the equipment and calls it until the end.
 
     Args:
         equip: makes the equipment, once it is sure that this is the robot's only HAL.
@@ -66,8 +71,18 @@ def run_hal(
         ConfigError: if the robot has a HAL already, or the backend does not fit it; if frames are
             elsewhere than the robot's description has them.
     """
-    deployment = context.deployment
     lock = lock_state_folder(context.name, context.state_dir)
+    await run_in_thread(context, "tick", lambda ending: _tick(context, equip, what, ending))
+    lock.close()
+
+
+def _tick(
+    context: ServiceContext,
+    equip: Callable[[RobotManifest], Equipment],
+    what: str,
+    ending: threading.Event,
+) -> None:
+    deployment = context.deployment
     refuse_second_hal(context.name, context.bus, deployment.keys)
     robot = load_robot(deployment.robot)
     equipment = equip(robot)
@@ -88,6 +103,8 @@ def run_hal(
         equipment.trace,
     )
     log.info("session %x, %s, %s", session, deployment.pacing, what)
+    key = deployment.keys.hal_command("reset_episode")
+    resets = context.queries.serve(key, host.resets.handle, RESET_S)
     announce_ready(context)
-    host.run(context.stopping)
-    lock.close()
+    host.run(ending)
+    resets.undeclare()

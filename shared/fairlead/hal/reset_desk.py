@@ -1,107 +1,109 @@
-"""``reset_episode``: takes the request on a transport thread, the tick loop carries it out."""
+"""``reset_episode``: a task takes the request and waits, the tick thread carries it out."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
-from threading import Condition
+import asyncio
+from concurrent.futures import Future, InvalidStateError
+from contextlib import suppress
+from dataclasses import dataclass, field
+from threading import Lock
 
 from fairlead.errors import RefusedError
 from fairlead.hal.core import HalCore
+from fairlead.hal.shared_core import SharedCore
 from fairlead.messages import GateState, ResetEpisode, ResetEpisodeReply, decode
-from fairlead.wire.bus import Answer
 
-DISARMED_WAIT_NS = 200_000_000
+DISARMED_WAIT_S = 0.2
 """How long to wait for a lease that says disarmed, just after an operator disarmed."""
-ANSWER_WAIT_NS = 55_000_000_000
+ANSWER_WAIT_S = 55.0
 """How long a simulator may take to reset and to come to standstill; who asks waits for 60 s."""
 
 
-@dataclass
+@dataclass(frozen=True, eq=False)
 class _Pending:
-    """A request that is not answered yet."""
+    """A request that is not answered yet; its outcome is running once it was given out."""
 
     request: ResetEpisode
-    answer: Answer
-    until_ns: int
-    begun: bool = False
+    outcome: Future[ResetEpisodeReply] = field(default_factory=Future)
+
+    def answer(self, outcome: ResetEpisodeReply | Exception) -> None:
+        """Answer it, unless nobody waits any more."""
+        with suppress(InvalidStateError):
+            if isinstance(outcome, Exception):
+                self.outcome.set_exception(outcome)
+            else:
+                self.outcome.set_result(outcome)
 
 
 class ResetDesk:
-    """Hands one request at a time to the tick loop; nobody waits for its answer in a callback.
+    """Hands one request at a time to the tick thread.
 
     Args:
-        changed: the lock and condition that guard the core; the tick loop notifies it.
-        clock: monotonic nanoseconds.
+        who: this service, as a refusal names it.
     """
 
-    def __init__(
-        self, core: HalCore, changed: Condition, who: str, clock: Callable[[], int]
-    ) -> None:
-        self._core = core
-        self._changed = changed
-        self._who = who
-        self._clock = clock
+    def __init__(self, core: SharedCore, who: str, answer_wait_s: float = ANSWER_WAIT_S) -> None:
+        self._core, self._who, self._answer_wait_s = core, who, answer_wait_s
+        self._lock = Lock()
         self._pending: _Pending | None = None
         self._closed = ""
 
-    def handle(self, payload: bytes, answer: Answer) -> None:
-        """Take one query; ``answer`` is called once the new episode stands still.
+    async def handle(self, payload: bytes) -> ResetEpisodeReply:
+        """Take one query; return once the new episode stands still.
 
         Raises:
-            RefusedError: another reset is running, or none is possible any more.
+            RefusedError: another reset is running, the gate may be armed, it takes too long, or
+                none is possible any more.
         """
-        request = decode(ResetEpisode, payload)
-        with self._changed:
+        pending = self._take(decode(ResetEpisode, payload))
+        outcome = asyncio.wrap_future(pending.outcome)
+        self._core.change(lambda core: None)  # the tick thread looks again
+        try:
+            await asyncio.wait({outcome}, timeout=DISARMED_WAIT_S)
+            if pending.outcome.cancel():  # it was not begun, and now it cannot be
+                raise self._core.read(self._not_disarmed)
+            async with asyncio.timeout(self._answer_wait_s):
+                return await outcome
+        except TimeoutError:
+            late = f"reset_episode did not finish in {self._answer_wait_s:g} s"
+            raise RefusedError(self._who, late) from None
+        finally:
+            with self._lock:
+                self._pending = None
+
+    def due(self, core: HalCore) -> ResetEpisode | None:
+        """The request to carry out now, if any; it is begun then (called in `SharedCore`)."""
+        with self._lock:
+            pending = self._pending
+        if pending is None or pending.outcome.running() or core.gate_state != GateState.DISARMED:
+            return None
+        return pending.request if pending.outcome.set_running_or_notify_cancel() else None
+
+    def answer(self, request: ResetEpisode, outcome: ResetEpisodeReply | Exception) -> None:
+        """Answer a request that `due` gave out, if its sender still waits."""
+        with self._lock:
+            pending = self._pending
+        if pending is not None and pending.request is request:
+            pending.answer(outcome)
+
+    def close(self, reason: str) -> None:
+        """Refuse what waits and whatever comes, for this reason."""
+        with self._lock:
+            self._closed, pending = reason, self._pending
+        if pending is not None:
+            pending.answer(RefusedError(self._who, reason))
+
+    def _take(self, request: ResetEpisode) -> _Pending:
+        with self._lock:
             if self._closed:
                 raise RefusedError(self._who, self._closed)
             if self._pending is not None:
                 raise RefusedError(self._who, "another reset_episode is running")
-            self._pending = _Pending(request, answer, self._clock() + DISARMED_WAIT_NS)
-            self._changed.notify_all()
+            self._pending = _Pending(request)
+            return self._pending
 
-    def due(self) -> ResetEpisode | None:
-        """The request to carry out now, if any (call with the lock held)."""
-        pending = self._pending
-        if pending is None or pending.begun or not self._is_disarmed():
-            return None
-        pending.begun, pending.until_ns = True, self._clock() + ANSWER_WAIT_NS
-        return pending.request
-
-    def refuse_late(self) -> None:
-        """Refuse the request that the gate's state, or the simulator, kept waiting for too long."""
-        with self._changed:
-            pending = self._pending
-            if pending is None or self._clock() < pending.until_ns:
-                return
-            seconds = ANSWER_WAIT_NS / 1e9
-            late = RefusedError(self._who, f"reset_episode did not finish in {seconds:g} s")
-            reason = late if pending.begun else self._not_disarmed()
-            self._pending = None
-        pending.answer(reason)
-
-    def answer(self, request: ResetEpisode, outcome: ResetEpisodeReply | Exception) -> None:
-        """Answer a request that `due` gave out, if its sender still waits."""
-        with self._changed:
-            pending = self._pending
-            if pending is None or pending.request is not request:
-                return
-            self._pending = None
-        pending.answer(outcome)
-
-    def close(self, reason: str) -> None:
-        """Refuse what waits and whatever comes, for this reason."""
-        with self._changed:
-            self._closed = reason
-            pending, self._pending = self._pending, None
-        if pending is not None:
-            pending.answer(RefusedError(self._who, reason))
-
-    def _is_disarmed(self) -> bool:
-        return self._core.gate_state == GateState.DISARMED
-
-    def _not_disarmed(self) -> RefusedError:
-        state = self._core.gate_state
+    def _not_disarmed(self, core: HalCore) -> RefusedError:
+        state = core.gate_state
         if state is None:
             return RefusedError(
                 self._who, "no lease received, so the gate may be armed", "fairlead status"

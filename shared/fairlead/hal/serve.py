@@ -11,7 +11,7 @@ from fairlead.plugins import HALS
 from fairlead.service import ServiceContext, run_service
 
 
-def body(context: ServiceContext) -> None:
+async def body(context: ServiceContext) -> None:
     """Load the HAL that the deployment file names and run it until asked to stop.
 
     Raises:
@@ -21,7 +21,7 @@ def body(context: ServiceContext) -> None:
     driver = hal_driver(name, f"service {context.name}: run")
     options = checked_model(f"service {context.name}: options", driver.options, context.options)
     profile = context.deployment.profile
-    run_hal(context, lambda robot: driver.equip(robot, profile, options), what=name)
+    await run_hal(context, lambda robot: driver.equip(robot, profile, options), what=name)
 
 
 def hal_driver(name: str, who: str) -> HalDriver[Any]:

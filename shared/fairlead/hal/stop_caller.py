@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import logging
 import secrets
-from threading import Condition
 
-from fairlead.hal.core import HalCore
 from fairlead.hal.identity import HostSettings
+from fairlead.hal.shared_core import SharedCore
 from fairlead.messages import StopLevel
 from fairlead.wire.bus import Bus, Qos
 
@@ -20,29 +19,26 @@ REPEAT_NS = 50_000_000
 class StopCaller:
     """Puts stops on ``safety/stop``; a lost one is repeated, so it cannot be missed."""
 
-    def __init__(self, bus: Bus, settings: HostSettings, core: HalCore, changed: Condition) -> None:
+    def __init__(self, bus: Bus, settings: HostSettings, core: SharedCore) -> None:
         self._publisher = bus.publisher(settings.keys.stop, StopLevel, Qos.HOT)
         self._service = settings.service
         self._core = core
-        self._changed = changed
         self._due_ns = 0
 
     def raise_stop(self, reason: str) -> None:
         """Hold a new stop of this HAL and tell everyone."""
         stop = self._new_stop(reason)
-        with self._changed:
-            self._core.on_stop(stop)
+        self._core.change(lambda core: core.on_stop(stop))
         self._publisher.put(stop)
 
     def raise_demanded(self) -> None:
         """Raise the stops that the core asks for."""
-        with self._changed:
-            demanded = self._core.demanded_stops
-        for cause, detail in demanded:
-            stop = self._new_stop(f"{cause}: {detail}")
-            with self._changed:
-                self._core.on_stop_raised(cause, stop)
-            self._publisher.put(stop)
+        for cause, detail in self._core.read(lambda core: core.demanded_stops):
+            self._raise_for(cause, self._new_stop(f"{cause}: {detail}"))
+
+    def _raise_for(self, cause: str, stop: StopLevel) -> None:
+        self._core.change(lambda core: core.on_stop_raised(cause, stop))
+        self._publisher.put(stop)
 
     def _new_stop(self, reason: str) -> StopLevel:
         stop = StopLevel(stop_id=secrets.randbits(63) + 1, by=self._service, reason=reason)
@@ -54,7 +50,5 @@ class StopCaller:
         if now_ns < self._due_ns:
             return
         self._due_ns += REPEAT_NS * (1 + (now_ns - self._due_ns) // REPEAT_NS)  # late or not
-        with self._changed:
-            stops = self._core.stops_to_repeat()
-        for stop in stops:
+        for stop in self._core.read(lambda core: core.stops_to_repeat()):
             self._publisher.put(stop)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import logging
 import os
 import sys
@@ -104,7 +105,7 @@ def router_command(
     assert loaded.router is not None
     choose_host(loaded, loaded.router.host)
     check_ports_free(loaded, [ROUTER])
-    _serve(endpoints)
+    asyncio.run(_serve(endpoints))
 
 
 def router_endpoints(deployment: Deployment) -> Endpoints:
@@ -121,7 +122,7 @@ def router_endpoints(deployment: Deployment) -> Endpoints:
     return Endpoints(listen=[deployment.router_endpoint], mode="router")
 
 
-def _serve(endpoints: Endpoints) -> None:
+async def _serve(endpoints: Endpoints) -> None:
     """Route until asked to stop; all of it happens in Zenoh's own threads."""
     handler = logging.StreamHandler(sys.stdout)
     handler.setFormatter(LineFormatter())
@@ -131,7 +132,7 @@ def _serve(endpoints: Endpoints) -> None:
     signals.started()
     log.info("listens on %s", ", ".join(endpoints.listen))
     log.info("ready")
-    signals.stopping.wait()
+    await signals.stopping.wait()
     bus.close()
 
 

@@ -1,0 +1,63 @@
+"""Queries whose answer takes its time: each is a task of an event loop, with a deadline."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Awaitable, Callable
+
+from fairlead.errors import RefusedError
+from fairlead.messages import Message
+from fairlead.wire.bus import Answer, Bus, Undeclare
+
+AsyncHandler = Callable[[bytes], Awaitable[Message]]
+"""Gets the query's payload; returns the reply; raises `FairleadError` to refuse."""
+
+
+class QueryTasks:
+    """Answers queries by tasks of the loop that it was made on.
+
+    Every query is answered: with what the handler returns, or with a `Refusal` that says what it
+    raised, that it took too long, or that the service is ending.
+
+    Args:
+        who: the service, as a refusal names it.
+    """
+
+    def __init__(self, tasks: asyncio.TaskGroup, bus: Bus, who: str) -> None:
+        self._tasks, self._bus, self._who = tasks, bus, who
+        self._loop = asyncio.get_running_loop()
+        self._ending = RefusedError(who, "the service is ending")
+
+    def serve(self, key: str, handler: AsyncHandler, timeout_s: float) -> Undeclare:
+        """Answer queries on ``key``, each within ``timeout_s``; to be called on any thread."""
+
+        def start(payload: bytes, answer: Answer) -> None:
+            answering = self._answer(handler, payload, timeout_s, answer)
+            try:
+                self._tasks.create_task(answering, name=f"query {key}")
+            except RuntimeError:  # the group has ended
+                answering.close()
+                answer(self._ending)
+
+        def on_query(payload: bytes, answer: Answer) -> None:
+            try:
+                self._loop.call_soon_threadsafe(start, payload, answer)
+            except RuntimeError:  # the loop has ended
+                answer(self._ending)
+
+        return self._bus.serve_later(key, self._who, on_query)
+
+    async def _answer(
+        self, handler: AsyncHandler, payload: bytes, timeout_s: float, answer: Answer
+    ) -> None:
+        try:
+            async with asyncio.timeout(timeout_s):
+                outcome: Message | Exception = await handler(payload)
+        except asyncio.CancelledError:
+            outcome = self._ending
+        except TimeoutError:
+            late = f"not done within {timeout_s:g} s"
+            outcome = RefusedError(self._who, late, f"fairlead logs {self._who}")
+        except Exception as error:  # noqa: BLE001 - a bug is answered too
+            outcome = error
+        answer(outcome)
