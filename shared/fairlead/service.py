@@ -18,8 +18,8 @@ from fairlead.deploy.router_watch import open_and_say, refuse_namesake, watch_ro
 from fairlead.deploy.stop_signals import StopSignals, ignore_further_signals
 from fairlead.errors import FairleadError
 from fairlead.log_stamp import stamped
+from fairlead.wire.on_loop import QueryTasks
 from fairlead.wire.printable import LineFormatter
-from fairlead.wire.query_task import QueryTasks
 from fairlead.wire.session import ZenohBus
 
 __all__ = ["ServiceContext", "announce_ready", "run_in_thread", "run_service"]

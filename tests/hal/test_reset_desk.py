@@ -54,6 +54,7 @@ async def test_a_second_request_is_refused_while_the_first_waits() -> None:
     assert request is not None and request.seed == 1
     assert desk.due() is None, "given out once"
     desk.desk.answer(request, REPLY)
+    assert desk.due() is None, "nor after its answer"
     assert await asking == REPLY
     await desk.ask(3)
     assert desk.due() == ResetEpisode(seed=3)

@@ -15,7 +15,7 @@ from fairlead.robot.manifest import load_robot
 from fairlead.skill.manifest import load_skill
 from fairlead.skill.routes import resolve_routes
 from fairlead_hal_sim.packing import ActionMap, ActionVector, pack
-from fairlead_skill_runner.dispatch import dispatch
+from fairlead_skill_runner.candidate import dispatch
 from tests.packing.vectors import (
     ARM_SCALE,
     BASE_SCALE,

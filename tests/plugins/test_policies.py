@@ -38,6 +38,7 @@ class Still:
         return Done("still") if observation.tick > self.ticks else np.zeros((1, 12), np.float32)
 """
 LOAD = """
+import asyncio
 import json
 import numpy as np
 from fairlead.errors import FairleadError
@@ -48,13 +49,15 @@ from fairlead_skill_runner.policies.backends import check_policy_options
 from fairlead_skill_runner.policy_worker import PolicyWorker
 ours = load_skill("oracle-counter-to-cabinet")
 skill = ours.model_copy(update={"policy": type(ours.policy)(backend="still", options={"ticks": 3})})
+async def say():
+    worker = PolicyWorker(POLICIES.find("still"), skill, skill.policy.options)
+    await worker.load()
+    said = [await worker.infer(Observation(tick, np.zeros(30), "")) for tick in (3, 4)]
+    print(json.dumps([said[0].shape, said[1].reason]))
+    await worker.close()
 try:
     check_policy_options(skill)
-    worker = PolicyWorker(POLICIES.find("still"), skill, skill.policy.options)
-    worker.load()
-    said = [worker.infer(Observation(tick, np.zeros(30), "")) for tick in (3, 4)]
-    print(json.dumps([said[0].shape, said[1].reason]))
-    worker.close()
+    asyncio.run(say())
 except FairleadError as error:
     print(error)
 """

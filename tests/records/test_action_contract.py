@@ -20,7 +20,7 @@ from fairlead.skill.action_contract import ActionContract
 from fairlead.skill.admission import admission_problems
 from fairlead.skill.manifest import SkillManifest, load_skill
 from fairlead.skill.routes import resolve_routes
-from fairlead_skill_runner.dispatch import dispatch
+from fairlead_skill_runner.candidate import dispatch
 from tests.repo.tree import ROOT
 from tests.skill.mobile_hal import HAL
 

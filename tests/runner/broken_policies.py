@@ -98,6 +98,13 @@ class CannotLoad(Misbehaving):
         raise FileNotFoundError("weights.bin")
 
 
+class NeverLoads(Misbehaving):
+    @classmethod
+    def from_options(cls, skill: SkillManifest, options: Mapping[str, Any]) -> Self:
+        threading.Event().wait()
+        return cls(skill)
+
+
 class SaysDone(Misbehaving):
     def infer(self, observation: Observation) -> Done:  # type: ignore[override]
         return Done("the drawer is shut")

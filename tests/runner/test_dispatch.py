@@ -11,7 +11,7 @@ from fairlead.modes import ControlMode
 from fairlead.robot.manifest import load_robot
 from fairlead.skill.manifest import SkillManifest, load_skill
 from fairlead.skill.routes import resolve_routes
-from fairlead_skill_runner.dispatch import dispatch
+from fairlead_skill_runner.candidate import dispatch
 
 ROBOT = load_robot("panda_mobile")
 SKILL = load_skill("oracle-counter-to-cabinet")

@@ -15,7 +15,7 @@ from fairlead.robot.manifest import RobotManifest, load_robot
 from fairlead.skill.action_contract import ActionContract
 from fairlead.skill.routes import resolve_routes
 from fairlead.skill.slots import MODE_NAMES
-from fairlead_skill_runner.dispatch import dispatch
+from fairlead_skill_runner.candidate import dispatch
 
 DUAL, MOBILE = load_robot("dual_panda"), load_robot("panda_mobile")
 LEFT = {"ee": "left_tool", "frame": "base_link"}

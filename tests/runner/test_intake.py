@@ -9,7 +9,7 @@ import pytest
 from fairlead.errors import PolicyError
 from fairlead.messages import Image
 from fairlead.skill.manifest import SkillManifest
-from fairlead_skill_runner.intake import Intake
+from fairlead_skill_runner.observation_buffer import ObservationBuffer
 from tests.runner.scripted_robot import SESSION, SKILL, layout, task
 
 EYE = {"camera": "front", "width": 2, "height": 3, "rotation_deg": 0}
@@ -20,8 +20,8 @@ def seeing(**change: object) -> SkillManifest:
     return SkillManifest.model_validate(data)
 
 
-def intake(skill: SkillManifest, *, exact: bool) -> Intake:
-    return Intake(skill, "pick", {"front": 4}, exact=exact, has_task=False)
+def intake(skill: SkillManifest, *, exact: bool) -> ObservationBuffer:
+    return ObservationBuffer(skill, "pick", {"front": 4}, exact=exact, has_task=False)
 
 
 def frame(tick: int, value: int = 0) -> Image:
@@ -107,7 +107,7 @@ def test_a_picture_of_another_size_or_encoding_is_a_policy_error() -> None:
 
 
 def test_lockstep_waits_for_the_task_state_of_the_tick() -> None:
-    box = Intake(SKILL, "pick", {}, exact=True, has_task=True)
+    box = ObservationBuffer(SKILL, "pick", {}, exact=True, has_task=True)
     box.add_layout(layout(5))
     box.add_task(task(4))
     assert box.missing(5) == "task state"

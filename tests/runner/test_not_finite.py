@@ -23,7 +23,7 @@ from fairlead.skill.action_contract import ActionContract
 from fairlead.skill.manifest import SkillManifest, load_skill
 from fairlead.skill.routes import Route, resolve_routes
 from fairlead.skill.slots import FIELD_RULES
-from fairlead_skill_runner.dispatch import dispatch
+from fairlead_skill_runner.candidate import dispatch
 from fairlead_skill_runner.policies.constant import ConstantPolicy
 from fairlead_skill_runner.policies.go_to import GoToPolicy
 from fairlead_skill_runner.policies.joint_reach import JointReachPolicy

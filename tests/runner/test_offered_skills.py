@@ -39,19 +39,20 @@ def edit(file: Path, old: str, new: str) -> None:
     os.utime(file, ns=(stat.st_atime_ns, stat.st_mtime_ns + 1))
 
 
-def test_a_skill_that_did_not_change_keeps_its_policy_and_one_that_did_gets_a_new_one(
+@pytest.mark.asyncio
+async def test_a_skill_that_did_not_change_keeps_its_policy_and_one_that_did_gets_a_new_one(
     folder: Path,
 ) -> None:
     skills = offer()
-    first = skills.worker(skills.find("my-wave"))
-    assert skills.worker(skills.find("my-wave")) is first
+    first = await skills.worker(skills.find("my-wave"))
+    assert await skills.worker(skills.find("my-wave")) is first
     edit(folder / "policy.py", "def reset", "def  reset")
-    second = skills.worker(skills.find("my-wave"))
+    second = await skills.worker(skills.find("my-wave"))
     assert second is not first
     edit(folder / "rskill.yaml", "version: 0.1.0", "version: 0.2.0")
     changed = skills.find("my-wave")
     assert changed.version == "0.2.0"
-    assert skills.worker(changed) is not second
+    assert await skills.worker(changed) is not second
 
 
 def test_a_skill_that_came_after_the_start_is_on_offer(folder: Path) -> None:

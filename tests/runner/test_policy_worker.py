@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import asyncio
 import os
-from collections.abc import Iterator
+from collections.abc import AsyncIterator
 
 import numpy as np
 import pytest
+import pytest_asyncio
 
 from fairlead.errors import PolicyError
 from fairlead.paths import repo_root
@@ -14,12 +16,13 @@ from fairlead.plugins import POLICIES, Plugin
 from fairlead.policy import Done, Executed, Failed, Judged, Observation
 from fairlead.skill.manifest import SkillManifest, load_skill
 from fairlead_skill_runner.policy_worker import PolicyWorker
+from tests.client.turns import until
 
 ORACLE = load_skill("oracle-counter-to-cabinet")
 SKILL = SkillManifest.model_validate(ORACLE.model_dump(mode="json") | {"inference_timeout_s": 0.3})
 SEEN = Observation(tick=41, state=np.arange(0.5, 30.0), prompt="pick")
 
-pytestmark = pytest.mark.processes
+pytestmark = [pytest.mark.processes, pytest.mark.asyncio]
 
 
 @pytest.fixture(autouse=True)
@@ -27,12 +30,12 @@ def _worker_finds_this_folder(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PYTHONPATH", str(repo_root()))
 
 
-@pytest.fixture
-def workers() -> Iterator[list[PolicyWorker]]:
+@pytest_asyncio.fixture
+async def workers() -> AsyncIterator[list[PolicyWorker]]:
     started: list[PolicyWorker] = []
     yield started
     for worker in started:
-        worker.close()
+        await worker.close()
 
 
 def broken(workers: list[PolicyWorker], name: str) -> PolicyWorker:
@@ -42,29 +45,29 @@ def broken(workers: list[PolicyWorker], name: str) -> PolicyWorker:
     return workers[-1]
 
 
-def refusal(worker: PolicyWorker) -> str:
+async def refusal(worker: PolicyWorker) -> str:
     with pytest.raises(PolicyError) as caught:
-        worker.infer(SEEN)
+        await worker.infer(SEEN)
     return str(caught.value)
 
 
-def test_the_policy_sees_the_whole_observation(workers: list[PolicyWorker]) -> None:
+async def test_the_policy_sees_the_whole_observation(workers: list[PolicyWorker]) -> None:
     worker = broken(workers, "Echo")
-    worker.load()
-    worker.reset()
+    await worker.load()
+    await worker.reset()
     image = np.zeros((2, 1, 3), dtype=np.uint8)
     image[1, 0, 2] = 200
     executed = {"arm": Executed("refused", None), "base": Executed("", 33)}
     judged = Judged(33, "truncated", "G020", "G020 limit: ...", 39)
     seen = Observation(SEEN.tick, SEEN.state, SEEN.prompt, {"eye": image}, executed, judged)
-    actions = worker.infer(seen)
+    actions = await worker.infer(seen)
     assert isinstance(actions, np.ndarray)
     assert actions.dtype == np.float32
     assert actions.shape == (8, 12)
     np.testing.assert_array_equal(actions[0, :5], [41, 1.5, 4, 200, 1])
     assert executed["base"].answer_tick == actions[0, 5] and judged.last_tick == actions[0, 6]
     pid = worker.pid
-    worker.load()
+    await worker.load()
     assert worker.pid == pid, "loading again keeps a worker that lives"
 
 
@@ -79,43 +82,43 @@ def test_the_policy_sees_the_whole_observation(workers: list[PolicyWorker]) -> N
         ("NotANumber", "policy: expected finite numbers, got nan in row 2 dimension 3"),
     ],
 )
-def test_a_policy_that_fails_or_answers_garbage_is_a_typed_error(
+async def test_a_policy_that_fails_or_answers_garbage_is_a_typed_error(
     workers: list[PolicyWorker], name: str, text: str
 ) -> None:
     worker = broken(workers, name)
-    worker.load()
-    assert refusal(worker) == text
+    await worker.load()
+    assert await refusal(worker) == text
 
 
-def test_a_policy_that_hangs_is_ended_and_its_late_answer_cannot_come(
+async def test_a_policy_that_hangs_is_ended_and_its_late_answer_cannot_come(
     workers: list[PolicyWorker],
 ) -> None:
     worker = broken(workers, "Hangs")
-    worker.load()
+    await worker.load()
     pid = worker.pid
     assert pid is not None
-    assert refusal(worker) == "policy worker: inference took longer than 0.3 s"
+    assert await refusal(worker) == "policy worker: inference took longer than 0.3 s"
     with pytest.raises(ProcessLookupError):
         os.kill(pid, 0)
-    assert refusal(worker) == "policy worker: inference asked, but no policy is loaded"
+    assert await refusal(worker) == "policy worker: inference asked, but no policy is loaded"
 
 
-def test_a_policy_whose_process_dies_is_a_typed_error_and_can_be_loaded_again(
+async def test_a_policy_whose_process_dies_is_a_typed_error_and_can_be_loaded_again(
     workers: list[PolicyWorker],
 ) -> None:
     worker = broken(workers, "Dies")
-    worker.load()
-    assert refusal(worker) == "policy worker: inference: the process ended with status 7"
-    worker.load()
+    await worker.load()
+    assert await refusal(worker) == "policy worker: inference: the process ended with status 7"
+    await worker.load()
     assert worker.pid is not None
 
 
-def test_a_policy_that_cannot_be_loaded_says_why(workers: list[PolicyWorker]) -> None:
+async def test_a_policy_that_cannot_be_loaded_says_why(workers: list[PolicyWorker]) -> None:
     with pytest.raises(PolicyError) as caught:
-        broken(workers, "CannotLoad").load()
+        await broken(workers, "CannotLoad").load()
     assert str(caught.value) == ("policy worker: loading failed: FileNotFoundError: weights.bin")
     with pytest.raises(PolicyError) as caught:
-        broken(workers, "Absent").load()
+        await broken(workers, "Absent").load()
     assert str(caught.value).startswith(
         "policy worker: loading failed: policy backend 'Absent' of the tests: "
         "tests.runner.broken_policies:Absent cannot be imported: AttributeError: module "
@@ -123,22 +126,39 @@ def test_a_policy_that_cannot_be_loaded_says_why(workers: list[PolicyWorker]) ->
     )
 
 
-def test_options_that_do_not_fit_say_so(workers: list[PolicyWorker]) -> None:
+async def test_options_that_do_not_fit_say_so(workers: list[PolicyWorker]) -> None:
     worker = PolicyWorker(POLICIES.find("constant"), SKILL, {"row": [0.0] * 11})
     workers.append(worker)
     with pytest.raises(PolicyError) as caught:
-        worker.load()
+        await worker.load()
     assert str(caught.value) == (
         "policy worker: loading failed: constant policy: expected a row of 12, got 11"
     )
 
 
-def test_the_process_ends_with_its_worker(workers: list[PolicyWorker]) -> None:
-    worker = broken(workers, "Echo")
-    worker.load()
+async def test_a_load_that_is_cancelled_ends_its_process_at_once_and_another_can_begin(
+    workers: list[PolicyWorker],
+) -> None:
+    worker = broken(workers, "NeverLoads")
+    loading = asyncio.create_task(worker.load())
+    await until(lambda: worker.pid is not None)
     pid = worker.pid
     assert pid is not None
-    worker.close()
+    loading.cancel()
+    with pytest.raises(asyncio.CancelledError):
+        await loading
+    with pytest.raises(ProcessLookupError):
+        os.kill(pid, 0)
+    with pytest.raises(PolicyError, match="loading took longer than 0.1 s"):
+        await worker.load(timeout_s=0.1)
+
+
+async def test_the_process_ends_with_its_worker(workers: list[PolicyWorker]) -> None:
+    worker = broken(workers, "Echo")
+    await worker.load()
+    pid = worker.pid
+    assert pid is not None
+    await worker.close()
     with pytest.raises(ProcessLookupError):
         os.kill(pid, 0)
 
@@ -150,24 +170,24 @@ def test_the_process_ends_with_its_worker(workers: list[PolicyWorker]) -> None:
         ("GivesUp", Failed("object_lost", "nothing is in the hand")),
     ],
 )
-def test_a_policy_may_end_its_goal_and_is_asked_again_in_the_next(
+async def test_a_policy_may_end_its_goal_and_is_asked_again_in_the_next(
     workers: list[PolicyWorker], policy: str, end: Done | Failed
 ) -> None:
     worker = broken(workers, policy)
-    worker.load()
+    await worker.load()
     pid = worker.pid
-    assert worker.infer(SEEN) == end
-    worker.reset()
-    assert worker.infer(SEEN) == end
+    assert await worker.infer(SEEN) == end
+    await worker.reset()
+    assert await worker.infer(SEEN) == end
     assert worker.pid == pid
 
 
-def test_a_reason_that_is_not_one_word_is_an_error_of_the_policy(
+async def test_a_reason_that_is_not_one_word_is_an_error_of_the_policy(
     workers: list[PolicyWorker],
 ) -> None:
     worker = broken(workers, "GivesUpBadly")
-    worker.load()
-    assert refusal(worker) == (
+    await worker.load()
+    assert await refusal(worker) == (
         "policy worker: inference failed: policy: Failed: kind: expected 1 to 64 of a-z 0-9 _ "
         "starting with a letter, got 'Object lost!'"
     )

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import socket
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
 from typing import Any
 
 import msgspec
 import numpy as np
 import pytest
+import pytest_asyncio
 
 from fairlead.errors import ConfigError, PolicyError
 from fairlead.plugins import POLICIES
@@ -75,15 +76,19 @@ def rldx(closing: list[Any]) -> Callable[[ANSWERS], RldxServer]:
     return make
 
 
-@pytest.fixture
-def worker(closing: list[Any]) -> Callable[..., PolicyWorker]:
+@pytest_asyncio.fixture
+async def worker() -> AsyncIterator[Ask]:
+    workers: list[PolicyWorker] = []
+
     def make(skill_id: str, address: str, **options: float) -> PolicyWorker:
         skill = load_skill(skill_id)
         changed = skill.policy.options | {"address": address} | options
-        closing.append(PolicyWorker(POLICIES.find(skill.policy.backend), skill, changed))
-        return closing[-1]  # type: ignore[no-any-return]
+        workers.append(PolicyWorker(POLICIES.find(skill.policy.backend), skill, changed))
+        return workers[-1]
 
-    return make
+    yield make
+    for one in reversed(workers):
+        await one.close()
 
 
 def bits(answer: object) -> bytes:
@@ -98,21 +103,28 @@ def failure(call: Callable[[], object]) -> str:
     return str(caught.value)
 
 
+async def refusal(call: Awaitable[object]) -> str:
+    with pytest.raises(PolicyError) as caught:
+        await call
+    return str(caught.value)
+
+
 def unused_port() -> int:
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         return int(probe.getsockname()[1])
 
 
-def test_openpi_server_gets_state_prompt_and_pictures_and_its_rows_come_back_bit_for_bit(
+@pytest.mark.asyncio
+async def test_openpi_server_gets_state_prompt_and_pictures_and_its_rows_come_back_bit_for_bit(
     openpi: Callable[[ANSWERS], OpenpiServer], worker: Ask
 ) -> None:
     server = openpi(lambda request, n: openpi_actions(ROWS))
     asked = worker(PI05, server.address)
-    asked.load()
-    asked.reset()
+    await asked.load()
+    await asked.reset()
     seen = observation(load_skill(PI05))
-    assert bits(asked.infer(seen)) == ROWS.tobytes()
+    assert bits(await asked.infer(seen)) == ROWS.tobytes()
     warm_up, request = server.requests
     np.testing.assert_array_equal(
         read_openpi_array(warm_up["observation/state"]), np.full(16, 0.5, np.float32)
@@ -127,18 +139,20 @@ def test_openpi_server_gets_state_prompt_and_pictures_and_its_rows_come_back_bit
     assert server.connections == 2, "one for the warm-up, one for the episode"
 
 
-def test_openpi_rows_of_float64_are_taken_as_float32(
+@pytest.mark.asyncio
+async def test_openpi_rows_of_float64_are_taken_as_float32(
     openpi: Callable[[ANSWERS], OpenpiServer], worker: Ask
 ) -> None:
     server = openpi(lambda request, n: openpi_actions(ROWS.astype(np.float64)))
     asked = worker(PI05, server.address)
-    asked.load()
-    assert bits(asked.infer(observation(load_skill(PI05)))) == ROWS.tobytes()
+    await asked.load()
+    assert bits(await asked.infer(observation(load_skill(PI05)))) == ROWS.tobytes()
 
 
-def test_no_openpi_server_is_one_error_with_address_and_how_to_start_one(worker: Ask) -> None:
+@pytest.mark.asyncio
+async def test_no_openpi_server_is_one_error_with_address_and_how_to_start_one(worker: Ask) -> None:
     address = f"ws://127.0.0.1:{unused_port()}"
-    assert failure(worker(PI05, address).load) == (
+    assert await refusal(worker(PI05, address).load()) == (
         f"policy worker: loading failed: openpi policy: no policy server at {address}: "
         "[Errno 111] Connection refused\n"
         "  start one: uv run scripts/serve_policy.py --port 8000 policy:checkpoint "
@@ -148,9 +162,10 @@ def test_no_openpi_server_is_one_error_with_address_and_how_to_start_one(worker:
     )
 
 
-def test_no_rldx_server_is_one_error_with_address_and_how_to_start_one(worker: Ask) -> None:
+@pytest.mark.asyncio
+async def test_no_rldx_server_is_one_error_with_address_and_how_to_start_one(worker: Ask) -> None:
     address = f"tcp://127.0.0.1:{unused_port()}"
-    assert failure(worker(RLDX, address, connect_timeout_s=0.2).load) == (
+    assert await refusal(worker(RLDX, address, connect_timeout_s=0.2).load()) == (
         f"policy worker: loading failed: rldx policy: no policy server at {address}: "
         "no answer within 0.2 s\n"
         "  start one: uv run python rldx/eval/run_rldx_server.py --model-path "
@@ -161,36 +176,39 @@ def test_no_rldx_server_is_one_error_with_address_and_how_to_start_one(worker: A
     )
 
 
-def test_something_that_listens_but_says_nothing_is_no_openpi_server(
+@pytest.mark.asyncio
+async def test_something_that_listens_but_says_nothing_is_no_openpi_server(
     closing: list[Any], worker: Ask
 ) -> None:
     silent = socket.create_server(("127.0.0.1", 0))
     closing.append(silent)
     address = f"ws://127.0.0.1:{silent.getsockname()[1]}"
-    text = failure(worker(PI05, address, connect_timeout_s=0.2).load)
+    text = await refusal(worker(PI05, address, connect_timeout_s=0.2).load())
     assert f"{address} listens, but sent no websocket handshake within 0.2 s: it is busy" in text
     assert "one is started with: uv run scripts/serve_policy.py" in text
 
 
-def test_a_server_that_went_away_is_noticed_when_the_next_goal_starts(
+@pytest.mark.asyncio
+async def test_a_server_that_went_away_is_noticed_when_the_next_goal_starts(
     openpi: Callable[[ANSWERS], OpenpiServer],
     rldx: Callable[[ANSWERS], RldxServer],
     worker: Ask,
 ) -> None:
     pi05 = openpi(lambda request, n: openpi_actions(ROWS))
     asked = worker(PI05, pi05.address)
-    asked.load()
+    await asked.load()
     pi05.close()
-    assert f"no policy server at {pi05.address}" in failure(asked.reset)
+    assert f"no policy server at {pi05.address}" in await refusal(asked.reset())
     other = rldx(lambda request, n: rldx_actions(rldx_rows(ROWS)))
     asked = worker(RLDX, other.address, connect_timeout_s=0.2)
-    asked.load()
+    await asked.load()
     other.close()
-    assert f"no policy server at {other.address}" in failure(asked.reset)
+    assert f"no policy server at {other.address}" in await refusal(asked.reset())
 
 
 @pytest.mark.parametrize("skill_id", [PI05, RLDX])
-def test_a_server_that_was_started_anew_compiles_before_the_next_goal_claims_anything(
+@pytest.mark.asyncio
+async def test_a_server_that_was_started_anew_compiles_before_the_next_goal_claims_anything(
     closing: list[Any], worker: Ask, skill_id: str
 ) -> None:
     def serve(port: int = 0) -> OpenpiServer | RldxServer:
@@ -202,20 +220,21 @@ def test_a_server_that_was_started_anew_compiles_before_the_next_goal_claims_any
 
     first = serve()
     asked = worker(skill_id, first.address)
-    asked.load()
-    asked.reset()
-    asked.reset()
+    await asked.load()
+    await asked.reset()
+    await asked.reset()
     assert len(first.requests) == 1, "a server that stayed is warm"
     first.close()
     closing.remove(first)
     again = serve(int(first.address.rpartition(":")[2]))
-    asked.reset()
+    await asked.reset()
     assert len(again.requests) == 1
-    asked.infer(observation(load_skill(skill_id)))
+    await asked.infer(observation(load_skill(skill_id)))
     assert len(again.requests) == 2
 
 
-def test_a_busy_rldx_server_is_not_called_absent(
+@pytest.mark.asyncio
+async def test_a_busy_rldx_server_is_not_called_absent(
     rldx: Callable[[ANSWERS], RldxServer], worker: Ask
 ) -> None:
     def hang(request: Any, number: int) -> bytes:
@@ -224,9 +243,9 @@ def test_a_busy_rldx_server_is_not_called_absent(
 
     server = rldx(hang)
     first = worker(RLDX, server.address, warm_up_timeout_s=0.2)
-    assert "no answer within 0.2 s" in failure(first.load)
+    assert "no answer within 0.2 s" in await refusal(first.load())
     second = worker(RLDX, server.address, connect_timeout_s=0.2)
-    assert f"{server.address} listens, but sent no answer to a ping" in failure(second.load)
+    assert f"{server.address} listens, but sent no answer to a ping" in await refusal(second.load())
 
 
 LATE_OPENPI = "openpi policy: no answer from {address} within 0.2 s"
@@ -234,7 +253,8 @@ LATE_RLDX = "rldx policy: {address}: no answer within 0.2 s"
 
 
 @pytest.mark.parametrize("skill_id", [PI05, RLDX])
-def test_a_late_answer_is_an_error_and_never_the_answer_to_the_next_question(
+@pytest.mark.asyncio
+async def test_a_late_answer_is_an_error_and_never_the_answer_to_the_next_question(
     openpi: Callable[[ANSWERS], OpenpiServer],
     rldx: Callable[[ANSWERS], RldxServer],
     worker: Ask,
@@ -252,15 +272,15 @@ def test_a_late_answer_is_an_error_and_never_the_answer_to_the_next_question(
 
     server = openpi(answers) if skill_id == PI05 else rldx(answers)
     asked = worker(skill_id, server.address, answer_timeout_s=0.2)
-    asked.load()
-    asked.reset()
+    await asked.load()
+    await asked.reset()
     seen = observation(load_skill(skill_id))
     text = (LATE_OPENPI if skill_id == PI05 else LATE_RLDX).format(address=server.address)
-    assert failure(lambda: asked.infer(seen)) == f"policy worker: inference failed: {text}"
+    assert await refusal(asked.infer(seen)) == f"policy worker: inference failed: {text}"
     go_on.set()
-    asked.load()
-    asked.reset()
-    assert bits(asked.infer(seen)) == wanted.tobytes()
+    await asked.load()
+    await asked.reset()
+    assert bits(await asked.infer(seen)) == wanted.tobytes()
 
 
 BROKEN_OPENPI: dict[str, tuple[bytes | str | None, str]] = {
@@ -309,7 +329,8 @@ def test_an_openpi_server_that_answers_garbage_is_refused_before_any_claim(
     assert text in said
 
 
-def test_rldx_server_gets_named_arrays_and_its_named_outputs_become_one_vector(
+@pytest.mark.asyncio
+async def test_rldx_server_gets_named_arrays_and_its_named_outputs_become_one_vector(
     rldx: Callable[[ANSWERS], RldxServer], worker: Ask
 ) -> None:
     rows = ROWS.copy()
@@ -317,14 +338,14 @@ def test_rldx_server_gets_named_arrays_and_its_named_outputs_become_one_vector(
     rows[:, 11] = [1.0, 0.6, 0.4, 0.0]
     server = rldx(lambda request, n: rldx_actions(rldx_rows(rows)))
     asked = worker(RLDX, server.address)
-    asked.load()
-    asked.reset()
+    await asked.load()
+    await asked.reset()
     seen = observation(load_skill(RLDX))
     wanted = rows.copy()
     wanted[:, 6] = [-1, -1, 1, 1]
     wanted[:, 11] = [1, 1, -1, -1]
-    assert bits(asked.infer(seen)) == wanted.tobytes()
-    asked.infer(seen)
+    assert bits(await asked.infer(seen)) == wanted.tobytes()
+    await asked.infer(seen)
     _, first, second = server.requests
     state = seen.state.astype(np.float32)
     ranges = {"end_effector_position_relative": slice(0, 3), "base_position": slice(7, 10),

@@ -18,7 +18,7 @@ from fairlead.skill.admission import admission_problems
 from fairlead.skill.full_scale import declared_range_problems
 from fairlead.skill.manifest import SkillManifest, load_skill
 from fairlead.skill.routes import resolve_routes
-from fairlead_skill_runner.dispatch import dispatch
+from fairlead_skill_runner.candidate import dispatch
 
 MOBILE = load_robot("panda_mobile")
 # The same robot with arm and gripper that take joint positions.

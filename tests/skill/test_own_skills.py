@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import AsyncIterator
 from pathlib import Path
 
 import numpy as np
 import pytest
+import pytest_asyncio
 import yaml
 
 from fairlead.errors import ConfigError, PolicyError
@@ -184,12 +185,12 @@ def test_a_link_out_of_the_skill_is_refused(tmp_path: Path) -> None:
         check_python_policy(tmp_path / "mine", OPTIONS)
 
 
-@pytest.fixture
-def workers() -> Iterator[list[PolicyWorker]]:
+@pytest_asyncio.fixture
+async def workers() -> AsyncIterator[list[PolicyWorker]]:
     started: list[PolicyWorker] = []
     yield started
     for worker in started:
-        worker.close()
+        await worker.close()
 
 
 def worker_of(skill: str, workers: list[PolicyWorker]) -> PolicyWorker:
@@ -200,30 +201,32 @@ def worker_of(skill: str, workers: list[PolicyWorker]) -> PolicyWorker:
 
 
 @pytest.mark.processes
-def test_the_new_policy_waves_40_rows_then_holds_and_begins_again(
+@pytest.mark.asyncio
+async def test_the_new_policy_waves_40_rows_then_holds_and_begins_again(
     installed: Path, tmp_path: Path, workers: list[PolicyWorker]
 ) -> None:
     install_skill(written(tmp_path / "mine"))
     worker = worker_of("mine", workers)
-    worker.load()
+    await worker.load()
     seen = Observation(tick=1, state=np.zeros(9), prompt="wave")
-    rows = np.concatenate([worker.infer(seen) for _ in range(6)])
+    rows = np.concatenate([await worker.infer(seen) for _ in range(6)])
     assert rows.shape == (48, 6) and 0.2 < np.abs(rows).max() <= 0.9 + 1e-6
     assert np.abs(rows[:40, 2]).max() > 0.1
     assert not rows[:, [0, 1, 3, 4, 5]].any() and not rows[40:].any()
-    worker.reset()
-    np.testing.assert_array_equal(worker.infer(seen), rows[:8])
+    await worker.reset()
+    np.testing.assert_array_equal(await worker.infer(seen), rows[:8])
 
 
 @pytest.mark.processes
-def test_a_policy_file_that_raises_says_so_from_its_own_process(
+@pytest.mark.asyncio
+async def test_a_policy_file_that_raises_says_so_from_its_own_process(
     installed: Path, tmp_path: Path, workers: list[PolicyWorker]
 ) -> None:
     folder = written(tmp_path / "mine")
     edit(folder / "policy.py", "ROWS = 8", "ROWS = 1 // 0")
     install_skill(folder)
     with pytest.raises(PolicyError, match=r"policy\.py: ZeroDivisionError"):
-        worker_of("mine", workers).load()
+        await worker_of("mine", workers).load()
 
 
 def test_the_commands_refuse_an_existing_folder_and_a_folder_without_a_skill(

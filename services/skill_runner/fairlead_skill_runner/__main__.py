@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
-
 from fairlead.robot.manifest import load_robot
 from fairlead.service import ServiceContext, announce_ready, run_service
 from fairlead_skill_runner.offered_skills import OfferedSkills
@@ -16,19 +14,13 @@ async def serve(context: ServiceContext) -> None:
     options = check_runner_options(context.name, context.options)
     robot = load_robot(context.deployment.robot)
     skills = OfferedSkills(context.name, options, robot, context.deployment.profile)
-    runner = SkillRunner(
-        context.bus,
-        context.deployment.keys,
-        context.name,
-        robot,
-        skills,
-        context.state_dir / "trace.jsonl" if options.trace else None,
-    )
+    trace_file = context.state_dir / "trace.jsonl" if options.trace else None
+    runner = SkillRunner(context, robot, skills, trace_file)
     try:
         announce_ready(context)
         await context.stopping.wait()
     finally:
-        await asyncio.to_thread(runner.close)
+        await runner.close()
 
 
 if __name__ == "__main__":

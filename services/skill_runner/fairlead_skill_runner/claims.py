@@ -2,25 +2,27 @@
 
 from __future__ import annotations
 
-import threading
+import asyncio
 import time
+from contextlib import suppress
 
 from fairlead.errors import FairleadError, RefusedError
 from fairlead.keys import Keys
 from fairlead.messages import (
     Claim,
     ClaimReply,
+    Done,
     GateState,
     GateStatus,
     LimitOverride,
     Release,
     StatusQuery,
-    decode,
 )
 from fairlead.robot.manifest import RobotManifest
 from fairlead.skill.manifest import SkillManifest
 from fairlead.skill.routes import Route
 from fairlead.wire.bus import Bus
+from fairlead.wire.on_loop import ask
 
 QUERY_TIMEOUT_S = 2.0
 _RETRY_S = 0.1
@@ -49,54 +51,61 @@ def claim_request(
     )
 
 
-def take_claim(
-    bus: Bus, keys: Keys, request: Claim, pacing: str, stopping: threading.Event
+async def take_claim(
+    bus: Bus, keys: Keys, request: Claim, pacing: str, ended: asyncio.Event
 ) -> ClaimReply:
     """Ask for the claim; wait one heartbeat window where our own former claim is in the way.
 
     A runner that was killed leaves a claim behind that lives until its heartbeat is missed.
 
+    Args:
+        ended: set when the goal is over; a query that is under way is waited for.
+
     Raises:
         RefusedError: with the gate's reason and the command that would change it.
         NoAnswerError: if no gate answers.
     """
+    key = keys.gate_command("claim")
     until_s = time.monotonic() + _FORMER_CLAIM_S[pacing]
     while True:
         try:
-            return decode(
-                ClaimReply, bus.query(keys.gate_command("claim"), request, QUERY_TIMEOUT_S)
-            )
+            return await ask(bus, key, request, ClaimReply, QUERY_TIMEOUT_S)
         except RefusedError:
-            if time.monotonic() > until_s or not _holds_former(bus, keys, request.source):
+            if time.monotonic() > until_s or not await _holds_former(bus, keys, request.source):
                 raise
-        if stopping.wait(_RETRY_S):
-            raise RefusedError(request.source, "the goal was ended while it waited for its claim")
+        with suppress(TimeoutError):
+            async with asyncio.timeout(_RETRY_S):
+                await ended.wait()
+                raise RefusedError(
+                    request.source, "the goal was ended while it waited for its claim"
+                )
 
 
-def release_claim(bus: Bus, keys: Keys, source: str, claim_id: int) -> str:
+async def release_claim(bus: Bus, keys: Keys, source: str, claim_id: int) -> str:
     """Give the claim back; returns why that failed, "" if it did not."""
     try:
         request = Release(source=source, claim_id=claim_id)
-        bus.query(keys.gate_command("release"), request, QUERY_TIMEOUT_S)
+        await ask(bus, keys.gate_command("release"), request, Done, QUERY_TIMEOUT_S)
     except FairleadError as error:
         return str(error)
     return ""
 
 
-def gate_cause(bus: Bus, keys: Keys) -> str:
+async def gate_cause(bus: Bus, keys: Keys) -> str:
     """Why the gate is not armed and what would change it; "" if it is, or does not answer."""
-    try:
-        status = decode(GateStatus, bus.query(keys.gate_status, StatusQuery(), QUERY_TIMEOUT_S))
-    except FairleadError:
-        return ""
-    if status.state == GateState.ARMED:
+    status = await _gate_status(bus, keys)
+    if status is None or status.state == GateState.ARMED:
         return ""
     return status.cause + (f"; try: {status.fix}" if status.cause and status.fix else "")
 
 
-def _holds_former(bus: Bus, keys: Keys, source: str) -> bool:
+async def _holds_former(bus: Bus, keys: Keys, source: str) -> bool:
+    status = await _gate_status(bus, keys)
+    return status is not None and any(claim.source == source for claim in status.claims)
+
+
+async def _gate_status(bus: Bus, keys: Keys) -> GateStatus | None:
     try:
-        status = decode(GateStatus, bus.query(keys.gate_status, StatusQuery(), QUERY_TIMEOUT_S))
+        return await ask(bus, keys.gate_status, StatusQuery(), GateStatus, QUERY_TIMEOUT_S)
     except FairleadError:
-        return False
-    return any(claim.source == source for claim in status.claims)
+        return None

@@ -1,9 +1,9 @@
-"""One goal, start to end: load, claim, run, release. Runs on a thread of its own."""
+"""One goal, start to end: load, claim, run, release. A task of the runner."""
 
 from __future__ import annotations
 
+import asyncio
 import logging
-import threading
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -18,13 +18,14 @@ from fairlead.messages import (
     GoalResult,
     HalStatus,
     StatusQuery,
-    decode,
 )
+from fairlead.operate.heartbeat import beat
 from fairlead.robot.manifest import RobotManifest
 from fairlead.skill.admission import require_admission
 from fairlead.skill.manifest import SkillManifest
 from fairlead.skill.routes import Route, resolve_routes
 from fairlead.wire.bus import Bus, Publisher
+from fairlead.wire.on_loop import ask
 from fairlead_skill_runner import results
 from fairlead_skill_runner.claims import (
     QUERY_TIMEOUT_S,
@@ -33,8 +34,7 @@ from fairlead_skill_runner.claims import (
     release_claim,
     take_claim,
 )
-from fairlead_skill_runner.core_drive import CoreDrive, Handle, Progress
-from fairlead_skill_runner.heartbeat import HeartbeatThread
+from fairlead_skill_runner.goal_executor import GoalExecutor, Progress
 from fairlead_skill_runner.policy_worker import PolicyWorker
 from fairlead_skill_runner.run_setup import RunSetup
 from fairlead_skill_runner.trace import TraceWriter
@@ -49,12 +49,13 @@ class Surroundings:
     keys: Keys
     robot: RobotManifest
     candidate: Publisher
-    heartbeat: HeartbeatThread
+    heartbeat: Publisher
     trace_file: Path | None
+    tasks: asyncio.TaskGroup
 
 
 class GoalRun:
-    """One goal. `deliver` brings messages in, `feedback` tells how it goes."""
+    """One goal. Messages go to its `executor`, `feedback` tells how it goes."""
 
     def __init__(
         self,
@@ -67,44 +68,42 @@ class GoalRun:
         self.goal_id = goal_id
         self.skill = skill
         self.result: GoalResult | None = None
+        self.executor: GoalExecutor | None = None  # while the goal has a claim, and after
         self._around = around
         self._goal = goal
         self._worker = worker
         self._phase = "loading"
-        self._lock = threading.Lock()
-        self._drive: CoreDrive | None = None
+        self._loading: asyncio.Task[None] | None = None
         self._cancelled_by = ""
-        self._ended = threading.Event()
+        self._ended = asyncio.Event()
         self._log = logging.getLogger(around.source)
 
-    def deliver(self, handle: Handle) -> None:
-        """Let the core handle one message, and do what it says. Ignored outside the run."""
-        drive = self._drive
-        if drive is not None:
-            drive.deliver(handle)
-
     def cancel(self, by: str) -> None:
-        """End the goal as soon as possible."""
-        with self._lock:
-            self._cancelled_by = self._cancelled_by or by
-            drive = self._drive
+        """End the goal as soon as possible: a policy that loads is ended at once."""
+        self._cancelled_by = self._cancelled_by or by
         self._ended.set()
-        if drive is not None:
-            drive.cancel(by)
+        if self._loading is not None:
+            self._loading.cancel()
+        if self.executor is not None:
+            self.executor.cancel(by)
 
     def feedback(self) -> GoalFeedback:
         """How the goal stands now."""
-        result, drive = self.result, self._drive
-        progress = drive.progress() if drive is not None else Progress(self._phase)
-        phase = "ended" if result else progress.phase
+        executor = self.executor
+        progress = executor.progress() if executor is not None else Progress(self._phase)
+        phase = "ended" if self.result else progress.phase
         return _feedback(
-            self._around.source, self.goal_id, self.skill.id, replace(progress, phase=phase), result
+            self._around.source,
+            self.goal_id,
+            self.skill.id,
+            replace(progress, phase=phase),
+            self.result,
         )
 
-    def run(self) -> GoalResult:
-        """Blocks until the goal has ended; never raises."""
+    async def run(self) -> None:
+        """Returns when the goal has a `result`; raises nothing."""
         try:
-            result = self._run()
+            result = await self._run()
         except FairleadError as error:
             by = self._cancelled_by
             result = results.cancelled(by) if by else results.of_error(error)
@@ -114,33 +113,40 @@ class GoalRun:
         how = f"{result.outcome} {result.kind}".rstrip()
         self._log.info("goal %016x %s: %s", self.goal_id, how, result.detail)
         self.result = result
-        return result
 
-    def _run(self) -> GoalResult:
+    async def _run(self) -> GoalResult:
         around = self._around
-        self._worker.load(self._ended)
-        self._worker.reset(self._ended)
+        self._loading = asyncio.create_task(self._load())
+        try:
+            await self._loading
+        except asyncio.CancelledError:
+            if not self._cancelled_by:  # the runner ends
+                raise
         if self._cancelled_by:
             return results.cancelled(self._cancelled_by)
         token = around.bus.declare_token(around.keys.want_layout(self.skill.id))
         try:
-            hal = decode(
-                HalStatus, around.bus.query(around.keys.hal_status, StatusQuery(), QUERY_TIMEOUT_S)
+            hal = await ask(
+                around.bus, around.keys.hal_status, StatusQuery(), HalStatus, QUERY_TIMEOUT_S
             )
-            require_admission(self.skill, around.robot, hal)
+            await asyncio.to_thread(require_admission, self.skill, around.robot, hal)
             routes = resolve_routes(self.skill.action_contract, around.robot)
             self._phase = "claiming"
             request = claim_request(around.source, self.skill, routes, around.robot)
-            claim = take_claim(around.bus, around.keys, request, hal.pacing, self._ended)
-            return self._run_claimed(hal, routes, claim)
+            claim = await take_claim(around.bus, around.keys, request, hal.pacing, self._ended)
+            return await self._run_claimed(hal, routes, claim)
         finally:
             token.undeclare()
 
-    def _run_claimed(
+    async def _load(self) -> None:
+        await self._worker.load()
+        await self._worker.reset()
+
+    async def _run_claimed(
         self, hal: HalStatus, routes: tuple[Route, ...], claim: ClaimReply
     ) -> GoalResult:
         around = self._around
-        around.heartbeat.keep(claim.claim_id)
+        beating = around.tasks.create_task(beat(around.heartbeat, claim.claim_id), name="heartbeat")
         self._log.info("goal %016x has claim %016x", self.goal_id, claim.claim_id)
         lost = False
         trace = TraceWriter(around.trace_file) if around.trace_file is not None else None
@@ -150,36 +156,34 @@ class GoalRun:
             setup = RunSetup.of(
                 around.source, self.goal_id, self._goal, self.skill, routes, hal, claim
             )
-            result = self._follow(setup, trace)
+            result = await self._follow(setup, trace)
             lost = result.kind == "claim_lost"
-            return self._with_cause(result) if lost else result
+            return await self._with_cause(result) if lost else result
         finally:
-            around.heartbeat.keep(0)
-            problem = "" if lost else self._release(claim)
-            if problem:
-                self._log.warning("claim %016x not released: %s", claim.claim_id, problem)
+            beating.cancel()
+            if not lost:
+                await self._release(claim)
             if trace is not None:
-                trace.close()
+                await asyncio.to_thread(trace.close)
 
-    def _release(self, claim: ClaimReply) -> str:
+    async def _release(self, claim: ClaimReply) -> None:
         around = self._around
-        return release_claim(around.bus, around.keys, around.source, claim.claim_id)
+        problem = await release_claim(around.bus, around.keys, around.source, claim.claim_id)
+        if problem:
+            self._log.warning("claim %016x not released: %s", claim.claim_id, problem)
 
-    def _with_cause(self, result: GoalResult) -> GoalResult:
+    async def _with_cause(self, result: GoalResult) -> GoalResult:
         """A lost claim needs no release; the gate says why it is gone."""
-        cause = gate_cause(self._around.bus, self._around.keys)
+        cause = await gate_cause(self._around.bus, self._around.keys)
         detail = result.detail + (f" ({cause})" if cause else "")
         return msgspec.structs.replace(result, detail=detail)
 
-    def _follow(self, setup: RunSetup, trace: TraceWriter | None) -> GoalResult:
+    async def _follow(self, setup: RunSetup, trace: TraceWriter | None) -> GoalResult:
         around = self._around
-        drive = CoreDrive(setup, self._worker, around.candidate, trace)
-        with self._lock:
-            self._drive = drive
-            cancelled_by = self._cancelled_by
-        if cancelled_by:
-            drive.cancel(cancelled_by)
-        return drive.follow()
+        self.executor = GoalExecutor(setup, self._worker, around.candidate, trace, around.tasks)
+        if self._cancelled_by:
+            self.executor.cancel(self._cancelled_by)
+        return await self.executor.follow()
 
 
 def no_goal(source: str) -> GoalFeedback:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from fairlead.messages import Outcome, Verdict
-from fairlead_skill_runner.chunk_book import SentChunk
+from fairlead_skill_runner.chunk_tracker import SentChunk
 
 
 class ObservationSchedule:

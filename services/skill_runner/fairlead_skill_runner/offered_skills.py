@@ -78,7 +78,7 @@ class OfferedSkills:
             raise RefusedError(self._source, what, f"fairlead skill ls --robot {self._robot.id}")
         return skill
 
-    def worker(self, skill: SkillManifest) -> PolicyWorker:
+    async def worker(self, skill: SkillManifest) -> PolicyWorker:
         """The policy's process of its last goal, or a new one if a file has changed since.
 
         Not while a goal of the skill runs.
@@ -92,15 +92,15 @@ class OfferedSkills:
             plugin = POLICIES.find(policy.backend, "policy.backend")
             if loaded is not None:
                 self._log.info("skill %s has changed: its policy is loaded anew", skill.id)
-                loaded.worker.close()
+                await loaded.worker.close()
             worker = PolicyWorker(plugin, skill, policy.options, self._robot.id, self._profile)
             loaded = self._workers[skill.id] = _Loaded(stamp, worker)
         return loaded.worker
 
-    def close(self) -> None:
+    async def close(self) -> None:
         """End every policy's process; a call that still runs fails."""
         for loaded in self._workers.values():
-            loaded.worker.close()
+            await loaded.worker.close()
 
     def _offers(self, skill: SkillManifest) -> bool:
         return self._options.skills is not None or self._robot.id in skill.embodiments

@@ -9,10 +9,10 @@ from __future__ import annotations
 import json
 import os
 import signal
+import socket
 import sys
 import threading
 import traceback
-from multiprocessing.connection import Connection
 
 from fairlead.errors import FairleadError, PolicyError
 from fairlead.policy import Done, Failed, Policy
@@ -20,6 +20,7 @@ from fairlead.robot.manifest import load_robot
 from fairlead.skill.manifest import SkillManifest
 from fairlead_skill_runner.policies.backends import make_policy
 from fairlead_skill_runner.policy_wire import (
+    HEADER,
     Answer,
     Ended,
     Infer,
@@ -40,13 +41,10 @@ def main() -> int:
     """Answer requests until the runner closes its end."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the runner, which ends us
     threading.Thread(target=_end_with, args=(os.getppid(),), daemon=True).start()
-    connection = Connection(int(sys.argv[1]))
+    pipe = socket.socket(fileno=int(sys.argv[1])).makefile("rwb")
     policy: Policy | None = None
-    while True:
-        try:
-            request = decode_request(connection.recv_bytes())
-        except EOFError:
-            return 0
+    while header := pipe.read(HEADER.size):
+        request = decode_request(pipe.read(*HEADER.unpack(header)))
         try:
             if isinstance(request, Load):
                 policy = _load(request)
@@ -58,7 +56,10 @@ def main() -> int:
         except Exception as error:  # noqa: BLE001 - whatever a policy raises is its answer
             traceback.print_exc()
             reply = Raised(f"{type(error).__name__}: {error}")
-        connection.send_bytes(encode(reply))
+        message = encode(reply)
+        pipe.write(HEADER.pack(len(message)) + message)
+        pipe.flush()
+    return 0
 
 
 def _end_with(parent: int) -> None:

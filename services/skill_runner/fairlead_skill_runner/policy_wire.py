@@ -1,10 +1,12 @@
 """What the runner and its policy worker process say to each other.
 
-msgpack over a socket pair on one host; never pickle. The worker answers every request
-with exactly one `Answer`, `Ended` or `Raised`.
+msgpack over a socket pair on one host, each message after its length; never pickle. The worker
+answers every request with exactly one `Answer`, `Ended` or `Raised`.
 """
 
 from __future__ import annotations
+
+import struct
 
 import msgspec
 import numpy as np
@@ -12,6 +14,9 @@ import numpy as np
 from fairlead.errors import PolicyError
 from fairlead.plugins import Plugin
 from fairlead.policy import Actions, Done, Executed, Failed, Judged, Observation
+
+HEADER = struct.Struct("!I")
+"""The length of the message that follows, in bytes."""
 
 
 class Load(msgspec.Struct, frozen=True, tag=True):

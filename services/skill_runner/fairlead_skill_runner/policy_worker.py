@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
+import logging
 import socket
-import subprocess
 import sys
-import threading
-import time
 from collections.abc import Mapping
-from multiprocessing.connection import Connection
+from contextlib import suppress
 
 from pydantic import JsonValue
 
@@ -18,6 +17,7 @@ from fairlead.plugins import Plugin
 from fairlead.policy import Actions, Done, Failed, Observation
 from fairlead.skill.manifest import SkillManifest
 from fairlead_skill_runner.policy_wire import (
+    HEADER,
     Answer,
     Ended,
     Infer,
@@ -33,14 +33,13 @@ from fairlead_skill_runner.policy_wire import (
 LOAD_TIMEOUT_S = 120.0
 RESET_TIMEOUT_S = LOAD_TIMEOUT_S  # a server that was started anew compiles
 _END_TIMEOUT_S = 1.0
-_ENDED_CHECK_S = 0.1
 
 
 class PolicyWorker:
-    """One policy in one process. Every call may block; calls of two threads take turns.
+    """One policy in one process, asked from one event loop; calls take turns.
 
-    After a `PolicyError` the process is gone, so a late answer cannot be taken for the
-    answer to a later question; `load` starts a new one.
+    After a call that raised, or was cancelled, the process is gone, so a late answer cannot be
+    taken for the answer to a later question; `load` starts a new one.
     """
 
     def __init__(
@@ -55,49 +54,53 @@ class PolicyWorker:
             policy, skill.model_dump_json(), json.dumps(dict(options)), robot, profile
         )
         self._skill = skill
-        self._process: subprocess.Popen[bytes] | None = None
-        self._connection: Connection | None = None
-        self._turn = threading.Lock()
+        self._process: asyncio.subprocess.Process | None = None
+        self._pipe: tuple[asyncio.StreamReader, asyncio.StreamWriter] | None = None
+        self._turn = asyncio.Lock()
 
     @property
     def pid(self) -> int | None:
         """Process id while it runs."""
         return self._process.pid if self._process else None
 
-    def load(self, ended: threading.Event | None = None, timeout_s: float = LOAD_TIMEOUT_S) -> None:
+    async def load(self, timeout_s: float = LOAD_TIMEOUT_S) -> None:
         """Start the process and load the policy, unless that has been done.
 
-        Args:
-            ended: set when nobody waits for it any more.
-
         Raises:
-            PolicyError: if it cannot be loaded in time, or nobody waits any more.
+            PolicyError: if it cannot be loaded in time.
         """
-        with self._turn:
-            if self._process is None or self._process.poll() is not None:
-                self._start(timeout_s, ended)
+        async with self._turn:
+            if self._process is None or self._process.returncode is not None:
+                await self._end()
+                try:
+                    await self._start()
+                except BaseException:
+                    await self._end(at_once=True)
+                    raise
+                await self._ask(self._load, "loading", timeout_s)
 
-    def _start(self, timeout_s: float, ended: threading.Event | None) -> None:
-        self._end()
+    async def _start(self) -> None:
         ours, theirs = socket.socketpair()
-        command = [sys.executable, "-m", "fairlead_skill_runner.policy_process"]
-        self._process = subprocess.Popen(
-            [*command, str(theirs.fileno())], pass_fds=[theirs.fileno()], stdin=subprocess.DEVNULL
-        )
-        theirs.close()
-        self._connection = Connection(ours.detach())
-        self._ask(self._load, "loading", timeout_s, ended)
+        with theirs:
+            command = [sys.executable, "-m", "fairlead_skill_runner.policy_process"]
+            self._process = await asyncio.create_subprocess_exec(
+                *command,
+                str(theirs.fileno()),
+                pass_fds=[theirs.fileno()],
+                stdin=asyncio.subprocess.DEVNULL,
+            )
+        self._pipe = await asyncio.open_unix_connection(sock=ours)
 
-    def reset(self, ended: threading.Event | None = None) -> None:
-        """Tell the policy that a new goal begins; ``ended`` as in `load`.
+    async def reset(self) -> None:
+        """Tell the policy that a new goal begins.
 
         Raises:
-            PolicyError: if it fails or takes too long, or nobody waits any more.
+            PolicyError: if it fails or takes too long.
         """
-        with self._turn:
-            self._ask(Reset(), "reset", RESET_TIMEOUT_S, ended)
+        async with self._turn:
+            await self._ask(Reset(), "reset", RESET_TIMEOUT_S)
 
-    def infer(self, observation: Observation) -> Actions | Done | Failed:
+    async def infer(self, observation: Observation) -> Actions | Done | Failed:
         """Ask for rows, float32 ``[H, dim]``, finite, H at most the skill's horizon, or an end.
 
         Raises:
@@ -105,66 +108,75 @@ class PolicyWorker:
                 ``inference_timeout_s``, or returns anything else.
         """
         skill = self._skill
-        with self._turn:
-            answer = self._ask(Infer.of(observation), "inference", skill.inference_timeout_s)
+        async with self._turn:
+            answer = await self._ask(Infer.of(observation), "inference", skill.inference_timeout_s)
             if isinstance(answer, Ended):
                 return answer.end()
             try:
                 return check_actions(answer, skill.action_contract.dim, skill.horizon)
             except PolicyError:
-                self._kill()
+                await self._end(at_once=True)
                 raise
 
-    def close(self) -> None:
-        """End the process; a call that is still running fails."""
-        if not self._turn.acquire(timeout=_END_TIMEOUT_S):
-            if self._process is not None:
-                self._process.kill()
-            self._turn.acquire()
-        self._end()
-        self._turn.release()
-
-    def _end(self) -> None:
-        """By force if it does not listen."""
-        if self._connection is not None:
-            self._connection.close()
-        if self._process is not None:
-            try:
-                self._process.wait(_END_TIMEOUT_S)
-            except subprocess.TimeoutExpired:
-                self._process.kill()
-                self._process.wait()
-        self._process = self._connection = None
-
-    def _ask(
-        self, request: Request, what: str, timeout_s: float, ended: threading.Event | None = None
-    ) -> Answer | Ended:
-        if self._connection is None:
-            raise PolicyError(f"policy worker: {what} asked, but no policy is loaded")
+    async def answer(self, observation: Observation) -> Actions | Done | Failed | PolicyError:
+        """As `infer`; what it raises is an answer too, and is logged."""
         try:
-            self._connection.send_bytes(encode(request))
-            until_s = time.monotonic() + timeout_s
-            while not self._connection.poll(min(_ENDED_CHECK_S, timeout_s)):
-                if ended is not None and ended.is_set():
-                    self._kill()
-                    raise PolicyError(f"policy worker: {what}: the goal was ended meanwhile")
-                if time.monotonic() >= until_s:
-                    self._kill()
-                    raise PolicyError(f"policy worker: {what} took longer than {timeout_s:g} s")
-            reply = decode_reply(self._connection.recv_bytes())
+            return await self.infer(observation)
+        except PolicyError as error:
+            logging.getLogger("policy").error("%s", error)
+            return error
+
+    async def close(self) -> None:
+        """End the process; a call that is still running fails."""
+        if self._turn.locked() and self._process is not None:
+            self._kill(self._process)
+        async with self._turn:
+            await self._end()
+
+    async def _ask(self, request: Request, what: str, timeout_s: float) -> Answer | Ended:
+        if self._pipe is None:
+            raise PolicyError(f"policy worker: {what} asked, but no policy is loaded")
+        reader, writer = self._pipe
+        try:
+            async with asyncio.timeout(timeout_s):
+                message = encode(request)
+                writer.write(HEADER.pack(len(message)))
+                writer.write(message)
+                await writer.drain()
+                (size,) = HEADER.unpack(await reader.readexactly(HEADER.size))
+                reply = decode_reply(await reader.readexactly(size))
+            if isinstance(reply, Raised):
+                raise PolicyError(f"policy worker: {what} failed: {reply.text}")
+            return reply
+        except TimeoutError:
+            await self._end(at_once=True)
+            raise PolicyError(f"policy worker: {what} took longer than {timeout_s:g} s") from None
         except (OSError, EOFError):
-            raise PolicyError(f"policy worker: {what}: {self._how_it_ended()}") from None
-        if isinstance(reply, Raised):
-            self._kill()
-            raise PolicyError(f"policy worker: {what} failed: {reply.text}")
-        return reply
+            status = await self._end()
+            ended = f"the process ended with status {status}"
+            raise PolicyError(f"policy worker: {what}: {ended}") from None
+        except (PolicyError, asyncio.CancelledError):
+            await self._end(at_once=True)
+            raise
 
-    def _kill(self) -> None:
-        if self._process is not None:
-            self._process.kill()
-        self._end()
+    async def _end(self, at_once: bool = False) -> int | None:
+        """By force if it does not listen, or ``at_once``; its exit status, if there was one."""
+        process, pipe = self._process, self._pipe
+        self._process = self._pipe = None
+        if pipe is not None:
+            pipe[1].close()
+        if process is None:
+            return None
+        if at_once:
+            self._kill(process)
+        try:
+            async with asyncio.timeout(_END_TIMEOUT_S):
+                return await process.wait()
+        except TimeoutError:
+            self._kill(process)
+            return await process.wait()
 
-    def _how_it_ended(self) -> str:
-        process = self._process
-        self._end()
-        return f"the process ended with status {process.returncode if process else None}"
+    @staticmethod
+    def _kill(process: asyncio.subprocess.Process) -> None:
+        with suppress(ProcessLookupError):
+            process.kill()

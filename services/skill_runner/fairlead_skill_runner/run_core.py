@@ -32,10 +32,10 @@ from fairlead.policy import Actions, Done, Failed, Observation
 from fairlead.wire.verdict_text import describe
 from fairlead_skill_runner import results
 from fairlead_skill_runner.candidate import candidate
-from fairlead_skill_runner.chunk_book import ChunkBook
+from fairlead_skill_runner.chunk_tracker import ChunkTracker
 from fairlead_skill_runner.gate_feedback import GateFeedback
-from fairlead_skill_runner.intake import Gathered, Intake
 from fairlead_skill_runner.layout_watch import LayoutWatch
+from fairlead_skill_runner.observation_buffer import ObservationBuffer, TimedObservation
 from fairlead_skill_runner.observation_schedule import ObservationSchedule
 from fairlead_skill_runner.run_setup import RunSetup
 
@@ -73,16 +73,16 @@ class RunCore:
         self.starved = 0
         self.last_refusal = ""
         self.phase = "running"
-        self._book = ChunkBook()
+        self._chunks = ChunkTracker()
         self._watch = ClaimWatch(setup.source, setup.claim_id, setup.epoch, setup.session)
-        self._intake = Intake(
+        self._inputs = ObservationBuffer(
             setup.skill,
             setup.prompt,
             setup.camera_periods,
             exact=setup.lockstep,
             has_task=setup.has_task,
         )
-        self._asked: Gathered | None = None
+        self._asked: TimedObservation | None = None
         self._asked_s = 0.0
         self._progress_s = now_s
         self._schedule = ObservationSchedule(setup.skill.execute_steps * setup.periods)
@@ -99,7 +99,7 @@ class RunCore:
     @property
     def queue_depth(self) -> int:
         """Released rows after the newest tick."""
-        return max(0, self._book.released_last - self.tick)
+        return max(0, self._chunks.released_last - self.tick)
 
     # --- messages ------------------------------------------------------------------
 
@@ -118,7 +118,7 @@ class RunCore:
             return self._end(results.layout_missing(silent, self.tick))
         if not repeated and not self.setup.lockstep:
             self._count_starved(joints)
-        again = self._book.due_again(self.tick, repeated)
+        again = self._chunks.due_again(self.tick, repeated)
         outputs: list[Output] = [] if again is None else [SendChunk(again)]
         return outputs + self._advance(now_s)
 
@@ -138,21 +138,21 @@ class RunCore:
                 return self._end(results.layout_fault(layout.tick, layout.fault))
             return []
         self._layouts.good(layout.tick)
-        self._intake.add_layout(layout)
+        self._inputs.add_layout(layout)
         return self._advance(now_s)
 
     def on_task(self, task: TaskState, now_s: float) -> list[Output]:
         """The task's own check; a success ends the goal at the next decision."""
         if self.result or not self.setup.has_task or task.session != self.setup.session:
             return []
-        self._intake.add_task(task)
+        self._inputs.add_task(task)
         return self._advance(now_s)
 
     def on_image(self, image: Image, now_s: float) -> list[Output]:
         """A picture from a camera of this skill."""
         if self.result or image.session != self.setup.session:
             return []
-        self._intake.add_image(image)
+        self._inputs.add_image(image)
         return self._advance(now_s)
 
     def on_lease(self, lease: Lease) -> list[Output]:
@@ -171,19 +171,19 @@ class RunCore:
         setup = self.setup
         about = (verdict.session, verdict.epoch, verdict.claim_id)
         ours = about == (setup.session, setup.epoch, setup.claim_id)
-        if self.result or not ours or not self._book.judged(verdict):
+        if self.result or not ours or not self._chunks.judged(verdict):
             return []
         if verdict.outcome != Outcome.REFUSED:
             self._progress_s = now_s
             self.phase = "running"
         if verdict.outcome != Outcome.RELEASED:
             self.last_refusal = describe(verdict)
-        answer_tick = self._book.obs_tick(verdict.seq)
+        answer_tick = self._chunks.obs_tick(verdict.seq)
         if answer_tick is not None:
             self._feedback.on_verdict(verdict, answer_tick)
-        newest = self._book.newest
+        newest = self._chunks.newest
         if newest is not None and verdict.seq == newest.seq:
-            self._schedule.judged(newest, verdict, self._book.delay_ticks)
+            self._schedule.judged(newest, verdict, self._chunks.delay_ticks)
         return self._advance(now_s)
 
     def on_policy(self, call: int, answer: PolicyAnswer, now_s: float) -> list[Output]:
@@ -197,8 +197,8 @@ class RunCore:
             return self._end(results.policy_error(answer))
         if isinstance(answer, Done | Failed):
             return self._end(results.by_policy(answer))
-        chunk = candidate(self.setup, self._book.next_seq, asked, answer, self.tick)
-        self._book.sent(chunk)
+        chunk = candidate(self.setup, self._chunks.next_seq, asked, answer, self.tick)
+        self._chunks.sent(chunk)
         self._schedule.sent(chunk, self.tick)
         return [SendChunk(chunk.payload), *self._advance(now_s)]
 
@@ -213,10 +213,9 @@ class RunCore:
         self.phase = f"waiting for {awaited}" if quiet_s > QUIET_S else "running"
         return []
 
-    def cancel(self, by: str) -> None:
+    def cancel(self, by: str) -> list[Output]:
         """End the goal now, unless it has ended."""
-        if not self.result:
-            self._end(results.cancelled(by))
+        return [] if self.result else self._end(results.cancelled(by))
 
     # --- decisions -----------------------------------------------------------------
 
@@ -228,33 +227,35 @@ class RunCore:
         ended = self._ended()
         if ended:
             return self._end(ended)
-        wanted = max(self._schedule.next_tick, self._book.last_obs_tick + 1, self._anchor_tick)
-        if self._asked or self.tick < wanted or self._intake.missing(wanted):
+        wanted = max(self._schedule.next_tick, self._chunks.last_obs_tick + 1, self._anchor_tick)
+        if self._asked or self.tick < wanted or self._inputs.missing(wanted):
             return []
-        if self._intake.is_ahead_of(self.tick):  # what acted before it is still under way
+        if self._inputs.is_ahead_of(self.tick):  # what acted before it is still under way
             return []
         return self._ask(now_s)
 
     def _advance_lockstep(self, now_s: float) -> list[Output]:
-        book, tick = self._book, self.tick
-        undecided = book.is_settled(tick) and max(book.released_last, book.last_obs_tick) < tick
-        if self._asked or not undecided or self._intake.missing(tick):
+        chunks, tick = self._chunks, self.tick
+        undecided = (
+            chunks.is_settled(tick) and max(chunks.released_last, chunks.last_obs_tick) < tick
+        )
+        if self._asked or not undecided or self._inputs.missing(tick):
             return []
         ended = self._ended()
         return self._end(ended) if ended else self._ask(now_s)
 
     def _ended(self) -> GoalResult | None:
-        task = self._intake.task
+        task = self._inputs.task
         if task is not None and task.success:
             return results.success() if self.inferences else results.solved_before()
         deadline = self.setup.deadline_ticks
         if deadline and self.first_tick and self.tick - self.first_tick >= deadline:
-            return results.deadline(deadline, self._book.refusals)
+            return results.deadline(deadline, self._chunks.refusals)
         return None
 
     def _ask(self, now_s: float) -> list[Output]:
         try:
-            gathered = self._intake.gather()
+            gathered = self._inputs.gather()
         except PolicyError as error:
             return self._end(results.policy_error(error))
         self._asked, self._asked_s = gathered, now_s
@@ -264,7 +265,7 @@ class RunCore:
         return [AskPolicy(self.inferences, seen)]
 
     def _count_starved(self, joints: JointState) -> None:
-        if not self._book.released_last:
+        if not self._chunks.released_last:
             return
         parts: Sequence[int] = [route.part for route in self.setup.routes]
         if any(
@@ -277,9 +278,9 @@ class RunCore:
             return "a joint state"
         if not self._anchor_tick:
             return "its parts to hold"
-        if not self._book.answered:
+        if not self._chunks.answered:
             return "the gate's verdict"
-        return self._intake.missing(self.tick) or "released rows"
+        return self._inputs.missing(self.tick) or "released rows"
 
     def _end(self, ended: GoalResult) -> list[Output]:
         self.result = results.at_ticks(ended, self.first_tick, self.tick)

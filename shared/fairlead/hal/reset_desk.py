@@ -75,7 +75,9 @@ class ResetDesk:
         """The request to carry out now, if any; it is begun then (called in `SharedCore`)."""
         with self._lock:
             pending = self._pending
-        if pending is None or pending.outcome.running() or core.gate_state != GateState.DISARMED:
+        if pending is None or core.gate_state != GateState.DISARMED:
+            return None
+        if pending.outcome.running() or pending.outcome.done():
             return None
         return pending.request if pending.outcome.set_running_or_notify_cancel() else None
 

@@ -6,11 +6,11 @@ import asyncio
 import threading
 from collections import deque
 from collections.abc import Callable
-from contextlib import suppress
 from typing import Any, Generic, TypeVar
 
 from fairlead.messages import Message, decode
 from fairlead.wire.bus import Bus, Sample
+from fairlead.wire.on_loop import call_on
 
 WATCHED = 256
 """Messages that wait at most for a loop that is busy: some seconds of a key."""
@@ -78,9 +78,3 @@ def watch(bus: Bus, key_expr: str, kind: type[M], handler: Callable[[M], None]) 
 
     mailbox = Mailbox(bus, key_expr, lambda heard: decode(kind, heard.payload), WATCHED, drain)
     return mailbox
-
-
-def call_on(loop: asyncio.AbstractEventLoop, function: Callable[[], None]) -> None:
-    """Have a loop call a function, from any thread; a loop that has ended calls nothing."""
-    with suppress(RuntimeError):
-        loop.call_soon_threadsafe(function)

@@ -37,6 +37,7 @@ from fairlead.messages import (
 from fairlead.modes import ControlMode
 from fairlead.operate.changes import Changes, unbroken
 from fairlead.operate.claim_watch import ClaimWatch
+from fairlead.operate.heartbeat import beat
 from fairlead.operate.mailbox import watch
 from fairlead.operate.rows import part_rows
 from fairlead.operate.services import ANSWER_TIMEOUT_S, Services
@@ -45,7 +46,6 @@ from fairlead.robot.manifest import RobotManifest
 from fairlead.wire.bus import Qos
 from fairlead.wire.verdict_text import describe
 
-HEARTBEAT_S = 0.05
 LEASE_SILENCE_S = 2.0  # leases come at least every 25 ms
 FLOAT_BYTES = 8
 
@@ -143,14 +143,8 @@ class PartClaim:
             watch(bus, keys.verdict(self._source), Verdict, self._on_verdict),
             watch(bus, keys.lease, Lease, self._on_lease),
         ]
-        self._beating = asyncio.ensure_future(self._beat())
-
-    async def _beat(self) -> None:
-        key = self._services.keys.heartbeat(self._source)
-        publisher = self._services.bus.publisher(key, Heartbeat, Qos.HOT)
-        while True:
-            publisher.put(Heartbeat(claim_id=self.reply.claim_id))
-            await asyncio.sleep(HEARTBEAT_S)
+        hearts = bus.publisher(keys.heartbeat(self._source), Heartbeat, Qos.HOT)
+        self._beating = asyncio.ensure_future(beat(hearts, reply.claim_id))
 
     # --- for the program that holds it --------------------------------------------------
 

@@ -7,10 +7,9 @@ from collections import Counter
 from collections.abc import Awaitable
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import TypeVar
 
 from fairlead.deploy.deployment import Deployment
-from fairlead.errors import FairleadError, NoAnswerError
+from fairlead.errors import NoAnswerError
 from fairlead.keys import last_chunk
 from fairlead.messages import (
     Arm,
@@ -27,19 +26,16 @@ from fairlead.messages import (
     ResetEpisode,
     ResetEpisodeReply,
     StatusQuery,
-    decode,
 )
 from fairlead.operate.changes import Changes
-from fairlead.operate.mailbox import call_on
-from fairlead.wire.bus import Bus, no_answer
+from fairlead.wire.bus import Bus
+from fairlead.wire.on_loop import Reply, ask, call_on
 
 ALIVE_TIMEOUT_S = 3.0
 ANSWER_TIMEOUT_S = 3.0  # > LINK_SILENCE_S, else a paused router may arm after "no answer"
 EPISODE_TIMEOUT_S = 60.0  # a simulator builds and settles its scene
 GATE_FOLLOWS_TIMEOUT_S = 10.0
 LOOK_AGAIN_S = 0.05
-
-Reply = TypeVar("Reply", bound=Message)
 
 
 @dataclass(frozen=True)
@@ -233,18 +229,7 @@ class Services:
             NoAnswerError: it is not there, or does not answer in time.
         """
         await self.wait_alive(service)
-        reply: list[bytes | FairleadError] = []
-
-        def on_reply(outcome: bytes | FairleadError) -> None:
-            reply.append(outcome)
-            call_on(self._loop, self._changes.announce)
-
-        self.bus.ask(key, request, timeout_s, on_reply)
-        if not await self._changes.wait_for(lambda: bool(reply), timeout_s):
-            raise no_answer(key, timeout_s)
-        if isinstance(reply[0], FairleadError):
-            raise reply[0]
-        return decode(kind, reply[0])
+        return await ask(self.bus, key, request, kind, timeout_s)
 
 
 async def _unless_silent(asking: Awaitable[Reply]) -> Reply | None:

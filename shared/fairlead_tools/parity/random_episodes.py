@@ -40,7 +40,7 @@ def random_episodes(
     options = read_options(name, deployment.services[name].options)
     backend = RobosuiteBackend(options.model_copy(update={"cameras": ()}), robot.tick_period_ns)
     routes = resolve_routes(skill.action_contract, robot)
-    from fairlead_skill_runner.dispatch import dispatch
+    from fairlead_skill_runner.candidate import dispatch
     from fairlead_skill_runner.trace import TraceRecord
 
     episodes = []

@@ -9,7 +9,7 @@ import pytest
 
 from fairlead.errors import RefusedError
 from fairlead.messages import Arm, ArmReply, Message, decode
-from fairlead.wire.query_task import AsyncHandler, QueryTasks
+from fairlead.wire.on_loop import AsyncHandler, QueryTasks
 from tests.wire.pair import DEADLINE_S, Pair
 
 KEY = "fl/r/cmd"

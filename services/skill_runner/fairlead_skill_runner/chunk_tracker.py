@@ -30,7 +30,7 @@ class SentChunk:
         return self.obs_tick + self.horizon - 1
 
 
-class ChunkBook:
+class ChunkTracker:
     """Book-keeping of one claim's chunks and verdicts."""
 
     def __init__(self) -> None:

@@ -1,16 +1,51 @@
-"""Queries whose answer takes its time: each is a task of an event loop, with a deadline."""
+"""Queries from an event loop, and queries answered there: each waits within a deadline."""
 
 from __future__ import annotations
 
 import asyncio
 from collections.abc import Awaitable, Callable
+from contextlib import suppress
+from typing import TypeVar
 
-from fairlead.errors import RefusedError
-from fairlead.messages import Message
-from fairlead.wire.bus import Answer, Bus, Undeclare
+from fairlead.errors import FairleadError, RefusedError
+from fairlead.messages import Message, decode
+from fairlead.wire.bus import Answer, Bus, Undeclare, no_answer
 
+Reply = TypeVar("Reply", bound=Message)
 AsyncHandler = Callable[[bytes], Awaitable[Message]]
 """Gets the query's payload; returns the reply; raises `FairleadError` to refuse."""
+
+
+def call_on(loop: asyncio.AbstractEventLoop, function: Callable[[], None]) -> None:
+    """Have a loop call a function, from any thread; a loop that has ended calls nothing."""
+    with suppress(RuntimeError):
+        loop.call_soon_threadsafe(function)
+
+
+async def ask(bus: Bus, key: str, request: Message, kind: type[Reply], timeout_s: float) -> Reply:
+    """Ask and wait for the reply.
+
+    Raises:
+        RefusedError: the service answered no.
+        NoAnswerError: nobody answered within ``timeout_s``.
+        MessageError: what came is no ``kind``.
+    """
+    loop = asyncio.get_running_loop()
+    replied: asyncio.Future[bytes | FairleadError] = loop.create_future()
+
+    def take(reply: bytes | FairleadError) -> None:
+        if not replied.done():
+            replied.set_result(reply)
+
+    bus.ask(key, request, timeout_s, lambda reply: call_on(loop, lambda: take(reply)))
+    try:
+        async with asyncio.timeout(timeout_s):
+            reply = await replied
+    except TimeoutError:
+        raise no_answer(key, timeout_s) from None
+    if isinstance(reply, FairleadError):
+        raise reply
+    return decode(kind, reply)
 
 
 class QueryTasks:

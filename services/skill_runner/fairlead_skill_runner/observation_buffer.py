@@ -1,4 +1,4 @@
-"""Intake: gathers what one observation needs, by tick, and knows what is still missing."""
+"""Gathers what one observation needs, by tick, and knows what is still missing."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from fairlead.skill.manifest import ImageSpec, SkillManifest
 
 
 @dataclass(frozen=True)
-class Gathered:
+class TimedObservation:
     """One complete observation; oldest_tick is the age of its oldest input."""
 
     observation: Observation
     oldest_tick: int
 
 
-class Intake:
+class ObservationBuffer:
     """Newest layout, task state and camera frames of one goal.
 
     Args:
@@ -81,7 +81,7 @@ class Intake:
                 return f"image {name} from camera {spec.camera}"
         return ""
 
-    def gather(self) -> Gathered:
+    def gather(self) -> TimedObservation:
         """The observation of the newest layout; call it when nothing is missing.
 
         Raises:
@@ -95,7 +95,7 @@ class Intake:
             images[name] = _pixels(name, spec, image)
             oldest = min(oldest, image.tick)
         state = floats(layout.values)
-        return Gathered(Observation(layout.tick, state, self._prompt, images), oldest)
+        return TimedObservation(Observation(layout.tick, state, self._prompt, images), oldest)
 
     def _usable(self, spec: ImageSpec, layout: LayoutState) -> bool:
         image = self._images.get(spec.camera)
