@@ -1,10 +1,13 @@
 """The assembler on a bus, in one process."""
 
+import asyncio
 import logging
-import threading
+import re
+from collections.abc import AsyncIterator
 from pathlib import Path
 
 import pytest
+import pytest_asyncio
 import yaml
 
 from fairlead.errors import ConfigError
@@ -12,13 +15,14 @@ from fairlead.keys import Keys
 from fairlead.messages import JointState, LayoutState, TransformBatch, decode, encode
 from fairlead.paths import SKILLS_VARIABLE, rskill_dir
 from fairlead.robot.manifest import RobotManifest
-from fairlead.wire.bus import Qos, Sample
+from fairlead.wire.bus import Qos, Sample, Undeclare
 from fairlead.wire.memory_bus import MemoryBus
 from fairlead_state_assembler.core import AssemblerCore
 from fairlead_state_assembler.options import read_options
 from fairlead_state_assembler.publishers import Publishers
 from fairlead_state_assembler.transport import AssemblerTransport
 from tests.assembler.robot_feed import SKILL, RobotFeed
+from tests.client.turns import turns, until
 
 KEYS = Keys("panda_mobile")
 
@@ -26,7 +30,8 @@ KEYS = Keys("panda_mobile")
 class Wire:
     """Another service's view of the bus."""
 
-    def __init__(self, robot: RobotManifest) -> None:
+    def __init__(self, robot: RobotManifest, log: pytest.LogCaptureFixture) -> None:
+        self.log = log
         self.bus = MemoryBus()
         self.seen: list[Sample] = []
         self.bus.subscribe(KEYS.layout(SKILL), self.seen.append)
@@ -47,34 +52,52 @@ class Wire:
         self.seen.clear()
         return keys
 
+    async def want(self, skill: str = SKILL) -> Undeclare:
+        """Want a skill's layout; the assembler has said so when this returns."""
+        token = self.bus.declare_token(KEYS.want_layout(skill))
+        await self.said(f"assembl(ing|e) for {skill}")
+        return token
 
-@pytest.fixture
-def wire(robot: RobotManifest) -> Wire:
-    return Wire(robot)
+    async def said(self, text: str) -> None:
+        await until(lambda: any(re.search(text, line) for line in self.log.messages))
+        self.log.clear()
 
 
-def test_links_are_published_every_tick_and_layouts_only_while_wanted(
+@pytest_asyncio.fixture
+async def wire(robot: RobotManifest, caplog: pytest.LogCaptureFixture) -> AsyncIterator[Wire]:
+    caplog.set_level(logging.INFO)
+    wire = Wire(robot, caplog)
+    following = asyncio.create_task(wire.transport.follow_wants())
+    yield wire
+    following.cancel()
+
+
+@pytest.mark.asyncio
+async def test_links_are_published_every_tick_and_layouts_only_while_wanted(
     wire: Wire, feed: RobotFeed
 ) -> None:
     wire.tick(feed, 1)
     assert wire.keys_seen() == [KEYS.tf("state_assembler")]
-    token = wire.bus.declare_token(KEYS.want_layout(SKILL))
+    token = await wire.want()
     assert wire.keys_seen() == [KEYS.layout(SKILL)]
     wire.tick(feed, 2)
     assert wire.keys_seen() == [KEYS.layout(SKILL), KEYS.tf("state_assembler")]
     token.undeclare()
+    await wire.said(f"no longer assembling for {SKILL}")
     wire.tick(feed, 3)
     assert wire.keys_seen() == [KEYS.tf("state_assembler")]
 
 
-def test_layout_carries_the_tick_of_the_joints(wire: Wire, feed: RobotFeed) -> None:
-    wire.bus.declare_token(KEYS.want_layout(SKILL))
+@pytest.mark.asyncio
+async def test_layout_carries_the_tick_of_the_joints(wire: Wire, feed: RobotFeed) -> None:
+    await wire.want()
     wire.tick(feed, 1)
     state = decode(LayoutState, wire.seen[0].payload)
     assert (state.tick, state.fault) == (1, None)
 
 
-def test_message_that_does_not_fit_is_dropped_and_named_once(
+@pytest.mark.asyncio
+async def test_message_that_does_not_fit_is_dropped_and_named_once(
     wire: Wire, feed: RobotFeed, caplog: pytest.LogCaptureFixture
 ) -> None:
     with caplog.at_level(logging.WARNING):
@@ -88,17 +111,19 @@ def test_message_that_does_not_fit_is_dropped_and_named_once(
     assert wire.keys_seen() == [KEYS.tf("state_assembler")]
 
 
-def test_skill_that_cannot_be_loaded_is_logged_with_its_reason(
+@pytest.mark.asyncio
+async def test_skill_that_cannot_be_loaded_is_logged_with_its_reason(
     wire: Wire, caplog: pytest.LogCaptureFixture
 ) -> None:
-    with caplog.at_level(logging.ERROR):
-        wire.bus.declare_token(KEYS.want_layout("no-such-skill"))
+    wire.bus.declare_token(KEYS.want_layout("no-such-skill"))
+    await until(lambda: caplog.messages)
     assert caplog.messages[0].startswith(
         "cannot assemble for no-such-skill: skill 'no-such-skill': no file "
     )
 
 
-def test_ticks_are_answered_while_a_long_manifest_is_read(
+@pytest.mark.asyncio
+async def test_ticks_are_answered_while_a_long_manifest_is_read(
     wire: Wire, feed: RobotFeed, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     manifest = yaml.safe_load((rskill_dir(SKILL) / "rskill.yaml").read_text())
@@ -106,18 +131,17 @@ def test_ticks_are_answered_while_a_long_manifest_is_read(
     (tmp_path / "long").mkdir()
     (tmp_path / "long" / "rskill.yaml").write_text(yaml.safe_dump(manifest))
     monkeypatch.setenv(SKILLS_VARIABLE, str(tmp_path))
-    wanted = threading.Thread(
-        target=wire.bus.declare_token, args=(KEYS.want_layout("long"),), daemon=True
-    )
-    wanted.start()
+    wire.bus.declare_token(KEYS.want_layout("long"))
     ticks = 0
-    while wanted.is_alive():
+    while not wire.log.messages:  # it says that it assembles once it has read it
         ticks += 1
         wire.tick(feed, ticks)
+        await turns()
     assert ticks > 10
 
 
-def test_closed_transport_listens_no_more(wire: Wire, feed: RobotFeed) -> None:
+@pytest.mark.asyncio
+async def test_closed_transport_listens_no_more(wire: Wire, feed: RobotFeed) -> None:
     wire.transport.close()
     wire.tick(feed, 1)
     assert wire.keys_seen() == []

@@ -20,6 +20,7 @@ async def assemble(context: ServiceContext) -> None:
     publishers = Publishers(deployment.hal, context.name, deployment.localiser)
     core = AssemblerCore(robot, publishers, options.max_age_ticks)
     transport = AssemblerTransport(context.bus, deployment.keys, context.name, core)
+    context.tasks.create_task(transport.follow_wants(), name="wants")
     announce_ready(context)
     await context.stopping.wait()
     transport.close()

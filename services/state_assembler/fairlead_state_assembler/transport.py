@@ -1,7 +1,8 @@
-"""The assembler on a bus: everything happens in the transport's callback threads."""
+"""The assembler on a bus: ticks on the transport's receive thread, wants on the event loop."""
 
 from __future__ import annotations
 
+import asyncio
 import logging
 import threading
 from collections.abc import Callable
@@ -9,12 +10,15 @@ from collections.abc import Callable
 from fairlead.keys import Keys, last_chunk
 from fairlead.messages import JointState, LayoutState, TransformBatch, decode
 from fairlead.wire.bus import Bus, Publisher, Qos, Sample
+from fairlead.wire.on_loop import call_on
 from fairlead_state_assembler.core import AssemblerCore, Output
 from fairlead_state_assembler.skill_view import SkillView
 
 
 class AssemblerTransport:
     """Feeds an `AssemblerCore` from the bus and publishes what it returns.
+
+    Made on an event loop, where `follow_wants` runs.
 
     Args:
         name: this service's name, the publisher name of its transforms.
@@ -29,10 +33,16 @@ class AssemblerTransport:
         self._own_tf = keys.tf(name)
         self._links = bus.publisher(self._own_tf, TransformBatch, Qos.HOT)
         self._layouts: dict[str, Publisher] = {}
+        self._wants: asyncio.Queue[tuple[str, bool]] = asyncio.Queue()
+        loop = asyncio.get_running_loop()
+
+        def on_want(key: str, wanted: bool) -> None:
+            call_on(loop, lambda: self._wants.put_nowait((last_chunk(key), wanted)))
+
         self._declared = [
             bus.subscribe(keys.every_tf, self._on_transforms),
             bus.subscribe(keys.joints, self._on_joints),
-            bus.watch_tokens(keys.every_want_layout, self._on_want),
+            bus.watch_tokens(keys.every_want_layout, on_want),
         ]
 
     def close(self) -> None:
@@ -51,24 +61,28 @@ class AssemblerTransport:
         joints = decode(JointState, sample.payload)
         self._take(lambda: self._core.on_joints(joints))
 
-    def _on_want(self, key: str, wanted: bool) -> None:
-        skill = last_chunk(key)
-        if not wanted:
-            with self._lock:
-                self._core.unwant(skill)
-            self._log.info("no longer assembling for %s", skill)
-            return
-        view = SkillView(skill)  # reads a file: not under the lock that every tick needs
+    async def follow_wants(self) -> None:
+        """Assemble for the skills that are wanted, until cancelled."""
+        while True:
+            skill, wanted = await self._wants.get()
+            if wanted:
+                self._want(await asyncio.to_thread(SkillView, skill))  # reads a file
+            else:
+                with self._lock:
+                    self._core.unwant(skill)
+                self._log.info("no longer assembling for %s", skill)
+
+    def _want(self, view: SkillView) -> None:
         with self._lock:
-            if skill not in self._layouts:
-                self._layouts[skill] = self._bus.publisher(
-                    self._keys.layout(skill), LayoutState, Qos.HOT
+            if view.skill not in self._layouts:
+                self._layouts[view.skill] = self._bus.publisher(
+                    self._keys.layout(view.skill), LayoutState, Qos.HOT
                 )
             outputs = self._core.want(view)
         if view.refusal is not None:
-            self._log.error("cannot assemble for %s: %s", skill, view.refusal)
+            self._log.error("cannot assemble for %s: %s", view.skill, view.refusal)
         else:
-            self._log.info("assembling for %s", skill)
+            self._log.info("assembling for %s", view.skill)
         self._publish(outputs)
 
     def _take(self, step: Callable[[], list[Output]]) -> None:
