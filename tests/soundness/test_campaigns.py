@@ -13,6 +13,7 @@ import pytest
 from bench.measure_limits.driven_robot import DrivenRobot
 from bench.measure_limits.episodes import episode
 from fairlead.paths import gate_config
+from tests.differential.kinematics import Kinematics
 from tests.soundness.attacks import ON_A_BASE, attacks_on
 from tests.soundness.checkpoint_vectors import TICKS, ask
 from tests.soundness.kinematic_campaign import KinematicCampaign
@@ -144,6 +145,7 @@ def mobile() -> Iterator[LockstepLoop]:
     [
         ("base-cycles", 1, 120),
         ("base-cycles", 4, 160),
+        ("base-cycles", 580059, 100),  # at tick 88, where a hold pulls a pushed arm back fast
         ("full-scale", 3, 40),
         ("switch-up", 10006, 20),
         ("flicker", 1, 40),
@@ -156,6 +158,26 @@ def test_episodes_that_broke_a_rule_once_do_not(
     campaign.episode(attack, seed, most_ticks=most_ticks)
     assert campaign.found.rows > 0
     assert not campaign.found.breaches, campaign.found.told
+
+
+@pytest.mark.processes
+@pytest.mark.simulator
+@pytest.mark.parametrize("beyond", [0.5, 1.5])
+def test_what_was_executed_is_held_against_the_declared_box_not_the_gates_smaller_one(
+    mobile: LockstepLoop, beyond: float
+) -> None:
+    """The tool beyond the gate's edge by a share of the margin: the declared one is further."""
+    robot, now = mobile.driven.robot, mobile.driven.reset(0)
+    margin_m = robot.profile("sim").workspace.margin_m
+    kinematics = Kinematics(robot.description_path(), robot.measured_joint_names)
+    place, _ = kinematics.pose(now.positions, "grip_site", robot.base_frame)
+    box = mobile.file["workspace"]["volumes"][0]
+    before = box["lower"]
+    box["lower"] = [float(place[0]) + beyond * margin_m, *before[1:]]
+    rooms = SimulatedCampaign(mobile)._rooms(now.positions, now.velocities)
+    box["lower"] = before
+    assert margin_m > 0.0
+    assert rooms["workspace"] == pytest.approx((1.0 - beyond) * margin_m, abs=1e-9)
 
 
 @pytest.mark.processes

@@ -20,7 +20,7 @@ pytestmark = [pytest.mark.processes, pytest.mark.simulator, pytest.mark.timeout(
 
 SKILL = "pi05-robocasa365-human300-nf4"
 CALLS, ROWS = 6, 16
-ARM_SCALE = 0.05
+ARM_SCALE = 0.1
 ARM, BASE, YAW, TORSO, MODE = slice(0, 6), slice(7, 10), 9, 10, 11
 
 
@@ -55,10 +55,9 @@ def test_random_vectors_reach_the_simulator_as_the_policy_wrote_them_but_for_the
     emitted = np.random.default_rng(11).uniform(-1, 1, (CALLS, ROWS, 12)).astype(np.float32)
     emitted[..., 7] = np.abs(emitted[..., 7])  # random, and on the whole forwards
     emitted[..., YAW] *= np.float32(0.5)  # from row to row at most half of a full reversal (G022)
-    # The arm goes to and fro, gently: this base at full speed could push links together that are
-    # as near as hand and forearm are before the task, so the gate cuts what brings them nearer
-    # (G032: in six of nine runs at a scale of 0.1 to 0.2), and then the recording would be
-    # asked for more than it has. Vectors of full scale: test_parity.
+    # The arm goes to and fro, gently: the recording is asked for whole, so nothing of it may be
+    # refused. Of seeds 0 to 24 all pass at a scale of 0.05, 23 at 0.1 and four at 0.2; of the rest
+    # G026 and G032 truncate rows. Vectors of full scale: test_parity.
     emitted[:, 1::2, ARM] = -emitted[:, ::2, ARM]
     emitted[..., ARM] *= np.float32(ARM_SCALE)
     executed = emitted.copy()
