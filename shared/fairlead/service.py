@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from fairlead.deploy.deployment import Deployment, load_deployment
-from fairlead.deploy.router_watch import open_and_say, refuse_namesake, watch_router
+from fairlead.deploy.router_watch import open_with_logging, refuse_duplicate_service, watch_router
 from fairlead.deploy.stop_signals import StopSignals, ignore_further_signals
 from fairlead.errors import FairleadError
 from fairlead.log_stamp import stamped
@@ -89,11 +89,11 @@ async def _serve(who: str, arguments: argparse.Namespace, body: Body) -> int:
         deployment = load_deployment(arguments.deployment)
         endpoints, log = deployment.endpoints(arguments.service), logging.getLogger(who)
         arguments.state_dir.mkdir(parents=True, exist_ok=True)
-        bus = await asyncio.to_thread(open_and_say, endpoints, log)
+        bus = await asyncio.to_thread(open_with_logging, endpoints, log)
         async with asyncio.TaskGroup() as tasks:
             if deployment.router is not None:
                 token = deployment.keys.alive(arguments.service)
-                await asyncio.to_thread(refuse_namesake, arguments.service, bus, token)
+                await asyncio.to_thread(refuse_duplicate_service, arguments.service, bus, token)
                 tasks.create_task(watch_router(bus, deployment.router_endpoint, log))
             context = ServiceContext(
                 name=arguments.service,

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from fairlead.messages import LimitOverride
+from fairlead.skill.limit_overrides import override_problems
 from fairlead.skill.manifest import SkillLimit
-from fairlead.skill.tightening import override_problems
 from tests.differential.case import Case, Chunk, still
 from tests.differential.claims import is_tighter, tightenable
 from tests.differential.core_gate import CaseRefusedError

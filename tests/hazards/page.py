@@ -5,9 +5,8 @@ from __future__ import annotations
 import re
 
 from fairlead.paths import repo_root
-from fairlead_tools.receipts.text import HINTS
+from fairlead.wire.gate_checks import CHECKS
 from tests.hazards.sources import asked_codes, core_tests
-from tests.hazards.table import HAZARDS
 
 PAGE = repo_root() / "docs" / "safety.md"
 BEGIN = "<!-- hazards: written by `python -m tests.pages --write` -->"
@@ -18,10 +17,10 @@ def table() -> str:
     """One row per check that the core asks, with the tests found for it, in Markdown."""
     lines = ["| code | hazard | what to do | tests |", "|---|---|---|---|"]
     tests, asked = core_tests(), asked_codes()
-    for one in HAZARDS:
-        if one.code in asked:
-            proof = _proof([test.file for test in tests if one.code in test.codes])
-            lines.append(f"| G{one.code:03d} | {one.hazard} | {HINTS[one.code]} | {proof} |")
+    for code, check in CHECKS.items():
+        if code in asked:
+            proof = _proof([test.file for test in tests if code in test.codes])
+            lines.append(f"| G{code:03d} | {check.hazard} | {check.hint} | {proof} |")
     return "\n".join(lines)
 
 

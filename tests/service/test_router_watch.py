@@ -9,7 +9,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from fairlead.deploy.router_watch import open_and_say, refuse_namesake, watch_router
+from fairlead.deploy.router_watch import open_with_logging, refuse_duplicate_service, watch_router
 from fairlead.errors import ConfigError, TransportError
 from fairlead.keys import Keys
 from fairlead.wire.session import Endpoints, ZenohBus
@@ -51,7 +51,7 @@ def test_a_service_waits_for_its_router_and_says_so_once(
     endpoint: str, client_of: Endpoints, caplog: pytest.LogCaptureFixture
 ) -> None:
     opened: list[ZenohBus] = []
-    thread = threading.Thread(target=lambda: opened.append(open_and_say(client_of, LOG)))
+    thread = threading.Thread(target=lambda: opened.append(open_with_logging(client_of, LOG)))
     thread.start()
     while not caplog.records:  # the test's timeout is the deadline
         thread.join(0.05)
@@ -68,12 +68,12 @@ def test_a_namesake_behind_the_same_router_is_refused(
     router: ZenohBus, client_of: Endpoints
 ) -> None:
     first, second = ZenohBus(client_of), ZenohBus(client_of)
-    refuse_namesake("runner", first, TOKEN)
+    refuse_duplicate_service("runner", first, TOKEN)
     first.declare_token(TOKEN)
     with pytest.raises(ConfigError, match="another runner of this robot is alive behind the same"):
-        refuse_namesake("runner", second, TOKEN)
+        refuse_duplicate_service("runner", second, TOKEN)
     first.close()
-    refuse_namesake("runner", second, TOKEN)
+    refuse_duplicate_service("runner", second, TOKEN)
     second.close()
 
 

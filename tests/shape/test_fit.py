@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from fairlead.messages import FloatArray
+from fairlead_tools.shape.convex_part import ConvexPart, box, capsule, cylinder
 from fairlead_tools.shape.coverage import sticking_out
 from fairlead_tools.shape.fit import Fitted, fit_capsules
-from fairlead_tools.shape.piece import Piece, box, cylinder, rod
 
 ROTATION = np.array([[0.36, 0.48, -0.8], [-0.8, 0.6, 0.0], [0.48, 0.64, 0.6]])
 SHIFT = np.array([0.3, -0.1, 0.7])
@@ -37,7 +37,7 @@ def box_points(half: FloatArray, count: int = 400) -> FloatArray:
 
 
 def test_a_capsule_is_found_again_wherever_it_lies() -> None:
-    (fit,) = fit_capsules([rod(0.05, 0.2).placed(ROTATION, SHIFT)], 3)
+    (fit,) = fit_capsules([capsule(0.05, 0.2).placed(ROTATION, SHIFT)], 3)
     ends = sorted([fit.a.tolist(), fit.b.tolist()])
     wanted = sorted((ROTATION @ [0.0, 0.0, z] + SHIFT).tolist() for z in (-0.2, 0.2))
     np.testing.assert_allclose(ends, wanted, atol=2e-3)
@@ -45,7 +45,7 @@ def test_a_capsule_is_found_again_wherever_it_lies() -> None:
 
 
 def test_a_ball_becomes_a_ball() -> None:
-    (fit,) = fit_capsules([rod(0.03, 0.0)], 1)
+    (fit,) = fit_capsules([capsule(0.03, 0.0)], 1)
     assert np.linalg.norm(fit.b - fit.a) < 1e-3
     assert 0.03 <= fit.radius < 0.0305
 
@@ -86,7 +86,7 @@ def test_a_wide_box_gets_several_capsules_that_cover_it_together() -> None:
 
 def test_pieces_far_apart_get_a_capsule_each() -> None:
     still = np.eye(3)
-    pieces = [rod(0.05, 0.1), rod(0.05, 0.1).placed(still, np.array([1.0, 0.0, 0.0]))]
+    pieces = [capsule(0.05, 0.1), capsule(0.05, 0.1).placed(still, np.array([1.0, 0.0, 0.0]))]
     fits = fit_capsules(pieces, 4)
     assert [fit.radius for fit in fits] == pytest.approx([0.05, 0.05], abs=2e-3)
     assert len(fit_capsules(pieces, 1)) == 1
@@ -101,7 +101,7 @@ def test_the_same_pieces_give_the_same_capsules() -> None:
 
 
 @pytest.mark.parametrize("piece", [box(np.array([0.1, 0.2, 0.3])), cylinder(0.1, 0.3)])
-def test_both_sides_of_a_cut_hold_all_of_a_piece_and_no_more(piece: Piece) -> None:
+def test_both_sides_of_a_cut_hold_all_of_a_piece_and_no_more(piece: ConvexPart) -> None:
     normal = np.array([0.6, 0.0, 0.8])
     parts = piece.cut(normal, 0.05)
     directions = np.random.default_rng(6).normal(size=(300, 3))
@@ -123,7 +123,7 @@ def test_a_cut_beside_a_piece_leaves_it_whole() -> None:
 
 
 def test_a_piece_can_be_cut_twice() -> None:
-    quarter: Piece | None = box(np.array([1.0, 1.0, 1.0]))
+    quarter: ConvexPart | None = box(np.array([1.0, 1.0, 1.0]))
     for normal in np.eye(3)[:2]:
         assert quarter is not None
         quarter = quarter.cut(normal, 0.0)[0]

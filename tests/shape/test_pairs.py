@@ -15,10 +15,10 @@ from fairlead.robot.description_tree import description_tree
 from fairlead.robot.link_poses import Poses, link_poses
 from fairlead.robot.manifest import load_robot
 from fairlead_tools.shape.capsule_pairs import CROWDED, CapsulePair, PairRule, find_pairs
+from fairlead_tools.shape.convex_part import ConvexPart
 from fairlead_tools.shape.geometry_distance import links_apart
 from fairlead_tools.shape.geometry_source import geometry_source
 from fairlead_tools.shape.link_geometry import with_swept_fingers
-from fairlead_tools.shape.piece import Piece
 from tests.shape.own_robot import NAME, own_robot
 
 RULE = PairRule(clearance_m=0.01, drop_margin_m=None, samples=10_000)
@@ -136,7 +136,7 @@ def test_links_are_as_far_apart_as_coal_measures_it() -> None:
 
 def test_a_finger_that_slides_counts_from_one_end_to_the_other_in_the_hand() -> None:
     robot = load_robot("panda")
-    tip = {"panda_rightfinger": [Piece(np.array([[0.0, 0.0, 0.05]]), 0.01)]}
+    tip = {"panda_rightfinger": [ConvexPart(np.array([[0.0, 0.0, 0.05]]), 0.01)]}
     ((link, (piece,)),) = with_swept_fingers(robot, description_tree(robot), tip).items()
     # From shut to 0.04 m out along -y, 0.0584 m up in the hand.
     assert link == "panda_hand"
@@ -163,7 +163,7 @@ def test_a_finger_that_turns_is_everywhere_it_can_be(
     text = urdf.read_text().replace(old, old.replace("prismatic", "revolute"))
     urdf.write_text(text.replace('upper="0.04"', 'upper="1.5"'))
     robot = load_robot(NAME)
-    finger = Piece(np.array([[0.01, 0.0, 0.0], [0.0, 0.0, 0.05]]))
+    finger = ConvexPart(np.array([[0.01, 0.0, 0.0], [0.0, 0.0, 0.05]]))
     geometry = with_swept_fingers(robot, description_tree(robot), {"panda_leftfinger": [finger]})
     assert list(geometry) == ["panda_hand"]
     # It turns about the hand's y, 0.0584 m up: its tip is on an arc there.

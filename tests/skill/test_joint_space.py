@@ -15,8 +15,8 @@ from fairlead.modes import ControlMode
 from fairlead.robot.manifest import load_robot
 from fairlead.skill.action_contract import ActionContract
 from fairlead.skill.admission import admission_problems
-from fairlead.skill.full_scale import declared_range_problems
 from fairlead.skill.manifest import SkillManifest, load_skill
+from fairlead.skill.output_range import declared_range_problems
 from fairlead.skill.routes import resolve_routes
 from fairlead_skill_runner.candidate import dispatch
 

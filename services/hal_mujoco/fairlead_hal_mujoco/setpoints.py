@@ -14,7 +14,7 @@ from fairlead.modes import ControlMode
 from fairlead.robot.manifest import RobotManifest
 from fairlead.robot.part import Part
 from fairlead_hal_mujoco.command_check import CommandCheck
-from fairlead_hal_mujoco.joint_room import JointRoom
+from fairlead_hal_mujoco.setpoint_limits import SetpointLimits
 from fairlead_hal_mujoco.tool_motion import ToolMotion
 
 TRAVEL_SHARE = 0.9
@@ -66,7 +66,7 @@ class Setpoints:
         self._robot, self._tools = robot, tools
         self._check = CommandCheck(robot, profile)
         self._period_s = robot.tick_period_ns * 1e-9
-        self._room = JointRoom(robot)
+        self._limits = SetpointLimits(robot)
         self._slowing = np.array([joint.acceleration_limit for joint in robot.joints])
         self._own = {
             part.name: [robot.joint_names.index(name) for name in part.joints]
@@ -142,15 +142,15 @@ class Setpoints:
         assert self._tools is not None, "checked in __init__ of the backend"
         own = self._own[part.name]
         steps = self._tools.steps(part.name, command, self.positions)
-        share = self._room.share(own, steps, self.positions[own], self._measured[own])
-        self._drive(own, steps * share / self._period_s)
+        scale = self._limits.step_scale(own, steps, self.positions[own], self._measured[own])
+        self._drive(own, steps * scale / self._period_s)
 
     def _gripper_position(self, part: Part, command: PartCommand) -> None:
         self._openings[part.name] = float(command.values[0])
         self._close_in(part)
 
     def _gripper_binary(self, part: Part, command: PartCommand) -> None:
-        ends = self._room.lower if command.values[0] == 1.0 else self._room.upper
+        ends = self._limits.lower if command.values[0] == 1.0 else self._limits.upper
         self._openings[part.name] = float(ends[self._own[part.name][0]])
         self._close_in(part)
 
@@ -159,10 +159,10 @@ class Setpoints:
         self._velocities[self._own[part.name]] = 0.0
 
     def _drive(self, joints: list[int], rates: FloatArray) -> None:
-        fastest = self._room.reach[joints] / self._period_s
+        fastest = self._limits.reach[joints] / self._period_s
         rates = np.clip(rates, -fastest, fastest)
         self._velocities[joints] = rates
-        lowest, highest = self._room.ends(joints, self.positions[joints], self._measured[joints])
+        lowest, highest = self._limits.ends(joints, self.positions[joints], self._measured[joints])
         moved = self.positions[joints] + rates * self._period_s
         self.positions[joints] = np.clip(moved, lowest, highest)
 
@@ -172,7 +172,7 @@ class Setpoints:
         target = self._openings.get(part.name)
         if target is not None:
             joint = self._own[part.name][0]
-            reach = TRAVEL_SHARE * self._room.reach[joint]
+            reach = TRAVEL_SHARE * self._limits.reach[joint]
             self.positions[joint] += np.clip(target - self.positions[joint], -reach, reach)
 
 

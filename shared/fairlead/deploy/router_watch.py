@@ -34,7 +34,7 @@ def open_patiently(endpoints: Endpoints, on_wait: Callable[[TransportError], Non
             on_wait(error)
 
 
-def open_and_say(endpoints: Endpoints, log: logging.Logger) -> ZenohBus:
+def open_with_logging(endpoints: Endpoints, log: logging.Logger) -> ZenohBus:
     """Open a service's session; a client waits for its router, and says so."""
     due_s = 0.0
 
@@ -47,7 +47,7 @@ def open_and_say(endpoints: Endpoints, log: logging.Logger) -> ZenohBus:
     return open_patiently(endpoints, on_wait)
 
 
-def refuse_namesake(service: str, bus: ZenohBus, token: str) -> None:
+def refuse_duplicate_service(service: str, bus: ZenohBus, token: str) -> None:
     """Make sure that no process of this name is alive behind the same router.
 
     The token of a process that died with its host stays until its link has been silent

@@ -23,8 +23,8 @@ from fairlead.hal.plan_executor import FaultHold, MotionLog, PlanExecutor
 from fairlead.hal.reset_desk import ResetDesk
 from fairlead.hal.shared_core import SharedCore
 from fairlead.hal.status_board import HalState, StatusBoard
-from fairlead.hal.stop_caller import REPEAT_NS as STOP_REPEAT_NS
-from fairlead.hal.stop_caller import StopCaller
+from fairlead.hal.stop_publisher import REPEAT_NS as STOP_REPEAT_NS
+from fairlead.hal.stop_publisher import StopPublisher
 from fairlead.hal.tick_publisher import FrameSource, TickPublisher
 from fairlead.messages import Hold, ResetEpisode, StopLevel
 from fairlead.wire.bus import Bus
@@ -85,7 +85,7 @@ class HalHost:
         )
         self._ticks = TickPublisher(bus, settings, found.cameras)
         self._frames = FrameSource(found.cameras, feed, self._ticks, settings)
-        self._stops = StopCaller(bus, settings, self._core)
+        self._stops = StopPublisher(bus, settings, self._core)
         self._status = StatusBoard(bus, settings, identity, found)
         shown = trace if log.traces else None
         self._executor = PlanExecutor(

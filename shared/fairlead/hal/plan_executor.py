@@ -16,7 +16,7 @@ from fairlead.hal.core import TickPlan
 from fairlead.hal.identity import HostSettings
 from fairlead.hal.lease_follower import LEASE_LIFE_NS
 from fairlead.hal.shared_core import SharedCore
-from fairlead.hal.stop_caller import StopCaller
+from fairlead.hal.stop_publisher import StopPublisher
 from fairlead.line_writer import LineWriter
 from fairlead.messages import Acted, FloatArray, Hold
 
@@ -95,7 +95,7 @@ class PlanExecutor:
         settings: HostSettings,
         parts: Sequence[str],
         core: SharedCore,
-        stops: StopCaller,
+        stops: StopPublisher,
         log: MotionLog,
         trace: TraceSource | None,
         clock: Callable[[], int],

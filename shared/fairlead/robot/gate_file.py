@@ -18,8 +18,8 @@ from fairlead.paths import robot_dir
 from fairlead.robot.bare_links import check_bare_links
 from fairlead.robot.capsules import CapsuleFile, load_capsules
 from fairlead.robot.description_tree import DescriptionTree, Link, description_tree
+from fairlead.robot.gate_capacity import check_capacity
 from fairlead.robot.gate_geometry import Json, compiled_base, compiled_shape, compiled_workspace
-from fairlead.robot.gate_room import check_room
 from fairlead.robot.home_check import check_home
 from fairlead.robot.joint import Joint
 from fairlead.robot.manifest import RobotManifest
@@ -70,7 +70,7 @@ def compile_gate_config(robot: RobotManifest, profile: str) -> str:
         "base": compiled_base(safety.base, robot.base_joints),
         "protocol": safety.protocol.model_dump(),
     }
-    check_room(robot, config)
+    check_capacity(robot, config)
     check_possible(robot, profile, tree)
     check_home(robot, profile, tree, capsules)
     covered = {capsule.link for capsule in capsules.capsules}

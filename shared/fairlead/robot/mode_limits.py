@@ -38,7 +38,7 @@ def _ordered_gain(gain: tuple[float, float]) -> tuple[float, float]:
     raise ValueError(expected("gain", wanted, str(list(gain))))
 
 
-def said(source: str) -> str:
+def require_source(source: str) -> str:
     """``source``, if it says anything."""
     if not source.strip():
         raise ValueError(f"expected where the numbers come from, in words, got {source!r}")
@@ -57,7 +57,7 @@ class SafetyBlock(BaseModel):
     @field_validator("source", check_fields=False)
     @classmethod
     def _says_where_from(cls, source: str) -> str:
-        return said(source)
+        return require_source(source)
 
 
 class JointPositionMode(SafetyBlock):

@@ -13,11 +13,11 @@ from fairlead.robot.description_tree import description_tree
 from fairlead.robot.manifest import RobotManifest
 from fairlead.skill.bindings import StateContractBindings
 from fairlead.skill.camera_deployments import camera_deployments
-from fairlead.skill.full_scale import declared_range_problems, hal_range_problems
+from fairlead.skill.limit_overrides import limit_problems
 from fairlead.skill.manifest import SkillManifest
+from fairlead.skill.output_range import declared_range_problems, hal_range_problems
 from fairlead.skill.routes import Route, plan_routes
 from fairlead.skill.state_contract import StateContract
-from fairlead.skill.tightening import limit_problems
 
 
 def admission_problems(
@@ -58,11 +58,11 @@ def require_admission(
     fix = f"fairlead skill ls --robot {robot.id}"
     if hal is not None and problems == _camera_problems(skill, hal):
         fix = _way_to_cameras(skill, robot, hal)
-    listed = "\n  ".join(worth_saying(problems, skill, robot))
+    listed = "\n  ".join(summarised(problems, skill, robot))
     raise ConfigError(f"skill {skill.id} cannot run on robot {robot.id}:\n  {listed}\n  try: {fix}")
 
 
-def worth_saying(problems: Sequence[str], skill: SkillManifest, robot: RobotManifest) -> list[str]:
+def summarised(problems: Sequence[str], skill: SkillManifest, robot: RobotManifest) -> list[str]:
     """The problems for a person: of a skill made for other robots, that, and how many more."""
     if robot.id in skill.embodiments or len(problems) < 2:
         return list(problems)

@@ -15,7 +15,7 @@ from fairlead.operate.client import RobotClient
 from fairlead.paths import user_skills_dir
 from fairlead.plugins import POLICIES
 from fairlead.robot.manifest import RobotManifest, load_robot
-from fairlead.skill.admission import admission_problems, worth_saying
+from fairlead.skill.admission import admission_problems, summarised
 from fairlead.skill.manifest import SkillManifest, find_skill, load_skill, read_skill, skill_ids
 from fairlead_tools.cli.console import echo, print_json, print_table
 from fairlead_tools.cli.options import (
@@ -173,7 +173,7 @@ def check_command(
     robot = robot or manifest.embodiments[0]
     loaded = load_robot(robot)
     problems = admission_problems(manifest, loaded, _running(deployment))
-    told = worth_saying(problems, manifest, loaded)
+    told = summarised(problems, manifest, loaded)
     wrong = policy_problems(manifest)
     problems, told = problems + wrong, told + wrong
     report: dict[str, Any] = {

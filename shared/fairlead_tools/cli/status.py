@@ -20,8 +20,8 @@ from fairlead.log_stamp import utc_stamp
 from fairlead.messages import GateState, GateStatus, GoalFeedback, HalStatus
 from fairlead.operate.client import RobotClient
 from fairlead.operate.which_deployment import choose_file
+from fairlead.wire.gate_checks import CHECKS
 from fairlead.wire.printable import printable
-from fairlead.wire.verdict_text import CHECKS
 from fairlead_tools.cli.console import echo, hex_id, print_json
 from fairlead_tools.cli.options import DeploymentOption, JsonOption, example
 
@@ -140,7 +140,7 @@ def gate_lines(gate: GateStatus) -> list[str]:
 def _counted(gate: GateStatus) -> list[str]:
     """Chunks by outcome, then each check's finds in words: chunks, and other messages too."""
     found = {name: count for name, count in gate.counters if count}
-    codes = {f"G{code:03d}": what for code, what in CHECKS.items()}
+    codes = {f"G{code:03d}": check.title for code, check in CHECKS.items()}
     outcomes = [f"{name} {count}" for name, count in found.items() if name not in codes]
     lines = [f"judged {', '.join(outcomes) or 'nothing yet'}"]
     for name, what in codes.items():

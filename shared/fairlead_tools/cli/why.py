@@ -14,8 +14,8 @@ from fairlead.errors import NoAnswerError
 from fairlead.paths import gate_binary
 from fairlead_tools.cli.console import echo, print_json
 from fairlead_tools.cli.options import JsonOption, RunningOption, choose_running, example
-from fairlead_tools.receipts.explanation import Explanation, explain
-from fairlead_tools.receipts.text import decision_lines
+from fairlead_tools.decision_log.explanation import Explanation, explain
+from fairlead_tools.decision_log.text import decision_lines
 
 _LOGS = "decisions/*.decisions"
 

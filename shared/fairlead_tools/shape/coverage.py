@@ -7,14 +7,14 @@ from collections.abc import Sequence
 import numpy as np
 
 from fairlead.messages import FloatArray
+from fairlead_tools.shape.convex_part import ConvexPart
 from fairlead_tools.shape.fit import Fitted
-from fairlead_tools.shape.piece import Piece
 
 _STEPS = 33  # points of an edge
 _INSIDE = 2000  # points elsewhere
 
 
-def sticking_out(piece: Piece, capsules: Sequence[Fitted]) -> float:
+def sticking_out(piece: ConvexPart, capsules: Sequence[Fitted]) -> float:
     """How far a piece reaches out of the union of some capsules [m], at most 0 if it does not.
 
     Exact where one of them holds it all; else of points on its edges and random ones between.
@@ -26,7 +26,7 @@ def sticking_out(piece: Piece, capsules: Sequence[Fitted]) -> float:
     return float(np.min([one.excesses(points, piece.radius) for one in capsules], axis=0).max())
 
 
-def _points(piece: Piece) -> FloatArray:
+def _points(piece: ConvexPart) -> FloatArray:
     shares = np.linspace(0.0, 1.0, _STEPS)[:, None, None]
     start, end = piece.points[piece.edges[:, 0]], piece.points[piece.edges[:, 1]]
     on_edges = (start + shares * (end - start)).reshape(-1, 3)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fairlead.messages import FloatArray
-from fairlead_tools.shape.piece import Piece
+from fairlead_tools.shape.convex_part import ConvexPart
 
 _GRID_M = 1e-4  # capsules are told to a tenth of a millimetre
 _TRIES = 48  # candidates of one round of the search
@@ -49,12 +49,12 @@ class Fitted:
         nearest = self.a + np.clip(share, 0.0, 1.0)[:, None] * along
         return np.asarray(np.linalg.norm(points - nearest, axis=1) + (radius - self.radius))
 
-    def excess(self, piece: Piece) -> float:
+    def excess(self, piece: ConvexPart) -> float:
         """How far a piece reaches out of the capsule [m]; at most 0 where it lies inside."""
         return float(self.excesses(piece.points, piece.radius).max())
 
 
-def fit_capsules(pieces: Sequence[Piece], most: int) -> list[Fitted]:
+def fit_capsules(pieces: Sequence[ConvexPart], most: int) -> list[Fitted]:
     """At most ``most`` capsules that cover the pieces together, one where one is good enough."""
     groups = [list(pieces)]
     fits = [_fit(groups[0], _ROUGH)]
@@ -90,7 +90,7 @@ def _reach(points: FloatArray, radius: float) -> FloatArray:
     return np.asarray((_DIRECTIONS @ points.T).max(axis=1) + radius)
 
 
-def _cuts(pieces: list[Piece]) -> list[tuple[list[Piece], list[Piece]]]:
+def _cuts(pieces: list[ConvexPart]) -> list[tuple[list[ConvexPart], list[ConvexPart]]]:
     """Ways to part the pieces by a plane."""
     points = np.concatenate([piece.points for piece in pieces])
     found = []
@@ -117,7 +117,7 @@ def _main_axes(points: FloatArray) -> FloatArray:
     return np.asarray(axes * signs[:, None], dtype=np.float64)
 
 
-def _fit(pieces: list[Piece], rounds: int) -> Fitted:
+def _fit(pieces: list[ConvexPart], rounds: int) -> Fitted:
     """One capsule around all pieces, of nearly the least volume."""
     balls = np.concatenate(
         [np.column_stack([p.points, np.full(len(p.points), p.radius)]) for p in pieces]
@@ -164,7 +164,7 @@ def _candidates(
     return starts + low[:, None] * axes, starts + high[:, None] * axes, radii, volumes
 
 
-def _on_grid(fit: Fitted, pieces: list[Piece]) -> Fitted:
+def _on_grid(fit: Fitted, pieces: list[ConvexPart]) -> Fitted:
     """Rounded to the grid, the radius upwards until every piece lies inside."""
     a, b = (np.round(end / _GRID_M) * _GRID_M + 0.0 for end in (fit.a, fit.b))
     rounded = Fitted(a, b, 0.0)

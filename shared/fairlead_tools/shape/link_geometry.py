@@ -12,15 +12,15 @@ from fairlead.robot.bare_links import is_swept
 from fairlead.robot.description_tree import DescriptionTree, Link
 from fairlead.robot.link_poses import Poses, motion, placement
 from fairlead.robot.manifest import RobotManifest
-from fairlead_tools.shape.piece import Piece
+from fairlead_tools.shape.convex_part import ConvexPart
 
-Geometry = dict[str, list[Piece]]
+Geometry = dict[str, list[ConvexPart]]
 
 _TURN_STEP_RAD = 0.1  # of a finger that turns
 
 
 def with_swept_fingers(
-    robot: RobotManifest, tree: DescriptionTree, own: Mapping[str, Iterable[Piece]]
+    robot: RobotManifest, tree: DescriptionTree, own: Mapping[str, Iterable[ConvexPart]]
 ) -> Geometry:
     """Pieces of each link that has any, those of fingers given to what carries them.
 
@@ -35,12 +35,12 @@ def with_swept_fingers(
     return {name: pieces for name, pieces in geometry.items() if pieces}
 
 
-def _swept(robot: RobotManifest, link: Link, piece: Piece) -> list[Piece]:
+def _swept(robot: RobotManifest, link: Link, piece: ConvexPart) -> list[ConvexPart]:
     """What covers a piece at every position of its joint, in the parent's frame."""
     joint = robot.joint(link.joint or "")
     if joint.type == "prismatic":
         ends = _at(link, np.array([joint.lower, joint.upper]), piece.points)
-        return [Piece(np.concatenate(list(ends)), piece.radius)]
+        return [ConvexPart(np.concatenate(list(ends)), piece.radius)]
     steps = max(2, int(np.ceil((joint.upper - joint.lower) / _TURN_STEP_RAD)) + 1)
     turns = np.linspace(joint.lower, joint.upper, steps)
     # Between two positions a point bulges out of the chord by less than its sagitta.
@@ -48,7 +48,7 @@ def _swept(robot: RobotManifest, link: Link, piece: Piece) -> list[Piece]:
         1 - np.cos((turns[1] - turns[0]) / 2)
     )
     placed = _at(link, turns, piece.points)
-    return [Piece(np.concatenate(pair), piece.radius + bulge) for pair in pairwise(placed)]
+    return [ConvexPart(np.concatenate(pair), piece.radius + bulge) for pair in pairwise(placed)]
 
 
 def _at(link: Link, positions: FloatArray, points: FloatArray) -> list[FloatArray]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from fairlead.errors import ConfigError, expected
 from fairlead.messages import FloatArray
-from fairlead_tools.shape.piece import IntArray, Piece, box, cylinder, hull, rod
+from fairlead_tools.shape.convex_part import ConvexPart, IntArray, box, capsule, cylinder, hull
 
 _KINDS = ("box", "capsule", "cylinder", "ellipsoid", "mesh", "sphere")
 
@@ -29,7 +29,7 @@ def geom_pose(model: mujoco.MjModel, geom: int) -> tuple[FloatArray, FloatArray]
     return rotation.reshape(3, 3), np.array(model.geom_pos[geom])
 
 
-def body_pieces(model: mujoco.MjModel, body: int) -> Iterator[Piece]:
+def body_pieces(model: mujoco.MjModel, body: int) -> Iterator[ConvexPart]:
     """Each geom of a body that can collide, in the body's frame; a mesh stands for its hull.
 
     Raises:
@@ -39,18 +39,18 @@ def body_pieces(model: mujoco.MjModel, body: int) -> Iterator[Piece]:
         yield _piece(model, geom).placed(*geom_pose(model, geom))
 
 
-def _piece(model: mujoco.MjModel, geom: int) -> Piece:
+def _piece(model: mujoco.MjModel, geom: int) -> ConvexPart:
     kind = mujoco.mjtGeom(model.geom_type[geom]).name.removeprefix("mjGEOM_").lower()
     size = np.array(model.geom_size[geom])
     match kind:
         case "box" | "ellipsoid":
             return box(size)
         case "capsule":
-            return rod(size[0], size[1])
+            return capsule(size[0], size[1])
         case "cylinder":
             return cylinder(size[0], size[1])
         case "sphere":
-            return rod(size[0], 0.0)
+            return capsule(size[0], 0.0)
         case "mesh":
             mesh = int(model.geom_dataid[geom])
             return _hull(model, mesh)
@@ -63,11 +63,11 @@ def _vertices(model: mujoco.MjModel, mesh: int) -> FloatArray:
     return np.array(model.mesh_vert[first : first + int(model.mesh_vertnum[mesh])], dtype=float)
 
 
-def _hull(model: mujoco.MjModel, mesh: int) -> Piece:
+def _hull(model: mujoco.MjModel, mesh: int) -> ConvexPart:
     """The hull that the simulator collides; all vertices where it made none."""
     graph = int(model.mesh_graphadr[mesh])
     if graph < 0:
-        return Piece(_vertices(model, mesh))
+        return ConvexPart(_vertices(model, mesh))
     # Counts of vertices and faces, two numbers a vertex, its edges, and then the faces.
     vertices, faces = (int(count) for count in model.mesh_graph[graph : graph + 2])
     first = graph + 2 + 3 * (vertices + faces)

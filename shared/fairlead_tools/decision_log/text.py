@@ -7,9 +7,10 @@ from pathlib import Path
 
 from fairlead.modes import ControlMode
 from fairlead.paths import repo_root
-from fairlead.wire.verdict_text import CHECKS
-from fairlead_tools.receipts.declared_limit import DeclaredLimit, declared_limit
-from fairlead_tools.receipts.explanation import (
+from fairlead.wire.gate_checks import CHECKS
+from fairlead.wire.verdict_text import check_title
+from fairlead_tools.decision_log.declared_limit import DeclaredLimit, declared_limit
+from fairlead_tools.decision_log.explanation import (
     Answer,
     Chunk,
     Explanation,
@@ -19,41 +20,6 @@ from fairlead_tools.receipts.explanation import (
     Passes,
     Stop,
 )
-
-HINTS = {
-    1: "what sends this writes another message, or another version: docs/wire-format.md",
-    2: "whoever sent it follows another robot or HAL session: start the goal again",
-    3: "fairlead arm, then start the goal again: chunks from before an arming never run",
-    4: "start the goal again: its claim has ended, or never covered these parts",
-    5: "count sequence numbers up by one, from 1 with each claim",
-    6: "answer from newer states; `age_max_ticks` of the skill says how old they may be",
-    7: "fairlead skill check: the horizon or a width is not what the robot takes",
-    8: "find the NaN, infinity or huge number of the policy, then reset the stop",
-    9: "fairlead skill show: a part has another mode, frame or mask than the robot declares",
-    10: "send fewer chunks, or declare a higher `chunk_rate_hz` in the skill",
-    11: "bring the joint back inside its limits, or mend the sensor",
-    12: "answer sooner, or with more rows: every row was for a tick that had passed",
-    13: "mend the sensor, or whatever moved the robot",
-    20: "ask for less; a limit that is wrong for the robot is changed where it is declared",
-    21: "begin a chunk where the robot is and with the motion it is in",
-    22: "take smaller steps from row to row",
-    23: "begin a chunk with the motion that the released rows are in",
-    24: "slow down before the limit: braking would end beyond it",
-    25: "hold until the robot stands still; `transitions` and `switching` in robot.yaml say which"
-    " change it may make then",
-    26: "move the tool less in a row: its joints would be too fast, or are",
-    30: "ask for a motion that the tool can make from where it is",
-    31: "stay inside the volumes of robot.yaml, braking included",
-    32: "keep the robot's links apart",
-    33: "keep the arm away from singular poses; leaving one is always allowed",
-    34: "stay inside the zones of robot.yaml, reaction and braking included",
-    40: "find out why the robot does not follow, then reset the stop",
-    41: "mend the sensor, then reset the stop",
-    42: "look what the robot touches or has lost, then reset the stop",
-    43: "find out why the robot did not stop, before anything else",
-    50: "give the gate a processor of its own; changed memory: replace the computer",
-}
-"""What to do about each code; the numbers are the verdict's."""
 
 
 def decision_lines(asked: Explanation, decision: Answer | Stop | Latch) -> list[str]:
@@ -83,7 +49,7 @@ def _ended_lines(asked: Explanation, ended: Stop | Latch) -> list[str]:
 def _hint_of(cause: str) -> str:
     """What to look at after a stop that a measured state raised; its cause begins with G0nn."""
     code = cause[1:4]
-    return HINTS.get(int(code), "") if code in ("040", "041", "042", "043") else ""
+    return CHECKS[int(code)].hint if code in ("040", "041", "042", "043") else ""
 
 
 def _answer_lines(asked: Explanation, answer: Answer) -> list[str]:
@@ -100,8 +66,8 @@ def _answer_lines(asked: Explanation, answer: Answer) -> list[str]:
     lines += _limit_lines(asked, answer)
     if answer.would_pass is not None:
         lines.append(_line("passes", _passes(answer, answer.would_pass)))
-    if hint := HINTS.get(answer.code, ""):
-        lines.append(_line("do", hint))
+    if answer.code in CHECKS:
+        lines.append(_line("do", CHECKS[answer.code].hint))
     return lines
 
 
@@ -129,7 +95,7 @@ def _asked(chunk: Chunk) -> str:
 
 
 def _why(answer: Answer) -> str:
-    what = f"G{answer.code:03d} {CHECKS.get(answer.code, 'check')}"
+    what = f"G{answer.code:03d} {check_title(answer.code)}"
     row = f"row {answer.row}" if answer.row >= 0 else ""
     where = ", ".join(text for text in (row, f"{answer.part} {answer.axis}".strip()) if text)
     if answer.margin == 0.0 or not where:  # a rule without a magnitude

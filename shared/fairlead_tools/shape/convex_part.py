@@ -20,7 +20,7 @@ def _no_edges() -> IntArray:
 
 
 @dataclass(frozen=True)
-class Piece:
+class ConvexPart:
     """All points within ``radius`` [m] of the convex hull of ``points``.
 
     points: shape ``[n, 3]``, in the link's frame [m].
@@ -31,11 +31,11 @@ class Piece:
     radius: float = 0.0
     edges: IntArray = field(default_factory=_no_edges)
 
-    def placed(self, rotation: FloatArray, translation: FloatArray) -> Piece:
+    def placed(self, rotation: FloatArray, translation: FloatArray) -> ConvexPart:
         """The same piece in a frame in which its own has this pose: ``[3, 3]`` and ``[3]``."""
-        return Piece(self.points @ rotation.T + translation, self.radius, self.edges)
+        return ConvexPart(self.points @ rotation.T + translation, self.radius, self.edges)
 
-    def cut(self, normal: FloatArray, offset: float) -> tuple[Piece | None, Piece | None]:
+    def cut(self, normal: FloatArray, offset: float) -> tuple[ConvexPart | None, ConvexPart | None]:
         """Its parts below and above the plane ``normal . x = offset``, None where there is none.
 
         A piece without edges goes whole to the side of its middle.
@@ -45,7 +45,7 @@ class Piece:
             return (self, None) if heights.mean() <= 0.0 else (None, self)
         return self._half(heights, normal), self._half(-heights, normal)
 
-    def _half(self, heights: FloatArray, normal: FloatArray) -> Piece | None:
+    def _half(self, heights: FloatArray, normal: FloatArray) -> ConvexPart | None:
         """The part where ``heights``, of the points over a plane, are not positive."""
         inside = heights <= 0.0
         if inside.all() or heights.min() > -_FLAT_M:
@@ -65,21 +65,21 @@ class Piece:
             np.column_stack([number[start], new]),
             np.column_stack([around, np.roll(around, -1)]),
         ]
-        return Piece(
+        return ConvexPart(
             np.concatenate([self.points[inside], crossing]), self.radius, np.concatenate(edges)
         )
 
 
-def box(half_sizes: FloatArray) -> Piece:
+def box(half_sizes: FloatArray) -> ConvexPart:
     """A box around the origin, from half its lengths [m]."""
     signs = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
     edges = [
         (i, j) for i in range(8) for j in range(i) if np.count_nonzero(signs[i] - signs[j]) == 1
     ]
-    return Piece(signs * half_sizes, edges=np.array(edges))
+    return ConvexPart(signs * half_sizes, edges=np.array(edges))
 
 
-def cylinder(radius: float, half_length: float) -> Piece:
+def cylinder(radius: float, half_length: float) -> ConvexPart:
     """The prism around a cylinder along z at the origin [m]: up to 0.22 % wider."""
     turns = np.arange(_ROUND_SIDES) * (2.0 * np.pi / _ROUND_SIDES)
     ring = np.stack([np.cos(turns), np.sin(turns)], axis=1) * (radius / np.cos(turns[1] / 2.0))
@@ -87,19 +87,20 @@ def cylinder(radius: float, half_length: float) -> Piece:
     low = np.arange(_ROUND_SIDES)
     pairs = [(low, np.roll(low, 1)), (low + _ROUND_SIDES, np.roll(low, 1) + _ROUND_SIDES),
              (low, low + _ROUND_SIDES)]  # fmt: skip
-    return Piece(np.concatenate(ends), edges=np.concatenate([np.column_stack(p) for p in pairs]))
+    edges = np.concatenate([np.column_stack(pair) for pair in pairs])
+    return ConvexPart(np.concatenate(ends), edges=edges)
 
 
-def rod(radius: float, half_length: float) -> Piece:
+def capsule(radius: float, half_length: float) -> ConvexPart:
     """A capsule along z at the origin, a ball where ``half_length`` is 0 [m]."""
-    return Piece(np.array([[0.0, 0.0, -half_length], [0.0, 0.0, half_length]]), radius)
+    return ConvexPart(np.array([[0.0, 0.0, -half_length], [0.0, 0.0, half_length]]), radius)
 
 
-def hull(points: FloatArray, faces: IntArray) -> Piece:
+def hull(points: FloatArray, faces: IntArray) -> ConvexPart:
     """A convex body from its triangles: indices ``[n, 3]`` into ``points``."""
     used, corners = np.unique(faces, return_inverse=True)
     sides = corners.reshape(-1, 3)[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
-    return Piece(points[used], edges=np.unique(np.sort(sides, axis=1), axis=0))
+    return ConvexPart(points[used], edges=np.unique(np.sort(sides, axis=1), axis=0))
 
 
 def _by_angle(points: FloatArray, normal: FloatArray) -> IntArray:

@@ -8,7 +8,7 @@ from typing import Any
 
 import yaml
 
-from fairlead_tools.receipts.explanation import Judged
+from fairlead_tools.decision_log.explanation import Judged
 
 _ABSOLUTE, _BRAKING = 20, 24
 _STEPS = (21, 22, 23)

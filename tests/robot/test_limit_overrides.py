@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from fairlead.robot.manifest import load_robot
+from fairlead.skill.limit_overrides import limit_problems
 from fairlead.skill.manifest import SkillLimit, load_skill
-from fairlead.skill.tightening import limit_problems
 
 ROBOT = load_robot("dual_panda")
 SKILL = load_skill("dual-panda-lift")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from fairlead.hal.core import HalCore
 from fairlead.hal.identity import HostSettings
 from fairlead.hal.shared_core import SharedCore
-from fairlead.hal.stop_caller import StopCaller
+from fairlead.hal.stop_publisher import StopPublisher
 from fairlead.keys import Keys
 from fairlead.messages import StopLevel, decode
 from fairlead.wire.memory_bus import MemoryBus
@@ -19,7 +19,7 @@ def test_stops_keep_their_pace_when_they_are_asked_late() -> None:
     heard: list[StopLevel] = []
     bus.subscribe(keys.stop, lambda sample: heard.append(decode(StopLevel, sample.payload)))
     core = SharedCore(HalCore(1, "realtime", 1, 1, 50 * MS))
-    caller = StopCaller(bus, HostSettings("hal", keys, "realtime", 1), core)
+    caller = StopPublisher(bus, HostSettings("hal", keys, "realtime", 1), core)
 
     caller.raise_stop("a test")
     said = []

@@ -20,7 +20,7 @@ MOST = {
 }
 
 
-def check_room(robot: RobotManifest, config: dict[str, Json]) -> None:
+def check_capacity(robot: RobotManifest, config: dict[str, Json]) -> None:
     """Whether a compiled file fits into the gate.
 
     Raises:

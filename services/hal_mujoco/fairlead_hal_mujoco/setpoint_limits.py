@@ -13,7 +13,7 @@ LEAD_PERIODS = 2.0
 """Periods of full speed by which a moving setpoint may lead its joint."""
 
 
-class JointRoom:
+class SetpointLimits:
     """Position limits, speeds and the lead of a robot's commanded joints.
 
     Attributes:
@@ -47,7 +47,7 @@ class JointRoom:
         upper = np.maximum(self.upper[own], setpoints)
         return np.clip(lowest, lower, upper), np.clip(highest, lower, upper)
 
-    def share(
+    def step_scale(
         self, joints: Sequence[int], steps: FloatArray, setpoints: FloatArray, measured: FloatArray
     ) -> float:
         """How much of these steps every joint can do in one period: 1.0, or less for all."""

@@ -16,7 +16,7 @@ REPEAT_NS = 50_000_000
 """A stop is repeated this often until a lease lists it."""
 
 
-class StopCaller:
+class StopPublisher:
     """Puts stops on ``safety/stop``; a lost one is repeated, so it cannot be missed."""
 
     def __init__(self, bus: Bus, settings: HostSettings, core: SharedCore) -> None:
