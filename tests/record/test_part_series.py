@@ -262,11 +262,17 @@ def test_the_caption_of_a_tick_is_the_newest_verdict_then_or_that_the_robot_hold
     )  # fmt: skip
 
 
-def test_the_caption_of_a_refusal_leaves_out_where_its_limit_is_from() -> None:
+def test_the_caption_of_a_refusal_says_without_its_limits_source_whether_the_robot_holds(
+    run: Run,
+) -> None:
     beyond = msgspec.structs.replace(
         verdict(2, Outcome.REFUSED, 20), value=5.0, limit=0.1, limit_source="a data sheet"
     )
-    assert refusal("5 m", beyond, 12).said == "G020 limit: chunk 2 refused: value 5, limit 0.1"
+    moving = refusal(run, "5 m", beyond)
+    assert moving.said == "G020 limit: chunk 2 refused: value 5, limit 0.1"
+    assert moving.counts == "tick 12"
+    run.joints.append(joints(13, (NO_ROW,) * 4))
+    assert refusal(run, "5 m", beyond).counts == "tick 13   every part holds"
 
 
 @pytest.mark.processes
@@ -283,7 +289,7 @@ def test_a_video_has_a_frame_for_each_tick_and_a_still_for_each_end(
         )
         for tick in (13, 11, 12, 12)
     ]  # fmt: skip
-    ends = [refusal("sent: too much", verdict(2, Outcome.REFUSED, 20), 13)]
+    ends = [refusal(run, "sent: too much", verdict(2, Outcome.REFUSED, 20))]
     frames = list(captioned(images, lambda tick: caption_at(run, tick, "wave"), ends, 10.0))
     assert {frame.shape for frame in frames} == {(16 + HEIGHT_PX, 320, 3)}
     assert (frames[0][:16] == 8 * 11).all() and (frames[-1][:16] == 8 * 13).all()

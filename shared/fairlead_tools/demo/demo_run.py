@@ -185,7 +185,7 @@ def _videos(wish: DemoWish, run: _Shown, log: Run, robot: RobotManifest) -> list
         return []
     prompt = f"goal: {load_skill(wish.skill).prompt}"
     frames_per_s = 1e9 / (robot.tick_period_ns * FRAME_TICKS)
-    ends = [refusal(f"sent: {one.sent}", one.verdict, log.tick) for one in run.challenges]
+    ends = [refusal(log, f"sent: {one.sent}", one.verdict) for one in run.challenges]
     frames = list(captioned(images, lambda tick: caption_at(log, tick, prompt), ends, frames_per_s))
     for path in paths:
         write_video(frames, frames_per_s, path)

@@ -47,11 +47,10 @@ def caption_at(run: Run, tick: int, asked: str) -> Caption:
     return Caption(word, asked, _words(newest), counts)
 
 
-def refusal(asked: str, verdict: Verdict, tick: int) -> Caption:
-    """One verdict by itself, given at a tick while the robot held."""
-    return Caption(
-        Outcome(verdict.outcome).name, asked, _words(verdict), f"tick {tick}   every part holds"
-    )
+def refusal(run: Run, asked: str, verdict: Verdict) -> Caption:
+    """One verdict by itself, after the run, and whether the robot held in its last period."""
+    held = "   every part holds" if run.tick - 1 in held_ticks(run) else ""
+    return Caption(Outcome(verdict.outcome).name, asked, _words(verdict), f"tick {run.tick}{held}")
 
 
 def _words(verdict: Verdict) -> str:
