@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import asyncio
 import sys
 from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
@@ -16,6 +16,7 @@ from fairlead.deploy.registry import running_name
 from fairlead.errors import FairleadError, RefusedError
 from fairlead.messages import ArmReply, GateState, GateStatus
 from fairlead.operate.client import RobotClient
+from fairlead.operate.connection import connect
 from fairlead.operate.which_deployment import running_files
 from fairlead_tools.cli.console import echo, hex_id
 from fairlead_tools.cli.options import DeploymentOption, choose_deployment, example
@@ -87,8 +88,7 @@ def stop_command(
     stop: use the robot's own for that.
     """
     files = [deployment] if deployment is not None else running_files()
-    with ThreadPoolExecutor(len(files)) as at_once:  # nobody's stop waits for another's
-        outcomes = list(at_once.map(lambda file: _stop(file, reason), files))
+    outcomes = asyncio.run(_stop_all(files, reason))
     failed = False
     for file, outcome in zip(files, outcomes, strict=True):
         if isinstance(outcome, FairleadError):
@@ -102,11 +102,16 @@ def stop_command(
         raise typer.Exit(1)
 
 
-def _stop(file: Path, reason: str) -> tuple[str, int] | FairleadError:
+async def _stop_all(files: list[Path], reason: str) -> list[tuple[str, int] | FairleadError]:
+    """At once: nobody's stop waits for another's."""
+    return await asyncio.gather(*(_stop(file, reason) for file in files))
+
+
+async def _stop(file: Path, reason: str) -> tuple[str, int] | FairleadError:
     try:
         chosen = load_deployment(file)
-        with RobotClient(chosen) as client:
-            return running_name(chosen), client.stop(reason)
+        async with connect(chosen, by="fairlead") as robot:
+            return running_name(chosen), await robot.stop(reason)
     except FairleadError as error:
         return error
 
