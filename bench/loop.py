@@ -20,7 +20,7 @@ from pathlib import Path
 
 from fairlead.deploy.deployment import load_deployment
 from fairlead.messages import Hold, ResetEpisodeReply
-from fairlead.operate.goal_run import GoalWish, run_goal
+from fairlead.operate.goal_run import GoalOptions, run_goal
 from fairlead.paths import repo_root
 from fairlead.skill.manifest import load_skill
 from fairlead_tools.parity.local_episode import local_episode
@@ -52,7 +52,7 @@ def run_round(seed: int, folder: Path) -> Round:
     with scratch_robot(scratch) as robot:
         reset = robot.client.reset_episode(seed)
         robot.client.arm()
-        result = run_goal(robot.client, GoalWish(SKILL, deadline_ticks=DEADLINE_TICKS)).result
+        result = run_goal(robot.client, GoalOptions(SKILL, deadline_ticks=DEADLINE_TICKS)).result
         robot.client.disarm()
     assert result is not None, "the goal ended without a result"
     ticks, seconds = moving_time(folder / "hal" / "motion.jsonl", result.last_tick)

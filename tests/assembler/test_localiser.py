@@ -16,7 +16,7 @@ import yaml
 
 from fairlead.deploy.registry import Registry
 from fairlead.messages import GoalResult, LayoutState, TransformBatch, decode
-from fairlead.operate.goal_run import GoalWish, run_goal
+from fairlead.operate.goal_run import GoalOptions, run_goal
 from fairlead.paths import SKILLS_VARIABLE, repo_root
 from fairlead.wire.bus import Sample
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
@@ -117,7 +117,7 @@ class Scene:
         client = self._robot.client
         client.disarm()
         client.arm()
-        result = run_goal(client, GoalWish(SKILL, deadline_ticks=CALLS)).result
+        result = run_goal(client, GoalOptions(SKILL, deadline_ticks=CALLS)).result
         assert result is not None
         lines = self._seen.read_text().split() if self._seen.exists() else []
         return result, [float(line) for line in lines]

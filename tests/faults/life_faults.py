@@ -14,7 +14,7 @@ from pathlib import Path
 
 from fairlead.deploy.registry import Registry
 from fairlead.messages import GateState
-from fairlead.operate.goal_run import GoalWish, run_goal
+from fairlead.operate.goal_run import GoalOptions, run_goal
 from fairlead_tools.supervisor.command_line import service_command, service_environment
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
 from fairlead_tools.supervisor.scratch_robot import scratch_robot
@@ -131,7 +131,7 @@ def soak(robot: LiveStage) -> Shot:
     warm: dict[str, int] = {}
     warm_tick, tick = 0, first
     while tick - first < wanted + WARM_TICKS:
-        result = run_goal(robot.client, GoalWish(SKILL, deadline_ticks=GOAL_TICKS)).result
+        result = run_goal(robot.client, GoalOptions(SKILL, deadline_ticks=GOAL_TICKS)).result
         assert result is not None and result.outcome == "deadline", result
         tick = robot.client.hal_status().tick
         if not warm and tick - first >= WARM_TICKS:

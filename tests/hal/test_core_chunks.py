@@ -1,4 +1,4 @@
-"""Which chunk's row the twin of the gate executes in realtime pacing."""
+"""Which chunk's row the execution guard executes in realtime pacing."""
 
 from __future__ import annotations
 

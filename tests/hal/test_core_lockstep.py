@@ -1,4 +1,4 @@
-"""The twin of the gate in lockstep: the world waits for its decision, and only for that."""
+"""The execution guard in lockstep: the world waits for its decision, and only for that."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The twin of the gate in realtime pacing: what runs, what holds, and why."""
+"""The execution guard in realtime pacing: what runs, what holds, and why."""
 
 from __future__ import annotations
 

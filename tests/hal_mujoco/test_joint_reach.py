@@ -12,7 +12,7 @@ import yaml
 from fairlead.deploy.deployment import load_deployment
 from fairlead.deploy.registry import Registry
 from fairlead.messages import FloatArray, GoalResult, JointState, decode, floats
-from fairlead.operate.goal_run import GoalWish, run_goal
+from fairlead.operate.goal_run import GoalOptions, run_goal
 from fairlead.robot.manifest import load_robot
 from fairlead.wire.bus import Sample
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
@@ -38,7 +38,7 @@ def reach(robot: ScratchRobot, seed: int) -> tuple[GoalResult, FloatArray]:
     client.disarm()
     client.reset_episode(seed)
     client.arm()
-    wish = GoalWish(SKILL, deadline_ticks=DEADLINE_TICKS, stall_timeout_s=10.0)
+    wish = GoalOptions(SKILL, deadline_ticks=DEADLINE_TICKS, stall_timeout_s=10.0)
     result = run_goal(client, wish).result
     client.disarm()
     subscription.undeclare()

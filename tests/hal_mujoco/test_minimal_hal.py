@@ -14,7 +14,7 @@ import yaml
 
 from fairlead.messages import JointState, decode, floats
 from fairlead.operate.client import RobotClient
-from fairlead.operate.goal_run import GoalWish, run_goal
+from fairlead.operate.goal_run import GoalOptions, run_goal
 from fairlead.paths import repo_root
 from fairlead_tools.supervisor.command_line import service_command, service_environment
 from fairlead_tools.supervisor.scratch import Scratch, ScratchOptions, make_scratch
@@ -73,7 +73,7 @@ def test_the_example_reaches_the_goal_behind_the_real_gate(tmp_path: Path) -> No
             client.keys.joints, lambda sample: states.append(decode(JointState, sample.payload))
         )
         client.arm()
-        result = run_goal(client, GoalWish(SKILL, deadline_ticks=80)).result
+        result = run_goal(client, GoalOptions(SKILL, deadline_ticks=80)).result
         client.disarm()
     assert result is not None and result.outcome == "deadline", "it has no task that could succeed"
     np.testing.assert_allclose(floats(states[-1].positions)[:8], goal_position(), atol=1e-6)

@@ -10,7 +10,7 @@ import pytest
 
 from fairlead.deploy.registry import Registry
 from fairlead.messages import GoalResult, Hold, JointState, decode
-from fairlead.operate.goal_run import GoalWish, run_goal
+from fairlead.operate.goal_run import GoalOptions, run_goal
 from fairlead.paths import SKILLS_VARIABLE, repo_root
 from fairlead.robot.manifest import load_robot
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
@@ -54,14 +54,14 @@ def test_state_34_the_base_navigates_while_a_policy_moves_the_arm(
         return [s.tick for s in states if {s.acted[p].hold for p in (ARM, BASE)} == {Hold.NONE}]
 
     def manipulate() -> None:
-        ended.append(run_goal(client, GoalWish("wiggle", deadline_ticks=0)).result)
+        ended.append(run_goal(client, GoalOptions("wiggle", deadline_ticks=0)).result)
 
     client.arm()
     threading.Thread(target=manipulate, daemon=True).start()
     wait_for(
         lambda: any(s.acted[ARM].hold == Hold.NONE for s in states), "the policy moves the arm"
     )
-    drove: GoalResult | None = run_goal(client, GoalWish("go-to", "0.3 0.1 0")).result
+    drove: GoalResult | None = run_goal(client, GoalOptions("go-to", "0.3 0.1 0")).result
     assert drove is not None and drove.outcome == "succeeded", drove
     assert not ended and len(together()) > 10
     client.cancel("manipulation", client.goal_feedback("manipulation").goal_id)

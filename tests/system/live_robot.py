@@ -12,7 +12,7 @@ from concurrent.futures import Future
 from fairlead.errors import FairleadError
 from fairlead.messages import GateState, GoalResult, ResetEpisodeReply, SafeChunk, decode
 from fairlead.operate.goal import Progress
-from fairlead.operate.goal_run import GoalWish, run_goal
+from fairlead.operate.goal_run import GoalOptions, run_goal
 from fairlead.wire.bus import Sample
 from fairlead_tools.supervisor.scratch_robot import ScratchRobot
 from tests.system.motion_log import MotionLine, MotionLog
@@ -65,7 +65,9 @@ class LiveRobot:
 
     def start_goal(self, stall_timeout_s: float = 3.0) -> Future[Progress]:
         """Run a goal of the skill in the background."""
-        wish = GoalWish(self._skill, deadline_ticks=DEADLINE_TICKS, stall_timeout_s=stall_timeout_s)
+        wish = GoalOptions(
+            self._skill, deadline_ticks=DEADLINE_TICKS, stall_timeout_s=stall_timeout_s
+        )
         progress: Future[Progress] = Future()
 
         def run() -> None:

@@ -23,7 +23,7 @@ from fairlead.messages import (
     floats,
 )
 from fairlead.modes import ControlMode
-from fairlead.operate.goal_run import GoalWish, run_goal
+from fairlead.operate.goal_run import GoalOptions, run_goal
 from fairlead.robot.manifest import RobotManifest
 from fairlead.wire.bus import Sample
 from fairlead_tools.supervisor.scratch_robot import ScratchRobot
@@ -139,7 +139,7 @@ class ModeRobot:
         self._wait_still()
         with self._changed:
             self._story = Story(states=self._story.states[-1:])
-        wish = GoalWish(name, deadline_ticks=self._skills[name].ticks, stall_timeout_s=STALL_S)
+        wish = GoalOptions(name, deadline_ticks=self._skills[name].ticks, stall_timeout_s=STALL_S)
         result = run_goal(self._client, wish).result
         assert result is not None
         self._wait_still()

@@ -11,7 +11,7 @@ import pytest
 
 from fairlead.deploy.registry import Registry
 from fairlead.messages import GateState
-from fairlead.operate.goal_run import GoalWish, run_goal
+from fairlead.operate.goal_run import GoalOptions, run_goal
 from fairlead.paths import repo_root
 from fairlead_hal_sim.options import SimulatorOptions
 from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
@@ -68,7 +68,7 @@ class CameraRobot(NamedTuple):
         if seed is not None:
             client.reset_episode(seed)
         client.arm()
-        progress = run_goal(client, GoalWish(skill, deadline_ticks=DEADLINE_TICKS))
+        progress = run_goal(client, GoalOptions(skill, deadline_ticks=DEADLINE_TICKS))
         client.disarm()
         assert progress.result is not None
         return f"{progress.result.outcome} {progress.result.detail}"

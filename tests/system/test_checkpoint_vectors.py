@@ -9,7 +9,7 @@ import pytest
 import yaml
 
 from fairlead.deploy.deployment import load_deployment
-from fairlead.operate.goal_run import GoalWish
+from fairlead.operate.goal_run import GoalOptions
 from fairlead.paths import ROOT_VARIABLE, repo_root
 from fairlead.skill.manifest import SkillManifest, load_skill
 from fairlead_skill_runner.trace import TraceRecord, TraceWriter
@@ -66,7 +66,7 @@ def test_random_vectors_reach_the_simulator_as_the_policy_wrote_them_but_for_the
 
     checkout_with(tmp_path / "deployed", skill, record(tmp_path / "emitted.jsonl", emitted))
     monkeypatch.setenv(ROOT_VARIABLE, str(tmp_path / "deployed"))
-    wish = GoalWish(SKILL, deadline_ticks=CALLS * ROWS)
+    wish = GoalOptions(SKILL, deadline_ticks=CALLS * ROWS)
     (episode,) = deployed_episodes(source, wish, [4], tmp_path / "state", lambda now: None)
     deployed, reset = episode.trace, episode.reset
 

@@ -13,7 +13,7 @@ import yaml
 from fairlead.deploy.registry import Registry
 from fairlead.messages import GateState, GoalResult, Verdict, decode, floats
 from fairlead.modes import ControlMode
-from fairlead.operate.goal_run import GoalWish, run_goal
+from fairlead.operate.goal_run import GoalOptions, run_goal
 from fairlead.paths import repo_root, rskill_dir
 from fairlead.robot.manifest import load_robot
 from fairlead.wire.bus import Sample
@@ -82,7 +82,7 @@ class Robot:
         self.client.arm()
 
     def goal(self, deadline_ticks: int, skill: str = SKILL) -> GoalResult:
-        progress = run_goal(self.client, GoalWish(skill, deadline_ticks=deadline_ticks))
+        progress = run_goal(self.client, GoalOptions(skill, deadline_ticks=deadline_ticks))
         assert progress.result is not None
         return progress.result
 

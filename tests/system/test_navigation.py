@@ -24,7 +24,7 @@ from fairlead.messages import (
     floats,
 )
 from fairlead.modes import ControlMode
-from fairlead.operate.goal_run import GoalWish, run_goal
+from fairlead.operate.goal_run import GoalOptions, run_goal
 from fairlead.operate.runner_choice import choose_runner
 from fairlead.paths import SKILLS_VARIABLE, repo_root
 from fairlead.robot.manifest import load_robot
@@ -88,7 +88,7 @@ class TwoRunners:
         self.verdicts.clear()
 
     def run(self, skill: str, prompt: str = "", deadline_ticks: int = 600) -> GoalResult:
-        result = run_goal(self.client, GoalWish(skill, prompt, deadline_ticks)).result
+        result = run_goal(self.client, GoalOptions(skill, prompt, deadline_ticks)).result
         assert result is not None
         return result
 

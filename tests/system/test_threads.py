@@ -9,7 +9,7 @@ import pytest
 
 from fairlead.deploy.deployment import Deployment
 from fairlead.deploy.registry import Registry
-from fairlead.operate.goal_run import GoalWish, run_goal
+from fairlead.operate.goal_run import GoalOptions, run_goal
 from fairlead.paths import repo_root
 from fairlead_tools.supervisor.command_line import service_command
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
@@ -43,7 +43,7 @@ def test_each_entry_point_is_called_by_the_thread_that_the_document_names(tmp_pa
     with scratch_robot(scratch, Registry(tmp_path / "state"), command=recorded) as robot:
         robot.client.reset_episode(0)
         robot.client.arm()
-        result = run_goal(robot.client, GoalWish(SKILL)).result
+        result = run_goal(robot.client, GoalOptions(SKILL)).result
         assert result is not None and result.outcome == "succeeded"
     called = {tuple(line.split()) for line in seen.read_text(encoding="utf-8").splitlines()}
     wanted = documented()

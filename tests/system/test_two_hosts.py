@@ -16,7 +16,7 @@ from pathlib import Path
 
 import pytest
 
-from fairlead.operate.goal_run import GoalWish
+from fairlead.operate.goal_run import GoalOptions
 from fairlead.paths import repo_root
 from fairlead_skill_runner.trace import read_trace
 from fairlead_tools.parity.comparison import compare
@@ -53,7 +53,7 @@ def test_the_demo_across_two_hosts_packs_the_same_actions_as_on_one(
 ) -> None:
     print(f"hosts: {network.why_loopback or 'two network namespaces'} {network.addresses}")
     (one,) = deployed_episodes(
-        ONE_HOST, GoalWish(SKILL, deadline_ticks=1200), [SEED], tmp_path / "one", lambda _: None
+        ONE_HOST, GoalOptions(SKILL, deadline_ticks=1200), [SEED], tmp_path / "one", lambda _: None
     )
     with two_hosts(network, tmp_path / "two", "lockstep") as hosts:
         result = hosts.ask("gpu", "run", SKILL, "--seed", str(SEED))["result"]

@@ -117,6 +117,8 @@ class GoalRun:
     async def _run(self) -> GoalResult:
         around = self._around
         self._loading = asyncio.create_task(self._load())
+        if self._cancelled_by:
+            self._loading.cancel()
         try:
             await self._loading
         except asyncio.CancelledError:

@@ -1,6 +1,6 @@
 """The HAL contract: what a simulator or a robot driver must provide, and nothing more.
 
-The host in this package owns the keys, the tick, the twin of the gate and the hold
+The host in this package owns the keys, the tick, the execution guard and the hold
 decision; a backend reads, applies one set of commands per tick, and describes itself.
 It never sees a key, a chunk, a lease or a clock.
 

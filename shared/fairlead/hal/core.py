@@ -1,4 +1,4 @@
-"""The twin of the gate: decides, tick by tick, what the robot may execute.
+"""The execution guard: decides, tick by tick, what the robot may execute.
 
 A claim's parts execute the row of tick n only if the row is in a SafeChunk that continues
 what the claim really did in tick n - 1, the newest lease grants that claim for n, the lease

@@ -1,4 +1,4 @@
-"""The HAL host: the tick loop every HAL shares, around a backend and the twin of the gate.
+"""The HAL host: the tick loop every HAL shares, around a backend and the execution guard.
 
 Each tick: measure, publish (joints last), decide, log, act. Realtime ticks come at the
 control rate; a lockstep world waits for its decision and repeats the tick every 100 ms.

@@ -11,7 +11,7 @@ from fairlead.operate.robot import STALL_TIMEOUT_S
 
 
 @dataclasses.dataclass(frozen=True)
-class GoalWish:
+class GoalOptions:
     """What to ask a runner for; each field as in `Robot.run`."""
 
     skill: str
@@ -23,7 +23,7 @@ class GoalWish:
 
 def run_goal(
     client: RobotClient,
-    wish: GoalWish,
+    wish: GoalOptions,
     on_progress: Callable[[Progress], None] = lambda progress: None,
 ) -> Progress:
     """Send one goal and follow it until it has a result; raises as `Robot.run` and its goal.

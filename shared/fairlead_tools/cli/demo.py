@@ -10,7 +10,7 @@ import typer
 
 from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.errors import ConfigError, FairleadError, ServiceError
-from fairlead.operate.goal_run import GoalWish
+from fairlead.operate.goal_run import GoalOptions
 from fairlead.paths import deployment_path
 from fairlead.robot.manifest import RobotManifest, load_robot
 from fairlead.skill.manifest import SkillManifest, load_skill
@@ -209,7 +209,7 @@ def parity_command(
     source = deployment or deployment_path(SOURCE)
     loaded, manifest = load_deployment(source), load_skill(skill)
     check_comparable(loaded, manifest)
-    wish = GoalWish(manifest.id, deadline_ticks=ticks)
+    wish = GoalOptions(manifest.id, deadline_ticks=ticks)
     seeds = range(seed, seed + episodes)
     if random_scale is not None:
         deployed = random_episodes(loaded, manifest, random_scale, seeds, ticks)

@@ -16,7 +16,7 @@ from fairlead.deploy.deployment import load_deployment
 from fairlead.errors import FairleadError, RefusedError
 from fairlead.messages import GateState, GoalResult, Outcome, Verdict, decode
 from fairlead.operate.client import RobotClient
-from fairlead.operate.goal_run import GoalWish, run_goal
+from fairlead.operate.goal_run import GoalOptions, run_goal
 from fairlead.operate.runner_choice import choose_runner
 from fairlead.operate.which_deployment import choose_file
 from fairlead.robot.manifest import load_robot
@@ -122,7 +122,7 @@ def eval_command(
     manifest, file = load_skill(skill), choose_file(deployment)
     chosen = load_deployment(file)
     named = choose_runner(chosen, skill, runner)
-    wish = GoalWish(skill, prompt, deadline_ticks, stall_timeout, named)
+    wish = GoalOptions(skill, prompt, deadline_ticks, stall_timeout, named)
     require_admission(manifest, load_robot(chosen.robot))
     wait_started(file, lambda line: echo(line, err=True))
     done: list[Episode] = []
@@ -149,7 +149,12 @@ class _Run:
     """Episodes on one robot, one after the other."""
 
     def __init__(
-        self, client: RobotClient, wish: GoalWish, line: ProgressLine, reset_stops: bool, yes: bool
+        self,
+        client: RobotClient,
+        wish: GoalOptions,
+        line: ProgressLine,
+        reset_stops: bool,
+        yes: bool,
     ) -> None:
         self._client, self._wish, self._line = client, wish, line
         self._reset_stops, self._yes = reset_stops, yes

@@ -14,7 +14,7 @@ from fairlead.errors import ConfigError, RefusedError, expected
 from fairlead.messages import GateState, GateStatus, GoalResult, HalStatus, ResetEpisodeReply
 from fairlead.operate.client import RobotClient
 from fairlead.operate.goal import Progress
-from fairlead.operate.goal_run import GoalWish
+from fairlead.operate.goal_run import GoalOptions
 from fairlead.operate.runner_choice import choose_runner
 from fairlead.operate.which_deployment import choose_file
 from fairlead.robot.manifest import load_robot
@@ -80,7 +80,7 @@ def run_command(
     With --then the goals run one after the other, until one does not succeed.
     """
     skill = installed_skill(skill)
-    wishes = [GoalWish(skill, prompt, deadline_ticks, stall_timeout, runner)]
+    wishes = [GoalOptions(skill, prompt, deadline_ticks, stall_timeout, runner)]
     wishes += [_next_wish(step, wishes[0]) for step in then or ()]
     for wish in wishes:
         load_skill(wish.skill)  # one that does not exist is said first
@@ -107,25 +107,25 @@ def run_command(
         raise typer.Exit(1)
 
 
-def _next_wish(step: str, first: GoalWish) -> GoalWish:
+def _next_wish(step: str, first: GoalOptions) -> GoalOptions:
     """``SKILL`` or ``SKILL: PROMPT``; deadline and stall timeout are those of the first."""
     skill, _, prompt = step.partition(":")
     return dataclasses.replace(first, skill=installed_skill(skill.strip()), prompt=prompt.strip())
 
 
-def _with_runner(wish: GoalWish, deployment: Deployment) -> GoalWish:
+def _with_runner(wish: GoalOptions, deployment: Deployment) -> GoalOptions:
     return dataclasses.replace(wish, runner=choose_runner(deployment, wish.skill, wish.runner))
 
 
 def _require_admission(
-    wishes: Sequence[GoalWish], deployment: Deployment, hal: HalStatus | None = None
+    wishes: Sequence[GoalOptions], deployment: Deployment, hal: HalStatus | None = None
 ) -> None:
     robot = load_robot(deployment.robot)
     for wish in wishes:
         require_admission(load_skill(wish.skill), robot, hal)
 
 
-def _run(client: RobotClient, wish: GoalWish, as_json: bool) -> Progress:
+def _run(client: RobotClient, wish: GoalOptions, as_json: bool) -> Progress:
     """One goal; its result is printed before anything else is asked, also after Ctrl-C."""
     goal = client.run(**dataclasses.asdict(wish))
     try:

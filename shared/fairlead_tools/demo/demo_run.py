@@ -16,7 +16,7 @@ from fairlead.errors import ConfigError
 from fairlead.messages import GoalResult
 from fairlead.operate.client import RobotClient
 from fairlead.operate.goal import Progress
-from fairlead.operate.goal_run import GoalWish, run_goal
+from fairlead.operate.goal_run import GoalOptions, run_goal
 from fairlead.operate.runner_choice import choose_runner
 from fairlead.robot.manifest import RobotManifest, load_robot
 from fairlead.skill.admission import require_admission
@@ -121,7 +121,7 @@ def _run(
     say(f"armed; goal: {skill.prompt}")
     began_s = time.monotonic()
     runner = choose_runner(client.deployment, wish.skill)
-    goal = GoalWish(wish.skill, deadline_ticks=DEADLINE_TICKS, runner=runner)
+    goal = GoalOptions(wish.skill, deadline_ticks=DEADLINE_TICKS, runner=runner)
     progress = run_goal(client, goal, show)
     goal_s = time.monotonic() - began_s
     say("now two chunks that must not pass")

@@ -14,7 +14,7 @@ import numpy as np
 from fairlead.errors import ServiceError
 from fairlead.messages import ResetEpisodeReply
 from fairlead.operate.goal import Progress
-from fairlead.operate.goal_run import GoalWish, run_goal
+from fairlead.operate.goal_run import GoalOptions, run_goal
 from fairlead_tools.parity.episode_trace import EpisodeTrace
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
 from fairlead_tools.supervisor.scratch_robot import scratch_robot
@@ -48,7 +48,7 @@ class DeployedEpisode:
 
 def deployed_episodes(
     source: Path,
-    wish: GoalWish,
+    wish: GoalOptions,
     seeds: Iterable[int],
     folder: Path,
     on_progress: Callable[[Progress], None],
