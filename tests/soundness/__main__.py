@@ -1,6 +1,6 @@
 """Is what the gate releases safe, and does it release what is good?
 
-    .venv/bin/python -m tests.soundness [--chunks 100000] [--rows 5000] [--workers 2] [--write]
+    .venv/bin/python -m tests.soundness [--chunks 100000] [--rows 5000] [--first 0] [--write]
 
 Three campaigns for each robot, against the real core. Adversarial chunks are judged and every
 released row is followed by pinocchio and numpy, at both ends of each mode's gain, in its middle
@@ -39,6 +39,9 @@ def main() -> int:
     parser.add_argument("--chunks", type=int, default=100_000, help="judged, all robots together")
     parser.add_argument("--rows", type=int, default=5_000, help="executed by each robot")
     parser.add_argument("--episodes", type=int, default=50, help="demonstrations of each robot")
+    parser.add_argument(
+        "--first", type=int, default=0, help="number of the first block: another has other seeds"
+    )
     parser.add_argument("--workers", type=int, default=2, help="processes (default: %(default)s)")
     parser.add_argument(
         "--keep", type=Path, help="folder of finished blocks; what is there is not done again"
@@ -51,13 +54,14 @@ def main() -> int:
             round(arguments.chunks * SHARES[robot]),
             arguments.rows,
             arguments.episodes,
+            arguments.first,
         )
         for robot in arguments.robot or SHARES
     }
     keep = arguments.keep or Path(tempfile.mkdtemp(prefix="soundness-"))
     results = run_all(amounts, arguments.workers, keep, _say)
     amount = f"--chunks {arguments.chunks} --rows {arguments.rows} --episodes {arguments.episodes}"
-    command = f"python -m tests.soundness {amount}"
+    command = f"python -m tests.soundness {amount} --first {arguments.first}"
     text = tables(results, command, f"{datetime.now(UTC):%Y-%m-%d}")
     print(json.dumps(document(results), indent=1) if arguments.json else text)
     if arguments.write:

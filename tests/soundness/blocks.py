@@ -44,11 +44,11 @@ class Block:
     amount: int
 
 
-def blocks_of(robot: str, kind: Kind, amount: int) -> list[Block]:
-    """So much of one kind, cut up."""
+def blocks_of(robot: str, kind: Kind, amount: int, first: int = 0) -> list[Block]:
+    """So much of one kind, cut up. first: number of the first block."""
     size = SIZES[kind]
     starts = range(0, amount, size)
-    return [Block(robot, kind, i, min(size, amount - at)) for i, at in enumerate(starts)]
+    return [Block(robot, kind, i, min(size, amount - at)) for i, at in enumerate(starts, first)]
 
 
 def work(block: Block, on_progress: Callable[[str], None] = lambda what: None) -> Found:

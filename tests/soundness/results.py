@@ -18,11 +18,15 @@ from tests.soundness.usability import Usability
 
 @dataclass(frozen=True)
 class Amount:
-    """chunks to judge, rows to execute in the simulator, demonstrations to give."""
+    """chunks to judge, rows to execute in the simulator, demonstrations to give.
+
+    first: number of the first block of each, which all seeds follow from.
+    """
 
     chunks: int
     rows: int
     episodes: int
+    first: int = 0
 
 
 @dataclass(frozen=True)
@@ -77,7 +81,9 @@ def _blocks(robot: str, amount: Amount) -> list[Block]:
         ("simulated", amount.rows),
         ("usability", amount.episodes),
     ]
-    return [block for kind, count in wanted for block in blocks_of(robot, kind, count)]
+    return [
+        block for kind, count in wanted for block in blocks_of(robot, kind, count, amount.first)
+    ]
 
 
 def _results(robot: str, found: dict[Block, Found]) -> Results:

@@ -19,6 +19,10 @@ def test_an_amount_is_cut_into_blocks_of_their_own_numbers() -> None:
         Block("panda", "usability", 2, 2),
     ]
     assert blocks_of("panda", "kinematic", 0) == []
+    assert blocks_of("panda", "usability", 6, 400) == [
+        Block("panda", "usability", 400, 5),
+        Block("panda", "usability", 401, 1),
+    ]
 
 
 def test_what_blocks_found_is_added_up_and_the_least_room_is_kept() -> None:
