@@ -16,7 +16,7 @@ from tests.repo.tree import ROOT
 
 # The modules whose names others may import: those that the package's docstring lists.
 PUBLIC = re.findall(r"^    (fairlead[\w.]*) {2,}\S", fairlead.__doc__ or "", re.M)
-PROCESSES = ["fairlead_hal_mujoco", "fairlead_hal_sim", "fairlead_skill_runner"]
+FOR_OUR_TOOLS = ["fairlead_hal_sim", "fairlead_skill_runner"]
 HEAVY = ("mujoco", "robosuite", "pinocchio", "zenoh")
 
 
@@ -52,9 +52,12 @@ def test_a_public_module_says_what_it_is_and_has_every_name_it_offers(module: st
     assert face.__doc__
 
 
-@pytest.mark.parametrize("module", PROCESSES)
-def test_a_process_has_nothing_for_others_to_import(module: str) -> None:
-    assert importlib.import_module(module).__all__ == []
+@pytest.mark.simulator
+@pytest.mark.parametrize("module", FOR_OUR_TOOLS)
+def test_a_service_has_every_name_it_offers_to_the_tools(module: str) -> None:
+    face = importlib.import_module(module)
+    assert face.__all__
+    assert [name for name in face.__all__ if getattr(face, name, None) is None] == []
 
 
 @pytest.mark.parametrize("module", PUBLIC)
@@ -95,6 +98,7 @@ def test_a_name_the_package_does_not_have_is_missing_as_usual() -> None:
         "import fairlead",
         "from fairlead import ControlMode, Keys, MemoryBus, load_robot, load_skill",
         "import fairlead.errors, fairlead.hal, fairlead.messages",
+        "import fairlead_hal_sim, fairlead_skill_runner",
     ],
 )
 def test_importing_loads_no_simulator_and_no_transport(statement: str) -> None:

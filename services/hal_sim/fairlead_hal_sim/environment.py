@@ -116,3 +116,8 @@ def _check_name(what: str, name: str, registered: Any) -> None:
         raise ConfigError(
             expected("hal_sim", f"a registered {what}", repr(name), sorted(registered))
         )
+
+
+def gripper_names() -> list[str]:
+    """Grippers that robosuite's arms can wear."""
+    return sorted(filter(None, robosuite.models.grippers.GRIPPER_MAPPING))

@@ -28,7 +28,7 @@ from fairlead_tools.cli.layout_truth import (
 )
 
 if TYPE_CHECKING:
-    from fairlead_hal_sim.options import SimulatorOptions
+    from fairlead_hal_sim import SimulatorOptions
     from fairlead_state_assembler import LocalAssembler
 
 ALLOWED = {
@@ -110,7 +110,7 @@ def verify_layout(
         ConfigError: if the simulator has no truth for the layout, or the robot or its
             simulator cannot be loaded, or no deployment simulates it in robosuite.
     """
-    from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
+    from fairlead_hal_sim import RobosuiteBackend
     from fairlead_state_assembler import LocalAssembler
 
     robot = load_robot(robot_id)
@@ -149,7 +149,7 @@ def verify_layout(
 
 def _simulator(robot: str, base_pose: list[float]) -> SimulatorOptions:
     """How the robot's first deployment with robosuite simulates it."""
-    from fairlead_hal_sim.hal_options import read_options
+    from fairlead_hal_sim import read_options
 
     for _, deployment in shipped_deployments(robot):
         hal = deployment.services[deployment.hal]

@@ -65,7 +65,7 @@ def installed_skill(wanted: str) -> str:
 
 def policy_problems(skill: SkillManifest) -> list[str]:
     """Every reason why the skill's policy could not be loaded with its options; empty if none."""
-    from fairlead_skill_runner.policies.backends import check_policy_options
+    from fairlead_skill_runner import check_policy_options
 
     try:
         check_policy_options(skill)

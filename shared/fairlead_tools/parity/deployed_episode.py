@@ -21,7 +21,7 @@ from fairlead_tools.supervisor.scratch_robot import scratch_robot
 
 if TYPE_CHECKING:
     from fairlead.policy import Actions
-    from fairlead_skill_runner.trace import TraceRecord
+    from fairlead_skill_runner import TraceRecord
 
 
 _WRITTEN_TIMEOUT_S, _POLL_S = 10.0, 0.02
@@ -132,7 +132,7 @@ def read_episode(
 
 
 def _calls(runner: Path) -> list[TraceRecord]:
-    from fairlead_skill_runner.trace import read_trace
+    from fairlead_skill_runner import read_trace
 
     return list(read_trace(runner / "trace.jsonl"))
 

@@ -19,7 +19,7 @@ from fairlead_tools.parity.episode_trace import EpisodeTrace
 
 if TYPE_CHECKING:
     from fairlead.policy import Policy
-    from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
+    from fairlead_hal_sim import RobosuiteBackend
     from fairlead_state_assembler import LocalAssembler
 
 
@@ -39,8 +39,7 @@ def local_episode(
         reset: how the deployed reset went; its held ticks are repeated here.
         most_ticks: stop after so many steps, held ones included.
     """
-    from fairlead_hal_sim.hal_options import read_options
-    from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
+    from fairlead_hal_sim import RobosuiteBackend, read_options
     from fairlead_state_assembler import LocalAssembler
 
     robot = load_robot(deployment.robot)
@@ -94,7 +93,7 @@ def _has_succeeded(backend: RobosuiteBackend) -> bool:
 
 
 def _make_policy(skill: SkillManifest) -> Policy:
-    from fairlead_skill_runner.policies.backends import policy_class
+    from fairlead_skill_runner import policy_class
 
     kind = policy_class(POLICIES.find(skill.policy.backend))
     policy = kind.from_options(skill, skill.policy.options)

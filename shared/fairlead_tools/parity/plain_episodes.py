@@ -58,7 +58,7 @@ def check_comparable(deployment: Deployment, skill: SkillManifest) -> None:
         ConfigError: no robosuite behind this deployment, or the skill's output is not the
             vector that its simulator takes.
     """
-    from fairlead_hal_sim.hal_options import read_options
+    from fairlead_hal_sim import read_options
 
     runs = {name: spec.run for name, spec in deployment.services.items()}
     hals = [name for name, run in runs.items() if run == "hal_sim"]
@@ -96,7 +96,7 @@ def compare_with_plain(
 
 
 def _environment(deployment: Deployment, robot: RobotManifest) -> dict[str, Any]:
-    from fairlead_hal_sim.hal_options import read_options
+    from fairlead_hal_sim import read_options
 
     name = deployment.only("hal_sim")
     options = read_options(name, deployment.services[name].options)

@@ -22,7 +22,7 @@ from fairlead_tools.parity.deployed_episode import DeployedEpisode
 from fairlead_tools.parity.episode_trace import EpisodeTrace
 
 if TYPE_CHECKING:
-    from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
+    from fairlead_hal_sim import RobosuiteBackend
 
 HELD = 1
 """Ticks held after the reset, as a host does."""
@@ -32,16 +32,14 @@ def random_episodes(
     deployment: Deployment, skill: SkillManifest, scale: float, seeds: Iterable[int], ticks: int
 ) -> list[DeployedEpisode]:
     """For each seed a reset and ``ticks`` vectors of its own, uniform in ``[-scale, scale]``."""
-    from fairlead_hal_sim.hal_options import read_options
-    from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
+    from fairlead_hal_sim import RobosuiteBackend, read_options
 
     robot = load_robot(deployment.robot)
     name = deployment.only("hal_sim")
     options = read_options(name, deployment.services[name].options)
     backend = RobosuiteBackend(options.model_copy(update={"cameras": ()}), robot.tick_period_ns)
     routes = resolve_routes(skill.action_contract, robot)
-    from fairlead_skill_runner.candidate import dispatch
-    from fairlead_skill_runner.trace import TraceRecord
+    from fairlead_skill_runner import TraceRecord, dispatch
 
     episodes = []
     try:

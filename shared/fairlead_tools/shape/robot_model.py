@@ -89,14 +89,12 @@ def _of_file(robot: RobotManifest, path: Path, who: str) -> RobotModel:
 
 def _of_robosuite(robot: RobotManifest, name: str, who: str) -> RobotModel:
     try:
-        from fairlead_hal_sim.environment import make_environment
-        from fairlead_hal_sim.options import SimulatorOptions
-        from fairlead_hal_sim.quiet_robosuite import robosuite
+        from fairlead_hal_sim import SimulatorOptions, gripper_names, make_environment
     except ImportError as error:
         raise ConfigError(f"{who}: {name}: cannot load robosuite: {error}") from None
 
     arm, _, gripper = name.removeprefix(ROBOSUITE).partition("+")
-    known = sorted(filter(None, robosuite.models.grippers.GRIPPER_MAPPING))
+    known = gripper_names()
     if gripper and gripper not in known:
         raise ConfigError(
             expected(f"{who}: {name}", "a gripper of robosuite", repr(gripper), known)
