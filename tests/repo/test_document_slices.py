@@ -33,7 +33,6 @@ def test_notebook_example_prints_what_the_document_says() -> None:
         cwd=ROOT,
         capture_output=True,
         text=True,
-        timeout=60,
         check=False,
     )
     assert (done.returncode, done.stderr) == (0, "")

@@ -16,6 +16,7 @@ from fairlead.errors import ConfigError, PolicyError
 from fairlead.plugins import POLICIES
 from fairlead.policy import Observation
 from fairlead.skill.manifest import SkillManifest, load_skill
+from fairlead_skill_runner.policies.backends import policy_class
 from fairlead_skill_runner.policies.remote.openpi import OpenpiPolicy
 from fairlead_skill_runner.policies.remote.rldx_zmq import RldxZmqPolicy
 from fairlead_skill_runner.policy_worker import PolicyWorker
@@ -231,6 +232,29 @@ async def test_a_server_that_was_started_anew_compiles_before_the_next_goal_clai
     assert len(again.requests) == 1
     await asked.infer(observation(load_skill(skill_id)))
     assert len(again.requests) == 2
+
+
+def test_an_rldx_server_that_is_started_anew_at_once_is_noticed_each_time(
+    closing: list[Any],
+) -> None:
+    def serve(port: int = 0) -> RldxServer:
+        closing.append(RldxServer(lambda r, n: rldx_actions(rldx_rows(np.abs(ROWS))), port))
+        return closing[-1]  # type: ignore[no-any-return]
+
+    server, skill = serve(), load_skill(RLDX)
+    kind = policy_class(POLICIES.find(skill.policy.backend))
+    policy = kind.from_options(skill, skill.policy.options | {"address": server.address})
+    compiled = []
+    for _ in range(30):
+        server.close()
+        closing.remove(server)
+        server = serve(int(server.address.rpartition(":")[2]))
+        policy.reset()
+        compiled.append(len(server.requests))
+    assert compiled == [1] * 30
+    server.close()
+    closing.remove(server)
+    assert f"no policy server at {server.address}" in failure(policy.reset)
 
 
 @pytest.mark.asyncio

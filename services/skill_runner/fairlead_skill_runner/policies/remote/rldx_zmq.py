@@ -101,16 +101,18 @@ class RldxZmqPolicy:
         Raises:
             PolicyError: if none is.
         """
-        was_ended = self._server_ended()
-        self._close()
-        self._dial()
+        before = self._socket, self._monitor
+        self._socket = self._monitor = None
+        try:
+            self._dial()
+            # Asked once the new connection has answered: the one thread that serves both has then
+            # seen what became of the old one. ZeroMQ itself dials anew silently.
+            was_ended = before[1] is not None and bool(before[1].poll(0))
+        finally:
+            _close(*before)
         if was_ended:
             self._warm_up()
         self._session, self._first = secrets.token_hex(8), True
-
-    def _server_ended(self) -> bool:
-        """Whether the connection of the last episode was lost once; ZeroMQ dials anew silently."""
-        return self._monitor is not None and bool(self._monitor.poll(0))
 
     def _warm_up(self) -> None:
         self._act(warm_up_observation(self._skill), self._options.warm_up_timeout_s)
@@ -210,12 +212,16 @@ class RldxZmqPolicy:
         return reply
 
     def _close(self) -> None:
-        if self._socket is not None:
-            self._socket.disable_monitor()
-            self._socket.close(linger=0)
-        if self._monitor is not None:
-            self._monitor.close(linger=0)
+        _close(self._socket, self._monitor)
         self._socket = self._monitor = None
+
+
+def _close(link: zmq.Socket[bytes] | None, monitor: zmq.Socket[bytes] | None) -> None:
+    if link is not None:
+        link.disable_monitor()
+        link.close(linger=0)
+    if monitor is not None:
+        monitor.close(linger=0)
 
 
 def _listens(address: str) -> bool:
