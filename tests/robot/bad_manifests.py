@@ -133,6 +133,7 @@ BAD: dict[str, tuple[Change, str]] = {
         put(f"{ROOM}.kind", "keep_out"),
         "workspace.volumes: expected one of kind keep_in for the robot's tools, got ",
     ),
+    "no margin": (drop(f"{SIM}.workspace.margin_m"), f"{SIM}.workspace.margin_m: is missing"),
     "volume twice": (again(f"{SIM}.workspace.volumes"), "is declared 2 times"),
     "no base": (drop(f"{SIM}.base"), "base: missing; zones bound base_x, base_y, base_yaw"),
     "base told in no known frame": (

@@ -53,11 +53,11 @@ class Workspace(SafetyBlock):
     """Where tools and links may be.
 
     margin_m: how far a tool ends at most beyond where the gate predicts it, measured. The gate
-        keeps this far from the edges of all volumes.
+        keeps this far from the edges of all volumes; 0 keeps tools within them as declared.
     """
 
     volumes: tuple[Volume, ...] = Field(max_length=MAX_VOLUMES)
-    margin_m: Annotated[float, Field(ge=0.0, le=0.1)] = 0.0
+    margin_m: Annotated[float, Field(ge=0.0, le=0.1)]
     source: str
 
     @model_validator(mode="after")
