@@ -58,6 +58,24 @@ def test_leases_of_a_gate_that_comes_later_latch_this_one(scene: Scene) -> None:
     assert status.claims == ()
 
 
+def test_a_forged_lease_of_its_own_epoch_latches_a_gate_and_its_own_late_ones_do_not(
+    scene: Scene,
+) -> None:
+    scene.ready_to_move()
+    forger = scene.bus.publisher(scene.keys.lease, Lease, Qos.HOT)
+    newest = scene.leases.wait_for(lambda m: len(m.grants) == 1)
+    for _ in range(3):
+        forger.put(newest)
+    assert scene.status().state == GateState.ARMED
+    forger.put(structs.replace(newest, lease_seq=newest.lease_seq + 100_000))
+    status = scene.wait_state(GateState.LATCHED)
+    assert status.cause == (
+        f"latched: two gates serve this robot: lease {newest.lease_seq + 100_000} of epoch "
+        f"{newest.epoch:016x}, which this one did not send"
+    )
+    assert status.claims == ()
+
+
 def test_refused_claims_of_many_sources_leave_room_for_an_honest_one(scene: Scene) -> None:
     scene.meet_hal()
     scene.arm()

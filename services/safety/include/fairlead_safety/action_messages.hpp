@@ -65,6 +65,7 @@ struct Grant {
   std::uint8_t decision = 0;
   std::uint64_t verdict_id = 0;
   FAIRLEAD_FIELDS(source, claim_id, until_tick, decision, verdict_id)
+  friend bool operator==(const Grant&, const Grant&) = default;
 };
 
 enum class GateState : std::uint8_t { boot = 0, disarmed = 1, armed = 2, stopped = 3, latched = 4 };
@@ -80,6 +81,7 @@ struct Lease {
   FixedVec<Grant, max_claims> grants;
   FixedVec<std::uint64_t, max_stops> stop_ids;
   FAIRLEAD_FIELDS(session, epoch, lease_seq, config_hash, state, state_tick, grants, stop_ids)
+  friend bool operator==(const Lease&, const Lease&) = default;
 };
 
 enum class Outcome : std::uint8_t { released = 0, truncated = 1, refused = 2 };

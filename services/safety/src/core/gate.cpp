@@ -42,8 +42,7 @@ std::uint64_t Gate::Core::new_id() {
 
 void Gate::Core::begin_epoch() {
   epoch_ = new_id();
-  own_epochs_[next_own_epoch_++ % own_epochs_.size()] = epoch_;
-  lease_seq_ = 0;
+  leases_.begin_epoch(epoch_);
 }
 
 void Gate::Core::count(std::uint32_t code) { ++code_counts_[code]; }

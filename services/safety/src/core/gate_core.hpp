@@ -21,6 +21,7 @@
 #include "phrase.hpp"
 #include "ramp_watch.hpp"
 #include "row_view.hpp"
+#include "sent_leases.hpp"
 #include "stop_book.hpp"
 #include "stuck_watch.hpp"
 
@@ -180,9 +181,7 @@ class Gate::Core {
   GateState state_ = GateState::boot;
   Text cause_ = "starting";
   std::uint64_t epoch_ = 0;
-  std::array<std::uint64_t, 64> own_epochs_{};  // leases of any other epoch are another gate's
-  std::size_t next_own_epoch_ = 0;
-  std::uint64_t lease_seq_ = 0;
+  SentLeases leases_;  // any other is another gate's
   std::uint64_t latch_id_ = 0;
   std::uint64_t good_states_ = 0;  // in a row since the latch or the last bad one
   std::uint64_t next_verdict_ = 0;
@@ -225,7 +224,6 @@ class Gate::Core {
   HalStatus hal_status_;
   Claim claim_request_;
   SafeChunk safe_chunk_;
-  Lease lease_;
   Lease heard_lease_;
   GateStatus status_;
 };

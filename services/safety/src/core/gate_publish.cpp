@@ -35,20 +35,19 @@ void Gate::Core::finish() {
 }
 
 void Gate::Core::publish_lease() {
-  lease_.grants.clear();
+  Lease& lease = leases_.next();
+  lease.grants.clear();
   for (LiveClaim& claim : claims_.places()) {
     if (!claim.live()) continue;
     publish_safe_chunk(claim);
-    (void)lease_.grants.push_back(grant_for(claim));  // as many places as claims
+    (void)lease.grants.push_back(grant_for(claim));  // as many places as claims
   }
-  lease_.session = hal_.session();
-  lease_.epoch = epoch_;
-  lease_.lease_seq = ++lease_seq_;
-  lease_.config_hash = limits_.config_hash;
-  lease_.state = static_cast<std::uint8_t>(state_);
-  lease_.state_tick = hal_.tick();
-  lease_.stop_ids = stops_.held();
-  out_->add(OutputKind::lease, Name(), lease_);
+  lease.session = hal_.session();
+  lease.config_hash = limits_.config_hash;
+  lease.state = static_cast<std::uint8_t>(state_);
+  lease.state_tick = hal_.tick();
+  lease.stop_ids = stops_.held();
+  out_->add(OutputKind::lease, Name(), lease);
   lease_ns_ = now_ns_;
   lease_due_ = false;
 }

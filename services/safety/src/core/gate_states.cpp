@@ -193,16 +193,15 @@ void Gate::Core::on_stop_level(Bytes frame) {
   if (stops_.held().empty()) hold_stop(new_id(), "an unreadable stop request");
 }
 
-// Only a second gate publishes leases of epochs that this one never drew. Which of the two the
+// Only a second gate, or a forger, publishes leases that this one never sent. Which of the two the
 // HAL follows is a matter of luck, so neither may move anything.
 void Gate::Core::on_lease(Bytes frame) {
   if (decode(frame, heard_lease_) != FrameFault::none) return count(code::frame);
-  for (const std::uint64_t own : own_epochs_)
-    if (own == heard_lease_.epoch && own != 0) return;
+  if (leases_.holds(heard_lease_)) return;
   good_states_ = 0;  // while latched: the cause is still there
   if (state_ != GateState::latched)
-    latch(phrase("two gates serve this robot: leases of epoch ", Hex{heard_lease_.epoch},
-                 " are another gate's"));
+    latch(phrase("two gates serve this robot: lease ", heard_lease_.lease_seq, " of epoch ",
+                 Hex{heard_lease_.epoch}, ", which this one did not send"));
 }
 
 }  // namespace fairlead
