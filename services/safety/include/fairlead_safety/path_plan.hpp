@@ -1,5 +1,6 @@
 // What of a robot's limits the prediction needs, laid out once so that a row costs little: its
-// moving links, what is around them, and which joints move what.
+// moving links, what is around them, and which joints move what. The sum of G050 is over each of its
+// bytes, so none lies between the fields: what fills a gap has a name.
 #pragma once
 
 #include <Eigen/Core>
@@ -26,6 +27,7 @@ struct PlanFrame {
   std::size_t parent = 0;
   std::size_t joint = max_measured;
   bool turns = false;
+  std::array<std::uint8_t, 7> gap{};
   Eigen::Matrix3d still = Eigen::Matrix3d::Identity();
   Eigen::Matrix3d cosine = Eigen::Matrix3d::Zero();
   Eigen::Matrix3d sine = Eigen::Matrix3d::Zero();
@@ -58,20 +60,22 @@ struct PlanCapsule {
 };
 
 /// What a verdict calls a pair: "link5 / link0".
-using PlanName = FixedText<132>;
+using PlanName = FixedText<136>;
 
 /// Small: most of what a row costs is going through them.
 struct PlanPair {
   std::uint8_t first = 0;
   std::uint8_t second = 0;
   std::uint8_t common = 0;  // the last frame that both hang on
-  JointSet movers = 0;      // joints that move one of them relative to the other
+  std::array<std::uint8_t, 5> gap{};
+  JointSet movers = 0;  // joints that move one of them relative to the other
   double near = unset;  // distance of the middles at which their spheres have the clearance left
 };
 
 /// A part's tool and the frames from the root to it.
 struct PlanTool {
   bool present = false;
+  std::array<std::uint8_t, 7> gap{};
   PlanPlace place;
   JointSet movers = 0;
   FixedVec<std::uint8_t, max_links> chain;  // frames from the root on, the root left out

@@ -1,10 +1,12 @@
 // From received bytes to encoded bytes the core allocates nothing.
 
 #include <cstdlib>
+#include <cstring>
 #include <new>
 
 #include "decisions/record.hpp"
 #include "decisions/record_ring.hpp"
+#include "filled_heap.hpp"
 #include "tracked_rig.hpp"
 
 namespace {
@@ -16,6 +18,7 @@ void* allocate(std::size_t size) {
   if (counting) ++allocations;
   void* memory = std::malloc(size == 0 ? 1 : size);
   if (memory == nullptr) throw std::bad_alloc();
+  if (fairlead::test::heap_fill >= 0) std::memset(memory, fairlead::test::heap_fill, size);
   return memory;
 }
 

@@ -212,12 +212,31 @@ TEST_CASE("G050 nothing is armed with limits that changed, and again when they a
   CHECK(rig.counter("G050") >= 1);
   rig.send(EventKind::arm, Arm{"test"});
   CHECK(std::string(rig.refusal().reason.view()).starts_with("G050 limits in memory: "));
-  CHECK(rig.refusal().fix == "restart the gate: fairlead down, fairlead up");
+  CHECK(rig.refusal().fix == "fairlead restart safety");
   byte ^= 0x10;
   for (int i = 0; i < 420; ++i) rig.timer(5 * ms);
   rig.next_tick();
   rig.arm();
   CHECK(rig.gate->state() == GateState::armed);
+}
+
+namespace {
+
+std::vector<std::uint8_t> plan_in(const Limits& limits, int fill) {
+  std::vector<std::uint8_t> memory(sizeof(PathPlan), static_cast<std::uint8_t>(fill));
+  static_assert(alignof(PathPlan) <= alignof(std::max_align_t));
+  const PathPlan* plan = new (memory.data()) PathPlan(limits);
+  plan->~PathPlan();
+  return memory;
+}
+
+}  // namespace
+
+TEST_CASE("G050 no byte of what the gate makes of the limits is what memory held before") {
+  const Limits limits = test_limits();
+  const std::vector<std::uint8_t> zero = plan_in(limits, 0x00), ones = plan_in(limits, 0xFF);
+  CHECK(std::mismatch(zero.begin(), zero.end(), ones.begin()).first - zero.begin() ==
+        static_cast<std::ptrdiff_t>(sizeof(PathPlan)));
 }
 
 TEST_CASE("G050 a bit of what the gate made of the limits, or of a claim's own limits, stops too") {

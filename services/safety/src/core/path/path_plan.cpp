@@ -103,7 +103,7 @@ void add_pairs(PathPlan& plan) {
     const double near = plan.capsules[pair.first].reach + plan.capsules[pair.second].reach +
                         plan.limits.collision.clearance;
     (void)plan.pairs.push_back(
-        {pair.first, pair.second, common_frame(plan, frame, other_frame), one ^ other, near});
+        {pair.first, pair.second, common_frame(plan, frame, other_frame), {}, one ^ other, near});
     (void)plan.pair_names.push_back(name_of(link_of(plan, pair.first), link_of(plan, pair.second)));
   }
 }
