@@ -43,3 +43,42 @@ TEST_CASE("what nothing tells anything comes to rest, in the first row or, where
   CHECK(right(beside.all, 0).first == doctest::Approx(0.02 + at_rest));
   CHECK(right(beside.all, 1).first == doctest::Approx(at_rest));
 }
+
+namespace {
+
+// Two balls of 0.05 m at the tools, kept 0.25 m apart: their centres stay 0.35 m apart. At rest they
+// are 0.6 m apart, the right one 0.447 m from the left where that is told to be in its third row, and
+// 0.304 m where it comes to rest.
+Limits balls() {
+  Limits limits = two_arms::limits();
+  limits.joints[two_arms::right_1].acceleration_limit = 0.5;
+  limits.joints[two_arms::right_1].stop_lag = 0.1;
+  limits.collision.capsules[0] = {2, {0, 0, 0}, {0, 0, 0}, 0.05};
+  limits.collision.capsules[1] = {4, {0, 0, 0}, {0, 0, 0}, 0.05};
+  limits.collision.clearance = 0.25;
+  return limits;
+}
+
+Judgement beside(const MeasuredState& state, Companions companions) {
+  const Limits limits = balls();
+  ChunkBuilder own;
+  two_arms::command(own, two_arms::left, Mode::joint_position, two_arms::left_1,
+                    {-0.1, -0.2, -0.3});
+  return judge_path(PathPlan(limits), whole_robot(limits), state, own.chunk, 0, 3, {}, companions);
+}
+
+}  // namespace
+
+TEST_CASE("G032 a later row may not meet what comes to rest beside it, coasting or after its rows") {
+  MeasuredState state = two_arms::at_rest();
+  CHECK(beside(state, {}).evidence.ok());
+  state.velocities[two_arms::right_1] = 0.5;
+  CHECK(beside(state, {}).evidence.code == 32);
+  CHECK(beside(state, {}).row_count == 2);
+  // The same, of another claim whose only row acts beside the first.
+  ChunkBuilder other;
+  two_arms::command(other, two_arms::right, Mode::joint_position, two_arms::right_1, {0.002});
+  const Companion companion{{}, &other.chunk, 0, 1};
+  CHECK(beside(state, Companions(&companion, 1)).evidence.code == 32);
+  CHECK(beside(state, Companions(&companion, 1)).row_count == 2);
+}

@@ -50,6 +50,28 @@ TEST_CASE(
   }
 }
 
+TEST_CASE("G024 the first row, told to stay or to go back by however little: as fast as measured") {
+  const Limits limits = between(-0.15, 0.15);
+  const auto pose = [&](double x, double speed) {
+    MeasuredState state = at_rest();
+    state.velocities[slide_x] = speed;
+    const ChunkBuilder chunk = ChunkBuilder().poses(arm, {{0.7 + x, 0, 0.5, 0, 0, 0, 1}});
+    return free_arm::judge(limits, chunk.chunk, state).evidence;
+  };
+  for (const double way : {1.0, -1.0}) {
+    for (const double behind : {0.0, 1e-17, 1e-9, 0.01}) {
+      CAPTURE(behind);
+      CHECK(pose(-behind * way, 1.2 * way).ok());
+      CHECK(pose(-behind * way, 1.3 * way).code == 24);
+      CHECK(told(limits, Mode::joint_position, {-behind * way}, 1.2 * way).ok());
+      CHECK(told(limits, Mode::joint_position, {-behind * way}, 1.3 * way).code == 24);
+      // A tick more: 0.138 and 0.176 m.
+      CHECK(told(limits, Mode::joint_velocity, {-behind * way}, 0.95 * way).ok());
+      CHECK(told(limits, Mode::joint_velocity, {-behind * way}, 1.1 * way).code == 24);
+    }
+  }
+}
+
 TEST_CASE("G024 a target counts from the row before it, also if another row came before that") {
   const Limits limits = between(-2.0, 0.2);
   MeasuredState state = at_rest();
