@@ -110,7 +110,7 @@ bool GateProcess::prepare_to_arm(Answer* answer) {
   }
   if (hash_of_file(config_file_) != limits_.config_hash) {
     refuse(answer, "the configuration file has changed since the gate read it",
-           "restart the gate: fairlead down, fairlead up");
+           "fairlead restart safety");
     return false;
   }
   const std::string fault = store_.clear_clean_mark_now();
@@ -131,7 +131,7 @@ void GateProcess::handle_claim(const Event& event, Answer* answer) {
   if (readable) make_room();
   if (readable && !outlet_.prepare_source(claim.source.view(), is_new)) {
     refuse(answer, "the source cannot be in a key, or this gate has served too many sources",
-           "use 1 to 64 of a-z 0-9 _ . -, or restart the gate");
+           "use 1 to 64 of a-z 0-9 _ . -, or: fairlead restart safety");
     return;
   }
   {

@@ -47,7 +47,7 @@ Objection Gate::Core::object_to_arming() const {
     return objection;
   }
   if (const MemoryGuard* changed = find_changed())
-    return {words_of(memory_fault(*changed)), "restart the gate: fairlead down, fairlead up"};
+    return {words_of(memory_fault(*changed)), "fairlead restart safety"};
   if (!status_fault_.empty()) return {status_fault_, "fairlead status"};
   if (!hal_.mismatch().empty()) return {hal_.mismatch(), "fairlead status"};
   if (hal_.two_at_once(now_ns_)) return {two_hals(), "fairlead ps"};
