@@ -1,4 +1,4 @@
-// Rows that repeat the row before are not reckoned again: which rows those are, and that a chunk of
+// Rows that repeat the row before are not predicted again: which rows those are, and that a chunk of
 // them is judged as if each had been.
 
 #include <doctest/doctest.h>

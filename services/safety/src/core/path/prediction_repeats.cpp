@@ -29,7 +29,7 @@ bool told_alike(const ActionChunk& chunk, std::size_t row, const Limits& limits)
 
 }  // namespace
 
-// Every branch ended the newest row where it began it, and so did what is reckoned of shares. A
+// Every branch ended the newest row where it began it, and so did what is predicted of shares. A
 // position that is no number is nowhere.
 bool Prediction::leads_nowhere() const {
   for (const std::size_t j : JointsIn(moving_)) {

@@ -49,7 +49,7 @@ bool Prediction::goals_add_up(const RowBefore& own, bool before) const {
 
 // A tool that is told to stay, does; least squares and rounding would make 1e-17 rad of that. Not
 // so in the first row: there the least motion decides whether what is measured of a joint counts as
-// its speed, and what is reckoned with care is not to be passed over.
+// its speed, and what is computed with care is not to be passed over.
 bool Prediction::stays(const Motion6& told) const {
   return steps_ != 1 && (told.array() == 0.0).all();
 }
