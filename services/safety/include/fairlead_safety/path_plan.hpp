@@ -1,6 +1,6 @@
 // What of a robot's limits the prediction needs, laid out once so that a row costs little: its
-// moving links, what is around them, and which joints move what. The sum of G050 is over each of its
-// bytes, so none lies between the fields: what fills a gap has a name.
+// moving links, what is around them, and which joints move what. The sum of G050 is over each of
+// its bytes, so none lies between the fields: what fills a gap has a name.
 #pragma once
 
 #include <Eigen/Core>

@@ -18,7 +18,8 @@ class SentLeases {
     epochs_[newest_] = Epoch{epoch, 0};
   }
 
-  /// The next lease of the newest epoch, with its number; the caller fills in the rest and sends it.
+  /// The next lease of the newest epoch, with its number; the caller fills in the rest and sends
+  /// it.
   Lease& next() {
     Epoch& now = epochs_[newest_];
     Lease& lease = kept_[++now.last_seq % kept_.size()];
@@ -27,7 +28,8 @@ class SentLeases {
     return lease;
   }
 
-  /// Whether this gate sent it, however long ago. What it said is compared with those that are kept.
+  /// Whether this gate sent it, however long ago. What it said is compared with those that are
+  /// kept.
   [[nodiscard]] bool holds(const Lease& heard) const {
     for (const Epoch& own : epochs_) {
       if (own.epoch != heard.epoch) continue;

@@ -46,9 +46,9 @@ TEST_CASE("what nothing tells anything comes to rest, in the first row or, where
 
 namespace {
 
-// Two balls of 0.05 m at the tools, kept 0.25 m apart: their centres stay 0.35 m apart. At rest they
-// are 0.6 m apart, the right one 0.447 m from the left where that is told to be in its third row, and
-// 0.304 m where it comes to rest.
+// Two balls of 0.05 m at the tools, kept 0.25 m apart: their centres stay 0.35 m apart. At rest
+// they are 0.6 m apart, the right one 0.447 m from the left where that is told to be in its third
+// row, and 0.304 m where it comes to rest.
 Limits balls() {
   Limits limits = two_arms::limits();
   limits.joints[two_arms::right_1].acceleration_limit = 0.5;
@@ -69,7 +69,8 @@ Judgement beside(const MeasuredState& state, Companions companions) {
 
 }  // namespace
 
-TEST_CASE("G032 a later row may not meet what comes to rest beside it, coasting or after its rows") {
+TEST_CASE(
+    "G032 a later row may not meet what comes to rest beside it, coasting or after its rows") {
   MeasuredState state = two_arms::at_rest();
   CHECK(beside(state, {}).evidence.ok());
   state.velocities[two_arms::right_1] = 0.5;

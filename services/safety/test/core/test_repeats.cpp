@@ -1,5 +1,5 @@
-// Rows that repeat the row before are not predicted again: which rows those are, and that a chunk of
-// them is judged as if each had been.
+// Rows that repeat the row before are not predicted again: which rows those are, and that a chunk
+// of them is judged as if each had been.
 
 #include <doctest/doctest.h>
 
