@@ -5,14 +5,12 @@ from __future__ import annotations
 import shutil
 import subprocess
 import sys
-import threading
 from collections.abc import Iterator
 
 import pytest
 
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
 from tests.repo.tree import ROOT
-from tests.system.live_robot import wait_for
 from tests.system.wheel_environment import UV, Person
 
 pytestmark = [pytest.mark.processes, pytest.mark.timeout(300)]
@@ -43,22 +41,8 @@ def customer(person: Person, tmp_path_factory: pytest.TempPathFactory) -> Iterat
 @pytest.fixture
 def up(customer: Person) -> Iterator[list[str]]:
     """What ``fairlead up acme_arm`` prints."""
-    command = customer.command("fairlead", "up", "acme_arm")
-    with subprocess.Popen(command, cwd=customer.home, stdout=subprocess.PIPE, text=True) as process:
-        lines: list[str] = []
-        stream = process.stdout
-        assert stream is not None
-        threading.Thread(target=lambda: lines.extend(stream), daemon=True).start()
-        try:
-            wait_for(
-                lambda: process.poll() is not None or any(" is up" in line for line in lines),
-                "the robot is up",
-                120.0,
-            )
-            assert process.poll() is None, "".join(lines)
-            yield lines
-        finally:
-            process.terminate()
+    with customer.up("acme_arm") as (_, lines):
+        yield lines
 
 
 def test_its_robot_skill_layout_policy_and_hal_are_found_by_name(customer: Person) -> None:

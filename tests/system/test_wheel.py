@@ -8,7 +8,6 @@ import re
 import stat
 import subprocess
 import sys
-import threading
 import zipfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -18,7 +17,6 @@ import pytest
 from fairlead.paths import gate_binary
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
 from tests.repo.tree import ROOT, files
-from tests.system.live_robot import wait_for
 from tests.system.wheel_environment import Person
 
 pytestmark = [pytest.mark.processes, pytest.mark.simulator, pytest.mark.timeout(300)]
@@ -103,22 +101,8 @@ def own_ports(person: Person, tmp_path: Path) -> None:
 
 @pytest.fixture
 def up(person: Person, own_ports: None) -> Iterator[subprocess.Popen[str]]:
-    command = person.command("fairlead", "up", "panda_mujoco")
-    with subprocess.Popen(command, cwd=person.home, stdout=subprocess.PIPE, text=True) as process:
-        lines: list[str] = []
-        assert process.stdout is not None
-        stream = process.stdout
-        threading.Thread(target=lambda: lines.extend(stream), daemon=True).start()
-        try:
-            wait_for(
-                lambda: process.poll() is not None or any(" is up" in line for line in lines),
-                "the robot is up",
-                120.0,
-            )
-            assert process.poll() is None, "".join(lines)
-            yield process
-        finally:
-            process.terminate()
+    with person.up("panda_mujoco") as (process, _):
+        yield process
 
 
 def test_a_packaged_deployment_runs_by_its_name(person: Person, up: subprocess.Popen[str]) -> None:

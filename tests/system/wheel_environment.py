@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import subprocess
 import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 
 from tests.repo.tree import ROOT
+from tests.system.live_robot import wait_for
 
 UV = ROOT / "scripts" / "uv"
 PACKAGED = Path("fairlead") / "data"
@@ -81,6 +85,26 @@ class Person:
             timeout=240,
             check=False,
         )
+
+    @contextmanager
+    def up(self, deployment: str) -> Iterator[tuple[subprocess.Popen[str], list[str]]]:
+        """``fairlead up``, once the robot is up: its process, and what it prints."""
+        command = self.command("fairlead", "up", deployment)
+        with subprocess.Popen(command, cwd=self.home, stdout=subprocess.PIPE, text=True) as process:
+            lines: list[str] = []
+            stream = process.stdout
+            assert stream is not None
+            threading.Thread(target=lambda: lines.extend(stream), daemon=True).start()
+            try:
+                wait_for(
+                    lambda: process.poll() is not None or any(" is up" in line for line in lines),
+                    "the robot is up",
+                    120.0,
+                )
+                assert process.poll() is None, "".join(lines)
+                yield process, lines
+            finally:
+                process.terminate()
 
     def does(self, *words: str) -> str:
         """What a program prints that has to succeed."""
