@@ -24,8 +24,7 @@ from fairlead.operate.goal_run import GoalOptions, run_goal
 from fairlead.paths import repo_root
 from fairlead.skill.manifest import load_skill
 from fairlead_tools.parity.local_episode import local_episode
-from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
-from fairlead_tools.supervisor.scratch_robot import scratch_robot
+from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch, scratch_robot
 
 SKILL = "oracle-counter-to-cabinet"
 SOURCE = repo_root() / "compose" / "panda_mobile_sim.yaml"

@@ -19,8 +19,12 @@ from fairlead.messages import GoalResult, LayoutState, TransformBatch, decode
 from fairlead.operate.goal_run import GoalOptions, run_goal
 from fairlead.paths import SKILLS_VARIABLE, repo_root
 from fairlead.wire.bus import Sample
-from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
-from fairlead_tools.supervisor.scratch_robot import ScratchRobot, scratch_robot
+from fairlead_tools.supervisor.scratch import (
+    ScratchOptions,
+    ScratchRobot,
+    make_scratch,
+    scratch_robot,
+)
 from tests.system.light_hal import LIGHT_HAL, Pacing
 from tests.system.live_robot import wait_for
 

@@ -17,8 +17,12 @@ from fairlead.messages import GateState, StopLevel
 from fairlead.paths import repo_root
 from fairlead.wire.bus import Qos
 from fairlead_tools.cli.evaluate import parse_seeds, wilson
-from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
-from fairlead_tools.supervisor.scratch_robot import ScratchRobot, scratch_robot
+from fairlead_tools.supervisor.scratch import (
+    ScratchOptions,
+    ScratchRobot,
+    make_scratch,
+    scratch_robot,
+)
 from tests.cli.command import fairlead, fairlead_command, fairlead_environment
 from tests.system.live_robot import wait_for
 

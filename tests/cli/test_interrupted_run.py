@@ -13,8 +13,12 @@ import pytest
 from fairlead.deploy.registry import Registry
 from fairlead.messages import GateState
 from fairlead.paths import repo_root
-from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
-from fairlead_tools.supervisor.scratch_robot import ScratchRobot, scratch_robot
+from fairlead_tools.supervisor.scratch import (
+    ScratchOptions,
+    ScratchRobot,
+    make_scratch,
+    scratch_robot,
+)
 from tests.cli.command import fairlead_command, fairlead_environment
 from tests.system.live_robot import wait_for
 

@@ -17,8 +17,8 @@ import yaml
 from fairlead.deploy.process_table import ProcessId
 from fairlead.deploy.registry import Registry
 from fairlead.paths import repo_root
-from fairlead_tools.supervisor.ports import free_ports
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
+from fairlead_tools.supervisor.this_host import free_ports
 from tests.cli.command import fairlead, fairlead_command, fairlead_environment
 from tests.system.light_hal import LIGHT_HAL
 from tests.system.live_robot import wait_for

@@ -15,7 +15,7 @@ import pytest
 from fairlead import RobotClient, connect
 from fairlead.deploy.registry import STATE_VARIABLE
 from fairlead.errors import ConfigError, NoAnswerError
-from fairlead.operate.loop_thread import LoopThread
+from fairlead.operate.blocking import LoopThread
 from tests.client.scripted_robot import DEPLOYMENT, GOAL_ID, ScriptedRobot
 from tests.client.turns import turns
 

@@ -20,8 +20,12 @@ from fairlead.errors import ClaimLostError, NoAnswerError, RefusedError
 from fairlead.messages import GateState, Hold, JointState, TransformBatch, Verdict
 from fairlead.modes import ControlMode
 from fairlead.paths import repo_root
-from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
-from fairlead_tools.supervisor.scratch_robot import ScratchRobot, scratch_robot
+from fairlead_tools.supervisor.scratch import (
+    ScratchOptions,
+    ScratchRobot,
+    make_scratch,
+    scratch_robot,
+)
 from tests.system.light_hal import LIGHT_HAL
 
 pytestmark = [pytest.mark.processes, pytest.mark.timeout(120), pytest.mark.asyncio]

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from fairlead.operate.goal import Progress
 from fairlead.wire.bus import Sample
-from fairlead_tools.supervisor.scratch_robot import ScratchRobot
+from fairlead_tools.supervisor.scratch import ScratchRobot
 from tests.faults.live_stage import LATE_TICK_MS, LiveStage, live_stage
 from tests.faults.row import MachineLateError, NotHereError
 from tests.hal.rendering import CAN_RENDER

@@ -16,8 +16,7 @@ from fairlead.deploy.registry import Registry
 from fairlead.messages import GateState
 from fairlead.operate.goal_run import GoalOptions, run_goal
 from fairlead_tools.supervisor.command_line import service_command, service_environment
-from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
-from fairlead_tools.supervisor.scratch_robot import scratch_robot
+from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch, scratch_robot
 from tests.faults.frame_faults import resident_kb
 from tests.faults.live_stage import SKILL, SOURCE, Changes, LiveStage, live_stage
 from tests.faults.row import Row, Shot

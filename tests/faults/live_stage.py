@@ -23,8 +23,12 @@ from fairlead.operate.goal import Progress
 from fairlead.paths import repo_root, rskill_dir
 from fairlead.wire.bus import Sample
 from fairlead_tools.supervisor.command_line import service_command
-from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
-from fairlead_tools.supervisor.scratch_robot import ScratchRobot, scratch_robot
+from fairlead_tools.supervisor.scratch import (
+    ScratchOptions,
+    ScratchRobot,
+    make_scratch,
+    scratch_robot,
+)
 from tests.faults.motion_rules import every_row_was_judged_for_its_tick
 from tests.faults.row import MachineLateError, Shot
 from tests.system.light_hal import LIGHT_HAL

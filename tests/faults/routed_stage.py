@@ -12,9 +12,8 @@ import yaml
 from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.deploy.hosts import ROUTER
 from fairlead.deploy.registry import Registry
-from fairlead_tools.supervisor.ports import free_ports
-from fairlead_tools.supervisor.scratch import Scratch
-from fairlead_tools.supervisor.scratch_robot import scratch_robot
+from fairlead_tools.supervisor.scratch import Scratch, scratch_robot
+from fairlead_tools.supervisor.this_host import free_ports
 from tests.faults.live_stage import SOURCE, Changes, LiveStage, with_skill
 from tests.faults.proxy import FaultProxy, forward
 from tests.system.light_hal import LIGHT_HAL

@@ -17,7 +17,7 @@ from fairlead.errors import ConfigError
 from fairlead.hal.backend import PartCommand
 from fairlead.messages import ActionPart, GateState, Outcome, Verdict, pack_floats
 from fairlead.modes import ControlMode
-from fairlead.robot.description_tree import description_tree
+from fairlead.robot.description import description_tree
 from fairlead.robot.manifest import load_robot
 from fairlead_hal_mujoco.mujoco_backend import MujocoBackend
 from fairlead_hal_mujoco.options import MujocoOptions

@@ -15,8 +15,12 @@ from fairlead.messages import FloatArray, GoalResult, JointState, decode, floats
 from fairlead.operate.goal_run import GoalOptions, run_goal
 from fairlead.robot.manifest import load_robot
 from fairlead.wire.bus import Sample
-from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
-from fairlead_tools.supervisor.scratch_robot import ScratchRobot, scratch_robot
+from fairlead_tools.supervisor.scratch import (
+    ScratchOptions,
+    ScratchRobot,
+    make_scratch,
+    scratch_robot,
+)
 from tests.hal_mujoco.joint_reach import RUNNER, SKILL, SOURCE, goal_position
 from tests.system.motion_log import MotionLog
 

@@ -15,7 +15,7 @@ import yaml
 from fairlead.deploy.deployment import load_deployment
 from fairlead.errors import ConfigError
 from fairlead_tools.supervisor.command_line import service_command
-from fairlead_tools.supervisor.ports import free_ports
+from fairlead_tools.supervisor.this_host import free_ports
 from tests.cli.command import fairlead as command
 from tests.cli.command import fairlead_command, fairlead_environment
 from tests.plugins.package import install, run

@@ -12,8 +12,7 @@ from fairlead.paths import repo_root
 from fairlead.robot.manifest import RobotManifest, load_robot
 from fairlead_hal_sim.options import SimulatorOptions
 from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
-from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
-from fairlead_tools.supervisor.scratch_robot import scratch_robot
+from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch, scratch_robot
 from tests.records.episode import Episode, record_episode
 from tests.system.live_robot import LiveRobot
 

@@ -23,8 +23,7 @@ from fairlead.messages import (
 from fairlead.paths import repo_root
 from fairlead.wire.bus import Sample
 from fairlead_skill_runner.trace import TraceRecord, read_trace
-from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
-from fairlead_tools.supervisor.scratch_robot import scratch_robot
+from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch, scratch_robot
 from tests.system.live_robot import SKILL, LiveRobot
 
 SEED = 101

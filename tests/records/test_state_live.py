@@ -21,8 +21,7 @@ from fairlead_state_assembler import (
     TransformBuffer,
     pose_from,
 )
-from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
-from fairlead_tools.supervisor.scratch_robot import scratch_robot
+from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch, scratch_robot
 from tests.records.episode import Episode
 from tests.repo.tree import ROOT
 from tests.system.light_hal import LIGHT_HAL

@@ -9,7 +9,7 @@ import pytest
 
 from fairlead.errors import ConfigError
 from fairlead.paths import robot_dir
-from fairlead.robot.description_tree import description_tree
+from fairlead.robot.description import description_tree
 from fairlead.robot.gate_file import compile_gate_config
 from fairlead.robot.manifest import RobotManifest, load_robot
 

@@ -8,7 +8,7 @@ import pytest
 from fairlead.errors import ConfigError
 from fairlead.robot.capsule_distance import capsule_spans, pair_distances
 from fairlead.robot.capsules import load_capsules
-from fairlead.robot.description_tree import description_tree
+from fairlead.robot.description import description_tree
 from fairlead.robot.gate_file import compile_gate_config
 from fairlead.robot.link_poses import link_poses
 from fairlead.robot.manifest import RobotManifest, load_robot

@@ -6,7 +6,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from fairlead.robot.description_tree import description_tree
+from fairlead.robot.description import description_tree
 from fairlead.robot.link_poses import link_poses, random_positions
 from fairlead.robot.manifest import load_robot
 

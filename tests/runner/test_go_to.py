@@ -10,9 +10,8 @@ import pytest
 
 from fairlead.errors import ConfigError
 from fairlead.policy import Done, Failed, Observation
-from fairlead.robot.footprint import zone_breach
 from fairlead.robot.manifest import RobotManifest, load_robot
-from fairlead.robot.surroundings import BaseSurroundings
+from fairlead.robot.surroundings import BaseSurroundings, zone_breach
 from fairlead.skill.manifest import SkillManifest, load_skill
 from fairlead_skill_runner.policies.go_to import GoToPolicy, read_pose
 

@@ -13,7 +13,7 @@ from fairlead.deploy.router_watch import open_with_logging, refuse_duplicate_ser
 from fairlead.errors import ConfigError, TransportError
 from fairlead.keys import Keys
 from fairlead.wire.session import Endpoints, ZenohBus
-from fairlead_tools.supervisor.ports import free_ports
+from fairlead_tools.supervisor.this_host import free_ports
 from tests.client.turns import turns, until
 
 LOG = logging.getLogger("runner")

@@ -14,8 +14,8 @@ from fairlead.paths import robot_dir
 from fairlead.robot.capsules import load_capsules
 from fairlead.robot.link_poses import link_poses, random_positions
 from fairlead.robot.manifest import load_robot
-from fairlead_tools.shape.geometry_distance import links_apart
-from fairlead_tools.shape.geometry_source import geometry_source
+from fairlead_tools.shape.capsule_pairs import links_apart
+from fairlead_tools.shape.geometry import geometry_source
 from fairlead_tools.shape.robot_model import robot_model
 from fairlead_tools.shape.robot_shape import RobotShape
 from tests.cli.command import fairlead_here as fairlead

@@ -7,8 +7,7 @@ import pytest
 
 from fairlead.messages import FloatArray
 from fairlead_tools.shape.convex_part import ConvexPart, box, capsule, cylinder
-from fairlead_tools.shape.coverage import sticking_out
-from fairlead_tools.shape.fit import Fitted, fit_capsules
+from fairlead_tools.shape.fit import Fitted, fit_capsules, sticking_out
 
 ROTATION = np.array([[0.36, 0.48, -0.8], [-0.8, 0.6, 0.0], [0.48, 0.64, 0.6]])
 SHIFT = np.array([0.3, -0.1, 0.7])

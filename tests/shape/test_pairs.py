@@ -11,14 +11,18 @@ import pytest
 
 from fairlead.messages import FloatArray
 from fairlead.robot.capsules import Capsule
-from fairlead.robot.description_tree import description_tree
+from fairlead.robot.description import description_tree
 from fairlead.robot.link_poses import Poses, link_poses
 from fairlead.robot.manifest import load_robot
-from fairlead_tools.shape.capsule_pairs import CROWDED, CapsulePair, PairRule, find_pairs
+from fairlead_tools.shape.capsule_pairs import (
+    CROWDED,
+    CapsulePair,
+    PairRule,
+    find_pairs,
+    links_apart,
+)
 from fairlead_tools.shape.convex_part import ConvexPart
-from fairlead_tools.shape.geometry_distance import links_apart
-from fairlead_tools.shape.geometry_source import geometry_source
-from fairlead_tools.shape.link_geometry import with_swept_fingers
+from fairlead_tools.shape.geometry import geometry_source, with_swept_fingers
 from tests.shape.own_robot import NAME, own_robot
 
 RULE = PairRule(clearance_m=0.01, drop_margin_m=None, samples=10_000)

@@ -12,7 +12,7 @@ import pytest
 from fairlead.errors import ConfigError
 from fairlead.messages import FloatArray
 from fairlead.robot.manifest import load_robot
-from fairlead_tools.shape.geometry_source import geometry_source
+from fairlead_tools.shape.geometry import geometry_source
 from fairlead_tools.shape.robot_shape import RobotShape
 from tests.shape.own_robot import NAME, own_robot
 

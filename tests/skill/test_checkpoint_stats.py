@@ -11,8 +11,11 @@ import pytest
 from fairlead.errors import ConfigError
 from fairlead.skill.action_contract import ActionContract
 from fairlead.skill.manifest import load_skill
-from fairlead_tools.skills.checkpoint_stats import read_checkpoint_stats
-from fairlead_tools.skills.contract_findings import contract_findings, named_outputs
+from fairlead_tools.skills.checkpoint_stats import (
+    contract_findings,
+    named_outputs,
+    read_checkpoint_stats,
+)
 from tests.cli.command import fairlead_here as fairlead
 
 STATS = Path(__file__).parent / "stats"

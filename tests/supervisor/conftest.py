@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from fairlead_tools.supervisor.ports import free_ports
+from fairlead_tools.supervisor.this_host import free_ports
 from tests.supervisor.bench import Bench
 
 

@@ -9,8 +9,7 @@ import pytest
 
 from fairlead.deploy.registry import Registry
 from fairlead.paths import gate_binary, repo_root
-from fairlead_tools.supervisor.scratch import Scratch, ScratchOptions, make_scratch
-from fairlead_tools.supervisor.scratch_robot import scratch_robot
+from fairlead_tools.supervisor.scratch import Scratch, ScratchOptions, make_scratch, scratch_robot
 from tests.repo.tree import files
 from tests.system.light_hal import LIGHT_HAL, Pacing
 from tests.system.live_robot import LiveRobot

@@ -14,7 +14,7 @@ from fairlead.messages import GateState, GoalResult, ResetEpisodeReply, SafeChun
 from fairlead.operate.goal import Progress
 from fairlead.operate.goal_run import GoalOptions, run_goal
 from fairlead.wire.bus import Sample
-from fairlead_tools.supervisor.scratch_robot import ScratchRobot
+from fairlead_tools.supervisor.scratch import ScratchRobot
 from tests.system.motion_log import MotionLine, MotionLog
 
 SKILL = "oracle-counter-to-cabinet"

@@ -26,7 +26,7 @@ from fairlead.modes import ControlMode
 from fairlead.operate.goal_run import GoalOptions, run_goal
 from fairlead.robot.manifest import RobotManifest
 from fairlead.wire.bus import Sample
-from fairlead_tools.supervisor.scratch_robot import ScratchRobot
+from fairlead_tools.supervisor.scratch import ScratchRobot
 from tests.system.live_robot import wait_for
 
 SEED = 0

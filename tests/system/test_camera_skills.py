@@ -16,8 +16,12 @@ from fairlead.paths import repo_root
 from fairlead_hal_sim.options import SimulatorOptions
 from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
 from fairlead_hal_sim.task.scene import COUNTER_HEIGHT_M
-from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
-from fairlead_tools.supervisor.scratch_robot import ScratchRobot, scratch_robot
+from fairlead_tools.supervisor.scratch import (
+    ScratchOptions,
+    ScratchRobot,
+    make_scratch,
+    scratch_robot,
+)
 from tests.cli.command import fairlead
 from tests.hal.rendering import CAN_RENDER
 from tests.runner.policy_servers import (

@@ -19,8 +19,12 @@ from fairlead.robot.manifest import load_robot
 from fairlead.wire.bus import Sample
 from fairlead.wire.verdict_text import describe
 from fairlead_tools.record.run_log import newest_log, read_run
-from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
-from fairlead_tools.supervisor.scratch_robot import ScratchRobot, scratch_robot
+from fairlead_tools.supervisor.scratch import (
+    ScratchOptions,
+    ScratchRobot,
+    make_scratch,
+    scratch_robot,
+)
 from tests.cli.command import fairlead
 
 pytestmark = [pytest.mark.processes, pytest.mark.timeout(180)]

@@ -16,8 +16,7 @@ from fairlead.modes import ControlMode
 from fairlead.paths import SKILLS_VARIABLE, repo_root
 from fairlead.robot.manifest import load_robot
 from fairlead.wire.bus import Sample
-from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
-from fairlead_tools.supervisor.scratch_robot import scratch_robot
+from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch, scratch_robot
 from tests.system.mode_robot import ModeRobot, ModeSkill, write_skills
 from tests.system.tool_geometry import ToolGeometry
 

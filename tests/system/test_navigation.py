@@ -29,8 +29,7 @@ from fairlead.operate.runner_choice import choose_runner
 from fairlead.paths import SKILLS_VARIABLE, repo_root
 from fairlead.robot.manifest import load_robot
 from fairlead.wire.bus import Sample
-from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
-from fairlead_tools.supervisor.scratch_robot import scratch_robot
+from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch, scratch_robot
 from tests.system.light_hal import LIGHT_HAL, Pacing
 from tests.system.live_robot import wait_for
 from tests.system.mode_robot import ModeSkill, write_skills

@@ -13,8 +13,7 @@ from fairlead.errors import FairleadError
 from fairlead.messages import GateState, HalStatus, JointState, StopLevel, decode
 from fairlead.operate.client import RobotClient
 from fairlead.wire.bus import Qos, Sample
-from fairlead_tools.supervisor.scratch import Scratch
-from fairlead_tools.supervisor.scratch_robot import scratch_robot
+from fairlead_tools.supervisor.scratch import Scratch, scratch_robot
 from tests.system.light_hal import Pacing
 from tests.system.live_robot import wait_for
 

@@ -12,8 +12,7 @@ from fairlead.deploy.registry import Registry
 from fairlead.operate.goal_run import GoalOptions, run_goal
 from fairlead.paths import repo_root
 from fairlead_tools.supervisor.command_line import service_command
-from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
-from fairlead_tools.supervisor.scratch_robot import scratch_robot
+from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch, scratch_robot
 from tests.hal_mujoco.joint_reach import RUNNER, SKILL, SOURCE
 
 pytestmark = [pytest.mark.processes, pytest.mark.timeout(180)]

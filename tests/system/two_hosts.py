@@ -14,7 +14,7 @@ from typing import Any
 import yaml
 
 from fairlead.paths import repo_root
-from fairlead_tools.supervisor.ports import free_ports
+from fairlead_tools.supervisor.this_host import free_ports
 from tests.system.live_robot import wait_for
 from tests.system.motion_log import MotionLog
 from tests.system.two_networks import HOSTS, TwoNetworks

@@ -9,7 +9,7 @@ from fairlead.hal.backend import PartCommand
 from fairlead.messages import FloatArray
 from fairlead.robot.capsule_distance import capsule_spans, pair_distances
 from fairlead.robot.capsules import load_capsules
-from fairlead.robot.description_tree import description_tree
+from fairlead.robot.description import description_tree
 from fairlead.robot.link_poses import link_poses
 from fairlead.robot.manifest import load_robot
 from fairlead_hal_sim.robosuite_backend import RobosuiteBackend

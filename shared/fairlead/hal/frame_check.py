@@ -14,7 +14,7 @@ import numpy as np
 from fairlead.errors import ConfigError
 from fairlead.hal.backend import FrameModel, FramePose
 from fairlead.messages import FloatArray
-from fairlead.robot.description_tree import description_tree
+from fairlead.robot.description import description_tree
 from fairlead.robot.link_poses import Poses, link_poses, random_positions
 from fairlead.robot.manifest import RobotManifest
 from fairlead.robot.part import FrameTolerance

@@ -15,7 +15,7 @@ import numpy as np
 from fairlead.errors import ConfigError, expected
 from fairlead.hal.backend import FramePose
 from fairlead.messages import FloatArray
-from fairlead.robot.description_tree import description_tree
+from fairlead.robot.description import description_tree
 from fairlead.robot.manifest import RobotManifest
 
 WORLD_BODY = 0

@@ -21,8 +21,7 @@ from fairlead.messages import (
     TransformBatch,
     Verdict,
 )
-from fairlead.operate.blocking import BlockingClaim, BlockingGoal, BlockingSubscription
-from fairlead.operate.loop_thread import LoopThread
+from fairlead.operate.blocking import BlockingClaim, BlockingGoal, BlockingSubscription, LoopThread
 from fairlead.operate.part_claim import PartClaim
 from fairlead.operate.robot import STALL_TIMEOUT_S, Robot
 from fairlead.operate.services import (

@@ -5,11 +5,72 @@ from __future__ import annotations
 from pathlib import Path
 from types import TracebackType
 
-from fairlead.deploy.deployment import Deployment
+from fairlead.deploy.deployment import Deployment, load_deployment
+from fairlead.deploy.registry import Registry
+from fairlead.errors import ConfigError, NoAnswerError
 from fairlead.operate.client import RobotClient
 from fairlead.operate.robot import Robot
-from fairlead.operate.which_deployment import find_deployment
+from fairlead.paths import deployment_names, deployment_path
 from fairlead.wire.bus import Bus
+
+
+def find_deployment(wanted: Deployment | Path | str | None) -> Deployment:
+    """The deployment itself, from its file, its name, or because no other runs here.
+
+    Args:
+        wanted: a name as in ``fairlead ps``, a name in compose/, a file; None: the only
+            deployment that runs on this machine.
+
+    Raises:
+        ConfigError: there is no such deployment, or several run.
+        NoAnswerError: none was named and none runs.
+    """
+    if isinstance(wanted, Deployment):
+        return wanted
+    return load_deployment(choose_file(None if wanted is None else file_of(str(wanted))))
+
+
+def file_of(wanted: str) -> Path:
+    """The file of a deployment that runs here, by its name, or of one that is known or named.
+
+    Raises:
+        ConfigError: there is none.
+    """
+    running = Registry().find(wanted)
+    return Path(running.deployment) if running is not None else deployment_path(wanted)
+
+
+def choose_file(file: Path | None) -> Path:
+    """The file of the deployment a command is about; raises as `choose_deployment` does."""
+    if file is not None:
+        return file
+    running = running_files()
+    if len(running) > 1:
+        files = "\n".join(f"  --deployment {file}" for file in running)
+        raise ConfigError(f"several deployments run on this machine; add one of:\n{files}")
+    return running[0]
+
+
+def running_files() -> list[Path]:
+    """Files of all deployments that run here, each once even if several of its hosts do.
+
+    Raises:
+        NoAnswerError: none runs.
+    """
+    running = sorted({entry.deployment for entry in Registry().entries()})
+    if not running:
+        raise nothing_runs()
+    return [Path(file) for file in running]
+
+
+def nothing_runs() -> NoAnswerError:
+    """What to say where no deployment was started: how, and which there are."""
+    known = ", ".join(deployment_names())
+    return NoAnswerError(
+        "no deployment runs on this machine; start one: fairlead up NAME "
+        f"(valid: {known or 'none'}, or a file), or name one that runs elsewhere: "
+        "--deployment FILE"
+    )
 
 
 class Connection:

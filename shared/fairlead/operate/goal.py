@@ -22,9 +22,9 @@ from fairlead.messages import (
     Verdict,
 )
 from fairlead.operate.changes import Changes
-from fairlead.operate.mailbox import watch
 from fairlead.operate.protective_stop import request_stop
 from fairlead.operate.services import Services
+from fairlead.operate.subscription import watch
 
 REFRESH_S = 0.25
 CANCEL_TIMEOUT_S = 3.0  # a runner gives its claim back within that

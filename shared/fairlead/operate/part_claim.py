@@ -38,9 +38,9 @@ from fairlead.modes import ControlMode
 from fairlead.operate.changes import Changes, unbroken
 from fairlead.operate.claim_watch import ClaimWatch
 from fairlead.operate.heartbeat import beat
-from fairlead.operate.mailbox import watch
 from fairlead.operate.rows import part_rows
 from fairlead.operate.services import ANSWER_TIMEOUT_S, Services
+from fairlead.operate.subscription import watch
 from fairlead.operate.tick import Tick, TickBuilder
 from fairlead.robot.manifest import RobotManifest
 from fairlead.wire.bus import Qos

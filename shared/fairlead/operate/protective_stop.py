@@ -8,8 +8,8 @@ import time
 from fairlead.errors import NoAnswerError
 from fairlead.messages import Lease, StopLevel
 from fairlead.operate.changes import Changes
-from fairlead.operate.mailbox import watch
 from fairlead.operate.services import Services
+from fairlead.operate.subscription import watch
 from fairlead.wire.bus import Qos
 
 REPEAT_S = 0.05

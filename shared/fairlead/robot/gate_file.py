@@ -15,11 +15,16 @@ from pydantic import BaseModel
 
 from fairlead.errors import ConfigError, expected
 from fairlead.paths import robot_dir
-from fairlead.robot.bare_links import check_bare_links
 from fairlead.robot.capsules import CapsuleFile, load_capsules
-from fairlead.robot.description_tree import DescriptionTree, Link, description_tree
+from fairlead.robot.description import DescriptionTree, Link, description_tree
 from fairlead.robot.gate_capacity import check_capacity
-from fairlead.robot.gate_geometry import Json, compiled_base, compiled_shape, compiled_workspace
+from fairlead.robot.gate_geometry import (
+    Json,
+    check_bare_links,
+    compiled_base,
+    compiled_shape,
+    compiled_workspace,
+)
 from fairlead.robot.home_check import check_home
 from fairlead.robot.joint import Joint
 from fairlead.robot.manifest import RobotManifest

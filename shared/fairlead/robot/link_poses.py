@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fairlead.robot.description_tree import DescriptionTree, Link
+from fairlead.robot.description import DescriptionTree, Link
 from fairlead.robot.manifest import RobotManifest
 
 FloatArray = NDArray[np.float64]

@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from fairlead.errors import ConfigError
-from fairlead.robot.description_tree import DescriptionTree
+from fairlead.robot.description import DescriptionTree
 from fairlead.robot.manifest import RobotManifest
 from fairlead.robot.mode_limits import (
     BodyTwistMode,

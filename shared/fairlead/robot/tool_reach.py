@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fairlead.robot.description_tree import DescriptionTree, Link
+from fairlead.robot.description import DescriptionTree, Link
 from fairlead.robot.joint import Joint
 from fairlead.robot.link_poses import FloatArray, link_poses, random_positions
 from fairlead.robot.manifest import RobotManifest

@@ -4,20 +4,37 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from fairlead.deploy.deployment import Deployment
+from fairlead.deploy.shipped_deployments import shipped_deployments
 from fairlead.errors import ConfigError
 from fairlead.frames import MAP, ODOM
 from fairlead.layout import load_layout
 from fairlead.messages import HalStatus
 from fairlead.modes import ControlMode
-from fairlead.robot.description_tree import description_tree
+from fairlead.robot.description import description_tree
 from fairlead.robot.manifest import RobotManifest
 from fairlead.skill.bindings import StateContractBindings
-from fairlead.skill.camera_deployments import camera_deployments
 from fairlead.skill.limit_overrides import limit_problems
 from fairlead.skill.manifest import SkillManifest
 from fairlead.skill.output_range import declared_range_problems, hal_range_problems
 from fairlead.skill.routes import Route, plan_routes
 from fairlead.skill.state_contract import StateContract
+
+
+def camera_deployments(skill: SkillManifest, robot: str) -> list[str]:
+    """Names of one robot's deployments in ``compose/`` with a skill's cameras, in its sizes."""
+    needed = {(image.camera, image.width, image.height) for image in skill.images.values()}
+    return [
+        name for name, deployment in shipped_deployments(robot) if needed <= _rendered(deployment)
+    ]
+
+
+def _rendered(deployment: Deployment) -> set[tuple[object, object, object]]:
+    """Name, width and height [px] of each camera the HAL is told to render."""
+    cameras = deployment.services[deployment.hal].options.get("cameras")
+    listed = cameras if isinstance(cameras, list) else []
+    blocks = [one for one in listed if isinstance(one, dict)]
+    return {(one.get("name"), one.get("width"), one.get("height")) for one in blocks}
 
 
 def admission_problems(

@@ -16,8 +16,7 @@ from fairlead.deploy.registry import running_name
 from fairlead.errors import FairleadError, RefusedError
 from fairlead.messages import ArmReply, GateState, GateStatus
 from fairlead.operate.client import RobotClient
-from fairlead.operate.connection import connect
-from fairlead.operate.which_deployment import running_files
+from fairlead.operate.connection import connect, running_files
 from fairlead_tools.cli.console import echo, hex_id
 from fairlead_tools.cli.options import DeploymentOption, choose_deployment, example
 

@@ -16,9 +16,9 @@ from fairlead.deploy.deployment import load_deployment
 from fairlead.errors import FairleadError, RefusedError
 from fairlead.messages import GateState, GoalResult, Outcome, Verdict, decode
 from fairlead.operate.client import RobotClient
+from fairlead.operate.connection import choose_file
 from fairlead.operate.goal_run import GoalOptions, run_goal
 from fairlead.operate.runner_choice import choose_runner
-from fairlead.operate.which_deployment import choose_file
 from fairlead.robot.manifest import load_robot
 from fairlead.skill.admission import require_admission
 from fairlead.skill.manifest import load_skill

@@ -13,10 +13,10 @@ from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.errors import ConfigError, RefusedError, expected
 from fairlead.messages import GateState, GateStatus, GoalResult, HalStatus, ResetEpisodeReply
 from fairlead.operate.client import RobotClient
+from fairlead.operate.connection import choose_file
 from fairlead.operate.goal import Progress
 from fairlead.operate.goal_run import GoalOptions
 from fairlead.operate.runner_choice import choose_runner
-from fairlead.operate.which_deployment import choose_file
 from fairlead.robot.manifest import load_robot
 from fairlead.skill.admission import require_admission
 from fairlead.skill.manifest import load_skill

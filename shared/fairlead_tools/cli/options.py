@@ -11,7 +11,7 @@ import typer
 from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.deploy.registry import Registry, Running
 from fairlead.errors import ConfigError, FairleadError
-from fairlead.operate.which_deployment import choose_file, file_of, nothing_runs
+from fairlead.operate.connection import choose_file, file_of, nothing_runs
 from fairlead.paths import deployment_names, deployment_path, robot_ids
 from fairlead.skill.manifest import skill_ids
 

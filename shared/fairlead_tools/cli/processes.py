@@ -25,7 +25,7 @@ from fairlead.errors import (
 )
 from fairlead.log_stamp import STAMP_LENGTH
 from fairlead.operate.client import RobotClient, alive_services
-from fairlead.operate.which_deployment import nothing_runs
+from fairlead.operate.connection import nothing_runs
 from fairlead_tools.cli.console import echo, print_json, print_table
 from fairlead_tools.cli.options import (
     DeploymentOption,

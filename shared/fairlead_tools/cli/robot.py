@@ -217,7 +217,7 @@ def distances_command(
 ) -> None:
     """Print the smallest distance of each checked pair of capsules over a recorded run."""
     from fairlead.robot.capsule_distance import capsule_spans, pair_distances
-    from fairlead.robot.description_tree import description_tree
+    from fairlead.robot.description import description_tree
     from fairlead.robot.link_poses import link_poses
     from fairlead_tools.shape.recorded_positions import recorded_positions
 

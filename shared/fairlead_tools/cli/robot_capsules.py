@@ -58,7 +58,7 @@ def capsules_command(
 ) -> None:  # fmt: skip
     """Fit capsules to a robot's links and find the pairs to keep apart; write capsules.yaml."""
     from fairlead_tools.shape.capsule_pairs import PairRule
-    from fairlead_tools.shape.geometry_source import geometry_source
+    from fairlead_tools.shape.geometry import geometry_source
     from fairlead_tools.shape.robot_shape import RobotShape
 
     manifest = load_robot(robot)

@@ -37,8 +37,7 @@ from fairlead_tools.supervisor.command_line import (
     service_command,
     service_environment,
 )
-from fairlead_tools.supervisor.ports import check_ports_free
-from fairlead_tools.supervisor.this_host import choose_host
+from fairlead_tools.supervisor.this_host import check_ports_free, choose_host
 
 
 @example("fairlead service panda_mujoco hal")

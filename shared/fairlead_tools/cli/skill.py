@@ -26,8 +26,11 @@ from fairlead_tools.cli.options import (
     make_group,
     parse_deployment,
 )
-from fairlead_tools.skills.checkpoint_stats import read_checkpoint_stats
-from fairlead_tools.skills.contract_findings import contract_findings, named_outputs
+from fairlead_tools.skills.checkpoint_stats import (
+    contract_findings,
+    named_outputs,
+    read_checkpoint_stats,
+)
 from fairlead_tools.skills.install import install_skill, is_link_to
 from fairlead_tools.skills.skeleton import skill_skeleton
 

@@ -19,7 +19,7 @@ from fairlead.errors import ConfigError, NoAnswerError
 from fairlead.log_stamp import utc_stamp
 from fairlead.messages import GateState, GateStatus, GoalFeedback, HalStatus
 from fairlead.operate.client import RobotClient
-from fairlead.operate.which_deployment import choose_file
+from fairlead.operate.connection import choose_file
 from fairlead.wire.gate_checks import CHECKS
 from fairlead.wire.printable import printable
 from fairlead_tools.cli.console import echo, hex_id, print_json

@@ -27,8 +27,7 @@ from fairlead_tools.record.recorder import Recorder, Recording
 from fairlead_tools.record.run_log import Run, newest_log, read_run
 from fairlead_tools.record.timeline import draw_timeline, hold_names
 from fairlead_tools.record.video import captioned, write_video
-from fairlead_tools.supervisor.scratch import Scratch, ScratchOptions, make_scratch
-from fairlead_tools.supervisor.scratch_robot import scratch_robot
+from fairlead_tools.supervisor.scratch import Scratch, ScratchOptions, make_scratch, scratch_robot
 
 CAMERA = "overview"
 FRAME_TICKS = 3  # from one frame to the next; rendering in software is slow

@@ -16,8 +16,7 @@ from fairlead.messages import ResetEpisodeReply
 from fairlead.operate.goal import Progress
 from fairlead.operate.goal_run import GoalOptions, run_goal
 from fairlead_tools.parity.episode_trace import EpisodeTrace
-from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
-from fairlead_tools.supervisor.scratch_robot import scratch_robot
+from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch, scratch_robot
 
 if TYPE_CHECKING:
     from fairlead.policy import Actions

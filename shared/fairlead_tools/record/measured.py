@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from fairlead.messages import FloatArray, JointState, floats
-from fairlead.robot.description_tree import description_tree
+from fairlead.robot.description import description_tree
 from fairlead.robot.link_poses import link_poses
 from fairlead.robot.manifest import RobotManifest
 from fairlead.robot.safety_profile import SafetyProfile

@@ -10,19 +10,16 @@ import numpy as np
 
 from fairlead.errors import ConfigError
 from fairlead.messages import FloatArray
-from fairlead.robot.bare_links import check_bare_links, is_swept
 from fairlead.robot.capsule_distance import capsule_spans, pair_distances
 from fairlead.robot.capsules import MAX_CAPSULES, MAX_PAIRS, Capsule
-from fairlead.robot.description_tree import DescriptionTree, description_tree
+from fairlead.robot.description import DescriptionTree, description_tree
+from fairlead.robot.gate_geometry import check_bare_links, is_swept
 from fairlead.robot.link_poses import Poses, link_poses
 from fairlead.robot.manifest import RobotManifest
 from fairlead_tools.record.capsule_picture import RoundedHull
-from fairlead_tools.shape.capsule_pairs import CapsulePair, PairRule, find_pairs
-from fairlead_tools.shape.coverage import sticking_out
-from fairlead_tools.shape.fit import Fitted, fit_capsules
-from fairlead_tools.shape.geometry_distance import links_apart
-from fairlead_tools.shape.geometry_source import GeometrySource
-from fairlead_tools.shape.link_geometry import Geometry, with_swept_fingers
+from fairlead_tools.shape.capsule_pairs import CapsulePair, PairRule, find_pairs, links_apart
+from fairlead_tools.shape.fit import Fitted, fit_capsules, sticking_out
+from fairlead_tools.shape.geometry import Geometry, GeometrySource, with_swept_fingers
 
 _DIGITS = 4  # of lengths in m
 _ROUNDING_M = 1e-9

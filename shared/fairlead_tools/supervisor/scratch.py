@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import os
 import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
@@ -15,8 +17,12 @@ from typing import Any, Literal
 import yaml
 
 from fairlead.deploy.deployment import Deployment, load_deployment
-from fairlead.errors import ConfigError
-from fairlead_tools.supervisor.ports import free_ports
+from fairlead.deploy.registry import Registry
+from fairlead.errors import ConfigError, FairleadError, ServiceError
+from fairlead.operate.client import RobotClient
+from fairlead_tools.supervisor import Supervisor
+from fairlead_tools.supervisor.command_line import CommandBuilder, service_command
+from fairlead_tools.supervisor.this_host import free_ports
 
 _FILE = "deployment.yaml"
 
@@ -80,3 +86,57 @@ def _empty(folder: Path) -> None:
         raise ConfigError(f"state folder {folder}: holds other things; choose another --out")
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
+
+
+READY_TIMEOUT_S = 120.0
+
+
+@dataclass(frozen=True)
+class ScratchRobot:
+    """Running services and a client that all of them know."""
+
+    scratch: Scratch
+    supervisor: Supervisor
+    client: RobotClient
+
+
+@contextmanager
+def scratch_robot(
+    scratch: Scratch,
+    registry: Registry | None = None,
+    order: list[str] | None = None,
+    command: CommandBuilder = service_command,
+) -> Iterator[ScratchRobot]:
+    """Start the services of ``scratch``, wait until the gate follows the HAL, stop them.
+
+    Args:
+        order: start them one by one in this order; None: all at once.
+        command: builds a service's command line.
+
+    Raises:
+        ServiceError: a service died or was not ready in time, with its last lines.
+        NoAnswerError: the gate does not follow the HAL.
+    """
+    hosts = list(scratch.deployment.hosts)
+    supervisor = Supervisor(
+        scratch.file,
+        scratch.deployment,
+        scratch.state_dir,
+        registry=registry,
+        command=command,
+        host=hosts[0] if hosts else None,
+    )
+    try:
+        supervisor.start(order, None if order is None else READY_TIMEOUT_S)
+        supervisor.wait_ready(READY_TIMEOUT_S)
+        with RobotClient(scratch.deployment) as client:
+            client.wait_alive(*scratch.deployment.services, timeout_s=READY_TIMEOUT_S)
+            client.wait_gate_follows()
+            yield ScratchRobot(scratch, supervisor, client)
+    except FairleadError as error:
+        story = supervisor.died()
+        if story is None or (isinstance(error, ServiceError) and story in str(error)):
+            raise
+        raise ServiceError(f"{error}\n{story}") from None
+    finally:
+        supervisor.stop()

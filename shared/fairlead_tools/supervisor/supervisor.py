@@ -21,8 +21,8 @@ from fairlead_tools.supervisor.command_line import (
     service_command,
     service_environment,
 )
-from fairlead_tools.supervisor.ports import check_ports_free
 from fairlead_tools.supervisor.slot import Slot, digests
+from fairlead_tools.supervisor.this_host import check_ports_free
 
 STOP_GRACE_S = 5.0  # from SIGTERM to SIGKILL
 POLL_S = 0.05

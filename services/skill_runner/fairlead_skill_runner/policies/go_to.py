@@ -16,9 +16,8 @@ from fairlead.checked_model import checked_model
 from fairlead.errors import ConfigError, PolicyError, expected
 from fairlead.modes import ControlMode
 from fairlead.policy import Actions, Done, Failed, Observation
-from fairlead.robot.footprint import zone_breach
 from fairlead.robot.manifest import RobotManifest
-from fairlead.robot.surroundings import BaseSurroundings
+from fairlead.robot.surroundings import BaseSurroundings, zone_breach
 from fairlead.skill.manifest import SkillManifest
 
 LAYOUT = "base_pose_6d"
