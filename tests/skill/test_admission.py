@@ -10,8 +10,9 @@ import pytest
 
 from fairlead.errors import ConfigError
 from fairlead.modes import GATED_MODES
-from fairlead.robot.manifest import load_robot
-from fairlead.skill.admission import admission_problems, require_admission
+from fairlead.robot.gate_file import compile_gate_config
+from fairlead.robot.manifest import RobotManifest, load_robot
+from fairlead.skill.admission import Admission, admission_problems
 from fairlead.skill.manifest import SkillManifest, load_skill
 from fairlead.skill.routes import resolve_routes
 from fairlead.skill.slots import FIELD_RULES
@@ -34,7 +35,25 @@ def slot(index: int, **changes: Any) -> Callable[[dict[str, Any]], None]:
 def test_the_shipped_skill_is_admitted_on_its_robot() -> None:
     assert admission_problems(SKILL, ROBOT) == []
     assert admission_problems(SKILL, ROBOT, HAL) == []
-    require_admission(SKILL, ROBOT, HAL)
+    Admission(SKILL, ROBOT).require(HAL)
+
+
+def test_a_goal_compiles_each_gate_file_once_however_often_a_hal_is_held_against_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    compiled: list[str] = []
+
+    def counted(robot: RobotManifest, profile: str) -> str:
+        compiled.append(profile)
+        return compile_gate_config(robot, profile)
+
+    monkeypatch.setattr("fairlead.skill.limit_overrides.compile_gate_config", counted)
+    admission = Admission(SKILL, ROBOT)
+    admission.require()
+    admission.require(HAL)
+    admission.require(HAL)
+    assert compiled == list(ROBOT.safety)
+    assert admission.routes == resolve_routes(SKILL.action_contract, ROBOT)
 
 
 MODES = (
@@ -106,7 +125,7 @@ def test_every_reason_is_given_at_once() -> None:
         slot(1, ee="left")(data)
 
     with pytest.raises(ConfigError) as caught:
-        require_admission(skill(change), ROBOT)
+        Admission(skill(change), ROBOT).require()
     assert str(caught.value) == (
         "skill oracle-counter-to-cabinet cannot run on robot panda_mobile:\n"
         "  rate_hz: expected the robot's 20 Hz or a whole fraction of it, got 15\n"
@@ -125,7 +144,7 @@ def test_a_skill_for_another_robot_is_refused_with_that_and_the_number_of_other_
         slot(1, ee="left")(data)
 
     with pytest.raises(ConfigError) as caught:
-        require_admission(skill(change), ROBOT)
+        Admission(skill(change), ROBOT).require()
     assert str(caught.value).splitlines()[1:-1] == [
         "  embodiments: made for aloha, not panda_mobile",
         "  and 2 more, as on any robot it was not made for",

@@ -11,7 +11,7 @@ from fairlead.errors import ConfigError
 from fairlead.messages import HalCamera
 from fairlead.paths import ROBOTS_VARIABLE, robot_dir
 from fairlead.robot.manifest import load_robot
-from fairlead.skill.admission import admission_problems, require_admission
+from fairlead.skill.admission import Admission, admission_problems
 from fairlead.skill.manifest import ImageSpec, load_skill
 from tests.skill.mobile_hal import HAL
 
@@ -66,7 +66,7 @@ def test_a_robocasa_skill_is_admitted_on_its_robot_and_needs_its_cameras_once_it
 def test_a_skill_whose_cameras_are_off_is_refused_with_the_deployment_that_has_them() -> None:
     without = msgspec.structs.replace(HAL, cameras=())
     with pytest.raises(ConfigError) as caught:
-        require_admission(load_skill("rldx-robocasa"), MOBILE, without)
+        Admission(load_skill("rldx-robocasa"), MOBILE).require(without)
     assert str(caught.value) == (
         "skill rldx-robocasa cannot run on robot panda_mobile:\n"
         "  images: left_view needs camera 'robot0_agentview_left' (valid: none)\n"
@@ -79,7 +79,7 @@ def test_a_skill_whose_cameras_are_off_is_refused_with_the_deployment_that_has_t
 def test_where_nothing_renders_the_refusal_sends_to_the_hals_log() -> None:
     off = msgspec.structs.replace(HAL, cameras=(), detail="cameras off: no renderer was started")
     with pytest.raises(ConfigError) as caught:
-        require_admission(load_skill("rldx-robocasa"), MOBILE, off)
+        Admission(load_skill("rldx-robocasa"), MOBILE).require(off)
     assert str(caught.value).endswith(
         "try: fairlead logs, which says why; the HAL: cameras off: no renderer was started"
     )
@@ -89,7 +89,7 @@ def test_a_camera_that_no_deployment_has_is_refused_with_the_option_that_switche
     skill = load_skill("rldx-robocasa")
     attic = {"attic": ImageSpec(camera="attic", width=64, height=64)}
     with pytest.raises(ConfigError) as caught:
-        require_admission(skill.model_copy(update={"images": attic}), MOBILE, HAL)
+        Admission(skill.model_copy(update={"images": attic}), MOBILE).require(HAL)
     assert str(caught.value).endswith(
         "try: options.cameras of the HAL in the deployment file switches cameras on"
     )

@@ -21,9 +21,8 @@ from fairlead.messages import (
 )
 from fairlead.operate.heartbeat import beat
 from fairlead.robot.manifest import RobotManifest
-from fairlead.skill.admission import require_admission
-from fairlead.skill.manifest import SkillManifest
-from fairlead.skill.routes import Route, resolve_routes
+from fairlead.skill.admission import Admission
+from fairlead.skill.routes import Route
 from fairlead.wire.bus import Bus, Publisher
 from fairlead.wire.on_loop import ask
 from fairlead_skill_runner import results
@@ -62,15 +61,16 @@ class GoalRun:
         around: Surroundings,
         goal_id: int,
         goal: Goal,
-        skill: SkillManifest,
+        admission: Admission,
         worker: PolicyWorker,
     ) -> None:
         self.goal_id = goal_id
-        self.skill = skill
+        self.skill = admission.skill
         self.result: GoalResult | None = None
         self.executor: GoalExecutor | None = None  # while the goal has a claim, and after
         self._around = around
         self._goal = goal
+        self._admission = admission
         self._worker = worker
         self._phase = "loading"
         self._loading: asyncio.Task[None] | None = None
@@ -131,8 +131,8 @@ class GoalRun:
             hal = await ask(
                 around.bus, around.keys.hal_status, StatusQuery(), HalStatus, QUERY_TIMEOUT_S
             )
-            await asyncio.to_thread(require_admission, self.skill, around.robot, hal)
-            routes = resolve_routes(self.skill.action_contract, around.robot)
+            await asyncio.to_thread(self._admission.require, hal)
+            routes = self._admission.routes
             self._phase = "claiming"
             request = claim_request(around.source, self.skill, routes, around.robot)
             claim = await take_claim(around.bus, around.keys, request, hal.pacing, self._ended)

@@ -29,7 +29,7 @@ from fairlead.messages import (
 )
 from fairlead.robot.manifest import RobotManifest
 from fairlead.service import ServiceContext
-from fairlead.skill.admission import require_admission
+from fairlead.skill.admission import Admission
 from fairlead.skill.manifest import SkillManifest
 from fairlead.wire.bus import Qos, Sample
 from fairlead_skill_runner.goal_check import check_goal
@@ -133,13 +133,14 @@ class SkillRunner:
         async with self._accepting:
             skill = await asyncio.to_thread(self._skills.find, goal.skill)
             check_goal(goal, skill)
+            admission = Admission(skill, self._robot)
             if self._hal is not None:
-                await asyncio.to_thread(require_admission, skill, self._robot, self._hal)
+                await asyncio.to_thread(admission.require, self._hal)
             self._refuse_while_one_runs()
             worker = await self._skills.worker(skill)
             goal_id = secrets.randbits(64) or 1
             self._hear(skill)
-            self._goal = GoalRun(self._around, goal_id, goal, skill, worker)
+            self._goal = GoalRun(self._around, goal_id, goal, admission, worker)
             self._goal_task = self._tasks.create_task(self._goal.run(), name="goal")
         self._log.info("goal %016x accepted: %s", goal_id, skill.id)
         return GoalAccepted(goal_id=goal_id)

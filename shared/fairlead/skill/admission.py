@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 
 from fairlead.deploy.deployment import Deployment
 from fairlead.deploy.shipped_deployments import shipped_deployments
@@ -37,46 +38,69 @@ def _rendered(deployment: Deployment) -> set[tuple[object, object, object]]:
     return {(one.get("name"), one.get("width"), one.get("height")) for one in blocks}
 
 
+class Admission:
+    """What speaks against running a skill on a robot.
+
+    The manifests are compared when it is first asked, which compiles the robot's gate files; then
+    any number of HALs can be held against the result.
+
+    Attributes:
+        routes: of the skill's slots on this robot; all of them, once `require` let the skill pass.
+    """
+
+    def __init__(self, skill: SkillManifest, robot: RobotManifest) -> None:
+        self.skill = skill
+        self._robot = robot
+        self.routes, self._slot_problems = plan_routes(skill.action_contract, robot)
+
+    @cached_property
+    def _of_manifests(self) -> list[str]:
+        skill, robot = self.skill, self._robot
+        return [
+            *_embodiment_problems(skill, robot),
+            *self._slot_problems,
+            *([] if self._slot_problems else _switch_problems(self.routes, robot)),
+            *state_problems(skill.state_contract, robot),
+            *_profile_problems(skill, self.routes, robot),
+        ]
+
+    def problems(self, hal: HalStatus | None = None) -> list[str]:
+        """Every reason against; empty means admitted.
+
+        Args:
+            hal: what the running HAL found, for its command ranges, part order and cameras;
+                None checks the manifests alone, with the ranges the robot declares.
+        """
+        if hal is None:
+            return [*self._of_manifests, *declared_range_problems(self.routes, self._robot)]
+        identity = _identity_problems(self._robot, hal)
+        ranges = [] if identity else hal_range_problems(self.routes, self._robot, hal)
+        return [*self._of_manifests, *identity, *ranges, *_camera_problems(self.skill, hal)]
+
+    def require(self, hal: HalStatus | None = None) -> None:
+        """Let the skill pass if it may run.
+
+        Raises:
+            ConfigError: with every reason of `problems`, and what to do.
+        """
+        skill, robot = self.skill, self._robot
+        problems = self.problems(hal)
+        if not problems:
+            return
+        fix = f"fairlead skill ls --robot {robot.id}"
+        if hal is not None and problems == _camera_problems(skill, hal):
+            fix = _way_to_cameras(skill, robot, hal)
+        listed = "\n  ".join(summarised(problems, skill, robot))
+        raise ConfigError(
+            f"skill {skill.id} cannot run on robot {robot.id}:\n  {listed}\n  try: {fix}"
+        )
+
+
 def admission_problems(
     skill: SkillManifest, robot: RobotManifest, hal: HalStatus | None = None
 ) -> list[str]:
-    """Every reason against running ``skill`` on ``robot``; empty means admitted.
-
-    Args:
-        hal: what the running HAL found, for its command ranges, part order and cameras;
-            None checks the manifests alone, with the ranges the robot declares.
-    """
-    routes, problems = plan_routes(skill.action_contract, robot)
-    problems = [
-        *_embodiment_problems(skill, robot),
-        *problems,
-        *([] if problems else _switch_problems(routes, robot)),
-        *state_problems(skill.state_contract, robot),
-        *_profile_problems(skill, routes, robot),
-    ]
-    if hal is None:
-        return [*problems, *declared_range_problems(routes, robot)]
-    identity = _identity_problems(robot, hal)
-    ranges = [] if identity else hal_range_problems(routes, robot, hal)
-    return [*problems, *identity, *ranges, *_camera_problems(skill, hal)]
-
-
-def require_admission(
-    skill: SkillManifest, robot: RobotManifest, hal: HalStatus | None = None
-) -> None:
-    """Let a skill pass that may run on a robot.
-
-    Raises:
-        ConfigError: with every reason of `admission_problems`, and what to do.
-    """
-    problems = admission_problems(skill, robot, hal)
-    if not problems:
-        return
-    fix = f"fairlead skill ls --robot {robot.id}"
-    if hal is not None and problems == _camera_problems(skill, hal):
-        fix = _way_to_cameras(skill, robot, hal)
-    listed = "\n  ".join(summarised(problems, skill, robot))
-    raise ConfigError(f"skill {skill.id} cannot run on robot {robot.id}:\n  {listed}\n  try: {fix}")
+    """`Admission.problems` of a skill that is asked about once."""
+    return Admission(skill, robot).problems(hal)
 
 
 def summarised(problems: Sequence[str], skill: SkillManifest, robot: RobotManifest) -> list[str]:

@@ -20,7 +20,7 @@ from fairlead.operate.connection import choose_file
 from fairlead.operate.goal_run import GoalOptions, run_goal
 from fairlead.operate.runner_choice import choose_runner
 from fairlead.robot.manifest import load_robot
-from fairlead.skill.admission import require_admission
+from fairlead.skill.admission import Admission
 from fairlead.skill.manifest import load_skill
 from fairlead.wire.bus import Sample
 from fairlead_tools.cli.arming import YesOption, armed
@@ -123,7 +123,8 @@ def eval_command(
     chosen = load_deployment(file)
     named = choose_runner(chosen, skill, runner)
     wish = GoalOptions(skill, prompt, deadline_ticks, stall_timeout, named)
-    require_admission(manifest, load_robot(chosen.robot))
+    admission = Admission(manifest, load_robot(chosen.robot))
+    admission.require()
     wait_started(file, lambda line: echo(line, err=True))
     done: list[Episode] = []
     ended_by: BaseException | None = None
@@ -131,7 +132,7 @@ def eval_command(
         with RobotClient(chosen, by="fairlead eval") as client, ProgressLine(as_json) as line:
             wait_seen(client, file)
             client.wait_gate_follows()
-            require_admission(manifest, load_robot(chosen.robot), client.hal_status())
+            admission.require(client.hal_status())
             run = _Run(client, wish, line, reset_stops, yes)
             for seed in wanted:
                 done.append(run.episode(seed, done, len(wanted)))

@@ -18,7 +18,7 @@ from fairlead.operate.goal import Progress
 from fairlead.operate.goal_run import GoalOptions
 from fairlead.operate.runner_choice import choose_runner
 from fairlead.robot.manifest import load_robot
-from fairlead.skill.admission import require_admission
+from fairlead.skill.admission import Admission
 from fairlead.skill.manifest import load_skill
 from fairlead_tools.cli.arming import YesOption, armed
 from fairlead_tools.cli.console import ProgressLine, echo, print_json
@@ -87,12 +87,14 @@ def run_command(
     file = choose_file(deployment)
     chosen = load_deployment(file)
     wishes = [_with_runner(wish, chosen) for wish in wishes]
-    _require_admission(wishes, chosen)  # what cannot run should not arm anything
+    robot = load_robot(chosen.robot)
+    admissions = [Admission(load_skill(wish.skill), robot) for wish in wishes]
+    _require(admissions)  # what cannot run should not arm anything
     wait_started(file, lambda line: echo(line, err=True))
     with RobotClient(chosen, by="fairlead run") as client:
         wait_seen(client, file)
         client.wait_gate_follows()
-        _require_admission(wishes, chosen, client.hal_status())
+        _require(admissions, client.hal_status())
         if seed is not None:
             new_episode(client, seed)
         with armed(client, confirmed=yes):
@@ -117,12 +119,9 @@ def _with_runner(wish: GoalOptions, deployment: Deployment) -> GoalOptions:
     return dataclasses.replace(wish, runner=choose_runner(deployment, wish.skill, wish.runner))
 
 
-def _require_admission(
-    wishes: Sequence[GoalOptions], deployment: Deployment, hal: HalStatus | None = None
-) -> None:
-    robot = load_robot(deployment.robot)
-    for wish in wishes:
-        require_admission(load_skill(wish.skill), robot, hal)
+def _require(admissions: Sequence[Admission], hal: HalStatus | None = None) -> None:
+    for admission in admissions:
+        admission.require(hal)
 
 
 def _run(client: RobotClient, wish: GoalOptions, as_json: bool) -> Progress:

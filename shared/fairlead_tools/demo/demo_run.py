@@ -19,7 +19,7 @@ from fairlead.operate.goal import Progress
 from fairlead.operate.goal_run import GoalOptions, run_goal
 from fairlead.operate.runner_choice import choose_runner
 from fairlead.robot.manifest import RobotManifest, load_robot
-from fairlead.skill.admission import require_admission
+from fairlead.skill.admission import Admission
 from fairlead.skill.manifest import load_skill
 from fairlead_tools.demo.gate_challenge import Challenge, over_limit, replay
 from fairlead_tools.record.caption import caption_at, refusal
@@ -197,7 +197,8 @@ def check_wish(wish: DemoWish) -> None:
     Raises:
         ConfigError: the skill cannot run on the robot, or the folder cannot be written.
     """
-    require_admission(load_skill(wish.skill), load_robot(load_deployment(wish.source).robot))
+    robot = load_robot(load_deployment(wish.source).robot)
+    Admission(load_skill(wish.skill), robot).require()
     try:
         wish.out.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=wish.out):
