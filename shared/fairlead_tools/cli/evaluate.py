@@ -163,7 +163,15 @@ class _Run:
         client.bus.subscribe(client.keys.verdict(wish.runner), self._on_verdict)
 
     def episode(self, seed: int, done: Sequence[Episode], seeds: int) -> Episode:
-        """One goal in a new episode."""
+        """One goal in a new episode; begun again after a stop that came before its goal."""
+        while True:
+            try:
+                return self._episode(seed, done, seeds)
+            except RefusedError:
+                if not self._reset_stops or not self.go_on():
+                    raise
+
+    def _episode(self, seed: int, done: Sequence[Episode], seeds: int) -> Episode:
         where = f"seed {seed}, {len(done) + 1} of {seeds}, {_succeeded(done)} succeeded"
         self._line.show(f"{where} | new episode")
         new_episode(self._client, seed)
@@ -181,15 +189,15 @@ class _Run:
             self._refusals(), progress.starved, len(gate.stop_ids) + bool(gate.latch_id),
         )  # fmt: skip
 
-    def go_on(self) -> None:
-        """Acknowledge the episode's stops, where that was asked for.
+    def go_on(self) -> bool:
+        """Acknowledge stops, where that was asked for; whether there was one.
 
         Raises:
             RefusedError: there is one, and it was not; or a person's, who wants it to end.
         """
         gate = self._client.gate_status()
         if gate.state < GateState.STOPPED:
-            return
+            return False
         by = _ASKED_BY.match(gate.cause)
         is_a_persons = by is not None and by[1] not in self._client.deployment.services
         if is_a_persons or not self._reset_stops:
@@ -197,6 +205,7 @@ class _Run:
         for one in (*gate.stop_ids, gate.latch_id):
             if one:
                 self._client.reset(one)
+        return True
 
     def _on_verdict(self, sample: Sample) -> None:
         verdict = decode(Verdict, sample.payload)

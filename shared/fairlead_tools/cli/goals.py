@@ -218,13 +218,21 @@ def new_episode(client: RobotClient, seed: int) -> ResetEpisodeReply:
         NoAnswerError: the gate or the HAL does not answer.
     """
     gate = client.gate_status()
-    if gate.state in (GateState.STOPPED, GateState.LATCHED):
-        why = f"no new episode while the gate is {state_and_cause(gate)}"
-        raise RefusedError("fairlead", why, gate.fix)
+    _require_no_stop(gate)
     if gate.claims:
         claim = gate.claims[0]
         why = f"a new episode would end the claim of {claim.source}, which runs {claim.skill}"
         raise RefusedError("fairlead", why, f"fairlead cancel {claim.source}")
     if gate.state == GateState.ARMED:
         client.disarm()
-    return client.reset_episode(seed)
+    try:
+        return client.reset_episode(seed)
+    except RefusedError:
+        _require_no_stop(client.gate_status())  # its answer has the id
+        raise
+
+
+def _require_no_stop(gate: GateStatus) -> None:
+    if gate.state in (GateState.STOPPED, GateState.LATCHED):
+        why = f"no new episode while the gate is {state_and_cause(gate)}"
+        raise RefusedError("fairlead", why, gate.fix)
