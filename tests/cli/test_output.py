@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 import json
+import os
+import signal
 import subprocess
 from pathlib import Path
 
 import pytest
 
 from fairlead_tools.cli.console import ProgressLine, print_table
+from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
+from tests.cli.background_up import SOURCE
 from tests.cli.command import fairlead_command, fairlead_environment
 from tests.cli.command import fairlead_here as fairlead
+from tests.system.light_hal import LIGHT_HAL
+from tests.system.live_robot import wait_for
 
 
 @pytest.mark.processes
@@ -27,6 +33,37 @@ def test_a_full_disk_is_one_line_and_exit_code_1(command: str, tmp_path: Path) -
             check=False,
         )
     assert (done.returncode, done.stderr) == (1, "ERROR No space left on device\n")
+
+
+@pytest.mark.processes
+@pytest.mark.timeout(180)
+def test_up_on_a_full_disk_loses_what_it_prints_and_nothing_else(tmp_path: Path) -> None:
+    options = ScratchOptions(f"full{os.getpid()}", options={"hal": LIGHT_HAL})
+    scratch = make_scratch(SOURCE, tmp_path / "robot", options)
+    command = fairlead_command("up", str(scratch.file), "--state-dir", str(scratch.state_dir))
+    log = scratch.state_dir / "logs" / "up.log"
+    with (
+        Path("/dev/full").open("w", encoding="utf-8") as full,
+        subprocess.Popen(
+            command,
+            env=fairlead_environment(tmp_path),
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+        ) as up,
+    ):
+        try:
+            wait_for(
+                lambda: up.poll() is not None or (log.is_file() and " is up" in log.read_text()),
+                "all are ready",
+                120.0,
+            )
+            assert up.poll() is None
+        finally:
+            up.send_signal(signal.SIGINT)
+            _, errors = up.communicate(timeout=30.0)
+    assert (up.returncode, errors) == (0, "")
+    assert "no process is left" in log.read_text(encoding="utf-8")
 
 
 @pytest.mark.processes

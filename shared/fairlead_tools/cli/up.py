@@ -237,6 +237,8 @@ class UpOutput:
         except BrokenPipeError:  # whoever read our output has gone: end as on Ctrl-C
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
             os.kill(os.getpid(), signal.SIGTERM)
+        except OSError:  # a full disk behind a redirection: the logs have the line, or say so
+            return
 
     def detach(self) -> None:
         """Close the output; what would still be printed there is appended to the log."""
