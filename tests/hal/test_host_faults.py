@@ -7,8 +7,11 @@ import json
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
+import msgspec
+import numpy as np
 import pytest
 
 from fairlead.errors import ConfigError
@@ -31,7 +34,9 @@ from fairlead.messages import (
     StopLevel,
     decode,
     encode,
+    pack_floats,
 )
+from fairlead.modes import ControlMode
 from fairlead.robot.manifest import load_robot
 from fairlead.wire.bus import Qos, Sample
 from fairlead.wire.memory_bus import MemoryBus
@@ -94,6 +99,7 @@ class RunningHost:
 
     def __init__(self, folder: Path) -> None:
         self.paused_ns = 0
+        self.frame_id = ""  # a test's that has the arm moved in a frame of its choice
         self.backend = FailingBackend()
         self.bus = MemoryBus()
         self.stops: list[StopLevel] = []
@@ -194,6 +200,18 @@ def test_a_command_the_driver_refuses_is_held_instead_and_stops_the_gate(
     wait_until(lambda: running.status().state == "holding")
 
 
+def test_a_released_command_that_does_not_fit_its_part_reaches_no_backend(
+    running: RunningHost,
+) -> None:
+    running.frame_id = "odom"
+    move_until(running, lambda: bool(running.stops))
+    assert running.stops[0].reason == (
+        "the backend refused a released command: hal: part arm: expected a frame of "
+        "cartesian_delta, got 'odom' (valid: base_link)"
+    )
+    assert set(running.backend.applied) == {0}
+
+
 def test_a_stop_that_cannot_be_read_or_listed_stops_under_an_id_of_the_hals_own(
     running: RunningHost,
 ) -> None:
@@ -247,6 +265,11 @@ def move_until(running: RunningHost, condition: Callable[[], bool]) -> None:
 def publish(running: RunningHost, seq: int, tick: int) -> None:
     """A lease and a chunk for the ticks just ahead (part 3 is the composite switch)."""
     rows = chunk(seq, first_tick=tick + 2, horizon=4, parts=(3,))
+    if running.frame_id:
+        told = {"part": 0, "mode": ControlMode.CARTESIAN_DELTA, "frame_id": running.frame_id}
+        values = pack_floats(np.zeros((4, 6)))
+        arm = msgspec.structs.replace(rows.parts[0], **told, values=values)
+        rows = msgspec.structs.replace(rows, parts=(arm,))
     running.bus.publisher(KEYS.safe("runner"), SafeChunk, Qos.HOT).put(rows)
     message = lease(seq, tick, [grant(tick + 10)])
     running.bus.publisher(KEYS.lease, Lease, Qos.HOT).put(message)
@@ -264,16 +287,7 @@ def test_a_reset_the_driver_does_not_know_is_refused_and_ticks_go_on(running: Ru
 
 
 def test_a_backend_with_another_joint_order_is_refused_with_both_lists(tmp_path: Path) -> None:
-    declared = identity()
-    other = HalIdentity(
-        robot=declared.robot,
-        robot_hash=declared.robot_hash,
-        period_ns=declared.period_ns,
-        joints=("left", "right"),
-        passive_joints=declared.passive_joints,
-        parts=declared.parts,
-        standstill_velocity=declared.standstill_velocity,
-    )
+    other = replace(identity(), joints=("left", "right"))
     log = MotionLog(tmp_path, SESSION, trace=False)
     settings = HostSettings("hal", KEYS, "realtime", SESSION)
     with pytest.raises(ConfigError, match=r"expected joints \['left', 'right'\], got \['base_x'"):

@@ -124,21 +124,6 @@ def test_ranges_are_the_limits_of_the_profile(backend: KinematicBackend) -> None
     assert ranges["arm", ControlMode.CARTESIAN_DELTA][0] >= 0.05
 
 
-@pytest.mark.parametrize(
-    ("part", "wrong", "complaint"),
-    [
-        ("base", command(ControlMode.BODY_TWIST, [0.0] * 5), r"6 values .* body_twist \(5,\)"),
-        ("arm", command(ControlMode.BODY_TWIST, [0.0] * 6), r"\(valid: cartesian_delta\)"),
-        ("base", base_velocity(0.1, 0.0, active=(0, 5)), r"joints \[0, 1, 2\], got \(0, 5\)"),
-    ],
-)
-def test_a_command_that_does_not_fit_its_part_is_refused(
-    backend: KinematicBackend, part: str, wrong: PartCommand, complaint: str
-) -> None:
-    with pytest.raises(ConfigError, match=complaint):
-        backend.apply({part: wrong})
-
-
 def dual_panda_without(*modes: str) -> RobotManifest:
     """The robot of two arms, less what a robot without physics cannot do."""
     robot = load_robot("dual_panda")

@@ -158,32 +158,6 @@ def test_a_binary_gripper_travels_to_an_end_of_its_range(robot: RobotManifest) -
 
 
 @pytest.mark.parametrize(
-    ("part", "command", "text"),
-    [
-        ("arm", opening(0.0),
-         "hal_mujoco: part arm: expected a mode, got gripper_position "
-         "(valid: joint_position, joint_velocity)"),
-        ("arm", PartCommand(ControlMode.JOINT_POSITION, "", np.zeros(7), ARM),
-         "hal_mujoco: part arm: expected 8 value(s) of joint_position, got shape [7]"),
-        ("gripper", PartCommand(ControlMode.GRIPPER_POSITION, "", np.zeros(2), ()),
-         "hal_mujoco: part gripper: expected 1 value(s) of gripper_position, got shape [2]"),
-        ("arm", joints(ControlMode.JOINT_POSITION, {0: 0.0, 7: 0.0}),
-         "hal_mujoco: part arm: expected active joints out of [0, 1, 2, 3, 4, 5, 6], got [0, 7]"),
-        ("gripper", opening(np.nan),
-         "hal_mujoco: part gripper: expected finite values, got [nan]"),
-        ("leg", opening(0.0), "robot panda: expected a part, got 'leg' (valid: arm, gripper)"),
-    ],
-)  # fmt: skip
-def test_a_command_that_does_not_fit_is_refused_and_moves_nothing(
-    setpoints: Setpoints, part: str, command: PartCommand, text: str
-) -> None:
-    with pytest.raises(ConfigError) as caught:
-        follow(setpoints, **{"gripper": opening(0.0), part: command})
-    assert str(caught.value) == text
-    np.testing.assert_array_equal(setpoints.positions, START)
-
-
-@pytest.mark.parametrize(
     ("part", "fields", "text"),
     [
         (0, {"modes": ["body_twist"]},

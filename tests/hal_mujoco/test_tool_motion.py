@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import re
-
 import numpy as np
 import pinocchio as pin
 import pytest
 
-from fairlead.errors import ConfigError
 from fairlead.hal.backend import PartCommand
 from fairlead.messages import FloatArray
 from fairlead.modes import ControlMode
@@ -124,31 +121,3 @@ def test_tools_driven_at_full_scale_break_no_measured_limit(world: DualPanda) ->
             assert joint.lower - limit.tolerance < new < joint.upper + limit.tolerance
         fastest, before = max(fastest, float(np.abs(now - before).max())), now
     assert fastest > 0.08, "the drive was too gentle to prove anything"
-
-
-@pytest.mark.parametrize(
-    ("command", "text"),
-    [
-        (tool_row(ControlMode.CARTESIAN_DELTA, [0.0] * 5),
-         "part right_arm: expected 6 value(s) of cartesian_delta, got shape [5]"),
-        (tool_row(ControlMode.CARTESIAN_DELTA, [0.0] * 6, frame="left_tcp"),
-         "part right_arm: expected a frame of cartesian_delta, got 'left_tcp' (valid: base_link)"),
-        (tool_row(ControlMode.CARTESIAN_TWIST, [0.0] * 6, frame=""),
-         "part right_arm: expected a frame of cartesian_twist, got '' (valid: base_link)"),
-        (tool_row(ControlMode.CARTESIAN_POSE, [0.5, 0.0, 0.9, 0.0, 0.0, 0.0, 0.99]),
-         "part right_arm: expected a quaternion of length 1, got length 0.99"),
-        (tool_row(ControlMode.CARTESIAN_TWIST, [0, np.inf, 0, 0, 0, 0]),
-         "part right_arm: expected finite values, got [0.0, inf, 0.0, 0.0, 0.0, 0.0]"),
-        (tool_row(ControlMode.BODY_TWIST, [0.0] * 6),
-         "part right_arm: expected a mode, got body_twist (valid: joint_position, "
-         "joint_velocity, cartesian_pose, cartesian_delta, cartesian_twist)"),
-    ],
-)  # fmt: skip
-def test_a_command_that_does_not_fit_is_refused_before_the_other_arm_moved(
-    world: DualPanda, command: PartCommand, text: str
-) -> None:
-    before = world.backend._setpoints.positions.copy()
-    good = tool_row(ControlMode.CARTESIAN_DELTA, DELTA)
-    with pytest.raises(ConfigError, match=f"^hal_mujoco: {re.escape(text)}$"):
-        world.backend.apply({"left_arm": good, "right_arm": command})
-    np.testing.assert_array_equal(world.backend._setpoints.positions, before)

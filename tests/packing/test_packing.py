@@ -153,15 +153,7 @@ REFUSALS = {
     ),
     "delta too narrow": (
         {"arm": delta(np.zeros(3))},
-        "packing: part arm: expected 6 values of cartesian_delta, got shape (3,)",
-    ),
-    "joint values not as wide as the robot": (
-        {"base": PartCommand(ControlMode.JOINT_VELOCITY, "", np.zeros(3), (0, 1, 2))},
-        "packing: part base: expected 11 values of joint_velocity, got shape (3,)",
-    ),
-    "nan": (
-        {"arm": delta([0.0, np.nan, 0.0, 0.0, 0.0, 0.0])},
-        "packing: part arm: expected finite values, got [0.0, nan, 0.0, 0.0, 0.0, 0.0]",
+        "packing: part arm: expected 6 values for inputs [0, 6) of simulator part 'right', got 3",
     ),
     "wrong frame": (
         {"arm": PartCommand(ControlMode.CARTESIAN_DELTA, "odom", np.zeros(6), ())},

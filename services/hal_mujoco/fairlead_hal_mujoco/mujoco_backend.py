@@ -56,7 +56,7 @@ class MujocoBackend:
         self._sources = find_sources(self._model, robot)
         commanded = self._sources[: robot.n_dof]
         kinematics = FrameKinematics(self._model, self._data, robot, commanded)
-        self._setpoints = Setpoints(robot, profile, ToolMotion(robot, profile, kinematics))
+        self._setpoints = Setpoints(robot, ToolMotion(robot, profile, kinematics))
         self._base = base_body(self._model, robot, "hal_mujoco")
         self._parts = tuple(describe_part(robot, part, profile) for part in robot.parts)
         self._goal: GoalPose | None = None

@@ -13,7 +13,6 @@ from fairlead.messages import FloatArray
 from fairlead.modes import ControlMode
 from fairlead.robot.manifest import RobotManifest
 from fairlead.robot.part import Part
-from fairlead_hal_mujoco.command_check import CommandCheck
 from fairlead_hal_mujoco.setpoint_limits import SetpointLimits
 from fairlead_hal_mujoco.tool_motion import ToolMotion
 
@@ -53,18 +52,14 @@ class Setpoints:
 
     Args:
         robot: every mode of its parts must be in `MODES`.
-        profile: safety profile that declares the frames of cartesian modes.
         tools: needed by parts with cartesian modes.
 
     Raises:
         ConfigError: for a mode, or a hold law, that position servos cannot follow.
     """
 
-    def __init__(
-        self, robot: RobotManifest, profile: str = "sim", tools: ToolMotion | None = None
-    ) -> None:
+    def __init__(self, robot: RobotManifest, tools: ToolMotion | None = None) -> None:
         self._robot, self._tools = robot, tools
-        self._check = CommandCheck(robot, profile)
         self._period_s = robot.tick_period_ns * 1e-9
         self._limits = SetpointLimits(robot)
         self._slowing = np.array([joint.acceleration_limit for joint in robot.joints])
@@ -84,17 +79,12 @@ class Setpoints:
         self._openings: dict[str, float] = {}
 
     def advance(self, commands: Mapping[str, PartCommand], measured: FloatArray) -> Targets:
-        """What to do in the next period; a refused command changes nothing.
+        """What to do in the next period.
 
         Args:
             commands: by part name; a part that is absent holds.
             measured: positions of the commanded joints now, shape ``[n_dof]``.
-
-        Raises:
-            ConfigError: for a part, mode, width, frame, joint or value that does not fit.
         """
-        for name, command in commands.items():
-            self._check.check(name, command)
         self._measured = measured
         start = self.positions.copy()
         for part in self._robot.parts:

@@ -8,11 +8,11 @@ import numpy as np
 
 from fairlead.errors import ConfigError, expected
 from fairlead.hal.backend import PartCommand
+from fairlead.hal.command_check import CARTESIAN_MODES
 from fairlead.hal.mujoco_frames import Frame
 from fairlead.messages import FloatArray
 from fairlead.robot.manifest import RobotManifest
 from fairlead.robot.part import Part
-from fairlead_hal_mujoco.command_check import CARTESIAN_MODES
 from fairlead_hal_mujoco.frame_kinematics import FrameKinematics, Pose
 from fairlead_hal_mujoco.tool_goals import motion_between, tool_goal
 

@@ -106,10 +106,11 @@ class Backend(Protocol):
             commands: by part name. A part that is absent holds by its declared hold law.
 
         Raises:
-            ConfigError: for a width, mode, joint or value the part cannot carry out (a twist
-                beyond what the base reaches), before any part was commanded. The host then
-                calls ``apply({})`` for this period, so that every part holds, records the
-                tick as held, and raises a stop that an operator has to reset; ticks go on.
+            ConfigError: for a value the part cannot carry out (a twist beyond what the base
+                reaches), before any part was commanded. The host, which has checked part, mode,
+                width, joints, frame and that values are finite, then calls ``apply({})`` for this
+                period, so that every part holds, records the tick as held, and raises a stop that
+                an operator has to reset; ticks go on.
                 Any other exception is a fault: no more ticks until the process is started
                 again, a stop, and ``apply({})`` once a period for as long as it runs.
         """

@@ -91,7 +91,7 @@ class HalHost:
         self._executor = PlanExecutor(
             backend,
             settings,
-            identity.parts,
+            identity,
             self._core,
             self._stops,
             log,

@@ -11,6 +11,7 @@ import numpy as np
 
 from fairlead.errors import ConfigError, NoAnswerError, expected
 from fairlead.hal.backend import BackendDescription, Measurement
+from fairlead.hal.command_check import CommandCheck
 from fairlead.hal.core import Pacing
 from fairlead.keys import Keys
 from fairlead.messages import FloatArray, HalStatus, StatusQuery, decode
@@ -23,6 +24,7 @@ class HalIdentity:
     """Facts of one robot that the host publishes or decides by.
 
     standstill_velocity: rad/s or m/s per measured joint (commanded, then passive).
+    commands: checks what a part is told.
     """
 
     robot: str
@@ -32,6 +34,7 @@ class HalIdentity:
     passive_joints: tuple[str, ...]
     parts: tuple[str, ...]
     standstill_velocity: FloatArray
+    commands: CommandCheck
 
     def is_still(self, now: Measurement, before: Measurement | None) -> bool:
         """Whether every joint is slower than its standstill velocity, by velocity and position.
@@ -66,7 +69,7 @@ def identity_of(manifest: RobotManifest, profile: str, robot: str) -> HalIdentit
     """The identity of a robot by its manifest.
 
     Args:
-        profile: safety profile whose standstill velocities count.
+        profile: safety profile whose standstill velocities and frames count.
         robot: the robot's id on the network.
 
     Raises:
@@ -83,6 +86,7 @@ def identity_of(manifest: RobotManifest, profile: str, robot: str) -> HalIdentit
         standstill_velocity=np.array(
             [measured[name].standstill_per_s for name in manifest.measured_joint_names]
         ),
+        commands=CommandCheck(manifest, profile),
     )
 
 

@@ -190,22 +190,7 @@ class KinematicBackend:
         return x, y, yaw
 
     def _move(self, target: FloatArray, name: str, command: PartCommand) -> None:
-        part = self._robot.part(name)
-        width = command.mode.width(self._robot.n_dof)
-        if command.mode not in part.control_modes or command.values.shape != (width,):
-            raise ConfigError(
-                expected(
-                    f"kinematic backend: part {name}",
-                    f"{width} values of a mode of the part",
-                    f"{command.mode.yaml_name} {command.values.shape}",
-                    part.modes,
-                )
-            )
-        own = [self._joints[joint] for joint in part.joints]
-        if any(index not in own for index in command.active):
-            raise ConfigError(
-                expected(f"kinematic backend: part {name}", f"joints {own}", command.active)
-            )
+        own = [self._joints[joint] for joint in self._robot.part(name).joints]
         _MOVES[command.mode](self, target, own, command)
 
     def _joint_position(self, target: FloatArray, own: list[int], command: PartCommand) -> None:

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from fairlead.errors import FairleadError
 from fairlead.hal.backend import Backend, TraceSource
 from fairlead.hal.core import TickPlan
-from fairlead.hal.identity import HostSettings
+from fairlead.hal.identity import HalIdentity, HostSettings
 from fairlead.hal.lease_follower import LEASE_LIFE_NS
 from fairlead.hal.shared_core import SharedCore
 from fairlead.hal.stop_publisher import StopPublisher
@@ -83,7 +83,7 @@ class PlanExecutor:
     """Exactly one step of the backend per plan; whatever prevents it is a hold and logged.
 
     Args:
-        parts: names of the robot's parts, in its order.
+        identity: names the robot's parts, in its order, and checks what they are told.
         log: gets one line per decided tick, and another where it was held after all.
         trace: shows the simulator's state before each step; None: it is not recorded.
         clock: monotonic nanoseconds.
@@ -93,7 +93,7 @@ class PlanExecutor:
         self,
         backend: Backend,
         settings: HostSettings,
-        parts: Sequence[str],
+        identity: HalIdentity,
         core: SharedCore,
         stops: StopPublisher,
         log: MotionLog,
@@ -101,7 +101,7 @@ class PlanExecutor:
         clock: Callable[[], int],
     ) -> None:
         self._backend = backend
-        self._parts = tuple(parts)
+        self._parts, self._check = identity.parts, identity.commands.check
         self._core = core
         self._stops = stops
         self._log = log
@@ -124,6 +124,8 @@ class PlanExecutor:
             commands = {}
             self.void(plan.tick, Hold.LEASE_STALE, "held instead: paused after the decision")
         try:
+            for name, command in commands.items():
+                self._check(name, command)
             self._backend.apply(commands)
         except FairleadError as error:
             self._hold_instead(plan.tick, str(error))

@@ -1,4 +1,4 @@
-"""Does one row fit the part it is for? Asked of every command before any part is moved."""
+"""Does one row fit the part it is for? Asked of every command before a backend gets any."""
 
 from __future__ import annotations
 
@@ -30,9 +30,13 @@ class CommandCheck:
         self._limits = robot.profile(profile).parts
 
     def check(self, name: str, command: PartCommand) -> None:
-        """Raises `ConfigError` with what was expected and what came."""
+        """Raises `ConfigError` with what was expected and what came.
+
+        Args:
+            name: of the part.
+        """
         part, mode = self._robot.part(name), command.mode
-        who = f"hal_mujoco: part {name}"
+        who = f"hal: part {name}"
         if mode not in part.control_modes:
             raise ConfigError(expected(who, "a mode", mode.yaml_name, part.modes))
         width = mode.width(self._robot.n_dof)
