@@ -16,7 +16,7 @@ from typing import Any
 CLASSES = {
     "fairlead.hal.serve": {
         "HalCore": "fairlead.hal.core",
-        "ResetDesk": "fairlead.hal.reset_desk",
+        "EpisodeResetHandler": "fairlead.hal.episode_reset",
         "TickPublisher": "fairlead.hal.tick_publisher",
     },
     "fairlead_state_assembler": {

@@ -16,13 +16,13 @@ from fairlead.errors import FairleadError
 from fairlead.hal.backend import Backend, CameraFeed, Measurement, TraceSource
 from fairlead.hal.core import HalCore, TickPlan, Wait
 from fairlead.hal.episode import Episode
+from fairlead.hal.episode_reset import EpisodeResetHandler
 from fairlead.hal.identity import HalIdentity, HostSettings
 from fairlead.hal.inbox import HalInbox
 from fairlead.hal.period_clock import PeriodClock
 from fairlead.hal.plan_executor import FaultHold, MotionLog, PlanExecutor
-from fairlead.hal.reset_desk import ResetDesk
 from fairlead.hal.shared_core import SharedCore
-from fairlead.hal.status_board import HalState, StatusBoard
+from fairlead.hal.status_publisher import HalState, StatusPublisher
 from fairlead.hal.stop_publisher import REPEAT_NS as STOP_REPEAT_NS
 from fairlead.hal.stop_publisher import StopPublisher
 from fairlead.hal.tick_publisher import FrameSource, TickPublisher
@@ -86,7 +86,7 @@ class HalHost:
         self._ticks = TickPublisher(bus, settings, found.cameras)
         self._frames = FrameSource(found.cameras, feed, self._ticks, settings)
         self._stops = StopPublisher(bus, settings, self._core)
-        self._status = StatusBoard(bus, settings, identity, found)
+        self._status = StatusPublisher(bus, settings, identity, found)
         shown = trace if log.traces else None
         self._executor = PlanExecutor(
             backend,
@@ -98,7 +98,7 @@ class HalHost:
             shown,
             clock,
         )
-        self.resets = ResetDesk(self._core, settings.service)
+        self.resets = EpisodeResetHandler(self._core, settings.service)
         self._inbox = HalInbox(self._core, bus, settings.keys, clock, self._ticks.is_own)
 
     def run(self, stopping: threading.Event) -> None:

@@ -1,1 +1,1 @@
-"""The command line ``fairlead``: one file a command, named after it."""
+"""The command line ``fairlead``: one file a group of commands, put together in `app`."""

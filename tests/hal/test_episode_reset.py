@@ -8,7 +8,7 @@ import pytest
 
 from fairlead.errors import RefusedError
 from fairlead.hal.core import HalCore
-from fairlead.hal.reset_desk import ResetDesk
+from fairlead.hal.episode_reset import EpisodeResetHandler
 from fairlead.hal.shared_core import SharedCore
 from fairlead.messages import GateState, ResetEpisode, ResetEpisodeReply, encode
 from tests.client.turns import turns
@@ -19,12 +19,12 @@ REPLY = ResetEpisodeReply(tick=3, episode_tick=2, held_ticks=1)
 pytestmark = pytest.mark.asyncio
 
 
-class Desk:
-    """A desk, and the tick thread's part of it."""
+class RunningHandler:
+    """A handler, and the tick thread's part of it."""
 
     def __init__(self, answer_wait_s: float = 55.0) -> None:
         self.core = SharedCore(HalCore(SESSION, "lockstep", 1, 1, 50_000_000))
-        self.desk = ResetDesk(self.core, "hal", answer_wait_s)
+        self.handler = EpisodeResetHandler(self.core, "hal", answer_wait_s)
         self.say(GateState.DISARMED)
 
     def say(self, state: GateState, seq: int = 1) -> None:
@@ -33,12 +33,12 @@ class Desk:
 
     async def ask(self, seed: int) -> asyncio.Task[ResetEpisodeReply]:
         """Begin to ask; the request is there when this returns."""
-        asking = asyncio.create_task(self.desk.handle(encode(ResetEpisode(seed=seed))))
+        asking = asyncio.create_task(self.handler.handle(encode(ResetEpisode(seed=seed))))
         await turns()
         return asking
 
     def due(self) -> ResetEpisode | None:
-        return self.core.change(self.desk.due)
+        return self.core.change(self.handler.due)
 
     async def refusal(self, asking: asyncio.Task[ResetEpisodeReply]) -> str:
         with pytest.raises(RefusedError) as caught:
@@ -47,57 +47,57 @@ class Desk:
 
 
 async def test_a_second_request_is_refused_while_the_first_waits() -> None:
-    desk = Desk()
-    asking = await desk.ask(1)
-    assert await desk.refusal(await desk.ask(2)) == "another reset_episode is running"
-    request = desk.due()
+    handler = RunningHandler()
+    asking = await handler.ask(1)
+    assert await handler.refusal(await handler.ask(2)) == "another reset_episode is running"
+    request = handler.due()
     assert request is not None and request.seed == 1
-    assert desk.due() is None, "given out once"
-    desk.desk.answer(request, REPLY)
-    assert desk.due() is None, "nor after its answer"
+    assert handler.due() is None, "given out once"
+    handler.handler.answer(request, REPLY)
+    assert handler.due() is None, "nor after its answer"
     assert await asking == REPLY
-    await desk.ask(3)
-    assert desk.due() == ResetEpisode(seed=3)
+    await handler.ask(3)
+    assert handler.due() == ResetEpisode(seed=3)
 
 
 async def test_a_gate_that_stays_armed_refuses_it_after_a_moment() -> None:
-    desk = Desk()
-    desk.say(GateState.ARMED, seq=2)
-    asking = await desk.ask(1)
-    assert desk.due() is None
-    assert await desk.refusal(asking) == "reset_episode needs a disarmed gate, it is armed"
-    desk.say(GateState.DISARMED, seq=3)
-    assert desk.due() is None, "nobody waits for it any more"
+    handler = RunningHandler()
+    handler.say(GateState.ARMED, seq=2)
+    asking = await handler.ask(1)
+    assert handler.due() is None
+    assert await handler.refusal(asking) == "reset_episode needs a disarmed gate, it is armed"
+    handler.say(GateState.DISARMED, seq=3)
+    assert handler.due() is None, "nobody waits for it any more"
 
 
 async def test_a_gate_that_disarms_a_moment_later_lets_it_begin() -> None:
-    desk = Desk()
-    desk.say(GateState.ARMED, seq=2)
-    asking = await desk.ask(1)
-    assert desk.due() is None
-    desk.say(GateState.DISARMED, seq=3)
-    request = desk.due()
+    handler = RunningHandler()
+    handler.say(GateState.ARMED, seq=2)
+    asking = await handler.ask(1)
+    assert handler.due() is None
+    handler.say(GateState.DISARMED, seq=3)
+    request = handler.due()
     assert request is not None
-    desk.desk.answer(request, REPLY)
+    handler.handler.answer(request, REPLY)
     assert await asking == REPLY
 
 
 async def test_a_scene_that_never_stands_still_is_refused_and_its_end_answers_no_other() -> None:
-    desk = Desk(answer_wait_s=0.01)
-    asking = await desk.ask(1)
-    request = desk.due()
+    handler = RunningHandler(answer_wait_s=0.01)
+    asking = await handler.ask(1)
+    request = handler.due()
     assert request is not None
-    assert await desk.refusal(asking) == "reset_episode did not finish in 0.01 s"
-    other = await desk.ask(2)
-    desk.desk.answer(request, REPLY)
+    assert await handler.refusal(asking) == "reset_episode did not finish in 0.01 s"
+    other = await handler.ask(2)
+    handler.handler.answer(request, REPLY)
     await turns()
     assert not other.done()
     other.cancel()
 
 
 async def test_after_a_fault_every_request_is_refused_with_it() -> None:
-    desk = Desk()
-    asking = await desk.ask(1)
-    desk.desk.close("backend fault: no bus")
-    assert await desk.refusal(asking) == "backend fault: no bus"
-    assert await desk.refusal(await desk.ask(2)) == "backend fault: no bus"
+    handler = RunningHandler()
+    asking = await handler.ask(1)
+    handler.handler.close("backend fault: no bus")
+    assert await handler.refusal(asking) == "backend fault: no bus"
+    assert await handler.refusal(await handler.ask(2)) == "backend fault: no bus"

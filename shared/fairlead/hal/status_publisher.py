@@ -17,7 +17,7 @@ INTERVAL_NS = 500_000_000
 HalState = Literal["ready", "resetting", "holding", "fault"]
 
 
-class StatusBoard:
+class StatusPublisher:
     """Publishes the newest status and answers queries with it.
 
     Queries are answered on the transport's thread from the last status posted.

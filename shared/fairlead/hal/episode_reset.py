@@ -35,7 +35,7 @@ class _Pending:
                 self.outcome.set_result(outcome)
 
 
-class ResetDesk:
+class EpisodeResetHandler:
     """Hands one request at a time to the tick thread.
 
     Args:
