@@ -54,6 +54,7 @@ def test_robot_show_prints_what_the_gate_will_enforce(tmp_path: Path) -> None:
     assert "linear_limit 0.0867" in table and "panda_joint7" in table
 
 
+@pytest.mark.simulator
 def test_robot_compile_check_finds_the_committed_file_current(tmp_path: Path) -> None:
     done = fairlead("robot", "compile", "panda_mobile", "--check", state=tmp_path)
     assert done.returncode == 0 and "gate.sim.json is current" in done.stdout
