@@ -84,6 +84,32 @@ TEST_CASE("a number that was sent with something else in it is unknown while tha
   CHECK(sent.holds(other));
 }
 
+TEST_CASE("one other number anywhere in it makes another lease") {
+  Lease lease;
+  (void)lease.grants.push_back(Grant{"runner", 1, 2, 3, 4});
+  (void)lease.stop_ids.push_back(5);
+  const auto differs = [&](const auto& change) {
+    Lease other = lease;
+    change(other);
+    return other != lease;
+  };
+  CHECK_FALSE(differs([](Lease&) {}));
+  CHECK(differs([](Lease& l) { ++l.session; }));
+  CHECK(differs([](Lease& l) { ++l.epoch; }));
+  CHECK(differs([](Lease& l) { ++l.lease_seq; }));
+  CHECK(differs([](Lease& l) { l.config_hash.back() ^= 1U; }));
+  CHECK(differs([](Lease& l) { ++l.state; }));
+  CHECK(differs([](Lease& l) { ++l.state_tick; }));
+  CHECK(differs([](Lease& l) { ++l.stop_ids[0]; }));
+  CHECK(differs([](Lease& l) { l.stop_ids.clear(); }));
+  CHECK(differs([](Lease& l) { l.grants.clear(); }));
+  CHECK(differs([](Lease& l) { l.grants[0].source = "other"; }));
+  CHECK(differs([](Lease& l) { ++l.grants[0].claim_id; }));
+  CHECK(differs([](Lease& l) { ++l.grants[0].until_tick; }));
+  CHECK(differs([](Lease& l) { ++l.grants[0].decision; }));
+  CHECK(differs([](Lease& l) { ++l.grants[0].verdict_id; }));
+}
+
 TEST_CASE("a lease of this gate's epoch that it did not send latches: nobody else sends any") {
   {
     GateRig rig;  // the next number already
