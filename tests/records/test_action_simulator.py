@@ -8,10 +8,11 @@ import yaml
 
 from fairlead.errors import ConfigError
 from fairlead.hal.backend import PartCommand
+from fairlead.hal.command_check import CommandCheck
 from fairlead.messages import FloatArray, floats
 from fairlead.modes import ControlMode
 from fairlead.paths import robot_dir
-from fairlead.robot.manifest import RobotManifest
+from fairlead.robot.manifest import RobotManifest, load_robot
 from fairlead_hal_mujoco.mujoco_backend import MujocoBackend
 from fairlead_hal_sim.options import SimulatorOptions
 from fairlead_hal_sim.packing import pack
@@ -111,9 +112,9 @@ def test_action_25_a_width_that_does_not_fit_is_an_error_with_both_numbers() -> 
     """Three numbers where eleven are expected: refused, never spread over what is there."""
     narrow = PartCommand(ControlMode.JOINT_VELOCITY, "", np.zeros(3), (0, 1, 2))
     with pytest.raises(
-        ConfigError, match=r"expected 11 values of joint_velocity, got shape \(3,\)"
+        ConfigError, match=r"part base: expected 11 value\(s\) of joint_velocity, got shape \[3\]"
     ):
-        pack({"base": narrow}, action_map(ORDERS["records"]), ZEROS)
+        CommandCheck(load_robot("panda_mobile"), "sim").check("base", narrow)
 
 
 def test_action_26_the_switch_is_the_last_number_and_nothing_overrides_it() -> None:
