@@ -163,13 +163,13 @@ class _Run:
         client.bus.subscribe(client.keys.verdict(wish.runner), self._on_verdict)
 
     def episode(self, seed: int, done: Sequence[Episode], seeds: int) -> Episode:
-        """One goal in a new episode; begun again after a stop that came before its goal."""
-        while True:
-            try:
-                return self._episode(seed, done, seeds)
-            except RefusedError:
-                if not self._reset_stops or not self.go_on():
-                    raise
+        """One goal in a new episode; begun once more after a stop that came before its goal."""
+        try:
+            return self._episode(seed, done, seeds)
+        except RefusedError:
+            if not self._reset_stops or not self.go_on():
+                raise
+        return self._episode(seed, done, seeds)
 
     def _episode(self, seed: int, done: Sequence[Episode], seeds: int) -> Episode:
         where = f"seed {seed}, {len(done) + 1} of {seeds}, {_succeeded(done)} succeeded"
