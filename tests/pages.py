@@ -9,10 +9,11 @@ from __future__ import annotations
 import argparse
 import sys
 
+from tests.faults import report as faults
 from tests.hazards import page as hazards
 from tests.records import page as records
 
-PAGES = {page.PAGE: page.current_page for page in (hazards, records)}
+PAGES = {page.PAGE: page.current_page for page in (faults, hazards, records)}
 
 
 def main() -> int:

@@ -10,7 +10,7 @@ import time
 from pathlib import Path
 
 from tests.faults.campaign import Campaign, RowResult
-from tests.faults.report import document, keep, summary, write_document
+from tests.faults.report import PAGE, current_page, keep, summary
 from tests.faults.row import Row
 from tests.faults.table import ROWS
 from tests.faults.timer_process import TimerProcess
@@ -50,7 +50,7 @@ def _run(rows: list[Row], injections: int | None, folder: Path, write: bool) -> 
                 _say(f"  -> {'passed' if results[-1].passed else 'FAILED'}")
                 if write:
                     keep([results[-1].entry()])
-                    write_document(document())
+                    PAGE.write_text(current_page(), encoding="utf-8")
         finally:
             campaign.close()
     return results

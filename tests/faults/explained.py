@@ -7,17 +7,16 @@ from tests.faults.row import NotRun
 NOT_RUN: tuple[NotRun, ...] = (
     NotRun(
         6, "policy server slow, hanging, dropping, late, garbage",
-        "tests/runner/test_remote_policies.py: real servers, without a time from the HAL's log",
+        "real servers in tests/runner/test_remote_policies.py",
     ),
     NotRun(
         23, "writer without the right to write",
-        "there is no access control yet; chunks without a live claim are rows 16 and 21",
+        "no access control yet; chunks without a live claim: rows 16 and 21",
     ),
-    NotRun(24, "peer with a default configuration", "there is no access control yet"),
-    NotRun(25, "expired, revoked or wrong certificate", "there are no certificates yet"),
+    NotRun(24, "peer with a default configuration", "no access control yet"),
+    NotRun(25, "expired, revoked or wrong certificate", "no certificates yet"),
     NotRun(
         30, "camera stalls, repeats, goes black",
-        "tests/hal/test_cameras.py and tests/system/test_camera_skills.py, without a time from "
-        "the HAL's log; needs rendering",
+        "needs rendering: tests/hal/test_cameras.py, tests/system/test_camera_skills.py",
     ),
 )  # fmt: skip

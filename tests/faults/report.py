@@ -8,20 +8,20 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
+from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
 from fairlead.paths import repo_root
 from tests.faults.campaign import RowResult
+from tests.faults.row import Row
 from tests.faults.table import NOT_RUN, ROWS
 
-DOCUMENT = repo_root() / "docs" / "faults.md"
+PAGE = repo_root() / "docs" / "faults.md"
 RESULTS = Path(__file__).with_name("results.json")
 BEGIN, END = "<!-- begin: make faults ARGS=--write -->", "<!-- end -->"
-HEAD = (
-    "| row | fault | outcome | time | bound | n | p50 | max | control |",
-    "|---|---|---|---|---|---|---|---|---|",
-)
+TIMED = ("row", "fault", "outcome", "time and bound", "p50, max (n)")
+UNTIMED = ("row", "fault", "outcome", "n")
 Entry = Mapping[str, Any]
 
 
@@ -52,67 +52,100 @@ def keep(entries: Sequence[Entry], file: Path = RESULTS) -> None:
 
 
 def document(file: Path = RESULTS) -> str:
-    """Both tables: rows that are run, with what was measured last, and those that are not."""
+    """The tables: rows with a time and without, as measured last, and those that are not run."""
     known = {_key(entry): entry for entry in json.loads(file.read_text(encoding="utf-8"))}
     days = sorted(str(entry["measured"]) for entry in known.values())
     done = [known[key] for row in ROWS if (key := (row.number, row.fault)) in known]
     passed = sum(_verdict(entry) == "passed" for entry in done)
-    lines = []
-    for row in ROWS:
-        entry = known.get((row.number, row.fault))
-        lines.append(
-            _line(entry)
-            if entry is not None
-            else f"| {row.number} | {row.fault} | not measured yet: {row.outcome} |  "
-            f"| {_ms(row.bound_ms)} | 0 | - | - | - |"
-        )
-    missing = [
-        f"| {row.number} | {row.fault} | {row.reason} |"
-        for row in sorted(NOT_RUN, key=lambda row: row.number)
-    ]
+    lines = _lines(done)
+    unmeasured = _forms([row for row in ROWS if (row.number, row.fault) not in known])
+    missing = [(f"{row.number}", row.fault, row.reason) for row in NOT_RUN]
     return "\n".join(
         [
             f"Measured from {days[0]} to {days[-1]} on a machine of two cores; times are in ms.",
-            f"{passed} of {len(ROWS)} rows passed, {len(ROWS) - len(done)} are not measured yet. "
-            f"Of all rows: control p50 at most {_most(done, 'control_p50_ms')}, HAL tick "
-            f"{_most(done, 'tick_max_ms')}, load {_most(done, 'load')}.",
+            f"{passed} of {len(ROWS)} faults passed, {len(ROWS) - len(done)} are not measured yet. "
+            f"Of all: control p50 at most {_most(done, 'control_p50_ms')}, max "
+            f"{_most(done, 'control_max_ms')}; HAL tick {_most(done, 'tick_max_ms')}; load "
+            f"{_most(done, 'load')}.",
             "",
-            *HEAD,
-            *lines,
+            *_table(TIMED, [cells for cells in lines if len(cells) == len(TIMED)]),
             "",
-            "Rows that the campaign does not run:",
+            "Without a bound:",
             "",
-            "| row | fault | why, and where else |",
-            "|---|---|---|",
-            *missing,
+            *_table(UNTIMED, [cells for cells in lines if len(cells) == len(UNTIMED)]),
+            "",
+            "Not run, or not measured yet:",
+            "",
+            *_table(("row", "fault", "why, and where else"), [*missing, *unmeasured]),
         ]
     )
 
 
-def write_document(text: str) -> None:
-    """Put it between the markers of docs/faults.md."""
-    before, _, rest = DOCUMENT.read_text(encoding="utf-8").partition(BEGIN)
+def current_page() -> str:
+    """docs/faults.md with the tables as they have to be now between its marks."""
+    before, _, rest = PAGE.read_text(encoding="utf-8").partition(BEGIN)
     _, _, after = rest.partition(END)
-    assert rest and after, f"{DOCUMENT}: no markers"
-    DOCUMENT.write_text(f"{before}{BEGIN}\n{text}\n{END}{after}", encoding="utf-8")
+    assert rest and after, f"{PAGE}: no markers"
+    return f"{before}{BEGIN}\n{document()}\n{END}{after}"
 
 
 def _key(entry: Entry) -> tuple[int, str]:
     return int(entry["row"]), str(entry["fault"])
 
 
-def _line(entry: Entry) -> str:
-    late = f" (+{entry['machine_late']} late machine)" if entry["machine_late"] else ""
-    timed = entry["p50_ms"] is not None
-    measures = entry["measures"] if timed else ""
-    if entry.get("also"):
-        measures += f"; {entry['also']}: {_ms(entry['also_p50'])} / {_ms(entry['also_max'])}"
-    cells = [
-        str(entry["row"]), entry["fault"], _failure(entry) + entry["outcome"],
-        measures, _ms(entry["bound_ms"]), f"{entry['n']}{late}",
-        _ms(entry["p50_ms"]), _ms(entry["max_ms"]), _ms(entry["control_max_ms"]),
-    ]  # fmt: skip
-    return f"| {' | '.join(cells)} |"
+def _table(head: Sequence[str], lines: Sequence[Sequence[str]]) -> list[str]:
+    cells = [f"| {' | '.join(line)} |" for line in (head, *lines)]
+    return [cells[0], "|---" * len(head) + "|", *cells[1:]]
+
+
+def _lines(entries: Sequence[Entry]) -> list[list[str]]:
+    """One line for the forms of a fault that have the same outcome and the same bound."""
+    forms: dict[tuple[Any, ...], list[Entry]] = {}
+    for entry in entries:
+        bound = entry["bound_ms"] and (entry["measures"], entry["bound_ms"])
+        key = (entry["row"], _verdict(entry), entry["outcome"], bound)
+        forms.setdefault(key, []).append(entry)
+    return [_line(same) for same in forms.values()]
+
+
+def _line(same: Sequence[Entry]) -> list[str]:
+    """The cells of one line: of its times the longest of any form."""
+    entry = same[0]
+    counts = ", ".join(dict.fromkeys(_count(one) for one in same))
+    faults = _together([one["fault"] for one in same])
+    cells = [str(entry["row"]), faults, _failure(entry) + entry["outcome"]]
+    if entry["bound_ms"] is None:
+        return [*cells, counts]
+    bound = f"{entry['measures']} {_ms(entry['bound_ms'])}"
+    if all(one.get("also") == entry["also"] != "" for one in same):
+        bound += f"; {entry['also']}: {_most(same, 'also_p50')} / {_most(same, 'also_max')}"
+    return [*cells, bound, f"{_most(same, 'p50_ms')}, {_most(same, 'max_ms')} ({counts})"]
+
+
+def _forms(rows: Sequence[Row]) -> list[tuple[str, str, str]]:
+    """The lines of rows that were never measured, one a number."""
+    forms: dict[int, list[str]] = {}
+    for row in rows:
+        forms.setdefault(row.number, []).append(row.fault)
+    return [(f"{number}", _together(faults), "not measured") for number, faults in forms.items()]
+
+
+def _together(faults: Sequence[str]) -> str:
+    """The forms of a fault; what all of them, or one and the first, begin with is said once."""
+    first, *others = faults
+    words = zip(*(fault.split() for fault in faults), strict=False)
+    said = "".join(f"{same[0]} " for same in takewhile(lambda same: len(set(same)) == 1, words))
+    return "; ".join([first, *(_briefly(other, first, said) for other in others)])
+
+
+def _briefly(fault: str, first: str, said: str) -> str:
+    also = fault.removeprefix(first)
+    return fault.removeprefix(said) if also == fault else f"also with {also.strip(', ')}"
+
+
+def _count(entry: Entry) -> str:
+    late = f" + {entry['machine_late']} late machine" if entry["machine_late"] else ""
+    return f"{entry['n']}{late}"
 
 
 def _most(entries: Sequence[Entry], name: str) -> str:
