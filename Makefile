@@ -21,16 +21,16 @@ test: setup ## every test; scripts/test PATH runs some of them
 
 soak: setup ## the long tests: twenty seeds of the task; soundness and usability of the gate
 	@scripts/test -m soak
-	@.venv/bin/python -m tests.soundness --write
+	@.venv/bin/python -m bench.soundness --write
 
 faults: setup ## every fault of docs/faults.md, five to twenty times; ARGS="--row 1 --write"
-	@.venv/bin/python -m tests.faults $(ARGS)
+	@.venv/bin/python -m bench.faults $(ARGS)
 
 coverage: setup ## lines and branches of the gate's core that no test runs; fails below the floor
-	@.venv/bin/python -m tests.core_coverage
+	@.venv/bin/python -m bench.core_coverage
 
 mutate: setup ## breaks the gate's core in each small way: a test has to notice
-	@.venv/bin/python -m tests.mutants
+	@.venv/bin/python -m bench.mutants
 
 sanitize: setup ## the gate's C++ tests under address and undefined behaviour sanitizers
 	@scripts/build-gate --tests --target fairlead-safety-tests --build-dir build/sanitize -- \

@@ -1,7 +1,7 @@
 """The gate on coverage: every line and every branch of the gate's core is run by its C++ tests.
 
-    python -m tests.core_coverage            builds with gcov, runs the tests, prints a table
-    python -m tests.core_coverage --again    only reads what the last run left
+    python -m bench.core_coverage            builds with gcov, runs the tests, prints a table
+    python -m bench.core_coverage --again    only reads what the last run left
 
 Branches that only an exception takes are left out: nothing in the core throws. A line that no test
 can reach carries ``GCOVR_EXCL_LINE`` or ``GCOVR_EXCL_BR_LINE`` and behind it the reason; the

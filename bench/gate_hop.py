@@ -27,14 +27,14 @@ from pathlib import Path
 
 import numpy as np
 
+from bench.equipment.gate_scene import Scene
+from bench.equipment.running_gate import free_port
 from bench.page import write_table
 from fairlead.messages import ActionChunk, ActionPart, Message, Verdict, encode, pack_floats
 from fairlead.modes import ControlMode
 from fairlead.paths import gate_binary, gate_config
 from fairlead.wire.bus import Bus, Qos, Sample
 from fairlead.wire.session import Endpoints, ZenohBus
-from tests.gate.running_gate import free_port
-from tests.gate.scene import Scene
 
 DEADLINE_S = 10.0
 AIM = 1.10  # the gate's median over the relay's

@@ -1,0 +1,1 @@
+"""Tests by area, and what only tests use; programs that a person runs are in bench/."""

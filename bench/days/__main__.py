@@ -1,4 +1,4 @@
-"""``python -m tests.days``: records the days of services/safety/test/corpus anew."""
+"""``python -m bench.days``: records the days of services/safety/test/corpus anew."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ import sys
 import tempfile
 from pathlib import Path
 
+from bench.days.choice import choose
+from bench.days.day import Day, read_day, write_days
+from bench.days.decision_log import HEADER_BYTES, config_text, read_log
+from bench.days.runs import run_everything
 from fairlead.paths import gate_binary, repo_root
-from tests.days.choice import choose
-from tests.days.day import Day, read_day, write_days
-from tests.days.decision_log import HEADER_BYTES, config_text, read_log
-from tests.days.runs import run_everything
 
 CORPUS = repo_root() / "services/safety/test/corpus"
 MOST_BYTES = {"panda_mobile": 600_000, "panda": 150_000, "dual_panda": 230_000}
@@ -102,11 +102,11 @@ def _is_true(robot: str, text: str, day: Day) -> bool:
 
 def _arguments() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
-        prog="python -m tests.days",
+        prog="python -m bench.days",
         description="Runs real robots and gates, and keeps what their gates were given and what "
         "they answered as the recorded days of services/safety/test/corpus.",
-        epilog="example: python -m tests.days --logs /tmp/days; "
-        "python -m tests.days --choose --logs /tmp/days",
+        epilog="example: python -m bench.days --logs /tmp/days; "
+        "python -m bench.days --choose --logs /tmp/days",
     )
     parser.add_argument("--logs", type=Path, help="empty folder that keeps what the runs wrote")
     parser.add_argument("--choose", action="store_true", help="run nothing: choose from --logs")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import random
 from collections.abc import Sequence
 
-from tests.days.day import Day
+from bench.days.day import Day
 
 
 def choose(days: Sequence[Day], always: Sequence[Day], most_bytes: int) -> list[Day]:

@@ -8,9 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
 
-from fairlead.errors import MessageError
-from fairlead.messages import GateStatus, Message, Refusal, Verdict, decode
-from tests.days.decision_log import (
+from bench.days.decision_log import (
     BOOT,
     END,
     GAP,
@@ -23,6 +21,8 @@ from tests.days.decision_log import (
     step_facts,
     write_log,
 )
+from fairlead.errors import MessageError
+from fairlead.messages import GateStatus, Message, Refusal, Verdict, decode
 
 VERDICT, STATUS, REFUSAL = 2, 4, 6  # OutputKind
 M = TypeVar("M", bound=Message)

@@ -1,4 +1,4 @@
-"""``python -m tests.days.judged``: days of which a second mind said the same, recorded anew."""
+"""``python -m bench.days.judged``: days of which a second mind said the same, recorded anew."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
 
-from tests.days.__main__ import CORPUS
-from tests.days.choice import choose
-from tests.days.day import Day, shown, write_days
-from tests.days.decision_log import BOOT, END, HEADER, LogRecord, config_text, read_log
-from tests.explorer.real_gate import LOGS
+from bench.days.__main__ import CORPUS
+from bench.days.choice import choose
+from bench.days.day import Day, shown, write_days
+from bench.days.decision_log import BOOT, END, HEADER, LogRecord, config_text, read_log
+from bench.equipment.real_gate import LOGS
 
 TESTS = ("tests/differential", "-k", "not with_one_other_limit")
 MOST_BYTES, LOOKED_AT, FEW = 120_000, 1_500, 20
@@ -64,8 +64,7 @@ def _write(folder: Path) -> None:
 
 
 def _days(log: Path) -> Iterator[Day]:
-    """From boot to boot: without the first, whose ids are those of two gates, and the last, which
-    may be cut off."""
+    """From boot to boot, but the first, whose ids are two gates', and the last, maybe cut off."""
     header, *records = read_log(log) or [LogRecord(END, b"")]
     if header.type != HEADER:
         return
@@ -78,12 +77,12 @@ def _days(log: Path) -> Iterator[Day]:
 
 def _arguments() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
-        prog="python -m tests.days.judged",
+        prog="python -m bench.days.judged",
         description="Runs tests/differential and keeps what the gate's core was given there and "
         "what it answered, if its reference agreed to all of it, as services/safety/test/corpus/"
         "judged_*.decisions.",
-        epilog="example: python -m tests.days.judged --logs /tmp/judged; "
-        "python -m tests.days.judged --choose --logs /tmp/judged",
+        epilog="example: python -m bench.days.judged --logs /tmp/judged; "
+        "python -m bench.days.judged --choose --logs /tmp/judged",
     )
     parser.add_argument("--logs", type=Path, help="empty folder that keeps what the runs wrote")
     parser.add_argument("--choose", action="store_true", help="run nothing: choose from --logs")

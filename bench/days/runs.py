@@ -7,7 +7,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from tests.explorer.real_gate import LOGS
+from bench.equipment.real_gate import LOGS
 
 TESTS = (
     "tests/explorer",
@@ -32,7 +32,7 @@ def run_everything(folder: Path) -> None:
     commands = [
         [fairlead, "demo", "--no-video", "--out", str(folder / "demo")],
         [python, "-m", "pytest", "-q", f"--basetemp={folder / 'pytest'}", *TESTS],
-        [python, "-m", "tests.faults", "--injections", "1", "--logs", str(folder / "faults")],
+        [python, "-m", "bench.faults", "--injections", "1", "--logs", str(folder / "faults")],
     ]
     for number in FAULTS:
         commands[-1] += ["--row", str(number)]

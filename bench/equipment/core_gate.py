@@ -9,6 +9,9 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from bench.equipment.case import Case, Chunk, Measured, Pacing
+from bench.equipment.gate_port import EventKind, GateOutput
+from bench.equipment.real_gate import RealGate
 from fairlead.messages import (
     NO_TRACE,
     Acted,
@@ -36,9 +39,6 @@ from fairlead.messages import (
     encode,
     pack_floats,
 )
-from tests.differential.case import Case, Chunk, Measured, Pacing
-from tests.explorer.gate_port import EventKind, GateOutput
-from tests.explorer.real_gate import RealGate
 
 SESSION = 0x5E5510
 SOURCE = "runner"
@@ -86,6 +86,7 @@ class CoreGate:
         self._session = SESSION
 
     def close(self) -> None:
+        """End its process."""
         self._gate.close()
 
     @property
@@ -248,6 +249,11 @@ class CoreGate:
         return CoreReply(verdicts, stopped, safe, outputs)
 
     def ask(self, kind: EventKind, request: Message, reply: type[M]) -> M:
+        """Put a query, now.
+
+        Raises:
+            CaseRefusedError: with the gate's reason.
+        """
         outputs = self._step(kind, "", encode(request))
         for out in outputs:
             if out.kind == "refusal":
@@ -256,6 +262,7 @@ class CoreGate:
         return decode(reply, answer)
 
     def status(self) -> GateStatus:
+        """What the gate says of itself."""
         return self.ask("status", StatusQuery(), GateStatus)
 
     def _tell(self, kind: EventKind, message: Message) -> None:

@@ -11,6 +11,9 @@ from typing import Any, Literal
 
 import numpy as np
 
+from bench.equipment.mailbox import DEADLINE_S, Mailbox
+from bench.equipment.running_gate import ROBOT, RunningGate
+from bench.equipment.scripted_hal import ScriptedHal
 from fairlead.keys import Keys
 from fairlead.messages import (
     NO_TRACE,
@@ -39,9 +42,6 @@ from fairlead.messages import (
 from fairlead.modes import ControlMode
 from fairlead.wire.bus import Qos
 from fairlead.wire.session import Endpoints, ZenohBus
-from tests.gate.mailbox import DEADLINE_S, Mailbox
-from tests.gate.running_gate import ROBOT, RunningGate
-from tests.gate.scripted_hal import ScriptedHal
 
 SOURCE = "runner"
 ARM = 0  # index of the part
@@ -99,6 +99,7 @@ class Scene:
         self.statuses.skip()
 
     def close(self) -> None:
+        """End the heartbeat."""
         self._quiet.set()
         if self._heart is not None:
             self._heart.join(DEADLINE_S)
@@ -130,24 +131,30 @@ class Scene:
     # --- queries ---
 
     def ask(self, key: str, request: Message) -> bytes:
+        """Put a query on a key; the reply's bytes."""
         return self.bus.query(key, request, DEADLINE_S)
 
     def arm(self) -> ArmReply:
+        """Arm; chunks and claims are of its epoch from then on."""
         reply = decode(ArmReply, self.ask(self.keys.gate_command("arm"), Arm(by="test")))
         self.epoch = reply.epoch
         return reply
 
     def disarm(self) -> Done:
+        """Disarm."""
         return decode(Done, self.ask(self.keys.gate_command("disarm"), Disarm(by="test")))
 
     def reset(self, cited_id: int) -> Done:
+        """Reset the stop of that id."""
         request = Reset(by="test", id=cited_id)
         return decode(Done, self.ask(self.keys.gate_command("reset"), request))
 
     def status(self) -> GateStatus:
+        """Ask for the gate's status."""
         return decode(GateStatus, self.ask(self.keys.gate_status, StatusQuery()))
 
     def wait_state(self, state: GateState) -> GateStatus:
+        """Wait until the gate says that it is in a state."""
         return self.statuses.wait_for(lambda m: m.state == state)
 
     def claim(self, *parts: str, **changes: Any) -> ClaimReply:
@@ -185,9 +192,11 @@ class Scene:
         self._quiet.set()
 
     def release(self) -> Done:
+        """Give the live claim back."""
         return self.release_of(SOURCE, self.claim_id)
 
     def release_of(self, source: str, claim_id: int) -> Done:
+        """Give any claim back."""
         request = Release(source=source, claim_id=claim_id)
         return decode(Done, self.ask(self.keys.gate_command("release"), request))
 
@@ -238,6 +247,7 @@ class Scene:
         return self.verdicts.wait_for(lambda m: m.seq == chunk.seq)
 
     def send_bytes(self, payload: bytes) -> None:
+        """Put any bytes on the key for the runner's chunks."""
         self._candidates.put_bytes(payload)
 
     def raise_stop(self, stop_id: int) -> None:

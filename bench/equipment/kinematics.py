@@ -39,8 +39,7 @@ class Kinematics:
     def twist(
         self, positions: FloatArray, velocities: FloatArray, tool: str, frame: str
     ) -> FloatArray:
-        """Velocity of the tool frame's origin and its angular velocity ``[6]`` [m/s, rad/s], along
-        the axes of ``frame``."""
+        """The tool frame's velocity and angular velocity in ``frame``, ``[6]`` [m/s, rad/s]."""
         v = np.zeros(self._model.nv)
         for index, joint in self._joints:
             v[joint.idx_v] = velocities[index]

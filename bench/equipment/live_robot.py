@@ -9,13 +9,13 @@ import time
 from collections.abc import Callable
 from concurrent.futures import Future
 
+from bench.equipment.motion_log import MotionLine, MotionLog
 from fairlead.errors import FairleadError
 from fairlead.messages import GateState, GoalResult, ResetEpisodeReply, SafeChunk, decode
 from fairlead.operate.goal import Progress
 from fairlead.operate.goal_run import GoalOptions, run_goal
 from fairlead.wire.bus import Sample
 from fairlead_tools.supervisor.scratch import ScratchRobot
-from tests.system.motion_log import MotionLine, MotionLog
 
 SKILL = "oracle-counter-to-cabinet"
 WAIT_S = 60.0

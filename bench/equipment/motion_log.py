@@ -52,6 +52,7 @@ class MotionLog:
         return self.lines
 
     def since(self, stamp_ns: int) -> list[MotionLine]:
+        """Lines of ticks decided then or later (CLOCK_MONOTONIC)."""
         return [line for line in self.read() if line.stamp_ns >= stamp_ns]
 
 

@@ -8,9 +8,9 @@ import subprocess
 from pathlib import Path
 from typing import get_args
 
+from bench.equipment.gate_port import EventKind, GateOutput, OutputKind
 from fairlead.errors import ConfigError
 from fairlead.paths import gate_config, repo_root
-from tests.explorer.gate_port import EventKind, GateOutput, OutputKind
 
 TOOL = "fairlead-safety-core-stdio"
 LOGS = "FAIRLEAD_EXPLORER_LOGS"  # a folder that keeps the decision log of every run
@@ -61,9 +61,11 @@ class RealGate:
     def step(
         self, now_ns: int, kind: EventKind, source: str = "", payload: bytes = b""
     ) -> list[GateOutput]:
+        """One event at a time of its clock; everything that the gate then puts out."""
         return self._call(EVENTS[kind], now_ns, source.encode(), payload)
 
     def close(self) -> None:
+        """End the child process, which has to end well."""
         assert self._child.stdin is not None and self._child.stdout is not None
         self._child.stdin.close()
         assert self._child.wait(timeout=10) == 0

@@ -12,8 +12,8 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
+from bench.equipment.mailbox import DEADLINE_S
 from fairlead.paths import gate_binary
-from tests.gate.mailbox import DEADLINE_S
 
 ROBOT = "panda_mobile"
 STAMP = re.compile(r"^\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d\.\d{3}Z (?=INFO|WARNING)")

@@ -9,6 +9,7 @@ from typing import Literal
 
 import numpy as np
 
+from bench.equipment.running_gate import ROBOT
 from fairlead.keys import Keys
 from fairlead.messages import (
     HELD,
@@ -19,7 +20,6 @@ from fairlead.messages import (
     pack_floats,
 )
 from fairlead.wire.bus import Bus, Qos
-from tests.gate.running_gate import ROBOT
 
 SESSION = 0x5E5510
 
@@ -67,6 +67,7 @@ class ScriptedHal:
         self._status.put(self.status())
 
     def status(self) -> HalStatus:
+        """Who the robot is, as it says it."""
         parts = tuple(
             HalPart(name=name, simulator_part="", joints=tuple(joints), ranges=())
             for name, joints in self.parts.items()

@@ -1,4 +1,4 @@
-"""``python -m tests.faults``: the campaign on the command line; ``make faults`` runs it."""
+"""``python -m bench.faults``: the campaign on the command line; ``make faults`` runs it."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ import tempfile
 import time
 from pathlib import Path
 
-from tests.faults.campaign import Campaign, RowResult
-from tests.faults.report import PAGE, current_page, keep, summary
-from tests.faults.row import Row
-from tests.faults.table import ROWS
-from tests.faults.timer_process import TimerProcess
+from bench.faults.campaign import Campaign, RowResult
+from bench.faults.report import PAGE, current_page, keep, summary
+from bench.faults.row import Row
+from bench.faults.table import ROWS
+from bench.faults.timer_process import TimerProcess
 
 
 def main() -> int:
@@ -62,10 +62,10 @@ def _say(line: str) -> None:
 
 def _arguments() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
-        prog="python -m tests.faults",
+        prog="python -m bench.faults",
         description="Does every fault of docs/faults.md to real processes and measures what "
         "they do.",
-        epilog="example: python -m tests.faults --row 1 --row 26 --injections 3",
+        epilog="example: python -m bench.faults --row 1 --row 26 --injections 3",
     )
     parser.add_argument("--row", type=int, action="append", help="only this row; repeatable")
     parser.add_argument("--injections", type=int, help="per row; else 5, and 20 for tight bounds")

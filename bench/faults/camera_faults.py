@@ -6,11 +6,11 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
-from tests.faults.camera_stage import CAMERAS, CameraStage
-from tests.faults.live_stage import LiveStage
-from tests.faults.process_faults import kill_gate, kill_runner
-from tests.faults.row import MachineLateError, Row, Shot
-from tests.faults.stop_faults import FROM_PUT, STOP_MS, operator_stop
+from bench.faults.camera_stage import CAMERAS, CameraStage
+from bench.faults.live_stage import LiveStage
+from bench.faults.process_faults import kill_gate, kill_runner
+from bench.faults.row import MachineLateError, Row, Shot
+from bench.faults.stop_faults import FROM_PUT, STOP_MS, operator_stop
 
 BEFORE_NS = 600_000_000
 RENDERING = f", {len(CAMERAS)} cameras rendering"

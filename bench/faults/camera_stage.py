@@ -8,14 +8,14 @@ from concurrent.futures import Future
 from contextlib import contextmanager
 from pathlib import Path
 
+from bench.equipment.live_robot import wait_for
+from bench.equipment.motion_log import longest_tick_ms
+from bench.equipment.rendering import CAN_RENDER
+from bench.faults.live_stage import LATE_TICK_MS, LiveStage, live_stage
+from bench.faults.row import MachineLateError, NotHereError
 from fairlead.operate.goal import Progress
 from fairlead.wire.bus import Sample
 from fairlead_tools.supervisor.scratch import ScratchRobot
-from tests.faults.live_stage import LATE_TICK_MS, LiveStage, live_stage
-from tests.faults.row import MachineLateError, NotHereError
-from tests.hal.rendering import CAN_RENDER
-from tests.system.live_robot import wait_for
-from tests.system.motion_log import longest_tick_ms
 
 CAMERAS = ("robot0_agentview_left", "robot0_agentview_right", "robot0_eye_in_hand")
 SIZE_PX, PERIOD_TICKS = 256, 4

@@ -14,10 +14,10 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+from bench.faults.row import MachineLateError, NotHereError, Row, Shot
+from bench.faults.stages import STAGES
+from bench.faults.timer_process import TimerProcess
 from fairlead.errors import FairleadError
-from tests.faults.row import MachineLateError, NotHereError, Row, Shot
-from tests.faults.stages import STAGES
-from tests.faults.timer_process import TimerProcess
 
 RETRIES = 2
 """How many injections, of each wanted one, may be lost to a machine that was too late itself."""

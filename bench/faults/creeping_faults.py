@@ -9,15 +9,15 @@ from typing import Any
 
 import numpy as np
 
+from bench.equipment.gate_scene import Scene
+from bench.faults.arm_model import ArmModel
+from bench.faults.gate_stage import GateStage, Stopwatch
+from bench.faults.row import Row, Shot
 from fairlead.messages import ActionChunk, FloatArray, Outcome, Verdict, pack_floats
 from fairlead.modes import ControlMode
 from fairlead.paths import gate_config
 from fairlead.robot.gate_file import sealed
 from fairlead.robot.manifest import load_robot
-from tests.faults.arm_model import ArmModel
-from tests.faults.gate_stage import GateStage, Stopwatch
-from tests.faults.row import Row, Shot
-from tests.gate.scene import Scene
 
 ROWS_A_CHUNK, STEPS = 4, 400
 STEP_RAD, STEP_M = 0.02, 0.02

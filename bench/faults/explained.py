@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tests.faults.row import NotRun
+from bench.faults.row import NotRun
 
 NOT_RUN: tuple[NotRun, ...] = (
     NotRun(

@@ -11,9 +11,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from tests.faults.live_stage import Changes, LiveStage, live_stage
-from tests.faults.machine_stage import with_state_on
-from tests.faults.row import NotHereError
+from bench.faults.live_stage import Changes, LiveStage, live_stage
+from bench.faults.machine_stage import with_state_on
+from bench.faults.row import NotHereError
 
 IMAGE_BYTES = 64 << 20
 TRIGGER = "/sys/fs/ext4/{device}/trigger_fs_error"

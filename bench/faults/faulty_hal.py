@@ -134,4 +134,4 @@ async def body(context: ServiceContext) -> None:
 
 
 if __name__ == "__main__":
-    sys.exit(run_service("tests.faults.faulty_hal", body))
+    sys.exit(run_service("bench.faults.faulty_hal", body))

@@ -9,12 +9,12 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from bench.faults.faulty_hal import FAULT_FILE
+from bench.faults.live_stage import Changes, LiveStage, live_stage
 from fairlead.paths import gate_config
 from fairlead.robot.gate_file import sealed
-from tests.faults.faulty_hal import FAULT_FILE
-from tests.faults.live_stage import Changes, LiveStage, live_stage
 
-ROBOT, HAL = "panda_mobile", "tests.faults.faulty_hal"
+ROBOT, HAL = "panda_mobile", "bench.faults.faulty_hal"
 STOP_RAMP_MS = 200
 
 

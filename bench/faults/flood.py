@@ -1,4 +1,4 @@
-"""``python -m tests.faults.flood DEPLOYMENT KIND``: what nobody asked for, as much as there can be.
+"""``python -m bench.faults.flood DEPLOYMENT KIND``: what nobody asked for, as much as there can be.
 
 Prints ``ready`` once it begins, and goes on until it is killed.
 """

@@ -12,10 +12,10 @@ from pathlib import Path
 
 import numpy as np
 
+from bench.equipment.gate_scene import Scene
+from bench.faults.gate_stage import JUDGED, GateStage, Stopwatch, refused_at_once
+from bench.faults.row import Row, Shot
 from fairlead.messages import Outcome, encode, pack_floats
-from tests.faults.gate_stage import JUDGED, GateStage, Stopwatch, refused_at_once
-from tests.faults.row import Row, Shot
-from tests.gate.scene import Scene
 
 RANDOM_FRAMES = 2000
 MANY_FRAMES, MANY_VARIABLE = 1_000_000, "FAIRLEAD_FAULT_FRAMES"

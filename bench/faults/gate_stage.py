@@ -8,13 +8,13 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Literal
 
+from bench.equipment.gate_scene import Scene
+from bench.equipment.mailbox import DEADLINE_S
+from bench.equipment.running_gate import ROBOT
+from bench.faults.row import Shot
 from fairlead.errors import RefusedError
 from fairlead.messages import ActionChunk, GateState, Outcome, Verdict
 from fairlead.paths import gate_config
-from tests.faults.row import Shot
-from tests.gate.mailbox import DEADLINE_S
-from tests.gate.running_gate import ROBOT
-from tests.gate.scene import Scene
 
 JUDGED = "judged"
 """How rows on one gate take their time, unless they say otherwise."""

@@ -12,16 +12,16 @@ from contextlib import contextmanager
 from itertools import permutations
 from pathlib import Path
 
+from bench.equipment.light_hal import LIGHT_HAL
+from bench.equipment.live_robot import LiveRobot, wait_for
+from bench.faults.frame_faults import resident_kb
+from bench.faults.live_stage import SKILL, SOURCE, Changes, LiveStage, live_stage
+from bench.faults.row import Row, Shot
 from fairlead.deploy.registry import Registry
 from fairlead.messages import GateState
 from fairlead.operate.goal_run import GoalOptions, run_goal
 from fairlead_tools.supervisor.command_line import service_command, service_environment
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch, scratch_robot
-from tests.faults.frame_faults import resident_kb
-from tests.faults.live_stage import SKILL, SOURCE, Changes, LiveStage, live_stage
-from tests.faults.row import Row, Shot
-from tests.system.light_hal import LIGHT_HAL
-from tests.system.live_robot import LiveRobot, wait_for
 
 SERVICES = ("hal", "safety", "state_assembler", "runner")
 ORDERS = list(permutations(SERVICES))

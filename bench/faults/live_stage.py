@@ -15,6 +15,11 @@ from typing import Any
 
 import yaml
 
+from bench.equipment.light_hal import LIGHT_HAL
+from bench.equipment.live_robot import LiveRobot, wait_for
+from bench.equipment.motion_log import MotionLine, hold_delay_ms, longest_tick_ms
+from bench.faults.motion_rules import every_row_was_judged_for_its_tick
+from bench.faults.row import MachineLateError, Shot
 from fairlead.deploy.deployment import Deployment
 from fairlead.deploy.registry import Registry
 from fairlead.errors import FairleadError
@@ -29,11 +34,6 @@ from fairlead_tools.supervisor.scratch import (
     make_scratch,
     scratch_robot,
 )
-from tests.faults.motion_rules import every_row_was_judged_for_its_tick
-from tests.faults.row import MachineLateError, Shot
-from tests.system.light_hal import LIGHT_HAL
-from tests.system.live_robot import LiveRobot, wait_for
-from tests.system.motion_log import MotionLine, hold_delay_ms, longest_tick_ms
 
 SOURCE = repo_root() / "compose" / "panda_mobile_sim.yaml"
 SKILL = "steady-motion"

@@ -9,14 +9,14 @@ import time
 from functools import partial
 from pathlib import Path
 
+from bench.equipment.live_robot import wait_for
+from bench.faults.failing_disk import DiskStage
+from bench.faults.flood import FLOODS
+from bench.faults.live_stage import SKILL, LiveStage
+from bench.faults.machine_stage import MachineStage
+from bench.faults.row import Row, Shot
+from bench.faults.stop_faults import STOP_MS
 from fairlead.errors import RefusedError
-from tests.faults.failing_disk import DiskStage
-from tests.faults.flood import FLOODS
-from tests.faults.live_stage import SKILL, LiveStage
-from tests.faults.machine_stage import MachineStage
-from tests.faults.row import Row, Shot
-from tests.faults.stop_faults import STOP_MS
-from tests.system.live_robot import wait_for
 
 HOUR_S = 3600
 WATCHED_NS = 10**9
@@ -130,7 +130,7 @@ def slow_disk(robot: MachineStage) -> Shot:
 
 def onlooker(end: signal.Signals, robot: LiveStage) -> Shot:
     goal = robot.start_moving()
-    words = [sys.executable, "-m", "tests.faults.slow_reader", str(robot.robot.scratch.file)]
+    words = [sys.executable, "-m", "bench.faults.slow_reader", str(robot.robot.scratch.file)]
     with subprocess.Popen(words, stdout=subprocess.PIPE) as reader:
         try:
             assert reader.stdout is not None and reader.stdout.readline() == b"ready\n"
@@ -147,7 +147,7 @@ def onlooker(end: signal.Signals, robot: LiveStage) -> Shot:
 
 def flooded(kind: str, robot: LiveStage) -> Shot:
     goal = robot.start_moving()
-    words = [sys.executable, "-m", "tests.faults.flood", str(robot.robot.scratch.file), kind]
+    words = [sys.executable, "-m", "bench.faults.flood", str(robot.robot.scratch.file), kind]
     with subprocess.Popen(words, stdout=subprocess.PIPE) as flood:
         try:
             assert flood.stdout is not None and flood.stdout.readline() == b"ready\n"

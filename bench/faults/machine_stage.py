@@ -12,9 +12,9 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from bench.faults.live_stage import SOURCE, Changes, LiveStage, live_stage
+from bench.faults.row import NotHereError
 from fairlead.paths import repo_root
-from tests.faults.live_stage import SOURCE, Changes, LiveStage, live_stage
-from tests.faults.row import NotHereError
 
 MACHINE_FILE = "FAIRLEAD_TEST_MACHINE"
 SMALL_DISK = "8m"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tests.system.live_robot import LiveRobot
+from bench.equipment.live_robot import LiveRobot
 
 
 def every_row_was_judged_for_its_tick(robot: LiveRobot) -> None:

@@ -9,11 +9,11 @@ import time
 from collections.abc import Callable
 from functools import partial
 
-from fairlead.deploy.hosts import ROUTER
-from fairlead.messages import GateState, Hold
-from tests.faults.live_stage import LATE_TICK_MS
-from tests.faults.motion_rules import every_row_was_judged_for_its_tick, no_old_row_acts
-from tests.faults.proxy import (
+from bench.equipment.live_robot import wait_for
+from bench.equipment.motion_log import MotionLine
+from bench.faults.live_stage import LATE_TICK_MS
+from bench.faults.motion_rules import every_row_was_judged_for_its_tick, no_old_row_acts
+from bench.faults.proxy import (
     Rule,
     delays,
     doubles,
@@ -24,10 +24,10 @@ from tests.faults.proxy import (
     stalls,
     swaps,
 )  # fmt: skip
-from tests.faults.routed_stage import RoutedStage
-from tests.faults.row import MachineLateError, Row, Shot
-from tests.system.live_robot import wait_for
-from tests.system.motion_log import MotionLine
+from bench.faults.routed_stage import RoutedStage
+from bench.faults.row import MachineLateError, Row, Shot
+from fairlead.deploy.hosts import ROUTER
+from fairlead.messages import GateState, Hold
 
 BAD_S = 2.0
 DARK_S = 0.13

@@ -13,13 +13,13 @@ from itertools import pairwise
 
 import pytest
 
+from bench.equipment.live_robot import wait_for
+from bench.faults.live_stage import LiveStage
+from bench.faults.motion_rules import every_row_was_judged_for_its_tick, no_old_row_acts
+from bench.faults.row import Row, Shot
 from fairlead.errors import ServiceError
 from fairlead.messages import GateState
 from fairlead.operate.goal import Progress
-from tests.faults.live_stage import LiveStage
-from tests.faults.motion_rules import every_row_was_judged_for_its_tick, no_old_row_acts
-from tests.faults.row import Row, Shot
-from tests.system.live_robot import wait_for
 
 GATE_SLEEP_S = 5.0
 AFTER_TICKS = 20

@@ -5,6 +5,17 @@ from __future__ import annotations
 import msgspec
 import numpy as np
 
+from bench.equipment.gate_scene import Scene
+from bench.faults.gate_stage import (
+    JUDGED,
+    GateStage,
+    Stopwatch,
+    counted,
+    refused,
+    refused_at_once,
+    stopped,
+)  # fmt: skip
+from bench.faults.row import Row, Shot
 from fairlead.messages import (
     ActionChunk,
     GateState,
@@ -16,17 +27,6 @@ from fairlead.messages import (
 )
 from fairlead.modes import ControlMode
 from fairlead.wire.bus import Qos
-from tests.faults.gate_stage import (
-    JUDGED,
-    GateStage,
-    Stopwatch,
-    counted,
-    refused,
-    refused_at_once,
-    stopped,
-)  # fmt: skip
-from tests.faults.row import Row, Shot
-from tests.gate.scene import Scene
 
 T_MS = 50.0
 JUMP_RAD = 0.5

@@ -12,10 +12,10 @@ from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
+from bench.faults.campaign import RowResult
+from bench.faults.row import Row
+from bench.faults.table import NOT_RUN, ROWS
 from fairlead.paths import repo_root
-from tests.faults.campaign import RowResult
-from tests.faults.row import Row
-from tests.faults.table import NOT_RUN, ROWS
 
 PAGE = repo_root() / "docs" / "faults.md"
 RESULTS = Path(__file__).with_name("results.json")

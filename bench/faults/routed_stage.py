@@ -9,15 +9,15 @@ from typing import Any
 
 import yaml
 
+from bench.equipment.light_hal import LIGHT_HAL
+from bench.equipment.live_robot import wait_for
+from bench.faults.live_stage import SOURCE, Changes, LiveStage, with_skill
+from bench.faults.proxy import FaultProxy, forward
 from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.deploy.hosts import ROUTER
 from fairlead.deploy.registry import Registry
 from fairlead_tools.supervisor.scratch import Scratch, scratch_robot
 from fairlead_tools.supervisor.this_host import free_ports
-from tests.faults.live_stage import SOURCE, Changes, LiveStage, with_skill
-from tests.faults.proxy import FaultProxy, forward
-from tests.system.light_hal import LIGHT_HAL
-from tests.system.live_robot import wait_for
 
 PROXIED = ("hal", "safety", "runner")
 OPERATOR = "operator"

@@ -46,7 +46,7 @@ class Row:
 
     number: of the fault matrix; a fault with several forms has one row for each.
     measures: what the time is, in words: from where to where, on whose clock.
-    stage: which robot it is done to, see `tests.faults.stages`.
+    stage: which robot it is done to, see `bench.faults.stages`.
     inject: does it once, asserts the outcome.
     injections: if neither 5 nor 20 are right.
     also: what a second number is, in words.

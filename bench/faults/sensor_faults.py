@@ -5,11 +5,11 @@ from __future__ import annotations
 import time
 from functools import partial
 
+from bench.equipment.live_robot import wait_for
+from bench.faults.faulty_hal import GRIPPER, JOINT, OFFSET_RAD, PUSH_M
+from bench.faults.faulty_stage import STOP_RAMP_MS, FaultyStage
+from bench.faults.row import Row, Shot
 from fairlead.messages import GateState
-from tests.faults.faulty_hal import GRIPPER, JOINT, OFFSET_RAD, PUSH_M
-from tests.faults.faulty_stage import STOP_RAMP_MS, FaultyStage
-from tests.faults.row import Row, Shot
-from tests.system.live_robot import wait_for
 
 GRASP_TICKS = 25
 LAYOUT_MS = 200.0

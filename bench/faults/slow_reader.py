@@ -1,4 +1,4 @@
-"""``python -m tests.faults.slow_reader DEPLOYMENT``: subscribes to much and cannot keep up."""
+"""``python -m bench.faults.slow_reader DEPLOYMENT``: subscribes to much and cannot keep up."""
 
 from __future__ import annotations
 

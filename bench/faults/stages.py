@@ -7,14 +7,14 @@ from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
 
-from tests.faults.camera_stage import camera_stage
-from tests.faults.failing_disk import disk_stage
-from tests.faults.faulty_stage import faulty_stage
-from tests.faults.gate_stage import gate_stage
-from tests.faults.life_faults import order_stage, soak_stage
-from tests.faults.live_stage import live_stage
-from tests.faults.machine_stage import machine_stage
-from tests.faults.routed_stage import routed_stage
+from bench.faults.camera_stage import camera_stage
+from bench.faults.failing_disk import disk_stage
+from bench.faults.faulty_stage import faulty_stage
+from bench.faults.gate_stage import gate_stage
+from bench.faults.life_faults import order_stage, soak_stage
+from bench.faults.live_stage import live_stage
+from bench.faults.machine_stage import machine_stage
+from bench.faults.routed_stage import routed_stage
 
 STAGES: Mapping[str, Callable[[Path], AbstractContextManager[Any]]] = {
     "robot": live_stage,

@@ -8,14 +8,14 @@ import sys
 import threading
 import time
 
+from bench.faults.live_stage import LiveStage
+from bench.faults.proxy import forward, keeps_every
+from bench.faults.routed_stage import OPERATOR, RoutedStage
+from bench.faults.row import Row, Shot
 from fairlead.deploy.deployment import load_deployment
 from fairlead.messages import GateState, StopLevel
 from fairlead.operate.client import RobotClient
 from fairlead.wire.bus import Qos
-from tests.faults.live_stage import LiveStage
-from tests.faults.proxy import forward, keeps_every
-from tests.faults.routed_stage import OPERATOR, RoutedStage
-from tests.faults.row import Row, Shot
 
 STOP_MS = 70.0  # 20 ms and one tick
 LOSSY_MS = 500.0
@@ -58,7 +58,7 @@ def lossy_stop(robot: RoutedStage) -> Shot:
 def stop_in_a_flood(robot: LiveStage) -> Shot:
     goal = robot.start_moving()
     file = str(robot.robot.scratch.file)
-    words = [sys.executable, "-m", "tests.faults.flood", file, "candidates"]
+    words = [sys.executable, "-m", "bench.faults.flood", file, "candidates"]
     with subprocess.Popen(words, stdout=subprocess.PIPE) as flood:
         try:
             assert flood.stdout is not None and flood.stdout.readline() == b"ready\n"

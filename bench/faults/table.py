@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tests.faults import (
+from bench.faults import (
     camera_faults,
     creeping_faults,
     frame_faults,
@@ -14,8 +14,8 @@ from tests.faults import (
     sensor_faults,
     stop_faults,
 )
-from tests.faults.explained import NOT_RUN
-from tests.faults.row import Row
+from bench.faults.explained import NOT_RUN
+from bench.faults.row import Row
 
 __all__ = ["NOT_RUN", "ROWS"]
 

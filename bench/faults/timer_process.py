@@ -30,7 +30,7 @@ class TimerProcess:
     """Runs beside the campaign; asked afterwards about a stretch of time."""
 
     def __init__(self) -> None:
-        words = [sys.executable, "-m", "tests.faults.timer_process"]
+        words = [sys.executable, "-m", "bench.faults.timer_process"]
         self._process = subprocess.Popen(words, stdout=subprocess.PIPE)
         self._entries: list[tuple[int, int]] = []
         self._grown = threading.Condition()

@@ -7,6 +7,7 @@ from typing import Protocol
 
 import numpy as np
 
+from bench.equipment.expert_episode import commands, true_state
 from bench.measure_limits.driven_robot import DrivenRobot, Moment
 from fairlead.hal.backend import PartCommand
 from fairlead.modes import ControlMode
@@ -15,7 +16,6 @@ from fairlead.skill.manifest import load_skill
 from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
 from fairlead_skill_runner.policies.joint_reach import JointReachPolicy
 from fairlead_skill_runner.policies.oracle.policy import OraclePolicy
-from tests.task.episode import commands, true_state
 
 Rows = list[Mapping[str, PartCommand]]
 

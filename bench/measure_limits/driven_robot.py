@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from bench.equipment.kinematics import Kinematics, Pose
 from fairlead.errors import ConfigError, expected
 from fairlead.hal.backend import PartCommand
 from fairlead.messages import FloatArray
@@ -15,7 +16,6 @@ from fairlead.robot.manifest import RobotManifest, load_robot
 from fairlead_hal_mujoco.mujoco_backend import MujocoBackend
 from fairlead_hal_sim.options import SimulatorOptions
 from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
-from tests.differential.kinematics import Kinematics, Pose
 
 ROBOTS = ("panda_mobile", "panda", "dual_panda")
 ROBOT_BODIES = ("robot0_", "gripper0_", "mobilebase0_")

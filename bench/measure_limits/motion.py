@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio
 
+from bench.equipment.kinematics import angle_between, rotation_of
 from bench.measure_limits.driven_robot import DrivenRobot, Tick
 from fairlead.hal.backend import PartCommand
 from fairlead.messages import FloatArray
 from fairlead.modes import ControlMode
-from tests.differential.kinematics import angle_between, rotation_of
 
 
 @dataclass(frozen=True)

@@ -7,12 +7,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from bench.equipment.kinematics import quaternion_of, rotation_of
 from bench.measure_limits.driven_robot import Moment
 from fairlead.hal.backend import PartCommand
 from fairlead.messages import FloatArray
 from fairlead.modes import ControlMode
 from fairlead.robot.manifest import RobotManifest
-from tests.differential.kinematics import quaternion_of, rotation_of
 
 TARGETS = (ControlMode.JOINT_POSITION, ControlMode.DEX_HAND_JOINT)
 HALVES = (ControlMode.CARTESIAN_DELTA, ControlMode.CARTESIAN_TWIST, ControlMode.BODY_TWIST)

@@ -1,12 +1,12 @@
 """Do the tests of the gate's core notice when the core is wrong?
 
-    python -m tests.mutants                    every mutant (make mutate)
-    python -m tests.mutants shape.cpp codec    only those of some files
-    python -m tests.mutants --json FILE        the fates as JSON besides
-    python -m tests.mutants --update           list what survives as open in reviewed.json
+    python -m bench.mutants                    every mutant (make mutate)
+    python -m bench.mutants shape.cpp codec    only those of some files
+    python -m bench.mutants --json FILE        the fates as JSON besides
+    python -m bench.mutants --update           list what survives as open in reviewed.json
     FAIRLEAD_MUTANT_JOBS=1                     how many run at once (2)
 
-Exits 1 if a mutant survives that tests/mutants/reviewed.json does not explain, or if an
+Exits 1 if a mutant survives that bench/mutants/reviewed.json does not explain, or if an
 explanation there has no survivor any more.
 """
 
@@ -21,9 +21,9 @@ from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 
-from tests.mutants.hunt import Fate, Hunt
-from tests.mutants.mutations import Mutant
-from tests.mutants.population import ROOT, build, populate
+from bench.mutants.hunt import Fate, Hunt
+from bench.mutants.mutations import Mutant
+from bench.mutants.population import ROOT, build, populate
 
 BUILD = Path(os.environ.get("FAIRLEAD_MUTANT_BUILD", ROOT / "build/mutants"))
 REVIEWED = Path(__file__).with_name("reviewed.json")
@@ -131,7 +131,7 @@ def update(fates: dict[int, Fate], mutants: dict[int, Mutant]) -> None:
 
 def main() -> int:
     """The exit status."""
-    parser = argparse.ArgumentParser(prog="python -m tests.mutants", description=__doc__)
+    parser = argparse.ArgumentParser(prog="python -m bench.mutants", description=__doc__)
     parser.add_argument("files", nargs="*", help="names of files of the core, or parts of names")
     parser.add_argument("--json", type=Path, help="write id, file, line, text, change and fate")
     parser.add_argument("--update", action="store_true", help="rewrite the list of open ones")

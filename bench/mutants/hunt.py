@@ -82,8 +82,10 @@ def start_server(program: Path) -> subprocess.Popen[str]:
 def status_of_fork(
     server: subprocess.Popen[str], mutant: int, tests: list[TestCase]
 ) -> tuple[int, str]:
-    """Exit status of tests in a fork of the server, negative: the signal that ended it; and the
-    name of the last one that ran."""
+    """What tests in a fork of the server ended with, and the name of the last one that ran.
+
+    Negative: the signal that ended it.
+    """
     assert server.stdin and server.stdout
     names = ",".join(test.pattern for test in tests)
     server.stdin.write(f"{mutant} {limit_ms(tests)} {names}\n")
@@ -141,8 +143,11 @@ class Hunt:
             self.home[file] = [case for case in self.cases if case.reached & ids]
 
     def tests_of(self, mutant: int) -> list[TestCase]:
-        """Tests that may notice it: first those that noticed it or one nearby, then those that
-        noticed others of its file, then by time."""
+        """Tests that may notice it, the likeliest and quickest first.
+
+        First those that noticed it or one nearby, then those that noticed others of its file,
+        then by time.
+        """
         tests = [case for case in self.cases if mutant in case.reached]
         if mutant in self.start.reached:
             tests = self.home[self.wanted[mutant]]

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
-from tests.mutants.cpp_text import (
+from bench.mutants.cpp_text import (
     blanked,
     bodies,
     call_start,
@@ -155,7 +155,7 @@ class Mutations:
             self.wraps.append((found.start(), found.end(), f"fm::number({number}, ", ")"))
 
     def functions(self, start: int, end: int) -> None:
-        """min and max swapped, a magnitude with its sign, sine and cosine swapped."""
+        """Min and max swapped, a magnitude with its sign, sine and cosine swapped."""
         for found in re.finditer(r"\bstd::(min|max)(<[\w:]+>)?\(", self.code[start:end]):
             name = found[1]
             at, bracket = start + found.start(), start + found.end() - 1

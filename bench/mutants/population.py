@@ -8,7 +8,7 @@ import subprocess
 from dataclasses import dataclass
 from pathlib import Path
 
-from tests.mutants.mutations import Mutant, Mutations, checked_functions, storage_sizes
+from bench.mutants.mutations import Mutant, Mutations, checked_functions, storage_sizes
 
 ROOT = Path(__file__).resolve().parents[2]
 TESTS = "fairlead-safety-tests"

@@ -1,7 +1,7 @@
 """The documents that are made of the tests, and how to write them again.
 
-python -m tests.pages            # which of them say something else than the tests
-python -m tests.pages --write    # write those
+python -m bench.pages            # which of them say something else than the tests
+python -m bench.pages --write    # write those
 """
 
 from __future__ import annotations
@@ -9,9 +9,8 @@ from __future__ import annotations
 import argparse
 import sys
 
-from tests.faults import report as faults
-from tests.hazards import page as hazards
-from tests.records import page as records
+from bench.faults import report as faults
+from bench.pages import hazards, records
 
 PAGES = {page.PAGE: page.current_page for page in (faults, hazards, records)}
 

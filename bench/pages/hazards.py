@@ -1,15 +1,15 @@
-"""The table in docs/safety.md, between its two marks."""
+"""The table of hazards in docs/safety.md: checks that answer them, tests that prove the checks."""
 
 from __future__ import annotations
 
 import re
 
+from bench.pages.hazard_sources import asked_codes, core_tests
 from fairlead.paths import repo_root
 from fairlead.wire.gate_checks import CHECKS
-from tests.hazards.sources import asked_codes, core_tests
 
 PAGE = repo_root() / "docs" / "safety.md"
-BEGIN = "<!-- hazards: written by `python -m tests.pages --write` -->"
+BEGIN = "<!-- hazards: written by `python -m bench.pages --write` -->"
 END = "<!-- end of hazards -->"
 
 

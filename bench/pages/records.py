@@ -1,4 +1,4 @@
-"""docs/records.md, made of the names and sentences of the tests in this folder."""
+"""docs/records.md, made of the names and sentences of the tests in tests/records."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pathlib import Path
 from fairlead.paths import repo_root
 
 PAGE = repo_root() / "docs" / "records.md"
-HERE = Path(__file__).parent
+TESTS = repo_root() / "tests" / "records"
 RECORDS = {
     "state": "The state vector that a policy was trained on",
     "action": "The action vector that a policy emits",
@@ -19,7 +19,7 @@ INTRODUCTION = """# The two decisions fairlead began with
 
 What they say about a policy's state and action vector, one sentence each, by the file of
 `tests/records` whose test holds it; `scripts/test tests/records -k state_20` runs one. Written by
-`python -m tests.pages --write`; a test fails if it is out of date or a number is missing."""
+`python -m bench.pages --write`; a test fails if it is out of date or a number is missing."""
 _NAME = re.compile(r"test_(state|action)_(\d\d)_(\w+)")
 
 
@@ -34,12 +34,12 @@ class Sentence:
 
 
 def sentences() -> list[Sentence]:
-    """Every sentence that a test of this folder holds, by record and number.
+    """Every sentence that a test there holds, by record and number.
 
     Raises:
         ValueError: for a test without a number, or a record whose numbers have a gap.
     """
-    found = [one for path in sorted(HERE.glob("test_*.py")) for one in _of(path)]
+    found = [one for path in sorted(TESTS.glob("test_*.py")) for one in _of(path)]
     found.sort(key=lambda one: (list(RECORDS).index(one.record), one.number))
     for record in RECORDS:
         numbers = [one.number for one in found if one.record == record]

@@ -1,1 +1,1 @@
-"""Is what the gate releases safe, and does it release good rows? ``python -m tests.soundness``."""
+"""Is what the gate releases safe, and does it release good rows? ``python -m bench.soundness``."""

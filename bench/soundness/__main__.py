@@ -1,6 +1,6 @@
 """Is what the gate releases safe, and does it release what is good?
 
-    .venv/bin/python -m tests.soundness [--chunks 100000] [--rows 5000] [--first 0] [--write]
+    .venv/bin/python -m bench.soundness [--chunks 100000] [--rows 5000] [--first 0] [--write]
 
 Three campaigns for each robot, against the real core. Adversarial chunks are judged and every
 released row is followed by pinocchio and numpy, at both ends of each mode's gain, in its middle
@@ -20,9 +20,9 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from bench.measure_limits.driven_robot import ROBOTS
+from bench.soundness.results import Amount, Results, run_all
+from bench.soundness.table import document, tables, write
 from fairlead.paths import repo_root
-from tests.soundness.results import Amount, Results, run_all
-from tests.soundness.table import document, tables, write
 
 SHARES = {"panda_mobile": 0.25, "panda": 0.55, "dual_panda": 0.2}
 MOST_REFUSED = 0.001
@@ -31,7 +31,7 @@ MOST_REFUSED = 0.001
 def main() -> int:
     """Run and print; 1 where something is not as it has to be."""
     parser = argparse.ArgumentParser(
-        prog="python -m tests.soundness",
+        prog="python -m bench.soundness",
         description=__doc__,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
@@ -61,7 +61,7 @@ def main() -> int:
     keep = arguments.keep or Path(tempfile.mkdtemp(prefix="soundness-"))
     results = run_all(amounts, arguments.workers, keep, _say)
     amount = f"--chunks {arguments.chunks} --rows {arguments.rows} --episodes {arguments.episodes}"
-    command = f"python -m tests.soundness {amount} --first {arguments.first}"
+    command = f"python -m bench.soundness {amount} --first {arguments.first}"
     text = tables(results, command, f"{datetime.now(UTC):%Y-%m-%d}")
     print(json.dumps(document(results), indent=1) if arguments.json else text)
     if arguments.write:

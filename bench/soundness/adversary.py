@@ -8,10 +8,10 @@ import numpy as np
 
 from bench.measure_limits.driven_robot import Moment
 from bench.measure_limits.rows import FullScaleRows
+from bench.soundness.chunk_rows import Row
 from fairlead.messages import FloatArray
 from fairlead.modes import ControlMode
 from fairlead.robot.manifest import RobotManifest
-from tests.soundness.chunk_rows import Row
 
 KINDS = ("random", "corner", "creep")
 ROWS_MOST = 16

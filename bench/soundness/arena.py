@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from bench.soundness.distances import between_polygons, between_segments, inside_polygon
+from bench.soundness.link_frames import LinkFrames
 from fairlead.messages import FloatArray
-from tests.soundness.distances import between_polygons, between_segments, inside_polygon
-from tests.soundness.link_frames import LinkFrames
 
 EXACT_M = 0.05
 """Capsules further apart than this are told to be so at least."""

@@ -7,13 +7,13 @@ from typing import Protocol
 
 import numpy as np
 
+from bench.equipment.core_gate import SOURCE
 from bench.measure_limits.driven_robot import Moment
 from bench.measure_limits.rows import FullScaleRows
+from bench.soundness.chunk_rows import Row
 from fairlead.messages import FloatArray
 from fairlead.modes import ControlMode
 from fairlead.robot.manifest import RobotManifest
-from tests.differential.core_gate import SOURCE
-from tests.soundness.chunk_rows import Row
 
 ARM_JOINTS = 6
 ROWS_MOST = 16
@@ -46,6 +46,7 @@ class Parts:
         self.arms = [part for part in modes if len(robot.part(part).joints) >= ARM_JOINTS]
 
     def axes(self, part: str) -> int:
+        """How many numbers between -1 and 1 a wish for this part has."""
         return self._rows[part].axes
 
     def row(self, wishes: Mapping[str, FloatArray], now: Moment) -> Row:

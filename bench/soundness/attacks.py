@@ -6,13 +6,13 @@ import zlib
 
 import numpy as np
 
+from bench.soundness.arena import Arena
+from bench.soundness.attack import Attack
+from bench.soundness.base_cycles import BaseCycles
+from bench.soundness.hunt import Hunter
+from bench.soundness.wandering import FullScale, Switch, Wandering
 from fairlead.errors import ConfigError, expected
 from fairlead.robot.manifest import RobotManifest
-from tests.soundness.arena import Arena
-from tests.soundness.attack import Attack
-from tests.soundness.base_cycles import BaseCycles
-from tests.soundness.hunt import Hunter
-from tests.soundness.wandering import FullScale, Switch, Wandering
 
 WANDERING = ("random", "corner", "creep")
 EVERY_ROBOT = (*WANDERING, "full-scale", "hunt")

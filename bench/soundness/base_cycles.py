@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from bench.measure_limits.driven_robot import Moment
+from bench.soundness.attack import Parts, everything
+from bench.soundness.chunk_rows import Row
 from fairlead.messages import FloatArray
 from fairlead.modes import ControlMode
 from fairlead.robot.manifest import RobotManifest
-from tests.soundness.attack import Parts, everything
-from tests.soundness.chunk_rows import Row
 
 CYCLES = 100
 TELLING = ("held", "zero", "ratchet")

@@ -1,6 +1,6 @@
 """How far a driving base leaves an arm from where the gate reckons with it.
 
-    .venv/bin/python -m tests.soundness.base_drift [--episodes 200] [--first 0]
+    .venv/bin/python -m bench.soundness.base_drift [--episodes 200] [--first 0]
 
 The mobile robot in its simulator, through the gate. The base drives to and fro at full scale, at
 times with an arm at full scale before it; then the arm is told deltas of zero, or holds, for 1 to
@@ -18,14 +18,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bench.equipment.kinematics import Kinematics
 from bench.measure_limits.driven_robot import DrivenRobot, Moment, Tick
+from bench.soundness.arena import EXACT_M, Arena
+from bench.soundness.attack import Parts
+from bench.soundness.lockstep_loop import LockstepLoop
 from fairlead.messages import FloatArray, Outcome
 from fairlead.modes import ControlMode
 from fairlead.robot.profile_limits import profile_limits
-from tests.differential.kinematics import Kinematics
-from tests.soundness.arena import EXACT_M, Arena
-from tests.soundness.attack import Parts
-from tests.soundness.lockstep_loop import LockstepLoop
 
 TOOL, REST_TICKS, LEAST_SHARE = "grip_site", 25, 0.2
 
@@ -117,7 +117,7 @@ class BaseDrift:
 def main() -> None:
     """Measure and print the largest."""
     parser = argparse.ArgumentParser(
-        prog="python -m tests.soundness.base_drift",
+        prog="python -m bench.soundness.base_drift",
         description=__doc__,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )

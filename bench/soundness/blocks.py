@@ -14,16 +14,16 @@ from typing import Any, Literal, TypeVar
 
 import numpy as np
 
+from bench.equipment.real_gate import core_binary
 from bench.measure_limits.driven_robot import DrivenRobot
 from bench.measure_limits.episodes import episode
+from bench.soundness.chunk_rows import Row
+from bench.soundness.kinematic_campaign import KinematicCampaign, Soundness
+from bench.soundness.lockstep_loop import LockstepLoop
+from bench.soundness.simulated_campaign import Simulated, SimulatedCampaign
+from bench.soundness.usability import Usability, demonstrate
 from fairlead.messages import FloatArray
 from fairlead.paths import gate_config
-from tests.explorer.real_gate import core_binary
-from tests.soundness.chunk_rows import Row
-from tests.soundness.kinematic_campaign import KinematicCampaign, Soundness
-from tests.soundness.lockstep_loop import LockstepLoop
-from tests.soundness.simulated_campaign import Simulated, SimulatedCampaign
-from tests.soundness.usability import Usability, demonstrate
 
 Kind = Literal["kinematic", "simulated", "usability"]
 SIZES: dict[Kind, int] = {"kinematic": 2000, "simulated": 1500, "usability": 5}
@@ -35,8 +35,11 @@ T = TypeVar("T", Soundness, Simulated, Usability)
 
 @dataclass(frozen=True)
 class Block:
-    """number: of its kind, from 0 on, which its seeds follow from. amount: of chunks to judge, rows
-    to execute or demonstrations to give."""
+    """A part of a campaign's work.
+
+    number: of its kind, from 0 on, which its seeds follow from. amount: of chunks to judge, rows
+    to execute or demonstrations to give.
+    """
 
     robot: str
     kind: Kind

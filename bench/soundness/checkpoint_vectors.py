@@ -1,6 +1,6 @@
 """How much of what a checkpoint might say is refused: random vectors of 12 numbers, by scale.
 
-    .venv/bin/python -m tests.soundness.checkpoint_vectors [--seeds 5] [--scale 0.15 ...]
+    .venv/bin/python -m bench.soundness.checkpoint_vectors [--seeds 5] [--scale 0.15 ...]
 
 The mobile robot in its simulator. Each chunk has 16 rows, of which 8 are used before the next; arm
 and base are uniform within the scale, gripper and composite switch at either end. Prints one line
@@ -16,11 +16,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from bench.equipment.expert_episode import commands
 from bench.measure_limits.driven_robot import DrivenRobot
+from bench.soundness.chunk_rows import Row
+from bench.soundness.lockstep_loop import LockstepLoop
 from fairlead.messages import Outcome
-from tests.soundness.chunk_rows import Row
-from tests.soundness.lockstep_loop import LockstepLoop
-from tests.task.episode import commands
 
 ROWS, USED, TICKS = 16, 8, 160
 SCALES = (0.15, 0.3, 1.0)
@@ -81,7 +81,7 @@ def _rows(rng: np.random.Generator, scale: float) -> list[Row]:
 def main() -> None:
     """Ask and print."""
     parser = argparse.ArgumentParser(
-        prog="python -m tests.soundness.checkpoint_vectors",
+        prog="python -m bench.soundness.checkpoint_vectors",
         description=__doc__,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )

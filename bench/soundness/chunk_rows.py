@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from bench.equipment.case import Chunk, PartRows
 from fairlead.hal.backend import PartCommand
 from fairlead.robot.manifest import RobotManifest
-from tests.differential.case import Chunk, PartRows
 
 Row = Mapping[str, PartCommand]
 

@@ -1,6 +1,6 @@
 """One episode of the campaign in the simulator again, tick by tick the same.
 
-    .venv/bin/python -m tests.soundness.episode panda_mobile base-cycles 10003
+    .venv/bin/python -m bench.soundness.episode panda_mobile base-cycles 10003
 
 Robot, attack and seed are what the campaign tells with each breach; they decide every row that is
 asked for, so the same gate and the same limits lead to the same motion. Prints the first breach of
@@ -16,14 +16,14 @@ import sys
 from pathlib import Path
 
 from bench.measure_limits.driven_robot import ROBOTS, DrivenRobot, Tick
-from tests.soundness.lockstep_loop import LockstepLoop
-from tests.soundness.simulated_campaign import Simulated, SimulatedCampaign
+from bench.soundness.lockstep_loop import LockstepLoop
+from bench.soundness.simulated_campaign import Simulated, SimulatedCampaign
 
 
 def main() -> int:
     """Run and print."""
     parser = argparse.ArgumentParser(
-        prog="python -m tests.soundness.episode",
+        prog="python -m bench.soundness.episode",
         description=__doc__,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )

@@ -10,18 +10,18 @@ from pathlib import Path
 
 import numpy as np
 
+from bench.equipment.case import Case, Measured
+from bench.equipment.core_gate import Answer, CaseRefusedError, CoreGate
+from bench.equipment.kinematics import Kinematics
 from bench.measure_limits.driven_robot import Moment
+from bench.soundness.adversary import KINDS, Adversary
+from bench.soundness.arena import RULES, Arena
+from bench.soundness.chunk_rows import Row, chunk_of
+from bench.soundness.prediction import NotReachedError, Prediction
+from bench.soundness.starts import Starts
 from fairlead.messages import FloatArray, Outcome
 from fairlead.paths import gate_config
 from fairlead.robot.manifest import RobotManifest
-from tests.differential.case import Case, Measured
-from tests.differential.core_gate import Answer, CaseRefusedError, CoreGate
-from tests.differential.kinematics import Kinematics
-from tests.soundness.adversary import KINDS, Adversary
-from tests.soundness.arena import RULES, Arena
-from tests.soundness.chunk_rows import Row, chunk_of
-from tests.soundness.prediction import NotReachedError, Prediction
-from tests.soundness.starts import Starts
 
 PACE = 500
 NUMERIC = 1e-6
@@ -124,8 +124,10 @@ class KinematicCampaign:
             self.found.refused[verdict.code] += 1
 
     def _follow(self, what: str, q: FloatArray, rows: Sequence[Row]) -> None:
-        """Both ends of the gain, its middle, and shares drawn for each row and part: one of the
-        ends for the whole chunk, and any."""
+        """At both ends of the gain, its middle, and shares drawn for each row and part.
+
+        Drawn is one of the ends for the whole chunk, and any.
+        """
         self.found.rows += len(rows)
         count, parts = len(rows), len(self._robot.parts)
         mixed = np.tile(self._rng.integers(0, 2, parts).astype(float), (count, 1))

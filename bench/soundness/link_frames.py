@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from bench.equipment.kinematics import rotation_of
 from fairlead.messages import FloatArray
-from tests.differential.kinematics import rotation_of
 
 
 class LinkFrames:

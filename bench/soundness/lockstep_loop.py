@@ -6,15 +6,15 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from bench.equipment.case import Case, Chunk, Measured
+from bench.equipment.core_gate import SESSION, SOURCE, CoreGate
+from bench.equipment.gate_port import GateOutput
 from bench.measure_limits.driven_robot import DrivenRobot, Moment, Tick
+from bench.soundness.chunk_rows import Row, chunk_of
 from fairlead.errors import ConfigError
 from fairlead.hal.core import HalCore, TickPlan
 from fairlead.messages import Decision, Hold, Lease, SafeChunk, Verdict, decode
 from fairlead.paths import gate_config
-from tests.differential.case import Case, Chunk, Measured
-from tests.differential.core_gate import SESSION, SOURCE, CoreGate
-from tests.explorer.gate_port import GateOutput
-from tests.soundness.chunk_rows import Row, chunk_of
 
 
 class LockstepLoop:
@@ -35,6 +35,7 @@ class LockstepLoop:
         self.begin(0)
 
     def close(self) -> None:
+        """End the gate's process."""
         self._gate.close()
 
     def begin(self, seed: int, claims: Mapping[str, tuple[str, ...]] | None = None) -> None:

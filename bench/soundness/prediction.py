@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 import pinocchio
 
+from bench.equipment.kinematics import rotation_of
+from bench.soundness.chunk_rows import Row
 from fairlead.hal.backend import PartCommand
 from fairlead.messages import FloatArray
 from fairlead.modes import ControlMode
 from fairlead.robot.manifest import RobotManifest
-from tests.differential.kinematics import rotation_of
-from tests.soundness.chunk_rows import Row
 
 DAMPING = 0.01
 ITERATIONS = 60

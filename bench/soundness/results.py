@@ -10,10 +10,10 @@ from pathlib import Path
 from time import monotonic
 from typing import Any
 
-from tests.soundness.blocks import Block, Found, Kind, blocks_of, kept_work, merged, work
-from tests.soundness.kinematic_campaign import Soundness
-from tests.soundness.simulated_campaign import Simulated
-from tests.soundness.usability import Usability
+from bench.soundness.blocks import Block, Found, Kind, blocks_of, kept_work, merged, work
+from bench.soundness.kinematic_campaign import Soundness
+from bench.soundness.simulated_campaign import Simulated
+from bench.soundness.usability import Usability
 
 
 @dataclass(frozen=True)

@@ -9,12 +9,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from bench.measure_limits.driven_robot import Tick
+from bench.soundness.arena import RULES, Arena
+from bench.soundness.attack import ARM_JOINTS, Attack
+from bench.soundness.attacks import attacks_on, make_attack
+from bench.soundness.lockstep_loop import LockstepLoop
+from bench.soundness.stops import kind_of, story_of
 from fairlead.messages import FloatArray, Outcome
-from tests.soundness.arena import RULES, Arena
-from tests.soundness.attack import ARM_JOINTS, Attack
-from tests.soundness.attacks import attacks_on, make_attack
-from tests.soundness.lockstep_loop import LockstepLoop
-from tests.soundness.stops import kind_of, story_of
 
 EPISODES_MOST = 10_000
 REST_TICKS = 40
@@ -26,9 +26,10 @@ SPEED_TOLERANCE = 0.01
 
 @dataclass
 class Simulated:
-    """rows: executed in ticks, of one chunk each. stops: by code and joint. breaches: ticks by
-    rule. told: the first of both.
+    """What came of it.
 
+    rows: executed in ticks, of one chunk each. stops: by code and joint. breaches: ticks by
+    rule. told: the first of both.
     idle: those of the breaches in which no arm was told anything. by_attack: rows. broken: episodes
     by attack and rule. worst: least room measured, by rule; of bounds beyond their tolerance.
     """

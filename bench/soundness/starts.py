@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from bench.soundness.arena import Arena
+from bench.soundness.steering import Steering
 from fairlead.messages import FloatArray
 from fairlead.robot.manifest import RobotManifest
-from tests.soundness.arena import Arena
-from tests.soundness.steering import Steering
 
 POOL = 4000
 NEAR_SHARE = 0.15

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from bench.equipment.kinematics import Kinematics
 from fairlead.messages import FloatArray
 from fairlead.modes import ControlMode
 from fairlead.robot.manifest import RobotManifest
-from tests.differential.kinematics import Kinematics
 
 CARTESIAN = {
     ControlMode.CARTESIAN_POSE,

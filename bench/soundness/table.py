@@ -8,9 +8,9 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from tests.soundness.results import Results
+from bench.soundness.results import Results
 
-BEGIN = "<!-- from here on written by: python -m tests.soundness --write -->"
+BEGIN = "<!-- from here on written by: python -m bench.soundness --write -->"
 TOLD_MOST = 4
 
 

@@ -7,9 +7,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 from bench.measure_limits.demonstrations import Rows, demonstration
+from bench.soundness.lockstep_loop import LockstepLoop
+from bench.soundness.stops import kind_of, story_of
 from fairlead.messages import Outcome
-from tests.soundness.lockstep_loop import LockstepLoop
-from tests.soundness.stops import kind_of, story_of
 
 
 @dataclass

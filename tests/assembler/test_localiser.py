@@ -14,6 +14,8 @@ from pathlib import Path
 import pytest
 import yaml
 
+from bench.equipment.light_hal import LIGHT_HAL, Pacing
+from bench.equipment.live_robot import wait_for
 from fairlead.deploy.registry import Registry
 from fairlead.messages import GoalResult, LayoutState, TransformBatch, decode
 from fairlead.operate.goal_run import GoalOptions, run_goal
@@ -25,8 +27,6 @@ from fairlead_tools.supervisor.scratch import (
     make_scratch,
     scratch_robot,
 )
-from tests.system.light_hal import LIGHT_HAL, Pacing
-from tests.system.live_robot import wait_for
 
 pytestmark = [pytest.mark.processes, pytest.mark.timeout(300)]
 

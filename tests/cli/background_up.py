@@ -10,12 +10,12 @@ import threading
 from pathlib import Path
 from typing import Any
 
+from bench.equipment.light_hal import LIGHT_HAL
+from bench.equipment.live_robot import wait_for
 from fairlead.paths import repo_root
 from fairlead_tools.supervisor.scratch import Scratch, ScratchOptions, make_scratch
 from tests.cli.command import fairlead, fairlead_command, fairlead_environment, fairlead_here
 from tests.cli.process_list import pids_that_mention
-from tests.system.light_hal import LIGHT_HAL
-from tests.system.live_robot import wait_for
 
 SOURCE = repo_root() / "compose" / "panda_mobile_sim.yaml"
 

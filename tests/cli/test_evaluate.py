@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 import typer
 
+from bench.equipment.live_robot import wait_for
 from fairlead.deploy.registry import Registry
 from fairlead.messages import GateState, StopLevel
 from fairlead.paths import repo_root
@@ -24,7 +25,6 @@ from fairlead_tools.supervisor.scratch import (
     scratch_robot,
 )
 from tests.cli.command import fairlead, fairlead_command, fairlead_environment
-from tests.system.live_robot import wait_for
 
 SKILL = "panda-joint-reach"
 

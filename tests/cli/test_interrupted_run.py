@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from bench.equipment.live_robot import wait_for
 from fairlead.deploy.registry import Registry
 from fairlead.messages import GateState
 from fairlead.paths import repo_root
@@ -20,7 +21,6 @@ from fairlead_tools.supervisor.scratch import (
     scratch_robot,
 )
 from tests.cli.command import fairlead_command, fairlead_environment
-from tests.system.live_robot import wait_for
 
 pytestmark = [pytest.mark.processes, pytest.mark.timeout(120)]
 

@@ -10,13 +10,13 @@ from pathlib import Path
 
 import pytest
 
+from bench.equipment.light_hal import LIGHT_HAL
+from bench.equipment.live_robot import wait_for
 from fairlead_tools.cli.console import ProgressLine, print_table
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
 from tests.cli.background_up import SOURCE
 from tests.cli.command import fairlead_command, fairlead_environment
 from tests.cli.command import fairlead_here as fairlead
-from tests.system.light_hal import LIGHT_HAL
-from tests.system.live_robot import wait_for
 
 
 @pytest.mark.processes

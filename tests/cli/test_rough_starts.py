@@ -14,14 +14,14 @@ from typing import Any
 import pytest
 import yaml
 
+from bench.equipment.light_hal import LIGHT_HAL
+from bench.equipment.live_robot import wait_for
 from fairlead.deploy.process_table import ProcessId
 from fairlead.deploy.registry import Registry
 from fairlead.paths import repo_root
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
 from fairlead_tools.supervisor.this_host import free_ports
 from tests.cli.command import fairlead, fairlead_command, fairlead_environment
-from tests.system.light_hal import LIGHT_HAL
-from tests.system.live_robot import wait_for
 
 pytestmark = [pytest.mark.processes, pytest.mark.timeout(200)]
 

@@ -11,6 +11,8 @@ from pathlib import Path
 
 import pytest
 
+from bench.equipment.light_hal import LIGHT_HAL
+from bench.equipment.live_robot import wait_for
 from fairlead.deploy.process_table import command_of
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
 from tests.cli.background_up import SOURCE, Up, end, started_in
@@ -19,8 +21,6 @@ from tests.cli.command import (
     fairlead_environment,
 )
 from tests.cli.process_list import all_pids, pids_that_mention
-from tests.system.light_hal import LIGHT_HAL
-from tests.system.live_robot import wait_for
 
 pytestmark = [pytest.mark.processes, pytest.mark.timeout(300)]
 

@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bench.equipment.gate_scene import SOURCE, Scene
+from bench.equipment.running_gate import ROBOT, RunningGate
 from fairlead.messages import ActionChunk, GateState, Outcome, pack_floats
 from fairlead.paths import gate_config
 from tests.cli.command import fairlead_here as fairlead
-from tests.gate.running_gate import ROBOT, RunningGate
-from tests.gate.scene import SOURCE, Scene
 
 pytestmark = pytest.mark.processes
 

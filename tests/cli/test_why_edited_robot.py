@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bench.equipment.gate_scene import Scene
+from bench.equipment.running_gate import ROBOT
 from fairlead.messages import Outcome, pack_floats
 from fairlead.paths import gate_config
 from tests.cli.command import fairlead_here as fairlead
-from tests.gate.running_gate import ROBOT
-from tests.gate.scene import Scene
 
 pytestmark = pytest.mark.processes
 

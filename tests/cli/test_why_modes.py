@@ -10,12 +10,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bench.equipment.gate_scene import Scene
+from bench.equipment.running_gate import ROBOT as MOBILE
 from fairlead.messages import ActionPart, Outcome, Verdict, pack_floats
 from fairlead.modes import ControlMode
 from fairlead.paths import gate_config
 from tests.cli.command import fairlead_here as fairlead
-from tests.gate.running_gate import ROBOT as MOBILE
-from tests.gate.scene import Scene
 from tests.gate.two_armed_scene import action, per_joint, tool_pose, two_armed_scene
 
 pytestmark = pytest.mark.processes

@@ -14,6 +14,7 @@ from contextlib import suppress
 import pytest
 import pytest_asyncio
 
+from bench.equipment.light_hal import LIGHT_HAL
 from fairlead import Robot, connect
 from fairlead.deploy.registry import Registry
 from fairlead.errors import ClaimLostError, NoAnswerError, RefusedError
@@ -26,7 +27,6 @@ from fairlead_tools.supervisor.scratch import (
     make_scratch,
     scratch_robot,
 )
-from tests.system.light_hal import LIGHT_HAL
 
 pytestmark = [pytest.mark.processes, pytest.mark.timeout(120), pytest.mark.asyncio]
 

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from tests.days.__main__ import CORPUS, MOST_BYTES
-from tests.days.choice import choose
-from tests.days.day import Day, read_day
-from tests.days.decision_log import (
+from bench.days.__main__ import CORPUS, MOST_BYTES
+from bench.days.choice import choose
+from bench.days.day import Day, read_day
+from bench.days.decision_log import (
     BOOT,
     END,
     TIMER,

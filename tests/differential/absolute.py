@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
-from tests.differential.case import Measured, PartRows
+from bench.equipment.case import Measured, PartRows
 from tests.differential.fault import Fault, above, below
 from tests.differential.gate_file import JOINT_MODES, MODES, Block, GateFile, Joint
 from tests.differential.poses import pose_faults

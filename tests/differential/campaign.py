@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import dataclass, field
 
+from bench.equipment.case import Case
+from bench.equipment.core_gate import CaseRefusedError
 from fairlead.messages import Outcome
-from tests.differential.case import Case
 from tests.differential.chunks import CaseMaker
 from tests.differential.comparison import differences, readable, rulings, smallest
-from tests.differential.core_gate import CaseRefusedError
 from tests.differential.gates import Pair
 
 REPORTED = 3

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator
 
-from tests.differential.case import ActedRow, Before, Measured, PartRows
+from bench.equipment.case import ActedRow, Before, Measured, PartRows
 from tests.differential.fault import Fault, above
 from tests.differential.gate_file import MODES, GateFile
 

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from bench.equipment.case import Case, Chunk, Measured, Pacing, PartRows
 from fairlead.messages import LimitOverride
-from tests.differential.case import Case, Chunk, Measured, Pacing, PartRows
 from tests.differential.claims import drawn_override, tightenable, tightened
 from tests.differential.gate_file import GateFile
 from tests.differential.limit_rows import LimitMover

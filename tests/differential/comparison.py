@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from bench.equipment.case import ActedRow, Before, Case, Chunk, Measured, PartRows
+from bench.equipment.core_gate import Answer
 from fairlead.messages import Outcome
-from tests.differential.case import ActedRow, Before, Case, Chunk, Measured, PartRows
 from tests.differential.claims import tightened
-from tests.differential.core_gate import Answer
 from tests.differential.fault import Fault
 from tests.differential.gate_file import MODES, GateFile
 from tests.differential.reference import NOT_ARMED, Ruling, has_stopped, judge, open_tick

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from tests.differential.kinematics import Kinematics
+from bench.equipment.kinematics import Kinematics
 
 # docs/wire-format.md, "Control modes".
 MODES = (

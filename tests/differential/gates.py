@@ -9,11 +9,11 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
+from bench.equipment.case import Case
+from bench.equipment.core_gate import Answer, CoreGate
 from fairlead.messages import Outcome
 from fairlead.paths import gate_config, robot_dir
-from tests.differential.case import Case
 from tests.differential.comparison import Difference, differences, rulings
-from tests.differential.core_gate import Answer, CoreGate
 from tests.differential.gate_file import GateFile, read_gate_file
 from tests.differential.quiet import write_quiet
 from tests.differential.reference import Ruling

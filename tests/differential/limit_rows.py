@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from bench.equipment.case import Measured, PartRows
 from fairlead.messages import FloatArray
-from tests.differential.case import Measured, PartRows
 from tests.differential.gate_file import JOINT_MODES, MODES, Block, GateFile
 from tests.differential.rows import RowMaker
 from tests.differential.states import nudged

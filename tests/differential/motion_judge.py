@@ -9,11 +9,11 @@ from itertools import combinations
 import numpy as np
 import pinocchio
 
+from bench.equipment.case import Measured, PartRows
+from bench.equipment.kinematics import angle_between, rotation_of
 from fairlead.messages import FloatArray
-from tests.differential.case import Measured, PartRows
 from tests.differential.changes import speed_of
 from tests.differential.gate_file import Block, GateFile, Part
-from tests.differential.kinematics import angle_between, rotation_of
 from tests.differential.stuck_judge import StuckJudge
 
 TARGETS = (0, 11)

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import pinocchio
 
+from bench.equipment.case import Measured, PartRows, still
+from bench.equipment.kinematics import quaternion_of, rotation_of
 from fairlead.messages import FloatArray
-from tests.differential.case import Measured, PartRows, still
 from tests.differential.gate_file import JOINT_MODES, GateFile, Part
-from tests.differential.kinematics import quaternion_of, rotation_of
 from tests.differential.motion_judge import BODY, CLOSED, DELTA, HALVES, POSE, TARGETS, VELOCITY
 from tests.differential.quiet import let_tools_be_fast
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from tests.differential.case import Chunk, PartRows
+from bench.equipment.case import Chunk, PartRows
 from tests.differential.gate_file import JOINT_MODES, WIDTHS, GateFile
 
 NUMBERS = (

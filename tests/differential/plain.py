@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from bench.equipment.case import Case, Chunk, Measured, PartRows, still
 from fairlead.messages import FloatArray
-from tests.differential.case import Case, Chunk, Measured, PartRows, still
 
 TICK = 100
 ARM, GRIPPER = 0, 1

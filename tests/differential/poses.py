@@ -6,10 +6,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from tests.differential.case import ActedRow, Measured, PartRows
+from bench.equipment.case import ActedRow, Measured, PartRows
+from bench.equipment.kinematics import Pose, angle_between, rotation_of
 from tests.differential.fault import Fault, above, below
 from tests.differential.gate_file import GateFile
-from tests.differential.kinematics import Pose, angle_between, rotation_of
 
 NORM_TOLERANCE = 1e-6
 

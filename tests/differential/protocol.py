@@ -8,8 +8,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
+from bench.equipment.case import Pacing
 from fairlead.messages import ActionChunk
-from tests.differential.case import Pacing
 from tests.differential.fault import Fault
 from tests.differential.reference import open_tick
 

@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from bench.equipment.case import Before, Chunk, Measured, Pacing
 from fairlead.messages import Outcome
 from tests.differential.absolute import absolute_faults, blocked_part
-from tests.differential.case import Before, Chunk, Measured, Pacing
 from tests.differential.fault import Fault, above
 from tests.differential.gate_file import GateFile
 from tests.differential.shape import shape_fault

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pinocchio
 
+from bench.equipment.case import Measured, PartRows
+from bench.equipment.kinematics import quaternion_of, rotation_of
 from fairlead.messages import FloatArray
-from tests.differential.case import Measured, PartRows
 from tests.differential.gate_file import JOINT_MODES, MODES, Block, GateFile
-from tests.differential.kinematics import quaternion_of, rotation_of
 from tests.differential.steps import own_speeds
 
 

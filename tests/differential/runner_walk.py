@@ -7,9 +7,9 @@ from collections import Counter
 import msgspec
 import numpy as np
 
+from bench.equipment.case import Case, Chunk, Measured, Pacing, PartRows, still
+from bench.equipment.core_gate import SESSION, SOURCE, CoreGate, CoreReply
 from fairlead.messages import ActionChunk, Verdict, encode
-from tests.differential.case import Case, Chunk, Measured, Pacing, PartRows, still
-from tests.differential.core_gate import SESSION, SOURCE, CoreGate, CoreReply
 from tests.differential.fault import Fault
 from tests.differential.plain_mobile import COMPOSITE, COMPOSITE_PART, REST
 from tests.differential.protocol import Protocol, Reply

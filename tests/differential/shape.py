@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from tests.differential.case import Chunk, PartRows
+from bench.equipment.case import Chunk, PartRows
 from tests.differential.fault import Fault, above, below
 from tests.differential.gate_file import (
     FRAMED_MODES,

@@ -6,7 +6,7 @@ import math
 from collections import deque
 from dataclasses import dataclass, field
 
-from tests.differential.case import Measured, Pacing
+from bench.equipment.case import Measured, Pacing
 from tests.differential.gate_file import GateFile
 
 REMEMBERED = 8

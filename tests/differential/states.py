@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
+from bench.equipment.case import Measured
 from fairlead.messages import FloatArray
-from tests.differential.case import Measured
 from tests.differential.gate_file import MODES, GateFile, Joint, Part
 
 REACHES = 60

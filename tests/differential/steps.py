@@ -7,9 +7,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from bench.equipment.case import ActedRow, Before, Measured, PartRows
 from fairlead.messages import FloatArray
 from tests.differential.absolute import norm
-from tests.differential.case import ActedRow, Before, Measured, PartRows
 from tests.differential.changes import change_faults
 from tests.differential.fault import Fault, above
 from tests.differential.gate_file import JOINT_MODES, MODES, GateFile

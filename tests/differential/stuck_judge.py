@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from bench.equipment.case import Measured
 from fairlead.messages import FloatArray
-from tests.differential.case import Measured
 
 Halves = tuple[float, float]
 """Linear [m] and angular [rad]; of one joint the first, in its own unit."""

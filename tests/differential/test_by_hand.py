@@ -11,8 +11,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from bench.equipment.case import Case, Chunk, PartRows, still
 from fairlead.messages import LimitOverride, Outcome
-from tests.differential.case import Case, Chunk, PartRows, still
 from tests.differential.comparison import readable, rulings
 from tests.differential.gates import Pair
 from tests.differential.plain import TICK, arm, case, gripper, moving, rest, speeds

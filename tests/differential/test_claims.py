@@ -8,12 +8,12 @@ import math
 import numpy as np
 import pytest
 
+from bench.equipment.case import Case, Chunk, still
+from bench.equipment.core_gate import CaseRefusedError
 from fairlead.messages import LimitOverride
 from fairlead.skill.limit_overrides import override_problems
 from fairlead.skill.manifest import SkillLimit
-from tests.differential.case import Case, Chunk, still
 from tests.differential.claims import is_tighter, tightenable
-from tests.differential.core_gate import CaseRefusedError
 from tests.differential.gate_file import MODES
 from tests.differential.gates import Pair
 

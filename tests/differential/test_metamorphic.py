@@ -11,8 +11,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from bench.equipment.case import Case, Chunk, PartRows
 from fairlead.messages import Outcome, Verdict
-from tests.differential.case import Case, Chunk, PartRows
 from tests.differential.chunks import CaseMaker
 from tests.differential.claims import drawn_override, tightenable, tightened
 from tests.differential.comparison import readable

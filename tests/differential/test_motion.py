@@ -10,10 +10,10 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
+from bench.equipment.case import Case, Chunk, Measured, Pacing, PartRows
+from bench.equipment.core_gate import HELD, CoreGate
 from fairlead.messages import Acted, Outcome
 from fairlead.paths import gate_config, robot_dir
-from tests.differential.case import Case, Chunk, Measured, Pacing, PartRows
-from tests.differential.core_gate import HELD, CoreGate
 from tests.differential.gate_file import read_gate_file
 from tests.differential.gates import ROBOTS, Pair
 from tests.differential.motion_judge import Finding, MotionJudge, check_efforts, told

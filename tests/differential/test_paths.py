@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from bench.equipment.case import Case, Chunk, PartRows, still
+from bench.equipment.core_gate import CoreGate
 from fairlead.messages import FloatArray
 from fairlead.paths import gate_config, robot_dir
-from tests.differential.case import Case, Chunk, PartRows, still
-from tests.differential.core_gate import CoreGate
 from tests.differential.gate_file import MODES
 from tests.differential.path_reference import PathReference
 from tests.differential.row_ends import poses_along

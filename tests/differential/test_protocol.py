@@ -8,10 +8,10 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
+from bench.equipment.case import Case, Chunk, Pacing, PartRows, still
+from bench.equipment.core_gate import CoreGate
 from fairlead.messages import encode
 from fairlead.paths import gate_config
-from tests.differential.case import Case, Chunk, Pacing, PartRows, still
-from tests.differential.core_gate import CoreGate
 from tests.differential.plain_mobile import COMPOSITE, COMPOSITE_PART, REST
 from tests.differential.reference import open_tick
 from tests.differential.runner_walk import FIRST_TICK, RunnerWalk

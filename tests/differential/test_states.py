@@ -9,8 +9,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.differential.case import Case, Chunk, Measured, Pacing, PartRows, still
-from tests.differential.core_gate import CoreGate
+from bench.equipment.case import Case, Chunk, Measured, Pacing, PartRows, still
+from bench.equipment.core_gate import CoreGate
 from tests.differential.gate_file import GateFile
 from tests.differential.gates import Pair
 from tests.differential.reference import open_tick

@@ -13,8 +13,8 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
+from bench.equipment.case import Case, Chunk, Measured, PartRows
 from fairlead.messages import FloatArray, Outcome
-from tests.differential.case import Case, Chunk, Measured, PartRows
 from tests.differential.comparison import rulings
 from tests.differential.gates import Pair, pair_of
 

@@ -10,11 +10,11 @@ from collections.abc import Iterator
 
 import pytest
 
+from bench.equipment.real_gate import RealGate
 from fairlead.hal.claims import ClaimRows
 from fairlead.hal.core import Pacing
 from fairlead.hal.lease_follower import LeaseFollower
 from tests.explorer.channel import FAIR, Weather
-from tests.explorer.real_gate import RealGate
 from tests.explorer.rules import check_history, check_stops, moves, trajectory
 from tests.explorer.world import World
 

@@ -13,12 +13,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bench.equipment.real_gate import RealGate
 from fairlead.hal.core import Pacing
 from fairlead.messages import FloatArray, Verdict
 from fairlead.paths import gate_config
 from tests.explorer.channel import FAIR, Weather
 from tests.explorer.hal_actor import Tick
-from tests.explorer.real_gate import RealGate
 from tests.explorer.rules import check_history, moves
 from tests.explorer.runner_actor import HORIZON
 from tests.explorer.world import World

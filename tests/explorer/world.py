@@ -6,6 +6,8 @@ import random
 from functools import cache
 from typing import TypeVar
 
+from bench.equipment.gate_port import EventKind, GateOutput
+from bench.equipment.real_gate import RealGate
 from fairlead.hal.core import Pacing
 from fairlead.messages import (
     Arm,
@@ -29,9 +31,7 @@ from fairlead.messages import (
 )
 from fairlead.robot.manifest import RobotManifest, load_robot
 from tests.explorer.channel import FAIR, MS, Channel, Schedule, Weather
-from tests.explorer.gate_port import EventKind, GateOutput
 from tests.explorer.hal_actor import HalActor, Tick
-from tests.explorer.real_gate import RealGate
 from tests.explorer.runner_actor import HORIZON, SOURCE, RunnerActor
 
 TIMER_NS = 5 * MS

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from tests.faults.proxy import (
+from bench.faults.proxy import (
     FaultProxy,
     Rule,
     corrupts,

@@ -6,11 +6,11 @@ from collections.abc import Iterator
 
 import pytest
 
-from tests.faults.campaign import Campaign
-from tests.faults.frame_faults import MANY_VARIABLE
-from tests.faults.row import Row
-from tests.faults.table import NOT_RUN, ROWS
-from tests.faults.timer_process import TimerProcess
+from bench.faults.campaign import Campaign
+from bench.faults.frame_faults import MANY_VARIABLE
+from bench.faults.row import Row
+from bench.faults.table import NOT_RUN, ROWS
+from bench.faults.timer_process import TimerProcess
 
 pytestmark = [pytest.mark.processes, pytest.mark.timeout(300)]
 

@@ -8,9 +8,9 @@ from typing import Literal
 
 import pytest
 
+from bench.equipment.gate_scene import Scene
+from bench.equipment.running_gate import ROBOT
 from fairlead.paths import gate_config
-from tests.gate.running_gate import ROBOT
-from tests.gate.scene import Scene
 
 
 @pytest.fixture

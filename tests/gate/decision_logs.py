@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
+from bench.equipment.gate_scene import Scene
+from bench.equipment.mailbox import DEADLINE_S
 from fairlead.messages import Outcome, pack_floats
 from fairlead.paths import gate_binary
-from tests.gate.mailbox import DEADLINE_S
-from tests.gate.scene import Scene
 
 
 def judge(*words: object) -> tuple[int, dict[str, Any]]:

@@ -9,12 +9,12 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
+from bench.equipment.mailbox import DEADLINE_S
+from bench.equipment.running_gate import free_port
 from fairlead.messages import Image
 from fairlead.paths import gate_binary
 from fairlead.wire.bus import Publisher, Qos
 from fairlead.wire.session import Endpoints, ZenohBus
-from tests.gate.mailbox import DEADLINE_S
-from tests.gate.running_gate import free_port
 
 pytestmark = pytest.mark.processes
 

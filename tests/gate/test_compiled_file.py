@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 import yaml
 
+from bench.equipment.running_gate import RunningGate, free_port
 from fairlead.deploy.deployment import load_deployment
 from fairlead.errors import ConfigError
 from fairlead.paths import deployment_path, gate_binary, robot_dir
@@ -17,7 +18,6 @@ from fairlead.robot.gate_file import sealed
 from fairlead_tools.supervisor.child import is_ready_line
 from fairlead_tools.supervisor.command_line import check_gate_file
 from tests.cli.command import fairlead
-from tests.gate.running_gate import RunningGate, free_port
 
 pytestmark = pytest.mark.processes
 

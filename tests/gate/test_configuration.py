@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 
+from bench.equipment.running_gate import RunningGate
 from tests.gate import bad_configurations
-from tests.gate.running_gate import RunningGate
 
 pytestmark = pytest.mark.processes
 

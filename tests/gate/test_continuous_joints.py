@@ -13,6 +13,7 @@ import pinocchio as pin
 import pytest
 import yaml
 
+from bench.equipment.gate_scene import Scene
 from fairlead.errors import ConfigError
 from fairlead.hal.backend import PartCommand
 from fairlead.messages import ActionPart, GateState, Outcome, Verdict, pack_floats
@@ -23,7 +24,6 @@ from fairlead_hal_mujoco.mujoco_backend import MujocoBackend
 from fairlead_hal_mujoco.options import MujocoOptions
 from tests.cli.command import fairlead_here as fairlead
 from tests.gate.link_poses import gate_links
-from tests.gate.scene import Scene
 from tests.shape.own_robot import NAME, own_robot
 
 pytestmark = pytest.mark.processes

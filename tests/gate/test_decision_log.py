@@ -9,6 +9,9 @@ from pathlib import Path
 
 import pytest
 
+from bench.equipment.gate_scene import Scene
+from bench.equipment.mailbox import DEADLINE_S
+from bench.equipment.running_gate import ROBOT, RunningGate
 from fairlead.keys import Keys
 from fairlead.messages import GateState, Outcome, StopLevel
 from fairlead.wire.bus import Qos
@@ -19,9 +22,6 @@ from tests.gate.decision_logs import (
     logs,
     wait_until_recorded,
 )
-from tests.gate.mailbox import DEADLINE_S
-from tests.gate.running_gate import ROBOT, RunningGate
-from tests.gate.scene import Scene
 
 pytestmark = pytest.mark.processes
 

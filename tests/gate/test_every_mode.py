@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from msgspec import structs
 
+from bench.equipment.gate_scene import Scene
 from fairlead.messages import ActionPart, GateState, Outcome
 from fairlead.modes import ControlMode
-from tests.gate.scene import Scene
 from tests.gate.two_armed_scene import ROBOT, action, per_joint, tool_pose, two_armed_scene
 
 pytestmark = pytest.mark.processes

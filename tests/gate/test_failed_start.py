@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from bench.equipment.running_gate import RunningGate, free_port
+from bench.equipment.scripted_hal import ScriptedHal
 from fairlead.wire.session import Endpoints, ZenohBus
-from tests.gate.running_gate import RunningGate, free_port
-from tests.gate.scripted_hal import ScriptedHal
 
 pytestmark = pytest.mark.processes
 

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
+from bench.equipment.gate_scene import SOURCE, Scene
+from bench.equipment.mailbox import Mailbox
 from fairlead.messages import Outcome, Verdict, encode
 from fairlead.wire.bus import Qos
 from fairlead.wire.session import Endpoints, ZenohBus
-from tests.gate.mailbox import Mailbox
-from tests.gate.scene import SOURCE, Scene
 
 pytestmark = pytest.mark.processes
 

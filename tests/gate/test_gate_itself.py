@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
+from bench.equipment.gate_scene import Scene
 from fairlead.messages import GateState
 from fairlead.robot.gate_file import sealed
 from tests.gate.decision_logs import judge, logs
-from tests.gate.scene import Scene
 
 pytestmark = pytest.mark.processes
 

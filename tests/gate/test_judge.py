@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bench.equipment.gate_scene import Scene
 from fairlead.messages import GateState
 from fairlead.paths import gate_binary, gate_config
 from tests.cli.command import fairlead
@@ -21,7 +22,6 @@ from tests.gate.decision_logs import (
     moves,
     tightened,
 )
-from tests.gate.scene import Scene
 
 pytestmark = pytest.mark.processes
 

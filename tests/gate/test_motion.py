@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from bench.equipment.gate_scene import DELTA_M, SOURCE, Scene
 from fairlead.errors import RefusedError
 from fairlead.messages import Decision, GateState, Outcome, floats
-from tests.gate.scene import DELTA_M, SOURCE, Scene
 
 pytestmark = pytest.mark.processes
 

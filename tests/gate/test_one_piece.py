@@ -8,11 +8,11 @@ from collections.abc import Callable, Sequence
 import pytest
 import zenoh
 
+from bench.equipment.gate_scene import SOURCE, Scene
+from bench.equipment.mailbox import Mailbox
+from bench.faults.proxy import Delivery, FaultProxy, forward
 from fairlead.messages import Verdict
 from fairlead.wire.session import Endpoints, ZenohBus
-from tests.faults.proxy import Delivery, FaultProxy, forward
-from tests.gate.mailbox import Mailbox
-from tests.gate.scene import SOURCE, Scene
 
 pytestmark = pytest.mark.processes
 

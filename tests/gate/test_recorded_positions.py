@@ -11,13 +11,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bench.equipment.gate_scene import Scene
 from fairlead.errors import ConfigError
 from fairlead.messages import JointState, encode, pack_floats
 from fairlead.robot.manifest import load_robot
 from fairlead_tools.shape.recorded_positions import recorded_positions
 from tests.cli.command import fairlead_here as fairlead
 from tests.gate.decision_logs import logs
-from tests.gate.scene import Scene
 
 ROBOT = load_robot("panda_mobile")
 WIDTH = 14

@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from bench.equipment.gate_scene import Scene
 from fairlead.messages import (
     ActionChunk,
     Decision,
@@ -16,7 +17,6 @@ from fairlead.messages import (
     encode,
     pack_floats,
 )
-from tests.gate.scene import Scene
 
 pytestmark = pytest.mark.processes
 

@@ -9,11 +9,11 @@ from pathlib import Path
 
 import pytest
 
+from bench.equipment.running_gate import ROBOT, RunningGate, free_port
 from fairlead.keys import Keys
 from fairlead.messages import GateStatus, StatusQuery, decode
 from fairlead.paths import gate_binary
 from fairlead.wire.session import Endpoints, ZenohBus
-from tests.gate.running_gate import ROBOT, RunningGate, free_port
 
 pytestmark = pytest.mark.processes
 

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
+from bench.equipment.gate_scene import Scene
 from fairlead.errors import ConfigError, NoAnswerError
 from fairlead.messages import GateState, Outcome
 from fairlead_tools.record.run_log import newest_log, read_run
 from tests.gate.decision_logs import drive, logs, wait_until_recorded
-from tests.gate.scene import Scene
 
 pytestmark = pytest.mark.processes
 

@@ -11,12 +11,12 @@ from pathlib import Path
 import pytest
 from msgspec import structs
 
+from bench.equipment.gate_scene import Scene
+from bench.equipment.running_gate import RunningGate, free_port
 from fairlead.errors import RefusedError
 from fairlead.messages import GateState, Lease
 from fairlead.paths import gate_binary
 from fairlead.wire.bus import Qos
-from tests.gate.running_gate import RunningGate, free_port
-from tests.gate.scene import Scene
 
 pytestmark = pytest.mark.processes
 

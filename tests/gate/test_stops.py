@@ -7,9 +7,9 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from bench.equipment.gate_scene import Scene
 from fairlead.errors import RefusedError
 from fairlead.messages import GateState, GateStatus, pack_floats
-from tests.gate.scene import Scene
 
 pytestmark = pytest.mark.processes
 

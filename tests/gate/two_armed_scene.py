@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 
+from bench.equipment.gate_scene import Scene
 from fairlead.messages import ActionPart, pack_floats
 from fairlead.modes import ControlMode
 from fairlead.paths import gate_config
 from fairlead.robot.manifest import load_robot
-from tests.gate.scene import Scene
 
 ROBOT = load_robot("dual_panda")
 BENT = {"joint4": -1.8, "joint6": 1.8}

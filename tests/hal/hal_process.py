@@ -14,10 +14,10 @@ from typing import Any
 
 import yaml
 
+from bench.equipment.live_robot import wait_for
 from fairlead.deploy.deployment import Deployment
 from fairlead.wire.bus import Sample
 from fairlead.wire.session import ZenohBus
-from tests.system.live_robot import wait_for
 
 START_S = 120.0
 """A simulator and its renderer take tens of seconds to start on a busy machine."""

@@ -9,6 +9,8 @@ import threading
 import time
 from queue import Queue
 
+from bench.equipment.gate_port import EventKind, GateOutput
+from bench.equipment.real_gate import RealGate
 from fairlead.keys import Keys
 from fairlead.messages import (
     Arm,
@@ -28,8 +30,6 @@ from fairlead.messages import (
     encode,
 )
 from fairlead.wire.bus import Bus, Qos, Sample
-from tests.explorer.gate_port import EventKind, GateOutput
-from tests.explorer.real_gate import RealGate
 
 TIMER_S = 0.005
 READY_TIMEOUT_S = 10.0

@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bench.equipment.rendering import CAN_RENDER
 from fairlead.messages import HalStatus, Image, StatusQuery, decode
 from fairlead_hal_sim.camera_process import start_camera_process
 from fairlead_hal_sim.options import CameraOptions, SimulatorOptions
 from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
 from tests.hal.hal_process import HalProcess
-from tests.hal.rendering import CAN_RENDER
 
 pytestmark = [pytest.mark.simulator, pytest.mark.processes]
 

@@ -14,6 +14,7 @@ import msgspec
 import numpy as np
 import pytest
 
+from bench.equipment.live_robot import wait_for
 from fairlead.errors import ConfigError
 from fairlead.hal.backend import Measurement, PartCommand
 from fairlead.hal.host import HalHost
@@ -41,7 +42,6 @@ from fairlead.robot.manifest import load_robot
 from fairlead.wire.bus import Qos, Sample
 from fairlead.wire.memory_bus import MemoryBus
 from tests.hal.gate_messages import SESSION, chunk, grant, lease
-from tests.system.live_robot import wait_for
 
 KEYS = Keys("tested")
 NO_STOP = b"stop!"

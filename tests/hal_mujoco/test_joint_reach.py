@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import yaml
 
+from bench.equipment.motion_log import MotionLog
 from fairlead.deploy.deployment import load_deployment
 from fairlead.deploy.registry import Registry
 from fairlead.messages import FloatArray, GoalResult, JointState, decode, floats
@@ -22,7 +23,6 @@ from fairlead_tools.supervisor.scratch import (
     scratch_robot,
 )
 from tests.hal_mujoco.joint_reach import RUNNER, SKILL, SOURCE, goal_position
-from tests.system.motion_log import MotionLog
 
 DEADLINE_TICKS = 120
 Pacing = Literal["realtime", "lockstep"]

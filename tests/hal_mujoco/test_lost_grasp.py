@@ -9,6 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bench.equipment.case import Case, Chunk, PartRows, still
+from bench.equipment.core_gate import SESSION, SOURCE, CoreGate
 from fairlead.hal.core import HalCore, TickPlan
 from fairlead.messages import (
     Acted,
@@ -22,8 +24,6 @@ from fairlead.messages import (
 )
 from fairlead.paths import gate_config
 from fairlead.robot.manifest import load_robot
-from tests.differential.case import Case, Chunk, PartRows, still
-from tests.differential.core_gate import SESSION, SOURCE, CoreGate
 from tests.hal_mujoco.dual_panda import DualPanda
 
 pytestmark = pytest.mark.processes

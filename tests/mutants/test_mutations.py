@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.mutants.mutations import Mutations
+from bench.mutants.mutations import Mutations
 
 FUNCTION = "int f(int a, int b) {{\n  {}\n}}\n"
 

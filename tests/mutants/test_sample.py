@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from tests.mutants.__main__ import key_of, reviewed
-from tests.mutants.hunt import Fate, hunt
-from tests.mutants.population import CORE, ROOT, TESTS, populate
+from bench.mutants.__main__ import key_of, reviewed
+from bench.mutants.hunt import Fate, hunt
+from bench.mutants.population import CORE, ROOT, TESTS, populate
 
 SAFETY = ROOT / "services/safety"
 BUILT = ROOT / "build/safety"

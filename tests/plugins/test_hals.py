@@ -12,6 +12,7 @@ from typing import Any
 import pytest
 import yaml
 
+from bench.equipment.live_robot import wait_for
 from fairlead.deploy.deployment import load_deployment
 from fairlead.errors import ConfigError
 from fairlead_tools.supervisor.command_line import service_command
@@ -20,7 +21,6 @@ from tests.cli.command import fairlead as command
 from tests.cli.command import fairlead_command, fairlead_environment
 from tests.plugins.package import install, run
 from tests.repo.tree import ROOT
-from tests.system.live_robot import wait_for
 
 MINIMAL = ROOT / "docs" / "examples" / "minimal_hal.py"
 OURS = "valid: hal_mujoco, hal_sim from fairlead 0.1.0"

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from bench.equipment.live_robot import LiveRobot
 from fairlead.deploy.registry import Registry
 from fairlead.paths import repo_root
 from fairlead.robot.manifest import RobotManifest, load_robot
@@ -14,7 +15,6 @@ from fairlead_hal_sim.options import SimulatorOptions
 from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch, scratch_robot
 from tests.records.episode import Episode, record_episode
-from tests.system.live_robot import LiveRobot
 
 RECORDS_ORDER = ("right", "right_gripper", "base", "torso")
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from bench.equipment.live_robot import SKILL, LiveRobot
 from fairlead.deploy.registry import Registry
 from fairlead.messages import (
     ActionChunk,
@@ -24,7 +25,6 @@ from fairlead.paths import repo_root
 from fairlead.wire.bus import Sample
 from fairlead_skill_runner.trace import TraceRecord, read_trace
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch, scratch_robot
-from tests.system.live_robot import SKILL, LiveRobot
 
 SEED = 101
 """One that no other test uses."""

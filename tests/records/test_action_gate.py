@@ -7,10 +7,10 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
+from bench.equipment.live_robot import LiveRobot
 from fairlead.messages import ActionPart, GateState, Outcome, Verdict
 from fairlead.modes import ControlMode
 from tests.system.injector import SOURCE, Injector, part
-from tests.system.live_robot import LiveRobot
 
 pytestmark = [pytest.mark.processes, pytest.mark.timeout(120)]
 

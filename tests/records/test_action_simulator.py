@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import yaml
 
+from bench.equipment.expert_episode import commands
 from fairlead.errors import ConfigError
 from fairlead.hal.backend import PartCommand
 from fairlead.hal.command_check import CommandCheck
@@ -19,7 +20,6 @@ from fairlead_hal_sim.packing import pack
 from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
 from tests.packing.vectors import ORDERS, action_map, base_velocity, delta, mode, opening
 from tests.task.arm_shift import arm_shift_after_turning
-from tests.task.episode import commands
 
 pytestmark = pytest.mark.simulator
 

@@ -9,6 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bench.equipment.light_hal import LIGHT_HAL
+from bench.equipment.live_robot import LiveRobot, wait_for
 from fairlead.deploy.registry import Registry
 from fairlead.hal.backend import FramePose
 from fairlead.messages import TransformBatch, decode, floats
@@ -24,8 +26,6 @@ from fairlead_state_assembler import (
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch, scratch_robot
 from tests.records.episode import Episode
 from tests.repo.tree import ROOT
-from tests.system.light_hal import LIGHT_HAL
-from tests.system.live_robot import LiveRobot, wait_for
 
 pytestmark = [pytest.mark.processes, pytest.mark.simulator, pytest.mark.timeout(300)]
 

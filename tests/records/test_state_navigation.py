@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from bench.equipment.light_hal import LIGHT_HAL
+from bench.equipment.live_robot import wait_for
 from fairlead.deploy.registry import Registry
 from fairlead.messages import GoalResult, Hold, JointState, decode
 from fairlead.operate.goal_run import GoalOptions, run_goal
@@ -20,8 +22,6 @@ from fairlead_tools.supervisor.scratch import (
     scratch_robot,
 )
 from tests.cli.command import fairlead
-from tests.system.light_hal import LIGHT_HAL
-from tests.system.live_robot import wait_for
 from tests.system.mode_robot import ModeSkill, write_skills
 
 pytestmark = [pytest.mark.processes, pytest.mark.timeout(300)]

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import yaml
 
+from bench.equipment.expert_episode import commands
 from fairlead.errors import LayoutError
 from fairlead.messages import FloatArray
 from fairlead.paths import ROOT_VARIABLE
@@ -23,7 +24,6 @@ from fairlead_state_assembler import (
 )
 from tests.records.poses import RECORDED, RECORDS_BINDINGS, transforms
 from tests.repo.tree import ROOT
-from tests.task.episode import commands
 
 pytestmark = [pytest.mark.simulator, pytest.mark.timeout(300)]
 

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
+from bench.pages.__main__ import PAGES
 from fairlead.modes import GATED_MODES
 from fairlead_hal_sim.hal_options import HalSimOptions
 from tests.assembler.every_layout import LAYOUT_DIMS
-from tests.pages import PAGES
 from tests.repo.tree import ROOT
 
 DESIGN = (ROOT / "docs" / "design.md").read_text()
@@ -44,7 +44,7 @@ def test_the_key_table_lists_every_key_that_can_be_built_and_no_other() -> None:
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
 def test_a_page_that_is_made_of_the_tests_is_current(page: Path) -> None:
-    assert page.read_text() == PAGES[page](), "run: python -m tests.pages --write"
+    assert page.read_text() == PAGES[page](), "run: python -m bench.pages --write"
 
 
 def test_the_code_table_lists_the_checks_of_this_release() -> None:
@@ -66,7 +66,9 @@ def test_the_modes_said_to_have_a_checker_are_those_of_the_code() -> None:
 @pytest.mark.parametrize("text", [README, DESIGN], ids=["README", "design"])
 def test_folders_in_a_table_exist(text: str) -> None:
     named = re.findall(r"`([a-z/_]+?)/?`", "\n".join(re.findall(r"^\|.*$", text, re.M)))
-    folders = [name for name in named if name.split("/")[0] in ("services", "shared", "tests")]
+    folders = [
+        name for name in named if name.split("/")[0] in ("services", "shared", "bench", "tests")
+    ]
     assert folders
     assert [name for name in folders if not (ROOT / name).exists()] == []
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from bench.pages.hazard_sources import asked_codes, core_tests, declared_codes
 from fairlead.wire.gate_checks import CHECKS
-from tests.hazards.sources import asked_codes, core_tests, declared_codes
 
 
 def test_the_table_of_checks_has_every_code_in_order() -> None:

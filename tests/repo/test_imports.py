@@ -6,6 +6,8 @@ import re
 import tomllib
 from pathlib import Path
 
+import pytest
+
 from tests.repo.tree import ROOT, files, imports, python_files, text_of
 
 CONTRACTS = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["importlinter"]
@@ -34,6 +36,23 @@ def test_no_module_of_tests_is_imported_by_another() -> None:
         if module.rpartition(".")[2].startswith(("test_", "conftest"))
     }
     assert found == set()
+
+
+@pytest.mark.parametrize(
+    ("folder", "users"),
+    [("bench", ("tests", "bench")), ("tests", ("tests",))],
+)
+def test_programs_and_tests_are_imported_from_above_only(
+    folder: str, users: tuple[str, ...]
+) -> None:
+    """The product knows neither; programs that a person runs know no test."""
+    importers = {
+        str(path)
+        for path in python_files("")
+        if any(module.split(".")[0] == folder for module in imports(path))
+    }
+    assert importers
+    assert {name for name in importers if not name.startswith(users)} == set()
 
 
 def test_zenoh_is_included_only_in_the_transport_of_the_gate() -> None:

@@ -14,9 +14,9 @@ from pathlib import Path
 
 import pytest
 
+from bench.equipment.live_robot import wait_for
 from fairlead.paths import gate_binary
 from tests.repo.tree import ROOT
-from tests.system.live_robot import wait_for
 
 UNFIT = {"FAIRLEAD_PYTHON": "no-python", "CXX": "no-compiler", "FAIRLEAD_NEED_DISK_GB": "9999999"}
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from bench.soundness.base_drift import BaseDrift
 from fairlead.robot.manifest import load_robot
-from tests.soundness.base_drift import BaseDrift
 
 
 @pytest.mark.processes

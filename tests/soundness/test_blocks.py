@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from tests.soundness.blocks import Block, blocks_of, kept_work, merged
-from tests.soundness.simulated_campaign import Simulated
-from tests.soundness.usability import Usability
+from bench.soundness.blocks import Block, blocks_of, kept_work, merged
+from bench.soundness.simulated_campaign import Simulated
+from bench.soundness.usability import Usability
 
 
 def test_an_amount_is_cut_into_blocks_of_their_own_numbers() -> None:

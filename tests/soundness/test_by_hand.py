@@ -8,16 +8,16 @@ from typing import Any
 import numpy as np
 import pytest
 
+from bench.equipment.kinematics import Kinematics
+from bench.soundness.arena import Arena
+from bench.soundness.distances import between_polygons, between_segments, inside_polygon
+from bench.soundness.link_frames import LinkFrames
+from bench.soundness.prediction import Prediction
 from fairlead.hal.backend import PartCommand
 from fairlead.messages import FloatArray
 from fairlead.modes import ControlMode
 from fairlead.paths import gate_config
 from fairlead.robot.manifest import load_robot
-from tests.differential.kinematics import Kinematics
-from tests.soundness.arena import Arena
-from tests.soundness.distances import between_polygons, between_segments, inside_polygon
-from tests.soundness.link_frames import LinkFrames
-from tests.soundness.prediction import Prediction
 
 SQUARE = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
 

@@ -1,4 +1,4 @@
-"""Short forms of the campaigns; the long ones are ``python -m tests.soundness``."""
+"""Short forms of the campaigns; the long ones are ``python -m bench.soundness``."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bench.equipment.kinematics import Kinematics
 from bench.measure_limits.driven_robot import DrivenRobot
 from bench.measure_limits.episodes import episode
+from bench.soundness.attacks import ON_A_BASE, attacks_on
+from bench.soundness.checkpoint_vectors import TICKS, ask
+from bench.soundness.kinematic_campaign import KinematicCampaign
+from bench.soundness.lockstep_loop import LockstepLoop
+from bench.soundness.results import Amount, run
+from bench.soundness.simulated_campaign import SimulatedCampaign
 from fairlead.paths import gate_config
-from tests.differential.kinematics import Kinematics
-from tests.soundness.attacks import ON_A_BASE, attacks_on
-from tests.soundness.checkpoint_vectors import TICKS, ask
-from tests.soundness.kinematic_campaign import KinematicCampaign
-from tests.soundness.lockstep_loop import LockstepLoop
-from tests.soundness.results import Amount, run
-from tests.soundness.simulated_campaign import SimulatedCampaign
 
 PATH_CODES = {24, 26, 30, 31, 32, 33, 34}
 MALFORMED = set(range(1, 13))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tests.soundness.stops import kind_of, story_of
+from bench.soundness.stops import kind_of, story_of
 
 CAUSE = "stopped: G040 arm panda_joint6: 0.38647 rad/s, limit 0.32 rad/s (measured: shares of 0.90)"
 

@@ -7,12 +7,12 @@ from pathlib import Path
 
 import pytest
 
+from bench.equipment.light_hal import LIGHT_HAL, Pacing
+from bench.equipment.live_robot import LiveRobot
 from fairlead.deploy.registry import Registry
 from fairlead.paths import gate_binary, repo_root
 from fairlead_tools.supervisor.scratch import Scratch, ScratchOptions, make_scratch, scratch_robot
 from tests.repo.tree import files
-from tests.system.light_hal import LIGHT_HAL, Pacing
-from tests.system.live_robot import LiveRobot
 from tests.system.wheel_environment import Person, built, install
 
 SOURCE = repo_root() / "compose" / "panda_mobile_sim.yaml"

@@ -8,6 +8,7 @@ import time
 import msgspec
 import numpy as np
 
+from bench.equipment.live_robot import LiveRobot, wait_for
 from fairlead.messages import (
     NO_TRACE,
     ActionChunk,
@@ -25,7 +26,6 @@ from fairlead.messages import (
 from fairlead.modes import ControlMode
 from fairlead.robot.manifest import load_robot
 from fairlead.wire.bus import Qos, Sample
-from tests.system.live_robot import LiveRobot, wait_for
 
 ROBOT = load_robot("panda_mobile")
 SOURCE = "injector"

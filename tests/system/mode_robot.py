@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import yaml
 
+from bench.equipment.live_robot import wait_for
 from fairlead.messages import (
     FloatArray,
     GoalResult,
@@ -27,7 +28,6 @@ from fairlead.operate.goal_run import GoalOptions, run_goal
 from fairlead.robot.manifest import RobotManifest
 from fairlead.wire.bus import Sample
 from fairlead_tools.supervisor.scratch import ScratchRobot
-from tests.system.live_robot import wait_for
 
 SEED = 0
 STALL_S = 20.0

@@ -14,9 +14,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from bench.equipment.live_robot import wait_for
 from fairlead.paths import repo_root
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
-from tests.system.live_robot import wait_for
 
 ROOT = repo_root()
 

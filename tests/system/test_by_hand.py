@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from bench.equipment.live_robot import wait_for
 from fairlead.deploy.registry import Registry
-from tests.system.live_robot import wait_for
 from tests.system.person import ROOT, Person, person_at
 
 pytestmark = [pytest.mark.processes, pytest.mark.timeout(300)]

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
+from bench.equipment.rendering import CAN_RENDER
 from fairlead.deploy.registry import Registry
 from fairlead.messages import GateState
 from fairlead.operate.goal_run import GoalOptions, run_goal
@@ -23,7 +24,6 @@ from fairlead_tools.supervisor.scratch import (
     scratch_robot,
 )
 from tests.cli.command import fairlead
-from tests.hal.rendering import CAN_RENDER
 from tests.runner.policy_servers import (
     OpenpiServer,
     RldxServer,

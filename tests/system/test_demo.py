@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pytest
 
+from bench.equipment.live_robot import wait_for
 from tests.cli.command import fairlead, fairlead_command, fairlead_environment
 from tests.cli.process_list import pids_that_mention
-from tests.system.live_robot import wait_for
 
 pytestmark = [pytest.mark.processes, pytest.mark.simulator, pytest.mark.timeout(400)]
 

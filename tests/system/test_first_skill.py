@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.system.light_hal import LIGHT_HAL
+from bench.equipment.light_hal import LIGHT_HAL
 from tests.system.person import ROOT, Person, person_at
 
 pytestmark = [pytest.mark.processes, pytest.mark.timeout(300)]

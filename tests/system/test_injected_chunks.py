@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 import pytest
 
+from bench.equipment.live_robot import LiveRobot, wait_for
 from fairlead.messages import (
     ActionChunk,
     GateState,
@@ -14,7 +15,6 @@ from fairlead.messages import (
     encode,
 )
 from tests.system.injector import ROWS, SOURCE, Injector
-from tests.system.live_robot import LiveRobot, wait_for
 
 pytestmark = [pytest.mark.processes, pytest.mark.simulator, pytest.mark.timeout(300)]
 

@@ -12,6 +12,8 @@ from pathlib import Path
 
 import pytest
 
+from bench.equipment.light_hal import LIGHT_HAL, Pacing
+from bench.equipment.live_robot import wait_for
 from fairlead.deploy.registry import Registry
 from fairlead.errors import ChunkRefusedError, ClaimLostError, ConfigError, RefusedError
 from fairlead.messages import (
@@ -30,8 +32,6 @@ from fairlead.paths import SKILLS_VARIABLE, repo_root
 from fairlead.robot.manifest import load_robot
 from fairlead.wire.bus import Sample
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch, scratch_robot
-from tests.system.light_hal import LIGHT_HAL, Pacing
-from tests.system.live_robot import wait_for
 from tests.system.mode_robot import ModeSkill, write_skills
 
 pytestmark = [pytest.mark.processes, pytest.mark.timeout(300)]

@@ -8,14 +8,14 @@ from pathlib import Path
 
 import pytest
 
+from bench.equipment.light_hal import Pacing
+from bench.equipment.live_robot import wait_for
 from fairlead.deploy.registry import Registry
 from fairlead.errors import FairleadError
 from fairlead.messages import GateState, HalStatus, JointState, StopLevel, decode
 from fairlead.operate.client import RobotClient
 from fairlead.wire.bus import Qos, Sample
 from fairlead_tools.supervisor.scratch import Scratch, scratch_robot
-from tests.system.light_hal import Pacing
-from tests.system.live_robot import wait_for
 
 pytestmark = [pytest.mark.processes, pytest.mark.timeout(120)]
 

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import pytest
 
+from bench.equipment.live_robot import LiveRobot
 from fairlead.messages import GoalResult, TaskState, decode
 from fairlead.wire.bus import Sample
-from tests.system.live_robot import LiveRobot
 
 pytestmark = [pytest.mark.processes, pytest.mark.simulator]
 

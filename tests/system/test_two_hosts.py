@@ -16,13 +16,13 @@ from pathlib import Path
 
 import pytest
 
+from bench.equipment.live_robot import MOVING_TICKS, wait_for
+from bench.equipment.motion_log import MotionLine, assert_held_within, longest_tick_ms
 from fairlead.operate.goal_run import GoalOptions
 from fairlead.paths import repo_root
 from fairlead_skill_runner.trace import read_trace
 from fairlead_tools.parity.comparison import compare
 from fairlead_tools.parity.deployed_episode import deployed_episodes, read_episode
-from tests.system.live_robot import MOVING_TICKS, wait_for
-from tests.system.motion_log import MotionLine, assert_held_within, longest_tick_ms
 from tests.system.two_hosts import SKILL, TwoHosts, two_hosts
 from tests.system.two_networks import TwoNetworks, two_networks
 

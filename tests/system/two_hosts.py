@@ -13,10 +13,10 @@ from typing import Any
 
 import yaml
 
+from bench.equipment.live_robot import wait_for
+from bench.equipment.motion_log import MotionLog
 from fairlead.paths import repo_root
 from fairlead_tools.supervisor.this_host import free_ports
-from tests.system.live_robot import wait_for
-from tests.system.motion_log import MotionLog
 from tests.system.two_networks import HOSTS, TwoNetworks
 
 SOURCE = repo_root() / "compose" / "panda_mobile_two_hosts.yaml"

@@ -12,8 +12,8 @@ from pathlib import Path
 
 import pytest
 
+from bench.equipment.live_robot import wait_for
 from tests.repo.tree import ROOT
-from tests.system.live_robot import wait_for
 
 UV = ROOT / "scripts" / "uv"
 PACKAGED = Path("fairlead") / "data"

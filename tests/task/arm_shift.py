@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from bench.equipment.expert_episode import true_state
 from fairlead.hal.backend import PartCommand
 from fairlead.modes import ControlMode
 from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
-from tests.task.episode import true_state
 
 STAY = PartCommand(ControlMode.CARTESIAN_DELTA, "base_link", np.zeros(6), ())
 """An arm told nothing at all holds at its joints: to the switch it has to be told a row."""

@@ -7,9 +7,9 @@ import sys
 import numpy as np
 from numba.core.dispatcher import Dispatcher
 
+from bench.equipment.expert_episode import commands
 from fairlead_hal_sim.options import SimulatorOptions
 from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
-from tests.task.episode import commands
 
 
 def compiled() -> int:

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import yaml
 
+from bench.equipment.expert_episode import commands, true_state
 from fairlead.errors import ConfigError
 from fairlead.messages import floats
 from fairlead.modes import ControlMode
@@ -22,7 +23,6 @@ from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
 from fairlead_hal_sim.snapshot import restore_snapshot, take_snapshot
 from tests.hal.hal_process import free_port
 from tests.packing.vectors import JOINTS, base_velocity, delta, mode, opening
-from tests.task.episode import commands, true_state
 
 pytestmark = pytest.mark.simulator
 

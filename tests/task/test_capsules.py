@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from bench.equipment.expert_episode import run_episode
 from fairlead.hal.backend import PartCommand
 from fairlead.messages import FloatArray
 from fairlead.robot.capsule_distance import capsule_spans, pair_distances
@@ -13,7 +14,6 @@ from fairlead.robot.description import description_tree
 from fairlead.robot.link_poses import link_poses
 from fairlead.robot.manifest import load_robot
 from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
-from tests.task.episode import run_episode
 
 pytestmark = pytest.mark.simulator
 

@@ -7,9 +7,9 @@ import logging
 import numpy as np
 import pytest
 
+from bench.equipment.expert_episode import true_state
 from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
 from tests.task.arm_shift import arm_shift_after_turning, mode
-from tests.task.episode import true_state
 
 pytestmark = pytest.mark.simulator
 

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bench.equipment.expert_episode import commands
 from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
 from fairlead_hal_sim.task import Scene
-from tests.task.episode import commands
 from tests.task.trajectory import trajectory
 
 pytestmark = pytest.mark.simulator

@@ -7,11 +7,11 @@ import re
 import numpy as np
 import pytest
 
+from bench.equipment.expert_episode import run_episode, true_state
 from fairlead.errors import PolicyError
 from fairlead.policy import Observation
 from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
 from fairlead_skill_runner.policies.oracle.policy import OraclePolicy
-from tests.task.episode import run_episode, true_state
 
 pytestmark = pytest.mark.simulator
 

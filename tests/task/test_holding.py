@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from bench.equipment.expert_episode import commands, true_state
 from fairlead.hal.backend import PartCommand
 from fairlead.modes import ControlMode
 from fairlead_hal_sim.options import SimulatorOptions
 from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
-from tests.task.episode import commands, true_state
 
 pytestmark = pytest.mark.simulator
 

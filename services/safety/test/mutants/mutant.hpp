@@ -1,4 +1,4 @@
-// Every mutation of the core, behind a number: tests/mutants writes calls of these into copies of
+// Every mutation of the core, behind a number: bench/mutants writes calls of these into copies of
 // the core's sources, and one run of the tests has one of them switched on.
 //
 // Operators are replaced by a detour of the same precedence, so nothing has to be parsed:

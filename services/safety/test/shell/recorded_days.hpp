@@ -1,6 +1,6 @@
 // Days of real gates, from test/corpus: what each was given, and what it answered.
 //
-// `python -m tests.days` records them anew.
+// `python -m bench.days` records them anew.
 #pragma once
 
 #include <doctest/doctest.h>

@@ -1,7 +1,7 @@
 // Days on which an independent reference said the same as the gate (tests/differential): through
 // today's core the same bytes in give the same bytes out, at the limits of every check.
 //
-// `python -m tests.days.judged` records them anew, if both agree.
+// `python -m bench.days.judged` records them anew, if both agree.
 #include <doctest/doctest.h>
 
 #include <string>
