@@ -1,1 +1,1 @@
-"""Documents made of the tests: sentences that they hold, hazards: ``python -m bench.pages``."""
+"""Documents made of the tests, sentences that they hold: ``python -m bench.pages``."""

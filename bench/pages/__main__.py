@@ -10,9 +10,9 @@ import argparse
 import sys
 
 from bench.faults import report as faults
-from bench.pages import hazards, records
+from bench.pages import records
 
-PAGES = {page.PAGE: page.current_page for page in (faults, hazards, records)}
+PAGES = {page.PAGE: page.current_page for page in (faults, records)}
 
 
 def main() -> int:

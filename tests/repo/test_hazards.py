@@ -1,9 +1,9 @@
-"""Each check of the gate answers a hazard, and a C++ test comes close to its limit."""
+"""The table of checks is that of the core, and a C++ test comes close to the limit of each."""
 
 from __future__ import annotations
 
-from bench.pages.hazard_sources import asked_codes, core_tests, declared_codes
 from fairlead.wire.gate_checks import CHECKS
+from tests.repo.core_tests import asked_codes, core_tests, declared_codes
 
 
 def test_the_table_of_checks_has_every_code_in_order() -> None:
