@@ -16,6 +16,7 @@ from fairlead import RobotClient, connect
 from fairlead.deploy.registry import STATE_VARIABLE
 from fairlead.errors import ConfigError, NoAnswerError
 from fairlead.operate.blocking import LoopThread
+from fairlead.paths import repo_root
 from tests.client.scripted_robot import DEPLOYMENT, GOAL_ID, ScriptedRobot
 from tests.client.turns import turns
 
@@ -137,6 +138,18 @@ def test_a_bus_that_was_given_stays_open(scripted: ScriptedRobot) -> None:
         pass
     with connect(DEPLOYMENT, bus=scripted.bus) as robot:
         assert robot.arm().epoch
+
+
+def test_a_session_has_no_thread_that_its_closing_does_not_join(tmp_path: Path) -> None:
+    # One that is left wakes up in a process that ends, which aborts it (exit code 134).
+    text = (repo_root() / "compose" / "panda_mujoco.yaml").read_text(encoding="utf-8")
+    file = tmp_path / "elsewhere.yaml"
+    file.write_text(text.replace(":75", ":1"), encoding="utf-8")  # ports where nobody listens
+    before = set(threading.enumerate())
+    with connect(file):
+        started = set(threading.enumerate()) - before
+    assert {one.name for one in started} == {"fairlead client", "asyncio_0"}
+    assert not [one for one in started if one.is_alive()]
 
 
 def test_without_a_name_it_is_the_only_deployment_that_runs_here(

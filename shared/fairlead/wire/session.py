@@ -240,8 +240,11 @@ class ZenohBus:
         def on_token(sample: zenoh.Sample) -> None:
             handler(str(sample.key_expr), sample.kind == zenoh.SampleKind.PUT)
 
+        # A thread of its own (the default) would be a daemon where the caller's is one: it wakes
+        # up after the session has closed, and aborts a process that is just ending.
+        direct = zenoh.handlers.Callback(on_token, indirect=False)
         return self._keep(
-            self._session.liveliness().declare_subscriber(key_expr, on_token, history=True)
+            self._session.liveliness().declare_subscriber(key_expr, direct, history=True)
         )
 
     def is_declared(self, token: str) -> bool:
