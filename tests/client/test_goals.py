@@ -166,6 +166,20 @@ async def test_cancelled_twice_while_the_goal_is_sent_the_robot_is_stopped_and_t
     assert "a protective stop holds the robot" in caplog.text
 
 
+async def test_cancelled_while_a_runner_does_not_answer_the_robot_is_stopped(
+    robot: Robot, scripted: ScriptedRobot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(goal_module, "CANCEL_TIMEOUT_S", 0.01)
+    scripted.answers_late = True
+    task = asyncio.ensure_future(robot.run("s"))
+    await until(lambda: scripted.waiting)
+    task.cancel()
+    async with asyncio.timeout(2.0):  # well before the goal itself would be given up
+        with pytest.raises(asyncio.CancelledError):
+            await task
+    assert scripted.stops
+
+
 async def test_a_runner_that_goes_away_is_an_error_that_names_its_log(
     robot: Robot, scripted: ScriptedRobot
 ) -> None:

@@ -44,15 +44,24 @@ async def test_a_skill_that_did_not_change_keeps_its_policy_and_one_that_did_get
     folder: Path,
 ) -> None:
     skills = offer()
-    first = await skills.worker(skills.find("my-wave"))
-    assert await skills.worker(skills.find("my-wave")) is first
+    first = await skills.worker(skills.find("my-wave").skill)
+    assert await skills.worker(skills.find("my-wave").skill) is first
     edit(folder / "policy.py", "def reset", "def  reset")
-    second = await skills.worker(skills.find("my-wave"))
+    second = await skills.worker(skills.find("my-wave").skill)
     assert second is not first
     edit(folder / "rskill.yaml", "version: 0.1.0", "version: 0.2.0")
-    changed = skills.find("my-wave")
+    changed = skills.find("my-wave").skill
     assert changed.version == "0.2.0"
     assert await skills.worker(changed) is not second
+
+
+def test_a_skill_is_held_against_the_robot_once_until_its_manifest_is_edited(folder: Path) -> None:
+    skills = offer()
+    first = skills.find("my-wave")
+    assert skills.find("my-wave") is first
+    edit(folder / "rskill.yaml", "rate_hz: 20", "rate_hz: 30")
+    second = skills.find("my-wave")
+    assert (first.problems(), second.problems() != []) == ([], True)
 
 
 def test_a_skill_that_came_after_the_start_is_on_offer(folder: Path) -> None:
@@ -64,7 +73,7 @@ def test_a_skill_that_came_after_the_start_is_on_offer(folder: Path) -> None:
     ):
         skills.find("my-wave")
     (folder.parent / "away").rename(folder)
-    assert skills.find("my-wave").id == "my-wave"
+    assert skills.find("my-wave").skill.id == "my-wave"
 
 
 @pytest.mark.parametrize(
@@ -92,4 +101,5 @@ def test_a_skill_that_cannot_run_is_said_and_the_others_are_offered(
 def test_a_skill_for_another_robot_is_not_on_offer_unless_it_is_named() -> None:
     with pytest.raises(RefusedError, match="fairlead skill ls --robot panda_mobile"):
         offer().find("panda-joint-reach")
-    assert offer(skills=["panda-joint-reach"]).find("panda-joint-reach").id == "panda-joint-reach"
+    named = offer(skills=["panda-joint-reach"])
+    assert named.find("panda-joint-reach").skill.id == "panda-joint-reach"

@@ -9,6 +9,7 @@ from fairlead.errors import ConfigError, RefusedError, expected
 from fairlead.paths import rskill_dir
 from fairlead.plugins import POLICIES
 from fairlead.robot.manifest import RobotManifest
+from fairlead.skill.admission import Admission
 from fairlead.skill.manifest import SkillManifest, load_skill, skill_ids
 from fairlead_skill_runner.options import RunnerOptions
 from fairlead_skill_runner.policy_worker import PolicyWorker
@@ -37,6 +38,7 @@ class OfferedSkills:
         self._robot, self._profile = robot, profile
         self._log = logging.getLogger(source)
         self._workers: dict[str, _Loaded] = {}
+        self._admissions: dict[str, Admission] = {}
 
     def at_start(self) -> dict[str, SkillManifest]:
         """What is on offer now; what cannot be is said in the log.
@@ -63,8 +65,8 @@ class OfferedSkills:
             )
         return found
 
-    def find(self, name: str) -> SkillManifest:
-        """A skill as its file says now.
+    def find(self, name: str) -> Admission:
+        """A skill as its file says now; one that says the same is not held against the robot anew.
 
         Raises:
             RefusedError: it is not on offer, with those that are.
@@ -76,7 +78,10 @@ class OfferedSkills:
         if skill is None or not self._offers(skill):
             what = expected("goal", "a skill on offer", repr(name), self._names())
             raise RefusedError(self._source, what, f"fairlead skill ls --robot {self._robot.id}")
-        return skill
+        held = self._admissions.get(name)
+        if held is None or held.skill.skill_hash != skill.skill_hash:
+            held = self._admissions[name] = Admission(skill, self._robot)
+        return held
 
     async def worker(self, skill: SkillManifest) -> PolicyWorker:
         """The policy's process of its last goal, or a new one if a file has changed since.

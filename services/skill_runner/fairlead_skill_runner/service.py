@@ -29,7 +29,6 @@ from fairlead.messages import (
 )
 from fairlead.robot.manifest import RobotManifest
 from fairlead.service import ServiceContext
-from fairlead.skill.admission import Admission
 from fairlead.skill.manifest import SkillManifest
 from fairlead.wire.bus import Qos, Sample
 from fairlead_skill_runner.goal_check import check_goal
@@ -38,7 +37,8 @@ from fairlead_skill_runner.offered_skills import OfferedSkills
 
 FEEDBACK_S = 0.5
 _CHANGE_CHECK_S = 0.05
-_ANSWER_S = 2.5  # < ANSWER_TIMEOUT_S of the client: no goal begins for which nobody waits
+_ANSWER_S = 2.5  # < ANSWER_TIMEOUT_S of the client
+_GOAL_ANSWER_S = 9.0  # < GOAL_TIMEOUT_S of the client: no goal begins for which nobody waits
 
 
 class SkillRunner:
@@ -58,7 +58,7 @@ class SkillRunner:
         trace_file: Path | None = None,
     ) -> None:
         self._bus, self._keys, self._source = context.bus, context.deployment.keys, context.name
-        self._robot, self._skills, self._tasks = robot, skills, context.tasks
+        self._skills, self._tasks = skills, context.tasks
         self._log = logging.getLogger(self._source)
         self._heard: set[str] = set()
         self._hal: HalStatus | None = None
@@ -78,7 +78,7 @@ class SkillRunner:
             tasks=context.tasks,
         )
         self._subscribe_all()
-        context.queries.serve(keys.goal(source), self._on_goal, _ANSWER_S)
+        context.queries.serve(keys.goal(source), self._on_goal, _GOAL_ANSWER_S)
         context.queries.serve(keys.cancel(source), self._on_cancel, _ANSWER_S)
         context.queries.serve(keys.feedback(source), self._on_status, _ANSWER_S)
         self._tasks.create_task(self._publish_feedback(), name="feedback")
@@ -131,9 +131,9 @@ class SkillRunner:
     async def _on_goal(self, payload: bytes) -> GoalAccepted:
         goal = decode(Goal, payload)
         async with self._accepting:
-            skill = await asyncio.to_thread(self._skills.find, goal.skill)
+            admission = await asyncio.to_thread(self._skills.find, goal.skill)
+            skill = admission.skill
             check_goal(goal, skill)
-            admission = Admission(skill, self._robot)
             if self._hal is not None:
                 await asyncio.to_thread(admission.require, self._hal)
             self._refuse_while_one_runs()

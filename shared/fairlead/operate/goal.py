@@ -23,7 +23,7 @@ from fairlead.messages import (
 )
 from fairlead.operate.changes import Changes
 from fairlead.operate.protective_stop import request_stop
-from fairlead.operate.services import Services
+from fairlead.operate.services import GOAL_TIMEOUT_S, Services
 from fairlead.operate.subscription import watch
 
 REFRESH_S = 0.25
@@ -170,7 +170,9 @@ class RunningGoal:
         """Give it to the runner. `RefusedError` says why it was not taken."""
         await self._services.wait_alive(self.runner)
         key = self._services.keys.goal(self.runner)
-        asking = asyncio.ensure_future(self._services.ask(self.runner, key, request, GoalAccepted))
+        asking = asyncio.ensure_future(
+            self._services.ask(self.runner, key, request, GoalAccepted, GOAL_TIMEOUT_S)
+        )
         try:
             self.goal_id = (await asyncio.shield(asking)).goal_id
         except asyncio.CancelledError:
@@ -244,10 +246,11 @@ class RunningGoal:
     async def _end_as_answered(self, asking: asyncio.Future[GoalAccepted]) -> None:
         """The same while it is not known yet whether the goal has begun."""
         try:
-            self.goal_id = (await asyncio.shield(asking)).goal_id
+            async with asyncio.timeout(CANCEL_TIMEOUT_S):
+                self.goal_id = (await asyncio.shield(asking)).goal_id
         except RefusedError:
             return
-        except NoAnswerError:
+        except (NoAnswerError, TimeoutError):
             await self._stop_robot()
         except asyncio.CancelledError:
             await self._stop_robot()

@@ -33,6 +33,7 @@ from fairlead.wire.on_loop import Reply, ask, call_on
 
 ALIVE_TIMEOUT_S = 3.0
 ANSWER_TIMEOUT_S = 3.0  # > LINK_SILENCE_S, else a paused router may arm after "no answer"
+GOAL_TIMEOUT_S = 10.0  # a runner compiles the robot's limits before its first goal of a skill
 EPISODE_TIMEOUT_S = 60.0  # a simulator builds and settles its scene
 GATE_FOLLOWS_TIMEOUT_S = 10.0
 LOOK_AGAIN_S = 0.05
