@@ -27,7 +27,14 @@ class CommandCheck:
 
     def __init__(self, robot: RobotManifest, profile: str) -> None:
         self._robot = robot
-        self._limits = robot.profile(profile).parts
+        limits = robot.profile(profile).parts
+        self._frames: dict[tuple[str, ControlMode], tuple[str, ...]] = {  # a profile has all modes
+            (part.name, mode): getattr(limits[part.name], mode.yaml_name).frames
+            for part in robot.parts
+            for mode in CARTESIAN_MODES.intersection(part.control_modes)
+        }
+        number = {name: index for index, name in enumerate(robot.joint_names)}
+        self._joints = {part.name: [number[joint] for joint in part.joints] for part in robot.parts}
 
     def check(self, name: str, command: PartCommand) -> None:
         """Raises `ConfigError` with what was expected and what came.
@@ -45,12 +52,12 @@ class CommandCheck:
             raise ConfigError(expected(who, what, f"shape {list(command.values.shape)}"))
         if not np.isfinite(command.values).all():
             raise ConfigError(expected(who, "finite values", command.values.tolist()))
-        own = [self._robot.joint_names.index(joint) for joint in part.joints]
-        if not set(command.active) <= set(own):
+        own = self._joints[name]
+        if not set(command.active).issubset(own):
             what = f"active joints out of {own}"
             raise ConfigError(expected(who, what, list(command.active)))
         if mode in CARTESIAN_MODES:
-            frames = getattr(self._limits[name], mode.yaml_name).frames
+            frames = self._frames[name, mode]
             if command.frame_id not in frames:
                 what = f"a frame of {mode.yaml_name}"
                 raise ConfigError(expected(who, what, repr(command.frame_id), frames))
