@@ -30,7 +30,7 @@ from fairlead.modes import ControlMode
 from fairlead.robot.manifest import load_robot
 from fairlead.wire.bus import Qos
 from fairlead.wire.memory_bus import MemoryBus
-from fairlead_tools.record.caption import HEIGHT_PX, caption_at, refusal
+from fairlead_tools.record.caption import HEIGHT_PX, captions, refusal
 from fairlead_tools.record.part_series import Panel, held_ticks, panels
 from fairlead_tools.record.recorder import Recorder
 from fairlead_tools.record.run_log import Header, Run
@@ -243,8 +243,10 @@ def test_the_timeline_is_a_picture(run: Run, tmp_path: Path) -> None:
 def test_the_caption_of_a_tick_is_the_newest_verdict_then_or_that_the_robot_holds(
     run: Run,
 ) -> None:
+    caption_at = captions(run, "wave")
+
     def shown(tick: int) -> tuple[str, str, str]:
-        caption = caption_at(run, tick, "wave")
+        caption = caption_at(tick)
         return caption.word, caption.said, caption.counts
 
     assert shown(9) == (
@@ -290,7 +292,7 @@ def test_a_video_has_a_frame_for_each_tick_and_a_still_for_each_end(
         for tick in (13, 11, 12, 12)
     ]  # fmt: skip
     ends = [refusal(run, "sent: too much", verdict(2, Outcome.REFUSED, 20))]
-    frames = list(captioned(images, lambda tick: caption_at(run, tick, "wave"), ends, 10.0))
+    frames = list(captioned(images, captions(run, "wave"), ends, 10.0))
     assert {frame.shape for frame in frames} == {(16 + HEIGHT_PX, 320, 3)}
     assert (frames[0][:16] == 8 * 11).all() and (frames[-1][:16] == 8 * 13).all()
     bars = [frame[16:].tobytes() for frame in frames]

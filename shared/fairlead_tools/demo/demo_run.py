@@ -22,7 +22,7 @@ from fairlead.robot.manifest import RobotManifest, load_robot
 from fairlead.skill.admission import Admission
 from fairlead.skill.manifest import load_skill
 from fairlead_tools.demo.gate_challenge import Challenge, over_limit, replay
-from fairlead_tools.record.caption import caption_at, refusal
+from fairlead_tools.record.caption import captions, refusal
 from fairlead_tools.record.recorder import Recorder, Recording
 from fairlead_tools.record.run_log import Run, newest_log, read_run
 from fairlead_tools.record.timeline import draw_timeline, hold_names
@@ -185,7 +185,7 @@ def _videos(wish: DemoWish, run: _Shown, log: Run, robot: RobotManifest) -> list
     prompt = f"goal: {load_skill(wish.skill).prompt}"
     frames_per_s = 1e9 / (robot.tick_period_ns * FRAME_TICKS)
     ends = [refusal(log, f"sent: {one.sent}", one.verdict) for one in run.challenges]
-    frames = list(captioned(images, lambda tick: caption_at(log, tick, prompt), ends, frames_per_s))
+    frames = list(captioned(images, captions(log, prompt), ends, frames_per_s))
     for path in paths:
         write_video(frames, frames_per_s, path)
     return paths

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -30,21 +31,25 @@ class Caption:
     counts: str
 
 
-def caption_at(run: Run, tick: int, asked: str) -> Caption:
-    """The newest verdict at a tick; HOLDS where every part holds and no refusal says why."""
-    given = [(at, verdict) for at, verdict in run.first_verdicts().values() if at <= tick]
-    outcomes = Counter(Outcome(verdict.outcome) for _, verdict in given)
-    counts = (
-        f"tick {tick}   chunks: {outcomes[Outcome.RELEASED]} released, "
-        f"{outcomes[Outcome.TRUNCATED]} truncated, {outcomes[Outcome.REFUSED]} refused"
-    )
-    if not given:
-        return Caption("HOLDS", asked, "no chunk yet: every part of the robot holds", counts)
-    newest = given[-1][1]
-    word = Outcome(newest.outcome).name
-    if word != "REFUSED" and tick in held_ticks(run):
-        return Caption("HOLDS", asked, "no released row for this tick", counts)
-    return Caption(word, asked, _words(newest), counts)
+def captions(run: Run, asked: str) -> Callable[[int], Caption]:
+    """By tick: the newest verdict then; HOLDS where every part holds and no refusal says why."""
+    verdicts, held = list(run.first_verdicts().values()), held_ticks(run)
+
+    def caption(tick: int) -> Caption:
+        given = [verdict for at, verdict in verdicts if at <= tick]
+        outcomes = Counter(Outcome(verdict.outcome) for verdict in given)
+        counts = (
+            f"tick {tick}   chunks: {outcomes[Outcome.RELEASED]} released, "
+            f"{outcomes[Outcome.TRUNCATED]} truncated, {outcomes[Outcome.REFUSED]} refused"
+        )
+        if not given:
+            return Caption("HOLDS", asked, "no chunk yet: every part of the robot holds", counts)
+        word = Outcome(given[-1].outcome).name
+        if word != "REFUSED" and tick in held:
+            return Caption("HOLDS", asked, "no released row for this tick", counts)
+        return Caption(word, asked, _words(given[-1]), counts)
+
+    return caption
 
 
 def refusal(run: Run, asked: str, verdict: Verdict) -> Caption:
