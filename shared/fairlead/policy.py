@@ -152,6 +152,8 @@ class Policy(Protocol):
     def infer(self, observation: Observation) -> Actions | Done | Failed:
         """Rows for ``observation.tick`` and the ticks after it: float32 ``[H, dim]``.
 
+        Other floats, float64 above all, are rounded to float32, to one part in 16 million.
+
         `Done` and `Failed` end the goal instead; what was released before may still act
         until the claim has been given back, then the parts hold.
         """

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import signal
+import sys
 import threading
 from collections.abc import Mapping
 from typing import Any, Self
@@ -11,6 +13,7 @@ import numpy as np
 
 from fairlead.policy import Done, Failed, Observation
 from fairlead.skill.manifest import SkillManifest
+from fairlead_skill_runner.policy_wire import HEADER, Answer, Ended, encode
 
 
 class Misbehaving:
@@ -83,7 +86,89 @@ class Flat(Misbehaving):
 
 class Doubles(Misbehaving):
     def infer(self, observation: Observation) -> np.ndarray:
-        return self.rows.astype(np.float64)
+        return self.rows + np.float64(0.1)
+
+
+class WholeNumbers(Misbehaving):
+    def infer(self, observation: Observation) -> np.ndarray:
+        return self.rows.astype(np.int64)
+
+
+class Objects(Misbehaving):
+    def infer(self, observation: Observation) -> np.ndarray:
+        return self.rows.astype(object)
+
+
+class Nested(Misbehaving):
+    def infer(self, observation: Observation) -> Any:
+        return [[1.0, [2.0, [3.0]]]]
+
+
+class Huge(Misbehaving):
+    """2.4 GB, of which no page is written here."""
+
+    def infer(self, observation: Observation) -> np.ndarray:
+        return np.zeros((50_000_000, self.rows.shape[1]), dtype=np.float32)
+
+
+class Recurses(Misbehaving):
+    def infer(self, observation: Observation) -> np.ndarray:
+        return self.infer(observation)
+
+
+class Spells(Misbehaving):
+    def infer(self, observation: Observation) -> np.ndarray:
+        raise ValueError("no \udc80")
+
+
+class Talks(Misbehaving):
+    """Writes to the pipe itself, which any code in its process can."""
+
+    said: bytes
+
+    def infer(self, observation: Observation) -> np.ndarray:
+        os.write(int(sys.argv[1]), self.said)
+        threading.Event().wait()
+        return self.rows
+
+
+def framed(message: bytes) -> bytes:
+    return HEADER.pack(len(message)) + message
+
+
+class TalksNonsense(Talks):
+    said = framed(b"\xc1")
+
+
+class TalksDeeply(Talks):
+    """A map whose unknown entry is an array in an array in an array ..."""
+
+    said = framed(b"\x82\xa4type\xa6Answer\xa4deep" + b"\x91" * 50_000 + b"\x90")
+
+
+class TalksMuch(Talks):
+    said = HEADER.pack(4_000_000_000)
+
+
+class TalksOfRows(Talks):
+    said = framed(encode(Answer((8, 12), b"1234")))
+
+
+class TalksOfOtherRows(Talks):
+    said = framed(encode(Answer()))
+
+
+class TalksOfNoEnd(Talks):
+    said = framed(encode(Ended("Object lost!", "")))
+
+
+class HangsUp(Misbehaving):
+    """In the middle of its answer."""
+
+    def infer(self, observation: Observation) -> np.ndarray:
+        os.write(int(sys.argv[1]), framed(encode(Answer()))[:-1])
+        os.kill(os.getpid(), signal.SIGKILL)
+        return self.rows
 
 
 class NotANumber(Misbehaving):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import socket
 import threading
 from collections.abc import Callable
 from typing import Any
@@ -16,8 +17,12 @@ from websockets.sync.server import Server, ServerConnection, serve
 Array = np.ndarray[Any, np.dtype[Any]]
 Document = Any
 
-ANSWERS = Callable[[Document, int], bytes | str | None]
-"""What to send for the nth request (0 is the first); None: nothing."""
+ANSWERS = Callable[[Document, int], bytes | bytearray | str | None]
+"""What to send for the nth request (0 is the first); None: nothing; a bytearray: as it is on the
+wire, of which nothing else follows."""
+
+DEEP = b"\x91" * 50_000 + b"\xc0"
+"""A list in a list in a list ..., in msgpack."""
 
 
 RLDX_SHARES = {"end_effector_position": (0, 3), "end_effector_rotation": (3, 6),
@@ -90,6 +95,10 @@ class OpenpiServer:
                 answer = self._answers(self.requests[-1], len(self.requests) - 1)
                 if answer is None:
                     link.close()
+                    return
+                if isinstance(answer, bytearray):
+                    link.socket.sendall(answer)
+                    link.socket.shutdown(socket.SHUT_RDWR)
                     return
                 link.send(answer)
                 if isinstance(answer, str):

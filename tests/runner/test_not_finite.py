@@ -96,8 +96,8 @@ def seen(skill: SkillManifest) -> Observation:
 
 def released_to_gate(policy: Policy, skill: SkillManifest) -> np.ndarray[Any, Any]:
     """What the runner would dispatch of the policy's answer, as its two processes agree on it."""
-    answer = pack_actions(policy.infer(seen(skill)))
-    return check_actions(answer, skill.action_contract.dim, skill.horizon)
+    dim, horizon = skill.action_contract.dim, skill.horizon
+    return check_actions(pack_actions(policy.infer(seen(skill)), dim, horizon), dim, horizon)
 
 
 def refuses(policy: Policy, skill: SkillManifest) -> str:
@@ -161,11 +161,13 @@ def test_a_policy_in_python_likewise_whatever_the_array_is_made_of(
 
 @pytest.mark.parametrize("dtype", ["<i8", "?", "<c8"])
 def test_numbers_of_another_kind_and_masked_ones_are_a_typed_failure(dtype: str) -> None:
-    with pytest.raises(PolicyError, match="expected float32 .* got (int64|bool|complex64)"):
-        check_actions(pack_actions(FINITE.astype(dtype)), DIM, HORIZON)
+    with pytest.raises(
+        PolicyError, match="expected actions as floats .* got (int64|bool|complex64)"
+    ):
+        pack_actions(FINITE.astype(dtype), DIM, HORIZON)
     masked = np.ma.masked_array(FINITE.astype(np.float32), mask=FINITE > 0)
-    with pytest.raises(PolicyError, match="expected an array without masked numbers"):
-        pack_actions(masked)
+    with pytest.raises(PolicyError, match="expected actions without masked numbers"):
+        pack_actions(masked, DIM, HORIZON)
 
 
 @pytest.mark.parametrize("number", [*NOT_FINITE, 1e308])
@@ -252,4 +254,4 @@ def test_a_discarded_dimension_counts_like_any_other() -> None:
     rows = FINITE.astype(np.float32)
     rows[1, torso.first] = np.nan
     with pytest.raises(PolicyError, match=f"got nan in row 1 dimension {torso.first}"):
-        check_actions(Answer("float32", rows.shape, rows.tobytes()), DIM, HORIZON)
+        check_actions(Answer(rows.shape, rows.tobytes()), DIM, HORIZON)

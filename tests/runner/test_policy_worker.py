@@ -22,6 +22,8 @@ ORACLE = load_skill("oracle-counter-to-cabinet")
 SKILL = SkillManifest.model_validate(ORACLE.model_dump(mode="json") | {"inference_timeout_s": 0.3})
 SEEN = Observation(tick=41, state=np.arange(0.5, 30.0), prompt="pick")
 
+ROWS = "policy worker: inference failed: policy: expected actions as floats [1 to 8, 12], "
+
 pytestmark = [pytest.mark.processes, pytest.mark.asyncio]
 
 
@@ -75,11 +77,36 @@ async def test_the_policy_sees_the_whole_observation(workers: list[PolicyWorker]
     ("name", "text"),
     [
         ("Raises", "policy worker: inference failed: ValueError: no such token"),
-        ("TooNarrow", "policy: expected float32 [1 to 8, 12], got float32 [8, 11]"),
-        ("TooLong", "policy: expected float32 [1 to 8, 12], got float32 [16, 12]"),
-        ("Flat", "policy: expected float32 [1 to 8, 12], got float32 [12]"),
-        ("Doubles", "policy: expected float32 [1 to 8, 12], got float64 [8, 12]"),
-        ("NotANumber", "policy: expected finite numbers, got nan in row 2 dimension 3"),
+        ("TooNarrow", ROWS + "got float32 [8, 11]"),
+        ("TooLong", ROWS + "got float32 [16, 12]"),
+        ("Flat", ROWS + "got float32 [12]"),
+        ("WholeNumbers", ROWS + "got int64 [8, 12]"),
+        ("Objects", ROWS + "got object [8, 12]"),
+        ("Nested", "policy worker: inference failed: ValueError: setting an array element"),
+        ("Huge", ROWS + "got float32 [50000000, 12]"),
+        ("Recurses", "policy worker: inference failed: RecursionError: maximum recursion depth"),
+        ("Spells", "policy worker: inference failed: ValueError: no \\udc80"),
+        (
+            "NotANumber",
+            "policy worker: inference failed: policy: expected actions as finite "
+            "float32 numbers, got nan in row 2 dimension 3",
+        ),
+        ("TalksNonsense", "policy worker: not a reply: "),
+        ("TalksDeeply", "policy worker: not a reply: "),
+        (
+            "TalksMuch",
+            "policy worker: inference: expected a reply of at most 1000384 bytes, got 4000000000",
+        ),
+        ("TalksOfRows", "policy worker: not rows of float32: "),
+        (
+            "TalksOfOtherRows",
+            "policy worker: expected actions as floats [1 to 8, 12], got float32 [0]",
+        ),
+        (
+            "TalksOfNoEnd",
+            "policy worker: not an end: policy: Failed: kind: expected 1 to 64 of a-z",
+        ),
+        ("HangsUp", "policy worker: inference: the process ended with status "),
     ],
 )
 async def test_a_policy_that_fails_or_answers_garbage_is_a_typed_error(
@@ -87,7 +114,18 @@ async def test_a_policy_that_fails_or_answers_garbage_is_a_typed_error(
 ) -> None:
     worker = broken(workers, name)
     await worker.load()
-    assert await refusal(worker) == text
+    assert (await refusal(worker)).startswith(text)
+    assert worker.pid is None, "what it says later is no answer"
+
+
+async def test_rows_of_float64_are_rounded_to_float32_as_those_of_servers_are(
+    workers: list[PolicyWorker],
+) -> None:
+    worker = broken(workers, "Doubles")
+    await worker.load()
+    actions = await worker.infer(SEEN)
+    assert isinstance(actions, np.ndarray) and actions.dtype == np.float32
+    np.testing.assert_array_equal(actions, np.full((8, 12), np.float32(0.1)))
 
 
 async def test_a_policy_that_hangs_is_ended_and_its_late_answer_cannot_come(

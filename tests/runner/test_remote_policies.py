@@ -22,6 +22,7 @@ from fairlead_skill_runner.policies.remote.rldx_zmq import RldxZmqPolicy
 from fairlead_skill_runner.policy_worker import PolicyWorker
 from tests.runner.policy_servers import (
     ANSWERS,
+    DEEP,
     OpenpiServer,
     RldxServer,
     openpi_actions,
@@ -307,7 +308,7 @@ async def test_a_late_answer_is_an_error_and_never_the_answer_to_the_next_questi
     assert bits(await asked.infer(seen)) == wanted.tobytes()
 
 
-BROKEN_OPENPI: dict[str, tuple[bytes | str | None, str]] = {
+BROKEN_OPENPI: dict[str, tuple[bytes | bytearray | str | None, str]] = {
     "too narrow": (openpi_actions(ROWS[:, :11]),
                    "expected actions as floats [1 to 50, 12], got float32 [4, 11]"),
     "one row, flat": (openpi_actions(ROWS[0]),
@@ -336,7 +337,13 @@ BROKEN_OPENPI: dict[str, tuple[bytes | str | None, str]] = {
         msgspec.msgpack.encode({"actions": openpi_array(ROWS) | {b"dtype": "|O"}}),
         "answered no message: an array of |O"),
     "a traceback": ("Traceback ...\n  ...\nKeyError: 'state'\n", "failed: KeyError: 'state'"),
+    "deeply nested": (DEEP, "answered no message: "),
+    "a shape of nothing": (
+        msgspec.msgpack.encode({"actions": openpi_array(ROWS) | {b"shape": [None, 12]}}),
+        "answered no message: "),
     "hangs up": (None, "closed the connection: "),
+    "hangs up in the middle": (bytearray(b"\x82\x7e\xff\xff" + DEEP[:1000]),
+                               "closed the connection: "),
 }  # fmt: skip
 
 
@@ -388,6 +395,11 @@ async def test_rldx_server_gets_named_arrays_and_its_named_outputs_become_one_ve
 
 
 GOOD = rldx_rows(ROWS)
+LARGE_NPY = (
+    b"\x93NUMPY\x01\x00\x4f\x00"
+    + b"{'descr': '<f4', 'fortran_order': False, 'shape': (10000000, 10000000), }".ljust(78)
+    + b"\n"
+)
 NARROW = "expected action.base_motion as floats [1 to 16, 4], got "
 BROKEN_RLDX: dict[str, tuple[bytes, str]] = {
     "too narrow": (rldx_actions(GOOD | {"base_motion": ROWS[:, :3]}), NARROW + "float32 [4, 3]"),
@@ -403,6 +415,10 @@ BROKEN_RLDX: dict[str, tuple[bytes, str]] = {
     "an array of no bytes": (
         msgspec.msgpack.encode([{"action.base_motion": {"__ndarray_class__": True}}, {}]),
         "answered no message: an array without its bytes"),
+    "deeply nested": (DEEP, "answered no message: "),
+    "an array larger than any memory": (
+        msgspec.msgpack.encode([{"a": {"__ndarray_class__": True, "as_npy": LARGE_NPY}}, {}]),
+        "answered no message: "),
     "an array cut short": (
         msgspec.msgpack.encode([{"a": {"__ndarray_class__": True, "as_npy": b"\x93NUMPY"}}, {}]),
         "answered no message: "),

@@ -8,6 +8,8 @@ import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
+from typing import NoReturn
 
 import numpy as np
 
@@ -135,15 +137,24 @@ class GoalExecutor:
         self._tasks.create_task(self._infer(question), name=f"inference {question.call}")
 
     async def _infer(self, question: AskPolicy) -> None:
-        answer = await self._worker.answer(question.observation)
-        if not self.is_over:
-            self._record(question, answer)
-        self._step(lambda core, now_s: core.on_policy(question.call, answer, now_s))
+        """What is raised here ends the goal; raised in the task, it would end the runner."""
+        try:
+            answer = await self._worker.answer(question.observation)
+            if not self.is_over:
+                self._record(question, answer)
+        except Exception as error:  # noqa: BLE001 - raised where the goal is followed
+            self._step(partial(_raise, error))
+        else:
+            self._step(lambda core, now_s: core.on_policy(question.call, answer, now_s))
 
     def _record(self, question: AskPolicy, answer: PolicyAnswer) -> None:
         if self._trace is not None and isinstance(answer, np.ndarray):
             seen = question.observation
             self._trace.write(TraceRecord(tick=seen.tick, state=seen.state, actions=answer))
+
+
+def _raise(error: Exception, core: RunCore, now_s: float) -> NoReturn:
+    raise error
 
 
 def _take(core: RunCore, message: Message, now_s: float) -> Sequence[Output]:

@@ -13,6 +13,7 @@ import socket
 import sys
 import threading
 import traceback
+from typing import NamedTuple
 
 from fairlead.errors import FairleadError, PolicyError
 from fairlead.policy import Done, Failed, Policy
@@ -42,21 +43,20 @@ def main() -> int:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the runner, which ends us
     threading.Thread(target=_end_with, args=(os.getppid(),), daemon=True).start()
     pipe = socket.socket(fileno=int(sys.argv[1])).makefile("rwb")
-    policy: Policy | None = None
+    loaded: _Loaded | None = None
     while header := pipe.read(HEADER.size):
         request = decode_request(pipe.read(*HEADER.unpack(header)))
         try:
             if isinstance(request, Load):
-                policy = _load(request)
-                reply: Reply = Answer()
+                loaded = _load(request)
+                message = encode(Answer())
             else:
-                reply = _answer(policy, request)
+                message = encode(_answer(loaded, request))
         except FairleadError as error:
-            reply = Raised(str(error))
+            message = encode(Raised.of(str(error)))
         except Exception as error:  # noqa: BLE001 - whatever a policy raises is its answer
             traceback.print_exc()
-            reply = Raised(f"{type(error).__name__}: {error}")
-        message = encode(reply)
+            message = encode(Raised.of(f"{type(error).__name__}: {error}"))
         pipe.write(HEADER.pack(len(message)) + message)
         pipe.flush()
     return 0
@@ -70,20 +70,29 @@ def _end_with(parent: int) -> None:
             os._exit(1)
 
 
-def _load(request: Load) -> Policy:
+class _Loaded(NamedTuple):
+    policy: Policy
+    skill: SkillManifest
+
+
+def _load(request: Load) -> _Loaded:
     skill = SkillManifest.model_validate_json(request.skill)
     options = json.loads(request.options)
-    return make_policy(
+    policy = make_policy(
         request.policy, skill, options, lambda: load_robot(request.robot), request.profile
     )
+    return _Loaded(policy, skill)
 
 
-def _answer(policy: Policy | None, request: Request) -> Reply:
-    if policy is None:
+def _answer(loaded: _Loaded | None, request: Request) -> Reply:
+    if loaded is None:
         raise PolicyError("policy worker: asked before a policy was loaded")
+    policy, skill = loaded
     if isinstance(request, Infer):
         said = policy.infer(request.observation())
-        return Ended.of(said) if isinstance(said, Done | Failed) else pack_actions(said)
+        if isinstance(said, Done | Failed):
+            return Ended.of(said)
+        return pack_actions(said, skill.action_contract.dim, skill.horizon)
     assert isinstance(request, Reset)
     policy.reset()
     return Answer()

@@ -11,12 +11,26 @@ import struct
 import msgspec
 import numpy as np
 
-from fairlead.errors import PolicyError
+from fairlead.errors import ConfigError, PolicyError
 from fairlead.plugins import Plugin
 from fairlead.policy import Actions, Done, Executed, Failed, Judged, Observation
+from fairlead_skill_runner.action_rows import float_rows
 
 HEADER = struct.Struct("!I")
 """The length of the message that follows, in bytes."""
+
+_TEXT_MAX = 100_000
+"""Characters of what a policy says."""
+
+
+def reply_max_bytes(dim: int, horizon: int) -> int:
+    """No reply is longer: rows of float32, or a text."""
+    return 4 * dim * horizon + 10 * _TEXT_MAX
+
+
+def _text(text: str) -> str:
+    """What fits a reply of what a policy said; halves of characters are spelled out."""
+    return text[:_TEXT_MAX].encode(errors="backslashreplace").decode()
 
 
 class Load(msgspec.Struct, frozen=True, tag=True):
@@ -83,9 +97,8 @@ class Infer(msgspec.Struct, frozen=True, tag=True):
 
 
 class Answer(msgspec.Struct, frozen=True, tag=True):
-    """Done; the array is empty for everything but `Infer`."""
+    """Done; the array, of float32, is empty for everything but `Infer`."""
 
-    dtype: str = "float32"
     shape: tuple[int, ...] = (0,)
     data: bytes = b""
 
@@ -99,17 +112,29 @@ class Ended(msgspec.Struct, frozen=True, tag=True):
     @classmethod
     def of(cls, end: Done | Failed) -> Ended:
         """Pack an end for the pipe."""
-        return cls(end.kind if isinstance(end, Failed) else "", str(end.reason))
+        return cls(end.kind if isinstance(end, Failed) else "", _text(str(end.reason)))
 
     def end(self) -> Done | Failed:
-        """What the policy returned."""
-        return Failed(self.kind, self.reason) if self.kind else Done(self.reason)
+        """What the policy returned.
+
+        Raises:
+            PolicyError: it is none.
+        """
+        try:
+            return Failed(self.kind, self.reason) if self.kind else Done(self.reason)
+        except ConfigError as error:
+            raise PolicyError(f"policy worker: not an end: {error}") from None
 
 
 class Raised(msgspec.Struct, frozen=True, tag=True):
     """The policy raised."""
 
     text: str
+
+    @classmethod
+    def of(cls, text: str) -> Raised:
+        """Pack what it said for the pipe."""
+        return cls(_text(text))
 
 
 Request = Load | Reset | Infer
@@ -131,42 +156,32 @@ def decode_request(data: bytes) -> Request:
 
 
 def decode_reply(data: bytes) -> Reply:
-    """Raises `PolicyError` for bytes that are no reply."""
+    """Raises `PolicyError` for bytes that are no reply: a policy may write to any file it has."""
     try:
         return _REPLIES.decode(data)
-    except msgspec.DecodeError as error:
+    except (ValueError, RecursionError) as error:  # msgspec's own errors are ValueErrors
         raise PolicyError(f"policy worker: not a reply: {error}") from None
 
 
-def pack_actions(actions: object) -> Answer:
-    """A policy's return value for the pipe, as it is; `check_actions` judges it there.
+def pack_actions(actions: object, dim: int, horizon: int) -> Answer:
+    """A policy's return value for the pipe.
 
     Raises:
-        PolicyError: for a masked array, whose masked numbers would come back to life.
+        PolicyError: as `check_actions`.
     """
-    if isinstance(actions, np.ma.MaskedArray):
-        raise PolicyError("policy: expected an array without masked numbers, got a masked array")
-    array = np.asarray(actions)
-    return Answer(str(array.dtype), array.shape, array.tobytes())
+    array = actions if isinstance(actions, np.ndarray) else np.asarray(actions)
+    rows = float_rows("policy", "actions", array, dim, horizon)
+    return Answer(rows.shape, rows.tobytes())
 
 
 def check_actions(answer: Answer, dim: int, horizon: int) -> Actions:
     """The rows of an answer: float32 ``[H, dim]``, 1 <= H <= horizon, all finite.
 
-    Discarded dimensions count too: a policy that says NaN anywhere is not in order.
-
     Raises:
-        PolicyError: for any other type, shape or value.
+        PolicyError: for any other shape or value.
     """
-    got = f"{answer.dtype} {list(answer.shape)}"
-    fits = len(answer.shape) == 2 and 1 <= answer.shape[0] <= horizon and answer.shape[1] == dim
-    if answer.dtype != "float32" or not fits:
-        raise PolicyError(f"policy: expected float32 [1 to {horizon}, {dim}], got {got}")
-    actions = np.frombuffer(answer.data, dtype="<f4").reshape(answer.shape)
-    if not np.isfinite(actions).all():
-        row, column = np.argwhere(~np.isfinite(actions))[0]
-        raise PolicyError(
-            f"policy: expected finite numbers, got {actions[row, column]} in row {row} "
-            f"dimension {column}"
-        )
-    return actions
+    try:
+        array = np.frombuffer(answer.data, dtype="<f4").reshape(answer.shape)
+    except ValueError as error:
+        raise PolicyError(f"policy worker: not rows of float32: {error}") from None
+    return float_rows("policy worker", "actions", array, dim, horizon)

@@ -28,6 +28,7 @@ from fairlead_skill_runner.policy_wire import (
     check_actions,
     decode_reply,
     encode,
+    reply_max_bytes,
 )
 
 LOAD_TIMEOUT_S = 120.0
@@ -54,6 +55,7 @@ class PolicyWorker:
             policy, skill.model_dump_json(), json.dumps(dict(options)), robot, profile
         )
         self._skill = skill
+        self._reply_max = reply_max_bytes(skill.action_contract.dim, skill.horizon)
         self._process: asyncio.subprocess.Process | None = None
         self._pipe: tuple[asyncio.StreamReader, asyncio.StreamWriter] | None = None
         self._turn = asyncio.Lock()
@@ -110,9 +112,9 @@ class PolicyWorker:
         skill = self._skill
         async with self._turn:
             answer = await self._ask(Infer.of(observation), "inference", skill.inference_timeout_s)
-            if isinstance(answer, Ended):
-                return answer.end()
             try:
+                if isinstance(answer, Ended):
+                    return answer.end()
                 return check_actions(answer, skill.action_contract.dim, skill.horizon)
             except PolicyError:
                 await self._end(at_once=True)
@@ -144,6 +146,9 @@ class PolicyWorker:
                 writer.write(message)
                 await writer.drain()
                 (size,) = HEADER.unpack(await reader.readexactly(HEADER.size))
+                if size > self._reply_max:
+                    what_came = f"a reply of at most {self._reply_max} bytes, got {size}"
+                    raise PolicyError(f"policy worker: {what}: expected {what_came}")
                 reply = decode_reply(await reader.readexactly(size))
             if isinstance(reply, Raised):
                 raise PolicyError(f"policy worker: {what} failed: {reply.text}")
@@ -155,7 +160,7 @@ class PolicyWorker:
             status = await self._end()
             ended = f"the process ended with status {status}"
             raise PolicyError(f"policy worker: {what}: {ended}") from None
-        except (PolicyError, asyncio.CancelledError):
+        except BaseException:
             await self._end(at_once=True)
             raise
 

@@ -15,12 +15,13 @@ from websockets.sync.client import ClientConnection, connect
 from fairlead.errors import PolicyError, expected
 from fairlead.policy import Actions, Observation, ServerAddress
 from fairlead.skill.manifest import SkillManifest
+from fairlead_skill_runner.action_rows import float_rows
 from fairlead_skill_runner.policies.remote.openpi_wire import decode, encode
 from fairlead_skill_runner.policies.remote.served_policy import (
+    NO_MESSAGE,
     RemoteOptions,
     busy_server,
     check_remote_options,
-    float_rows,
     no_server,
     output_of,
     warm_up_observation,
@@ -168,7 +169,7 @@ class OpenpiPolicy:
             raise PolicyError(f"{WHO}: {address} failed: {_error_line(reply)}")
         try:
             return decode(reply)
-        except ValueError as error:
+        except NO_MESSAGE as error:
             raise PolicyError(f"{WHO}: {address} answered no message: {error}") from None
 
     def _close(self) -> None:

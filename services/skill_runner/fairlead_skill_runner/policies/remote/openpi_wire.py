@@ -21,7 +21,7 @@ def decode(data: bytes) -> object:
     """The document, its arrays rebuilt.
 
     Raises:
-        ValueError: for bytes that are no such document.
+        ValueError, TypeError, RecursionError, MemoryError: for bytes that are no such document.
     """
     return _rebuilt(msgspec.msgpack.decode(data))
 

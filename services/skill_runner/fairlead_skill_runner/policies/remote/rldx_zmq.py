@@ -14,12 +14,13 @@ from pydantic import BaseModel, ConfigDict, Field, JsonValue
 from fairlead.errors import ConfigError, PolicyError, expected
 from fairlead.policy import Actions, Observation, ServerAddress
 from fairlead.skill.manifest import SkillManifest
+from fairlead_skill_runner.action_rows import float_rows
 from fairlead_skill_runner.policies.remote.rldx_wire import decode, encode
 from fairlead_skill_runner.policies.remote.served_policy import (
+    NO_MESSAGE,
     RemoteOptions,
     busy_server,
     check_remote_options,
-    float_rows,
     no_server,
     output_of,
     warm_up_observation,
@@ -201,7 +202,7 @@ class RldxZmqPolicy:
             raise TimeoutError(f"no answer within {timeout_s:g} s")
         try:
             reply = decode(self._socket.recv())
-        except ValueError as error:
+        except NO_MESSAGE as error:
             self._close()
             raise PolicyError(
                 f"{WHO}: {self._options.address} answered no message: {error}"

@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field, JsonValue
 
 from fairlead.checked_model import checked_model
 from fairlead.errors import ConfigError, PolicyError, expected
-from fairlead.policy import Actions, Observation
+from fairlead.policy import Observation
 from fairlead.skill.manifest import SkillManifest
 
 
@@ -35,6 +35,9 @@ class RemoteOptions(BaseModel):
     warm_up_timeout_s: float = Field(default=100.0, gt=0, le=100, allow_inf_nan=False)
     answer_timeout_s: float = Field(gt=0, allow_inf_nan=False)
 
+
+NO_MESSAGE = (ValueError, TypeError, RecursionError, MemoryError)
+"""What decoding raises for bytes that are no message of a server's."""
 
 Options = TypeVar("Options", bound=RemoteOptions)
 
@@ -102,27 +105,3 @@ def output_of(who: str, outputs: Mapping[Any, object], name: str) -> object:
     if name not in outputs:
         raise PolicyError(expected(who, f"an output {name}", "none of that name", outputs))
     return outputs[name]
-
-
-def float_rows(who: str, name: str, value: object, width: int, horizon: int) -> Actions:
-    """A server's array as float32 ``[H, width]``, checked before anything compares it.
-
-    Args:
-        horizon: most rows that the skill takes.
-
-    Raises:
-        PolicyError: for anything else than floats of that shape, finite as float32.
-    """
-    wanted = f"{name} as floats [1 to {horizon}, {width}]"
-    if not isinstance(value, np.ndarray):
-        raise PolicyError(expected(who, wanted, type(value).__name__))
-    fits = value.ndim == 2 and value.shape[1] == width and 1 <= len(value) <= horizon
-    if value.dtype.kind != "f" or not fits:
-        raise PolicyError(expected(who, wanted, f"{value.dtype} {list(value.shape)}"))
-    with np.errstate(over="ignore"):  # what overflows is infinite, and refused
-        rows = value.astype(np.float32)
-    if not np.isfinite(rows).all():
-        row, column = np.argwhere(~np.isfinite(rows))[0]
-        got = f"{value[row, column]} in row {row} dimension {column}"
-        raise PolicyError(expected(who, f"{name} as finite float32 numbers", got))
-    return rows
