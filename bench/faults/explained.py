@@ -7,7 +7,7 @@ from bench.faults.row import NotRun
 NOT_RUN: tuple[NotRun, ...] = (
     NotRun(
         6, "policy server slow, hanging, dropping, late, garbage",
-        "real servers in tests/runner/test_remote_policies.py",
+        "real servers in tests/runner/test_absent_servers.py and test_garbled_servers.py",
     ),
     NotRun(
         23, "writer without the right to write",

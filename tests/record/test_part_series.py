@@ -243,10 +243,8 @@ def test_the_timeline_is_a_picture(run: Run, tmp_path: Path) -> None:
 def test_the_caption_of_a_tick_is_the_newest_verdict_then_or_that_the_robot_holds(
     run: Run,
 ) -> None:
-    caption_at = captions(run, "wave")
-
     def shown(tick: int) -> tuple[str, str, str]:
-        caption = caption_at(tick)
+        caption = captions(run, "wave")(tick)
         return caption.word, caption.said, caption.counts
 
     assert shown(9) == (

@@ -1,0 +1,54 @@
+"""Policies behind servers: which are asked, with what, and what comes of it."""
+
+from __future__ import annotations
+
+import socket
+from collections.abc import Awaitable, Callable
+
+import numpy as np
+import pytest
+
+from fairlead.errors import PolicyError
+from fairlead.policy import Observation
+from fairlead.skill.manifest import SkillManifest
+from fairlead_skill_runner.policy_worker import PolicyWorker
+
+PI05 = "pi05-robocasa365-human300-nf4"
+RLDX = "rldx1-ft-rc365-nf4"
+ROWS = np.random.default_rng(5).uniform(-1, 1, (4, 12)).astype(np.float32)
+
+
+def observation(skill: SkillManifest, tick: int = 9) -> Observation:
+    rng = np.random.default_rng(tick)
+    images = {
+        name: rng.integers(0, 256, (spec.height, spec.width, 3)).astype(np.uint8)
+        for name, spec in skill.images.items()
+    }
+    return Observation(tick, rng.normal(size=16), "put it there", images)
+
+
+Ask = Callable[..., PolicyWorker]
+
+
+def bits(answer: object) -> bytes:
+    """Of rows; a policy may answer with an end of its goal too."""
+    assert isinstance(answer, np.ndarray)
+    return answer.tobytes()
+
+
+def failure(call: Callable[[], object]) -> str:
+    with pytest.raises(PolicyError) as caught:
+        call()
+    return str(caught.value)
+
+
+async def refusal(call: Awaitable[object]) -> str:
+    with pytest.raises(PolicyError) as caught:
+        await call
+    return str(caught.value)
+
+
+def unused_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
