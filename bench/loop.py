@@ -4,9 +4,11 @@ Both run alternately, without cameras, so that what the machine does to one it d
 other. Counted from the first tick with a released row to the end of the episode: start-up
 and reset are left out on both sides.
 
-    .venv/bin/python -m bench.loop [--seed 0] [--rounds 3] [--json]
+    .venv/bin/python -m bench.loop [--seed 0] [--rounds 3] [--json] [--write]
 
-Prints milliseconds per tick of each and their ratio, the median over the rounds.
+Prints milliseconds per tick of each and their ratio, the median over the rounds; then, of one
+more episode with a listener on the robot's bus, where a tick goes and what each process took.
+--write puts the tables into docs/speed.md.
 """
 
 from __future__ import annotations
@@ -14,10 +16,13 @@ from __future__ import annotations
 import argparse
 import json
 import statistics
+import sys
 import tempfile
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from bench.page import write_table
+from bench.tick_watch import Spent, TickWatch, spent
 from fairlead.deploy.deployment import load_deployment
 from fairlead.messages import Hold, ResetEpisodeReply
 from fairlead.operate.goal_run import GoalOptions, run_goal
@@ -59,6 +64,34 @@ def run_round(seed: int, folder: Path) -> Round:
     return Round(ticks, 1e3 * seconds / ticks, 1e3 * local_seconds / local_ticks)
 
 
+@dataclass(frozen=True)
+class Watched:
+    """One more episode: where its ticks go [ms], and what each service took a tick."""
+
+    segments: dict[str, dict[str, float]]
+    services: dict[str, Spent]
+
+
+def run_watched(seed: int, folder: Path) -> Watched:
+    """An episode through the processes with a listener, which is left out of the ratio."""
+    scratch = make_scratch(SOURCE, folder, ScratchOptions(pacing="lockstep"))
+    with scratch_robot(scratch) as robot:
+        robot.client.reset_episode(seed)
+        robot.client.arm()
+        (runner,) = scratch.deployment.runners
+        watch = TickWatch(robot.client.bus, robot.client.keys, SKILL, runner)
+        pids = {name: robot.supervisor.pid(name) for name in scratch.deployment.services}
+        before = {name: spent(pid) for name, pid in pids.items()}
+        result = run_goal(robot.client, GoalOptions(SKILL, deadline_ticks=DEADLINE_TICKS)).result
+        after = {name: spent(pid) for name, pid in pids.items()}
+    assert result is not None, "the goal ended without a result"
+    ticks = result.last_tick - result.first_tick
+    return Watched(
+        watch.segments(),
+        {name: took.since(before[name]).a_tick(ticks) for name, took in after.items()},
+    )
+
+
 def moving_time(log: Path, last_tick: int) -> tuple[int, float]:
     """Ticks and seconds from the first executed row to ``last_tick``, by the HAL's own log."""
     lines = [json.loads(line) for line in log.read_text().splitlines()]
@@ -78,6 +111,45 @@ def local_time(seed: int, reset: ResetEpisodeReply, ticks: int) -> tuple[int, fl
     return len(episode.packed) - reset.held_ticks, episode.seconds
 
 
+def ticks_table(watched: Watched) -> str:
+    """Markdown: where a tick goes."""
+    columns = ("assembler", "runner", "gate", "HAL", "tick")
+    lines = [
+        "| a tick that | of these | state to vector ms | vector to chunk ms | to lease ms "
+        "| lease to next state ms | whole ms |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    for name, found in watched.segments.items():
+        cells = [f"{found[column]:.2f}" if column in found else "" for column in columns]
+        lines.append(f"| {name} | {found['ticks']:.0f} | {' | '.join(cells)} |")
+    return "\n".join(lines)
+
+
+def services_table(watched: Watched) -> str:
+    """Markdown: what each service took a tick, and its memory."""
+    lines = ["| service | on a processor ms | waits for one ms | memory MB |", "|---|---|---|---|"]
+    for name, took in watched.services.items():
+        lines.append(
+            f"| {name} | {took.running_ms:.2f} | {took.waiting_ms:.2f} | {took.memory_mb:.0f} |"
+        )
+    return "\n".join(lines)
+
+
+def rounds_table(rounds: list[Round]) -> str:
+    """Markdown: the rounds and the median of their ratios."""
+    lines = ["| ticks | processes ms | one process ms | ratio |", "|---|---|---|---|"]
+    lines += [
+        f"| {one.ticks} | {one.deployed_ms:.2f} | {one.local_ms:.2f} | {one.ratio:.2f} |"
+        for one in rounds
+    ]
+    return "\n".join([*lines, f"| median | | | {median(rounds):.2f} |"])
+
+
+def median(rounds: list[Round]) -> float:
+    """Of the ratios."""
+    return statistics.median(one.ratio for one in rounds)
+
+
 def main() -> None:
     """Run the rounds and print them."""
     parser = argparse.ArgumentParser(
@@ -86,23 +158,29 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0, help="of the episode")
     parser.add_argument("--rounds", type=int, default=3, help="episodes each way")
     parser.add_argument("--json", action="store_true", help="print one JSON document instead")
+    parser.add_argument("--write", action="store_true", help="put the tables into docs/speed.md")
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
-        rounds = [
-            run_round(arguments.seed, Path(folder) / str(index))
-            for index in range(arguments.rounds)
-        ]
-    ratio = statistics.median(one.ratio for one in rounds)
+        rounds = []
+        for index in range(arguments.rounds):
+            print(f"bench.loop: round {index + 1} of {arguments.rounds}", file=sys.stderr)
+            rounds.append(run_round(arguments.seed, Path(folder) / str(index)))
+        print("bench.loop: where a tick goes", file=sys.stderr)
+        watched = run_watched(arguments.seed, Path(folder) / "watched")
+    tables = {
+        "loop": rounds_table(rounds),
+        "tick": ticks_table(watched),
+        "services": services_table(watched),
+    }
+    if arguments.write:
+        for name, table in tables.items():
+            write_table(name, table)
     if arguments.json:
-        rows = [vars(one) | {"ratio": one.ratio} for one in rounds]
-        print(json.dumps({"rounds": rows, "ratio": ratio}))
+        rows = [asdict(one) | {"ratio": one.ratio} for one in rounds]
+        print(json.dumps({"rounds": rows, "ratio": median(rounds), "watched": asdict(watched)}))
         return
-    for one in rounds:
-        print(
-            f"{one.ticks} ticks: processes {one.deployed_ms:.2f} ms a tick, "
-            f"one process {one.local_ms:.2f} ms, ratio {one.ratio:.2f}"
-        )
-    print(f"bench/loop: median ratio {ratio:.2f}")
+    print("\n\n".join(tables.values()))
+    print(f"\nbench.loop: median ratio {median(rounds):.2f}")
 
 
 if __name__ == "__main__":

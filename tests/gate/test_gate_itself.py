@@ -10,6 +10,7 @@ import pytest
 from bench.equipment.gate_scene import Scene
 from fairlead.messages import GateState
 from fairlead.robot.gate_file import sealed
+from fairlead.wire.gate_checks import CHECKS
 from tests.gate.decision_logs import judge, logs
 
 pytestmark = pytest.mark.processes
@@ -41,6 +42,15 @@ def test_a_gate_that_misses_its_own_deadline_three_times_stops_and_is_judged_ali
         scene.close()
     exit_status, found = judge(logs(scene)[-1])
     assert (exit_status, found["identical"]) == (0, True), found
+
+
+def test_the_status_counts_every_check(config: Path, tmp_path: Path) -> None:
+    scene = Scene(config, tmp_path / "gate", "lockstep")
+    try:
+        counted = [name for name, _ in scene.status().counters if name.startswith("G")]
+    finally:
+        scene.close()
+    assert counted == [f"G{number:03d}" for number in sorted(CHECKS)]
 
 
 def test_lockstep_waits_for_a_slow_gate(config: Path, tmp_path: Path) -> None:

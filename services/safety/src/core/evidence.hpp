@@ -1,6 +1,8 @@
 // Making the evidence of a refusal: which code, where, and the numbers that decided.
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <string_view>
 
 #include "fairlead_safety/judge.hpp"
@@ -16,6 +18,12 @@ inline constexpr std::uint32_t frame = 1, session = 2, epoch = 3, claim = 4, seq
                                seam = 23, braking = 24, change = 25, speed = 26, unreachable = 30,
                                workspace = 31, collision = 32, singularity = 33, zone = 34,
                                tracking = 40, stuck = 41, contact = 42, ramp = 43, own = 50;
+/// Each of them, in the order in which the status counts them.
+inline constexpr std::array all{frame,  session,  epoch,       claim,     sequence,  age,
+                                shape,  finite,   addressing,  rate,      state,     past,
+                                jump,   absolute, start,       step,      seam,      braking,
+                                change, speed,    unreachable, workspace, collision, singularity,
+                                zone,   tracking, stuck,       contact,   ramp,      own};
 }  // namespace code
 
 /// As people write it: G007, G040.

@@ -1,5 +1,9 @@
 // Lists of fixed room, and single rows: what each says about itself.
 #include <doctest/doctest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
 
 #include "chunk_builder.hpp"
 #include "fairlead_safety/part_memory.hpp"
@@ -22,6 +26,21 @@ TEST_CASE("lists are equal if they are as long and equal item by item") {
   FixedVec<std::uint64_t, 4> shrunk = list({1, 2, 3});
   (void)shrunk.resize(2);
   CHECK(shrunk == list({1, 2}));
+}
+
+TEST_CASE("reading beyond a list ends the process") {
+  FixedVec<std::uint64_t, 4> list;
+  (void)list.push_back(1);
+  const pid_t child = fork();
+  REQUIRE(child >= 0);
+  if (child == 0) {
+    (void)std::signal(SIGABRT, SIG_DFL);  // not doctest's report
+    _exit(static_cast<int>(list[list.size()]));
+  }
+  int status = 0;
+  REQUIRE(waitpid(child, &status, 0) == child);
+  CHECK(WIFSIGNALED(status));
+  CHECK(WTERMSIG(status) == SIGABRT);
 }
 
 TEST_CASE("a row of a joint mode commands the joints it names, one of another mode none") {
