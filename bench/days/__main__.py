@@ -16,9 +16,9 @@ from bench.days.runs import run_everything
 from fairlead.paths import gate_binary, repo_root
 
 CORPUS = repo_root() / "services/safety/test/corpus"
-MOST_BYTES = {"panda_mobile": 600_000, "panda": 150_000, "dual_panda": 230_000}
+MOST_BYTES = {"panda_mobile": 1_000_000, "panda": 250_000, "dual_panda": 230_000}
 DAY_BYTES = 150_000
-DEMO_BYTES = 400_000
+DEMO_BYTES = 300_000
 
 
 def main() -> int:

@@ -76,7 +76,7 @@ def _said(kind: int, payload: bytes) -> Iterator[str]:
         yield f"verdict {verdict.outcome} {verdict.code}"
         yield f"verdict {verdict.code} of {verdict.part} {verdict.axis}"
     if kind == STATUS and (status := _message(GateStatus, payload)):
-        yield f"state {status.state} {status.cause[:24]}"
+        yield f"state {status.state} {' '.join(status.cause.split()[:2])}"
     if kind == REFUSAL and (refusal := _message(Refusal, payload)):
         yield f"refusal {refusal.reason[:16]}"
 

@@ -12,6 +12,7 @@ from bench.equipment.real_gate import LOGS
 TESTS = (
     "tests/explorer",
     "tests/gate",
+    "tests/hal_mujoco/test_joint_reach.py",
     "tests/system/test_modes.py",
     "tests/system/test_modes_mobile.py",
     "tests/system/test_injected_chunks.py",

@@ -161,13 +161,13 @@ TEST_CASE("a status counts outcomes and every code by its name") {
   Lines names;
   for (const Counter& counter : rig.status().counters)
     names.push_back(std::string(counter.name.view()));
-  CHECK(names == Lines{"released",      "truncated", "refused", "copies", "resets_refused",
-                       "stops_ignored", "G001",      "G002",    "G003",   "G004",
-                       "G005",          "G006",      "G007",    "G008",   "G009",
-                       "G010",          "G011",      "G012",    "G013",   "G020",
-                       "G021",          "G022",      "G023",    "G024",   "G025",
-                       "G030",          "G031",      "G032",    "G033",   "G034",
-                       "G040",          "G041",      "G042",    "G043",   "G050"});
+  CHECK(names ==
+        Lines{"released", "truncated", "refused", "copies", "resets_refused", "stops_ignored",
+              "G001",     "G002",      "G003",    "G004",   "G005",           "G006",
+              "G007",     "G008",      "G009",    "G010",   "G011",           "G012",
+              "G013",     "G020",      "G021",    "G022",   "G023",           "G024",
+              "G025",     "G026",      "G030",    "G031",   "G032",           "G033",
+              "G034",     "G040",      "G041",    "G042",   "G043",           "G050"});
   rig.ready();
   CHECK(rig.send_chunk(rig.chunk({0.5, 9.0})).code == 20);
   ChunkBuilder past = rig.chunk();
