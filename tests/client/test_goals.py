@@ -174,9 +174,8 @@ async def test_cancelled_while_a_runner_does_not_answer_the_robot_is_stopped(
     task = asyncio.ensure_future(robot.run("s"))
     await until(lambda: scripted.waiting)
     task.cancel()
-    async with asyncio.timeout(2.0):  # well before the goal itself would be given up
-        with pytest.raises(asyncio.CancelledError):
-            await task
+    await asyncio.wait({task}, timeout=2.0)  # well before the goal itself would be given up
+    assert task.cancelled()
     assert scripted.stops
 
 
