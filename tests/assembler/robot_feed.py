@@ -6,8 +6,10 @@ import numpy as np
 
 from fairlead.messages import (
     HELD,
+    NO_HASH,
     JointState,
     LayoutState,
+    Lease,
     Transform,
     TransformBatch,
     decode,
@@ -52,6 +54,19 @@ class RobotFeed:
         """``odom -> child`` for base_link, object and goal, or only those named."""
         links = children or ("base_link", "object", "goal")
         return self._batch(tick, False, [("odom", child, 0.1 * tick) for child in links])
+
+    def lease(self) -> Lease:
+        """What a gate that follows this session and permits nothing says."""
+        return Lease(
+            session=self.session,
+            epoch=1,
+            lease_seq=1,
+            config_hash=NO_HASH,
+            state=0,
+            state_tick=1,
+            grants=(),
+            stop_ids=(),
+        )
 
     def looped(self, tick: int) -> TransformBatch:
         """``odom -> base_link``; object and goal hang on each other."""

@@ -54,6 +54,63 @@ def test_new_session_whose_transforms_come_first_is_never_mixed_with_the_old_joi
     assert core.on_transforms(restarted.moving(9), "hal") == []
 
 
+def test_state_of_a_session_that_the_gate_does_not_follow_changes_nothing(
+    core: AssemblerCore, feed: RobotFeed, robot: RobotManifest
+) -> None:
+    core.on_lease(feed.lease())
+    core.on_transforms(feed.moving(9), "hal")
+    core.on_joints(feed.joints(9))
+    stranger = RobotFeed(robot, session=12)
+    assert core.on_transforms(stranger.moving(900), "hal") == []
+    assert core.on_joints(stranger.joints(900)) == []
+    core.on_transforms(feed.moving(10), "hal")
+    [state] = layouts(core.on_joints(feed.joints(10)))
+    assert (state.session, state.tick, state.fault) == (11, 10, None)
+
+
+def test_session_that_was_left_is_followed_again_where_the_gate_follows_it(
+    core: AssemblerCore, feed: RobotFeed, robot: RobotManifest
+) -> None:
+    core.on_joints(feed.joints(9))
+    core.on_joints(RobotFeed(robot, session=12).joints(900))  # before the gate's first lease
+    core.on_lease(feed.lease())
+    core.on_transforms(feed.static(10), "hal")
+    assert core.on_transforms(feed.moving(10), "hal") == []
+    [state] = layouts(core.on_joints(feed.joints(10)))
+    assert (state.session, state.tick, state.fault) == (11, 10, None)
+
+
+def test_another_hal_beside_the_one_that_the_gate_follows_is_told(
+    core: AssemblerCore, feed: RobotFeed, robot: RobotManifest
+) -> None:
+    core.on_lease(feed.lease())
+    stranger = RobotFeed(robot, session=12)
+    core.on_joints(stranger.joints(1))
+    core.on_joints(stranger.joints(2))  # it may be the next HAL, of which the gate tells soon
+    core.on_joints(feed.joints(9))
+    with pytest.raises(MessageError) as error:
+        core.on_joints(stranger.joints(3))
+    assert str(error.value) == (
+        "state/joints: expected session 000000000000000b, the HAL that the gate follows, got "
+        "000000000000000c beside it; another HAL runs under this robot's keys"
+    )
+
+
+def test_next_hal_is_followed_from_the_gates_lease_on(
+    core: AssemblerCore, feed: RobotFeed, robot: RobotManifest
+) -> None:
+    core.on_lease(feed.lease())
+    core.on_joints(feed.joints(9))
+    restarted = RobotFeed(robot, session=12)
+    assert core.on_joints(restarted.joints(1)) == []
+    core.on_lease(restarted.lease())
+    core.on_transforms(restarted.static(2), "hal")
+    core.on_transforms(restarted.moving(2), "hal")
+    [state] = layouts(core.on_joints(restarted.joints(2)))
+    assert (state.session, state.tick, state.fault) == (12, 2, None)
+    assert core.on_joints(feed.joints(10)) == []  # late, and nothing to tell of
+
+
 def test_joint_state_of_another_robot_is_refused(core: AssemblerCore, feed: RobotFeed) -> None:
     good = feed.joints(1)
     other = JointState(

@@ -12,7 +12,7 @@ import yaml
 
 from fairlead.errors import ConfigError
 from fairlead.keys import Keys
-from fairlead.messages import JointState, LayoutState, TransformBatch, decode, encode
+from fairlead.messages import JointState, LayoutState, Lease, TransformBatch, decode, encode
 from fairlead.paths import SKILLS_VARIABLE, rskill_dir
 from fairlead.robot.manifest import RobotManifest
 from fairlead.wire.bus import Qos, Sample, Undeclare
@@ -94,6 +94,17 @@ async def test_layout_carries_the_tick_of_the_joints(wire: Wire, feed: RobotFeed
     wire.tick(feed, 1)
     state = decode(LayoutState, wire.seen[0].payload)
     assert (state.tick, state.fault) == (1, None)
+
+
+@pytest.mark.asyncio
+async def test_whose_joint_states_these_are_is_the_gates_word(
+    wire: Wire, feed: RobotFeed, robot: RobotManifest
+) -> None:
+    wire.bus.publisher(KEYS.lease, Lease, Qos.HOT).put(feed.lease())
+    wire.tick(RobotFeed(robot, session=12), 900)
+    assert wire.keys_seen() == []
+    wire.tick(feed, 1)
+    assert wire.keys_seen() == [KEYS.tf("state_assembler")]
 
 
 @pytest.mark.asyncio

@@ -6,6 +6,8 @@ in lockstep, where n is repeated while the world waits, until its second repeat.
 fault is published, unless n+1 can be answered: one good layout is worth more than the
 news that an older one was lost. What waiting cannot mend (a loop, a frame that its
 publisher sends no more) is published at once. Before the first joint state nothing is.
+
+Whose session it follows is the gate's to decide; before its first lease, any newer one's.
 """
 
 from __future__ import annotations
@@ -18,6 +20,7 @@ import pinocchio as pin
 from fairlead.errors import LayoutError, MessageError
 from fairlead.messages import (
     JointState,
+    Lease,
     Transform,
     TransformBatch,
     encode,
@@ -66,6 +69,8 @@ class AssemblerCore:
         self._moment: Moment | None = None
         self._repeats = 0
         self._links = b""
+        self._session = 0  # the gate's, 0 before its first lease that names one
+        self._stranger_heard = self._stranger_stays = False
 
     def want(self, view: SkillView) -> list[Output]:
         """Start assembling for a skill, with the current tick if there is one."""
@@ -75,6 +80,14 @@ class AssemblerCore:
     def unwant(self, skill: str) -> None:
         """Stop assembling for a skill."""
         self._views.pop(skill, None)
+
+    def on_lease(self, lease: Lease) -> None:
+        """Take the gate's word for whose joint states these are; 0 is none."""
+        if lease.session in (0, self._session):
+            return
+        self._session = lease.session
+        self._stranger_heard = self._stranger_stays = False
+        self._buffer.follow(lease.session)
 
     def on_transforms(self, batch: TransformBatch, publisher: str) -> list[Output]:
         """Take transforms; whatever waited for them is answered now.
@@ -95,8 +108,10 @@ class AssemblerCore:
         """Take a joint state: a new tick, a repeat of the current one, or an old one.
 
         Raises:
-            MessageError: if its joints are not this robot's; nothing of it is taken.
+            MessageError: if its joints are not this robot's, or another HAL sends beside the one
+                that the gate follows; nothing of it is taken.
         """
+        self._refuse_stranger(state.session)
         if state.robot_hash != self._robot.robot_hash:
             raise MessageError(
                 f"state/joints: expected robot {self._robot.id} "
@@ -127,6 +142,18 @@ class AssemblerCore:
         new = self._new_tick(self._moment, self._kinematics.poses(positions))
         unanswered = {view.skill for view in self._unanswered()}
         return [*(output for output in late if output.skill in unanswered), *new]
+
+    def _refuse_stranger(self, session: int) -> None:
+        """A HAL that takes over from one that is gone is none: the gate's next lease names it."""
+        if session == self._session:
+            self._stranger_stays = self._stranger_heard
+        elif self._session and self._stranger_stays:
+            raise MessageError(
+                f"state/joints: expected session {self._session:016x}, the HAL that the gate "
+                f"follows, got {session:016x} beside it; another HAL runs under this robot's keys"
+            )
+        elif self._session:
+            self._stranger_heard = True
 
     def _new_tick(self, moment: Moment, poses: list[SE3]) -> list[Output]:
         base = self._kinematics.base_frame

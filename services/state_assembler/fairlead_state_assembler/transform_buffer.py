@@ -68,16 +68,23 @@ class TransformBuffer:
         self._branches: dict[str, _Branch] = {}
         self._session = 0
         self._left_sessions: set[int] = set()
+        self._gates_session = 0  # the one that the gate follows, 0 while it says none
         self._episode_tick = 0
         self._published: dict[str, int] = {}  # newest tick of each publisher's batches
+
+    def follow(self, session: int) -> None:
+        """From now on take data of the session that the gate follows, and of no other."""
+        self._gates_session = session
+        self._left_sessions.discard(session)
 
     def enter(self, session: int, episode_tick: int) -> bool:
         """Follow a session and episode; everything from before it is discarded.
 
         Returns:
-            False for a session that was already left: its data must be ignored.
+            False for a session that was already left, or is not the gate's: its data must be
+            ignored.
         """
-        if session in self._left_sessions:
+        if session in self._left_sessions or self._gates_session not in (0, session):
             return False
         if session != self._session:
             self._left_sessions.add(self._session)

@@ -8,7 +8,7 @@ import threading
 from collections.abc import Callable
 
 from fairlead.keys import Keys, last_chunk
-from fairlead.messages import JointState, LayoutState, TransformBatch, decode
+from fairlead.messages import JointState, LayoutState, Lease, TransformBatch, decode
 from fairlead.wire.bus import Bus, Publisher, Qos, Sample
 from fairlead.wire.on_loop import call_on
 from fairlead_state_assembler.core import AssemblerCore, Output
@@ -42,6 +42,7 @@ class AssemblerTransport:
         self._declared = [
             bus.subscribe(keys.every_tf, self._on_transforms),
             bus.subscribe(keys.joints, self._on_joints),
+            bus.subscribe(keys.lease, self._on_lease),
             bus.watch_tokens(keys.every_want_layout, on_want),
         ]
 
@@ -60,6 +61,11 @@ class AssemblerTransport:
     def _on_joints(self, sample: Sample) -> None:
         joints = decode(JointState, sample.payload)
         self._take(lambda: self._core.on_joints(joints))
+
+    def _on_lease(self, sample: Sample) -> None:
+        lease = decode(Lease, sample.payload)
+        with self._lock:
+            self._core.on_lease(lease)
 
     async def follow_wants(self) -> None:
         """Assemble for the skills that are wanted, until cancelled."""
