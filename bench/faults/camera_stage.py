@@ -70,7 +70,7 @@ def camera_stage(folder: Path) -> Iterator[CameraStage]:
     """All services around the simulator, cameras on."""
     if not CAN_RENDER:
         raise NotHereError("no rendering library on this machine")
-    with live_stage(folder, hal=SIMULATOR) as robot:
+    with live_stage(folder, simulator=SIMULATOR) as robot:
         stage = CameraStage(robot.robot)
         wait_for(lambda: bool(stage.frame_stamps), "the first picture", 120.0)
         yield stage

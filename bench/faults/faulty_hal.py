@@ -14,10 +14,10 @@ from pathlib import Path
 import numpy as np
 
 from fairlead.hal.backend import FramePose, Measurement, PartCommand
-from fairlead.hal.kinematic_backend import KinematicBackend
 from fairlead.hal.process import Equipment, run_hal
 from fairlead.service import ServiceContext, run_service
-from fairlead_hal_sim.hal_options import read_options
+from fairlead_hal_kinematic.kinematic_backend import KinematicBackend
+from fairlead_hal_kinematic.options import KinematicOptions
 
 FAULT_FILE = "FAIRLEAD_TEST_FAULT"
 JOINT = "panda_joint1"
@@ -124,8 +124,8 @@ _FRAMES: dict[str, Callable[[list[FramePose]], list[FramePose]]] = {
 
 
 async def body(context: ServiceContext) -> None:
-    """As `fairlead_hal_sim`, around the backend that can break."""
-    options, profile = read_options(context.name, context.options), context.deployment.profile
+    """As `fairlead_hal_kinematic`, around the backend that can break."""
+    options, profile = KinematicOptions(**context.options), context.deployment.profile
     await run_hal(
         context,
         lambda robot: Equipment(FaultyBackend(robot, profile, options.frames)),

@@ -70,7 +70,7 @@ def order_stage(folder: Path) -> Iterator[OrderStage]:
 def start_order(stage: OrderStage) -> Shot:
     order, folder = stage.next_order()
     began_ns = time.monotonic_ns()
-    options = ScratchOptions(pacing="lockstep", options={"hal": LIGHT_HAL})
+    options = ScratchOptions(pacing="lockstep", hal=LIGHT_HAL)
     scratch = make_scratch(SOURCE, folder, options)
     with scratch_robot(scratch, Registry(folder / "registry"), list(order)) as robot:
         live = LiveRobot(robot)

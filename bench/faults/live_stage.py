@@ -223,17 +223,21 @@ def with_skill(folder: Path, changes: Changes) -> Changes:
 
 @contextmanager
 def live_stage(
-    folder: Path, changes: Changes | None = None, hal: Mapping[str, Any] = LIGHT_HAL
+    folder: Path, changes: Changes | None = None, simulator: Mapping[str, Any] | None = None
 ) -> Iterator[LiveStage]:
     """All services, started.
 
     Args:
-        hal: options of the HAL; as a rule it has no physics.
+        simulator: options of `hal_sim`; None: as a rule, a HAL without physics.
     """
     changes = with_skill(folder, changes or Changes())
     assert changes.pacing in ("realtime", "lockstep")
     pacing: Any = changes.pacing
-    options = ScratchOptions(pacing=pacing, options={"hal": dict(hal)})
+    options = ScratchOptions(
+        pacing=pacing,
+        hal=LIGHT_HAL if simulator is None else None,
+        options={"hal": dict(simulator or {})},
+    )
     scratch = make_scratch(SOURCE, folder / "state", options)
     registry = Registry(folder / "registry")
     with scratch_robot(scratch, registry, command=changes.words) as robot:

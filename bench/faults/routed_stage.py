@@ -55,7 +55,7 @@ def routed_deployment(folder: Path, router_port: int) -> dict[str, Any]:
     for spec in content["services"].values():
         del spec["listen"]
         spec["host"] = HOST
-    content["services"]["hal"]["options"] |= LIGHT_HAL
+    content["services"]["hal"] = {**LIGHT_HAL, "host": HOST}
     content |= {"hosts": {HOST: "127.0.0.1"}, "pacing": "realtime", "id": f"routed{router_port}"}
     content["router"] = {"host": HOST, "port": router_port}
     return content

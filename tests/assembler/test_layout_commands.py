@@ -45,7 +45,7 @@ def test_verify_takes_a_layout_instead_of_a_skill(tmp_path: Path) -> None:
         (
             ("panda-joint-reach",),
             "layout verify: robot panda: no deployment in compose/ simulates it in robosuite (run: "
-            "hal_sim, backend: robosuite), whose observations are the truth to compare with",
+            "hal_sim), whose observations are the truth to compare with",
         ),
         (
             ("--layout", "gr2"),

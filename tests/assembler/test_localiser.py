@@ -135,7 +135,7 @@ class Scene:
 
 @contextmanager
 def scene(folder: Path, pacing: Pacing, localiser: str) -> Iterator[Scene]:
-    options = ScratchOptions(pacing=pacing, options={"hal": LIGHT_HAL}, localiser=localiser)
+    options = ScratchOptions(pacing=pacing, hal=LIGHT_HAL, localiser=localiser)
     scratch = make_scratch(SOURCE, folder / "state", options)
     with scratch_robot(scratch, Registry(folder / "registry")) as robot:
         write_skill(folder, WATCHED)  # the runner, which has started, does not know it

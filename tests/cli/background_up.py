@@ -67,7 +67,7 @@ class Up:
 
 
 def started_in(folder: Path, name: str) -> Up:
-    options = ScratchOptions(f"{name}{os.getpid()}", options={"hal": LIGHT_HAL})
+    options = ScratchOptions(f"{name}{os.getpid()}", hal=LIGHT_HAL)
     return Up(make_scratch(SOURCE, folder / name, options), folder / "registry")
 
 

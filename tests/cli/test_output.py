@@ -38,7 +38,7 @@ def test_a_full_disk_is_one_line_and_exit_code_1(command: str, tmp_path: Path) -
 @pytest.mark.processes
 @pytest.mark.timeout(180)
 def test_up_on_a_full_disk_loses_what_it_prints_and_nothing_else(tmp_path: Path) -> None:
-    options = ScratchOptions(f"full{os.getpid()}", options={"hal": LIGHT_HAL})
+    options = ScratchOptions(f"full{os.getpid()}", hal=LIGHT_HAL)
     scratch = make_scratch(SOURCE, tmp_path / "robot", options)
     command = fairlead_command("up", str(scratch.file), "--state-dir", str(scratch.state_dir))
     log = scratch.state_dir / "logs" / "up.log"

@@ -72,7 +72,7 @@ def start_up(tmp_path: Path) -> Iterator[Callable[..., Up]]:
 
 
 def test_a_deployment_with_two_runners_starts(start_up: Callable[..., Up], tmp_path: Path) -> None:
-    options = ScratchOptions(options={"hal": LIGHT_HAL})
+    options = ScratchOptions(hal=LIGHT_HAL)
     source = COMPOSE / "panda_mobile_navigation.yaml"
     up = start_up(make_scratch(source, tmp_path / "state", options).file)
     up.wait_line("ready")
@@ -105,7 +105,7 @@ def test_an_up_that_waits_for_its_router_is_listed_and_ended(
 def test_a_gate_that_dies_while_the_robot_comes_up_is_started_again(
     start_up: Callable[..., Up], tmp_path: Path
 ) -> None:
-    options = ScratchOptions(f"rough{os.getpid()}", options={"hal": LIGHT_HAL})
+    options = ScratchOptions(f"rough{os.getpid()}", hal=LIGHT_HAL)
     scratch = make_scratch(COMPOSE / "panda_mobile_sim.yaml", tmp_path / "rough", options)
     up = start_up(scratch.file)
     assembler = running(up, "state_assembler")
@@ -128,7 +128,7 @@ def test_a_detached_up_returns_when_all_is_ready_and_runs_on_until_down(tmp_path
     state, name = tmp_path / "registry", f"detached{os.getpid()}"
     scratch = make_scratch(
         COMPOSE / "panda_mobile_sim.yaml", tmp_path / name,
-        ScratchOptions(name, options={"hal": LIGHT_HAL}),
+        ScratchOptions(name, hal=LIGHT_HAL),
     )  # fmt: skip
     words = ("up", str(scratch.file), "--state-dir", str(tmp_path / name), "--detach")
     try:

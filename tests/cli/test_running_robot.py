@@ -60,7 +60,7 @@ def up(shared_up: Up) -> Up:
 def test_a_robot_is_started_watched_run_and_stopped(start_up: Callable[[str], Up]) -> None:
     up = start_up("robot")
     up.wait_line(f"[up] {up.name} is up")
-    assert up.wait_line("[hal] ").endswith("lockstep, hal_sim")
+    assert up.wait_line("[hal] ").endswith("lockstep, hal_kinematic")
     (entry,) = up.read("ps")
     assert entry["name"] == up.name and entry["supervised"]
     assert {s["state"] for s in entry["services"].values()} == {"ready"}
@@ -157,7 +157,7 @@ def test_run_leaves_a_robot_armed_that_it_did_not_arm(up: Up) -> None:
 
 
 def test_up_whose_reader_goes_away_ends_and_leaves_no_process(tmp_path: Path) -> None:
-    options = ScratchOptions(f"piped{os.getpid()}", options={"hal": LIGHT_HAL})
+    options = ScratchOptions(f"piped{os.getpid()}", hal=LIGHT_HAL)
     scratch = make_scratch(SOURCE, tmp_path / "piped", options)
     with subprocess.Popen(
         fairlead_command("up", str(scratch.file), "--state-dir", str(scratch.state_dir)),

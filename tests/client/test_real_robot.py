@@ -38,7 +38,7 @@ STILL = [[0.0] * 6] * 8
 @pytest.fixture(scope="module")
 def running(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ScratchRobot]:
     folder = tmp_path_factory.mktemp("client")
-    options = ScratchOptions(pacing="realtime", options={"hal": LIGHT_HAL})
+    options = ScratchOptions(pacing="realtime", hal=LIGHT_HAL)
     scratch = make_scratch(SOURCE, folder / "state", options)
     with scratch_robot(scratch, Registry(folder / "registry")) as robot:
         yield robot

@@ -9,7 +9,6 @@ import numpy as np
 
 from fairlead.hal.core import HalCore, Pacing, TickPlan
 from fairlead.hal.identity import identity_of
-from fairlead.hal.kinematic_backend import KinematicBackend
 from fairlead.messages import (
     Acted,
     FloatArray,
@@ -22,6 +21,7 @@ from fairlead.messages import (
     pack_floats,
 )
 from fairlead.robot.manifest import RobotManifest
+from fairlead_hal_kinematic.kinematic_backend import KinematicBackend
 from tests.explorer.channel import MS, Schedule
 
 BASE = 2

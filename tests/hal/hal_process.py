@@ -1,4 +1,4 @@
-"""Starts ``hal_sim`` with the kinematic backend, as a real process."""
+"""Starts a HAL, by default the one without physics, as a real process."""
 
 from __future__ import annotations
 
@@ -32,7 +32,9 @@ def free_port() -> int:
 class HalProcess:
     """One HAL process in its own folder, and a bus that reaches it."""
 
-    def __init__(self, folder: Path, pacing: str, **options: Any) -> None:
+    def __init__(
+        self, folder: Path, pacing: str, run: str = "hal_kinematic", **options: Any
+    ) -> None:
         self.folder = folder
         self.state_dir = folder / "state"
         self.state_dir.mkdir(exist_ok=True)
@@ -42,9 +44,9 @@ class HalProcess:
             "pacing": pacing,
             "services": {
                 "hal": {
-                    "run": "hal_sim",
+                    "run": run,
                     "listen": f"tcp/127.0.0.1:{free_port()}",
-                    "options": {"backend": "kinematic", **options},
+                    "options": options,
                 }
             },
         }

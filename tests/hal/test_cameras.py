@@ -50,7 +50,7 @@ def test_a_frame_shows_the_snapshot_right_side_up_and_carries_its_tick() -> None
 
 
 def test_lockstep_sends_the_due_frames_with_every_repeat_of_the_tick(tmp_path: Path) -> None:
-    hal = HalProcess(tmp_path, "lockstep", backend="robosuite", cameras=[CAMERA.model_dump()])
+    hal = HalProcess(tmp_path, "lockstep", run="hal_sim", cameras=[CAMERA.model_dump()])
     status = decode(HalStatus, hal.bus.query(hal.keys.hal_status, StatusQuery(), 10.0))
     assert [camera.name for camera in status.cameras] == ["overview"]
     if CAN_RENDER:
@@ -67,7 +67,7 @@ def test_a_camera_the_environment_does_not_have_is_refused_with_those_it_has(
 ) -> None:
     camera = {**CAMERA.model_dump(), "name": "attic"}
     with pytest.raises(AssertionError, match="'attic' .valid: overview, top"):
-        HalProcess(tmp_path, "lockstep", backend="robosuite", cameras=[camera])
+        HalProcess(tmp_path, "lockstep", run="hal_sim", cameras=[camera])
 
 
 def test_without_a_working_renderer_the_hal_runs_and_says_that_cameras_are_off(
@@ -75,7 +75,7 @@ def test_without_a_working_renderer_the_hal_runs_and_says_that_cameras_are_off(
 ) -> None:
     monkeypatch.setenv("MUJOCO_GL", "glx")  # needs a screen
     monkeypatch.delenv("DISPLAY", raising=False)
-    hal = HalProcess(tmp_path, "lockstep", backend="robosuite", cameras=[CAMERA.model_dump()])
+    hal = HalProcess(tmp_path, "lockstep", run="hal_sim", cameras=[CAMERA.model_dump()])
     hal.collect(hal.keys.joints, 2)
     status = decode(HalStatus, hal.bus.query(hal.keys.hal_status, StatusQuery(), 10.0))
     assert status.detail == "cameras off: no renderer was started"
@@ -96,7 +96,7 @@ def test_a_choice_that_renders_nothing_is_said_in_one_line_and_the_hal_runs(
     choice: str, why: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("MUJOCO_GL", choice)
-    hal = HalProcess(tmp_path, "lockstep", backend="robosuite", cameras=[CAMERA.model_dump()])
+    hal = HalProcess(tmp_path, "lockstep", run="hal_sim", cameras=[CAMERA.model_dump()])
     hal.collect(hal.keys.joints, 2)
     log = hal.log.read_text()
     assert f"cameras off: {why}\n" in log

@@ -19,7 +19,6 @@ from fairlead.errors import ConfigError
 from fairlead.hal.backend import Measurement, PartCommand
 from fairlead.hal.host import HalHost
 from fairlead.hal.identity import HalIdentity, HostSettings, identity_of
-from fairlead.hal.kinematic_backend import KinematicBackend
 from fairlead.hal.plan_executor import MotionLog
 from fairlead.keys import Keys
 from fairlead.messages import (
@@ -41,6 +40,7 @@ from fairlead.modes import ControlMode
 from fairlead.robot.manifest import load_robot
 from fairlead.wire.bus import Qos, Sample
 from fairlead.wire.memory_bus import MemoryBus
+from fairlead_hal_kinematic.kinematic_backend import KinematicBackend
 from tests.hal.gate_messages import SESSION, chunk, grant, lease
 
 KEYS = Keys("tested")

@@ -218,8 +218,8 @@ def test_a_full_disk_is_said_once_and_control_goes_on(tmp_path: Path) -> None:
 
 def test_options_that_do_not_fit_name_the_valid_ones(tmp_path: Path) -> None:
     with pytest.raises(AssertionError, match="the HAL ended") as caught:
-        HalProcess(tmp_path, "realtime", backend="gazebo", colour="red")
+        HalProcess(tmp_path, "realtime", seed="first", colour="red")
     text = str(caught.value)
-    assert "backend: Input should be 'robosuite' or 'kinematic', got 'gazebo'" in text
-    assert "colour: unknown key (valid: env, robot," in text
+    assert "seed: Input should be a valid integer, unable to parse" in text
+    assert "colour: unknown key (valid: frames, seed, trace)" in text
     assert "Traceback" not in text

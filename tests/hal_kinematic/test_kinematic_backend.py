@@ -7,11 +7,11 @@ import pytest
 
 from fairlead.errors import ConfigError
 from fairlead.hal.backend import PartCommand
-from fairlead.hal.kinematic_backend import KinematicBackend
 from fairlead.messages import floats
 from fairlead.modes import ControlMode
 from fairlead.robot.manifest import RobotManifest, load_robot
 from fairlead.robot.profile_limits import profile_limits
+from fairlead_hal_kinematic.kinematic_backend import KinematicBackend
 
 ROBOT = load_robot("panda_mobile")
 N = ROBOT.n_dof
@@ -156,7 +156,7 @@ def test_a_robot_with_poses_is_refused_at_start() -> None:
     with pytest.raises(ConfigError) as caught:
         KinematicBackend(load_robot("dual_panda"))
     assert str(caught.value) == (
-        "kinematic backend: part left_arm: expected a mode it can do, got cartesian_pose (valid: "
+        "hal_kinematic: part left_arm: expected a mode it can do, got cartesian_pose (valid: "
         "joint_position, joint_velocity, cartesian_delta, cartesian_twist, gripper_binary, "
         "gripper_position, dex_hand_joint, body_twist, composite_mode)"
     )

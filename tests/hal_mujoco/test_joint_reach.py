@@ -86,7 +86,7 @@ def test_another_hal_is_one_line_of_the_deployment_file(tmp_path: Path) -> None:
     before, after = yaml.safe_load(text), yaml.safe_load(swapped.read_text(encoding="utf-8"))
     assert before["services"].pop("hal") != after["services"].pop("hal")
     assert before == after
-    assert load_deployment(swapped).services["hal"].run == "hal_sim"
+    assert load_deployment(swapped).services["hal"].run == "hal_kinematic"
 
     scratch = make_scratch(swapped, tmp_path / "state", ScratchOptions(options={"runner": RUNNER}))
     with scratch_robot(scratch, Registry(tmp_path / "registry")) as robot:

@@ -41,7 +41,7 @@ def backend() -> Iterator[RobosuiteBackend]:
 def light_robot(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LiveRobot]:
     """The same four processes without physics, and without an object to see."""
     folder: Path = tmp_path_factory.mktemp("light")
-    options = ScratchOptions(pacing="lockstep", options={"hal": {"backend": "kinematic"}})
+    options = ScratchOptions(pacing="lockstep", hal={"run": "hal_kinematic"})
     source = repo_root() / "compose" / "panda_mobile_sim.yaml"
     scratch = make_scratch(source, folder / "state", options)
     with scratch_robot(scratch, Registry(folder / "registry")) as running:

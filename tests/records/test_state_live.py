@@ -136,7 +136,7 @@ def frame_poses(batch: TransformBatch) -> list[FramePose]:
 
 def test_state_33_a_localiser_says_where_odom_is_and_the_hal_then_does_not(tmp_path: Path) -> None:
     """map -> odom comes from the localiser that is named; a missing one fails the goal by name."""
-    options = ScratchOptions(options={"hal": LIGHT_HAL}, localiser="amcl")
+    options = ScratchOptions(hal=LIGHT_HAL, localiser="amcl")
     scratch = make_scratch(ROOT / "compose" / "panda_mobile_sim.yaml", tmp_path / "state", options)
     sent: set[str] = set()
 

@@ -40,7 +40,7 @@ WIGGLE = ModeSkill((DELTA,), ((0.0, 0.0, 0.02, 0.0, 0.0, 0.0),))
 def two_runners(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[ScratchRobot]:
     write_skills(tmp_path / "skills", {"wiggle": WIGGLE}, ROBOT, {"layout": "libero", "dim": 9})
     monkeypatch.setenv(SKILLS_VARIABLE, str(tmp_path / "skills"))
-    scratch = make_scratch(SOURCE, tmp_path / "state", ScratchOptions(options={"hal": LIGHT_HAL}))
+    scratch = make_scratch(SOURCE, tmp_path / "state", ScratchOptions(hal=LIGHT_HAL))
     with scratch_robot(scratch, Registry(tmp_path / "registry")) as running:
         yield running
 

@@ -7,9 +7,11 @@ import re
 from pathlib import Path
 
 import pytest
+from pydantic import BaseModel
 
 from bench.pages.__main__ import PAGES
 from fairlead.modes import GATED_MODES
+from fairlead_hal_kinematic.options import KinematicOptions
 from fairlead_hal_sim.hal_options import HalSimOptions
 from tests.assembler.every_layout import LAYOUT_DIMS
 from tests.repo.tree import ROOT
@@ -88,8 +90,12 @@ def test_contributing_is_short() -> None:
     assert (ROOT / "CONTRIBUTING.md").read_text().count("\n") < 60
 
 
-def test_every_option_of_hal_sim_is_in_its_page() -> None:
+@pytest.mark.parametrize(
+    ("title", "options"),
+    [("Options of hal_sim", HalSimOptions), ("hal_kinematic", KinematicOptions)],
+)
+def test_every_option_of_a_hal_is_in_its_page(title: str, options: type[BaseModel]) -> None:
     page = (ROOT / "docs" / "hal.md").read_text()
-    section = page.partition("## Options of hal_sim")[2].partition("\n## ")[0]
+    section = page.partition(f"## {title}\n")[2].partition("\n## ")[0]
     rows = [line.split("|")[1] for line in section.splitlines() if line.startswith("| `")]
-    assert sorted(re.findall(r"`(\w+)`", " ".join(rows))) == sorted(HalSimOptions.model_fields)
+    assert sorted(re.findall(r"`(\w+)`", " ".join(rows))) == sorted(options.model_fields)

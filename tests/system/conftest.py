@@ -28,7 +28,7 @@ def light_scratch(tmp_path: Path) -> Callable[[Pacing], Scratch]:
     """Deployments without physics: commands are integrated, services are the real ones."""
 
     def make(pacing: Pacing) -> Scratch:
-        options = ScratchOptions(pacing=pacing, options={"hal": LIGHT_HAL})
+        options = ScratchOptions(pacing=pacing, hal=LIGHT_HAL)
         return make_scratch(SOURCE, tmp_path / "state", options)
 
     return make

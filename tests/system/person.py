@@ -104,13 +104,13 @@ class Person:
 
 @contextmanager
 def person_at(
-    tmp_path: Path, compose: str, name: str, options: dict[str, dict[str, Any]] | None = None
+    tmp_path: Path, compose: str, name: str, hal: dict[str, Any] | None = None
 ) -> Iterator[Person]:
     """A deployment file with its own ports and name; what still runs at the end is killed."""
     scratch = make_scratch(
         ROOT / compose,
         tmp_path / "scratch",
-        ScratchOptions(f"{name}{os.getpid()}", options=options or {}),
+        ScratchOptions(f"{name}{os.getpid()}", hal=hal),
     )
     folder = tmp_path / "checkout"
     (folder / "compose").mkdir(parents=True)

@@ -25,7 +25,7 @@ def commands() -> list[str]:
 
 @pytest.fixture
 def newcomer(tmp_path: Path) -> Iterator[Person]:
-    with person_at(tmp_path, COMPOSE, "wave", {"hal": LIGHT_HAL}) as person:
+    with person_at(tmp_path, COMPOSE, "wave", LIGHT_HAL) as person:
         person.more_environment = {"FAIRLEAD_SKILLS": str(person.folder / "data" / "rskills")}
         yield person
 

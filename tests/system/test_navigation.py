@@ -54,7 +54,7 @@ class TwoRunners:
         self.states: list[JointState] = []
         self.poses: dict[int, tuple[float, float, float]] = {}
         self.verdicts: list[Verdict] = []
-        options = ScratchOptions(pacing=pacing, options={"hal": LIGHT_HAL})
+        options = ScratchOptions(pacing=pacing, hal=LIGHT_HAL)
         self._robot = scratch_robot(make_scratch(SOURCE, folder, options), registry)
 
     def __enter__(self) -> TwoRunners:

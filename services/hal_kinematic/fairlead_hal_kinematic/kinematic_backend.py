@@ -15,35 +15,19 @@ import numpy as np
 import numpy.typing as npt
 
 from fairlead.errors import ConfigError, expected
-from fairlead.hal.backend import (
+from fairlead.hal import (
     BackendDescription,
     FramePose,
     Measurement,
     PartCommand,
     TaskReading,
+    describe_part,
 )
-from fairlead.messages import FloatArray, HalPart, ModeRange, pack_floats
+from fairlead.messages import FloatArray
 from fairlead.modes import ControlMode
-from fairlead.robot.command_ranges import command_range
 from fairlead.robot.joint import Joint
 from fairlead.robot.manifest import RobotManifest
-from fairlead.robot.part import Part
 from fairlead.robot.profile_limits import profile_limits
-
-
-def describe_part(robot: RobotManifest, part: Part, profile: str) -> HalPart:
-    """The part with the limits of a safety profile as its command ranges."""
-    limits = robot.profile(profile).parts[part.name]
-    ranges = []
-    for mode in part.control_modes:
-        lower, upper = command_range(robot, part, mode, limits)
-        ranges.append(ModeRange(mode=mode, lower=pack_floats(lower), upper=pack_floats(upper)))
-    return HalPart(
-        name=part.name,
-        simulator_part=part.simulator_part,
-        joints=part.joints,
-        ranges=tuple(ranges),
-    )
 
 
 def finger_shares(robot: RobotManifest) -> FloatArray:
@@ -259,5 +243,5 @@ def _check_modes(robot: RobotManifest) -> None:
     for part in robot.parts:
         for mode in part.control_modes:
             if mode not in _MOVES:
-                who = f"kinematic backend: part {part.name}"
+                who = f"hal_kinematic: part {part.name}"
                 raise ConfigError(expected(who, "a mode it can do", mode.yaml_name, valid))

@@ -15,7 +15,7 @@ from fairlead.hal.backend import (
     PartCommand,
     TaskReading,
 )
-from fairlead.hal.kinematic_backend import describe_part
+from fairlead.hal.described_part import describe_part
 from fairlead.hal.mujoco_frames import MujocoFrames, base_body
 from fairlead.messages import FloatArray
 from fairlead.paths import robot_dir

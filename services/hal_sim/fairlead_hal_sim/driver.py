@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from fairlead.hal.backend import CameraFeed
-from fairlead.hal.kinematic_backend import KinematicBackend
 from fairlead.hal.process import Equipment, HalDriver
 from fairlead.robot.manifest import RobotManifest
 from fairlead_hal_sim.camera_process import start_camera_process
@@ -11,11 +10,7 @@ from fairlead_hal_sim.hal_options import HalSimOptions
 
 
 def _equip(robot: RobotManifest, profile: str, options: HalSimOptions) -> Equipment:
-    if options.backend == "kinematic":
-        kinematic = KinematicBackend(robot, profile, options.frames)
-        kinematic.reset(options.seed)
-        return Equipment(kinematic, trace=kinematic if options.trace else None)
-    # Imported late: robosuite takes seconds, and the kinematic backend does without.
+    # Imported late: robosuite takes seconds, and options that do not fit are refused without it.
     from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
     from fairlead_hal_sim.robosuite_trace import RobosuiteTrace
 

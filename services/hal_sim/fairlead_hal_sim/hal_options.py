@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
-
-from pydantic import Field
+from typing import Any
 
 from fairlead.checked_model import checked_model
 from fairlead_hal_sim.options import SimulatorOptions
@@ -13,14 +11,10 @@ from fairlead_hal_sim.options import SimulatorOptions
 class HalSimOptions(SimulatorOptions):
     """A simulator's options and those of the process around it.
 
-    backend: ``robosuite``, or ``kinematic`` (commands are integrated, no physics).
     trace: also record every step's vector and the simulator's state (``trace.jsonl``).
-    frames: kinematic backend only, frames that stand still in ``odom``: name to xyz [m].
     """
 
-    backend: Literal["robosuite", "kinematic"] = "robosuite"
     trace: bool = False
-    frames: dict[str, tuple[float, float, float]] = Field(default_factory=dict)
 
 
 def read_options(service: str, options: dict[str, Any]) -> HalSimOptions:

@@ -14,7 +14,7 @@ from fairlead.hal.backend import (
     PartCommand,
     TaskReading,
 )
-from fairlead.hal.kinematic_backend import describe_part
+from fairlead.hal.described_part import describe_part
 
 __all__ = [
     "Backend",

@@ -155,12 +155,11 @@ def _simulator(robot: str, base_pose: list[float]) -> SimulatorOptions:
         hal = deployment.services[deployment.hal]
         if hal.run == "hal_sim":
             options = read_options(deployment.hal, hal.options)
-            if options.backend == "robosuite":
-                place = {"base_pose": base_pose} if options.env == OUR_SCENE else {}
-                return options.model_copy(update={"env_options": options.env_options | place})
+            place = {"base_pose": base_pose} if options.env == OUR_SCENE else {}
+            return options.model_copy(update={"env_options": options.env_options | place})
     raise ConfigError(
         f"layout verify: robot {robot}: no deployment in compose/ simulates it in robosuite "
-        "(run: hal_sim, backend: robosuite), whose observations are the truth to compare with"
+        "(run: hal_sim), whose observations are the truth to compare with"
     )
 
 

@@ -40,12 +40,14 @@ class Scratch:
 class ScratchOptions:
     """What differs from the copied file.
 
-    options: by service name, merged over the file's own options.
+    hal: runs in the place of the file's HAL: a service's spec without ``listen``.
+    options: by service name, merged over the service's own options.
     localiser: who sends ``map -> odom``; "" for the HAL, whatever the file says.
     """
 
     id: str = ""
     pacing: Literal["realtime", "lockstep"] | None = None
+    hal: dict[str, Any] | None = None
     options: dict[str, dict[str, Any]] = field(default_factory=dict)
     localiser: str = ""
 
@@ -59,9 +61,11 @@ def make_scratch(source: Path, folder: Path, options: ScratchOptions) -> Scratch
     """
     original = load_deployment(source)
     services = original.model_dump(mode="json")["services"]
+    if options.hal is not None:
+        services[original.hal] = dict(options.hal)
     for port, (name, spec) in zip(free_ports(len(services)), services.items(), strict=True):
         spec["listen"], spec["host"] = f"tcp/127.0.0.1:{port}", ""  # peers, all of them here
-        spec["options"] |= options.options.get(name, {})
+        spec["options"] = spec.get("options", {}) | options.options.get(name, {})
     copy = {
         "robot": original.robot,
         "id": options.id or f"{original.id}_{os.getpid()}",
