@@ -1,4 +1,4 @@
-"""Decision logs as records, read and written: the layout of docs/receipts.md."""
+"""Decision logs as records, read and written: the layout of docs/decision-log.md."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Receipts: what the gate was given and decided is on disk, whatever the disk does."""
+"""The decision log: what the gate was given and decided is on disk, whatever the disk does."""
 
 from __future__ import annotations
 

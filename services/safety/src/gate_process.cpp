@@ -196,7 +196,7 @@ void GateProcess::step(const Event& event, Answer* answer) {
   carry_out(answer);
   previous_step_ns_ =
       static_cast<std::uint32_t>(std::min<std::uint64_t>(monotonic_ns() - now_ns, UINT32_MAX));
-  decisions_.step(now_ns, timed, ids_, *outputs_);  // last: nothing waits for a receipt
+  decisions_.step(now_ns, timed, ids_, *outputs_);  // last: nothing waits for the log
 }
 
 void GateProcess::carry_out(Answer* answer) {

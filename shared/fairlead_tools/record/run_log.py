@@ -168,7 +168,7 @@ def read_run(path: Path) -> Run:
 
 
 class _Frames:
-    """Type and body of each record; docs/receipts.md has the layout."""
+    """Type and body of each record; docs/decision-log.md has the layout."""
 
     def __init__(self, data: bytes) -> None:
         self._data, self._at = data, len(_FIRST_LINE)

@@ -1,4 +1,4 @@
-"""Joint positions that a gate was given in one run, from its decision log (docs/receipts.md)."""
+"""Joint positions that a gate was given in one run, from its log (docs/decision-log.md)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-// Receipts: everything the gate's core was given and what it decided, in a file that
+// The decision log: everything the gate's core was given and what it decided, in a file that
 // `fairlead-safety judge` replays.
 //
 // The gate hands over bytes and goes on: they go into a ring of fixed size, from where a thread

@@ -4,7 +4,7 @@
 //   fairlead-safety-core-stdio --config robots/R/gate.sim.json [--seed N] [--decision-log DIR]
 //
 // Ids come from a generator seeded with N (default 1): the same input gives the same output.
-// Every event is recorded in DIR, if one is named, as the gate's process does: docs/receipts.md.
+// Every event is recorded in DIR, if one is named, as the gate does: docs/decision-log.md.
 // Everything is little-endian; one answer per event, flushed at once; end of input ends it.
 //
 //   event:  u8 kind, u64 now_ns, u32 length + source, u32 length + payload
