@@ -86,6 +86,26 @@ def test_scripts_and_files_named_in_the_documents_exist() -> None:
     assert missing == []
 
 
+def headings(page: Path) -> set[str]:
+    """What a link into the page may name: its headings as GitHub writes them in an address."""
+    titles = re.findall(r"^#+ (.+)$", page.read_text(), re.M)
+    plain = (re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", title) for title in titles)
+    return {re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-") for title in plain}
+
+
+def test_every_link_between_the_documents_leads_somewhere() -> None:
+    broken = []
+    for page in [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")]:
+        for target in re.findall(r"\]\(([^)\s]+)\)", page.read_text()):
+            if "://" in target:
+                continue
+            file, _, part = target.partition("#")
+            there = (page.parent / file) if file else page
+            if not there.exists() or (part and part not in headings(there)):
+                broken.append(f"{page.name}: {target}")
+    assert broken == []
+
+
 def test_contributing_is_short() -> None:
     assert (ROOT / "CONTRIBUTING.md").read_text().count("\n") < 60
 
