@@ -25,6 +25,9 @@ def test_it_writes_the_file_and_the_picture_and_the_file_is_current(
     done = fairlead("robot", "capsules", NAME, "--picture", str(picture), state=tmp_path)
     assert done.returncode == 0, done.stderr
     assert "panda_link0, panda_link1" in done.stdout
+    told = done.stderr.splitlines()
+    assert told[0] == f"{NAME}: its geometry, and whether its description agrees"
+    assert told[-1].startswith("pair 44 of 44 in 20000 poses: ")
     assert "no: joined by panda_joint1" in done.stdout
     assert f"wrote {folder / 'capsules.yaml'}; review it" in done.stdout
     made = load_capsules(load_robot(NAME))
@@ -74,7 +77,7 @@ def test_pairs_that_are_never_near_go_only_if_one_says_so(
     folder = own_robot(tmp_path, monkeypatch)
     kept = len(load_capsules(load_robot(NAME)).checked_pairs)
     done = fairlead("robot", "capsules", NAME, "--drop-margin-m", "0.1", "--json", state=tmp_path)
-    assert done.returncode == 0, done.stderr
+    assert (done.returncode, done.stderr) == (0, "")
     pairs = json.loads(done.stdout)["pairs"]
     dropped = [
         pair for pair in pairs if pair["why_not"] == "never nearer than 0.11 m (20000 poses)"

@@ -41,7 +41,7 @@ def pairs_of(
     def apart(poses: Mapping[str, Poses], first: str, second: str) -> FloatArray:
         return np.full(len(poses[first].translation), links_m)
 
-    found = find_pairs(robot, description_tree(robot), capsules, rule, apart)
+    found = find_pairs(robot, description_tree(robot), capsules, rule, apart, lambda line: None)
     return {(pair.first, pair.second): pair for pair in found}
 
 

@@ -11,7 +11,7 @@ import typer
 from fairlead.errors import ConfigError, expected
 from fairlead.robot.capsules import Capsule, load_capsules
 from fairlead.robot.manifest import RobotManifest, load_robot
-from fairlead_tools.cli.console import echo, print_json, print_table
+from fairlead_tools.cli.console import ProgressLine, echo, print_json, print_table
 from fairlead_tools.cli.options import JsonOption, RobotArgument, example
 
 if TYPE_CHECKING:
@@ -62,11 +62,14 @@ def capsules_command(
     from fairlead_tools.shape.robot_shape import RobotShape
 
     manifest = load_robot(robot)
-    shape = RobotShape(manifest, geometry_source(manifest, model))
-    shape.check_bare_links()
     clearance_m = min(one.self_collision.clearance_m for one in manifest.safety.values())
-    capsules = load_capsules(manifest).capsules if check else shape.fitted(most_per_link)
-    pairs = shape.pairs(capsules, PairRule(clearance_m, drop_margin_m, samples))
+    rule = PairRule(clearance_m, drop_margin_m, samples)
+    with ProgressLine(quiet=as_json) as line:
+        line.show(f"{robot}: its geometry, and whether its description agrees")
+        shape = RobotShape(manifest, geometry_source(manifest, model), line.show)
+        shape.check_bare_links()
+        capsules = load_capsules(manifest).capsules if check else shape.fitted(most_per_link)
+        pairs = shape.pairs(capsules, rule)
     at_rest = shape.rest_distances(capsules, pairs)
     _refuse_rest(robot, capsules, pairs, at_rest, clearance_m)
     if as_json:

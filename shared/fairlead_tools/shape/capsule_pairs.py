@@ -108,20 +108,31 @@ def find_pairs(
     capsules: Sequence[Capsule],
     rule: PairRule,
     links_apart: LinksApart,
+    say: Callable[[str], None],
 ) -> list[CapsulePair]:
-    """Every pair of capsules on different links."""
+    """Every pair of capsules on different links; ``say`` gets a line of progress for each."""
     poses = link_poses(tree, random_positions(robot, tree, rule.samples))
     spans = capsule_spans(capsules, poses)
     body, joined = _bodies(robot, tree)
     found, near = [], {}
-    for i, j in combinations(range(len(capsules)), 2):
+    every = [
+        (i, j)
+        for i, j in combinations(range(len(capsules)), 2)
+        if capsules[i].link != capsules[j].link
+    ]
+    for number, (i, j) in enumerate(every, start=1):
         one, other = capsules[i].link, capsules[j].link
-        if one != other:
-            far = pair_distances(capsules, spans, i, j)
-            near[i, j] = far < rule.clearance_m
-            why_not = _by_joints(body[one], body[other], joined) or _by_poses(far, rule)
-            found.append(CapsulePair(i, j, why_not, float(far.min()), float(near[i, j].mean())))
-    return _without_crowded(found, near, capsules, lambda i, j: links_apart(poses, i, j), rule)
+        say(f"pair {number} of {len(every)} in {rule.samples} poses: {one}, {other}")
+        far = pair_distances(capsules, spans, i, j)
+        near[i, j] = far < rule.clearance_m
+        why_not = _by_joints(body[one], body[other], joined) or _by_poses(far, rule)
+        found.append(CapsulePair(i, j, why_not, float(far.min()), float(near[i, j].mean())))
+
+    def apart(one: str, other: str) -> FloatArray:
+        say(f"distances of links that are near in many poses: {one}, {other}")
+        return links_apart(poses, one, other)
+
+    return _without_crowded(found, near, capsules, apart, rule)
 
 
 def _by_joints(one: str, other: str, joined: Mapping[frozenset[str], str]) -> str:

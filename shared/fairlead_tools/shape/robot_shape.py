@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -18,6 +18,7 @@ from fairlead.robot.link_poses import Poses, link_poses
 from fairlead.robot.manifest import RobotManifest
 from fairlead_tools.record.capsule_picture import RoundedHull
 from fairlead_tools.shape.capsule_pairs import CapsulePair, PairRule, find_pairs, links_apart
+from fairlead_tools.shape.convex_part import ConvexPart
 from fairlead_tools.shape.fit import Fitted, fit_capsules, sticking_out
 from fairlead_tools.shape.geometry import Geometry, GeometrySource, with_swept_fingers
 
@@ -27,10 +28,14 @@ _ROUNDING_M = 1e-9
 
 @dataclass(frozen=True)
 class RobotShape:
-    """A robot and where its geometry comes from."""
+    """A robot and where its geometry comes from.
+
+    say: gets a line of progress now and then.
+    """
 
     robot: RobotManifest
     source: GeometrySource
+    say: Callable[[str], None] = lambda line: None
 
     @cached_property
     def tree(self) -> DescriptionTree:
@@ -59,7 +64,7 @@ class RobotShape:
         """
         found = tuple(
             _capsule(link, fit)
-            for link, pieces in self.geometry.items()
+            for link, pieces in self._one_by_one()
             for fit in fit_capsules(pieces, most_per_link)
         )
         if len(found) > MAX_CAPSULES:
@@ -68,6 +73,11 @@ class RobotShape:
                 "lower --max-per-link"
             )
         return found
+
+    def _one_by_one(self) -> Iterator[tuple[str, Sequence[ConvexPart]]]:
+        for number, (link, pieces) in enumerate(self.geometry.items(), start=1):
+            self.say(f"capsules of link {number} of {len(self.geometry)}: {link}")
+            yield link, pieces
 
     def uncovered(self, capsules: Sequence[Capsule]) -> list[str]:
         """Links whose geometry reaches out of their capsules, with how far."""
@@ -85,7 +95,7 @@ class RobotShape:
         Raises:
             ConfigError: more checked pairs than the gate has room for.
         """
-        found = find_pairs(self.robot, self.tree, capsules, rule, self._links_apart)
+        found = find_pairs(self.robot, self.tree, capsules, rule, self._links_apart, self.say)
         checked = sum(not pair.why_not for pair in found)
         if checked > MAX_PAIRS:
             raise ConfigError(
