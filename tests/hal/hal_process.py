@@ -38,7 +38,7 @@ class HalProcess:
         self.folder = folder
         self.state_dir = folder / "state"
         self.state_dir.mkdir(exist_ok=True)
-        self.spec = {
+        self.spec: dict[str, Any] = {
             "robot": "panda_mobile",
             "id": "tested",
             "pacing": pacing,

@@ -2,22 +2,32 @@
 
 from __future__ import annotations
 
+import threading
+from pathlib import Path
+from typing import Any
+
 import numpy as np
 import pytest
 
 from fairlead.errors import RefusedError
 from fairlead.messages import (
+    HalStatus,
     Hold,
     JointState,
     ResetEpisode,
     ResetEpisodeReply,
+    StatusQuery,
     decode,
     floats,
 )
-from tests.hal.hal_process import HalProcess, free_port
+from fairlead.wire.bus import Answer
+from fairlead.wire.session import Endpoints, ZenohBus
+from tests.hal.hal_process import START_S, HalProcess, free_port
 from tests.hal.live_gate import LiveGate
 
 pytestmark = pytest.mark.processes
+
+SLOW_S = 1.0
 
 
 def reset(hal: HalProcess, seed: int) -> ResetEpisodeReply:
@@ -67,27 +77,60 @@ def test_reset_episode_steps_held_ticks_until_standstill_and_starts_an_episode(
     gate.close()
 
 
+def second_hal(first: HalProcess, spec: dict[str, Any], state_dir: Path) -> str:
+    """What another HAL says before it ends."""
+    log = first.folder / "second.log"
+    second = first.launch(spec, state_dir, log)
+    try:
+        assert second.wait(START_S) == 1, log.read_text()
+    finally:
+        second.kill()
+        second.wait()
+    return log.read_text()
+
+
 def test_a_second_hal_on_the_same_port_says_what_to_look_for(realtime: HalProcess) -> None:
-    log = realtime.folder / "second.log"
-    second = realtime.launch(realtime.spec, realtime.folder / "other", log)
-    assert second.wait(timeout=30) == 1
-    assert "the port is in use by another process; see which: fairlead ps" in log.read_text()
+    said = second_hal(realtime, realtime.spec, realtime.folder / "other")
+    assert "the port is in use by another process; see which: fairlead ps" in said
+
+
+def beside(first: HalProcess) -> dict[str, Any]:
+    """The same robot with a HAL on a port of its own, which can see the first."""
+    services = {
+        "first": first.spec["services"]["hal"],
+        "hal": {"run": "hal_sim", "listen": f"tcp/127.0.0.1:{free_port()}"},
+    }
+    return {**first.spec, "services": services}
 
 
 def test_a_second_hal_that_can_see_the_first_names_it(realtime: HalProcess) -> None:
-    services = {
-        "first": realtime.spec["services"]["hal"],  # type: ignore[index]
-        "hal": {"run": "hal_sim", "listen": f"tcp/127.0.0.1:{free_port()}"},
-    }
-    log = realtime.folder / "second.log"
-    second = realtime.launch({**realtime.spec, "services": services}, realtime.folder / "b", log)
-    assert second.wait(timeout=30) == 1
-    assert "robot tested already has a HAL (session" in log.read_text()
+    said = second_hal(realtime, beside(realtime), realtime.folder / "b")
+    assert "robot tested already has a HAL (session" in said
+
+
+def test_a_second_hal_waits_for_the_word_of_one_that_is_slow_to_answer(
+    realtime: HalProcess,
+) -> None:
+    bus, keys = realtime.bus, realtime.keys
+    status = decode(HalStatus, bus.query(keys.hal_status, StatusQuery(), START_S))
+    realtime.process.terminate()
+    assert realtime.process.wait(START_S) == 0
+    slow = ZenohBus(Endpoints(listen=[realtime.spec["services"]["hal"]["listen"]]))
+    timers: list[threading.Timer] = []
+
+    def on_query(payload: bytes, answer: Answer) -> None:
+        timers.append(threading.Timer(SLOW_S, answer, [status]))
+        timers[-1].start()
+
+    serving = slow.serve_later(keys.hal_status, "hal", on_query)
+    said = second_hal(realtime, beside(realtime), realtime.folder / "b")
+    assert f"robot tested already has a HAL (session {status.session:x}" in said
+    assert timers
+    serving.undeclare()
+    slow.close()
 
 
 def test_a_second_hal_in_the_same_state_folder_is_refused(realtime: HalProcess) -> None:
     services = {"hal": {"run": "hal_sim", "listen": f"tcp/127.0.0.1:{free_port()}"}}
-    log = realtime.folder / "second.log"
-    second = realtime.launch({**realtime.spec, "services": services}, realtime.state_dir, log)
-    assert second.wait(timeout=30) == 1
-    assert f"another HAL still uses {realtime.state_dir}" in log.read_text()
+    said = second_hal(realtime, {**realtime.spec, "services": services}, realtime.state_dir)
+    assert f"another HAL still uses {realtime.state_dir}" in said

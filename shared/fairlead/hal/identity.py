@@ -111,7 +111,8 @@ class HostSettings:
         return self.pacing == "lockstep"
 
 
-ANSWER_WAIT_S = 0.5
+ANSWER_WAIT_S = 10.0
+"""Where there is no other HAL nobody is waited for; one on a busy machine takes its time."""
 
 
 def lock_state_folder(service: str, folder: Path) -> TextIO:
