@@ -1,4 +1,4 @@
-"""Where a base goes, and what is left to its zones, from docs/safety-checks.md alone."""
+"""Where a base goes, and what is left to its zones, from its rules, not its code."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A second mind on where rows lead, from docs/safety.md alone: pinocchio, coal, numpy.
+"""A second mind on where rows lead, from its rules, not its code: pinocchio, coal, numpy.
 
 Between rows it looks at many configurations instead of proving anything, so it gives two margins:
 at the row and where braking ends, and at all that it looked at. Slow, and made to be read.

@@ -1,4 +1,4 @@
-"""G001 to G006 and G010 on a sequence of messages of one runner, from docs/safety-checks.md alone.
+"""G001 to G006 and G010 on a sequence of messages of one runner, from its rules, not its code.
 
 Only what one claim hears is modelled: rows are taken to be good ones.
 """

@@ -1,4 +1,4 @@
-"""A second mind on what the gate does with one chunk, from docs/safety-checks.md alone.
+"""A second mind on what the gate does with one chunk, from its rules, not its code.
 
 Nothing here was taken from the gate's code. It is written to be read, not to be fast.
 """

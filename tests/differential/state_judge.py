@@ -1,4 +1,4 @@
-"""G011 and G013 on measured states, from docs/safety-checks.md alone."""
+"""G011 and G013 on measured states, from its rules, not its code."""
 
 from __future__ import annotations
 

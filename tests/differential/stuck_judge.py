@@ -1,4 +1,4 @@
-"""G041: what joints were told to move since they last moved, from docs/safety-checks.md alone."""
+"""G041: what joints were told to move since they last moved, from its rules, not its code."""
 
 from __future__ import annotations
 
