@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+import asyncio
 import os
 import signal
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from concurrent.futures import Future
 
 from bench.equipment.motion_log import MotionLine, MotionLog
+from fairlead.deploy.hosts import ROUTER
 from fairlead.errors import FairleadError
 from fairlead.messages import GateState, GoalResult, ResetEpisodeReply, SafeChunk, decode
 from fairlead.operate.goal import Progress
 from fairlead.operate.goal_run import GoalOptions, run_goal
 from fairlead.wire.bus import Sample
+from fairlead_tools.supervisor import ServiceEvent, Supervisor
 from fairlead_tools.supervisor.scratch import ScratchRobot
 
 SKILL = "oracle-counter-to-cabinet"
@@ -123,17 +126,11 @@ class LiveRobot:
         wait_for(held, "the robot holds", HOLD_TIMEOUT_S)
         return self.motion.since(injected_ns)
 
-    def restarted(self, service: str) -> None:
-        """Let the supervisor bring a dead service back, and wait until it is ready."""
-        ready: list[bool] = []
-
-        def is_ready() -> bool:
-            events = self.supervisor.poll()
-            ready.extend(e.kind == "ready" and e.service == service for e in events)
-            return any(ready)
-
-        wait_for(is_ready, f"{service} is ready again", timeout_s=120.0)
-        self.client.wait_alive(service, timeout_s=WAIT_S)
+    def restarted(self, *services: str) -> None:
+        """Let the supervisor bring dead services back, and wait until they are ready."""
+        self.robot.loop.run(_bring_back(self.supervisor, services))
+        if ROUTER not in services:
+            self.client.wait_alive(*services, timeout_s=WAIT_S)
 
     def recover(self) -> None:
         """The operator's way from stopped or latched to disarmed."""
@@ -155,3 +152,19 @@ class LiveRobot:
             self.client.reset(one)
         except FairleadError:  # not still yet, or the cause is not gone: asked again
             return
+
+
+async def _bring_back(supervisor: Supervisor, services: Collection[str]) -> None:
+    """Start again what is dead until each of these services has said that it is ready again."""
+    missing, back = set(services), asyncio.Event()
+
+    def on_event(event: ServiceEvent) -> None:
+        if event.kind == "ready":
+            missing.discard(event.service)
+            if not missing:
+                back.set()
+
+    async with asyncio.timeout(120.0), asyncio.TaskGroup() as tasks:
+        keeping = tasks.create_task(supervisor.keep(on_event))
+        await back.wait()
+        keeping.cancel()

@@ -40,7 +40,7 @@ def power_cycle(robot: LiveStage) -> Shot:
     for service in SERVICES:
         robot.signal(service, signal.SIGKILL)
     wait([goal], timeout=60.0)
-    robot.all_restarted(SERVICES)
+    robot.restarted(*SERVICES)
     gate = robot.client.wait_gate_follows(60.0)
     assert GateState(gate.state) is GateState.LATCHED, gate
     session = robot.client.hal_status().session

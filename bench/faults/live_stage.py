@@ -5,7 +5,7 @@ from __future__ import annotations
 import random
 import threading
 import time
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -165,17 +165,6 @@ class LiveStage(LiveRobot):
         result = goal.result(timeout=60.0).result
         assert result is not None
         return result
-
-    def all_restarted(self, services: Collection[str]) -> None:
-        """Let the supervisor bring back services that are all dead."""
-        ready: set[str] = set()
-
-        def are_ready() -> bool:
-            ready.update(e.service for e in self.supervisor.poll() if e.kind == "ready")
-            return ready >= set(services)
-
-        wait_for(are_ready, "all services are ready again", timeout_s=120.0)
-        self.client.wait_alive(*services, timeout_s=60.0)
 
     def finish(self, goal: Future[Progress]) -> None:
         """End a goal that still runs; whatever it said."""

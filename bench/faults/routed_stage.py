@@ -32,11 +32,7 @@ class RoutedStage(LiveStage):
 
     def router_restarted(self) -> None:
         """Let the supervisor bring the dead router back, and wait for everybody."""
-
-        def is_ready() -> bool:
-            return any(e.kind == "ready" and e.service == ROUTER for e in self.supervisor.poll())
-
-        wait_for(is_ready, "the router is ready again")
+        self.restarted(ROUTER)
         self.good_network()
 
     def good_network(self) -> None:

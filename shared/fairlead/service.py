@@ -89,11 +89,11 @@ async def _serve(who: str, arguments: argparse.Namespace, body: Body) -> int:
         deployment = load_deployment(arguments.deployment)
         endpoints, log = deployment.endpoints(arguments.service), logging.getLogger(who)
         arguments.state_dir.mkdir(parents=True, exist_ok=True)
-        bus = await asyncio.to_thread(open_with_logging, endpoints, log)
+        bus = await open_with_logging(endpoints, log)
         async with asyncio.TaskGroup() as tasks:
             if deployment.router is not None:
                 token = deployment.keys.alive(arguments.service)
-                await asyncio.to_thread(refuse_duplicate_service, arguments.service, bus, token)
+                await refuse_duplicate_service(arguments.service, bus, token)
                 tasks.create_task(watch_router(bus, deployment.router_endpoint, log))
             context = ServiceContext(
                 name=arguments.service,

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import logging
-import threading
 from collections.abc import Iterator
 
 import pytest
@@ -18,7 +17,6 @@ from tests.client.turns import turns, until
 
 LOG = logging.getLogger("runner")
 TOKEN = Keys("r").alive("runner")
-DEADLINE_S = 20.0
 
 
 @pytest.fixture
@@ -47,33 +45,32 @@ def test_a_tool_is_told_which_router_it_cannot_reach(client_of: Endpoints) -> No
     )
 
 
-def test_a_service_waits_for_its_router_and_says_so_once(
+@pytest.mark.asyncio
+async def test_a_service_waits_for_its_router_and_says_so_once(
     endpoint: str, client_of: Endpoints, caplog: pytest.LogCaptureFixture
 ) -> None:
-    opened: list[ZenohBus] = []
-    thread = threading.Thread(target=lambda: opened.append(open_with_logging(client_of, LOG)))
-    thread.start()
-    while not caplog.records:  # the test's timeout is the deadline
-        thread.join(0.05)
+    opening = asyncio.create_task(open_with_logging(client_of, LOG))
+    await until(lambda: caplog.records)
     router = ZenohBus(Endpoints(listen=[endpoint], mode="router"))
-    thread.join(DEADLINE_S)
-    assert opened[0].has_router
+    opened = await opening
+    assert opened.has_router
     assert len(caplog.messages) == 1
     assert caplog.messages[0].startswith(f"waiting: router {endpoint}: not reached")
-    opened[0].close()
+    opened.close()
     router.close()
 
 
-def test_a_namesake_behind_the_same_router_is_refused(
+@pytest.mark.asyncio
+async def test_a_namesake_behind_the_same_router_is_refused(
     router: ZenohBus, client_of: Endpoints
 ) -> None:
     first, second = ZenohBus(client_of), ZenohBus(client_of)
-    refuse_duplicate_service("runner", first, TOKEN)
+    await refuse_duplicate_service("runner", first, TOKEN)
     first.declare_token(TOKEN)
     with pytest.raises(ConfigError, match="another runner of this robot is alive behind the same"):
-        refuse_duplicate_service("runner", second, TOKEN)
+        await refuse_duplicate_service("runner", second, TOKEN)
     first.close()
-    refuse_duplicate_service("runner", second, TOKEN)
+    await refuse_duplicate_service("runner", second, TOKEN)
     second.close()
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-import os
+import asyncio
+import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -17,22 +18,27 @@ STUBBORN = "trap '' TERM; echo '{name}: ready'; while true; do sleep 0.1; done"
 WITH_A_CHILD = "sleep 1000 & echo \"child $!\"; echo '{name}: ready'; wait"
 
 
-def wait_until(condition: Callable[[], object], what: str) -> None:
+async def wait_until(condition: Callable[[], object], what: str) -> None:
     deadline = time.monotonic() + WAIT_S
     while not condition():
         assert time.monotonic() < deadline, f"not within {WAIT_S:g} s: {what}"
-        os.sched_yield()
+        await asyncio.sleep(0)
 
 
 class Bench:
     """One supervisor over shell scripts, and what its services printed.
 
     problem: raised instead of building a command. argument: a file that the commands name.
+    takes_lines: cleared, whoever prints the lines is stuck.
     """
 
     def __init__(self, file: Path, folder: Path) -> None:
         self.scripts = {"hal": OBEDIENT, "runner": OBEDIENT}
         self.lines: list[tuple[str, str]] = []
+        self.events: asyncio.Queue[ServiceEvent] = asyncio.Queue()
+        self.takes_lines = threading.Event()
+        self.takes_lines.set()
+        self._keeping: asyncio.Task[None] | None = None
         self.problem: Exception | None = None
         self.argument = folder
         self.registry = Registry(folder / "registry")
@@ -45,22 +51,40 @@ class Bench:
             self._file,
             load_deployment(self._file),
             self.state_dir,
-            on_line=lambda service, line: self.lines.append((service, line)),
+            on_line=self._on_line,
             registry=self.registry,
             command=self._command,
         )
+
+    def _on_line(self, service: str, line: str) -> None:
+        self.lines.append((service, line))
+        self.takes_lines.wait(WAIT_S)
 
     def _command(self, file: Path, deployment: Deployment, name: str, state: Path) -> list[str]:
         if self.problem is not None:
             raise self.problem
         return ["sh", "-c", self.scripts[name].replace("{name}", name), "sh", str(self.argument)]
 
-    def poll_until(self, kind: str) -> ServiceEvent:
-        found: list[ServiceEvent] = []
+    async def start(self) -> None:
+        """Until all are ready."""
+        await self.supervisor.start()
+        await self.supervisor.wait_ready(WAIT_S)
 
-        def happened() -> bool:
-            found.extend(event for event in self.supervisor.poll() if event.kind == kind)
-            return bool(found)
+    def keep(self) -> None:
+        """Have what dies started again, until the test ends."""
+        keeping = self.supervisor.keep(self.events.put_nowait)
+        self._keeping = asyncio.create_task(keeping)
 
-        wait_until(happened, f"an event {kind}")
-        return found[0]
+    async def event(self, kind: str) -> str:
+        """What the next event of a kind says."""
+        async with asyncio.timeout(WAIT_S):
+            while (event := await self.events.get()).kind != kind:
+                continue
+        return event.text
+
+    async def end(self) -> None:
+        self.takes_lines.set()
+        if self._keeping is not None:
+            self._keeping.cancel()
+            await asyncio.wait({self._keeping})
+        await self.supervisor.stop(grace_s=0.0)

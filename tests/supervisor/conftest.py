@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import AsyncIterator
 from pathlib import Path
 
 import pytest
+import pytest_asyncio
 import yaml
 
 from fairlead_tools.supervisor.this_host import free_ports
@@ -29,8 +30,8 @@ def deployment_file(tmp_path: Path) -> Path:
     return path
 
 
-@pytest.fixture
-def bench(deployment_file: Path, tmp_path: Path) -> Iterator[Bench]:
+@pytest_asyncio.fixture
+async def bench(deployment_file: Path, tmp_path: Path) -> AsyncIterator[Bench]:
     bench = Bench(deployment_file, tmp_path)
     yield bench
-    bench.supervisor.stop(grace_s=0.0)
+    await bench.end()

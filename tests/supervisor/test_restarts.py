@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
+import asyncio
 import os
 import signal
-import threading
 from pathlib import Path
 
 import pytest
 
+from fairlead.deploy.process_table import process_id
 from fairlead.errors import ConfigError, ServiceError
-from fairlead_tools.supervisor import ServiceEvent
 from tests.supervisor.bench import WAIT_S, Bench, wait_until
+
+pytestmark = pytest.mark.asyncio
 
 
 @pytest.mark.processes
-def test_a_full_disk_loses_lines_of_the_log_and_nothing_else(bench: Bench) -> None:
+async def test_a_full_disk_loses_lines_of_the_log_and_nothing_else(bench: Bench) -> None:
     log = bench.state_dir / "logs" / "hal.log"
     log.parent.mkdir(parents=True)
     log.symlink_to("/dev/full")
@@ -24,15 +26,15 @@ def test_a_full_disk_loses_lines_of_the_log_and_nothing_else(bench: Bench) -> No
         f"echo one; echo two; echo 'hal: ready'; while [ ! -e '{go_on}' ]; do sleep 0.05; done; "
         "echo three; exec sleep 1000"
     )
-    bench.supervisor.start()
-    bench.supervisor.wait_ready(WAIT_S)
+    await bench.start()
+    await wait_until(lambda: ("hal", "hal: ready") in bench.lines, "it goes on")
     said = [line for name, line in bench.lines if name == "hal"]
     assert said.count(f"{log}: No space left on device; lines are lost") == 1
     log.unlink()
     go_on.touch()
-    wait_until(lambda: log.is_file() and "three" in log.read_text(), "the log goes on")
+    await wait_until(lambda: log.is_file() and "three" in log.read_text(), "the log goes on")
     assert log.read_text(encoding="utf-8").endswith("Z PRINT hal: three\n")
-    wait_until(
+    await wait_until(
         lambda: ("hal", f"{log}: written again; 3 lines were lost") in bench.lines, "it is said"
     )
     assert bench.supervisor.last_lines("hal")[:2] == ["one", "two"]
@@ -40,27 +42,27 @@ def test_a_full_disk_loses_lines_of_the_log_and_nothing_else(bench: Bench) -> No
 
 
 @pytest.mark.processes
-def test_a_service_that_cannot_be_started_again_is_tried_later_and_the_others_live(
+async def test_a_service_that_cannot_be_started_again_is_tried_later_and_the_others_live(
     bench: Bench,
 ) -> None:
-    bench.supervisor.start()
-    bench.supervisor.wait_ready(WAIT_S)
+    await bench.start()
     runner = bench.supervisor.pid("runner")
+    bench.keep()
     bench.problem = ConfigError("robot r: no compiled gate file")
     os.kill(bench.supervisor.pid("hal"), signal.SIGKILL)
-    failed = bench.poll_until("failed")
-    assert failed.text == (
+    failed = await bench.event("failed")
+    assert failed == (
         "hal cannot be started again: robot r: no compiled gate file; next attempt in 1 s"
     )
     bench.problem = RuntimeError("can't start new thread")
-    assert "can't start new thread; next attempt in 2 s" in bench.poll_until("failed").text
+    assert "can't start new thread; next attempt in 2 s" in await bench.event("failed")
     bench.problem = None
-    assert bench.poll_until("ready").text == "hal is ready again"
+    assert await bench.event("ready") == "hal is ready again"
     assert bench.supervisor.pid("runner") == runner
 
 
 @pytest.mark.processes
-def test_a_service_that_was_ready_and_died_while_others_start_is_started_again(
+async def test_a_service_that_was_ready_and_died_while_others_start_is_started_again(
     bench: Bench, tmp_path: Path
 ) -> None:
     once = tmp_path / "once"
@@ -68,70 +70,82 @@ def test_a_service_that_was_ready_and_died_while_others_start_is_started_again(
     bench.scripts["runner"] = (
         f"while [ ! -e {once}2 ]; do sleep 0.05; done; echo 'runner: ready'; exec sleep 1000"
     )
-    events: list[ServiceEvent] = []
-
-    def on_event(event: ServiceEvent) -> None:
-        events.append(event)
-        if event.kind == "restarted":
-            Path(f"{once}2").touch()
-
-    bench.supervisor.start()
-    bench.supervisor.wait_ready(WAIT_S, on_event=on_event)
-    assert [event.kind for event in events][:2] == ["died", "restarted"]
+    await bench.supervisor.start()
+    bench.keep()
+    ready = asyncio.create_task(bench.supervisor.wait_ready(WAIT_S))
+    await bench.event("died")
+    await bench.event("restarted")
+    assert not ready.done()
+    tmp_path.joinpath("once2").touch()
+    await ready
 
 
 @pytest.mark.processes
-def test_a_start_that_takes_too_long_says_how_long_it_waited(bench: Bench) -> None:
+async def test_a_terminal_that_takes_no_lines_keeps_nothing_from_being_started_again_and_ended(
+    bench: Bench,
+) -> None:
+    bench.takes_lines.clear()
+    await bench.start()
+    bench.keep()
+    os.kill(bench.supervisor.pid("hal"), signal.SIGKILL)
+    assert await bench.event("ready") == "hal is ready again"
+    pid = bench.supervisor.pid("hal")
+    assert await bench.supervisor.stop() == []
+    assert process_id(pid) is None
+
+
+@pytest.mark.processes
+async def test_a_start_that_takes_too_long_says_how_long_it_waited(bench: Bench) -> None:
     bench.scripts["runner"] = "exec sleep 1000"
-    bench.supervisor.start()
+    await bench.supervisor.start()
     with pytest.raises(ServiceError, match=r"runner: not ready after 1\.5 s; its last lines"):
-        bench.supervisor.wait_ready(1.5, threading.Event())
+        await bench.supervisor.wait_ready(1.5)
 
 
 @pytest.mark.processes
-def test_a_restart_on_a_changed_file_names_it(bench: Bench, tmp_path: Path) -> None:
+async def test_a_restart_on_a_changed_file_names_it(bench: Bench, tmp_path: Path) -> None:
     bench.argument = tmp_path / "gate.json"
     bench.argument.write_text("{}", encoding="utf-8")
-    bench.supervisor.start()
-    bench.supervisor.wait_ready(WAIT_S)
+    await bench.start()
+    bench.keep()
     os.kill(bench.supervisor.pid("hal"), signal.SIGKILL)
-    assert "CHANGED" not in bench.poll_until("restarted").text
+    assert "CHANGED" not in await bench.event("restarted")
     bench.argument.write_text('{"limit": 10}', encoding="utf-8")
-    bench.poll_until("ready")
+    await bench.event("ready")
     os.kill(bench.supervisor.pid("hal"), signal.SIGKILL)
-    text = bench.poll_until("restarted").text
+    text = await bench.event("restarted")
     assert text.endswith(f"#2), CHANGED since its last start: {bench.argument}")
 
 
-def test_a_deployment_is_listed_before_its_first_process_is_started(bench: Bench) -> None:
+async def test_a_deployment_is_listed_before_its_first_process_is_started(bench: Bench) -> None:
     bench.supervisor.reserve()
     (entry,) = bench.registry.entries()
     assert list(entry.services) == ["hal", "runner"]
     assert [service.process for service in entry.services.values()] == [None, None]
     with pytest.raises(ServiceError, match="is already running"):
         bench.another().reserve()
-    bench.supervisor.stop()
+    await bench.supervisor.stop()
     assert bench.registry.entries() == []
 
 
-def test_a_lock_is_one_lock_whoever_ends_in_between(bench: Bench) -> None:
+async def test_a_lock_is_one_lock_whoever_ends_in_between(bench: Bench) -> None:
     """Deleting a lock file would leave its holder with a lock that nobody else can see."""
     bench.supervisor.reserve()
     name = bench.supervisor.name
     bench.registry.remove_if_ended(name)
     assert bench.registry.find(name) is not None, "it runs: nothing was forgotten"
-    bench.supervisor.stop()
+    await bench.supervisor.stop()
     with bench.registry.lock(name), pytest.raises(ServiceError, match="is already running"):
         bench.another().reserve()
 
 
 @pytest.mark.processes
-def test_a_process_group_that_ends_while_it_is_being_ended_is_no_error(
+async def test_a_process_group_that_ends_while_it_is_being_ended_is_no_error(
     bench: Bench, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Its last process goes between the look and the signal."""
-    bench.supervisor.start()
-    bench.supervisor.wait_ready(WAIT_S)
+    await bench.start()
+    bench.keep()
     monkeypatch.setattr("fairlead_tools.supervisor.child.group_members", lambda group: [group])
     os.kill(bench.supervisor.pid("hal"), signal.SIGKILL)
-    assert "was killed by signal 9" in bench.poll_until("died").text
+    assert "was killed by signal 9" in await bench.event("died")

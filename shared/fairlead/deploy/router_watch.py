@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import asyncio
 import logging
-import threading
 import time
 from collections.abc import Callable
 
 from fairlead.errors import ConfigError, TransportError
+from fairlead.wire.on_loop import open_session
 from fairlead.wire.session import LINK_SILENCE_S, Endpoints, ZenohBus
 
 CHECK_S = 0.25
@@ -16,25 +16,27 @@ REMIND_S = 20.0
 """While it waits, a service says so again this often."""
 
 
-def open_patiently(endpoints: Endpoints, on_wait: Callable[[TransportError], None]) -> ZenohBus:
+async def open_patiently(
+    endpoints: Endpoints, on_wait: Callable[[TransportError], None]
+) -> ZenohBus:
     """Open a session; a client's is tried until its router is reached.
 
     Args:
-        on_wait: called after each attempt in vain; may raise to give up.
+        on_wait: called after each attempt in vain.
 
     Raises:
         TransportError: a peer's or router's session cannot be opened.
     """
     while True:
         try:
-            return ZenohBus(endpoints)
+            return await open_session(endpoints)
         except TransportError as error:
             if endpoints.mode != "client":
                 raise
             on_wait(error)
 
 
-def open_with_logging(endpoints: Endpoints, log: logging.Logger) -> ZenohBus:
+async def open_with_logging(endpoints: Endpoints, log: logging.Logger) -> ZenohBus:
     """Open a service's session; a client waits for its router, and says so."""
     due_s = 0.0
 
@@ -44,10 +46,10 @@ def open_with_logging(endpoints: Endpoints, log: logging.Logger) -> ZenohBus:
             log.warning("waiting: %s", error)
             due_s = time.monotonic() + REMIND_S
 
-    return open_patiently(endpoints, on_wait)
+    return await open_patiently(endpoints, on_wait)
 
 
-def refuse_duplicate_service(service: str, bus: ZenohBus, token: str) -> None:
+async def refuse_duplicate_service(service: str, bus: ZenohBus, token: str) -> None:
     """Make sure that no process of this name is alive behind the same router.
 
     The token of a process that died with its host stays until its link has been silent
@@ -57,14 +59,13 @@ def refuse_duplicate_service(service: str, bus: ZenohBus, token: str) -> None:
         ConfigError: if it stays.
     """
     deadline = time.monotonic() + 2.0 * LINK_SILENCE_S
-    pause = threading.Event()
-    while bus.is_declared(token):
+    while await asyncio.to_thread(bus.is_declared, token):
         if time.monotonic() > deadline:
             raise ConfigError(
                 f"{service}: another {service} of this robot is alive behind the same router, "
                 "perhaps on another host; end that one first: fairlead ps, fairlead down there"
             )
-        pause.wait(CHECK_S)
+        await asyncio.sleep(CHECK_S)
 
 
 async def watch_router(bus: ZenohBus, where: str, log: logging.Logger) -> None:

@@ -23,8 +23,11 @@ class Changes:
                 waiting.set_result(None)
         self._waiting.clear()
 
-    async def wait_for(self, condition: Callable[[], bool], timeout_s: float) -> bool:
-        """Wait until the condition holds; whether it does after at most ``timeout_s``."""
+    async def wait_for(self, condition: Callable[[], bool], timeout_s: float | None) -> bool:
+        """Wait until the condition holds; whether it does after at most ``timeout_s``.
+
+        None: for as long as whoever asks is not cancelled.
+        """
         with suppress(TimeoutError):
             async with asyncio.timeout(timeout_s):
                 while not condition():

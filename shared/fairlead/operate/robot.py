@@ -6,12 +6,11 @@ import asyncio
 import hashlib
 import time
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from functools import cached_property
 from typing import TypeVar
 
 from fairlead.deploy.deployment import Deployment
-from fairlead.errors import ConfigError, FairleadError, expected
+from fairlead.errors import ConfigError, expected
 from fairlead.keys import check_name
 from fairlead.messages import (
     NO_HASH,
@@ -32,7 +31,7 @@ from fairlead.operate.services import Services
 from fairlead.operate.subscription import QUEUE, SILENCE_S, Heard, Subscription
 from fairlead.robot.manifest import RobotManifest, load_robot
 from fairlead.wire.bus import Bus, Sample
-from fairlead.wire.session import ZenohBus
+from fairlead.wire.on_loop import open_session
 from fairlead.wire.topics import EVERY, find_topic, short_key
 
 STALL_TIMEOUT_S = 30.0
@@ -61,7 +60,7 @@ class Robot(Services):
         Raises:
             TransportError: if the session cannot be opened.
         """
-        opened = bus if bus is not None else await _open_session(deployment)
+        opened = bus if bus is not None else await open_session(deployment.tool_endpoints())
         robot = cls(deployment, opened, by)
         robot._owns_bus = bus is None
         return robot
@@ -231,14 +230,3 @@ class Robot(Services):
         made = Subscription(self.bus, name, key_expr, read, queue, timeout_s)
         self._subscriptions.append(made)  # type: ignore[arg-type]
         return made
-
-
-async def _open_session(deployment: Deployment) -> Bus:
-    """Zenoh blocks while it opens a session; one that nobody waits for any more is closed."""
-    opening = asyncio.ensure_future(asyncio.to_thread(ZenohBus, deployment.tool_endpoints()))
-    try:
-        return await asyncio.shield(opening)
-    except asyncio.CancelledError:
-        with suppress(FairleadError):
-            (await opening).close()
-        raise

@@ -1,4 +1,4 @@
-"""Queries from an event loop, and queries answered there: each waits within a deadline."""
+"""A session for an event loop; queries from it, and answered there, each within a deadline."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from typing import TypeVar
 from fairlead.errors import FairleadError, RefusedError
 from fairlead.messages import Message, decode
 from fairlead.wire.bus import Answer, Bus, Undeclare, no_answer
+from fairlead.wire.session import Endpoints, ZenohBus
 
 Reply = TypeVar("Reply", bound=Message)
 AsyncHandler = Callable[[bytes], Awaitable[Message]]
@@ -20,6 +21,21 @@ def call_on(loop: asyncio.AbstractEventLoop, function: Callable[[], None]) -> No
     """Have a loop call a function, from any thread; a loop that has ended calls nothing."""
     with suppress(RuntimeError):
         loop.call_soon_threadsafe(function)
+
+
+async def open_session(endpoints: Endpoints) -> ZenohBus:
+    """Open a session in a thread, as Zenoh blocks; one that nobody waits for any more is closed.
+
+    Raises:
+        TransportError: as `ZenohBus`.
+    """
+    opening = asyncio.ensure_future(asyncio.to_thread(ZenohBus, endpoints))
+    try:
+        return await asyncio.shield(opening)
+    except asyncio.CancelledError:
+        with suppress(FairleadError):
+            (await opening).close()
+        raise
 
 
 async def ask(bus: Bus, key: str, request: Message, kind: type[Reply], timeout_s: float) -> Reply:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import threading
+import asyncio
 import time
 from collections.abc import Callable, Collection
 from pathlib import Path
@@ -11,7 +11,7 @@ from fairlead.deploy.deployment import EXTERNAL, Deployment
 from fairlead.deploy.router_watch import open_patiently
 from fairlead.errors import FairleadError, TransportError
 from fairlead.messages import GateState, GateStatus
-from fairlead.operate.client import RobotClient
+from fairlead.operate.robot import Robot
 from fairlead_tools.cli.console import hex_id
 from fairlead_tools.cli.status import state_and_cause
 
@@ -22,14 +22,14 @@ PATIENCE_S = 10.0
 class Greeting:
     """Says, once, that the robot is up and what to do next; names what it waits for."""
 
-    def __init__(self, client: RobotClient, folder: Path, say: Say) -> None:
-        self._client = client
+    def __init__(self, robot: Robot, folder: Path, say: Say) -> None:
+        self._robot = robot
         self._folder = folder
         self._say = say
         self._complain_at_s = time.monotonic() + PATIENCE_S
         self._done = False
 
-    def say_once_up(self) -> bool:
+    async def say_once_up(self) -> bool:
         """Call it a few times a second: it waits for nobody while somebody is missing.
 
         Returns:
@@ -37,7 +37,7 @@ class Greeting:
         """
         if self._done:
             return False
-        gate, trouble = self._following_gate()
+        gate, trouble = await self._following_gate()
         if gate is not None:
             self._done = True
             self._greet(gate)
@@ -46,21 +46,21 @@ class Greeting:
             self._say("up", f"not up yet: {trouble}")
         return gate is not None
 
-    def _following_gate(self) -> tuple[GateStatus | None, str]:
+    async def _following_gate(self) -> tuple[GateStatus | None, str]:
         """The gate's status once it follows the HAL; else what is missing."""
-        missing = set(self._client.deployment.services) - self._client.alive
+        missing = set(self._robot.deployment.services) - self._robot.alive
         if missing:
             return None, f"{', '.join(sorted(missing))} not seen"
         try:
-            gate = self._client.following_gate()
+            gate = await self._robot.following_gate()
         except FairleadError as error:
             return None, str(error)
         return gate, "the gate has no state of this HAL yet; see: fairlead status"
 
     def _greet(self, gate: GateStatus) -> None:
-        self._say("up", f"{self._client.deployment.id} is up; state and logs: {self._folder}")
+        self._say("up", f"{self._robot.deployment.id} is up; state and logs: {self._folder}")
         if gate.state == GateState.DISARMED:
-            if self._client.deployment.runners:
+            if self._robot.deployment.runners:
                 next_step = "fairlead run SKILL   (see: fairlead skill ls)"
             else:  # no service of the file runs skills
                 next_step = "fairlead status; fairlead arm for a program of your own"
@@ -81,36 +81,21 @@ SETTLE_S = 1.0
 """Services that start together are not announced as missing one by one."""
 
 
-class _AskedToEndError(Exception):
-    """Leaves a wait that has no other end."""
-
-
-def router_reached(
-    deployment: Deployment, stopping: threading.Event, say: Callable[[str, str], None]
-) -> bool:
-    """Wait until the router on another host is there; at once where there is none.
-
-    Returns:
-        False if asked to stop meanwhile.
-    """
+async def wait_router(deployment: Deployment, say: Say) -> None:
+    """Wait until the router on another host is there; at once where there is none."""
     if deployment.router is None:
-        return True
+        return
     said: list[str] = []
 
     def on_wait(error: TransportError) -> None:
-        if stopping.is_set():
-            raise _AskedToEndError
         if not said:
             said.append(str(error))
             say("up", f"waiting: {error}")
 
-    try:
-        open_patiently(deployment.tool_endpoints(), on_wait).close()
-    except _AskedToEndError:
-        return False
+    bus = await open_patiently(deployment.tool_endpoints(), on_wait)
+    await asyncio.to_thread(bus.close)
     if said:
         say("up", f"router {deployment.router_endpoint} reached")
-    return not stopping.is_set()
 
 
 class OtherHosts:
@@ -120,11 +105,9 @@ class OtherHosts:
         here: names of the processes of this host; those are somebody else's to watch.
     """
 
-    def __init__(
-        self, client: RobotClient, here: Collection[str], say: Callable[[str, str], None]
-    ) -> None:
-        self._client = client
-        self._deployment = client.deployment
+    def __init__(self, robot: Robot, here: Collection[str], say: Say) -> None:
+        self._robot = robot
+        self._deployment = robot.deployment
         self._others = set(self._deployment.services) - set(here)
         self._say = say
         self._said: set[str] = set()
@@ -133,7 +116,7 @@ class OtherHosts:
 
     def are_there(self) -> bool:
         """Whether every one is alive now; call it a few times a second."""
-        missing = self._others - self._client.alive
+        missing = self._others - self._robot.alive
         now_s = time.monotonic()
         if missing != self._missing:
             self._missing, self._since_s = missing, now_s

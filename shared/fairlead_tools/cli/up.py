@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
+import asyncio
 import os
 import signal
 import subprocess
 import sys
-import threading
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from types import FrameType
 from typing import IO, Annotated
 
 import typer
@@ -17,15 +16,17 @@ import typer
 from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.deploy.hosts import ROUTER
 from fairlead.deploy.registry import Registry, running_name
+from fairlead.deploy.stop_signals import ignore_further_signals
 from fairlead.errors import ConfigError, FairleadError, expected
 from fairlead.log_stamp import stamped
 from fairlead.messages import GateState
-from fairlead.operate.client import RobotClient
+from fairlead.operate.connection import connect
+from fairlead.operate.robot import Robot
 from fairlead.robot.manifest import load_robot
 from fairlead.skill.admission import state_problems
 from fairlead.skill.manifest import load_skill, skill_ids
 from fairlead_tools.cli.console import echo
-from fairlead_tools.cli.greeting import Greeting, OtherHosts, Say, explain_gate, router_reached
+from fairlead_tools.cli.greeting import Greeting, OtherHosts, Say, explain_gate, wait_router
 from fairlead_tools.cli.options import DeploymentArgument, NewStateOption, StateDirOption, example
 from fairlead_tools.supervisor import ServiceEvent, Supervisor
 from fairlead_tools.supervisor.command_line import (
@@ -77,7 +78,6 @@ def up_command(
         start_in_background(words, name)
         return
     folder = state_dir or Registry().default_state_dir(name)
-    stopping = _stop_on_signals()
     say = UpOutput(folder)
     supervisor = Supervisor(
         deployment,
@@ -88,25 +88,11 @@ def up_command(
         host=host,
         leave_out=_left_out(loaded, without or []),
     )
-    if loaded.only("safety") in supervisor.processes:
-        check_gate_file(loaded)
-    for runner in loaded.runners:
-        if runner in supervisor.processes:
-            for line in dropped_skills(loaded, runner):
-                say("up", line)
+    _check(supervisor, say)
     try:
-        supervisor.reserve()
-        if ROUTER not in supervisor.processes and not router_reached(loaded, stopping, say):
-            return
-        supervisor.start([name for name in order.split(",") if name] or None)
-        supervisor.wait_ready(READY_TIMEOUT_S, stopping, lambda event: say("up", event.text))
-        if not stopping.is_set():  # else asked to end while it started
-            _watch(supervisor, stopping, say, detach=in_background)
+        asyncio.run(_run(supervisor, [one for one in order.split(",") if one], say, in_background))
     finally:
-        killed = supervisor.stop()
-        if killed:
-            say("up", f"had to kill: {', '.join(killed)}")
-    say("up", f"stopped {supervisor.name}; no process is left")
+        ignore_further_signals()
 
 
 def _left_out(deployment: Deployment, names: list[str]) -> list[str]:
@@ -117,44 +103,91 @@ def _left_out(deployment: Deployment, names: list[str]) -> list[str]:
     return names
 
 
-def _watch(supervisor: Supervisor, stopping: threading.Event, say: UpOutput, detach: bool) -> None:
-    with RobotClient(supervisor.deployment, by="fairlead up") as client:
-        others = OtherHosts(client, supervisor.processes, say)
-        greeting = Greeting(client, supervisor.state_dir, say)
-        while not stopping.wait(WATCH_S):
-            for event in supervisor.poll():
-                _tell(event, client, say)
-            if others.are_there() and greeting.say_once_up() and detach:
-                say.detach()
-        if client.gate in supervisor.processes:
-            _disarm(client, say)
+def _check(supervisor: Supervisor, say: Say) -> None:
+    """Refuse what cannot work before anything is started; say which skills are left out."""
+    deployment = supervisor.deployment
+    if deployment.only("safety") in supervisor.processes:
+        check_gate_file(deployment)
+    for runner in deployment.runners:
+        if runner in supervisor.processes:
+            for line in dropped_skills(deployment, runner):
+                say("up", line)
 
 
-def _stop_on_signals() -> threading.Event:
-    stopping = threading.Event()
-
-    def on_signal(number: int, frame: FrameType | None) -> None:
-        stopping.set()
-
+async def _run(supervisor: Supervisor, order: list[str], say: UpOutput, detach: bool) -> None:
+    """Start and watch until a signal comes or something fails; then no process is left."""
+    running = asyncio.create_task(_start_and_watch(supervisor, order, say, detach))
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        signal.signal(number, on_signal)
-    return stopping
+        asyncio.get_running_loop().add_signal_handler(
+            number, lambda: running.cancelling() or running.cancel()
+        )
+    try:
+        await asyncio.wait({running})
+    finally:
+        killed = await supervisor.stop()
+        if killed:
+            say("up", f"had to kill: {', '.join(killed)}")
+    if not running.cancelled():
+        running.result()
+    say("up", f"stopped {supervisor.name}; no process is left")
 
 
-def _tell(event: ServiceEvent, client: RobotClient, say: Say) -> None:
-    say("up", event.text)
-    if event.kind == "ready" and event.service == client.gate:
+async def _start_and_watch(
+    supervisor: Supervisor, order: list[str], say: UpOutput, detach: bool
+) -> None:
+    gate, gate_is_back = supervisor.deployment.only("safety"), asyncio.Event()
+
+    def tell(event: ServiceEvent) -> None:
+        say("up", event.text)
+        if event.kind == "ready" and event.service == gate:
+            gate_is_back.set()
+
+    supervisor.reserve()
+    if ROUTER not in supervisor.processes:
+        await wait_router(supervisor.deployment, say)
+    await supervisor.start(order or None)
+    try:
+        async with asyncio.TaskGroup() as tasks:
+            tasks.create_task(supervisor.keep(tell))
+            await supervisor.wait_ready(READY_TIMEOUT_S)
+            gate_is_back.clear()  # the greeting says how it is
+            await _watch(supervisor, gate_is_back, say, detach)
+    except ExceptionGroup as group:
+        raise group.exceptions[0] from None
+
+
+async def _watch(
+    supervisor: Supervisor, gate_is_back: asyncio.Event, say: UpOutput, detach: bool
+) -> None:
+    """Greet; tell who is missing elsewhere, and why the gate will not arm; until cancelled."""
+    async with connect(supervisor.deployment, by="fairlead up") as robot:
+        others = OtherHosts(robot, supervisor.processes, say)
+        greeting = Greeting(robot, supervisor.state_dir, say)
         try:
-            explain_gate(client.gate_status(), say)
-        except FairleadError as error:
-            say("up", f"the gate does not answer yet: {error}")
+            while True:
+                if gate_is_back.is_set():
+                    gate_is_back.clear()
+                    await _explain(robot, say)
+                if others.are_there() and await greeting.say_once_up() and detach:
+                    say.detach()
+                await asyncio.sleep(WATCH_S)
+        finally:
+            if robot.gate in supervisor.processes:
+                await _disarm(robot, say)
 
 
-def _disarm(client: RobotClient, say: Say) -> None:
+async def _explain(robot: Robot, say: Say) -> None:
+    try:
+        explain_gate(await robot.gate_status(), say)
+    except FairleadError as error:
+        say("up", f"the gate does not answer yet: {error}")
+
+
+async def _disarm(robot: Robot, say: Say) -> None:
     """End claims before the processes, so that the gate's end is a clean one."""
     try:
-        if client.gate_status().state == GateState.ARMED:
-            client.disarm()
+        if (await robot.gate_status()).state == GateState.ARMED:
+            await robot.disarm()
     except FairleadError as error:
         say("up", f"could not disarm before stopping: {error}")
 

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
+import asyncio
 import os
 import signal
 import subprocess
-import threading
 from collections import deque
 from collections.abc import Callable, Sequence
-from contextlib import closing, suppress
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from pathlib import Path
-from typing import IO
 
 from fairlead.deploy.process_table import ProcessId, group_members, process_id
 from fairlead.log_stamp import stamped
@@ -21,17 +21,27 @@ LineHandler = Callable[[str, str], None]
 """Gets the service's name and one line it printed."""
 
 LAST_LINES = 15  # enough for a Python error's last frames
+READ_BYTES = 1 << 16
+LAST_WORDS_S = 0.2  # for its last lines to be read, where something it started still lives
+KILLED_S = 2.0
 
 
 class Child:
     """A running process in a process group of its own (so Ctrl-C reaches us first).
+
+    To be made on the event loop that watches it and reads its output.
 
     Args:
         name: the service's name.
         command: what to execute.
         environment: its whole environment.
         log: the file its lines are appended to.
-        on_line: called from a thread for every line.
+        on_line: called for every line, from the thread that writes the file.
+        on_change: called on the loop when it is ready, and when it has ended.
+
+    Attributes:
+        ready: whether it has said so.
+        ended: whether it has ended, and what it printed before is known.
     """
 
     def __init__(
@@ -41,11 +51,13 @@ class Child:
         environment: dict[str, str],
         log: Path,
         on_line: LineHandler,
+        on_change: Callable[[], None],
     ) -> None:
         self.name = name
-        self.ready = threading.Event()
+        self.ready = self.ended = False
         self.last_lines: deque[str] = deque(maxlen=LAST_LINES)
-        self._on_line = on_line
+        self._log, self._on_line, self._on_change = ServiceLog(log), on_line, on_change
+        self._writer = ThreadPoolExecutor(1, thread_name_prefix=f"{name}-log")
         self._process = subprocess.Popen(
             command,
             stdin=subprocess.DEVNULL,
@@ -55,20 +67,16 @@ class Child:
             start_new_session=True,
             preexec_fn=die_with_parent(),
         )
-        self.process_id = process_id(self._process.pid) or ProcessId(self._process.pid, 0)
-        assert self._process.stdout is not None
-        self._reader = threading.Thread(
-            target=self._read,
-            args=(self._process.stdout, ServiceLog(log)),
-            name=f"{name}-log",
-            daemon=True,
-        )
         try:
-            self._reader.start()
-        except RuntimeError:  # no thread to be had: nobody would read what it prints
+            handle = os.pidfd_open(self.pid)
+            self._writer.submit(int)  # now there is a thread
+        except (OSError, RuntimeError):  # nobody would see it end, or read what it prints
             self._process.kill()
             self._process.wait()
             raise
+        self.process_id = process_id(self.pid) or ProcessId(self.pid, 0)
+        self._reading = asyncio.create_task(self._read(), name=f"{name} output")
+        self._watching = asyncio.create_task(self._watch(handle), name=f"{name} end")
 
     @property
     def pid(self) -> int:
@@ -86,33 +94,57 @@ class Child:
             self._process.terminate()
             self._process.send_signal(signal.SIGCONT)
 
-    def kill_group(self) -> None:
+    async def kill_group(self) -> None:
         """SIGKILL to the process and everything it started that is still there."""
         if group_members(self.pid):
             with suppress(ProcessLookupError):  # the last of them has just ended
                 os.killpg(self.pid, signal.SIGKILL)
-        self._process.wait()
-        self._reader.join(timeout=1.0)
+        await asyncio.wait({self._watching, self._reading}, timeout=KILLED_S)
+        self._reading.cancel()
 
-    def wait(self, timeout_s: float) -> bool:
-        """Whether the process has ended within ``timeout_s``."""
+    async def _watch(self, handle: int) -> None:
+        gone, loop = asyncio.Event(), asyncio.get_running_loop()
+        loop.add_reader(handle, gone.set)
         try:
-            self._process.wait(max(timeout_s, 0.0))
-        except subprocess.TimeoutExpired:
-            return False
-        return True
+            await gone.wait()
+        finally:
+            loop.remove_reader(handle)
+            os.close(handle)
+        self._process.wait()
+        await asyncio.wait({self._reading}, timeout=LAST_WORDS_S)
+        self.ended = True
+        self._on_change()
 
-    def _read(self, stream: IO[bytes], log: ServiceLog) -> None:
-        with stream, closing(log):
-            for raw in stream:
-                line = raw.decode(errors="replace").rstrip()
-                self.last_lines.append(line)
-                if is_ready_line(line):
-                    self.ready.set()
-                self._on_line(self.name, line)
-                trouble = log.append(stamped(line, self.name))
-                if trouble:
-                    self._on_line(self.name, trouble)
+    async def _read(self) -> None:
+        stream, loop = asyncio.StreamReader(), asyncio.get_running_loop()
+        pipe, _ = await loop.connect_read_pipe(
+            lambda: asyncio.StreamReaderProtocol(stream), self._process.stdout
+        )
+        rest = b""
+        try:
+            while data := await stream.read(READ_BYTES):
+                *lines, rest = (rest + data).split(b"\n")
+                await self._take(lines)
+            await self._take([rest] if rest else [])
+        finally:
+            pipe.close()
+            self._writer.submit(self._log.close)
+            self._writer.shutdown(wait=False)
+
+    async def _take(self, raw: list[bytes]) -> None:
+        lines = [one.decode(errors="replace").rstrip() for one in raw]
+        self.last_lines.extend(lines)
+        if not self.ready and any(is_ready_line(line) for line in lines):
+            self.ready = True
+            self._on_change()
+        await asyncio.get_running_loop().run_in_executor(self._writer, self._write, lines)
+
+    def _write(self, lines: list[str]) -> None:
+        for line in lines:
+            self._on_line(self.name, line)
+            trouble = self._log.append(stamped(line, self.name))
+            if trouble:
+                self._on_line(self.name, trouble)
 
 
 def is_ready_line(line: str) -> bool:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 import shutil
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
@@ -19,6 +19,7 @@ import yaml
 from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.deploy.registry import Registry
 from fairlead.errors import ConfigError, FairleadError, ServiceError
+from fairlead.operate.blocking import LoopThread
 from fairlead.operate.client import RobotClient
 from fairlead_tools.supervisor import Supervisor
 from fairlead_tools.supervisor.command_line import CommandBuilder, service_command
@@ -97,9 +98,13 @@ READY_TIMEOUT_S = 120.0
 
 @dataclass(frozen=True)
 class ScratchRobot:
-    """Running services and a client that all of them know."""
+    """Running services and a client that all of them know.
+
+    loop: where the supervisor runs; it starts nothing again unless told to, by `Supervisor.keep`.
+    """
 
     scratch: Scratch
+    loop: LoopThread
     supervisor: Supervisor
     client: RobotClient
 
@@ -130,17 +135,18 @@ def scratch_robot(
         command=command,
         host=hosts[0] if hosts else None,
     )
-    try:
-        supervisor.start(order, None if order is None else READY_TIMEOUT_S)
-        supervisor.wait_ready(READY_TIMEOUT_S)
-        with RobotClient(scratch.deployment) as client:
-            client.wait_alive(*scratch.deployment.services, timeout_s=READY_TIMEOUT_S)
-            client.wait_gate_follows()
-            yield ScratchRobot(scratch, supervisor, client)
-    except FairleadError as error:
-        story = supervisor.died()
-        if story is None or (isinstance(error, ServiceError) and story in str(error)):
-            raise
-        raise ServiceError(f"{error}\n{story}") from None
-    finally:
-        supervisor.stop()
+    with closing(LoopThread()) as loop:
+        try:
+            loop.run(supervisor.start(order, None if order is None else READY_TIMEOUT_S))
+            loop.run(supervisor.wait_ready(READY_TIMEOUT_S))
+            with RobotClient(scratch.deployment) as client:
+                client.wait_alive(*scratch.deployment.services, timeout_s=READY_TIMEOUT_S)
+                client.wait_gate_follows()
+                yield ScratchRobot(scratch, loop, supervisor, client)
+        except FairleadError as error:
+            story = supervisor.died()
+            if story is None or (isinstance(error, ServiceError) and story in str(error)):
+                raise
+            raise ServiceError(f"{error}\n{story}") from None
+        finally:
+            loop.run(supervisor.stop())

@@ -13,23 +13,28 @@ from fairlead_tools.supervisor.child import Child
 
 @dataclass
 class Slot:
-    """A child, when it was started, and when it may be started again.
+    """A child, when it was started, and how often again.
 
     files: digest of each file that its command names, when it was started.
+    told: whether somebody was told that this child is ready.
     """
 
     child: Child
     started_s: float
     files: dict[str, str]
     backoff: Backoff = field(default_factory=Backoff)
-    restart_at_s: float | None = None
     restarts: int = 0
-    was_ready: bool = False
+    told: bool = False
 
     @property
     def entry(self) -> ServiceEntry:
         """What the registry says of it."""
-        return ServiceEntry(self.child.process_id, self.child.ready.is_set(), self.restarts)
+        return ServiceEntry(self.child.process_id, self.child.ready, self.restarts)
+
+    @property
+    def start_failed(self) -> bool:
+        """Whether its first process ended before it was ready."""
+        return self.child.ended and not self.restarts and not self.child.ready
 
     def replace(self, child: Child, files: dict[str, str], now_s: float) -> list[str]:
         """Take the process that was started again.
@@ -38,16 +43,9 @@ class Slot:
             The files that changed since the last start.
         """
         changed = [file for file, digest in files.items() if self.files.get(file) != digest]
-        self.child, self.files, self.started_s, self.restart_at_s = child, files, now_s, None
+        self.child, self.files, self.started_s, self.told = child, files, now_s, False
         self.restarts += 1
         return changed
-
-    def try_later(self, now_s: float, lived_s: float) -> float:
-        """Set when it is started again; returns in how many seconds."""
-        delay_s = self.backoff.delay_s(lived_s)
-        self.restart_at_s = now_s + delay_s
-        self.was_ready = False
-        return delay_s
 
 
 def digests(command: list[str]) -> dict[str, str]:

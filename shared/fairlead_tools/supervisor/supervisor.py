@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import asyncio
 import os
-import threading
 import time
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
@@ -15,6 +15,7 @@ from fairlead.deploy.hosts import ROUTER
 from fairlead.deploy.process_table import ProcessId, process_id
 from fairlead.deploy.registry import Registry, Running, ServiceEntry, running_name
 from fairlead.errors import ConfigError, ServiceError
+from fairlead.operate.changes import Changes
 from fairlead_tools.supervisor.child import Child, LineHandler
 from fairlead_tools.supervisor.command_line import (
     CommandBuilder,
@@ -25,8 +26,10 @@ from fairlead_tools.supervisor.slot import Slot, digests
 from fairlead_tools.supervisor.this_host import check_ports_free
 
 STOP_GRACE_S = 5.0  # from SIGTERM to SIGKILL
-POLL_S = 0.05
 ROUTER_READY_S = 30.0
+
+
+Kind = Literal["died", "restarted", "ready", "failed"]
 
 
 @dataclass(frozen=True)
@@ -34,17 +37,20 @@ class ServiceEvent:
     """Something a person should read: a service died, was (or could not be) started again, ..."""
 
     service: str
-    kind: Literal["died", "restarted", "ready", "failed"]
+    kind: Kind
     text: str
 
 
+EventHandler = Callable[[ServiceEvent], None]
+
+
 class Supervisor:
-    """Runs one deployment's processes here. Use it from one thread that lives as long.
+    """Runs one deployment's processes here. Use it on one event loop, whose thread lives as long.
 
     Args:
         deployment_file: where ``deployment`` was read from; the services read it too.
         state_dir: gets ``<service>/`` for each service's state and ``logs/``.
-        on_line: called from a thread for every line a service prints.
+        on_line: called from a service's own thread for every line it prints.
         registry: where the deployment is listed while it runs.
         command: builds a service's command line.
         host: which of the deployment's hosts this is; None where it has none.
@@ -59,7 +65,6 @@ class Supervisor:
         on_line: LineHandler = lambda service, line: None,
         registry: Registry | None = None,
         command: CommandBuilder = service_command,
-        clock: Callable[[], float] = time.monotonic,
         host: str | None = None,
         leave_out: Collection[str] = (),
     ) -> None:
@@ -71,12 +76,14 @@ class Supervisor:
         self._on_line = on_line
         self._registry = registry if registry is not None else Registry()
         self._build_command = command
-        self._clock = clock
         self._is_listed = False
         self._slots: dict[str, Slot] = {}
+        self._changes = Changes()
         self._lock: IO[str] | None = None
 
-    def start(self, order: Sequence[str] | None = None, one_by_one_s: float | None = None) -> None:
+    async def start(
+        self, order: Sequence[str] | None = None, one_by_one_s: float | None = None
+    ) -> None:
         """Start every process, in the file's order (the router first) or in ``order``.
 
         Args:
@@ -97,11 +104,11 @@ class Supervisor:
                 self._slots[name] = self._first_start(name, commands[name])
                 self._write_entry()
                 if one_by_one_s is not None:
-                    self.wait_ready(one_by_one_s)
+                    await self.wait_ready(one_by_one_s)
                 elif name == ROUTER:  # or its clients would begin with complaints
-                    self.wait_ready(ROUTER_READY_S)
+                    await self.wait_ready(ROUTER_READY_S)
         except BaseException:
-            self.stop(grace_s=0.0)
+            await self.stop(grace_s=0.0)
             raise
 
     def reserve(self) -> None:
@@ -117,55 +124,25 @@ class Supervisor:
             self._refuse_leftovers()
             self._write_entry()
         except BaseException:
-            self.stop(grace_s=0.0)
+            self._forget()
             raise
 
-    def wait_ready(
-        self,
-        timeout_s: float,
-        stopping: threading.Event | None = None,
-        on_event: Callable[[ServiceEvent], None] = lambda event: None,
-    ) -> None:
-        """Wait until every service has said ``ready``, or ``stopping`` is set.
-
-        One that dies after it was ready is started again, as later.
+    async def wait_ready(self, timeout_s: float) -> None:
+        """Wait until every service has said ``ready``; one that `keep` starts again, once more.
 
         Raises:
             ServiceError: one died before, or took too long; with its last lines.
         """
-        deadline = self._clock() + timeout_s
-        while stopping is None or not stopping.is_set():
-            slow = next((n for n, slot in self._slots.items() if not slot.child.ready.is_set()), "")
-            if not slow:
-                break
-            self._raise_if_start_failed()
-            if self._clock() > deadline:
-                raise ServiceError(self._story(slow, f"not ready after {timeout_s:g} s"))
-            for event in self.poll():
-                on_event(event)
-            self._slots[slow].child.ready.wait(POLL_S)
+        if not await self._changes.wait_for(self._all_ready, timeout_s):
+            slow = next(name for name, slot in self._slots.items() if not slot.child.ready)
+            raise ServiceError(self._story(slow, f"not ready after {timeout_s:g} s"))
         self._write_entry()
 
-    def poll(self) -> list[ServiceEvent]:
-        """Notice deaths, start again what is due; call it a few times a second."""
-        events, changed = [], False
-        for name, slot in self._slots.items():
-            if slot.restart_at_s is not None:
-                if self._clock() >= slot.restart_at_s:
-                    events.append(self._restart(name, slot))
-            elif slot.child.exit_status is not None:
-                events.append(self._bury(name, slot))
-            elif not slot.was_ready and slot.child.ready.is_set():
-                slot.was_ready = changed = True
-                if slot.restarts:
-                    events.append(ServiceEvent(name, "ready", f"{name} is ready again"))
-        if events or changed:
-            try:
-                self._write_entry()
-            except OSError as error:  # `ps` shows what was true before; the services go on
-                text = f"cannot say what runs here: {error.filename}: {error.strerror}"
-                events.append(ServiceEvent("up", "failed", text))
-        return events
+    async def keep(self, on_event: EventHandler) -> None:
+        """Start again whatever dies, and say so, until cancelled."""
+        async with asyncio.TaskGroup() as tasks:
+            for name, slot in self._slots.items():
+                tasks.create_task(self._keep(name, slot, on_event), name=f"keep {name}")
 
     def pid(self, service: str) -> int:
         """Process number of one service now."""
@@ -182,20 +159,24 @@ class Supervisor:
                 return self._story(name, _how_it_ended(slot.child.exit_status))
         return None
 
-    def stop(self, grace_s: float = STOP_GRACE_S) -> list[str]:
+    async def stop(self, grace_s: float = STOP_GRACE_S) -> list[str]:
         """End every process: SIGTERM, then SIGKILL after the grace, whole groups.
+
+        To be called when `keep` has ended.
 
         Returns:
             The services that had to be killed.
         """
-        deadline = self._clock() + grace_s
-        for slot in self._slots.values():
-            slot.child.ask_to_stop()
-        killed = []
-        for name, slot in self._slots.items():
-            if not slot.child.wait(deadline - self._clock()):
-                killed.append(name)
-            slot.child.kill_group()
+        children = [slot.child for slot in self._slots.values()]
+        for child in children:
+            child.ask_to_stop()
+        await self._changes.wait_for(lambda: all(child.ended for child in children), grace_s)
+        killed = [child.name for child in children if child.exit_status is None]
+        await asyncio.gather(*(child.kill_group() for child in children))
+        self._forget()
+        return killed
+
+    def _forget(self) -> None:
         self._slots.clear()
         if self._is_listed:
             self._registry.remove(self.name)
@@ -203,7 +184,6 @@ class Supervisor:
         if self._lock is not None:
             self._lock.close()
             self._lock = None
-        return killed
 
     def _in_order(self, order: Sequence[str] | None) -> list[str]:
         if order is not None and sorted(order) != sorted(self.processes):
@@ -218,45 +198,67 @@ class Supervisor:
 
     def _spawn(self, name: str, command: list[str]) -> Child:
         (self.state_dir / name).mkdir(parents=True, exist_ok=True)
-        log = self.state_dir / "logs" / f"{name}.log"
+        log, changed = self.state_dir / "logs" / f"{name}.log", self._changes.announce
         try:
-            return Child(name, command, service_environment(), log, self._on_line)
+            return Child(name, command, service_environment(), log, self._on_line, changed)
         except OSError as error:
             raise ServiceError(f"{name}: cannot start {command[0]}: {error.strerror}") from None
 
     def _first_start(self, name: str, command: list[str]) -> Slot:
         files = digests(command)
-        return Slot(self._spawn(name, command), self._clock(), files)
+        return Slot(self._spawn(name, command), time.monotonic(), files)
 
-    def _restart(self, name: str, slot: Slot) -> ServiceEvent:
-        try:
-            command = self._command(name)
-            files = digests(command)
-            child = self._spawn(name, command)
-        except Exception as error:  # noqa: BLE001 - whatever it is, the other services go on
-            delay_s = slot.try_later(self._clock(), 0.0)
-            text = f"{name} cannot be started again: {error}; next attempt in {delay_s:g} s"
-            return ServiceEvent(name, "failed", text)
-        changed = slot.replace(child, files, self._clock())
-        text = f"{name} started again (pid {child.pid}, #{slot.restarts})"
-        if changed:
-            text += f", CHANGED since its last start: {', '.join(changed)}"
-        return ServiceEvent(name, "restarted", text)
-
-    def _bury(self, name: str, slot: Slot) -> ServiceEvent:
-        status = slot.child.exit_status
-        assert status is not None
-        slot.child.kill_group()  # what the dead one had started
-        delay_s = slot.try_later(self._clock(), self._clock() - slot.started_s)
-        return ServiceEvent(
-            name, "died", f"{name} {_how_it_ended(status)}; starting it again in {delay_s:g} s"
-        )
-
-    def _raise_if_start_failed(self) -> None:
+    def _all_ready(self) -> bool:
         for name, slot in self._slots.items():
-            status = slot.child.exit_status
-            if status is not None and slot.restarts == 0 and not slot.child.ready.is_set():
-                raise ServiceError(self._story(name, _how_it_ended(status)))
+            if slot.start_failed:
+                raise ServiceError(self._story(name, _how_it_ended(slot.child.exit_status)))
+        return all(slot.child.ready for slot in self._slots.values())
+
+    async def _keep(self, name: str, slot: Slot, on_event: EventHandler) -> None:
+        def tell(kind: Kind, text: str) -> None:
+            self._list(on_event)
+            on_event(ServiceEvent(name, kind, text))
+
+        while True:
+            await self._changes.wait_for(lambda: slot.child.ready or slot.child.ended, None)
+            if slot.start_failed:
+                return  # `wait_ready` says so
+            if slot.child.ready and not slot.told:
+                slot.told = True
+                if slot.restarts:
+                    tell("ready", f"{name} is ready again")
+                else:
+                    self._list(on_event)
+            await self._changes.wait_for(lambda: slot.child.ended, None)
+            ended = _how_it_ended(slot.child.exit_status)
+            await slot.child.kill_group()  # what the dead one had started
+            delay_s = slot.backoff.delay_s(time.monotonic() - slot.started_s)
+            tell("died", f"{name} {ended}; starting it again in {delay_s:g} s")
+            while slot.child.ended:
+                await asyncio.sleep(delay_s)
+                try:
+                    text = self._restart(name, slot)
+                except Exception as error:  # noqa: BLE001 - whatever it is, the others go on
+                    delay_s = slot.backoff.delay_s(0.0)
+                    again = f"next attempt in {delay_s:g} s"
+                    tell("failed", f"{name} cannot be started again: {error}; {again}")
+                else:
+                    tell("restarted", text)
+
+    def _restart(self, name: str, slot: Slot) -> str:
+        command = self._command(name)
+        files = digests(command)
+        child = self._spawn(name, command)
+        changed = slot.replace(child, files, time.monotonic())
+        text = f"{name} started again (pid {child.pid}, #{slot.restarts})"
+        return f"{text}, CHANGED since its last start: {', '.join(changed)}" if changed else text
+
+    def _list(self, on_event: EventHandler) -> None:
+        try:
+            self._write_entry()
+        except OSError as error:  # `ps` shows what was true before; the services go on
+            text = f"cannot say what runs here: {error.filename}: {error.strerror}"
+            on_event(ServiceEvent("up", "failed", text))
 
     def _story(self, name: str, what: str) -> str:
         lines = "".join(f"\n  [{name}] {line}" for line in self.last_lines(name))
@@ -289,5 +291,6 @@ class Supervisor:
         )
 
 
-def _how_it_ended(status: int) -> str:
+def _how_it_ended(status: int | None) -> str:
+    assert status is not None
     return f"was killed by signal {-status}" if status < 0 else f"ended with status {status}"
