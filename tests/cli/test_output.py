@@ -151,3 +151,13 @@ def test_progress_and_tables_cannot_steer_the_terminal(capsys: pytest.CaptureFix
     said = capsys.readouterr()
     assert_harmless(said.err)
     assert_harmless(said.out)
+
+
+def test_progress_in_a_file_ends_with_its_newest_line_and_repeats_none(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    for lines in (("one",), ("one", "two", "three")):
+        with ProgressLine() as line:
+            for text in lines:
+                line.show(text)
+        assert capsys.readouterr().err.split() == list(dict.fromkeys((lines[0], lines[-1])))

@@ -52,7 +52,7 @@ class ProgressLine:
         self._quiet = quiet
         self._on_terminal = sys.stderr.isatty()
         self._last_s = -LINE_EVERY_S
-        self._text = ""
+        self._text = self._printed = ""
 
     def __enter__(self) -> ProgressLine:
         return self
@@ -73,7 +73,7 @@ class ProgressLine:
         if self._on_terminal:
             print(f"\r\x1b[2K{self._cut(text)}", end="", file=sys.stderr, flush=True)
         elif time.monotonic() - self._last_s >= LINE_EVERY_S:
-            self._last_s = time.monotonic()
+            self._last_s, self._printed = time.monotonic(), text
             print(text, file=sys.stderr, flush=True)
 
     def say(self, text: str) -> None:
@@ -86,8 +86,9 @@ class ProgressLine:
         """Leave the newest text, whole, as a line of its own."""
         if self._quiet or not self._text:
             return
-        clear = "\r\x1b[2K" if self._on_terminal else ""
-        print(f"{clear}{self._text}", file=sys.stderr, flush=True)
+        if self._text != self._printed:
+            clear = "\r\x1b[2K" if self._on_terminal else ""
+            print(f"{clear}{self._text}", file=sys.stderr, flush=True)
         self._text = ""
 
     @staticmethod
