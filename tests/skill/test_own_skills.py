@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import runpy
 from collections.abc import AsyncIterator
 from pathlib import Path
 
@@ -68,6 +69,18 @@ def test_a_new_skill_sees_an_arm_of_any_number_of_joints() -> None:
             {"names": ["panda_gripper"], "quantity": "position", "unit": "m"},
         ],
     }
+
+
+def test_a_new_skills_wave_can_be_seen(tmp_path: Path) -> None:
+    folder, robot = written(tmp_path / "mine"), load_robot("panda_mobile")
+    manifest = yaml.safe_load((folder / "rskill.yaml").read_text(encoding="utf-8"))
+    (slot,) = manifest["action_contract"]["slots"]
+    options = manifest["policy"]["options"]["options"]
+    policy = runpy.run_path(str(folder / "policy.py"))["Policy"].from_options(None, options)
+    up_m = np.concatenate([policy.infer(None)[:, 2] for _ in range(5)]) * slot["scale"][2]
+    limits = robot.profile("sim").parts["arm"].cartesian_delta
+    assert limits is not None
+    assert np.ptp(np.cumsum(up_m)) * np.mean(limits.gain) > 0.01  # what the robot makes of it
 
 
 def test_a_robot_without_an_arm_is_refused_with_what_its_parts_take() -> None:
