@@ -18,7 +18,10 @@ used: importing this package loads no transport and no simulator.
 
 from __future__ import annotations
 
+import ast
+from functools import cache
 from importlib import import_module
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -48,38 +51,19 @@ if TYPE_CHECKING:
     from fairlead.wire.session import Endpoints as Endpoints
     from fairlead.wire.session import ZenohBus as ZenohBus
 
-_HOME = {
-    "Bus": "wire.bus",
-    "ControlMode": "modes",
-    "Deployment": "deploy.deployment",
-    "Endpoints": "wire.session",
-    "FairleadError": "errors",
-    "Keys": "keys",
-    "MemoryBus": "wire.memory_bus",
-    "Qos": "wire.bus",
-    "PartClaim": "operate.part_claim",
-    "Progress": "operate.goal",
-    "Robot": "operate.robot",
-    "RobotClient": "operate.client",
-    "RobotManifest": "robot.manifest",
-    "RobotStatus": "operate.services",
-    "RunningGoal": "operate.goal",
-    "Sample": "wire.bus",
-    "SkillManifest": "skill.manifest",
-    "StateContractBindings": "skill.bindings",
-    "ZenohBus": "wire.session",
-    "Subscription": "operate.subscription",
-    "Tick": "operate.tick",
-    "connect": "operate.connection",
-    "load_deployment": "deploy.deployment",
-    "load_robot": "robot.manifest",
-    "load_skill": "skill.manifest",
-}
-__all__ = list(_HOME)
+
+@cache
+def _home() -> dict[str, str]:
+    """The module of each public name: as the imports above say, which only type checkers run."""
+    code = ast.parse(Path(__file__).read_text(encoding="utf-8"))
+    imports = (node for node in ast.walk(code) if isinstance(node, ast.ImportFrom))
+    return {name.asname: str(node.module) for node in imports for name in node.names if name.asname}
 
 
 def __getattr__(name: str) -> object:
     """Load a public name from its module when it is first used."""
-    if name not in _HOME:
+    if name == "__all__":
+        return list(_home())
+    if name not in _home():
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
+    return getattr(import_module(_home()[name]), name)
