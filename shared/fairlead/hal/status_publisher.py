@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from typing import Any, Literal
 
 import msgspec
@@ -20,7 +19,8 @@ HalState = Literal["ready", "resetting", "holding", "fault"]
 class StatusPublisher:
     """Publishes the newest status and answers queries with it.
 
-    Queries are answered on the transport's thread from the last status posted.
+    The tick thread replaces the status as a whole; queries are answered with the last one, on the
+    transport's thread.
     """
 
     def __init__(
@@ -32,7 +32,6 @@ class StatusPublisher:
     ) -> None:
         key = settings.keys.hal_status
         self._publisher = bus.publisher(key, HalStatus, Qos.STATUS)
-        self._lock = threading.Lock()
         self._due_ns = 0
         self._status = HalStatus(
             session=settings.session,
@@ -73,14 +72,12 @@ class StatusPublisher:
             "overruns": overruns,
             "cameras": cameras,
         }
-        with self._lock:
-            before = self._status
-            self._status = msgspec.structs.replace(before, tick=tick, **fields)
-            status = self._status
+        before = self._status
+        self._status = msgspec.structs.replace(before, tick=tick, **fields)
         changed = any(getattr(before, name) != value for name, value in fields.items())
         if changed or now_ns >= self._due_ns:
             self._due_ns = now_ns + INTERVAL_NS
-            self._publisher.put(status)
+            self._publisher.put(self._status)
 
     def close(self) -> None:
         """Answer no more queries."""
@@ -88,5 +85,4 @@ class StatusPublisher:
 
     def _answer(self, payload: bytes) -> HalStatus:
         decode(StatusQuery, payload)
-        with self._lock:
-            return self._status
+        return self._status

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 
@@ -28,7 +27,6 @@ class Recorder:
 
     def __init__(self, bus: Bus, keys: Keys, cameras: Iterable[str] = ()) -> None:
         self.recording = Recording()
-        self._lock = threading.Lock()
         handlers: dict[str, Callable[[Sample], None]] = {
             keys.every_candidate: self._on_candidate,
             **{keys.camera(name): self._on_image for name in cameras},
@@ -44,10 +42,7 @@ class Recorder:
         return self.recording
 
     def _on_candidate(self, sample: Sample) -> None:
-        with self._lock:
-            self.recording.candidate_bytes.append(sample.payload)
+        self.recording.candidate_bytes.append(sample.payload)
 
     def _on_image(self, sample: Sample) -> None:
-        image = decode(Image, sample.payload)
-        with self._lock:
-            self.recording.images.append(image)
+        self.recording.images.append(decode(Image, sample.payload))
