@@ -10,6 +10,7 @@ reviewed list is what ``grep -rn GCOVR services/safety`` finds.
 
 from __future__ import annotations
 
+import argparse
 import itertools
 import json
 import os
@@ -129,12 +130,15 @@ def unexplained_exclusions() -> list[str]:
     ]
 
 
-def main(arguments: list[str]) -> int:
+def main() -> int:
     """The exit status: 0 if the floor holds."""
-    if arguments not in ([], ["--again"]):
-        print(f"core_coverage: unknown arguments {arguments} (valid: --again)", file=sys.stderr)
-        return 2
-    if not arguments:
+    parser = argparse.ArgumentParser(
+        prog="python -m bench.core_coverage",
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--again", action="store_true", help="read what the last run left")
+    if not parser.parse_args().again:
         build_and_run()
     lines = read_lines()
     for line in lines:
@@ -153,4 +157,4 @@ def main(arguments: list[str]) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    sys.exit(main())

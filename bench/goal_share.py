@@ -10,6 +10,8 @@ the largest share in the first tick, where the rows go on, and while the tool co
 
 from __future__ import annotations
 
+import argparse
+
 import numpy as np
 
 from bench.equipment.kinematics import Pose
@@ -49,6 +51,11 @@ def _way(start: Pose, now: Pose) -> FloatArray:
 
 def main() -> None:
     """Measure and print."""
+    argparse.ArgumentParser(
+        prog="python -m bench.goal_share",
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    ).parse_args()
     driven = DrivenRobot("panda_mobile")
     every = np.array([shares(driven, axis) for axis in range(6)])
     for what, columns in (

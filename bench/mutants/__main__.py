@@ -131,7 +131,11 @@ def update(fates: dict[int, Fate], mutants: dict[int, Mutant]) -> None:
 
 def main() -> int:
     """The exit status."""
-    parser = argparse.ArgumentParser(prog="python -m bench.mutants", description=__doc__)
+    parser = argparse.ArgumentParser(
+        prog="python -m bench.mutants",
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
     parser.add_argument("files", nargs="*", help="names of files of the core, or parts of names")
     parser.add_argument("--json", type=Path, help="write id, file, line, text, change and fate")
     parser.add_argument("--update", action="store_true", help="rewrite the list of open ones")

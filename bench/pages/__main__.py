@@ -18,7 +18,9 @@ PAGES = {page.PAGE: page.current_page for page in (faults, records)}
 def main() -> int:
     """Name each page that is not current; 1 if it stays so."""
     parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+        prog="python -m bench.pages",
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--write", action="store_true", help="write them into docs/")
     is_writing = parser.parse_args().write
