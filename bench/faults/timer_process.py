@@ -10,7 +10,6 @@ import subprocess
 import sys
 import threading
 import time
-from types import TracebackType
 
 PERIOD_S = 0.005
 _ENTRY = struct.Struct("<qq")
@@ -40,12 +39,7 @@ class TimerProcess:
     def __enter__(self) -> TimerProcess:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._process.kill()
         self._process.wait()
         self._reader.join()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import inspect
 import signal
 import subprocess
 import sys
@@ -12,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from fairlead import RobotClient, connect
+from fairlead import Robot, RobotClient, connect
 from fairlead.deploy.registry import STATE_VARIABLE
 from fairlead.errors import ConfigError, NoAnswerError
 from fairlead.operate.blocking import LoopThread
@@ -121,6 +122,16 @@ def test_messages_are_gone_through_with_for(robot: RobotClient, scripted: Script
     found = iter(states)
     assert [next(found).tick, next(found).tick, states.dropped] == [2, 3, 1]
     assert states.next(0.01) is None
+
+
+def test_each_method_takes_what_its_namesake_takes() -> None:
+    def parameters(of: type, name: str) -> dict[str, inspect.Parameter]:
+        return dict(inspect.signature(getattr(of, name)).parameters)
+
+    names = [name for name, one in vars(RobotClient).items() if inspect.isfunction(one)]
+    blocking = {name: parameters(RobotClient, name) for name in names if name[0] != "_"}
+    assert {"arm", "cancel", "claim", "run", "stop", "topic"} <= blocking.keys()
+    assert blocking == {name: parameters(Robot, name) for name in blocking}
 
 
 def test_it_may_be_used_from_several_threads(robot: RobotClient) -> None:

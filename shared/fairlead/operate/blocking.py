@@ -157,12 +157,7 @@ class BlockingGoal:
     def __enter__(self) -> BlockingGoal:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._thread.run(self._goal.leave())
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from types import TracebackType
 
 from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.deploy.registry import Registry
@@ -86,24 +85,14 @@ class Connection:
         self._robot = await Robot.open(self._deployment, self._by, self._bus)
         return self._robot
 
-    async def __aexit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    async def __aexit__(self, *_: object) -> None:
         await self._robot.close()
 
     def __enter__(self) -> RobotClient:
         self._client = RobotClient(self._deployment, self._bus, self._by)
         return self._client
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._client.close()
 
 

@@ -9,7 +9,6 @@ from collections import Counter
 from collections.abc import AsyncIterator
 from contextlib import suppress
 from dataclasses import dataclass
-from types import TracebackType
 
 from fairlead.errors import NoAnswerError, RefusedError, ServiceError
 from fairlead.messages import (
@@ -156,12 +155,7 @@ class RunningGoal:
     async def __aenter__(self) -> RunningGoal:
         return self
 
-    async def __aexit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    async def __aexit__(self, *_: object) -> None:
         await self.leave()
 
     # --- its life ---------------------------------------------------------------------

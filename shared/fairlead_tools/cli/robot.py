@@ -20,6 +20,8 @@ from fairlead_tools.cli.robot_capsules import capsules_command
 from fairlead_tools.limits.bounds import Bound, robot_bounds
 from fairlead_tools.limits.effective_limits import effective_limits
 
+ProfileOption = Annotated[str, typer.Option(help="safety profile")]
+
 
 @example("fairlead robot ls")
 def ls_command(as_json: JsonOption = False) -> None:
@@ -47,7 +49,7 @@ def ls_command(as_json: JsonOption = False) -> None:
 @example("fairlead robot show panda_mobile")
 def show_command(
     robot: RobotArgument,
-    profile: Annotated[str, typer.Option(help="safety profile")] = "sim",
+    profile: ProfileOption = "sim",
     sources: Annotated[
         bool, typer.Option("--sources", help="every limit on a line, with unit and source")
     ] = False,
@@ -107,7 +109,7 @@ NOTHING = "NOT ENFORCED"
 @example("fairlead robot bounds panda_mobile")
 def bounds_command(
     robot: RobotArgument,
-    profile: Annotated[str, typer.Option(help="safety profile")] = "sim",
+    profile: ProfileOption = "sim",
     strict: Annotated[
         bool, typer.Option("--strict", help="exit 1 if a limit is not enforced")
     ] = False,
