@@ -41,7 +41,6 @@ LONG_FILES = {
     "services/safety/test/core/test_codec.cpp": "every message once, field by field",
     "tests/golden/instances.py": "every message once, as data",
     "tests/robot/test_robot_manifest.py": "every rule of robot.yaml",
-    "tests/skill/test_admission.py": "every reason to refuse a skill",
     "tests/skill/test_slots.py": "every rule of a slot",
     "tests/system/test_modes.py": "one story for every mode",
 }

@@ -56,10 +56,6 @@ def test_a_goal_compiles_each_gate_file_once_however_often_a_hal_is_held_against
     assert admission.routes == resolve_routes(SKILL.action_contract, ROBOT)
 
 
-MODES = (
-    "arm: cartesian_delta; gripper: gripper_position; base: joint_velocity, body_twist; "
-    "composite: composite_mode"
-)
 ARM, GRIPPER = "arm takes cartesian_delta", "gripper takes gripper_position"
 BASE = "base takes joint_velocity, body_twist"
 
@@ -272,54 +268,6 @@ def test_slots_of_one_part_become_one_route() -> None:
     assert routes[2].columns == (2, 0, 1)
     assert routes[2].scale == (1.5, 1.0, 1.0)
     assert routes[2].active == (0, 1, 2)
-
-
-def limited(**limit: Any) -> SkillManifest:
-    return skill(lambda data: data.update(limits=[limit]))
-
-
-@pytest.mark.parametrize(
-    ("part", "mode", "name", "value"),
-    [
-        ("arm", "cartesian_delta", "linear_limit", 0.0867),
-        ("arm", "cartesian_delta", "angular_step_limit", 0.1),
-        ("base", "joint_velocity", "step_limit", 1.5),
-        ("gripper", "gripper_position", "lower", 0.01),
-        ("gripper", "gripper_position", "upper", 0.08),
-        ("base", "joint_velocity", "velocity_limit", 1.0),
-    ],
-)
-def test_a_limit_that_tightens_is_admitted(part: str, mode: str, name: str, value: float) -> None:
-    tighter = limited(part=part, control_mode=mode, name=name, value=value)
-    assert admission_problems(tighter, ROBOT) == []
-
-
-@pytest.mark.parametrize(
-    ("part", "mode", "name", "value", "text"),
-    [
-        ("arm", "cartesian_delta", "linear_limit", 0.1,
-         "linear_limit: expected above 0 and at most 0.0867, got 0.1"),
-        ("arm", "cartesian_delta", "linear_limit", 0.0,
-         "linear_limit: expected above 0 and at most 0.0867, got 0"),
-        ("base", "joint_velocity", "step_limit", 2.5,
-         "step_limit: expected above 0 and at most 1.5, got 2.5"),
-        ("gripper", "gripper_position", "lower", -0.01,
-         "lower: expected at least 0 and below upper, 0.08, got -0.01"),
-        ("gripper", "gripper_position", "upper", 0.09,
-         "upper: expected above lower, 0, and at most 0.08, got 0.09"),
-        ("gripper", "gripper_position", "speed", 1.0,
-         "speed: no such limit (valid: lower, upper, step_limit)"),
-        ("base", "joint_velocity", "velocity_limit", 1.1,
-         "velocity_limit: expected above 0 and at most 1, got 1.1"),
-        ("arm", "joint_velocity", "step_limit", 1.0,
-         f"step_limit: no such part and mode (valid: {MODES})"),
-    ],
-)  # fmt: skip
-def test_a_limit_that_loosens_or_does_not_exist_is_refused(
-    part: str, mode: str, name: str, value: float, text: str
-) -> None:
-    looser = limited(part=part, control_mode=mode, name=name, value=value)
-    assert admission_problems(looser, ROBOT) == [f"limits: {part} {mode} {text} (profile sim)"]
 
 
 def test_a_skill_that_asks_for_more_than_the_protocol_allows_is_refused() -> None:
