@@ -39,7 +39,6 @@ MAX_BODY_LINES = 40
 LONG_FILES = {
     "services/safety/src/core/gate_candidates.cpp": "a chunk's way, from its bytes to its verdict",
     "services/safety/test/core/test_codec.cpp": "every message once, field by field",
-    "tests/robot/test_robot_manifest.py": "every rule of robot.yaml",
     "tests/skill/test_slots.py": "every rule of a slot",
     "tests/system/test_modes.py": "one story for every mode",
 }
