@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -88,10 +89,10 @@ def test_a_bad_frame_is_refused_counted_and_moves_nothing(injector: Injector, na
 
 
 def test_a_good_chunk_moves_and_its_copy_gets_the_same_verdict_and_moves_nothing_more(
-    light_scratch: Callable[[Pacing], Scratch], registry: Registry
+    light_scratch: Callable[[Pacing], Scratch], tmp_path: Path
 ) -> None:
     """In lockstep: in realtime a busy machine is late with any of chunk, lease and tick."""
-    with scratch_robot(light_scratch("lockstep"), registry) as scratch:
+    with scratch_robot(light_scratch("lockstep"), Registry(tmp_path / "registry")) as scratch:
         robot = LiveRobot(scratch)
         motion = robot.motion
         robot.recover()
