@@ -22,6 +22,7 @@ from fairlead.paths import repo_root
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
 from fairlead_tools.supervisor.this_host import free_ports
 from tests.cli.command import fairlead, fairlead_command, fairlead_environment
+from tests.cli.process_list import pids_that_mention
 
 pytestmark = [pytest.mark.processes, pytest.mark.timeout(200)]
 
@@ -122,6 +123,19 @@ def test_a_gate_that_dies_while_the_robot_comes_up_is_started_again(
     assert up.process.poll() is None
     assert up.services()["safety"]["restarts"] == 1
     assert fairlead("down", state=up.state).returncode == 0
+
+
+def test_a_deployment_that_is_ended_while_it_starts_leaves_no_process(
+    start_up: Callable[..., Up], tmp_path: Path
+) -> None:
+    options = ScratchOptions(f"early{os.getpid()}", hal=LIGHT_HAL)
+    up = start_up(make_scratch(COMPOSE / "panda_mobile_sim.yaml", tmp_path / "early", options).file)
+    running(up, "state_assembler").send(signal.SIGSTOP)  # not ready before it is ended
+    down = fairlead("down", state=up.state)
+    assert (down.returncode, down.stdout) == (0, f"stopped early{os.getpid()}\n"), down.stderr
+    assert up.process.wait(timeout=30.0) == 0
+    assert [pid for pid in pids_that_mention(up.state) if pid != up.process.pid] == []
+    assert up.services() == {}
 
 
 def test_a_detached_up_returns_when_all_is_ready_and_runs_on_until_down(tmp_path: Path) -> None:
