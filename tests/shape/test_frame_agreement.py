@@ -73,6 +73,18 @@ def test_a_wrong_description_is_refused_by_capsules_by_compile_and_by_the_hal(
         assert "Traceback" not in said
 
 
+def test_compile_says_that_there_is_no_model_to_compare_a_description_with(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (own_robot(tmp_path, monkeypatch) / "mine.xml").unlink()
+    done = fairlead("robot", "compile", NAME, state=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.splitlines()[0] == (
+        "panda.urdf is compared with no model: robot.yaml names none (simulator.model), and "
+        "mine.xml is not there"
+    )
+
+
 def test_only_the_link_that_is_turned_is_off_and_by_half_a_turn(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

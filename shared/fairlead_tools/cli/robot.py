@@ -185,8 +185,9 @@ def compile_command(
     from fairlead_tools.shape.robot_model import robot_model  # takes long: not for a misspelt name
 
     model = robot_model(manifest, None, "robot compile")
-    if model is not None:
-        echo(model.check())
+    nothing = f"robot.yaml names none (simulator.model), and {robot}.xml is not there"
+    alone = f"{manifest.description} is compared with no model: {nothing}"
+    echo(alone if model is None else model.check())
     stale = []
     for profile in manifest.safety:
         path = robot_dir(robot) / f"gate.{profile}.json"
