@@ -23,7 +23,7 @@ from bench.faults.row import MachineLateError, Shot
 from fairlead.deploy.deployment import Deployment
 from fairlead.deploy.registry import Registry
 from fairlead.errors import FairleadError
-from fairlead.messages import GateState, GoalResult, Lease, decode
+from fairlead.messages import GateState, GoalResult, Hold, Lease, decode
 from fairlead.operate.goal import Progress
 from fairlead.paths import repo_root, rskill_dir
 from fairlead.wire.bus import Sample
@@ -119,7 +119,8 @@ class LiveStage(LiveRobot):
         gap_ms = self.lease_gap_ms(lines[0].stamp_ns, lines[-1].stamp_ns)
         old_ms = max((line.stamp_ns - line.lease_ns) / 1e6 for line in lines)
         text = (
-            f"held in ticks {held} of {len(lines)}; longest tick {tick_ms:.0f} ms, gap of leases "
+            f"held in ticks {held} of {len(lines)} ({', '.join(hold_names(lines))}); "
+            f"longest tick {tick_ms:.0f} ms, gap of leases "
             f"{gap_ms:.0f} ms here, oldest lease {old_ms:.0f} ms there"
         )
         if held and max(tick_ms, gap_ms) > LATE_TICK_MS:
@@ -174,6 +175,12 @@ class LiveStage(LiveRobot):
             goal.result(timeout=60.0)
         except FairleadError:  # the runner may have died meanwhile
             return
+
+
+def hold_names(lines: Sequence[MotionLine]) -> list[str]:
+    """Why parts held, each reason once."""
+    holds = {hold for line in lines for hold in line.holds}
+    return [Hold(hold).name for hold in sorted(holds - {Hold.NONE})]
 
 
 def steady_skill(folder: Path) -> Path:
