@@ -28,13 +28,13 @@ from pathlib import Path
 import numpy as np
 
 from bench.equipment.gate_scene import Scene
-from bench.equipment.running_gate import free_port
 from bench.page import write_table
 from fairlead.messages import ActionChunk, ActionPart, Message, Verdict, encode, pack_floats
 from fairlead.modes import ControlMode
 from fairlead.paths import gate_binary, gate_config
 from fairlead.wire.bus import Bus, Qos, Sample
 from fairlead.wire.session import Endpoints, ZenohBus
+from fairlead_tools.supervisor.this_host import free_ports
 
 DEADLINE_S = 10.0
 AIM = 1.10  # the gate's median over the relay's
@@ -114,7 +114,7 @@ class Relay:
     """
 
     def __init__(self, kind: type[Message], more: tuple[str, ...] = ()) -> None:
-        port = free_port()
+        port = free_ports(1)[0]
         binary = gate_binary().with_name("bare-relay")
         endpoint = f"tcp/127.0.0.1:{port}"
         self.process = subprocess.Popen(

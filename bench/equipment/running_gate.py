@@ -5,7 +5,6 @@ from __future__ import annotations
 import queue
 import re
 import signal
-import socket
 import subprocess
 import threading
 import time
@@ -14,16 +13,10 @@ from pathlib import Path
 
 from bench.equipment.mailbox import DEADLINE_S
 from fairlead.paths import gate_binary
+from fairlead_tools.supervisor.this_host import free_ports
 
 ROBOT = "panda_mobile"
 STAMP = re.compile(r"^\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d\.\d{3}Z (?=INFO|WARNING)")
-
-
-def free_port() -> int:
-    """A TCP port that nobody listens on now."""
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
 
 
 class RunningGate:
@@ -39,7 +32,7 @@ class RunningGate:
         connect: Sequence[int] = (),
         router: str = "",
     ) -> None:
-        self.port = free_port() if port is None else port
+        self.port = free_ports(1)[0] if port is None else port
         self.lines: list[str] = []
         words = [str(gate_binary()), "--robot", robot, "--config", str(config)]
         words += ["--state-dir", str(state_dir), *options]

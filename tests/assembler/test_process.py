@@ -1,6 +1,5 @@
 """The service as a real process on a real Zenoh session."""
 
-import socket
 import subprocess
 import sys
 import threading
@@ -19,6 +18,7 @@ from fairlead.wire.session import Endpoints, ZenohBus
 from fairlead_state_assembler.core import AssemblerCore
 from fairlead_state_assembler.publishers import Publishers
 from fairlead_state_assembler.skill_view import SkillView
+from fairlead_tools.supervisor.this_host import free_ports
 from tests.assembler.robot_feed import SKILL, RobotFeed, layouts
 
 pytestmark = pytest.mark.processes
@@ -27,17 +27,11 @@ KEYS = Keys("panda_mobile")
 DEADLINE_S = 20.0
 
 
-def free_port() -> int:
-    with socket.socket() as listener:
-        listener.bind(("127.0.0.1", 0))
-        return int(listener.getsockname()[1])
-
-
 def deployment_file(folder: Path, **options: object) -> tuple[Path, str]:
-    endpoint = f"tcp/127.0.0.1:{free_port()}"
+    endpoint, ours = (f"tcp/127.0.0.1:{port}" for port in free_ports(2))
     path = folder / "deployment.yaml"
     service = {"run": "state_assembler", "listen": endpoint, "options": options}
-    hal = {"run": "hal_sim", "listen": f"tcp/127.0.0.1:{free_port()}"}  # this test itself
+    hal = {"run": "hal_sim", "listen": ours}  # this test itself
     content = {
         "robot": "panda_mobile",
         "id": "panda_mobile",

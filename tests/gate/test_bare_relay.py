@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from bench.equipment.mailbox import DEADLINE_S
-from bench.equipment.running_gate import free_port
 from fairlead.messages import Image
 from fairlead.paths import gate_binary
 from fairlead.wire.bus import Publisher, Qos
 from fairlead.wire.session import Endpoints, ZenohBus
+from fairlead_tools.supervisor.this_host import free_ports
 
 pytestmark = pytest.mark.processes
 
@@ -25,7 +25,7 @@ RESEND_S = 0.1
 @pytest.fixture
 def relay_bus() -> Iterator[ZenohBus]:
     """A session connected to a running bare-relay."""
-    endpoint = f"tcp/127.0.0.1:{free_port()}"
+    endpoint = f"tcp/127.0.0.1:{free_ports(1)[0]}"
     words = [str(gate_binary().with_name("bare-relay")), endpoint, KEY_IN, KEY_OUT]
     with subprocess.Popen(words, stdout=subprocess.PIPE, text=True) as relay:
         assert relay.stdout is not None

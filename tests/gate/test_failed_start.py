@@ -7,9 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from bench.equipment.running_gate import RunningGate, free_port
+from bench.equipment.running_gate import RunningGate
 from bench.equipment.scripted_hal import ScriptedHal
 from fairlead.wire.session import Endpoints, ZenohBus
+from fairlead_tools.supervisor.this_host import free_ports
 
 pytestmark = pytest.mark.processes
 
@@ -46,7 +47,7 @@ def test_what_the_network_calls_outlives_the_calls_also_where_starting_fails(
     source, library = tmp_path / "fault.cpp", tmp_path / "libfault.so"
     source.write_text(FAULT)
     subprocess.run(["g++", "-shared", "-fPIC", "-O1", source, "-o", library], check=True)
-    port = free_port()
+    port = free_ports(1)[0]
     bus = ZenohBus(Endpoints(listen=[f"tcp/127.0.0.1:{port}"]))
     monkeypatch.setenv("LD_PRELOAD", str(library))
     gate = RunningGate(config, tmp_path / "state", connect=[port])

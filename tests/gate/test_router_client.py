@@ -9,11 +9,12 @@ from pathlib import Path
 
 import pytest
 
-from bench.equipment.running_gate import ROBOT, RunningGate, free_port
+from bench.equipment.running_gate import ROBOT, RunningGate
 from fairlead.keys import Keys
 from fairlead.messages import GateStatus, StatusQuery, decode
 from fairlead.paths import gate_binary
 from fairlead.wire.session import Endpoints, ZenohBus
+from fairlead_tools.supervisor.this_host import free_ports
 
 pytestmark = pytest.mark.processes
 
@@ -29,7 +30,7 @@ class ClientGates:
     """Gates that are clients of a router at one port, and that router."""
 
     def __init__(self, config: Path, folder: Path) -> None:
-        self.endpoint = f"tcp/127.0.0.1:{free_port()}"
+        self.endpoint = f"tcp/127.0.0.1:{free_ports(1)[0]}"
         self._config, self._folder = config, folder
         self._buses: list[ZenohBus] = []
         self._gates: list[RunningGate] = []

@@ -12,11 +12,12 @@ import pytest
 from msgspec import structs
 
 from bench.equipment.gate_scene import Scene
-from bench.equipment.running_gate import RunningGate, free_port
+from bench.equipment.running_gate import RunningGate
 from fairlead.errors import RefusedError
 from fairlead.messages import GateState, Lease
 from fairlead.paths import gate_binary
 from fairlead.wire.bus import Qos
+from fairlead_tools.supervisor.this_host import free_ports
 
 pytestmark = pytest.mark.processes
 
@@ -94,7 +95,7 @@ def test_a_second_gate_on_the_same_state_folder_refuses_to_start(
 
 
 def test_a_gate_comes_up_before_those_it_connects_to(config: Path, tmp_path: Path) -> None:
-    gate = RunningGate(config, tmp_path / "state", connect=[free_port()])
+    gate = RunningGate(config, tmp_path / "state", connect=[free_ports(1)[0]])
     gate.wait_line("ready")
     assert gate.stop() == 0
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import socket
 import subprocess
 import sys
 import threading
@@ -18,15 +17,10 @@ from bench.equipment.live_robot import wait_for
 from fairlead.deploy.deployment import Deployment
 from fairlead.wire.bus import Sample
 from fairlead.wire.session import ZenohBus
+from fairlead_tools.supervisor.this_host import free_ports
 
 START_S = 120.0
 """A simulator and its renderer take tens of seconds to start on a busy machine."""
-
-
-def free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
 
 
 class HalProcess:
@@ -45,7 +39,7 @@ class HalProcess:
             "services": {
                 "hal": {
                     "run": run,
-                    "listen": f"tcp/127.0.0.1:{free_port()}",
+                    "listen": f"tcp/127.0.0.1:{free_ports(1)[0]}",
                     "options": options,
                 }
             },

@@ -22,7 +22,8 @@ from fairlead.messages import (
 )
 from fairlead.wire.bus import Answer
 from fairlead.wire.session import Endpoints, ZenohBus
-from tests.hal.hal_process import START_S, HalProcess, free_port
+from fairlead_tools.supervisor.this_host import free_ports
+from tests.hal.hal_process import START_S, HalProcess
 from tests.hal.live_gate import LiveGate
 
 pytestmark = pytest.mark.processes
@@ -98,7 +99,7 @@ def beside(first: HalProcess) -> dict[str, Any]:
     """The same robot with a HAL on a port of its own, which can see the first."""
     services = {
         "first": first.spec["services"]["hal"],
-        "hal": {"run": "hal_sim", "listen": f"tcp/127.0.0.1:{free_port()}"},
+        "hal": {"run": "hal_sim", "listen": f"tcp/127.0.0.1:{free_ports(1)[0]}"},
     }
     return {**first.spec, "services": services}
 
@@ -131,6 +132,6 @@ def test_a_second_hal_waits_for_the_word_of_one_that_is_slow_to_answer(
 
 
 def test_a_second_hal_in_the_same_state_folder_is_refused(realtime: HalProcess) -> None:
-    services = {"hal": {"run": "hal_sim", "listen": f"tcp/127.0.0.1:{free_port()}"}}
+    services = {"hal": {"run": "hal_sim", "listen": f"tcp/127.0.0.1:{free_ports(1)[0]}"}}
     said = second_hal(realtime, {**realtime.spec, "services": services}, realtime.state_dir)
     assert f"another HAL still uses {realtime.state_dir}" in said

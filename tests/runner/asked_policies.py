@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import socket
 from collections.abc import Awaitable, Callable
 
 import numpy as np
@@ -46,9 +45,3 @@ async def refusal(call: Awaitable[object]) -> str:
     with pytest.raises(PolicyError) as caught:
         await call
     return str(caught.value)
-
-
-def unused_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])

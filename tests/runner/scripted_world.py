@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import signal
-import socket
 import subprocess
 import sys
 import threading
@@ -43,6 +42,7 @@ from fairlead.messages import (
 )
 from fairlead.wire.bus import Qos
 from fairlead.wire.session import Endpoints, ZenohBus
+from fairlead_tools.supervisor.this_host import free_ports
 from tests.runner.scripted_robot import (
     CLAIM,
     EPOCH,
@@ -59,12 +59,6 @@ from tests.runner.scripted_robot import (
 
 DEADLINE_S = 20.0
 T = TypeVar("T")
-
-
-def free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
 
 
 class ScriptedWorld:
@@ -84,7 +78,7 @@ class ScriptedWorld:
         self._verdicts = 0
         self._leases = 0
         self._changed = threading.Condition()
-        port, runner_port = free_port(), free_port()
+        port, runner_port = free_ports(2)
         self.bus = ZenohBus(Endpoints(listen=[f"tcp/127.0.0.1:{port}"]))
         self._deployment = self._write(folder, port, runner_port)
         self._folder = folder

@@ -13,6 +13,7 @@ import pytest
 from fairlead.plugins import POLICIES
 from fairlead.skill.manifest import load_skill
 from fairlead_skill_runner.policies.backends import policy_class
+from fairlead_tools.supervisor.this_host import free_ports
 from tests.runner.asked_policies import (
     PI05,
     RLDX,
@@ -22,7 +23,6 @@ from tests.runner.asked_policies import (
     failure,
     observation,
     refusal,
-    unused_port,
 )
 from tests.runner.policy_servers import (
     ANSWERS,
@@ -38,7 +38,7 @@ pytestmark = pytest.mark.processes
 
 @pytest.mark.asyncio
 async def test_no_openpi_server_is_one_error_with_address_and_how_to_start_one(worker: Ask) -> None:
-    address = f"ws://127.0.0.1:{unused_port()}"
+    address = f"ws://127.0.0.1:{free_ports(1)[0]}"
     assert await refusal(worker(PI05, address).load()) == (
         f"policy worker: loading failed: openpi policy: no policy server at {address}: "
         "[Errno 111] Connection refused\n"
@@ -51,7 +51,7 @@ async def test_no_openpi_server_is_one_error_with_address_and_how_to_start_one(w
 
 @pytest.mark.asyncio
 async def test_no_rldx_server_is_one_error_with_address_and_how_to_start_one(worker: Ask) -> None:
-    address = f"tcp://127.0.0.1:{unused_port()}"
+    address = f"tcp://127.0.0.1:{free_ports(1)[0]}"
     assert await refusal(worker(RLDX, address, connect_timeout_s=0.2).load()) == (
         f"policy worker: loading failed: rldx policy: no policy server at {address}: "
         "no answer within 0.2 s\n"

@@ -12,9 +12,10 @@ import pytest
 from fairlead.errors import RefusedError
 from fairlead.messages import NO_HASH, ActionChunk, Cancel, GateState, Goal, decode, floats
 from fairlead_skill_runner.trace import read_trace
+from fairlead_tools.supervisor.this_host import free_ports
 from tests.runner.policy_servers import OpenpiServer
 from tests.runner.scripted_robot import CLAIM, SKILL
-from tests.runner.scripted_world import ScriptedWorld, free_port
+from tests.runner.scripted_world import ScriptedWorld
 
 pytestmark = pytest.mark.processes
 
@@ -188,7 +189,7 @@ def test_heartbeats_come_while_the_claim_lives_and_end_with_it(world: ScriptedWo
 def test_a_policy_server_that_is_not_there_fails_the_goal_before_anything_is_claimed(
     make_world: Callable[..., ScriptedWorld],
 ) -> None:
-    address = f"ws://127.0.0.1:{free_port()}"
+    address = f"ws://127.0.0.1:{free_ports(1)[0]}"
     world = make_world()
     world.start_runner(
         {

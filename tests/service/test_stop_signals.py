@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import ctypes
 import signal
-import socket
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+
+from fairlead_tools.supervisor.this_host import free_ports
 
 pytestmark = pytest.mark.processes
 
@@ -34,7 +35,7 @@ def start(tmp_path: Path) -> Iterator[Start]:
 
     def run(mode: str) -> subprocess.Popen[str]:
         deployment = tmp_path / "deployment.yaml"
-        deployment.write_text(DEPLOYMENT.replace("PORT", str(free_port())))
+        deployment.write_text(DEPLOYMENT.replace("PORT", str(free_ports(1)[0])))
         arguments = ["--deployment", deployment, "--service", "runner", "--state-dir", tmp_path]
         process = subprocess.Popen(
             [sys.executable, SCRIPT, mode, *map(str, arguments)],
@@ -51,12 +52,6 @@ def start(tmp_path: Path) -> Iterator[Start]:
     for process in started:
         process.kill()
         process.communicate()
-
-
-def free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])

@@ -20,15 +20,15 @@ from fairlead.paths import robot_dir
 from fairlead.robot.manifest import RobotManifest, load_robot
 from fairlead_tools.shape.robot_model import robot_model
 from fairlead_tools.supervisor.command_line import service_environment
+from fairlead_tools.supervisor.this_host import free_ports
 from tests.cli.command import fairlead_here as fairlead
-from tests.hal.hal_process import free_port
 from tests.shape.own_robot import NAME, own_robot
 from tests.shape.wrong_descriptions import MISTAKES, Mistake, mistaken
 
 
 def hal_start(tmp_path: Path, robot: str, kind: str = "hal_mujoco") -> subprocess.Popen[str]:
     """Start the HAL alone."""
-    service = {"run": kind, "listen": f"tcp/127.0.0.1:{free_port()}"}
+    service = {"run": kind, "listen": f"tcp/127.0.0.1:{free_ports(1)[0]}"}
     deployment = tmp_path / "deployment.yaml"
     spec = {"robot": robot, "id": robot, "pacing": "lockstep", "services": {"hal": service}}
     deployment.write_text(yaml.safe_dump(spec))

@@ -23,6 +23,7 @@ from fairlead_tools.supervisor.scratch import (
     make_scratch,
     scratch_robot,
 )
+from fairlead_tools.supervisor.this_host import free_ports
 from tests.cli.command import fairlead
 from tests.runner.policy_servers import (
     OpenpiServer,
@@ -33,7 +34,6 @@ from tests.runner.policy_servers import (
     rldx_actions,
     rldx_rows,
 )
-from tests.runner.scripted_world import free_port
 
 pytestmark = [
     pytest.mark.processes,
@@ -86,7 +86,7 @@ def camera_robot(tmp_path_factory: pytest.TempPathFactory) -> Iterator[CameraRob
     servers = {
         PI05: openpi.address,
         RLDX: rldx.address,
-        SERVERLESS: f"tcp://127.0.0.1:{free_port()}",
+        SERVERLESS: f"tcp://127.0.0.1:{free_ports(1)[0]}",
     }
     scratch = make_scratch(
         repo_root() / "compose" / "panda_mobile_sim_cameras.yaml",

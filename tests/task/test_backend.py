@@ -21,7 +21,7 @@ from fairlead_hal_sim.introspection import simulator_slot
 from fairlead_hal_sim.options import SimulatorOptions
 from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
 from fairlead_hal_sim.snapshot import restore_snapshot, take_snapshot
-from tests.hal.hal_process import free_port
+from fairlead_tools.supervisor.this_host import free_ports
 from tests.packing.vectors import JOINTS, base_velocity, delta, mode, opening
 
 pytestmark = pytest.mark.simulator
@@ -266,7 +266,7 @@ def test_a_hal_process_with_a_wrong_part_order_ends_with_the_right_one_and_no_tr
 ) -> None:
     spec = yaml.safe_load((repo_root() / "compose" / "panda_mobile_sim.yaml").read_text())
     spec["services"]["hal"]["options"]["part_order"] = ["right", "base", "torso"]
-    spec["services"]["hal"]["listen"] = f"tcp/127.0.0.1:{free_port()}"
+    spec["services"]["hal"]["listen"] = f"tcp/127.0.0.1:{free_ports(1)[0]}"
     file = tmp_path / "deployment.yaml"
     file.write_text(yaml.safe_dump(spec))
     command = [sys.executable, "-m", "fairlead.hal.serve", "--deployment", str(file)]
