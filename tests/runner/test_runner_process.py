@@ -191,17 +191,8 @@ def test_a_policy_server_that_is_not_there_fails_the_goal_before_anything_is_cla
 ) -> None:
     address = f"ws://127.0.0.1:{free_ports(1)[0]}"
     world = make_world()
-    world.start_runner(
-        {
-            "backend": "openpi",
-            "options": {
-                "address": address,
-                "start": "serve it",
-                "connect_timeout_s": 1.0,
-                "answer_timeout_s": 1.0,
-            },
-        }
-    )
+    options = {"address": address, "start": "serve it", "connect_timeout_s": 1.0}
+    world.start_runner({"backend": "openpi", "options": options | {"answer_timeout_s": 1.0}})
     ended = world.result(world.start_goal())
     assert ended.result is not None
     assert (ended.result.outcome, ended.result.kind) == ("failed", "policy_error")
