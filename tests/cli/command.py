@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import io
 import os
+import signal
 import subprocess
 import sys
 from contextlib import redirect_stderr, redirect_stdout
@@ -50,6 +51,7 @@ def fairlead_here(*arguments: str, state: Path) -> subprocess.CompletedProcess[s
     """The same without a process: for commands that read files, or that are refused."""
     command = ["fairlead", *arguments]
     out, err, code = io.StringIO(), io.StringIO(), 0
+    heard = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
     with (
         mock.patch.dict(os.environ, fairlead_environment(state)),
         mock.patch.object(sys, "argv", command),
@@ -62,6 +64,9 @@ def fairlead_here(*arguments: str, state: Path) -> subprocess.CompletedProcess[s
         except SystemExit as end:
             assert end.code is None or isinstance(end.code, int), end
             code = end.code or 0
+        finally:  # one that was about to end hears no signal any more, nor would its children
+            for number, handler in heard.items():
+                signal.signal(number, handler)
     return subprocess.CompletedProcess(command, code, out.getvalue(), err.getvalue())
 
 

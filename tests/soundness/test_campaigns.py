@@ -147,6 +147,7 @@ def mobile() -> Iterator[LockstepLoop]:
         ("base-cycles", 4, 160),
         ("base-cycles", 580059, 100),  # at tick 88, where a hold pulls a pushed arm back fast
         ("full-scale", 3, 40),
+        ("full-scale", 20442046, 200),  # at tick 191, a wrist faster than its goals asked
         ("switch-up", 10006, 20),
         ("flicker", 1, 40),
     ],
