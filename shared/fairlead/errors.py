@@ -18,7 +18,7 @@ where there is a closed set of choices, the choices.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -135,3 +135,12 @@ def expected(who: str, what: str, got: object, choices: Iterable[str] = ()) -> s
     """Format one complaint: ``who: expected what, got got (valid: a, b)``."""
     listed = ", ".join(choices)
     return f"{who}: expected {what}, got {got}" + (f" (valid: {listed})" if listed else "")
+
+
+def each_error(error: Exception) -> Iterator[Exception]:
+    """The errors in a group, or the error itself."""
+    if isinstance(error, ExceptionGroup):
+        for one in error.exceptions:
+            yield from each_error(one)
+    else:
+        yield error

@@ -7,7 +7,7 @@ import asyncio
 import logging
 import sys
 import threading
-from collections.abc import Awaitable, Callable, Iterator
+from collections.abc import Awaitable, Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,7 +16,7 @@ from typing import Any, TypeVar
 from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.deploy.router_watch import open_with_logging, refuse_duplicate_service, watch_router
 from fairlead.deploy.stop_signals import StopSignals, ignore_further_signals
-from fairlead.errors import FairleadError
+from fairlead.errors import FairleadError, each_error
 from fairlead.log_stamp import stamped
 from fairlead.wire.on_loop import QueryTasks
 from fairlead.wire.printable import LineFormatter
@@ -111,22 +111,13 @@ async def _serve(who: str, arguments: argparse.Namespace, body: Body) -> int:
                 task.cancel()
         return 0
     except Exception as error:  # noqa: BLE001 - each is said; a bug with its traceback
-        for one in _each(error):
+        for one in each_error(error):
             _say(who, one)
         return 1
     finally:
         signals.end_in_time()
         if bus is not None:
             await asyncio.to_thread(bus.close)
-
-
-def _each(error: Exception) -> Iterator[Exception]:
-    """The errors in a group, or the error itself."""
-    if isinstance(error, ExceptionGroup):
-        for one in error.exceptions:
-            yield from _each(one)
-    else:
-        yield error
 
 
 def _say(who: str, error: Exception) -> None:

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import io
 import json
 import os
 import signal
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
 from bench.equipment.light_hal import LIGHT_HAL
 from bench.equipment.live_robot import wait_for
-from fairlead_tools.cli.console import ProgressLine, print_table
+from fairlead_tools.cli.console import ProgressLine, echo, print_table
+from fairlead_tools.cli.main import main
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
 from tests.cli.background_up import SOURCE
 from tests.cli.command import fairlead_command, fairlead_environment
@@ -161,3 +164,16 @@ def test_progress_in_a_file_ends_with_its_newest_line_and_repeats_none(
             for text in lines:
                 line.show(text)
         assert capsys.readouterr().err.split() == list(dict.fromkeys((lines[0], lines[-1])))
+
+
+def test_what_a_terminal_has_no_letter_for_is_spelled_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A policy prints what it likes; a service whose line cannot be shown goes on all the same."""
+    shown = io.BytesIO()
+    with io.TextIOWrapper(shown, encoding="latin-1") as terminal:
+        monkeypatch.setattr(sys, "stdout", terminal)
+        monkeypatch.setattr(sys, "argv", ["fairlead", "--version"])
+        with pytest.raises(SystemExit):
+            main()
+        echo("[runner] \u2713")
+        terminal.flush()
+        assert b"[runner] \\u2713\n" in shown.getvalue()

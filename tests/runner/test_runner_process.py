@@ -10,7 +10,17 @@ import numpy as np
 import pytest
 
 from fairlead.errors import RefusedError
-from fairlead.messages import NO_HASH, ActionChunk, Cancel, GateState, Goal, decode, floats
+from fairlead.messages import (
+    NO_HASH,
+    ActionChunk,
+    Cancel,
+    GateState,
+    Goal,
+    StopLevel,
+    decode,
+    floats,
+)
+from fairlead.wire.bus import Qos
 from fairlead_skill_runner.trace import read_trace
 from fairlead_tools.supervisor.this_host import free_ports
 from tests.runner.policy_servers import OpenpiServer
@@ -123,9 +133,12 @@ def test_a_trace_on_a_full_disk_costs_the_trace_and_nothing_else(
     assert said.count("trace.jsonl: no longer recorded: No space left on device") == 2
 
 
-def test_a_goal_is_cancelled_while_its_policy_loads(
-    make_world: Callable[..., ScriptedWorld],
+@pytest.mark.parametrize("how", ["cancelled", "stopped"])
+def test_a_goal_is_ended_while_its_policy_loads(
+    make_world: Callable[..., ScriptedWorld], how: str
 ) -> None:
+    """After a stop and its reset nothing may begin that was asked for before."""
+
     def never(request: object, number: int) -> None:
         server.go_on.wait()
 
@@ -136,10 +149,15 @@ def test_a_goal_is_cancelled_while_its_policy_loads(
             "answer_timeout_s": 1}})  # fmt: skip
         goal = world.start_goal()
         world.wait_for(lambda: True if server.requests else None)
-        world.cancel(goal)
+        if how == "cancelled":
+            world.cancel(goal)
+        else:
+            stop = StopLevel(stop_id=7, by="test", reason="enough")
+            world.bus.publisher(world.keys.stop, StopLevel, Qos.HOT).put(stop)
+        by = "test" if how == "cancelled" else "test, who stopped the robot: enough"
         ended = world.result(goal)
         assert ended.result is not None
-        assert (ended.result.outcome, ended.result.detail) == ("cancelled", "cancelled by test")
+        assert (ended.result.outcome, ended.result.detail) == ("cancelled", f"cancelled by {by}")
         assert world.claims == []
     finally:
         server.close()

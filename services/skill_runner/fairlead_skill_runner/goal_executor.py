@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import logging
 import threading
 import time
 from collections.abc import Callable, Sequence
@@ -31,6 +32,7 @@ from fairlead_skill_runner.run_core import AskPolicy, Output, PolicyAnswer, RunC
 from fairlead_skill_runner.run_setup import RunSetup
 from fairlead_skill_runner.trace import TraceRecord, TraceWriter
 
+_LOG = logging.getLogger(__name__)
 _CHECK_S = 0.05
 
 Step = Callable[[RunCore, float], Sequence[Output]]
@@ -143,6 +145,8 @@ class GoalExecutor:
             if not self.is_over:
                 self._record(question, answer)
         except Exception as error:  # noqa: BLE001 - raised where the goal is followed
+            if self.is_over:
+                _LOG.exception("inference %d, whose goal has ended", question.call)
             self._step(partial(_raise, error))
         else:
             self._step(lambda core, now_s: core.on_policy(question.call, answer, now_s))

@@ -23,6 +23,7 @@ from fairlead.messages import (
     Lease,
     Message,
     StatusQuery,
+    StopLevel,
     TaskState,
     Verdict,
     decode,
@@ -31,6 +32,7 @@ from fairlead.robot.manifest import RobotManifest
 from fairlead.service import ServiceContext
 from fairlead.skill.manifest import SkillManifest
 from fairlead.wire.bus import Qos, Sample
+from fairlead.wire.on_loop import call_on
 from fairlead_skill_runner.goal_check import check_goal
 from fairlead_skill_runner.goal_run import GoalRun, Surroundings, no_goal
 from fairlead_skill_runner.offered_skills import OfferedSkills
@@ -38,7 +40,7 @@ from fairlead_skill_runner.offered_skills import OfferedSkills
 FEEDBACK_S = 0.5
 _CHANGE_CHECK_S = 0.05
 _ANSWER_S = 2.5  # < ANSWER_TIMEOUT_S of the client
-_GOAL_ANSWER_S = 9.0  # < GOAL_TIMEOUT_S of the client: no goal begins for which nobody waits
+_GOAL_ANSWER_S = 9.0  # < GOAL_TIMEOUT_S of the client, which ends a goal it no longer wants
 
 
 class SkillRunner:
@@ -65,6 +67,7 @@ class SkillRunner:
         self._goal: GoalRun | None = None
         self._goal_task: asyncio.Task[None] | None = None
         self._accepting = asyncio.Lock()
+        self._loop, self._stops = asyncio.get_running_loop(), 0
         keys, source = self._keys, self._source
         self._feedback = self._bus.publisher(keys.feedback(source), GoalFeedback, Qos.STATUS)
         self._around = Surroundings(
@@ -99,6 +102,7 @@ class SkillRunner:
         self._forward(keys.lease, Lease)
         self._forward(keys.verdict(self._source), Verdict)
         self._bus.subscribe(keys.hal_status, self._on_hal_status)
+        self._bus.subscribe(keys.stop, self._on_stop)
         for skill in self._skills.at_start().values():
             self._hear(skill)
 
@@ -126,18 +130,32 @@ class SkillRunner:
         if executor is not None:
             executor.deliver(status)
 
+    def _on_stop(self, sample: Sample) -> None:
+        stop = decode(StopLevel, sample.payload)
+        call_on(self._loop, lambda: self._end_before_claim(stop))
+
+    def _end_before_claim(self, stop: StopLevel) -> None:
+        """The gate ends claims; a goal without one yet must not begin after the stop's reset."""
+        self._stops += 1
+        if self._goal is not None and self._goal.executor is None:
+            self._goal.cancel(f"{stop.by}, who stopped the robot: {stop.reason}")
+
     # --- goals ---------------------------------------------------------------------
 
     async def _on_goal(self, payload: bytes) -> GoalAccepted:
         goal = decode(Goal, payload)
         async with self._accepting:
+            self._refuse_while_one_runs()
+            stops = self._stops
             admission = await asyncio.to_thread(self._skills.find, goal.skill)
             skill = admission.skill
             check_goal(goal, skill)
             if self._hal is not None:
                 await asyncio.to_thread(admission.require, self._hal)
-            self._refuse_while_one_runs()
             worker = await self._skills.worker(skill)
+            if self._stops != stops:
+                why = f"the robot was stopped while the goal of skill {skill.id} was looked at"
+                raise RefusedError(self._source, why, "fairlead status")
             goal_id = secrets.randbits(64) or 1
             self._hear(skill)
             self._goal = GoalRun(self._around, goal_id, goal, admission, worker)

@@ -78,6 +78,7 @@ class RunningGoal:
         self.skill = skill
         self.goal_id = 0
         self.stopped = ""
+        self._is_held = False  # by a stop of ours that a lease listed
         self._services = services
         self._changes = Changes()
         self._feedback: dict[int, GoalFeedback] = {}
@@ -240,11 +241,13 @@ class RunningGoal:
     async def _end_as_answered(self, asking: asyncio.Future[GoalAccepted]) -> None:
         """The same while it is not known yet whether the goal has begun."""
         try:
-            async with asyncio.timeout(CANCEL_TIMEOUT_S):
-                self.goal_id = (await asyncio.shield(asking)).goal_id
+            answered, _ = await asyncio.wait({asking}, timeout=CANCEL_TIMEOUT_S)
+            if not answered:  # it holds while the answer is awaited: it may be yes
+                await self._stop_robot()
+            self.goal_id = (await asyncio.shield(asking)).goal_id
         except RefusedError:
             return
-        except (NoAnswerError, TimeoutError):
+        except NoAnswerError:
             await self._stop_robot()
         except asyncio.CancelledError:
             await self._stop_robot()
@@ -254,7 +257,7 @@ class RunningGoal:
 
     async def _stop_robot(self) -> None:
         said = f"{self.runner} did not confirm that the goal ended"
-        if self.progress.result is not None:
+        if self.progress.result is not None or self._is_held:
             return
         self.stopped = f"{said}, and no stop is confirmed: THE ROBOT MAY MOVE"
         try:
@@ -262,6 +265,7 @@ class RunningGoal:
         except NoAnswerError as error:
             self.stopped += f": {error}"
             return
+        self._is_held = True
         self.stopped = (
             f"{said}: a protective stop holds the robot\n  try: fairlead reset {stop_id:016x}"
         )

@@ -7,6 +7,7 @@ interrupted (Ctrl-C). With ``--json`` an error is a JSON document on standard ou
 
 from __future__ import annotations
 
+import io
 import json
 import os
 import sys
@@ -21,6 +22,9 @@ INTERRUPTED = 130  # what typer and a shell say after Ctrl-C
 def main() -> None:
     """Entry point of the ``fairlead`` command."""
     as_json = "--json" in sys.argv[1:]
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):  # what a terminal has no letter for is spelled out
+            stream.reconfigure(errors="backslashreplace")
     try:
         _run(as_json)
     except KeyboardInterrupt:

@@ -17,7 +17,7 @@ from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.deploy.hosts import ROUTER
 from fairlead.deploy.registry import Registry, running_name
 from fairlead.deploy.stop_signals import ignore_further_signals
-from fairlead.errors import ConfigError, FairleadError, expected
+from fairlead.errors import ConfigError, FairleadError, each_error, expected
 from fairlead.log_stamp import stamped
 from fairlead.messages import GateState
 from fairlead.operate.connection import connect
@@ -117,10 +117,16 @@ def _check(supervisor: Supervisor, say: Say) -> None:
 async def _run(supervisor: Supervisor, order: list[str], say: UpOutput, detach: bool) -> None:
     """Start and watch until a signal comes or something fails; then no process is left."""
     running = asyncio.create_task(_start_and_watch(supervisor, order, say, detach))
+    asked = False  # `cancelling` counts what a timeout asks for, too
+
+    def end() -> None:
+        nonlocal asked
+        if not asked:
+            asked = True
+            running.cancel()
+
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        asyncio.get_running_loop().add_signal_handler(
-            number, lambda: running.cancelling() or running.cancel()
-        )
+        asyncio.get_running_loop().add_signal_handler(number, end)
     try:
         await asyncio.wait({running})
     finally:
@@ -153,7 +159,7 @@ async def _start_and_watch(
             gate_is_back.clear()  # the greeting says how it is
             await _watch(supervisor, gate_is_back, say, detach)
     except ExceptionGroup as group:
-        raise group.exceptions[0] from None
+        raise next(each_error(group)) from None
 
 
 async def _watch(

@@ -141,8 +141,8 @@ class Child:
 
     def _write(self, lines: list[str]) -> None:
         for line in lines:
-            self._on_line(self.name, line)
             trouble = self._log.append(stamped(line, self.name))
+            self._on_line(self.name, line)
             if trouble:
                 self._on_line(self.name, trouble)
 
