@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import AsyncIterator, Callable, Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -13,6 +14,7 @@ from fairlead.skill.manifest import load_skill
 from fairlead_skill_runner.policy_worker import PolicyWorker
 from tests.runner.asked_policies import Ask
 from tests.runner.policy_servers import ANSWERS, OpenpiServer, RldxServer
+from tests.runner.scripted_world import ScriptedWorld
 
 
 @pytest.fixture
@@ -54,3 +56,16 @@ async def worker() -> AsyncIterator[Ask]:
     yield make
     for one in reversed(workers):
         await one.close()
+
+
+@pytest.fixture
+def make_world(tmp_path: Path) -> Iterator[Callable[..., ScriptedWorld]]:
+    worlds: list[ScriptedWorld] = []
+
+    def make(pacing: str = "lockstep") -> ScriptedWorld:
+        worlds.append(ScriptedWorld(tmp_path, pacing=pacing))  # type: ignore[arg-type]
+        return worlds[-1]
+
+    yield make
+    for world in worlds:
+        world.close()

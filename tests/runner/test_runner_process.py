@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -16,33 +16,17 @@ from fairlead.messages import (
     Cancel,
     GateState,
     Goal,
-    StopLevel,
     decode,
     floats,
 )
-from fairlead.wire.bus import Qos
 from fairlead_skill_runner.trace import read_trace
 from fairlead_tools.supervisor.this_host import free_ports
-from tests.runner.policy_servers import OpenpiServer
 from tests.runner.scripted_robot import CLAIM, SKILL
 from tests.runner.scripted_world import ScriptedWorld
 
 pytestmark = pytest.mark.processes
 
 CONSTANT = {"backend": "constant", "options": {"row": [0.5] * 12}}
-
-
-@pytest.fixture
-def make_world(tmp_path: Path) -> Iterator[Callable[..., ScriptedWorld]]:
-    worlds: list[ScriptedWorld] = []
-
-    def make(pacing: str = "lockstep") -> ScriptedWorld:
-        worlds.append(ScriptedWorld(tmp_path, pacing=pacing))  # type: ignore[arg-type]
-        return worlds[-1]
-
-    yield make
-    for world in worlds:
-        world.close()
 
 
 @pytest.fixture
@@ -131,36 +115,6 @@ def test_a_trace_on_a_full_disk_costs_the_trace_and_nothing_else(
         world.chunks.clear()
     said = (tmp_path / "runner.log").read_text()
     assert said.count("trace.jsonl: no longer recorded: No space left on device") == 2
-
-
-@pytest.mark.parametrize("how", ["cancelled", "stopped"])
-def test_a_goal_is_ended_while_its_policy_loads(
-    make_world: Callable[..., ScriptedWorld], how: str
-) -> None:
-    """After a stop and its reset nothing may begin that was asked for before."""
-
-    def never(request: object, number: int) -> None:
-        server.go_on.wait()
-
-    world, server = make_world(), OpenpiServer(never)
-    try:
-        world.start_runner({"backend": "openpi", "options": {
-            "address": server.address, "start": "serve", "connect_timeout_s": 4,
-            "answer_timeout_s": 1}})  # fmt: skip
-        goal = world.start_goal()
-        world.wait_for(lambda: True if server.requests else None)
-        if how == "cancelled":
-            world.cancel(goal)
-        else:
-            stop = StopLevel(stop_id=7, by="test", reason="enough")
-            world.bus.publisher(world.keys.stop, StopLevel, Qos.HOT).put(stop)
-        by = "test" if how == "cancelled" else "test, who stopped the robot: enough"
-        ended = world.result(goal)
-        assert ended.result is not None
-        assert (ended.result.outcome, ended.result.detail) == ("cancelled", f"cancelled by {by}")
-        assert world.claims == []
-    finally:
-        server.close()
 
 
 def test_the_result_is_repeated_until_the_next_goal(world: ScriptedWorld) -> None:

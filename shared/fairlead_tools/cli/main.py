@@ -9,12 +9,11 @@ from __future__ import annotations
 
 import io
 import json
-import os
 import sys
-from pathlib import Path
 
 from fairlead.errors import FairleadError, RefusedError
 from fairlead.wire.printable import printable_lines
+from fairlead_tools.cli.lost_output import forget_output
 
 INTERRUPTED = 130  # what typer and a shell say after Ctrl-C
 
@@ -40,7 +39,7 @@ def main() -> None:
         _end(f"ERROR {error}", 1)
     except OSError as error:  # a full disk, a folder that may not be written
         where = f"{error.filename}: " if error.filename else ""
-        _forget_output()
+        forget_output()
         _end(f"ERROR {where}{error.strerror or error}", 1)
 
 
@@ -62,12 +61,6 @@ def _run(as_json: bool) -> None:
 def _end_json(kind: str, message: str, fix: str, code: int) -> None:
     print(json.dumps({"error": {"kind": kind, "message": message, "fix": fix}}, indent=2))
     sys.exit(code)
-
-
-def _forget_output() -> None:
-    """What could not be written is not tried again at exit: that would be another error."""
-    with Path(os.devnull).open("w", encoding="utf-8") as nowhere:
-        os.dup2(nowhere.fileno(), sys.stdout.fileno())
 
 
 def _end(text: str, code: int) -> None:

@@ -27,6 +27,7 @@ from fairlead.skill.admission import state_problems
 from fairlead.skill.manifest import load_skill, skill_ids
 from fairlead_tools.cli.console import echo
 from fairlead_tools.cli.greeting import Greeting, OtherHosts, Say, explain_gate, wait_router
+from fairlead_tools.cli.lost_output import forget_output
 from fairlead_tools.cli.options import DeploymentArgument, NewStateOption, StateDirOption, example
 from fairlead_tools.supervisor import ServiceEvent, Supervisor
 from fairlead_tools.supervisor.command_line import (
@@ -93,6 +94,7 @@ def up_command(
         asyncio.run(_run(supervisor, [one for one in order.split(",") if one], say, in_background))
     finally:
         ignore_further_signals()
+        say.close()
 
 
 def _left_out(deployment: Deployment, names: list[str]) -> list[str]:
@@ -278,6 +280,13 @@ class UpOutput:
             os.kill(os.getpid(), signal.SIGTERM)
         except OSError:  # a full disk behind a redirection: the logs have the line, or say so
             return
+
+    def close(self) -> None:
+        """Have nothing left that would fail to be written when the process ends."""
+        try:
+            sys.stdout.flush()
+        except OSError:
+            forget_output()
 
     def detach(self) -> None:
         """Close the output; what would still be printed there is appended to the log."""
