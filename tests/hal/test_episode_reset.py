@@ -7,6 +7,7 @@ import asyncio
 import pytest
 
 from fairlead.errors import RefusedError
+from fairlead.hal import episode_reset
 from fairlead.hal.core import HalCore
 from fairlead.hal.episode_reset import EpisodeResetHandler
 from fairlead.hal.shared_core import SharedCore
@@ -78,6 +79,19 @@ async def test_a_gate_that_disarms_a_moment_later_lets_it_begin() -> None:
     handler.say(GateState.DISARMED, seq=3)
     request = handler.due()
     assert request is not None
+    handler.handler.answer(request, REPLY)
+    assert await asking == REPLY
+
+
+async def test_a_tick_that_outlasts_the_wait_for_a_disarmed_gate_does_not_refuse_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(episode_reset, "DISARMED_WAIT_S", 0.0)
+    handler = RunningHandler()
+    asking = await handler.ask(1)
+    await turns()
+    request = handler.due()
+    assert request is not None, "the gate is disarmed, and whoever asked still waits"
     handler.handler.answer(request, REPLY)
     assert await asking == REPLY
 

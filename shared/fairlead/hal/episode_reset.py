@@ -60,8 +60,9 @@ class EpisodeResetHandler:
         self._core.change(lambda core: None)  # the tick thread looks again
         try:
             await asyncio.wait({outcome}, timeout=DISARMED_WAIT_S)
-            if pending.outcome.cancel():  # it was not begun, and now it cannot be
-                raise self._core.read(self._not_disarmed)
+            refusal = self._core.read(self._not_disarmed)
+            if refusal is not None and pending.outcome.cancel():  # now it cannot begin any more
+                raise refusal
             async with asyncio.timeout(self._answer_wait_s):
                 return await outcome
         except TimeoutError:
@@ -104,8 +105,10 @@ class EpisodeResetHandler:
             self._pending = _Pending(request)
             return self._pending
 
-    def _not_disarmed(self, core: HalCore) -> RefusedError:
+    def _not_disarmed(self, core: HalCore) -> RefusedError | None:
         state = core.gate_state
+        if state == GateState.DISARMED:
+            return None  # the tick thread, in a long tick, has not looked yet
         if state is None:
             return RefusedError(
                 self._who, "no lease received, so the gate may be armed", "fairlead status"
