@@ -9,8 +9,8 @@ from dataclasses import dataclass
 class Fault:
     """The evidence of one check. value, limit and margin in the unit of the axis.
 
-    margin: "limit minus value" (docs/wire-format.md); for a lower limit value minus limit, so
-    that it is negative outside; 0 where the rule has no measure.
+    margin: "limit minus value" (`fairlead.messages.Verdict`); for a lower limit value minus
+    limit, so that it is negative outside; 0 where the rule has no measure.
     """
 
     code: int

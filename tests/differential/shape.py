@@ -116,7 +116,7 @@ def _frame(part: str, frames: list[str] | None, rows: PartRows) -> Iterator[Faul
 
 
 def _mask(file: GateFile, rows: PartRows) -> Iterator[Fault]:
-    """`active`: "indices of the joints commanded, rising" (docs/wire-format.md, ActionPart)."""
+    """`active`: "indices of the joints commanded, rising" (`fairlead.messages.ActionPart`)."""
     part = file.parts[rows.part]
     if rows.mode not in JOINT_MODES:
         if rows.active:

@@ -1,11 +1,28 @@
 """Every message on the wire: msgpack arrays, fields by position.
 
-Element 0 is the message's type id, element 1 its version, then the fields in the order
-written here. Blocks of numbers are ``bin``: little-endian float64, row-major (see
-`floats` and `pack_floats`). Ids are uint64, hashes 32 bytes, 0 means "none". A message
-of another type or version is refused, never guessed; a new field is a new version.
+A message is its type id (``tag``), its version (1), then its fields in the order written in its
+class; a record inside a message has neither id nor version. docs/wire-format.md has the encoding.
+``U8``, ``U32``, ``U64``: unsigned integers. ``Hash32``: ``bin`` of 32 bytes. ``bytes``: ``bin``,
+little-endian float64, row-major, unless its words say otherwise (`floats`, `pack_floats`).
+``tuple[X, ...]``: an array of any length. Ids are random; 0, or a hash of zeros, means none.
 
-Ticks count control periods of the HAL from 1; clocks are never compared.
+These fields mean the same everywhere and have no words in the classes:
+
+    session       U64     the HAL's run: drawn when the HAL starts
+    epoch         U64     the gate's arming: drawn at start and at every arm
+    claim_id      U64     the claim: drawn by the gate
+    goal_id       U64     the goal
+    tick          U64     control period it is about, from 1
+    episode_tick  U64     first tick of this episode; older transforms and pictures do not count
+    oldest_tick   U64     oldest input that is not static
+    source        str     who sends chunks: the runner's name, as in its keys
+    skill         str     id of the skill
+    robot         str     id of the robot
+    by            str     who asks, for the log
+    mode          U8      control mode
+    robot_hash    Hash32  SHA-256 of robot.yaml without its safety block, and of the URDF
+    skill_hash    Hash32  SHA-256 of the skill's manifest
+    config_hash   Hash32  SHA-256 of the gate's configuration file
 
 One file a topic; this is the face that everything else imports from:
 

@@ -9,28 +9,21 @@ import msgspec
 from fairlead.messages.message import U8, U32, U64, V1, Hash32, Message, Record
 from fairlead.messages.state import Acted
 
+Trace = Annotated[bytes, msgspec.Meta(min_length=24, max_length=24)]
+
 
 class ActionPart(Record, frozen=True, kw_only=True):
-    """Commands of one part for every row of a chunk.
+    """Commands of one part for every row of a chunk."""
 
-    part: index into the robot's parts. mode: `fairlead.modes.ControlMode`.
-    frame_id: "" where the mode has no frame. values: float64 ``[horizon, width]``.
-    active: joint modes only, indices of the joints commanded, ascending.
-    """
-
-    part: U8
+    part: U8  # index into the robot's parts
     mode: U8
-    frame_id: str
-    values: bytes
-    active: tuple[U8, ...]
+    frame_id: str  # empty where the mode has none
+    values: bytes  # horizon rows of the mode's width
+    active: tuple[U8, ...]  # joint modes: indices of the joints commanded, rising
 
 
 class ActionChunk(Message, frozen=True, kw_only=True, tag=7):
-    """A candidate: row k is meant for tick ``start_tick + k``.
-
-    obs_tick: tick of the joint state it was computed from. oldest_tick: its oldest
-    non-static input. trace: W3C trace id (16 bytes) and span id (8 bytes), or zeros.
-    """
+    """`action/candidate/<source>`: a proposal; row k is meant for tick ``start_tick + k``."""
 
     version: V1 = 1
     robot_hash: Hash32
@@ -38,30 +31,27 @@ class ActionChunk(Message, frozen=True, kw_only=True, tag=7):
     epoch: U64
     claim_id: U64
     source: str
-    seq: U64
+    seq: U64  # from 1, one higher per chunk of the claim
     goal_id: U64
-    obs_tick: U64
+    obs_tick: U64  # joint state it was computed from
     oldest_tick: U64
-    start_tick: U64
-    horizon: U32
-    parts: tuple[ActionPart, ...]
-    trace: Annotated[bytes, msgspec.Meta(min_length=24, max_length=24)]
+    start_tick: U64  # row k is for tick start_tick + k
+    horizon: U32  # rows, 1 to 64
+    parts: tuple[ActionPart, ...]  # released or refused together
+    trace: Trace  # W3C trace id (16 bytes), span id (8), or zeros
 
 
 class SafeChunk(Message, frozen=True, kw_only=True, tag=8):
-    """Rows the gate released; row k is for tick ``first_tick + k``.
-
-    after: what the gate takes the claim's parts to do in tick ``first_tick - 1``.
-    """
+    """`action/safe/<source>`: rows the gate released; row k is for tick ``first_tick + k``."""
 
     version: V1 = 1
     session: U64
     epoch: U64
     claim_id: U64
     source: str
-    verdict_id: U64
-    judged_tick: U64
-    first_tick: U64
-    horizon: U32
-    after: Acted
-    parts: tuple[ActionPart, ...]
+    verdict_id: U64  # the verdict that released it
+    judged_tick: U64  # newest state it was judged against
+    first_tick: U64  # row k is for tick first_tick + k
+    horizon: U32  # rows
+    after: Acted  # what the claim must have done in tick first_tick - 1
+    parts: tuple[ActionPart, ...]  # encoded anew by the gate

@@ -20,9 +20,9 @@ class Grant(Record, frozen=True, kw_only=True):
 
     source: str
     claim_id: U64
-    until_tick: U64
-    decision: U8
-    verdict_id: U64
+    until_tick: U64  # last tick its rows may run
+    decision: U8  # on state_tick: 0 undecided, 1 row, 2 hold
+    verdict_id: U64  # that decided, 0: none
 
 
 class GateState(IntEnum):
@@ -36,17 +36,17 @@ class GateState(IntEnum):
 
 
 class Lease(Message, frozen=True, kw_only=True, tag=9):
-    """The gate's permission to move; the HAL holds without a fresh one."""
+    """`safety/lease`: the gate's permission to move; the HAL holds without a fresh one."""
 
     version: V1 = 1
     session: U64
     epoch: U64
-    lease_seq: U64
+    lease_seq: U64  # from 1 in each epoch
     config_hash: Hash32
-    state: U8
-    state_tick: U64
-    grants: tuple[Grant, ...]
-    stop_ids: tuple[U64, ...]
+    state: U8  # of the gate
+    state_tick: U64  # newest joint state
+    grants: tuple[Grant, ...]  # one per live claim
+    stop_ids: tuple[U64, ...]  # stops held now
 
 
 class Outcome(IntEnum):
@@ -58,59 +58,56 @@ class Outcome(IntEnum):
 
 
 class Verdict(Message, frozen=True, kw_only=True, tag=10):
-    """The gate's answer to one chunk.
+    """`safety/verdict/<source>`: the gate's answer to one chunk.
 
-    code: 0, or 1..50 for G001..G050. row: the offending row, -1 if none. part, axis:
-    names, "" if none. value, limit, margin (limit minus value, for a lower limit value minus
-    limit: negative outside): 0.0 if code is 0. released_first/last: ticks, 0 if nothing was
-    released.
+    value, limit and margin are 0.0 if code is 0.
     """
 
     version: V1 = 1
-    verdict_id: U64
+    verdict_id: U64  # random start per gate process, then rising
     session: U64
     epoch: U64
     claim_id: U64
     source: str
-    seq: U64
-    outcome: U8
-    code: U32
-    row: int
-    part: str
-    axis: str
-    value: float
-    limit: float
-    margin: float
-    limit_source: str
-    released_first: U64
-    released_last: U64
+    seq: U64  # the chunk answered
+    outcome: U8  # 0 released, 1 truncated, 2 refused
+    code: U32  # 0, or 1 to 50 for G001 to G050
+    row: int  # at fault, -1: none
+    part: str  # at fault, or empty
+    axis: str  # its joint or axis, or empty
+    value: float  # what was asked, in the axis' unit
+    limit: float  # what is allowed
+    margin: float  # limit minus value (lower limit: value minus limit), 0 without a measure
+    limit_source: str  # where the limit is declared
+    released_first: U64  # tick, 0: none
+    released_last: U64  # tick, 0: none
     config_hash: Hash32
-    latency_ns: U64
+    latency_ns: U64  # ns from receipt to verdict, the gate's own clock
 
 
 class LimitOverride(Record, frozen=True, kw_only=True):
-    """A tighter limit for one claim: ``name`` as in the compiled gate file's mode block."""
+    """A tighter limit for one claim."""
 
-    part: str
+    part: str  # name
     mode: U8
-    name: str
-    value: float
+    name: str  # as in the gate's configuration
+    value: float  # SI
 
 
 class Claim(Message, frozen=True, kw_only=True, tag=27):
-    """Ask for a set of parts. Reply: `ClaimReply`."""
+    """Query `safety/cmd/claim`: ask for a set of parts. Reply: `ClaimReply`."""
 
     version: V1 = 1
     source: str
     skill: str
     skill_hash: Hash32
     robot_hash: Hash32
-    period_ns: U64
-    parts: tuple[str, ...]
-    chunk_rate_hz: float
-    horizon_max: U32
-    age_max_ticks: U32
-    limits: tuple[LimitOverride, ...]
+    period_ns: U64  # ns, the sender's tick
+    parts: tuple[str, ...]  # names
+    chunk_rate_hz: float  # chunks per second, at most
+    horizon_max: U32  # rows per chunk, at most
+    age_max_ticks: U32  # from the oldest input to receipt, at most
+    limits: tuple[LimitOverride, ...]  # tighter ones; looser are refused
 
 
 class ClaimReply(Message, frozen=True, kw_only=True, tag=28):
@@ -123,7 +120,7 @@ class ClaimReply(Message, frozen=True, kw_only=True, tag=28):
 
 
 class Release(Message, frozen=True, kw_only=True, tag=29):
-    """Give a claim back. Reply: `Done`."""
+    """Query `safety/cmd/release`: give a claim back. Reply: `Done`."""
 
     version: V1 = 1
     source: str
@@ -131,7 +128,7 @@ class Release(Message, frozen=True, kw_only=True, tag=29):
 
 
 class Heartbeat(Message, frozen=True, kw_only=True, tag=13):
-    """The runner is alive and still wants its claim."""
+    """`skill/<source>/heartbeat`: the runner is alive and still wants its claim."""
 
     version: V1 = 1
     claim_id: U64
@@ -143,25 +140,25 @@ class ClaimInfo(Record, frozen=True, kw_only=True):
     source: str
     skill: str
     claim_id: U64
-    parts: tuple[str, ...]
+    parts: tuple[str, ...]  # names
 
 
 class GateStatus(Message, frozen=True, kw_only=True, tag=11):
-    """What the gate is doing and why. ``fix`` is the command that would change it."""
+    """`safety/status`: what the gate is doing and why."""
 
     version: V1 = 1
     robot: str
-    profile: str
-    session: U64  # the HAL's session the gate follows, 0 if none
+    profile: str  # sim or hardware
+    session: U64  # that the gate follows, 0: none
     epoch: U64
-    state: U8
-    cause: str
-    fix: str
-    latch_id: U64
-    stop_ids: tuple[U64, ...]
+    state: U8  # of the gate
+    cause: str  # why, in words
+    fix: str  # the command that would change it
+    latch_id: U64  # to reset, 0: not latched
+    stop_ids: tuple[U64, ...]  # to reset
     claims: tuple[ClaimInfo, ...]
-    counters: tuple[tuple[str, U64], ...]  # ("released", n), ("G020", n), ...
-    state_tick: U64
+    counters: tuple[tuple[str, U64], ...]  # released, truncated, and each code
+    state_tick: U64  # newest joint state
     lockstep_allowed: bool
     config_hash: Hash32
     robot_hash: Hash32

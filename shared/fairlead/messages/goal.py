@@ -8,14 +8,14 @@ from fairlead.messages.message import U32, U64, V1, Hash32, Message, Record
 
 
 class Goal(Message, frozen=True, kw_only=True, tag=32):
-    """Ask a runner to run a skill. Reply: `GoalAccepted`, at once."""
+    """Query `skill/<source>/goal`: run a skill. Reply: `GoalAccepted`, at once."""
 
     version: V1 = 1
     skill: str
-    skill_hash: Hash32  # NO_HASH: whatever version the runner has
-    prompt: str  # "": the skill's own
+    skill_hash: Hash32  # zeros: whatever version the runner has
+    prompt: str  # empty: the skill's own
     deadline_ticks: U64  # 0: none
-    stall_timeout_s: float
+    stall_timeout_s: float  # s without released rows, the policy's time not counted
 
 
 class GoalAccepted(Message, frozen=True, kw_only=True, tag=33):
@@ -26,7 +26,7 @@ class GoalAccepted(Message, frozen=True, kw_only=True, tag=33):
 
 
 class Cancel(Message, frozen=True, kw_only=True, tag=34):
-    """End a goal as soon as possible. Reply: `Done`."""
+    """Query `skill/<source>/cancel`: end a goal as soon as possible. Reply: `Done`."""
 
     version: V1 = 1
     goal_id: U64
@@ -34,31 +34,27 @@ class Cancel(Message, frozen=True, kw_only=True, tag=34):
 
 
 class GoalResult(Record, frozen=True, kw_only=True):
-    """How a goal ended.
-
-    kind: "" on success, else the typed reason, for example ``layout_missing_frame``,
-    ``policy_error``, ``claim_lost``, ``claim_refused``, ``stalled``, ``new_session``.
-    """
+    """How a goal ended."""
 
     outcome: Literal["succeeded", "failed", "cancelled", "deadline"]
     decided_by: Literal["task", "policy", "operator", "runner"]
-    kind: str
-    detail: str
-    first_tick: U64
-    last_tick: U64
+    kind: str  # reason, such as claim_lost; empty on success
+    detail: str  # in words
+    first_tick: U64  # worked on
+    last_tick: U64  # worked on
 
 
 class GoalFeedback(Message, frozen=True, kw_only=True, tag=35):
-    """Progress of the newest goal, on change and at 2 Hz; ``result`` is set at the end."""
+    """`skill/<source>/feedback`: progress of the newest goal."""
 
     version: V1 = 1
     source: str
     goal_id: U64
     skill: str
-    phase: str
-    tick: U64
-    queue_depth: U32
-    inferences: U64
-    starved: U64
-    last_refusal: str
-    result: GoalResult | None
+    phase: str  # in the policy's words
+    tick: U64  # newest worked on
+    queue_depth: U32  # released rows not yet executed
+    inferences: U64  # calls of the policy
+    starved: U64  # ticks without a row
+    last_refusal: str  # in words
+    result: GoalResult | None  # nil until the end

@@ -6,42 +6,42 @@ from fairlead.messages.message import U64, V1, Message
 
 
 class StopLevel(Message, frozen=True, kw_only=True, tag=12):
-    """A protective stop request, repeated every 50 ms until a lease lists ``stop_id``.
+    """`safety/stop`: a protective stop request, repeated until a lease lists ``stop_id``.
 
-    stop_id: random, never 0. A HAL that reads 0, or bytes that are no StopLevel, raises a
-    stop under an id of its own: a stop that is badly said still stops.
+    A HAL or gate that reads id 0, or bytes that are no StopLevel, raises a stop under an id of
+    its own: a stop that is badly said still stops.
     """
 
     version: V1 = 1
-    stop_id: U64
+    stop_id: U64  # random, never 0; cited by the reset
     by: str
-    reason: str
+    reason: str  # in words
 
 
 class Refusal(Message, frozen=True, kw_only=True, tag=20):
     """The error reply to any query."""
 
     version: V1 = 1
-    who: str
-    reason: str
-    fix: str
+    who: str  # the service that refuses
+    reason: str  # what and why
+    fix: str  # the command that would change the answer, or empty
 
 
 class Done(Message, frozen=True, kw_only=True, tag=21):
     """The plain success reply."""
 
     version: V1 = 1
-    text: str
+    text: str  # in words
 
 
 class StatusQuery(Message, frozen=True, kw_only=True, tag=22):
-    """Ask for `GateStatus` or `HalStatus` on their keys."""
+    """Query `safety/status` or `hal/status`. Reply: `GateStatus` or `HalStatus`."""
 
     version: V1 = 1
 
 
 class Arm(Message, frozen=True, kw_only=True, tag=23):
-    """Let claims be granted, in a new epoch. Reply: `ArmReply`."""
+    """Query `safety/cmd/arm`: let claims be granted, in a new epoch. Reply: `ArmReply`."""
 
     version: V1 = 1
     by: str
@@ -56,35 +56,31 @@ class ArmReply(Message, frozen=True, kw_only=True, tag=24):
 
 
 class Disarm(Message, frozen=True, kw_only=True, tag=25):
-    """End every claim; the robot holds. Reply: `Done`."""
+    """Query `safety/cmd/disarm`: end every claim; the robot holds. Reply: `Done`."""
 
     version: V1 = 1
     by: str
 
 
 class Reset(Message, frozen=True, kw_only=True, tag=26):
-    """Acknowledge one stop or latch by its id. Reply: `Done`."""
+    """Query `safety/cmd/reset`: acknowledge one stop or latch. Reply: `Done`."""
 
     version: V1 = 1
     by: str
-    id: U64
+    id: U64  # the stop or latch acknowledged
 
 
 class ResetEpisode(Message, frozen=True, kw_only=True, tag=30):
-    """Start a new simulated episode. Reply: `ResetEpisodeReply`, when standing still."""
+    """Query `hal/cmd/reset_episode`: a new simulated episode. Reply: `ResetEpisodeReply`."""
 
     version: V1 = 1
-    seed: U64
+    seed: U64  # of the new episode
 
 
 class ResetEpisodeReply(Message, frozen=True, kw_only=True, tag=31):
-    """The robot stands still in a new scene.
-
-    tick: the tick this was seen at. episode_tick: the episode's first tick. held_ticks:
-    ticks it was held for since the reset.
-    """
+    """The robot stands still in a new scene."""
 
     version: V1 = 1
-    tick: U64
+    tick: U64  # newest
     episode_tick: U64
-    held_ticks: U64
+    held_ticks: U64  # ticks until still
