@@ -1,4 +1,4 @@
-"""Decision logs as records, read and written: the layout of docs/decision-log.md."""
+"""Decision logs as records, read and written: the layout of `fairlead_tools.record.run_log`."""
 
 from __future__ import annotations
 

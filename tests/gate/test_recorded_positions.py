@@ -35,7 +35,7 @@ def state(tick: int, width: int = WIDTH) -> bytes:
 
 
 def written(path: Path, *payloads: bytes, kind: int = 1) -> Path:
-    """A log of steps that were given these, laid out as docs/decision-log.md says."""
+    """A log of steps that were given these, laid out as `fairlead_tools.record.run_log` says."""
     data, seal = b"fairlead-decisions-2\n", zlib.crc32(b"fairlead-decisions-2\n")
     for payload in payloads:
         body = struct.pack("<QQIBB3sI", 1, 2, 9, kind, 3, b"who", len(payload)) + payload + b"\0\0"

@@ -1,4 +1,30 @@
-"""A run as the gate's decision log tells it: states, what was asked, what was decided."""
+"""A run as the gate's decision log tells it: states, what was asked, what was decided.
+
+The file, little-endian: the line ``fairlead-decisions-2``, a newline, then frames of
+
+    1 byte    type
+    3 bytes   length of the body
+    1 byte    XOR of the four bytes before and 0xA5
+              body
+    4 bytes   CRC-32 of the file up to here, without the CRCs
+
+    type      body
+    1 header  JSON: robot, profile, gate (SHA-256 of the program), started (UTC), config_file,
+              config (its text)
+    2 boot    u64 now, u8 first start, u8 clean mark, u8 new state, u32 size and latch record,
+              results
+    3 step    u64 now, u64 received, u32 ns of the step before, u8 kind of event, u8 size and
+              source, u32 size and payload, results
+    4 timer   u64 now, u32 ns of the step before: a timer step without ids and outputs
+    5 gap     u64 records lost
+    6 end     why, in words; without it the gate was killed, or still runs
+
+Results: u8 count and random ids drawn (u64 each); u8 count of outputs; if any, 16 bytes of the
+SHA-256 of all, u8 count of those kept, each u8 kind, u8 size and source, u32 size and payload.
+Leases and released rows are not kept: a replay computes them. Times are CLOCK_MONOTONIC in ns;
+kinds those of EventKind and OutputKind (services/safety/include/fairlead_safety); payloads
+`fairlead.messages`, cut at 65,537 bytes.
+"""
 
 from __future__ import annotations
 
@@ -168,7 +194,7 @@ def read_run(path: Path) -> Run:
 
 
 class _Frames:
-    """Type and body of each record; docs/decision-log.md has the layout."""
+    """Type and body of each record."""
 
     def __init__(self, data: bytes) -> None:
         self._data, self._at = data, len(_FIRST_LINE)

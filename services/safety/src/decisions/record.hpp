@@ -1,7 +1,8 @@
 // One record of a decision log: what the core was given in a step and what came out of it.
 //
-// docs/decision-log.md has the layout byte by byte. The same layout serves in memory, where a
-// record has every output, and in the file, where it has a digest of all and some in full.
+// shared/fairlead_tools/record/run_log.py has the layout byte by byte. The same layout serves in
+// memory, where a record has every output, and in the file, where it has a digest of all and some
+// in full.
 #pragma once
 
 #include <array>
