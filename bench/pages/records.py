@@ -17,20 +17,18 @@ RECORDS = {
 }
 INTRODUCTION = """# The two decisions fairlead began with
 
-What they say about a policy's state and action vector, one sentence each, by the file of
-`tests/records` whose test holds it; `scripts/test tests/records -k state_20` runs one. Written by
-`python -m bench.pages --write`; a test fails if it is out of date or a number is missing."""
+One sentence for each test in `tests/records`; `scripts/test tests/records -k state_20` runs
+one. Written by `python -m bench.pages --write`."""
 _NAME = re.compile(r"test_(state|action)_(\d\d)_(\w+)")
 
 
 @dataclass(frozen=True)
 class Sentence:
-    """One promise: which record, its number there, and the file of the test that holds it."""
+    """One promise: which record, its number there, and its words."""
 
     record: str
     number: int
     words: str
-    file: str
 
 
 def sentences() -> list[Sentence]:
@@ -56,22 +54,13 @@ def _of(path: Path) -> list[Sentence]:
         name, words = _NAME.fullmatch(node.name), ast.get_docstring(node)
         if name is None or words is None:
             raise ValueError(f"records: {path.name}: {node.name} lacks a number or a sentence")
-        words = words.replace("\n", " ")
-        read.append(Sentence(name[1], int(name[2]), words, path.name))
+        read.append(Sentence(name[1], int(name[2]), words.replace("\n", " ")))
     return read
 
 
 def listed(record: str) -> str:
-    """One record's sentences in Markdown, by file."""
-    lines: list[str] = []
-    file = ""
-    for one in sentences():
-        if one.record == record:
-            if one.file != file:
-                file = one.file
-                lines += [*([""] if lines else []), f"{file}:", ""]
-            lines.append(f"{one.number}. {one.words}")
-    return "\n".join(lines)
+    """One record's sentences in Markdown."""
+    return "\n".join(f"{one.number}. {one.words}" for one in sentences() if one.record == record)
 
 
 def current_page() -> str:

@@ -53,7 +53,7 @@ def refusal(slots: list[dict[str, Any]]) -> str:
 def test_action_01_the_manifests_route_the_base_discard_the_torso_and_carry_the_switch(
     name: str,
 ) -> None:
-    """[0,5] arm, [6] gripper, [7,9] base_x, base_y, base_yaw, [10] torso discarded, [11] switch."""
+    """Arm [0,5], gripper [6], base [7,9], torso [10] discarded, switch [11]."""
     slots = load_skill(name).action_contract.slots
     assert [(s.first, s.last, s.control_mode) for s in slots] == [
         (0, 5, "cartesian_delta"),
@@ -66,7 +66,7 @@ def test_action_01_the_manifests_route_the_base_discard_the_torso_and_carry_the_
 
 
 def test_action_02_the_manifests_agree_with_each_other_in_every_dimension() -> None:
-    """No manifest is shifted by one: all three and the expert have one action contract."""
+    """All three manifests and the expert share one action contract."""
     contracts = {name: load_skill(name).action_contract for name in MANIFESTS}
     expert = load_skill("oracle-counter-to-cabinet").action_contract
     assert all(one == expert for one in contracts.values())
@@ -74,7 +74,7 @@ def test_action_02_the_manifests_agree_with_each_other_in_every_dimension() -> N
 
 @pytest.mark.parametrize("name", MANIFESTS)
 def test_action_03_a_manifest_says_why_a_dimension_is_discarded(name: str) -> None:
-    """The comment at slot 10 says torso; nothing is "pending" any more."""
+    """The manifest says that slot 10 is the torso."""
     text = (rskill_dir(name) / "rskill.yaml").read_text()
     line = next(line for line in text.splitlines() if "range: [10, 10]" in line)
     assert "torso" in line
@@ -82,7 +82,7 @@ def test_action_03_a_manifest_says_why_a_dimension_is_discarded(name: str) -> No
 
 
 def test_action_04_no_new_control_mode_was_needed() -> None:
-    """Arm, gripper and base go by modes that exist; there is no four-number base delta."""
+    """No new control mode was needed."""
     assert [mode.yaml_name for mode in ControlMode] == [
         "joint_position", "joint_velocity", "joint_torque", "joint_trajectory",
         "cartesian_pose", "cartesian_delta", "cartesian_twist", "body_twist", "foot_placement",
@@ -93,7 +93,7 @@ def test_action_04_no_new_control_mode_was_needed() -> None:
 
 
 def test_action_05_every_dimension_is_routed_or_discarded_by_name() -> None:
-    """A gap, an overlap, an index out of range: each is an error that names the index."""
+    """A gap, an overlap, an index out of range is refused by index."""
     slots = slots_of(PI05)
     gap = refusal([s for s in slots if s["range"] != [10, 10]])
     assert "index 10 is covered by no slot (use discard: true)" in gap
@@ -104,7 +104,7 @@ def test_action_05_every_dimension_is_routed_or_discarded_by_name() -> None:
 
 
 def test_action_06_a_discard_says_nothing_else() -> None:
-    """A discarded slot with a mode, a frame or joints is refused."""
+    """A discarded slot with a mode, frame or joints is refused."""
     for extra in (
         {"control_mode": "joint_velocity"},
         {"joint_names": ["base_x"]},
@@ -119,7 +119,7 @@ def test_action_06_a_discard_says_nothing_else() -> None:
 def test_action_07_the_switch_is_one_number_without_end_effector_frame_or_joints(
     field: str,
 ) -> None:
-    """composite_mode is one wide and forbids what it cannot mean."""
+    """composite_mode is one number, without tool, frame or joints."""
     value: object = ["base_x"] if field == "joint_names" else "gripper"
     slots = [s for s in slots_of(PI05) if s["range"] != [11, 11]]
     switch = {"range": [11, 11], "control_mode": "composite_mode"}
@@ -130,7 +130,7 @@ def test_action_07_the_switch_is_one_number_without_end_effector_frame_or_joints
 
 
 def test_action_08_the_switch_is_mode_12_on_the_wire_in_both_languages() -> None:
-    """composite_mode is 12 in Python, in C++ and in the golden messages of both."""
+    """composite_mode is 12 in Python, C++ and golden messages."""
     assert int(ControlMode.COMPOSITE_MODE) == 12 and ControlMode.COMPOSITE_MODE.width(11) == 1
     header = (ROOT / "services/safety/include/fairlead_safety/modes.hpp").read_text()
     in_cpp = dict(re.findall(r"^  (\w+) = (\d+),", header, re.MULTILINE))
@@ -142,7 +142,7 @@ def test_action_08_the_switch_is_mode_12_on_the_wire_in_both_languages() -> None
 def test_action_09_the_robot_offers_joint_velocity_so_the_skill_is_not_dropped(
     robot: RobotManifest,
 ) -> None:
-    """The base supports joint_velocity; without it the skill is dropped and the slot is named."""
+    """Without joint_velocity of the base the skill is refused."""
     assert admission_problems(load_skill(PI05), robot) == []
     parts = tuple(
         part.model_copy(update={"modes": ("body_twist",)}) if part.name == "base" else part
@@ -155,7 +155,7 @@ def test_action_09_the_robot_offers_joint_velocity_so_the_skill_is_not_dropped(
 
 
 def test_action_10_joints_of_two_parts_in_one_slot_are_refused(robot: RobotManifest) -> None:
-    """joint_names have to resolve to one part."""
+    """Joints of one slot belong to one part."""
     slots = slots_of(PI05)
     slots[2]["joint_names"] = ["base_x", "base_y", "panda_joint1"]
     problems = "\n".join(admission_problems(with_slots(slots), robot))
@@ -163,7 +163,7 @@ def test_action_10_joints_of_two_parts_in_one_slot_are_refused(robot: RobotManif
 
 
 def test_action_11_a_part_of_the_base_goes_to_its_own_joint_only(robot: RobotManifest) -> None:
-    """A skill that names base_yaw alone commands that joint and no other."""
+    """base_yaw alone commands that joint alone."""
     slots = slots_of(PI05)
     slots[2] |= {"range": [7, 7], "joint_names": ["base_yaw"], "scale": 1.5}
     slots[3] |= {"range": [8, 10]}
@@ -179,7 +179,7 @@ def test_action_11_a_part_of_the_base_goes_to_its_own_joint_only(robot: RobotMan
 def test_action_12_the_base_is_padded_to_the_robots_joints_and_says_which_count(
     robot: RobotManifest,
 ) -> None:
-    """Three numbers become eleven, zeros elsewhere, and a mask names the three."""
+    """Three base numbers become eleven, zeros elsewhere, with a mask."""
     rows = np.full((2, 12), 0.5, dtype=np.float32)
     parts = dispatch(resolve_routes(load_skill(PI05).action_contract, robot), rows, 12)
     base = next(part for part in parts if part.mode == ControlMode.JOINT_VELOCITY)
@@ -190,7 +190,7 @@ def test_action_12_the_base_is_padded_to_the_robots_joints_and_says_which_count(
 def test_action_13_joint_names_without_slots_are_mapped_to_the_robots_order(
     robot: RobotManifest,
 ) -> None:
-    """A joint-space skill keeps its permutation, and may not be wider than the robot."""
+    """joint_names without slots are mapped to the robot's order."""
     arm = tuple(
         part.model_copy(update={"modes": ("joint_position",)}) if part.name == "arm" else part
         for part in robot.parts
@@ -208,7 +208,7 @@ def test_action_13_joint_names_without_slots_are_mapped_to_the_robots_order(
 def test_action_14_a_vector_of_another_width_is_refused_with_both_widths(
     robot: RobotManifest,
 ) -> None:
-    """A misaligned vector is a ConfigError that says what was expected and what came."""
+    """A vector of another width is refused with both widths."""
     routes = resolve_routes(load_skill(PI05).action_contract, robot)
     with pytest.raises(
         ConfigError, match=r"expected float32 \[H >= 1, 12\], got float32 \[1, 11\]"
@@ -217,7 +217,7 @@ def test_action_14_a_vector_of_another_width_is_refused_with_both_widths(
 
 
 def test_action_15_a_raw_vector_cannot_be_passed_through(robot: RobotManifest) -> None:
-    """There is no passthrough: no slots, or one slot that means all, is refused."""
+    """There is no passthrough of raw vectors."""
     assert "expected every index of 0..11 to be covered, got no slots" in refusal([])
     whole: dict[str, Any] = {"range": [0, 11]}
     assert "expected control_mode or discard: true, got neither" in refusal([whole])
@@ -227,7 +227,7 @@ def test_action_15_a_raw_vector_cannot_be_passed_through(robot: RobotManifest) -
 
 
 def test_action_16_the_base_is_not_a_body_twist_for_checkpoints(robot: RobotManifest) -> None:
-    """The normalised base goes as joint_velocity; body_twist, in m/s, is left to planners."""
+    """Checkpoints drive the base by joint_velocity, not body_twist."""
     for name in MANIFESTS:
         modes = {slot.control_mode for slot in load_skill(name).action_contract.slots}
         assert "body_twist" not in modes
@@ -236,7 +236,7 @@ def test_action_16_the_base_is_not_a_body_twist_for_checkpoints(robot: RobotMani
 
 
 def test_action_17_the_torso_is_no_joint_that_can_be_told(robot: RobotManifest) -> None:
-    """No part has the torso: routing dimension 10 to it is refused with the joints there are."""
+    """No part has the torso; routing to it is refused."""
     assert all("torso_height" not in part.joints for part in robot.parts)
     slots = slots_of(PI05)
     slots[3] = {
@@ -252,7 +252,7 @@ def test_action_17_the_torso_is_no_joint_that_can_be_told(robot: RobotManifest) 
 def test_action_18_the_bases_limits_admit_the_normalised_range_and_no_more(
     robot: RobotManifest,
 ) -> None:
-    """[-1, 1] is 1 m/s, 1 m/s, 1.5 rad/s; twice that is refused with both numbers."""
+    """[-1, 1] is 1 m/s, 1 m/s, 1.5 rad/s; twice that is refused."""
     gate = json.loads((ROOT / "robots/panda_mobile/gate.sim.json").read_text())
     limits = [joint["velocity_limit"] for joint in gate["joints"][:3]]
     assert limits == [1.0, 1.0, 1.5]

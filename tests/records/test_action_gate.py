@@ -42,7 +42,7 @@ def base_rows(value: float, joint: int = 0) -> np.ndarray:
 def test_action_39_each_base_joint_is_held_to_its_own_velocity_limit(
     injector: Injector, joint: int, limit: float, share: float, code: int
 ) -> None:
-    """The gate judges the padded base joint by joint: 1.0 m/s passes, 1.02 is refused."""
+    """The gate passes 1.0 m/s of a base joint, refuses 1.02."""
     rows = base_rows(share * limit, joint)
     verdict = judged(injector, part("base", ControlMode.JOINT_VELOCITY, rows, *BASE))
     assert verdict.code == code, verdict
@@ -52,7 +52,7 @@ def test_action_39_each_base_joint_is_held_to_its_own_velocity_limit(
 def test_action_40_the_gate_checks_the_switch_as_it_checks_everything(
     injector: Injector, value: float, code: int
 ) -> None:
-    """composite_mode passes in [-1, 1]; beyond it is refused, and what is no number stops."""
+    """composite_mode outside [-1, 1] is refused; NaN stops."""
     verdict = judged(injector, part("composite", ControlMode.COMPOSITE_MODE, np.array([[value]])))
     assert verdict.code == code, verdict
     stopped = injector.gate().state in (GateState.STOPPED, GateState.LATCHED)
@@ -62,7 +62,7 @@ def test_action_40_the_gate_checks_the_switch_as_it_checks_everything(
 def test_action_41_three_numbers_for_the_base_alone_are_no_row(
     injector: Injector, light_robot: LiveRobot
 ) -> None:
-    """Without padding to the robot's joints a joint mode is refused, and nothing moves."""
+    """A joint mode without padding is refused; nothing moves."""
     before = len(light_robot.motion.read())
     narrow = part("base", ControlMode.JOINT_VELOCITY, np.full((1, 3), 0.1), *BASE)
     verdict = judged(injector, narrow)
@@ -74,7 +74,7 @@ def test_action_41_three_numbers_for_the_base_alone_are_no_row(
 
 
 def test_action_42_a_number_beside_the_masked_joints_is_refused(injector: Injector) -> None:
-    """Padding is zero: it can carry nothing that the mask does not name."""
+    """A number outside the mask is refused."""
     rows = base_rows(0.1)
     rows[0, 5] = 0.1
     verdict = judged(injector, part("base", ControlMode.JOINT_VELOCITY, rows, *BASE))

@@ -38,19 +38,19 @@ def emitted(episode: Episode) -> FloatArray:
 def test_action_33_every_number_reaches_the_simulator_as_the_policy_wrote_it_but_the_torso(
     episode: Episode,
 ) -> None:
-    """Typed, scaled to SI, judged, and turned back into the policy's own bits."""
+    """Every number but the torso's reaches the simulator bit for bit."""
     wanted = emitted(episode).astype("<f4")
     wanted[:, TORSO] = 0.0
     assert executed(episode).astype("<f4").tobytes() == wanted.tobytes()
 
 
 def test_action_34_the_torsos_number_is_zero_in_every_tick(episode: Episode) -> None:
-    """Discarded is zero, from the first tick to the last."""
+    """The torso's number is zero in every tick."""
     assert not executed(episode)[:, TORSO].any()
 
 
 def test_action_35_the_vector_is_noted_before_the_simulator_turns_it(episode: Episode) -> None:
-    """robosuite turns the base's numbers in place; what is logged is what was given."""
+    """The log has the vector before robosuite turns it."""
     base = executed(episode)[:, 7:10]
     assert np.abs(base).max() > 0.3
     assert base.astype("<f4").tobytes() == emitted(episode)[:, 7:10].astype("<f4").tobytes()
@@ -59,7 +59,7 @@ def test_action_35_the_vector_is_noted_before_the_simulator_turns_it(episode: Ep
 def test_action_36_the_gate_gets_typed_parts_in_si_and_never_a_raw_vector(
     episode: Episode, robot: RobotManifest
 ) -> None:
-    """One chunk carries arm, gripper, base and switch, each with its mode, frame and unit."""
+    """A chunk has arm, gripper, base, switch, each in SI."""
     calls = {call.tick: call.actions for call in episode.calls}
     assert {chunk.start_tick for chunk in episode.chunks} == set(calls)
     for chunk in episode.chunks:
@@ -80,7 +80,7 @@ def test_action_36_the_gate_gets_typed_parts_in_si_and_never_a_raw_vector(
 
 
 def test_action_43_plain_robosuite_is_moved_alike_to_the_last_bit(episode: Episode) -> None:
-    """The policy's own vectors in a bare loop of `env.step` give every state, bit for bit."""
+    """A bare env.step loop gives every state, bit for bit."""
     vectors = emitted(episode).astype("<f4")
     vectors[:, TORSO] = 0.0
     held = episode.ticks[0] - episode.reset_tick
@@ -107,7 +107,7 @@ def test_action_43_plain_robosuite_is_moved_alike_to_the_last_bit(episode: Episo
 
 
 def test_action_37_the_hand_comes_within_ten_centimetres_by_step_220(episode: Episode) -> None:
-    """The record asks it of one seed in five; the task's own distance says it of this one."""
+    """The hand comes within ten centimetres by step 220."""
     near = [
         tick
         for tick in episode.ticks
@@ -117,7 +117,7 @@ def test_action_37_the_hand_comes_within_ten_centimetres_by_step_220(episode: Ep
 
 
 def test_action_38_the_task_needs_the_base_and_the_base_drives(episode: Episode) -> None:
-    """Counter and cabinet are further apart than the arm reaches: the object gets there."""
+    """The base drives the object out of the arm's reach."""
     assert episode.result is not None
     assert (episode.result.outcome, episode.result.decided_by) == ("succeeded", "task")
     assert dict(episode.tasks[episode.ticks[-1]].metrics)["base_travel"] > 1.0

@@ -35,7 +35,7 @@ def split(backend: RobosuiteBackend) -> dict[str, tuple[int, int]]:
 def test_action_19_the_parts_are_where_the_running_simulator_says(
     backend: RobosuiteBackend,
 ) -> None:
-    """Arm (0, 6), gripper (6, 7), base (7, 10) with three inputs, torso (10, 11) on its own."""
+    """Parts are where the running simulator has them."""
     assert split(backend) == {
         "right": (0, 6), "right_gripper": (6, 7), "base": (7, 10), "torso": (10, 11),
     }  # fmt: skip
@@ -43,7 +43,7 @@ def test_action_19_the_parts_are_where_the_running_simulator_says(
 
 
 def test_action_20_another_order_of_the_same_parts_needs_no_other_code() -> None:
-    """robosuite's own order puts the torso before the base: the same commands find their slots."""
+    """robosuite's own part order works unchanged."""
     stock = RobosuiteBackend(SimulatorOptions())
     try:
         assert split(stock) == ORDERS["stock"]
@@ -60,7 +60,7 @@ def test_action_20_another_order_of_the_same_parts_needs_no_other_code() -> None
 def test_action_21_the_hal_offers_the_modes_that_the_training_controllers_are(
     backend: RobosuiteBackend,
 ) -> None:
-    """OSC_POSE is cartesian_delta, GRIP is gripper_position, JOINT_VELOCITY is joint_velocity."""
+    """The HAL offers the training controllers' modes."""
     running = backend.env.robots[0].composite_controller.part_controllers
     assert {name: type(one).__name__ for name, one in running.items()} == {
         "right": "OperationalSpaceController",
@@ -82,7 +82,7 @@ def test_action_21_the_hal_offers_the_modes_that_the_training_controllers_are(
 
 @pytest.mark.parametrize("order", sorted(ORDERS))
 def test_action_22_the_base_values_are_written_into_the_base_slot(order: str) -> None:
-    """joint_velocity lands in the inputs of the base, found by name, wherever they are."""
+    """Base velocities land in the base's inputs, wherever they are."""
     first, stop = ORDERS[order]["base"]
     command = {"base": base_velocity(base_x=0.5, base_y=-0.25, base_yaw=0.75)}
     vector = pack(command, action_map(ORDERS[order]), ZEROS)
@@ -92,14 +92,14 @@ def test_action_22_the_base_values_are_written_into_the_base_slot(order: str) ->
 
 @pytest.mark.parametrize("order", sorted(ORDERS))
 def test_action_23_base_yaw_alone_reaches_its_own_input(order: str) -> None:
-    """A subset of the base's joints reaches the sub-slot of those joints."""
+    """base_yaw alone reaches its own input."""
     first, stop = ORDERS[order]["base"]
     vector = pack({"base": base_velocity(base_yaw=0.75)}, action_map(ORDERS[order]), ZEROS)
     assert vector[first:stop].tolist() == [0.0, 0.0, 0.5]
 
 
 def test_action_24_joints_that_are_not_of_one_part_are_an_error() -> None:
-    """The HAL names the joints it takes, and packs nothing."""
+    """Joints that are not of one part are refused."""
     with pytest.raises(ConfigError, match="expected joints of this one part, got base_yaw, panda"):
         pack(
             {"base": base_velocity(base_yaw=0.1, panda_joint1=0.1)},
@@ -109,7 +109,7 @@ def test_action_24_joints_that_are_not_of_one_part_are_an_error() -> None:
 
 
 def test_action_25_a_width_that_does_not_fit_is_an_error_with_both_numbers() -> None:
-    """Three numbers where eleven are expected: refused, never spread over what is there."""
+    """Three numbers where eleven are expected are refused."""
     narrow = PartCommand(ControlMode.JOINT_VELOCITY, "", np.zeros(3), (0, 1, 2))
     with pytest.raises(
         ConfigError, match=r"part base: expected 11 value\(s\) of joint_velocity, got shape \[3\]"
@@ -118,27 +118,27 @@ def test_action_25_a_width_that_does_not_fit_is_an_error_with_both_numbers() -> 
 
 
 def test_action_26_the_switch_is_the_last_number_and_nothing_overrides_it() -> None:
-    """composite_mode goes behind all parts, as the policy wrote it."""
+    """composite_mode goes last, as the policy wrote it."""
     for value in (-1.0, -0.25, 0.0, 0.4, 1.0):
         vector = pack({"composite": mode(value)}, action_map(ORDERS["records"]), ZEROS)
         assert vector[-1] == np.float32(value)
 
 
 def test_action_27_without_a_switch_the_arm_is_manipulated() -> None:
-    """Where no part carries it, the HAL writes -1.0."""
+    """Without composite_mode the HAL writes -1.0."""
     assert pack({"arm": delta(np.zeros(6))}, action_map(ORDERS["records"]), ZEROS)[-1] == -1.0
 
 
 def test_action_28_minus_one_anchors_to_the_achieved_pose_and_plus_one_to_the_goal(
     backend: RobosuiteBackend,
 ) -> None:
-    """What the switch means in this simulator, measured: the arm lags behind, or comes back."""
+    """The switch anchors the arm to its achieved pose or its goal."""
     assert arm_shift_after_turning(backend, -1.0) > 0.10
     assert arm_shift_after_turning(backend, 1.0) < 0.01
 
 
 def test_action_29_a_hal_without_a_composite_controller_takes_the_switch_and_does_nothing() -> None:
-    """Plain MuJoCo has no such controller: two worlds, one told the switch, stay the same bits."""
+    """In plain MuJoCo the switch changes nothing."""
     plain = yaml.safe_load((robot_dir("panda") / "robot.yaml").read_text())
     mobile = yaml.safe_load((robot_dir("panda_mobile") / "robot.yaml").read_text())
     plain["parts"] += [part for part in mobile["parts"] if part["name"] == "composite"]
@@ -158,7 +158,7 @@ def test_action_29_a_hal_without_a_composite_controller_takes_the_switch_and_doe
 
 
 def test_action_30_the_torso_gets_zero_and_stays_where_it_is(backend: RobosuiteBackend) -> None:
-    """Zero is what training emitted there: the slide holds while arm and base move."""
+    """The torso gets zero and stays."""
     backend.reset(0)
     start = backend.read().positions
     for _ in range(40):
@@ -170,13 +170,13 @@ def test_action_30_the_torso_gets_zero_and_stays_where_it_is(backend: RobosuiteB
 
 
 def test_action_31_nothing_is_remembered_for_the_torso() -> None:
-    """Whatever stood in its place the tick before, the torso's input is zero."""
+    """The torso's input does not depend on the tick before."""
     slots = action_map(ORDERS["records"])
     assert pack({"gripper": opening(0.0)}, slots, np.ones(12, dtype=np.float32))[10] == 0.0
 
 
 def test_action_32_the_base_moves_where_a_policy_drives_it(backend: RobosuiteBackend) -> None:
-    """A checkpoint's [0.468, 0.132, -0.014] is not dropped: each number moves its own joint."""
+    """Each base number moves its own joint."""
 
     def moved(*base: float) -> FloatArray:
         backend.reset(0)

@@ -50,7 +50,7 @@ def with_contract(contract: dict[str, Any]) -> SkillManifest:
 def test_state_01_a_wrapped_layout_is_admitted_on_a_robot_with_another_number_of_joints(
     robot: RobotManifest,
 ) -> None:
-    """A skill whose vector has 16 numbers is offered on a robot that measures 14 joints."""
+    """A robot of 14 joints may run a skill whose vector has 16 numbers."""
     skill = load_skill(PI05)
     assert len(robot.measured_joint_names) != skill.state_contract.dim == 16
     assert admission_problems(skill, robot) == []
@@ -69,7 +69,7 @@ def test_state_01_a_wrapped_layout_is_admitted_on_a_robot_with_another_number_of
 def test_state_02_the_manifest_names_the_shape_and_the_bindings_name_the_sources(
     binding: str, source: object, changed: set[str]
 ) -> None:
-    """Another end effector, base, world, gripper or quaternion order changes its own numbers."""
+    """A binding changes its own numbers only."""
     bound = StateContractBindings()
     assert (bound.eef_frame, bound.base_frame, bound.world_frame) == (None, None, "map")
     assert (bound.gripper_qpos_joints, bound.quaternion_convention) == ((), "xyzw")
@@ -84,14 +84,14 @@ def test_state_02_the_manifest_names_the_shape_and_the_bindings_name_the_sources
 
 
 def test_state_03_a_binding_that_does_not_exist_is_refused() -> None:
-    """Bindings are closed: a field nobody knows is an error, never ignored."""
+    """An unknown binding is refused."""
     with pytest.raises(ValueError, match="wrist_frame"):
         StateContractBindings.model_validate(RECORDS_BINDINGS | {"wrist_frame": "panda_hand"})
 
 
 @pytest.mark.parametrize(("layout", "dim"), [("libero", 9), ("aloha", 14)])
 def test_state_04_a_joint_space_layout_needs_no_bindings(layout: str, dim: int) -> None:
-    """Bindings are optional where the layout is a slice of the joints, which need no transforms."""
+    """Layouts of joints alone need no bindings."""
     contract = StateContract.model_validate({"layout": layout, "dim": dim})
     names = (*LAYOUTS[layout].joint_names, *LAYOUTS[layout].gripper_qpos_joints)
     joints = JointPositions.named(names[::-1], np.arange(len(names))[::-1].astype(float))
@@ -103,7 +103,7 @@ def test_state_04_a_joint_space_layout_needs_no_bindings(layout: str, dim: int) 
 def test_state_05_a_task_space_layout_names_every_binding_it_misses_when_it_is_loaded(
     layout: str, tmp_path: Path
 ) -> None:
-    """Bindings are required for composites, and the check is made when a manifest is loaded."""
+    """Composite layouts need bindings, checked when the manifest loads."""
     folder = skill_file(tmp_path / "unbound", {"layout": layout, "dim": LAYOUTS[layout].dim or 39})
     with pytest.raises(ConfigError) as caught:
         read_skill(folder)
@@ -114,7 +114,7 @@ def test_state_05_a_task_space_layout_names_every_binding_it_misses_when_it_is_l
 def test_state_13_a_layout_without_an_assembler_is_dropped_with_the_reason(
     robot: RobotManifest,
 ) -> None:
-    """Without an assembler the skill stays out, and raw joints never take its place."""
+    """A skill whose layout has no assembler is left out."""
     skill = with_contract({"layout": "gr1", "dim": 39, "bindings": RECORDS_BINDINGS})
     (problem,) = admission_problems(skill, robot)
     assert problem.startswith("layout gr1: no assembler; those that have one: ")
@@ -124,7 +124,7 @@ def test_state_13_a_layout_without_an_assembler_is_dropped_with_the_reason(
 
 
 def test_state_14_the_list_of_skills_says_which_are_admitted(tmp_path: Path) -> None:
-    """The three skills with wrapped layouts are in the robot's palette."""
+    """The three skills with wrapped layouts are offered."""
     done = fairlead("skill", "ls", "--robot", "panda_mobile", state=tmp_path)
     admitted = [line for line in done.stdout.splitlines() if re.search(r"\badmitted\b", line)]
     for name in (PI05, "rldx1-ft-rc365-nf4", "rldx-robocasa"):
@@ -134,7 +134,7 @@ def test_state_14_the_list_of_skills_says_which_are_admitted(tmp_path: Path) -> 
 def test_state_15_installing_a_skill_that_lacks_bindings_fails_with_the_list(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The missing fields are told when a skill is installed, and nothing is installed."""
+    """Installing names the missing bindings and installs nothing."""
     monkeypatch.setenv(SKILLS_VARIABLE, str(tmp_path / "installed"))
     folder = skill_file(tmp_path / "unbound", {"layout": "human300_16d", "dim": 16})
     done = fairlead("skill", "install", str(folder), state=tmp_path)
@@ -162,7 +162,7 @@ names = st.text("abcdefgh_", min_size=1, max_size=8)
 def test_state_18_any_bindings_are_refused_by_name_or_survive_a_round_trip(
     data: dict[str, Any],
 ) -> None:
-    """Fuzzed bindings never load as something else than what was written."""
+    """Fuzzed bindings are refused or load as written."""
     gripper = data.get("gripper_qpos_joints", [])
     wrong = ["quaternion_convention"] if data.get("quaternion_convention") == "wzyx" else []
     wrong += ["gripper_qpos_joints"] if len(gripper) > len(set(gripper)) % 3 else []
@@ -182,7 +182,7 @@ def test_state_18_any_bindings_are_refused_by_name_or_survive_a_round_trip(
 def test_state_19_the_records_own_manifest_loads_and_is_admitted(
     robot: RobotManifest, tmp_path: Path
 ) -> None:
-    """panda_hand_tcp, base_link, odom, one gripper joint, xyzw: the record's fixture."""
+    """The first decision's own manifest loads and is admitted."""
     folder = skill_file(tmp_path / "recorded", RECORDED)
     skill = read_skill(folder)
     bound = skill.state_contract.bindings.model_dump(mode="json", exclude_unset=True)
@@ -196,7 +196,7 @@ def test_state_19_the_records_own_manifest_loads_and_is_admitted(
 def test_state_36_a_frame_that_the_robot_does_not_have_is_refused_at_check_and_at_install(
     binding: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A frame that the robot lacks is named with those there are, at check and at install."""
+    """A frame that the robot lacks is refused at check and install."""
     monkeypatch.setenv(SKILLS_VARIABLE, str(tmp_path / "installed"))
     bindings = RECORDS_BINDINGS | {binding: "no_such_frame"}
     folder = skill_file(tmp_path / "lost", RECORDED | {"bindings": bindings})

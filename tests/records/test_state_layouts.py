@@ -33,7 +33,7 @@ LAYOUT_FILES = [ROOT / f"shared/fairlead/layouts/{name}.py" for name in LAYOUT_D
 
 @pytest.mark.processes
 def test_state_06_the_registry_maps_a_layout_to_its_assembler() -> None:
-    """load_layout and assemble_state are the public face, and need no transport."""
+    """load_layout and assemble_state are public and need no transport."""
     assert {name for name, one in LAYOUTS.items() if one.assemble is None} == {"gr1"}
     for name in LAYOUT_DIMS:
         assert getattr(LAYOUTS[name].assemble, "__module__", "") == f"fairlead.layouts.{name}"
@@ -46,7 +46,7 @@ def test_state_06_the_registry_maps_a_layout_to_its_assembler() -> None:
 
 
 def test_state_07_only_a_registered_layout_can_be_named() -> None:
-    """The set is what installed packages register by name: a skill can name nothing else."""
+    """Only layouts that an installed package registers can be named."""
     installed = ", ".join(sorted(entry_points(group="fairlead.layouts").names))
     with pytest.raises(ValueError, match=rf"a layout, got 'smolvla_9d' \(valid: {installed} from "):
         StateContract.model_validate({"layout": "smolvla_9d", "dim": 9})
@@ -56,7 +56,7 @@ def test_state_07_only_a_registered_layout_can_be_named() -> None:
 def test_state_08_a_layout_is_one_short_pure_function_without_knowledge_of_a_robot(
     path: Path,
 ) -> None:
-    """Each layout file has one assembler in 30 to 70 lines, and its code names no robot."""
+    """A layout's assembler has 30 to 70 lines and names no robot."""
     tree = ast.parse(path.read_text())
     functions = [node for node in tree.body if isinstance(node, ast.FunctionDef)]
     assert [function.name for function in functions] == ["assemble"]
@@ -72,7 +72,7 @@ def test_state_08_a_layout_is_one_short_pure_function_without_knowledge_of_a_rob
 
 
 def test_state_09_human300_16d_is_3_and_4_and_3_and_4_and_2() -> None:
-    """End effector in the base, base in the world, gripper: 16 numbers in that order."""
+    """End effector in base, base in world, gripper: 16 numbers."""
     assert assembled("human300_16d") == [
         *(0.5, 0.1, 1.2, *HAND_TURNED),
         *(2.0, 1.0, 0.0, *BASE_TURNED),
@@ -81,19 +81,19 @@ def test_state_09_human300_16d_is_3_and_4_and_3_and_4_and_2() -> None:
 
 
 def test_state_10_rc365_is_human300_16d_under_another_name() -> None:
-    """The rc365 layout wraps human300_16d: the same bindings give the same numbers."""
+    """rc365 gives the same numbers as human300_16d."""
     assert assembled("rc365") == assembled("human300_16d")
 
 
 def test_state_11_the_quaternion_order_is_what_the_manifest_says() -> None:
-    """quaternion_convention puts w first or last, in every quaternion of the vector."""
+    """quaternion_convention holds for every quaternion of the vector."""
     wxyz = assembled("human300_16d", quaternion_convention="wxyz")
     assert wxyz[3:7] == [0.8, *HAND_TURNED[:3]]
     assert wxyz[10:14] == [0.8, *BASE_TURNED[:3]]
 
 
 def test_state_12_a_gripper_is_two_joints_or_one_that_is_mirrored() -> None:
-    """Two gripper numbers come from two joints as they are, or from one as v and -v."""
+    """Two gripper numbers: two joints, or one as v and -v."""
     assert assembled("human300_16d", gripper_qpos_joints=FINGERS)[14:] == [0.02, -0.01]
     assert assembled("human300_16d")[14:] == [0.03, -0.03]
     with pytest.raises(ValueError, match="two different joints, or one to be mirrored"):
@@ -101,14 +101,14 @@ def test_state_12_a_gripper_is_two_joints_or_one_that_is_mirrored() -> None:
 
 
 def test_state_16_a_layout_cannot_be_spelled_in_a_manifest() -> None:
-    """There is no declarative list of fields: the set of layouts is closed."""
+    """A manifest cannot define a layout."""
     fields = [{"kind": "tf", "frame": "panda_hand"}]
     with pytest.raises(ValueError, match="fields"):
         StateContract.model_validate({"layout": "human300_16d", "dim": 16, "fields": fields})
 
 
 def test_state_17_every_layout_brings_bindings_to_start_from() -> None:
-    """Shape and sources together are a whole contract: each layout's example loads."""
+    """Each layout's example bindings load."""
     for layout, dim in LAYOUT_DIMS.items():
         contract = StateContract(layout=layout, dim=dim, bindings=LAYOUTS[layout].example)
         assert contract.dim == dim
@@ -116,7 +116,7 @@ def test_state_17_every_layout_brings_bindings_to_start_from() -> None:
 
 @pytest.mark.processes
 def test_state_37_a_layout_is_one_file_and_a_new_one_needs_no_other_change(tmp_path: Path) -> None:
-    """Each registered layout is a file of its own; one file more, and its skill is admitted."""
+    """A new layout is one file."""
     ours = {one.name: one.value for one in entry_points(group="fairlead.layouts")}
     files = {path.stem for path in (ROOT / "shared/fairlead/layouts").glob("[!_]*.py")}
     assert ours == {name: f"fairlead.layouts.{name}:LAYOUT" for name in files}

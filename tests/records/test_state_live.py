@@ -35,7 +35,7 @@ LOCALISER = ROOT / "docs" / "examples" / "localiser.py"
 def test_state_26_the_policy_sees_the_assembled_vector_and_not_the_joints(
     episode: Episode,
 ) -> None:
-    """What the policy is given is bit for bit what was published for that tick."""
+    """The policy gets what was published for that tick, bit for bit."""
     assert len(episode.calls) > 20
     for call in episode.calls:
         published = episode.layouts[call.tick]
@@ -46,7 +46,7 @@ def test_state_26_the_policy_sees_the_assembled_vector_and_not_the_joints(
 def test_state_27_the_links_are_on_the_bus_and_the_assembler_publishes_them(
     episode: Episode, robot: RobotManifest
 ) -> None:
-    """Every link of the URDF is published as a transform, made from the measured joints."""
+    """Every URDF link is published as a transform."""
     batches = episode.transforms["state_assembler"]
     children = {item.child for item in batches[episode.ticks[5]].transforms}
     assert {"panda_link0", "panda_link7", "panda_hand", "panda_hand_tcp"} <= children
@@ -67,7 +67,7 @@ def test_state_27_the_links_are_on_the_bus_and_the_assembler_publishes_them(
 
 
 def test_state_28_the_hal_alone_says_where_the_base_is(episode: Episode) -> None:
-    """odom -> base_link comes from the HAL in every tick, and from nobody else."""
+    """odom -> base_link comes from the HAL alone, every tick."""
     for tick in episode.ticks:
         links = {(t.parent, t.child) for t in episode.transforms["hal"][tick].transforms}
         assert ("odom", "base_link") in links
@@ -84,7 +84,7 @@ def test_state_28_the_hal_alone_says_where_the_base_is(episode: Episode) -> None
 def test_state_29_a_missing_frame_fails_the_goal_at_its_first_step_by_name(
     light_robot: LiveRobot,
 ) -> None:
-    """No zeros: where nobody publishes the object, the goal says so and nothing has moved."""
+    """A missing frame fails the goal by name; nothing moves."""
     before = len(light_robot.motion.read())
     result = light_robot.run_goal(seed=0)
     assert (result.outcome, result.kind) == ("failed", "layout_missing_frame"), result
@@ -95,7 +95,7 @@ def test_state_29_a_missing_frame_fails_the_goal_at_its_first_step_by_name(
 def test_state_30_any_hal_that_publishes_joints_and_transforms_is_enough(
     light_robot: LiveRobot, robot: RobotManifest
 ) -> None:
-    """A HAL without a simulator's keys is enough: joints and transforms alone make the vector."""
+    """Joints and transforms alone make the vector."""
     skill = "pi05-robocasa365-human300-nf4"
     bus, keys = light_robot.client.bus, light_robot.client.keys
     heard = Episode()
@@ -135,7 +135,7 @@ def frame_poses(batch: TransformBatch) -> list[FramePose]:
 
 
 def test_state_33_a_localiser_says_where_odom_is_and_the_hal_then_does_not(tmp_path: Path) -> None:
-    """map -> odom comes from the localiser that is named; a missing one fails the goal by name."""
+    """map -> odom comes from the named localiser; without it goals fail."""
     options = ScratchOptions(hal=LIGHT_HAL, localiser="amcl")
     scratch = make_scratch(ROOT / "compose" / "panda_mobile_sim.yaml", tmp_path / "state", options)
     sent: set[str] = set()

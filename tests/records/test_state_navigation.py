@@ -48,7 +48,7 @@ def two_runners(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Scr
 def test_state_34_the_base_navigates_while_a_policy_moves_the_arm(
     two_runners: ScratchRobot,
 ) -> None:
-    """Each has its own runner and its own parts; the same ticks execute rows of both."""
+    """Two runners move base and arm in the same ticks."""
     client = two_runners.client
     states: list[JointState] = []
     ended: list[GoalResult | None] = []
@@ -76,7 +76,7 @@ def test_state_34_the_base_navigates_while_a_policy_moves_the_arm(
 def test_state_35_navigation_then_manipulation_is_one_command(
     tmp_path: Path,
 ) -> None:
-    """Drive to a pose, then pick and place, in the simulator: each goal's end is its own."""
+    """Driving, then picking, is one command."""
     scratch = make_scratch(SOURCE, tmp_path / "state", ScratchOptions())
     expert = "oracle-counter-to-cabinet"
     words = ["run", "go-to", "--seed", "0", "--prompt", "0.05 0.15 0", "--then", expert]

@@ -62,7 +62,7 @@ def driven(backend: RobosuiteBackend) -> RobosuiteBackend:
 def test_state_20_the_vector_is_what_the_simulator_itself_reports(
     robot: RobotManifest, driven: RobosuiteBackend
 ) -> None:
-    """Joints, kinematics and transforms give robosuite's own observation, field by field."""
+    """The vector is robosuite's own observation, field by field."""
     state = state_vector(robot, driven, EXACT)
     seen = driven.env._get_observations(force_update=True)
     wanted = {
@@ -81,7 +81,7 @@ def test_state_20_the_vector_is_what_the_simulator_itself_reports(
 def test_state_21_the_path_knows_no_observation_of_a_simulator(
     robot: RobotManifest, driven: RobosuiteBackend, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """No service reads a robosuite observation: without any of them the vector is the same."""
+    """No service reads a robosuite observation."""
     before = state_vector(robot, driven, EXACT)
     monkeypatch.setattr(driven.env, "_observables", {})
     driven.apply({})
@@ -95,7 +95,7 @@ def test_state_21_the_path_knows_no_observation_of_a_simulator(
 def test_state_22_the_records_tool_frame_is_close_to_the_grip_site_and_the_hand_is_not(
     robot: RobotManifest, driven: RobosuiteBackend
 ) -> None:
-    """panda_hand_tcp is 0.1034 m along the hand, 6 mm from the site; panda_hand is 9 cm off."""
+    """panda_hand_tcp is 6 mm from the grip site, panda_hand 9 cm."""
     in_base_link = EXACT_BINDINGS | {"base_frame": "base_link"}
     truth = state_vector(robot, driven, EXACT | {"bindings": in_base_link})
     tcp = state_vector(robot, driven, RECORDED)
@@ -110,7 +110,7 @@ def test_state_22_the_records_tool_frame_is_close_to_the_grip_site_and_the_hand_
 def test_state_23_the_description_hangs_the_arm_where_the_simulator_mounts_it(
     robot: RobotManifest, driven: RobosuiteBackend
 ) -> None:
-    """robot.yaml names a URDF; its links are the simulator's, to 0.1 mm and 0.1 mrad."""
+    """The URDF's links are the simulator's, to 0.1 mm and 0.1 mrad."""
     kinematics = ForwardKinematics(robot)
     poses = dict(zip(kinematics.frames, kinematics.poses(driven.read().positions), strict=True))
     sim = driven.env.sim
@@ -127,7 +127,7 @@ def test_state_23_the_description_hangs_the_arm_where_the_simulator_mounts_it(
 def test_state_24_the_same_manifest_works_on_another_robot_with_these_frames(
     driven: RobosuiteBackend, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Nothing in the manifest is of one robot: a taller robot's hand is higher."""
+    """The manifest works on a taller robot."""
     robot = load_robot("panda_mobile")
     here = state_vector(robot, driven, RECORDED)
     for entry in ("rskills", "compose", "services", "shared"):
@@ -151,7 +151,7 @@ def test_state_24_the_same_manifest_works_on_another_robot_with_these_frames(
 def test_state_25_assembling_costs_less_than_the_simulators_own_tick(
     robot: RobotManifest, driven: RobosuiteBackend
 ) -> None:
-    """Assembling is cheap beside a control period: here, beside one step of physics."""
+    """Assembling costs less than one step of physics."""
 
     def median_s(action: object) -> float:
         times = []
@@ -166,7 +166,7 @@ def test_state_25_assembling_costs_less_than_the_simulators_own_tick(
 
 
 def test_state_31_a_transform_that_is_too_old_is_named_with_parent_and_age() -> None:
-    """A stale frame is an error with frame, parent and age, never an old pose."""
+    """A stale frame is an error with frame, parent and age."""
     with pytest.raises(LayoutError) as caught:
         transforms(tick=1).at(9).pose("odom", "base_link")
     assert caught.value.kind == "stale_frame"
@@ -177,7 +177,7 @@ def test_state_31_a_transform_that_is_too_old_is_named_with_parent_and_age() -> 
 def test_state_32_without_a_layout_the_joints_are_taken_in_the_policys_order(
     robot: RobotManifest, driven: RobosuiteBackend
 ) -> None:
-    """No layout means joints by name: their order is the policy's, their unit is declared."""
+    """Without a layout, joints come in the policy's order and unit."""
     names = [f"panda_joint{n}" for n in (7, 3, 1)]
     field = {"names": names, "quantity": "position", "unit": "deg"}
     state = state_vector(robot, driven, {"dim": 3, "joints": [field]})
