@@ -6,11 +6,15 @@ import json
 import re
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 import yaml
 
 from fairlead.layout import load_layout
+from fairlead.robot.manifest import load_robot
+from fairlead.skill.admission import admission_problems
+from fairlead.skill.manifest import SkillManifest, read_skill
 from fairlead.skill.state_contract import StateContract
 from tests.repo.tree import ROOT
 
@@ -46,3 +50,15 @@ def test_bindings_for_libero_are_the_layouts_example() -> None:
 def test_the_hal_that_extending_shows_is_a_slice_of_the_example() -> None:
     [shown] = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "extending.md").read_text(), re.S)
     assert shown.strip() in (ROOT / "docs/examples/acme_arm/acme_arm/hal.py").read_text()
+
+
+def test_the_manifest_that_robots_and_skills_shows_has_every_key_and_is_admitted(
+    tmp_path: Path,
+) -> None:
+    page = (ROOT / "docs" / "robots-and-skills.md").read_text()
+    [shown] = re.findall(r"```yaml\n(.*?)```", page, re.S)
+    (tmp_path / "my-pick").mkdir()
+    (tmp_path / "my-pick" / "rskill.yaml").write_text(shown)
+    skill = read_skill(tmp_path / "my-pick")
+    assert set(yaml.safe_load(shown)) == set(SkillManifest.model_fields)
+    assert admission_problems(skill, load_robot("panda_mobile")) == []
