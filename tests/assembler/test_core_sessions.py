@@ -111,6 +111,16 @@ def test_next_hal_is_followed_from_the_gates_lease_on(
     assert core.on_joints(feed.joints(10)) == []  # late, and nothing to tell of
 
 
+def test_next_hal_is_no_stranger_because_of_one_heard_before(
+    core: AssemblerCore, feed: RobotFeed, robot: RobotManifest
+) -> None:
+    core.on_lease(feed.lease())
+    core.on_joints(RobotFeed(robot, session=12).joints(1))
+    core.on_joints(feed.joints(9))
+    restarted = RobotFeed(robot, session=13)
+    assert [core.on_joints(restarted.joints(tick)) for tick in (1, 2)] == [[], []]
+
+
 def test_joint_state_of_another_robot_is_refused(core: AssemblerCore, feed: RobotFeed) -> None:
     good = feed.joints(1)
     other = JointState(

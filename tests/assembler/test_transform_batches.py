@@ -6,6 +6,7 @@ import pytest
 
 from fairlead.errors import MessageError
 from fairlead.messages import Transform, pack_floats
+from fairlead_state_assembler import TransformBuffer
 from tests.assembler.buffer_inputs import SESSION, batch, buffer_with, error_of
 
 
@@ -30,6 +31,32 @@ def test_new_session_starts_empty_and_a_left_session_is_ignored() -> None:
     assert not buffer.add_batch(batch(501, ("odom", "base", 3.0)))
     assert not buffer.enter(SESSION, 1)
     assert error_of(buffer, "odom", "base", 501).kind == "stale_frame"
+
+
+def test_static_frames_sent_before_the_gate_follows_their_session_are_known_once_it_does() -> None:
+    buffer = TransformBuffer(owners={"base": "hal", "odom": "localiser"}, hal="hal")
+    buffer.follow(SESSION)
+    buffer.add_batch(batch(9, ("odom", "base", 9.0)), "hal")
+    for session, x in ((8, 1.0), (8, 2.0), (SESSION, 3.0)):
+        static = batch(1, ("map", "odom", x), session=session, is_static=True)
+        buffer.add_batch(static, "localiser")
+    assert not buffer.add_batch(batch(1, ("base", "cup", 5.0), session=8, is_static=True), "hal")
+    assert error_of(buffer, "base", "cup", 9).kind == "missing_frame"
+    assert buffer.lookup("map", "odom", 9)[0].translation[0] == 3.0
+    buffer.follow(8)
+    buffer.add_batch(batch(2, ("odom", "base", 4.0), session=8), "hal")
+    assert buffer.lookup("map", "cup", 2)[0].translation[0] == 11.0
+
+
+def test_static_frames_of_a_hal_that_the_gate_never_follows_are_never_known() -> None:
+    buffer = TransformBuffer(owners={"base": "hal"}, hal="hal")
+    buffer.follow(SESSION)
+    for publisher in ("hal", "somebody"):
+        static = batch(1, ("map", "odom", 1.0), session=8, is_static=True)
+        assert not buffer.add_batch(static, publisher)
+    buffer.follow(9)
+    assert buffer.add_batch(batch(2, ("odom", "base", 1.0), session=9), "hal")
+    assert error_of(buffer, "map", "odom", 2).kind == "missing_frame"
 
 
 @pytest.mark.parametrize("value", [float("nan"), float("inf")])

@@ -70,7 +70,8 @@ class AssemblerCore:
         self._repeats = 0
         self._links = b""
         self._session = 0  # the gate's, 0 before its first lease that names one
-        self._stranger_heard = self._stranger_stays = False
+        self._stranger = 0  # newest other session in a joint state
+        self._stranger_stays = False  # the followed one was heard after it
 
     def want(self, view: SkillView) -> list[Output]:
         """Start assembling for a skill, with the current tick if there is one."""
@@ -86,7 +87,7 @@ class AssemblerCore:
         if lease.session in (0, self._session):
             return
         self._session = lease.session
-        self._stranger_heard = self._stranger_stays = False
+        self._stranger, self._stranger_stays = 0, False
         self._buffer.follow(lease.session)
 
     def on_transforms(self, batch: TransformBatch, publisher: str) -> list[Output]:
@@ -146,14 +147,14 @@ class AssemblerCore:
     def _refuse_stranger(self, session: int) -> None:
         """A HAL that takes over from one that is gone is none: the gate's next lease names it."""
         if session == self._session:
-            self._stranger_stays = self._stranger_heard
-        elif self._session and self._stranger_stays:
+            self._stranger_stays = self._stranger != 0
+        elif session == self._stranger and self._stranger_stays:
             raise MessageError(
                 f"state/joints: expected session {self._session:016x}, the HAL that the gate "
                 f"follows, got {session:016x} beside it; another HAL runs under this robot's keys"
             )
-        elif self._session:
-            self._stranger_heard = True
+        elif self._session and session != self._stranger:
+            self._stranger, self._stranger_stays = session, False
 
     def _new_tick(self, moment: Moment, poses: list[SE3]) -> list[Output]:
         base = self._kinematics.base_frame

@@ -71,6 +71,7 @@ class TransformBuffer:
         self._gates_session = 0  # the one that the gate follows, 0 while it says none
         self._episode_tick = 0
         self._published: dict[str, int] = {}  # newest tick of each publisher's batches
+        self._static_ahead: dict[str, TransformBatch] = {}  # newest of a session not followed yet
 
     def follow(self, session: int) -> None:
         """From now on take data of the session that the gate follows, and of no other."""
@@ -92,6 +93,9 @@ class TransformBuffer:
             self._branches.clear()
             self._rivals.clear()
             self._published.clear()
+            ahead, self._static_ahead = self._static_ahead, {}
+            for publisher, batch in ahead.items():
+                self.add_batch(batch, publisher)
         if episode_tick > self._episode_tick:
             self._episode_tick = episode_tick
             self._discard_before(episode_tick)
@@ -105,7 +109,8 @@ class TransformBuffer:
                 not to come; without a name it may still be on its way.
 
         Returns:
-            False if it was dropped: another session than the HAL's, or before this episode.
+            False if it was not taken: before this episode, or another session than the HAL's, of
+            which the newest static ones are kept until it is followed.
 
         Raises:
             MessageError: for a transform that is not 3 + 4 finite numbers with a
@@ -115,9 +120,12 @@ class TransformBuffer:
             (item.parent, item.child, decode_pose(item.child, item.translation, item.rotation_xyzw))
             for item in batch.transforms
         ]
-        if publisher != self._hal != "" and batch.session != self._session:
+        may_open = self._hal in ("", publisher) or batch.session == self._session
+        if not may_open or not self.enter(batch.session, 0):
+            if batch.is_static and publisher in (self._hal, *self._owners.values()):
+                self._static_ahead[publisher] = batch
             return False
-        if not self.enter(batch.session, 0) or batch.tick < self._episode_tick:
+        if batch.tick < self._episode_tick:
             return False
         for parent, child, pose in poses:
             claim = Claim(publisher, parent, batch.is_static, batch.tick)
