@@ -8,7 +8,8 @@ import pytest
 
 from fairlead.errors import RefusedError
 from fairlead.messages import Arm, Heartbeat, Message, decode
-from fairlead.wire.bus import Qos
+from fairlead.wire.bus import Qos, Sample
+from fairlead.wire.dropped import dropping
 from tests.wire.pair import DEADLINE_S, Pair
 
 
@@ -38,3 +39,12 @@ def test_messages_that_nobody_can_read_cost_their_reader_one_line_a_key(
     (record,) = caplog.records
     assert record.getMessage().startswith("fl/r/x: dropped: Heartbeat: ")
     assert "Traceback" not in capfd.readouterr().err
+
+
+def test_what_cannot_be_read_is_said_again_after_an_hour(caplog: pytest.LogCaptureFixture) -> None:
+    now_ns = 0
+    take = dropping(lambda sample: print(decode(Heartbeat, sample.payload)), lambda: now_ns)
+    for seconds, lines in ((0, 1), (3599, 1), (3600, 2), (3601, 2)):
+        now_ns = seconds * 10**9
+        take(Sample("fl/r/x", b"\xff"))
+        assert len(caplog.records) == lines

@@ -75,7 +75,7 @@ class Bus(Protocol):
     def subscribe(self, key_expr: str, handler: SampleHandler) -> Undeclare:
         """Call ``handler`` for every sample on a key, or on all that match a ``*``.
 
-        A `MessageError` that it raises is said once a key, and nothing else comes of it.
+        A `MessageError` that it raises is said once a key and hour, and nothing else comes of it.
         """
 
     def serve(self, key: str, who: str, handler: QueryHandler) -> Undeclare:
