@@ -41,7 +41,7 @@ SETTLE_TICKS = 4
 ATTEMPTS = 3
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture
 def network() -> Iterator[TwoNetworks]:
     with two_networks() as network:
         yield network
@@ -53,9 +53,10 @@ def timer() -> Iterator[TimerProcess]:
         yield timer
 
 
-@pytest.fixture(scope="module")
-def realtime(network: TwoNetworks, tmp_path_factory: pytest.TempPathFactory) -> Iterator[TwoHosts]:
-    with two_hosts(network, tmp_path_factory.mktemp("realtime"), "realtime") as hosts:
+@pytest.fixture
+def realtime(network: TwoNetworks, tmp_path: Path) -> Iterator[TwoHosts]:
+    """New hosts and a whole link for each test: whatever the one before left, or how it failed."""
+    with two_hosts(network, tmp_path / "realtime", "realtime") as hosts:
         yield hosts
 
 
@@ -179,8 +180,8 @@ def test_a_cut_link_ends_motion_and_once_healed_a_new_goal_moves_the_robot(
 def test_a_killed_router_ends_motion_and_once_restarted_a_new_goal_moves_the_robot(
     realtime: TwoHosts, timer: TimerProcess
 ) -> None:
-    goal = start_moving(realtime)
     pid, seen = realtime.pid("robot", "router"), len(realtime.printed("robot"))
+    goal = start_moving(realtime)  # ends by itself: nothing that takes long comes from here on
     injected_ns = time.monotonic_ns()
     os.kill(pid, signal.SIGKILL)
     check_bound(realtime, timer, injected_ns, ROUTER_BOUND_MS, "router kill -9")
