@@ -13,6 +13,7 @@ from fairlead.robot.manifest import load_robot
 from fairlead_skill_runner.offered_skills import OfferedSkills
 from fairlead_skill_runner.options import check_runner_options
 from fairlead_tools.skills.skeleton import skill_skeleton
+from tests.shape.own_robot import own_robot
 
 MOBILE = load_robot("panda_mobile")
 
@@ -62,6 +63,26 @@ def test_a_skill_is_held_against_the_robot_once_until_its_manifest_is_edited(fol
     edit(folder / "rskill.yaml", "rate_hz: 20", "rate_hz: 30")
     second = skills.find("my-wave")
     assert (first.problems(), second.problems() != []) == ([], True)
+
+
+@pytest.mark.asyncio
+async def test_a_robot_that_is_edited_is_read_anew_with_its_skills_and_their_policies(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    robot_file = own_robot(tmp_path, monkeypatch) / "robot.yaml"
+    options = check_runner_options("runner", {"skills": ["panda-joint-reach"]})
+    skills = OfferedSkills("runner", options, load_robot("mine"), "sim")
+    first = skills.find("panda-joint-reach")
+    worker = await skills.worker(first.skill)
+    edit(robot_file, "horizon_max: 64", "horizon_max: 1")
+    second = skills.find("panda-joint-reach")
+    asked = "horizon: expected at most 1, got"
+    assert (asked in str(first.problems()), asked in str(second.problems())) == (False, True)
+    assert await skills.worker(second.skill) is not worker
+    assert skills.find("panda-joint-reach") is second
+    robot_file.rename(tmp_path / "away")
+    with pytest.raises(ConfigError, match="robot.yaml"):
+        skills.find("panda-joint-reach")
 
 
 def test_a_skill_that_came_after_the_start_is_on_offer(folder: Path) -> None:

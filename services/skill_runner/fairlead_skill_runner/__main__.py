@@ -15,7 +15,7 @@ async def serve(context: ServiceContext) -> None:
     robot = load_robot(context.deployment.robot)
     skills = OfferedSkills(context.name, options, robot, context.deployment.profile)
     trace_file = context.state_dir / "trace.jsonl" if options.trace else None
-    runner = SkillRunner(context, robot, skills, trace_file)
+    runner = SkillRunner(context, skills, trace_file)
     try:
         announce_ready(context)
         await context.stopping.wait()

@@ -20,7 +20,6 @@ from fairlead.messages import (
     StatusQuery,
 )
 from fairlead.operate.heartbeat import beat
-from fairlead.robot.manifest import RobotManifest
 from fairlead.skill.admission import Admission
 from fairlead.skill.routes import Route
 from fairlead.wire.bus import Bus, Publisher
@@ -46,7 +45,6 @@ class Surroundings:
     source: str
     bus: Bus
     keys: Keys
-    robot: RobotManifest
     candidate: Publisher
     heartbeat: Publisher
     trace_file: Path | None
@@ -134,7 +132,7 @@ class GoalRun:
             await asyncio.to_thread(self._admission.require, hal)
             routes = self._admission.routes
             self._phase = "claiming"
-            request = claim_request(around.source, self.skill, routes, around.robot)
+            request = claim_request(around.source, self.skill, routes, self._admission.robot)
             claim = await take_claim(around.bus, around.keys, request, hal.pacing, self._ended)
             return await self._run_claimed(hal, routes, claim)
         finally:

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from fairlead.errors import ConfigError, RefusedError, expected
 from fairlead.paths import rskill_dir
 from fairlead.plugins import POLICIES
-from fairlead.robot.manifest import RobotManifest
+from fairlead.robot.gate_file import source_digests
+from fairlead.robot.manifest import RobotManifest, load_robot
 from fairlead.skill.admission import Admission
 from fairlead.skill.manifest import SkillManifest, load_skill, skill_ids
 from fairlead_skill_runner.options import RunnerOptions
@@ -24,7 +25,7 @@ class _Loaded:
 
 
 class OfferedSkills:
-    """Manifests and policy processes, read anew when a skill's files have changed.
+    """Manifests and policy processes, read anew when files of a skill or the robot have changed.
 
     Args:
         source: the runner's name.
@@ -36,6 +37,7 @@ class OfferedSkills:
     ) -> None:
         self._source, self._options = source, options
         self._robot, self._profile = robot, profile
+        self._robot_files = source_digests(robot)
         self._log = logging.getLogger(source)
         self._workers: dict[str, _Loaded] = {}
         self._admissions: dict[str, Admission] = {}
@@ -66,12 +68,13 @@ class OfferedSkills:
         return found
 
     def find(self, name: str) -> Admission:
-        """A skill as its file says now; one that says the same is not held against the robot anew.
+        """A skill held against the robot, anew if the files of either have changed.
 
         Raises:
             RefusedError: it is not on offer, with those that are.
-            ConfigError: its manifest does not fit.
+            ConfigError: a manifest does not fit.
         """
+        self._follow_robot()
         listed = self._options.skills
         known = name in (skill_ids() if listed is None else listed)
         skill = load_skill(name) if known else None
@@ -91,12 +94,14 @@ class OfferedSkills:
         Raises:
             ConfigError: no installed package has its policy backend.
         """
-        stamp, loaded = _stamp(skill), self._workers.get(skill.id)
+        stamp, loaded = (_stamp(skill), self._robot_files), self._workers.get(skill.id)
         if loaded is None or loaded.stamp != stamp:
             policy = self._options.policy(skill)
             plugin = POLICIES.find(policy.backend, "policy.backend")
             if loaded is not None:
-                self._log.info("skill %s has changed: its policy is loaded anew", skill.id)
+                self._log.info(
+                    "skill %s or the robot has changed: its policy is loaded anew", skill.id
+                )
                 await loaded.worker.close()
             worker = PolicyWorker(plugin, skill, policy.options, self._robot.id, self._profile)
             loaded = self._workers[skill.id] = _Loaded(stamp, worker)
@@ -106,6 +111,13 @@ class OfferedSkills:
         """End every policy's process; a call that still runs fails."""
         for loaded in self._workers.values():
             await loaded.worker.close()
+
+    def _follow_robot(self) -> None:
+        files = source_digests(self._robot)
+        if files != self._robot_files:
+            self._robot = load_robot(self._robot.id)
+            self._robot_files = files
+            self._admissions.clear()
 
     def _offers(self, skill: SkillManifest) -> bool:
         return self._options.skills is not None or self._robot.id in skill.embodiments

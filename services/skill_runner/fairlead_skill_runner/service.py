@@ -28,7 +28,6 @@ from fairlead.messages import (
     Verdict,
     decode,
 )
-from fairlead.robot.manifest import RobotManifest
 from fairlead.service import ServiceContext
 from fairlead.skill.manifest import SkillManifest
 from fairlead.wire.bus import Qos, Sample
@@ -55,7 +54,6 @@ class SkillRunner:
     def __init__(
         self,
         context: ServiceContext,
-        robot: RobotManifest,
         skills: OfferedSkills,
         trace_file: Path | None = None,
     ) -> None:
@@ -74,7 +72,6 @@ class SkillRunner:
             source=source,
             bus=self._bus,
             keys=keys,
-            robot=robot,
             candidate=self._bus.publisher(keys.candidate(source), ActionChunk, Qos.HOT),
             heartbeat=self._bus.publisher(keys.heartbeat(source), Heartbeat, Qos.HOT),
             trace_file=trace_file,

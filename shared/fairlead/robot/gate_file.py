@@ -80,7 +80,7 @@ def compile_gate_config(robot: RobotManifest, profile: str) -> str:
     check_home(robot, profile, tree, capsules)
     covered = {capsule.link for capsule in capsules.capsules}
     check_bare_links(robot, tree, covered, f"robot {robot.id}: {robot.capsules}")
-    config["compiled_from"] = _sources(robot)
+    config["compiled_from"] = dict(source_digests(robot))
     config["content_sha256"] = ""
     text = json.dumps(config, indent=2, ensure_ascii=True, allow_nan=False) + "\n"
     return sealed(_NUMBER_LIST.sub(_on_one_line, text))
@@ -96,11 +96,20 @@ def sealed(text: str) -> str:
     return head + key + re.sub('"[0-9a-f]*"', f'"{digest}"', tail)
 
 
-def _sources(robot: RobotManifest) -> dict[str, Json]:
-    """SHA-256 of each file that the gate file is made of, by its name in the robot's folder."""
+def source_digests(robot: RobotManifest) -> dict[str, str]:
+    """SHA-256 of each file that the gate file is made of, by its name in the robot's folder.
+
+    Raises:
+        ConfigError: if one cannot be read.
+    """
     folder = robot_dir(robot.id)
     names = ("robot.yaml", robot.description, robot.capsules)
-    return {name: hashlib.sha256((folder / name).read_bytes()).hexdigest() for name in names}
+    try:
+        return {name: hashlib.sha256((folder / name).read_bytes()).hexdigest() for name in names}
+    except OSError as error:
+        raise ConfigError(
+            f"robot {robot.id}: cannot read {error.filename} ({error.strerror})"
+        ) from None
 
 
 def _on_one_line(numbers: re.Match[str]) -> str:

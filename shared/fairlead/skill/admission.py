@@ -45,17 +45,17 @@ class Admission:
     any number of HALs can be held against the result.
 
     Attributes:
+        skill, robot: what is compared.
         routes: of the skill's slots on this robot; all of them, once `require` let the skill pass.
     """
 
     def __init__(self, skill: SkillManifest, robot: RobotManifest) -> None:
-        self.skill = skill
-        self._robot = robot
+        self.skill, self.robot = skill, robot
         self.routes, self._slot_problems = plan_routes(skill.action_contract, robot)
 
     @cached_property
     def _of_manifests(self) -> list[str]:
-        skill, robot = self.skill, self._robot
+        skill, robot = self.skill, self.robot
         return [
             *_embodiment_problems(skill, robot),
             *self._slot_problems,
@@ -72,9 +72,9 @@ class Admission:
                 None checks the manifests alone, with the ranges the robot declares.
         """
         if hal is None:
-            return [*self._of_manifests, *declared_range_problems(self.routes, self._robot)]
-        identity = _identity_problems(self._robot, hal)
-        ranges = [] if identity else hal_range_problems(self.routes, self._robot, hal)
+            return [*self._of_manifests, *declared_range_problems(self.routes, self.robot)]
+        identity = _identity_problems(self.robot, hal)
+        ranges = [] if identity else hal_range_problems(self.routes, self.robot, hal)
         return [*self._of_manifests, *identity, *ranges, *_camera_problems(self.skill, hal)]
 
     def require(self, hal: HalStatus | None = None) -> None:
@@ -83,7 +83,7 @@ class Admission:
         Raises:
             ConfigError: with every reason of `problems`, and what to do.
         """
-        skill, robot = self.skill, self._robot
+        skill, robot = self.skill, self.robot
         problems = self.problems(hal)
         if not problems:
             return
