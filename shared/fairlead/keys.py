@@ -129,6 +129,15 @@ class Keys:
         """``reset_episode`` (simulators)."""
         return self._key("hal", "cmd", verb)
 
+    def hal_session(self, session: int) -> str:
+        """Liveliness token of one run of a HAL, from before it touches the robot until it ends."""
+        return self._key("hal", "session", f"{session:016x}")
+
+    @property
+    def every_hal_session(self) -> str:
+        """Tokens of every HAL of this robot, of which there may be one."""
+        return self._key("hal", "session", "*")
+
     def goal(self, source: str) -> str:
         """Query: give one runner a `Goal`."""
         return self._key("skill", source, "goal")

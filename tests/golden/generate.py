@@ -48,6 +48,7 @@ KEY_ARGUMENTS = {
     "verdict": ("runner",),
     "gate_command": ("arm", "disarm", "reset", "claim", "release"),
     "hal_command": ("reset_episode",),
+    "hal_session": (0x5EED,),
     "goal": ("runner",),
     "cancel": ("runner",),
     "feedback": ("runner",),

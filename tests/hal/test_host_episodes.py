@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from pathlib import Path
 from typing import Any
 
@@ -11,24 +10,18 @@ import pytest
 
 from fairlead.errors import RefusedError
 from fairlead.messages import (
-    HalStatus,
     Hold,
     JointState,
     ResetEpisode,
     ResetEpisodeReply,
-    StatusQuery,
     decode,
     floats,
 )
-from fairlead.wire.bus import Answer
-from fairlead.wire.session import Endpoints, ZenohBus
 from fairlead_tools.supervisor.this_host import free_ports
 from tests.hal.hal_process import START_S, HalProcess
 from tests.hal.live_gate import LiveGate
 
 pytestmark = pytest.mark.processes
-
-SLOW_S = 1.0
 
 
 def reset(hal: HalProcess, seed: int) -> ResetEpisodeReply:
@@ -107,28 +100,6 @@ def beside(first: HalProcess) -> dict[str, Any]:
 def test_a_second_hal_that_can_see_the_first_names_it(realtime: HalProcess) -> None:
     said = second_hal(realtime, beside(realtime), realtime.folder / "b")
     assert "robot tested already has a HAL (session" in said
-
-
-def test_a_second_hal_waits_for_the_word_of_one_that_is_slow_to_answer(
-    realtime: HalProcess,
-) -> None:
-    bus, keys = realtime.bus, realtime.keys
-    status = decode(HalStatus, bus.query(keys.hal_status, StatusQuery(), START_S))
-    realtime.process.terminate()
-    assert realtime.process.wait(START_S) == 0
-    slow = ZenohBus(Endpoints(listen=[realtime.spec["services"]["hal"]["listen"]]))
-    timers: list[threading.Timer] = []
-
-    def on_query(payload: bytes, answer: Answer) -> None:
-        timers.append(threading.Timer(SLOW_S, answer, [status]))
-        timers[-1].start()
-
-    serving = slow.serve_later(keys.hal_status, "hal", on_query)
-    said = second_hal(realtime, beside(realtime), realtime.folder / "b")
-    assert f"robot tested already has a HAL (session {status.session:x}" in said
-    assert timers
-    serving.undeclare()
-    slow.close()
 
 
 def test_a_second_hal_in_the_same_state_folder_is_refused(realtime: HalProcess) -> None:

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import fcntl
+import threading
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TextIO
 
 import numpy as np
 
-from fairlead.errors import ConfigError, NoAnswerError, expected
+from fairlead.errors import ConfigError, expected
 from fairlead.hal.backend import BackendDescription, Measurement
 from fairlead.hal.command_check import CommandCheck
 from fairlead.hal.core import Pacing
-from fairlead.keys import Keys
-from fairlead.messages import FloatArray, HalStatus, StatusQuery, decode
+from fairlead.keys import Keys, last_chunk
+from fairlead.messages import FloatArray
 from fairlead.robot.manifest import RobotManifest
 from fairlead.wire.bus import Bus
 
@@ -111,8 +112,10 @@ class HostSettings:
         return self.pacing == "lockstep"
 
 
-ANSWER_WAIT_S = 10.0
-"""Where there is no other HAL nobody is waited for; one on a busy machine takes its time."""
+LOOK_S = 0.7
+"""Longer than a Zenoh session waits between two attempts to connect (0.5 s)."""
+GO_S = 4.0
+"""What a HAL that started at the same moment, or died with its host, gets to be gone."""
 
 
 def lock_state_folder(service: str, folder: Path) -> TextIO:
@@ -133,18 +136,35 @@ def lock_state_folder(service: str, folder: Path) -> TextIO:
     return file
 
 
-def refuse_second_hal(service: str, bus: Bus, keys: Keys) -> None:
-    """Look for a HAL of the same robot that this session can reach.
+def refuse_second_hal(service: str, bus: Bus, keys: Keys, session: int) -> None:
+    """Announce this HAL, then look for others of the robot that its Zenoh session can reach.
+
+    Whether they answer does not matter: one that is busy or still starts counts. Of several that
+    start together the one with the smallest session goes on, once the others have ended.
 
     Raises:
-        ConfigError: naming the session of the HAL that answered.
+        ConfigError: naming the session of another HAL.
     """
-    try:
-        reply = bus.query(keys.hal_status, StatusQuery(), ANSWER_WAIT_S)
-    except NoAnswerError:
-        return
-    other = decode(HalStatus, reply)
-    raise ConfigError(
-        f"{service}: robot {keys.robot} already has a HAL (session {other.session:x}, "
-        f"tick {other.tick}); see: fairlead ps, then: fairlead down"
-    )
+    own, others, changed = keys.hal_session(session), set[str](), threading.Condition()
+
+    def on_token(key: str, alive: bool) -> None:
+        with changed:
+            (others.add if alive and key != own else others.discard)(key)
+            changed.notify_all()
+
+    def comes_first() -> bool:
+        return min(others, default=own) < own
+
+    token = bus.declare_token(own)
+    watch = bus.watch_tokens(keys.every_hal_session, on_token)
+    with changed:
+        changed.wait_for(comes_first, LOOK_S)
+        changed.wait_for(lambda: not others or comes_first(), GO_S)
+        found = sorted(others)
+    watch.undeclare()
+    if found:
+        token.undeclare()
+        raise ConfigError(
+            f"{service}: robot {keys.robot} already has a HAL (session {last_chunk(found[0])}, "
+            "which may still start or be paused); see: fairlead ps, then: fairlead down"
+        )

@@ -83,14 +83,14 @@ def _tick(
     ending: threading.Event,
 ) -> None:
     deployment = context.deployment
-    refuse_second_hal(context.name, context.bus, deployment.keys)
+    session = secrets.randbits(63) + 1
+    refuse_second_hal(context.name, context.bus, deployment.keys, session)
     robot = load_robot(deployment.robot)
     equipment = equip(robot)
     log = logging.getLogger(context.name)
     if equipment.frames is not None:
         here = equipment.backend.read().positions
         log.info(check_frames(robot, equipment.frames, here, context.name, stands="the start"))
-    session = secrets.randbits(63) + 1
     host = HalHost(
         HostSettings(
             context.name, deployment.keys, deployment.pacing, session, deployment.localiser

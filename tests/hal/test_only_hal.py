@@ -1,0 +1,128 @@
+"""Two HALs of one robot: at most one goes on, whether the other answers or not."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+import yaml
+
+from bench.equipment.live_robot import wait_for
+from fairlead.errors import ConfigError
+from fairlead.hal import identity
+from fairlead.hal.identity import refuse_second_hal
+from fairlead.keys import Keys
+from fairlead.wire.memory_bus import MemoryBus
+from fairlead.wire.session import Endpoints, ZenohBus
+from fairlead_tools.supervisor.this_host import free_ports
+
+KEYS = Keys("tested")
+REFUSED = (
+    "hal: robot tested already has a HAL (session {:016x}, which may still start or be paused); "
+    "see: fairlead ps, then: fairlead down"
+)
+BUSY_HAL = """
+import threading
+from fairlead.hal.process import run_hal
+from fairlead.service import run_service
+
+def equip(robot):
+    print("equips", flush=True)
+    threading.Event().wait()
+
+raise SystemExit(run_service("busy", lambda context: run_hal(context, equip, what="busy")))
+"""
+
+
+class BusyHal:
+    """A HAL process that is busy with its equipment for ever; it answers nothing."""
+
+    def __init__(self, folder: Path, ports: dict[str, int]) -> None:
+        folder.mkdir()
+        (folder / "busy.py").write_text(BUSY_HAL)
+        services = {
+            name: {"run": "hal_kinematic", "listen": f"tcp/127.0.0.1:{port}"}
+            for name, port in ports.items()
+        }
+        spec = {"robot": "panda", "id": "tested", "pacing": "realtime", "services": services}
+        (folder / "robot.yaml").write_text(yaml.safe_dump(spec, sort_keys=False))
+        words = [sys.executable, str(folder / "busy.py"), "--deployment"]
+        words += [str(folder / "robot.yaml"), "--service", "hal", "--state-dir", str(folder)]
+        self._log = folder / "log"
+        with self._log.open("wb") as log:
+            self.process = subprocess.Popen(words, stdout=log, stderr=subprocess.STDOUT)
+
+    @property
+    def said(self) -> str:
+        return self._log.read_text()
+
+    @property
+    def has_decided(self) -> bool:
+        return "equips" in self.said or self.process.poll() is not None
+
+
+@pytest.fixture
+def two_busy_hals(tmp_path: Path) -> Iterator[list[BusyHal]]:
+    first, second = free_ports(2)
+    hals = [
+        BusyHal(tmp_path / "first", {"hal": first, "other": second}),
+        BusyHal(tmp_path / "second", {"other": first, "hal": second}),
+    ]
+    yield hals
+    for hal in hals:
+        hal.process.kill()
+        hal.process.wait()
+
+
+@pytest.mark.processes
+def test_of_two_hals_that_start_together_and_answer_nothing_one_goes_on(
+    two_busy_hals: list[BusyHal],
+) -> None:
+    wait_for(lambda: all(hal.has_decided for hal in two_busy_hals), "both have decided", 60.0)
+    said = [hal.said for hal in two_busy_hals]
+    assert sum("equips" in text for text in said) == 1, said
+    assert sum("robot tested already has a HAL (session " in text for text in said) == 1, said
+
+
+@pytest.mark.processes
+def test_of_hals_that_look_at_the_same_moment_one_goes_on() -> None:
+    endpoint = f"tcp/127.0.0.1:{free_ports(1)[0]}"
+    buses = [ZenohBus(Endpoints(listen=[endpoint])), ZenohBus(Endpoints(connect=[endpoint]))]
+    together, went_on = threading.Barrier(2), list[int]()
+
+    def start(bus: ZenohBus, session: int) -> None:
+        together.wait()
+        try:
+            refuse_second_hal("hal", bus, KEYS, session)
+        except ConfigError as error:
+            assert str(error) == REFUSED.format(3 - session)
+        else:
+            went_on.append(session)
+
+    threads = [threading.Thread(target=start, args=(bus, 1 + i)) for i, bus in enumerate(buses)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    for bus in buses:
+        bus.close()
+    assert len(went_on) == 1
+
+
+@pytest.mark.parametrize("other", [1, 9])
+def test_a_hal_that_stays_is_named_whoever_comes_first(
+    other: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(identity, "GO_S", 0.0)
+    bus = MemoryBus()
+    bus.declare_token(KEYS.hal_session(other))
+    with pytest.raises(ConfigError) as caught:
+        refuse_second_hal("hal", bus, KEYS, 5)
+    assert str(caught.value) == REFUSED.format(other)
+    seen: list[str] = []
+    bus.watch_tokens(KEYS.every_hal_session, lambda key, _: seen.append(key))
+    assert seen == [KEYS.hal_session(other)]
