@@ -174,12 +174,11 @@ class PolicyWorker:
             return None
         if at_once:
             self._kill(process)
-        try:
-            async with asyncio.timeout(_END_TIMEOUT_S):
-                return await process.wait()
-        except TimeoutError:
+        ending = asyncio.ensure_future(process.wait())
+        await asyncio.wait({ending}, timeout=_END_TIMEOUT_S)  # as in `Changes`
+        if not ending.done():
             self._kill(process)
-            return await process.wait()
+        return await ending
 
     @staticmethod
     def _kill(process: asyncio.subprocess.Process) -> None:

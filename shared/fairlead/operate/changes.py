@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import asyncio
+import math
 from collections.abc import Callable, Coroutine
-from contextlib import suppress
 from typing import TypeVar
 
 T = TypeVar("T")
@@ -28,17 +28,25 @@ class Changes:
 
         None: for as long as whoever asks is not cancelled.
         """
-        with suppress(TimeoutError):
-            async with asyncio.timeout(timeout_s):
-                while not condition():
-                    await self._next()
-        return condition()
+        loop = asyncio.get_running_loop()
+        end_s = math.inf if timeout_s is None else loop.time() + timeout_s
+        while not condition():
+            left_s = None if timeout_s is None else max(0.0, end_s - loop.time())
+            await self._next(left_s)
+            if loop.time() >= end_s:
+                return condition()
+        return True
 
-    async def _next(self) -> None:
+    async def _next(self, timeout_s: float | None) -> None:
+        """Until something is announced, or the time is over.
+
+        Not by `asyncio.timeout`: before Python 3.11.3 its end is a cancellation in a task that
+        is being cancelled, and such a task may wait here for a stop to be confirmed.
+        """
         waiting = asyncio.get_running_loop().create_future()
         self._waiting.add(waiting)
         try:
-            await waiting
+            await asyncio.wait({waiting}, timeout=timeout_s)
         finally:
             self._waiting.discard(waiting)
 

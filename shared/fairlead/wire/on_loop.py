@@ -54,11 +54,10 @@ async def ask(bus: Bus, key: str, request: Message, kind: type[Reply], timeout_s
             replied.set_result(reply)
 
     bus.ask(key, request, timeout_s, lambda reply: call_on(loop, lambda: take(reply)))
-    try:
-        async with asyncio.timeout(timeout_s):
-            reply = await replied
-    except TimeoutError:
-        raise no_answer(key, timeout_s) from None
+    await asyncio.wait({replied}, timeout=timeout_s)  # as in `Changes`: no `asyncio.timeout`
+    if not replied.done():
+        raise no_answer(key, timeout_s)
+    reply = replied.result()
     if isinstance(reply, FairleadError):
         raise reply
     return decode(kind, reply)

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import asyncio
-import os
 import signal
 import subprocess
 import sys
 from collections.abc import Iterator, Sequence
-from pathlib import Path
+from contextlib import suppress
 from typing import IO, Annotated
 
 import typer
@@ -18,7 +17,6 @@ from fairlead.deploy.hosts import ROUTER
 from fairlead.deploy.registry import Registry, running_name
 from fairlead.deploy.stop_signals import ignore_further_signals
 from fairlead.errors import ConfigError, FairleadError, each_error, expected
-from fairlead.log_stamp import stamped
 from fairlead.messages import GateState
 from fairlead.operate.connection import connect
 from fairlead.operate.robot import Robot
@@ -27,15 +25,14 @@ from fairlead.skill.admission import state_problems
 from fairlead.skill.manifest import load_skill, skill_ids
 from fairlead_tools.cli.console import echo
 from fairlead_tools.cli.greeting import Greeting, OtherHosts, Say, explain_gate, wait_router
-from fairlead_tools.cli.lost_output import forget_output
 from fairlead_tools.cli.options import DeploymentArgument, NewStateOption, StateDirOption, example
+from fairlead_tools.cli.up_output import UpOutput
 from fairlead_tools.supervisor import ServiceEvent, Supervisor
 from fairlead_tools.supervisor.command_line import (
     check_gate_file,
     new_state_command,
     service_command,
 )
-from fairlead_tools.supervisor.service_log import ServiceLog
 from fairlead_tools.supervisor.this_host import choose_host
 
 READY_TIMEOUT_S = 120.0  # a first start compiles and caches much on a slow machine
@@ -129,14 +126,19 @@ async def _run(supervisor: Supervisor, order: list[str], say: UpOutput, detach: 
 
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         asyncio.get_running_loop().add_signal_handler(number, end)
+    await asyncio.wait({running})
+    failed = None if running.cancelled() else running.exception()
     try:
-        await asyncio.wait({running})
-    finally:
         killed = await supervisor.stop()
+    except FairleadError as error:
+        if failed is None:
+            raise
+        say("up", str(error))
+    else:
         if killed:
             say("up", f"had to kill: {', '.join(killed)}")
-    if not running.cancelled():
-        running.result()
+    if failed is not None:
+        raise failed
     say("up", f"stopped {supervisor.name}; no process is left")
 
 
@@ -181,7 +183,7 @@ async def _watch(
                 await asyncio.sleep(WATCH_S)
         finally:
             if robot.gate in supervisor.processes:
-                await _disarm(robot, say)
+                await disarm_to_the_end(robot, say)
 
 
 async def _explain(robot: Robot, say: Say) -> None:
@@ -191,8 +193,19 @@ async def _explain(robot: Robot, say: Say) -> None:
         say("up", f"the gate does not answer yet: {error}")
 
 
+async def disarm_to_the_end(robot: Robot, say: Say) -> None:
+    """End claims before the processes, so that the gate's end is a clean one.
+
+    Not broken off by Ctrl-C: that would be raised in the place of the error that ends `up`.
+    """
+    disarming = asyncio.ensure_future(_disarm(robot, say))
+    while not disarming.done():
+        with suppress(asyncio.CancelledError):
+            await asyncio.wait({disarming})
+    disarming.result()
+
+
 async def _disarm(robot: Robot, say: Say) -> None:
-    """End claims before the processes, so that the gate's end is a clean one."""
     try:
         if (await robot.gate_status()).state == GateState.ARMED:
             await robot.disarm()
@@ -258,42 +271,3 @@ def start_in_background(words: Sequence[str], name: str) -> None:
 def _show(stream: IO[bytes]) -> None:
     for line in stream:
         echo(line.decode(errors="replace").rstrip())
-
-
-class UpOutput:
-    """Where ``up`` prints: the terminal, until it is detached; its own lines in a log too."""
-
-    def __init__(self, folder: Path) -> None:
-        self._path = folder / "logs" / "up.log"
-        self._log = ServiceLog(self._path)
-        self._is_detached = False
-
-    def __call__(self, service: str, line: str) -> None:
-        """Print a line of one service, or of ``up``."""
-        if service == "up":
-            self._log.append(stamped(f"INFO up: {line}", service))
-        try:
-            if not self._is_detached:
-                echo(f"[{service}] {line}")
-        except BrokenPipeError:  # whoever read our output has gone: end as on Ctrl-C
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-            os.kill(os.getpid(), signal.SIGTERM)
-        except OSError:  # a full disk behind a redirection: the logs have the line, or say so
-            return
-
-    def close(self) -> None:
-        """Have nothing left that would fail to be written when the process ends."""
-        try:
-            sys.stdout.flush()
-        except OSError:
-            forget_output()
-
-    def detach(self) -> None:
-        """Close the output; what would still be printed there is appended to the log."""
-        self._is_detached = True
-        sys.stdout.flush()
-        self._path.parent.mkdir(parents=True, exist_ok=True)
-        log = os.open(self._path, os.O_WRONLY | os.O_APPEND | os.O_CREAT, 0o644)
-        for stream in (sys.stdout, sys.stderr):
-            os.dup2(log, stream.fileno())
-        os.close(log)

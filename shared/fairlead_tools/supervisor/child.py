@@ -6,6 +6,7 @@ import asyncio
 import os
 import signal
 import subprocess
+import time
 from collections import deque
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -24,6 +25,7 @@ LAST_LINES = 15  # enough for a Python error's last frames
 READ_BYTES = 1 << 16
 LAST_WORDS_S = 0.2  # for its last lines to be read, where something it started still lives
 KILLED_S = 2.0
+LOOK_AGAIN_S = 0.02
 
 
 class Child:
@@ -94,13 +96,24 @@ class Child:
             self._process.terminate()
             self._process.send_signal(signal.SIGCONT)
 
-    async def kill_group(self) -> None:
-        """SIGKILL to the process and everything it started that is still there."""
+    async def kill_group(self) -> list[int]:
+        """SIGKILL to the process and everything it started that is still there.
+
+        Returns:
+            Process ids of what lives on after 2 s: stuck in the kernel, or another user's.
+
+        Raises:
+            OSError: the kernel does not say what is there.
+        """
+        end_s = time.monotonic() + KILLED_S
         if group_members(self.pid):
-            with suppress(ProcessLookupError):  # the last of them has just ended
+            with suppress(ProcessLookupError, PermissionError):  # just ended; another user's
                 os.killpg(self.pid, signal.SIGKILL)
         await asyncio.wait({self._watching, self._reading}, timeout=KILLED_S)
         self._reading.cancel()
+        while (left := group_members(self.pid)) and time.monotonic() < end_s:  # noqa: ASYNC110 - no event tells
+            await asyncio.sleep(LOOK_AGAIN_S)
+        return left
 
     async def _watch(self, handle: int) -> None:
         gone, loop = asyncio.Event(), asyncio.get_running_loop()

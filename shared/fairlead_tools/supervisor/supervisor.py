@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import asyncio
-import os
 import time
 from collections.abc import Callable, Collection, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import IO, Literal
+from typing import Literal
 
 from fairlead.deploy.deployment import Deployment
 from fairlead.deploy.hosts import ROUTER
-from fairlead.deploy.process_table import ProcessId, process_id
-from fairlead.deploy.registry import Registry, Running, ServiceEntry, running_name
+from fairlead.deploy.process_table import process_id
+from fairlead.deploy.registry import Registry, ServiceEntry, running_name
 from fairlead.errors import ConfigError, ServiceError
 from fairlead.operate.changes import Changes
 from fairlead_tools.supervisor.child import Child, LineHandler
@@ -22,6 +22,7 @@ from fairlead_tools.supervisor.command_line import (
     service_command,
     service_environment,
 )
+from fairlead_tools.supervisor.listing import Listing
 from fairlead_tools.supervisor.slot import Slot, digests
 from fairlead_tools.supervisor.this_host import check_ports_free
 
@@ -74,12 +75,11 @@ class Supervisor:
         self.state_dir = state_dir.absolute()
         self._file = deployment_file.absolute()
         self._on_line = on_line
-        self._registry = registry if registry is not None else Registry()
         self._build_command = command
-        self._is_listed = False
+        registry = registry if registry is not None else Registry()
+        self._listing = Listing(registry, self.name, self._file, self.state_dir)
         self._slots: dict[str, Slot] = {}
         self._changes = Changes()
-        self._lock: IO[str] | None = None
 
     async def start(
         self, order: Sequence[str] | None = None, one_by_one_s: float | None = None
@@ -94,22 +94,20 @@ class Supervisor:
             ServiceError: something of this deployment still runs, or a port is taken.
             ConfigError: the gate is not built, its file not compiled, or ``order`` does
                 not name each service once.
+
+        To be followed by `stop` also if it raises.
         """
         names = self._in_order(order)
         commands = {name: self._command(name) for name in names}
         self.reserve()
-        try:
-            check_ports_free(self.deployment, names)
-            for name in names:
-                self._slots[name] = self._first_start(name, commands[name])
-                self._write_entry()
-                if one_by_one_s is not None:
-                    await self.wait_ready(one_by_one_s)
-                elif name == ROUTER:  # or its clients would begin with complaints
-                    await self.wait_ready(ROUTER_READY_S)
-        except BaseException:
-            await self.stop(grace_s=0.0)
-            raise
+        check_ports_free(self.deployment, names)
+        for name in names:
+            self._slots[name] = self._first_start(name, commands[name])
+            self._write_entry()
+            if one_by_one_s is not None:
+                await self.wait_ready(one_by_one_s)
+            elif name == ROUTER:  # or its clients would begin with complaints
+                await self.wait_ready(ROUTER_READY_S)
 
     def reserve(self) -> None:
         """List this deployment as running here, before its first process is started.
@@ -117,15 +115,7 @@ class Supervisor:
         Raises:
             ServiceError: it runs already, or something of it does.
         """
-        if self._lock is not None:
-            return
-        self._lock = self._registry.lock(self.name)
-        try:
-            self._refuse_leftovers()
-            self._write_entry()
-        except BaseException:
-            self._forget()
-            raise
+        self._listing.reserve(self.processes)
 
     async def wait_ready(self, timeout_s: float) -> None:
         """Wait until every service has said ``ready``; one that `keep` starts again, once more.
@@ -166,24 +156,31 @@ class Supervisor:
 
         Returns:
             The services that had to be killed.
+
+        Raises:
+            ServiceError: some live on; they stay listed, for ``ps`` and ``down``.
         """
         children = [slot.child for slot in self._slots.values()]
         for child in children:
             child.ask_to_stop()
         await self._changes.wait_for(lambda: all(child.ended for child in children), grace_s)
         killed = [child.name for child in children if child.exit_status is None]
-        await asyncio.gather(*(child.kill_group() for child in children))
-        self._forget()
-        return killed
-
-    def _forget(self) -> None:
+        left = await asyncio.gather(*(child.kill_group() for child in children))
+        living = {child.name: pids for child, pids in zip(children, left, strict=True) if pids}
+        self._listing.leave(  # of each on its first process: the service itself, if it lives
+            {
+                name: ServiceEntry(process_id(pids[0]), False, self._slots[name].restarts)
+                for name, pids in living.items()
+            }
+        )
         self._slots.clear()
-        if self._is_listed:
-            self._registry.remove(self.name)
-            self._is_listed = False
-        if self._lock is not None:
-            self._lock.close()
-            self._lock = None
+        if living:
+            names = ", ".join(f"{name} (pid {_numbers(pids)})" for name, pids in living.items())
+            raise ServiceError(
+                f"deployment {self.name}: processes live on after SIGKILL: {names}; look at them: "
+                f"fairlead ps; when what holds them has let go: fairlead down {self.name}"
+            )
+        return killed
 
     def _in_order(self, order: Sequence[str] | None) -> list[str]:
         if order is not None and sorted(order) != sorted(self.processes):
@@ -231,12 +228,15 @@ class Supervisor:
                     self._list(on_event)
             await self._changes.wait_for(lambda: slot.child.ended, None)
             ended = _how_it_ended(slot.child.exit_status)
-            await slot.child.kill_group()  # what the dead one had started
+            with suppress(OSError):  # said where it is started again
+                await slot.child.kill_group()  # what the dead one had started
             delay_s = slot.backoff.delay_s(time.monotonic() - slot.started_s)
             tell("died", f"{name} {ended}; starting it again in {delay_s:g} s")
             while slot.child.ended:
                 await asyncio.sleep(delay_s)
                 try:
+                    if left := await slot.child.kill_group():
+                        raise ServiceError(f"pid {_numbers(left)} of it lives on after SIGKILL")
                     text = self._restart(name, slot)
                 except Exception as error:  # noqa: BLE001 - whatever it is, the others go on
                     delay_s = slot.backoff.delay_s(0.0)
@@ -265,30 +265,12 @@ class Supervisor:
         log = self.state_dir / "logs" / f"{name}.log"
         return f"{name}: {what}; its last lines ({log}):{lines or ' none'}"
 
-    def _refuse_leftovers(self) -> None:
-        entry = self._registry.find(self.name)
-        services = entry.services if entry is not None else {}
-        still = [
-            f"{name} (pid {service.running.pid})"
-            for name, service in services.items()
-            if name in self.processes and service.running
-        ]
-        if still:
-            raise ServiceError(
-                f"deployment {self.name}: processes that were started before still run: "
-                f"{', '.join(still)}; end them first: fairlead down {self.name}"
-            )
-
     def _write_entry(self) -> None:
-        if self._slots:
-            services = {name: slot.entry for name, slot in self._slots.items()}
-        else:
-            services = dict.fromkeys(self.processes, ServiceEntry(None, False, 0))
-        self._is_listed = True
-        own = process_id(os.getpid()) or ProcessId(os.getpid(), 0)
-        self._registry.write(
-            Running(self.name, str(self._file), str(self.state_dir), own, services)
-        )
+        self._listing.write({name: slot.entry for name, slot in self._slots.items()})
+
+
+def _numbers(pids: Sequence[int]) -> str:
+    return " ".join(str(pid) for pid in pids)
 
 
 def _how_it_ended(status: int | None) -> str:
