@@ -4,7 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
+from pydantic import model_validator
+
 from fairlead.checked_model import checked_model
+from fairlead.errors import expected
+from fairlead.plugins import HALS
 from fairlead_hal_sim.options import SimulatorOptions
 
 
@@ -15,6 +19,16 @@ class HalSimOptions(SimulatorOptions):
     """
 
     trace: bool = False
+
+    @model_validator(mode="before")
+    @classmethod
+    def _has_no_backend(cls, data: Any) -> Any:
+        """Another simulator is another HAL; it was an option once."""
+        if isinstance(data, dict) and "backend" in data:
+            choices = [f"run: {name}" for name in HALS.names()]
+            what = "none, as `run` chooses the HAL"
+            raise ValueError(expected("backend", what, repr(data["backend"]), choices))
+        return data
 
 
 def read_options(service: str, options: dict[str, Any]) -> HalSimOptions:
