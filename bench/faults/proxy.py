@@ -14,6 +14,7 @@ machine permits it: a busy machine must not be taken for a bad network.
 
 from __future__ import annotations
 
+import errno
 import heapq
 import itertools
 import os
@@ -24,7 +25,7 @@ import threading
 import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from typing import Literal
+from typing import IO, Literal
 
 Direction = Literal["up", "down"]
 """``up``: from the client to the router."""
@@ -194,14 +195,12 @@ class _Pipe:
         _hurry()
         stream = self._source.makefile("rb")
         try:
-            while len(head := stream.read(2)) == 2:
-                batch = stream.read(int.from_bytes(head, "little"))
+            while batch := _next_batch(stream):
                 self._pass_on(self._proxy.rules[self._direction](batch))
-        except OSError:  # closed under our hands
-            pass
-        with self._changed:
-            self._ended = True
-            self._changed.notify()
+        finally:
+            with self._changed:
+                self._ended = True
+                self._changed.notify()
 
     def _pass_on(self, deliveries: Sequence[Delivery]) -> None:
         with self._changed:
@@ -229,6 +228,17 @@ class _Pipe:
                 if self._ended and not self._due:
                     return None
                 self._changed.wait(wait_s)
+
+
+def _next_batch(stream: IO[bytes]) -> bytes:
+    """Empty at the connection's end."""
+    try:
+        head = stream.read(2)
+        return stream.read(int.from_bytes(head, "little")) if len(head) == 2 else b""
+    except OSError as error:
+        if error.errno not in (errno.ECONNRESET, errno.EBADF):  # by a process that died; by us
+            raise
+        return b""
 
 
 def _hurry() -> None:

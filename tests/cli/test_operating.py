@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import pty
@@ -124,8 +125,9 @@ def read_all(terminal: int) -> str:
     try:
         while piece := os.read(terminal, 4096):
             shown += piece
-    except OSError:  # how a terminal says that nobody writes any more
-        pass
+    except OSError as error:
+        if error.errno != errno.EIO:  # how a terminal says that nobody writes any more
+            raise
     os.close(terminal)
     return shown.decode()
 

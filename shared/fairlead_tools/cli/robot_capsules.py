@@ -70,13 +70,11 @@ def capsules_command(
         shape.check_bare_links()
         capsules = load_capsules(manifest).capsules if check else shape.fitted(most_per_link)
         pairs = shape.pairs(capsules, rule)
-    at_rest = shape.rest_distances(capsules, pairs)
-    _refuse_rest(robot, capsules, pairs, at_rest, clearance_m)
+    at_rest = _distances_at_rest(shape, capsules, pairs, clearance_m)
     if as_json:
         print_json(_document(capsules, pairs, at_rest, clearance_m))
     else:
-        _print(capsules, pairs, at_rest)
-        echo(shape.source.agreement)
+        _print(capsules, pairs, at_rest, shape.source.agreement)
     if picture is not None:
         _draw(shape, capsules, pairs, picture)
     if check:
@@ -86,25 +84,30 @@ def capsules_command(
         _write(manifest, asked, capsules, pairs, quiet=as_json)
 
 
-def _refuse_rest(
-    robot: str,
+def _distances_at_rest(
+    shape: RobotShape,
     capsules: Sequence[Capsule],
     pairs: Sequence[CapsulePair],
-    at_rest: Sequence[float],
     clearance_m: float,
-) -> None:
+) -> Sequence[float]:
+    """Of each pair [m]; refused if one to keep apart is nearer than the clearance."""
+    at_rest = shape.rest_distances(capsules, pairs)
     for pair, distance in zip(pairs, at_rest, strict=True):
         if not pair.why_not and not distance >= clearance_m:
             links = f"{capsules[pair.first].link} and {capsules[pair.second].link}"
             wanted = f"{links} at least {clearance_m:g} m apart where the robot rests"
             raise ConfigError(
-                expected(f"robot capsules: {robot}", wanted, f"{distance:.4f} m")
+                expected(f"robot capsules: {shape.robot.id}", wanted, f"{distance:.4f} m")
                 + "; more capsules (--max-per-link) fit more closely"
             )
+    return at_rest
 
 
 def _print(
-    capsules: Sequence[Capsule], pairs: Sequence[CapsulePair], at_rest: Sequence[float]
+    capsules: Sequence[Capsule],
+    pairs: Sequence[CapsulePair],
+    at_rest: Sequence[float],
+    agreement: str,
 ) -> None:
     print_table(
         ("", "LINK", "A [m]", "B [m]", "RADIUS [m]"),
@@ -130,6 +133,7 @@ def _print(
     )
     checked = sum(not pair.why_not for pair in pairs)
     echo(f"\n{len(capsules)} capsules, {checked} of {len(pairs)} pairs are kept apart")
+    echo(agreement)
 
 
 def _point(point: tuple[float, float, float]) -> str:
