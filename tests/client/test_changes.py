@@ -12,6 +12,7 @@ from fairlead.messages import Done, StatusQuery
 from fairlead.operate.changes import Changes
 from fairlead.wire.memory_bus import MemoryBus
 from fairlead.wire.on_loop import ask
+from tests.client.turns import turns
 
 pytestmark = pytest.mark.asyncio
 
@@ -27,7 +28,7 @@ async def cleaned_up(doing: Callable[[], Awaitable[object]]) -> object:
             got.append(await doing())
 
     task = asyncio.create_task(run())
-    await asyncio.sleep(0)
+    await turns()
     task.cancel()
     await asyncio.wait({task})
     assert task.cancelled()
