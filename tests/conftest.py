@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import signal
 import sys
 import tempfile
@@ -36,6 +37,7 @@ for _group, _named in _project["project"]["entry-points"].items():
 # than it says fails. `git`, which lists the files here, does not count, nor does the process in
 # which glfw, imported by mujoco, asks for its library's version.
 _running: list[pytest.Item] = []
+SIMULATOR = re.compile(r"^robosuite$|/robosuite/.*\.xml$")  # the package, or a model that it loads
 
 
 @pytest.hookimpl(wrapper=True)
@@ -54,7 +56,7 @@ def _refuse_what_is_not_marked(event: str, arguments: tuple[object, ...]) -> Non
     if event in ("subprocess.Popen", "os.posix_spawn", "os.fork", "os.system"):
         allowed = (arguments and arguments[0] == "git") or "glfwGetVersion" in str(arguments)
         needed = "" if allowed else "processes"
-    elif event == "import" and arguments[0] == "robosuite":
+    elif event in ("import", "open") and SIMULATOR.search(str(arguments[0])):
         needed = "simulator"
     if needed and needed not in _running[-1].keywords:
         name, what = _running[-1].nodeid, arguments[:2] or event

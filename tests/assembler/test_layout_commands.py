@@ -22,6 +22,7 @@ def test_ls_says_width_needs_and_content_and_that_gr1_has_no_assembler(tmp_path:
     )
 
 
+@pytest.mark.simulator
 def test_verify_takes_a_layout_instead_of_a_skill(tmp_path: Path) -> None:
     words = ("--layout", "libero_eef8d", "--ticks", "3", "--json")
     done = fairlead("layout", "verify", *words, state=tmp_path)
@@ -34,6 +35,7 @@ def test_verify_takes_a_layout_instead_of_a_skill(tmp_path: Path) -> None:
     ]
 
 
+@pytest.mark.simulator
 @pytest.mark.parametrize(
     ("words", "complaint"),
     [

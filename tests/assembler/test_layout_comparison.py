@@ -9,6 +9,8 @@ from fairlead_tools.cli.layout_comparison import FieldReport, verify_layout
 from tests.assembler.every_layout import LAYOUT_DIMS, LAYOUTS
 from tests.assembler.robot_feed import SKILL
 
+pytestmark = pytest.mark.simulator
+
 ROBOT = "panda_mobile"
 
 

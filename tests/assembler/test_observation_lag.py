@@ -4,6 +4,7 @@ from typing import Any
 
 import mujoco
 import numpy as np
+import pytest
 
 from fairlead.messages import FloatArray
 from fairlead_hal_sim.options import SimulatorOptions
@@ -35,6 +36,7 @@ def grip_site(env: Any, qpos: FloatArray) -> FloatArray:
     return np.array(data.site_xpos[env.robots[0].eef_site_id["right"]])
 
 
+@pytest.mark.simulator
 def test_observed_gripper_is_where_it_was_one_physics_step_before_the_observed_joints() -> None:
     backend = RobosuiteBackend(SimulatorOptions(seed=0))
     env = backend.env

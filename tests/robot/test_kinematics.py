@@ -36,6 +36,7 @@ def _pose(model: mujoco.MjModel, data: mujoco.MjData, reference: str) -> pin.SE3
     return pin.SE3(item.xmat.reshape(3, 3).copy(), item.xpos.copy())
 
 
+@pytest.mark.simulator
 def test_every_shared_frame_agrees_with_the_simulator_at_random_joint_positions(
     robot: RobotManifest, simulator_model: mujoco.MjModel
 ) -> None:

@@ -13,6 +13,7 @@ from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
 TICKS = 300
 
 
+@pytest.mark.simulator
 @pytest.mark.parametrize("keep_ticks", [1, 25], ids=["flicker", "sustained"])
 def test_full_scale_driving_stays_within_bounds_tolerance_and_jump_limits(keep_ticks: int) -> None:
     robot = load_robot("panda_mobile")
