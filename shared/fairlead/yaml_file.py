@@ -14,6 +14,7 @@ from fairlead.errors import ConfigError
 
 Model = TypeVar("Model", bound=BaseModel)
 
+_DEEPEST = 100  # blocks or brackets within each other
 _NULL, _MERGE = "tag:yaml.org,2002:null", "tag:yaml.org,2002:merge"
 _PLAIN = {
     "bool": r"true|True|TRUE|false|False|FALSE",
@@ -26,7 +27,7 @@ _PLAIN = {
 """What a word without quotes may mean. Plain YAML also takes `on` as true, 010 as 8, 1:30 as 90."""
 
 
-class _PlainLoader(yaml.SafeLoader):
+class _PlainLoader(yaml.CSafeLoader):
     """Refuses a mapping that has the same key twice, and merge keys; knows `_PLAIN` only."""
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[object, object]:
@@ -64,7 +65,7 @@ class _PlainLoader(yaml.SafeLoader):
 
 _PlainLoader.yaml_implicit_resolvers = {
     first: [(tag, pattern) for tag, pattern in known if tag in (_NULL, _MERGE)]
-    for first, known in yaml.SafeLoader.yaml_implicit_resolvers.items()
+    for first, known in yaml.CSafeLoader.yaml_implicit_resolvers.items()
 }
 for _kind, _pattern in _PLAIN.items():
     _PlainLoader.add_implicit_resolver(
@@ -105,7 +106,9 @@ def _line(node: yaml.Node | None, place: Place) -> str:
 def _read(path: Path) -> tuple[object, yaml.Node | None]:
     """What the file says, and the nodes it was made of, which know their lines."""
     try:
-        loader = _PlainLoader(path.read_text(encoding="utf-8"))
+        text = path.read_text(encoding="utf-8")
+        _check_depth(path, text)
+        loader = _PlainLoader(text)
         root = loader.get_single_node()
         return None if root is None else loader.construct_document(root), root
     except OSError as error:
@@ -116,8 +119,16 @@ def _read(path: Path) -> tuple[object, yaml.Node | None]:
         raise ConfigError(_story(path, error)) from None
     except yaml.YAMLError as error:
         raise ConfigError(f"{path}: not valid YAML: {error}") from None
-    except RecursionError:
-        raise ConfigError(f"{path}: not valid YAML: brackets within brackets, too deep") from None
+
+
+def _check_depth(path: Path, text: str) -> None:
+    """Nodes are built by recursion that only ends with the memory; events come one by one."""
+    depth = 0
+    for event in yaml.parse(text, _PlainLoader):
+        depth += isinstance(event, yaml.CollectionStartEvent)
+        depth -= isinstance(event, yaml.CollectionEndEvent)
+        if depth > _DEEPEST:
+            raise ConfigError(f"{path}: not valid YAML: brackets within brackets, too deep")
 
 
 def _story(path: Path, error: yaml.MarkedYAMLError) -> str:

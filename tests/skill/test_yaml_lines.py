@@ -54,8 +54,8 @@ def test_each_problem_names_its_line_and_column(text: str, told: list[str], tmp_
     [
         ("name: a\nlamps: []\nname: b\n", "3:1: not valid YAML: key 'name' is given twice, "
          "first in line 1"),
-        ("name:\n  a: 1\n b: 2\n", "3:2: not valid YAML: expected <block end>, but found "
-         "'<block mapping start>' (while parsing a block mapping, which begins in line 1)"),
+        ("name:\n  a: 1\n b: 2\n", "3:2: not valid YAML: did not find expected key (while "
+         "parsing a block mapping, which begins in line 1)"),
         ("name: a\nlamps: !!int x\n", "2:8: not valid YAML: a tag that its value is not: "),
     ],
 )  # fmt: skip
