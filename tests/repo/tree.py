@@ -35,6 +35,7 @@ def tree(path: Path) -> ast.Module:
     return ast.parse((ROOT / path).read_text(), filename=str(path))
 
 
+@cache
 def imports(path: Path) -> set[str]:
     """Full names of the modules a file imports, also inside functions."""
     names: set[str] = set()

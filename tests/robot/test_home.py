@@ -61,10 +61,13 @@ def test_a_home_in_which_links_are_too_near_each_other_is_refused(
 
 def test_a_home_just_beside_what_the_gate_refuses_is_compiled() -> None:
     clearance_m = ROBOT.profile("sim").self_collision.clearance_m
-    wrists = np.linspace(2.74159, -0.0175, 400)
-    robots = [resting_with(panda_joint6=float(wrist)) for wrist in wrists]
-    rooms = [nearest_m(robot) - clearance_m for robot in robots]
-    first = next(i for i, room in enumerate(rooms) if room < 0.0)
-    assert compile_gate_config(robots[first - 1], "sim")
+    passes, fails = 2.74159, -0.0175
+    while passes - fails > 0.007:
+        middle = (passes + fails) / 2
+        if nearest_m(resting_with(panda_joint6=middle)) < clearance_m:
+            fails = middle
+        else:
+            passes = middle
+    assert compile_gate_config(resting_with(panda_joint6=passes), "sim")
     with pytest.raises(ConfigError, match="robot panda_mobile: home: expected "):
-        compile_gate_config(robots[first], "sim")
+        compile_gate_config(resting_with(panda_joint6=fails), "sim")

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import msgspec
 import numpy as np
 import pytest
@@ -11,17 +9,9 @@ import pytest
 from fairlead.skill.manifest import load_skill
 from fairlead_skill_runner.policies.remote.openpi import OpenpiPolicy
 from fairlead_skill_runner.policies.remote.rldx_zmq import RldxZmqPolicy
-from tests.runner.asked_policies import (
-    PI05,
-    RLDX,
-    ROWS,
-    failure,
-)
+from tests.runner.asked_policies import PI05, RLDX, ROWS, failure
 from tests.runner.policy_servers import (
-    ANSWERS,
     DEEP,
-    OpenpiServer,
-    RldxServer,
     openpi_actions,
     openpi_array,
     rldx_actions,
@@ -31,7 +21,8 @@ from tests.runner.policy_servers import (
 pytestmark = pytest.mark.processes
 
 
-BROKEN_OPENPI: dict[str, tuple[bytes | bytearray | str | None, str]] = {
+Broken = dict[str, tuple[bytes | bytearray | str | None, str]]
+BROKEN_OPENPI: Broken = {
     "too narrow": (openpi_actions(ROWS[:, :11]),
                    "expected actions as floats [1 to 50, 12], got float32 [4, 11]"),
     "one row, flat": (openpi_actions(ROWS[0]),
@@ -70,19 +61,6 @@ BROKEN_OPENPI: dict[str, tuple[bytes | bytearray | str | None, str]] = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("name", BROKEN_OPENPI)
-def test_an_openpi_server_that_answers_garbage_is_refused_before_any_claim(
-    openpi: Callable[[ANSWERS], OpenpiServer], name: str
-) -> None:
-    answer, text = BROKEN_OPENPI[name]
-    server = openpi(lambda request, n: answer)
-    skill = load_skill(PI05)
-    options = skill.policy.options | {"address": server.address}
-    said = failure(lambda: OpenpiPolicy.from_options(skill, options))
-    assert said.startswith("openpi policy: ")
-    assert text in said
-
-
 GOOD = rldx_rows(ROWS)
 LARGE_NPY = (
     b"\x93NUMPY\x01\x00\x4f\x00"
@@ -90,7 +68,7 @@ LARGE_NPY = (
     + b"\n"
 )
 NARROW = "expected action.base_motion as floats [1 to 16, 4], got "
-BROKEN_RLDX: dict[str, tuple[bytes, str]] = {
+BROKEN_RLDX: Broken = {
     "too narrow": (rldx_actions(GOOD | {"base_motion": ROWS[:, :3]}), NARROW + "float32 [4, 3]"),
     "an output left out": (
         rldx_actions({n: a for n, a in GOOD.items() if n != "base_motion"}),
@@ -114,14 +92,23 @@ BROKEN_RLDX: dict[str, tuple[bytes, str]] = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("name", BROKEN_RLDX)
-def test_an_rldx_server_that_answers_garbage_is_refused_before_any_claim(
-    rldx: Callable[[ANSWERS], RldxServer], name: str
+SERVERS: dict[str, tuple[str, type[OpenpiPolicy | RldxZmqPolicy], Broken]] = {
+    "openpi": (PI05, OpenpiPolicy, BROKEN_OPENPI),
+    "rldx": (RLDX, RldxZmqPolicy, BROKEN_RLDX),
+}
+
+
+@pytest.mark.parametrize(
+    ("server", "name"), [(server, name) for server in SERVERS for name in SERVERS[server][2]]
+)
+def test_a_server_that_answers_garbage_is_refused_before_any_claim(
+    request: pytest.FixtureRequest, server: str, name: str
 ) -> None:
-    answer, text = BROKEN_RLDX[name]
-    server = rldx(lambda request, n: answer)
-    skill = load_skill(RLDX)
-    options = skill.policy.options | {"address": server.address}
-    said = failure(lambda: RldxZmqPolicy.from_options(skill, options))
-    assert said.startswith("rldx policy: ")
+    skill_id, policy, broken = SERVERS[server]
+    answer, text = broken[name]
+    skill = load_skill(skill_id)
+    started = request.getfixturevalue(server)(lambda asked, n: answer)
+    options = skill.policy.options | {"address": started.address}
+    said = failure(lambda: policy.from_options(skill, options))
+    assert said.startswith(f"{server} policy: ")
     assert text in said

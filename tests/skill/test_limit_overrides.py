@@ -49,38 +49,37 @@ def test_a_limit_up_to_the_robots_own_is_admitted(
     ("robot", "part", "mode", "name", "value", "text"),
     [
         (DUAL, "left_arm", "cartesian_pose", "lower_y", -0.21,
-         "lower_y: expected at least -0.2 and below upper, 1, got -0.21"),
+         "expected at least -0.2 and below upper, 1, got -0.21"),
         (DUAL, "left_arm", "cartesian_pose", "upper_x", 0.91,
-         "upper_x: expected above lower, 0.15, and at most 0.9, got 0.91"),
+         "expected above lower, 0.15, and at most 0.9, got 0.91"),
         (DUAL, "left_arm", "cartesian_pose", "lower_y", 1.0,
-         "lower_y: expected at least -0.2 and below upper, 1, got 1"),
+         "expected at least -0.2 and below upper, 1, got 1"),
         (DUAL, "left_arm", "cartesian_twist", "linear_limit", 1.01,
-         "linear_limit: expected above 0 and at most 1, got 1.01"),
-        (DUAL, "left_gripper", "gripper_binary", "step_limit", 1.0,
-         "step_limit: no such limit (valid: none)"),
+         "expected above 0 and at most 1, got 1.01"),
+        (DUAL, "left_gripper", "gripper_binary", "step_limit", 1.0, "no such limit (valid: none)"),
         (MOBILE, "arm", "cartesian_delta", "linear_limit", 0.1,
-         "linear_limit: expected above 0 and at most 0.0867, got 0.1"),
+         "expected above 0 and at most 0.0867, got 0.1"),
         (MOBILE, "arm", "cartesian_delta", "linear_limit", 0.0,
-         "linear_limit: expected above 0 and at most 0.0867, got 0"),
+         "expected above 0 and at most 0.0867, got 0"),
         (MOBILE, "base", "joint_velocity", "step_limit", 2.5,
-         "step_limit: expected above 0 and at most 1.5, got 2.5"),
+         "expected above 0 and at most 1.5, got 2.5"),
         (MOBILE, "base", "joint_velocity", "velocity_limit", 1.1,
-         "velocity_limit: expected above 0 and at most 1, got 1.1"),
+         "expected above 0 and at most 1, got 1.1"),
         (MOBILE, "gripper", "gripper_position", "lower", -0.01,
-         "lower: expected at least 0 and below upper, 0.08, got -0.01"),
+         "expected at least 0 and below upper, 0.08, got -0.01"),
         (MOBILE, "gripper", "gripper_position", "upper", 0.09,
-         "upper: expected above lower, 0, and at most 0.08, got 0.09"),
+         "expected above lower, 0, and at most 0.08, got 0.09"),
         (MOBILE, "gripper", "gripper_position", "speed", 1.0,
-         "speed: no such limit (valid: lower, upper, step_limit)"),
+         "no such limit (valid: lower, upper, step_limit)"),
         (MOBILE, "arm", "joint_velocity", "step_limit", 1.0,
-         f"step_limit: no such part and mode (valid: {MODES})"),
+         f"no such part and mode (valid: {MODES})"),
     ],
 )  # fmt: skip
 def test_a_limit_beyond_the_robots_own_is_refused(
     robot: str, part: str, mode: str, name: str, value: float, text: str
 ) -> None:
     limit = SkillLimit(part=part, control_mode=mode, name=name, value=value)
-    assert problems(robot, limit) == [f"limits: {part} {mode} {text} (profile sim)"]
+    assert problems(robot, limit) == [f"limits: {part} {mode} {name}: {text} (profile sim)"]
 
 
 def test_ends_of_a_range_may_not_cross_each_other_either() -> None:
