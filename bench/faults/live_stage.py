@@ -19,6 +19,7 @@ from bench.equipment.light_hal import LIGHT_HAL
 from bench.equipment.live_robot import LiveRobot, wait_for
 from bench.equipment.motion_log import MotionLine, hold_delay_ms, longest_tick_ms
 from bench.faults.motion_rules import every_row_was_judged_for_its_tick
+from bench.faults.other_load import OtherLoad
 from bench.faults.row import MachineLateError, Shot
 from fairlead.deploy.deployment import Deployment
 from fairlead.deploy.registry import Registry
@@ -42,6 +43,8 @@ BEFORE_TICKS = 10
 TICK_S = 0.05
 ATTEMPTS = 3
 LATE_TICK_MS = 75.0  # no lease lives longer
+OTHERS_CORES = 0.25
+"""Others on the machine that keep more busy may be why a robot in realtime holds."""
 
 
 @dataclass(frozen=True)
@@ -74,6 +77,7 @@ class LiveStage(LiveRobot):
         super().__init__(robot, SKILL)
         self.leases: list[tuple[int, Lease]] = []
         self._chance = random.Random()
+        self._others = OtherLoad()
         self.client.bus.subscribe(self.client.keys.lease, self._on_lease)
 
     def _on_lease(self, sample: Sample) -> None:
@@ -96,6 +100,7 @@ class LiveStage(LiveRobot):
         else:
             goal = super().start_moving(seed)
         threading.Event().wait(self._chance.uniform(0.0, TICK_S))
+        self._others = OtherLoad()
         return goal
 
     # --- measurements ----------------------------------------------------------------
@@ -113,17 +118,23 @@ class LiveStage(LiveRobot):
         return longest_tick_ms(lines[-BEFORE_TICKS:])
 
     def none_held(self, lines: Sequence[MotionLine]) -> None:
-        """Asserts that rows acted in each of some ticks; raises as `no_hold_between`."""
+        """Asserts that rows acted in each of some ticks of the goal; raises as `no_hold_between`.
+
+        What the robot's own processes show is no excuse: a fault that makes them late is the
+        product's. What others on the machine took from them is.
+        """
         held = [line.tick for line in lines if not line.moves]
         tick_ms = longest_tick_ms(list(lines))
         gap_ms = self.lease_gap_ms(lines[0].stamp_ns, lines[-1].stamp_ns)
         old_ms = max((line.stamp_ns - line.lease_ns) / 1e6 for line in lines)
+        others = self._others.cores()
         text = (
             f"held in ticks {held} of {len(lines)} ({', '.join(hold_names(lines))}); "
             f"longest tick {tick_ms:.0f} ms, gap of leases "
-            f"{gap_ms:.0f} ms here, oldest lease {old_ms:.0f} ms there"
+            f"{gap_ms:.0f} ms here, oldest lease {old_ms:.0f} ms there; others on the machine "
+            f"kept {others:.2f} cores busy"
         )
-        if held and max(tick_ms, gap_ms) > LATE_TICK_MS:
+        if held and others > OTHERS_CORES:
             raise MachineLateError(text)
         assert not held, text
 
@@ -151,7 +162,7 @@ class LiveStage(LiveRobot):
         """Asserts that rows acted in every tick of a stretch; how many.
 
         Raises:
-            MachineLateError: they did not, but ticks or leases came late themselves.
+            MachineLateError: they did not, but others kept the machine busy.
         """
         wait_for(lambda: self.motion.read()[-1].stamp_ns > ended_ns, "the stretch is over")
         lines = [line for line in self.motion.lines if began_ns <= line.stamp_ns <= ended_ns]
