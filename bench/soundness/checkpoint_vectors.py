@@ -4,7 +4,7 @@
 
 The mobile robot in its simulator. Each chunk has 16 rows, of which 8 are used before the next; arm
 and base are uniform within the scale, gripper and composite switch at either end. Prints one line
-for each scale, as docs/soundness.md has them.
+for each scale.
 """
 
 from __future__ import annotations

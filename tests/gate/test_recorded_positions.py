@@ -96,5 +96,6 @@ def test_the_command_reads_what_a_gate_wrote(scene: Scene, tmp_path: Path) -> No
     rows = json.loads(done.stdout)
     assert [row["least_m"] for row in rows] == sorted(row["least_m"] for row in rows)
     assert {"panda_link3", "panda_link5"} in [set(row["links"]) for row in rows]
-    text = fairlead("robot", "distances", "panda_mobile", str(log), state=tmp_path).stdout
+    folder = str(log.parent)  # whose newest log it is
+    text = fairlead("robot", "distances", "panda_mobile", folder, state=tmp_path).stdout
     assert f"pairs over {ticks} recorded states of panda_mobile" in text

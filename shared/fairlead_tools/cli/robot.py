@@ -215,17 +215,18 @@ def _write(path: Path, text: str) -> None:
 @example("fairlead robot distances panda_mobile out/demo/state/safety/decisions/000001.decisions")
 def distances_command(
     robot: RobotArgument,
-    log: Annotated[Path, typer.Argument(help="decision log of a run, which the gate wrote")],
+    log: Annotated[Path, typer.Argument(help="a run's decision log, or a folder: its newest")],
     as_json: JsonOption = False,
 ) -> None:
     """Print the smallest distance of each checked pair of capsules over a recorded run."""
     from fairlead.robot.capsule_distance import capsule_spans, pair_distances
     from fairlead.robot.description import description_tree
     from fairlead.robot.link_poses import link_poses
+    from fairlead_tools.record.run_log import newest_log
     from fairlead_tools.shape.recorded_positions import recorded_positions
 
-    manifest = load_robot(robot)
-    file, measured = load_capsules(manifest), recorded_positions(manifest, log)
+    manifest, newest = load_robot(robot), newest_log(log) if log.is_dir() else log
+    file, measured = load_capsules(manifest), recorded_positions(manifest, newest)
     columns = {name: measured[:, i] for i, name in enumerate(manifest.measured_joint_names)}
     spans = capsule_spans(file.capsules, link_poses(description_tree(manifest), columns))
     rows = sorted(

@@ -1,4 +1,4 @@
-"""Joint positions that a gate was given in one run, from its log (docs/decision-log.md)."""
+"""Joint positions that a gate was given in one run, from its log (`run_log`)."""
 
 from __future__ import annotations
 
