@@ -103,7 +103,7 @@ def test_a_failure_beside_the_tests_that_start_processes_is_named_at_the_end(
     (small_tree / "tests/test_main.py").write_text(good)
     done = subprocess.run([small_tree / "scripts/test"], capture_output=True, text=True)
     assert done.returncode == 1
-    end = done.stdout.partition("== those that start no process: ")[2]
+    end = done.stdout.partition("== those of the simulator or without processes: ")[2]
     assert "\nFAILED tests/test_beside.py::test_bad" in end, done.stdout + done.stderr
     assert "\n1 failed, 1 deselected in " in end and "\nFAILED: Python tests\n" in end
 
