@@ -20,6 +20,7 @@ from fairlead.deploy.stop_signals import StopSignals
 from fairlead.errors import ConfigError, NoAnswerError, ServiceError, expected
 from fairlead.messages import GateState
 from fairlead.operate.client import RobotClient
+from fairlead.wire.lingering import forbid_lingering
 from fairlead.wire.printable import LineFormatter
 from fairlead.wire.session import Endpoints, ZenohBus
 from fairlead_tools.cli.console import echo, print_json
@@ -131,7 +132,9 @@ async def _serve(endpoints: Endpoints) -> None:
     signals.started()
     log.info("listens on %s", ", ".join(endpoints.listen))
     log.info("ready")
+    closing = asyncio.create_task(forbid_lingering())
     await signals.stopping.wait()
+    closing.cancel()
     bus.close()
 
 
