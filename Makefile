@@ -14,7 +14,7 @@ demo: setup ## the robot does its task, in the simulator; ARGS=--realtime shows 
 	@.venv/bin/fairlead demo $(ARGS)
 
 check: ## the tests that start no process and no simulator, after a set-up: under two minutes
-	@scripts/test -q -m "not processes and not simulator and not soak"
+	@scripts/test -q -n auto --dist loadfile -m "not processes and not simulator and not soak"
 
 test: setup ## every test; scripts/test PATH runs some of them
 	@scripts/test

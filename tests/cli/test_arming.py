@@ -10,7 +10,7 @@ import pytest
 import typer
 
 from fairlead.deploy.deployment import Deployment, ServiceSpec
-from fairlead.errors import RefusedError
+from fairlead.errors import ConfigError, RefusedError
 from fairlead.messages import (
     NO_HASH,
     ArmReply,
@@ -44,6 +44,7 @@ class ScriptedGate:
     state: GateState = GateState.DISARMED
     profile: str = "sim"
     claims: tuple[ClaimInfo, ...] = ()
+    is_busy: bool = False
     asked: list[str] = field(default_factory=list)
 
     def arm(self, payload: bytes) -> Message:
@@ -57,6 +58,8 @@ class ScriptedGate:
         return Done(text="disarmed")
 
     def status(self, payload: bytes) -> Message:
+        if self.is_busy:
+            raise RefusedError("safety", "busy")
         return GateStatus(
             robot="r", profile=self.profile, session=1, epoch=1, state=self.state, cause="", fix="",
             latch_id=0, stop_ids=(), claims=self.claims, counters=(), state_tick=1,
@@ -115,6 +118,15 @@ def test_it_disarms_also_when_the_goal_fails(
     with pytest.raises(RuntimeError), armed(clients["sim"]):
         raise RuntimeError("goal failed")
     assert gate.asked == ["arm", "disarm"]
+
+
+def test_a_gate_that_refuses_to_answer_then_does_not_hide_why_the_goal_failed(
+    gate: ScriptedGate, clients: dict[str, RobotClient], capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(ConfigError, match="goal failed"), armed(clients["sim"]):
+        gate.is_busy = True
+        raise ConfigError("goal failed")
+    assert capsys.readouterr().err == "not disarmed: safety refused: busy\n"
 
 
 def test_it_does_not_disarm_under_another_claim(

@@ -19,7 +19,15 @@ from fairlead_skill_runner.policy_worker import PolicyWorker
 from tests.client.turns import until
 
 ORACLE = load_skill("oracle-counter-to-cabinet")
-SKILL = SkillManifest.model_validate(ORACLE.model_dump(mode="json") | {"inference_timeout_s": 0.3})
+
+
+def within(inference_timeout_s: float) -> SkillManifest:
+    """The skill, with a policy that may take so long."""
+    changed = ORACLE.model_dump(mode="json") | {"inference_timeout_s": inference_timeout_s}
+    return SkillManifest.model_validate(changed)
+
+
+SKILL = within(60.0)
 SEEN = Observation(tick=41, state=np.arange(0.5, 30.0), prompt="pick")
 
 ROWS = "policy worker: inference failed: policy: expected actions as floats [1 to 8, 12], "
@@ -40,10 +48,12 @@ async def workers() -> AsyncIterator[list[PolicyWorker]]:
         await worker.close()
 
 
-def broken(workers: list[PolicyWorker], name: str) -> PolicyWorker:
+def broken(
+    workers: list[PolicyWorker], name: str, skill: SkillManifest = SKILL
+) -> PolicyWorker:
     where = f"tests.runner.broken_policies:{name}"
     policy = Plugin("policy backend", name, where, "the tests")
-    workers.append(PolicyWorker(policy, SKILL, {}))
+    workers.append(PolicyWorker(policy, skill, {}))
     return workers[-1]
 
 
@@ -131,7 +141,7 @@ async def test_rows_of_float64_are_rounded_to_float32_as_those_of_servers_are(
 async def test_a_policy_that_hangs_is_ended_and_its_late_answer_cannot_come(
     workers: list[PolicyWorker],
 ) -> None:
-    worker = broken(workers, "Hangs")
+    worker = broken(workers, "Hangs", within(0.3))
     await worker.load()
     pid = worker.pid
     assert pid is not None

@@ -67,6 +67,7 @@ async def test_a_namesake_behind_the_same_router_is_refused(
     first, second = ZenohBus(client_of), ZenohBus(client_of)
     await refuse_duplicate_service("runner", first, TOKEN)
     first.declare_token(TOKEN)
+    await until(lambda: second.is_declared(TOKEN))
     with pytest.raises(ConfigError, match="another runner of this robot is alive behind the same"):
         await refuse_duplicate_service("runner", second, TOKEN)
     first.close()

@@ -41,7 +41,10 @@ def arm_after_asking(client: RobotClient, gate: GateStatus, confirmed: bool) -> 
 
 @contextmanager
 def armed(client: RobotClient, confirmed: bool = False) -> Iterator[None]:
-    """Arm unless armed already; whoever armed disarms, if no other claim is live then."""
+    """Arm unless armed already; whoever armed disarms, if no other claim is live then.
+
+    Where the way out of it is an error, that one is raised, also if disarming fails then.
+    """
     before = client.gate_status()
     if before.state == GateState.ARMED:
         yield
@@ -49,10 +52,19 @@ def armed(client: RobotClient, confirmed: bool = False) -> Iterator[None]:
     arm_after_asking(client, before, confirmed)
     try:
         yield
-    finally:
-        gate = client.gate_status()
-        if gate.state == GateState.ARMED and not gate.claims:
-            client.disarm()
+    except BaseException:
+        try:
+            _disarm_unclaimed(client)
+        except FairleadError as error:
+            echo(f"not disarmed: {error}", err=True)
+        raise
+    _disarm_unclaimed(client)
+
+
+def _disarm_unclaimed(client: RobotClient) -> None:
+    gate = client.gate_status()
+    if gate.state == GateState.ARMED and not gate.claims:
+        client.disarm()
 
 
 @example("fairlead arm")

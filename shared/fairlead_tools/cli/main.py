@@ -10,6 +10,7 @@ from __future__ import annotations
 import io
 import json
 import sys
+import warnings
 
 from fairlead.errors import FairleadError, RefusedError
 from fairlead.wire.printable import printable_lines
@@ -27,9 +28,11 @@ def main() -> None:
     try:
         _run(as_json)
     except KeyboardInterrupt:
+        _leave_quietly()
         _end("interrupted", INTERRUPTED)
     except SystemExit as end:
         if end.code == INTERRUPTED:
+            _leave_quietly()
             print("interrupted", file=sys.stderr)
         raise
     except FairleadError as error:
@@ -56,6 +59,12 @@ def _run(as_json: bool) -> None:
     except TyperException as error:  # a wrong command line
         fix = "fairlead --help"
         _end_json("UsageError", error.format_message(), fix, error.exit_code)
+
+
+def _leave_quietly() -> None:
+    """Have Python say nothing at exit of a coroutine or an event loop that Ctrl-C left half made."""
+    warnings.simplefilter("ignore")
+    sys.unraisablehook = lambda _: None
 
 
 def _end_json(kind: str, message: str, fix: str, code: int) -> None:
