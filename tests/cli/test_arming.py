@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import signal
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
@@ -45,11 +46,14 @@ class ScriptedGate:
     profile: str = "sim"
     claims: tuple[ClaimInfo, ...] = ()
     is_busy: bool = False
+    is_interrupted_by_arming: bool = False
     asked: list[str] = field(default_factory=list)
 
     def arm(self, payload: bytes) -> Message:
         self.asked.append("arm")
         self.state = GateState.ARMED
+        if self.is_interrupted_by_arming:
+            signal.raise_signal(signal.SIGINT)
         return ArmReply(epoch=1, session=1)
 
     def disarm(self, payload: bytes) -> Message:
@@ -127,6 +131,15 @@ def test_a_gate_that_refuses_to_answer_then_does_not_hide_why_the_goal_failed(
         gate.is_busy = True
         raise ConfigError("goal failed")
     assert capsys.readouterr().err == "not disarmed: safety refused: busy\n"
+
+
+def test_ctrl_c_while_it_arms_leaves_nothing_armed(
+    gate: ScriptedGate, clients: dict[str, RobotClient]
+) -> None:
+    gate.is_interrupted_by_arming = True
+    with pytest.raises(KeyboardInterrupt), armed(clients["sim"]):
+        pytest.fail("it was interrupted before")
+    assert gate.asked == ["arm", "disarm"]
 
 
 def test_it_does_not_disarm_under_another_claim(

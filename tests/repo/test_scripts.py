@@ -72,8 +72,7 @@ def test_help_is_the_comment_at_the_top(script: str) -> None:
 
 
 WAITS = """
-import os, pathlib, threading, pytest
-@pytest.mark.{mark}
+import os, pathlib, threading
 def test_waits():
     pathlib.Path("{name}.pid.new").write_text(str(os.getpid()))
     os.rename("{name}.pid.new", "{name}.pid")
@@ -90,33 +89,29 @@ def small_tree(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     shutil.copy(ROOT / "scripts/test", tmp_path / "scripts")
     (tmp_path / ".venv").symlink_to(sys.prefix)
     (tmp_path / "build/safety/CTestTestfile.cmake").write_text("add_test(passes true)\n")
-    (tmp_path / "pytest.ini").write_text("[pytest]\nmarkers =\n  processes\n  soak\n  plain\n")
+    (tmp_path / "pytest.ini").write_text("[pytest]\nmarkers =\n  soak\n")
     return tmp_path
 
 
 @pytest.mark.processes
-def test_a_failure_beside_the_tests_that_start_processes_is_named_at_the_end(
-    small_tree: Path,
-) -> None:
-    (small_tree / "tests/test_beside.py").write_text("def test_bad(): assert 0\n")
-    good = "import pytest\n@pytest.mark.processes\ndef test_good(): pass\n"
-    (small_tree / "tests/test_main.py").write_text(good)
+def test_a_failure_is_named_at_the_end(small_tree: Path) -> None:
+    (small_tree / "tests/test_bad.py").write_text("def test_bad(): assert 0\n")
+    (small_tree / "tests/test_good.py").write_text("def test_good(): pass\n")
     done = subprocess.run([small_tree / "scripts/test"], capture_output=True, text=True)
     assert done.returncode == 1
-    end = done.stdout.partition("== those of the simulator or without processes: ")[2]
-    assert "\nFAILED tests/test_beside.py::test_bad" in end, done.stdout + done.stderr
-    assert "\n1 failed, 1 deselected in " in end and "\nFAILED: Python tests\n" in end
+    end = done.stdout.partition("= short test summary info =")[2]
+    assert "\nFAILED tests/test_bad.py::test_bad" in end, done.stdout + done.stderr
+    assert " 1 failed, 1 passed in " in end and "\nFAILED: Python tests\n" in end
 
 
 @pytest.mark.processes
 @pytest.mark.timeout(120)
-def test_ctrl_c_ends_both_halves_of_the_tests(small_tree: Path) -> None:
-    for mark, name in (("processes", "main"), ("plain", "beside")):
-        file = small_tree / f"tests/test_{name}.py"
-        file.write_text(WAITS.format(mark=mark, name=name))
+def test_ctrl_c_ends_every_process_of_the_tests(small_tree: Path) -> None:
+    pids = [small_tree / f"{name}.pid" for name in ("one", "two")]
+    for pid in pids:
+        (small_tree / f"tests/test_{pid.stem}.py").write_text(WAITS.format(name=pid.stem))
     with subprocess.Popen([small_tree / "scripts/test"], start_new_session=True) as running:
-        pids = [small_tree / f"{name}.pid" for name in ("main", "beside")]
-        wait_for(lambda: all(pid.exists() for pid in pids), "both halves run")
+        wait_for(lambda: all(pid.exists() for pid in pids), "both run")
         os.killpg(running.pid, signal.SIGINT)
         assert running.wait(timeout=60) == 130
     for pid in pids:

@@ -48,9 +48,7 @@ async def workers() -> AsyncIterator[list[PolicyWorker]]:
         await worker.close()
 
 
-def broken(
-    workers: list[PolicyWorker], name: str, skill: SkillManifest = SKILL
-) -> PolicyWorker:
+def broken(workers: list[PolicyWorker], name: str, skill: SkillManifest = SKILL) -> PolicyWorker:
     where = f"tests.runner.broken_policies:{name}"
     policy = Plugin("policy backend", name, where, "the tests")
     workers.append(PolicyWorker(policy, skill, {}))

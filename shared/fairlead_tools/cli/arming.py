@@ -49,10 +49,10 @@ def armed(client: RobotClient, confirmed: bool = False) -> Iterator[None]:
     if before.state == GateState.ARMED:
         yield
         return
-    arm_after_asking(client, before, confirmed)
     try:
+        arm_after_asking(client, before, confirmed)
         yield
-    except BaseException:
+    except BaseException:  # Ctrl-C while it arms, too: the gate may have heard it
         try:
             _disarm_unclaimed(client)
         except FairleadError as error:

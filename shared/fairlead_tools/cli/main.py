@@ -62,7 +62,7 @@ def _run(as_json: bool) -> None:
 
 
 def _leave_quietly() -> None:
-    """Have Python say nothing at exit of a coroutine or an event loop that Ctrl-C left half made."""
+    """At exit, nothing is said of a coroutine or event loop that Ctrl-C left half made."""
     warnings.simplefilter("ignore")
     sys.unraisablehook = lambda _: None
 
