@@ -42,10 +42,10 @@ RUNTIME_VARIABLE = "ZENOH_RUNTIME"
 RUNTIME = {
     "peer": "(acc: (worker_threads: 16))",
     "client": "(rx: (worker_threads: 8))",
-    "router": "(acc: (worker_threads: 16), rx: (worker_threads: 8))",
+    "router": "(acc: (worker_threads: 16))",
 }
-"""Zenoh closes a dead TCP link in one of its receive threads, and waits there up to 10 s for
-what was not sent. With the usual two, two dead clients would hold up all that a router does.
+"""Zenoh closes a dead TCP link in one of its receive threads, of which there are usually two, and
+waits there up to 10 s for what was not sent; not in a router (`fairlead.wire.lingering`).
 A connection that never said anything it closes where it accepts, which takes 4 ms; with the usual
 one thread there nothing is read meanwhile of the links that this session dialled."""
 
