@@ -54,6 +54,14 @@ def start(tmp_path: Path) -> Iterator[Start]:
         process.communicate()
 
 
+def rest(process: subprocess.Popen[str]) -> str:
+    """What it says until it ends; `communicate` would lose what came together with "ready"."""
+    assert process.stdout is not None
+    output = process.stdout.read()
+    process.wait(timeout=10)
+    return output
+
+
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
 def test_a_waiting_service_ends_cleanly_when_asked(start: Start, number: signal.Signals) -> None:
     process = start("plain")
@@ -76,7 +84,7 @@ def test_a_service_that_hangs_when_asked_to_stop_is_ended_and_says_where(
 ) -> None:
     process = start(mode)
     process.terminate()
-    output, _ = process.communicate(timeout=10)
+    output = rest(process)
     assert process.returncode == 1
     assert "ERROR stubborn: did not end within 0.5 s, ended" in output
     assert "threading.py" in output, "the stack of the hanging thread"
@@ -85,14 +93,14 @@ def test_a_service_that_hangs_when_asked_to_stop_is_ended_and_says_where(
 def test_a_service_asked_to_stop_while_it_starts_ends_at_once_and_says_so(start: Start) -> None:
     process = start("starting")
     process.send_signal(signal.SIGINT)
-    output, _ = process.communicate(timeout=10)
+    output = rest(process)
     assert process.returncode == 0
     assert output.endswith("Z INFO stubborn: asked to end while starting\n")
 
 
 def test_a_task_that_fails_ends_its_service_with_one_line_that_says_why(start: Start) -> None:
     process = start("task")
-    output, _ = process.communicate(timeout=10)
+    output = rest(process)
     assert process.returncode == 1
     assert output.count("ERROR") == 1
     assert "ERROR stubborn: internal error, KeyError: 'no such part'" in output
