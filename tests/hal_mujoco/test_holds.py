@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from fairlead.hal.backend import PartCommand
+from fairlead.hal.setpoints import Setpoints
 from fairlead.messages import FloatArray
 from fairlead.modes import ControlMode
 from fairlead.robot.manifest import RobotManifest, load_robot
-from fairlead_hal_mujoco.setpoints import Setpoints
 from tests.hal_mujoco.dual_panda import DualPanda, tool_row
 
 START_M, PERIOD_S = 0.04, 0.05

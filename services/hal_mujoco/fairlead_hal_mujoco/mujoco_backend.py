@@ -17,6 +17,7 @@ from fairlead.hal.backend import (
 )
 from fairlead.hal.described_part import describe_part
 from fairlead.hal.mujoco_frames import MujocoFrames, base_body
+from fairlead.hal.setpoints import Setpoints
 from fairlead.messages import FloatArray
 from fairlead.paths import robot_dir
 from fairlead.robot.manifest import RobotManifest
@@ -25,7 +26,6 @@ from fairlead_hal_mujoco.key_poses import GOAL_KEY, HOME_KEY, GoalPose, key_qpos
 from fairlead_hal_mujoco.model_file import load_model
 from fairlead_hal_mujoco.options import MujocoOptions
 from fairlead_hal_mujoco.servos import find_sources
-from fairlead_hal_mujoco.setpoints import Setpoints
 from fairlead_hal_mujoco.tool_motion import ToolMotion
 
 NO_ROTATION = np.array([0.0, 0.0, 0.0, 1.0])
@@ -56,7 +56,7 @@ class MujocoBackend:
         self._sources = find_sources(self._model, robot)
         commanded = self._sources[: robot.n_dof]
         kinematics = FrameKinematics(self._model, self._data, robot, commanded)
-        self._setpoints = Setpoints(robot, ToolMotion(robot, profile, kinematics))
+        self._setpoints = Setpoints(robot, ToolMotion(robot, profile, kinematics), who="hal_mujoco")
         self._base = base_body(self._model, robot, "hal_mujoco")
         self._parts = tuple(describe_part(robot, part, profile) for part in robot.parts)
         self._goal: GoalPose | None = None

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
 from fairlead.errors import ConfigError, expected
 from fairlead.hal.backend import PartCommand
+from fairlead.hal.setpoint_limits import SetpointLimits
 from fairlead.messages import FloatArray
 from fairlead.modes import ControlMode
 from fairlead.robot.manifest import RobotManifest
 from fairlead.robot.part import Part
-from fairlead_hal_mujoco.setpoint_limits import SetpointLimits
-from fairlead_hal_mujoco.tool_motion import ToolMotion
 
 TRAVEL_SHARE = 0.9
 """Of its speed limit: a gripper's servo overshoots by up to 7 % where it turns back."""
@@ -29,6 +29,13 @@ class Targets:
 
     start: FloatArray
     end: FloatArray
+
+
+class ToolSteps(Protocol):
+    """How far the joints of a part have to go for a cartesian command."""
+
+    def steps(self, part: str, command: PartCommand, positions: FloatArray) -> FloatArray:
+        """Change per joint of the part in one period [rad or m], from all joints' setpoints."""
 
 
 class Setpoints:
@@ -53,22 +60,30 @@ class Setpoints:
     Args:
         robot: every mode of its parts must be in `MODES`.
         tools: needed by parts with cartesian modes.
+        parts: those that position servos move; None: all.
+        who: the HAL, as errors call it.
 
     Raises:
         ConfigError: for a mode, or a hold law, that position servos cannot follow.
     """
 
-    def __init__(self, robot: RobotManifest, tools: ToolMotion | None = None) -> None:
-        self._robot, self._tools = robot, tools
+    def __init__(
+        self,
+        robot: RobotManifest,
+        tools: ToolSteps | None = None,
+        parts: Sequence[Part] | None = None,
+        who: str = "hal",
+    ) -> None:
+        self._tools, self._parts = tools, robot.parts if parts is None else tuple(parts)
         self._period_s = robot.tick_period_ns * 1e-9
         self._limits = SetpointLimits(robot)
         self._slowing = np.array([joint.acceleration_limit for joint in robot.joints])
         self._own = {
             part.name: [robot.joint_names.index(name) for name in part.joints]
-            for part in robot.parts
+            for part in self._parts
         }
-        for part in robot.parts:
-            _check_part(part)
+        for part in self._parts:
+            _check_part(part, who)
         self.restart(np.zeros(robot.n_dof))
 
     def restart(self, positions: FloatArray) -> None:
@@ -87,7 +102,7 @@ class Setpoints:
         """
         self._measured = measured
         start = self.positions.copy()
-        for part in self._robot.parts:
+        for part in self._parts:
             given = commands.get(part.name)
             if given is None:
                 self._hold(part)
@@ -182,8 +197,8 @@ MODES: dict[ControlMode, Callable[[Setpoints, Part, PartCommand], None]] = {
 _GRIPPER_MODES = (ControlMode.GRIPPER_BINARY, ControlMode.GRIPPER_POSITION)
 
 
-def _check_part(part: Part) -> None:
-    who, valid = f"hal_mujoco: part {part.name}", [mode.yaml_name for mode in MODES]
+def _check_part(part: Part, hal: str) -> None:
+    who, valid = f"{hal}: part {part.name}", [mode.yaml_name for mode in MODES]
     for mode in part.control_modes:
         if mode not in MODES:
             raise ConfigError(expected(who, "a mode of this HAL", mode.yaml_name, valid))

@@ -10,11 +10,11 @@ import yaml
 
 from fairlead.errors import ConfigError
 from fairlead.hal.backend import PartCommand
+from fairlead.hal.setpoints import Setpoints
 from fairlead.messages import FloatArray
 from fairlead.modes import ControlMode
 from fairlead.paths import robot_dir
 from fairlead.robot.manifest import RobotManifest, load_robot
-from fairlead_hal_mujoco.setpoints import Setpoints
 
 START = np.array([0.1, -0.3, 0.2, -2.2, 0.3, 2.0, 0.7, 0.06])
 ARM = tuple(range(7))
@@ -161,12 +161,12 @@ def test_a_binary_gripper_travels_to_an_end_of_its_range(robot: RobotManifest) -
     ("part", "fields", "text"),
     [
         (0, {"modes": ["body_twist"]},
-         "hal_mujoco: part arm: expected a mode of this HAL, got body_twist "
+         "hal: part arm: expected a mode of this HAL, got body_twist "
          "(valid: joint_position, joint_velocity, cartesian_pose, "
          "cartesian_delta, cartesian_twist, gripper_binary, gripper_position, "
          "dex_hand_joint, composite_mode)"),
         (0, {"hold": "write_default"},
-         "hal_mujoco: part arm: expected a hold law for joints, got write_default "
+         "hal: part arm: expected a hold law for joints, got write_default "
          "(valid: keep_position, zero_delta, ramp_to_zero, keep_command)"),
     ],
 )  # fmt: skip
