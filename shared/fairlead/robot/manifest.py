@@ -15,6 +15,7 @@ from fairlead.keys import check_name
 from fairlead.paths import robot_dir
 from fairlead.robot.home_pose import HomePose
 from fairlead.robot.joint import Joint
+from fairlead.robot.open_numbers import CONFIRMED_ONLY, open_problems
 from fairlead.robot.part import EndEffector, Part, SimulatorNames
 from fairlead.robot.rules import reference_problems
 from fairlead.robot.safety_profile import ProfileName, SafetyProfile
@@ -43,6 +44,10 @@ class RobotManifest(BaseModel):
     simulator: SimulatorNames | None = None
     no_collision_geometry: dict[str, str] = Field(
         default_factory=dict, description="links without capsules, and why that is no loss"
+    )
+    to_confirm: dict[str, str] = Field(
+        default_factory=dict,
+        description="numbers that a person has yet to give or confirm, by key, and why",
     )
     safety: dict[ProfileName, SafetyProfile] = Field(min_length=1)
 
@@ -82,6 +87,8 @@ class RobotManifest(BaseModel):
             simulator=self.simulator,
             safety=self.safety,
         )
+        if self.to_confirm:
+            problems += open_problems(self.model_dump(), self.to_confirm)
         if problems:
             raise ValueError("\n".join(problems))
         return self
@@ -122,8 +129,8 @@ class RobotManifest(BaseModel):
 
         The safety block and the robot's shape are left out: they have a hash of their own for each
         profile, that of the gate's file. So are tracked frames, which are of things around it,
-        where it rests, sources, which are prose, and what only the comparison with a simulator's
-        model goes by.
+        where it rests, sources and what is to be confirmed, which are prose, and what only the
+        comparison with a simulator's model goes by.
         Everything else counts, limits, hold laws and frames too: two processes that disagree on
         one of them mean two robots.
 
@@ -138,6 +145,7 @@ class RobotManifest(BaseModel):
                 "no_collision_geometry": True,
                 "tracked_frames": True,
                 "home": True,
+                "to_confirm": True,
                 "simulator": {"frame_tolerance", "model"},
                 "joints": {"__all__": {"source"}},
                 "passive_joints": {"__all__": {"source"}},
@@ -214,6 +222,26 @@ class RobotManifest(BaseModel):
         raise ConfigError(
             expected(f"robot {self.id}", "a safety profile", repr(name), sorted(self.safety))
         )
+
+    def open_numbers(self, profile: str) -> str:
+        """What keeps a profile from being compiled and started, in words; "" if nothing does."""
+        if profile != CONFIRMED_ONLY or not self.to_confirm:
+            return ""
+        return (
+            f"robot {self.id}: profile {profile}: {len(self.to_confirm)} entries of robot.yaml are "
+            f"still to be confirmed: {', '.join(self.to_confirm)}; correct each, delete its line "
+            f"in to_confirm, then: fairlead robot compile {self.id}"
+        )
+
+    def check_confirmed(self, profile: str) -> None:
+        """Whether a profile may be used.
+
+        Raises:
+            ConfigError: it is for a real robot; naming every entry that is still open.
+        """
+        problem = self.open_numbers(profile)
+        if problem:
+            raise ConfigError(problem)
 
     def description_path(self) -> Path:
         """The URDF file."""

@@ -191,6 +191,10 @@ def compile_command(
     stale = []
     for profile in manifest.safety:
         path = robot_dir(robot) / f"gate.{profile}.json"
+        still_open = manifest.open_numbers(profile)
+        if still_open:
+            echo(f"{path} is not made: {still_open}", err=True)
+            continue
         text = compile_gate_config(manifest, profile)
         if path.is_file() and path.read_text(encoding="utf-8") == text:
             echo(f"{path} is current")

@@ -13,6 +13,7 @@ from fairlead.deploy.hosts import ROUTER
 from fairlead.errors import ConfigError
 from fairlead.paths import gate_binary, gate_config
 from fairlead.plugins import HALS
+from fairlead.robot.manifest import load_robot
 
 CommandBuilder = Callable[[Path, Deployment, str, Path], list[str]]
 """Gets the deployment's file and content, a service's name and its state folder."""
@@ -62,8 +63,10 @@ def check_gate_file(deployment: Deployment) -> None:
     """Ask the gate whether it would start on the deployment's gate file.
 
     Raises:
-        ConfigError: it would not, in its own words; the gate is not built, its file not compiled.
+        ConfigError: it would not, in its own words; the gate is not built, its file not compiled;
+            robot.yaml has numbers that nobody confirmed, and the profile is for hardware.
     """
+    load_robot(deployment.robot).check_confirmed(deployment.profile)
     file = gate_config(deployment.robot, deployment.profile)
     asked = [str(gate_binary()), "check", str(file)]
     done = subprocess.run(asked, capture_output=True, text=True, check=False)

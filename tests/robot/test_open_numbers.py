@@ -1,0 +1,75 @@
+"""``to_confirm`` in robot.yaml: what nobody confirmed is never compiled for a real robot."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+import yaml
+
+from fairlead.errors import ConfigError
+from fairlead.robot.manifest import load_robot
+from tests.cli.command import fairlead_here as fairlead
+from tests.shape.own_robot import NAME, own_robot
+
+SPEED = "joints.panda_joint1.velocity_rad_s"
+BLOCK = "safety.hardware.measured.panda_gripper"
+
+
+def with_open_numbers(folder: Path, open_: dict[str, str]) -> None:
+    """The robot gets a profile for hardware, with the simulator's limits, and these entries."""
+    manifest = folder / "robot.yaml"
+    document = yaml.safe_load(manifest.read_text())
+    document["safety"]["hardware"] = document["safety"]["sim"] | {"lockstep_allowed": False}
+    document["to_confirm"] = open_
+    manifest.write_text(yaml.safe_dump(document))
+
+
+def test_hardware_is_not_compiled_nor_started_while_a_number_is_open(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = own_robot(tmp_path, monkeypatch)
+    with_open_numbers(folder, {SPEED: "assumed", BLOCK: "not measured"})
+    identity = load_robot(NAME).robot_hash
+    done = fairlead("robot", "compile", NAME, state=tmp_path)
+    assert done.returncode == 0, done.stderr
+    refusal = (
+        f"robot mine: profile hardware: 2 entries of robot.yaml are still to be confirmed: "
+        f"{SPEED}, {BLOCK}; correct each, delete its line in to_confirm, then: fairlead robot "
+        "compile mine"
+    )
+    assert f"{folder / 'gate.hardware.json'} is not made: {refusal}" in done.stderr
+    assert (folder / "gate.sim.json").is_file()
+    assert not (folder / "gate.hardware.json").exists()
+    deployment = tmp_path / "real.yaml"
+    text = Path("compose/panda_mujoco.yaml").read_text()
+    text = text.replace("robot: panda ", "robot: mine ").replace(
+        "profile: sim", "profile: hardware"
+    )
+    deployment.write_text(text.replace("pacing: lockstep", "pacing: realtime"))
+    done = fairlead("up", str(deployment), state=tmp_path)
+    assert (done.returncode, done.stdout) == (1, "")
+    assert refusal in done.stderr
+    with_open_numbers(folder, {})
+    assert fairlead("robot", "compile", NAME, state=tmp_path).returncode == 0
+    assert (folder / "gate.hardware.json").is_file()
+    assert load_robot(NAME).robot_hash == identity
+
+
+@pytest.mark.parametrize(
+    ("key", "why", "problem"),
+    [
+        ("joints.elbow.velocity_rad_s", "assumed", "leads to nothing that robot.yaml gives"),
+        ("joints.panda_joint1.velocity_m_s", "assumed", "leads to nothing that robot.yaml gives"),
+        ("safety.sim.measured.panda_joint1.", "assumed", "leads to nothing that robot.yaml gives"),
+        (SPEED, " ", "expected why, in words, got ' '"),
+    ],
+)
+def test_an_open_entry_names_what_is_there_and_says_why(
+    key: str, why: str, problem: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with_open_numbers(own_robot(tmp_path, monkeypatch), {key: why})
+    with pytest.raises(ConfigError) as error:
+        load_robot(NAME)
+    assert f"to_confirm: {key!r}" in str(error.value)
+    assert problem in str(error.value)
