@@ -70,14 +70,15 @@ class JointReach:
     def chunk(self, now: Moment, tick: int) -> Rows:
         """As the skill's: see `Demonstration`."""
         state = np.concatenate([now.positions[:7], now.positions[8:10]])
-        rows = self._policy.infer(Observation(tick, state, "")).astype(np.float64)
+        rows = self._policy.infer(Observation(tick, state, ""))
+        assert isinstance(rows, np.ndarray), "of this layout it never says that it is there"
         arm, gripper = ControlMode.JOINT_POSITION, ControlMode.GRIPPER_POSITION
         return [
             {
                 "arm": PartCommand(arm, "", np.append(row[:7], 0.0), tuple(range(7))),
                 "gripper": PartCommand(gripper, "", row[7:] * 0.04 + 0.04, ()),
             }
-            for row in rows[:8]
+            for row in rows[:8].astype(np.float64)
         ]
 
     def is_over(self) -> bool:

@@ -10,12 +10,13 @@ import pytest
 
 from fairlead.errors import ConfigError, PolicyError
 from fairlead.messages import FloatArray
-from fairlead.policy import Executed, Observation
+from fairlead.policy import Actions, Done, Executed, Observation
 from fairlead.skill.manifest import load_skill
 from fairlead_skill_runner.policies.joint_reach import ACCELERATION_RAD, JointReachPolicy
 from tests.runner.scripted_robot import SKILL as TWELVE_WIDE
 
 SKILL = load_skill("panda-joint-reach")
+SIX = load_skill("so101-reach")
 OPTIONS = SKILL.policy.options
 TARGET = np.array(OPTIONS["target_rad"], dtype=float)
 START = np.array([0.0, -0.3, 0.0, -2.2, 0.0, 2.0, 0.785])
@@ -29,10 +30,16 @@ def seen(tick: int, joints: FloatArray) -> Observation:
     return Observation(tick, np.concatenate([joints, [0.04, -0.04]]), "")
 
 
+def rows_of(reaching: JointReachPolicy, observation: Observation) -> Actions:
+    rows = reaching.infer(observation)
+    assert isinstance(rows, np.ndarray)
+    return rows
+
+
 def test_rows_start_at_the_joints_end_at_the_target_and_never_leap() -> None:
     reaching, joints, targets = policy(), START, [START]
     for chunk in range(4):
-        rows = reaching.infer(seen(1 + 8 * chunk, joints))
+        rows = rows_of(reaching, seen(1 + 8 * chunk, joints))
         assert rows.shape == (16, 8) and rows.dtype == np.float32
         targets += list(rows[:8, :7].astype(float))
         joints = targets[-3]  # the arm follows two ticks later
@@ -45,16 +52,16 @@ def test_rows_start_at_the_joints_end_at_the_target_and_never_leap() -> None:
 
 def test_a_chunk_asked_early_goes_on_with_the_plan_of_the_one_before() -> None:
     reaching = policy()
-    first = reaching.infer(seen(10, START))
-    second = reaching.infer(seen(14, START))
+    first = rows_of(reaching, seen(10, START))
+    second = rows_of(reaching, seen(14, START))
     np.testing.assert_array_equal(second[:12], first[4:])
 
 
 def test_a_joint_far_from_its_plan_is_where_the_next_plan_begins() -> None:
     reaching = policy()
-    reaching.infer(seen(1, START))
+    rows_of(reaching, seen(1, START))
     moved = START + 0.5
-    rows = reaching.infer(seen(9, moved))
+    rows = rows_of(reaching, seen(9, moved))
     assert np.abs(rows[0, :7] - moved).max() <= ACCELERATION_RAD + 1e-6
 
 
@@ -63,8 +70,8 @@ def test_after_a_hold_the_next_plan_begins_at_the_joints_not_at_rows_that_never_
 
     def ahead(**parts: Executed) -> float:
         reaching = policy()
-        reaching.infer(seen(1, START))
-        rows = reaching.infer(replace(asked, executed=parts))
+        rows_of(reaching, seen(1, START))
+        rows = rows_of(reaching, replace(asked, executed=parts))
         return float(np.abs(rows[0, :7] - START).max())
 
     assert ahead() > 4 * ACCELERATION_RAD
@@ -75,16 +82,16 @@ def test_after_a_hold_the_next_plan_begins_at_the_joints_not_at_rows_that_never_
 
 def test_a_reset_forgets_the_plan() -> None:
     reaching = policy()
-    reaching.infer(seen(1, START))
+    rows_of(reaching, seen(1, START))
     reaching.reset()
-    rows = reaching.infer(seen(9, START))
+    rows = rows_of(reaching, seen(9, START))
     assert np.abs(rows[0, :7] - START).max() <= ACCELERATION_RAD + 1e-6
 
 
 @pytest.mark.parametrize(("opening_m", "output"), [(0.0, -1.0), (0.02, -0.5), (0.08, 1.0)])
 def test_the_opening_is_normalised(opening_m: float, output: float) -> None:
     reaching = JointReachPolicy.from_options(SKILL, {**OPTIONS, "opening_m": opening_m})
-    assert reaching.infer(seen(1, START))[0, 7] == output
+    assert rows_of(reaching, seen(1, START))[0, 7] == output
 
 
 def test_a_state_of_another_size_is_refused() -> None:
@@ -96,11 +103,13 @@ def test_a_state_of_another_size_is_refused() -> None:
 @pytest.mark.parametrize(
     ("options", "text"),
     [
-        ({}, "2 problem(s):\n  target_rad: is missing\n  opening_m: is missing"),
+        ({}, "1 problem(s):\n  target_rad: is missing"),
         ({**OPTIONS, "opening_m": 0.1},
          "1 problem(s):\n  opening_m: Input should be less than or equal to 0.08, got 0.1"),
         ({**OPTIONS, "target_rad": [0.0] * 6},
-         "1 problem(s):\n  target_rad: Tuple should have at least 7 items after validation, not 6"),
+         "expected target_rad of 7 and opening_m, got 6 and opening_m 0.02"),
+        ({"target_rad": [0.0] * 7},
+         "expected target_rad of 7 and opening_m, got 7 and opening_m None"),
     ],
 )  # fmt: skip
 def test_options_that_do_not_fit_are_named(options: dict[str, Any], text: str) -> None:
@@ -113,3 +122,31 @@ def test_a_skill_of_another_layout_is_refused() -> None:
     with pytest.raises(ConfigError) as caught:
         JointReachPolicy.from_options(TWELVE_WIDE, OPTIONS)
     assert str(caught.value) == "joint_reach policy: expected layout libero, got mobile_pick_30d"
+
+
+@pytest.mark.parametrize(
+    ("change", "text"),
+    [
+        (
+            {"target_rad": [0.0] * 5},
+            "expected a state and an action of 5, as target_rad, got 6 and 6",
+        ),
+        ({"opening_m": 0.02}, "expected layout libero with opening_m, got joints alone"),
+    ],
+)
+def test_joints_alone_have_one_target_each_and_no_opening(
+    change: dict[str, Any], text: str
+) -> None:
+    with pytest.raises(ConfigError) as caught:
+        JointReachPolicy.from_options(SIX, {**SIX.policy.options, **change})
+    assert str(caught.value) == f"joint_reach policy: {text}"
+
+
+def test_joints_alone_are_there_when_each_is_near_its_target() -> None:
+    reaching = JointReachPolicy.from_options(SIX, SIX.policy.options)
+    target = np.array(SIX.policy.options["target_rad"], dtype=float)
+    rows = reaching.infer(Observation(1, target - [0.031, 0, 0, 0, 0, 0], ""))
+    assert isinstance(rows, np.ndarray) and rows.shape == (16, 6)
+    assert np.abs(rows[0] - target).max() <= 0.031
+    there = reaching.infer(Observation(2, target - 0.029, ""))
+    assert there == Done("every joint is within 0.03 rad of the target")

@@ -1,4 +1,4 @@
-"""JointReachPolicy: bring an arm of seven joints and its gripper to one pose."""
+"""JointReachPolicy: bring an arm of seven joints and its gripper, or any joints, to one pose."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field, JsonValue
 from fairlead.checked_model import checked_model
 from fairlead.errors import ConfigError, PolicyError, expected
 from fairlead.messages import FloatArray
-from fairlead.policy import Actions, Observation
+from fairlead.policy import Actions, Done, Observation
 from fairlead.skill.manifest import SkillManifest
 
 LAYOUT = "libero"
@@ -20,7 +20,7 @@ STATE_DIM = 9
 ACTION_DIM = 8
 FULL_OPENING_M = 0.08
 ACCELERATION_RAD = 0.01
-"""Largest change of a joint's step, per tick and tick: 4 rad/s2 at 20 Hz."""
+"""Largest change of a joint's step, per tick and tick, unless told: 4 rad/s2 at 20 Hz."""
 LOST_RAD = 0.25
 """A joint this far from its plan did something else: plan anew from where it is."""
 
@@ -28,29 +28,38 @@ Finite = Annotated[float, Field(allow_inf_nan=False)]
 
 
 class JointReachOptions(BaseModel):
-    """target_rad: seven joints. opening_m: total opening. step_rad: fastest, per tick."""
+    """Where to, and how fast.
+
+    target_rad: of seven joints with layout libero, else of each joint of the state.
+    opening_m: total opening, with layout libero only.
+    step_rad: fastest, per tick. acceleration_rad: largest change of that, per tick.
+    done_rad: without a layout, joints this near to the target have reached it.
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
-    target_rad: tuple[Finite, ...] = Field(min_length=ARM_JOINTS, max_length=ARM_JOINTS)
-    opening_m: float = Field(ge=0.0, le=FULL_OPENING_M)
+    target_rad: tuple[Finite, ...] = Field(min_length=1)
+    opening_m: float | None = Field(default=None, ge=0.0, le=FULL_OPENING_M)
     step_rad: float = Field(default=0.045, gt=0.0, le=0.1)
+    acceleration_rad: float = Field(default=ACCELERATION_RAD, gt=0.0, le=0.1)
+    done_rad: float = Field(default=0.03, gt=0.0, le=0.5)
 
 
 class JointReachPolicy:
     """Joint targets on a smooth way to a pose, all joints at once.
 
-    Output rows (float32, 8 wide): seven joint targets [rad], then the gripper in [-1, 1],
-    +1 fully open.
+    Output rows (float32): with layout libero 8 wide, seven joint targets [rad], then the gripper
+    in [-1, 1], +1 fully open. Of a state that is joints alone, the targets of these [rad]; then
+    the policy says itself when they are there.
 
     Args:
         horizon: rows per chunk, one per tick.
     """
 
     def __init__(self, options: JointReachOptions, horizon: int) -> None:
+        self._options = options
         self._target = np.array(options.target_rad)
-        self._gripper = 2.0 * options.opening_m / FULL_OPENING_M - 1.0
-        self._step = options.step_rad
+        self._arm = len(self._target)
         self._horizon = horizon
         self.reset()
 
@@ -64,11 +73,19 @@ class JointReachPolicy:
         """Raises `ConfigError` for options, a layout or an action width that do not fit."""
         who = "joint_reach policy"
         checked = checked_model(who, JointReachOptions, options)
-        if skill.state_contract.layout != LAYOUT:
-            what = f"layout {LAYOUT}"
-            raise ConfigError(expected(who, what, skill.state_contract.layout_name))
-        dim = skill.action_contract.dim
-        if dim != ACTION_DIM:
+        state, dim, arm = skill.state_contract, skill.action_contract.dim, len(checked.target_rad)
+        if state.layout not in (None, LAYOUT):
+            raise ConfigError(expected(who, f"layout {LAYOUT}", state.layout_name))
+        if state.layout is None:
+            if checked.opening_m is not None:
+                raise ConfigError(expected(who, f"layout {LAYOUT} with opening_m", "joints alone"))
+            if not state.dim == dim == arm:
+                what = f"a state and an action of {arm}, as target_rad"
+                raise ConfigError(expected(who, what, f"{state.dim} and {dim}"))
+        elif arm != ARM_JOINTS or checked.opening_m is None:
+            got = f"{arm} and opening_m {checked.opening_m}"
+            raise ConfigError(expected(who, f"target_rad of {ARM_JOINTS} and opening_m", got))
+        elif dim != ACTION_DIM:
             raise ConfigError(expected(who, f"an action of {ACTION_DIM}", dim))
         return cls(checked, skill.horizon)
 
@@ -76,8 +93,8 @@ class JointReachPolicy:
         """Forget the plan: the next observation is where the way begins."""
         self._plan: dict[int, tuple[FloatArray, FloatArray]] = {}
 
-    def infer(self, observation: Observation) -> Actions:
-        """One chunk, shape ``[horizon, 8]``, from a state of layout ``libero``.
+    def infer(self, observation: Observation) -> Actions | Done:
+        """One chunk, shape ``[horizon, dim]``, from a state of layout ``libero`` or of joints.
 
         It goes on from its own target of the tick before, not from the joints, which
         follow a little later: targets stay smooth from chunk to chunk. After a tick in
@@ -86,30 +103,39 @@ class JointReachPolicy:
         Raises:
             PolicyError: for a state of another size.
         """
-        state = np.asarray(observation.state, dtype=np.float64)
-        if state.shape != (STATE_DIM,):
-            what = f"a state of shape ({STATE_DIM},)"
-            raise PolicyError(expected("joint_reach", what, state.shape))
-        joints = state[:ARM_JOINTS]
+        state, arm = np.asarray(observation.state, dtype=np.float64), self._arm
+        dim = arm if self._options.opening_m is None else STATE_DIM
+        if state.shape != (dim,):
+            raise PolicyError(expected("joint_reach", f"a state of shape ({dim},)", state.shape))
+        joints = state[:arm]
+        if dim == arm and np.all(np.abs(self._target - joints) < self._options.done_rad):
+            return Done(f"every joint is within {self._options.done_rad:g} rad of the target")
         if any(part.hold for part in observation.executed.values()):
             self._plan = {}
-        at, step = self._plan.get(observation.tick - 1, (joints, np.zeros(ARM_JOINTS)))
+        at, step = self._plan.get(observation.tick - 1, (joints, np.zeros(arm)))
         if np.any(np.abs(at - joints) > LOST_RAD):
-            at, step = joints, np.zeros(ARM_JOINTS)
-        rows = np.full((self._horizon, ACTION_DIM), self._gripper, dtype=np.float32)
+            at, step = joints, np.zeros(arm)
+        rows = []
         self._plan = {}
         for row in range(self._horizon):
             step = self._next_step(at, step)
             at = at + step
             self._plan[observation.tick + row] = (at, step)
-            rows[row, :ARM_JOINTS] = at
-        return rows
+            rows.append([*at, *self._gripper])
+        return np.array(rows, dtype=np.float32)
+
+    @property
+    def _gripper(self) -> tuple[float, ...]:
+        opening_m = self._options.opening_m
+        return () if opening_m is None else (2.0 * opening_m / FULL_OPENING_M - 1.0,)
 
     def _next_step(self, at: FloatArray, step: FloatArray) -> FloatArray:
         """Faster by no more than the acceleration, and slow enough to stop at the target."""
-        error = self._target - at
+        error, acceleration = self._target - at, self._options.acceleration_rad
         left = np.abs(error)
-        faster = np.maximum(step * np.sign(error), 0.0) + ACCELERATION_RAD
-        braking = np.sqrt(2.0 * ACCELERATION_RAD * left)
-        size = np.minimum.reduce([left, faster, braking, np.full(ARM_JOINTS, self._step)])
+        faster = np.maximum(step * np.sign(error), 0.0) + acceleration
+        braking = np.sqrt(2.0 * acceleration * left)
+        size = np.minimum.reduce(
+            [left, faster, braking, np.full(self._arm, self._options.step_rad)]
+        )
         return np.asarray(np.sign(error) * size)
