@@ -1,67 +1,138 @@
 """What the processes cost: a lockstep episode through them, beside the same steps in one.
 
-Both run alternately, without cameras, so that what the machine does to one it does to the
-other. Counted from the first tick with a released row to the end of the episode: start-up
-and reset are left out on both sides.
+Both take turns, an answer of the policy with its rows at a time (no cameras), so that what the
+machine does to one it does to the other. The services run as ordinary processes, then HAL and
+gate with a real-time priority.
 
     .venv/bin/python -m bench.loop [--seed 0] [--rounds 3] [--json] [--write]
 
-Prints milliseconds per tick of each and their ratio, the median over the rounds; then, of one
-more episode with a listener on the robot's bus, where a tick goes and what each process took.
---write puts the tables into docs/speed.md.
+Prints milliseconds per tick of each and the median ratio of a turn; then, of one more episode
+with a listener on the robot's bus, where a tick goes and what each process took. --write puts the
+tables into docs/speed.md.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import os
 import statistics
 import sys
 import tempfile
+import time
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+import yaml
+
+from bench.equipment.turns import Turns
 from bench.page import write_table
 from bench.tick_watch import Spent, TickWatch, spent
 from fairlead.deploy.deployment import load_deployment
-from fairlead.messages import Hold, ResetEpisodeReply
 from fairlead.operate.goal_run import GoalOptions, run_goal
-from fairlead.paths import repo_root
+from fairlead.paths import SKILLS_VARIABLE, repo_root
 from fairlead.skill.manifest import load_skill
-from fairlead_tools.parity.local_episode import local_episode
-from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch, scratch_robot
+from fairlead_tools.parity.local_episode import LocalEpisode
+from fairlead_tools.supervisor.scratch import (
+    Scratch,
+    ScratchOptions,
+    ScratchRobot,
+    make_scratch,
+    scratch_robot,
+)
 
 SKILL = "oracle-counter-to-cabinet"
 SOURCE = repo_root() / "compose" / "panda_mobile_sim.yaml"
 DEADLINE_TICKS = 800
+PRIORITIES = {"ordinary": 0, "real-time": 20}
+"""Of HAL and gate."""
 
 
 @dataclass(frozen=True)
-class Round:
-    """One episode each way: wall time per tick [ms]."""
+class Turn:
+    """An answer of the policy and its rows each way: wall time per tick [ms]."""
 
-    ticks: int
     deployed_ms: float
     local_ms: float
 
     @property
     def ratio(self) -> float:
-        """How often the in-process loop fits into a tick through the processes."""
+        """How often the in-process turn fits into the one through the processes."""
         return self.deployed_ms / self.local_ms
 
 
-def run_round(seed: int, folder: Path) -> Round:
-    """One episode through the processes, then its steps in this process."""
-    scratch = make_scratch(SOURCE, folder, ScratchOptions(pacing="lockstep"))
-    with scratch_robot(scratch) as robot:
-        reset = robot.client.reset_episode(seed)
-        robot.client.arm()
-        result = run_goal(robot.client, GoalOptions(SKILL, deadline_ticks=DEADLINE_TICKS)).result
-        robot.client.disarm()
-    assert result is not None, "the goal ended without a result"
-    ticks, seconds = moving_time(folder / "hal" / "motion.jsonl", result.last_tick)
-    local_ticks, local_seconds = local_time(seed, reset, ticks)
-    return Round(ticks, 1e3 * seconds / ticks, 1e3 * local_seconds / local_ticks)
+@dataclass(frozen=True)
+class Round:
+    """One episode each way, in turns."""
+
+    priority: str
+    turns: Sequence[Turn]
+
+    @property
+    def deployed_ms(self) -> float:
+        """Per tick, through the processes; median."""
+        return statistics.median(turn.deployed_ms for turn in self.turns)
+
+    @property
+    def local_ms(self) -> float:
+        """Per tick, in one process; median."""
+        return statistics.median(turn.local_ms for turn in self.turns)
+
+    @property
+    def ratio(self) -> float:
+        """Median of the turns'."""
+        return statistics.median(turn.ratio for turn in self.turns)
+
+
+def prepare(folder: Path, priority: int) -> Scratch:
+    """A copy of the deployment, in lockstep, with a real-time priority of HAL and gate."""
+    original = yaml.safe_load(SOURCE.read_text(encoding="utf-8"))
+    for service in original["services"].values():
+        if service["run"] in ("hal_sim", "safety"):
+            service["realtime_priority"] = priority
+    folder.mkdir()
+    source = folder / SOURCE.name
+    source.write_text(yaml.safe_dump(original), encoding="utf-8")
+    return make_scratch(source, folder / "robot", ScratchOptions(pacing="lockstep"))
+
+
+def run_round(seed: int, folder: Path, priority: str) -> Round:
+    """One episode through the processes and in this one, in turns until the first ends."""
+    scratch = prepare(folder, PRIORITIES[priority])
+    os.environ[SKILLS_VARIABLE] = str(folder)
+    with closing(Turns(folder, SKILL)) as turns, scratch_robot(scratch) as robot:
+        return Round(priority, take_turns(robot, turns, seed))
+
+
+def take_turns(robot: ScratchRobot, turns: Turns, seed: int) -> Sequence[Turn]:
+    """Reset both, then one turn each until the robot's goal ends."""
+    reset = robot.client.reset_episode(seed)
+    robot.client.arm()
+    deployment, skill = load_deployment(SOURCE), load_skill(SKILL)
+    options = GoalOptions(turns.skill, deadline_ticks=DEADLINE_TICKS)
+    taken: list[Turn] = []
+    with (
+        closing(LocalEpisode(deployment, skill, seed, reset)) as local,
+        ThreadPoolExecutor(1) as thread,
+    ):
+        goal = thread.submit(run_goal, robot.client, options)
+        asked = turns.wait_asked(goal.done)
+        while asked:
+            began_s = time.monotonic()
+            local.act()
+            between_s = time.monotonic()
+            turns.let_go()
+            asked = turns.wait_asked(goal.done)
+            ended_s = time.monotonic()
+            if asked:
+                ms = 1e3 / skill.execute_steps
+                taken.append(Turn((ended_s - between_s) * ms, (between_s - began_s) * ms))
+        result = goal.result().result
+    assert result is not None and result.outcome == "succeeded", f"the goal failed: {result}"
+    return taken
 
 
 @dataclass(frozen=True)
@@ -74,7 +145,7 @@ class Watched:
 
 def run_watched(seed: int, folder: Path) -> Watched:
     """An episode through the processes with a listener, which is left out of the ratio."""
-    scratch = make_scratch(SOURCE, folder, ScratchOptions(pacing="lockstep"))
+    scratch = prepare(folder, 0)
     with scratch_robot(scratch) as robot:
         robot.client.reset_episode(seed)
         robot.client.arm()
@@ -90,25 +161,6 @@ def run_watched(seed: int, folder: Path) -> Watched:
         watch.segments(),
         {name: took.since(before[name]).a_tick(ticks) for name, took in after.items()},
     )
-
-
-def moving_time(log: Path, last_tick: int) -> tuple[int, float]:
-    """Ticks and seconds from the first executed row to ``last_tick``, by the HAL's own log."""
-    lines = [json.loads(line) for line in log.read_text().splitlines()]
-    moving = [
-        line
-        for line in lines
-        if line["tick"] <= last_tick and any(hold == Hold.NONE for hold, _, _ in line["acted"])
-    ]
-    first, last = moving[0], moving[-1]
-    return last["tick"] - first["tick"], (last["stamp_ns"] - first["stamp_ns"]) / 1e9
-
-
-def local_time(seed: int, reset: ResetEpisodeReply, ticks: int) -> tuple[int, float]:
-    """Ticks and seconds of the same steps in this process."""
-    most_ticks = reset.held_ticks + ticks
-    episode = local_episode(load_deployment(SOURCE), load_skill(SKILL), seed, reset, most_ticks)
-    return len(episode.packed) - reset.held_ticks, episode.seconds
 
 
 def ticks_table(watched: Watched) -> str:
@@ -135,19 +187,26 @@ def services_table(watched: Watched) -> str:
     return "\n".join(lines)
 
 
-def rounds_table(rounds: list[Round]) -> str:
-    """Markdown: the rounds and the median of their ratios."""
-    lines = ["| ticks | processes ms | one process ms | ratio |", "|---|---|---|---|"]
-    lines += [
-        f"| {one.ticks} | {one.deployed_ms:.2f} | {one.local_ms:.2f} | {one.ratio:.2f} |"
-        for one in rounds
+def rounds_table(rounds: Sequence[Round]) -> str:
+    """Markdown: the rounds, and the median ratio of each priority."""
+    lines = [
+        "| HAL and gate | turns | processes ms | one process ms | ratio |",
+        "|---|---|---|---|---|",
     ]
-    return "\n".join([*lines, f"| median | | | {median(rounds):.2f} |"])
+    for priority in PRIORITIES:
+        lines += [
+            f"| {one.priority} | {len(one.turns)} | {one.deployed_ms:.2f} | {one.local_ms:.2f} "
+            f"| {one.ratio:.2f} |"
+            for one in rounds
+            if one.priority == priority
+        ]
+        lines.append(f"| {priority}, median | | | | {median(rounds, priority):.2f} |")
+    return "\n".join(lines)
 
 
-def median(rounds: list[Round]) -> float:
-    """Of the ratios."""
-    return statistics.median(one.ratio for one in rounds)
+def median(rounds: Sequence[Round], priority: str) -> float:
+    """Of the ratios of one priority's rounds."""
+    return statistics.median(one.ratio for one in rounds if one.priority == priority)
 
 
 def main() -> None:
@@ -156,15 +215,18 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--seed", type=int, default=0, help="of the episode")
-    parser.add_argument("--rounds", type=int, default=3, help="episodes each way")
+    parser.add_argument("--rounds", type=int, default=3, help="episodes each way and priority")
     parser.add_argument("--json", action="store_true", help="print one JSON document instead")
     parser.add_argument("--write", action="store_true", help="put the tables into docs/speed.md")
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         rounds = []
         for index in range(arguments.rounds):
-            print(f"bench.loop: round {index + 1} of {arguments.rounds}", file=sys.stderr)
-            rounds.append(run_round(arguments.seed, Path(folder) / str(index)))
+            for priority in PRIORITIES:
+                said = f"round {index + 1} of {arguments.rounds}, {priority}"
+                print(f"bench.loop: {said}", file=sys.stderr)
+                scene = Path(folder) / f"{priority}{index}"
+                rounds.append(run_round(arguments.seed, scene, priority))
         print("bench.loop: where a tick goes", file=sys.stderr)
         watched = run_watched(arguments.seed, Path(folder) / "watched")
     tables = {
@@ -175,12 +237,14 @@ def main() -> None:
     if arguments.write:
         for name, table in tables.items():
             write_table(name, table)
+    medians = {priority: median(rounds, priority) for priority in PRIORITIES}
     if arguments.json:
         rows = [asdict(one) | {"ratio": one.ratio} for one in rounds]
-        print(json.dumps({"rounds": rows, "ratio": median(rounds), "watched": asdict(watched)}))
+        print(json.dumps({"rounds": rows, "ratio": medians, "watched": asdict(watched)}))
         return
     print("\n\n".join(tables.values()))
-    print(f"\nbench.loop: median ratio {median(rounds):.2f}")
+    said = ", ".join(f"{priority} {ratio:.2f}" for priority, ratio in medians.items())
+    print(f"\nbench.loop: median ratio: {said}")
 
 
 if __name__ == "__main__":

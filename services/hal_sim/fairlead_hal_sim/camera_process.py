@@ -19,6 +19,7 @@ from multiprocessing.connection import Connection
 
 import msgspec
 
+from fairlead.deploy.scheduling import run_as_ordinary_process
 from fairlead.messages import Image, decode, encode
 from fairlead_hal_sim.graphics_choice import VARIABLE, renderers, why_none
 from fairlead_hal_sim.options import CameraOptions, SimulatorOptions
@@ -179,6 +180,7 @@ def _answer(pipe: Connection, answer: FrameAnswer) -> None:
 def main() -> None:
     """Entry point of the child; its only argument is the pipe's file descriptor."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the HAL, which closes the pipe
+    run_as_ordinary_process()
     pipe = Connection(int(sys.argv[1]))
     try:
         serve(pipe)

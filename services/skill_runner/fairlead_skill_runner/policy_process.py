@@ -15,6 +15,7 @@ import threading
 import traceback
 from typing import NamedTuple
 
+from fairlead.deploy.scheduling import run_as_ordinary_process
 from fairlead.errors import FairleadError, PolicyError
 from fairlead.policy import Done, Failed, Policy
 from fairlead.robot.manifest import load_robot
@@ -41,6 +42,7 @@ _PARENT_CHECK_S = 0.5
 def main() -> int:
     """Answer requests until the runner closes its end."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the runner, which ends us
+    run_as_ordinary_process()
     threading.Thread(target=_end_with, args=(os.getppid(),), daemon=True).start()
     pipe = socket.socket(fileno=int(sys.argv[1])).makefile("rwb")
     loaded: _Loaded | None = None

@@ -39,6 +39,7 @@ class ServiceSpec(BaseModel):
             words that begin with ``./`` or ``../`` are paths from the deployment file's folder.
         listen: its endpoint, where there is no router; else "".
         host: the host it runs on, where there is a router; else "".
+        realtime_priority: 1 (low) to 99 of the kernel's ``SCHED_FIFO``; 0: an ordinary process.
         options: checked by the service that reads it.
     """
 
@@ -48,6 +49,7 @@ class ServiceSpec(BaseModel):
     command: tuple[str, ...] = ()
     listen: str = ""
     host: str = ""
+    realtime_priority: int = Field(default=0, ge=0, le=99)
     options: dict[str, Any] = Field(default_factory=dict)
 
     @model_validator(mode="after")
@@ -55,6 +57,8 @@ class ServiceSpec(BaseModel):
         if bool(self.run) == bool(self.command):
             got = "both" if self.run else "neither"
             raise ValueError(f"expected run or command, got {got}")
+        if self.run == EXTERNAL and self.realtime_priority:
+            raise ValueError(f"realtime_priority: run is {EXTERNAL}: for who starts it to give")
         return self
 
     @property

@@ -15,7 +15,6 @@ class EpisodeTrace:
     qpos, qvel: float64 simulator state before each of those steps.
     held: whether any part held in that tick; empty where nobody asked.
     succeeded: the task's own check at the end.
-    seconds: wall time of the loop in one process, after reset and held ticks.
     """
 
     observations: list[bytes] = field(default_factory=list)
@@ -25,7 +24,6 @@ class EpisodeTrace:
     qvel: list[bytes] = field(default_factory=list)
     held: list[bool] = field(default_factory=list)
     succeeded: bool = False
-    seconds: float = 0.0
 
     def until(self, tick: int) -> EpisodeTrace:
         """Vectors of the ticks before ``tick``, states before each and, if there, at ``tick``."""

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterable
+from contextlib import closing
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,6 +23,70 @@ if TYPE_CHECKING:
     from fairlead_state_assembler import LocalAssembler
 
 
+class LocalEpisode:
+    """One episode: reset, held as long as the deployed reset did, then an answer at a time.
+
+    The raw vector goes to the simulator as the policy wrote it: the deployment's
+    ``part_order`` is the policy's own.
+
+    Args:
+        reset: how the deployed reset went; its held ticks are repeated here.
+
+    Attributes:
+        trace: what has been computed so far.
+    """
+
+    def __init__(
+        self, deployment: Deployment, skill: SkillManifest, seed: int, reset: ResetEpisodeReply
+    ) -> None:
+        from fairlead_hal_sim import RobosuiteBackend, read_options
+        from fairlead_state_assembler import LocalAssembler
+
+        robot = load_robot(deployment.robot)
+        if skill.control_periods(robot.tick_period_ns) != 1:
+            raise ConfigError(
+                f"parity: skill {skill.id}: its rows have to be the simulator's steps"
+            )
+        hal = deployment.only("hal_sim")
+        options = read_options(hal, deployment.services[hal].options)
+        plain = options.model_copy(update={"cameras": ()})
+        self._skill, self._first_tick = skill, reset.tick - reset.held_ticks
+        self._assembler, self._policy = LocalAssembler(robot), _make_policy(skill)
+        self._backend = RobosuiteBackend(plain, robot.tick_period_ns)
+        self.trace = EpisodeTrace()
+        try:
+            self._backend.reset(seed)
+            _hold(self.trace, self._backend, reset.held_ticks)
+        except BaseException:
+            self.close()
+            raise
+
+    @property
+    def succeeded(self) -> bool:
+        """What the task says now."""
+        task = self._backend.task()
+        return task is not None and task.success
+
+    def act(self) -> bool:
+        """Observe, infer, and step as many rows as the skill executes; False: the policy is done.
+
+        A deployed goal ends at the same tick.
+        """
+        state = _observe(self._assembler, self._backend, self._skill)
+        tick = self._first_tick + len(self.trace.packed)
+        actions = self._policy.infer(Observation(tick, state, self._skill.prompt))
+        if isinstance(actions, Done | Failed):
+            return False
+        self.trace.observations.append(state.astype("<f8").tobytes())
+        self.trace.actions.append(np.asarray(actions, dtype="<f4").tobytes())
+        _execute(self.trace, self._backend, actions[: self._skill.execute_steps])
+        return True
+
+    def close(self) -> None:
+        """Free the simulator."""
+        self._backend.close()
+
+
 def local_episode(
     deployment: Deployment,
     skill: SkillManifest,
@@ -30,44 +94,16 @@ def local_episode(
     reset: ResetEpisodeReply,
     most_ticks: int,
 ) -> EpisodeTrace:
-    """Reset, hold as long as the deployed reset did, then loop: observe, infer, step.
-
-    The raw vector goes to the simulator as the policy wrote it: the deployment's
-    ``part_order`` is the policy's own.
+    """A whole `LocalEpisode`.
 
     Args:
-        reset: how the deployed reset went; its held ticks are repeated here.
         most_ticks: stop after so many steps, held ones included.
     """
-    from fairlead_hal_sim import RobosuiteBackend, read_options
-    from fairlead_state_assembler import LocalAssembler
-
-    robot = load_robot(deployment.robot)
-    if skill.control_periods(robot.tick_period_ns) != 1:
-        raise ConfigError(f"parity: skill {skill.id}: its rows have to be the simulator's steps")
-    hal = deployment.only("hal_sim")
-    options = read_options(hal, deployment.services[hal].options)
-    backend = RobosuiteBackend(options.model_copy(update={"cameras": ()}), robot.tick_period_ns)
-    assembler, policy = LocalAssembler(robot), _make_policy(skill)
-    episode = EpisodeTrace()
-    try:
-        backend.reset(seed)
-        _hold(episode, backend, reset.held_ticks)
-        started = time.monotonic()
-        while len(episode.packed) < most_ticks and not _has_succeeded(backend):
-            state = _observe(assembler, backend, skill)
-            tick = reset.tick + len(episode.packed) - reset.held_ticks
-            actions = policy.infer(Observation(tick, state, skill.prompt))
-            if isinstance(actions, Done | Failed):
-                break  # the deployed goal ends here too, at the same tick
-            episode.observations.append(state.astype("<f8").tobytes())
-            episode.actions.append(np.asarray(actions, dtype="<f4").tobytes())
-            _execute(episode, backend, actions[: skill.execute_steps])
-        episode.seconds = time.monotonic() - started
-        episode.succeeded = _has_succeeded(backend)
-    finally:
-        backend.close()
-    return episode
+    with closing(LocalEpisode(deployment, skill, seed, reset)) as episode:
+        while len(episode.trace.packed) < most_ticks and not episode.succeeded and episode.act():
+            pass
+        episode.trace.succeeded = episode.succeeded
+        return episode.trace
 
 
 def _hold(episode: EpisodeTrace, backend: RobosuiteBackend, ticks: int) -> None:
@@ -85,11 +121,6 @@ def _execute(episode: EpisodeTrace, backend: RobosuiteBackend, rows: Iterable[An
         vector = np.array(row, dtype=np.float32)
         episode.packed.append(vector.tobytes())
         backend.env.step(vector)  # turns the base's numbers in place: ours to lose
-
-
-def _has_succeeded(backend: RobosuiteBackend) -> bool:
-    task = backend.task()
-    return task is not None and task.success
 
 
 def _make_policy(skill: SkillManifest) -> Policy:

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from fairlead.deploy.deployment import EXTERNAL, Deployment
 from fairlead.deploy.hosts import ROUTER
+from fairlead.deploy.scheduling import realtime_words
 from fairlead.errors import ConfigError
 from fairlead.paths import gate_binary, gate_config
 from fairlead.plugins import HALS
@@ -32,13 +33,16 @@ def service_command(
 
     Raises:
         ConfigError: if the gate is not built or its file not compiled; for a HAL that no installed
-            package has, or that somebody else starts.
+            package has, or that somebody else starts; for a real-time priority that the system does
+            not permit.
     """
     if service == ROUTER and deployment.router is not None:
         return [sys.executable, "-m", "fairlead_tools.cli.main", "router", str(deployment_file)]
+    first = realtime_words(service, deployment.services[service].realtime_priority)
     if _is_gate(deployment, service):
-        return _gate_command(deployment, service, state_dir)
+        return [*first, *_gate_command(deployment, service, state_dir)]
     return [
+        *first,
         *_program(deployment, service),
         "--deployment", str(deployment_file),
         "--service", service,
