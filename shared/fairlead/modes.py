@@ -25,7 +25,7 @@ class ControlMode(IntEnum):
     BODY_TWIST = 7  # xyz [m/s], xyz [rad/s], in base_link
     FOOT_PLACEMENT = 8  # no checker yet: refused by name
     GRIPPER_BINARY = 9  # 0 open, 1 closed
-    GRIPPER_POSITION = 10  # total opening [m]
+    GRIPPER_POSITION = 10  # total opening [m], or the angle of a joint that turns [rad]
     DEX_HAND_JOINT = 11  # rad or m
     COMPOSITE_MODE = 12  # [-1, 1], a simulator controller's own switch
 

@@ -10,7 +10,7 @@ from tests.repo.tree import ROOT, python_files, tree
 
 CODE = ("shared/", "services/", "bench/")
 # Called by name from outside: by the framework that the decorator hands them to.
-HANDED_ON = re.compile(r"validator|command|callback|register")
+HANDED_ON = re.compile(r"validator|serializer|command|callback|register")
 USED_ELSEWHERE = {
     "reward",  # robosuite asks every environment for it
 }

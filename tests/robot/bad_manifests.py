@@ -39,10 +39,10 @@ BAD: dict[str, tuple[Change, str]] = {
         "part 'arm': gripper_binary: expected exactly one joint, with position limits, got "
         "['panda_joint1', 'panda_joint2',",
     ),
-    "a jaw that turns, told openings": (
+    "a jaw that turns, with limits in m": (
         turning_jaw,
-        "part 'gripper': gripper_position: expected a joint that slides, openings are in m, got "
-        "'panda_gripper', which is revolute (for one that turns: joint_position)",
+        "part 'gripper': gripper_position: expected limits in rad, as 'panda_gripper' is revolute, "
+        "got lower_m",
     ),
     "home beyond a limit": (
         put("home.positions.panda_joint4", 0.1),
@@ -96,7 +96,11 @@ BAD: dict[str, tuple[Change, str]] = {
     ),
     "no slip": (
         drop(f"{GRIPPER}.gripper_position.slip_limit_m"),
-        "parts.gripper.gripper_position.slip_limit_m: is missing",
+        "parts.gripper.gripper_position: gripper_position: missing slip_limit_m",
+    ),
+    "an opening in m and rad": (
+        put(f"{GRIPPER}.gripper_position.upper_rad", 0.8),
+        "parts.gripper.gripper_position: gripper_position: upper_rad beside lower_m",
     ),
     "opening beyond the joint": (
         put(f"{GRIPPER}.gripper_position.upper_m", 0.09),

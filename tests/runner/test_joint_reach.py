@@ -104,41 +104,17 @@ def test_a_state_of_another_size_is_refused() -> None:
     ("options", "text"),
     [
         ({}, "1 problem(s):\n  target_rad: is missing"),
-        ({**OPTIONS, "opening_m": 0.1},
-         "1 problem(s):\n  opening_m: Input should be less than or equal to 0.08, got 0.1"),
         ({**OPTIONS, "target_rad": [0.0] * 6},
-         "expected target_rad of 7 and opening_m, got 6 and opening_m 0.02"),
-        ({"target_rad": [0.0] * 7},
-         "expected target_rad of 7 and opening_m, got 7 and opening_m None"),
+         "expected target_rad of 7 joints, panda_joint1, panda_joint2, panda_joint3, panda_joint4, "
+         "panda_joint5, panda_joint6, panda_joint7, got 6"),
+        ({**OPTIONS, "opening_rad": 0.1},
+         "expected opening_m or opening_rad, and a slot of gripper_position behind the arm's; or "
+         "none, got [0.02, 0.1] and slots ['gripper_position']"),
     ],
 )  # fmt: skip
 def test_options_that_do_not_fit_are_named(options: dict[str, Any], text: str) -> None:
     with pytest.raises(ConfigError) as caught:
         JointReachPolicy.from_options(SKILL, options)
-    assert str(caught.value) == f"joint_reach policy: {text}"
-
-
-def test_a_skill_of_another_layout_is_refused() -> None:
-    with pytest.raises(ConfigError) as caught:
-        JointReachPolicy.from_options(TWELVE_WIDE, OPTIONS)
-    assert str(caught.value) == "joint_reach policy: expected layout libero, got mobile_pick_30d"
-
-
-@pytest.mark.parametrize(
-    ("change", "text"),
-    [
-        (
-            {"target_rad": [0.0] * 5},
-            "expected a state and an action of 5, as target_rad, got 6 and 6",
-        ),
-        ({"opening_m": 0.02}, "expected layout libero with opening_m, got joints alone"),
-    ],
-)
-def test_joints_alone_have_one_target_each_and_no_opening(
-    change: dict[str, Any], text: str
-) -> None:
-    with pytest.raises(ConfigError) as caught:
-        JointReachPolicy.from_options(SIX, {**SIX.policy.options, **change})
     assert str(caught.value) == f"joint_reach policy: {text}"
 
 
@@ -150,3 +126,38 @@ def test_joints_alone_are_there_when_each_is_near_its_target() -> None:
     assert np.abs(rows[0] - target).max() <= 0.031
     there = reaching.infer(Observation(2, target - 0.029, ""))
     assert there == Done("every joint is within 0.03 rad of the target")
+
+
+def test_a_skill_that_does_not_command_joint_positions_is_refused() -> None:
+    with pytest.raises(ConfigError) as caught:
+        JointReachPolicy.from_options(TWELVE_WIDE, OPTIONS)
+    assert str(caught.value) == (
+        "joint_reach policy: expected a first slot of joint_position, got slot [0, 5] "
+        "cartesian_delta"
+    )
+
+
+def test_an_arm_of_six_joints_and_a_turning_gripper_are_reached_without_a_layout() -> None:
+    names = [f"j{number}" for number in range(6)]
+    skill = type(SKILL).model_validate(
+        SKILL.model_dump()
+        | {
+            "state_contract": {
+                "dim": 7,
+                "joints": [{"names": [*names, "jaw"], "quantity": "position", "unit": "rad"}],
+            },
+            "action_contract": {
+                "dim": 7,
+                "slots": [
+                    {"range": [0, 5], "control_mode": "joint_position", "joint_names": names},
+                    {"range": [6, 6], "control_mode": "gripper_position", "ee": "hand",
+                     "scale": 0.4, "offset": 0.4},
+                ],
+            },
+        }
+    )  # fmt: skip
+    target = [0.1, -0.1, 0.2, -0.2, 0.3, -0.3]
+    options: dict[str, Any] = {"target_rad": target, "opening_rad": 0.6}
+    reaching = JointReachPolicy.from_options(skill, options)
+    rows = rows_of(reaching, Observation(1, np.append(np.array(target) + 0.031, 0.0), ""))
+    np.testing.assert_allclose(rows[-1], [*target, 0.5], atol=1e-6)

@@ -57,7 +57,10 @@ def expected_refusal(layout: str, dim: int, data: dict[str, Any]) -> str:
     given_joints = len(data.get("joint_names", ()))
     if given_joints and given_joints != {"libero": 7, "aloha": 14}.get(layout, 0):
         wanted = {"libero": 7, "aloha": 14}.get(layout, 0)
-        problems.append(f"joint_names: expected {wanted} for layout {layout}, got {given_joints}")
+        other = "; joints in any number: state_contract.joints" if wanted else ""
+        problems.append(
+            f"joint_names: expected {wanted} for layout {layout}, got {given_joints}{other}"
+        )
     if layout in ("aloha", "base_pose_6d") and data.get("gripper_qpos_joints"):
         problems.append(f"gripper_qpos_joints: layout {layout} reads none")
     problems += [

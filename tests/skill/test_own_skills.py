@@ -22,7 +22,7 @@ from fairlead.skill.manifest import find_skill, load_skill, read_skill, skill_id
 from fairlead.skill.python_policy import check_python_policy
 from fairlead_skill_runner.policy_worker import PolicyWorker
 from fairlead_tools.skills.install import install_skill
-from fairlead_tools.skills.skeleton import skill_skeleton
+from fairlead_tools.skills.skeleton import ARM_MODES, skill_skeleton
 from tests.cli.command import fairlead_here as fairlead
 
 OPTIONS = {"file": "policy.py", "class": "Policy"}
@@ -36,10 +36,10 @@ def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return folder
 
 
-def written(folder: Path, robot: str = "panda_mobile") -> Path:
+def written(folder: Path, robot: str = "panda_mobile", mode: str = "") -> Path:
     """A skeleton in ``folder``, as `skill new` writes it."""
     folder.mkdir(parents=True)
-    for file, text in skill_skeleton(folder.name, load_robot(robot)).items():
+    for file, text in skill_skeleton(folder.name, load_robot(robot), mode).items():
         (folder / file).write_text(text, encoding="utf-8")
     return folder
 
@@ -50,10 +50,18 @@ def edit(path: Path, old: str, new: str) -> None:
     path.write_text(text.replace(old, new), encoding="utf-8")
 
 
+@pytest.mark.parametrize("mode", ["", *ARM_MODES])
 @pytest.mark.parametrize("robot", ["panda_mobile", "panda"])
-def test_a_new_skill_is_admitted_on_its_robot(robot: str, tmp_path: Path) -> None:
-    skill = read_skill(written(tmp_path / "mine", robot))
-    assert admission_problems(skill, load_robot(robot)) == []
+def test_a_new_skill_is_admitted_on_its_robot(robot: str, mode: str, tmp_path: Path) -> None:
+    loaded = load_robot(robot)
+    if mode and mode not in loaded.part("arm").modes:
+        with pytest.raises(ConfigError, match=f"expected an arm that takes {mode}, got"):
+            skill_skeleton("mine", loaded, mode)
+        return
+    skill = read_skill(written(tmp_path / "mine", robot, mode))
+    assert admission_problems(skill, loaded) == []
+    (slot,) = skill.action_contract.slots
+    assert slot.control_mode in ([mode] if mode else ARM_MODES)
 
 
 def test_a_new_skill_sees_an_arm_of_any_number_of_joints() -> None:
@@ -88,8 +96,8 @@ def test_a_robot_without_an_arm_is_refused_with_what_its_parts_take() -> None:
     with pytest.raises(ConfigError) as caught:
         skill_skeleton("mine", panda.model_copy(update={"parts": (panda.part("gripper"),)}))
     assert str(caught.value) == (
-        "skill new: robot panda: expected an arm that takes cartesian_delta or joint_velocity, "
-        "got gripper takes gripper_position"
+        "skill new: robot panda: expected an arm that takes cartesian_delta or joint_velocity or "
+        "joint_position, got gripper takes gripper_position"
     )
 
 

@@ -130,11 +130,11 @@ def test_every_mode_that_can_be_routed_to_has_an_accepting_case() -> None:
         (
             CARTESIAN | {"joint_names": ["x"], "axes": [0]},
             "slot [0, 5] cartesian_delta: joint_names: not allowed with cartesian_delta\n"
-            "slot [0, 5] cartesian_delta: axes: not allowed with cartesian_delta",
+            "slot [0, 5] cartesian_delta: width: expected 1 dimension(s), one per axis, got 6",
         ),
         (
             CARTESIAN | {"range": [0, 4]},
-            "slot [0, 4] cartesian_delta: width: expected 6 dimension(s), got 5",
+            "slot [0, 4] cartesian_delta: width: expected 6 dimension(s), or axes, got 5",
         ),
         (
             POSE | {"range": [0, 5]},

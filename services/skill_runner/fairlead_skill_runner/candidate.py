@@ -8,10 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import msgspec
 import numpy as np
 
 from fairlead.errors import ConfigError, expected
-from fairlead.messages import ActionChunk, ActionPart, FloatArray, encode, pack_floats
+from fairlead.messages import ActionChunk, ActionPart, FloatArray, encode, floats, pack_floats
 from fairlead.policy import Actions
 from fairlead.skill.routes import Route
 from fairlead_skill_runner.chunk_tracker import SentChunk
@@ -21,7 +22,12 @@ from fairlead_skill_runner.run_setup import RunSetup
 
 
 def candidate(
-    setup: RunSetup, seq: int, asked: TimedObservation, actions: Actions, now_tick: int
+    setup: RunSetup,
+    seq: int,
+    asked: TimedObservation,
+    actions: Actions,
+    now_tick: int,
+    positions: FloatArray,
 ) -> SentChunk:
     """The chunk of all parts for one answer of the policy, encoded once.
 
@@ -33,6 +39,7 @@ def candidate(
         asked: the observation the policy answered; its tick is the first row's.
         actions: float32 ``[H, dim]``, the policy's answer.
         now_tick: the newest tick, from which the gate's verdict is awaited.
+        positions: of the measured joints in that tick, in wire order [rad or m].
 
     Raises:
         ConfigError: if ``actions`` is not as wide as the skill's action contract.
@@ -52,16 +59,34 @@ def candidate(
         oldest_tick=asked.oldest_tick,
         start_tick=tick,
         horizon=horizon,
-        parts=control_rows(
-            dispatch(setup.routes, actions, setup.skill.action_contract.dim),
-            [route.width for route in setup.routes],
-            setup.periods,
-            setup.skill.between,
-            horizon,
+        parts=_completed(
+            setup,
+            control_rows(
+                dispatch(setup.routes, actions, setup.skill.action_contract.dim),
+                [route.width for route in setup.routes],
+                setup.periods,
+                setup.skill.between,
+                horizon,
+            ),
+            positions,
         ),
         trace=setup.trace_of(seq),
     )
     return SentChunk(seq, tick, horizon, now_tick, encode(message))
+
+
+def _completed(
+    setup: RunSetup, parts: tuple[ActionPart, ...], positions: FloatArray
+) -> tuple[ActionPart, ...]:
+    """Rows of tools with free axes, these filled in."""
+    made = []
+    for part in parts:
+        free = setup.free_axes.get(part.part)
+        if free is not None:
+            rows = free.completed(floats(part.values, 6), positions)
+            part = msgspec.structs.replace(part, values=pack_floats(rows))
+        made.append(part)
+    return tuple(made)
 
 
 def dispatch(routes: Sequence[Route], actions: Actions, dim: int) -> tuple[ActionPart, ...]:

@@ -154,7 +154,14 @@ class GoalRun:
             if claim.session != hal.session:
                 return results.new_session(hal.session, claim.session)
             setup = RunSetup.of(
-                around.source, self.goal_id, self._goal, self.skill, routes, hal, claim
+                around.source,
+                self.goal_id,
+                self._goal,
+                self.skill,
+                routes,
+                hal,
+                claim,
+                self._admission.robot,
             )
             result = await self._follow(setup, trace)
             lost = result.kind == "claim_lost"

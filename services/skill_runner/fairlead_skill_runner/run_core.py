@@ -14,6 +14,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from fairlead.errors import PolicyError
 from fairlead.messages import (
     GoalResult,
@@ -26,6 +28,7 @@ from fairlead.messages import (
     Outcome,
     TaskState,
     Verdict,
+    floats,
 )
 from fairlead.operate.claim_watch import ClaimWatch
 from fairlead.policy import Actions, Done, Failed, Observation
@@ -90,6 +93,7 @@ class RunCore:
             lockstep=setup.lockstep, rate_hz=setup.skill.rate_hz * setup.periods
         )
         self._feedback = GateFeedback(setup.routes)
+        self._positions = np.zeros(0)  # of the measured joints in the newest tick
         self._anchor_tick = 0  # the first before which this goal's parts held: no older rows act
 
     def is_over(self) -> bool:
@@ -109,7 +113,7 @@ class RunCore:
         if self.result or joints.session != self.setup.session or joints.tick < self.tick:
             return []
         repeated = joints.tick == self.tick
-        self.tick = joints.tick
+        self.tick, self._positions = joints.tick, floats(joints.positions)
         self._feedback.on_joints(joints)
         if not self._anchor_tick and self._feedback.all_held(self.tick):
             self._anchor_tick = self.tick
@@ -197,7 +201,9 @@ class RunCore:
             return self._end(results.policy_error(answer))
         if isinstance(answer, Done | Failed):
             return self._end(results.by_policy(answer))
-        chunk = candidate(self.setup, self._chunks.next_seq, asked, answer, self.tick)
+        chunk = candidate(
+            self.setup, self._chunks.next_seq, asked, answer, self.tick, self._positions
+        )
         self._chunks.sent(chunk)
         self._schedule.sent(chunk, self.tick)
         return [SendChunk(chunk.payload), *self._advance(now_s)]

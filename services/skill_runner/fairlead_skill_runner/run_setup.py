@@ -8,8 +8,10 @@ from dataclasses import dataclass, field
 from hashlib import sha256
 
 from fairlead.messages import NO_TRACE, ClaimReply, Goal, HalStatus
+from fairlead.robot.manifest import RobotManifest
 from fairlead.skill.manifest import SkillManifest
 from fairlead.skill.routes import Route
+from fairlead_skill_runner.free_axes import FreeAxes, free_axes
 
 
 @dataclass(frozen=True)
@@ -23,6 +25,7 @@ class RunSetup:
         has_task: whether the simulator's own check decides about success.
         periods: control periods for one row of the policy.
         camera_periods: ticks between frames, by camera.
+        free_axes: by part, how a tool's free axes are filled in.
         trace_id: W3C trace id of the goal, 16 bytes; zeros: not traced.
     """
 
@@ -41,6 +44,7 @@ class RunSetup:
     epoch: int
     periods: int = 1
     camera_periods: Mapping[str, int] = field(default_factory=dict)
+    free_axes: Mapping[int, FreeAxes] = field(default_factory=dict)
     trace_id: bytes = NO_TRACE[:16]
 
     def trace_of(self, seq: int) -> bytes:
@@ -59,6 +63,7 @@ class RunSetup:
         routes: tuple[Route, ...],
         hal: HalStatus,
         claim: ClaimReply,
+        robot: RobotManifest,
     ) -> RunSetup:
         """Put together what the goal, the manifest, the HAL and the gate have said."""
         return cls(
@@ -75,6 +80,7 @@ class RunSetup:
             has_task=hal.has_task and skill.decided_by == "task",
             claim_id=claim.claim_id,
             epoch=claim.epoch,
+            free_axes=free_axes(routes, robot),
             periods=skill.control_periods(hal.period_ns) or 1,
             trace_id=secrets.token_bytes(16),
             camera_periods={camera.name: camera.period_ticks for camera in hal.cameras},

@@ -7,6 +7,7 @@ import pinocchio as pin
 
 from fairlead.errors import ConfigError, expected
 from fairlead.messages import FloatArray
+from fairlead.robot.description import description_tree
 from fairlead.robot.manifest import RobotManifest
 from fairlead_state_assembler.pose_decoding import SE3
 
@@ -55,6 +56,8 @@ class ForwardKinematics:
             angles = positions[self._turning_sources]
             self._q[self._turning] = np.cos(angles)
             self._q[[column + 1 for column in self._turning]] = np.sin(angles)
+        for column, source, multiplier, offset in self._mimics:
+            self._q[column] = multiplier * positions[source] + offset
         pin.framesForwardKinematics(self._model, self._data, self._q)
         placements = self._data.oMf
         return [placements[index] for index in self._ids]
@@ -69,7 +72,16 @@ class ForwardKinematics:
         self._sources: list[int] = []
         self._turning: list[int] = []
         self._turning_sources: list[int] = []
+        self._mimics: list[tuple[int, int, float, float]] = []
+        told = (link.mimic for link in description_tree(robot).links if link.mimic)
+        mimics = {mimic.name: mimic for mimic in told}
         for name in list(self._model.names)[1:]:
+            mimic = mimics.get(name)
+            if mimic is not None:
+                column = self._model.joints[self._model.getJointId(name)].idx_q
+                source = measured.index(mimic.joint)
+                self._mimics.append((column, source, mimic.multiplier, mimic.offset))
+                continue
             if name not in measured:
                 raise ConfigError(
                     expected(

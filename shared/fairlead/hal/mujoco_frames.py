@@ -100,6 +100,7 @@ class MujocoFrames:
                 f"{who}: simulator.frames in robot.yaml: missing {', '.join(missing)}; each link "
                 "that a joint moves and each tool's frame is compared with a body or a site"
             )
+        self._compared = [name for name in known if name not in description_tree(robot).coupled]
         self.frames = {name: find_frame(model, robot, name, who) for name in known}
         self._addresses = {
             joint.name: [_address(model, name, joint.name, who) for name in names]
@@ -118,14 +119,14 @@ class MujocoFrames:
         )
 
     def frame_poses(self, positions: FloatArray | None) -> Sequence[FramePose]:
-        """As `FrameModel.frame_poses`."""
+        """As `FrameModel.frame_poses`; what a linkage drives is told by no joint, and left out."""
         self._copy.qpos[:] = self._live.qpos
         if positions is not None:
             for addresses, position in zip(self._addresses.values(), positions, strict=True):
                 if len(addresses) == 1:  # a gripper's opening is told by its fingers
                     self._copy.qpos[addresses] = position
         mujoco.mj_kinematics(self._model, self._copy)
-        return [self._pose(name, frame) for name, frame in self.frames.items()]
+        return [self._pose(name, self.frames[name]) for name in self._compared]
 
     def _pose(self, name: str, frame: Frame) -> FramePose:
         data, base, rotation_wxyz = self._copy, self.base, np.zeros(4)

@@ -39,7 +39,7 @@ def command_range(
         return np.array([*box.lower_m, *[-1.0] * 4]), np.array([*box.upper_m, *[1.0] * 4])
     if mode is ControlMode.GRIPPER_POSITION and limits.gripper_position is not None:
         grip = limits.gripper_position
-        return np.array([grip.lower_m]), np.array([grip.upper_m])
+        return np.array([grip.lower]), np.array([grip.upper])
     if mode is ControlMode.GRIPPER_BINARY:
         return np.zeros(1), np.ones(1)
     upper = _largest(joints, mode, limits)

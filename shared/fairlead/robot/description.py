@@ -3,9 +3,6 @@
 Each link but the root hangs on its parent by a fixed placement, ``translation`` and then
 ``rotation_xyzw``, followed by the motion of one measured joint along or about ``axis``
 (none where it is fixed). Parents come before their children.
-
-What a description and a manifest both say of a joint has to agree. A description's limits are the
-maker's. A manifest may be tighter; where it is wider one of the two is wrong, often by its unit.
 """
 
 from __future__ import annotations
@@ -13,11 +10,11 @@ from __future__ import annotations
 import math
 import xml.etree.ElementTree as ET
 from collections import Counter
-from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 
 from fairlead.errors import ConfigError, expected
-from fairlead.robot.joint import Joint
+from fairlead.robot.description_limits import check_description_limits, number
 from fairlead.robot.manifest import RobotManifest
 
 Vector = tuple[float, float, float]
@@ -29,12 +26,31 @@ _MOVING = ("revolute", "continuous", "prismatic")
 
 
 @dataclass(frozen=True)
+class Mimic:
+    """How a link moves that a linkage drives: position = multiplier * ``joint``'s + offset.
+
+    Attributes:
+        name: of its own joint, which nothing measures.
+        joint: a measured joint.
+        kind: of its own motion: ``revolute`` or ``prismatic``.
+    """
+
+    name: str
+    joint: str
+    multiplier: float
+    offset: float
+    kind: str
+
+
+@dataclass(frozen=True)
 class Link:
     """One link and how it hangs on its parent.
 
     Attributes:
         joint: name of the measured joint that moves it, None where it is fixed.
         kind: ``fixed``, ``revolute``, ``continuous`` or ``prismatic``.
+        mimic: of a joint that nothing measures and that mimics another; for the gate, whose
+            capsules cover wherever such a link can be, it is fixed.
         axis: unit vector in the link's own frame.
         translation: of the link's frame at joint position 0, in the parent's frame [m].
         rotation_xyzw: likewise, a unit quaternion.
@@ -47,6 +63,7 @@ class Link:
     axis: Vector
     translation: Vector
     rotation_xyzw: Quaternion
+    mimic: Mimic | None = None
 
 
 @dataclass(frozen=True)
@@ -60,6 +77,15 @@ class DescriptionTree:
     def frames(self) -> tuple[str, ...]:
         """The root and every link."""
         return (self.root, *(link.name for link in self.links))
+
+    @cached_property
+    def coupled(self) -> frozenset[str]:
+        """Links that mimic joints move, and all that these carry."""
+        found: set[str] = set()
+        for link in self.links:
+            if link.mimic is not None or link.parent in found:
+                found.add(link.name)
+        return frozenset(found)
 
 
 def description_tree(robot: RobotManifest) -> DescriptionTree:
@@ -87,7 +113,27 @@ def description_tree(robot: RobotManifest) -> DescriptionTree:
         lost = children - {link.name for link in links}
         raise ConfigError(f"{path}: links that do not hang on the root: {sorted(lost)}")
     check_description_limits(robot, document, path)
-    return DescriptionTree(robot.base_frame, links)
+    tree = DescriptionTree(robot.base_frame, links)
+    _check_coupled(robot, tree, path)
+    return tree
+
+
+def _check_coupled(robot: RobotManifest, tree: DescriptionTree, path: str) -> None:
+    """What a mimic joint carries has no place of its own in the gate."""
+    moving = [link.joint for link in tree.links if link.joint]
+    for link in tree.links:
+        if link.mimic is not None and link.mimic.joint not in moving:
+            who = f"{path}: what moves link {link.name!r} mimics"
+            raise ConfigError(expected(who, "a joint that moves a link", link.mimic.joint, moving))
+    named = {
+        f"end effector {tool.name!r}: tool_frame": tool.tool_frame for tool in robot.end_effectors
+    }
+    named |= {f"joint {link.joint!r}: child": link.name for link in tree.links if link.joint}
+    for what, name in named.items():
+        if name in tree.coupled:
+            raise ConfigError(
+                f"{path}: {what}: expected no link that a mimic joint moves, got {name!r}"
+            )
 
 
 def _names(document: ET.Element, tag: str) -> list[str]:
@@ -123,8 +169,10 @@ def _link(joint: ET.Element, robot: RobotManifest, path: str) -> Link:
     who = f"{path}: joint {name!r}"
     if kind not in (*_MOVING, "fixed"):
         raise ConfigError(expected(who, "a type", repr(kind), (*_MOVING, "fixed")))
-    if kind != "fixed":
+    mimic = None if kind == "fixed" else _mimic(joint, kind, robot, who)
+    if kind != "fixed" and mimic is None:
         _check_measured(name, kind, robot, who)
+    moves = kind != "fixed" and mimic is None
     parent, child = (joint.find(tag) for tag in ("parent", "child"))
     if parent is None or child is None:
         raise ConfigError(f"{who}: expected a parent and a child link")
@@ -132,12 +180,32 @@ def _link(joint: ET.Element, robot: RobotManifest, path: str) -> Link:
     return Link(
         name=child.get("link", ""),
         parent=parent.get("link", ""),
-        joint=None if kind == "fixed" else name,
-        kind=kind,
+        joint=name if moves else None,
+        kind=kind if moves else "fixed",
         axis=_axis(_vector(axis, "xyz", "1 0 0", who), kind, who),
         translation=_vector(origin, "xyz", "0 0 0", who),
         rotation_xyzw=_quaternion(_vector(origin, "rpy", "0 0 0", who)),
+        mimic=mimic,
     )
+
+
+def _mimic(joint: ET.Element, kind: str, robot: RobotManifest, who: str) -> Mimic | None:
+    """What an unmeasured joint mimics; one that is measured needs no telling."""
+    entry = joint.find("mimic")
+    if entry is None or joint.get("name", "") in robot.measured_joint_names:
+        return None
+    if kind == "continuous":
+        raise ConfigError(expected(f"{who}: type of a mimic joint", "revolute or prismatic", kind))
+    source, valid = entry.get("joint", ""), robot.measured_joint_names
+    if source not in valid:
+        raise ConfigError(
+            expected(f"{who}: mimic", "a joint the robot measures", repr(source), valid)
+        )
+    multiplier, offset = (
+        number(entry.get(name, default), f"{who}: mimic: {name}")
+        for name, default in (("multiplier", "1"), ("offset", "0"))
+    )
+    return Mimic(joint.get("name", ""), source, multiplier, offset, kind)
 
 
 def _check_measured(name: str, kind: str, robot: RobotManifest, who: str) -> None:
@@ -189,67 +257,3 @@ def _quaternion(rpy: Vector) -> Quaternion:
 
 def _rounded(value: float) -> float:
     return round(value, _DIGITS) + 0.0  # never -0.0
-
-
-_PLACED_BY_ITSELF = ("base", "gripper")
-"""Roles of joints that need not be in the tree: zones bound a base, a gripper's is an opening."""
-
-
-def check_description_limits(robot: RobotManifest, document: ET.Element, path: str) -> None:
-    """Compare the joints of ``robot`` with those of its description.
-
-    Args:
-        document: the root element of the description.
-        path: the file, as errors call it.
-
-    Raises:
-        ConfigError: a joint of an arm, a hand, a head or a torso that moves no link; a joint that
-            is commanded and mimics another; a limit that the manifest exceeds.
-    """
-    described = {joint.get("name", ""): joint for joint in document.findall("joint")}
-    for joint in (*robot.joints, *robot.passive_joints):
-        who = f"{path}: joint {joint.name!r}"
-        entry = described.get(joint.name)
-        moves = entry is not None and entry.get("type") != "fixed"
-        if not moves and joint.role not in _PLACED_BY_ITSELF:
-            got = "none" if entry is None else "a fixed one"
-            raise ConfigError(
-                expected(who, f"one that moves a link, as its role {joint.role}", got)
-            )
-        if entry is None:
-            continue
-        if joint.type == "continuous" and entry.get("type") != "continuous":
-            raise ConfigError(
-                expected(f"{who}: type", "continuous, as in robot.yaml", repr(entry.get("type")))
-            )
-        if entry.find("mimic") is not None and joint in robot.joints:
-            raise ConfigError(f"{who}: robot.yaml commands it, and it mimics another joint")
-        for name, described_as, told in _pairs(joint, entry.find("limit"), who):
-            if (told < described_as) if name == "lower" else (told > described_as):
-                raise ConfigError(
-                    f"{who}: expected {name} in robot.yaml within the description's, "
-                    f"{described_as:g}, got {told:g}"
-                )
-
-
-def _pairs(joint: Joint, limit: ET.Element | None, who: str) -> Iterator[tuple[str, float, float]]:
-    """Name, the description's number and the manifest's."""
-    if limit is None:
-        return
-    told = {"velocity": joint.velocity_limit, "effort": joint.effort_limit}
-    if joint.has_bounds:
-        told |= {"lower": joint.lower, "upper": joint.upper}
-    for name, value in told.items():
-        text = limit.get(name)
-        if text is not None:
-            yield name, _number(text, f"{who}: limit {name}"), value
-
-
-def _number(text: str, who: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise ConfigError(expected(who, "a number", repr(text)))
-    return value

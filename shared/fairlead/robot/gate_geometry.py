@@ -11,8 +11,10 @@ from fairlead.robot.manifest import RobotManifest
 from fairlead.robot.surroundings import BaseSurroundings, SelfCollision, Volume, Workspace
 
 
-def is_swept(robot: RobotManifest, link: Link) -> bool:
+def is_swept(robot: RobotManifest, tree: DescriptionTree, link: Link) -> bool:
     """Whether a link is a finger that no command moves by itself: part of what carries it."""
+    if link.name in tree.coupled:
+        return True
     passive = link.joint in robot.passive_joint_names
     return passive and robot.joint(link.joint or "").role == "gripper"
 
@@ -29,7 +31,7 @@ def check_bare_links(
         ConfigError: naming each link that is bare without a declaration, declared and not bare,
             or declared and no link.
     """
-    swept = {link.name for link in tree.links if is_swept(robot, link)}
+    swept = {link.name for link in tree.links if is_swept(robot, tree, link)}
     bare = [name for name in tree.frames if name not in covered and name not in swept]
     declared = robot.no_collision_geometry
     missing = [name for name in bare if name not in declared]

@@ -41,9 +41,12 @@ def link_poses(tree: DescriptionTree, positions: Mapping[str, FloatArray]) -> di
     poses = {tree.root: still}
     for link in tree.links:
         placed = poses[link.parent].then(*placement(link))
-        poses[link.name] = (
-            placed.then(*motion(link, positions[link.joint])) if link.joint else placed
-        )
+        if link.joint:
+            placed = placed.then(*motion(link, positions[link.joint]))
+        elif link.mimic is not None:
+            told = link.mimic.multiplier * positions[link.mimic.joint] + link.mimic.offset
+            placed = placed.then(*motion(link, told))
+        poses[link.name] = placed
     return poses
 
 
@@ -79,7 +82,8 @@ def rotation_matrix(quaternion_xyzw: FloatArray) -> FloatArray:
 def motion(link: Link, positions: FloatArray) -> tuple[FloatArray, FloatArray]:
     """What a joint adds to its placement at positions ``[n]``: ``[n, 3, 3]`` and ``[n, 3]``."""
     axis = np.array(link.axis)
-    if link.kind == "prismatic":
+    kind = link.kind if link.mimic is None else link.mimic.kind
+    if kind == "prismatic":
         still = np.broadcast_to(np.eye(3), (len(positions), 3, 3))
         return still, positions[:, None] * axis
     across = _cross(axis)

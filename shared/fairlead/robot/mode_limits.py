@@ -13,7 +13,9 @@ from pydantic import (
     BaseModel,
     ConfigDict,
     Field,
+    SerializerFunctionWrapHandler,
     field_validator,
+    model_serializer,
     model_validator,
 )
 
@@ -175,26 +177,63 @@ class GripperBinaryMode(SafetyBlock):
 
 
 class GripperPositionMode(SafetyBlock):
-    """Total opening and its largest change per row.
+    """What a gripper's joint is told, from end to end, and its largest change per row.
 
-    slip_limit_m: opening that the gripper may lose on what it holds; null declares that losing
-    an object is no stop.
+    All in m for a joint that slides (its total opening), all in rad for one that turns.
+
+    slip_limit: how far a gripper may go on that holds something; null declares that losing an
+    object is no stop.
     """
 
-    lower_m: Finite
-    upper_m: Finite
-    step_limit_m: Positive
-    slip_limit_m: Positive | None
+    lower_m: Finite | None = None
+    upper_m: Finite | None = None
+    step_limit_m: Positive | None = None
+    slip_limit_m: Positive | None = None
+    lower_rad: Finite | None = None
+    upper_rad: Finite | None = None
+    step_limit_rad: Positive | None = None
+    slip_limit_rad: Positive | None = None
     source: str
 
     @model_validator(mode="after")
-    def _ordered(self) -> GripperPositionMode:
-        if self.lower_m >= self.upper_m:
+    def _is_complete(self) -> GripperPositionMode:
+        unit, other = self.unit, {"m": "rad", "rad": "m"}[self.unit]
+        needed = [f"{name}_{unit}" for name in ("lower", "upper", "step_limit")]
+        missing = [name for name in needed if getattr(self, name) is None]
+        if f"slip_limit_{unit}" not in self.model_fields_set:
+            missing.append(f"slip_limit_{unit}")
+        if missing:
+            raise ValueError(f"gripper_position: missing {', '.join(missing)}")
+        mixed = [f"{name}_{other}" for name in ("lower", "upper", "step_limit", "slip_limit")]
+        mixed = [name for name in mixed if getattr(self, name) is not None]
+        if mixed:
+            raise ValueError(f"gripper_position: {', '.join(mixed)} beside lower_{unit}")
+        if self.lower >= self.upper:
             raise ValueError(
-                f"gripper_position: inverted limits, lower_m {self.lower_m} is not below "
-                f"upper_m {self.upper_m}"
+                f"gripper_position: inverted limits, lower_{unit} {self.lower} is not below "
+                f"upper_{unit} {self.upper}"
             )
         return self
+
+    @model_serializer(mode="wrap")
+    def _in_its_unit(self, dump: SerializerFunctionWrapHandler) -> dict[str, object]:
+        told: dict[str, object] = dump(self)
+        return {k: v for k, v in told.items() if k == "source" or k.endswith(f"_{self.unit}")}
+
+    @property
+    def unit(self) -> str:
+        """``m`` or ``rad``."""
+        return "m" if self.lower_rad is None else "rad"
+
+    @property
+    def lower(self) -> float:
+        """Lower end [m or rad]."""
+        return float(getattr(self, f"lower_{self.unit}"))
+
+    @property
+    def upper(self) -> float:
+        """Upper end [m or rad]."""
+        return float(getattr(self, f"upper_{self.unit}"))
 
 
 class CompositeMode(SafetyBlock):

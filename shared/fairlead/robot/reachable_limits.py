@@ -50,8 +50,8 @@ def told_beyond(joints: Sequence[Joint], part: Part, limits: PartSafety) -> Iter
                     )
     opening = limits.gripper_position
     if opening is not None:
-        stroke = opening.upper_m - opening.lower_m
-        for name in ("step_limit_m", "slip_limit_m"):
+        stroke = opening.upper - opening.lower
+        for name in (f"step_limit_{opening.unit}", f"slip_limit_{opening.unit}"):
             value = getattr(opening, name)
             if value is not None and value > stroke:
                 yield (

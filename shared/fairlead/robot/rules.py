@@ -91,14 +91,6 @@ def _gripper_problems(joints: Sequence[Joint], part: Part) -> Iterator[str]:
             f"part {part.name!r}: {', '.join(modes)}: expected exactly one joint, with position "
             f"limits, got {list(part.joints)}"
         )
-    if "gripper_position" in modes:
-        for joint in joints:
-            if joint.name in part.joints and joint.unit != "m":
-                yield (
-                    f"part {part.name!r}: gripper_position: expected a joint that slides, openings "
-                    f"are in m, got {joint.name!r}, which is {joint.type} (for one that turns: "
-                    "joint_position)"
-                )
 
 
 def _base_problems(joints: Sequence[Joint], base_joints: Sequence[str]) -> Iterator[str]:

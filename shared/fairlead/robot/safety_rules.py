@@ -121,11 +121,17 @@ def _opening_problems(joints: Sequence[Joint], part: Part, limits: PartSafety) -
     told = limits.gripper_position
     if told is None or len(mine) != 1:
         return
-    if told.lower_m < mine[0].lower or told.upper_m > mine[0].upper:
+    key, unit = f"part {part.name!r}: gripper_position", mine[0].unit
+    if told.unit != unit:
         yield (
-            f"part {part.name!r}: gripper_position: expected lower_m and upper_m inside the limits "
-            f"of {mine[0].name!r}, {mine[0].lower} and {mine[0].upper}, got {told.lower_m} and "
-            f"{told.upper_m}"
+            f"{key}: expected limits in {unit}, as {mine[0].name!r} is {mine[0].type}, got "
+            f"lower_{told.unit}"
+        )
+    elif told.lower < mine[0].lower or told.upper > mine[0].upper:
+        yield (
+            f"{key}: expected lower_{unit} and upper_{unit} inside the limits of "
+            f"{mine[0].name!r}, {mine[0].lower} and {mine[0].upper}, got {told.lower} and "
+            f"{told.upper}"
         )
 
 

@@ -49,6 +49,11 @@ class Route:
     active: tuple[int, ...]
     threshold: float | None = None
 
+    @property
+    def leaves_axes_free(self) -> bool:
+        """Whether a tool's delta names some of its axes only."""
+        return self.mode is ControlMode.CARTESIAN_DELTA and len(self.columns) < self.width
+
 
 def resolve_routes(contract: ActionContract, robot: RobotManifest) -> tuple[Route, ...]:
     """The routes of every slot that is not discarded, in part order.

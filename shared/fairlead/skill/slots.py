@@ -31,7 +31,7 @@ _GRIPPER = FieldRule(required=("ee",))
 
 FIELD_RULES: dict[ControlMode, FieldRule] = {
     ControlMode.CARTESIAN_POSE: _CARTESIAN,
-    ControlMode.CARTESIAN_DELTA: _CARTESIAN,
+    ControlMode.CARTESIAN_DELTA: FieldRule(required=("ee", "frame"), optional=("axes",)),
     ControlMode.CARTESIAN_TWIST: _CARTESIAN,
     ControlMode.JOINT_POSITION: _ANGLE,
     ControlMode.JOINT_VELOCITY: _ANGLE,
@@ -57,7 +57,9 @@ class Slot(BaseModel):
         ee: end effector of a cartesian or gripper mode.
         frame: frame the cartesian axes belong to.
         joint_names: joints of a joint mode, one per dimension, in the policy's order.
-        axes: body_twist narrower than 6: which of vx vy vz wx wy wz each dimension is.
+        axes: body_twist or cartesian_delta narrower than 6: which of x y z rx ry rz each
+            dimension is. A twist is 0 along the others; a delta leaves them to the arm: they get
+            the tool's motion that comes with the least motion of its joints.
         unit: of the policy's angles, ``deg`` for degrees or degrees per second; SI without it.
         scale, offset: value in the slot's unit = scale * output + offset; one number, or one per
             dimension.
@@ -190,11 +192,12 @@ def _width_problems(slot: Slot) -> list[str]:
     assert slot.mode is not None
     if slot.mode.is_joint_mode:
         return _name_problems(slot)
-    if slot.mode is ControlMode.BODY_TWIST and slot.axes is not None:
+    may_have_axes = "axes" in FIELD_RULES[slot.mode].optional
+    if may_have_axes and slot.axes is not None:
         return _axes_problems(slot)
     wanted = slot.mode.width(0)
     if slot.width != wanted:
-        hint = ", or axes" if slot.mode is ControlMode.BODY_TWIST else ""
+        hint = ", or axes" if may_have_axes else ""
         return [f"width: expected {wanted} dimension(s){hint}, got {slot.width}"]
     return []
 

@@ -142,7 +142,8 @@ def _unread(name: str, layout: Layout, bindings: StateContractBindings) -> list[
     problems = []
     wanted, named = len(layout.joint_names), len(bindings.joint_names)
     if named not in (0, wanted):
-        problems.append(f"joint_names: expected {wanted} for layout {name}, got {named}")
+        other = "" if not wanted else "; joints in any number: state_contract.joints"
+        problems.append(f"joint_names: expected {wanted} for layout {name}, got {named}{other}")
     reads_gripper = layout.gripper_qpos_joints or "gripper_qpos_joints" in layout.required
     if bindings.gripper_qpos_joints and not reads_gripper:
         problems.append(f"gripper_qpos_joints: layout {name} reads none")

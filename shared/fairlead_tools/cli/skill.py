@@ -9,7 +9,7 @@ import typer
 import yaml
 
 from fairlead.deploy.deployment import load_deployment
-from fairlead.errors import ConfigError
+from fairlead.errors import ConfigError, expected
 from fairlead.messages import HalStatus
 from fairlead.operate.client import RobotClient
 from fairlead.paths import user_skills_dir
@@ -32,7 +32,7 @@ from fairlead_tools.skills.checkpoint_stats import (
     read_checkpoint_stats,
 )
 from fairlead_tools.skills.install import install_skill, is_link_to
-from fairlead_tools.skills.skeleton import skill_skeleton
+from fairlead_tools.skills.skeleton import ARM_MODES, skill_skeleton
 
 SkillArgument = Annotated[
     str,
@@ -228,9 +228,15 @@ def _running(deployment: Path | None) -> HalStatus | None:
 def new_command(
     name: Annotated[str, typer.Argument(help="the skill's id, and the folder made here")],
     robot: RobotOption = "panda_mobile",
+    mode: Annotated[
+        str,
+        typer.Option(help=f"{', '.join(ARM_MODES)}; default: the first of these the arm takes"),
+    ] = "",
 ) -> None:
     """Write NAME/rskill.yaml and NAME/policy.py, a working skill to start from."""
-    files = skill_skeleton(name, load_robot(robot))
+    if mode and mode not in ARM_MODES:
+        raise ConfigError(expected("skill new: --mode", "a mode", repr(mode), ARM_MODES))
+    files = skill_skeleton(name, load_robot(robot), mode)
     folder = Path(name)
     if folder.exists():
         raise ConfigError(f"skill new: {folder} exists already; choose another name")

@@ -183,7 +183,8 @@ def _mode_units(mode: str, robot: RobotManifest, joints: list[str]) -> dict[str,
         angular = {f"angular_{name}": f"rad{per_second}" for name in names}
         return {**linear, **angular, "gain": "1"}
     if mode == "gripper_position":
-        return {"lower": "m", "upper": "m", "step_limit": "m", "slip_limit": "m"}
+        unit = robot.joint(joints[0]).unit
+        return dict.fromkeys(("lower", "upper", "step_limit", "slip_limit"), unit)
     if mode == "composite_mode":
         return {"step_limit": "1", "switching": ""}
     units_of_joints = dict.fromkeys(robot.joint(name).unit + per_second for name in joints)

@@ -232,6 +232,8 @@ class _Series:
         joint = tool.gripper_joint if tool is not None else None
         curve = self._measured.position(joint) if joint is not None else {}
         if mode is ControlMode.GRIPPER_POSITION:
+            if joint is not None and self._robot.joint(joint).unit == "rad":
+                return _Quantity("opening", "rad", "", lambda _, row: float(row[0]), curve)
             opening = {tick: 1e3 * value for tick, value in curve.items()}
             return _Quantity("opening", "mm", "", lambda _, row: 1e3 * float(row[0]), opening)
         if mode is ControlMode.GRIPPER_BINARY:

@@ -185,7 +185,7 @@ def _bodies(
     """The rigid body of each link, by its first link, and which joint joins two of them."""
     body, joined = {tree.root: tree.root}, {}
     for link in tree.links:
-        moves = link.joint is not None and not is_swept(robot, link)
+        moves = link.joint is not None and not is_swept(robot, tree, link)
         body[link.name] = link.name if moves else body[link.parent]
         if moves:
             joined[frozenset((link.name, body[link.parent]))] = f"joined by {link.joint}"

@@ -33,7 +33,7 @@ def with_swept_fingers(
     """
     geometry = {name: list(own.get(name, ())) for name in tree.frames}
     for link in reversed(tree.links):
-        if is_swept(robot, link):
+        if is_swept(robot, tree, link):
             carried = geometry.pop(link.name)
             geometry[link.parent] += [part for one in carried for part in _swept(robot, link, one)]
     return {name: pieces for name, pieces in geometry.items() if pieces}
@@ -41,18 +41,30 @@ def with_swept_fingers(
 
 def _swept(robot: RobotManifest, link: Link, piece: ConvexPart) -> list[ConvexPart]:
     """What covers a piece at every position of its joint, in the parent's frame."""
-    joint = robot.joint(link.joint or "")
-    if joint.type == "prismatic":
-        ends = _at(link, np.array([joint.lower, joint.upper]), piece.points)
+    if link.joint is None and link.mimic is None:
+        return [ConvexPart(_at(link, np.zeros(1), piece.points)[0], piece.radius)]
+    low, high = _range(robot, link)
+    if "prismatic" in (link.kind, link.mimic.kind if link.mimic else ""):
+        ends = _at(link, np.array([low, high]), piece.points)
         return [ConvexPart(np.concatenate(list(ends)), piece.radius)]
-    steps = max(2, int(np.ceil((joint.upper - joint.lower) / _TURN_STEP_RAD)) + 1)
-    turns = np.linspace(joint.lower, joint.upper, steps)
+    steps = max(2, int(np.ceil((high - low) / _TURN_STEP_RAD)) + 1)
+    turns = np.linspace(low, high, steps)
     # Between two positions a point bulges out of the chord by less than its sagitta.
     bulge = float(np.linalg.norm(piece.points, axis=1).max()) * (
         1 - np.cos((turns[1] - turns[0]) / 2)
     )
     placed = _at(link, turns, piece.points)
     return [ConvexPart(np.concatenate(pair), piece.radius + bulge) for pair in pairwise(placed)]
+
+
+def _range(robot: RobotManifest, link: Link) -> tuple[float, float]:
+    """Between which positions a finger's joint can be, measured or by what it mimics."""
+    if link.mimic is None:
+        joint = robot.joint(link.joint or "")
+        return joint.lower, joint.upper
+    source = robot.joint(link.mimic.joint)
+    ends = [link.mimic.multiplier * end + link.mimic.offset for end in (source.lower, source.upper)]
+    return min(ends), max(ends)
 
 
 def _at(link: Link, positions: FloatArray, points: FloatArray) -> list[FloatArray]:

@@ -154,8 +154,11 @@ class RobotShape:
         )
 
     def _with_fingers(self, link: str) -> list[str]:
-        fingers = (one for one in self.tree.links if is_swept(self.robot, one))
-        return [link, *(one.name for one in fingers if one.parent == link)]
+        found = [link]
+        for one in self.tree.links:
+            if one.parent in found and is_swept(self.robot, self.tree, one):
+                found.append(one.name)
+        return found
 
 
 def _capsule(link: str, fit: Fitted) -> Capsule:

@@ -11,7 +11,7 @@ from fairlead.keys import check_name
 from fairlead.robot.manifest import RobotManifest
 from fairlead.robot.part import Part
 
-ARM_MODES = ("cartesian_delta", "joint_velocity")
+ARM_MODES = ("cartesian_delta", "joint_velocity", "joint_position")
 
 MANIFEST = """\
 # {name}: change it freely, then: fairlead skill install {name}
@@ -24,7 +24,7 @@ policy:
   options:
     file: policy.py
     class: Policy
-    options: {{strength: 0.9}} # handed to Policy.from_options
+    options: {{{option}}} # handed to Policy.from_options
 embodiments: [{robot}]
 prompt: wave
 
@@ -34,7 +34,7 @@ state_contract:
   joints:
 {state}
 
-# What its numbers mean: output in [-1, 1], times scale, is SI. Ranges include both ends.
+# What its numbers mean: {meaning}. Ranges include both ends.
 action_contract:
   dim: {dim}
   slots:
@@ -88,35 +88,98 @@ class Policy:
         return actions
 '''
 
+REACH = '''\
+"""A policy of one's own: it waves a joint once, for 40 control periods, then holds still."""
+
+import numpy as np
+
+ROWS = 8  # rows per call: the manifest's horizon
+JOINTS = {dim}  # the arm's joints: the first numbers of the state, and all of the action
+WAVES = {axis}  # the joint that waves: {axis_name}
+
+
+class Policy:
+    """Built once, before the robot is claimed; `infer` is asked for rows again and again."""
+
+    def __init__(self, wave_rad):
+        self.wave_rad = wave_rad
+        self.reset()
+
+    @classmethod
+    def from_options(cls, skill, options):
+        """Load weights here. `options` come from rskill.yaml."""
+        return cls(float(options["wave_rad"]))
+
+    def reset(self):
+        """A new goal begins."""
+        self.start, self.row = None, 0
+
+    def infer(self, observation):
+        """Rows for the next control periods: float32 [ROWS, JOINTS], targets in rad.
+
+        Targets begin where the robot is: at first, and again after the arm held.
+        """
+        held = any(part.hold for part in observation.executed.values())
+        if self.start is None or held:
+            self.start, self.row = np.array(observation.state[:JOINTS]), 0
+        actions = np.tile(self.start, (ROWS, 1)).astype(np.float32)
+        for k in range(ROWS):
+            done = min(self.row + k + 1, 40) / 40
+            actions[k, WAVES] += self.wave_rad * 0.5 * (1 - np.cos(2 * np.pi * done))
+        self.row += ROWS
+        return actions
+'''
+
 CARTESIAN_SLOT = """\
       control_mode: cartesian_delta
       ee: {ee}
       frame: {frame}
       scale: [{shift}, {shift}, {shift}, {turn}, {turn}, {turn}] # m and rad in one period"""
 
+SHIFT_SLOT = """\
+      control_mode: cartesian_delta
+      ee: {ee}
+      frame: {frame}
+      axes: [0, 1, 2] # x y z; the tool turns as {joints} joints need it to
+      scale: {shift} # m in one period"""
+
 VELOCITY_SLOT = """\
       control_mode: joint_velocity
       joint_names: [{arm}]
       scale: 0.5 # rad/s"""
 
+POSITION_SLOT = """\
+      control_mode: joint_position
+      joint_names: [{arm}]"""
 
-def skill_skeleton(name: str, robot: RobotManifest) -> dict[str, str]:
+SIX = 6
+WAVE_RAD = 0.2
+STEEPEST = math.pi / 40.0
+"""Largest step of the wave of joint targets, in its height."""
+
+
+def skill_skeleton(name: str, robot: RobotManifest, mode: str = "") -> dict[str, str]:
     """File name -> text of a working skill that waves the arm.
+
+    Args:
+        mode: one of `ARM_MODES` that the arm takes; "" for the first that it does.
 
     Raises:
         ConfigError: for a name that cannot be a key, and for a robot without an arm that takes
-            deltas or velocities.
+            such a mode.
     """
     check_name("skill id", name)
-    arm = _arm_part(robot)
+    arm = _arm_part(robot, mode)
+    mode = mode or next(one for one in ARM_MODES if one in arm.modes)
     seen = [*arm.joints, *_gripper_joints(robot)]
-    cartesian = "cartesian_delta" in arm.modes
-    joints = ", ".join(arm.joints)
-    slot = _cartesian_slot(arm, robot) if cartesian else VELOCITY_SLOT.format(arm=joints)
-    dim, axis = (6, 2) if cartesian else (len(arm.joints), len(arm.joints) - 2)
+    slot, dim, axis, axis_name = _slot(mode, arm, robot)
+    targets = mode == "joint_position"
+    option = f"wave_rad: {_wave_rad(arm, robot)}" if targets else "strength: 0.9"
     manifest = MANIFEST.format(
         name=name,
         robot=robot.id,
+        option=option,
+        meaning="joint targets in rad" if targets else "output in [-1, 1], times scale, is SI",
         state_dim=len(seen),
         state=_state_fields(seen, robot),
         dim=dim,
@@ -124,21 +187,39 @@ def skill_skeleton(name: str, robot: RobotManifest) -> dict[str, str]:
         slot=slot,
         rate=1e9 / robot.tick_period_ns,
     )
-    axis_name = "up and down" if cartesian else arm.joints[axis]
+    policy = REACH if targets else POLICY
     return {
         "rskill.yaml": manifest,
-        "policy.py": POLICY.format(dim=dim, axis=axis, axis_name=axis_name),
+        "policy.py": policy.format(dim=dim, axis=axis, axis_name=axis_name),
     }
 
 
-def _arm_part(robot: RobotManifest) -> Part:
+def _slot(mode: str, arm: Part, robot: RobotManifest) -> tuple[str, int, int, str]:
+    """Its text, its width, which of its numbers waves, and what that is called."""
+    if mode == "cartesian_delta":
+        dim = SIX if len(arm.joints) >= SIX else 3
+        return _cartesian_slot(arm, robot, dim), dim, 2, "up and down"
+    text = POSITION_SLOT if mode == "joint_position" else VELOCITY_SLOT
+    axis = max(len(arm.joints) - 2, 0)
+    return text.format(arm=", ".join(arm.joints)), len(arm.joints), axis, arm.joints[axis]
+
+
+def _arm_part(robot: RobotManifest, mode: str) -> Part:
+    wanted = (mode,) if mode else ARM_MODES
     for part in robot.parts:
         roles = {robot.joint(joint).role for joint in part.joints}
-        if roles == {"arm"} and set(ARM_MODES) & set(part.modes):
+        if roles == {"arm"} and set(wanted) & set(part.modes) & set(ARM_MODES):
             return part
-    who, what = f"skill new: robot {robot.id}", f"an arm that takes {' or '.join(ARM_MODES)}"
+    who, what = f"skill new: robot {robot.id}", f"an arm that takes {' or '.join(wanted)}"
     got = "; ".join(f"{part.name} takes {', '.join(part.modes)}" for part in robot.parts)
     raise ConfigError(expected(who, what, got))
+
+
+def _wave_rad(arm: Part, robot: RobotManifest) -> float:
+    """Whose largest step is half a step limit, in every profile."""
+    modes = (profile.parts[arm.name].joint_position for profile in robot.safety.values())
+    least = min(step for mode in modes if mode for step in mode.step_limits)
+    return _floor(min(WAVE_RAD, 0.5 * least / STEEPEST))
 
 
 def _gripper_joints(robot: RobotManifest) -> list[str]:
@@ -159,13 +240,19 @@ def _unit(joint_type: str) -> str:
     return "m" if joint_type == "prismatic" else "rad"
 
 
-def _cartesian_slot(arm: Part, robot: RobotManifest) -> str:
+def _cartesian_slot(arm: Part, robot: RobotManifest, dim: int) -> str:
     """At full scale on every axis at once the robot's limits, which are of norms, still hold."""
     limits = [profile.parts[arm.name].cartesian_delta for profile in robot.safety.values()]
     shift = min(delta.linear_limit_m for delta in limits if delta) / math.sqrt(3.0)
     turn = min(delta.angular_limit_rad for delta in limits if delta) / math.sqrt(3.0)
-    frame, scales = robot.base_frame, {"shift": _floor(shift), "turn": _floor(turn)}
-    return CARTESIAN_SLOT.format(ee=arm.end_effector, frame=frame, **scales)
+    text = CARTESIAN_SLOT if dim == SIX else SHIFT_SLOT
+    return text.format(
+        ee=arm.end_effector,
+        frame=robot.base_frame,
+        shift=_floor(shift),
+        turn=_floor(turn),
+        joints=len(arm.joints),
+    )
 
 
 def _floor(value: float) -> float:

@@ -80,7 +80,6 @@ std::string of_axis(Mode mode, std::string_view axis) {
   if (axis == "linear") return is_rate ? "m/s" : "m";
   if (axis == "angular") return is_rate ? "rad/s" : "rad";
   if (mode == Mode::cartesian_pose && (axis == "x" || axis == "y" || axis == "z")) return "m";
-  if (mode == Mode::gripper_position && axis == "opening") return "m";
   return "";
 }
 
@@ -92,6 +91,10 @@ std::string unit_of(const Limits& limits, const Verdict& verdict, std::uint8_t m
   if (is_a_length(verdict.code)) return "m";
   for (const JointLimits& joint : limits.joints)
     if (joint.name == axis) return of_joint(joint.kind, joint_quantity(verdict, kind));
+  if (kind == Mode::gripper_position && axis == "opening")
+    for (const PartLimits& part : limits.parts)
+      if (part.name == verdict.part)
+        return of_joint(limits.joints[part.joints[0]].kind, Quantity::position);
   return of_axis(kind, axis);
 }
 
