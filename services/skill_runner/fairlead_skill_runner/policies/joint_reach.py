@@ -135,7 +135,8 @@ class JointReachPolicy:
 
 def _commanded(skill: SkillManifest) -> tuple[tuple[str, ...], Sequence[Slot]]:
     """The joints whose positions the first slots are, in rad as they are, and the other slots."""
-    slots, names = list(skill.action_contract.routed), []
+    slots = list(skill.action_contract.routed)
+    names: list[str] = []
     while slots and slots[0].control_mode == "joint_position" and all(slots[0].in_units()):
         if slots[0].first != len(names) or slots[0].unit == "deg":
             break
