@@ -15,6 +15,7 @@ from fairlead.plugins import DATA, HALS, LAYOUTS, POLICIES
 from fairlead_tools.cli.arming import arm_command, disarm_command, reset_command, stop_command
 from fairlead_tools.cli.console import echo
 from fairlead_tools.cli.demo import demo_command, parity_command, plot_command
+from fairlead_tools.cli.emulate import group as emulate_group
 from fairlead_tools.cli.evaluate import eval_command
 from fairlead_tools.cli.goals import cancel_command, episode_command, run_command
 from fairlead_tools.cli.layout import group as layout_group
@@ -124,5 +125,5 @@ add_commands(
         "router": router_command,
     },
 )
-for _group in (skill_group, robot_group, layout_group, topic_group):
+for _group in (skill_group, robot_group, layout_group, topic_group, emulate_group):
     app.add_typer(_group)
