@@ -44,7 +44,7 @@ def opening(value: float) -> PartCommand:
 
 def follow(setpoints: Setpoints, **commands: PartCommand) -> FloatArray:
     """One period of a robot that follows at once."""
-    return setpoints.advance(commands, setpoints.positions.copy()).end
+    return setpoints.advance(commands, setpoints.positions.copy())
 
 
 def changed(robot: RobotManifest, part: int, **fields: object) -> RobotManifest:

@@ -16,6 +16,7 @@ from fairlead.hal.backend import (
     TaskReading,
 )
 from fairlead.hal.described_part import describe_part
+from fairlead.hal.interpolation import INTERPOLATORS
 from fairlead.hal.mujoco_frames import MujocoFrames, base_body
 from fairlead.hal.setpoints import Setpoints
 from fairlead.messages import FloatArray
@@ -57,6 +58,7 @@ class MujocoBackend:
         commanded = self._sources[: robot.n_dof]
         kinematics = FrameKinematics(self._model, self._data, robot, commanded)
         self._setpoints = Setpoints(robot, ToolMotion(robot, profile, kinematics), who="hal_mujoco")
+        self._interpolator = INTERPOLATORS[options.interpolation]()
         self._base = base_body(self._model, robot, "hal_mujoco")
         self._parts = tuple(describe_part(robot, part, profile) for part in robot.parts)
         self._goal: GoalPose | None = None
@@ -102,16 +104,15 @@ class MujocoBackend:
         return [FramePose("map", "odom", np.zeros(3), NO_ROTATION)]
 
     def apply(self, commands: Mapping[str, PartCommand]) -> None:
-        """As `Backend.apply`; the servos follow a straight line between setpoints.
+        """As `Backend.apply`; at each physics step the servos get a new position of the way.
 
         Raises:
             RuntimeError: if the simulation diverges.
         """
         measured = self._measure(self._data.qpos)[: self._robot.n_dof]
-        targets = self._setpoints.advance(commands, measured)
+        way = self._interpolator.advance(self._setpoints.advance(commands, measured))
         for step in range(1, self._steps + 1):
-            way = targets.start + (targets.end - targets.start) * (step / self._steps)
-            self._write(way)
+            self._write(way(step / self._steps))
             mujoco.mj_step(self._model, self._data)
         if not (np.isfinite(self._data.qpos).all() and np.isfinite(self._data.qvel).all()):
             raise RuntimeError(f"the simulation diverged at {self._data.time:.3f} s")
@@ -144,6 +145,7 @@ class MujocoBackend:
                 self._data.qpos[source.qpos[0]] = inside
         positions = self._measure(self._data.qpos)[: self._robot.n_dof]
         self._setpoints.restart(positions)
+        self._interpolator.restart(positions)
         self._write(positions)
         mujoco.mj_forward(self._model, self._data)
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
@@ -18,17 +17,6 @@ from fairlead.robot.part import Part
 
 TRAVEL_SHARE = 0.9
 """Of its speed limit: a gripper's servo overshoots by up to 7 % where it turns back."""
-
-
-@dataclass(frozen=True)
-class Targets:
-    """What the servos are told in one period, in wire order, shape ``[n_dof]`` each.
-
-    start, end: position setpoints [rad or m] at both ends of the period.
-    """
-
-    start: FloatArray
-    end: FloatArray
 
 
 class ToolSteps(Protocol):
@@ -93,15 +81,14 @@ class Setpoints:
         self._measured = positions.copy()
         self._openings: dict[str, float] = {}
 
-    def advance(self, commands: Mapping[str, PartCommand], measured: FloatArray) -> Targets:
-        """What to do in the next period.
+    def advance(self, commands: Mapping[str, PartCommand], measured: FloatArray) -> FloatArray:
+        """Where the joints are told to be at the end of the next period, shape ``[n_dof]``.
 
         Args:
             commands: by part name; a part that is absent holds.
             measured: positions of the commanded joints now, shape ``[n_dof]``.
         """
         self._measured = measured
-        start = self.positions.copy()
         for part in self._parts:
             given = commands.get(part.name)
             if given is None:
@@ -110,7 +97,7 @@ class Setpoints:
                 if given.mode not in _GRIPPER_MODES:
                     self._openings.pop(part.name, None)
                 MODES[given.mode](self, part, given)
-        return Targets(start, self.positions.copy())
+        return self.positions.copy()
 
     def _hold(self, part: Part) -> None:
         self._slow_down(part, self._own[part.name])

@@ -1,0 +1,116 @@
+"""Between the rows that the gate released: what the servos are told, at each physics step."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from contextlib import contextmanager
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+
+from bench.equipment.motion_log import MotionLog
+from fairlead.deploy.registry import Registry
+from fairlead.hal.backend import PartCommand
+from fairlead.hal.interpolation import Interpolation
+from fairlead.messages import FloatArray, SafeChunk, decode, floats
+from fairlead.modes import ControlMode
+from fairlead.operate.goal_run import GoalOptions, run_goal
+from fairlead.robot.manifest import load_robot
+from fairlead.wire.bus import Sample
+from fairlead_hal_mujoco.mujoco_backend import MujocoBackend
+from fairlead_hal_mujoco.options import MujocoOptions
+from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch, scratch_robot
+from tests.hal_mujoco.joint_reach import RUNNER, SKILL, SOURCE
+
+ARM = tuple(range(7))
+STEPS = 25  # physics steps of 2 ms in a period: a drive of 500 Hz
+
+
+@contextmanager
+def told_servos() -> Iterator[list[FloatArray]]:
+    """Every physics step's setpoints of the arm, as MuJoCo's own callback sees them."""
+    told: list[FloatArray] = []
+    mujoco.set_mjcb_control(lambda _model, data: told.append(data.ctrl[list(ARM)].copy()))
+    try:
+        yield told
+    finally:
+        mujoco.set_mjcb_control(None)
+
+
+def drive(interpolation: Interpolation, rows: FloatArray) -> FloatArray:
+    """What the servos were told, ``[row, step, joint]``, while these rows acted."""
+    backend = MujocoBackend(load_robot("panda"), "sim", MujocoOptions(interpolation=interpolation))
+    with told_servos() as told:
+        for row in rows:
+            command = PartCommand(ControlMode.JOINT_POSITION, "", np.append(row, 0.0), ARM)
+            backend.apply({"arm": command})
+    return np.array(told).reshape(len(rows), STEPS, len(ARM))
+
+
+def walk(start: FloatArray) -> FloatArray:
+    """Rows to and fro at the largest step that the gate admits."""
+    rng = np.random.default_rng(1)
+    steps = 0.055 * np.sin(np.linspace(0.0, 9.0, 40))[:, None] * rng.uniform(-1.0, 1.0, len(ARM))
+    return np.vstack([start, start + np.cumsum(steps, axis=0)])
+
+
+@pytest.mark.simulator
+def test_a_drive_of_500_hz_is_told_the_gates_straight_way_or_the_spline_beside_it() -> None:
+    start = MujocoBackend(load_robot("panda")).read().positions[: len(ARM)]
+    rows = walk(start)
+    linear, spline = drive("linear", rows), drive("cubic_b_spline", rows)
+    places = np.arange(1, STEPS + 1)[:, None] / STEPS
+    for told, (before, row) in zip(linear[1:], pairwise(rows), strict=True):
+        np.testing.assert_allclose(told, before + places * (row - before), rtol=0, atol=1e-12)
+    change = np.abs(np.diff(rows, 2, axis=0)).max()
+    for told, (before, row) in zip(spline[2:], pairwise(rows[:-1]), strict=True):
+        way = before + places * (row - before)  # a period later
+        assert np.abs(told - way).max() <= change / 6.0 + 1e-12
+    jumps = [np.abs(np.diff(told.reshape(-1, len(ARM)), 2, axis=0)) for told in (linear, spline)]
+    assert jumps[1].max() < jumps[0].max() / 10.0, "the velocity of linear setpoints leaps"
+
+
+@pytest.mark.processes
+@pytest.mark.parametrize(
+    ("interpolation", "shares"),
+    [("linear", (0.0, 0.0, 1.0)), ("cubic_b_spline", (1 / 6, 4 / 6, 1 / 6))],
+)
+def test_released_rows_and_nothing_else_become_setpoints(
+    tmp_path: Path, interpolation: str, shares: tuple[float, ...]
+) -> None:
+    """``shares``: of the newest three rows, in what the servos are told at a period's end."""
+    hal: dict[str, Any] = {"interpolation": interpolation, "trace": True}
+    runner: dict[str, Any] = {**RUNNER}
+    options = {"runner": runner, "hal": hal}
+    scratch = make_scratch(SOURCE, tmp_path / "state", ScratchOptions(options=options))
+    released: dict[int, FloatArray] = {}
+
+    def on_safe(sample: Sample) -> None:
+        chunk = decode(SafeChunk, sample.payload)
+        arm = next(part for part in chunk.parts if part.part == 0)
+        released[chunk.verdict_id] = floats(arm.values).reshape(chunk.horizon, -1)[:, : len(ARM)]
+
+    with scratch_robot(scratch, Registry(tmp_path / "registry")) as robot:
+        robot.client.bus.subscribe(robot.client.keys.every_safe, on_safe)
+        robot.client.arm()
+        result = run_goal(robot.client, GoalOptions(SKILL)).result
+    assert result is not None and result.outcome == "succeeded", result
+
+    lines = {line.tick: line.rows[0] for line in MotionLog(tmp_path / "state/hal").read()}
+    rows = {tick: released[by][row] for tick, (by, row) in lines.items() if by in released}
+    trace = (tmp_path / "state/hal/trace.jsonl").read_text(encoding="utf-8")
+    compared = 0
+    for line in map(json.loads, trace.splitlines()):
+        newest = [line["tick"] - late for late in (2, 1, 0)]
+        if not rows.keys() >= set(newest):
+            continue
+        wanted = np.asarray(shares) @ np.array([rows[tick] for tick in newest])
+        told = np.frombuffer(bytes.fromhex(line["packed"]), np.float32)[: len(ARM)]
+        np.testing.assert_allclose(told, wanted, rtol=0, atol=1e-6)
+        compared += 1
+    assert compared > 10
