@@ -15,6 +15,7 @@ from bench.equipment.running_gate import ROBOT as MOBILE
 from fairlead.messages import ActionPart, Outcome, Verdict, pack_floats
 from fairlead.modes import ControlMode
 from fairlead.paths import gate_config
+from fairlead.robot.manifest import load_robot
 from tests.cli.command import fairlead_here as fairlead
 from tests.gate.two_armed_scene import action, per_joint, tool_pose, two_armed_scene
 
@@ -234,3 +235,20 @@ def test_a_composite_switch_has_no_unit(mobile: Refusals, tmp_path: Path) -> Non
     share = told_share(said, "every number of composite times {share}")
     assert share is not None
     assert_the_most_that_passes(mobile_scene, switch, share, tmp_path)
+
+
+def test_a_hand_that_turns_is_told_in_radians(tmp_path: Path) -> None:
+    robot = load_robot("ur5e")
+    home = [-0.47, -1.735, 2.48, -2.275, -1.59, -1.991, 0.1]
+    with closing(Scene(gate_config(robot.id, "sim"), tmp_path, robot=robot.id)) as scene:
+        scene.hal.positions = np.array(home)
+        scene.meet_hal()
+        scene.arm()
+        scene.take_claim(*robot.part_names)
+        refusals = Refusals(scene, tmp_path)
+        refusals.ask("jaw", part_of(1, ControlMode.GRIPPER_POSITION, [2.2]))
+        scene.silence()
+        assert scene.gate.stop() == 0
+        said = refusals.why("jaw")
+    assert "gripper opening is 2.2 rad, limit 0.8 rad, 1.4 rad beyond it" in said
+    assert "safety.sim.parts.gripper.gripper_position.upper_rad" in said

@@ -17,7 +17,7 @@ def robot() -> RobotManifest:
     return load_robot("panda_mobile")
 
 
-@pytest.mark.parametrize("name", ["panda", "panda_mobile", "dual_panda"])
+@pytest.mark.parametrize("name", ["panda", "panda_mobile", "dual_panda", "ur5e", "kinova3"])
 def test_committed_gate_file_is_what_the_manifest_compiles_to(name: str) -> None:
     robot = load_robot(name)
     for profile in robot.safety:

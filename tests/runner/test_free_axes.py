@@ -6,10 +6,14 @@ import numpy as np
 import pytest
 
 from bench.equipment.kinematics import Kinematics
+from fairlead.hal.backend import PartCommand
+from fairlead.modes import ControlMode
 from fairlead.robot.manifest import RobotManifest, load_robot
 from fairlead.skill.action_contract import ActionContract
 from fairlead.skill.routes import Route, resolve_routes
 from fairlead.skill.slots import Slot
+from fairlead_hal_mujoco.mujoco_backend import MujocoBackend
+from fairlead_hal_mujoco.options import MujocoOptions
 from fairlead_skill_runner.free_axes import free_axes
 
 
@@ -62,3 +66,36 @@ def test_the_joints_that_make_the_told_axes_make_the_filled_in_ones(axes: tuple[
 def test_a_delta_of_all_axes_leaves_none_free() -> None:
     robot = five_joints()
     assert free_axes([route(robot, (0, 1, 2, 3, 4, 5))], robot) == {}
+
+
+def test_a_simulated_arm_of_five_joints_goes_where_its_tool_is_told() -> None:
+    """Told not to turn it is left far behind."""
+    robot = load_robot("ur5e")
+    arm = robot.part("arm")
+    short = arm.model_copy(update={"joints": arm.joints[:5]})
+    wrist = arm.model_copy(update={"name": "wrist", "joints": arm.joints[5:], "end_effector": None,
+                                   "modes": ("joint_position",)})  # fmt: skip
+    robot = robot.model_copy(update={"parts": (short, wrist, robot.part("gripper"))})
+    safety = robot.profile("sim")
+    limits = {**safety.parts, "wrist": safety.parts["arm"]}
+    robot = robot.model_copy(
+        update={"safety": {"sim": safety.model_copy(update={"parts": limits})}}
+    )
+    kinematics = Kinematics(robot.description_path(), robot.measured_joint_names)
+    (free,) = free_axes([route(robot, (0, 1, 2))], robot).values()
+    row, ticks = np.array([0.0, 0.002, 0.001, 0.0, 0.0, 0.0]), 60
+
+    def short_of(filled_in: bool) -> float:
+        backend = MujocoBackend(robot, options=MujocoOptions(start_spread_rad=0.0))
+        start = kinematics.pose(backend.read().positions, "grip_site", "base_link")[0]
+        for tick in range(ticks + 20):
+            rows = row[None] * (tick < ticks)
+            if filled_in:
+                rows = free.completed(rows, backend.read().positions)
+            told = PartCommand(ControlMode.CARTESIAN_DELTA, "base_link", rows[0], ())
+            backend.apply({"arm": told})
+        end = kinematics.pose(backend.read().positions, "grip_site", "base_link")[0]
+        return float(np.linalg.norm(end - start - row[:3] * ticks))
+
+    assert short_of(filled_in=True) < 0.005
+    assert short_of(filled_in=False) > 0.02

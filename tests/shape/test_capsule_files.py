@@ -48,7 +48,7 @@ def test_no_point_of_robosuites_robot_is_outside() -> None:
     assert (links_apart(shape.source, poses, ["panda_link5"], ["panda_link7"]) != 0.0).all()
 
 
-@pytest.mark.parametrize("name", ["panda", "dual_panda"])
+@pytest.mark.parametrize("name", ["panda", "dual_panda", "ur5e"])
 def test_the_command_finds_the_committed_file_current(name: str, tmp_path: Path) -> None:
     done = fairlead("robot", "capsules", name, "--check", "--json", state=tmp_path)
     assert done.returncode == 0, done.stderr

@@ -9,7 +9,7 @@ import numpy as np
 from fairlead.errors import ConfigError, expected
 from fairlead.messages import FloatArray, HalPart, ModeRange, pack_floats
 from fairlead.modes import ControlMode
-from fairlead_hal_sim.joints import RobotJoints, finger_range
+from fairlead_hal_sim.joints import ArmJoints, JointSource, RobotJoints, finger_range, slides
 from fairlead_hal_sim.packing import MODE_HOLD, ActionMap, PartSlot
 
 
@@ -34,7 +34,8 @@ def find_action_map(env: Any, joints: RobotJoints) -> ActionMap:
     for arm in joints.arms:
         prefix = f"{arm.side}_" if several else ""
         slots.append(_arm_slot(composite, prefix + "arm", arm.side))
-        slots.append(_gripper_slot(env, composite, prefix + "gripper", arm.side))
+        (opening,) = (one for one in joints.commanded if one.name == arm.gripper)
+        slots.append(_gripper_slot(env, composite, prefix + "gripper", arm, opening))
     if joints.base:
         slots.append(_base_slot(composite, joints))
     last = max(stop for _, stop in composite._action_split_indexes.values())
@@ -97,22 +98,36 @@ def _arm_slot(composite: Any, name: str, part: str) -> PartSlot:
                  frame="base_link")  # fmt: skip
 
 
-def _gripper_slot(env: Any, composite: Any, name: str, side: str) -> PartSlot:
+def _gripper_slot(
+    env: Any, composite: Any, name: str, arm: ArmJoints, opening: JointSource
+) -> PartSlot:
     """Input +1 closes and -1 opens; only the sign counts to the simulator's gripper."""
-    joints = env.robots[0].gripper_joints[side]
-    ranges = [finger_range(env, joint) for joint in joints]
-    travel = [max(abs(low), abs(high)) for low, high in ranges]
-    closed = sum(min(abs(low), abs(high)) for low, high in ranges)
-    half = (sum(travel) - closed) / 2
+    ranges = [finger_range(env, joint) for joint in opening.simulator_joints]
+    if all(slides(env, joint) for joint in opening.simulator_joints):
+        open_at = sum(max(abs(low), abs(high)) for low, high in ranges)
+        closed_at = sum(min(abs(low), abs(high)) for low, high in ranges)
+    else:
+        (low, high) = ranges[0]
+        open_at, closed_at = (low, high) if _turns_up(env, arm.side) else (high, low)
     return _slot(
         composite,
         name,
-        f"{side}_gripper",
+        f"{arm.side}_gripper",
         (ControlMode.GRIPPER_POSITION,),
-        np.array([-half]),
-        np.array([closed + half]),
+        np.array([(closed_at - open_at) / 2]),
+        np.array([(closed_at + open_at) / 2]),
         None,
     )
+
+
+def _turns_up(env: Any, side: str) -> bool:
+    """Whether closing turns the first driven knuckle to larger angles: asked of the gripper."""
+    gripper = env.robots[0].gripper[side]
+    before = gripper.current_action
+    gripper.current_action = np.zeros(gripper.dof)
+    closing = gripper.format_action(np.ones(gripper.dof))
+    gripper.current_action = before
+    return bool(closing[0] > 0.0)
 
 
 def _base_slot(composite: Any, joints: RobotJoints) -> PartSlot:

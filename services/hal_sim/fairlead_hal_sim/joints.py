@@ -1,7 +1,8 @@
 """Which joints a running robosuite robot has, under the names that robot.yaml gives them.
 
-Commanded joints in wire order: the base's, then per arm its joints and one gripper joint
-(the total opening). Passive ones after them: the fingers, the torso slide.
+Commanded joints in wire order: the base's, then per arm its joints and one gripper joint: the
+total opening of fingers that slide, the first driven knuckle of a hand that turns. Passive ones
+after them: the other fingers, the torso slide; of these a robot.yaml need not name all.
 """
 
 from __future__ import annotations
@@ -9,6 +10,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
+
+import mujoco
 
 from fairlead.errors import ConfigError, expected
 from fairlead.robot.manifest import RobotManifest
@@ -68,8 +71,8 @@ def find_joints(env: Any, robot: RobotManifest | None = None) -> RobotJoints:
             robot's number, behind the arm's kind (``panda_joint1``).
 
     Raises:
-        ConfigError: for a gripper without sliding fingers (its opening has no metres), and for a
-            name of the simulator in robot.yaml that none of its joints has.
+        ConfigError: for a gripper without fingers, and for a name of the simulator in robot.yaml
+            that none of its joints has.
     """
     found = _find_joints(env)
     return found if robot is None else _renamed(found, robot)
@@ -86,9 +89,11 @@ def _renamed(found: RobotJoints, robot: RobotManifest) -> RobotJoints:
             who = f"hal_sim: simulator.joints of robot.yaml: {name}"
             raise ConfigError(expected(who, "joints of robosuite's robot", list(called), valid))
         names[source.name] = name
+    passive = {one.name: one for one in (_named(one, names) for one in found.passive)}
+    told = robot.passive_joint_names
     return RobotJoints(
         commanded=tuple(_named(one, names) for one in found.commanded),
-        passive=tuple(_named(one, names) for one in found.passive),
+        passive=tuple(passive[name] for name in told if name in passive),
         base=tuple(names.get(name, name) for name in found.base),
         arms=tuple(
             ArmJoints(
@@ -122,9 +127,9 @@ def _find_joints(env: Any) -> RobotJoints:
             _single(env, prefix + joint.removeprefix(robot.gripper[side].naming_prefix), joint)
             for joint in robot.gripper_joints[side]
         ]
-        opening = _opening(env, prefix + "gripper", fingers)
+        opening = _opening(env, prefix + "gripper", side, fingers)
         commanded += [*arm, opening]
-        passive += fingers
+        passive += [one for one in fingers if one.qpos != opening.qpos]
         arms.append(ArmJoints(side, tuple(j.name for j in arm), opening.name))
     return RobotJoints(
         commanded=tuple(commanded),
@@ -135,7 +140,7 @@ def _find_joints(env: Any) -> RobotJoints:
 
 
 def finger_range(env: Any, joint: str) -> tuple[float, float]:
-    """Travel of a finger joint [m]."""
+    """Travel of a finger joint [m or rad]."""
     model = env.sim.model
     low, high = model.jnt_range[model.joint_name2id(joint)]
     return float(low), float(high)
@@ -152,13 +157,19 @@ def _single(env: Any, name: str, joint: str) -> JointSource:
     )
 
 
-def _opening(env: Any, name: str, fingers: list[JointSource]) -> JointSource:
-    """The total opening: every finger's travel away from closed counts as positive."""
+def _opening(env: Any, name: str, side: str, fingers: list[JointSource]) -> JointSource:
+    """Of fingers that slide the total opening: travel away from closed counts as positive.
+
+    Of a hand that turns the joint that its first actuator drives.
+    """
     model = env.sim.model
     joints = [finger.simulator_joints[0] for finger in fingers]
-    slides = [int(model.jnt_type[model.joint_name2id(joint)]) == 2 for joint in joints]
-    if not fingers or not all(slides):
-        raise ConfigError(expected("hal_sim", "a gripper with sliding fingers", joints or "none"))
+    if not fingers:
+        raise ConfigError(expected("hal_sim", "a gripper with fingers", "none"))
+    if not all(slides(env, joint) for joint in joints):
+        actuator = model.actuator_name2id(env.robots[0].gripper[side].actuators[0])
+        driven = model.joint_id2name(int(model.actuator_trnid[actuator, 0]))
+        return _single(env, name, driven)
     return JointSource(
         name=name,
         qpos=tuple(finger.qpos[0] for finger in fingers),
@@ -166,6 +177,12 @@ def _opening(env: Any, name: str, fingers: list[JointSource]) -> JointSource:
         signs=tuple(1.0 if sum(finger_range(env, joint)) > 0 else -1.0 for joint in joints),
         simulator_joints=tuple(joints),
     )
+
+
+def slides(env: Any, joint: str) -> bool:
+    """Whether a joint of the simulator slides."""
+    model = env.sim.model
+    return int(model.jnt_type[model.joint_name2id(joint)]) == int(mujoco.mjtJoint.mjJNT_SLIDE)
 
 
 def _base_name(joint: str) -> str:

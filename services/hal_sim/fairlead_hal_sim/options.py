@@ -37,6 +37,10 @@ class SimulatorOptions(BaseModel):
         description="slow an arm's joints down above this [rad/s]; None: the simulator's own",
     )
     seed: int = Field(default=0, ge=0)
+    tracked_bodies: dict[str, str] = Field(
+        default_factory=dict,
+        description="bodies of the environment to publish, each by the name of its frame",
+    )
     cameras: tuple[CameraOptions, ...] = ()
     imports: tuple[str, ...] = Field(
         default=(), description="modules that register further environments, such as robocasa"

@@ -63,6 +63,7 @@ class RobosuiteBackend:
         self.env = make_environment(options, 1e9 / period_ns, offscreen=False)
         self._joints = find_joints(self.env, robot)
         self._joint_speed_guard = options.joint_speed_guard
+        self._tracked_bodies = _tracked_bodies(self.env, options, robot)
         # On a machine's first run a controller's first step is compiled, for seconds: before the
         # first tick, not within a row. The reset leaves nothing of it.
         self.env.step(np.zeros(self.env.action_dim, dtype=np.float32))
@@ -183,7 +184,7 @@ class RobosuiteBackend:
         root = robot_model.base.root_body if mobile else robot_model.root_body
         base = poses.body_id(root)
         self._odom = ("odom", poses.parent(base) if mobile else WORLD_BODY)
-        named: dict[str, str] = getattr(self.env, "tracked_bodies", dict)()
+        named = {**getattr(self.env, "tracked_bodies", dict)(), **self._tracked_bodies}
         self._tracked = [("base_link", base)]
         self._tracked += [(frame, poses.body_id(body)) for frame, body in named.items()]
 
@@ -219,6 +220,19 @@ class RobosuiteBackend:
 def _sum(source: JointSource, values: FloatArray, addresses: tuple[int, ...]) -> float:
     """A joint's number from the simulator's: fingers add up to one opening."""
     return float(sum(s * values[i] for s, i in zip(source.signs, addresses, strict=True)))
+
+
+def _tracked_bodies(
+    env: Any, options: SimulatorOptions, robot: RobotManifest | None
+) -> dict[str, str]:
+    known, who = list(env.sim.model.body_names), "hal_sim: tracked_bodies"
+    for frame, body in options.tracked_bodies.items():
+        if body not in known:
+            raise ConfigError(expected(f"{who}: {frame}", "a body of the model", repr(body), known))
+        if robot is not None and frame not in robot.tracked_frames:
+            what = "a frame of tracked_frames in robot.yaml"
+            raise ConfigError(expected(who, what, repr(frame), robot.tracked_frames or ("none",)))
+    return options.tracked_bodies
 
 
 def _cameras(env: Any, options: SimulatorOptions) -> tuple[HalCamera, ...]:
