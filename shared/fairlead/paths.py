@@ -74,9 +74,14 @@ def skill_folders() -> tuple[Path, ...]:
     return (repo_root() / "rskills", user_skills_dir(), *_packaged("rskills"))
 
 
+def user_robots_dir() -> Path:
+    """Where ``fairlead robot new`` puts robots; it need not exist yet."""
+    return _users_own(ROBOTS_VARIABLE, "robots")
+
+
 def robot_folders() -> tuple[Path, ...]:
     """Folders of robots, those that ship first: no other robot takes their name."""
-    return (repo_root() / "robots", _users_own(ROBOTS_VARIABLE, "robots"), *_packaged("robots"))
+    return (repo_root() / "robots", user_robots_dir(), *_packaged("robots"))
 
 
 def robot_ids() -> tuple[str, ...]:

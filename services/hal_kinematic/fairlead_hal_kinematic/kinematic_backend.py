@@ -58,7 +58,7 @@ NO_ROTATION = np.array([0.0, 0.0, 0.0, 1.0])
 class KinematicBackend:
     """Implements `fairlead.hal.backend.Backend` and `fairlead.hal.backend.TraceSource`.
 
-    ``base_link`` stands in ``odom`` at (base_x, base_y, base_yaw) where the robot has base
+    The base frame stands in ``odom`` at (base_x, base_y, base_yaw) where the robot has base
     joints, else at its origin.
 
     Args:
@@ -117,10 +117,10 @@ class KinematicBackend:
         return Measurement(positions, velocities, np.zeros_like(positions))
 
     def transforms(self) -> Sequence[FramePose]:
-        """``odom -> base_link`` from the base joints, and the frames given, which stand still."""
+        """``odom`` to the base frame by the base joints, and the frames given, which stand."""
         x, y, yaw = self._base_pose()
         rotation = np.array([0.0, 0.0, np.sin(yaw / 2), np.cos(yaw / 2)])
-        base = FramePose("odom", "base_link", np.array([x, y, 0.0]), rotation)
+        base = FramePose("odom", self._robot.base_frame, np.array([x, y, 0.0]), rotation)
         still = [FramePose("odom", name, xyz, NO_ROTATION) for name, xyz in self._frames.items()]
         return [base, *still]
 

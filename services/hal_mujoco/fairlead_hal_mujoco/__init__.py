@@ -1,6 +1,8 @@
 """The HAL of plain MuJoCo models, ``run: hal_mujoco`` in a deployment file.
 
-Nothing in here is for others to import; robots are connected through `fairlead.hal`.
+Robots are connected through `fairlead.hal`; what is public here is asked by tools.
 """
 
-__all__: list[str] = []
+from fairlead_hal_mujoco.refusals import model_problems
+
+__all__ = ["model_problems"]

@@ -35,7 +35,7 @@ NO_ROTATION = np.array([0.0, 0.0, 0.0, 1.0])
 class MujocoBackend:
     """Implements `fairlead.hal.backend.Backend` and `fairlead.hal.backend.TraceSource`.
 
-    ``odom`` is the simulator's world and stands still in ``map``; ``base_link`` is the
+    ``odom`` is the simulator's world and stands still in ``map``; its base frame is the
     manifest's ``simulator.base_body``, or the world where it names none.
 
     Args:
@@ -93,11 +93,15 @@ class MujocoBackend:
         )
 
     def transforms(self) -> Sequence[FramePose]:
-        """``odom -> base_link``: the arm stands still."""
+        """``odom`` to the base frame: the arm stands still."""
         # Positions of bodies are one physics step older than the joints': bring them up to date.
         mujoco.mj_kinematics(self._model, self._data)
         position, quaternion_wxyz = self._data.xpos[self._base], self._data.xquat[self._base]
-        return [FramePose("odom", "base_link", position.copy(), quaternion_wxyz[[1, 2, 3, 0]])]
+        return [
+            FramePose(
+                "odom", self._robot.base_frame, position.copy(), quaternion_wxyz[[1, 2, 3, 0]]
+            )
+        ]
 
     def static_transforms(self) -> Sequence[FramePose]:
         """``map -> odom``: the world of the model."""
@@ -129,11 +133,16 @@ class MujocoBackend:
         )
 
     def reset(self, seed: int) -> None:
-        """At key ``home`` (else the model's own pose), turning joints off by a little."""
+        """At ``home`` of robot.yaml, else key ``home``, else the model's own pose.
+
+        Turning joints are off by a little.
+        """
         mujoco.mj_resetData(self._model, self._data)
         home = key_qpos(self._model, HOME_KEY)
         if home is not None:
             self._data.qpos[:] = home
+        if self._robot.home is not None:
+            self._place(self._robot.home.positions)
         spread = np.random.default_rng(seed).uniform(-1.0, 1.0, self._robot.n_dof)
         spread *= self._options.start_spread_rad
         for joint, source, offset in zip(
@@ -163,6 +172,14 @@ class MujocoBackend:
     def generalized_state(self) -> tuple[FloatArray, FloatArray]:
         """MuJoCo's ``qpos`` and ``qvel`` now, in the model's order."""
         return self._data.qpos.copy(), self._data.qvel.copy()
+
+    def _place(self, positions: Mapping[str, float]) -> None:
+        for joint, source in zip(self._robot.joints, self._sources, strict=False):
+            if joint.name in positions:
+                self._data.qpos[list(source.qpos)] = source.shares(positions[joint.name])
+        passive = self._robot.passive_joints
+        for joint, source in zip(passive, self._sources[self._robot.n_dof :], strict=True):
+            self._data.qpos[list(source.qpos)] = positions[joint.name]
 
     def _measure(self, qpos: FloatArray) -> FloatArray:
         return np.array([source.sum(qpos, source.qpos) for source in self._sources])

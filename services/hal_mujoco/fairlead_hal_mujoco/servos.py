@@ -49,12 +49,13 @@ def find_sources(model: mujoco.MjModel, robot: RobotManifest) -> tuple[Source, .
             and for a commanded one without a position servo.
     """
     return tuple(
-        _source(model, joint, robot.simulator_joints(joint.name), joint in robot.joints)
-        for joint in (*robot.joints, *robot.passive_joints)
+        find_source(model, robot, joint) for joint in (*robot.joints, *robot.passive_joints)
     )
 
 
-def _source(model: mujoco.MjModel, joint: Joint, names: tuple[str, ...], commanded: bool) -> Source:
+def find_source(model: mujoco.MjModel, robot: RobotManifest, joint: Joint) -> Source:
+    """The source of one joint; as `find_sources`."""
+    names, commanded = robot.simulator_joints(joint.name), joint in robot.joints
     ids = [_joint_id(model, joint, name) for name in names]
     signs = (1.0, -1.0)[: len(ids)]
     _check_range(model, joint, ids, signs)
@@ -117,6 +118,7 @@ def _servo(model: mujoco.MjModel, joint: Joint, index: int) -> int:
                 f"one <position> actuator on {model.joint(index).name!r}",
                 got or "none",
             )
+            + f': <position joint={model.joint(index).name!r} kp=... dampratio="1"/>'
         )
     _check_controls(model, joint, found[0])
     return found[0]

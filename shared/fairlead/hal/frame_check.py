@@ -49,6 +49,32 @@ def check_frames(
     Raises:
         ConfigError: naming each frame that is off, by how much and in which configuration.
     """
+    errors, rows = frame_errors(robot, model, here, who)
+    allowed = FrameTolerance() if robot.simulator is None else robot.simulator.frame_tolerance
+    worst = _worst(errors, allowed)
+    wrong = [one for one in worst if _in_tolerances(one, allowed) > 1.0]
+    if wrong:
+        raise ConfigError("\n".join(_complaint(robot, wrong, rows, allowed, who, stands)))
+    everywhere = any(one.configuration for one in errors)
+    compared = f"{stands} and at {RANDOM} random configurations" if everywhere else stands
+    distance, angle = (
+        max((getattr(one, name) for one in errors), default=0.0)
+        for name in ("distance_m", "angle_rad")
+    )
+    return (
+        f"{len(worst)} frames are where {robot.description} has them, at {compared}: within "
+        f"{distance * 1e3:.3g} mm, {angle:.2g} rad"
+    )
+
+
+def frame_errors(
+    robot: RobotManifest, model: FrameModel, here: FloatArray, who: str
+) -> tuple[list[FrameError], list[FloatArray]]:
+    """How far each frame is off in each configuration, and those configurations.
+
+    Raises:
+        ConfigError: the model tells the pose of something that is no link.
+    """
     tree = description_tree(robot)
     columns = random_positions(robot, tree, RANDOM)
     rows = [here, *_rows(robot, here, columns)]
@@ -59,20 +85,7 @@ def check_frames(
         for number, poses in enumerate(found)
         for pose in poses
     ]
-    allowed = FrameTolerance() if robot.simulator is None else robot.simulator.frame_tolerance
-    worst = _worst(errors, allowed)
-    wrong = [one for one in worst if _in_tolerances(one, allowed) > 1.0]
-    if wrong:
-        raise ConfigError("\n".join(_complaint(robot, wrong, rows, allowed, who, stands)))
-    compared = f"{stands} and at {RANDOM} random configurations" if any(found[1:]) else stands
-    distance, angle = (
-        max((getattr(one, name) for one in errors), default=0.0)
-        for name in ("distance_m", "angle_rad")
-    )
-    return (
-        f"{len(worst)} frames are where {robot.description} has them, at {compared}: within "
-        f"{distance * 1e3:.3g} mm, {angle:.2g} rad"
-    )
+    return errors, rows
 
 
 def _rows(

@@ -17,6 +17,8 @@ from fairlead.robot.manifest import load_robot
 from fairlead_tools.cli.console import echo, print_json, print_table
 from fairlead_tools.cli.options import JsonOption, RobotArgument, example, make_group
 from fairlead_tools.cli.robot_capsules import capsules_command
+from fairlead_tools.cli.robot_check import check_command
+from fairlead_tools.cli.robot_new import new_command
 from fairlead_tools.limits.bounds import Bound, robot_bounds
 from fairlead_tools.limits.effective_limits import effective_limits
 
@@ -191,12 +193,10 @@ def compile_command(
     stale = []
     for profile in manifest.safety:
         path = robot_dir(robot) / f"gate.{profile}.json"
-        still_open = manifest.open_numbers(profile)
-        if still_open:
-            echo(f"{path} is not made: {still_open}", err=True)
-            continue
         text = compile_gate_config(manifest, profile)
-        if path.is_file() and path.read_text(encoding="utf-8") == text:
+        if still_open := manifest.open_numbers(profile):
+            echo(f"{path} is not made: {still_open}", err=True)
+        elif path.is_file() and path.read_text(encoding="utf-8") == text:
             echo(f"{path} is current")
         elif check:
             stale.append(path)
@@ -255,8 +255,10 @@ def distances_command(
 
 group = make_group(
     "robot",
-    "List and show robots, what bounds them; fit their capsules, compile their gate files.",
+    "Draft, check, list and show robots; fit their capsules, compile their gate files.",
     {
+        "new": new_command,
+        "check": check_command,
         "ls": ls_command,
         "show": show_command,
         "bounds": bounds_command,

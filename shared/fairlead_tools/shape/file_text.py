@@ -22,11 +22,9 @@ def file_text(
             *(_capsule_line(index, one) for index, one in enumerate(capsules)),
             "",
             "# Capsules by their place in the list above.",
-            "checked_pairs:",
-            *(_pair_line(one, capsules) for one in pairs if not one.why_not),
+            *_block("checked_pairs", [_pair_line(p, capsules) for p in pairs if not p.why_not]),
             "",
-            "never_checked:",
-            *_left_out(capsules, pairs),
+            *_block("never_checked", list(_left_out(capsules, pairs))),
             "",
         ]
     )
@@ -48,6 +46,10 @@ def links_left_out(
         for links, reasons in why.items()
         if links not in checked
     }
+
+
+def _block(key: str, lines: Sequence[str]) -> list[str]:
+    return [f"{key}:", *lines] if lines else [f"{key}: []"]
 
 
 def _capsule_line(index: int, capsule: Capsule) -> str:

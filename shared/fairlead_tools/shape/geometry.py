@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import xml.etree.ElementTree as ET
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
@@ -151,6 +152,13 @@ def _body(model: mujoco.MjModel, geom: int) -> str:
 Carrier = tuple[str, FloatArray, FloatArray]
 """A link, and the pose of a body in its frame: rotation and translation [m]."""
 _WHO = "robot capsules"
+
+
+def drawn_links(robot: RobotManifest, source: GeometrySource) -> set[str]:
+    """Links that have geometry of any kind, also if nothing can collide with it."""
+    seen = {link for body, (link, *_) in source.carriers.items() if source.model.body_geomnum[body]}
+    links = ET.parse(robot.description_path()).getroot().findall("link")  # noqa: S314 - its own
+    return seen | {one.get("name", "") for one in links if one.find("visual") is not None}
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -85,7 +86,21 @@ def _of_file(robot: RobotManifest, path: Path, who: str) -> RobotModel:
     if key >= 0:
         data.qpos[:] = model.key_qpos[key]
     rest = f"key {_HOME}" if key >= 0 else "the model's own pose"
+    if robot.home is not None:
+        _place(model, data, robot, robot.home.positions)
+        rest = "home"
     return RobotModel(robot, str(path), rest, model, data, who)
+
+
+def _place(
+    model: mujoco.MjModel, data: mujoco.MjData, robot: RobotManifest, home: Mapping[str, float]
+) -> None:
+    """Joints that the model calls by one name; a name it does not have is found later."""
+    for joint, position in home.items():
+        names = robot.simulator_joints(joint)
+        number = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, names[0])
+        if len(names) == 1 and number >= 0:
+            data.qpos[model.jnt_qposadr[number]] = position
 
 
 def _of_robosuite(robot: RobotManifest, name: str, who: str) -> RobotModel:

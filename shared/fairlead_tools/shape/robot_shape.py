@@ -111,13 +111,17 @@ class RobotShape:
         return self.least_distances(capsules, pairs, self.rest())
 
     def rest(self) -> dict[str, FloatArray]:
-        """Joint positions at rest, shape ``[1]``: the model's, else the nearest possible to 0."""
-        found = {}
+        """Joint positions at rest, shape ``[1]``.
+
+        Those of ``home`` in robot.yaml, else the model's, else the nearest possible to 0.
+        """
+        found, home = {}, {} if self.robot.home is None else self.robot.home.positions
         for link in self.tree.links:
             if link.joint is not None:
                 joint = self.robot.joint(link.joint)
                 near = min(max(0.0, joint.lower), joint.upper) if joint.has_bounds else 0.0
-                found[link.joint] = np.array([self.source.rest.get(link.joint, near)])
+                modelled = self.source.rest.get(link.joint, near)
+                found[link.joint] = np.array([home.get(link.joint, modelled)])
         return found
 
     def least_distances(

@@ -1,0 +1,1 @@
+"""A first robot folder, drafted from the MJCF and URDF files that a person has."""

@@ -1,0 +1,242 @@
+"""What the files say of each joint, and what has to be assumed."""
+
+from __future__ import annotations
+
+import math
+import xml.etree.ElementTree as ET
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import mujoco
+import numpy as np
+
+from fairlead.errors import ConfigError, expected
+from fairlead_tools.draft.derived_urdf import (
+    ANY,
+    effort_limit,
+    is_position_servo,
+    position_range,
+)
+from fairlead_tools.draft.source_model import WHO, SourceModel
+
+_SPEED = {"rad": 1.0, "m": 0.1}  # assumed where no file says one [per s]
+_REACHED_IN_S = 0.2  # assumed: the time to full speed
+_EFFORT = {"rad": 10.0, "m": 20.0}  # assumed [N m, N]
+_POSES = 200
+
+
+@dataclass(frozen=True)
+class DraftJoint:
+    """One joint with a limit for everything, in joint units (rad or m).
+
+    model_joints: what the model calls it; two are the fingers of an opening.
+    lower, upper: None where it turns without end.
+    lag_s, sag: how far its servo stays behind: time at speed, and what gravity and friction add.
+    open: of each number that no file says, by the name of its key: why it may be wrong.
+    """
+
+    name: str
+    type: str
+    parent: str
+    child: str
+    commanded: bool
+    lower: float | None
+    upper: float | None
+    velocity: float
+    acceleration: float
+    effort: float
+    source: str
+    model_joints: tuple[str, ...] = ()
+    lag_s: float = 0.0
+    sag: float = 0.0
+    open: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def unit(self) -> str:
+        """``rad`` or ``m``."""
+        return "m" if self.type == "prismatic" else "rad"
+
+    @property
+    def span(self) -> float:
+        """From one end to the other; without ends a turn."""
+        if self.lower is None or self.upper is None:
+            return 2.0 * math.pi
+        return self.upper - self.lower
+
+    @property
+    def lag(self) -> float:
+        """How far it is behind its target at full speed."""
+        return self.velocity * self.lag_s + self.sag
+
+
+def read_urdf(path: Path) -> ET.Element:
+    """The URDF's ``<robot>``.
+
+    Raises:
+        ConfigError: there is no such file, or it is no URDF.
+    """
+    try:
+        root = ET.parse(path).getroot()  # noqa: S314 - the person's own file
+    except (OSError, ET.ParseError, LookupError, ValueError) as error:
+        raise ConfigError(f"{WHO}: --urdf: {path}: cannot be read as XML: {error}") from None
+    if root.tag != "robot":
+        hint = ": give it as --mjcf" if root.tag == "mujoco" else ""
+        raise ConfigError(expected(f"{WHO}: --urdf: {path}", "<robot>", f"<{root.tag}>{hint}"))
+    return root
+
+
+def moving_joints(urdf: ET.Element) -> list[ET.Element]:
+    """The joints of a URDF that move by themselves, in its order: none that mimics another."""
+    return [
+        one
+        for one in urdf.findall("joint")
+        if one.get("type") != "fixed" and one.find("mimic") is None
+    ]
+
+
+def draft_joints(
+    urdf: ET.Element, name: str, source: SourceModel | None, same: Mapping[str, int]
+) -> list[DraftJoint]:
+    """Every joint that moves.
+
+    Args:
+        name: of the file that is cited.
+        same: number of the model's joint, by the URDF's name.
+
+    Raises:
+        ConfigError: naming the joint: a limit that is no number, or nothing.
+    """
+    sags = {} if source is None else gravity_sags(source)
+    drives = source is not None and any(source.actuators(j) for j in source.joints)
+    return [
+        _draft(joint, name, source, same.get(joint.get("name", "")), sags, drives)
+        for joint in moving_joints(urdf)
+    ]
+
+
+def _draft(
+    joint: ET.Element, file: str, source: SourceModel | None, number: int | None,
+    sags: Mapping[int, float], drives: bool,
+) -> DraftJoint:  # fmt: skip
+    name, kind = joint.get("name", ""), joint.get("type", "")
+    who = f"{WHO}: {file}: joint {name!r}"
+    told = {key: _limit(joint, key, who) for key in ("lower", "upper", "effort", "velocity")}
+    unit = "m" if kind == "prismatic" else "rad"
+    lower, upper = told["lower"], told["upper"]
+    efforts = [told["effort"]] if told["effort"] is not None else []
+    lag_s = 0.0
+    if source is not None and number is not None:
+        bounds = position_range(source, number)
+        if bounds is not None:
+            lower = bounds[0] if lower is None else max(lower, bounds[0])
+            upper = bounds[1] if upper is None else min(upper, bounds[1])
+        efforts += [one for one in (effort_limit(source, number),) if one is not None]
+        lag_s = servo_lag_s(source, number)
+    if kind == "continuous":
+        lower = upper = None
+    elif lower is None or upper is None or not lower < upper:
+        raise ConfigError(expected(who, "a range", f"{lower} to {upper}; give it one"))
+    velocity = told["velocity"] or _SPEED[unit]
+    open_, effort = {}, min(efforts, default=_EFFORT[unit])
+    if told["velocity"] is None:
+        open_["velocity"] = "assumed, no file says it: see the data sheet"
+    open_["acceleration"] = f"assumed: full speed in {_REACHED_IN_S:g} s"
+    if not efforts:
+        open_["effort"] = "assumed, no file says it: see the data sheet"
+    links = [_link(joint, tag, who) for tag in ("parent", "child")]
+    driven = not drives or source is None or number is None or bool(source.actuators(number))
+    model_joints = () if source is None or number is None else (source.model.joint(number).name,)
+    return DraftJoint(
+        name, kind, links[0], links[1], driven, lower, upper, velocity,
+        _rounded(velocity / _REACHED_IN_S), effort, file, model_joints, lag_s,
+        sags.get(-1 if number is None else number, 0.0), open_,
+    )  # fmt: skip
+
+
+def _limit(joint: ET.Element, key: str, who: str) -> float | None:
+    limit = joint.find("limit")
+    text = None if limit is None else limit.get(key)
+    if text is None:
+        return None
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise ConfigError(expected(f"{who}: limit {key}", "a number", repr(text)))
+    if key in ("effort", "velocity") and not value > 0.0:
+        raise ConfigError(expected(f"{who}: limit {key}", "a number above 0", repr(text)))
+    return None if abs(value) >= ANY else value
+
+
+def _link(joint: ET.Element, tag: str, who: str) -> str:
+    found = joint.find(tag)
+    if found is None or not found.get("link"):
+        raise ConfigError(f"{who}: expected a {tag} link")
+    return found.get("link", "")
+
+
+def _servo(source: SourceModel, joint: int) -> int | None:
+    found = [a for a in source.actuators(joint) if is_position_servo(source.model, a)]
+    return found[0] if len(found) == 1 else None
+
+
+def servo_lag_s(source: SourceModel, joint: int) -> float:
+    """How long a servo's joint stays behind a target that moves: damping over stiffness."""
+    servo, model = _servo(source, joint), source.model
+    if servo is None:
+        return 0.0
+    damping = float(model.dof_damping[model.jnt_dofadr[joint]] - model.actuator_biasprm[servo, 2])
+    return max(0.0, damping / float(model.actuator_gainprm[servo, 0]))
+
+
+def gravity_sags(source: SourceModel) -> dict[int, float]:
+    """How far gravity and friction push each joint off its target: the most of random poses."""
+    model, data = source.model, mujoco.MjData(source.model)
+    rng, force = np.random.default_rng(0), np.zeros(model.nv)
+    for _ in range(_POSES):
+        data.qpos[:] = model.qpos0
+        for joint in source.joints:
+            low, high = position_range(source, joint) or (-math.pi, math.pi)
+            data.qpos[model.jnt_qposadr[joint]] = rng.uniform(low, high)
+        mujoco.mj_forward(model, data)
+        force = np.maximum(force, np.abs(data.qfrc_bias - data.qfrc_gravcomp))
+    found = {}
+    for joint in source.joints:
+        servo, dof = _servo(source, joint), int(model.jnt_dofadr[joint])
+        if servo is not None:
+            needed = float(force[dof] + model.dof_frictionloss[dof])
+            found[joint] = needed / float(model.actuator_gainprm[servo, 0])
+    return found
+
+
+def _rounded(value: float) -> float:
+    return float(f"{value:.3g}")
+
+
+def same_joints(urdf: ET.Element, source: SourceModel) -> dict[str, int]:
+    """Number of the model's joint for each of a URDF that moves, by their names.
+
+    A name may have the model's prefix or suffix.
+
+    Raises:
+        ConfigError: the model has none of a name, or several.
+    """
+    names = {joint: str(source.model.joint(joint).name) for joint in source.joints}
+    return {one.get("name", ""): _same(one.get("name", ""), names) for one in moving_joints(urdf)}
+
+
+def _same(name: str, names: Mapping[int, str]) -> int:
+    exact = [joint for joint, called in names.items() if called == name]
+    found: Sequence[int] = exact or [
+        joint for joint, called in names.items()
+        if called.endswith(name) or called.startswith(name)
+    ]  # fmt: skip
+    if len(found) != 1:
+        who = f"{WHO}: joint {name!r} of the URDF"
+        what = "one joint of its name in the MJCF"
+        raise ConfigError(
+            expected(who, what, str(len(found)), names.values()) + "; or leave out --urdf"
+        )
+    return found[0]

@@ -1,0 +1,79 @@
+"""Files that are no robot's: one clear error each, and nothing is left behind."""
+
+from __future__ import annotations
+
+import pytest
+
+from fairlead.paths import robot_dir
+from tests.draft.drafting import EXAMPLE, Desk
+
+MJCF, URDF = "arm.xml", "arm.urdf"
+NO_MESH = '<mesh name="m" file="gone.obj"/>'
+
+
+@pytest.mark.parametrize(
+    ("files", "words", "said"),
+    [
+        ({}, [], "expected --mjcf, --urdf or both, got neither"),
+        ({}, ["--mjcf", MJCF], "expected an MJCF file, got none at arm.xml"),
+        ({}, ["--urdf", URDF], "--urdf: arm.urdf: cannot be read as XML"),
+        ({MJCF: "<mujoco><bro"}, ["--mjcf", MJCF], "--mjcf: arm.xml: cannot be read as XML"),
+        ({MJCF: "\xff\xfe"}, ["--mjcf", MJCF], "--mjcf: arm.xml: cannot be read as XML"),
+        ({MJCF: "<robot/>"}, ["--mjcf", MJCF], "expected <mujoco>, got <robot>: give it as --urdf"),
+        (
+            {URDF: "<mujoco/>"},
+            ["--urdf", URDF],
+            "expected <robot>, got <mujoco>: give it as --mjcf",
+        ),
+        ({MJCF: "<mujoco><wrong/></mujoco>"}, ["--mjcf", MJCF], "arm.xml: XML Error"),
+        ({MJCF: "<mujoco/>"}, ["--mjcf", MJCF], "with hinge or slide joints, got none"),
+        ({URDF: "<robot><link name='a'/></robot>"}, ["--urdf", URDF], "can be commanded, got none"),
+    ],
+)
+def test_what_is_no_robot_is_said(
+    files: dict[str, str], words: list[str], said: str, desk: Desk
+) -> None:
+    for name, text in files.items():
+        (desk.folder / name).write_bytes(text.encode("latin-1"))
+    done = desk.new("mine", *words)
+    assert (done.returncode, done.stdout) == (1, "")
+    assert said in done.stderr, done.stderr
+    assert "Traceback" not in done.stderr
+    assert not (desk.robots / "mine").exists()
+    assert not (desk.folder / "mine.yaml").exists()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ('<body name="base">', '<body name="base"><freejoint/>', "a robot stands on a fixed base"),
+        ('range="-3 3"/>', 'range="-3 3"/><joint axis="1 0 0"/>', "one joint a body, got 2; nest"),
+        ("<worldbody>", f"<asset>{NO_MESH}</asset><worldbody>", "gone.obj"),
+        ('name="right_finger" class="finger" range="-0.04 0"', 'name="right_finger" class="finger"',
+         "joint 'right_finger': expected a range, got None to None; give it one"),
+    ],
+)  # fmt: skip
+def test_a_model_that_is_no_arm_is_said_by_joint_or_file(
+    old: str, new: str, said: str, desk: Desk
+) -> None:
+    done = desk.new("mine", "--mjcf", desk.example((old, new)))
+    assert done.returncode == 1
+    assert said in done.stderr, done.stderr
+    assert not (desk.robots / "mine").exists()
+
+
+def test_an_id_that_is_taken_or_no_name_is_refused_and_so_is_a_deployment_file(desk: Desk) -> None:
+    assert "there is a robot 'panda' already" in desk.new("panda", "--mjcf", EXAMPLE).stderr
+    assert "robot new: id" in desk.new("a b", "--mjcf", EXAMPLE).stderr
+    desk.write("mine.yaml", "")
+    assert "mine.yaml exists already" in desk.new("mine", "--mjcf", EXAMPLE).stderr
+
+
+def test_joints_of_other_names_and_limits_that_are_nothing_are_refused(desk: Desk) -> None:
+    panda = robot_dir("panda") / "panda.urdf"
+    done = desk.new("mine", "--mjcf", EXAMPLE, "--urdf", panda)
+    assert "joint 'panda_joint1' of the URDF: expected one joint of its name" in done.stderr
+    assert "or leave out --urdf" in done.stderr
+    urdf = desk.write("still.urdf", panda.read_text().replace('velocity="2.175"', 'velocity="0"'))
+    done = desk.new("mine", "--urdf", urdf)
+    assert "joint 'panda_joint1': limit velocity: expected a number above 0, got '0'" in done.stderr
