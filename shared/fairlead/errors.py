@@ -10,6 +10,7 @@
     ├── ClaimLostError     parts that were held are held no longer
     ├── ServiceError       a process of a deployment that died, hung or cannot be started
     ├── NoAnswerError      nobody answered a query before its deadline
+    ├── HardwareError      a device that does not answer, or that has failed
     └── TransportError     the Zenoh session could not be opened or has closed
 
 A message always says who is complaining, what it expected, what it got, and,
@@ -29,6 +30,7 @@ __all__ = [
     "ClaimLostError",
     "ConfigError",
     "FairleadError",
+    "HardwareError",
     "LayoutError",
     "MessageError",
     "NoAnswerError",
@@ -125,6 +127,10 @@ class ServiceError(FairleadError):
 
 class NoAnswerError(FairleadError):
     """No service answered a query before its deadline."""
+
+
+class HardwareError(FairleadError):
+    """A device does not answer, or says that it has failed."""
 
 
 class TransportError(FairleadError):

@@ -7,9 +7,10 @@ A checkout is such a tree, and a wheel carries one inside the package, in ``fair
 ``FAIRLEAD_ROOT`` names the tree; without it the first one is taken that is found from the
 working directory upwards, then inside this package, then from this package upwards (an
 editable install, whose package lies in its checkout). What belongs to the user lies outside
-of it: skills in ``FAIRLEAD_SKILLS`` and robots in ``FAIRLEAD_ROBOTS``, else in the user's
-data folder. Other installed packages may have ``robots/``, ``rskills/`` and ``compose/`` too, in
-a folder that they register in ``fairlead.data``.
+of it: skills in ``FAIRLEAD_SKILLS``, robots in ``FAIRLEAD_ROBOTS`` and calibrations in
+``FAIRLEAD_CALIBRATIONS``, else in the user's data folder. Other installed packages may have
+``robots/``, ``rskills/`` and ``compose/`` too, in a folder that they register in
+``fairlead.data``.
 
 Of one name, what ships comes first, then what is the user's, then what packages bring.
 """
@@ -26,6 +27,7 @@ from fairlead.plugins import data_folders
 ROOT_VARIABLE = "FAIRLEAD_ROOT"
 SKILLS_VARIABLE = "FAIRLEAD_SKILLS"
 ROBOTS_VARIABLE = "FAIRLEAD_ROBOTS"
+CALIBRATIONS_VARIABLE = "FAIRLEAD_CALIBRATIONS"
 PACKAGED_TREE = "data"
 
 
@@ -67,6 +69,11 @@ def rskill_dir(skill: str) -> Path:
 def user_skills_dir() -> Path:
     """Where ``fairlead skill install`` puts skills; it need not exist yet."""
     return _users_own(SKILLS_VARIABLE, "rskills")
+
+
+def user_calibrations_dir() -> Path:
+    """Where ``fairlead calibrate`` puts what it found of an arm; it need not exist yet."""
+    return _users_own(CALIBRATIONS_VARIABLE, "calibrations")
 
 
 def skill_folders() -> tuple[Path, ...]:

@@ -55,17 +55,17 @@ def so101_command(
     signal.signal(signal.SIGTERM, _interrupt)
     arm = ServoArm(load_robot("so101"), time.monotonic(), mounting)
     bus = ServoBus(arm.servos, arm.advance, seed)
+    if link is not None:
+        _link(link, bus.port)
     try:
-        if link is not None:
-            _link(link, bus.port)
         echo(f"so101: servos 1 to 6 on {link or bus.port}, 1 Mbit/s; type help, or quit")
         _serve(Emulated(arm, bus))
     except KeyboardInterrupt:
         pass
     finally:
         bus.close()
-        if link is not None and link.is_symlink():
-            link.unlink()
+        if link is not None:
+            link.unlink(missing_ok=True)
 
 
 def _interrupt(*_: object) -> None:
@@ -122,11 +122,9 @@ def _obey(emulated: Emulated, line: str) -> bool:
         echo("\n".join(f"  {order.usage:<24} {order.text}" for order in ORDERS.values()))
     elif line:
         try:
-            carry_out(emulated, line)
+            echo(carry_out(emulated, line))
         except ConfigError as error:
             echo(f"ERROR {error}")
-        else:
-            echo(f"done: {line}")
     return True
 
 

@@ -19,12 +19,12 @@ class Emulated(NamedTuple):
 
 
 class Order(NamedTuple):
-    """arguments: how many numbers, at least and at most. carry_out: takes them."""
+    """arguments: how many numbers, at least and at most. carry_out: takes them; may answer."""
 
     usage: str
     text: str
     arguments: tuple[int, int]
-    carry_out: Callable[[Emulated, list[float]], None]
+    carry_out: Callable[[Emulated, list[float]], str | None]
 
 
 def _noise(emulated: Emulated, numbers: list[float]) -> None:
@@ -77,6 +77,10 @@ def _pull(emulated: Emulated, numbers: list[float]) -> None:
     emulated.arm.pull(_servo(emulated, numbers[0])[0], target)
 
 
+def _where(emulated: Emulated, numbers: list[float]) -> str:
+    return f"{emulated.arm.position(_servo(emulated, numbers[0])[0]):.4f}"
+
+
 ORDERS = {
     "noise": Order("noise SHARE", "so many answers have a wrong byte", (1, 1), _noise),
     "lose": Order("lose SHARE", "so many answers never come", (1, 1), _lose),
@@ -89,11 +93,12 @@ ORDERS = {
     "overload": Order("overload ID", "as if it had been blocked too long", (1, 1), _overload),
     "sensor": Order("sensor ID", "its encoder breaks", (1, 1), _sensor),
     "pull": Order("pull ID [RAD]", "a hand takes the joint there; or lets go", (1, 2), _pull),
+    "where": Order("where ID", "the joint is [rad]", (1, 1), _where),
 }
 
 
-def carry_out(emulated: Emulated, line: str) -> None:
-    """Do what one line says.
+def carry_out(emulated: Emulated, line: str) -> str:
+    """Do what one line says; what there is to say about it.
 
     Raises:
         ConfigError: for an unknown word, or numbers that do not fit.
@@ -109,7 +114,7 @@ def carry_out(emulated: Emulated, line: str) -> None:
     least, most = order.arguments
     if not least <= len(given) == len(numbers) <= most:
         raise ConfigError(expected(f"emulate: {word}", order.usage, repr(line.strip())))
-    order.carry_out(emulated, numbers)
+    return order.carry_out(emulated, numbers) or f"done: {line}"
 
 
 def _chance(share: float) -> float:

@@ -1,0 +1,120 @@
+"""Calibration: a person moves each joint by hand to both ends of its range."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from fairlead.errors import ConfigError, expected
+from fairlead.robot.joint import Joint
+from fairlead.robot.manifest import RobotManifest
+from fairlead_hal_so101.calibration import (
+    STEPS_PER_RAD,
+    ZERO_STEPS,
+    CalibratedServo,
+    Calibration,
+    calibration_path,
+    save_calibration,
+)
+from fairlead_hal_so101.servo_bus import ServoBus
+
+TURN = 4096
+RANGE_TOLERANCE_RAD = 0.3
+"""A range that differs by more from the robot's was not moved from end to end."""
+_TIMEOUT_S = 0.05
+
+
+def calibrate(
+    robot: RobotManifest, port: str, name: str, say: Callable[[str], None],
+    pressed: Callable[[], bool],
+) -> Path:  # fmt: skip
+    """Ask a person to move every joint, write servos and file.
+
+    Args:
+        robot: its joints, in order, have the servos 1, 2, ...
+        name: of the calibration, or a path to its file.
+        say: tells the person what to do.
+        pressed: waits for a moment; whether the person has done it.
+
+    Returns:
+        The file.
+
+    Raises:
+        ConfigError: the port or the servos are not those of the robot; a joint was not moved from
+            end to end.
+        HardwareError: a servo does not answer.
+    """
+    joints = dict(enumerate(robot.joints, start=1))
+    bus = ServoBus(port, {one: joint.name for one, joint in joints.items()}, _TIMEOUT_S)
+    try:
+        bus.check_servos()
+        for servo_id in joints:
+            _let_go(bus, servo_id)
+        found = [_calibrated(bus, one, joint, say, pressed) for one, joint in joints.items()]
+        calibration = Calibration(robot=robot.id, servos=tuple(found))
+        path = calibration_path(name)
+        save_calibration(path, calibration)
+        for servo in found:
+            _store(bus, servo)
+    finally:
+        bus.close()
+    return path
+
+
+def _let_go(bus: ServoBus, servo_id: int) -> None:
+    """Limp, and counting from 0 to 4095 as its encoder does."""
+    for register, value in (
+        ("torque_enable", 0),
+        ("lock", 0),
+        ("operating_mode", 0),
+        ("homing_offset", 0),
+        ("min_position_limit", 0),
+        ("max_position_limit", TURN - 1),
+    ):
+        bus.put(servo_id, register, value)
+
+
+def _calibrated(
+    bus: ServoBus, servo_id: int, joint: Joint, say: Callable[[str], None],
+    pressed: Callable[[], bool],
+) -> CalibratedServo:  # fmt: skip
+    """Follow one joint from its lower to its upper end."""
+    steps = bus.get(servo_id, "present_position")
+    ends = []
+    for end, position_rad in (("lower", joint.lower), ("upper", joint.upper)):
+        say(f"{joint.name}: move it to its {end} end ({position_rad:+.2f} rad), then Enter")
+        while not pressed():
+            steps += _turned(bus.get(servo_id, "present_position") - steps)
+        steps += _turned(bus.get(servo_id, "present_position") - steps)
+        ends.append(steps)
+    lower, upper = ends
+    span_rad, wanted_rad = abs(upper - lower) / STEPS_PER_RAD, joint.upper - joint.lower
+    if abs(span_rad - wanted_rad) > RANGE_TOLERANCE_RAD:
+        what = f"a way of {wanted_rad:.2f} rad from end to end"
+        raise ConfigError(expected(f"calibrate: {joint.name}", what, f"{span_rad:.2f}"))
+    direction = 1 if upper > lower else -1
+    middle_rad = (joint.lower + joint.upper) / 2
+    zero = round((lower + upper) / 2 - direction * middle_rad * STEPS_PER_RAD)
+    offset = min(max(_turned(zero - ZERO_STEPS), 1 - TURN // 2), TURN // 2 - 1)
+    reads = sorted(ZERO_STEPS + end - zero for end in ends)
+    return CalibratedServo(
+        joint=joint.name,
+        id=servo_id,
+        homing_offset_steps=offset,
+        direction=1 if direction > 0 else -1,
+        lower_steps=max(reads[0], 0),
+        upper_steps=min(reads[1], TURN - 1),
+    )
+
+
+def _turned(steps: int) -> int:
+    """The shorter way round."""
+    return (steps + TURN // 2) % TURN - TURN // 2
+
+
+def _store(bus: ServoBus, servo: CalibratedServo) -> None:
+    """Into the servo's EEPROM, and locked."""
+    bus.put(servo.id, "homing_offset", servo.homing_offset_steps)
+    bus.put(servo.id, "min_position_limit", servo.lower_steps)
+    bus.put(servo.id, "max_position_limit", servo.upper_steps)
+    bus.put(servo.id, "lock", 1)

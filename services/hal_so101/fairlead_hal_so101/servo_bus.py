@@ -1,0 +1,171 @@
+"""The bus of an arm's servos, by rustypot: one read and one write for all of them."""
+
+from __future__ import annotations
+
+import re
+import time
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from fairlead.errors import ConfigError, HardwareError, expected
+from fairlead_hal_so101.servo_reading import FIRST, LENGTH, ServoReading, servo_reading
+
+if TYPE_CHECKING:
+    from rustypot import Sts3215PyController
+
+RATE = 1_000_000
+MODEL = 777
+QUIET_S = 0.003
+"""After a failed read the other servos go on answering for so long."""
+_ATTEMPTS = 2
+_PATIENT_S = 0.05
+"""For a servo to answer while nothing moves."""
+GOAL_POSITION = 42
+
+
+class LostAnswerError(Exception):
+    """A read or write of all servos failed, for a reason that may pass."""
+
+
+class ServoBus:
+    """The servos of one arm on a serial port.
+
+    Args:
+        names: of the servos by id, for errors.
+
+    Raises:
+        ConfigError: rustypot is not installed, or the port cannot be opened.
+    """
+
+    def __init__(self, port: str, names: dict[int, str], answer_timeout_s: float) -> None:
+        self._port, self._names, self._timeout_s = port, names, answer_timeout_s
+        self._ids = list(names)
+        self._controller = _open(port, max(_PATIENT_S, answer_timeout_s))
+
+    def check_servos(self) -> None:
+        """Whether the servos of the arm are there, and no others.
+
+        Raises:
+            ConfigError: naming the ids that are missing, that nobody expects, or another model.
+            HardwareError: the port is gone.
+        """
+        silent, scanned = self.silent(retries=2), self._scan()
+        found = sorted({*scanned, *self._ids} - {*silent})
+        models = {one: scanned.get(one) or self.get(one, "model_number") for one in found}
+        if models != dict.fromkeys(sorted(self._ids), MODEL):
+            seen = ", ".join(
+                str(one) if model == MODEL else f"{one} of model {model}"
+                for one, model in models.items()
+            )
+            wanted = f"STS3215 servos {', '.join(map(str, self._ids))} and no others"
+            got = f"{seen or 'none'}; look at power, cables and ids"
+            raise ConfigError(expected(f"hal_so101: {self._port}", wanted, got))
+        self._controller.set_timeout(self._timeout_s)
+
+    def read(self) -> list[ServoReading]:
+        """Measure all servos by one read of the bus, tried again once.
+
+        Raises:
+            LostAnswerError: no attempt succeeded.
+            HardwareError: the port is gone.
+        """
+        reason = ""
+        for _ in range(_ATTEMPTS):
+            try:
+                answers = self._controller.sync_read_raw_data_with_error(self._ids, FIRST, LENGTH)
+                return [servo_reading(bytes(data), error) for data, error in answers]
+            except (RuntimeError, OSError) as error:
+                reason = self._reason(error)
+                time.sleep(QUIET_S)
+        raise LostAnswerError(reason)
+
+    def write_all(self, address: int, size: int, values: Sequence[int]) -> None:
+        """Write one number of ``size`` bytes into every servo, by one packet without an answer.
+
+        Raises:
+            LostAnswerError: it could not be sent.
+            HardwareError: the port is gone.
+        """
+        data = [list(value.to_bytes(size, "little")) for value in values]
+        try:
+            self._controller.sync_write_raw_data(self._ids, address, data)
+        except (RuntimeError, OSError) as error:
+            raise LostAnswerError(self._reason(error)) from None
+
+    def get(self, servo_id: int, name: str) -> int:
+        """A register by rustypot's name, patiently.
+
+        Raises:
+            HardwareError: the servo does not answer.
+        """
+        try:
+            return self._controller.read_register(servo_id, name, retries=3)
+        except (RuntimeError, OSError) as error:
+            raise HardwareError(f"hal_so101: {self._reason(error)}") from None
+
+    def put(self, servo_id: int, name: str, value: int) -> None:
+        """Write a register by rustypot's name, patiently.
+
+        Raises:
+            HardwareError: the servo does not answer.
+        """
+        try:
+            self._controller.write_register(servo_id, name, value, retries=3)
+        except (RuntimeError, OSError) as error:
+            raise HardwareError(f"hal_so101: {self._reason(error)}") from None
+
+    def silent(self, retries: int = 1) -> list[int]:
+        """The servos that do not answer now, asked one by one."""
+        return [one for one in self._ids if not self._answers(one, retries)]
+
+    def named(self, ids: Sequence[int]) -> str:
+        """Servos as errors call them."""
+        return ", ".join(f"{one} ({self._names[one]})" for one in ids)
+
+    def close(self) -> None:
+        """Let go of the port."""
+        self._controller.close()
+
+    def _answers(self, servo_id: int, retries: int) -> bool:
+        try:
+            return self._controller.read_register(servo_id, "id", retries) == servo_id
+        except (RuntimeError, OSError) as error:
+            self._reason(error)
+            return False
+
+    def _scan(self) -> dict[int, int]:
+        try:
+            found: dict[int, int] = self._controller.broadcast_scan()
+        except (RuntimeError, OSError) as error:
+            raise HardwareError(f"hal_so101: {self._reason(error)}") from None
+        return found
+
+    def _reason(self, error: Exception) -> str:
+        """What the library says, with the servo's name.
+
+        Raises:
+            HardwareError: the port is gone.
+        """
+        text = str(error)
+        if "I/O error" in text or isinstance(error, OSError):
+            gone = "is gone: adapter unplugged?"
+            raise HardwareError(f"hal_so101: port {self._port} {gone} ({text})") from None
+        motor = re.match(r"motor (\d+): (.*)", text)
+        if motor is None:
+            return text.lower()
+        return f"servo {self.named([int(motor.group(1))])}: {motor.group(2).lower()}"
+
+
+def _open(port: str, timeout_s: float) -> Sts3215PyController:
+    try:
+        from rustypot import Sts3215PyController
+    except ImportError:
+        raise ConfigError(
+            "hal_so101: expected the package rustypot, got none; pip install 'fairlead[so101]'"
+        ) from None
+    try:
+        return Sts3215PyController(port, RATE, timeout_s)
+    except (OSError, RuntimeError) as error:
+        raise ConfigError(
+            expected("hal_so101: port", "a serial port that nobody else uses", f"{port}: {error}")
+        ) from None

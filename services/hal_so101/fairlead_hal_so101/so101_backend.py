@@ -1,0 +1,252 @@
+"""So101Backend: six STS3215 servos behind the HAL contract."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from fairlead.errors import ConfigError, HardwareError, expected
+from fairlead.hal.backend import (
+    BackendDescription,
+    FramePose,
+    Measurement,
+    PartCommand,
+    TaskReading,
+)
+from fairlead.hal.described_part import describe_part
+from fairlead.messages import FloatArray
+from fairlead.modes import ControlMode
+from fairlead.robot.manifest import RobotManifest
+from fairlead.robot.profile_limits import profile_limits
+from fairlead_hal_so101.calibration import STEPS_PER_RAD, Calibration, calibration_path
+from fairlead_hal_so101.options import So101Options
+from fairlead_hal_so101.servo_bus import GOAL_POSITION, LostAnswerError, ServoBus
+from fairlead_hal_so101.servo_health import ServoHealth
+from fairlead_hal_so101.servo_reading import ServoReading
+
+_LOG = logging.getLogger("hal.so101")
+
+_UPRIGHT = np.array([0.0, 0.0, 0.0, 1.0])
+_POSITION_MODE = 0
+_MOST_ACCELERATION = 254
+_ACCELERATION_STEPS_S2 = 100
+_TORQUE_ENABLE = 40
+_SLACK_STEPS = 40
+"""How far outside its limits a joint may be found: 3.5 degrees."""
+
+
+class So101Backend:
+    """Implements `fairlead.hal.backend.Backend`.
+
+    Each tick is one read of the bus, of all servos, and one write of all goals. A servo goes to
+    its goal no faster than its joint may, also when this process is gone: it then stays there.
+
+    Args:
+        profile: safety profile whose limits the servos get.
+        calibration: of this arm.
+
+    Raises:
+        ConfigError: what is on the port is not this arm.
+        HardwareError: it does not answer.
+    """
+
+    def __init__(
+        self, robot: RobotManifest, profile: str, options: So101Options, calibration: Calibration
+    ) -> None:
+        self._robot, self._options, self._servos = robot, options, calibration.servos
+        self._parts = tuple(describe_part(robot, part, profile) for part in robot.parts)
+        names = {servo.id: servo.joint for servo in self._servos}
+        self._bus = ServoBus(options.port, names, options.answer_timeout_s)
+        self._health = ServoHealth(
+            [self._bus.named([one]) for one in calibration.ids], options.limits
+        )
+        self._lost = {"measurement": 0, "command": 0}
+        self._ever_lost = 0
+        try:
+            self._bus.check_servos()
+            self._check_registers()
+            self._readings = self._first_readings()
+            self._setpoints = self._positions()
+            self._take_hold(profile)
+        except BaseException:
+            self._bus.close()
+            raise
+
+    def describe(self) -> BackendDescription:
+        """The servos that were found, as the robot's joints."""
+        return BackendDescription(
+            joints=self._robot.joint_names,
+            passive_joints=self._robot.passive_joint_names,
+            parts=self._parts,
+            simulator_order=(),
+            cameras=(),
+            has_task=False,
+        )
+
+    def read(self) -> Measurement:
+        """All servos; where both attempts are lost, what was measured the tick before.
+
+        Raises:
+            HardwareError: too many ticks were lost in a row, a servo is limp, the port is gone.
+        """
+        try:
+            self._readings = self._bus.read()
+        except LostAnswerError as error:
+            self._note_loss("measurement", str(error))
+        else:
+            self._lost["measurement"] = 0
+            limp = [
+                one.id
+                for one, reading in zip(self._servos, self._readings, strict=True)
+                if not reading.has_torque
+            ]
+            if limp:
+                text = "brown-out or reset? support the arm, look at the supply, start again"
+                raise HardwareError(f"hal_so101: servo {self._bus.named(limp)}: no torque: {text}")
+            self._health.look(self._readings)
+        pairs = list(zip(self._servos, self._readings, strict=True))
+        return Measurement(
+            positions=self._positions(),
+            velocities=np.array([s.direction * r.speed_steps_s / STEPS_PER_RAD for s, r in pairs]),
+            efforts=np.array([s.direction * r.effort_nm for s, r in pairs]),
+        )
+
+    def transforms(self) -> Sequence[FramePose]:
+        """``odom -> base_link``: the arm stands still."""
+        return [FramePose("odom", "base_link", np.zeros(3), _UPRIGHT)]
+
+    def static_transforms(self) -> Sequence[FramePose]:
+        """``map -> odom``: the same frame."""
+        return [FramePose("map", "odom", np.zeros(3), _UPRIGHT)]
+
+    def apply(self, commands: Mapping[str, PartCommand]) -> None:
+        """Write every servo's goal; a joint without a command keeps its own.
+
+        Raises:
+            ConfigError: a servo is beyond a limit of the options or says a fault, or a goal is
+                outside the calibrated range: no goal has changed.
+            HardwareError: the port is gone.
+        """
+        goals = self._setpoints.copy()
+        if commands and self._health.complaint:
+            raise ConfigError(f"hal_so101: {self._health.complaint}")
+        for name, command in commands.items():
+            if command.mode != ControlMode.JOINT_POSITION:
+                who, what = f"hal_so101: part {name}", "joint_position"
+                raise ConfigError(expected(who, what, command.mode.yaml_name))
+            joints = list(command.active)
+            goals[joints] = command.values[joints]
+        steps = self._steps(goals)
+        self._setpoints = goals
+        try:
+            self._bus.write_all(GOAL_POSITION, 2, steps)
+        except LostAnswerError as error:
+            self._note_loss("command", str(error))
+        else:
+            self._lost["command"] = 0
+
+    def task(self) -> TaskReading | None:
+        """None: a real arm has no task."""
+        return None
+
+    def reset(self, seed: int) -> None:
+        """Raises `ConfigError`: a real arm has no episodes."""
+        raise ConfigError("hal_so101: expected a simulator for reset_episode, got a real arm")
+
+    def snapshot(self) -> bytes:
+        """Nothing to render from."""
+        return b""
+
+    def close(self) -> None:
+        """Torque off where the options say so."""
+        try:
+            if self._options.torque_off_at_exit:
+                self._bus.write_all(_TORQUE_ENABLE, 1, [0] * len(self._servos))
+        except (HardwareError, LostAnswerError) as error:
+            _LOG.error("torque is still on: %s", error)
+        if self._ever_lost:
+            _LOG.warning("%d measurements or commands were lost", self._ever_lost)
+        self._bus.close()
+
+    def _check_registers(self) -> None:
+        """Whether the servos are those of the calibration."""
+        file = calibration_path(self._options.calibration)
+        for one in self._servos:
+            wanted = {
+                "operating_mode": _POSITION_MODE,
+                "homing_offset": one.homing_offset_steps,
+                "min_position_limit": one.lower_steps,
+                "max_position_limit": one.upper_steps,
+            }
+            got = {name: self._bus.get(one.id, name) for name in wanted}
+            if got != wanted:
+                differing = [name for name in wanted if got[name] != wanted[name]]
+                name = differing[0]
+                raise ConfigError(
+                    f"hal_so101: servo {self._bus.named([one.id])}: expected {name} "
+                    f"{wanted[name]} ({file}), got {got[name]}: another arm, or calibrated "
+                    "elsewhere; fairlead calibrate so101"
+                )
+
+    def _first_readings(self) -> list[ServoReading]:
+        for _ in range(self._options.lost_ticks + 1):
+            try:
+                return self._bus.read()
+            except LostAnswerError as error:
+                reason = str(error)
+        raise HardwareError(f"hal_so101: {self._options.port}: {reason}")
+
+    def _take_hold(self, profile: str) -> None:
+        """Goals where the joints are, then speeds, then torque: nothing moves."""
+        for one, reading in zip(self._servos, self._readings, strict=True):
+            if not (
+                one.lower_steps - _SLACK_STEPS
+                <= reading.position_steps
+                <= one.upper_steps + _SLACK_STEPS
+            ):
+                what = f"a position within {one.lower_steps} to {one.upper_steps} steps"
+                who = f"hal_so101: servo {self._bus.named([one.id])}"
+                got = f"{reading.position_steps}; move it there by hand, or calibrate again"
+                raise ConfigError(expected(who, what, got))
+        safety = self._robot.profile(profile)
+        limits = [profile_limits(joint, safety) for joint in self._robot.joints]
+        self._bus.write_all(GOAL_POSITION, 2, [one.position_steps for one in self._readings])
+        for one, (speed, acceleration, _, _) in zip(self._servos, limits, strict=True):
+            hundreds = round(acceleration * STEPS_PER_RAD / _ACCELERATION_STEPS_S2)
+            self._bus.put(one.id, "goal_velocity", round(speed * STEPS_PER_RAD))
+            self._bus.put(one.id, "acceleration", min(hundreds, _MOST_ACCELERATION))
+        self._bus.write_all(_TORQUE_ENABLE, 1, [1] * len(self._servos))
+
+    def _note_loss(self, what: str, reason: str) -> None:
+        """Count it; too many in a row are a fault, with what can be found out about it."""
+        self._lost[what] += 1
+        self._ever_lost += 1
+        if self._lost[what] == 1:
+            _LOG.warning("a %s is lost: %s", what, reason)
+        if self._lost[what] <= self._options.lost_ticks:
+            return
+        silent = self._bus.silent()
+        if len(silent) == len(self._servos):
+            reason = "no servo answers: bus cable out, or power off"
+        elif silent:
+            reason = f"servo {self._bus.named(silent)} does not answer: its cable, power or id"
+        raise HardwareError(f"hal_so101: {self._lost[what]} {what}s lost in a row: {reason}")
+
+    def _positions(self) -> FloatArray:
+        return np.array(
+            [
+                one.rad(reading.position_steps)
+                for one, reading in zip(self._servos, self._readings, strict=True)
+            ]
+        )
+
+    def _steps(self, positions: FloatArray) -> list[int]:
+        steps = [one.steps(p) for one, p in zip(self._servos, positions.tolist(), strict=True)]
+        for one, goal in zip(self._servos, steps, strict=True):
+            if not one.lower_steps - _SLACK_STEPS <= goal <= one.upper_steps + _SLACK_STEPS:
+                low, high = sorted((one.rad(one.lower_steps), one.rad(one.upper_steps)))
+                who, what = f"hal_so101: joint {one.joint}", f"{low:.3f} to {high:.3f} rad"
+                raise ConfigError(expected(who, f"a goal of {what}, as calibrated", one.rad(goal)))
+        return [min(max(goal, 0), 4095) for goal in steps]

@@ -1,0 +1,87 @@
+"""The same skill moves the simulated arm and the emulated one: one line differs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from bench.equipment.live_robot import LiveRobot
+from fairlead.deploy.registry import Registry
+from fairlead.messages import FloatArray, GoalResult, JointState, decode, floats
+from fairlead.operate.goal_run import GoalOptions, run_goal
+from fairlead.paths import repo_root
+from fairlead.skill.manifest import load_skill
+from fairlead.wire.bus import Sample
+from fairlead_tools.supervisor.scratch import (
+    ScratchOptions,
+    ScratchRobot,
+    make_scratch,
+    scratch_robot,
+)
+from tests.so101.arm import as_delivered
+from tests.so101.emulated import emulated_arm
+
+SOURCE = repo_root() / "compose" / "so101_mujoco.yaml"
+SKILL = "so101-reach"
+TARGET = np.array(load_skill(SKILL).policy.options["target_rad"], dtype=float)
+
+pytestmark = pytest.mark.processes
+
+
+def reach(robot: ScratchRobot) -> tuple[GoalResult, FloatArray]:
+    """One goal: its result, and where the joints are after it."""
+    client, states = robot.client, list[JointState]()
+
+    def on_joints(sample: Sample) -> None:
+        states.append(decode(JointState, sample.payload))
+
+    subscription = client.bus.subscribe(client.keys.joints, on_joints)
+    client.arm()
+    wish = GoalOptions(SKILL, deadline_ticks=1500, stall_timeout_s=15.0)
+    result = run_goal(client, wish).result
+    subscription.undeclare()
+    assert result is not None
+    return result, floats(states[-1].positions)
+
+
+def swapped(folder: Path, port: Path) -> Path:
+    """The shipped file with another line for the HAL."""
+    options = f"{{port: {port}, calibration: {as_delivered(folder)}, answer_timeout_s: 0.2}}"
+    before = SOURCE.read_text(encoding="utf-8").splitlines()
+    [line] = [number for number, text in enumerate(before) if text.startswith("  hal: {")]
+    after = list(before)
+    after[line] = before[line].replace("run: hal_mujoco", f"run: hal_so101, options: {options}")
+    file = folder / "swapped.yaml"
+    file.write_text("\n".join(after), encoding="utf-8")
+    assert sum(one != other for one, other in zip(before, after, strict=True)) == 1
+    assert yaml.safe_load(file.read_text())["services"]["hal"]["run"] == "hal_so101"
+    return file
+
+
+def test_the_skill_reaches_its_pose_on_the_simulator(tmp_path: Path) -> None:
+    options = ScratchOptions(options={"runner": {"skills": [SKILL]}})
+    scratch = make_scratch(SOURCE, tmp_path / "state", options)
+    with scratch_robot(scratch, Registry(tmp_path / "registry")) as robot:
+        result, joints = reach(robot)
+    assert (result.outcome, result.decided_by) == ("succeeded", "policy"), result
+    np.testing.assert_allclose(joints, TARGET, rtol=0, atol=0.04)
+
+
+def test_the_skill_reaches_its_pose_on_servos_and_a_hot_one_stops_it(tmp_path: Path) -> None:
+    with emulated_arm(tmp_path / "arm") as arm:
+        options = ScratchOptions(options={"runner": {"skills": [SKILL]}})
+        scratch = make_scratch(swapped(tmp_path, arm.port), tmp_path / "state", options)
+        with scratch_robot(scratch, Registry(tmp_path / "registry")) as robot:
+            arm.order("temperature 3 66")
+            result, joints = reach(robot)
+            assert result.outcome == "failed", result
+            assert "servo 3 (elbow_flex): 66 C, limit 60 C" in result.detail
+            np.testing.assert_allclose(joints, [0.0, -1.0, 0.9, 0.7, 0.0, 0.3], rtol=0, atol=0.1)
+            arm.order("temperature 3 30")
+            LiveRobot(robot, SKILL).recover()
+            result, joints = reach(robot)
+    assert (result.outcome, result.decided_by) == ("succeeded", "policy"), result
+    np.testing.assert_allclose(joints, TARGET, rtol=0, atol=0.04)
