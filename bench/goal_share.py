@@ -15,10 +15,10 @@ import argparse
 import numpy as np
 
 from bench.equipment.kinematics import Pose
-from bench.measure_limits.driven_robot import DrivenRobot
 from fairlead.hal.backend import PartCommand
 from fairlead.messages import FloatArray
 from fairlead.modes import ControlMode
+from fairlead_tools.measure.driven_robot import DrivenRobot
 
 SCALE = np.array([0.01, 0.01, 0.01, 0.05, 0.05, 0.05])
 """Of a row along one axis [m, rad]."""

@@ -19,7 +19,7 @@ import tempfile
 from datetime import UTC, datetime
 from pathlib import Path
 
-from bench.measure_limits.driven_robot import ROBOTS
+from bench.soundness.demonstrations import ROBOTS
 from bench.soundness.results import Amount, Results, run_all
 from bench.soundness.table import document, tables, write
 from fairlead.paths import repo_root

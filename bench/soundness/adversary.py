@@ -6,12 +6,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from bench.measure_limits.driven_robot import Moment
-from bench.measure_limits.rows import FullScaleRows
 from bench.soundness.chunk_rows import Row
 from fairlead.messages import FloatArray
 from fairlead.modes import ControlMode
 from fairlead.robot.manifest import RobotManifest
+from fairlead_tools.measure.driven_robot import Moment
+from fairlead_tools.measure.rows import FullScaleRows
 
 KINDS = ("random", "corner", "creep")
 ROWS_MOST = 16

@@ -8,12 +8,12 @@ from typing import Protocol
 import numpy as np
 
 from bench.equipment.core_gate import SOURCE
-from bench.measure_limits.driven_robot import Moment
-from bench.measure_limits.rows import FullScaleRows
 from bench.soundness.chunk_rows import Row
 from fairlead.messages import FloatArray
 from fairlead.modes import ControlMode
 from fairlead.robot.manifest import RobotManifest
+from fairlead_tools.measure.driven_robot import Moment
+from fairlead_tools.measure.rows import FullScaleRows
 
 ARM_JOINTS = 6
 ROWS_MOST = 16

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from bench.measure_limits.driven_robot import Moment
 from bench.soundness.attack import Parts, everything
 from bench.soundness.chunk_rows import Row
 from fairlead.messages import FloatArray
 from fairlead.modes import ControlMode
 from fairlead.robot.manifest import RobotManifest
+from fairlead_tools.measure.driven_robot import Moment
 
 CYCLES = 100
 TELLING = ("held", "zero", "ratchet")

@@ -19,13 +19,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from bench.equipment.kinematics import Kinematics
-from bench.measure_limits.driven_robot import DrivenRobot, Moment, Tick
 from bench.soundness.arena import EXACT_M, Arena
 from bench.soundness.attack import Parts
 from bench.soundness.lockstep_loop import LockstepLoop
 from fairlead.messages import FloatArray, Outcome
 from fairlead.modes import ControlMode
 from fairlead.robot.profile_limits import profile_limits
+from fairlead_tools.measure.driven_robot import DrivenRobot, Moment, Tick
 
 TOOL, REST_TICKS, LEAST_SHARE = "grip_site", 25, 0.2
 

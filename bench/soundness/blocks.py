@@ -15,15 +15,15 @@ from typing import Any, Literal, TypeVar
 import numpy as np
 
 from bench.equipment.real_gate import core_binary
-from bench.measure_limits.driven_robot import DrivenRobot
-from bench.measure_limits.episodes import episode
 from bench.soundness.chunk_rows import Row
+from bench.soundness.episodes import episode
 from bench.soundness.kinematic_campaign import KinematicCampaign, Soundness
 from bench.soundness.lockstep_loop import LockstepLoop
 from bench.soundness.simulated_campaign import Simulated, SimulatedCampaign
 from bench.soundness.usability import Usability, demonstrate
 from fairlead.messages import FloatArray
 from fairlead.paths import gate_config
+from fairlead_tools.measure.driven_robot import DrivenRobot
 
 Kind = Literal["kinematic", "simulated", "usability"]
 SIZES: dict[Kind, int] = {"kinematic": 2000, "simulated": 1500, "usability": 5}

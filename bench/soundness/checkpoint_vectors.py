@@ -17,10 +17,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from bench.equipment.expert_episode import commands
-from bench.measure_limits.driven_robot import DrivenRobot
 from bench.soundness.chunk_rows import Row
 from bench.soundness.lockstep_loop import LockstepLoop
 from fairlead.messages import Outcome
+from fairlead_tools.measure.driven_robot import DrivenRobot
 
 ROWS, USED, TICKS = 16, 8, 160
 SCALES = (0.15, 0.3, 1.0)

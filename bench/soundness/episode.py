@@ -15,9 +15,10 @@ import json
 import sys
 from pathlib import Path
 
-from bench.measure_limits.driven_robot import ROBOTS, DrivenRobot, Tick
+from bench.soundness.demonstrations import ROBOTS
 from bench.soundness.lockstep_loop import LockstepLoop
 from bench.soundness.simulated_campaign import Simulated, SimulatedCampaign
+from fairlead_tools.measure.driven_robot import DrivenRobot, Tick
 
 
 def main() -> int:

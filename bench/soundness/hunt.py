@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from bench.equipment.kinematics import Kinematics
-from bench.measure_limits.driven_robot import Moment
 from bench.soundness.arena import Arena
 from bench.soundness.attack import ROWS_MOST, Parts, everything, some_mode
 from bench.soundness.chunk_rows import Row
@@ -13,6 +12,7 @@ from bench.soundness.steering import CARTESIAN
 from fairlead.messages import FloatArray
 from fairlead.modes import ControlMode
 from fairlead.robot.manifest import RobotManifest
+from fairlead_tools.measure.driven_robot import Moment
 
 HUNTED = ("bounds", "workspace", "self-collision")
 STEP = 1e-3

@@ -13,7 +13,6 @@ import numpy as np
 from bench.equipment.case import Case, Measured
 from bench.equipment.core_gate import Answer, CaseRefusedError, CoreGate
 from bench.equipment.kinematics import Kinematics
-from bench.measure_limits.driven_robot import Moment
 from bench.soundness.adversary import KINDS, Adversary
 from bench.soundness.arena import RULES, Arena
 from bench.soundness.chunk_rows import Row, chunk_of
@@ -22,6 +21,7 @@ from bench.soundness.starts import Starts
 from fairlead.messages import FloatArray, Outcome
 from fairlead.paths import gate_config
 from fairlead.robot.manifest import RobotManifest
+from fairlead_tools.measure.driven_robot import Moment
 
 PACE = 500
 NUMERIC = 1e-6

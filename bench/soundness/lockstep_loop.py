@@ -9,12 +9,12 @@ import numpy as np
 from bench.equipment.case import Case, Chunk, Measured
 from bench.equipment.core_gate import SESSION, SOURCE, CoreGate
 from bench.equipment.gate_port import GateOutput
-from bench.measure_limits.driven_robot import DrivenRobot, Moment, Tick
 from bench.soundness.chunk_rows import Row, chunk_of
 from fairlead.errors import ConfigError
 from fairlead.hal.core import HalCore, TickPlan
 from fairlead.messages import Decision, Hold, Lease, SafeChunk, Verdict, decode
 from fairlead.paths import gate_config
+from fairlead_tools.measure.driven_robot import DrivenRobot, Moment, Tick
 
 
 class LockstepLoop:

@@ -8,13 +8,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from bench.measure_limits.driven_robot import Tick
 from bench.soundness.arena import RULES, Arena
 from bench.soundness.attack import ARM_JOINTS, Attack
 from bench.soundness.attacks import attacks_on, make_attack
 from bench.soundness.lockstep_loop import LockstepLoop
 from bench.soundness.stops import kind_of, story_of
 from fairlead.messages import FloatArray, Outcome
+from fairlead_tools.measure.driven_robot import Tick
 
 EPISODES_MOST = 10_000
 REST_TICKS = 40

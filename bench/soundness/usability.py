@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
-from bench.measure_limits.demonstrations import Rows, demonstration
+from bench.soundness.demonstrations import Rows, demonstration
 from bench.soundness.lockstep_loop import LockstepLoop
 from bench.soundness.stops import kind_of, story_of
 from fairlead.messages import Outcome

@@ -6,13 +6,13 @@ from typing import Literal
 
 import numpy as np
 
-from bench.measure_limits.driven_robot import Moment
 from bench.soundness.adversary import Adversary
 from bench.soundness.attack import ROWS_MOST, Parts, everything, some_mode
 from bench.soundness.chunk_rows import Row
 from fairlead.messages import FloatArray
 from fairlead.modes import ControlMode
 from fairlead.robot.manifest import RobotManifest
+from fairlead_tools.measure.driven_robot import Moment
 
 Switch = Literal["up", "down", "flicker"]
 

@@ -11,15 +11,15 @@ import numpy as np
 import pytest
 
 from bench.equipment.kinematics import Kinematics
-from bench.measure_limits.driven_robot import DrivenRobot
-from bench.measure_limits.episodes import episode
 from bench.soundness.attacks import ON_A_BASE, attacks_on
 from bench.soundness.checkpoint_vectors import TICKS, ask
+from bench.soundness.episodes import episode
 from bench.soundness.kinematic_campaign import KinematicCampaign
 from bench.soundness.lockstep_loop import LockstepLoop
 from bench.soundness.results import Amount, run
 from bench.soundness.simulated_campaign import SimulatedCampaign
 from fairlead.paths import gate_config
+from fairlead_tools.measure.driven_robot import DrivenRobot
 
 PATH_CODES = {24, 26, 30, 31, 32, 33, 34}
 MALFORMED = set(range(1, 13))

@@ -17,7 +17,7 @@ from fairlead.hal.backend import (
 )
 from fairlead.hal.described_part import describe_part
 from fairlead.hal.interpolation import INTERPOLATORS
-from fairlead.hal.mujoco_frames import MujocoFrames, base_body
+from fairlead.hal.mujoco_frames import MujocoFrames, base_body, touching
 from fairlead.hal.setpoints import Setpoints
 from fairlead.messages import FloatArray
 from fairlead.paths import robot_dir
@@ -164,6 +164,10 @@ class MujocoBackend:
 
     def close(self) -> None:
         """Nothing to release."""
+
+    def contacts(self) -> Sequence[str]:
+        """Bodies that touch each other or the world."""
+        return touching(self._model, self._data, lambda body: body != "world")
 
     def packed(self) -> npt.NDArray[np.float32]:
         """The model's ``ctrl`` as float32: what its actuators were told last."""

@@ -39,6 +39,7 @@ if TYPE_CHECKING:
 _LOG = logging.getLogger("hal.robosuite")
 
 WORLD_BODY = 0
+ROBOT_BODIES = ("robot0_", "gripper0_", "mobilebase0_")
 
 
 class RobosuiteBackend:
@@ -173,6 +174,15 @@ class RobosuiteBackend:
     def snapshot(self) -> bytes:
         """The simulator state that `restore_snapshot` takes; b"" without cameras."""
         return take_snapshot(self.env.sim) if self._cameras else b""
+
+    def contacts(self) -> Sequence[str]:
+        """What of arm, hand and base touches something."""
+        from fairlead.hal.mujoco_frames import touching
+
+        sim = self.env.sim
+        return touching(
+            sim.model._model, sim.data._data, lambda body: body.startswith(ROBOT_BODIES)
+        )
 
     def close(self) -> None:
         """Free the simulator."""

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
@@ -166,6 +166,14 @@ class FrameModel(Protocol):
             Poses in the robot's ``base_frame``. Nothing for positions it cannot answer for: an
             arm's controller knows its tool's pose only where the arm is.
         """
+
+
+@runtime_checkable
+class ContactModel(Protocol):
+    """A backend that knows what its robot touches: a simulator's."""
+
+    def contacts(self) -> Sequence[str]:
+        """Each thing of the robot that touches something now, in words; [] if nothing does."""
 
 
 class TraceSource(Protocol):

@@ -6,7 +6,7 @@ the model does, and its base frame is the model's world.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import mujoco
@@ -140,6 +140,24 @@ class MujocoFrames:
             root.T @ (position - data.xpos[base]),
             rotation_wxyz[[1, 2, 3, 0]],
         )
+
+
+def touching(
+    model: mujoco.MjModel, data: mujoco.MjData, is_own: Callable[[str], bool]
+) -> list[str]:
+    """What of a robot touches what in the newest step, as pairs of bodies, each once.
+
+    Args:
+        is_own: whether a body of that name is the robot's.
+    """
+    found: dict[str, None] = {}
+    for index in range(data.ncon):
+        contact = data.contact[index]
+        bodies = model.geom_bodyid[[contact.geom1, contact.geom2]]
+        names = [model.body(body).name for body in bodies]
+        if contact.dist < 0.0 and any(map(is_own, names)):
+            found[" and ".join(name or "an unnamed body" for name in names)] = None
+    return list(found)
 
 
 def _wanted(robot: RobotManifest) -> list[str]:

@@ -18,6 +18,7 @@ from fairlead_tools.cli.console import echo, print_json, print_table
 from fairlead_tools.cli.options import JsonOption, RobotArgument, example, make_group
 from fairlead_tools.cli.robot_capsules import capsules_command
 from fairlead_tools.cli.robot_check import check_command
+from fairlead_tools.cli.robot_measure import measure_command
 from fairlead_tools.cli.robot_new import new_command
 from fairlead_tools.limits.bounds import Bound, robot_bounds
 from fairlead_tools.limits.effective_limits import effective_limits
@@ -265,5 +266,6 @@ group = make_group(
         "capsules": capsules_command,
         "compile": compile_command,
         "distances": distances_command,
+        "measure": measure_command,
     },
 )

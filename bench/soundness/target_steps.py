@@ -1,6 +1,6 @@
 """How fast joints become when their targets go to and fro, by the size of the targets' steps.
 
-    .venv/bin/python -m bench.measure_limits.target_steps panda arm 0.109 0.087 0.065 0.055
+    .venv/bin/python -m bench.soundness.target_steps panda arm 0.109 0.087 0.065 0.055
 
 Drives one part of a simulated robot by joint targets, without gate and processes: random corners
 and directions of full scale that last 1 to 12 rows, reversed or new, with held ticks between; a
@@ -16,11 +16,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bench.measure_limits.driven_robot import DrivenRobot
-from bench.measure_limits.drives import wish_of
-from bench.measure_limits.rows import FullScaleRows
 from fairlead.messages import FloatArray
 from fairlead.modes import ControlMode
+from fairlead_tools.measure.driven_robot import DrivenRobot
+from fairlead_tools.measure.drives import wish_of
+from fairlead_tools.measure.rows import FullScaleRows
 
 EPISODE_TICKS = 80
 HOLDS = (0.0, 0.1, 0.3, 0.5)
@@ -45,7 +45,7 @@ class Fastest:
 def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(
-        prog="python -m bench.measure_limits.target_steps",
+        prog="python -m bench.soundness.target_steps",
         description=__doc__,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )

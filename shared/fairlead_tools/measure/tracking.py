@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from itertools import combinations
 
 import numpy as np
-from scipy.optimize import nnls
 
-from bench.measure_limits.driven_robot import DrivenRobot, Tick
-from bench.measure_limits.motion import answers, distances
-from bench.measure_limits.rows import TARGETS
 from fairlead.hal.backend import PartCommand
 from fairlead.messages import FloatArray
 from fairlead.modes import ControlMode
+from fairlead_tools.measure.driven_robot import DrivenRobot, Tick
+from fairlead_tools.measure.motion import answers, distances
+from fairlead_tools.measure.rows import TARGETS
 
 STEADY_TICKS = 8
 """Ticks of the same row after which the motion counts as steady."""
@@ -21,10 +21,6 @@ FULL_SHARE = 0.5
 """Of the largest row seen: below it a share says little, and is left out."""
 
 Range = tuple[float, float]
-
-
-_ONE = 1e4
-"""Weight of the rule that shares of a hull's corners add up to 1."""
 
 
 @dataclass(frozen=True)
@@ -42,22 +38,33 @@ class Sample:
     started_at: FloatArray
     same_for: int
 
-    def beyond(self, gain: Range) -> float:
-        """Distance to everything between the row before and the gain's share of this one."""
+    def corners(self, gain: Range) -> list[FloatArray]:
+        """What the gain allows is all between the row before and its shares of this one."""
         now = [share * self.told for share in gain]
         if self.before is None:
-            past = [np.zeros_like(self.told), self.started_at]
-        else:
-            past = [share * self.before for share in gain]
-        return max(distance_to_hull(way, [*past, *now]) for way in self.moved)
+            return [np.zeros_like(self.told), self.started_at, *now]
+        return [*(share * self.before for share in gain), *now]
 
 
-def distance_to_hull(point: FloatArray, corners: list[FloatArray]) -> float:
-    """From a point to the nearest mixture of the corners."""
-    scale = max(float(np.abs(corners).max()), float(np.abs(point).max()), 1e-9)
-    matrix = np.vstack([np.array(corners).T / scale, np.full(len(corners), _ONE)])
-    shares, _ = nnls(matrix, np.append(point / scale, _ONE))
-    return float(np.linalg.norm(np.array(corners).T @ shares - point))
+def hull_distances(points: FloatArray, corners: FloatArray) -> FloatArray:
+    """From each point ``[n, d]`` to the nearest mixture of its corners ``[n, k, d]``: ``[n]``.
+
+    The nearest mixture is inside the corners of some subset: of each, its nearest point counts if
+    no corner's share is negative.
+    """
+    count, most, _ = corners.shape
+    scale = max(float(np.abs(corners).max(initial=0.0)), float(np.abs(points).max(initial=0.0)))
+    best = np.full(count, np.inf)
+    for size in range(1, most + 1):
+        for chosen in combinations(range(most), size):
+            first, edges = corners[:, chosen[0]], corners[:, chosen[1:]] - corners[:, [chosen[0]]]
+            away = points - first
+            gram = edges @ edges.transpose(0, 2, 1) + 1e-12 * (scale or 1.0) ** 2 * np.eye(size - 1)
+            shares = np.linalg.solve(gram, edges @ away[:, :, None])[:, :, 0]
+            left = np.linalg.norm(away - (shares[:, None] @ edges)[:, 0], axis=1)
+            inside = np.all(shares >= 0.0, axis=1) & (shares.sum(axis=1) <= 1.0)
+            best = np.where(inside, np.minimum(best, left), best)
+    return best
 
 
 @dataclass
@@ -80,7 +87,11 @@ class Track:
 
     def residual(self, gain: Range) -> float:
         """Farthest from everything that the gain allows, in the row's unit."""
-        return max((sample.beyond(gain) for sample in self.samples), default=0.0)
+        if not self.samples:
+            return 0.0
+        pairs = [(way, one.corners(gain)) for one in self.samples for way in one.moved]
+        points, corners = (np.array(column) for column in zip(*pairs, strict=True))
+        return float(hull_distances(points, corners).max())
 
 
 class TrackingModel:
@@ -92,7 +103,7 @@ class TrackingModel:
         self.lags: dict[tuple[str, str, str], dict[str, float]] = {}
 
     def take(self, ticks: Iterable[Tick]) -> None:
-        """Ticks of one drive; those in contact count in demonstrations only."""
+        """Ticks of one drive, but for those in contact."""
         last: Tick | None = None
         same: dict[str, int] = {}
         for tick in ticks:
@@ -100,7 +111,7 @@ class TrackingModel:
             past = last.commands if last is not None and follows else {}
             for part in tick.commands:
                 same[part] = same.get(part, 0) + 1 if _is_same(part, past, tick.commands) else 0
-                if tick.is_free or tick.kind == "oracle":
+                if tick.is_free:
                     self._take(part, tick, past.get(part), same[part])
             last = tick
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from bench.measure_limits.demonstrations import Rows, demonstration
-from bench.measure_limits.driven_robot import DrivenRobot, Tick
+from bench.soundness.demonstrations import Rows, demonstration
+from fairlead_tools.measure.driven_robot import DrivenRobot, Tick
 
 
 def episode(driven: DrivenRobot, seed: int) -> Iterator[Tick]:

@@ -8,7 +8,6 @@ from typing import Protocol
 import numpy as np
 
 from bench.equipment.expert_episode import commands, true_state
-from bench.measure_limits.driven_robot import DrivenRobot, Moment
 from fairlead.hal.backend import PartCommand
 from fairlead.modes import ControlMode
 from fairlead.policy import Observation
@@ -16,7 +15,10 @@ from fairlead.skill.manifest import load_skill
 from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
 from fairlead_skill_runner.policies.joint_reach import JointReachPolicy
 from fairlead_skill_runner.policies.oracle.policy import OraclePolicy
+from fairlead_tools.measure.driven_robot import DrivenRobot, Moment
 
+ROBOTS = ("panda_mobile", "panda", "dual_panda")
+"""Those that have one."""
 Rows = list[Mapping[str, PartCommand]]
 
 

@@ -7,12 +7,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from bench.equipment.kinematics import quaternion_of, rotation_of
-from bench.measure_limits.driven_robot import Moment
 from fairlead.hal.backend import PartCommand
 from fairlead.messages import FloatArray
 from fairlead.modes import ControlMode
 from fairlead.robot.manifest import RobotManifest
+from fairlead_tools.measure.driven_robot import Moment
+from fairlead_tools.measure.rotations import exponential, quaternion_of, rotation_of
 
 TARGETS = (ControlMode.JOINT_POSITION, ControlMode.DEX_HAND_JOINT)
 HALVES = (ControlMode.CARTESIAN_DELTA, ControlMode.CARTESIAN_TWIST, ControlMode.BODY_TWIST)
@@ -26,16 +26,23 @@ BOUND_ROOM_S = 0.25
 class FullScaleRows:
     """The rows of one part; ``wish`` is in [-1, 1] per joint or axis, +-1 is full scale.
 
-    turns_back: joints near a bound are told to turn back, whatever is wished.
+    turns_back: joints near a bound are told to turn back, whatever is wished. profile: whose limits
+    are full scale.
     """
 
     def __init__(
-        self, robot: RobotManifest, part: str, mode: ControlMode, turns_back: bool = True
+        self,
+        robot: RobotManifest,
+        part: str,
+        mode: ControlMode,
+        turns_back: bool = True,
+        profile: str = "sim",
     ) -> None:
         self.mode, self._robot, self._turns_back = mode, robot, turns_back
+        self._profile = robot.profile(profile)
         self._joints = [robot.joint_names.index(name) for name in robot.part(part).joints]
         self.part = part
-        self._limits = getattr(robot.profile("sim").parts[part], mode.yaml_name)
+        self._limits = getattr(self._profile.parts[part], mode.yaml_name)
         self.axes = self._axes()
         self._row: FloatArray | None = None
 
@@ -97,9 +104,12 @@ class FullScaleRows:
         before = self._row
         if before is None:  # a first row may start by the joint's tolerance further away
             before = now.positions[self._joints]
-            measured = self._robot.profile("sim").measured
+            measured = self._profile.measured
             steps = steps + [measured[joint.name].tolerance or 0.0 for joint in joints]
-        lower, upper = (np.array([getattr(j, end) for j in joints]) for end in ("lower", "upper"))
+        lower, upper = (
+            np.array([getattr(j, end) if j.has_bounds else free for j in joints])
+            for end, free in (("lower", -np.inf), ("upper", np.inf))
+        )
         return np.asarray(
             np.clip(before + self._inwards(wish, now) * steps * ROUNDING, lower, upper)
         )
@@ -138,18 +148,11 @@ class FullScaleRows:
 
     def _scalar(self, wish: FloatArray) -> FloatArray:
         if self.mode is ControlMode.GRIPPER_POSITION:
-            ends = self._limits.lower_m, self._limits.upper_m
+            ends = self._limits.lower, self._limits.upper
             return np.array([ends[int(wish[0] > 0.0)]])
         if self.mode is ControlMode.GRIPPER_BINARY:
             return np.array([float(wish[0] > 0.0)])
         return np.sign(wish)
-
-
-def exponential(vector: FloatArray) -> FloatArray:
-    """Rotation matrix of a rotation vector [rad]."""
-    import pinocchio
-
-    return np.asarray(pinocchio.exp3(np.asarray(vector, dtype=np.float64)))
 
 
 def _norm(vector: FloatArray) -> float:

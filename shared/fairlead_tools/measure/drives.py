@@ -6,12 +6,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from bench.measure_limits.driven_robot import DrivenRobot, Moment, Tick
-from bench.measure_limits.rows import MEASURED_MODES, FullScaleRows
 from fairlead.errors import ConfigError
 from fairlead.hal.backend import PartCommand
 from fairlead.messages import FloatArray
 from fairlead.modes import ControlMode
+from fairlead_tools.measure.driven_robot import DrivenRobot, Moment, Tick
+from fairlead_tools.measure.rows import MEASURED_MODES, FullScaleRows
 
 SEED = 7
 EPISODE_TICKS = 80
@@ -25,20 +25,20 @@ def modes_of(driven: DrivenRobot) -> list[tuple[str, ControlMode]]:
     return [
         (part.name, mode)
         for part in driven.robot.parts
-        for mode in part.control_modes
+        for mode in driven.modes[part.name]
         if mode in MEASURED_MODES
     ]
 
 
-def axes(driven: DrivenRobot, part: str, mode: ControlMode) -> Iterator[Tick]:
-    """Each axis alone from rest: full scale one way, reversed at once, then told to stand."""
-    rows = FullScaleRows(driven.robot, part, mode)
+def axes(driven: DrivenRobot, part: str, mode: ControlMode, share: float = 1.0) -> Iterator[Tick]:
+    """Each axis alone from rest: full scale, or a share of it, to and fro, then told to stand."""
+    rows = FullScaleRows(driven.robot, part, mode, profile=driven.profile)
     for axis in range(rows.axes):
         now = driven.reset(axis)
         rows.go_on_after(None)
         for sign in (1.0, -1.0, 0.0, -1.0, 1.0, 0.0):
             wish = np.zeros(rows.axes)
-            wish[axis] = sign
+            wish[axis] = sign * share
             for _ in range(STRETCH_TICKS):
                 tick = driven.step("axes", now, {part: rows.row(wish, now)})
                 yield tick
@@ -47,15 +47,19 @@ def axes(driven: DrivenRobot, part: str, mode: ControlMode) -> Iterator[Tick]:
 
 def alone(driven: DrivenRobot, part: str, mode: ControlMode, ticks: int) -> Iterator[Tick]:
     """One part at full scale in random directions, the others hold."""
-    yield from _random("alone", driven, {part: FullScaleRows(driven.robot, part, mode)}, ticks)
+    yield from _random("alone", driven, _rows(driven, part, mode), ticks)
+
+
+def _rows(driven: DrivenRobot, part: str, mode: ControlMode) -> dict[str, FullScaleRows]:
+    return {part: FullScaleRows(driven.robot, part, mode, profile=driven.profile)}
 
 
 def together(driven: DrivenRobot, ticks: int, shift: int = 0, seed: int = SEED) -> Iterator[Tick]:
     """All parts at full scale in random directions, each in one of its modes at a time."""
     rows = {
-        part.name: FullScaleRows(driven.robot, part.name, mode)
-        for part in driven.robot.parts
-        for mode in [part.control_modes[shift % len(part.modes)]]
+        part: FullScaleRows(driven.robot, part, modes[shift % len(modes)], profile=driven.profile)
+        for part, modes in driven.modes.items()
+        if modes
     }
     yield from _random("together", driven, rows, ticks, seed)
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import pinocchio
 
-from bench.equipment.kinematics import angle_between, rotation_of
-from bench.measure_limits.driven_robot import DrivenRobot, Tick
 from fairlead.hal.backend import PartCommand
 from fairlead.messages import FloatArray
 from fairlead.modes import ControlMode
+from fairlead_tools.measure.driven_robot import DrivenRobot, Tick
+from fairlead_tools.measure.rotations import angle_between, rotation_of
+from fairlead_tools.record.measured import rotation_vector
 
 
 @dataclass(frozen=True)
@@ -76,16 +76,15 @@ def _tool_ways(
     driven: DrivenRobot, part: str, command: PartCommand, tick: Tick
 ) -> tuple[FloatArray, FloatArray]:
     """The tool's way along the root's axes by its own joints, and its measured twist before."""
-    own = driven.indices(part)
-    velocities = np.zeros(len(tick.before.velocities))
-    velocities[own] = tick.before.velocities[own]
-    root, tool = driven.robot.base_frame, driven.tools[part]
-    start = driven.kinematics.twist(tick.before.positions, velocities, tool, root)
+    own, chain = driven.indices(part), driven.chains[part]
+    names = driven.robot.part(part).joints
+    jacobian = chain.jacobian(driven.named(tick.before.positions), names)
+    start = jacobian @ tick.before.velocities[own]
     later = tick.before.positions.copy()
     later[own] = tick.after.positions[own]
-    (place, turn) = driven.kinematics.pose(later, tool, root)
+    (place, turn) = chain.pose(driven.named(later))
     (from_place, from_turn) = tick.before.tools[part]
-    moved = np.concatenate([place - from_place, pinocchio.log3(turn @ from_turn.T)])
+    moved = np.concatenate([place - from_place, rotation_vector(turn @ from_turn.T)])
     if command.mode is ControlMode.CARTESIAN_DELTA:
         return moved, start * driven.period_s
     return moved / driven.period_s, start

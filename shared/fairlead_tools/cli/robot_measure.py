@@ -1,0 +1,109 @@
+"""``fairlead robot measure``: what a robot really does, for the limits of its robot.yaml."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+import yaml
+
+from fairlead.deploy.deployment import load_deployment
+from fairlead.errors import ConfigError, expected
+from fairlead.robot.manifest import load_robot
+from fairlead_tools.cli.console import ProgressLine, echo, print_json, print_table
+from fairlead_tools.cli.options import JsonOption, RobotArgument, example, parse_deployment
+
+if TYPE_CHECKING:
+    from fairlead_tools.measure.measurement import Measurement
+
+
+@example("fairlead robot measure panda")
+def measure_command(
+    robot: RobotArgument,
+    deployment: Annotated[
+        Path | None,
+        typer.Option(
+            "--deployment",
+            "-d",
+            parser=parse_deployment,
+            metavar="NAME_OR_FILE",
+            help="whose HAL to drive; default: the robot's first in lockstep",
+        ),
+    ] = None,
+    random: Annotated[
+        int, typer.Option(min=80, help="ticks of each random drive of a simulator")
+    ] = 800,
+    stops: Annotated[int, typer.Option(min=1, help="drives that end in a stop")] = 18,
+    as_json: JsonOption = False,
+) -> None:
+    """Drive a robot and print its gains, tracking, stops, efforts and dead bands as limits.
+
+    A simulator is driven by itself at full scale, without gate and services: each axis, at random,
+    all parts together, to a stop. What is printed comes with the margin it says; write it into
+    robot.yaml.
+    """
+    from fairlead_tools.measure.driven_robot import DrivenRobot, simulated_deployment
+    from fairlead_tools.measure.measurement import Amount, measure
+    from fairlead_tools.measure.report import document
+
+    manifest = load_robot(robot)
+    chosen = load_deployment(deployment) if deployment else simulated_deployment(robot)
+    if chosen.robot != robot:
+        who = f"robot measure: deployment {chosen.id}"
+        raise ConfigError(expected(who, f"robot {robot}", chosen.robot))
+    if not manifest.profile(chosen.profile).lockstep_allowed:
+        who, what = f"robot measure: deployment {chosen.id}", "a profile for simulators"
+        raise ConfigError(expected(who, what, f"{chosen.profile}, which is for the robot itself"))
+    with ProgressLine(quiet=as_json) as line:
+        line.show(f"{robot}: {chosen.services[chosen.hal].run} starts")
+        found = measure(DrivenRobot(robot, chosen), Amount(random, stops), line.show)
+    if as_json:
+        print_json(document(found))
+    else:
+        _print(found)
+
+
+def _print(found: Measurement) -> None:
+    from fairlead_tools.measure.report import document
+
+    told = document(found)
+    ticks = sum(told["ticks"].values())
+    echo(f"{told['robot']}, {told['hal']}, profile {told['profile']}: {ticks} ticks\n")
+    print_table(
+        ("JOINT", "TOLD", "SPEED", "EFFORT", "IN CONTACT", "JUMP", "BEYOND", "AT REST", "DEAD BAND",
+         "STOP [s]"),
+        [_joint_row(row) for row in told["joints"].values()],
+    )  # fmt: skip
+    echo("speeds in rad/s or m/s, efforts in N m or N, jump, rest and dead band per tick\n")
+    print_table(
+        ("PART", "MODE", "OF", "GAIN", "BESIDE IT", "LAG"),
+        [
+            (row["part"], row["mode"], row["what"], _pair(row.get("gain")),
+             _text(row.get("residual")), _text(row.get("lag")))
+            for row in told["modes"]
+        ],
+    )  # fmt: skip
+    echo("")
+    for finding in told["findings"]:
+        echo(f"look: {finding}")
+    echo(f"\nfor safety.{told['profile']} of robot.yaml:\n")
+    echo(
+        yaml.safe_dump(
+            told["proposed"], sort_keys=False, default_flow_style=None, width=96
+        ).rstrip()
+    )
+
+
+def _joint_row(row: dict[str, Any]) -> tuple[str, ...]:
+    names = ("told_per_s", "speed_per_s", "effort_free", "effort_touching", "jump_per_tick",
+             "beyond", "change_at_rest", "dead_band", "stop_s")  # fmt: skip
+    return (row["joint"], *(_text(row[name]) for name in names))
+
+
+def _text(value: float | None) -> str:
+    return "-" if value is None else f"{value:g}"
+
+
+def _pair(gain: list[float] | None) -> str:
+    return "-" if gain is None else f"{gain[0]:g} to {gain[1]:g}"

@@ -1,0 +1,1 @@
+"""What a robot really does when it is driven: ``fairlead robot measure``."""

@@ -1,0 +1,111 @@
+"""``fairlead robot measure``: any robot with a simulator, and what it says of bad ones."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fairlead.paths import repo_root, robot_dir
+from fairlead_tools.measure.rotations import exponential, quaternion_of, rotation_of
+from fairlead_tools.measure.tracking import hull_distances
+from tests.cli.command import fairlead_here as fairlead
+
+SHORT = ("--random", "80", "--stops", "1")
+
+
+def measured(robot: str, state: Path, *options: str) -> dict[str, Any]:
+    done = fairlead("robot", "measure", robot, *SHORT, "--json", *options, state=state)
+    assert done.returncode == 0, done.stderr
+    found: dict[str, Any] = json.loads(done.stdout)
+    return found
+
+
+def own_robot(tmp_path: Path, old: str, new: str) -> tuple[Path, Path]:
+    """A copy of panda whose model differs: where robots are, and its deployment."""
+    folder = tmp_path / "robots" / "mine"
+    shutil.copytree(robot_dir("panda"), folder)
+    for file in folder.iterdir():
+        file.rename(folder / file.name.replace("panda", "mine"))
+    robot = folder / "robot.yaml"
+    text = robot.read_text(encoding="utf-8").replace("id: panda\n", "id: mine\n", 1)
+    robot.write_text(text.replace("panda.urdf", "mine.urdf"), encoding="utf-8")
+    model = folder / "mine.xml"
+    text = model.read_text(encoding="utf-8")
+    assert old in text
+    model.write_text(text.replace(old, new), encoding="utf-8")
+    deployment = tmp_path / "mine.yaml"
+    text = (repo_root() / "compose" / "panda_mujoco.yaml").read_text(encoding="utf-8")
+    deployment.write_text(text.replace("robot: panda ", "robot: mine "), encoding="utf-8")
+    return folder.parent, deployment
+
+
+def test_a_robot_that_ships_is_measured_into_limits_with_their_source(tmp_path: Path) -> None:
+    found = measured("kinova3", tmp_path)
+    assert found["findings"] == [] and found["contacts_at_rest"] == []
+    joint = found["joints"]["joint_1"]
+    assert 0.8 * joint["told_per_s"] < joint["speed_per_s"] and joint["effort_free"] > 0.0
+    limits = found["proposed"]["parts"]["arm"]
+    assert len(limits["joint_position"]["tracking_limits"]) == 7
+    low, high = limits["cartesian_delta"]["gain"]
+    assert 0.0 <= low < high <= 1.5 and limits["cartesian_delta"]["linear_tracking_m"] > 0.0
+    block = found["proposed"]["measured"]["finger_joint"]
+    assert set(block) == {"jump_per_tick", "tolerance", "standstill_per_s", "contact_limit",
+                          "encoder_step", "dead_band_per_tick", "source"}  # fmt: skip
+    assert block["source"].startswith("measured: fairlead robot measure kinova3")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "finding"),
+    [
+        (
+            'class="proximal">\n      <position kp="4000" kv="250"',
+            'class="proximal">\n      <position kp="200" kv="250"',
+            "panda_joint1: its servo cannot follow: told 2.17 rad/s, got to ",
+        ),
+        (
+            '<geom type="box" size="0.03 0.1 0.03" pos="0 0 0.03" mass="0.7"/>',
+            '<geom type="box" size="0.03 0.1 0.8" pos="0 0 0.03" mass="0.7"/>',
+            "contact at rest: ",
+        ),
+    ],
+    ids=["weak servos", "touching the floor"],
+)
+def test_what_the_numbers_cannot_tell_is_said(
+    old: str, new: str, finding: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    robots, deployment = own_robot(tmp_path, old, new)
+    monkeypatch.setenv("FAIRLEAD_ROBOTS", str(robots))
+    found = measured("mine", tmp_path / "state", "--deployment", str(deployment))
+    assert any(one.startswith(finding) for one in found["findings"]), found["findings"]
+
+
+def test_a_robot_without_a_simulator_is_refused(tmp_path: Path) -> None:
+    other = repo_root() / "compose" / "panda_mujoco.yaml"
+    done = fairlead("robot", "measure", "ur5e", "--deployment", str(other), state=tmp_path)
+    assert done.returncode != 0 and "Traceback" not in done.stderr
+    assert "robot measure: deployment panda: expected robot ur5e, got panda" in done.stderr
+
+
+def test_the_distance_to_a_mixture_of_corners_is_that_of_many_mixtures() -> None:
+    rng = np.random.default_rng(2)
+    points, corners = rng.normal(size=(20, 3)), rng.normal(size=(20, 4, 3))
+    corners[:5, 3] = corners[:5, 2]
+    found = hull_distances(points, corners)
+    shares = rng.dirichlet(np.full(4, 0.4), size=20_000)
+    for point, own, distance in zip(points, corners, found, strict=True):
+        nearest = float(np.linalg.norm(shares @ own - point, axis=1).min())
+        assert distance - 1e-9 <= nearest <= distance + 0.1
+
+
+def test_rotations_go_there_and_back() -> None:
+    rng = np.random.default_rng(3)
+    for vector in [*rng.normal(size=(20, 3)), np.zeros(3), np.array([np.pi, 0.0, 0.0])]:
+        turn = exponential(vector)
+        np.testing.assert_allclose(turn @ turn.T, np.eye(3), atol=1e-12)
+        np.testing.assert_allclose(turn @ vector, vector, atol=1e-12)
+        np.testing.assert_allclose(rotation_of(quaternion_of(turn)), turn, atol=1e-12)
