@@ -10,9 +10,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from fairlead.deploy.registry import Registry
+from fairlead.messages import GateState
 from fairlead.paths import repo_root, robot_dir
 from fairlead_tools.measure.rotations import exponential, quaternion_of, rotation_of
 from fairlead_tools.measure.tracking import hull_distances
+from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch, scratch_robot
 from tests.cli.command import fairlead_here as fairlead
 
 SHORT = ("--random", "80", "--stops", "1")
@@ -82,6 +85,22 @@ def test_what_the_numbers_cannot_tell_is_said(
     monkeypatch.setenv("FAIRLEAD_ROBOTS", str(robots))
     found = measured("mine", tmp_path / "state", "--deployment", str(deployment))
     assert any(one.startswith(finding) for one in found["findings"]), found["findings"]
+
+
+@pytest.mark.processes
+def test_a_robot_that_runs_is_measured_slowly_through_its_gate(tmp_path: Path) -> None:
+    source = repo_root() / "compose" / "so101_mujoco.yaml"
+    options = ScratchOptions(options={"runner": {"skills": ["so101-reach"]}})
+    scratch = make_scratch(source, tmp_path / "state", options)
+    words = ("robot", "measure", "so101", "--running", "--json", "--share", "0.2", "-d")
+    with scratch_robot(scratch, Registry(tmp_path / "registry")) as robot:
+        done = fairlead(*words, str(scratch.file), state=tmp_path)
+        after = robot.client.gate_status()
+    assert done.returncode == 0, done.stderr
+    found = json.loads(done.stdout)
+    assert after.state == GateState.DISARMED and not after.claims
+    assert 0.2 < found["joints"]["elbow_flex"]["told_per_s"] < 0.9
+    assert len(found["proposed"]["parts"]["arm"]["joint_position"]["tracking_limits"]) == 5
 
 
 def test_a_robot_without_a_simulator_is_refused(tmp_path: Path) -> None:

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 import yaml
 
-from fairlead.deploy.deployment import load_deployment
+from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.errors import ConfigError, expected
+from fairlead.operate.connection import connect
 from fairlead.robot.manifest import load_robot
+from fairlead_tools.cli.arming import YesOption, armed
 from fairlead_tools.cli.console import ProgressLine, echo, print_json, print_table
 from fairlead_tools.cli.options import JsonOption, RobotArgument, example, parse_deployment
 
@@ -35,33 +38,66 @@ def measure_command(
         int, typer.Option(min=80, help="ticks of each random drive of a simulator")
     ] = 800,
     stops: Annotated[int, typer.Option(min=1, help="drives that end in a stop")] = 18,
+    running: Annotated[
+        bool, typer.Option("--running", help="a robot that is up: slowly, through its gate")
+    ] = False,
+    share: Annotated[
+        float, typer.Option(min=0.01, max=1.0, help="of full scale, with --running")
+    ] = 0.1,
+    yes: YesOption = False,
     as_json: JsonOption = False,
 ) -> None:
     """Drive a robot and print its gains, tracking, stops, efforts and dead bands as limits.
 
     A simulator is driven by itself at full scale, without gate and services: each axis, at random,
-    all parts together, to a stop. What is printed comes with the margin it says; write it into
-    robot.yaml.
+    all parts together, to a stop. A robot (--running) has to be up, in realtime: each axis moves
+    alone, slowly, through its gate; with profile hardware it asks first, or wants --yes. What is
+    printed comes with the margin it says; write it into robot.yaml.
     """
     from fairlead_tools.measure.driven_robot import DrivenRobot, simulated_deployment
     from fairlead_tools.measure.measurement import Amount, measure
-    from fairlead_tools.measure.report import document
 
     manifest = load_robot(robot)
     chosen = load_deployment(deployment) if deployment else simulated_deployment(robot)
     if chosen.robot != robot:
         who = f"robot measure: deployment {chosen.id}"
         raise ConfigError(expected(who, f"robot {robot}", chosen.robot))
-    if not manifest.profile(chosen.profile).lockstep_allowed:
-        who, what = f"robot measure: deployment {chosen.id}", "a profile for simulators"
-        raise ConfigError(expected(who, what, f"{chosen.profile}, which is for the robot itself"))
+    if not running and not manifest.profile(chosen.profile).lockstep_allowed:
+        who, what = f"robot measure: deployment {chosen.id}", "--running, for it is no simulator"
+        raise ConfigError(expected(who, what, f"profile {chosen.profile}"))
     with ProgressLine(quiet=as_json) as line:
-        line.show(f"{robot}: {chosen.services[chosen.hal].run} starts")
-        found = measure(DrivenRobot(robot, chosen), Amount(random, stops), line.show)
+        line.show(f"{robot}: {chosen.services[chosen.hal].run or chosen.hal} starts")
+        if running:
+            found = _running(robot, chosen, share, yes, line.show)
+        else:
+            found = measure(DrivenRobot(robot, chosen), Amount(random, stops), line.show)
     if as_json:
+        from fairlead_tools.measure.report import document
+
         print_json(document(found))
     else:
         _print(found)
+
+
+def _running(
+    robot: str, deployment: Deployment, share: float, yes: bool, say: Callable[[str], None]
+) -> Measurement:
+    """Through the gate of a deployment that is up, all parts claimed; disarmed afterwards."""
+    from fairlead_tools.measure.driven_robot import DrivenRobot
+    from fairlead_tools.measure.measurement import measure_gently
+    from fairlead_tools.measure.through_gate import ThroughGate
+
+    manifest = load_robot(robot)
+    with (
+        connect(deployment, by="fairlead robot measure") as client,
+        armed(client, yes),
+        client.claim(manifest.part_names, source="measure") as claim,
+    ):
+        backend = ThroughGate(client, manifest, claim)
+        found = measure_gently(DrivenRobot(robot, deployment, backend), share, say)
+    if backend.refused:
+        say(f"the gate refused {backend.refused} rows, and the robot held; see: fairlead why")
+    return found
 
 
 def _print(found: Measurement) -> None:

@@ -60,6 +60,7 @@ class DrivenRobot:
     Args:
         robot: its folder under robots/.
         deployment: whose HAL is driven, with its options; None: the robot's first in lockstep.
+        backend: another way to the robot than its HAL in here.
 
     Attributes:
         is_free: as in `Tick`, up to now.
@@ -69,11 +70,13 @@ class DrivenRobot:
         ConfigError: no deployment of the robot, or none whose HAL can be driven here.
     """
 
-    def __init__(self, robot: str, deployment: Deployment | None = None) -> None:
+    def __init__(
+        self, robot: str, deployment: Deployment | None = None, backend: Backend | None = None
+    ) -> None:
         self.robot: RobotManifest = load_robot(robot)
         self.deployment = deployment or simulated_deployment(robot)
         self.profile = self.deployment.profile
-        self.backend = _backend(self.robot, self.deployment)
+        self.backend = backend or _backend(self.robot, self.deployment)
         self.period_s = self.robot.tick_period_ns * 1e-9
         tree = description_tree(self.robot)
         self.chains: dict[str, ToolChain] = {}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
+from itertools import islice
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from fairlead.hal.backend import PartCommand
 from fairlead.messages import FloatArray
 from fairlead.modes import ControlMode
 from fairlead_tools.measure.driven_robot import DrivenRobot, Moment, Tick
-from fairlead_tools.measure.drives import together
+from fairlead_tools.measure.drives import STRETCH_TICKS, axes, together
 from fairlead_tools.measure.rows import TARGETS
 
 REST_TICKS = 20
@@ -150,12 +151,26 @@ def stop_ticks(driven: DrivenRobot, drive_ticks: int, shift: int) -> tuple[bool,
 
     First whether the robot was free to move, from the start of the drive to the end.
     """
-    measured = driven.robot.profile(driven.profile).measured
-    names = driven.robot.measured_joint_names
-    still = np.array([measured[name].standstill_per_s for name in names])
     now = driven.reset(shift)
     for tick in together(driven, drive_ticks, shift, seed=shift):
         now = tick.after
+    return _held_until_still(driven, now)
+
+
+def gentle_stop(
+    driven: DrivenRobot, part: str, mode: ControlMode, share: float
+) -> tuple[bool, FloatArray]:
+    """As `stop_ticks`, after one axis of one part at a share of full scale."""
+    now = driven.reset(0)
+    for tick in islice(axes(driven, part, mode, share), STRETCH_TICKS):
+        now = tick.after
+    return _held_until_still(driven, now)
+
+
+def _held_until_still(driven: DrivenRobot, now: Moment) -> tuple[bool, FloatArray]:
+    measured = driven.robot.profile(driven.profile).measured
+    names = driven.robot.measured_joint_names
+    still = np.array([measured[name].standstill_per_s for name in names])
     found = np.zeros(len(names))
     for count in range(MOST_STOP_TICKS):
         found[np.abs(now.velocities) >= still] = count + 1

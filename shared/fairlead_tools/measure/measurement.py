@@ -10,7 +10,13 @@ import numpy as np
 from fairlead.messages import FloatArray
 from fairlead_tools.measure.driven_robot import DrivenRobot, Tick
 from fairlead_tools.measure.drives import alone, axes, modes_of, together
-from fairlead_tools.measure.joints import JointRecord, dead_bands, resting, stop_ticks
+from fairlead_tools.measure.joints import (
+    JointRecord,
+    dead_bands,
+    gentle_stop,
+    resting,
+    stop_ticks,
+)
 from fairlead_tools.measure.tracking import TrackingModel
 
 
@@ -65,6 +71,22 @@ def measure(driven: DrivenRobot, amount: Amount, on_progress: Callable[[str], No
     for count in range(amount.stops):
         on_progress(f"stop {count + 1} of {amount.stops}")
         found.stops.append(stop_ticks(driven, 16 + 5 * (count % 9), count))
+    return found
+
+
+def measure_gently(
+    driven: DrivenRobot, share: float, on_progress: Callable[[str], None]
+) -> Measurement:
+    """What can be asked of a robot: each axis alone at a share of full scale, and a stop."""
+    found = Measurement(driven, TrackingModel(driven), JointRecord(driven))
+    on_progress("at rest")
+    driven.reset(0)
+    found.rest_change, found.rest_speed = resting(driven)
+    for part, mode in modes_of(driven):
+        on_progress(f"{part}: {mode.yaml_name}, axis by axis, at {share:g} of full scale")
+        found.tracking.take(_noted(found, axes(driven, part, mode, share)))
+        on_progress(f"{part}: {mode.yaml_name}, to a stop")
+        found.stops.append(gentle_stop(driven, part, mode, share))
     return found
 
 
