@@ -23,7 +23,7 @@ from tests.plugins.package import install, run
 from tests.repo.tree import ROOT
 
 MINIMAL = ROOT / "docs" / "examples" / "minimal_hal.py"
-OURS = "valid: hal_kinematic, hal_mujoco, hal_sim, hal_so101 from fairlead 0.1.0"
+OURS = "valid: hal_kinematic, hal_mujoco, hal_ros2, hal_sim, hal_so101 from fairlead 0.1.0"
 
 
 def deployment(folder: Path, hal: dict[str, Any], *others: str) -> Path:

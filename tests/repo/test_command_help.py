@@ -42,7 +42,7 @@ WANTED = {
         "robot distances",
     ),
     *("layout ls", "layout verify", "parity", "demo"),
-    *("topic list", "topic echo", "topic hz"),
+    *("topic list", "topic echo", "topic hz", "bridge ros2"),
 }
 
 

@@ -12,6 +12,7 @@ from pydantic import BaseModel
 from bench.pages.__main__ import PAGES
 from fairlead.modes import GATED_MODES
 from fairlead_hal_kinematic.options import KinematicOptions
+from fairlead_hal_ros2.options import Ros2Options
 from fairlead_hal_sim.hal_options import HalSimOptions
 from tests.repo.tree import ROOT
 
@@ -103,11 +104,17 @@ def test_contributing_is_short() -> None:
 
 
 @pytest.mark.parametrize(
-    ("title", "options"),
-    [("Options of hal_sim", HalSimOptions), ("hal_kinematic", KinematicOptions)],
+    ("page", "title", "options"),
+    [
+        ("hal.md", "# Options of hal_sim", HalSimOptions),
+        ("hal.md", "# hal_kinematic", KinematicOptions),
+        ("ros2.md", " Robots that run ROS 2", Ros2Options),
+    ],
 )
-def test_every_option_of_a_hal_is_in_its_page(title: str, options: type[BaseModel]) -> None:
-    page = (ROOT / "docs" / "hal.md").read_text()
-    section = page.partition(f"## {title}\n")[2].partition("\n## ")[0]
+def test_every_option_of_a_hal_is_in_its_page(
+    page: str, title: str, options: type[BaseModel]
+) -> None:
+    text = (ROOT / "docs" / page).read_text()
+    section = text.partition(f"#{title}\n")[2].partition("\n## ")[0]
     rows = [line.split("|")[1] for line in section.splitlines() if line.startswith("| `")]
     assert sorted(re.findall(r"`(\w+)`", " ".join(rows))) == sorted(options.model_fields)

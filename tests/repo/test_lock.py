@@ -17,6 +17,7 @@ RUN_LOCK = (ROOT / "requirements-run.lock").read_text()
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
 WANTED = [
     *PROJECT["project"]["dependencies"],
+    *(one for extra in PROJECT["project"]["optional-dependencies"].values() for one in extra),
     *(one for group in PROJECT["dependency-groups"].values() for one in group),
 ]
 

@@ -50,10 +50,12 @@ class HalDriver(Generic[Options]):
     equip: makes the equipment from the robot, the name of the safety profile that holds, and the
         checked options. Called once it is sure that this is the robot's only HAL; what takes long
         to import is best imported in there.
+    realtime_only: its robot waits for nobody, so that pacing ``lockstep`` is refused.
     """
 
     options: type[Options]
     equip: Callable[[RobotManifest, str, Options], Equipment]
+    realtime_only: bool = False
 
 
 async def run_hal(

@@ -6,6 +6,7 @@ import sys
 from typing import Any
 
 from fairlead.checked_model import checked_model
+from fairlead.errors import ConfigError, expected
 from fairlead.hal.process import HalDriver, run_hal
 from fairlead.plugins import HALS
 from fairlead.service import ServiceContext, run_service
@@ -15,10 +16,13 @@ async def body(context: ServiceContext) -> None:
     """Load the HAL that the deployment file names and run it until asked to stop.
 
     Raises:
-        ConfigError: no installed package has it, it does not load, or the options do not fit it.
+        ConfigError: no installed package has it, it does not load, or options or pacing do not fit.
     """
     name = context.deployment.services[context.name].run
     driver = hal_driver(name, f"service {context.name}: run")
+    if driver.realtime_only and context.deployment.pacing != "realtime":
+        who = f"service {context.name}: {name}: pacing"
+        raise ConfigError(expected(who, "realtime", context.deployment.pacing))
     options = checked_model(f"service {context.name}: options", driver.options, context.options)
     profile = context.deployment.profile
     await run_hal(context, lambda robot: driver.equip(robot, profile, options), what=name)

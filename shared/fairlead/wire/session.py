@@ -24,6 +24,7 @@ from fairlead.wire.bus import (
     no_answer,
     wait_for_reply,
 )
+from fairlead.wire.cannot_open import no_router, no_session
 from fairlead.wire.dropped import dropping
 from fairlead.wire.refusal import error_from, refusal_of
 
@@ -128,8 +129,8 @@ class _ZenohPublisher:
     def put(self, message: Message) -> None:
         self.put_bytes(encode(message))
 
-    def put_bytes(self, payload: bytes) -> None:
-        self._publisher.put(payload)
+    def put_bytes(self, payload: bytes, attachment: bytes | None = None) -> None:
+        self._publisher.put(payload, attachment=attachment)
 
 
 class ZenohBus:
@@ -151,7 +152,10 @@ class ZenohBus:
         try:
             self._session = zenoh.open(zenoh.Config.from_json5(json.dumps(endpoints.config())))
         except zenoh.ZError as error:
-            raise _cannot_open(endpoints, error) from None
+            connect = endpoints.connect
+            if endpoints.mode == "client":
+                raise no_router(connect, endpoints.router_host, ROUTER_PATIENCE_S) from None
+            raise no_session(endpoints.listen, connect, error) from None
         # Zenoh takes tokens and token watchers back as soon as nobody refers to them.
         self._kept: list[Undeclare] = []
 
@@ -164,6 +168,14 @@ class ZenohBus:
                 congestion_control=zenoh.CongestionControl.DROP,
                 priority=_PRIORITY[qos],
                 express=qos is Qos.HOT,
+            )
+        )
+
+    def foreign_publisher(self, key: str) -> _ZenohPublisher:
+        """Declare a key of another system: bytes in its format, sent as hot messages are."""
+        return _ZenohPublisher(
+            self._session.declare_publisher(
+                key, congestion_control=zenoh.CongestionControl.DROP, express=True
             )
         )
 
@@ -253,6 +265,11 @@ class ZenohBus:
         return any(reply.ok is not None for reply in replies)
 
     @property
+    def zid(self) -> str:
+        """The session's id, as Zenoh writes it: hexadecimal."""
+        return str(self._session.zid())
+
+    @property
     def has_router(self) -> bool:
         """Whether there is a link to a router now."""
         return bool(list(self._session.info.routers_zid()))
@@ -275,22 +292,3 @@ def _reply(query: zenoh.Query, key: str, who: str, outcome: Message | Exception)
             except (TypeError, ValueError, OverflowError) as error:  # no message after all
                 outcome = error
         query.reply_err(encode(refusal_of(who, outcome)))
-
-
-def _cannot_open(endpoints: Endpoints, error: Exception) -> TransportError:
-    if endpoints.mode == "client":
-        where = f" on host {endpoints.router_host}" if endpoints.router_host else ""
-        return TransportError(
-            f"router {', '.join(endpoints.connect)}: not reached within {ROUTER_PATIENCE_S:g} s; "
-            f"does it run{where}, and is the network up? there: fairlead up or fairlead router"
-        )
-    if "Address already in use" in str(error):
-        return TransportError(
-            f"{', '.join(endpoints.listen)}: the port is in use by another process; see which: "
-            "fairlead ps"
-        )
-    return TransportError(
-        f"zenoh session: cannot open with listen={list(endpoints.listen)} "
-        f"connect={list(endpoints.connect)}: {error}; is another process of this "
-        "robot still running? see: fairlead ps"
-    )

@@ -13,6 +13,7 @@ from fairlead.errors import ConfigError
 from fairlead.paths import gate_binary, repo_root
 from fairlead.plugins import DATA, HALS, LAYOUTS, POLICIES
 from fairlead_tools.cli.arming import arm_command, disarm_command, reset_command, stop_command
+from fairlead_tools.cli.bridge import group as bridge_group
 from fairlead_tools.cli.calibrate import group as calibrate_group
 from fairlead_tools.cli.console import echo
 from fairlead_tools.cli.demo import demo_command, parity_command, plot_command
@@ -132,6 +133,7 @@ for _group in (
     layout_group,
     topic_group,
     calibrate_group,
+    bridge_group,
     emulate_group,
 ):
     app.add_typer(_group)

@@ -1,0 +1,1 @@
+"""What shows a robot of ours to another system."""
