@@ -115,7 +115,8 @@ class DrivenRobot:
     def look(self) -> Moment:
         """What is measured now."""
         found = self.backend.read()
-        pose = next(frame for frame in self.backend.transforms() if frame.child == "base_link")
+        base = self.robot.base_frame
+        pose = next(frame for frame in self.backend.transforms() if frame.child == base)
         z, w = pose.rotation_xyzw[2:]
         at = self.named(found.positions)
         return Moment(

@@ -53,10 +53,11 @@ class ThroughGate:
         return Measurement(*(floats(x) for x in (state.positions, state.velocities, state.efforts)))
 
     def transforms(self) -> Sequence[FramePose]:
-        """``odom -> base_link``, as the HAL sent it."""
-        found = self._tick.transforms["odom", "base_link"]
+        """``odom`` to the base frame, as the HAL sent it."""
+        base = self._robot.base_frame
+        found = self._tick.transforms["odom", base]
         where, turned = floats(found.translation), floats(found.rotation_xyzw)
-        return [FramePose("odom", "base_link", where, turned)]
+        return [FramePose("odom", base, where, turned)]
 
     def static_transforms(self) -> Sequence[FramePose]:
         """Nobody asks for them."""
