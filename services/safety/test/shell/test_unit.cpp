@@ -17,6 +17,7 @@ std::string unit(std::uint32_t code, Mode mode, const char* axis, const char* ru
   static const Limits limits = test_limits();
   Verdict verdict;
   verdict.code = code;
+  verdict.part = "gripper";  // of an opening its joint's unit
   verdict.axis = axis;
   verdict.limit_source = rule;
   return unit_of(limits, verdict, static_cast<std::uint8_t>(mode));
