@@ -27,6 +27,7 @@ WANTED = {
         "status",
         "why",
     ),
+    *("teleop", "jog", "home"),
     *("cancel", "episode", "eval", "judge", "plot"),
     *(
         "skill ls",

@@ -235,6 +235,11 @@ class GripperPositionMode(SafetyBlock):
         """Upper end [m or rad]."""
         return float(getattr(self, f"upper_{self.unit}"))
 
+    @property
+    def step_limit(self) -> float:
+        """Largest change per row [m or rad]."""
+        return float(getattr(self, f"step_limit_{self.unit}"))
+
 
 class CompositeMode(SafetyBlock):
     """The range is [-1, 1] by definition; ``step_limit`` bounds its change per row.

@@ -20,6 +20,7 @@ from fairlead_tools.cli.demo import demo_command, parity_command, plot_command
 from fairlead_tools.cli.emulate import group as emulate_group
 from fairlead_tools.cli.evaluate import eval_command
 from fairlead_tools.cli.goals import cancel_command, episode_command, run_command
+from fairlead_tools.cli.jog import home_command, jog_command
 from fairlead_tools.cli.layout import group as layout_group
 from fairlead_tools.cli.options import EXIT_CODES, add_commands
 from fairlead_tools.cli.processes import down_command, logs_command, ps_command
@@ -27,6 +28,7 @@ from fairlead_tools.cli.robot import group as robot_group
 from fairlead_tools.cli.service import one_service_command, restart_command, router_command
 from fairlead_tools.cli.skill import group as skill_group
 from fairlead_tools.cli.status import status_command
+from fairlead_tools.cli.teleop import teleop_command
 from fairlead_tools.cli.topic import group as topic_group
 from fairlead_tools.cli.up import up_command
 from fairlead_tools.cli.why import judge_command, why_command
@@ -112,6 +114,9 @@ add_commands(
         "logs": logs_command,
         "run": run_command,
         "cancel": cancel_command,
+        "teleop": teleop_command,
+        "jog": jog_command,
+        "home": home_command,
         "episode": episode_command,
         "eval": eval_command,
         "arm": arm_command,

@@ -20,13 +20,20 @@ EXIT_CODES = "Exit codes: 0 it worked, 1 refused or failed, 2 wrong command line
 
 Command = Callable[..., None]
 _EXAMPLES: dict[Command, str] = {}
+_NEGATIVE: set[Command] = set()
 
 
-def example(line: str) -> Callable[[Command], Command]:
-    """Say how a command is typed; its help ends with that."""
+def example(line: str, negative: bool = False) -> Callable[[Command], Command]:
+    """Say how a command is typed; its help ends with that.
+
+    Args:
+        negative: an argument may be a number below zero, which is no option then.
+    """
 
     def remember(command: Command) -> Command:
         _EXAMPLES[command] = line
+        if negative:
+            _NEGATIVE.add(command)
         return command
 
     return remember
@@ -35,7 +42,11 @@ def example(line: str) -> Callable[[Command], Command]:
 def add_commands(app: typer.Typer, commands: Mapping[str, Command]) -> None:
     """Add commands by name, each with its example under the help text."""
     for name, command in commands.items():
-        app.command(name=name, epilog=f"Example: {_EXAMPLES[command]}  --  {EXIT_CODES}")(command)
+        app.command(
+            name=name,
+            epilog=f"Example: {_EXAMPLES[command]}  --  {EXIT_CODES}",
+            context_settings={"ignore_unknown_options": command in _NEGATIVE},
+        )(command)
 
 
 def make_group(name: str, text: str, commands: Mapping[str, Command]) -> typer.Typer:

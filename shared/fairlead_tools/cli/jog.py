@@ -1,0 +1,180 @@
+"""``fairlead jog`` and ``fairlead home``: a way that ends by itself, through the gate."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import partial
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+
+from fairlead.deploy.deployment import Deployment
+from fairlead.errors import ConfigError, ServiceError, expected
+from fairlead.messages import FloatArray
+from fairlead.operate.client import RobotClient
+from fairlead.robot.manifest import RobotManifest, load_robot
+from fairlead_tools.cli.arming import YesOption, armed
+from fairlead_tools.cli.by_hand import Hand, PartOption, SpeedOption, ends_like_ctrl_c, shown
+from fairlead_tools.cli.console import ProgressLine, echo
+from fairlead_tools.cli.options import (
+    DeploymentOption,
+    choose_deployment,
+    example,
+    parse_running_or_file,
+)
+from fairlead_tools.teleop.drive import Drive, make_drive
+from fairlead_tools.teleop.session import At, State
+from fairlead_tools.teleop.takeover import taken
+from fairlead_tools.teleop.target import BaseWay, Target, ToolWay, tolerance
+
+LongDeploymentOption = Annotated[  # no -d: it would take the end of -10deg
+    Path | None,
+    typer.Option("--deployment", parser=parse_running_or_file, metavar="NAME_OR_FILE",
+                 help="as of the other commands"),
+]  # fmt: skip
+_AMOUNT = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?)\s*([a-z]*)$", re.I)
+_UNITS = {"m": {"": 1.0, "m": 1.0, "mm": 1e-3, "cm": 1e-2},
+          "rad": {"": 1.0, "rad": 1.0, "deg": np.pi / 180}}  # fmt: skip
+_MOST = {"m": 10.0, "rad": 2 * np.pi}
+
+
+def parse_amount(text: str, axis: str, unit: str) -> float:
+    """How far to jog, in m or rad: a number, with its unit or in SI.
+
+    Raises:
+        ConfigError: it is no number, has another unit, or is more than 10 m or a turn.
+    """
+    found = _AMOUNT.match(text.strip())
+    factors = _UNITS[unit]
+    if found is None or found.group(2) not in factors:
+        valid = [name for name in factors if name]
+        raise ConfigError(expected("jog", f"a way for {axis}, as 0.05 [{unit}]", repr(text), valid))
+    amount = float(found.group(1)) * factors[found.group(2)]
+    if abs(amount) > _MOST[unit]:
+        raise ConfigError(expected("jog", f"a way of at most {_MOST[unit]:.4g} {unit}", repr(text)))
+    return amount
+
+
+@example("fairlead jog panda_joint1 -10deg", negative=True)
+def jog_command(
+    axis: Annotated[
+        str,
+        typer.Argument(
+            metavar="JOINT|AXIS", help="a joint; or x, y, z, rx, ry, rz of a tool or a base"
+        ),
+    ],
+    amount: Annotated[
+        str, typer.Argument(help="how far from where it is: 0.05, 50mm, -0.2rad, 10deg")
+    ],
+    part: PartOption = "",
+    speed: SpeedOption = 0.3,
+    deployment: LongDeploymentOption = None,
+    yes: YesOption = False,
+) -> None:
+    """Move one joint, or a tool or base along one axis, by an amount; then hold.
+
+    A tool moves along the axes of the first frame its deltas are given in, a base along its own.
+    """
+    chosen = choose_deployment(deployment)
+    robot = load_robot(chosen.robot)
+    drive = make_drive(robot, chosen.profile, part, axis=axis)
+    index = drive.index(axis)
+    unit = drive.units[index]
+    step = np.zeros(len(drive.names))
+    step[index] = parse_amount(amount, axis, unit)
+    with _hand(chosen, robot, drive, yes, "fairlead jog") as hand:
+        first, last = _go(hand, lambda at: at + step, speed)
+    came = (last - first)[index]
+    echo(f"{axis} moved {came:.4f} {unit}")
+
+
+@example("fairlead home")
+def home_command(
+    part: Annotated[
+        str, typer.Option(help="default: every part whose joints are told positions")
+    ] = "",
+    speed: SpeedOption = 0.3,
+    deployment: DeploymentOption = None,
+    yes: YesOption = False,
+) -> None:
+    """Move joints straight to where robot.yaml says the robot rests; one part after the other.
+
+    The straight way may cross what is around the robot: the gate refuses what it knows of.
+    """
+    chosen = choose_deployment(deployment)
+    robot = load_robot(chosen.robot)
+    if robot.home is None:
+        raise ConfigError(f"robot {robot.id}: robot.yaml has no `home`; say there where it rests")
+    position, limits = "joint_position", robot.profile(chosen.profile)
+    able = [one.name for one in robot.parts if position in limits.parts[one.name].names]
+    drives = [
+        make_drive(robot, chosen.profile, name, position) for name in ([part] if part else able)
+    ]
+    if not drives:
+        valid = sorted({mode for one in robot.parts for mode in one.modes})
+        raise ConfigError(expected(f"robot {robot.id}", f"a part with {position}", "none", valid))
+    for drive in drives:
+        rests = [robot.home.positions.get(name, np.nan) for name in drive.names]
+        with _hand(chosen, robot, drive, yes, "fairlead home") as hand:
+            _go(hand, partial(_or_there, np.array(rests)), speed)
+        echo(f"{drive.part} is home")
+
+
+def _or_there(rests: FloatArray, at: FloatArray) -> FloatArray:
+    """A joint that has no place to rest, for it turns on, stays."""
+    return np.where(np.isnan(rests), at, rests)
+
+
+@contextmanager
+def _hand(
+    deployment: Deployment, robot: RobotManifest, drive: Drive, yes: bool, by: str
+) -> Iterator[Hand]:
+    with (
+        ends_like_ctrl_c(),
+        RobotClient(deployment, by=by) as client,
+        armed(client, confirmed=yes),
+    ):
+        yield Hand(client, robot, drive, by)
+
+
+def _go(
+    hand: Hand, wanted: Callable[[FloatArray], FloatArray], speed: float
+) -> tuple[FloatArray, FloatArray]:
+    """Where the axes were at the start and at the end [rad or m].
+
+    Raises:
+        ServiceError: it came no nearer, with the refusal if there was one.
+    """
+    drive, seen = hand.drive, list[State]()
+    target = Target(drive, wanted, tolerance(drive), speed)
+    at: At | None = None
+    if drive.tool and not drive.is_position:
+        at = ToolWay(drive, hand.client.transforms())
+    elif not drive.is_position:
+        at = BaseWay(drive, hand.robot.base_frame)
+    with (
+        ProgressLine() as line,
+        taken(hand.client, (drive.part,), hand.task) as claim,
+    ):
+        on_line = shown(drive, line)
+
+        def show(now: State) -> None:
+            on_line(now)
+            if np.isfinite(now.at).all():
+                seen.append(now)
+
+        hand.driving(target, at).run(claim, show)
+    if target.is_there:
+        return seen[0].at, seen[-1].at
+    why = next((now.held_back for now in reversed(seen) if now.held_back), "")
+    where = ", ".join(
+        f"{name} {value:.4f} {unit}"
+        for name, value, unit in zip(drive.names, seen[-1].at, drive.units, strict=True)
+    ) if seen else "unknown, as nobody sends its transform"  # fmt: skip
+    raise ServiceError(
+        f"{drive.part} came no nearer and holds; it is at {where}" + (f"; {why}" if why else "")
+    )

@@ -1,0 +1,61 @@
+"""What keys mean, and how long."""
+
+from __future__ import annotations
+
+import pytest
+
+from fairlead.errors import ConfigError
+from fairlead_tools.teleop.keyboard import HELD_S, Keys
+
+TOOL = ("x", "y", "z", "rx", "ry", "rz")
+
+
+def pressed(keys: str, names: tuple[str, ...] = TOOL) -> Keys:
+    made = Keys(names, 0.5)
+    for key in keys:
+        made.press(key, 1.0)
+    return made
+
+
+@pytest.mark.parametrize(
+    ("key", "axes"),
+    [
+        ("w", (1, 0, 0, 0, 0, 0)),
+        ("s", (-1, 0, 0, 0, 0, 0)),
+        ("d", (0, -1, 0, 0, 0, 0)),
+        ("r", (0, 0, 1, 0, 0, 0)),
+        ("o", (0, 0, 0, 1, 0, 0)),
+        ("k", (0, 0, 0, 0, -1, 0)),
+        ("j", (0, 0, 0, 0, 0, 1)),
+        ("wa", (1, 1, 0, 0, 0, 0)),
+        ("ws", (0, 0, 0, 0, 0, 0)),
+        ("\x1b[A", (0, 0, 0, 0, 0, 0)),
+    ],
+)
+def test_a_key_drives_its_axis_while_it_is_held(key: str, axes: tuple[float, ...]) -> None:
+    assert pressed(key).read(1.0).axes == axes
+    assert pressed(key).read(1.0 + HELD_S).axes == axes
+    assert pressed(key).read(1.001 + HELD_S).axes == (0,) * 6
+
+
+def test_joints_have_the_upper_row_for_one_way_and_the_middle_row_for_the_other() -> None:
+    names = tuple(f"joint{number}" for number in range(10))
+    assert pressed("qs;", names).read(1.0).axes == (1, -1, 0, 0, 0, 0, 0, 0, 0, -1)
+    with pytest.raises(ConfigError, match="keyboard: expected at most 10 joints to drive by keys"):
+        Keys((*names, "joint10"), 0.5)
+
+
+def test_the_space_bar_lets_the_clutch_in_and_out_and_giving_back_lets_it_out() -> None:
+    assert not pressed("").read(1.0).clutch
+    assert pressed(" ").read(1.0).clutch
+    assert not pressed("  ").read(1.0).clutch
+    back = pressed(" b").read(1.0)
+    assert (back.clutch, back.wish) == (False, "give back")
+
+
+def test_a_wish_is_told_once_speed_has_steps_and_ends_and_the_gripper_two_keys() -> None:
+    keys = pressed("x+++++++++++")
+    assert (keys.read(1.0).wish, keys.read(1.0).wish) == ("quit", "")
+    assert (keys.read(1.0).speed, pressed("-").read(1.0).speed) == (1.0, 0.4)
+    assert pressed("-" * 99).read(1.0).speed == 0.02
+    assert (pressed("v").read(1.0).grip, pressed("c").read(1.0).grip) == (1.0, -1.0)
