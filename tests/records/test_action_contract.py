@@ -223,7 +223,7 @@ def test_action_15_a_raw_vector_cannot_be_passed_through(robot: RobotManifest) -
     assert "expected control_mode or discard: true, got neither" in refusal([whole])
     assert "got 'passthrough'" in refusal([whole | {"control_mode": "passthrough"}])
     arm = {"control_mode": "cartesian_delta", "ee": "gripper", "frame": "base_link"}
-    assert "width: expected 6 dimension(s), got 12" in refusal([whole | arm])
+    assert "width: expected 6 dimension(s), or axes, got 12" in refusal([whole | arm])
 
 
 def test_action_16_the_base_is_not_a_body_twist_for_checkpoints(robot: RobotManifest) -> None:

@@ -123,7 +123,7 @@ class TwoRunners:
 
 
 # In realtime the gate rightly stops a robot whose machine is too busy for it: tried again.
-LATE = pytest.mark.flaky(reruns=2, only_rerun=["state_timeout_ms"])
+LATE = pytest.mark.flaky(reruns=2, only_rerun=["state_timeout_ms", "observation too new"])
 
 
 @pytest.fixture(scope="module", params=["lockstep", pytest.param("realtime", marks=LATE)])
