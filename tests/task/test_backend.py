@@ -17,6 +17,8 @@ from fairlead.messages import floats
 from fairlead.modes import ControlMode
 from fairlead.paths import repo_root, robot_dir
 from fairlead.robot.manifest import RobotManifest, load_robot
+from fairlead_hal_sim.driver import DRIVER
+from fairlead_hal_sim.hal_options import HalSimOptions
 from fairlead_hal_sim.introspection import simulator_slot
 from fairlead_hal_sim.options import SimulatorOptions
 from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
@@ -243,6 +245,24 @@ def test_joints_go_by_the_names_of_robot_yaml_and_a_name_that_is_none_is_refused
     wrong = "hal_sim: simulator.joints of robot.yaml: shoulder_lift: expected joints of robosuite's"
     with pytest.raises(ConfigError, match=re.escape(wrong)):
         RobosuiteBackend(options, robot=named(renamed))
+
+
+def test_the_hal_moves_without_observations_as_an_environment_moves_with_them(
+    backend: RobosuiteBackend,
+) -> None:
+    driven = DRIVER.equip(load_robot("panda_mobile"), "sim", HalSimOptions()).backend
+    assert isinstance(driven, RobosuiteBackend)
+    rows = np.random.default_rng(4).uniform(-0.6, 0.6, (10, 12)).astype(np.float32)
+    states = []
+    for one in (driven, backend):
+        one.reset(4)
+        for row in rows:
+            one.apply(commands(row))
+        states.append(take_snapshot(one.env.sim))
+    assert states[0] == states[1]
+    assert driven.env.enabled_observables == set()
+    assert backend.env.enabled_observables
+    driven.close()
 
 
 def test_a_snapshot_puts_another_simulator_into_the_same_poses(

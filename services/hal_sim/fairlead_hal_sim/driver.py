@@ -11,10 +11,12 @@ from fairlead_hal_sim.hal_options import HalSimOptions
 
 def _equip(robot: RobotManifest, profile: str, options: HalSimOptions) -> Equipment:
     # Imported late: robosuite takes seconds, and options that do not fit are refused without it.
+    from fairlead_hal_sim.environment import leave_out_observations
     from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
     from fairlead_hal_sim.robosuite_trace import RobosuiteTrace
 
     backend = RobosuiteBackend(options, robot.tick_period_ns, robot)
+    leave_out_observations(backend.env)
     trace = RobosuiteTrace(backend) if options.trace else None
     return Equipment(backend, _start_cameras(options, robot), trace, backend.frames(robot))
 

@@ -59,6 +59,15 @@ def seed_environment(env: Any, seed: int) -> None:
     env.rng.bit_generator.state = np.random.default_rng(seed).bit_generator.state
 
 
+def leave_out_observations(env: Any) -> None:
+    """Take from ``env.step`` the observations that it computes beside the motion.
+
+    A HAL publishes what it reads of the simulator's state; the motion is the same to the bit.
+    """
+    for name in env.observation_names:
+        env.modify_observable(name, "enabled", False)
+
+
 def _controller_config(options: SimulatorOptions) -> dict[str, Any]:
     name = options.controller
     if name is not None and not name.endswith(".json"):
