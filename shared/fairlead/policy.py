@@ -28,6 +28,7 @@ __all__ = [
     "Failed",
     "Judged",
     "Observation",
+    "PastAnswer",
     "Policy",
     "PolicyOfRobot",
     "ServerAddress",
@@ -71,6 +72,33 @@ class Judged:
 
 
 @dataclass(frozen=True)
+class PastAnswer:
+    """One of the newest answers of this goal, and what became of each of its rows.
+
+    A row for which nothing is set was too late, was replaced by a newer answer, or waits for the
+    gate's verdict.
+
+    tick: `Observation.tick` of the observation it answered; row i is for the ``periods`` control
+        periods from ``tick + i * periods``.
+    rows: float32 ``[H, dim]``, as the policy returned them.
+    periods: control periods for one row.
+    outcome: the gate's newest word: ``released``, ``truncated``, ``refused``; "": none yet.
+    acted: bool ``[H]``: a part executed the row.
+    refused: bool ``[H]``: the gate refused it, or took it back before it acted.
+    to_act: bool ``[H]``: released; it acts from `Observation.tick` on, unless a newer answer
+        replaces it.
+    """
+
+    tick: int
+    rows: Actions
+    periods: int
+    outcome: str
+    acted: npt.NDArray[np.bool_]
+    refused: npt.NDArray[np.bool_]
+    to_act: npt.NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
 class Observation:
     """What a policy sees.
 
@@ -81,6 +109,11 @@ class Observation:
     executed: by the name of each part that the skill commands, what it did in the period
         before; empty where the robot's report of that period was lost.
     judged: the gate's newest word on an answer of this goal; None before the first.
+    frames: by the name of each picture with several ``deltas``, uint8 ``[T, height, width, 3]``,
+        oldest first; the last is the one in ``images``.
+    answers: the newest answers of this goal, oldest first, with what became of their rows.
+    delay_ticks: control periods from an observation to the first row of its answer that can act,
+        as it was the last time; 1 before that.
     """
 
     tick: int
@@ -89,6 +122,23 @@ class Observation:
     images: Mapping[str, npt.NDArray[np.uint8]] = field(default_factory=dict)
     executed: Mapping[str, Executed] = field(default_factory=dict)
     judged: Judged | None = None
+    frames: Mapping[str, npt.NDArray[np.uint8]] = field(default_factory=dict)
+    answers: tuple[PastAnswer, ...] = ()
+    delay_ticks: int = 1
+
+    def frames_of(self, name: str) -> npt.NDArray[np.uint8]:
+        """One picture at all its deltas, uint8 ``[T, height, width, 3]``, oldest first."""
+        frames = self.frames.get(name)
+        return self.images[name][None] if frames is None else frames
+
+    def rows_to_act(self) -> Actions:
+        """Released rows that have not acted yet, in the order of their ticks: ``[n, dim]``.
+
+        The first is for the control period of this observation, if there is one for it: what a
+        policy that chunks in real time continues.
+        """
+        left = [answer.rows[answer.to_act] for answer in self.answers]
+        return np.concatenate(left) if left else np.zeros((0, 0), np.float32)
 
 
 @dataclass(frozen=True)

@@ -113,3 +113,64 @@ def test_lockstep_waits_for_the_task_state_of_the_tick() -> None:
     assert box.missing(5) == "task state"
     box.add_task(task(5))
     assert box.missing(5) == ""
+
+
+def test_a_picture_with_deltas_comes_with_frames_at_those_before_the_newest() -> None:
+    box = intake(seeing(deltas=[-2, -1, 0]), exact=False)
+    for tick in (5, 6, 7, 8):
+        box.add_image(frame(tick, value=tick))
+    box.add_layout(layout(9))
+    observation = box.gather().observation
+    frames = observation.frames_of("eye")
+    assert frames.shape == (3, 3, 2, 3)
+    assert frames[:, 2, 0, 0].tolist() == [6, 7, 8]
+    np.testing.assert_array_equal(frames[-1], observation.images["eye"])
+    assert box.gather().oldest_tick == 8, "earlier frames are as old as they are meant to be"
+
+
+def test_a_picture_without_deltas_has_one_frame() -> None:
+    box = intake(seeing(), exact=False)
+    box.add_image(frame(5))
+    box.add_layout(layout(5))
+    observation = box.gather().observation
+    assert observation.frames == {}
+    assert observation.frames_of("eye").shape == (1, 3, 2, 3)
+
+
+def test_before_the_first_frame_of_a_goal_or_an_episode_there_is_that_one_again() -> None:
+    box = intake(seeing(deltas=[-4, -2, 0]), exact=False)
+    for tick in (5, 6, 7):
+        box.add_image(frame(tick, value=tick))
+    box.add_layout(layout(7))
+    assert box.missing(7) == ""
+    assert box.gather().observation.frames["eye"][:, 2, 0, 0].tolist() == [5, 5, 7]
+    box.add_layout(msgspec.structs.replace(layout(8), episode_tick=7))
+    assert box.gather().observation.frames["eye"][:, 2, 0, 0].tolist() == [7, 7, 7]
+
+
+def test_a_frame_that_was_lost_is_waited_for_and_said_and_never_made_up() -> None:
+    box = intake(seeing(deltas=[-2, 0]), exact=False)
+    for tick in (5, 6, 8):
+        box.add_image(frame(tick, value=tick))
+    box.add_layout(layout(8))
+    assert box.missing(8) == ""
+    box.add_image(frame(9))
+    box.add_layout(layout(9))
+    assert box.missing(9) == "image eye of tick 7 from camera front"
+    box.add_image(frame(7, value=7))
+    assert box.missing(9) == "", "it came late"
+
+
+def test_deltas_of_a_slower_policy_are_its_rows_and_no_control_periods() -> None:
+    skill = seeing(deltas=[-1, 0])
+    box = ObservationBuffer(skill, "pick", {"front": 1}, exact=False, has_task=False, periods=3)
+    for tick in range(5, 10):
+        box.add_image(frame(tick, value=tick))
+    box.add_layout(layout(9))
+    assert box.gather().observation.frames["eye"][:, 2, 0, 0].tolist() == [6, 9]
+
+
+@pytest.mark.parametrize("deltas", [[], [0, 0], [-1], [-1, -2, 0], [1, 0], [-65, 0]])
+def test_deltas_ascend_and_end_now(deltas: list[int]) -> None:
+    with pytest.raises(ValueError, match="expected ascending whole numbers from -64 that end"):
+        seeing(deltas=deltas)

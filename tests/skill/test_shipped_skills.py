@@ -76,6 +76,24 @@ def test_a_skill_whose_cameras_are_off_is_refused_with_the_deployment_that_has_t
     )
 
 
+def test_a_camera_too_slow_for_the_frames_a_picture_wants_is_refused_with_how_often() -> None:
+    skill = load_skill("rldx-robocasa")
+    left = ImageSpec(camera=CAMERAS[0], width=256, height=256, deltas=(-6, -4, -2, 0))
+    skill = skill.model_copy(update={"images": {"left": left}})
+    for period_ticks, fits in [(1, True), (2, True), (4, False), (3, False)]:
+        camera = HalCamera(name=CAMERAS[0], width=256, height=256, period_ticks=period_ticks)
+        running = msgspec.structs.replace(HAL, cameras=(camera,))
+        wanted = [
+            "images: left wants frames at deltas -6, -4, -2, 0, so one every 2 ticks or a whole "
+            "fraction of that; camera robot0_agentview_left gives one every "
+            f"{period_ticks} (its period_ticks)"
+        ]
+        assert admission_problems(skill, MOBILE, running) == ([] if fits else wanted)
+        if not fits:
+            with pytest.raises(ConfigError, match="try: .* fairlead up panda_mobile_sim_cameras"):
+                Admission(skill, MOBILE).require(running)
+
+
 def test_where_nothing_renders_the_refusal_sends_to_the_hals_log() -> None:
     off = msgspec.structs.replace(HAL, cameras=(), detail="cameras off: no renderer was started")
     with pytest.raises(ConfigError) as caught:

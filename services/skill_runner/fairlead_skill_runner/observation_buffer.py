@@ -12,6 +12,7 @@ from fairlead.errors import PolicyError, expected
 from fairlead.messages import Image, LayoutState, TaskState, floats
 from fairlead.policy import Observation
 from fairlead.skill.manifest import ImageSpec, SkillManifest
+from fairlead_skill_runner.frame_history import FrameHistory
 
 
 @dataclass(frozen=True)
@@ -27,6 +28,7 @@ class ObservationBuffer:
 
     Args:
         camera_periods: ticks between frames, by camera name.
+        periods: control periods for one row of the policy.
         exact: lockstep: the layout, the task state and the due frames of one tick, and no
             others, so that every run sees the same; otherwise the newest of each.
         has_task: nothing is observed before the task's own state is known.
@@ -40,6 +42,7 @@ class ObservationBuffer:
         *,
         exact: bool,
         has_task: bool,
+        periods: int = 1,
     ) -> None:
         self._skill = skill
         self._prompt = prompt
@@ -48,7 +51,13 @@ class ObservationBuffer:
         self._has_task = has_task
         self.layout: LayoutState | None = None
         self.task: TaskState | None = None
-        self._images: dict[str, Image] = {}
+        self._deltas = {
+            name: [delta * periods for delta in spec.deltas] for name, spec in skill.images.items()
+        }
+        back: dict[str, int] = {}
+        for name, spec in skill.images.items():
+            back[spec.camera] = max(back.get(spec.camera, 0), -self._deltas[name][0])
+        self._cameras = {camera: FrameHistory(ticks) for camera, ticks in back.items()}
 
     def add_layout(self, layout: LayoutState) -> None:
         """Keep a state vector if it is newer; a fault is none."""
@@ -61,10 +70,9 @@ class ObservationBuffer:
             self.task = task
 
     def add_image(self, image: Image) -> None:
-        """Keep a picture if it is newer than its camera's last."""
-        newest = self._images.get(image.camera)
-        if newest is None or image.tick > newest.tick:
-            self._images[image.camera] = image
+        """Keep a picture of a camera of the skill's."""
+        if image.camera in self._cameras:
+            self._cameras[image.camera].add(image)
 
     def is_ahead_of(self, tick: int) -> bool:
         """Whether the newest layout is of a later tick."""
@@ -79,6 +87,10 @@ class ObservationBuffer:
         for name, spec in self._skill.images.items():
             if not self._usable(spec, self.layout):
                 return f"image {name} from camera {spec.camera}"
+            history = self._cameras[spec.camera]
+            lost = history.missing_tick(self._deltas[name], self.layout.episode_tick)
+            if lost is not None:
+                return f"image {name} of tick {lost} from camera {spec.camera}"
         return ""
 
     def gather(self) -> TimedObservation:
@@ -89,16 +101,21 @@ class ObservationBuffer:
         """
         layout = self.layout
         assert layout is not None and layout.values is not None
-        images, oldest = {}, min(layout.tick, layout.oldest_tick)
+        images, frames, oldest = {}, {}, min(layout.tick, layout.oldest_tick)
         for name, spec in self._skill.images.items():
-            image = self._images[spec.camera]
-            images[name] = _pixels(name, spec, image)
-            oldest = min(oldest, image.tick)
-        state = floats(layout.values)
-        return TimedObservation(Observation(layout.tick, state, self._prompt, images), oldest)
+            kept = self._cameras[spec.camera].at(self._deltas[name], layout.episode_tick)
+            pixels = [_pixels(name, spec, image) for image in kept]
+            images[name] = pixels[-1]
+            if len(pixels) > 1:
+                frames[name] = np.stack(pixels)
+            oldest = min(oldest, kept[-1].tick)  # earlier frames are as old as they should be
+        observation = Observation(
+            layout.tick, floats(layout.values), self._prompt, images, frames=frames
+        )
+        return TimedObservation(observation, oldest)
 
     def _usable(self, spec: ImageSpec, layout: LayoutState) -> bool:
-        image = self._images.get(spec.camera)
+        image = self._cameras[spec.camera].newest
         if image is None or not layout.episode_tick <= image.tick <= layout.tick:
             return False
         if not self._exact:

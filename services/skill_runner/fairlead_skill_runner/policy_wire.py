@@ -10,14 +10,25 @@ import struct
 
 import msgspec
 import numpy as np
+import numpy.typing as npt
 
 from fairlead.errors import ConfigError, PolicyError
 from fairlead.plugins import Plugin
-from fairlead.policy import Actions, Done, Executed, Failed, Judged, Observation
+from fairlead.policy import (
+    Actions,
+    Done,
+    Executed,
+    Failed,
+    Judged,
+    Observation,
+    PastAnswer,
+)
 from fairlead_skill_runner.action_rows import float_rows
 
 HEADER = struct.Struct("!I")
 """The length of the message that follows, in bytes."""
+
+_WITH_TIME = 4  # dimensions of a picture's frames
 
 _TEXT_MAX = 100_000
 """Characters of what a policy says."""
@@ -51,12 +62,48 @@ class Reset(msgspec.Struct, frozen=True, tag=True):
 
 
 class Picture(msgspec.Struct, frozen=True):
-    """One uint8 ``[height, width, 3]`` array."""
+    """One uint8 ``[height, width, 3]`` array, or ``[T, height, width, 3]`` of all its frames."""
 
     name: str
-    height: int
-    width: int
+    shape: tuple[int, ...]
     data: bytes
+
+    @classmethod
+    def of(cls, name: str, pixels: npt.NDArray[np.uint8]) -> Picture:
+        """Pack a picture for the pipe."""
+        return cls(name, pixels.shape, pixels.tobytes())
+
+    def pixels(self) -> npt.NDArray[np.uint8]:
+        """The array again."""
+        return np.frombuffer(self.data, dtype=np.uint8).reshape(self.shape)
+
+
+class Past(msgspec.Struct, frozen=True):
+    """One `PastAnswer`; its masks are bytes of 0 and 1."""
+
+    tick: int
+    shape: tuple[int, ...]
+    rows: bytes
+    periods: int
+    outcome: str
+    masks: tuple[bytes, bytes, bytes]
+
+    @classmethod
+    def of(cls, past: PastAnswer) -> Past:
+        """Pack it for the pipe."""
+        masks = (past.acted.tobytes(), past.refused.tobytes(), past.to_act.tobytes())
+        rows = np.ascontiguousarray(past.rows, dtype="<f4")
+        return cls(past.tick, rows.shape, rows.tobytes(), past.periods, past.outcome, masks)
+
+    def answer(self) -> PastAnswer:
+        """The same again."""
+        acted, refused, to_act = map(_mask, self.masks)
+        rows = np.frombuffer(self.rows, dtype="<f4").reshape(self.shape)
+        return PastAnswer(self.tick, rows, self.periods, self.outcome, acted, refused, to_act)
+
+
+def _mask(data: bytes) -> npt.NDArray[np.bool_]:
+    return np.frombuffer(data, dtype=np.bool_)
 
 
 class Infer(msgspec.Struct, frozen=True, tag=True):
@@ -68,13 +115,15 @@ class Infer(msgspec.Struct, frozen=True, tag=True):
     pictures: tuple[Picture, ...]
     executed: dict[str, Executed]
     judged: Judged | None
+    answers: tuple[Past, ...]
+    delay_ticks: int
 
     @classmethod
     def of(cls, observation: Observation) -> Infer:
         """Pack an observation for the pipe."""
+        frames = observation.frames
         pictures = tuple(
-            Picture(name, image.shape[0], image.shape[1], image.tobytes())
-            for name, image in observation.images.items()
+            Picture.of(name, frames.get(name, image)) for name, image in observation.images.items()
         )
         state = np.ascontiguousarray(observation.state, dtype="<f8").tobytes()
         return cls(
@@ -84,16 +133,26 @@ class Infer(msgspec.Struct, frozen=True, tag=True):
             pictures,
             dict(observation.executed),
             observation.judged,
+            tuple(map(Past.of, observation.answers)),
+            observation.delay_ticks,
         )
 
     def observation(self) -> Observation:
         """The observation again, bit for bit; arrays are views of the received bytes."""
-        images = {
-            p.name: np.frombuffer(p.data, dtype=np.uint8).reshape(p.height, p.width, 3)
-            for p in self.pictures
-        }
-        state = np.frombuffer(self.state, dtype="<f8")
-        return Observation(self.tick, state, self.prompt, images, self.executed, self.judged)
+        seen = {picture.name: picture.pixels() for picture in self.pictures}
+        frames = {name: pixels for name, pixels in seen.items() if pixels.ndim == _WITH_TIME}
+        images = {name: frames[name][-1] if name in frames else seen[name] for name in seen}
+        return Observation(
+            self.tick,
+            np.frombuffer(self.state, dtype="<f8"),
+            self.prompt,
+            images,
+            self.executed,
+            self.judged,
+            frames,
+            tuple(past.answer() for past in self.answers),
+            self.delay_ticks,
+        )
 
 
 class Answer(msgspec.Struct, frozen=True, tag=True):

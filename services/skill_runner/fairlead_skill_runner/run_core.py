@@ -84,6 +84,7 @@ class RunCore:
             setup.camera_periods,
             exact=setup.lockstep,
             has_task=setup.has_task,
+            periods=setup.periods,
         )
         self._asked: TimedObservation | None = None
         self._asked_s = 0.0
@@ -92,7 +93,7 @@ class RunCore:
         self._layouts = LayoutWatch(
             lockstep=setup.lockstep, rate_hz=setup.skill.rate_hz * setup.periods
         )
-        self._feedback = GateFeedback(setup.routes)
+        self._feedback = GateFeedback(setup.routes, setup.periods)
         self._positions = np.zeros(0)  # of the measured joints in the newest tick
         self._anchor_tick = 0  # the first before which this goal's parts held: no older rows act
 
@@ -205,6 +206,7 @@ class RunCore:
             self.setup, self._chunks.next_seq, asked, answer, self.tick, self._positions
         )
         self._chunks.sent(chunk)
+        self._feedback.on_answer(chunk.obs_tick, answer)
         self._schedule.sent(chunk, self.tick)
         return [SendChunk(chunk.payload), *self._advance(now_s)]
 
@@ -266,7 +268,7 @@ class RunCore:
             return self._end(results.policy_error(error))
         self._asked, self._asked_s = gathered, now_s
         self.inferences += 1
-        seen = self._feedback.added_to(gathered.observation)
+        seen = self._feedback.added_to(gathered.observation, self._chunks.delay_ticks)
         self.first_tick = self.first_tick or seen.tick
         return [AskPolicy(self.inferences, seen)]
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import cached_property
 
-from fairlead.deploy.deployment import Deployment
-from fairlead.deploy.shipped_deployments import shipped_deployments
 from fairlead.errors import ConfigError
 from fairlead.frames import MAP, ODOM
 from fairlead.layout import load_layout
@@ -15,27 +13,12 @@ from fairlead.modes import ControlMode
 from fairlead.robot.description import description_tree
 from fairlead.robot.manifest import RobotManifest
 from fairlead.skill.bindings import StateContractBindings
+from fairlead.skill.camera_check import camera_problems, way_to_cameras
 from fairlead.skill.limit_overrides import limit_problems
 from fairlead.skill.manifest import SkillManifest
 from fairlead.skill.output_range import declared_range_problems, hal_range_problems
 from fairlead.skill.routes import Route, plan_routes
 from fairlead.skill.state_contract import StateContract
-
-
-def camera_deployments(skill: SkillManifest, robot: str) -> list[str]:
-    """Names of one robot's deployments in ``compose/`` with a skill's cameras, in its sizes."""
-    needed = {(image.camera, image.width, image.height) for image in skill.images.values()}
-    return [
-        name for name, deployment in shipped_deployments(robot) if needed <= _rendered(deployment)
-    ]
-
-
-def _rendered(deployment: Deployment) -> set[tuple[object, object, object]]:
-    """Name, width and height [px] of each camera the HAL is told to render."""
-    cameras = deployment.services[deployment.hal].options.get("cameras")
-    listed = cameras if isinstance(cameras, list) else []
-    blocks = [one for one in listed if isinstance(one, dict)]
-    return {(one.get("name"), one.get("width"), one.get("height")) for one in blocks}
 
 
 class Admission:
@@ -75,7 +58,12 @@ class Admission:
             return [*self._of_manifests, *declared_range_problems(self.routes, self.robot)]
         identity = _identity_problems(self.robot, hal)
         ranges = [] if identity else hal_range_problems(self.routes, self.robot, hal)
-        return [*self._of_manifests, *identity, *ranges, *_camera_problems(self.skill, hal)]
+        return [
+            *self._of_manifests,
+            *identity,
+            *ranges,
+            *camera_problems(self.skill, hal.cameras, hal.period_ns),
+        ]
 
     def require(self, hal: HalStatus | None = None) -> None:
         """Let the skill pass if it may run.
@@ -88,8 +76,8 @@ class Admission:
         if not problems:
             return
         fix = f"fairlead skill ls --robot {robot.id}"
-        if hal is not None and problems == _camera_problems(skill, hal):
-            fix = _way_to_cameras(skill, robot, hal)
+        if hal is not None and problems == camera_problems(skill, hal.cameras, hal.period_ns):
+            fix = way_to_cameras(skill, robot, hal)
         listed = "\n  ".join(summarised(problems, skill, robot))
         raise ConfigError(
             f"skill {skill.id} cannot run on robot {robot.id}:\n  {listed}\n  try: {fix}"
@@ -108,15 +96,6 @@ def summarised(problems: Sequence[str], skill: SkillManifest, robot: RobotManife
     if robot.id in skill.embodiments or len(problems) < 2:
         return list(problems)
     return [problems[0], f"and {len(problems) - 1} more, as on any robot it was not made for"]
-
-
-def _way_to_cameras(skill: SkillManifest, robot: RobotManifest, hal: HalStatus) -> str:
-    if "cameras off" in hal.detail:  # they were asked for, and nothing renders them
-        return f"fairlead logs, which says why; the HAL: {hal.detail}"
-    ready = camera_deployments(skill, robot.id)
-    if ready:
-        return f"fairlead down, then fairlead up {ready[0]}, which has these cameras"
-    return "options.cameras of the HAL in the deployment file switches cameras on"
 
 
 def _embodiment_problems(skill: SkillManifest, robot: RobotManifest) -> list[str]:
@@ -245,21 +224,3 @@ def _identity_problems(robot: RobotManifest, hal: HalStatus) -> list[str]:
 
 def _plain(value: object) -> str:
     return ", ".join(map(str, value)) if isinstance(value, tuple) else str(value)
-
-
-def _camera_problems(skill: SkillManifest, hal: HalStatus) -> list[str]:
-    cameras = {camera.name: camera for camera in hal.cameras}
-    problems = []
-    for name, image in skill.images.items():
-        camera = cameras.get(image.camera)
-        if camera is None:
-            problems.append(
-                f"images: {name} needs camera {image.camera!r} "
-                f"(valid: {', '.join(cameras) or 'none'})"
-            )
-        elif (camera.width, camera.height) != (image.width, image.height):
-            problems.append(
-                f"images: {name} expects {image.width} x {image.height} pixels, camera "
-                f"{image.camera} gives {camera.width} x {camera.height}"
-            )
-    return problems

@@ -18,6 +18,9 @@ from fairlead.skill.slots import MODE_NAMES
 from fairlead.skill.state_contract import StateContract
 from fairlead.yaml_file import load_yaml
 
+MOST_ROWS = 64
+"""Of the past, in one picture's frames."""
+
 Between = Literal["hold", "linear"]
 """What the rows between two of a slower policy's are."""
 
@@ -37,7 +40,11 @@ class PolicySpec(BaseModel):
 
 
 class ImageSpec(BaseModel):
-    """One picture a policy wants: the camera, its size [pixels], its rotation [deg]."""
+    """One picture a policy wants: the camera, its size [pixels], its rotation [deg].
+
+    deltas: of the frames it wants at a time, in rows of the policy (1 / ``rate_hz``) before the
+        newest, which is 0; ascending. Before a goal's first frame there is that one again.
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -45,6 +52,22 @@ class ImageSpec(BaseModel):
     width: int = Field(gt=0)
     height: int = Field(gt=0)
     rotation_deg: Literal[0, 90, 180, 270] = 0
+    deltas: tuple[int, ...] = (0,)
+
+    @field_validator("deltas")
+    @classmethod
+    def _end_now(cls, value: tuple[int, ...]) -> tuple[int, ...]:
+        if (
+            not value
+            or value[-1] != 0
+            or list(value) != sorted(set(value))
+            or value[0] < -MOST_ROWS
+        ):
+            raise ValueError(
+                f"expected ascending whole numbers from -{MOST_ROWS} that end with 0, "
+                f"got {list(value)}"
+            )
+        return value
 
 
 class SkillLimit(BaseModel):
