@@ -11,17 +11,14 @@ that real-time priority: a real bus waits for no other process.
 from __future__ import annotations
 
 import argparse
-import subprocess
-import sys
 import tempfile
 import threading
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
 
+from bench.equipment.emulated_arm import emulated_arm
 from bench.equipment.motion_log import MotionLog
 from fairlead.deploy.scheduling import realtime_words
 from fairlead.messages import FloatArray
@@ -37,27 +34,6 @@ ROBOT = load_robot("so101")
 SKILL = "so101-reach"
 PERIOD_MS = 20.0
 READS = 500
-
-
-@contextmanager
-def emulator(port: Path, priority: int) -> Iterator[None]:
-    """Servos at ``port``."""
-    words = [
-        *realtime_words("emulator", priority),
-        sys.executable,
-        "-m",
-        "fairlead_tools.cli.main",
-        "emulate",
-        "so101",
-        "--link",
-    ]
-    with subprocess.Popen([*words, str(port)], stdout=subprocess.PIPE, text=True) as process:
-        assert process.stdout is not None
-        process.stdout.readline()
-        try:
-            yield
-        finally:
-            process.terminate()
 
 
 def calibration(path: Path) -> Calibration:
@@ -120,11 +96,12 @@ def main() -> None:
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        port, file = folder / "port", folder / "arm.yaml"
+        port, file = folder / "arm" / "so101", folder / "arm.yaml"
         options, known = So101Options(port=str(port), calibration=str(file)), calibration(file)
-        with emulator(port, arguments.priority):
+        before = realtime_words("emulator", arguments.priority)
+        with emulated_arm(port.parent, before=before):
             read, write = alone(options, known)
-        with emulator(port, arguments.priority):
+        with emulated_arm(port.parent, before=before):
             jitter = deployed(options, folder, arguments.seconds, arguments.priority)
     for what, times in (("read", read), ("write", write), ("jitter", jitter)):
         middle, p99, most = np.percentile(times, [50, 99, 100])

@@ -66,6 +66,10 @@ class LiveRobot:
         self.client.arm()
         return reset
 
+    def make_ready(self, seed: int) -> None:
+        """What a goal needs before it can begin to move."""
+        self.ready_to_move(seed)
+
     def start_goal(self, stall_timeout_s: float = 3.0) -> Future[Progress]:
         """Run a goal of the skill in the background."""
         wish = GoalOptions(
@@ -93,7 +97,7 @@ class LiveRobot:
 
     def start_moving(self, seed: int = 0) -> Future[Progress]:
         """A goal whose rows are being executed now."""
-        self.ready_to_move(seed)
+        self.make_ready(seed)
         began_ns = time.monotonic_ns()
         goal = self.start_goal()
         wait_for(lambda: goal.done() or self._moves_since(began_ns), "the robot moves")

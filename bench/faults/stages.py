@@ -15,6 +15,7 @@ from bench.faults.life_faults import order_stage, soak_stage
 from bench.faults.live_stage import live_stage
 from bench.faults.machine_stage import machine_stage
 from bench.faults.routed_stage import routed_stage
+from bench.faults.servo_stage import servo_stage
 
 STAGES: Mapping[str, Callable[[Path], AbstractContextManager[Any]]] = {
     "robot": live_stage,
@@ -26,5 +27,6 @@ STAGES: Mapping[str, Callable[[Path], AbstractContextManager[Any]]] = {
     "cameras": camera_stage,
     "faulty": faulty_stage,
     "routed": routed_stage,
+    "servos": servo_stage,
 }
 """Each opens in an empty folder."""

@@ -6,6 +6,7 @@ from bench.faults import (
     camera_faults,
     creeping_faults,
     frame_faults,
+    hardware_faults,
     life_faults,
     machine_faults,
     network_faults,
@@ -30,6 +31,7 @@ _FAMILIES = (
     machine_faults,
     life_faults,
     camera_faults,
+    hardware_faults,
 )
 ROWS: tuple[Row, ...] = tuple(
     sorted((row for family in _FAMILIES for row in family.ROWS), key=lambda row: row.number)

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from bench.equipment.emulated_arm import EmulatedArm, emulated_arm
 from bench.equipment.live_robot import wait_for
 from fairlead.errors import ConfigError, FairleadError, HardwareError
 from fairlead.hal.backend import PartCommand
@@ -16,7 +17,6 @@ from fairlead.modes import ControlMode
 from fairlead_hal_so101.calibration import load_calibration
 from fairlead_hal_so101.so101_backend import So101Backend
 from tests.so101.arm import ROBOT, as_delivered, backend
-from tests.so101.emulated import EmulatedArm, emulated_arm
 
 HOME = [0.0, -1.0, 0.9, 0.7, 0.0, 0.3]
 

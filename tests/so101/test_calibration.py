@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bench.equipment.emulated_arm import EmulatedArm, emulated_arm
 from bench.equipment.live_robot import wait_for
 from fairlead_hal_so101.calibration import load_calibration
 from tests.cli.command import fairlead, fairlead_command, fairlead_environment
 from tests.so101.arm import ROBOT, backend
-from tests.so101.emulated import EmulatedArm, emulated_arm
 
 HOME = [0.0, -1.0, 0.9, 0.7, 0.0, 0.3]
 

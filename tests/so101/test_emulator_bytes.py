@@ -11,9 +11,9 @@ import pytest
 import scservo_sdk
 from rustypot import Sts3215PyController
 
+from bench.equipment.emulated_arm import EmulatedArm, emulated_arm
 from bench.equipment.live_robot import wait_for
 from fairlead_tools.emulate.sts_packets import status_packet, take_request
-from tests.so101.emulated import EmulatedArm, emulated_arm
 
 IDS = [1, 2, 3, 4, 5, 6]
 

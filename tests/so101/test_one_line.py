@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import yaml
 
+from bench.equipment.emulated_arm import emulated_arm
 from bench.equipment.live_robot import LiveRobot
 from fairlead.deploy.registry import Registry
 from fairlead.messages import FloatArray, GoalResult, JointState, decode, floats
@@ -22,7 +23,6 @@ from fairlead_tools.supervisor.scratch import (
     scratch_robot,
 )
 from tests.so101.arm import as_delivered
-from tests.so101.emulated import emulated_arm
 
 SOURCE = repo_root() / "compose" / "so101_mujoco.yaml"
 SKILL = "so101-reach"

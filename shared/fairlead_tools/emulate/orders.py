@@ -31,6 +31,10 @@ def _noise(emulated: Emulated, numbers: list[float]) -> None:
     emulated.bus.faults.noise = _chance(numbers[0])
 
 
+def _wrong(emulated: Emulated, numbers: list[float]) -> str:
+    return f"{emulated.bus.faults.wrong}"
+
+
 def _lose(emulated: Emulated, numbers: list[float]) -> None:
     emulated.bus.faults.lost = _chance(numbers[0])
 
@@ -83,6 +87,7 @@ def _where(emulated: Emulated, numbers: list[float]) -> str:
 
 ORDERS = {
     "noise": Order("noise SHARE", "so many answers have a wrong byte", (1, 1), _noise),
+    "wrong": Order("wrong", "so many answers have had a wrong byte", (0, 0), _wrong),
     "lose": Order("lose SHARE", "so many answers never come", (1, 1), _lose),
     "late": Order("late SHARE MS", "so many answers come late", (2, 2), _late),
     "unplug": Order("unplug ID", "this servo and those behind it are off", (1, 1), _unplug),

@@ -43,13 +43,14 @@ class BusFaults:
     """What goes wrong on the way back.
 
     noise, lost, late: chance of each answer to come with a wrong byte, never, or late by
-    ``late_s``.
+    ``late_s``. wrong: answers that have had a wrong byte.
     """
 
     noise: float = 0.0
     lost: float = 0.0
     late: float = 0.0
     late_s: float = 0.0
+    wrong: int = 0
 
 
 class ServoBus:
@@ -124,6 +125,7 @@ class ServoBus:
             place = self._chance.randrange(2, len(packet))
             wrong = packet[place] ^ self._chance.randrange(1, 256)
             packet = packet[:place] + bytes([wrong]) + packet[place + 1 :]
+            faults.wrong += 1
         time.sleep(max(0.0, due_s - time.monotonic()))
         if select.select([self._master], [], [], 0)[0]:  # two talk at once: neither is understood
             os.read(self._master, 4096)

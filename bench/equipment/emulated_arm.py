@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import subprocess
-from collections.abc import Iterator
+import sys
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-
-from tests.cli.command import fairlead_command, fairlead_environment
 
 
 class EmulatedArm:
@@ -25,13 +24,19 @@ class EmulatedArm:
 
 
 @contextmanager
-def emulated_arm(folder: Path, *options: str) -> Iterator[EmulatedArm]:
-    """An arm that stands ready until the end of the block."""
+def emulated_arm(folder: Path, *options: str, before: Sequence[str] = ()) -> Iterator[EmulatedArm]:
+    """An arm that stands ready until the end of the block.
+
+    Args:
+        folder: gets a link to its port.
+        options: of the command.
+        before: words before the command.
+    """
     folder.mkdir(exist_ok=True)
     port = folder / "so101"
+    command = [sys.executable, "-m", "fairlead_tools.cli.main", "emulate", "so101"]
     with subprocess.Popen(
-        fairlead_command("emulate", "so101", "--link", str(port), *options),
-        env=fairlead_environment(folder),
+        [*before, *command, "--link", str(port), *options],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         text=True,

@@ -1,0 +1,129 @@
+"""Servos and their bus, and the processor of the arm's host; a gamepad."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Sequence
+from functools import partial
+from itertools import pairwise
+
+from bench.equipment.motion_log import MotionLine
+from bench.faults.motion_rules import every_row_was_judged_for_its_tick
+from bench.faults.process_faults import BUSY_LOOPS, BUSY_S, busy_machine
+from bench.faults.row import Row, Shot
+from bench.faults.servo_stage import ServoStage
+from bench.faults.silent_gamepad import FRESH_MS, silent_gamepad
+from bench.so101_bus import ROBOT
+from fairlead_hal_so101.options import ServoLimits, So101Options
+
+NOISY_S = 3.0
+CUT, BLOCKED = 5, 2
+NAMES = dict(enumerate(ROBOT.joint_names, start=1))
+
+
+def cable_out(robot: ServoStage) -> Shot:
+    """A servo, and those behind it, are silent: reads are lost until that is a fault."""
+    goal = robot.start_moving()
+    injected_ns = robot.order(f"unplug {CUT}")
+    silent = ", ".join(f"{one} ({name})" for one, name in NAMES.items() if one >= CUT)
+    shot = robot.fault_shot(injected_ns, f"servo {silent} does not answer")
+    assert robot.ended(goal).outcome == "failed"
+    robot.repair()
+    return shot
+
+
+def adapter_out(robot: ServoStage) -> Shot:
+    goal = robot.start_moving()
+    injected_ns = robot.unplug()
+    shot = robot.fault_shot(injected_ns, "is gone: adapter unplugged?")
+    assert robot.ended(goal).outcome == "failed"
+    robot.plug_in()
+    return shot
+
+
+def faint_noise(share: float, robot: ServoStage) -> Shot:
+    """What is lost is repaired in the same tick, or what was measured before is repeated."""
+    goal = robot.start_moving()
+    before = int(robot.arm.order("wrong"))
+    injected_ns = robot.order(f"noise {share}")
+    ticks = robot.no_hold_between(injected_ns, injected_ns + int(NOISY_S * 1e9))
+    ended_ns = robot.order("noise 0")
+    every_row_was_judged_for_its_tick(robot)
+    wrong = int(robot.arm.order("wrong")) - before
+    assert wrong, "no answer had a wrong byte"
+    robot.finish(goal)
+    gap_ms = longest_gap_ms(robot.motion.since(injected_ns), ended_ns)
+    note = f"{wrong} answers with a wrong byte in {ticks} ticks, none held"
+    return Shot(gap_ms, injected_ns, ended_ns, robot.tick_ms(injected_ns), note)
+
+
+def loud_noise(share: float, robot: ServoStage) -> Shot:
+    """Each row in its tick; where too many reads in a row are lost, a fault that names servos."""
+    goal = robot.start_moving()
+    before = int(robot.arm.order("wrong"))
+    injected_ns = robot.order(f"noise {share}")
+    threading.Event().wait(NOISY_S)
+    ended_ns = robot.order("noise 0")
+    every_row_was_judged_for_its_tick(robot)
+    lines = [line for line in robot.motion.since(injected_ns) if line.stamp_ns <= ended_ns]
+    held = sum(not line.moves for line in lines)
+    wrong = int(robot.arm.order("wrong")) - before
+    note = f"{wrong} answers with a wrong byte, {held} of {len(lines)} ticks held"
+    hal = robot.client.hal_status()
+    if hal.state == "fault":
+        assert "measurements lost in a row: servo " in hal.detail, hal.detail
+        note = f"{note}; {hal.detail}"
+        assert robot.ended(goal).outcome == "failed"
+        robot.repair()
+    else:
+        robot.finish(goal)
+    gap_ms = longest_gap_ms(lines, ended_ns)
+    return Shot(gap_ms, injected_ns, ended_ns, robot.tick_ms(injected_ns), note)
+
+
+def longest_gap_ms(lines: Sequence[MotionLine], ended_ns: int) -> float:
+    """Before a tick that moved, up to a time."""
+    gaps = [later.stamp_ns - one.stamp_ns for one, later in pairwise(lines)
+            if later.moves and later.stamp_ns <= ended_ns]  # fmt: skip
+    return max(gaps, default=0) / 1e6
+
+
+def overloaded(robot: ServoStage) -> Shot:
+    """A servo has been blocked for too long: it says so, and pushes with a fifth of its torque."""
+    goal = robot.start_moving()
+    injected_ns = robot.order(f"overload {BLOCKED}")
+    shot = robot.hold_shot(injected_ns)
+    result = robot.ended(goal)
+    said = f"servo {BLOCKED} ({NAMES[BLOCKED]}): says overload"
+    assert result.outcome == "failed" and said in result.detail, result
+    robot.repair()
+    return Shot(shot.measured_ms, injected_ns, shot.ended_ns, shot.tick_ms, result.detail)
+
+
+OPTIONS, LIMITS = So101Options(port="-"), ServoLimits()
+TICK_MS = ROBOT.tick_period_ns / 1e6
+ASKED_MS = 2 * (1e3 * OPTIONS.answer_timeout_s + 3)
+"""Both attempts to read servos of which one is silent."""
+CABLE_MS = 300.0  # lost_ticks and one more, each of both attempts; each servo is then asked twice
+ADAPTER_MS = 3 * TICK_MS  # the tick that reads next has the fault
+NOISY_MS = 3 * TICK_MS  # both attempts are lost in a tick, then a tick without a loss
+OVERLOAD_MS = (LIMITS.ticks + 3) * TICK_MS
+GAP = "longest gap before a tick that moved"
+STOP = "gate's stop, p50 / max"
+ROWS = (
+    Row(43, f"cable to servo {CUT} and those behind it comes off",
+        "HAL's fault names them, gate stops", CABLE_MS, "servos", cable_out, also=STOP),
+    Row(43, "adapter of the servos' bus unplugged", "HAL's fault says so, gate stops", ADAPTER_MS,
+        "servos", adapter_out, also=STOP),
+    Row(44, "1 % of servos' answers have a wrong byte", "no tick is held", NOISY_MS, "servos",
+        partial(faint_noise, 0.01), GAP),
+    Row(44, "10 % of servos' answers have a wrong byte",
+        "each row in its tick, once, or a fault that names servos", 150, "servos",
+        partial(loud_noise, 0.1), GAP),
+    Row(45, f"servo {BLOCKED} says overload in motion", "stop that names it", OVERLOAD_MS, "servos",
+        overloaded),
+    Row(46, "gamepad silent while deflected", "slows down, holds; moves again when it speaks",
+        FRESH_MS, "servos", silent_gamepad, "last event to rest"),
+    Row(47, f"{BUSY_LOOPS} busy loops for {BUSY_S:g} s beside a HAL of 50 Hz",
+        "each row in its tick, or hold", 150, "servos", busy_machine, GAP, excused=False),
+)  # fmt: skip
