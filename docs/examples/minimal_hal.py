@@ -12,15 +12,19 @@ from fairlead.hal.process import Equipment, run_hal
 from fairlead.service import ServiceContext, run_service
 
 HERE, UPRIGHT = np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0])
-START = np.array([0.0, -0.3, 0.0, -2.2, 0.0, 2.0, 0.785, 0.08])
 
 
 class MinimalArm:
-    """robots/panda. A driver would talk to the arm's controller in `read` and `apply`."""
+    """Any arm. A driver would talk to the arm's controller in `read` and `apply`."""
 
     def __init__(self, robot: RobotManifest, profile: str) -> None:
         self.robot, self.profile, self.period_s = robot, profile, robot.tick_period_ns * 1e-9
-        self.positions, self.velocities = START.copy(), np.zeros(8)
+        joints = [*robot.joints, *robot.passive_joints]  # fingers that nobody commands stand still
+        home = robot.home.positions if robot.home else {}
+        middle = [(one.lower + one.upper) / 2 if one.has_bounds else 0.0 for one in joints]
+        start = zip(joints, middle, strict=True)
+        self.positions = np.array([home.get(one.name, other) for one, other in start])
+        self.velocities = np.zeros(len(joints))
 
     def describe(self) -> BackendDescription:
         robot = self.robot
@@ -30,30 +34,29 @@ class MinimalArm:
         )
 
     def read(self) -> Measurement:
-        fingers = np.array([0.5, -0.5])  # the gripper is the difference of the two
-        positions = np.concatenate([self.positions, fingers * self.positions[7]])
-        velocities = np.concatenate([self.velocities, fingers * self.velocities[7]])
-        return Measurement(positions, velocities, efforts=np.zeros(10))
+        efforts = np.zeros(len(self.positions))
+        return Measurement(self.positions.copy(), self.velocities.copy(), efforts)
 
     def transforms(self) -> Sequence[FramePose]:
-        return [FramePose("odom", "base_link", HERE, UPRIGHT)]
+        return [FramePose("odom", self.robot.base_frame, HERE, UPRIGHT)]
 
     def static_transforms(self) -> Sequence[FramePose]:
         return [FramePose("map", "odom", HERE, UPRIGHT)]
 
     def apply(self, commands: Mapping[str, PartCommand]) -> None:
         target = self.positions.copy()  # a part without a command keeps its position
-        for command in commands.values():
+        for part, command in commands.items():
             joints = list(command.active)
             if command.mode == ControlMode.JOINT_POSITION:
                 target[joints] = command.values[joints]
             elif command.mode == ControlMode.JOINT_VELOCITY:
                 target[joints] += command.values[joints] * self.period_s
             elif command.mode == ControlMode.GRIPPER_POSITION:
-                reach = 0.1 * self.period_s  # the hand closes at 0.1 m/s
-                target[7] += np.clip(command.values[0] - target[7], -reach, reach)
+                hand = self.robot.joint_names.index(self.robot.part(part).joints[0])
+                reach = 0.5 * self.robot.joints[hand].velocity_limit * self.period_s
+                target[hand] += np.clip(command.values[0] - target[hand], -reach, reach)
             else:
-                raise ConfigError(expected("arm", "a mode of robot.yaml", command.mode.yaml_name))
+                raise ConfigError(expected(part, "a mode this arm can do", command.mode.yaml_name))
         self.velocities = (target - self.positions) / self.period_s
         self.positions = target
 

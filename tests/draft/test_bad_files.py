@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from fairlead.paths import robot_dir
+from tests.cli.command import fairlead_here
 from tests.draft.drafting import EXAMPLE, Desk
 
 MJCF, URDF = "arm.xml", "arm.urdf"
@@ -60,6 +61,25 @@ def test_a_model_that_is_no_arm_is_said_by_joint_or_file(
     assert done.returncode == 1
     assert said in done.stderr, done.stderr
     assert not (desk.robots / "mine").exists()
+
+
+def test_a_servo_too_stiff_for_the_timestep_is_said_before_anything_starts(desk: Desk) -> None:
+    stiff = (
+        ('integrator="implicitfast"', ""),
+        ('damping="1" armature="0.05"', ""),
+        ('kv="25"', 'kv="1000"'),
+    )
+    done = desk.new("mine", "--mjcf", desk.example(*stiff))
+    assert done.returncode == 0, done.stderr
+    assert "hal_mujoco cannot move it yet: hal_mujoco: the simulation diverged at" in done.stdout
+    assert not (desk.folder / "MUJOCO_LOG.TXT").exists()
+    (wrong,) = desk.findings("mine", "wrong")
+    assert "give their joints armature or a lower kp" in wrong[1]
+    file = desk.folder / "mine.yaml"
+    file.write_text(file.read_text().replace("hal_kinematic,", "hal_mujoco,"))
+    measured = fairlead_here("robot", "measure", "mine", state=desk.folder)
+    assert "ERROR hal_mujoco: the simulation diverged at" in measured.stderr
+    assert "Traceback" not in measured.stderr
 
 
 def test_an_id_that_is_taken_or_no_name_is_refused_and_so_is_a_deployment_file(desk: Desk) -> None:

@@ -11,6 +11,7 @@ import yaml
 from fairlead.deploy.deployment import load_deployment
 from fairlead.paths import repo_root, robot_dir
 from fairlead.robot.manifest import load_robot
+from fairlead.robot.profile_limits import profile_limits
 from fairlead_hal_mujoco.mujoco_backend import MujocoBackend
 from tests.cli.command import fairlead_here
 from tests.draft.drafting import EXAMPLE, Desk
@@ -31,6 +32,8 @@ def test_an_mjcf_becomes_a_robot_that_compiles_and_says_what_to_confirm(desk: De
     assert limits is not None
     assert limits.step_limits[0] == pytest.approx(pan.velocity_limit * 0.05)
     assert {"joints.pan.velocity_rad_s", "safety.hardware.measured.pan"} <= set(robot.to_confirm)
+    assert robot.home is not None and robot.home.source == "the model's own pose"
+    assert robot.to_confirm["home"].startswith("the model's own pose: ")
     assert "joints.pan.effort_nm" not in robot.to_confirm
     compiled = fairlead_here("robot", "compile", "mine", state=desk.folder)
     assert compiled.returncode == 0
@@ -157,6 +160,29 @@ def test_without_position_actuators_it_runs_without_physics_and_says_what_is_mis
     assert [one for subject, one in desk.findings("mine", "ok") if subject == "MJCF"]
 
 
+def test_joints_whose_names_have_a_prefix_in_the_urdf_are_the_models(
+    desk: Desk,
+) -> None:
+    assert desk.new("first", "--mjcf", EXAMPLE).returncode == 0
+    urdf = (desk.robots / "first" / "first.urdf").read_text()
+    named = desk.write(
+        "maker.urdf", re.sub(r'<joint name="(?!.*fixed)', '<joint name="acme_', urdf)
+    )
+    done = desk.new("mine", "--mjcf", EXAMPLE, "--urdf", named)
+    assert done.returncode == 0, done.stderr
+    robot = load_robot("mine")
+    assert robot.simulator_joints("acme_elbow") == ("elbow",)
+    assert desk.check("mine")[0] == 0
+
+
+def test_a_stop_may_last_as_long_as_a_slow_hands_stroke(desk: Desk) -> None:
+    wide = ('range="0 0.04"', 'range="0 0.3"'), ('range="-0.04 0"', 'range="-0.3 0"')
+    assert desk.new("mine", "--mjcf", desk.example(*wide)).returncode == 0
+    hand, told = load_robot("mine").joint("left_finger"), load_robot("mine").profile("sim")
+    speed = profile_limits(hand, told)[0]
+    assert told.protocol.stop_ramp_ms > 1e3 * (hand.upper - hand.lower) / (0.9 * speed) > 1500
+
+
 def test_a_urdf_alone_brings_its_meshes_and_moves_without_physics(desk: Desk) -> None:
     package = desk.folder / "acme_description"
     (package / "meshes").mkdir(parents=True)
@@ -168,11 +194,18 @@ def test_a_urdf_alone_brings_its_meshes_and_moves_without_physics(desk: Desk) ->
     mesh = '<geometry><mesh filename="package://acme_description/meshes/link.obj"/></geometry>'
     link = f'<link name="panda_link2"><collision>{mesh}</collision></link>'
     visual = f'<link name="panda_link4"><visual>{mesh}</visual></link>'
+    other = package / "other" / "link.obj"  # of the same name, in another folder
+    other.parent.mkdir()
+    other.write_text(obj.replace("0.1", "0.2"))
     urdf = urdf.replace('<link name="panda_link2"/>', link)
+    third = link.replace("meshes/", "other/").replace("link2", "link3")
+    urdf = urdf.replace('<link name="panda_link3"/>', third)
+    urdf = urdf.replace("base_link", "world")  # as many makers call their root
     (package / "arm.urdf").write_text(urdf.replace('<link name="panda_link4"/>', visual))
     done = desk.new("mine", "--urdf", package / "arm.urdf")
     assert done.returncode == 0, done.stderr
-    assert (desk.robots / "mine" / "meshes" / "link.obj").is_file()
+    assert (desk.robots / "mine" / "meshes" / "link.obj").read_text() == obj
+    assert (desk.robots / "mine" / "meshes" / "1_link.obj").read_text() == other.read_text()
     robot = load_robot("mine")
     assert robot.joint("panda_joint1").velocity_rad_s == 2.175
     assert "joints.panda_joint1.velocity_rad_s" not in robot.to_confirm

@@ -11,7 +11,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from fairlead.errors import ConfigError
+from fairlead.errors import ConfigError, HardwareError
 from fairlead.hal.backend import PartCommand
 from fairlead.modes import ControlMode
 from fairlead.paths import gate_config, repo_root, robot_dir
@@ -193,7 +193,7 @@ def test_a_diverged_simulation_is_an_error_and_not_a_new_start(
     backend: MujocoBackend, mujoco_warnings: list[str]
 ) -> None:
     backend._data.qvel[0] = np.nan
-    with pytest.raises(RuntimeError, match="the simulation diverged at"):
+    with pytest.raises(HardwareError, match="the simulation diverged at"):
         backend.apply({})
     assert any("QVEL" in text for text in mujoco_warnings)
 

@@ -13,10 +13,12 @@ import pytest
 from fairlead.deploy.registry import Registry
 from fairlead.messages import GateState
 from fairlead.paths import repo_root, robot_dir
+from fairlead.robot.manifest import load_robot
 from fairlead_tools.measure.rotations import exponential, quaternion_of, rotation_of
 from fairlead_tools.measure.tracking import hull_distances
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch, scratch_robot
 from tests.cli.command import fairlead_here as fairlead
+from tests.draft.drafting import EXAMPLE
 
 SHORT = ("--random", "80", "--stops", "1")
 
@@ -129,3 +131,21 @@ def test_rotations_go_there_and_back() -> None:
         np.testing.assert_allclose(turn @ turn.T, np.eye(3), atol=1e-12)
         np.testing.assert_allclose(turn @ vector, vector, atol=1e-12)
         np.testing.assert_allclose(rotation_of(quaternion_of(turn)), turn, atol=1e-12)
+
+
+def test_a_drafted_robot_is_measured_by_the_file_that_is_here_and_without_physics_that_is_said(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("FAIRLEAD_ROBOTS", str(tmp_path / "robots"))
+    monkeypatch.chdir(tmp_path)
+    drafted = fairlead("robot", "new", "mine", "--mjcf", EXAMPLE, state=tmp_path)
+    assert drafted.returncode == 0, drafted.stderr
+    with_physics = measured("mine", tmp_path)
+    declared = load_robot("mine").profile("sim").measured["lift"].tolerance
+    proposed = with_physics["proposed"]["measured"]["lift"]["tolerance"]
+    assert 0.05 < proposed <= declared  # what lets a chunk begin while the servo is behind
+    file = tmp_path / "mine.yaml"
+    file.write_text(file.read_text().replace("hal_mujoco,", "hal_kinematic,"))
+    assert measured("mine", tmp_path)["findings"] == [
+        "no joint reported an effort: without physics no number here is the robot's own"
+    ]

@@ -73,6 +73,14 @@ def twist(mode: ControlMode, width: int, values: dict[int, float], active: int) 
 
 
 @pytest.mark.processes
+def test_the_base_is_called_as_robot_yaml_does(
+    router: str, ros: RosProcess, mobile: RobotManifest, connect: Connect
+) -> None:
+    other = mobile.model_copy(update={"base_frame": "chassis"})
+    assert connect(other, mobile_options(router)).transforms()[0].child == "chassis"
+
+
+@pytest.mark.processes
 def test_a_base_and_a_gripper_do_what_they_are_told_and_hold(
     router: str, ros: RosProcess, mobile: RobotManifest, connect: Connect
 ) -> None:

@@ -1,10 +1,9 @@
-"""docs/my-first-robot.md works: its commands are run as they stand there, in a clean folder."""
+"""my-first-robot.md and my-hal.md: their commands are run as they stand there, in a clean folder."""
 
 from __future__ import annotations
 
 import re
 import shutil
-import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -18,7 +17,7 @@ from tests.system.person import ROOT, Person
 
 pytestmark = [pytest.mark.processes, pytest.mark.timeout(300)]
 
-DOCUMENT = (ROOT / "docs" / "my-first-robot.md").read_text(encoding="utf-8")
+DOCS, EXAMPLES = ROOT / "docs", ROOT / "docs" / "examples"
 
 
 @pytest.fixture
@@ -26,7 +25,8 @@ def newcomer(tmp_path: Path) -> Iterator[Person]:
     folder = tmp_path / "clean"
     folder.mkdir()
     (folder / ".venv").symlink_to(sys.prefix)
-    shutil.copy(ROOT / "docs" / "examples" / "my_arm.xml", folder)
+    for example in ("my_arm.xml", "minimal_hal.py"):
+        shutil.copy(EXAMPLES / example, folder)
     own = {f"FAIRLEAD_{one}": str(tmp_path / one.lower()) for one in ("ROBOTS", "SKILLS")}
     person = Person(folder, more_environment=own)
     yield person
@@ -35,27 +35,49 @@ def newcomer(tmp_path: Path) -> Iterator[Person]:
         terminal.process.wait(timeout=30.0)
 
 
-def test_the_commands_of_the_document_bring_a_robot_that_moves(
-    newcomer: Person, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    done: list[subprocess.CompletedProcess[str]] = []
-    for block in re.findall(r"^```sh\n(.*?)^```", DOCUMENT, re.M | re.S):
+def walked(newcomer: Person, document: str) -> list[str]:
+    """What each command of a document printed, but for the robot that is up in its terminal."""
+    said: list[str] = []
+    text = (DOCS / document).read_text(encoding="utf-8")
+    for block in re.findall(r"^```sh\n(.*?)^```", text, re.M | re.S):
         for line in block.splitlines():
             if " up " in line:
                 up = newcomer.start(line, "up")
                 up.wait_for(lambda line: " is up" in line, "the robot is up")
                 continue
-            done.append(newcomer.shell(line))
+            done = newcomer.shell(line)
             wanted = 1 if " run " in line else 0
-            assert done[-1].returncode == wanted, f"{line}\n{done[-1].stdout}{done[-1].stderr}"
-    new, unasked, _, run, asked, _ = (one.stdout for one in done)
+            assert done.returncode == wanted, f"{line}\n{done.stdout}{done.stderr}"
+            said.append(done.stdout)
+    assert "refused" not in "".join(newcomer.terminals["up"].lines)
+    assert newcomer.terminals["up"].process.wait(timeout=30.0) == 0
+    return said
+
+
+def farthest(newcomer: Person, monkeypatch: pytest.MonkeyPatch) -> float:
+    """How far the joint that moved most was moved [rad]."""
+    monkeypatch.setenv("FAIRLEAD_ROBOTS", newcomer.more_environment["FAIRLEAD_ROBOTS"])
+    log = next((newcomer.folder / "state").rglob("*.decisions"))
+    return float(np.ptp(recorded_positions(load_robot("my_arm"), log), axis=0).max())
+
+
+def test_my_first_robot_brings_a_robot_that_moves(
+    newcomer: Person, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    new, unasked, _, run, asked, _ = walked(newcomer, "my-first-robot.md")
     assert "hal_mujoco cannot move it" not in new
     assert re.search(r"^HAL +open +none runs on this machine", unasked, re.M)
     assert "my-wave deadline after 6" in run
     assert re.search(r"^HAL +ok +joints, parts, modes and period as in robot.yaml", asked, re.M)
-    assert "refused" not in "".join(newcomer.terminals["up"].lines)
-    monkeypatch.setenv("FAIRLEAD_ROBOTS", newcomer.more_environment["FAIRLEAD_ROBOTS"])
-    log = next((newcomer.folder / "state").rglob("*.decisions"))
-    measured = recorded_positions(load_robot("my_arm"), log)
-    assert np.ptp(measured, axis=0).max() > 0.2  # rad: one joint waved
-    assert newcomer.terminals["up"].process.wait(timeout=30.0) == 0
+    assert farthest(newcomer, monkeypatch) > 0.2  # one joint waved
+
+
+def test_my_hal_brings_a_hal_of_ones_own_that_moves_the_robot(
+    newcomer: Person, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    *_, run, asked, _ = walked(newcomer, "my-hal.md")
+    assert "command: [python, ./minimal_hal.py]" in (newcomer.folder / "my_arm.yaml").read_text()
+    assert any("minimal" in line for line in newcomer.terminals["up"].lines if "[hal]" in line)
+    assert "my-wave deadline after 6" in run
+    assert re.search(r"^HAL +ok +joints, parts, modes and period as in robot.yaml", asked, re.M)
+    assert farthest(newcomer, monkeypatch) > 0.2

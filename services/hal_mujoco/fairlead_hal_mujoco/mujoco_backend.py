@@ -8,6 +8,7 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
+from fairlead.errors import HardwareError
 from fairlead.hal.backend import (
     BackendDescription,
     FramePose,
@@ -111,7 +112,7 @@ class MujocoBackend:
         """As `Backend.apply`; at each physics step the servos get a new position of the way.
 
         Raises:
-            RuntimeError: if the simulation diverges.
+            HardwareError: if the simulation diverges.
         """
         measured = self._measure(self._data.qpos)[: self._robot.n_dof]
         way = self._interpolator.advance(self._setpoints.advance(commands, measured))
@@ -119,7 +120,10 @@ class MujocoBackend:
             self._write(way(step / self._steps))
             mujoco.mj_step(self._model, self._data)
         if not (np.isfinite(self._data.qpos).all() and np.isfinite(self._data.qvel).all()):
-            raise RuntimeError(f"the simulation diverged at {self._data.time:.3f} s")
+            raise HardwareError(
+                f"hal_mujoco: the simulation diverged at {self._data.time:.3f} s: servos too stiff "
+                "for its timestep; give their joints armature or a lower kp, or it a shorter one"
+            )
 
     def task(self) -> TaskReading | None:
         """How far the joints are from the model's key ``goal``; None without one."""

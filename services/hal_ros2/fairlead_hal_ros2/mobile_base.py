@@ -37,8 +37,8 @@ class BaseState:
 class Odometry:
     """The newest state of the base. `take` for one thread, `newest` for any."""
 
-    def __init__(self, topics: BaseTopics) -> None:
-        self._topics = topics
+    def __init__(self, topics: BaseTopics, base_frame: str) -> None:
+        self._topics, self._base_frame = topics, base_frame
         self.newest: BaseState | None = None
 
     def take(self, message: Any, now_s: float) -> None:
@@ -51,7 +51,7 @@ class Odometry:
             wanted = f"child_frame_id {self._topics.child_frame!r} (option base.child_frame)"
             raise MessageError(expected("odometry", wanted, repr(message.child_frame_id)))
         pose = message.pose.pose
-        there = frame_pose("odom", "base_link", pose.position, pose.orientation)
+        there = frame_pose("odom", self._base_frame, pose.position, pose.orientation)
         twist = message.twist.twist
         rates = np.array([twist.linear.x, twist.linear.y, twist.angular.z])
         if not np.isfinite(rates).all():

@@ -53,7 +53,7 @@ class Ros2Backend:
             for name in robot.measured_joint_names
         ]
         self._states, self._frames = JointStates(), Frames(options.frames)
-        self._odometry = Odometry(options.base) if options.base else None
+        self._odometry = Odometry(options.base, robot.base_frame) if options.base else None
         self._node = RosNode(options, "fairlead_hal")
         try:
             self._connect()
@@ -183,8 +183,8 @@ class Ros2Backend:
         return self._measured
 
     def transforms(self) -> Sequence[FramePose]:
-        """``odom -> base_link``, and what came on `tf` of the frames wanted from there."""
-        base = self._pose or FramePose("odom", "base_link", HERE, UPRIGHT)
+        """``odom`` to the base frame, and what came on `tf` of the frames wanted from there."""
+        base = self._pose or FramePose("odom", self._robot.base_frame, HERE, UPRIGHT)
         return [base, *self._frames.new()]
 
     def static_transforms(self) -> Sequence[FramePose]:

@@ -14,4 +14,4 @@ def _equip(robot: RobotManifest, profile: str, options: So101Options) -> Equipme
     return Equipment(So101Backend(robot, profile, options, calibration))
 
 
-DRIVER = HalDriver(So101Options, _equip)
+DRIVER = HalDriver(So101Options, _equip, realtime_only=True)

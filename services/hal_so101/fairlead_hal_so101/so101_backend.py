@@ -114,8 +114,8 @@ class So101Backend:
         )
 
     def transforms(self) -> Sequence[FramePose]:
-        """``odom -> base_link``: the arm stands still."""
-        return [FramePose("odom", "base_link", np.zeros(3), _UPRIGHT)]
+        """``odom`` to the base frame: the arm stands still."""
+        return [FramePose("odom", self._robot.base_frame, np.zeros(3), _UPRIGHT)]
 
     def static_transforms(self) -> Sequence[FramePose]:
         """``map -> odom``: the same frame."""

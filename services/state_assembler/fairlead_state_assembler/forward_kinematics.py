@@ -21,12 +21,15 @@ class ForwardKinematics:
 
     Raises:
         ConfigError: if the description needs a joint the robot does not measure, or its
-            root is not the manifest's base frame.
+            root is not the manifest's base frame; if pinocchio cannot read it.
     """
 
     def __init__(self, robot: RobotManifest) -> None:
         path = robot.description_path()
-        self._model = pin.buildModelFromUrdf(str(path))
+        try:
+            self._model = pin.buildModelFromUrdf(str(path))
+        except ValueError as error:
+            raise ConfigError(f"{path}: {error}") from None
         self._data = self._model.createData()
         self._q = np.zeros(self._model.nq)
         self._find_joints(robot)

@@ -50,7 +50,8 @@ class HalDriver(Generic[Options]):
     equip: makes the equipment from the robot, the name of the safety profile that holds, and the
         checked options. Called once it is sure that this is the robot's only HAL; what takes long
         to import is best imported in there.
-    realtime_only: its robot waits for nobody, so that pacing ``lockstep`` is refused.
+    realtime_only: its robot is real and waits for nobody: pacing ``lockstep`` is refused, and a
+        profile with a simulator's limits is warned of.
     """
 
     options: type[Options]

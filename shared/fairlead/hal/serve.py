@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import sys
 from typing import Any
 
@@ -9,6 +10,7 @@ from fairlead.checked_model import checked_model
 from fairlead.errors import ConfigError, expected
 from fairlead.hal.process import HalDriver, run_hal
 from fairlead.plugins import HALS
+from fairlead.robot.manifest import load_robot
 from fairlead.service import ServiceContext, run_service
 
 
@@ -25,6 +27,13 @@ async def body(context: ServiceContext) -> None:
         raise ConfigError(expected(who, "realtime", context.deployment.pacing))
     options = checked_model(f"service {context.name}: options", driver.options, context.options)
     profile = context.deployment.profile
+    if (
+        driver.realtime_only
+        and load_robot(context.deployment.robot).profile(profile).lockstep_allowed
+    ):
+        logging.getLogger(context.name).warning(
+            "profile %s has the limits of a simulator, and %s may move a real robot", profile, name
+        )
     await run_hal(context, lambda robot: driver.equip(robot, profile, options), what=name)
 
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from fairlead.errors import ConfigError, expected
-from fairlead.robot.description_limits import check_description_limits, number
+from fairlead.robot.description_limits import check_description_limits, check_limit, number
 from fairlead.robot.manifest import RobotManifest
 
 Vector = tuple[float, float, float]
@@ -169,6 +169,7 @@ def _link(joint: ET.Element, robot: RobotManifest, path: str) -> Link:
     who = f"{path}: joint {name!r}"
     if kind not in (*_MOVING, "fixed"):
         raise ConfigError(expected(who, "a type", repr(kind), (*_MOVING, "fixed")))
+    check_limit(joint, who)
     mimic = None if kind == "fixed" else _mimic(joint, kind, robot, who)
     if kind != "fixed" and mimic is None:
         _check_measured(name, kind, robot, who)

@@ -55,6 +55,25 @@ def check_description_limits(robot: RobotManifest, document: ET.Element, path: s
                 )
 
 
+def check_limit(joint: ET.Element, who: str) -> None:
+    """What every reader of the format asks for: a sliding or turning joint has a ``<limit>``.
+
+    Raises:
+        ConfigError: it has none, or one without a number for effort or velocity.
+    """
+    limit = joint.find("limit")
+    if limit is None:
+        if joint.get("type") in ("revolute", "prismatic"):
+            what = '<limit lower="..." upper="..." effort="..." velocity="..."/>'
+            raise ConfigError(expected(who, what, "none"))
+        return
+    for name in ("effort", "velocity"):
+        text = limit.get(name)
+        if text is None:
+            raise ConfigError(expected(f"{who}: limit {name}", "a number", "none"))
+        number(text, f"{who}: limit {name}")
+
+
 def _pairs(joint: Joint, limit: ET.Element | None, who: str) -> Iterator[tuple[str, float, float]]:
     """Name, the description's number and the manifest's."""
     if limit is None:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -21,6 +22,9 @@ from fairlead_tools.cli.options import (
     example,
     parse_running_or_file,
 )
+
+if TYPE_CHECKING:
+    from fairlead_tools.draft.robot_check import FrameRow
 
 
 @example("fairlead robot check panda")
@@ -43,7 +47,7 @@ def check_command(
     Exit code 1 if anything is missing or wrong; what is open is for a person to look at.
     """
     manifest = load_robot(robot)
-    file = deployment or _running_file(robot)
+    file = deployment or running_file(robot)
     hal = None if file is None else _running(manifest, file)
     from fairlead_tools.draft.robot_check import check_robot
 
@@ -52,15 +56,8 @@ def check_command(
         document = dataclasses.asdict(found) | {"to_confirm": manifest.to_confirm}
         print_json({"robot": robot, "good": found.is_good, **document})
     else:
-        print_table(
-            ("FRAME", "AT HOME [mm]", "[rad]", "RANDOM POSES [mm]", "[rad]"),
-            [
-                (one.frame, f"{one.home_mm:.3g}", f"{one.home_rad:.2g}",
-                 f"{one.random_mm:.3g}", f"{one.random_rad:.2g}")
-                for one in found.frames
-            ],
-        )  # fmt: skip
-        echo("")
+        if found.frames:
+            _print_frames(found.frames)
         print_table(
             ("WHAT", "STATE", "FOUND", "FIX"),
             [(one.subject, one.state, _line(one.found), one.fix) for one in found.findings],
@@ -69,11 +66,25 @@ def check_command(
         raise typer.Exit(1)
 
 
+def _print_frames(frames: Sequence[FrameRow]) -> None:
+    print_table(
+        ("FRAME", "AT HOME [mm]", "[rad]", "RANDOM POSES [mm]", "[rad]"),
+        [
+            (one.frame, f"{one.home_mm:.3g}", f"{one.home_rad:.2g}",
+             f"{one.random_mm:.3g}", f"{one.random_rad:.2g}")
+            for one in frames
+        ],
+    )  # fmt: skip
+    echo("")
+
+
 def _line(text: str) -> str:
-    return " ".join(text.split())
+    first, *more = text.splitlines()
+    return f"{first} ... (--json has all)" if more else first
 
 
-def _running_file(robot: str) -> Path | None:
+def running_file(robot: str) -> Path | None:
+    """The deployment file of a robot that runs on this machine, if one does."""
     files = [Path(entry.deployment) for entry in Registry().entries()]
     return next((one for one in files if load_deployment(one).robot == robot), None)
 

@@ -16,6 +16,7 @@ from fairlead.robot.manifest import load_robot
 from fairlead_tools.cli.arming import YesOption, armed
 from fairlead_tools.cli.console import ProgressLine, echo, print_json, print_table
 from fairlead_tools.cli.options import JsonOption, RobotArgument, example, parse_deployment
+from fairlead_tools.cli.robot_check import running_file
 
 if TYPE_CHECKING:
     from fairlead_tools.measure.measurement import Measurement
@@ -31,7 +32,8 @@ def measure_command(
             "-d",
             parser=parse_deployment,
             metavar="NAME_OR_FILE",
-            help="whose HAL to drive; default: the robot's first in lockstep",
+            help="whose HAL to drive; default: with --running the one that is up, else ROBOT.yaml "
+            "here, else the robot's first in lockstep",
         ),
     ] = None,
     random: Annotated[
@@ -58,7 +60,8 @@ def measure_command(
     from fairlead_tools.measure.measurement import Amount, measure
 
     manifest = load_robot(robot)
-    chosen = load_deployment(deployment) if deployment else simulated_deployment(robot)
+    file = deployment or (running_file(robot) if running else _file_here(robot))
+    chosen = load_deployment(file) if file else simulated_deployment(robot)
     if chosen.robot != robot:
         who = f"robot measure: deployment {chosen.id}"
         raise ConfigError(expected(who, f"robot {robot}", chosen.robot))
@@ -77,6 +80,12 @@ def measure_command(
         print_json(document(found))
     else:
         _print(found)
+
+
+def _file_here(robot: str) -> Path | None:
+    """Where `fairlead robot new` put it."""
+    file = Path(f"{robot}.yaml")
+    return file if file.is_file() else None
 
 
 def _running(

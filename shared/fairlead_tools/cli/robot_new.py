@@ -53,6 +53,7 @@ def new_command(
     if drafted.missing:
         first, *more = drafted.missing
         echo(f"hal_mujoco cannot move it yet: {first}")
-        echo(f"  and {len(more)} more: fairlead robot check {name}" if more else "")
+        if more:
+            echo(f"  and {len(more)} more: fairlead robot check {name}")
         echo(f"{file} runs {drafted.hal}, without physics, until then")
     echo(f"next: fairlead robot check {name}; fairlead up {file}")

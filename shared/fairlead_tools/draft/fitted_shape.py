@@ -28,7 +28,8 @@ _ROOM = 1.5  # of the clearance, at home
 class FittedShape:
     """A robot's shape, and where it may rest.
 
-    per_link: most capsules for a link. home: joint positions [rad or m].
+    per_link: most capsules for a link. home: joint positions [rad or m]. home_source: where that
+    pose is from, if it is not the draft's own.
     open: keys of robot.yaml that a person has to look at, and why.
     """
 
@@ -36,6 +37,7 @@ class FittedShape:
     capsules: Sequence[Capsule]
     pairs: Sequence[CapsulePair]
     home: Mapping[str, float]
+    home_source: str
     open: Mapping[str, str]
 
     def text(self, robot: str) -> str:
@@ -56,7 +58,7 @@ def fitted_shape(draft: DraftRobot, shape: RobotShape) -> FittedShape:
     for per_link, capsules, pairs in _fits(draft, shape):
         home = _clear_home(draft, shape, capsules, pairs)
         if home is not None:
-            return FittedShape(per_link, capsules, pairs, home, {})
+            return FittedShape(per_link, capsules, pairs, home, _source(draft, home), {})
         tried.append((per_link, capsules, pairs))
     per_link, capsules, pairs = tried[-1]
     crowded = [one for one in pairs if not one.why_not and one.near_share >= CROWDED]
@@ -73,7 +75,12 @@ def fitted_shape(draft: DraftRobot, shape: RobotShape) -> FittedShape:
         )
     links = {_links(capsules, one) for one in crowded}
     told = f"pairs near in most poses are not checked: {', '.join(sorted(links))}"
-    return FittedShape(per_link, capsules, left, home, {"capsules": told})
+    return FittedShape(per_link, capsules, left, home, _source(draft, home), {"capsules": told})
+
+
+def _source(draft: DraftRobot, home: Mapping[str, float]) -> str:
+    """Of a pose that is not the draft's own."""
+    return "" if home is draft.home else "a random pose, for in the model's own links are too near"
 
 
 def _links(capsules: Sequence[Capsule], pair: CapsulePair) -> str:
@@ -123,9 +130,11 @@ def _clear_home(
         return None
     away = np.sum([(values - values[0]) ** 2 for values in tried.values()], axis=0)
     best = int(clear[np.argmin(away[clear])])
+    if not best:
+        return draft.home
     ends = {one.name: (one.lower, one.upper) for one in draft.joints}
     return {
-        name: inside(float(tried[name][best]), *ends[name]) if best and name in tried else position
+        name: inside(float(tried[name][best]), *ends[name]) if name in tried else position
         for name, position in draft.home.items()
     }
 

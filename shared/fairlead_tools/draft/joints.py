@@ -218,7 +218,7 @@ def _rounded(value: float) -> float:
 def same_joints(urdf: ET.Element, source: SourceModel) -> dict[str, int]:
     """Number of the model's joint for each of a URDF that moves, by their names.
 
-    A name may have the model's prefix or suffix.
+    A name may have a prefix, or the model's suffix; how both move says later if it was right.
 
     Raises:
         ConfigError: the model has none of a name, or several.
@@ -231,7 +231,7 @@ def _same(name: str, names: Mapping[int, str]) -> int:
     exact = [joint for joint, called in names.items() if called == name]
     found: Sequence[int] = exact or [
         joint for joint, called in names.items()
-        if called.endswith(name) or called.startswith(name)
+        if called.endswith(name) or called.startswith(name) or name.endswith(called)
     ]  # fmt: skip
     if len(found) != 1:
         who = f"{WHO}: joint {name!r} of the URDF"

@@ -104,7 +104,8 @@ def _filled(
     fitted = fitted_shape(draft, shape)
     (folder / manifest.capsules).write_text(fitted.text(asked.id), encoding="utf-8")
     draft = replace(
-        draft, home=fitted.home, open={**draft.open, **fitted.open},
+        draft, home=fitted.home, home_source=fitted.home_source or draft.home_source,
+        open={**draft.open, **fitted.open},
         reach=_reach(shape.robot, shape.tree, draft, source),
     )  # fmt: skip
     manifest = _written(asked, folder, draft)
@@ -139,7 +140,8 @@ def _joints_and_parts(asked: Asked, folder: Path, source: SourceModel | None) ->
                           one.lower, one.upper)
         for one in joints if one.lower is not None and one.upper is not None
     }  # fmt: skip
-    return DraftRobot(asked.id, period_ms, base, joints, parts, home)
+    said = "0, or the end nearest to it" if source is None else "the model's own pose"
+    return DraftRobot(asked.id, period_ms, base, joints, parts, home, said)
 
 
 def _written(asked: Asked, folder: Path, draft: DraftRobot) -> RobotManifest:

@@ -82,7 +82,10 @@ def check_robot(robot: RobotManifest, hal: HalStatus | None) -> RobotCheck:
     else:
         rows, of_model = _of_model(robot, model)
         findings += of_model
-    findings += _of_shape(robot)
+    if any(one.subject == "frames" and one.state == WRONG for one in findings):
+        findings.append(Finding("capsules", WRONG, "not compared", "first make the frames agree"))
+    else:
+        findings += _of_shape(robot)
     for profile in robot.safety:
         findings.append(_of_gate_file(robot, profile))
     findings += _of_hal(robot, hal)
@@ -93,7 +96,10 @@ def _of_model(
     robot: RobotManifest, model: RobotModel | None
 ) -> tuple[list[FrameRow], list[Finding]]:
     if model is None:
-        fix = f"put it beside robot.yaml as {robot.id}.xml; without it only hal_kinematic moves it"
+        fix = (
+            f"put it beside robot.yaml as {robot.id}.xml for hal_mujoco; a HAL of your own can "
+            "bring the robot's frames instead"
+        )
         return [], [Finding("MJCF", MISSING, "none: the URDF is compared with nothing", fix)]
     try:
         errors, _ = frame_errors(robot, model.frames, model.frames.positions(), WHO)

@@ -8,6 +8,7 @@ from typing import Any
 
 import yaml
 
+from fairlead.hal.setpoints import TRAVEL_SHARE
 from fairlead_tools.draft.joints import DraftJoint
 from fairlead_tools.draft.parts import DraftPart, grips
 
@@ -40,6 +41,7 @@ class DraftRobot:
     joints: Sequence[DraftJoint]
     parts: Sequence[DraftPart]
     home: Mapping[str, float]
+    home_source: str
     base_body: str = ""
     frames: Mapping[str, str] = field(default_factory=dict)
     bare: Mapping[str, str] = field(default_factory=dict)
@@ -82,7 +84,7 @@ class DraftRobot:
             **({"passive_joints": passive} if passive else {}),
             "parts": [self._part(one) for one in self.parts],
             "end_effectors": self._end_effectors(),
-            "home": {"positions": dict(self.home), "source": "the model's, to be confirmed"},
+            "home": {"positions": dict(self.home), "source": self.home_source},
             **({"simulator": simulator} if self.base_body else {}),
             **({"no_collision_geometry": dict(self.bare)} if self.bare else {}),
             "safety": safety,
@@ -93,6 +95,7 @@ class DraftRobot:
             key = "passive_joints" if not joint.commanded else "joints"
             for what, why in joint.open.items():
                 yield f"{key}.{joint.name}.{_KEYS[what][joint.unit]}", why
+        yield "home", f"{self.home_source}: fairlead home moves the robot there"
         for joint in self.joints:
             yield f"safety.hardware.measured.{joint.name}", _MEASURE
         for part in self.parts:
@@ -153,8 +156,11 @@ class DraftRobot:
         }
 
     def _ramp_ms(self) -> int:
+        """A stop lets a gripper finish its stroke."""
         slowest = max((one.lag_s for one in self.joints), default=0.0)
-        return min(60000, max(1500, round(1000.0 * (0.5 + 6.0 * slowest))))
+        hands = [part.joints[0] for part in self.parts if part.opens]
+        stroke_s = max((one.span / (TRAVEL_SHARE * self._speed(one)) for one in hands), default=0.0)
+        return min(60000, max(1500, round(1000.0 * (0.5 + stroke_s + 6.0 * slowest))))
 
     def _speed(self, joint: DraftJoint) -> float:
         """As fast as its servo follows closely enough: else chunks are refused at their seams."""

@@ -29,12 +29,16 @@ def copied_urdf(path: Path, folder: Path, *, with_meshes: bool) -> str:
         raise ConfigError(f"{WHO}: --urdf: {path}: not a text file in UTF-8") from None
     if not with_meshes:
         return text
+    copies: dict[Path, str] = {}
     for mesh in root.findall("link/collision/geometry/mesh"):
         named = mesh.get("filename", "")
-        found = _find(path, named)
-        (folder / _FOLDER).mkdir(exist_ok=True)
-        shutil.copyfile(found, folder / _FOLDER / found.name)
-        text = text.replace(f'"{named}"', f'"{_FOLDER}/{found.name}"')
+        found = _find(path, named).resolve()
+        if found not in copies:  # another folder may have a mesh of the same name
+            taken = f"{len(copies)}_" if found.name in copies.values() else ""
+            copies[found] = f"{taken}{found.name}"
+            (folder / _FOLDER).mkdir(exist_ok=True)
+            shutil.copyfile(found, folder / _FOLDER / copies[found])
+        text = text.replace(f'"{named}"', f'"{_FOLDER}/{copies[found]}"')
     return text
 
 

@@ -90,6 +90,8 @@ def findings(found: Measurement) -> Iterator[str]:
                 f"{row['joint']}: its servo cannot follow: told {told:g} {row['unit']}/s, got to "
                 f"{speed:g}"
             )
+    if every and not any(effort.any() for effort in found.joints.efforts.values()):
+        yield "no joint reported an effort: without physics no number here is the robot's own"
     yield from _beyond_declared(found)
 
 
@@ -143,7 +145,9 @@ def proposed(found: Measurement) -> dict[str, Any]:
         floor = 0.005 * joint.velocity_limit
         block: dict[str, Any] = {"jump_per_tick": _up(row["jump_per_tick"])}
         if joint.has_bounds:
-            block["tolerance"] = _up(max(row["beyond"], floor * driven.period_s))
+            block["tolerance"] = max(
+                _up(max(row["beyond"], floor * driven.period_s)), _seam(found, row["joint"])
+            )
         block["standstill_per_s"] = _up(max(row["speed_at_rest"], floor))
         if joint in robot.joints:
             most = 1.05 * joint.effort_limit
@@ -167,6 +171,15 @@ def proposed(found: Measurement) -> dict[str, Any]:
         at["source"] = f"{source}, tracking doubled"
     ramp_ms = math.ceil(10.0 * MARGIN * float(found.stop_s().max(initial=0.0))) * 100
     return {"measured": blocks, "parts": parts, "protocol": {"stop_ramp_ms": ramp_ms}}
+
+
+def _seam(found: Measurement, joint: str) -> float:
+    """What lets a chunk begin while the joint is behind its targets, as far as is declared now."""
+    lags = [
+        max(seen.values()) for (_, _, what), seen in found.tracking.lags.items() if what == joint
+    ]
+    declared = found.driven.robot.profile(found.driven.profile).measured[joint].tolerance
+    return _digits(min(max(lags, default=0.0), declared or 0.0))
 
 
 def _up(value: float) -> float:

@@ -203,7 +203,9 @@ def geometry_source(robot: RobotManifest, model: str | None) -> GeometrySource:
     if found is not None:
         return _of_model(found)
     compiled = urdf_model(robot)
-    links = {body: str(compiled.body(body).name) for body in range(1, compiled.nbody)}
+    frames = description_tree(robot).frames
+    named = {body: str(compiled.body(body).name) for body in range(compiled.nbody)}
+    links = {body: name for body, name in named.items() if name in frames}
     still = (np.eye(3), np.zeros(3))
     carriers = {body: (link, *still) for body, link in links.items()}
     agreement = f"{robot.description}: geometry and frames are of one file"

@@ -145,8 +145,9 @@ def urdf_model(robot: RobotManifest) -> mujoco.MjModel:
             "robosuite:NAME)"
         )
     spec = mujoco.MjSpec()
-    for link in links:
-        body = spec.worldbody.add_body(name=link.get("name", ""))
+    for link in links:  # MuJoCo has a body called world already
+        name = link.get("name", "")
+        body = spec.worldbody if name == "world" else spec.worldbody.add_body(name=name)
         for collision in link.findall("collision"):
             _add(spec, body, collision, path)
     try:
