@@ -169,3 +169,9 @@ def test_layout_the_simulator_cannot_judge_is_refused(layout: str) -> None:
     assert str(error.value) == (
         f"layout verify: layout {layout} names no fields that the simulator knows the truth of"
     )
+
+
+def test_fields_that_an_arm_on_a_table_does_not_have_are_named() -> None:
+    with pytest.raises(ConfigError) as error:
+        verify_layout(example("human300_16d"), "ur5e", n_ticks=1)
+    assert "got one of UR5e without base_to_eef position" in str(error.value)

@@ -1,4 +1,4 @@
-"""my-first-robot.md and my-hal.md: their commands are run as they stand there, in a clean folder."""
+"""The commands of my-first-robot.md and my-hal.md, run as they stand there in a clean folder."""
 
 from __future__ import annotations
 

@@ -132,7 +132,7 @@ def verify_layout(
                 backend.read().positions,
                 tuple(backend.transforms()),
                 tuple(backend.static_transforms()),
-                read_truth(backend.env),
+                read_truth(backend.env, fields),
             )
             values = _values(assembler, contract, sample)
             for field, so_far in worst.items():

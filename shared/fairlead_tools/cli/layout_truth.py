@@ -7,7 +7,7 @@ they are read again after the simulator has been brought up to date.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from typing import Any
 
 import numpy as np
@@ -19,10 +19,11 @@ from fairlead.messages import FloatArray
 Truth = Mapping[str, FloatArray]
 """By field: xyz [m], quaternion xyzw, two fingers [m], or arm joints [rad]."""
 
+_BASE = "world_to_base position"
 _OBSERVATION_KEYS = {
     "base_to_eef position": "robot0_base_to_eef_pos",
     "base_to_eef rotation": "robot0_base_to_eef_quat",
-    "world_to_base position": "robot0_base_pos",
+    _BASE: "robot0_base_pos",
     "world_to_base rotation": "robot0_base_quat",
     "world_to_eef position": "robot0_eef_pos",
     "world_to_eef rotation": "robot0_eef_quat",
@@ -45,12 +46,29 @@ def verifiable_fields(name: str) -> tuple[LayoutField, ...]:
     return fields
 
 
-def read_truth(env: Any) -> Truth:
-    """Every field's true value in a robosuite environment, at its newest joint positions."""
+def read_truth(env: Any, fields: Collection[LayoutField]) -> Truth:
+    """Every field's true value in a robosuite environment, at its newest joint positions.
+
+    Raises:
+        ConfigError: the environment observes one of ``fields`` for no robot of this kind: an arm
+            on a table has no base that drives.
+    """
     env.sim.forward()
     observed = env._get_observations(force_update=True)
-    truth = {field: np.asarray(observed[key]) for field, key in _OBSERVATION_KEYS.items()}
-    return truth | _relative(env, truth)
+    truth = {
+        field: np.asarray(observed[key])
+        for field, key in _OBSERVATION_KEYS.items()
+        if key in observed
+    }
+    if _BASE in truth:
+        truth |= _relative(env, truth)
+    unseen = [field.name for field in fields if field.name not in truth]
+    if unseen:
+        raise ConfigError(
+            "layout verify: expected a simulation that observes all of the layout, got one of "
+            f"{env.robots[0].name} without {', '.join(unseen)}"
+        )
+    return truth
 
 
 def _relative(env: Any, robot: Truth) -> dict[str, FloatArray]:
@@ -61,7 +79,7 @@ def _relative(env: Any, robot: Truth) -> dict[str, FloatArray]:
     from robosuite.utils import transform_utils
 
     make: Callable[[tuple[FloatArray, FloatArray]], FloatArray] = transform_utils.pose2mat
-    base = make((robot["world_to_base position"], robot["world_to_base rotation"]))
+    base = make((robot[_BASE], robot["world_to_base rotation"]))
     found: dict[str, FloatArray] = {}
 
     def add(field: str, pose: FloatArray, parent: FloatArray) -> None:
