@@ -9,6 +9,7 @@ from typing import Any
 
 from fairlead.robot.manifest import load_robot
 from fairlead_hal_so101.calibration import (
+    Arm,
     CalibratedServo,
     Calibration,
     load_calibration,
@@ -22,7 +23,7 @@ PATIENT = {"answer_timeout_s": 0.4}
 """On a busy machine the emulator may answer late."""
 
 
-def as_delivered(folder: Path, **change: Any) -> Path:
+def as_delivered(folder: Path, arm: Arm = "follower", **change: Any) -> Path:
     """A calibration that fits servos in the middle of their turn; a change of the third."""
     servos = [
         {"joint": name, "id": one, "homing_offset_steps": 0, "direction": 1,
@@ -30,9 +31,9 @@ def as_delivered(folder: Path, **change: Any) -> Path:
         for one, name in enumerate(ROBOT.joint_names, start=1)
     ]  # fmt: skip
     servos[2] |= change
-    path = folder / "arm.yaml"
+    path = folder / f"{arm}.yaml"
     found = tuple(CalibratedServo.model_validate(one) for one in servos)
-    save_calibration(path, Calibration(robot="so101", servos=found))
+    save_calibration(path, Calibration(robot="so101", arm=arm, servos=found))
     return path
 
 

@@ -2,51 +2,20 @@
 
 from __future__ import annotations
 
-import subprocess
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from bench.equipment.emulated_arm import EmulatedArm, emulated_arm
-from bench.equipment.live_robot import wait_for
+from bench.equipment.emulated_arm import emulated_arm
 from fairlead_hal_so101.calibration import load_calibration
-from tests.cli.command import fairlead, fairlead_command, fairlead_environment
+from tests.cli.command import fairlead
 from tests.so101.arm import ROBOT, backend
+from tests.so101.calibrating import calibrate, move
 
 HOME = [0.0, -1.0, 0.9, 0.7, 0.0, 0.3]
 
 pytestmark = pytest.mark.processes
-
-
-def calibrate(arm: EmulatedArm, file: Path) -> tuple[int, str]:
-    """Do what the command says, joint by joint; its code and last line."""
-    with subprocess.Popen(
-        fairlead_command("calibrate", "so101", "--port", str(arm.port), "--name", str(file)),
-        env=fairlead_environment(file.parent),
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-    ) as process:
-        assert process.stdin is not None and process.stdout is not None
-        assert "goes limp" in process.stdout.readline()
-        for servo_id, joint in enumerate(ROBOT.joints, start=1):
-            for end, position in (("lower", joint.lower), ("upper", joint.upper)):
-                asked = process.stdout.readline()
-                assert asked.startswith(f"{joint.name}: move it to its {end} end"), asked
-                moved(arm, servo_id, position)
-                process.stdin.write("\n")
-                process.stdin.flush()
-        said = process.stdout.read().splitlines()
-        process.wait(timeout=60.0)
-        return process.returncode, said[-1]
-
-
-def moved(arm: EmulatedArm, servo_id: int, position: float) -> None:
-    """The hand takes the joint there, and it has arrived."""
-    arm.order(f"pull {servo_id} {position}")
-    wait_for(lambda: abs(float(arm.order(f"where {servo_id}")) - position) < 0.03, "it is there")
 
 
 def test_after_it_the_hal_measures_and_moves_the_joints(tmp_path: Path) -> None:
@@ -57,7 +26,7 @@ def test_after_it_the_hal_measures_and_moves_the_joints(tmp_path: Path) -> None:
         assert {servo.direction for servo in found.servos} == {1, -1}
         assert f"wrote {tmp_path / 'mine.yaml'} and the servos" in said
         for servo_id, position in enumerate(HOME, start=1):
-            moved(arm, servo_id, position)
+            move(arm, servo_id, position)
         with backend(arm.port, tmp_path / "mine.yaml") as hal:
             np.testing.assert_allclose(hal.read().positions, HOME, atol=0.06)
         arm.order("dip")

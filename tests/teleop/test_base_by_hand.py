@@ -74,7 +74,7 @@ def test_a_base_is_jogged_along_its_own_axes(running: ScratchRobot, tmp_path: Pa
         (["teleop"], "keyboard: expected a terminal on standard input, got none"),
         (["teleop", "--part", "leg"], "robot panda_mobile: expected a part, got 'leg' (valid"),
         (["teleop", "--mode", "warp"], "expected a mode to drive by hand, got 'warp' (valid"),
-        (["teleop", "--device", "mouse"], "teleop: expected keyboard, gamepad, or a"),
+        (["teleop", "--device", "mouse"], "teleop: expected keyboard, gamepad, a gamepad"),
         (["teleop", "--device", "/dev/no"], "gamepad: /dev/no: No such file or directory"),
         (["jog", "w", "1"], "robot panda_mobile: expected a joint or an axis, got 'w'"),
         (["jog", "x", "1rad"], "jog: expected a way for x, as 0.05 [m], got '1rad' (valid: m, mm,"),

@@ -50,13 +50,26 @@ class CalibratedServo(BaseModel):
         """The position where it reads so."""
         return self.direction * (steps - ZERO_STEPS) / STEPS_PER_RAD
 
+    def share(self, steps: int) -> float:
+        """Of its range, where it reads so: 0 at the joint's lower end, 1 at the upper."""
+        share = (steps - self.lower_steps) / (self.upper_steps - self.lower_steps)
+        return min(max(share if self.direction > 0 else 1.0 - share, 0.0), 1.0)
+
+
+Arm = Literal["follower", "leader"]
+
 
 class Calibration(BaseModel):
-    """One arm. servos: in the order of the robot's joints."""
+    """One arm.
+
+    arm: that holds itself and is told where to go, or that a person moves.
+    servos: in the order of the robot's joints.
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     robot: str
+    arm: Arm = "follower"
     servos: tuple[CalibratedServo, ...]
 
     @model_validator(mode="after")
@@ -77,21 +90,24 @@ def calibration_path(name: str) -> Path:
     return Path(name) if "/" in name else user_calibrations_dir() / f"{name}.yaml"
 
 
-def load_calibration(name: str, robot: RobotManifest) -> Calibration:
+def load_calibration(name: str, robot: RobotManifest, arm: Arm = "follower") -> Calibration:
     """The calibration of an arm.
 
     Raises:
-        ConfigError: no such file, or it does not fit the robot.
+        ConfigError: no such file, or it does not fit the robot or the arm.
     """
     path = calibration_path(name)
+    leads = " --arm leader" if arm == "leader" else ""
+    how = f"fairlead calibrate so101 --port PORT{leads}"
     if not path.is_file():
-        how = "make one with: fairlead calibrate so101 --port PORT"
-        raise ConfigError(f"hal_so101: no calibration {path}; {how}")
+        raise ConfigError(f"so101: no calibration {path}; make one with: {how}")
     found = load_yaml(path, Calibration)
     joints = tuple(servo.joint for servo in found.servos)
     if (found.robot, joints) != (robot.id, robot.joint_names):
         wanted = f"servos of {robot.id}: {', '.join(robot.joint_names)}"
         raise ConfigError(expected(str(path), wanted, f"{found.robot}: {', '.join(joints)}"))
+    if found.arm != arm:
+        raise ConfigError(expected(str(path), f"a {arm}'s calibration ({how})", f"a {found.arm}'s"))
     return found
 
 

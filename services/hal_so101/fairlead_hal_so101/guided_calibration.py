@@ -11,6 +11,7 @@ from fairlead.robot.manifest import RobotManifest
 from fairlead_hal_so101.calibration import (
     STEPS_PER_RAD,
     ZERO_STEPS,
+    Arm,
     CalibratedServo,
     Calibration,
     calibration_path,
@@ -26,7 +27,7 @@ _TIMEOUT_S = 0.05
 
 def calibrate(
     robot: RobotManifest, port: str, name: str, say: Callable[[str], None],
-    pressed: Callable[[], bool],
+    pressed: Callable[[], bool], arm: Arm = "follower",
 ) -> Path:  # fmt: skip
     """Ask a person to move every joint, write servos and file.
 
@@ -35,6 +36,7 @@ def calibrate(
         name: of the calibration, or a path to its file.
         say: tells the person what to do.
         pressed: waits for a moment; whether the person has done it.
+        arm: a leader's trigger has a way of its own, where the robot has its jaw.
 
     Returns:
         The file.
@@ -45,13 +47,19 @@ def calibrate(
         HardwareError: a servo does not answer.
     """
     joints = dict(enumerate(robot.joints, start=1))
-    bus = ServoBus(port, {one: joint.name for one, joint in joints.items()}, _TIMEOUT_S)
+    bus = ServoBus(
+        port, {one: joint.name for one, joint in joints.items()}, _TIMEOUT_S, "calibrate"
+    )
     try:
         bus.check_servos()
         for servo_id in joints:
             _let_go(bus, servo_id)
-        found = [_calibrated(bus, one, joint, say, pressed) for one, joint in joints.items()]
-        calibration = Calibration(robot=robot.id, servos=tuple(found))
+        free = {tool.gripper_joint for tool in robot.end_effectors if arm == "leader"}
+        found = [
+            _calibrated(bus, one, joint, say, pressed, joint.name in free)
+            for one, joint in joints.items()
+        ]
+        calibration = Calibration(robot=robot.id, arm=arm, servos=tuple(found))
         path = calibration_path(name)
         save_calibration(path, calibration)
         for servo in found:
@@ -76,7 +84,7 @@ def _let_go(bus: ServoBus, servo_id: int) -> None:
 
 def _calibrated(
     bus: ServoBus, servo_id: int, joint: Joint, say: Callable[[str], None],
-    pressed: Callable[[], bool],
+    pressed: Callable[[], bool], has_own_way: bool,
 ) -> CalibratedServo:  # fmt: skip
     """Follow one joint from its lower to its upper end."""
     steps = bus.get(servo_id, "present_position")
@@ -89,8 +97,11 @@ def _calibrated(
         ends.append(steps)
     lower, upper = ends
     span_rad, wanted_rad = abs(upper - lower) / STEPS_PER_RAD, joint.upper - joint.lower
-    if abs(span_rad - wanted_rad) > RANGE_TOLERANCE_RAD:
-        what = f"a way of {wanted_rad:.2f} rad from end to end"
+    is_whole, what = abs(span_rad - wanted_rad) <= RANGE_TOLERANCE_RAD, f"{wanted_rad:.2f} rad"
+    if has_own_way:
+        is_whole, what = span_rad >= RANGE_TOLERANCE_RAD, f"{RANGE_TOLERANCE_RAD} rad or more"
+    if not is_whole:
+        what = f"a way of {what} from end to end"
         raise ConfigError(expected(f"calibrate: {joint.name}", what, f"{span_rad:.2f}"))
     direction = 1 if upper > lower else -1
     middle_rad = (joint.lower + joint.upper) / 2

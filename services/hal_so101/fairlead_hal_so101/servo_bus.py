@@ -32,15 +32,16 @@ class ServoBus:
 
     Args:
         names: of the servos by id, for errors.
+        who: complains in errors.
 
     Raises:
         ConfigError: rustypot is not installed, or the port cannot be opened.
     """
 
-    def __init__(self, port: str, names: dict[int, str], answer_timeout_s: float) -> None:
+    def __init__(self, port: str, names: dict[int, str], answer_timeout_s: float, who: str) -> None:
         self._port, self._names, self._timeout_s = port, names, answer_timeout_s
-        self._ids = list(names)
-        self._controller = _open(port, max(_PATIENT_S, answer_timeout_s))
+        self._ids, self._who = list(names), who
+        self._controller = _open(port, max(_PATIENT_S, answer_timeout_s), who)
 
     def check_servos(self) -> None:
         """Whether the servos of the arm are there, and no others.
@@ -59,7 +60,7 @@ class ServoBus:
             )
             wanted = f"STS3215 servos {', '.join(map(str, self._ids))} and no others"
             got = f"{seen or 'none'}; look at power, cables and ids"
-            raise ConfigError(expected(f"hal_so101: {self._port}", wanted, got))
+            raise ConfigError(expected(f"{self._who}: {self._port}", wanted, got))
         self._controller.set_timeout(self._timeout_s)
 
     def read(self) -> list[ServoReading]:
@@ -101,7 +102,7 @@ class ServoBus:
         try:
             return self._controller.read_register(servo_id, name, retries=3)
         except (RuntimeError, OSError) as error:
-            raise HardwareError(f"hal_so101: {self._reason(error)}") from None
+            raise HardwareError(f"{self._who}: {self._reason(error)}") from None
 
     def put(self, servo_id: int, name: str, value: int) -> None:
         """Write a register by rustypot's name, patiently.
@@ -112,7 +113,16 @@ class ServoBus:
         try:
             self._controller.write_register(servo_id, name, value, retries=3)
         except (RuntimeError, OSError) as error:
-            raise HardwareError(f"hal_so101: {self._reason(error)}") from None
+            raise HardwareError(f"{self._who}: {self._reason(error)}") from None
+
+    def why_lost(self, reason: str) -> str:
+        """Which servos are silent, after answers were lost; ``reason``, if all answer now."""
+        silent = self.silent()
+        if len(silent) == len(self._ids):
+            return "no servo answers: bus cable out, or power off"
+        if silent:
+            return f"servo {self.named(silent)} does not answer: its cable, power or id"
+        return reason
 
     def silent(self, retries: int = 1) -> list[int]:
         """The servos that do not answer now, asked one by one."""
@@ -137,7 +147,7 @@ class ServoBus:
         try:
             found: dict[int, int] = self._controller.broadcast_scan()
         except (RuntimeError, OSError) as error:
-            raise HardwareError(f"hal_so101: {self._reason(error)}") from None
+            raise HardwareError(f"{self._who}: {self._reason(error)}") from None
         return found
 
     def _reason(self, error: Exception) -> str:
@@ -149,23 +159,23 @@ class ServoBus:
         text = str(error)
         if "I/O error" in text or isinstance(error, OSError):
             gone = "is gone: adapter unplugged?"
-            raise HardwareError(f"hal_so101: port {self._port} {gone} ({text})") from None
+            raise HardwareError(f"{self._who}: port {self._port} {gone} ({text})") from None
         motor = re.match(r"motor (\d+): (.*)", text)
         if motor is None:
             return text.lower()
         return f"servo {self.named([int(motor.group(1))])}: {motor.group(2).lower()}"
 
 
-def _open(port: str, timeout_s: float) -> Sts3215PyController:
+def _open(port: str, timeout_s: float, who: str) -> Sts3215PyController:
     try:
         from rustypot import Sts3215PyController
     except ImportError:
         raise ConfigError(
-            "hal_so101: expected the package rustypot, got none; pip install 'fairlead[so101]'"
+            f"{who}: expected the package rustypot, got none; pip install 'fairlead[so101]'"
         ) from None
     try:
         return Sts3215PyController(port, RATE, timeout_s)
     except (OSError, RuntimeError) as error:
         raise ConfigError(
-            expected("hal_so101: port", "a serial port that nobody else uses", f"{port}: {error}")
+            expected(f"{who}: port", "a serial port that nobody else uses", f"{port}: {error}")
         ) from None

@@ -20,16 +20,16 @@ from fairlead.messages import FloatArray
 from fairlead.modes import ControlMode
 from fairlead.robot.manifest import RobotManifest
 from fairlead.robot.profile_limits import profile_limits
+from fairlead_hal_so101.calibrated_bus import calibrated_bus
 from fairlead_hal_so101.calibration import STEPS_PER_RAD, Calibration, calibration_path
 from fairlead_hal_so101.options import So101Options
-from fairlead_hal_so101.servo_bus import GOAL_POSITION, LostAnswerError, ServoBus
+from fairlead_hal_so101.servo_bus import GOAL_POSITION, LostAnswerError
 from fairlead_hal_so101.servo_health import ServoHealth
 from fairlead_hal_so101.servo_reading import ServoReading
 
 _LOG = logging.getLogger("hal.so101")
 
 _UPRIGHT = np.array([0.0, 0.0, 0.0, 1.0])
-_POSITION_MODE = 0
 _MOST_ACCELERATION = 254
 _ACCELERATION_STEPS_S2 = 100
 _TORQUE_ENABLE = 40
@@ -57,16 +57,16 @@ class So101Backend:
     ) -> None:
         self._robot, self._options, self._servos = robot, options, calibration.servos
         self._parts = tuple(describe_part(robot, part, profile) for part in robot.parts)
-        names = {servo.id: servo.joint for servo in self._servos}
-        self._bus = ServoBus(options.port, names, options.answer_timeout_s)
+        file = calibration_path(options.calibration)
+        self._bus = calibrated_bus(
+            options.port, calibration, file, options.answer_timeout_s, "hal_so101"
+        )
         self._health = ServoHealth(
             [self._bus.named([one]) for one in calibration.ids], options.limits
         )
         self._lost = {"measurement": 0, "command": 0}
         self._ever_lost = 0
         try:
-            self._bus.check_servos()
-            self._check_registers()
             self._readings = self._first_readings()
             self._setpoints = self._positions()
             self._take_hold(profile)
@@ -170,26 +170,6 @@ class So101Backend:
             _LOG.warning("%d measurements or commands were lost", self._ever_lost)
         self._bus.close()
 
-    def _check_registers(self) -> None:
-        """Whether the servos are those of the calibration."""
-        file = calibration_path(self._options.calibration)
-        for one in self._servos:
-            wanted = {
-                "operating_mode": _POSITION_MODE,
-                "homing_offset": one.homing_offset_steps,
-                "min_position_limit": one.lower_steps,
-                "max_position_limit": one.upper_steps,
-            }
-            got = {name: self._bus.get(one.id, name) for name in wanted}
-            if got != wanted:
-                differing = [name for name in wanted if got[name] != wanted[name]]
-                name = differing[0]
-                raise ConfigError(
-                    f"hal_so101: servo {self._bus.named([one.id])}: expected {name} "
-                    f"{wanted[name]} ({file}), got {got[name]}: another arm, or calibrated "
-                    "elsewhere; fairlead calibrate so101"
-                )
-
     def _first_readings(self) -> list[ServoReading]:
         for _ in range(self._options.lost_ticks + 1):
             try:
@@ -227,11 +207,7 @@ class So101Backend:
             _LOG.warning("a %s is lost: %s", what, reason)
         if self._lost[what] <= self._options.lost_ticks:
             return
-        silent = self._bus.silent()
-        if len(silent) == len(self._servos):
-            reason = "no servo answers: bus cable out, or power off"
-        elif silent:
-            reason = f"servo {self._bus.named(silent)} does not answer: its cable, power or id"
+        reason = self._bus.why_lost(reason)
         raise HardwareError(f"hal_so101: {self._lost[what]} {what}s lost in a row: {reason}")
 
     def _positions(self) -> FloatArray:

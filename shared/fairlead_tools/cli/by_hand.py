@@ -55,9 +55,14 @@ class Hand:
 
 
 def shown(drive: Drive, line: ProgressLine) -> Callable[[State], None]:
-    """Show what becomes of each tick, and each new refusal on a line of its own."""
+    """Show what becomes of each tick; each new refusal or note on a line of its own."""
+    said = ""
 
     def show(now: State) -> None:
+        nonlocal said
+        if now.asked.note and now.asked.note != said:
+            line.say(now.asked.note)
+        said = now.asked.note
         if now.news:
             line.say(f"refused: {now.news}")
         clutch = "clutch in" if now.asked.clutch else "clutch out, holding"

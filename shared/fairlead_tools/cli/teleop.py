@@ -21,6 +21,8 @@ from fairlead_tools.teleop.device import InputDevice
 from fairlead_tools.teleop.drive import Drive, make_drive
 from fairlead_tools.teleop.gamepad import Gamepad, open_gamepad
 from fairlead_tools.teleop.keyboard import Keyboard, Keys
+from fairlead_tools.teleop.leader import MODEL as LEADER
+from fairlead_tools.teleop.leader import LeaderArm, open_leader
 from fairlead_tools.teleop.takeover import taken, watch_policy
 
 
@@ -32,8 +34,17 @@ def teleop_command(
         typer.Option(help="joint_position, cartesian_delta, body_twist; default: its first"),
     ] = "",
     device: Annotated[
-        str, typer.Option(help="keyboard, gamepad, or a gamepad's path such as /dev/input/event3")
+        str,
+        typer.Option(
+            help="keyboard, gamepad, a gamepad's path such as /dev/input/event3, or so101: a "
+            "leader arm"
+        ),
     ] = "keyboard",
+    port: Annotated[str, typer.Option(help="with --device so101: the leader's serial port")] = "",
+    calibration: Annotated[
+        str,
+        typer.Option(help="with --device so101: of fairlead calibrate so101 --arm leader"),
+    ] = "so101_leader",
     over: Annotated[
         str,
         typer.Option(
@@ -55,7 +66,13 @@ def teleop_command(
     robot = load_robot(chosen.robot)
     drive = make_drive(robot, chosen.profile, part, mode)
     wish = _goal(chosen, over, prompt) if over else None
-    opened = _device(device, drive, speed)
+    opened: Keyboard | Gamepad | LeaderArm
+    if port and device != LEADER:
+        raise ConfigError(expected("teleop: --port", f"--device {LEADER} with it", repr(device)))
+    if device == LEADER:
+        opened = open_leader(robot, drive, port, calibration, speed)
+    else:
+        opened = _device(device, drive, speed)
     with (
         ends_like_ctrl_c(),
         ProgressLine() as line,
@@ -71,7 +88,7 @@ def _device(name: str, drive: Drive, speed: float) -> Keyboard | Gamepad:
     if name == "keyboard":
         return Keyboard(Keys(drive.names, speed))
     if name != "gamepad" and not name.startswith("/dev/"):
-        what = "keyboard, gamepad, or a gamepad's path such as /dev/input/event3"
+        what = "keyboard, gamepad, a gamepad's path such as /dev/input/event3, or so101"
         raise ConfigError(expected("teleop", what, repr(name)))
     return open_gamepad(drive.names, speed, "" if name == "gamepad" else name)
 

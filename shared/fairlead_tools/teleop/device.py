@@ -21,6 +21,8 @@ class Deflection:
     age_s: how long ago the device said so; older than its `InputDevice.silence_s` it counts
         as centred.
     wish: to give parts back to the policy they were taken from, or to end.
+    opening: where the gripper is wanted, instead of ``grip``: share of its range, 1 is open.
+    note: what the device has to tell the person now.
     """
 
     axes: tuple[float, ...]
@@ -29,6 +31,8 @@ class Deflection:
     speed: float = 0.0
     age_s: float = 0.0
     wish: Wish = ""
+    opening: float | None = None
+    note: str = ""
 
 
 class InputDevice(Protocol):

@@ -12,6 +12,7 @@ from fairlead_tools.teleop.device import Deflection
 
 SHARE = 0.8
 """Of what the gate lets pass, and of the joint's speed."""
+HALF = 0.5
 
 
 def grips(robot: RobotManifest, part: Part) -> bool:
@@ -23,10 +24,11 @@ def grips(robot: RobotManifest, part: Part) -> bool:
 def gripper_beside(robot: RobotManifest, part: str) -> str:
     """The part that opens and closes the end effector of another part; "" if there is none."""
     tool = robot.part(part).end_effector
+    joint = robot.end_effector(tool).gripper_joint if tool else None
     beside = (
         one.name
         for one in robot.parts
-        if tool and one.end_effector == tool and one.name != part and grips(robot, one)
+        if joint in one.joints and one.name != part and grips(robot, one)
     )
     return next(beside, "")
 
@@ -65,13 +67,20 @@ class Grip:
         Args:
             measured: where its joint is [m or rad].
         """
-        if not asked.clutch or not asked.grip:
+        if not asked.clutch or not (asked.grip or asked.opening is not None):
             return self._target
         if self.mode is ControlMode.GRIPPER_BINARY:
-            self._target = 0.0 if asked.grip > 0 else 1.0
+            opens = asked.grip > 0 if asked.opening is None else asked.opening > HALF
+            self._target = 0.0 if opens else 1.0
             return self._target
         now = measured if self._target is None else self._target
-        now += self._step * min(max(asked.grip, -1.0), 1.0)
+        if asked.opening is None:
+            way = self._step * min(max(asked.grip, -1.0), 1.0)
+        else:
+            way = self._lower + asked.opening * (self._upper - self._lower) - now
+            most = self._step * min(max(asked.speed, 0.0), 1.0)
+            way = min(max(way, -most), most)
+        now += way
         now = min(max(now, measured - self._lead), measured + self._lead)
         self._target = min(max(now, self._lower), self._upper)
         return self._target

@@ -37,7 +37,7 @@ class Keys:
     """What keys that came mean, without a terminal.
 
     Args:
-        names: axes of the drive, as in `Drive.names`.
+        names: axes of the drive, as in `Drive.names`; none: another device moves them.
         speed: share of full speed at the start.
 
     Raises:
@@ -68,6 +68,10 @@ class Keys:
         else:
             self._came_s[key] = now_s
 
+    def let_out(self) -> None:
+        """The clutch, until it is let in again."""
+        self._clutch = False
+
     def read(self, now_s: float) -> Deflection:
         """As `InputDevice.read`; a wish is told once."""
         held = {key for key, came_s in self._came_s.items() if now_s - came_s <= HELD_S}
@@ -87,10 +91,8 @@ _NONE: Wish = ""
 
 def _help(names: tuple[str, ...], pairs: list[tuple[str, str]]) -> str:
     axes = ", ".join(f"{up}/{down} {name}" for name, (up, down) in zip(names, pairs, strict=True))
-    return (
-        f"space: clutch on/off; {axes}; v/c gripper up/down its range; +/- speed; "
-        "b give back; x or Ctrl-C end"
-    )
+    moves = f"{axes}; v/c gripper up/down its range; " if names else ""
+    return f"space: clutch on/off; {moves}+/- speed; b give back; x or Ctrl-C end"
 
 
 class Keyboard:
@@ -121,6 +123,10 @@ class Keyboard:
     def help(self) -> str:
         """Which key does what."""
         return self._keys.help
+
+    def let_out(self) -> None:
+        """The clutch, until it is let in again."""
+        self._keys.let_out()
 
     def read(self, now_s: float, at: FloatArray) -> Deflection:
         """As `InputDevice.read`."""
