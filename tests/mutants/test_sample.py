@@ -15,7 +15,7 @@ from bench.mutants.population import CORE, ROOT, TESTS, populate
 
 SAFETY = ROOT / "services/safety"
 BUILT = ROOT / "build/safety"
-FILES = ("release_plan.cpp", "shape.cpp", "tightening.cpp")
+FILES = ("release/release_plan.cpp", "chunk/shape.cpp", "gate/limit_overrides.cpp")
 EVERY = 8
 
 
@@ -24,12 +24,13 @@ def compile_and_link(texts: dict[str, str], folder: Path) -> Path:
     compiler = [os.environ.get("CXX", "c++"), "-std=c++20", "-O1", "-w", "-fpermissive"]
     eigen = re.search(r"^EIGEN_INCLUDE:\w+=(.+)$", (BUILT / "CMakeCache.txt").read_text(), re.M)
     assert eigen
-    folders = [SAFETY / name for name in ("include", "src/core", "test")]
+    folders = [SAFETY / name for name in ("include", "src", "test")]
     include = [f"-I{folder}" for folder in (*folders, eigen[1])]
     running = []
     for name in FILES:
-        (folder / name).write_text(texts[name])
-        running.append(subprocess.Popen([*compiler, *include, "-c", name], cwd=folder))
+        file = folder / Path(name).name
+        file.write_text(texts[name])
+        running.append(subprocess.Popen([*compiler, *include, "-c", file], cwd=folder))
     runtime = SAFETY / "test/mutants/mutant.cpp"
     running.append(subprocess.Popen([*compiler, *include, "-c", runtime], cwd=folder))
     assert [one.wait(timeout=120) for one in running] == [0] * len(running)

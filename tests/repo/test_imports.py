@@ -68,6 +68,13 @@ def test_zenoh_is_included_only_in_the_transport_of_the_gate() -> None:
     assert {name for name in includers if not name.startswith("zenoh_")} == set()
 
 
+def test_the_core_of_the_gate_includes_nothing_of_the_shell_around_it() -> None:
+    quoted = re.compile(r'^#include "((?!fairlead_safety/|core/)[^"]+)"', re.M)
+    core = [path for path in files() if path.is_relative_to(Path("services/safety/src/core"))]
+    assert core
+    assert {str(p): found for p in core if (found := quoted.findall(text_of(p)))} == {}
+
+
 def test_the_core_of_the_gate_includes_no_clock_thread_file_or_json() -> None:
     forbidden = re.compile(
         r"#include\s*<(chrono|thread|mutex|fstream|iostream|filesystem|random|nlohmann/.*)>"

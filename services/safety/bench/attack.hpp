@@ -5,8 +5,8 @@
 #include <random>
 #include <vector>
 
-#include "core/path/frames.hpp"
-#include "fairlead_safety/path.hpp"
+#include "core/chunk/judge_rows.hpp"
+#include "core/kinematics/frames.hpp"
 
 namespace fairlead::bench {
 

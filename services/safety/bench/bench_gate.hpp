@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
+#include "core/chunk/judgement.hpp"
 #include "fairlead_safety/codec.hpp"
 #include "fairlead_safety/gate.hpp"
-#include "fairlead_safety/judge.hpp"
 
 namespace fairlead::bench {
 

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "fairlead_safety/judge.hpp"
+#include "core/chunk/judgement.hpp"
 
 namespace fairlead::bench {
 

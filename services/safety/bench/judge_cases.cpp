@@ -4,7 +4,7 @@
 #include <cstring>
 #include <stdexcept>
 
-#include "core/limit_walk.hpp"
+#include "core/modes/row_limit_check.hpp"
 
 namespace fairlead::bench {
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "bench_robot.hpp"
-#include "fairlead_safety/path.hpp"
+#include "core/chunk/judge_rows.hpp"
 #include "stopwatch.hpp"
 
 namespace fairlead::bench {

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "config_loader.hpp"
+#include "config/config_loader.hpp"
 #include "judge_cases.hpp"
 #include "step_bench.hpp"
 #include "stopwatch.hpp"

@@ -12,7 +12,7 @@
 #include <thread>
 
 #include "decisions/record.hpp"
-#include "log_writer.hpp"
+#include "process/log_writer.hpp"
 
 namespace fairlead {
 

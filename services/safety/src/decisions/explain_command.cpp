@@ -4,7 +4,7 @@
 #include <memory>
 #include <optional>
 
-#include "config_loader.hpp"
+#include "config/config_loader.hpp"
 #include "decisions/header.hpp"
 #include "decisions/log_choice.hpp"
 #include "decisions/log_reader.hpp"
@@ -12,7 +12,7 @@
 #include "decisions/log_words.hpp"
 #include "decisions/verdict_document.hpp"
 #include "decisions/what_passes.hpp"
-#include "refusal.hpp"
+#include "process/refusal.hpp"
 
 namespace fairlead {
 namespace {

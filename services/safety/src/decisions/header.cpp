@@ -5,10 +5,10 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
-#include "config_loader.hpp"
-#include "refusal.hpp"
-#include "sha256.hpp"
-#include "utc_time.hpp"
+#include "config/config_loader.hpp"
+#include "config/sha256.hpp"
+#include "process/refusal.hpp"
+#include "process/utc_time.hpp"
 
 namespace fairlead {
 namespace {

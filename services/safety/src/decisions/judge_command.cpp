@@ -5,7 +5,8 @@
 #include <set>
 #include <string>
 
-#include "config_loader.hpp"
+#include "config/config_loader.hpp"
+#include "config/sha256.hpp"
 #include "decisions/header.hpp"
 #include "decisions/log_choice.hpp"
 #include "decisions/log_reader.hpp"
@@ -13,9 +14,8 @@
 #include "decisions/replay.hpp"
 #include "decisions/verdict_document.hpp"
 #include "decisions/what_if.hpp"
-#include "refusal.hpp"
-#include "sha256.hpp"
-#include "verdict_text.hpp"
+#include "process/refusal.hpp"
+#include "process/verdict_text.hpp"
 
 namespace fairlead {
 namespace {

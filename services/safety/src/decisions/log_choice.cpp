@@ -1,7 +1,7 @@
 #include "decisions/log_choice.hpp"
 
 #include "decisions/log_file.hpp"
-#include "refusal.hpp"
+#include "process/refusal.hpp"
 
 namespace fairlead {
 

@@ -4,7 +4,7 @@
 #include <cstring>
 
 #include "fairlead_safety/crc32.hpp"
-#include "refusal.hpp"
+#include "process/refusal.hpp"
 
 namespace fairlead {
 namespace {

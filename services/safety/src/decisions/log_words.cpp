@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "refusal.hpp"
+#include "process/refusal.hpp"
 
 namespace fairlead {
 namespace {

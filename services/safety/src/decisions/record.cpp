@@ -4,7 +4,7 @@
 #include <cstring>
 #include <vector>
 
-#include "sha256.hpp"
+#include "config/sha256.hpp"
 
 namespace fairlead {
 namespace {

@@ -1,7 +1,7 @@
 #include "decisions/step_log.hpp"
 
 #include "decisions/header.hpp"
-#include "refusal.hpp"
+#include "process/refusal.hpp"
 
 namespace fairlead {
 namespace {

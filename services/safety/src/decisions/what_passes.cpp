@@ -4,9 +4,9 @@
 #include <cmath>
 #include <utility>
 
+#include "core/kinematics/forward_kinematics.hpp"
 #include "decisions/unit.hpp"
 #include "decisions/verdict_document.hpp"
-#include "fairlead_safety/kinematics.hpp"
 
 namespace fairlead {
 namespace {

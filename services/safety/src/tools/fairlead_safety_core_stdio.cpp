@@ -22,10 +22,10 @@
 #include <string>
 #include <vector>
 
-#include "config_loader.hpp"
+#include "config/config_loader.hpp"
 #include "decisions/step_log.hpp"
 #include "fairlead_safety/gate.hpp"
-#include "refusal.hpp"
+#include "process/refusal.hpp"
 
 namespace {
 

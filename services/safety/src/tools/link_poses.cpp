@@ -9,8 +9,8 @@
 #include <cstdio>
 #include <exception>
 
-#include "config_loader.hpp"
-#include "fairlead_safety/kinematics.hpp"
+#include "config/config_loader.hpp"
+#include "core/kinematics/forward_kinematics.hpp"
 
 namespace {
 

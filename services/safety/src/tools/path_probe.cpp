@@ -15,9 +15,9 @@
 #include <string>
 #include <string_view>
 
-#include "config_loader.hpp"
-#include "core/path/distances.hpp"
-#include "core/path/tool_motion.hpp"
+#include "config/config_loader.hpp"
+#include "core/geometry/distances.hpp"
+#include "core/kinematics/inverse_kinematics.hpp"
 
 namespace {
 

@@ -4,7 +4,7 @@
 #include <doctest/doctest.h>
 
 #include "chunk_builder.hpp"
-#include "path/prediction.hpp"
+#include "core/trajectory/prediction.hpp"
 
 namespace fairlead::test {
 

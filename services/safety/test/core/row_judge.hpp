@@ -3,7 +3,7 @@
 
 #include "boundary.hpp"
 #include "chunk_builder.hpp"
-#include "fairlead_safety/judge.hpp"
+#include "core/chunk/judgement.hpp"
 
 namespace fairlead::test {
 

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "path/base_check.hpp"
+#include "core/geometry/zones.hpp"
 #include "test_robot.hpp"
 
 using namespace fairlead;

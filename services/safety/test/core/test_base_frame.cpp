@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "told_motion.hpp"
+#include "core/modes/commanded_motion.hpp"
 #include "tracked_rig.hpp"
 
 using namespace fairlead;

@@ -3,8 +3,8 @@
 
 #include <doctest/doctest.h>
 
+#include "core/trajectory/braking.hpp"
 #include "free_arm.hpp"
-#include "path/braking.hpp"
 
 using namespace fairlead;
 using namespace fairlead::test;

@@ -3,8 +3,8 @@
 #include <doctest/doctest.h>
 
 #include "boundary.hpp"
-#include "path/breach.hpp"
-#include "path/extremes.hpp"
+#include "core/geometry/breach.hpp"
+#include "core/trajectory/extremes.hpp"
 
 using namespace fairlead;
 using namespace fairlead::test;

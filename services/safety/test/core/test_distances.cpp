@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "boundary.hpp"
-#include "path/base_check.hpp"
-#include "path/distances.hpp"
+#include "core/geometry/distances.hpp"
+#include "core/geometry/zones.hpp"
 
 using namespace fairlead;
 using namespace fairlead::test;

@@ -6,8 +6,8 @@
 #include <csignal>
 
 #include "chunk_builder.hpp"
-#include "fairlead_safety/part_memory.hpp"
-#include "row_view.hpp"
+#include "core/modes/row_view.hpp"
+#include "core/release/part_memory.hpp"
 
 using namespace fairlead;
 using namespace fairlead::test;

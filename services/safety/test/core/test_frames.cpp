@@ -5,8 +5,8 @@
 #include <cmath>
 #include <random>
 
+#include "core/kinematics/frames.hpp"
 #include "free_arm.hpp"
-#include "path/frames.hpp"
 #include "two_arms.hpp"
 
 using namespace fairlead;

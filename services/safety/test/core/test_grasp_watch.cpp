@@ -1,6 +1,6 @@
 // G042: what a gripper is taken to hold, at the edges; all numbers are exact in binary.
 
-#include "grasp_watch.hpp"
+#include "core/monitor/grasp_watch.hpp"
 
 #include <doctest/doctest.h>
 

@@ -3,8 +3,8 @@
 
 #include <doctest/doctest.h>
 
+#include "core/geometry/breach.hpp"
 #include "free_arm.hpp"
-#include "path/breach.hpp"
 
 using namespace fairlead;
 using namespace fairlead::test;

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "chunk_builder.hpp"
-#include "hal_link.hpp"
+#include "core/gate/hal_link.hpp"
 
 using namespace fairlead;
 using namespace fairlead::test;

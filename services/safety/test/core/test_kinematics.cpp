@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "boundary.hpp"
-#include "fairlead_safety/kinematics.hpp"
+#include "core/kinematics/forward_kinematics.hpp"
 #include "test_robot.hpp"
 
 using namespace fairlead;

@@ -3,7 +3,7 @@
 #include <doctest/doctest.h>
 
 #include "chunk_builder.hpp"
-#include "core/limit_walk.hpp"
+#include "core/modes/row_limit_check.hpp"
 
 using namespace fairlead;
 using namespace fairlead::test;

@@ -3,7 +3,7 @@
 
 #include <doctest/doctest.h>
 
-#include "fairlead_safety/path.hpp"
+#include "core/chunk/judge_rows.hpp"
 #include "free_arm.hpp"
 
 using namespace fairlead;

@@ -7,7 +7,7 @@
 
 #include "boundary.hpp"
 #include "chunk_builder.hpp"
-#include "standstill.hpp"
+#include "core/modes/standstill.hpp"
 
 using namespace fairlead;
 using namespace fairlead::test;

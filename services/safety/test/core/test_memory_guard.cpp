@@ -1,6 +1,6 @@
 // G050: bytes that must not change are read a slice at a time.
 
-#include "memory_guard.hpp"
+#include "core/monitor/memory_guard.hpp"
 
 #include <doctest/doctest.h>
 

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "fairlead_safety/path.hpp"
+#include "core/chunk/judge_rows.hpp"
 #include "free_arm.hpp"
 
 using namespace fairlead;

@@ -6,8 +6,8 @@
 
 #include <cmath>
 
+#include "core/geometry/shape_check.hpp"
 #include "free_arm.hpp"
-#include "path/shape_check.hpp"
 #include "two_arms.hpp"
 
 using namespace fairlead;

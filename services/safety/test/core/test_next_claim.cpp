@@ -1,6 +1,6 @@
 // What a claim leaves behind when it ends, and what the next one in its place does not get.
 
-#include "grasp_watch.hpp"
+#include "core/monitor/grasp_watch.hpp"
 #include "tracked_rig.hpp"
 
 using namespace fairlead;

@@ -2,7 +2,7 @@
 
 #include <doctest/doctest.h>
 
-#include "outside_bounds.hpp"
+#include "core/modes/bounds_recovery.hpp"
 #include "row_judge.hpp"
 
 using namespace fairlead;

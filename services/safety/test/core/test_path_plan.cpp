@@ -6,8 +6,8 @@
 
 #include <cmath>
 
+#include "core/trajectory/displacement_bound.hpp"
 #include "free_arm.hpp"
-#include "path/ways.hpp"
 
 using namespace fairlead;
 using namespace fairlead::test;

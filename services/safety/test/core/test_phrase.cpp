@@ -4,7 +4,7 @@
 
 #include <limits>
 
-#include "phrase.hpp"
+#include "core/wire/phrase.hpp"
 
 using namespace fairlead;
 

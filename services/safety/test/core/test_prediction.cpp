@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "fairlead_safety/kinematics.hpp"
+#include "core/kinematics/forward_kinematics.hpp"
 #include "free_arm.hpp"
 #include "predicted.hpp"
 #include "two_arms.hpp"

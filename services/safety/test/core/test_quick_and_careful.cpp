@@ -7,8 +7,8 @@
 
 #include "boundary.hpp"
 #include "chunk_builder.hpp"
-#include "core/mode_checkers.hpp"
-#include "core/quick_look.hpp"
+#include "core/modes/mode_table.hpp"
+#include "core/modes/quick_look.hpp"
 
 using namespace fairlead;
 using namespace fairlead::test;

@@ -7,7 +7,7 @@
 
 #include "boundary.hpp"
 #include "chunk_builder.hpp"
-#include "core/quick_look.hpp"
+#include "core/modes/quick_look.hpp"
 
 using namespace fairlead;
 using namespace fairlead::test;

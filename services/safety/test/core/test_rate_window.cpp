@@ -4,8 +4,8 @@
 
 #include <memory>
 
-#include "admission.hpp"
 #include "chunk_builder.hpp"
+#include "core/gate/admission.hpp"
 
 using namespace fairlead;
 using namespace fairlead::test;

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "reader.hpp"
+#include "core/wire/reader.hpp"
 
 using namespace fairlead;
 

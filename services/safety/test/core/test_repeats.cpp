@@ -6,9 +6,9 @@
 #include <cmath>
 #include <cstring>
 
-#include "fairlead_safety/path.hpp"
+#include "core/chunk/judge_rows.hpp"
+#include "core/trajectory/prediction.hpp"
 #include "free_arm.hpp"
-#include "path/prediction.hpp"
 #include "two_arms.hpp"
 
 using namespace fairlead;

@@ -6,10 +6,10 @@
 #include <cmath>
 #include <vector>
 
+#include "core/geometry/queries.hpp"
+#include "core/kinematics/joint_set.hpp"
+#include "core/trajectory/row_ways.hpp"
 #include "free_arm.hpp"
-#include "path/joint_set.hpp"
-#include "path/looks.hpp"
-#include "path/row_ways.hpp"
 
 using namespace fairlead;
 using namespace fairlead::test;

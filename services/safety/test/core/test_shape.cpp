@@ -4,7 +4,7 @@
 
 #include "boundary.hpp"
 #include "chunk_builder.hpp"
-#include "fairlead_safety/judge.hpp"
+#include "core/chunk/judgement.hpp"
 
 using namespace fairlead;
 using namespace fairlead::test;

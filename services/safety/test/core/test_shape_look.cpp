@@ -5,8 +5,8 @@
 
 #include <cmath>
 
+#include "core/geometry/shape_check.hpp"
 #include "free_arm.hpp"
-#include "path/shape_check.hpp"
 
 using namespace fairlead;
 using namespace fairlead::test;

@@ -5,9 +5,9 @@
 
 #include <cmath>
 
-#include "fairlead_safety/path.hpp"
+#include "core/chunk/judge_rows.hpp"
+#include "core/trajectory/prediction.hpp"
 #include "free_arm.hpp"
-#include "path/prediction.hpp"
 
 using namespace fairlead;
 using namespace fairlead::test;

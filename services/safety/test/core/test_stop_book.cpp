@@ -2,7 +2,7 @@
 
 #include <doctest/doctest.h>
 
-#include "stop_book.hpp"
+#include "core/gate/stop_book.hpp"
 
 using namespace fairlead;
 

@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "path/sweep.hpp"
+#include "core/trajectory/sweep.hpp"
 
 using namespace fairlead;
 

@@ -2,8 +2,8 @@
 #include <doctest/doctest.h>
 
 #include "boundary.hpp"
+#include "core/gate/limit_overrides.hpp"
 #include "test_robot.hpp"
-#include "tightening.hpp"
 
 using namespace fairlead;
 using namespace fairlead::test;

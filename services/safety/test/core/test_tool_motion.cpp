@@ -3,9 +3,9 @@
 
 #include <cmath>
 
+#include "core/kinematics/inverse_kinematics.hpp"
+#include "core/trajectory/displacement_bound.hpp"
 #include "free_arm.hpp"
-#include "path/tool_motion.hpp"
-#include "path/ways.hpp"
 
 using namespace fairlead;
 using namespace fairlead::test;

@@ -4,7 +4,7 @@
 #include <doctest/doctest.h>
 
 #include "boundary.hpp"
-#include "fairlead_safety/judge.hpp"
+#include "core/chunk/judgement.hpp"
 #include "two_arms.hpp"
 
 using namespace fairlead;

@@ -4,9 +4,9 @@
 
 #include <cmath>
 
-#include "fairlead_safety/kinematics.hpp"
+#include "core/kinematics/forward_kinematics.hpp"
+#include "core/trajectory/prediction.hpp"
 #include "free_arm.hpp"
-#include "path/prediction.hpp"
 #include "two_arms.hpp"
 
 using namespace fairlead;

@@ -7,8 +7,8 @@
 #include <random>
 #include <utility>
 
+#include "core/trajectory/displacement_bound.hpp"
 #include "free_arm.hpp"
-#include "path/ways.hpp"
 
 using namespace fairlead;
 using namespace fairlead::test;

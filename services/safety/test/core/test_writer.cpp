@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "writer.hpp"
+#include "core/wire/writer.hpp"
 
 using namespace fairlead;
 

@@ -5,10 +5,10 @@
 #include <iterator>
 #include <string>
 
-#include "config_loader.hpp"
-#include "refusal.hpp"
-#include "sha256.hpp"
-#include "strict_json.hpp"
+#include "config/config_loader.hpp"
+#include "config/sha256.hpp"
+#include "config/strict_json.hpp"
+#include "process/refusal.hpp"
 
 using namespace fairlead;
 

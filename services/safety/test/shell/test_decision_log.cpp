@@ -12,7 +12,7 @@
 #include "decisions/log_file.hpp"
 #include "decisions/log_reader.hpp"
 #include "decisions/record_ring.hpp"
-#include "refusal.hpp"
+#include "process/refusal.hpp"
 
 using namespace fairlead;
 namespace fs = std::filesystem;

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "../core/chunk_builder.hpp"
-#include "intake.hpp"
+#include "process/intake.hpp"
 
 using namespace fairlead;
 using namespace fairlead::test;

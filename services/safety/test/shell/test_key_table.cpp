@@ -6,8 +6,8 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "key_table.hpp"
-#include "refusal.hpp"
+#include "process/refusal.hpp"
+#include "zenoh/key_table.hpp"
 
 using namespace fairlead;
 

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "latch_store.hpp"
-#include "refusal.hpp"
+#include "process/latch_store.hpp"
+#include "process/refusal.hpp"
 
 using namespace fairlead;
 namespace fs = std::filesystem;

@@ -9,7 +9,7 @@
 #include <regex>
 #include <string>
 
-#include "log_writer.hpp"
+#include "process/log_writer.hpp"
 
 using namespace fairlead;
 

@@ -1,7 +1,7 @@
 // The questions that a gate asks its own core at boot: all shipped robots answer them, and limits
 // that went wrong after they were loaded do not.
 
-#include "self_test.hpp"
+#include "process/self_test.hpp"
 
 #include <doctest/doctest.h>
 
@@ -10,9 +10,9 @@
 #include <memory>
 #include <string>
 
-#include "config_loader.hpp"
+#include "config/config_loader.hpp"
 #include "core/test_robot.hpp"
-#include "refusal.hpp"
+#include "process/refusal.hpp"
 
 using namespace fairlead;
 

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "sha256.hpp"
+#include "config/sha256.hpp"
 
 using namespace fairlead;
 

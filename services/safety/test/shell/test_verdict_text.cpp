@@ -2,7 +2,7 @@
 
 #include <limits>
 
-#include "verdict_text.hpp"
+#include "process/verdict_text.hpp"
 
 using namespace fairlead;
 

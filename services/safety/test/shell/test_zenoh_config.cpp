@@ -3,9 +3,9 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "arguments.hpp"
-#include "refusal.hpp"
-#include "zenoh_config.hpp"
+#include "process/arguments.hpp"
+#include "process/refusal.hpp"
+#include "zenoh/zenoh_config.hpp"
 
 using namespace fairlead;
 using nlohmann::json;

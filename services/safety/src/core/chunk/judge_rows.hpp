@@ -1,0 +1,61 @@
+// Where the rows of a chunk lead: the predicted configuration after each, where braking from it
+// ends, and whether robot and surroundings allow both. Codes G024 and G030 to G034.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <span>
+
+#include "core/chunk/judgement.hpp"
+#include "core/kinematics/robot_model.hpp"
+
+namespace fairlead {
+
+/// What another claim has released for the same ticks: its parts move too.
+struct Companion {
+  RowBefore before;                    // its row in the tick before `row`, as for the claim itself
+  const ActionChunk* chunk = nullptr;  // nullptr: no released row left
+  std::size_t row = 0;                 // acts in the tick of the judged chunk's first row
+  std::size_t end_row = 0;             // its parts hold from this row on
+};
+using Companions = std::span<const Companion>;
+
+/// A judgement that has looked at so many configurations finishes the branch of a row that it is
+/// at, and looks at no other: the next is at fault (G030). It bounds the time that it takes.
+inline constexpr std::size_t max_looks = 4096;
+
+class PathWalk;
+
+/// Where a judgement works: 400 kB, made once. One judgement at a time.
+class PathRoom {
+ public:
+  PathRoom();
+  ~PathRoom();
+  PathRoom(const PathRoom&) = delete;
+  PathRoom& operator=(const PathRoom&) = delete;
+
+  /// A new walk in place of the last.
+  PathWalk& begin(const PathPlan& plan, const ClaimLimits& claim, const MeasuredState& state,
+                  const ActionChunk& chunk, std::size_t first_row, const RowBefore& before,
+                  Companions companions);
+
+ private:
+  struct Place;
+  std::unique_ptr<Place> place_;
+};
+
+/// G024, G030 to G034 of rows [first_row, end_row), predicted from the measured state. `row_count`
+/// is how many pass before the first that does not; of that one the evidence tells. Nothing else
+/// is checked: the rows have passed `check_shape` and the other checks of their own.
+Judgement judge_path(PathRoom& room, const PathPlan& plan, const ClaimLimits& claim,
+                     const MeasuredState& state, const ActionChunk& chunk, std::size_t first_row,
+                     std::size_t end_row, const RowBefore& before, Companions companions);
+
+/// All of a row's checks, row by row from `first_row` on: G011 (part), G020, G021, G022, then
+/// those of `judge_path`. `chunk` has passed check_shape. A chunk is released or cut for all its
+/// parts together.
+Judgement judge_rows(PathRoom& room, const PathPlan& plan, const ClaimLimits& claim,
+                     const MeasuredState& state, const ActionChunk& chunk, std::size_t first_row,
+                     const RowBefore& before, Companions companions);
+
+}  // namespace fairlead

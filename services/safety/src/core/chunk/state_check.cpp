@@ -1,0 +1,82 @@
+// Checks of the measured state itself.
+
+#include <cmath>
+
+#include "core/chunk/evidence.hpp"
+#include "core/chunk/judgement.hpp"
+#include "core/chunk/measured_change.hpp"
+
+namespace fairlead {
+namespace {
+
+const Name& joint_name(const Limits& limits, std::size_t i) {
+  const std::size_t commanded = limits.joints.size();
+  return i < commanded ? limits.joints[i].name : limits.passive_joints[i - commanded].name;
+}
+
+Evidence check_block(const Limits& limits, const NumberView& block, std::string_view what) {
+  const std::size_t expected = limits.measured_count();
+  if (block.size() != expected)
+    return broken_rule(code::state, what, "one number per measured joint",
+                       static_cast<double>(block.size()), static_cast<double>(expected));
+  for (std::size_t i = 0; i < expected; ++i)
+    if (!std::isfinite(block[i]))
+      return broken_rule(code::state, joint_name(limits, i).view(), "a finite measurement",
+                         block[i]);
+  return {};
+}
+
+}  // namespace
+
+// G011: all joints are there and finite, and every part says what it did.
+Evidence check_state(const Limits& limits, const JointState& state) {
+  Evidence evidence = check_block(limits, state.positions, "positions");
+  if (evidence.ok()) evidence = check_block(limits, state.velocities, "velocities");
+  if (evidence.ok()) evidence = check_block(limits, state.efforts, "efforts");
+  if (evidence.ok() && state.acted.size() != limits.parts.size())
+    evidence = broken_rule(code::state, "acted", "one entry per part",
+                           static_cast<double>(state.acted.size()),
+                           static_cast<double>(limits.parts.size()));
+  evidence.raises_stop = !evidence.ok();
+  return evidence;
+}
+
+// G013: the measured position moves no further than the robot can in the ticks between.
+Evidence check_jump(const Limits& limits, const MeasuredState& before, const MeasuredState& now) {
+  const auto ticks = static_cast<double>(now.tick - before.tick);
+  const std::size_t commanded = limits.joints.size();
+  for (std::size_t i = 0; i < now.count; ++i) {
+    const double per_tick = i < commanded ? limits.joints[i].jump_limit
+                                          : limits.passive_joints[i - commanded].jump_limit;
+    const double distance =
+        std::abs(measured_change(limits, i, before.positions[i], now.positions[i]));
+    if (distance <= per_tick * ticks) continue;
+    const Text& source =
+        i < commanded ? limits.joints[i].source : limits.passive_joints[i - commanded].source;
+    const std::string_view unit = i < commanded ? position_unit(limits.joints[i].kind) : "";
+    Evidence evidence = in(
+        above(code::jump, joint_name(limits, i).view(), distance, per_tick * ticks, source.view()),
+        unit, "jump_per_tick");
+    evidence.raises_stop = true;
+    return evidence;
+  }
+  return {};
+}
+
+// G042: what presses harder than declared has met something, or something pushes the robot.
+Evidence check_contact(const Limits& limits, const MeasuredState& state) {
+  for (std::size_t j = 0; j < limits.joints.size(); ++j) {
+    const JointLimits& joint = limits.joints[j];
+    const double effort = std::abs(state.efforts[j]);
+    if (effort <= joint.contact_limit) continue;
+    Evidence evidence =
+        above(code::contact, joint.name.view(), effort, joint.contact_limit, joint.source.view());
+    evidence =
+        of(in(evidence, effort_unit(joint.kind), "contact_limit"), limits.parts[joint.part].name);
+    evidence.raises_stop = true;
+    return evidence;
+  }
+  return {};
+}
+
+}  // namespace fairlead

@@ -1,0 +1,22 @@
+// Who gets a claim, and with which limits.
+#pragma once
+
+#include "core/release/claim_table.hpp"
+#include "fairlead_safety/limits.hpp"
+#include "fairlead_safety/messages.hpp"
+
+namespace fairlead {
+
+/// Why a query is refused and which command would change that; an empty reason: it is not.
+struct Objection {
+  Text reason;
+  Text fix;
+
+  [[nodiscard]] bool none() const { return reason.empty(); }
+};
+
+/// Judge a claim on an armed gate. On success `place` holds everything but id and times.
+Objection admit_claim(const Limits& limits, const ClaimTable& table, const Claim& request,
+                      LiveClaim& place);
+
+}  // namespace fairlead

@@ -1,0 +1,229 @@
+#include "core/geometry/shape_check.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace fairlead {
+namespace {
+
+Eigen::Vector3d vector(const std::array<double, 3>& xyz) { return {xyz[0], xyz[1], xyz[2]}; }
+
+Box box_of(const Volume& volume) { return {vector(volume.lower), vector(volume.upper)}; }
+
+Eigen::Vector3d tool_at(const PlanTool& tool, const FramePoses& poses) {
+  return point_in_root(poses[tool.place.frame], tool.place.position);
+}
+
+// What all pairs are looked at for, beyond what has to be known now [m]: much less and they are
+// looked at again soon, much more and most of them count as near.
+constexpr double far_ahead = 0.15;
+
+void keep_smallest(double& slack, double margin) { slack = std::min(slack, std::max(margin, 0.0)); }
+
+}  // namespace
+
+ShapeCheck::ShapeCheck(const PathPlan& plan, JointSet commanded, JointSet guessed)
+    : plan_(plan), commanded_(commanded), guessed_(guessed) {
+  for (std::size_t i = 0; i < plan.pairs.size(); ++i) {
+    if ((plan.pairs[i].movers & commanded) == 0) continue;
+    (void)pairs_.push_back(static_cast<std::uint16_t>(i));
+    pair_movers_ |= plan.pairs[i].movers;
+  }
+  if (plan.volumes.empty()) return;
+  bool keeps_out = false;
+  for (const Volume& volume : plan.limits.workspace.volumes) keeps_out |= volume.keep_out;
+  for (std::size_t i = 0; i < plan.tools.size(); ++i)
+    if (plan.tools[i].present && (plan.tools[i].movers & commanded) != 0)
+      (void)tools_.push_back(static_cast<std::uint8_t>(i));
+  for (std::size_t i = 0; keeps_out && i < plan.capsules.size(); ++i)
+    if ((plan.frames[plan.capsules[i].frame].movers & commanded) != 0)
+      (void)capsules_.push_back(static_cast<std::uint8_t>(i));
+}
+
+double ShapeCheck::way_of(std::size_t shape, const Ways& ways) const {
+  if (shape < pairs_.size()) return ways.of(plan_.pairs[pairs_[shape]]);
+  shape -= pairs_.size();
+  if (shape < tools_.size()) {
+    const PlanPlace& place = plan_.tools[tools_[shape]].place;
+    return ways.of(place.frame, place.position.norm());
+  }
+  const PlanCapsule& capsule = plan_.capsules[capsules_[shape - tools_.size()]];
+  return ways.of(capsule.frame, capsule.extent);
+}
+
+double ShapeCheck::free_of(const Clearance& clearance, const Ways& ways) const {
+  double free = free_share(clearance.others, ways.longest());
+  for (std::size_t i = 0; i < clearance.near_count; ++i) {
+    const Clearance::Near& near = clearance.near[i];
+    free = std::min(free, free_share(near.margin, way_of(near.shape, ways)));
+  }
+  return free;
+}
+
+Evidence ShapeCheck::look(const FramePoses& poses, const FramePoses& before, const Ways& ways,
+                          double share, Clearance& found) {
+  found.others = share * ways.longest();
+  found.near_count = 0;
+  const Evidence evidence = look_at_volumes(poses, before, found);
+  return evidence.ok() ? look_at_pairs(poses, before, ways, share, found) : evidence;
+}
+
+Evidence ShapeCheck::look_at_volumes(const FramePoses& poses, const FramePoses& before,
+                                     Clearance& found) const {
+  std::array<double, max_parts> tools;
+  std::array<double, max_capsules> capsules;
+  std::fill_n(tools.begin(), tools_.size(), found.others);
+  std::fill_n(capsules.begin(), capsules_.size(), found.others);
+  Evidence evidence;
+  for (std::size_t v = 0; v < plan_.volumes.size() && evidence.ok(); ++v) {
+    const Volume& volume = plan_.limits.workspace.volumes[v];
+    for (std::size_t i = 0; i < tools_.size() && evidence.ok(); ++i)
+      evidence = volume.keep_out ? keep_tool_out(tools_[i], v, poses, before, tools[i])
+                                 : keep_tool_in(tools_[i], v, poses, before, tools[i]);
+    for (std::size_t i = 0; i < capsules_.size() && volume.keep_out && evidence.ok(); ++i)
+      evidence = keep_capsule_out(capsules_[i], v, poses, before, capsules[i]);
+  }
+  for (std::size_t i = 0; i < tools_.size(); ++i)
+    if (!(tools[i] >= found.others)) found.add(pairs_.size() + i, tools[i]);
+  for (std::size_t i = 0; i < capsules_.size(); ++i)
+    if (!(capsules[i] >= found.others)) found.add(pairs_.size() + tools_.size() + i, capsules[i]);
+  return evidence;
+}
+
+Evidence ShapeCheck::keep_tool_in(std::size_t part, std::size_t index, const FramePoses& poses,
+                                  const FramePoses& before, double& slack) const {
+  const Volume& volume = plan_.limits.workspace.volumes[index];
+  const std::array<PlanName, 3>& axes = plan_.volumes[index].axes;
+  const PlanTool& tool = plan_.tools[part];
+  const Eigen::Vector3d point = tool_at(tool, poses);
+  const std::string_view source = plan_.limits.workspace.source.view();
+  const Excuse excuse = excuse_of(tool.movers, tool_drift_, Excuse::better);
+  for (std::size_t i = 0; i < axes.size(); ++i) {
+    const auto axis = static_cast<Eigen::Index>(i);
+    const double upper = volume.upper[i] - tool_drift_, lower = volume.lower[i] + tool_drift_;
+    const double under = upper - point[axis], over = point[axis] - lower;
+    keep_smallest(slack, under);
+    keep_smallest(slack, over);
+    const Name& name = plan_.limits.parts[part].name;
+    const auto was = [&] { return tool_at(tool, before)[axis]; };
+    if (is_breach(under, [&] { return upper - was(); }, excuse))
+      return of(above(code::workspace, axes[i].view(), point[axis], upper, source), name);
+    if (is_breach(over, [&] { return was() - lower; }, excuse))
+      return of(below(code::workspace, axes[i].view(), point[axis], lower, source), name);
+  }
+  return {};
+}
+
+Evidence ShapeCheck::keep_tool_out(std::size_t part, std::size_t volume, const FramePoses& poses,
+                                   const FramePoses& before, double& slack) const {
+  const Box box = box_of(plan_.limits.workspace.volumes[volume]);
+  const auto distance_of = [&](const FramePoses& in) {
+    const Eigen::Vector3d point = tool_at(plan_.tools[part], in);
+    return box_distance({point, point}, box) - tool_drift_;
+  };
+  const double distance = distance_of(poses);
+  keep_smallest(slack, distance);
+  const Excuse excuse = excuse_of(plan_.tools[part].movers, tool_drift_, Excuse::better);
+  if (!is_breach(distance, [&] { return distance_of(before); }, excuse)) return {};
+  return of(below(code::workspace, plan_.volumes[volume].tool.view(), distance, 0.0,
+                  plan_.limits.workspace.source.view()),
+            plan_.limits.parts[part].name);
+}
+
+Evidence ShapeCheck::keep_capsule_out(std::size_t capsule, std::size_t volume,
+                                      const FramePoses& poses, const FramePoses& before,
+                                      double& slack) const {
+  const Box box = box_of(plan_.limits.workspace.volumes[volume]);
+  const PlanCapsule& shape = plan_.capsules[capsule];
+  const Eigen::Vector3d middle = point_in_root(poses[shape.frame], shape.middle);
+  if (box_distance({middle, middle}, box) - shape.reach - tool_drift_ >= slack) return {};
+  const auto margin_of = [&](const FramePoses& in) {
+    return box_distance(segment(capsule, in), box) - shape.radius - tool_drift_;
+  };
+  const double margin = margin_of(poses);
+  keep_smallest(slack, margin);
+  const JointSet movers = plan_.frames[shape.frame].movers;
+  const Excuse excuse = excuse_of(movers, tool_drift_, Excuse::better);
+  if (!is_breach(margin, [&] { return margin_of(before); }, excuse)) return {};
+  return of_part_that_moves(below(code::workspace, plan_.volumes[volume].capsules[capsule].view(),
+                                  margin, 0.0, plan_.limits.workspace.source.view()),
+                            movers);
+}
+
+Segment ShapeCheck::segment(std::size_t capsule, const FramePoses& poses) const {
+  const PlanCapsule& shape = plan_.capsules[capsule];
+  return {point_in_root(poses[shape.frame], shape.a), point_in_root(poses[shape.frame], shape.b)};
+}
+
+double ShapeCheck::pair_distance(const PlanPair& pair, const FramePoses& poses) const {
+  return segment_distance(segment(pair.first, poses), segment(pair.second, poses)) -
+         plan_.capsules[pair.first].radius - plan_.capsules[pair.second].radius;
+}
+
+void ShapeCheck::find_near_pairs(const FramePoses& poses, const Middles& middles, double others) {
+  far_ = others + far_ahead + clearance_drift_;
+  near_pairs_.clear();
+  for (std::size_t i = 0; i < pairs_.size(); ++i) {
+    const PlanPair& pair = plan_.pairs[pairs_[i]];
+    const double apart = (middles[pair.first] - middles[pair.second]).squaredNorm();
+    if (!(apart >= (pair.near + far_) * (pair.near + far_)))
+      (void)near_pairs_.push_back(static_cast<std::uint16_t>(i));
+  }
+  for (std::size_t f = 1; f < plan_.frames.size(); ++f) far_at_[f] = poses.joint_of(f);
+}
+
+// A pair comes nearer by no more than what the joints between its two have gone since all were
+// looked at, times how far what hangs on them reaches (`Ways::longest`). The nanometre is for
+// rounding.
+bool ShapeCheck::far_pairs_are_clear_by(double others, const FramePoses& poses) const {
+  double nearer = 1e-9;
+  for (std::size_t f = 1; f < plan_.frames.size(); ++f)
+    if ((pair_movers_ & only(plan_.frames[f].joint)) != 0)
+      nearer += plan_.frames[f].reach * std::abs(poses.joint_of(f) - far_at_[f]);
+  return far_ - nearer - clearance_drift_ >= others;
+}
+
+// Most pairs are so far apart that the spheres around them tell, and of most of those it is known
+// from before. A distance that is no number is a hit.
+Evidence ShapeCheck::look_at_pairs(const FramePoses& poses, const FramePoses& before,
+                                   const Ways& ways, double share, Clearance& found) {
+  if (pairs_.empty()) return {};
+  Middles middles;
+  for (std::size_t i = 0; i < plan_.capsules.size(); ++i)
+    middles[i] = point_in_root(poses[plan_.capsules[i].frame], plan_.capsules[i].middle);
+  if (!far_pairs_are_clear_by(found.others, poses)) find_near_pairs(poses, middles, found.others);
+  const double clearance = plan_.limits.collision.clearance + clearance_drift_;
+  for (const std::uint16_t i : near_pairs_) {
+    const PlanPair& pair = plan_.pairs[pairs_[i]];
+    const double apart = (middles[pair.first] - middles[pair.second]).squaredNorm();
+    const auto are_clear_by = [&](double margin) {
+      const double near = pair.near + clearance_drift_ + margin;
+      return apart >= near * near;
+    };
+    if (are_clear_by(found.others)) continue;
+    const double need = share * ways.of(pair);
+    if (are_clear_by(need)) {
+      found.add(i, need);
+      continue;
+    }
+    const double distance = pair_distance(pair, poses);
+    found.add(i, distance - clearance);
+    const auto margin_before = [&] { return pair_distance(pair, before) - clearance; };
+    const Excuse excuse = excuse_of(pair.movers, clearance_drift_, Excuse::none);
+    if (!is_breach(distance - clearance, margin_before, excuse)) continue;
+    return of_part_that_moves(below(code::collision, plan_.pair_names[pairs_[i]].view(), distance,
+                                    clearance, plan_.limits.collision.source.view()),
+                              pair.movers);
+  }
+  return {};
+}
+
+Evidence ShapeCheck::of_part_that_moves(Evidence evidence, JointSet movers) const {
+  for (const PartLimits& part : plan_.limits.parts)  // GCOVR_EXCL_BR_LINE: one does
+    for (const std::size_t j : part.joints)
+      if ((movers & commanded_ & only(j)) != 0) return of(evidence, part.name);
+  return evidence;  // GCOVR_EXCL_LINE: only what a commanded joint of some part moves is looked at
+}
+
+}  // namespace fairlead

@@ -1,0 +1,100 @@
+// G031 and G032: tools and capsules in one configuration, against volumes and each other.
+#pragma once
+
+#include "core/chunk/evidence.hpp"
+#include "core/geometry/breach.hpp"
+#include "core/geometry/distances.hpp"
+#include "core/kinematics/frames.hpp"
+#include "core/trajectory/displacement_bound.hpp"
+
+namespace fairlead {
+
+/// By how much the shapes of a configuration are clear at least: what is near one by one, what is
+/// further away all together [m].
+struct Clearance {
+  struct Near {
+    std::size_t shape;  // which of the ShapeCheck's
+    double margin;
+  };
+  double others = 0.0;
+  std::size_t near_count = 0;
+  std::array<Near, max_capsule_pairs + max_parts + max_capsules> near;
+
+  void add(std::size_t shape, double margin) { near[near_count++] = {shape, margin}; }
+};
+
+class ShapeCheck {
+ public:
+  /// Of what any of `commanded` moves. `guessed`: joints of tools that are told a motion, of which
+  /// a controller makes what it likes. What these broke they may mend, or an operator has to: a
+  /// tool outside its box as long as that brings it nearer, capsules too near each other not at
+  /// all.
+  ShapeCheck(const PathPlan& plan, JointSet commanded, JointSet guessed = 0);
+
+  [[nodiscard]] bool has_nothing() const {
+    return pairs_.empty() && tools_.empty() && capsules_.empty();
+  }
+
+  /// From here on tools and capsules may be so far from where they are predicted. What is nearer to
+  /// a limit than that is at fault, also where it was before: nobody knows that it stays.
+  void drift_by(double tool, double clearance) {
+    tool_drift_ = tool;
+    clearance_drift_ = clearance;
+  }
+
+  /// What is at fault in a configuration. What was broken in the one before may stay as it was.
+  /// Without a fault, `found`: how clear it is, which need not be more than `share` of the ways.
+  Evidence look(const FramePoses& poses, const FramePoses& before, const Ways& ways, double share,
+                Clearance& found);
+
+  /// The same, as far as all of the ways.
+  Evidence look(const FramePoses& poses, const FramePoses& before, const Ways& ways,
+                Clearance& found) {
+    return look(poses, before, ways, 1.0, found);
+  }
+
+  /// Which share of its way everything is clear by at least, 1 at most.
+  [[nodiscard]] double free_of(const Clearance& clearance, const Ways& ways) const;
+
+ private:
+  Evidence look_at_volumes(const FramePoses& poses, const FramePoses& before,
+                           Clearance& found) const;
+  Evidence keep_tool_in(std::size_t part, std::size_t index, const FramePoses& poses,
+                        const FramePoses& before, double& slack) const;
+  Evidence keep_tool_out(std::size_t part, std::size_t volume, const FramePoses& poses,
+                         const FramePoses& before, double& slack) const;
+  Evidence keep_capsule_out(std::size_t capsule, std::size_t volume, const FramePoses& poses,
+                            const FramePoses& before, double& slack) const;
+  Evidence look_at_pairs(const FramePoses& poses, const FramePoses& before, const Ways& ways,
+                         double share, Clearance& found);
+  using Middles = std::array<Eigen::Vector3d, max_capsules>;  // of the capsules
+  void find_near_pairs(const FramePoses& poses, const Middles& middles, double others);
+  [[nodiscard]] bool far_pairs_are_clear_by(double others, const FramePoses& poses) const;
+  [[nodiscard]] double way_of(std::size_t shape, const Ways& ways) const;
+  [[nodiscard]] Segment segment(std::size_t capsule, const FramePoses& poses) const;
+  [[nodiscard]] double pair_distance(const PlanPair& pair, const FramePoses& poses) const;
+  [[nodiscard]] Evidence of_part_that_moves(Evidence evidence, JointSet movers) const;
+
+  [[nodiscard]] Excuse excuse_of(JointSet movers, double drift, Excuse if_guessed) const {
+    if (drift > 0.0) return Excuse::none;
+    return (movers & guessed_) != 0 ? if_guessed : Excuse::as_it_is;
+  }
+
+  const PathPlan& plan_;
+  JointSet commanded_;
+  JointSet guessed_;
+  double tool_drift_ = 0.0;
+  double clearance_drift_ = 0.0;
+  // Shapes are counted through all three:
+  FixedVec<std::uint16_t, max_capsule_pairs> pairs_;
+  FixedVec<std::uint8_t, max_parts> tools_;        // by part
+  FixedVec<std::uint8_t, max_capsules> capsules_;  // that volumes keep out
+  // All pairs but these of `pairs_` were clear by `far_` where the frames were placed for
+  // `far_at_`.
+  FixedVec<std::uint16_t, max_capsule_pairs> near_pairs_;
+  JointSet pair_movers_ = 0;  // joints that move any pair
+  double far_ = unset;        // unset: nobody has looked
+  std::array<double, max_links> far_at_{};
+};
+
+}  // namespace fairlead

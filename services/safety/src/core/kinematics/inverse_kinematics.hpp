@@ -1,0 +1,52 @@
+// What the joints of a part do when its tool is told to move: damped least squares.
+#pragma once
+
+#include <array>
+#include <span>
+
+#include "core/chunk/evidence.hpp"
+#include "core/kinematics/frames.hpp"
+#include "core/kinematics/square6.hpp"
+
+namespace fairlead {
+
+// Motion6 here: linear [m] and angular [rad] motion along the root link's axes.
+
+/// A tool's pose, and how it moves with each joint of its own part (`PlanTool::own`).
+struct ToolJacobian {
+  FramePose tool;
+  std::size_t count = 0;
+  std::array<Motion6, max_links> columns;
+
+  /// The columns that there are.
+  [[nodiscard]] std::span<const Motion6> all() const { return std::span(columns).first(count); }
+};
+
+/// Where the frames between the root and the tool have been placed.
+ToolJacobian tool_jacobian(const PathPlan& plan, const PlanTool& tool, const FramePoses& poses);
+
+/// The motion that takes one pose to another.
+Motion6 motion_between(const FramePose& from, const FramePose& to);
+
+/// Moves the part's joints so that its tool makes one motion, as far as they can. Says G030 if the
+/// tool would be further from where it is to be than if the joints had stayed.
+///
+/// `start`: the frames where `joints` are. `end`: of these, those between the root and the tool are
+/// placed where the joints get to. `straight`: where they got to if the
+/// way did not bend, by one step of least squares.
+Evidence move_tool(const PathPlan& plan, const PlanTool& tool, const Motion6& motion,
+                   const FramePoses& start, FramePoses& end, Joints& joints, Joints& straight);
+
+/// Moves the part's joints until its tool is at `target`, and the tool's frames in `poses` with
+/// them. Says G030 if it does not get there. `straight` as for `move_tool`.
+Evidence reach_pose(const PathPlan& plan, const PlanTool& tool, const FramePose& target,
+                    FramePoses& poses, Joints& joints, Joints& straight);
+
+/// G033: the smallest singular value of the Jacobian, of as many as the part has joints, 6 at most.
+double smallest_singular_value(const ToolJacobian& jacobian);
+
+/// Whether that is at least `limit`, by a margin that rounding cannot close: cheap, and never true
+/// in error.
+bool is_clearly_regular(const ToolJacobian& jacobian, double limit);
+
+}  // namespace fairlead

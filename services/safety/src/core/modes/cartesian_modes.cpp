@@ -1,0 +1,92 @@
+// Modes that move a frame by a small motion or a velocity: three linear and three angular numbers,
+// judged by the norms of the two halves, never by single axes.
+
+#include <array>
+#include <cmath>
+
+#include "core/kinematics/forward_kinematics.hpp"
+#include "core/modes/commanded_motion.hpp"
+#include "core/modes/mode_table.hpp"
+#include "core/modes/standstill.hpp"
+#include "fairlead_safety/mode_blocks.hpp"
+
+namespace fairlead {
+namespace {
+
+const CartesianLimits& block_of(const RowView& view) {
+  return *norm_block(view.modes, view.mode());
+}
+
+Evidence step_from(std::uint32_t code, const RowView& view, const Twist& before) {
+  const CartesianLimits& mode = block_of(view);
+  const Twist now = halves(view.now);
+  const Evidence linear = at_most(code, "linear", (now.linear - before.linear).norm(),
+                                  mode.linear_step_limit, mode.source);
+  if (!linear.ok()) return linear;
+  return at_most(code, "angular", (now.angular - before.angular).norm(), mode.angular_step_limit,
+                 mode.source);
+}
+
+}  // namespace
+
+bool measured_base_twist(const Limits& limits, const PartLimits& part, const MeasuredState& state,
+                         Twist& twist) {
+  const auto& joints = part.joints;
+  const auto slides = [&](std::size_t i) {
+    return limits.joints[joints[i]].kind == JointKind::prismatic;
+  };
+  if (joints.size() != 3 || !slides(0) || !slides(1) || slides(2)) return false;
+  const double yaw = state.positions[joints[2]];
+  const double vx = state.velocities[joints[0]];
+  const double vy = state.velocities[joints[1]];
+  const double turn = state.velocities[joints[2]];
+  const double cosine = std::cos(yaw), sine = std::sin(yaw);
+  twist.linear = {cosine * vx + sine * vy, cosine * vy - sine * vx, 0.0};
+  twist.angular = {0.0, 0.0, turn};
+  // The slides carry the yaw axis; base_link's origin swings about it.
+  if (limits.base.present) {
+    twist.linear.x() += turn * limits.base.yaw_axis[1];
+    twist.linear.y() -= turn * limits.base.yaw_axis[0];
+  }
+  return true;
+}
+
+Evidence norm_absolute(const RowView& view) {
+  const CartesianLimits& mode = block_of(view);
+  const Twist now = halves(view.now);
+  const Evidence linear =
+      at_most(code::absolute, "linear", now.linear.norm(), mode.linear_limit, mode.source);
+  if (!linear.ok()) return linear;
+  return at_most(code::absolute, "angular", now.angular.norm(), mode.angular_limit, mode.source);
+}
+
+// Holding is a delta of zero.
+Evidence delta_start(const RowView& view, const Setpoint* acted) {
+  if (acted != nullptr) return {};
+  return step_from(code::start, view, Twist{});
+}
+
+// A twist after none: against the tool's measured one, along the axes of the row's frame. What
+// other parts add to it is not this part's: its twist comes on top of theirs.
+Evidence tool_twist_start(const RowView& view, const Setpoint* acted) {
+  if (acted != nullptr) return {};
+  const Kinematics& tree = view.limits.kinematics;
+  const std::size_t frame = tree.find(view.now.action->frame_id);
+  return step_from(code::start, view,
+                   link_twist(tree, view.state, frame, view.part().tool, &view.part()));
+}
+
+Evidence body_twist_start(const RowView& view, const Setpoint* acted) {
+  if (acted != nullptr) return {};
+  Twist measured;
+  if (!measured_base_twist(view.limits, view.part(), view.state, measured))
+    return check_still(code::start, view.limits, view.state, view.part(),
+                       "a first twist of this part: from standstill");
+  return step_from(code::start, view, measured);
+}
+
+Evidence norm_step(std::uint32_t code, const RowView& view, const Setpoint& before) {
+  return step_from(code, view, halves(before));
+}
+
+}  // namespace fairlead

@@ -1,0 +1,71 @@
+// A row's numbers as motions and poses, and the base's measured motion in the same terms.
+#pragma once
+
+#include <cmath>
+
+#include "core/kinematics/forward_kinematics.hpp"
+#include "core/modes/row_view.hpp"
+
+namespace fairlead {
+
+/// A delta or a twist: three linear and three angular numbers.
+inline Twist halves(const Setpoint& row) {
+  return {{row[0], row[1], row[2]}, {row[3], row[4], row[5]}};
+}
+
+inline bool is_tool_motion(std::uint8_t mode) {
+  return mode == static_cast<std::uint8_t>(Mode::cartesian_delta) ||
+         mode == static_cast<std::uint8_t>(Mode::cartesian_twist);
+}
+
+/// What a row of a delta or a twist tells a tool to move in its tick [m, rad].
+inline Twist tick_motion(const Setpoint& row, double period_s) {
+  Twist motion = halves(row);
+  if (row.action->mode == static_cast<std::uint8_t>(Mode::cartesian_delta)) return motion;
+  motion.linear *= period_s;
+  motion.angular *= period_s;
+  return motion;
+}
+
+/// A pose after a motion along some axes; `axes` turns those into the pose's own frame of
+/// reference.
+inline Pose moved(const Pose& pose, const Eigen::Quaterniond& axes, const Twist& motion) {
+  const Eigen::Vector3d turned = axes * motion.angular;
+  const Eigen::AngleAxisd turn(turned.norm(), turned.normalized());
+  return {pose.position + axes * motion.linear, turn * pose.rotation};
+}
+
+inline Pose pose_of(const Setpoint& row) {
+  return {{row[0], row[1], row[2]}, Eigen::Quaterniond(row[6], row[3], row[4], row[5])};
+}
+
+/// What a row of joint_velocity makes of one joint [rad/s, m/s]. The two slides of a base whose
+/// commands turn against its yaw get what is left of the row when that has been turned.
+/// `positions`: where the joints are when the row begins.
+inline double told_velocity(const Limits& limits, const Setpoint& row, std::size_t joint,
+                            const std::array<double, max_measured>& positions) {
+  const BaseLimits& base = limits.base;
+  if (!base.present || !base.against_yaw) return row[joint];
+  const auto& [x, y, yaw] = base.joints;
+  if (joint != x && joint != y) return row[joint];
+  const double cosine = std::cos(positions[yaw]), sine = std::sin(positions[yaw]);
+  return joint == x ? cosine * row[x] + sine * row[y] : cosine * row[y] - sine * row[x];
+}
+
+/// How fast a joint can be told to go. A row of a base whose commands turn against its yaw is
+/// limited before it is turned: one slide may get what was told to both.
+inline double fastest_told(const Limits& limits, std::size_t joint) {
+  const BaseLimits& base = limits.base;
+  const auto& [x, y, yaw] = base.joints;
+  if (!base.present || !base.against_yaw || (joint != x && joint != y))
+    return limits.joints[joint].velocity_limit;
+  return std::hypot(limits.joints[x].velocity_limit, limits.joints[y].velocity_limit);
+}
+
+/// The measured twist of base_link's origin along its axes: the base's joints are two slides along
+/// odom's x and y and a yaw, about the axis that BaseLimits names (about the origin where it names
+/// none). False if the part is built otherwise. (cartesian_modes.cpp)
+bool measured_base_twist(const Limits& limits, const PartLimits& part, const MeasuredState& state,
+                         Twist& twist);
+
+}  // namespace fairlead

@@ -1,0 +1,76 @@
+#include "core/trajectory/braking.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/kinematics/joint_set.hpp"
+
+namespace fairlead {
+
+Braking::Braking(const PathPlan& plan, const Branch& branch, JointSet moving, JointSet lagging)
+    : plan_(plan), branch_(branch), moving_(moving), lagging_(lagging) {
+  end_ = branch.now;
+  for (const std::size_t j : JointsIn(moving)) {
+    const double speed = branch.speed[j];
+    if (speed == 0.0) continue;
+    const double deceleration = plan.limits.joints[j].acceleration_limit;
+    duration_ = std::max(duration_, waits(j) + std::abs(speed) / deceleration);
+    end_[j] += speed * waits(j) + speed * std::abs(speed) / (2.0 * deceleration);
+  }
+}
+
+// How long it goes on before it brakes.
+double Braking::waits(std::size_t joint) const {
+  const double reaction =
+      (plan_.base_joints & only(joint)) != 0 ? plan_.limits.base.reaction_s : 0.0;
+  return (lagging_ & only(joint)) != 0 ? reaction + plan_.limits.joints[joint].stop_lag : reaction;
+}
+
+double Braking::position(std::size_t joint, double time) const {
+  const double reaction = waits(joint);
+  const double speed = branch_.speed[joint];
+  const double deceleration = plan_.limits.joints[joint].acceleration_limit;
+  const double braking = std::clamp(time - reaction, 0.0, std::abs(speed) / deceleration);
+  const double lost = std::copysign(0.5 * deceleration * braking * braking, speed);
+  return branch_.now[joint] + speed * (std::min(time, reaction) + braking) - lost;
+}
+
+void Braking::at(double share, Joints& joints) const {
+  joints = branch_.now;
+  for (const std::size_t j : JointsIn(moving_))
+    if (branch_.speed[j] != 0.0) joints[j] = position(j, share * duration_);
+}
+
+double Braking::largest_share(const Joints& from, const Joints& to) const {
+  double largest = 0.0;
+  for (const std::size_t j : JointsIn(moving_)) {
+    const double whole = std::abs(end_[j] - branch_.now[j]);
+    if (whole == 0.0) continue;
+    const double share = std::abs(to[j] - from[j]) / whole;
+    if (std::isnan(share)) return share;
+    largest = std::max(largest, share);
+  }
+  return largest;
+}
+
+Evidence check_braking(const PathPlan& plan, const Branch& branch, const Joints& end,
+                       const Spread& spread, JointSet joints) {
+  for (const std::size_t j : JointsIn(joints)) {
+    const JointLimits& joint = plan.limits.joints[j];
+    if (!joint.bounded) continue;
+    const double speed = branch.speed[j];
+    const double highest = end[j] + (spread.highest[j] - branch.now[j]);
+    const double lowest = end[j] + (spread.lowest[j] - branch.now[j]);
+    Evidence evidence;
+    if (speed > 0.0 && !(highest <= joint.bounds.upper))
+      evidence =
+          above(code::braking, joint.name.view(), highest, joint.bounds.upper, joint.source.view());
+    if (speed < 0.0 && !(lowest >= joint.bounds.lower))
+      evidence =
+          below(code::braking, joint.name.view(), lowest, joint.bounds.lower, joint.source.view());
+    if (!evidence.ok()) return of(evidence, plan.limits.parts[joint.part].name);
+  }
+  return {};
+}
+
+}  // namespace fairlead

@@ -1,0 +1,39 @@
+// Where the joints come to rest when they brake: each by its own declared deceleration.
+#pragma once
+
+#include "core/chunk/evidence.hpp"
+#include "core/trajectory/prediction.hpp"
+
+namespace fairlead {
+
+/// All joints brake from a branch's configuration and speeds: at once, those of the base after its
+/// reaction time at the speed they have, and those of `lagging` after their lag.
+class Braking {
+ public:
+  Braking(const PathPlan& plan, const Branch& branch, JointSet moving, JointSet lagging);
+
+  /// Positions when `share` of the time has passed that the last joint needs, 0 to 1.
+  void at(double share, Joints& joints) const;
+  [[nodiscard]] const Joints& end() const { return end_; }
+  /// Between two points of the way nothing goes a larger share of its own than this: of the joint
+  /// that goes the largest.
+  [[nodiscard]] double largest_share(const Joints& from, const Joints& to) const;
+
+ private:
+  [[nodiscard]] double waits(std::size_t joint) const;
+  [[nodiscard]] double position(std::size_t joint, double time) const;
+
+  const PathPlan& plan_;
+  const Branch& branch_;
+  JointSet moving_;
+  JointSet lagging_;
+  double duration_ = 0.0;
+  Joints end_;
+};
+
+/// G024: braking ends inside the bounds of every joint of `joints`, from wherever in `spread` it
+/// begins. Only motion towards a bound counts.
+Evidence check_braking(const PathPlan& plan, const Branch& branch, const Joints& end,
+                       const Spread& spread, JointSet joints);
+
+}  // namespace fairlead

@@ -1,0 +1,229 @@
+#include "core/trajectory/prediction.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/kinematics/joint_set.hpp"
+#include "core/trajectory/braking.hpp"
+#include "core/trajectory/command_kind.hpp"
+
+namespace fairlead {
+
+// Rows of one tick, of the chunk and its companions. A pose is reached for last: it depends on
+// where other parts carry its own.
+Evidence Prediction::apply_rows(const RowBefore& own, bool before) {
+  Evidence fault;
+  goals_add_up_ = goals_add_up(own, before);
+  carries_ = false;
+  for (const bool poses : {false, true}) {
+    if (own.chunk != nullptr) {
+      const Evidence evidence = apply_row(*own.chunk, own.row, true, poses, branch_count_);
+      if (fault.ok()) fault = evidence;
+    }
+    for (const Companion& companion : companions_) {
+      if (before && companion.before.chunk != nullptr)
+        (void)apply_row(*companion.before.chunk, companion.before.row, false, poses, branch_count_);
+      const std::size_t row = companion.row + steps_ - 1;  // of the tick that `own` acts in
+      if (!before && companion.chunk != nullptr && row < companion.end_row)
+        (void)apply_row(*companion.chunk, row, false, poses, branch_count_ - holding_count_);
+    }
+  }
+  for (Branch& branch : branches()) branch.poses_now().place(plan_, branch.now);
+  note_spread();
+  note_base_speed();
+  return fault;
+}
+
+// Which share of a row happens may be another one in the next: each goes on from the furthest that
+// any of those before it can have got to.
+void Prediction::note_spread() {
+  for (const std::size_t j : JointsIn(moving_)) {
+    const bool adds_up = (lagging_ & only(j)) != 0;
+    double lowest = std::numeric_limits<double>::infinity(), highest = -lowest;
+    for (const Branch& branch : branches()) {
+      const double now = branch.now[j], before = branch.before[j];
+      lowest = std::min(lowest, adds_up ? now + (spread_.lowest[j] - before) : now);
+      highest = std::max(highest, adds_up ? now + (spread_.highest[j] - before) : now);
+    }
+    spread_.lowest[j] = lowest;
+    spread_.highest[j] = highest;
+  }
+}
+
+void Prediction::note_base_speed() {
+  base_speed_before_ = base_speed_;
+  base_speed_ = 0.0;
+  for (const std::size_t j : JointsIn(moving_ & plan_.base_joints))
+    for (const Branch& branch : branches())
+      base_speed_ =
+          std::max(base_speed_, std::abs(branch.speed[j]) / plan_.limits.joints[j].velocity_limit);
+}
+
+double Prediction::doubt(std::size_t part) const {
+  const double reach = plan_.tools[part].reach;
+  double widest = 0.0;
+  for (const std::size_t j : plan_.limits.parts[part].joints) {
+    const double width = spread_before_.highest[j] - spread_before_.lowest[j];
+    const bool slides = plan_.limits.joints[j].kind == JointKind::prismatic;
+    if (!slides)
+      widest = std::max(widest, width);
+    else if (reach > 0.0)
+      widest = std::max(widest, width / reach);
+  }
+  return widest;
+}
+
+Evidence Prediction::advance() {
+  row_ = next_row_++;
+  if (gain_parts_.size() > max_gains)
+    return above(code::unreachable, "parts", static_cast<double>(gain_parts_.size()),
+                 static_cast<double>(max_gains), "parts with a gain that move at once");
+  ++steps_;
+  spread_before_ = spread_;
+  for (Branch& branch : branches()) branch.begin_row();
+  settle_untold();
+  Evidence fault = apply_rows(RowBefore{&chunk_, row_}, false);
+  targets_told_ = 0;  // what rows tell from here on is where the branches are
+  has_settled_ = steps_ > 1 && !carries_ && leads_nowhere();
+  return fault.ok() ? check_finite() : fault;
+}
+
+// Joints that the rows of this tick tell something.
+JointSet Prediction::told_now() const {
+  JointSet joints = commanded_;
+  for (const Companion& companion : companions_)
+    if (companion.chunk != nullptr && companion.row + steps_ - 1 < companion.end_row)
+      for (const ActionPart& action : companion.chunk->parts) joints |= moved_by(plan_, action);
+  return joints;
+}
+
+// What nothing tells anything brakes, and is where that ends from this row on. Where others hold it
+// is that one row later: so the chunk's rows meet it where it was and where it comes to rest.
+void Prediction::settle_untold() {
+  const JointSet told = told_now();
+  for (std::size_t i = 0; i < branch_count_; ++i) {
+    Branch& branch = branches_[i];
+    const bool holds = i >= branch_count_ - holding_count_;
+    if (holds && steps_ == 1) continue;
+    const JointSet untold = moving_ & ~(holds ? commanded_ : told);
+    const Braking braking(plan_, branch, untold, lagging());
+    for (const std::size_t j : JointsIn(untold)) {
+      branch.now[j] = braking.end()[j];
+      branch.speed[j] = 0.0;
+    }
+  }
+}
+
+// Says what is the first fault, and goes on: another claim's row may be at fault for one part, or
+// in one branch, and still move the others.
+Evidence Prediction::apply_row(const ActionChunk& chunk, std::size_t row, bool own, bool poses,
+                               std::size_t branch_count) {
+  Evidence fault;
+  for (const ActionPart& action : chunk.parts) {
+    if (is_pose(action) != poses) continue;
+    const ModeLimits& modes =
+        own ? claim_.modes[action.part] : plan_.limits.parts[action.part].modes;
+    const Command command{action, modes, row_of(action, row, plan_.limits)};
+    for (std::size_t i = 0; i < branch_count; ++i) {
+      const Evidence evidence = apply(command, i);
+      if (fault.ok() && !evidence.ok()) fault = of(evidence, plan_.limits.parts[action.part].name);
+    }
+  }
+  return fault;
+}
+
+Evidence Prediction::apply(const Command& command, std::size_t index) {
+  Branch& branch = branches_[index];
+  switch (static_cast<Mode>(command.action.mode)) {
+    case Mode::joint_position:
+    case Mode::dex_hand_joint:
+      apply_targets(command, branch);
+      return {};
+    case Mode::joint_velocity:
+      apply_velocities(command, index);
+      return {};
+    case Mode::cartesian_delta:
+    case Mode::cartesian_twist:
+      return apply_tool_motion(command, index);
+    case Mode::cartesian_pose:
+      return apply_pose(command, branch);
+    case Mode::body_twist:
+      apply_body_twist(command, index);
+      return {};
+    default:  // a gripper stays, a switch moves nothing
+      return {};
+  }
+}
+
+// No joint is faster than its limit: of a row that asks for more, the controller makes less. In
+// the first row it may still be as fast as it is measured, if that is the same way.
+void Prediction::note_speed(Branch& branch, std::size_t joint, double change) const {
+  const double limit = plan_.fastest[joint];
+  const double told = change / plan_.period_s;
+  double& speed = branch.speed[joint];
+  speed = std::clamp(told, -limit, limit);
+  if (steps_ != 1) return;
+  if (speed > 0.0) speed = std::max(speed, state_.velocities[joint]);
+  if (speed < 0.0) speed = std::min(speed, state_.velocities[joint]);
+}
+
+// Where the row before told the joint to be, if it did: what is measured may lag behind that.
+double Prediction::came_from(const Branch& branch, std::size_t joint) const {
+  return (targets_told_ & only(joint)) != 0 ? told_[joint] : branch.before[joint];
+}
+
+// A target is reached; how fast, says the row before it.
+void Prediction::apply_targets(const Command& command, Branch& branch) {
+  for (const std::uint8_t j : command.action.active) {
+    const double target = command.row[j];
+    note_speed(branch, j, target - came_from(branch, j));
+    branch.now[j] = target;
+  }
+}
+
+void Prediction::apply_velocities(const Command& command, std::size_t index) {
+  Branch& branch = branches_[index];
+  for (const std::size_t j : JointsIn(moved_by(plan_, command.action))) {
+    const double told = told_velocity(plan_.limits, command.row, j, branch.before);
+    const double change = gain(command, index) * told * plan_.period_s;
+    note_speed(branch, j, change);
+    branch.now[j] += change;
+  }
+}
+
+// The slides carry the yaw axis; the root link's origin, of which the twist tells, swings about it.
+// Turned by the yaw half way through the tick.
+void Prediction::apply_body_twist(const Command& command, std::size_t index) {
+  Branch& branch = branches_[index];
+  const BaseLimits& base = plan_.limits.base;
+  if (!base.present)  // nobody knows where it goes
+    for (const std::size_t j : plan_.limits.parts[command.action.part].joints)
+      branch.now[j] = unset;
+  if (!base.present) return;
+  const double share = gain(command, index) * plan_.period_s;
+  const double turn = share * command.row[5];
+  const double vx = share * command.row[0] - turn * base.yaw_axis[1];
+  const double vy = share * command.row[1] + turn * base.yaw_axis[0];
+  const double yaw = branch.now[base.joints[2]] + 0.5 * turn;
+  const std::array<double, 3> changes{std::cos(yaw) * vx - std::sin(yaw) * vy,
+                                      std::sin(yaw) * vx + std::cos(yaw) * vy, turn};
+  for (std::size_t i = 0; i < changes.size(); ++i) {
+    note_speed(branch, base.joints[i], changes[i]);
+    branch.now[base.joints[i]] += changes[i];
+  }
+}
+
+Evidence Prediction::check_finite() const {
+  for (const Branch& branch : branches())
+    for (const std::size_t j : JointsIn(commanded_))
+      for (const double value : {branch.now[j], branch.speed[j]}) {
+        if (std::isfinite(value)) continue;
+        const JointLimits& joint = plan_.limits.joints[j];
+        return of(broken_rule(code::unreachable, joint.name.view(), "a predicted position", value),
+                  plan_.limits.parts[joint.part].name);
+      }
+  return {};
+}
+
+}  // namespace fairlead

@@ -1,0 +1,180 @@
+// Where the rows take the joints, row by row from what is measured.
+//
+// Joint targets are reached within their tick. Of velocities, deltas and twists the declared gain
+// says which share happens: both ends of it are carried, in every combination of the parts that
+// have one. With other claims' rows, all of that again while those hold. What nothing
+// commands, grippers and passive joints stay where they are measured.
+#pragma once
+
+#include <algorithm>
+#include <span>
+
+#include "core/chunk/judge_rows.hpp"
+#include "core/kinematics/frames.hpp"
+#include "core/kinematics/square6.hpp"
+#include "core/modes/row_view.hpp"
+
+namespace fairlead {
+
+/// Parts that move links and have a gain, of a chunk and its companions, at most.
+inline constexpr std::size_t max_gains = 3;
+inline constexpr std::size_t max_branches = std::size_t{2} << max_gains;
+
+/// For each part one end of its gain: the configuration after a row, how fast the joints go there,
+/// and the configuration before the row; where the frames are in both.
+struct Branch {
+  Joints now;
+  Joints speed;
+  Joints before;
+  std::array<FramePoses, 2> poses;
+  std::size_t newest = 0;
+  /// By part, what its tool was told to move and has not yet [m, rad], along the root's axes; not a
+  /// number where nobody knows.
+  std::array<Motion6, max_parts> left;
+
+  Branch() = default;
+  Branch(const Branch& other) { *this = other; }
+  /// As it stands: what is left of the row before is placed anew once it is asked for, and most of
+  /// what takes time is where the frames are.
+  Branch& operator=(const Branch& other);
+
+  FramePoses& poses_now() { return poses[newest]; }
+  [[nodiscard]] const FramePoses& poses_now() const { return poses[newest]; }
+  [[nodiscard]] const FramePoses& poses_before() const { return poses[newest ^ 1U]; }
+
+  /// What was reached is what the next row starts from.
+  void begin_row() {
+    before = now;
+    newest ^= 1U;
+  }
+};
+
+/// Between which positions a joint can be, whatever share of each row has happened.
+struct Spread {
+  Joints lowest;
+  Joints highest;
+};
+
+class Prediction {
+ public:
+  Prediction(const PathPlan& plan, const ClaimLimits& claim, const MeasuredState& state,
+             const ActionChunk& chunk, std::size_t first_row, const RowBefore& before,
+             Companions companions);
+
+  /// Goes on by one row, of the chunk and of its companions. G030 where the chunk's leads nowhere.
+  Evidence advance();
+  /// True where the next row is certain to lead where the newest one did, and to be judged alike.
+  /// There has to be a next row.
+  [[nodiscard]] bool next_repeats() const;
+  /// Goes on by a row that does: nothing but its number changes.
+  void repeat();
+
+  [[nodiscard]] std::size_t row() const { return row_; }  // the one that was gone to last
+  [[nodiscard]] std::size_t branch_count() const { return branch_count_; }
+  [[nodiscard]] const Branch& branch(std::size_t index) const { return branches_[index]; }
+  /// Joints that the chunk's own rows command.
+  [[nodiscard]] JointSet commanded() const { return commanded_; }
+  /// Joints whose position or speed changes on the way.
+  [[nodiscard]] JointSet moving() const { return moving_; }
+  /// Those of them that go on for their stop lag before they brake: told a motion, not where to be,
+  /// or left to themselves while they move.
+  [[nodiscard]] JointSet lagging() const { return lagging_ | coasting_; }
+  /// Joints of tools that are told a motion of which not all may happen.
+  [[nodiscard]] JointSet guessed() const { return guessed_; }
+  /// Whether the base moves, or did when the state was measured.
+  [[nodiscard]] bool drives_base() const { return (moving_ & plan_.base_joints) != 0; }
+  /// The fastest of its joints in the newest row and when that began, in their velocity limits.
+  [[nodiscard]] double base_speed() const { return std::max(base_speed_, base_speed_before_); }
+  /// Where the joints are measured, before any row.
+  [[nodiscard]] const Branch& measured() const { return measured_; }
+  /// Branches that a row which acts already has taken on from there, before the first row.
+  [[nodiscard]] std::size_t start_count() const { return start_count_; }
+  /// Before the first row: whether any joint that the chunk commands, or that is told a motion,
+  /// moves in a branch.
+  [[nodiscard]] bool has_momentum(const Branch& branch) const;
+  /// Takes it to where it is a tick later if nothing changes its motion.
+  void go_on(Branch& branch) const;
+  [[nodiscard]] const Spread& spread() const { return spread_; }
+  /// Where the newest row begins: how far two shares of the rows before may have left a joint of a
+  /// part from each other at most [rad]. What slides counts as the turn that takes the arm as far;
+  /// where nothing turns, the tool's Jacobian is the same everywhere.
+  [[nodiscard]] double doubt(std::size_t part) const;
+
+ private:
+  struct Command {
+    const ActionPart& action;
+    const ModeLimits& modes;
+    Setpoint row;
+  };
+
+  void start_still(const PartMemories* memories);
+  void note_left(const PartMemories* memories);
+  void include(const ActionChunk& chunk, JointSet& joints);
+  void include_companions();
+  void include_holding();
+  void add_branches(std::size_t part);
+  [[nodiscard]] double gain(const Command& command, std::size_t branch) const;
+  void note_spread();
+  void note_base_speed();
+  void note_told(const ActionChunk& chunk, std::size_t row);
+  void note_pose(const ActionPart& action, std::size_t row);
+  /// The branches that there are.
+  [[nodiscard]] std::span<Branch> branches() { return std::span(branches_).first(branch_count_); }
+  [[nodiscard]] std::span<const Branch> branches() const {
+    return std::span(branches_).first(branch_count_);
+  }
+  Evidence apply_rows(const RowBefore& own, bool before);
+  Evidence apply_row(const ActionChunk& chunk, std::size_t row, bool own, bool poses,
+                     std::size_t branch_count);
+  Evidence apply(const Command& command, std::size_t branch);
+  void apply_targets(const Command& command, Branch& branch);
+  void apply_velocities(const Command& command, std::size_t index);
+  [[nodiscard]] bool stays(const Motion6& told) const;
+  Evidence apply_tool_motion(const Command& command, std::size_t index);
+  Evidence apply_pose(const Command& command, Branch& branch);
+  Evidence reach(const Command& command, Branch& branch, Joints& straight) const;
+  [[nodiscard]] Evidence check_speed(const Branch& branch, std::size_t part,
+                                     const Joints& straight) const;
+  [[nodiscard]] bool is_switched_up(const ActionChunk& chunk, std::size_t row) const;
+  [[nodiscard]] bool goals_add_up(const RowBefore& own, bool before) const;
+  void apply_body_twist(const Command& command, std::size_t index);
+  void note_speed(Branch& branch, std::size_t joint, double change) const;
+  [[nodiscard]] JointSet told_now() const;
+  void settle_untold();
+  [[nodiscard]] double came_from(const Branch& branch, std::size_t joint) const;
+  [[nodiscard]] Evidence check_finite() const;
+  [[nodiscard]] bool leads_nowhere() const;
+  [[nodiscard]] bool repeats_for(const Companion& companion) const;
+
+  const PathPlan& plan_;
+  const ClaimLimits& claim_;
+  const MeasuredState& state_;
+  const ActionChunk& chunk_;
+  Companions companions_;
+  std::size_t next_row_;
+  std::size_t row_ = 0;
+  std::size_t steps_ = 0;  // rows gone through since the first live one, the one gone to included
+  bool goals_add_up_ = false;  // in the newest row
+  bool carries_ = false;       // the newest row makes up for what was left of those before
+  bool has_settled_ = false;   // the newest row, not the first, led nowhere
+  std::size_t branch_count_ = 1;
+  std::size_t start_count_ = 0;
+  std::size_t holding_count_ = 0;  // the last of them: nothing moves but what the chunk commands
+  FixedVec<std::size_t, max_parts> gain_parts_;  // with a gain, that move links: a bit for each
+  std::array<std::uint8_t, max_parts> gain_bit_{};
+  JointSet commanded_ = 0;
+  JointSet moving_ = 0;
+  JointSet lagging_ = 0;
+  JointSet guessed_ = 0;
+  JointSet coasting_ = 0;      // measured to move, and nothing that the chunk commands
+  JointSet targets_told_ = 0;  // joints that the row before the first told a target or pose
+  std::array<double, max_joints> told_;
+  Spread spread_;
+  Spread spread_before_;  // of the row before
+  double base_speed_ = 0.0;
+  double base_speed_before_ = 0.0;
+  Branch measured_;
+  std::array<Branch, max_branches> branches_;
+};
+
+}  // namespace fairlead

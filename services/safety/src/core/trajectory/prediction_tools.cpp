@@ -1,0 +1,132 @@
+// What a motion or a pose of a tool makes of the joints, and how fast (G026, G030).
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "core/kinematics/inverse_kinematics.hpp"
+#include "core/trajectory/command_kind.hpp"
+#include "core/trajectory/extremes.hpp"
+#include "core/trajectory/prediction.hpp"
+
+namespace fairlead {
+namespace {
+
+constexpr std::string_view lost_goal =
+    "a known goal: with the composite switch up the tool goes on from the last one, and a state or "
+    "a row was lost; passes after a held tick";
+
+}  // namespace
+
+double Prediction::gain(const Command& command, std::size_t branch) const {
+  const Gain* gain = gain_block(command.modes, command.action.mode);
+  if (gain == nullptr) return unset;  // GCOVR_EXCL_BR_LINE: asked of modes that have one
+  return ((branch >> gain_bit_[command.action.part]) & 1U) == 0 ? gain->lower : gain->upper;
+}
+
+// Where the composite switch is up, a controller takes the motions of a tool from its last goal on,
+// not from where the tool is: what it has not made of one is left for the next.
+bool Prediction::is_switched_up(const ActionChunk& chunk, std::size_t row) const {
+  for (const ActionPart& action : chunk.parts)
+    if (action.mode == static_cast<std::uint8_t>(Mode::composite_mode) &&
+        !(row_of(action, row, plan_.limits)[0] < 0.0))
+      return true;
+  return false;
+}
+
+bool Prediction::goals_add_up(const RowBefore& own, bool before) const {
+  if (own.chunk != nullptr && is_switched_up(*own.chunk, own.row)) return true;
+  for (const Companion& companion : companions_) {
+    RowBefore row = companion.before;
+    if (!before) {
+      row = RowBefore{companion.chunk, companion.row + steps_ - 1};
+      if (row.row >= companion.end_row) continue;
+    }
+    if (row.chunk != nullptr && is_switched_up(*row.chunk, row.row)) return true;
+  }
+  return false;
+}
+
+// A tool that is told to stay, does; least squares and rounding would make 1e-17 rad of that. Not
+// so in the first row: there the least motion decides whether what is measured of a joint counts as
+// its speed, and what is computed with care is not to be passed over.
+bool Prediction::stays(const Motion6& told) const {
+  return steps_ != 1 && (told.array() == 0.0).all();
+}
+
+// From the configuration before the row, whatever other parts do in it.
+Evidence Prediction::apply_tool_motion(const Command& command, std::size_t index) {
+  Branch& branch = branches_[index];
+  const auto& joints = plan_.limits.parts[command.action.part].joints;
+  const Twist told = tick_motion(command.row, plan_.period_s);
+  const Eigen::Matrix3d axes =
+      link_pose(plan_, command.action.frame_id, branch.poses_before()).rotation;
+  Motion6 asked;
+  asked << axes * told.linear, axes * told.angular;
+  Motion6& left = branch.left[command.action.part];
+  if (goals_add_up_) {
+    if (left.hasNaN()) {
+      for (const std::size_t j : joints) branch.now[j] = unset;
+      return broken_rule(code::speed, "tool motion", lost_goal);
+    }
+    carries_ = carries_ || (left.array() != 0.0).any();
+    asked += left;
+  }
+  const double share = gain(command, index);
+  const Motion6 motion = share * asked;
+  left = asked - motion;
+  if (stays(motion)) {
+    for (const std::size_t j : joints) branch.speed[j] = 0.0;
+    return {};
+  }
+  Joints after = branch.before;
+  Joints straight;
+  const Evidence evidence = move_tool(plan_, plan_.tools[command.action.part], motion,
+                                      branch.poses_before(), branch.poses_now(), after, straight);
+  for (const std::size_t j : joints) {
+    const double change = after[j] - branch.before[j];
+    note_speed(branch, j, change);
+    branch.now[j] += change;
+  }
+  return evidence.ok() ? check_speed(branch, command.action.part, straight) : evidence;
+}
+
+// G026: what a motion of the tool asks of a joint is no more than it may do, and it does no more
+// than that already. `straight`: where one straight step of least squares leads. Where that and the
+// way found differ by much, the elbow may go either way, and as fast as either.
+Evidence Prediction::check_speed(const Branch& branch, std::size_t part,
+                                 const Joints& straight) const {
+  for (const std::size_t j : plan_.limits.parts[part].joints) {
+    const JointLimits& joint = plan_.limits.joints[j];
+    const double from = came_from(branch, j);
+    double speed = larger(std::abs(branch.now[j] - from), std::abs(straight[j] - from));
+    speed /= plan_.period_s;
+    if (steps_ == 1) speed = larger(speed, std::abs(state_.velocities[j]));
+    if (!(speed <= joint.velocity_limit))
+      return above(code::speed, joint.name.view(), speed, joint.velocity_limit,
+                   joint.source.view());
+  }
+  return {};
+}
+
+Evidence Prediction::apply_pose(const Command& command, Branch& branch) {
+  Joints straight;
+  const Evidence evidence = reach(command, branch, straight);
+  for (const std::size_t j : plan_.limits.parts[command.action.part].joints)
+    note_speed(branch, j, branch.now[j] - came_from(branch, j));
+  return evidence.ok() ? check_speed(branch, command.action.part, straight) : evidence;
+}
+
+// From where the other parts of the row carry its own.
+Evidence Prediction::reach(const Command& command, Branch& branch, Joints& straight) const {
+  branch.poses_now().place(plan_, branch.now);
+  const FramePose frame = link_pose(plan_, command.action.frame_id, branch.poses_now());
+  const Setpoint& row = command.row;
+  const Eigen::Quaterniond told(row[6], row[3], row[4], row[5]);
+  const FramePose target{frame.rotation * told.normalized().toRotationMatrix(),
+                         point_in_root(frame, {row[0], row[1], row[2]})};
+  return reach_pose(plan_, plan_.tools[command.action.part], target, branch.poses_now(), branch.now,
+                    straight);
+}
+
+}  // namespace fairlead

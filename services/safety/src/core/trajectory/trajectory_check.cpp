@@ -1,0 +1,190 @@
+#include "core/trajectory/trajectory_check.hpp"
+
+#include <utility>
+
+#include "core/geometry/breach.hpp"
+#include "core/geometry/queries.hpp"
+#include "core/kinematics/inverse_kinematics.hpp"
+#include "core/kinematics/joint_set.hpp"
+#include "core/trajectory/command_kind.hpp"
+#include "core/trajectory/row_ways.hpp"
+
+namespace fairlead {
+namespace {
+
+// How many times itself the limit grows by what nobody knows of where a row begins [1/rad].
+// Where equal shares left 0.095 and more, and 0.85 rad open, shares between them left 0.028: the
+// limit of 0.05 has to be above 0.095 there. Checkpoint vectors, which are to pass, leave 0.76 rad
+// open at 0.109.
+constexpr double singularity_per_doubt = 1.25;
+
+// G033: only what leads towards the singularity is at fault.
+Evidence check_singularity(const PathPlan& plan, const ActionPart& action, const FramePoses& poses,
+                           const FramePoses& before, double doubt) {
+  const PartLimits& part = plan.limits.parts[action.part];
+  const PlanTool& tool = plan.tools[action.part];
+  const ToolJacobian jacobian = tool_jacobian(plan, tool, poses);
+  const double limit = part.singularity_limit * (1.0 + singularity_per_doubt * doubt);
+  if (is_clearly_regular(jacobian, limit)) return {};
+  const double value = smallest_singular_value(jacobian);
+  const auto margin_before = [&] {
+    return smallest_singular_value(tool_jacobian(plan, tool, before)) - limit;
+  };
+  if (!is_breach(value - limit, margin_before)) return {};
+  return of(below(code::singularity, "singular value", value, limit, part.source.view()),
+            part.name);
+}
+
+}  // namespace
+
+PathWalk::PathWalk(const PathPlan& plan, const ClaimLimits& claim, const MeasuredState& state,
+                   const ActionChunk& chunk, std::size_t first_row, const RowBefore& before,
+                   Companions companions)
+    : plan_(plan),
+      chunk_(chunk),
+      prediction_(plan, claim, state, chunk, first_row, before, companions),
+      shape_check_(plan,
+                   prediction_.drives_base() ? prediction_.commanded() | plan.tree_joints
+                                             : prediction_.commanded(),
+                   prediction_.guessed()) {}
+
+// What would be seen of a row that repeats the one before has been seen, and passed. It counts as
+// many looks, or a chunk would get further than its looks go.
+Evidence PathWalk::check_next() {
+  if (prediction_.next_repeats() && looks_ + row_looks_ < max_looks) {
+    prediction_.repeat();
+    looks_ += row_looks_;
+    return {};
+  }
+  const std::size_t looks_before = looks_;
+  const Evidence evidence = check_new();
+  row_looks_ = looks_ - looks_before;
+  return evidence;
+}
+
+Evidence PathWalk::check_new() {
+  Evidence evidence;
+  expect_drift();
+  if (!has_begun_) evidence = check_momentum();
+  has_begun_ = true;
+  const Evidence unreachable = prediction_.advance();
+  expect_drift();
+  if (!unreachable.ok()) evidence = unreachable;
+  for (std::size_t i = 0; i < prediction_.branch_count() && evidence.ok(); ++i)
+    evidence = check_branch(i);
+  has_judged_ = true;
+  if (!evidence.ok()) evidence.row = static_cast<std::int64_t>(prediction_.row());
+  return evidence;
+}
+
+// What a base carries lags behind it, whoever is told what: the faster it drives, the more.
+void PathWalk::expect_drift() {
+  const double speed = prediction_.base_speed();
+  const BaseLimits& base = plan_.limits.base;
+  if (base.present) shape_check_.drift_by(speed * base.tool_drift, speed * base.clearance_drift);
+}
+
+// Whatever the rows say, what is measured may go on for a tick, and brake then; so may what the row
+// that acts already leads to.
+Evidence PathWalk::check_momentum() {
+  Evidence evidence = check_momentum_of(prediction_.measured());
+  for (std::size_t i = 0; i < prediction_.start_count() && evidence.ok(); ++i)
+    evidence = check_momentum_of(prediction_.branch(i));
+  return evidence;
+}
+
+Evidence PathWalk::check_momentum_of(const Branch& start) {
+  if (!prediction_.has_momentum(start)) return {};  // before the copy, which costs more than that
+  Branch branch = start;
+  prediction_.go_on(branch);
+  Clearance clearance;
+  const Braking braking(plan_, branch, prediction_.moving(), prediction_.lagging());
+  const Evidence evidence = check_body(branch, braking, Spread{branch.now, branch.now}, clearance);
+  return evidence.ok() ? check_zones(branch, braking) : evidence;
+}
+
+Evidence PathWalk::check_branch(std::size_t index) {
+  const Branch& branch = prediction_.branch(index);
+  const Braking braking(plan_, branch, prediction_.moving(), prediction_.lagging());
+  Evidence evidence = check_body(branch, braking, prediction_.spread(), clearances_[index]);
+  if (evidence.ok()) evidence = check_singularities(branch, braking);
+  if (evidence.ok()) evidence = check_zones(branch, braking);
+  return evidence;
+}
+
+// Bounds, volumes and pairs; and whether there is time left to look at them.
+Evidence PathWalk::check_body(const Branch& branch, const Braking& braking, const Spread& spread,
+                              Clearance& clearance) {
+  if (looks_ >= max_looks)
+    return above(code::unreachable, "looks", static_cast<double>(looks_),
+                 static_cast<double>(max_looks), "configurations that one judgement looks at");
+  Evidence evidence = check_braking(plan_, branch, braking.end(), spread, prediction_.commanded());
+  if (evidence.ok() && !shape_check_.has_nothing())
+    evidence = check_shapes(branch, braking, clearance);
+  return evidence;
+}
+
+// Where the row leads, on the way there, where braking from there ends, on the way to that.
+Evidence PathWalk::check_shapes(const Branch& branch, const Braking& braking,
+                                Clearance& clearance) {
+  const Ways row(plan_, branch.before, branch.now), stop(plan_, branch.now, braking.end());
+  const double free_before = shape_check_.free_of(clearance, row);
+  ++looks_;
+  Evidence evidence =
+      shape_check_.look(branch.poses_now(), branch.poses_before(), Ways(row, stop), clearance);
+  if (!evidence.ok()) return evidence;
+  const auto looking = [&](const Ways& ways, FramePoses& poses) {
+    return ShapeLook{plan_, shape_check_, branch.poses_before(), ways, poses, looks_};
+  };
+  evidence = check_row_way(branch, plan_.limits.measured_count(), row.longest(), free_before,
+                           shape_check_.free_of(clearance, row), looking(row, between_));
+  if (!evidence.ok()) return evidence;
+  return check_to_rest(branch, braking, stop.longest(), shape_check_.free_of(clearance, stop),
+                       looking(stop, rest_), looking(stop, between_));
+}
+
+// From the second row on: whether these joints are where they were when the row before passed; then
+// they need not brake either. What depends on nothing else is as it was, and that is no breach.
+bool PathWalk::stays(const Branch& branch, JointSet joints) const {
+  if (!has_judged_) return false;
+  for (const std::size_t j : JointsIn(joints))
+    if (!(branch.now[j] == branch.before[j])) return false;
+  return true;
+}
+
+Evidence PathWalk::check_singularities(const Branch& branch, const Braking& braking) {
+  for (const ActionPart& action : chunk_.parts) {
+    const PlanTool& tool = plan_.tools[action.part];
+    if (!moves_tool(action) || stays(branch, tool.shapers)) continue;
+    rest_.place_chain(plan_, tool, braking.end());
+    for (const FramePoses* poses : {&branch.poses_now(), &std::as_const(rest_)}) {
+      const Evidence evidence = check_singularity(plan_, action, *poses, branch.poses_before(),
+                                                  prediction_.doubt(action.part));
+      if (!evidence.ok()) return evidence;
+    }
+  }
+  return {};
+}
+
+Evidence PathWalk::check_zones(const Branch& branch, const Braking& braking) {
+  if ((prediction_.commanded() & plan_.base_joints) == 0) return {};
+  if (stays(branch, plan_.base_joints)) {
+    looks_ += 2;  // what it would take: where it is, and where it stays
+    return {};
+  }
+  const double row = base_way(plan_, branch.before, branch.now);
+  const double stop = base_way(plan_, branch.now, braking.end());
+  double margin = unset, rest_margin = unset;
+  const auto looking = [&](double way) { return ZoneLook{plan_, branch.before, way, looks_}; };
+  looks_ += 2;
+  Evidence evidence = check_base(plan_, branch.now, branch.before, margin);
+  if (evidence.ok()) evidence = check_base(plan_, braking.end(), branch.before, rest_margin);
+  if (!evidence.ok()) return evidence;
+  evidence = check_row_way(branch, plan_.limits.measured_count(), row, 0.0, free_share(margin, row),
+                           looking(row));
+  if (!evidence.ok()) return evidence;
+  return check_braking_way(branch, braking, stop, free_share(margin, stop),
+                           free_share(rest_margin, stop), looking(stop));
+}
+
+}  // namespace fairlead

@@ -1,0 +1,50 @@
+// One chunk's rows on their way: what is predicted so far, and whether it may be.
+#pragma once
+
+#include "core/chunk/evidence.hpp"
+#include "core/chunk/judge_rows.hpp"
+#include "core/geometry/shape_check.hpp"
+#include "core/trajectory/braking.hpp"
+#include "core/trajectory/prediction.hpp"
+
+namespace fairlead {
+
+/// Asked row by row, in order, from the first live one on.
+class PathWalk {
+ public:
+  PathWalk(const PathPlan& plan, const ClaimLimits& claim, const MeasuredState& state,
+           const ActionChunk& chunk, std::size_t first_row, const RowBefore& before,
+           Companions companions);
+
+  /// Goes on by one row and judges where that leads. Not past a fault.
+  Evidence check_next();
+  /// Configurations that were looked at so far.
+  [[nodiscard]] std::size_t looks() const { return looks_; }
+
+ private:
+  Evidence check_new();
+  Evidence check_momentum();
+  Evidence check_momentum_of(const Branch& start);
+  Evidence check_branch(std::size_t index);
+  Evidence check_body(const Branch& branch, const Braking& braking, const Spread& spread,
+                      Clearance& clearance);
+  Evidence check_shapes(const Branch& branch, const Braking& braking, Clearance& clearance);
+  Evidence check_singularities(const Branch& branch, const Braking& braking);
+  void expect_drift();
+  Evidence check_zones(const Branch& branch, const Braking& braking);
+  [[nodiscard]] bool stays(const Branch& branch, JointSet joints) const;
+
+  const PathPlan& plan_;
+  const ActionChunk& chunk_;
+  Prediction prediction_;
+  ShapeCheck shape_check_;
+  bool has_begun_ = false;
+  bool has_judged_ = false;  // a row
+  std::size_t looks_ = 0;
+  std::size_t row_looks_ = 0;                       // of the newest row
+  std::array<Clearance, max_branches> clearances_;  // of each branch where the next row starts
+  FramePoses rest_;                                 // where braking ends
+  FramePoses between_;
+};
+
+}  // namespace fairlead

@@ -1,0 +1,72 @@
+#include "process/intake.hpp"
+
+#include <algorithm>
+#include <string_view>
+#include <utility>
+
+#include "fairlead_safety/chunk_head.hpp"
+
+namespace fairlead {
+
+void Budget::refill(std::uint64_t now_ns) {
+  if (filled_ns_ != 0)
+    left_ = std::min(burst_, left_ + per_second_ * static_cast<double>(now_ns - filled_ns_) * 1e-9);
+  filled_ns_ = now_ns;
+}
+
+void Intake::expect(const std::string& source, std::uint64_t session, std::uint64_t epoch,
+                    std::uint64_t claim_id) {
+  const std::lock_guard lock(mutex_);
+  std::erase_if(claims_, [epoch](const auto& item) { return item.second.epoch != epoch; });
+  Claimed claimed;
+  claimed.session = session;
+  claimed.epoch = epoch;
+  claimed.claim_id = claim_id;
+  claims_[source] = std::move(claimed);
+}
+
+Intake::Claimed* Intake::claim_of(Bytes frame) {
+  ChunkHead head;
+  if (!read_chunk_head(frame, head)) return nullptr;
+  for (auto& [source, claim] : claims_)
+    if (claim.claim_id == head.claim_id && claim.epoch == head.epoch &&
+        claim.session == head.session)
+      return &claim;
+  return nullptr;
+}
+
+bool Intake::admits(Bytes frame, std::uint64_t now_ns) {
+  const std::lock_guard lock(mutex_);
+  now_ns_ = std::max(now_ns_, now_ns);  // threads come in any order
+  Claimed* claim = claim_of(frame);
+  if (claim == nullptr) {
+    const auto size = static_cast<double>(frame.size());
+    stranger_frames_.refill(now_ns_);
+    stranger_bytes_.refill(now_ns_);
+    if (!stranger_frames_.has(1.0) || !stranger_bytes_.has(size)) {
+      ++left_out_.strangers;
+      return false;
+    }
+    stranger_frames_.take(1.0);
+    stranger_bytes_.take(size);
+    return true;
+  }
+  const std::string_view text(reinterpret_cast<const char*>(frame.data()), frame.size());
+  const bool is_copy = claim->newest == text;
+  Budget& budget = is_copy ? claim->copies : claim->frames;
+  budget.refill(now_ns_);
+  if (!budget.has(1.0)) {
+    ++(is_copy ? left_out_.copies : left_out_.excess);
+    return false;
+  }
+  budget.take(1.0);
+  if (!is_copy) claim->newest = text;
+  return true;
+}
+
+Intake::LeftOut Intake::take_left_out() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(left_out_, LeftOut{});
+}
+
+}  // namespace fairlead

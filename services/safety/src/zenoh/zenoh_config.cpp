@@ -1,0 +1,64 @@
+#include "zenoh/zenoh_config.hpp"
+
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+
+namespace fairlead {
+namespace {
+
+// A link that was silent for so long is closed by Zenoh, and made anew. Never a watchdog: motion
+// ends far earlier, by leases and heartbeats.
+constexpr int kLinkSilenceMs = 2000;
+constexpr int kOpenPatienceMs = 2000;
+// Connections that say nothing are let wait for so long. Beyond its own 100 of them Zenoh turns
+// each away at once, at the cost of 4 ms in which nothing is received.
+constexpr int kAcceptPending = 10'000;
+
+int open_patience_ms(const Endpoints& endpoints) {
+  if (!endpoints.router.empty()) return kOpenPatienceMs;
+  return endpoints.connect.empty() ? 0 : -1;  // a peer opens at once and connects when it can
+}
+
+}  // namespace
+
+std::string session_config(const Endpoints& endpoints) {
+  using nlohmann::json;
+  const bool client = !endpoints.router.empty();
+  const json retry = {
+      {"period_init_ms", 50}, {"period_max_ms", 500}, {"period_increase_factor", 2}};
+  const json off = {{"enabled", false}};
+  // An express message takes a whole batch, so a step's burst must find room for each. Where
+  // there is none the message is dropped at once: whoever puts holds the gate's lock.
+  const json queue = {{"size", {{"real_time", 16}, {"data", 4}}},
+                      {"congestion_control", {{"drop", {{"wait_before_drop", 0}}}}}};
+  json transport = {
+      {"link", {{"tx", {{"queue", queue}}}}},
+      {"unicast", {{"accept_timeout", kLinkSilenceMs}, {"accept_pending", kAcceptPending}}}};
+  if (client) {
+    transport["link"]["tx"]["lease"] = kLinkSilenceMs;
+    transport["unicast"]["open_timeout"] = kLinkSilenceMs;
+  }
+  json config = {
+      {"mode", client ? "client" : "peer"},
+      {"transport", transport},
+      {"connect",
+       {{"endpoints", client ? std::vector<std::string>{endpoints.router} : endpoints.connect},
+        {"timeout_ms", open_patience_ms(endpoints)},
+        {"exit_on_failure", false},
+        {"retry", retry}}},
+      {"scouting", {{"multicast", off}, {"gossip", off}}},
+      {"timestamping", off},
+      {"adminspace", off}};
+  const json listen = client ? json::array() : json::array({endpoints.listen});
+  config["listen"] = {{"endpoints", listen}, {"exit_on_failure", true}};
+  return config.dump();
+}
+
+void prepare_runtime(const Endpoints& endpoints) {
+  const int keep = 0;  // whoever set it knows better
+  const char* threads =
+      endpoints.router.empty() ? "(acc: (worker_threads: 16))" : "(rx: (worker_threads: 8))";
+  ::setenv("ZENOH_RUNTIME", threads, keep);
+}
+
+}  // namespace fairlead
