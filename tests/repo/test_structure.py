@@ -37,7 +37,6 @@ MAX_LINES = 300
 MAX_BODY_LINES = 40
 # Longer files, and why each is better read as one.
 LONG_FILES = {
-    "services/safety/src/core/gate/gate_candidates.cpp": "a chunk's way, from its bytes to its verdict",
     "services/safety/test/core/test_codec.cpp": "every message once, field by field",
     "tests/skill/test_slots.py": "every rule of a slot",
     "tests/system/test_modes.py": "one story for every mode",

@@ -43,6 +43,7 @@ struct LiveClaim : ClaimLife {
   std::uint64_t admitted_window = 0;  // ticks
 
   ReleasePlan plan;
+  SafeChunk safe_chunk;  // the plan's current release as it goes out
 
   [[nodiscard]] bool live() const { return id != 0; }
   [[nodiscard]] bool covers(std::size_t part) const { return limits.parts.contains(part); }

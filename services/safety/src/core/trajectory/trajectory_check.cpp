@@ -1,5 +1,6 @@
 #include "core/trajectory/trajectory_check.hpp"
 
+#include <optional>
 #include <utility>
 
 #include "core/geometry/breach.hpp"
@@ -36,6 +37,19 @@ Evidence check_singularity(const PathPlan& plan, const ActionPart& action, const
 }
 
 }  // namespace
+
+struct PathRoom::Place {
+  std::optional<PathWalk> walk;
+};
+
+PathRoom::PathRoom() : place_(std::make_unique<Place>()) {}
+PathRoom::~PathRoom() = default;
+
+PathWalk& PathRoom::begin(const PathPlan& plan, const ClaimLimits& claim,
+                          const MeasuredState& state, const ActionChunk& chunk,
+                          std::size_t first_row, const RowBefore& before, Companions companions) {
+  return place_->walk.emplace(plan, claim, state, chunk, first_row, before, companions);
+}
 
 PathWalk::PathWalk(const PathPlan& plan, const ClaimLimits& claim, const MeasuredState& state,
                    const ActionChunk& chunk, std::size_t first_row, const RowBefore& before,

@@ -1,0 +1,53 @@
+// One chunk against all that can be wrong with it, G002 to G012 and then row by row.
+#pragma once
+
+#include <cstdint>
+
+#include "core/chunk/judge_rows.hpp"
+#include "core/release/acting_rows.hpp"
+#include "core/release/claim_table.hpp"
+
+namespace fairlead {
+
+/// What a chunk has to cite to be of this robot and of now.
+struct Identity {
+  const Limits& limits;
+  std::uint64_t session = 0;  // of the HAL that the gate follows, 0: none
+  bool is_armed = false;
+  std::uint64_t epoch = 0;
+};
+
+/// G002, G003, G004: this robot, this arm epoch, this claim. Nothing that was recorded passes.
+/// `claim`: the one that the chunk cites, nullptr if none lives; `source`: of the chunk's key.
+Evidence check_identity(const Identity& here, const LiveClaim* claim, const ActionChunk& chunk,
+                        const Name& source);
+
+/// G005: strictly increasing, and no leap that would use up the numbers.
+Evidence check_sequence(const Limits& limits, const LiveClaim& claim, const ActionChunk& chunk);
+
+/// G006 to G012 and the rows, of chunks of a live claim: from the newest state, and beside what the
+/// other claims have released.
+class ChunkJudge {
+ public:
+  /// All must outlive it.
+  ChunkJudge(const PathPlan& plan, const HalLink& hal, const ActingRows& rows)
+      : plan_(plan), hal_(hal), rows_(rows) {}
+
+  /// A new chunk.
+  Judgement judge(LiveClaim& claim, const ActionChunk& chunk);
+  /// Its rows from one on, by all checks of a row.
+  Judgement judge_from(const LiveClaim& claim, const ActionChunk& chunk, std::size_t first_row);
+  /// G024, G030 to G034: released rows that have not acted yet, once more from a newer state.
+  Judgement judge_again(const LiveClaim& claim, const ActionChunk& chunk, std::size_t first_row,
+                        std::size_t end_row);
+
+ private:
+  [[nodiscard]] bool is_waited_for(const LiveClaim& claim) const;
+
+  const PathPlan& plan_;
+  const HalLink& hal_;
+  const ActingRows& rows_;
+  PathRoom room_;
+};
+
+}  // namespace fairlead

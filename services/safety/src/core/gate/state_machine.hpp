@@ -1,0 +1,104 @@
+// boot -> disarmed -> armed, and from any of them to stopped or latched; and what a change of state
+// does to claims, stops and leases.
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+
+#include "core/chunk/evidence.hpp"
+#include "core/gate/outbox.hpp"
+#include "core/gate/sent_leases.hpp"
+#include "core/gate/stop_book.hpp"
+#include "core/monitor/stop_monitor.hpp"
+#include "core/release/part_history.hpp"
+#include "fairlead_safety/gate.hpp"
+
+namespace fairlead {
+
+/// A finding as a stop tells it.
+Text words_of(const Evidence& evidence);
+
+class StateMachine {
+ public:
+  /// All must outlive it. Draws the first epoch.
+  StateMachine(const Limits& limits, IdSource& ids, const HalLink& hal, ClaimTable& claims,
+               PartHistory& history, StopMonitor& stopping, Outbox& outbox);
+
+  [[nodiscard]] GateState state() const { return state_; }
+  [[nodiscard]] bool is(GateState state) const { return state_ == state; }
+  [[nodiscard]] bool is_armed() const { return state_ == GateState::armed; }
+  [[nodiscard]] const Text& cause() const { return cause_; }
+  /// The command that leads on from here, "" if none does.
+  [[nodiscard]] Text fix() const;
+  [[nodiscard]] std::uint64_t epoch() const { return epoch_; }
+  [[nodiscard]] std::uint64_t latch_id() const { return latch_id_; }
+  [[nodiscard]] const StopBook::Ids& stops() const { return stops_.held(); }
+  /// Good joint states in a row since the latch or the last bad one.
+  [[nodiscard]] std::uint64_t good_states() const { return good_states_; }
+  /// The next lease to send. Any that this does not hold is another gate's.
+  SentLeases& leases() { return leases_; }
+  [[nodiscard]] std::uint64_t new_id();
+
+  void boot(const BootInfo& info);
+  /// Leaves disarmed, under a new epoch.
+  void arm(const Text& cause);
+  void disarm(const Text& cause);
+  /// In disarmed: why it goes on.
+  void say_cause(const Text& cause) { cause_ = cause; }
+  /// A stop that the gate itself decided on, while armed. Too many within the window are no
+  /// coincidence: latch.
+  void raise_stop(const Evidence& evidence);
+  /// A stop of anybody's, by its id.
+  void hold_stop(std::uint64_t id, const Text& cause);
+  void latch(const Text& cause);
+
+  /// The latch is gone; `leave_stops` comes next.
+  void clear_latch();
+  /// False if no such stop is held.
+  bool reset_stop(std::uint64_t id) { return stops_.reset(id, outbox_.now_ns); }
+  /// A stop or latch was reset: to disarmed, if it was the last.
+  void leave_stops(std::uint64_t reset_id, std::string_view by);
+
+  void end_claim(LiveClaim& claim, std::string_view reason);
+
+  void note_good_state() { ++good_states_; }
+  void note_bad_state() { good_states_ = 0; }
+  /// The HAL was started anew: its ticks count from 1 again.
+  void begin_session();
+
+  /// Everything that depends on the gate's own clock. Time is judged before the event is looked at,
+  /// so that a process that slept does not act on what it slept through.
+  void check_deadlines();
+  /// G043.
+  void check_ramps();
+
+ private:
+  void set_state(GateState state, const Text& cause);
+  void become_disarmed(const Text& cause);
+  void begin_epoch();
+  void begin_ramps();
+  void ignore_copy(std::uint64_t id);
+  void latch_unstopped(const Evidence& evidence);
+  void end_claims(std::string_view reason);
+
+  const Limits& limits_;
+  IdSource& ids_;
+  const HalLink& hal_;
+  ClaimTable& claims_;
+  PartHistory& history_;
+  StopMonitor& stopping_;
+  Outbox& outbox_;
+
+  GateState state_ = GateState::boot;
+  Text cause_ = "starting";
+  std::uint64_t epoch_ = 0;
+  SentLeases leases_;
+  StopBook stops_;
+  std::uint64_t latch_id_ = 0;
+  std::uint64_t good_states_ = 0;
+  std::uint64_t claimless_since_ns_ = 0;
+  std::uint64_t armed_ns_ = 0;
+  std::uint64_t ignored_ns_ = 0;  // when the last ignored stop was logged
+};
+
+}  // namespace fairlead

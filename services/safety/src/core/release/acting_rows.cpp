@@ -1,0 +1,60 @@
+#include "core/release/acting_rows.hpp"
+
+namespace fairlead {
+
+Acted ActingRows::acted_of(const LiveClaim& claim) const {
+  constexpr Acted unknown{.hold = 0};
+  const FixedVec<Acted, max_parts>& acted = hal_.state().acted;
+  Acted act = acted[claim.limits.parts[0]];
+  for (const std::size_t part : claim.limits.parts) {
+    if (acted[part].hold != 0) continue;
+    if (act.hold == 0 && !same_act(act, acted[part])) return unknown;
+    act = acted[part];
+  }
+  const RowBefore row = claim.plan.row_of(act);
+  if (row.chunk == nullptr) return act;
+  for (const ActionPart& part : row.chunk->parts)
+    if (acted[part.part].hold != 0) return unknown;
+  return act;
+}
+
+RowBefore ActingRows::row_before(const LiveClaim& claim) const {
+  RowBefore before = claim.plan.row_of(act_before(claim));
+  before.measured = hal_.lockstep();
+  before.memories = &history_.memories();
+  return before;
+}
+
+FixedVec<Companion, max_claims> ActingRows::companions_of(const LiveClaim& claim) const {
+  FixedVec<Companion, max_claims> companions;
+  for (const LiveClaim& other : claims_.places()) {
+    if (!other.live() || other.id == claim.id) continue;
+    Companion companion{row_before(other)};
+    const Released* release = other.plan.current();
+    // Rows are released from the first open tick on, never later.
+    if (release != nullptr &&
+        first_open_tick() >= release->first_tick) {  // GCOVR_EXCL_BR_LINE: see above
+      companion.chunk = &other.plan.chunk_of(*release);
+      companion.row = release->first_row + (first_open_tick() - release->first_tick);
+      companion.end_row = release->first_row + release->row_count;
+    }
+    (void)companions.push_back(companion);
+  }
+  return companions;
+}
+
+Evidence ActingRows::check_running_rows() const {
+  for (const LiveClaim& claim : claims_.places()) {
+    if (!claim.live()) continue;
+    Acted next = claim.plan.expected();
+    if (!hal_.lockstep()) ++next.row;  // the row of this tick acts already
+    const RowBefore row = claim.plan.row_of(next);
+    if (row.chunk == nullptr) continue;
+    const Evidence evidence =
+        check_running(limits_, claim.limits, hal_.state(), *row.chunk, row.row);
+    if (!evidence.ok()) return evidence;
+  }
+  return {};
+}
+
+}  // namespace fairlead

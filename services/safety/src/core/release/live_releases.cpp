@@ -1,0 +1,87 @@
+#include "core/release/live_releases.hpp"
+
+#include <algorithm>
+
+namespace fairlead {
+
+void LiveReleases::begin_tick() {
+  for (LiveClaim& claim : claims_.places())
+    if (claim.live()) begin_tick_of(claim);
+}
+
+void LiveReleases::begin_tick_of(LiveClaim& claim) {
+  const Acted acted = rows_.acted_of(claim);
+  ReleasePlan& plan = claim.plan;
+  claim.hal_follows = claim.hal_follows || plan.row_of(acted).chunk != nullptr;
+  plan.begin_tick(hal_.tick(), acted);
+  const Released* release = plan.current();
+  // A hold, and a row of the newest release, end whatever the HAL had before.
+  if (acted.hold != 0 || (release != nullptr && acted.verdict_id == release->verdict_id))
+    claim.until_tick = UINT64_MAX;
+  if (release == nullptr) {
+    // Rows run on that a later release, which the HAL never took, had replaced.
+    if (plan.expected().hold == 0) door_.revoke_from(claim, rows_.first_open_tick());
+  }
+}
+
+void LiveReleases::judge() {
+  static_assert(max_claims <= 32);
+  constexpr int rounds_that_cut = 2;
+  std::uint32_t due = (1U << max_claims) - 1U;
+  for (int round = 0; due != 0; ++round) {
+    std::uint32_t bit = 1;
+    for (LiveClaim& claim : claims_.places()) {
+      const bool asked = (due & bit) != 0 && claim.plan.current() != nullptr;
+      due &= ~bit;
+      if (asked && is_cut(claim, round >= rounds_that_cut)) due |= ((1U << max_claims) - 1U) & ~bit;
+      bit <<= 1U;
+    }
+  }
+}
+
+// Whether the claim has fewer rows left than it had.
+bool LiveReleases::is_cut(LiveClaim& claim, bool drops) {
+  const std::uint64_t end_tick = claim.plan.current()->end_tick();
+  // The HAL did something else than expected: all of what is left goes out again.
+  if (!claim.plan.on_track())
+    judge_untaken(claim);
+  else
+    judge_rest(claim, drops);
+  const Released* left = claim.plan.current();
+  return left == nullptr || left->end_tick() < end_tick;
+}
+
+// G024, G030 to G034: what is left may not lead where it may not, as the newest state tells. The
+// row that acts already (realtime) is past recall; those after it are not.
+void LiveReleases::judge_rest(LiveClaim& claim, bool drops) {
+  const Released& release = *claim.plan.current();
+  const ActionChunk& chunk = claim.plan.chunk_of(release);
+  const auto first_row = static_cast<std::size_t>(rows_.first_open_tick() - chunk.start_tick);
+  const std::size_t end_row = release.first_row + release.row_count;
+  if (first_row == end_row) return;
+  Judgement judgement = judge_.judge_again(claim, chunk, first_row, end_row);
+  if (judgement.evidence.ok()) return;
+  if (drops) {
+    judgement.outcome = Outcome::refused;
+    judgement.row_count = 0;
+  }
+  door_.answer_rest(claim, judgement);
+}
+
+// After the HAL did something else: what is left, from the newest state, under a new verdict.
+void LiveReleases::judge_untaken(LiveClaim& claim) {
+  const Released old = *claim.plan.current();
+  const ActionChunk& chunk = claim.plan.chunk_of(old);
+  const auto first_row = static_cast<std::size_t>(rows_.first_open_tick() - chunk.start_tick);
+  const std::size_t end_row = old.first_row + old.row_count;
+  if (first_row >= end_row) {
+    door_.revoke_from(claim, rows_.first_open_tick());
+    return claim.plan.drop_current();
+  }
+  Judgement judgement = judge_.judge_from(claim, chunk, first_row);
+  // Rows that were cut off once stay cut off.
+  judgement.row_count = std::min(judgement.row_count, end_row - first_row);
+  door_.answer_rest(claim, judgement);
+}
+
+}  // namespace fairlead

@@ -1,0 +1,139 @@
+#include "core/release/part_history.hpp"
+
+#include "core/modes/commanded_motion.hpp"
+#include "core/modes/standstill.hpp"
+
+namespace fairlead {
+namespace {
+
+const ActionPart* command_of(const ActionChunk& chunk, std::size_t part) {
+  for (const ActionPart& action : chunk.parts)
+    if (action.part == part) return &action;
+  return nullptr;
+}
+
+// A mode without a checker never acts.
+std::uint16_t modes_of(const PartLimits& part) {
+  std::uint16_t modes = 0;
+  for (std::uint8_t mode = 0; mode != mode_count; ++mode)
+    if (part.modes.supports(mode)) modes |= PartMemory::mode_bit(mode);
+  return modes;
+}
+
+void note_acted(PartMemory& memory, const Setpoint& row) {
+  memory.note(*row.action);
+  memory.released.act(*row.action);
+  memory.acted_modes = PartMemory::mode_bit(row.action->mode);
+  if (row.action->mode == static_cast<std::uint8_t>(Mode::composite_mode))
+    memory.composite = switch_of(row[0]);
+}
+
+}  // namespace
+
+void PartHistory::begin(const MeasuredState& state) {
+  for (std::size_t i = 0; i < limits_.parts.size(); ++i) {
+    const ReleasedRows released = memories_[i].released;  // the HAL may not know yet
+    memories_[i] = PartMemory{};
+    memories_[i].released = released;
+    if (part_at_standstill(limits_, state, limits_.parts[i]))
+      memories_[i].goal = tool_of(i, state);
+    else
+      memories_[i].kind = PartMemory::Kind::unknown;
+  }
+}
+
+void PartHistory::begin_session() {
+  for (PartMemory& memory : memories_) memory.released = ReleasedRows{};
+}
+
+// What a part was told in the tick before the newest state; of no action if nobody remembers.
+Setpoint PartHistory::acted_row(std::size_t part, const MeasuredState& now,
+                                const ClaimTable& claims) const {
+  const LiveClaim* claim = claims.holder_of(part);
+  const RowBefore row = claim != nullptr ? claim->plan.row_of(now.acted[part]) : RowBefore{};
+  const ActionPart* action = row.chunk != nullptr ? command_of(*row.chunk, part) : nullptr;
+  return action != nullptr ? row_of(*action, row.row, limits_) : Setpoint{};
+}
+
+void PartHistory::update(const MeasuredState& before, const MeasuredState& now,
+                         const ClaimTable& claims) {
+  const Switch composite = switched(now, claims);
+  for (std::size_t i = 0; i < limits_.parts.size(); ++i) {
+    PartMemory& memory = memories_[i];
+    if (may_have_acted(i, now.tick)) memory.note_unseen();
+    const bool holds = now.acted[i].hold != 0;
+    const Setpoint row = holds ? Setpoint{} : acted_row(i, now, claims);
+    if (!holds && row.action != nullptr)
+      note_acted(memory, row);
+    else if (!holds)
+      memory.note_forgotten(modes_of(limits_.parts[i]));
+    else if (part_at_standstill(limits_, now, limits_.parts[i]))
+      memory.rest();
+    note_goal(i, row, composite, before, now);
+  }
+  forget_held(now);
+}
+
+// Which way a controller was switched in that tick: down where nothing told it.
+Switch PartHistory::switched(const MeasuredState& now, const ClaimTable& claims) const {
+  Switch found = Switch::negative;
+  for (std::size_t i = 0; i < limits_.parts.size(); ++i) {
+    const bool is_switch =
+        limits_.parts[i].modes.supports(static_cast<std::uint8_t>(Mode::composite_mode));
+    if (!is_switch || now.acted[i].hold != 0) continue;
+    const Setpoint row = acted_row(i, now, claims);
+    found = row.action != nullptr ? switch_of(row[0]) : Switch::unknown;
+  }
+  return found;
+}
+
+Pose PartHistory::tool_of(std::size_t part, const MeasuredState& state) const {
+  return link_pose(limits_.kinematics, state, 0, limits_.parts[part].tool);
+}
+
+// A controller brings a tool on from where it was when the tick began; where the composite switch
+// is up, from its last goal: what it has not made of that is left for the next tick. A hold is a
+// motion of nothing with the switch down.
+void PartHistory::note_goal(std::size_t part, const Setpoint& row, Switch switched,
+                            const MeasuredState& before, const MeasuredState& now) {
+  std::optional<Pose>& goal = memories_[part].goal;
+  if (now.acted[part].hold != 0) {
+    const bool stands = memories_[part].kind == PartMemory::Kind::none;
+    if (before.tick + 1 == now.tick)
+      goal = tool_of(part, before);
+    else if (stands)
+      goal = tool_of(part, now);
+    else
+      goal.reset();
+    return;
+  }
+  const bool is_known = row.action != nullptr && is_tool_motion(row.action->mode) &&
+                        switched != Switch::unknown && before.tick + 1 == now.tick;
+  if (!is_known) return goal.reset();
+  if (switched == Switch::negative) goal = tool_of(part, before);
+  if (!goal) return;
+  const Kinematics& tree = limits_.kinematics;
+  const double period_s = static_cast<double>(limits_.period_ns) * 1e-9;
+  goal = moved(*goal, link_pose(tree, before, 0, tree.find(row.action->frame_id)).rotation,
+               tick_motion(row, period_s));
+}
+
+void PartHistory::forget_held(const MeasuredState& now) {
+  for (std::size_t i = 0; i < limits_.parts.size(); ++i)
+    if (now.acted[i].hold != 0) memories_[i].released.hold(now.tick - 1);
+}
+
+void PartHistory::note_released(const LiveClaim& claim) {
+  const Released& release = *claim.plan.current();
+  for (const ActionPart& action : claim.plan.chunk_of(release).parts)
+    memories_[action.part].released.add(action, release.first_tick, release.end_tick());
+}
+
+void PartHistory::keep(const LiveClaim& claim) {
+  const Released* release = claim.plan.current();
+  if (release == nullptr) return;
+  for (const ActionPart& action : claim.plan.chunk_of(*release).parts)
+    memories_[action.part].add(action);
+}
+
+}  // namespace fairlead
