@@ -163,3 +163,17 @@ def test_a_robot_whose_hal_somebody_else_starts_is_up_without_skills(
     assert refused.returncode == 1
     assert "has no skill_runner, so it runs no skills" in refused.stderr
     assert command("down", state=tmp_path / "state").returncode == 0
+
+
+@pytest.mark.processes
+def test_a_hal_of_real_robots_waits_for_nobody_and_warns_of_a_simulators_limits(
+    tmp_path: Path,
+) -> None:
+    file = deployment(tmp_path, {"run": "hal_so101", "options": {"port": "/dev/none"}})
+    refused = command("service", str(file), "hal", state=tmp_path)
+    assert "service hal: hal_so101: pacing: expected realtime, got lockstep" in refused.stdout
+    file.write_text(file.read_text().replace("lockstep", "realtime"))
+    warned = command("service", str(file), "hal", state=tmp_path)
+    said = "profile sim has the limits of a simulator, and hal_so101 may move a real robot"
+    assert said in warned.stdout
+    assert warned.returncode == 1

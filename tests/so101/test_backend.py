@@ -74,6 +74,25 @@ def test_it_takes_hold_where_the_arm_is_and_moves_as_told(sound: EmulatedArm, fi
         hal.apply(told(0.0))
 
 
+def test_beyond_a_limit_at_rest_it_is_said_once_before_any_row_is_refused(
+    sound: EmulatedArm, file: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    with backend(sound.port, file, limits={"ticks": 3}) as hal:
+        sound.order("temperature 3 66")
+
+        def is_said() -> bool:
+            hal.read()
+            hal.apply({})
+            return bool(caplog.messages)
+
+        wait_for(is_said, "it to be said")
+        for _ in range(10):
+            is_said()
+        sound.order("temperature 3 30")
+    said = "servo 3 (elbow_flex): 66 C, limit 60 C: the next row is refused"
+    assert caplog.messages == [said]
+
+
 def test_beyond_a_limit_rows_are_refused_and_the_arm_holds(sound: EmulatedArm, file: Path) -> None:
     with backend(sound.port, file, limits={"ticks": 3}) as hal:
         ticks(hal, 5)

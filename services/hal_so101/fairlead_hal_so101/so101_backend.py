@@ -105,7 +105,10 @@ class So101Backend:
             if limp:
                 text = "brown-out or reset? support the arm, look at the supply, start again"
                 raise HardwareError(f"hal_so101: servo {self._bus.named(limp)}: no torque: {text}")
+            was_well = not self._health.complaint
             self._health.look(self._readings)
+            if was_well and self._health.complaint:  # nobody may send a row that is refused
+                _LOG.warning("%s: the next row is refused", self._health.complaint)
         pairs = list(zip(self._servos, self._readings, strict=True))
         return Measurement(
             positions=self._positions(),
