@@ -138,7 +138,7 @@ def test_a_drafted_robot_is_measured_by_the_file_that_is_here_and_without_physic
 ) -> None:
     monkeypatch.setenv("FAIRLEAD_ROBOTS", str(tmp_path / "robots"))
     monkeypatch.chdir(tmp_path)
-    drafted = fairlead("robot", "new", "mine", "--mjcf", EXAMPLE, state=tmp_path)
+    drafted = fairlead("robot", "new", "mine", "--mjcf", str(EXAMPLE), state=tmp_path)
     assert drafted.returncode == 0, drafted.stderr
     with_physics = measured("mine", tmp_path)
     declared = load_robot("mine").profile("sim").measured["lift"].tolerance
