@@ -105,7 +105,7 @@ TICK_MS = ROBOT.tick_period_ns / 1e6
 ASKED_MS = 2 * (1e3 * OPTIONS.answer_timeout_s + 3)
 """Both attempts to read servos of which one is silent."""
 CABLE_MS = 300.0  # lost_ticks and one more, each of both attempts; each servo is then asked twice
-ADAPTER_MS = 3 * TICK_MS  # the tick that reads next has the fault
+ADAPTER_MS = 100.0  # a tick, both attempts to read, and what the emulator takes to end
 NOISY_MS = 3 * TICK_MS  # both attempts are lost in a tick, then a tick without a loss
 OVERLOAD_MS = (LIMITS.ticks + 3) * TICK_MS
 GAP = "longest gap before a tick that moved"

@@ -15,6 +15,7 @@ import pytest
 import pytest_asyncio
 
 from bench.equipment.light_hal import LIGHT_HAL
+from bench.equipment.live_robot import LiveRobot
 from fairlead import Robot, connect
 from fairlead.deploy.registry import Registry
 from fairlead.errors import ClaimLostError, NoAnswerError, RefusedError
@@ -27,8 +28,9 @@ from fairlead_tools.supervisor.scratch import (
     make_scratch,
     scratch_robot,
 )
+from tests.late_machine import LATE
 
-pytestmark = [pytest.mark.processes, pytest.mark.timeout(120), pytest.mark.asyncio]
+pytestmark = [pytest.mark.processes, pytest.mark.timeout(120), pytest.mark.asyncio, LATE]
 
 SOURCE = repo_root() / "compose" / "panda_mobile_navigation.yaml"
 FAR = "0 1.2 0"
@@ -36,25 +38,25 @@ STILL = [[0.0] * 6] * 8
 
 
 @pytest.fixture(scope="module")
-def running(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ScratchRobot]:
+def live(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LiveRobot]:
     folder = tmp_path_factory.mktemp("client")
     options = ScratchOptions(pacing="realtime", hal=LIGHT_HAL)
     scratch = make_scratch(SOURCE, folder / "state", options)
     with scratch_robot(scratch, Registry(folder / "registry")) as robot:
-        yield robot
+        yield LiveRobot(robot)
+
+
+@pytest.fixture
+def running(live: LiveRobot) -> ScratchRobot:
+    """Armed at the start of a new episode, whatever the test before left."""
+    live.ready_to_move()
+    return live.robot
 
 
 @pytest_asyncio.fixture
 async def robot(running: ScratchRobot) -> AsyncIterator[Robot]:
-    """Armed at the start of a new episode; disarmed, whatever the test left."""
     async with connect(running.scratch.file, by="test") as robot:
-        await robot.disarm()
-        await robot.reset_episode(0)
-        await robot.arm()
         yield robot
-        gate = await robot.gate_status()
-        for stop_id in gate.stop_ids:
-            await robot.reset(stop_id)
 
 
 async def sources(robot: Robot) -> list[str]:
@@ -128,6 +130,17 @@ async def test_a_stop_ends_goal_and_claims_and_is_reset_by_its_id(robot: Robot) 
         with suppress(RefusedError):  # not still yet
             await robot.reset(stop_id)
         await anext(measured)
+
+
+async def test_a_claim_that_a_stop_ends_is_lost_with_the_stops_reason_and_what_to_try(
+    robot: Robot,
+) -> None:
+    async with robot.claim(["base"], source="planner") as claim:
+        stop_id = await robot.stop("hand in the cell")
+        said = f"the gate is stopped .*hand in the cell.*; try: fairlead reset {stop_id:016x}"
+        with pytest.raises(ClaimLostError, match=f"claim of planner lost: {said}"):
+            while True:
+                await claim.next_tick()
 
 
 async def test_subscriptions_are_typed_and_hear_the_robot(robot: Robot) -> None:

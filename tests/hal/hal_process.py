@@ -34,7 +34,7 @@ class HalProcess:
         self.state_dir.mkdir(exist_ok=True)
         self.spec: dict[str, Any] = {
             "robot": "panda_mobile",
-            "id": "tested",
+            "id": f"tested{os.getpid()}",
             "pacing": pacing,
             "services": {
                 "hal": {

@@ -111,7 +111,7 @@ def test_realtime_ticks_come_in_order_at_the_control_rate(realtime: HalProcess) 
 
 
 def test_each_tick_sends_its_transforms_before_its_joints(realtime: HalProcess) -> None:
-    samples = realtime.collect("fl/tested/**", 60)
+    samples = realtime.collect(f"{realtime.keys.namespace}/{realtime.keys.robot}/**", 60)
     newest_transform = 0
     for sample in samples:
         if sample.key == realtime.keys.tf("hal"):

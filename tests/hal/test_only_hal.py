@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import signal
 import subprocess
 import sys
 import threading
@@ -20,9 +22,9 @@ from fairlead.wire.memory_bus import MemoryBus
 from fairlead.wire.session import Endpoints, ZenohBus
 from fairlead_tools.supervisor.this_host import free_ports
 
-KEYS = Keys("tested")
+KEYS = Keys(f"tested{os.getpid()}")
 REFUSED = (
-    "hal: robot tested already has a HAL (session {:016x}, which may still start or be paused); "
+    f"hal: robot {KEYS.robot} already has a HAL ({{}}, which may still start or be paused); "
     "see: fairlead ps, then: fairlead down"
 )
 BUSY_HAL = """
@@ -48,7 +50,7 @@ class BusyHal:
             name: {"run": "hal_kinematic", "listen": f"tcp/127.0.0.1:{port}"}
             for name, port in ports.items()
         }
-        spec = {"robot": "panda", "id": "tested", "pacing": "realtime", "services": services}
+        spec = {"robot": "panda", "id": KEYS.robot, "pacing": "realtime", "services": services}
         (folder / "robot.yaml").write_text(yaml.safe_dump(spec, sort_keys=False))
         words = [sys.executable, str(folder / "busy.py"), "--deployment"]
         words += [str(folder / "robot.yaml"), "--service", "hal", "--state-dir", str(folder)]
@@ -85,7 +87,30 @@ def test_of_two_hals_that_start_together_and_answer_nothing_one_goes_on(
     wait_for(lambda: all(hal.has_decided for hal in two_busy_hals), "both have decided", 60.0)
     said = [hal.said for hal in two_busy_hals]
     assert sum("equips" in text for text in said) == 1, said
-    assert sum("robot tested already has a HAL (session " in text for text in said) == 1, said
+    assert sum(f"robot {KEYS.robot} already has a HAL (" in text for text in said) == 1, said
+
+
+@pytest.mark.processes
+def test_a_paused_hal_that_no_link_can_reach_is_named_to_a_second_on_its_host(
+    tmp_path: Path,
+) -> None:
+    ports = free_ports(2)
+    first = BusyHal(tmp_path / "first", {"hal": ports[0]})
+    hals = [first]
+    try:
+        wait_for(lambda: first.has_decided, "the first goes on", 60.0)
+        first.process.send_signal(signal.SIGSTOP)
+        hals.append(BusyHal(tmp_path / "second", {"hal": ports[1]}))
+        wait_for(lambda: hals[1].has_decided, "the second has decided", 60.0)
+        assert REFUSED.format(f"process {first.process.pid}") in hals[1].said
+        first.process.kill()
+        hals.append(BusyHal(tmp_path / "third", {"hal": ports[1]}))
+        wait_for(lambda: hals[2].has_decided, "the third has decided", 60.0)
+        assert "equips" in hals[2].said
+    finally:
+        for hal in hals:
+            hal.process.kill()
+            hal.process.wait()
 
 
 @pytest.mark.processes
@@ -99,7 +124,7 @@ def test_of_hals_that_look_at_the_same_moment_one_goes_on() -> None:
         try:
             refuse_second_hal("hal", bus, KEYS, session)
         except ConfigError as error:
-            assert str(error) == REFUSED.format(3 - session)
+            assert str(error) == REFUSED.format(f"session {3 - session:016x}")
         else:
             went_on.append(session)
 
@@ -122,7 +147,7 @@ def test_a_hal_that_stays_is_named_whoever_comes_first(
     bus.declare_token(KEYS.hal_session(other))
     with pytest.raises(ConfigError) as caught:
         refuse_second_hal("hal", bus, KEYS, 5)
-    assert str(caught.value) == REFUSED.format(other)
+    assert str(caught.value) == REFUSED.format(f"session {other:016x}")
     seen: list[str] = []
     bus.watch_tokens(KEYS.every_hal_session, lambda key, _: seen.append(key))
     assert seen == [KEYS.hal_session(other)]

@@ -19,6 +19,7 @@ from fairlead_tools.measure.tracking import hull_distances
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch, scratch_robot
 from tests.cli.command import fairlead_here as fairlead
 from tests.draft.drafting import EXAMPLE
+from tests.late_machine import LATE
 
 SHORT = ("--random", "80", "--stops", "1")
 
@@ -89,7 +90,7 @@ def test_what_the_numbers_cannot_tell_is_said(
     assert any(one.startswith(finding) for one in found["findings"]), found["findings"]
 
 
-@pytest.mark.flaky(reruns=2, only_rerun=["claim of measure lost"])  # a machine too busy for 50 Hz
+@LATE
 @pytest.mark.processes
 def test_a_robot_that_runs_is_measured_slowly_through_its_gate(tmp_path: Path) -> None:
     source = repo_root() / "compose" / "so101_mujoco.yaml"

@@ -32,6 +32,7 @@ from fairlead.paths import SKILLS_VARIABLE, repo_root
 from fairlead.robot.manifest import load_robot
 from fairlead.wire.bus import Sample
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch, scratch_robot
+from tests.late_machine import LATE
 from tests.system.mode_robot import ModeSkill, write_skills
 
 pytestmark = [pytest.mark.processes, pytest.mark.timeout(300)]
@@ -120,10 +121,6 @@ class TwoRunners:
 
     def is_claimed_by(self, runner: str) -> bool:
         return any(claim.source == runner for claim in self.client.gate_status().claims)
-
-
-# In realtime the gate rightly stops a robot whose machine is too busy for it: tried again.
-LATE = pytest.mark.flaky(reruns=2, only_rerun=["state_timeout_ms", "observation too new"])
 
 
 @pytest.fixture(scope="module", params=["lockstep", pytest.param("realtime", marks=LATE)])

@@ -107,10 +107,14 @@ class TwoHosts:
 
     def ask(self, host: str, *arguments: str) -> Any:
         """Run a command with ``--json`` on a host; what it printed."""
-        process = self.start(host, *arguments, "--json")
+        return json.loads(self.tell(host, *arguments, "--json"))
+
+    def tell(self, host: str, *arguments: str) -> str:
+        """Run a command on a host; what it printed."""
+        process = self.start(host, *arguments)
         out, err = process.communicate(timeout=COMMAND_S)
         assert process.returncode == 0, f"{arguments} on {host}: {out}\n{err}"
-        return json.loads(out)
+        return out
 
     def pid(self, host: str, service: str) -> int:
         """Process number of a service, from ``fairlead ps`` there."""

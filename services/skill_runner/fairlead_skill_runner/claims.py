@@ -12,7 +12,6 @@ from fairlead.messages import (
     Claim,
     ClaimReply,
     Done,
-    GateState,
     GateStatus,
     LimitOverride,
     Release,
@@ -23,6 +22,7 @@ from fairlead.skill.manifest import SkillManifest
 from fairlead.skill.routes import Route
 from fairlead.wire.bus import Bus
 from fairlead.wire.on_loop import ask
+from fairlead.wire.verdict_text import why_not_armed
 
 QUERY_TIMEOUT_S = 2.0
 _RETRY_S = 0.1
@@ -94,9 +94,7 @@ async def release_claim(bus: Bus, keys: Keys, source: str, claim_id: int) -> str
 async def gate_cause(bus: Bus, keys: Keys) -> str:
     """Why the gate is not armed and what would change it; "" if it is, or does not answer."""
     status = await _gate_status(bus, keys)
-    if status is None or status.state == GateState.ARMED:
-        return ""
-    return status.cause + (f"; try: {status.fix}" if status.cause and status.fix else "")
+    return "" if status is None else why_not_armed(status)
 
 
 async def _holds_former(bus: Bus, keys: Keys, source: str) -> bool:

@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import fcntl
+import hashlib
+import os
+import socket
+import struct
 import threading
 from dataclasses import dataclass
 from pathlib import Path
@@ -116,6 +120,7 @@ LOOK_S = 0.7
 """Longer than a Zenoh session waits between two attempts to connect (0.5 s)."""
 GO_S = 4.0
 """What a HAL that started at the same moment, or died with its host, gets to be gone."""
+_PEER = struct.Struct("3i")  # process, user, group
 
 
 def lock_state_folder(service: str, folder: Path) -> TextIO:
@@ -134,6 +139,46 @@ def lock_state_folder(service: str, folder: Path) -> TextIO:
             f"{service}: another HAL still uses {folder}; see: fairlead ps, then: fairlead down"
         ) from None
     return file
+
+
+def hold_robot(service: str, keys: Keys) -> socket.socket:
+    """Hold a robot's id for this process, among this user's processes on this host.
+
+    A HAL is found so even if it is paused and no link to it can form. The name is an abstract
+    Unix socket's: the kernel frees it when the process ends, however it ends.
+
+    Raises:
+        ConfigError: naming the process that holds it.
+    """
+    who = f"{os.getuid()}/{keys.namespace}/{keys.robot}"
+    name = f"\0fairlead-hal/{hashlib.sha256(who.encode()).hexdigest()}"
+    held = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+    try:
+        held.bind(name)
+    except OSError:
+        held.close()
+        raise _second_hal(service, keys, f"process {_holder(name)}") from None
+    held.listen()
+    return held
+
+
+def _holder(name: str) -> str:
+    """Number of the process that listens behind a Unix socket's name; it need not answer."""
+    with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as asking:
+        asking.setblocking(False)
+        try:
+            asking.connect(name)
+        except OSError:  # it has just ended, or just begun
+            return "unknown"
+        found = asking.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, _PEER.size)
+        return str(_PEER.unpack(found)[0])
+
+
+def _second_hal(service: str, keys: Keys, other: str) -> ConfigError:
+    return ConfigError(
+        f"{service}: robot {keys.robot} already has a HAL ({other}, which may still start or be "
+        "paused); see: fairlead ps, then: fairlead down"
+    )
 
 
 def refuse_second_hal(service: str, bus: Bus, keys: Keys, session: int) -> None:
@@ -164,7 +209,4 @@ def refuse_second_hal(service: str, bus: Bus, keys: Keys, session: int) -> None:
     watch.undeclare()
     if found:
         token.undeclare()
-        raise ConfigError(
-            f"{service}: robot {keys.robot} already has a HAL (session {last_chunk(found[0])}, "
-            "which may still start or be paused); see: fairlead ps, then: fairlead down"
-        )
+        raise _second_hal(service, keys, f"session {last_chunk(found[0])}")

@@ -14,7 +14,13 @@ from pydantic import BaseModel
 from fairlead.hal.backend import Backend, CameraFeed, FrameModel, TraceSource
 from fairlead.hal.frame_check import check_frames
 from fairlead.hal.host import HalHost
-from fairlead.hal.identity import HostSettings, identity_of, lock_state_folder, refuse_second_hal
+from fairlead.hal.identity import (
+    HostSettings,
+    hold_robot,
+    identity_of,
+    lock_state_folder,
+    refuse_second_hal,
+)
 from fairlead.hal.plan_executor import MotionLog
 from fairlead.robot.manifest import RobotManifest, load_robot
 from fairlead.service import ServiceContext, announce_ready, run_in_thread
@@ -74,9 +80,11 @@ async def run_hal(
         ConfigError: if the robot has a HAL already, or the backend does not fit it; if frames are
             elsewhere than the robot's description has them.
     """
-    lock = lock_state_folder(context.name, context.state_dir)
-    await run_in_thread(context, "tick", lambda ending: _tick(context, equip, what, ending))
-    lock.close()
+    with (
+        lock_state_folder(context.name, context.state_dir),
+        hold_robot(context.name, context.deployment.keys),
+    ):
+        await run_in_thread(context, "tick", lambda ending: _tick(context, equip, what, ending))
 
 
 def _tick(

@@ -44,7 +44,7 @@ from fairlead.operate.subscription import watch
 from fairlead.operate.tick import Tick, TickBuilder
 from fairlead.robot.manifest import RobotManifest
 from fairlead.wire.bus import Qos
-from fairlead.wire.verdict_text import describe
+from fairlead.wire.verdict_text import describe, why_not_armed
 
 LEASE_SILENCE_S = 2.0  # leases come at least every 25 ms
 FLOAT_BYTES = 8
@@ -70,7 +70,7 @@ class PartClaim:
         self._services, self._robot, self._request = services, robot, request
         self._source = request.source
         self._changes = Changes()
-        self._lost = ""
+        self._lost, self._is_explained = "", False
         self._tick: Tick | None = None
         self._told = 0
         self._seq = 0
@@ -235,10 +235,21 @@ class PartClaim:
                 f"claim of {self._source} lost: no lease for {LEASE_SILENCE_S:g} s; is the gate "
                 "running? see: fairlead ps"
             )
+        elif self._lost:
+            await self._ask_why()
         if self._lost:
             raise ClaimLostError(self._lost)
         if not condition():
             raise NoAnswerError(f"{self._source}: no {what} within {timeout_s:g} s")
+
+    async def _ask_why(self) -> None:
+        """Once: a lease does not say why the gate is not armed any more."""
+        if self._is_explained:
+            return
+        with suppress(FairleadError):
+            why = why_not_armed(await self._services.gate_status())
+            self._lost += f" ({why})" if why else ""
+        self._is_explained = True
 
     # --- what is heard ------------------------------------------------------------------
 

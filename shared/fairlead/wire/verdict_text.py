@@ -1,8 +1,8 @@
-"""The gate's verdicts in words, for people who read the feedback."""
+"""What the gate says in words: its verdicts, and why it is not armed."""
 
 from __future__ import annotations
 
-from fairlead.messages import Outcome, Verdict
+from fairlead.messages import GateState, GateStatus, Outcome, Verdict
 from fairlead.wire.gate_checks import CHECKS
 
 
@@ -24,6 +24,13 @@ def describe(verdict: Verdict, *, with_source: bool = True) -> str:
         f"G{verdict.code:03d} {what}: chunk {verdict.seq} {verb}{where}{axis}"
         f"{_why(verdict, with_source=with_source)}"
     )
+
+
+def why_not_armed(gate: GateStatus) -> str:
+    """Why the gate is not armed and what would change it; "" if it is armed."""
+    if gate.state == GateState.ARMED:
+        return ""
+    return gate.cause + (f"; try: {gate.fix}" if gate.cause and gate.fix else "")
 
 
 def _why(verdict: Verdict, *, with_source: bool) -> str:

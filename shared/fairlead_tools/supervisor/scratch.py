@@ -11,6 +11,7 @@ import shutil
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from dataclasses import dataclass, field
+from itertools import count
 from pathlib import Path
 from typing import Any, Literal
 
@@ -26,6 +27,7 @@ from fairlead_tools.supervisor.command_line import CommandBuilder, service_comma
 from fairlead_tools.supervisor.this_host import free_ports
 
 _FILE = "deployment.yaml"
+_NUMBERS = count(1)
 
 
 @dataclass(frozen=True)
@@ -69,7 +71,7 @@ def make_scratch(source: Path, folder: Path, options: ScratchOptions) -> Scratch
         spec["options"] = spec.get("options", {}) | options.options.get(name, {})
     copy = {
         "robot": original.robot,
-        "id": options.id or f"{original.id}_{os.getpid()}",
+        "id": options.id or f"{original.id}_{os.getpid()}_{next(_NUMBERS)}",
         "namespace": original.namespace,
         "profile": "sim",
         "pacing": options.pacing or original.pacing,
