@@ -138,6 +138,22 @@ class LiveStage(LiveRobot):
             raise MachineLateError(text)
         assert not held, text
 
+    def in_time(self, began_ns: int, ended_ns: int, what: str) -> None:
+        """Asserts that the HAL kept its ticks in a stretch of time.
+
+        Raises:
+            MachineLateError: it did not, so ``what`` happened.
+        """
+        lines = [line for line in self.motion.since(began_ns) if line.stamp_ns <= ended_ns]
+        tick_ms = longest_tick_ms(lines)
+        if tick_ms > LATE_TICK_MS:
+            raise MachineLateError(f"ticks of up to {tick_ms:.0f} ms: {what[:200]}")
+
+    @property
+    def others_are_busy(self) -> bool:
+        """Whether others on the machine took much of it since the robot began to move."""
+        return self._others.cores() > OTHERS_CORES
+
     def lease_gap_ms(self, began_ns: int, ended_ns: int) -> float:
         """The longest time between two leases of a stretch, as this process heard them."""
         stamps = [stamp for stamp, _ in list(self.leases) if began_ns <= stamp <= ended_ns]

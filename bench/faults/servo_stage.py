@@ -15,6 +15,7 @@ from bench.equipment.live_robot import wait_for
 from bench.equipment.motion_log import hold_delay_ms
 from bench.faults.live_stage import Changes, LiveStage
 from bench.faults.motion_rules import every_row_was_judged_for_its_tick
+from bench.faults.other_load import OtherLoad
 from bench.faults.row import Shot
 from bench.so101_bus import ROBOT, calibration
 from fairlead.deploy.registry import Registry
@@ -106,6 +107,7 @@ class ServoStage(LiveStage):
         if self.client.gate_status().state == GateState.ARMED:
             self.client.disarm()
         self.client.arm()
+        self._others = OtherLoad()
         self._skill = max(SIDES, key=lambda name: abs(SIDES[name] - self.measured[-1][1]))
 
     # --- measurements ----------------------------------------------------------------

@@ -14,7 +14,7 @@ from itertools import pairwise
 
 from bench.equipment.live_robot import wait_for
 from bench.faults.motion_rules import every_row_was_judged_for_its_tick
-from bench.faults.row import Shot
+from bench.faults.row import MachineLateError, Shot
 from bench.faults.servo_stage import PAN, ServoStage
 from bench.so101_bus import ROBOT
 from fairlead_tools.teleop.drive import RAMP_S
@@ -27,9 +27,11 @@ SPEAKS_S = 0.05
 TICK_S = ROBOT.tick_period_ns * 1e-9
 LIMITS = ROBOT.profile("sim").measured[ROBOT.joint_names[PAN]]
 assert LIMITS.stop_lag_s is not None
-FRESH_MS = 1e3 * (SILENCE_S + RAMP_S + LIMITS.stop_lag_s + 3 * TICK_S)
+SILENT_MS = 1e3 * (SILENCE_S + RAMP_S + LIMITS.stop_lag_s + 3 * TICK_S)
 """Silence, ramp, the arm's lag; a tick each until it is noticed, judged, and measured."""
 STILL_TICKS = 25
+LOST = "claim of teleop lost: the gate no longer grants it"
+"""Its heartbeats came too late."""
 
 
 class Pad:
@@ -44,7 +46,6 @@ class Pad:
         assert self.process.stdin is not None
         for event in (*events, (0, 0, 0)):
             self.process.stdin.write(_EVENT.pack(0, 0, *event))
-        self.process.stdin.flush()
         return now_ns
 
     def trembles(self, share: float) -> int:
@@ -68,20 +69,28 @@ class Pad:
 @contextmanager
 def _driving(robot: ServoStage) -> Iterator[Pad]:
     """Ended by Ctrl-C, as a person does."""
-    file = str(robot.robot.scratch.file)
-    words = ["--deployment", file, "--part", "arm", "--speed", str(SPEED)]
-    with subprocess.Popen(
-        [sys.executable, "-m", "bench.faults.piped_gamepad", *words],
-        stdin=subprocess.PIPE,
-        stdout=subprocess.DEVNULL,
-    ) as process:
+    file, log = robot.robot.scratch.file, robot.robot.scratch.state_dir / "teleop.log"
+    words = ["--deployment", str(file), "--part", "arm", "--speed", str(SPEED)]
+    with (
+        log.open("wb") as errors,
+        subprocess.Popen(
+            [sys.executable, "-m", "bench.faults.piped_gamepad", *words],
+            bufsize=0,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.DEVNULL,
+            stderr=errors,
+        ) as process,
+    ):
         try:
-            pad = Pad(process)
             wait_for(lambda: bool(robot.client.gate_status().claims), "the arm is the person's")
-            yield pad
+            yield Pad(process)
             process.send_signal(signal.SIGINT)
-            assert process.wait(20.0) == 130, process.returncode
+            assert process.wait(20.0) == 130, log.read_text()
             assert not robot.client.gate_status().claims
+        except (AssertionError, OSError):
+            if robot.others_are_busy and LOST in log.read_text():
+                raise MachineLateError(LOST) from None
+            raise
         finally:
             process.kill()
 
