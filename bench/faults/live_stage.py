@@ -23,7 +23,7 @@ from bench.faults.other_load import OtherLoad
 from bench.faults.row import MachineLateError, Shot
 from fairlead.deploy.deployment import Deployment
 from fairlead.deploy.registry import Registry
-from fairlead.errors import FairleadError
+from fairlead.errors import FairleadError, RefusedError
 from fairlead.messages import GateState, GoalResult, Hold, Lease, decode
 from fairlead.operate.goal import Progress
 from fairlead.paths import repo_root, rskill_dir
@@ -95,7 +95,7 @@ class LiveStage(LiveRobot):
             try:
                 goal = super().start_moving(seed)
                 break
-            except AssertionError as error:
+            except (AssertionError, RefusedError) as error:
                 print(f"not moving yet: {error}")
         else:
             goal = super().start_moving(seed)
