@@ -29,7 +29,8 @@ from fairlead.policy import Actions
 from fairlead.robot.manifest import load_robot
 from fairlead.skill.manifest import SkillManifest, load_skill
 from fairlead.skill.routes import resolve_routes
-from fairlead_skill_runner.run_core import AskPolicy, Output, RunCore, SendChunk
+from fairlead_skill_runner.run_core import RunCore
+from fairlead_skill_runner.run_outputs import AskPolicy, Output, SendChunk
 from fairlead_skill_runner.run_setup import RunSetup
 
 ROBOT = load_robot("panda_mobile")

@@ -14,7 +14,7 @@ from fairlead.wire.bus import Qos
 from fairlead.wire.memory_bus import MemoryBus
 from fairlead_skill_runner.goal_executor import GoalExecutor
 from fairlead_skill_runner.policy_worker import PolicyWorker
-from fairlead_skill_runner.run_core import AskPolicy
+from fairlead_skill_runner.run_outputs import AskPolicy
 from tests.runner.scripted_robot import CLAIM, SKILL, setup
 
 

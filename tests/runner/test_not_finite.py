@@ -24,6 +24,7 @@ from fairlead.skill.manifest import SkillManifest, load_skill
 from fairlead.skill.routes import Route, resolve_routes
 from fairlead.skill.slots import FIELD_RULES
 from fairlead_skill_runner.candidate import dispatch
+from fairlead_skill_runner.fitted_rows import fitted
 from fairlead_skill_runner.policies.constant import ConstantPolicy
 from fairlead_skill_runner.policies.go_to import GoToPolicy
 from fairlead_skill_runner.policies.joint_reach import JointReachPolicy
@@ -208,8 +209,17 @@ FIELDS: dict[ControlMode, dict[str, Any]] = {
 }  # fmt: skip
 
 
-def route_of(mode: ControlMode, scale: float, offset: float) -> tuple[Route, int]:
-    own = FIELDS[mode]
+FITS: dict[str, dict[str, Any]] = {"plain": {}, "clip": {"clip": [-1.0, 1.0]}}
+DECIDED = {"threshold": 0.5}
+"""What the slots of one number may also ask for."""
+
+
+def route_of(mode: ControlMode, scale: float, offset: float, fit: str) -> tuple[Route, int]:
+    own = FIELDS[mode] | FITS.get(fit, {})
+    if fit == "threshold" and mode in (ControlMode.GRIPPER_POSITION, ControlMode.COMPOSITE_MODE):
+        own |= DECIDED
+    if fit == "clip":
+        own.pop("threshold", None)
     width = len(own.get("joint_names", own.get("axes", ()))) or mode.width(0)
     slot = {"range": [0, width - 1], "control_mode": mode.yaml_name, **own}
     contract = ActionContract.model_validate(
@@ -228,16 +238,18 @@ def route_of(mode: ControlMode, scale: float, offset: float) -> tuple[Route, int
     number=st.sampled_from(NOT_FINITE),
     scale=st.sampled_from([1.0, -0.05, 1e-300]),
     offset=st.sampled_from([0.0, 0.5, -1e300]),
+    fit=st.sampled_from(["plain", "clip", "threshold"]),
 )
 def test_whatever_the_slot_what_is_not_finite_reaches_the_gate_as_such(
-    mode: ControlMode, column: int, row: int, number: float, scale: float, offset: float
+    mode: ControlMode, column: int, row: int, number: float, scale: float, offset: float, fit: str
 ) -> None:
-    """Dispatch stands behind the check of the answer: it must not mend what that let pass."""
-    route, width = route_of(mode, scale, offset)
+    """Fits and dispatch stand behind the check of the answer: they must not mend what that let
+    pass."""
+    route, width = route_of(mode, scale, offset, fit)
     column %= width
     rows = np.full((HORIZON, width), 0.25, np.float32)
     rows[row, column] = number
-    [part] = dispatch([route], rows, width)
+    [part] = dispatch([route], fitted([route], rows), width)
     values = floats(part.values, route.width)
     wrong = np.argwhere(~np.isfinite(values)).tolist()
     assert wrong == [[row, route.columns[column]]]

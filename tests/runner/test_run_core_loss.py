@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import pytest
 
 from fairlead.messages import ActionChunk, Outcome, Verdict, decode
-from fairlead_skill_runner.run_core import AskPolicy, Output, SendChunk
+from fairlead_skill_runner.run_outputs import AskPolicy, Output, SendChunk
 from tests.runner.scripted_robot import Story, joints, layout, rows, story, task, verdict
 
 LAST_TICK = 80

@@ -108,10 +108,10 @@ def test_every_mode_that_can_be_routed_to_has_an_accepting_case() -> None:
             "slot [0, 5] cartesian_delta: scale: not allowed with discard\n"
             "slot [0, 5] cartesian_delta: offset: not allowed with discard",
         ),
-        # threshold: binary grippers only
+        # threshold: modes of two ends only
         (
-            GRIPPER | {"threshold": 0.0},
-            "slot [0, 0] gripper_position: threshold: not allowed with gripper_position",
+            BODY | {"threshold": 0.0},
+            "slot [0, 5] body_twist: threshold: not allowed with body_twist",
         ),
         (
             DISCARD | {"threshold": 0.0},

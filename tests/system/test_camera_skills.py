@@ -65,6 +65,8 @@ class CameraRobot(NamedTuple):
     registry: Path
     openpi: OpenpiServer
     rldx: RldxServer
+    rows: np.ndarray[Any, np.dtype[np.float32]]
+    """The openpi server's answer."""
 
     def run(self, skill: str, seed: int | None = SEED) -> str:
         """One goal to its deadline, in a new episode unless told; returns its outcome."""
@@ -81,7 +83,8 @@ class CameraRobot(NamedTuple):
 @pytest.fixture(scope="module")
 def camera_robot(tmp_path_factory: pytest.TempPathFactory) -> Iterator[CameraRobot]:
     folder = tmp_path_factory.mktemp("cameras")
-    openpi = OpenpiServer(lambda request, n: openpi_actions(STILL))
+    rows = STILL.copy()
+    openpi = OpenpiServer(lambda request, n: openpi_actions(rows))
     rldx = RldxServer(lambda request, n: rldx_actions(rldx_rows(STILL)))
     servers = {
         PI05: openpi.address,
@@ -95,7 +98,7 @@ def camera_robot(tmp_path_factory: pytest.TempPathFactory) -> Iterator[CameraRob
     )
     try:
         with scratch_robot(scratch, Registry(folder / "registry")) as robot:
-            yield CameraRobot(robot, folder / "registry", openpi, rldx)
+            yield CameraRobot(robot, folder / "registry", openpi, rldx, rows)
     finally:
         openpi.close()
         rldx.close()
@@ -141,7 +144,7 @@ def pixel_of(
 def test_an_openpi_server_gets_all_three_pictures(camera_robot: CameraRobot) -> None:
     assert camera_robot.run(PI05).startswith("deadline not done after")
     warm_up, first, *later = camera_robot.openpi.requests
-    names = {LEFT: "observation/image_left", RIGHT: "observation/image_right",
+    names = {LEFT: "observation/image", RIGHT: "observation/right_image",
              HAND: "observation/wrist_image"}  # fmt: skip
     assert not any(read_openpi_array(warm_up[name]).any() for name in names.values())
     pictures = {camera: read_openpi_array(first[name]) for camera, name in names.items()}
@@ -150,6 +153,24 @@ def test_an_openpi_server_gets_all_three_pictures(camera_robot: CameraRobot) -> 
     assert later, "it is asked again, and again with pictures"
     assert all(read_openpi_array(request[name]).any() for request in later
                for name in names.values())  # fmt: skip
+
+
+def test_a_policy_s_overshoot_is_clipped_as_in_training_and_said_instead_of_refused(
+    camera_robot: CameraRobot,
+) -> None:
+    refused = dict(camera_robot.robot.client.gate_status().counters).get("G020", 0)
+    beyond = STILL.copy()
+    beyond[:, [0, 1, 2, 6, 7, 11]] = [1.02, 1.02, 1.02, 1.01, 0.02, -1.01]
+    camera_robot.rows[:] = beyond
+    try:
+        said = camera_robot.run(PI05)
+    finally:
+        camera_robot.rows[:] = STILL
+    assert said.startswith("deadline not done after")
+    assert "slot [0, 5] cartesian_delta: " in said
+    assert "clipped, farthest 1.02; slot [6, 6] gripper_position: " in said
+    assert "slot [7, 9]" not in said and "refused" not in said
+    assert dict(camera_robot.robot.client.gate_status().counters).get("G020", 0) == refused
 
 
 def test_an_rldx_server_gets_all_three_pictures(camera_robot: CameraRobot) -> None:

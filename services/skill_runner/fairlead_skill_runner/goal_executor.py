@@ -27,8 +27,10 @@ from fairlead.messages import (
 )
 from fairlead.wire.bus import Publisher
 from fairlead.wire.on_loop import call_on
+from fairlead_skill_runner.fitted_rows import fitted
 from fairlead_skill_runner.policy_worker import PolicyWorker
-from fairlead_skill_runner.run_core import AskPolicy, Output, PolicyAnswer, RunCore, SendChunk
+from fairlead_skill_runner.run_core import RunCore
+from fairlead_skill_runner.run_outputs import AskPolicy, Output, PolicyAnswer, SendChunk
 from fairlead_skill_runner.run_setup import RunSetup
 from fairlead_skill_runner.trace import TraceRecord, TraceWriter
 
@@ -74,7 +76,7 @@ class GoalExecutor:
     ) -> None:
         self._worker, self._candidate, self._trace = worker, candidate, trace
         self._tasks, self._loop = tasks, asyncio.get_running_loop()
-        self._over = asyncio.Event()
+        self._setup, self._over = setup, asyncio.Event()
         self._lock = threading.Lock()
         self._core = RunCore(setup, time.monotonic())
         self._failure: Exception | None = None
@@ -154,7 +156,10 @@ class GoalExecutor:
     def _record(self, question: AskPolicy, answer: PolicyAnswer) -> None:
         if self._trace is not None and isinstance(answer, np.ndarray):
             seen = question.observation
-            self._trace.write(TraceRecord(tick=seen.tick, state=seen.state, actions=answer))
+            sent = fitted(self._setup.routes, answer)
+            self._trace.write(
+                TraceRecord(seen.tick, seen.state, answer, None if sent is answer else sent)
+            )
 
 
 def _raise(error: Exception, core: RunCore, now_s: float) -> NoReturn:

@@ -31,9 +31,15 @@ def _failed(kind: str, detail: str) -> GoalResult:
     return _ended("failed", "runner", kind, detail)
 
 
-def at_ticks(result: GoalResult, first_tick: int, last_tick: int) -> GoalResult:
-    """The same result with the goal's first observation and its newest tick."""
-    return msgspec.structs.replace(result, first_tick=first_tick, last_tick=last_tick)
+def at_ticks(result: GoalResult, first_tick: int, last_tick: int, note: str) -> GoalResult:
+    """The same result with the goal's first observation and its newest tick.
+
+    note: what else is to be said in its words; may be empty.
+    """
+    detail = f"{result.detail}; {note}" if note else result.detail
+    return msgspec.structs.replace(
+        result, first_tick=first_tick, last_tick=last_tick, detail=detail
+    )
 
 
 def success() -> GoalResult:

@@ -12,7 +12,6 @@ is judged; rows that passed meanwhile are dropped by index by the gate.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -31,37 +30,20 @@ from fairlead.messages import (
     floats,
 )
 from fairlead.operate.claim_watch import ClaimWatch
-from fairlead.policy import Actions, Done, Failed, Observation
+from fairlead.policy import Done, Failed
 from fairlead.wire.verdict_text import describe
 from fairlead_skill_runner import results
 from fairlead_skill_runner.candidate import candidate
 from fairlead_skill_runner.chunk_tracker import ChunkTracker
+from fairlead_skill_runner.fitted_rows import FitCounts, fitted
 from fairlead_skill_runner.gate_feedback import GateFeedback
 from fairlead_skill_runner.layout_watch import LayoutWatch
 from fairlead_skill_runner.observation_buffer import ObservationBuffer, TimedObservation
 from fairlead_skill_runner.observation_schedule import ObservationSchedule
+from fairlead_skill_runner.run_outputs import AskPolicy, Output, PolicyAnswer, SendChunk
 from fairlead_skill_runner.run_setup import RunSetup
 
 QUIET_S = 0.5  # without released rows for so long, the phase says what is awaited
-
-
-@dataclass(frozen=True)
-class SendChunk:
-    """Publish these bytes on the candidate key."""
-
-    payload: bytes
-
-
-@dataclass(frozen=True)
-class AskPolicy:
-    """Ask the policy; bring its answer to `RunCore.on_policy` with the same call number."""
-
-    call: int
-    observation: Observation
-
-
-Output = SendChunk | AskPolicy
-PolicyAnswer = Actions | Done | Failed | PolicyError
 
 
 class RunCore:
@@ -94,6 +76,7 @@ class RunCore:
             lockstep=setup.lockstep, rate_hz=setup.skill.rate_hz * setup.periods
         )
         self._feedback = GateFeedback(setup.routes, setup.periods)
+        self._fits = FitCounts(setup.routes)
         self._positions = np.zeros(0)  # of the measured joints in the newest tick
         self._anchor_tick = 0  # the first before which this goal's parts held: no older rows act
 
@@ -202,8 +185,10 @@ class RunCore:
             return self._end(results.policy_error(answer))
         if isinstance(answer, Done | Failed):
             return self._end(results.by_policy(answer))
+        sent = fitted(self.setup.routes, answer)
+        self._fits.add(answer, sent)
         chunk = candidate(
-            self.setup, self._chunks.next_seq, asked, answer, self.tick, self._positions
+            self.setup, self._chunks.next_seq, asked, sent, self.tick, self._positions
         )
         self._chunks.sent(chunk)
         self._feedback.on_answer(chunk.obs_tick, answer)
@@ -291,6 +276,6 @@ class RunCore:
         return self._inputs.missing(self.tick) or "released rows"
 
     def _end(self, ended: GoalResult) -> list[Output]:
-        self.result = results.at_ticks(ended, self.first_tick, self.tick)
+        self.result = results.at_ticks(ended, self.first_tick, self.tick, self._fits.words())
         self.phase = "ended"
         return []

@@ -21,15 +21,25 @@ class _Line(msgspec.Struct, forbid_unknown_fields=True):
     actions: str  # hex, little-endian float32 [horizon, dim], row-major
     horizon: int
     dim: int
+    sent: str = ""  # as actions; empty: the same
 
 
 @dataclass(frozen=True)
 class TraceRecord:
-    """One policy call: the observation's tick and state, and the raw actions."""
+    """One policy call: the observation's tick and state, and the raw actions.
+
+    sent: the actions after clips and thresholds of their slots; None: the same.
+    """
 
     tick: int
     state: FloatArray
     actions: Actions
+    sent: Actions | None = None
+
+    @property
+    def proposed(self) -> Actions:
+        """What became the chunk: ``sent``, or else the actions as they are."""
+        return self.actions if self.sent is None else self.sent
 
 
 class TraceWriter:
@@ -44,15 +54,24 @@ class TraceWriter:
         line = _Line(
             tick=record.tick,
             state=np.ascontiguousarray(record.state, dtype="<f8").tobytes().hex(),
-            actions=np.ascontiguousarray(record.actions, dtype="<f4").tobytes().hex(),
+            actions=_hex(record.actions),
             horizon=horizon,
             dim=dim,
+            sent="" if record.sent is None else _hex(record.sent),
         )
         self._lines.put(msgspec.json.encode(line).decode())
 
     def close(self) -> None:
         """Write what is queued, for a few seconds at most."""
         self._lines.close()
+
+
+def _hex(rows: Actions) -> str:
+    return np.ascontiguousarray(rows, dtype="<f4").tobytes().hex()
+
+
+def _rows(text: str, line: _Line) -> Actions:
+    return np.frombuffer(bytes.fromhex(text), dtype="<f4").reshape(line.horizon, line.dim)
 
 
 def read_trace(path: Path) -> Iterator[TraceRecord]:
@@ -68,11 +87,11 @@ def read_trace(path: Path) -> Iterator[TraceRecord]:
     for number, text in enumerate(lines, start=1):
         try:
             line = msgspec.json.decode(text, type=_Line)
-            actions = np.frombuffer(bytes.fromhex(line.actions), dtype="<f4")
             yield TraceRecord(
                 tick=line.tick,
                 state=np.frombuffer(bytes.fromhex(line.state), dtype="<f8"),
-                actions=actions.reshape(line.horizon, line.dim),
+                actions=_rows(line.actions, line),
+                sent=_rows(line.sent, line) if line.sent else None,
             )
         except (msgspec.DecodeError, ValueError) as error:
             raise ConfigError(f"{path} line {number}: not a trace record: {error}") from None

@@ -1,7 +1,8 @@
 """What a policy's outputs of -1 and +1 become, against what the robot takes.
 
-A policy's numbers are taken as full scale, [-1, 1]; a slot's scale and offset make SI of
-them. Modes that say where something is to be may also come in their unit, without a scale.
+A policy's numbers are taken as full scale, [-1, 1] or what they are clipped to; a slot's scale and
+offset make SI of them. Modes that say where something is to be may also come in their unit, without
+a scale.
 """
 
 from __future__ import annotations
@@ -88,8 +89,10 @@ def _problems(route: Route, robot: RobotManifest, joints: Sequence[str], ends: _
     where = f"part {route.part_name} {route.mode.yaml_name}"
     missing: list[str] = []
     excesses: dict[_Excess, list[int]] = {}
-    numbers = zip(route.columns, route.scale, route.offset, route.in_units, strict=True)
-    for column, scale, offset, in_units in numbers:
+    numbers = zip(
+        route.columns, route.scale, route.offset, route.in_units, _ends(route), strict=True
+    )
+    for column, scale, offset, in_units, outputs in numbers:
         if route.mode in _ABSOLUTE_MODES and in_units:
             continue
         # Ranges follow the part's joints, the wire follows the robot's.
@@ -97,13 +100,19 @@ def _problems(route: Route, robot: RobotManifest, joints: Sequence[str], ends: _
         if index >= len(ends.lower):
             missing.append(f"{where}: the {ends.who} states no range for value {index}")
             continue
-        low, high = sorted((offset - scale, offset + scale))
+        low, high = sorted(offset + scale * output for output in outputs)
         taken = (ends.lower[index], ends.upper[index])
         slack = _RELATIVE_TOLERANCE * max(abs(low), abs(high))
         if low < taken[0] - slack or high > taken[1] + slack:
             norm = _norm_words(robot, robot.part(route.part_name), route.mode, index, taken[1])
             excesses.setdefault(_Excess((low, high), taken, norm), []).append(index)
     return [*missing, *(f"{where} {_words(e, i, ends.who)}" for e, i in excesses.items())]
+
+
+def _ends(route: Route) -> list[tuple[float, float]]:
+    """Per source, the policy's lowest and highest number."""
+    clips = {source: fit.clip for fit in route.fits if fit.clip for source in fit.sources}
+    return [clips.get(source, (-1.0, 1.0)) for source in route.sources]
 
 
 def _words(excess: _Excess, indices: Sequence[int], who: str) -> str:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from fairlead.errors import ConfigError
 from fairlead.modes import ControlMode
@@ -16,6 +17,18 @@ from fairlead.robot.manifest import RobotManifest
 from fairlead.robot.part import Part
 from fairlead.skill.action_contract import ActionContract
 from fairlead.skill.slots import Slot
+
+
+class SlotFit(NamedTuple):
+    """What a slot has done to the policy's numbers before they are scaled.
+
+    slot: its name. sources: indices into the policy's vector. Of clip and threshold one is None.
+    """
+
+    slot: str
+    sources: tuple[int, ...]
+    clip: tuple[float, float] | None
+    threshold: float | None
 
 
 @dataclass(frozen=True)
@@ -34,6 +47,7 @@ class Route:
         in_units: per source, whether its output is in a unit (no scale of the slot's own).
         active: joint modes only, the commanded joints, ascending.
         threshold: a binary gripper's, in its SI values; None sends them as they are.
+        fits: of the slots that clip their numbers, or decide them by a threshold.
     """
 
     part: int
@@ -48,6 +62,7 @@ class Route:
     in_units: tuple[bool, ...]
     active: tuple[int, ...]
     threshold: float | None = None
+    fits: tuple[SlotFit, ...] = ()
 
     @property
     def leaves_axes_free(self) -> bool:
@@ -163,19 +178,23 @@ def _route(slot: Slot, robot: RobotManifest, part: Part) -> Route:
     else:
         columns = slot.axes or tuple(range(slot.width))
     twist_frame = robot.base_frame if mode is ControlMode.BODY_TWIST else ""
+    sources = tuple(range(slot.first, slot.last + 1))
+    decides = slot.threshold is not None and mode is not ControlMode.GRIPPER_BINARY
+    fit = SlotFit(slot.name, sources, slot.clip, slot.threshold if decides else None)
     return Route(
         part=robot.part_names.index(part.name),
         part_name=part.name,
         mode=mode,
         frame_id=slot.frame or twist_frame,
         width=mode.width(robot.n_dof),
-        sources=tuple(range(slot.first, slot.last + 1)),
+        sources=sources,
         columns=columns,
         scale=slot.scales(),
         offset=slot.offsets(),
         in_units=slot.in_units(),
         active=tuple(sorted(columns)) if mode.is_joint_mode else (),
-        threshold=slot.threshold,
+        threshold=None if decides else slot.threshold,
+        fits=(fit,) if slot.clip is not None or decides else (),
     )
 
 
@@ -192,4 +211,5 @@ def _merged(one: Route, two: Route) -> Route:
         offset=one.offset + two.offset,
         in_units=one.in_units + two.in_units,
         active=tuple(sorted(one.active + two.active)),
+        fits=one.fits + two.fits,
     )

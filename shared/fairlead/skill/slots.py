@@ -44,6 +44,12 @@ FIELD_RULES: dict[ControlMode, FieldRule] = {
 """Field table per mode; a mode that is not in it cannot be routed to."""
 
 MODE_NAMES: tuple[str, ...] = tuple(mode.yaml_name for mode in FIELD_RULES)
+_TWO_ENDS = (
+    ControlMode.GRIPPER_BINARY,
+    ControlMode.GRIPPER_POSITION,
+    ControlMode.COMPOSITE_MODE,
+)
+"""Modes whose one number may be decided by a threshold."""
 _SOURCE_FIELDS = ("ee", "frame", "joint_names", "axes", "unit")
 
 
@@ -63,9 +69,12 @@ class Slot(BaseModel):
         unit: of the policy's angles, ``deg`` for degrees or degrees per second; SI without it.
         scale, offset: value in the slot's unit = scale * output + offset; one number, or one per
             dimension.
-        threshold: gripper_binary only: a value, after scale and offset, of at least this is
-            1 (closed), a smaller one 0 (open). Without it values go out as they are, and the
-            gate refuses all but 0 and 1.
+        clip: lowest and highest number, before scale and offset; what is beyond becomes the
+            nearer of them. Without it values go out as they are, for the gate to refuse.
+        threshold: gripper_binary: a value, after scale and offset, of at least this is 1
+            (closed), a smaller one 0 (open); without it the gate refuses all but 0 and 1.
+            gripper_position and composite_mode: a number of at least this becomes 1, a smaller
+            one -1, before scale and offset.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -80,6 +89,7 @@ class Slot(BaseModel):
     unit: AngleUnit | None = None
     scale: tuple[float, ...] | None = None
     offset: tuple[float, ...] | None = None
+    clip: tuple[float, float] | None = None
     threshold: float | None = Field(default=None, allow_inf_nan=False)
 
     @model_validator(mode="before")
@@ -166,10 +176,15 @@ def _range_problems(slot: Slot) -> list[str]:
 
 def _target_problems(slot: Slot) -> list[str]:
     if slot.discard:
-        extra = ("control_mode", *_SOURCE_FIELDS, "scale", "offset", "threshold")
+        extra = ("control_mode", *_SOURCE_FIELDS, "scale", "offset", "clip", "threshold")
         given = [name for name in extra if getattr(slot, name) is not None]
         return [f"{name}: not allowed with discard" for name in given]
-    return [*_field_problems(slot), *_width_problems(slot), *_scale_problems(slot)]
+    return [
+        *_field_problems(slot),
+        *_width_problems(slot),
+        *_scale_problems(slot),
+        *_clip_problems(slot),
+    ]
 
 
 def _field_problems(slot: Slot) -> list[str]:
@@ -180,7 +195,7 @@ def _field_problems(slot: Slot) -> list[str]:
     surplus = [
         name for name in _SOURCE_FIELDS if name not in allowed and getattr(slot, name) is not None
     ]
-    if slot.threshold is not None and slot.mode is not ControlMode.GRIPPER_BINARY:
+    if slot.threshold is not None and slot.mode not in _TWO_ENDS:
         surplus.append("threshold")
     return [
         *(f"{name}: required with {slot.control_mode}" for name in missing),
@@ -221,6 +236,17 @@ def _axes_problems(slot: Slot) -> list[str]:
         return [f"axes: expected ascending indices out of 0..5, got {list(axes)}"]
     if len(axes) != slot.width:
         return [f"width: expected {len(axes)} dimension(s), one per axis, got {slot.width}"]
+    return []
+
+
+def _clip_problems(slot: Slot) -> list[str]:
+    if slot.clip is None:
+        return []
+    low, high = slot.clip
+    if not (math.isfinite(low) and math.isfinite(high) and low < high):
+        return [f"clip: expected a lower and a higher finite number, got {list(slot.clip)}"]
+    if slot.threshold is not None:
+        return ["clip: not beside threshold, which decides already"]
     return []
 
 

@@ -42,7 +42,7 @@ class DeployedEpisode:
         """What the policy wrote for a tick, counted from the reset, shape ``[dim]``."""
         wanted = self.reset.tick - self.reset.held_ticks + tick
         call = next(call for call in reversed(self.calls) if call.tick <= wanted)
-        return np.array(call.actions[wanted - call.tick], dtype="<f4")
+        return np.array(call.proposed[wanted - call.tick], dtype="<f4")
 
 
 def deployed_episodes(
@@ -119,7 +119,7 @@ def read_episode(
     episode = EpisodeTrace(succeeded=succeeded)
     for call in calls:
         episode.observations.append(np.asarray(call.state, dtype="<f8").tobytes())
-        episode.actions.append(np.asarray(call.actions, dtype="<f4").tobytes())
+        episode.actions.append(np.asarray(call.proposed, dtype="<f4").tobytes())
     steps, motion = _by_tick(hal / "trace.jsonl"), _by_tick(hal / "motion.jsonl")
     for tick in ticks:
         if tick not in steps or tick not in motion:

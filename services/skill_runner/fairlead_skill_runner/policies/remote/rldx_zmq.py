@@ -28,20 +28,15 @@ from fairlead_skill_runner.policies.remote.served_policy import (
 
 WHO = "rldx policy"
 ADDRESS = ServerAddress(r"^tcp://[^/\s:]+:\d+$", "tcp://127.0.0.1:5555")
-_CLOSED_FROM = 0.5
 
 
 class NamedAction(BaseModel):
-    """One of the server's outputs.
-
-    binary: a probability; 0.5 and more become 1.0, less becomes -1.0.
-    """
+    """One of the server's outputs."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     name: str
     width: int = Field(gt=0)
-    binary: bool = False
 
 
 class RldxOptions(RemoteOptions):
@@ -179,8 +174,6 @@ class RldxZmqPolicy:
             rows = float_rows(
                 WHO, f"action.{action.name}", value, action.width, self._skill.horizon
             )
-            if action.binary:
-                rows = np.where(rows < _CLOSED_FROM, np.float32(-1), np.float32(1))
             blocks.append(rows)
         if len({len(block) for block in blocks}) != 1:
             lengths = ", ".join(str(len(block)) for block in blocks)
