@@ -19,11 +19,13 @@ ROWS = np.random.default_rng(5).uniform(-1, 1, (4, 12)).astype(np.float32)
 
 def observation(skill: SkillManifest, tick: int = 9) -> Observation:
     rng = np.random.default_rng(tick)
-    images = {
-        name: rng.integers(0, 256, (spec.height, spec.width, 3)).astype(np.uint8)
+    frames = {
+        name: rng.integers(0, 256, (len(spec.deltas), spec.height, spec.width, 3)).astype(np.uint8)
         for name, spec in skill.images.items()
     }
-    return Observation(tick, rng.normal(size=16), "put it there", images)
+    images = {name: pixels[-1] for name, pixels in frames.items()}
+    several = {name: pixels for name, pixels in frames.items() if len(pixels) > 1}
+    return Observation(tick, rng.normal(size=16), "put it there", images, frames=several)
 
 
 Ask = Callable[..., PolicyWorker]

@@ -12,6 +12,7 @@ import msgspec
 import numpy as np
 import zmq
 from websockets.exceptions import ConnectionClosed
+from websockets.http11 import Response
 from websockets.sync.server import Server, ServerConnection, serve
 
 Array = np.ndarray[Any, np.dtype[Any]]
@@ -70,15 +71,31 @@ def rldx_actions(arrays: dict[str, Array]) -> bytes:
 
 
 class OpenpiServer:
-    """Greets with its metadata, then answers as told."""
+    """Greets with its metadata, then answers as told.
 
-    def __init__(self, answers: ANSWERS, port: int = 0) -> None:
+    Args:
+        guard: what to say to a handshake; None lets all in.
+    """
+
+    def __init__(
+        self,
+        answers: ANSWERS,
+        port: int = 0,
+        greeting: bytes | str = b"\x81\xa3who\xa4test",
+        guard: Callable[[ServerConnection, Any], Response | None] | None = None,
+    ) -> None:
         self.requests: list[Document] = []
         self.connections = 0
+        self._greeting = greeting
         self.go_on = threading.Event()
         self._answers = answers
         self._server: Server = serve(
-            self._handle, "127.0.0.1", port, compression=None, max_size=None
+            self._handle,
+            "127.0.0.1",
+            port,
+            compression=None,
+            max_size=None,
+            process_request=guard,
         )
         self.address = f"ws://127.0.0.1:{self._server.socket.getsockname()[1]}"
         self._thread = threading.Thread(target=self._server.serve_forever)
@@ -86,7 +103,7 @@ class OpenpiServer:
 
     def _handle(self, link: ServerConnection) -> None:
         self.connections += 1
-        link.send(msgspec.msgpack.encode({"who": "test"}))
+        link.send(self._greeting)
         try:
             while True:
                 request = link.recv()
@@ -112,11 +129,41 @@ class OpenpiServer:
         self._thread.join()
 
 
+def modality_config(
+    video: list[int], state: list[str], actions: list[str], horizon: int, language: str,
+    pictures: list[str], marker: str = "__ModalityConfig_class__",
+) -> dict[str, Any]:  # fmt: skip
+    """What ``get_modality_config`` answers: ``to_json_serializable`` of four ModalityConfigs."""
+
+    def entry(deltas: list[int], names: list[str]) -> dict[str, Any]:
+        block = {
+            "delta_indices": deltas, "modality_keys": names, "sin_cos_embedding_keys": None,
+            "mean_std_embedding_keys": None, "action_configs": None,
+        }  # fmt: skip
+        return {marker: True, "as_json": block}
+
+    return {
+        "video": entry(video, pictures),
+        "state": entry([0], state),
+        "action": entry(list(range(horizon)), actions),
+        "language": entry([0], [language]),
+    }
+
+
 class RldxServer:
-    """Answers pings itself and ``get_action`` as told."""
+    """Answers pings and resets itself, ``get_action`` as told, and with its config if it has one.
+
+    Attributes:
+        config: the answer to ``get_modality_config``; None: it has no such endpoint.
+        api_token: without which it answers nobody; None: it answers all.
+        resets: the options of each reset.
+    """
 
     def __init__(self, answers: ANSWERS, port: int = 0) -> None:
         self.requests: list[Document] = []
+        self.resets: list[Document] = []
+        self.config: Document = None
+        self.api_token: str | None = None
         self.go_on = threading.Event()
         self._answers = answers
         self._context = zmq.Context()
@@ -135,13 +182,29 @@ class RldxServer:
             if not self._socket.poll(50):
                 continue
             request = msgspec.msgpack.decode(self._socket.recv())
-            if request["endpoint"] == "ping":
-                self._socket.send(msgspec.msgpack.encode({"status": "ok"}))
+            quick = self._quick(request)
+            if quick is not None:
+                self._socket.send(msgspec.msgpack.encode(quick))
                 continue
             self.requests.append(request["data"])
             answer = self._answers(request["data"], len(self.requests) - 1)
             assert isinstance(answer, bytes)
             self._socket.send(answer)
+
+    def _quick(self, request: Document) -> Document:
+        if self.api_token is not None and request.get("api_token") != self.api_token:
+            return {"error": "Unauthorized: Invalid API token"}
+        match request["endpoint"]:
+            case "ping":
+                return {"status": "ok"}
+            case "reset":
+                self.resets.append(request["data"]["options"])
+                return {"cleared_sessions": []}
+            case "get_modality_config" if self.config is None:
+                return {"error": "Unknown endpoint: get_modality_config"}
+            case "get_modality_config":
+                return self.config
+        return None
 
     def close(self) -> None:
         self.go_on.set()

@@ -93,10 +93,16 @@ async def test_rldx_server_gets_named_arrays_and_its_named_outputs_become_one_ve
         np.testing.assert_array_equal(array, state[None, None, part])
     for name, image in seen.images.items():
         array = read_npy(first["observation"][f"video.{name}"])
-        np.testing.assert_array_equal(array, image[None, None])
+        assert array.shape == (1, 4, *image.shape)
+        np.testing.assert_array_equal(array, seen.frames_of(name)[None])
     assert first["observation"]["annotation.human.task_description"] == ["put it there"]
     assert [r["options"]["reset_memory"] for r in (first, second)] == [[True], [False]]
     assert first["options"]["session_ids"] == second["options"]["session_ids"]
+    assert server.resets == [{"session_ids": first["options"]["session_ids"]}]
+    await asked.reset()
+    await asked.infer(seen)
+    third = server.requests[-1]
+    assert third["options"] == first["options"], "another episode of the same session"
 
 
 @pytest.mark.parametrize(

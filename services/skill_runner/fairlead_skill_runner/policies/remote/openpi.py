@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import re
-import sys
+import time
 from collections.abc import Mapping
 from contextlib import ExitStack
 from typing import Self
 
 from pydantic import Field, JsonValue
-from websockets.exceptions import ConnectionClosed, InvalidHandshake
+from websockets.exceptions import ConnectionClosed, InvalidHandshake, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 
 from fairlead.errors import PolicyError, expected
@@ -24,6 +24,8 @@ from fairlead_skill_runner.policies.remote.served_policy import (
     check_remote_options,
     no_server,
     output_of,
+    refused_key,
+    say,
     warm_up_observation,
 )
 
@@ -31,6 +33,7 @@ WHO = "openpi policy"
 ADDRESS = ServerAddress(r"^wss?://[^/\s]+(/\S*)?$", "ws://127.0.0.1:8000")
 _MESSAGE_MAX_BYTES = 64 * 2**20
 _CLOSE_TIMEOUT_S = 0.2
+_NO_ACCESS = (401, 403)
 
 
 class OpenpiOptions(RemoteOptions):
@@ -53,6 +56,7 @@ class OpenpiPolicy:
         self._options = options
         self._link: ClientConnection | None = None
         self._open = ExitStack()
+        self._metadata: list[str] = []
 
     server_address = ADDRESS
 
@@ -101,11 +105,20 @@ class OpenpiPolicy:
         return False
 
     def _warm_up(self) -> None:
-        self._ask(warm_up_observation(self._skill), self._options.warm_up_timeout_s)
+        """The server does not say what it wants and gives: one black observation shows it."""
+        begun_s = time.monotonic()
+        rows = self._ask(warm_up_observation(self._skill), self._options.warm_up_timeout_s)
+        took_s = time.monotonic() - begun_s
+        say(
+            WHO,
+            f"{self._options.address} tells of itself: {', '.join(self._metadata) or 'nothing'}; "
+            f"asked with a probe observation it gave {list(rows.shape)} after {took_s:.2f} s",
+        )
 
     def _dial(self) -> None:
         options, awaited = self._options, "no websocket handshake"
         try:
+            key = options.api_key(WHO)
             # A server that infers answers no keep-alive; the deadlines are ours.
             dialled = connect(
                 options.address,
@@ -115,16 +128,34 @@ class OpenpiPolicy:
                 compression=None,
                 max_size=_MESSAGE_MAX_BYTES,
                 proxy=None,
+                additional_headers={"Authorization": f"Api-Key {key}"} if key else None,
             )
             self._link = self._open.enter_context(dialled)
             awaited = "no greeting (openpi's metadata)"
-            self._link.recv(timeout=options.connect_timeout_s)  # what the server is
+            self._greeted(self._link.recv(timeout=options.connect_timeout_s))
         except TimeoutError:
             self._close()
             raise busy_server(WHO, self._skill, options, awaited) from None
+        except PolicyError:
+            self._close()
+            raise
         except (OSError, InvalidHandshake, ConnectionClosed) as error:
             self._close()
+            if isinstance(error, InvalidStatus) and error.response.status_code in _NO_ACCESS:
+                raise refused_key(WHO, options, str(error)) from None
             raise no_server(WHO, self._skill, options, error) from None
+
+    def _greeted(self, greeting: str | bytes) -> None:
+        """What the server says of itself first: its configuration's metadata, often nothing."""
+        try:
+            metadata = greeting if isinstance(greeting, str) else decode(greeting)
+        except NO_MESSAGE:
+            metadata = greeting
+        if not isinstance(metadata, dict):
+            got = f"{type(metadata).__name__} of {len(greeting)} bytes"
+            what = f"openpi's metadata, a map, first from {self._options.address}"
+            raise PolicyError(expected(WHO, what, got))
+        self._metadata = list(map(str, metadata))
 
     def infer(self, observation: Observation) -> Actions:
         """The server's rows.
@@ -165,8 +196,11 @@ class OpenpiPolicy:
         except (ConnectionClosed, OSError) as error:
             raise PolicyError(f"{WHO}: {address} closed the connection: {error}") from None
         if isinstance(reply, str):  # a traceback
-            print(f"{WHO}: {address} failed; it says:\n{reply}", file=sys.stderr, flush=True)
-            raise PolicyError(f"{WHO}: {address} failed: {_error_line(reply)}")
+            say(WHO, f"{address} failed; it says:\n{reply}")
+            raised = _error_line(reply)
+            names = [self._options.state_key, *self._skill.images, self._options.prompt_key]
+            hint = f"; it was sent {', '.join(names)}" if raised.startswith("KeyError") else ""
+            raise PolicyError(f"{WHO}: {address} failed: {raised}{hint}")
         try:
             return decode(reply)
         except NO_MESSAGE as error:

@@ -1,32 +1,34 @@
-"""A policy behind an RLDX (or GR00T) server: ZeroMQ request and reply, one at a time."""
+"""A policy behind an RLDX or GR00T server that is started with its sim policy wrapper."""
 
 from __future__ import annotations
 
 import secrets
-import socket
+import time
 from collections.abc import Mapping
 from typing import Self
 
 import numpy as np
-import zmq
 from pydantic import BaseModel, ConfigDict, Field, JsonValue
 
 from fairlead.errors import ConfigError, PolicyError, expected
 from fairlead.policy import Actions, Observation, ServerAddress
 from fairlead.skill.manifest import SkillManifest
 from fairlead_skill_runner.action_rows import float_rows
-from fairlead_skill_runner.policies.remote.rldx_wire import decode, encode
+from fairlead_skill_runner.policies.remote.modality_check import modality_problems
+from fairlead_skill_runner.policies.remote.modality_config import (
+    Dialect,
+    ServerConfig,
+    read_config,
+)
 from fairlead_skill_runner.policies.remote.served_policy import (
-    NO_MESSAGE,
     RemoteOptions,
-    busy_server,
     check_remote_options,
-    no_server,
     output_of,
+    say,
     warm_up_observation,
 )
+from fairlead_skill_runner.policies.remote.zmq_link import WHO, ZmqLink
 
-WHO = "rldx policy"
 ADDRESS = ServerAddress(r"^tcp://[^/\s:]+:\d+$", "tcp://127.0.0.1:5555")
 
 
@@ -55,17 +57,13 @@ class RldxOptions(RemoteOptions):
 
 
 class RldxZmqPolicy:
-    """Asks the server and puts its named outputs in order.
-
-    A socket on which something went wrong is closed, so that an answer that comes late
-    has nowhere to come to.
-    """
+    """Asks the server and puts its named outputs in order."""
 
     def __init__(self, skill: SkillManifest, options: RldxOptions) -> None:
         self._skill, self._options = skill, options
-        self._socket: zmq.Socket[bytes] | None = None
-        self._monitor: zmq.Socket[bytes] | None = None
+        self._link = ZmqLink(skill, options)
         self._session, self._first = secrets.token_hex(8), True
+        self._server = ServerConfig(Dialect.CLASS, {})
 
     server_address = ADDRESS
 
@@ -76,54 +74,68 @@ class RldxZmqPolicy:
 
     @classmethod
     def from_options(cls, skill: SkillManifest, options: Mapping[str, JsonValue]) -> Self:
-        """Find the server, and let it compile.
+        """Find the server, hold what it says of itself against the skill, let it compile.
 
         Raises:
             ConfigError: for options that do not fit.
-            PolicyError: if no server is there, or it answers with other widths.
+            PolicyError: if no server is there, it wants or gives something else, or it answers
+                with other widths.
         """
-        checked = check_rldx_options(skill, options)
-        policy = cls(skill, checked)
-        policy.reset()
+        policy = cls(skill, check_rldx_options(skill, options))
+        policy._link.dial()
         policy._warm_up()
         return policy
 
     def reset(self) -> None:
-        """A socket and a session of its own for every episode; proves that a server is there.
+        """A socket of its own for every episode, which proves that a server is there.
 
-        One that was started anew since the last episode compiles again, now and not under a
-        claim.
+        The server forgets the last episode. One that was started anew since then is checked, and
+        compiles, again: now and not under a claim.
 
         Raises:
-            PolicyError: if none is.
+            PolicyError: as `from_options`.
         """
-        before = self._socket, self._monitor
-        self._socket = self._monitor = None
-        try:
-            self._dial()
-            # Asked once the new connection has answered: the one thread that serves both has then
-            # seen what became of the old one. ZeroMQ itself dials anew silently.
-            was_ended = before[1] is not None and bool(before[1].poll(0))
-        finally:
-            _close(*before)
-        if was_ended:
+        if self._link.dial():
             self._warm_up()
-        self._session, self._first = secrets.token_hex(8), True
+        # The same session again: a server that keeps sessions has one of ours, not one a goal.
+        self._first = True
+        if self._server.dialect is not Dialect.N1_5:  # which has no such endpoint
+            self._link.ask("reset", {"options": {"session_ids": [self._session]}})
 
     def _warm_up(self) -> None:
-        self._act(warm_up_observation(self._skill), self._options.warm_up_timeout_s)
-
-    def _dial(self) -> None:
-        self._socket = zmq.Context.instance().socket(zmq.REQ)
-        self._monitor = self._socket.get_monitor_socket(zmq.EVENT_DISCONNECTED)
-        self._socket.setsockopt(zmq.LINGER, 0)
-        self._socket.connect(self._options.address)
         try:
-            self._call({"endpoint": "ping"}, self._options.connect_timeout_s)
-        except TimeoutError as error:
-            if _listens(self._options.address):
-                raise busy_server(WHO, self._skill, self._options, "no answer to a ping") from None
-            raise no_server(WHO, self._skill, self._options, error) from None
+            self._check_config()
+        except PolicyError:
+            self._link.close()
+            raise
+        begun_s = time.monotonic()
+        rows = self._act(warm_up_observation(self._skill), self._options.warm_up_timeout_s)
+        told = ", ".join(self._server.modalities) or "nothing"
+        say(
+            WHO,
+            f"{self._options.address} speaks as {self._server.dialect.value}; it tells of its "
+            f"modalities: {told}; asked with a probe observation it gave {list(rows.shape)} after "
+            f"{time.monotonic() - begun_s:.2f} s",
+        )
+
+    def _check_config(self) -> None:
+        self._link.arrays = "npy"
+        answer = self._link.ask("get_modality_config")
+        self._server = read_config(WHO, {} if answer is None else answer)
+        self._link.arrays = self._server.dialect.arrays
+        options = self._options
+        problems = modality_problems(
+            self._server.modalities,
+            self._skill,
+            options.state,
+            [action.name for action in options.actions],
+            options.language_key,
+        )
+        if problems:
+            listed = "\n  ".join(problems)
+            raise PolicyError(
+                f"{WHO}: {options.address} does not serve this skill's policy:\n  {listed}"
+            )
 
     def infer(self, observation: Observation) -> Actions:
         """The server's rows.
@@ -134,36 +146,45 @@ class RldxZmqPolicy:
         return self._act(observation, self._options.answer_timeout_s)
 
     def _act(self, observation: Observation, timeout_s: float) -> Actions:
-        data = {
-            "observation": self._flat(observation),
-            "options": {"session_ids": [self._session], "reset_memory": [self._first]},
-        }
+        data: dict[str, object] = self._flat(observation)
+        if self._server.dialect is not Dialect.N1_5:
+            options = {"session_ids": [self._session], "reset_memory": [self._first]}
+            data = {"observation": data, "options": options}
         try:
-            reply = self._call({"endpoint": "get_action", "data": data}, timeout_s)
+            reply = self._link.call({"endpoint": "get_action", "data": data}, timeout_s)
         except TimeoutError as error:
             raise PolicyError(f"{WHO}: {self._options.address}: {error}") from None
         self._first = False
         try:
             return self._rows(reply)
         except PolicyError:
-            self._close()
+            self._link.close()
             raise
 
     def _flat(self, observation: Observation) -> dict[str, object]:
-        """Arrays are [batch 1, time 1, ...]."""
+        """Arrays are [batch 1, time, ...], for GR00T N1.5 [time, ...]."""
+        batch = () if self._server.dialect is Dialect.N1_5 else (None,)
         state = observation.state.astype("<f4")
         return {
-            **{f"video.{name}": image[None, None] for name, image in observation.images.items()},
             **{
-                f"state.{name}": state[None, None, first : last + 1]
+                f"video.{name}": observation.frames_of(name)[(*batch, ...)]
+                for name in observation.images
+            },
+            **{
+                f"state.{name}": state[(*batch, None, slice(first, last + 1))]
                 for name, (first, last) in self._options.state.items()
             },
             self._options.language_key: [observation.prompt],
         }
 
     def _rows(self, reply: object) -> Actions:
-        """``[{"action.<name>": [1, H, width], ...}, information]`` as ``[H, dim]``."""
+        """``[{"action.<name>": [1, H, width], ...}, information]`` as ``[H, dim]``.
+
+        GR00T N1.5 answers with the map alone, and without the batch axis.
+        """
         named = reply[0] if isinstance(reply, list) and reply else None
+        if self._server.dialect is Dialect.N1_5:
+            named = reply
         if not isinstance(named, dict):
             raise PolicyError(expected(WHO, "a list that begins with a map", type(reply).__name__))
         blocks = []
@@ -179,52 +200,6 @@ class RldxZmqPolicy:
             lengths = ", ".join(str(len(block)) for block in blocks)
             raise PolicyError(expected(WHO, "as many rows of every action", lengths))
         return np.concatenate(blocks, axis=1)
-
-    def _call(self, request: dict[str, object], timeout_s: float) -> object:
-        """One exchange; after any failure there is no socket any more.
-
-        Raises:
-            PolicyError: for an answer that is an error or no message.
-            TimeoutError: for none.
-        """
-        if self._socket is None:
-            raise PolicyError(f"{WHO}: asked without a connection")
-        self._socket.send(encode(request))
-        if not self._socket.poll(int(timeout_s * 1000)):
-            self._close()
-            raise TimeoutError(f"no answer within {timeout_s:g} s")
-        try:
-            reply = decode(self._socket.recv())
-        except NO_MESSAGE as error:
-            self._close()
-            raise PolicyError(
-                f"{WHO}: {self._options.address} answered no message: {error}"
-            ) from None
-        if isinstance(reply, dict) and "error" in reply:
-            self._close()
-            raise PolicyError(f"{WHO}: {self._options.address} failed: {reply['error']}")
-        return reply
-
-    def _close(self) -> None:
-        _close(self._socket, self._monitor)
-        self._socket = self._monitor = None
-
-
-def _close(link: zmq.Socket[bytes] | None, monitor: zmq.Socket[bytes] | None) -> None:
-    if link is not None:
-        link.disable_monitor()
-        link.close(linger=0)
-    if monitor is not None:
-        monitor.close(linger=0)
-
-
-def _listens(address: str) -> bool:
-    host, _, port = address.removeprefix("tcp://").rpartition(":")
-    try:
-        with socket.create_connection((host, int(port)), timeout=1.0):
-            return True
-    except OSError:
-        return False
 
 
 def check_rldx_options(skill: SkillManifest, options: Mapping[str, JsonValue]) -> RldxOptions:

@@ -1,12 +1,15 @@
-"""What every policy behind a server has: an address, deadlines, and how to start one."""
+"""What every policy behind a server has: an address, deadlines, a key, and how to start one."""
 
 from __future__ import annotations
 
+import os
+import sys
 from collections.abc import Mapping
-from typing import Any, TypeVar
+from pathlib import Path
+from typing import Any, Self, TypeVar
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, JsonValue
+from pydantic import BaseModel, ConfigDict, Field, JsonValue, model_validator
 
 from fairlead.checked_model import checked_model
 from fairlead.errors import ConfigError, PolicyError, expected
@@ -25,6 +28,8 @@ class RemoteOptions(BaseModel):
         warm_up_timeout_s: longest wait for the first answer, which may compile the model.
         answer_timeout_s: longest wait for any later one; less than the skill's
             ``inference_timeout_s``.
+        api_key_env, api_key_file: at most one of them: the environment variable, or the file,
+            that has the key for a server that asks for one. The key itself is in no option.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -34,6 +39,42 @@ class RemoteOptions(BaseModel):
     connect_timeout_s: float = Field(gt=0, le=4.5, allow_inf_nan=False)
     warm_up_timeout_s: float = Field(default=100.0, gt=0, le=100, allow_inf_nan=False)
     answer_timeout_s: float = Field(gt=0, allow_inf_nan=False)
+    api_key_env: str | None = Field(default=None, min_length=1)
+    api_key_file: str | None = Field(default=None, min_length=1)
+
+    @model_validator(mode="after")
+    def _one_key(self) -> Self:
+        if self.api_key_env is not None and self.api_key_file is not None:
+            raise ValueError("api_key_env, api_key_file: expected one of them, got both")
+        return self
+
+    @property
+    def key_source(self) -> str:
+        """Where the key comes from, in words."""
+        if self.api_key_env is not None:
+            return f"the environment variable {self.api_key_env}"
+        return f"the file {self.api_key_file}" if self.api_key_file is not None else "nowhere"
+
+    def api_key(self, who: str) -> str | None:
+        """The key; None if the server is to get none.
+
+        Raises:
+            PolicyError: the variable is not set, the file cannot be read, or the key is empty or
+                more than one line.
+        """
+        if self.api_key_env is not None:
+            key = os.environ.get(self.api_key_env, "")
+        elif self.api_key_file is not None:
+            try:
+                key = Path(self.api_key_file).expanduser().read_text(encoding="utf-8").strip()
+            except (OSError, ValueError) as error:
+                raise PolicyError(f"{who}: api_key_file: cannot be read: {error}") from None
+        else:
+            return None
+        if not key.isprintable() or not key:
+            got = "more than one line of text" if key else "nothing"
+            raise PolicyError(expected(who, f"an API key in {self.key_source}", got))
+        return key
 
 
 NO_MESSAGE = (ValueError, TypeError, RecursionError, MemoryError)
@@ -84,16 +125,34 @@ def busy_server(
     )
 
 
+def refused_key(who: str, options: RemoteOptions, said: str) -> PolicyError:
+    """The server wants a key, or another one."""
+    way = (
+        f"the key it got is from {options.key_source}"
+        if options.key_source != "nowhere"
+        else "it got no key: api_key_env: NAME (an environment variable) or api_key_file: PATH in "
+        "the policy's options gives it one"
+    )
+    return PolicyError(f"{who}: {options.address} lets nobody in without a key: {said}; {way}")
+
+
+def say(who: str, text: str) -> None:
+    """A line in the runner's log."""
+    print(f"{who}: {text}", file=sys.stderr, flush=True)
+
+
 def warm_up_observation(skill: SkillManifest) -> Observation:
     """Something to ask before the first goal, so that a server compiles, and shows its width.
 
     Black pictures and 0.5 everywhere: four of them are a rotation, four zeros are none.
     """
-    images = {
-        name: np.zeros((spec.height, spec.width, 3), dtype=np.uint8)
+    frames = {
+        name: np.zeros((len(spec.deltas), spec.height, spec.width, 3), dtype=np.uint8)
         for name, spec in skill.images.items()
     }
-    return Observation(0, np.full(skill.state_contract.dim, 0.5), skill.prompt, images)
+    images = {name: pixels[-1] for name, pixels in frames.items()}
+    state = np.full(skill.state_contract.dim, 0.5)
+    return Observation(0, state, skill.prompt, images, frames=frames)
 
 
 def output_of(who: str, outputs: Mapping[Any, object], name: str) -> object:
