@@ -1,6 +1,6 @@
 # Every target is one script or command: read it there. `make` alone lists them.
 .DEFAULT_GOAL := help
-.PHONY: help setup demo check test soak faults coverage mutate sanitize fuzz lint bench wheel clean
+.PHONY: help setup demo check test peers soak faults coverage mutate sanitize fuzz lint bench wheel clean
 # One at a time: the stages build on each other.
 .NOTPARALLEL:
 
@@ -18,6 +18,9 @@ check: ## the tests that start no process and no simulator, after a set-up: unde
 
 test: setup ## every test; scripts/test PATH runs some of them
 	@scripts/test
+
+peers: setup ## policy clients against published code; OPENPI, GROOT, RLDX name checkouts
+	@scripts/peers
 
 soak: setup ## the long tests: twenty seeds of the task; soundness and usability of the gate
 	@scripts/test -m soak
