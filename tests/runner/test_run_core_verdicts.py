@@ -79,3 +79,41 @@ def test_a_chunk_whose_number_an_injected_one_used_is_answered_by_its_refusal(ru
     refused = msgspec.structs.replace(verdict(run.chunk, 1, Outcome.REFUSED), code=5)
     run.take(run.core.on_verdict(refused, 0.0))
     assert "G005" in run.core.last_refusal
+
+
+def late(run: Story, value: float, code: int = 6) -> str:
+    """The words on a refusal of an answer that took 0.3 s, over ticks 5 to 11."""
+    run.tick(5)
+    for tick in range(6, 12):
+        run.tick(tick)
+    run.now_s = 0.3
+    run.answer()
+    refused = msgspec.structs.replace(
+        verdict(run.chunk, 1, Outcome.REFUSED), code=code, value=value, limit=10.0
+    )
+    run.take(run.core.on_verdict(refused, 0.3))
+    return run.core.last_refusal
+
+
+def test_a_chunk_that_a_slow_policy_made_too_old_says_so_with_the_time_it_has() -> None:
+    text = late(story(lockstep=False), value=12.0)
+    assert text.startswith("G006 ")
+    assert text.endswith(
+        "; the policy is slow: it answered after 0.30 s and has 0.20 s: age_max_ticks, 10 of "
+        "50 ms, less the age of its inputs"
+    )
+
+
+@pytest.mark.parametrize(("value", "code"), [(12.0, 20), (0.0, 6), (10.0, 6)])
+def test_other_refusals_say_nothing_of_slowness(value: float, code: int) -> None:
+    assert "slow" not in late(story(lockstep=False), value, code)
+
+
+def test_the_goal_s_result_has_the_words_too() -> None:
+    run = story(lockstep=False, deadline_ticks=8)
+    late(run, value=12.0)
+    run.answer() if run.core._asked else None
+    run.tick(14)
+    assert run.core.result is not None
+    assert "the last: G006 " in run.core.result.detail
+    assert "the policy is slow: it answered after 0.30 s" in run.core.result.detail

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from fairlead.messages import Outcome, Verdict
 from fairlead.wire.verdict_text import describe
+from fairlead_skill_runner.late_answer import late_words
 
 NEVER_ADMITTED = range(2, 6)
 """G002 to G005: codes of chunks that the gate did not take for this claim's next one."""
@@ -31,9 +32,14 @@ class SentChunk:
 
 
 class ChunkTracker:
-    """Book-keeping of one claim's chunks and verdicts."""
+    """Book-keeping of one claim's chunks and verdicts.
 
-    def __init__(self) -> None:
+    Args:
+        period_s: a control period.
+    """
+
+    def __init__(self, period_s: float) -> None:
+        self._period_s, self._took_s = period_s, 0.0
         self.newest: SentChunk | None = None
         self.answered = True
         self.released_last = 0
@@ -66,8 +72,21 @@ class ChunkTracker:
         """Observation tick of one of the last chunks."""
         return self._obs_ticks.get(seq)
 
-    def sent(self, chunk: SentChunk) -> None:
-        """Take note of a new chunk: from now on the gate's answer to it is awaited."""
+    def words(self, verdict: Verdict) -> str:
+        """A verdict that did not release all, for people; of a policy too slow that it is."""
+        text, chunk = describe(verdict), self.newest
+        if chunk is None or verdict.seq != chunk.seq:
+            return text
+        waited = chunk.sent_tick - chunk.obs_tick
+        return text + late_words(verdict, waited, self._took_s, self._period_s)
+
+    def sent(self, chunk: SentChunk, took_s: float = 0.0) -> None:
+        """Take note of a new chunk: from now on the gate's answer to it is awaited.
+
+        Args:
+            took_s: the policy's answer.
+        """
+        self._took_s = took_s
         self.newest = chunk
         self.answered = False
         self._obs_ticks[chunk.seq] = chunk.obs_tick
@@ -89,7 +108,7 @@ class ChunkTracker:
             self.answered = True
         if verdict.outcome == Outcome.REFUSED:
             self._refused.add(verdict.seq)
-            self._last_refused = describe(verdict)
+            self._last_refused = self.words(verdict)
             # A refused chunk leaves older released rows as they are; but rows that were
             # released and are judged again, because the robot did something else, are gone.
             if verdict.seq == self._released_seq:

@@ -31,7 +31,6 @@ from fairlead.messages import (
 )
 from fairlead.operate.claim_watch import ClaimWatch
 from fairlead.policy import Done, Failed
-from fairlead.wire.verdict_text import describe
 from fairlead_skill_runner import results
 from fairlead_skill_runner.candidate import candidate
 from fairlead_skill_runner.chunk_tracker import ChunkTracker
@@ -58,7 +57,7 @@ class RunCore:
         self.starved = 0
         self.last_refusal = ""
         self.phase = "running"
-        self._chunks = ChunkTracker()
+        self._chunks = ChunkTracker(1.0 / (setup.skill.rate_hz * setup.periods))
         self._watch = ClaimWatch(setup.source, setup.claim_id, setup.epoch, setup.session)
         self._inputs = ObservationBuffer(
             setup.skill,
@@ -165,7 +164,7 @@ class RunCore:
             self._progress_s = now_s
             self.phase = "running"
         if verdict.outcome != Outcome.RELEASED:
-            self.last_refusal = describe(verdict)
+            self.last_refusal = self._chunks.words(verdict)
         answer_tick = self._chunks.obs_tick(verdict.seq)
         if answer_tick is not None:
             self._feedback.on_verdict(verdict, answer_tick)
@@ -180,7 +179,8 @@ class RunCore:
         if self.result or asked is None or call != self.inferences:
             return []
         self._asked = None
-        self._progress_s += now_s - self._asked_s  # the policy's own time is no stall
+        took_s = now_s - self._asked_s
+        self._progress_s += took_s  # the policy's own time is no stall
         if isinstance(answer, PolicyError):
             return self._end(results.policy_error(answer))
         if isinstance(answer, Done | Failed):
@@ -190,7 +190,7 @@ class RunCore:
         chunk = candidate(
             self.setup, self._chunks.next_seq, asked, sent, self.tick, self._positions
         )
-        self._chunks.sent(chunk)
+        self._chunks.sent(chunk, took_s)
         self._feedback.on_answer(chunk.obs_tick, answer)
         self._schedule.sent(chunk, self.tick)
         return [SendChunk(chunk.payload), *self._advance(now_s)]
