@@ -1,7 +1,7 @@
 """What hatchling runs for the wheel: builds the gate, packs it with all that fairlead reads.
 
 The wheel gets the tree of fairlead.paths in ``fairlead/data``: robots, skills, deployment files,
-the lock file, and the gate, stripped, with the Zenoh library it was built with beside it.
+the lock file, and the gate, stripped, with the reader of its logs and the Zenoh library beside it.
 
 FAIRLEAD_GATE_DIR names a folder where the gate lies built: it is packed as it is then.
 """
@@ -23,6 +23,7 @@ from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 TREE = "fairlead/data"
 READ_AS_THEY_ARE = ("robots", "rskills", "compose", "requirements-run.lock")
 GATE = "fairlead-safety"
+READER = "fairlead-decisions"
 SHIM = "libfairlead_zenoh_shim.so"
 # Every distribution has these; what versions of them a glibc comes with, PEP 600 settles: a glibc
 # 2.35 with the C++ library's symbols up to 3.4.30, and so on (as auditwheel's policies say).
@@ -60,15 +61,16 @@ def gate_dir(root: Path) -> Path:
         compiler = output(root / "scripts" / "check-machine", "--compiler").strip()
         run(root / "scripts" / "build-gate", CXX=compiler)
     folder = Path(ready) if ready else root / "build" / "safety"
-    if not (folder / GATE).is_file():
-        raise SystemExit(f"wheel: no {GATE} in {folder}; build it with: scripts/build-gate")
+    for name in (GATE, READER):
+        if not (folder / name).is_file():
+            raise SystemExit(f"wheel: no {name} in {folder}; build it with: scripts/build-gate")
     return folder
 
 
 def stripped(folder: Path, stage: Path) -> list[Path]:
-    """Copies without debugging symbols of the gate and of what it loads from its own folder."""
+    """Copies without debugging symbols of the gate, its logs' reader and what the gate loads."""
     copies = []
-    for name in (GATE, SHIM):
+    for name in (GATE, READER, SHIM):
         if (folder / name).is_file():  # a gate on the official zenoh-c has no shim
             copies.append(Path(shutil.copy2(folder / name, stage)))
             run("strip", str(copies[-1]))

@@ -13,7 +13,7 @@ from bench.days.choice import choose
 from bench.days.day import Day, read_day, write_days
 from bench.days.decision_log import HEADER_BYTES, config_text, read_log
 from bench.days.runs import run_everything
-from fairlead.paths import gate_binary, repo_root
+from fairlead.paths import decisions_binary, repo_root
 
 CORPUS = repo_root() / "services/safety/test/corpus"
 MOST_BYTES = {"panda_mobile": 1_000_000, "panda": 250_000, "dual_panda": 230_000}
@@ -96,7 +96,7 @@ def _is_true(robot: str, text: str, day: Day) -> bool:
     with tempfile.TemporaryDirectory(prefix="fairlead-day-") as folder:
         log = Path(folder) / "one.decisions"
         write_days(log, _config_of(robot), text, [day], "recorded")
-        command = [str(gate_binary()), "judge", str(log)]
+        command = [str(decisions_binary()), "judge", str(log)]
         return subprocess.run(command, capture_output=True, check=False).returncode == 0
 
 

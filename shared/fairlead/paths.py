@@ -147,7 +147,20 @@ def gate_binary() -> Path:
     Raises:
         ConfigError: if it has not been built.
     """
-    path = repo_root() / "build" / "safety" / "fairlead-safety"
+    return _built("fairlead-safety")
+
+
+def decisions_binary() -> Path:
+    """The program beside the gate that reads decision logs.
+
+    Raises:
+        ConfigError: if it has not been built.
+    """
+    return _built("fairlead-decisions")
+
+
+def _built(program: str) -> Path:
+    path = repo_root() / "build" / "safety" / program
     if not path.is_file():
         raise ConfigError(f"safety gate: no binary at {path}; build it with: scripts/build-gate")
     return path

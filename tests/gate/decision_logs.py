@@ -1,4 +1,4 @@
-"""Decision logs of a scene's gate, and what ``fairlead-safety judge`` says about them."""
+"""Decision logs of a scene's gate, and what ``fairlead-decisions judge`` says about them."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ import numpy as np
 from bench.equipment.gate_scene import Scene
 from bench.equipment.mailbox import DEADLINE_S
 from fairlead.messages import Outcome, pack_floats
-from fairlead.paths import gate_binary
+from fairlead.paths import decisions_binary
 
 
 def judge(*words: object) -> tuple[int, dict[str, Any]]:
-    """Exit status and document of ``fairlead-safety judge``; {} if it refused to judge."""
+    """Exit status and document of ``fairlead-decisions judge``; {} if it refused to judge."""
     status, text = judged_text(*words, "--json")
     return status, json.loads(text) if text.startswith("{") else {}
 
 
 def judged_text(*words: object) -> tuple[int, str]:
-    """Exit status and text of ``fairlead-safety judge``."""
+    """Exit status and text of ``fairlead-decisions judge``."""
     done = subprocess.run(
-        [str(gate_binary()), "judge", *map(str, words)],
+        [str(decisions_binary()), "judge", *map(str, words)],
         capture_output=True,
         text=True,
         timeout=60,

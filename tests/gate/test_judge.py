@@ -12,7 +12,7 @@ import pytest
 
 from bench.equipment.gate_scene import Scene
 from fairlead.messages import GateState
-from fairlead.paths import gate_binary, gate_config
+from fairlead.paths import decisions_binary, gate_config
 from tests.cli.command import fairlead
 from tests.gate.decision_logs import (
     drive,
@@ -85,7 +85,7 @@ def test_a_log_is_not_judged_under_the_limits_of_another_robot(a_run: Path) -> N
     other = gate_config("panda", "sim")
     assert judged_text(a_run, "--config", other) == (
         2,
-        f"ERROR fairlead-safety: judge: the log is of the robot panda_mobile, {other} of panda\n",
+        f"ERROR fairlead-decisions: judge: the log is of the robot panda_mobile, {other} of panda\n",
     )
 
 
@@ -158,13 +158,13 @@ def test_what_is_no_log_is_refused_by_name(tmp_path: Path) -> None:
     status, text = judged_text(tmp_path)
     assert (status, text) == (
         2,
-        f"ERROR fairlead-safety: decision log: no *.decisions in the folder {tmp_path}\n",
+        f"ERROR fairlead-decisions: decision log: no *.decisions in the folder {tmp_path}\n",
     )
     (tmp_path / "other").write_text("what the robot did\n")
     status, text = judged_text(tmp_path / "other")
     assert (status, text) == (
         2,
-        f"ERROR fairlead-safety: decision log {tmp_path}/other: expected its first line to be "
+        f"ERROR fairlead-decisions: decision log {tmp_path}/other: expected its first line to be "
         "fairlead-decisions-2\n",
     )
 
@@ -174,7 +174,7 @@ def test_a_log_of_an_older_gate_is_refused_by_its_layout(tmp_path: Path) -> None
     status, text = judged_text(tmp_path / "old")
     assert (status, text) == (
         2,
-        f"ERROR fairlead-safety: decision log {tmp_path}/old: it has layout 1, this gate reads "
+        f"ERROR fairlead-decisions: decision log {tmp_path}/old: it has layout 1, this gate reads "
         "layout 2 only: judge it with the gate that wrote it\n",
     )
 
@@ -184,16 +184,30 @@ def test_an_option_without_a_value_is_not_an_option_that_was_not_given(
     a_run: Path, value: list[str]
 ) -> None:
     done = subprocess.run(
-        [gate_binary(), "judge", a_run, "--config", *value],
+        [decisions_binary(), "judge", a_run, "--config", *value],
         capture_output=True,
         text=True,
         check=False,
     )
     assert (done.returncode, done.stdout) == (
         2,
-        "ERROR fairlead-safety: judge: --config: expected a value after it; see: "
-        "fairlead-safety judge --help\n",
+        "ERROR fairlead-decisions: judge: --config: expected a value after it; see: "
+        "fairlead-decisions judge --help\n",
     )
+
+
+@pytest.mark.parametrize("words", [[], ["check", "LOG"]])
+def test_the_reader_of_logs_knows_two_commands_and_no_gate(words: list[str]) -> None:
+    told = [decisions_binary(), *words]
+    done = subprocess.run(told, capture_output=True, text=True, check=False)
+    got = words[0] if words else ""
+    assert (done.returncode, done.stdout) == (
+        2,
+        f"ERROR fairlead-decisions: expected judge or explain, got '{got}'; see: "
+        "fairlead-decisions --help\n",
+    )
+    helped = subprocess.run([told[0], "--help"], capture_output=True, text=True, check=False)
+    assert helped.returncode == 0 and "example: fairlead-decisions judge" in helped.stdout
 
 
 def test_the_command_line_judges_by_the_gates_own_program(
@@ -210,6 +224,6 @@ def test_the_command_line_judges_by_the_gates_own_program(
 def test_a_folder_is_no_configuration(a_run: Path, tmp_path: Path) -> None:
     assert judged_text(a_run, "--config", tmp_path) == (
         2,
-        f"ERROR fairlead-safety: configuration {tmp_path}: cannot be read; make it with: "
+        f"ERROR fairlead-decisions: configuration {tmp_path}: cannot be read; make it with: "
         "fairlead robot compile\n",
     )

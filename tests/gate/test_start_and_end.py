@@ -161,6 +161,7 @@ def test_the_log_names_what_happened_and_why(scene: Scene) -> None:
     [
         (["--robot"], "--robot: expected a value after it"),
         (["--speed", "1"], "unknown argument '--speed'; see: fairlead-safety --help"),
+        (["judge", "LOG"], "unknown argument 'judge'; see: fairlead-safety --help"),
         ([], "--robot: missing; see: fairlead-safety --help"),
         (
             ["--robot", "A/B", "--config", "c", "--listen", "tcp/127.0.0.1:1", "--state-dir", "s"],

@@ -36,7 +36,9 @@ def test_the_gate_in_the_wheel_runs_alone_and_claims_no_more_machines_than_are_t
     gate = person.tree / GATE
     assert gate.stat().st_mode & stat.S_IXUSR
     assert subprocess.run([gate, "--help"], capture_output=True, timeout=10).returncode == 0
-    binaries = [gate, *gate.parent.glob("*.so")]
+    reader = gate.with_name("fairlead-decisions")
+    assert subprocess.run([reader, "--help"], capture_output=True, timeout=10).returncode == 0
+    binaries = [gate, reader, *gate.parent.glob("*.so")]
     asked = ""
     for one in binaries:
         shown = ["readelf", "--wide", "--dynamic", "--version-info", str(one)]

@@ -11,7 +11,7 @@ import typer
 
 from fairlead.deploy.registry import Registry
 from fairlead.errors import NoAnswerError
-from fairlead.paths import gate_binary
+from fairlead.paths import decisions_binary
 from fairlead_tools.cli.console import echo, print_json
 from fairlead_tools.cli.options import JsonOption, RunningOption, choose_running, example
 from fairlead_tools.decision_log.explanation import Explanation, explain
@@ -145,9 +145,9 @@ def judge_command(
 ) -> None:
     """Judge a recorded run again: identical bit for bit, or otherwise under other limits.
 
-    Becomes `fairlead-safety judge`, which lies beside the gate. Exit status: 0 identical, 1
+    Becomes `fairlead-decisions judge`, which lies beside the gate. Exit status: 0 identical, 1
     different, 2 not readable or damaged.
     """
-    gate = str(gate_binary())
+    reader = str(decisions_binary())
     words = [] if config is None else ["--config", str(config)]
-    os.execv(gate, [gate, "judge", str(log), *words, *(["--json"] if as_json else [])])  # noqa: S606
+    os.execv(reader, [reader, "judge", str(log), *words, *(["--json"] if as_json else [])])  # noqa: S606

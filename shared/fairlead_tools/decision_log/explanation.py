@@ -1,4 +1,4 @@
-"""What a gate's decision log says about a decision, as ``fairlead-safety explain`` reads it.
+"""What a gate's decision log says about a decision, as ``fairlead-decisions explain`` reads it.
 
 The gate's own program reads the log and, for what would have passed, asks the gate's own code
 again; here it is only decoded. Numbers are in the unit that ``Chunk.unit`` names; ids are hex.
@@ -13,11 +13,11 @@ from typing import Literal
 import msgspec
 
 from fairlead.errors import ConfigError
-from fairlead.paths import gate_binary
+from fairlead.paths import decisions_binary
 
 Number = float | Literal["nan", "inf", "-inf"]
 _PATIENCE_S = 300.0
-_BLAME = "ERROR fairlead-safety: "
+_BLAME = "ERROR fairlead-decisions: "
 
 
 class ChunkPart(msgspec.Struct, frozen=True):
@@ -173,7 +173,7 @@ def explain(log: Path, tick: int | None = None, source: str | None = None) -> Ex
     Raises:
         ConfigError: the log cannot be read, or the gate is not built.
     """
-    command = [str(gate_binary()), "explain", str(log)]
+    command = [str(decisions_binary()), "explain", str(log)]
     if tick is not None:
         command += ["--tick", str(tick)]
     if source is not None:

@@ -1,5 +1,5 @@
 // The decision log: everything the gate's core was given and what it decided, in a file that
-// `fairlead-safety judge` replays.
+// `fairlead-decisions judge` replays.
 //
 // The gate hands over bytes and goes on: they go into a ring of fixed size, from where a thread
 // of its own writes them. Whatever the disk does, no decision waits for it. Records for which

@@ -137,7 +137,7 @@ json explained(const std::filesystem::path& path, const Limits& limits, const Re
 }  // namespace
 
 std::string explain_usage() {
-  return R"(fairlead-safety explain LOG [--tick N] [--source S]: why, as one JSON document.
+  return R"(fairlead-decisions explain LOG [--tick N] [--source S]: why, as one JSON document.
 
   LOG         a *.decisions file, or a folder of them: its newest
   --tick N    decisions made at this tick or about a row for it; without it: the last refusal or

@@ -1,4 +1,4 @@
-// `fairlead-safety explain LOG`: what `fairlead why` puts into words.
+// `fairlead-decisions explain LOG`: what `fairlead why` puts into words.
 #pragma once
 
 #include <string>

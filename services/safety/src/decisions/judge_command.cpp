@@ -216,7 +216,7 @@ int report_otherwise(const LogWords& words, json found, const Limits& limits,
 }  // namespace
 
 std::string judge_usage() {
-  return R"(fairlead-safety judge LOG [--config FILE] [--json]: judge recorded steps again.
+  return R"(fairlead-decisions judge LOG [--config FILE] [--json]: judge recorded steps again.
 
   LOG            a *.decisions file, or a folder of them: its newest
   --config FILE  another compiled gate file of the same robot: which chunks would have come to
@@ -226,7 +226,7 @@ std::string judge_usage() {
 Exit status: 0 identical (with --config: no outcome changes), 1 different, 2 not readable, or
 damaged: what is before the damage is judged and found identical.
 
-example: fairlead-safety judge ~/.local/state/fairlead/panda_mobile/safety/decisions
+example: fairlead-decisions judge ~/.local/state/fairlead/panda_mobile/safety/decisions
 )";
 }
 

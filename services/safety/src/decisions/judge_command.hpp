@@ -1,4 +1,4 @@
-// `fairlead-safety judge LOG`: the recorded steps through this gate again.
+// `fairlead-decisions judge LOG`: the recorded steps through this gate again.
 #pragma once
 
 #include <string>

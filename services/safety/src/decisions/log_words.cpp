@@ -16,7 +16,7 @@ bool is_one_of(const std::vector<std::string>& names, const std::string& word) {
 LogWords parse_log_words(const std::string& command, const std::vector<std::string>& words,
                          const std::vector<std::string>& valued,
                          const std::vector<std::string>& flags) {
-  const std::string see = "; see: fairlead-safety " + command + " --help";
+  const std::string see = "; see: fairlead-decisions " + command + " --help";
   LogWords found;
   found.help = is_one_of(words, "--help") || is_one_of(words, "-h");
   if (found.help) return found;

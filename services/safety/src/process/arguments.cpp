@@ -91,15 +91,13 @@ Not safety-rated; its stop is a protective stop request.
                      is for hardware boots latched when its folder was never used before
   --decision-log DIR where what the gate was given and decided is recorded, in numbered files, or none
                      (default: decisions/ in the state folder); read it with: fairlead why, and
-                     fairlead-safety judge --help
+                     fairlead-decisions --help
   --decision-log-files N  how many files are kept there (default: 20)
   --decision-log-mib N    size of all of them together; the oldest go (default: 1024)
   --namespace NAME   first chunk of every key (default: fl)
   --service NAME     this process's name in keys and logs (default: safety)
 
 fairlead-safety check FILE   whether a gate would start on this compiled file
-fairlead-safety judge LOG    judges a decision log again; see: fairlead-safety judge --help
-fairlead-safety explain LOG  what `fairlead why` puts into words
 
 Prints `ready` when it is up. SIGTERM and SIGINT disarm it and end it with status 0.
 Exit status: 0 ended on request, 1 network or state folder unusable, 2 refused configuration.

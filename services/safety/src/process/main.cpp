@@ -9,9 +9,7 @@
 #include "config/config_loader.hpp"
 #include "config/config_origin.hpp"
 #include "config/sha256.hpp"
-#include "decisions/explain_command.hpp"
 #include "decisions/header.hpp"
-#include "decisions/judge_command.hpp"
 #include "process/arguments.hpp"
 #include "process/gate_process.hpp"
 #include "process/latch_store.hpp"
@@ -140,10 +138,6 @@ int report(const std::exception& error, int status) {
 int main(int count, char** words) {
   try {
     const std::vector<std::string> given(words + 1, words + count);
-    if (!given.empty() && given[0] == "judge")
-      return judge_command({given.begin() + 1, given.end()});
-    if (!given.empty() && given[0] == "explain")
-      return explain_command({given.begin() + 1, given.end()});
     if (given.size() == 2 && given[0] == "check") return check_command(given[1]);
     const Arguments arguments = parse_arguments(given);
     if (arguments.help) {
