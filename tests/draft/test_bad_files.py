@@ -64,12 +64,12 @@ def test_a_model_that_is_no_arm_is_said_by_joint_or_file(
 
 
 def test_a_servo_too_stiff_for_the_timestep_is_said_before_anything_starts(desk: Desk) -> None:
-    stiff = (
+    model = desk.example(
         ('integrator="implicitfast"', ""),
         ('damping="1" armature="0.05"', ""),
-        ('kv="25"', 'kv="1000"'),
+        ('kp="400" kv="25" forcerange="-40 40"', 'kp="400" kv="1000"'),
     )
-    done = desk.new("mine", "--mjcf", desk.example(*stiff))
+    done = desk.new("mine", "--mjcf", model)
     assert done.returncode == 0, done.stderr
     assert "hal_mujoco cannot move it yet: hal_mujoco: the simulation diverged at" in done.stdout
     assert not (desk.folder / "MUJOCO_LOG.TXT").exists()
