@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -14,6 +16,7 @@ from bench.equipment.live_robot import wait_for
 from fairlead.errors import ConfigError, FairleadError, HardwareError
 from fairlead.hal.backend import PartCommand
 from fairlead.modes import ControlMode
+from fairlead.paths import repo_root
 from fairlead_hal_so101.calibration import load_calibration
 from fairlead_hal_so101.so101_backend import So101Backend
 from tests.so101.arm import ROBOT, as_delivered, backend
@@ -153,6 +156,41 @@ def test_torque_is_off_at_the_end_only_where_it_is_asked_for(
     assert servos.sync_read_register([1, 6], "torque_enable") == [int(not off)] * 2
     assert servos.sync_read_register([1], "goal_velocity") == [3070]
     servos.close()
+
+
+KILLED = """
+import sys
+from pathlib import Path
+from tests.so101.arm import backend
+from tests.so101.test_backend import told
+with backend(Path(sys.argv[1]), Path(sys.argv[2]), torque_off_at_exit=True) as hal:
+    goal = 0.0
+    while True:
+        hal.read()
+        goal += 0.02
+        hal.apply(told(goal))
+        print(goal, flush=True)
+"""
+
+
+def test_a_killed_hal_leaves_each_servo_at_its_last_goal_with_torque(
+    sound: EmulatedArm, file: Path
+) -> None:
+    sound.order("pull 1")
+    words = [sys.executable, "-c", KILLED, str(sound.port), str(file)]
+    process = subprocess.Popen(words, cwd=repo_root(), stdout=subprocess.PIPE, text=True)
+    assert process.stdout is not None
+    with process.stdout as lines:
+        while (goal := float(lines.readline())) < 0.4:
+            pass
+        process.kill()
+        last = float((lines.read().split() or [str(goal)])[-1])
+    process.wait()
+    with backend(sound.port, file) as hal:  # what it sends first is where the arm is
+        wait_for(lambda: abs(hal.read().positions[0] - last) < 0.05, "the last goal")
+        hal.apply(told(0.0))
+        wait_for(lambda: abs(hal.read().positions[0]) < 0.05, "it to be back")
+    sound.order("pull 1 0.0")
 
 
 @pytest.mark.parametrize(
