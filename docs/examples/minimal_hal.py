@@ -20,10 +20,9 @@ class MinimalArm:
     def __init__(self, robot: RobotManifest, profile: str) -> None:
         self.robot, self.profile, self.period_s = robot, profile, robot.tick_period_ns * 1e-9
         joints = [*robot.joints, *robot.passive_joints]  # fingers that nobody commands stand still
-        home = robot.home.positions if robot.home else {}
-        middle = [(one.lower + one.upper) / 2 if one.has_bounds else 0.0 for one in joints]
-        start = zip(joints, middle, strict=True)
-        self.positions = np.array([home.get(one.name, other) for one, other in start])
+        start = {j.name: (j.lower + j.upper) / 2 if j.has_bounds else 0.0 for j in joints}
+        start |= robot.home.positions if robot.home else {}
+        self.positions = np.array([start[joint.name] for joint in joints])
         self.velocities = np.zeros(len(joints))
 
     def describe(self) -> BackendDescription:
