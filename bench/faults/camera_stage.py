@@ -9,9 +9,10 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from bench.equipment.live_robot import wait_for
+from bench.equipment.motion_log import longest_tick_ms
 from bench.equipment.rendering import CAN_RENDER
-from bench.faults.live_stage import LiveStage, live_stage
-from bench.faults.row import NotHereError
+from bench.faults.live_stage import LATE_TICK_MS, LiveStage, live_stage
+from bench.faults.row import MachineLateError, NotHereError
 from fairlead.operate.goal import Progress
 from fairlead.wire.bus import Sample
 from fairlead_tools.supervisor.scratch import ScratchRobot
@@ -46,6 +47,17 @@ class CameraStage(LiveStage):
         except AssertionError as error:
             self.in_time(began_ns, time.monotonic_ns(), str(error))
             raise
+
+    def in_time(self, began_ns: int, ended_ns: int, what: str) -> None:
+        """Asserts that the simulator kept its ticks in a stretch of time.
+
+        Raises:
+            MachineLateError: it did not, so ``what`` happened.
+        """
+        lines = [line for line in self.motion.since(began_ns) if line.stamp_ns <= ended_ns]
+        tick_ms = longest_tick_ms(lines)
+        if tick_ms > LATE_TICK_MS:
+            raise MachineLateError(f"ticks of up to {tick_ms:.0f} ms: {what[:200]}")
 
     def frames_a_second(self, began_ns: int, ended_ns: int) -> float:
         """Pictures of all cameras together, in a stretch of time."""
