@@ -14,19 +14,31 @@ from typing import Literal, Protocol
 from fairlead.errors import ConfigError
 from fairlead.messages import FloatArray
 from fairlead.plugins import LAYOUTS
-from fairlead.skill.bindings import PoseBinding, StateContractBindings
+from fairlead.skill.bindings import PoseBinding, QuaternionSign, StateContractBindings
 
 __all__ = ["Layout", "LayoutField", "LayoutInputs", "load_layout"]
 
 ParentBinding = Literal["base_frame", "world_frame"]
-FieldKind = Literal["position", "quaternion", "axis-angle", "gripper", "joints"]
+FieldKind = Literal[
+    "position",
+    "quaternion",
+    "axis-angle",
+    "gripper",
+    "gripper velocities",
+    "joints",
+    "joint velocities",
+    "ratios",
+]
 
 _WIDTHS: dict[FieldKind, int] = {
     "position": 3,
     "quaternion": 4,
     "axis-angle": 3,
     "gripper": 2,
+    "gripper velocities": 2,
     "joints": 7,
+    "joint velocities": 7,
+    "ratios": 7,
 }
 
 
@@ -40,8 +52,14 @@ class LayoutInputs(Protocol):
     def position3(self, parent: ParentBinding, child: PoseBinding) -> FloatArray:
         """Where ``child`` is in ``parent``: shape ``[3]`` [m]."""
 
-    def quaternion4(self, parent: ParentBinding, child: PoseBinding) -> FloatArray:
-        """How ``child`` is turned in ``parent``: shape ``[4]``, unit quaternion."""
+    def quaternion4(
+        self, parent: ParentBinding, child: PoseBinding, sign: QuaternionSign | None = None
+    ) -> FloatArray:
+        """How ``child`` is turned in ``parent``: shape ``[4]``, unit quaternion.
+
+        Args:
+            sign: instead of the one bound for ``child``.
+        """
 
     def axis_angle3(self, parent: ParentBinding, child: PoseBinding) -> FloatArray:
         """How ``child`` is turned in ``parent``: shape ``[3]``, unit axis times angle [rad]."""
@@ -55,8 +73,14 @@ class LayoutInputs(Protocol):
     def joints(self) -> FloatArray:
         """Positions of the bound joints in their order, else of the layout's own [rad or m]."""
 
+    def joint_velocities(self) -> FloatArray:
+        """Velocities of the same joints [rad/s or m/s]."""
+
     def gripper2(self) -> FloatArray:
         """Both fingers [m]: two joints as measured, or one joint v as ``[v, -v]``."""
+
+    def gripper_velocities2(self) -> FloatArray:
+        """Velocities of the same fingers [m/s]."""
 
     def in_world(self, frame: str) -> LayoutInputs:
         """The same with ``world_frame`` bound to ``frame``."""

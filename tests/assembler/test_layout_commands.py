@@ -52,7 +52,8 @@ def test_verify_takes_a_layout_instead_of_a_skill(tmp_path: Path) -> None:
         (
             ("--layout", "gr2"),
             "layout verify: expected a layout, got 'gr2' (valid: aloha, base_pose_6d, gr1, "
-            "human300_16d, libero, libero_eef8d, mobile_pick_30d, rc365 from fairlead 0.1.0)",
+            "human300_16d, libero, libero_eef8d, mobile_pick_30d, panda_omron_53d, rc365 from "
+            "fairlead 0.1.0)",
         ),
         (
             ("--layout", "gr1"),

@@ -107,7 +107,13 @@ def test_frame_that_does_not_exist_is_an_error() -> None:
     )
 
 
-VERIFIABLE: tuple[str, ...] = ("human300_16d", "rc365", "libero_eef8d", "libero")
+VERIFIABLE: tuple[str, ...] = (
+    "human300_16d",
+    "rc365",
+    "libero_eef8d",
+    "libero",
+    "panda_omron_53d",
+)
 
 
 @pytest.mark.parametrize("layout", VERIFIABLE)

@@ -55,8 +55,9 @@ def joints_of(layout: str, bindings: StateContractBindings) -> list[str]:
 
 
 def measured(names: list[str]) -> JointPositions:
-    """Each joint at a position of its own, whatever the order of the names."""
-    return JointPositions.named(names, np.array([float(sum(name.encode())) for name in names]))
+    """Each joint at a position and velocity of its own, whatever the order of the names."""
+    numbers = np.array([float(sum(name.encode())) for name in names])
+    return JointPositions.named(names, numbers, numbers / 7)
 
 
 def assembled(layout: str, bindings: StateContractBindings, buffer: TransformBuffer) -> FloatArray:

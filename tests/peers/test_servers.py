@@ -27,7 +27,13 @@ from tests.runner.asked_policies import PI05, failure, observation
 
 pytestmark = [pytest.mark.processes, pytest.mark.timeout(120)]
 
-ZMQ_SKILLS = ["rldx1-ft-rc365-nf4", "rldx-robocasa"]
+FRAMES = [-6, -4, -2, 0]
+ZMQ_SKILLS = [
+    ("rldx1-ft-rc365-nf4", FRAMES, [0]),
+    ("rldx-robocasa", FRAMES, [0]),
+    ("gr00t-robocasa", [0], FRAMES),
+]
+"""With the frames that fit, and others that do not."""
 
 
 @contextmanager
@@ -92,27 +98,28 @@ def config_of(skill: SkillManifest, frames: list[int]) -> str:
     })  # fmt: skip
 
 
-def drive(checkout: Path, skill: SkillManifest) -> None:
-    with serving("serve_zmq", str(checkout), config_of(skill, [-6, -4, -2, 0])) as port:
+def drive(checkout: Path, name: str, fitting: list[int], others: list[int]) -> None:
+    skill = load_skill(name)
+    with serving("serve_zmq", str(checkout), config_of(skill, fitting)) as port:
         policy = made(skill, RldxZmqPolicy, f"tcp://127.0.0.1:{port}")
         policy.reset()
         rows = policy.infer(observation(skill))
         assert rows.tobytes() == overshooting().tobytes()
         assert np.abs(admitted_rows(skill, rows)[:, :10]).max() == 1.0
         policy._link.close()
-    with serving("serve_zmq", str(checkout), config_of(skill, [0])) as port:
+    with serving("serve_zmq", str(checkout), config_of(skill, others)) as port:
         address = f"tcp://127.0.0.1:{port}"
         text = failure(lambda: made(skill, RldxZmqPolicy, address))
-        assert "it wants frames at deltas [0]" in text
+        assert f"it wants frames at deltas {others}" in text
 
 
-@pytest.mark.parametrize("name", ZMQ_SKILLS)
-def test_gr00t_s_server_drives_the_skills_for_rldx(name: str) -> None:
+@pytest.mark.parametrize(("name", "fitting", "others"), ZMQ_SKILLS)
+def test_gr00t_s_server_drives_the_skills(name: str, fitting: list[int], others: list[int]) -> None:
     for checkout in checkouts("GROOT", "gr00t/policy/server_client.py"):
-        drive(checkout, load_skill(name))
+        drive(checkout, name, fitting, others)
 
 
-@pytest.mark.parametrize("name", ZMQ_SKILLS)
-def test_rldx_s_server_drives_its_skills(name: str) -> None:
+@pytest.mark.parametrize(("name", "fitting", "others"), ZMQ_SKILLS[:2])
+def test_rldx_s_server_drives_its_skills(name: str, fitting: list[int], others: list[int]) -> None:
     for checkout in checkouts("RLDX", "rldx/policy/server_client.py"):
-        drive(checkout, load_skill(name))
+        drive(checkout, name, fitting, others)

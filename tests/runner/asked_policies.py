@@ -25,7 +25,9 @@ def observation(skill: SkillManifest, tick: int = 9) -> Observation:
     }
     images = {name: pixels[-1] for name, pixels in frames.items()}
     several = {name: pixels for name, pixels in frames.items() if len(pixels) > 1}
-    return Observation(tick, rng.normal(size=16), "put it there", images, frames=several)
+    return Observation(
+        tick, rng.normal(size=skill.state_contract.dim), "put it there", images, frames=several
+    )
 
 
 Ask = Callable[..., PolicyWorker]

@@ -22,7 +22,7 @@ from tests.runner.scripted_robot import ROUTES, Story, setup
 
 MOBILE = load_robot("panda_mobile")
 PI05 = load_skill("pi05-robocasa365-human300-nf4")
-SHIPPED = ["pi05-robocasa365-human300-nf4", "rldx-robocasa", "rldx1-ft-rc365-nf4"]
+SHIPPED = ["gr00t-robocasa", "pi05-robocasa365-human300-nf4", "rldx-robocasa", "rldx1-ft-rc365-nf4"]
 FITTING = resolve_routes(PI05.action_contract, MOBILE)
 
 Rows = np.ndarray[Any, np.dtype[np.float32]]

@@ -47,9 +47,16 @@ class BoundInputs:
         """Where ``child`` is in ``parent``: shape ``[3]`` [m]."""
         return np.array(self._pose(parent, child).translation)
 
-    def quaternion4(self, parent: ParentBinding, child: PoseBinding) -> FloatArray:
-        """How ``child`` is turned in ``parent``: shape ``[4]``, unit quaternion."""
-        return self._quaternion(self._rotated(parent, child), child)
+    def quaternion4(
+        self, parent: ParentBinding, child: PoseBinding, sign: QuaternionSign | None = None
+    ) -> FloatArray:
+        """How ``child`` is turned in ``parent``: shape ``[4]``, unit quaternion.
+
+        Args:
+            sign: instead of the one bound for ``child``.
+        """
+        order = self._bindings.quaternion_convention
+        return rotation4(self._rotated(parent, child), order, sign or self._sign(child))
 
     def axis_angle3(self, parent: ParentBinding, child: PoseBinding) -> FloatArray:
         """How ``child`` is turned in ``parent``: shape ``[3]``, unit axis times angle [rad]."""
@@ -58,7 +65,8 @@ class BoundInputs:
     def pose7(self, parent: ParentBinding, child: PoseBinding) -> FloatArray:
         """Position [m] and unit quaternion of one frame: shape ``[7]``."""
         pose = self._pose(parent, child)
-        return np.concatenate((pose.translation, self._quaternion(pose, child)))
+        order = self._bindings.quaternion_convention
+        return np.concatenate((pose.translation, rotation4(pose, order, self._sign(child))))
 
     def planar3(self, parent: ParentBinding, child: PoseBinding) -> FloatArray:
         """x, y [m] and yaw about z [rad], in (-pi, pi]: shape ``[3]``."""
@@ -70,17 +78,25 @@ class BoundInputs:
         """Positions of the bound joints in their order, else of the layout's own [rad or m]."""
         return self._joints.positions(self._layout.bound_joints(self._bindings))
 
+    def joint_velocities(self) -> FloatArray:
+        """Velocities of the same joints [rad/s or m/s]."""
+        names = self._layout.bound_joints(self._bindings)
+        return np.array([self._joints.velocity(name) for name in names])
+
     def gripper2(self) -> FloatArray:
         """Both fingers [m]: two joints as measured, or one joint v as ``[v, -v]``."""
-        return gripper_pair(self._layout.bound_gripper(self._bindings), self._joints)
+        names = self._layout.bound_gripper(self._bindings)
+        return gripper_pair(names, self._joints.position)
+
+    def gripper_velocities2(self) -> FloatArray:
+        """Velocities of the same fingers [m/s]."""
+        names = self._layout.bound_gripper(self._bindings)
+        return gripper_pair(names, self._joints.velocity)
 
     def in_world(self, frame: str) -> BoundInputs:
         """The same with ``world_frame`` bound to ``frame``."""
         bindings = self._bindings.model_copy(update={"world_frame": frame})
         return BoundInputs(self._name, self._layout, bindings, self._joints, self._transforms)
-
-    def _quaternion(self, pose: SE3, child: PoseBinding) -> FloatArray:
-        return rotation4(pose, self._bindings.quaternion_convention, self._sign(child))
 
     def _sign(self, child: PoseBinding) -> QuaternionSign:
         return self._bindings.quaternion_signs.get(child, "+w")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Literal
 
 import numpy as np
@@ -12,7 +12,6 @@ import pinocchio as pin
 from fairlead.errors import LayoutError
 from fairlead.messages import FloatArray
 from fairlead.skill.bindings import QuaternionSign
-from fairlead_state_assembler.joint_positions import JointPositions
 from fairlead_state_assembler.pose_decoding import SE3
 
 QuaternionOrder = Literal["xyzw", "wxyz"]
@@ -50,16 +49,19 @@ def axis_angle3(pose: SE3, sign: QuaternionSign) -> FloatArray:
     return xyzw[:3] * (2.0 * math.atan2(sine, xyzw[3]) / sine)
 
 
-def gripper_pair(names: Sequence[str], joints: JointPositions) -> FloatArray:
-    """Both fingers [m]: two joints as measured, or one joint v as ``[v, -v]``.
+def gripper_pair(names: Sequence[str], measured: Callable[[str], float]) -> FloatArray:
+    """Both fingers [m or m/s]: two joints as measured, or one joint v as ``[v, -v]``.
+
+    Args:
+        measured: the position or velocity of a joint.
 
     Raises:
         LayoutError: ``missing_joint``, for any other number of joints or an unknown one.
     """
     if len(names) == 2:
-        return np.array([joints.position(names[0]), joints.position(names[1])])
+        return np.array([measured(names[0]), measured(names[1])])
     if len(names) == 1:
-        value = joints.position(names[0])
+        value = measured(names[0])
         return np.array([value, -value])
     raise LayoutError(
         f"gripper_qpos_joints: expected one or two joints, got {list(names)}",

@@ -36,9 +36,23 @@ ALLOWED = {
     "quaternion": 1e-4,
     "axis-angle": 1e-4,
     "gripper": 1e-3,
+    "gripper velocities": 1e-3,
     "joints": 1e-4,
+    "joint velocities": 1e-4,
+    "ratios": 1e-4,
 }
-"""Largest error per kind of field: [m], [rad], [rad], [m], [rad]."""
+"""Largest error per kind of field, in its unit."""
+
+UNITS = {
+    "position": "m",
+    "quaternion": "rad",
+    "axis-angle": "rad",
+    "gripper": "m",
+    "gripper velocities": "m/s",
+    "joints": "rad",
+    "joint velocities": "rad/s",
+    "ratios": "",
+}
 
 OUR_SCENE = "MobilePickPlace"
 BASE_LOWEST, BASE_HIGHEST = (-3.0, -3.0, -3.0), (-2.0, -2.0, 3.0)
@@ -77,6 +91,7 @@ class FieldReport:
 @dataclass(frozen=True)
 class _Sample:
     positions: FloatArray
+    velocities: FloatArray
     transforms: tuple[FramePose, ...]
     static: tuple[FramePose, ...]
     truth: Truth
@@ -130,6 +145,7 @@ def verify_layout(
         for tick in range(1, n_ticks + 1):
             sample = _Sample(
                 backend.read().positions,
+                backend.read().velocities,
                 tuple(backend.transforms()),
                 tuple(backend.static_transforms()),
                 read_truth(backend.env, fields),
@@ -164,7 +180,7 @@ def _simulator(robot: str, base_pose: list[float]) -> SimulatorOptions:
 
 
 def _values(assembler: LocalAssembler, contract: StateContract, sample: _Sample) -> FloatArray:
-    assembler.take(sample.positions, sample.transforms, sample.static)
+    assembler.take(sample.positions, sample.transforms, sample.static, sample.velocities)
     return assembler.assemble(contract)
 
 
@@ -195,7 +211,7 @@ def _report(
     sample: _Sample,
 ) -> FieldReport:
     allowed = ALLOWED[field.kind]
-    unit = "rad" if field.is_rotation or field.kind == "joints" else "m"
+    unit = UNITS[field.kind]
     blame = "" if worst.error <= allowed else _blame(assembler, contract, field, sample)
     return FieldReport(
         field.name, unit, worst.error, allowed, worst.tick, blame, worst.other_sign_ticks

@@ -28,7 +28,11 @@ _OBSERVATION_KEYS = {
     "world_to_eef position": "robot0_eef_pos",
     "world_to_eef rotation": "robot0_eef_quat",
     "arm joints": "robot0_joint_pos",
+    "arm joints' cosines": "robot0_joint_pos_cos",
+    "arm joints' sines": "robot0_joint_pos_sin",
+    "arm joints' velocities": "robot0_joint_vel",
     "gripper": "robot0_gripper_qpos",
+    "gripper velocities": "robot0_gripper_qvel",
 }
 
 
