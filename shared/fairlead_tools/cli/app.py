@@ -20,6 +20,7 @@ from fairlead_tools.cli.demo import demo_command, parity_command, plot_command
 from fairlead_tools.cli.emulate import group as emulate_group
 from fairlead_tools.cli.evaluate import eval_command
 from fairlead_tools.cli.goals import cancel_command, episode_command, run_command
+from fairlead_tools.cli.hal_check import group as hal_group
 from fairlead_tools.cli.jog import home_command, jog_command
 from fairlead_tools.cli.layout import group as layout_group
 from fairlead_tools.cli.options import EXIT_CODES, add_commands
@@ -135,6 +136,7 @@ add_commands(
 for _group in (
     skill_group,
     robot_group,
+    hal_group,
     layout_group,
     topic_group,
     calibrate_group,

@@ -78,15 +78,7 @@ class DrivenRobot:
         self.profile = self.deployment.profile
         self.backend = backend or _backend(self.robot, self.deployment)
         self.period_s = self.robot.tick_period_ns * 1e-9
-        tree = description_tree(self.robot)
-        self.chains: dict[str, ToolChain] = {}
-        carried: set[str] = set()
-        for part in sorted(self.robot.parts, key=lambda one: -len(one.joints)):
-            if part.end_effector is not None:
-                frame = self.robot.end_effector(part.end_effector).tool_frame
-                if frame not in carried:
-                    carried.add(frame)
-                    self.chains[part.name] = ToolChain(tree, frame)
+        self.chains = tool_chains(self.robot)
         self.is_free, self._touch_at_rest = True, frozenset[str]()
         told = {part.name: part.ranges for part in self.backend.describe().parts}
         self.modes = {
@@ -146,6 +138,18 @@ class DrivenRobot:
             if is_bounded_arm and not joint.lower < now.positions[index] < joint.upper:
                 return True
         return not self._touch_at_rest.issuperset(self.contacts())
+
+
+def tool_chains(robot: RobotManifest) -> dict[str, ToolChain]:
+    """Each tool once, by the part with the most joints that carries it."""
+    tree, chains, carried = description_tree(robot), dict[str, ToolChain](), set[str]()
+    for part in sorted(robot.parts, key=lambda one: -len(one.joints)):
+        if part.end_effector is not None:
+            frame = robot.end_effector(part.end_effector).tool_frame
+            if frame not in carried:
+                carried.add(frame)
+                chains[part.name] = ToolChain(tree, frame)
+    return chains
 
 
 def simulated_deployment(robot: str) -> Deployment:

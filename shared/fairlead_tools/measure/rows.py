@@ -11,6 +11,7 @@ from fairlead.hal.backend import PartCommand
 from fairlead.messages import FloatArray
 from fairlead.modes import ControlMode
 from fairlead.robot.manifest import RobotManifest
+from fairlead.robot.profile_limits import profile_limits
 from fairlead_tools.measure.driven_robot import Moment
 from fairlead_tools.measure.rotations import exponential, quaternion_of, rotation_of
 
@@ -115,7 +116,8 @@ class FullScaleRows:
         )
 
     def _velocities(self, wish: FloatArray, now: Moment) -> FloatArray:
-        most = np.array([self._robot.joints[i].velocity_limit for i in self._joints]) * ROUNDING
+        joints = [self._robot.joints[index] for index in self._joints]
+        most = np.array([profile_limits(one, self._profile)[0] for one in joints]) * ROUNDING
         before = np.zeros(len(most)) if self._row is None else self._row
         step = np.array(self._limits.step_limits) * ROUNDING
         return before + np.clip(self._inwards(wish, now) * most - before, -step, step)

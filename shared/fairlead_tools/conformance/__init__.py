@@ -1,0 +1,1 @@
+"""Does a running HAL keep the contract? ``fairlead hal check``."""

@@ -1,0 +1,108 @@
+"""A HAL that runs alone, and what `fairlead hal check` finds of it."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+from collections.abc import Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from bench.equipment.live_robot import wait_for
+from fairlead.deploy.deployment import Deployment, load_deployment
+from fairlead.wire.session import ZenohBus
+from fairlead_tools.conformance.hal_check import HalCheck, Wish, ask_hal, check_hal
+from fairlead_tools.supervisor.command_line import service_command
+from fairlead_tools.supervisor.this_host import free_ports
+from tests.repo.tree import ROOT
+
+START_S = 120.0
+"""A simulator takes tens of seconds to start on a busy machine."""
+END_S = 20.0
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """A HAL's line in a deployment file, without where it listens, and its robot."""
+
+    robot: str
+    hal: Mapping[str, Any]
+    pacing: str = "realtime"
+    environment: dict[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class RunningHal:
+    """Its deployment and its process. The deployment names a gate, which does not run."""
+
+    file: Path
+    deployment: Deployment
+    process: subprocess.Popen[bytes]
+    log: Path
+
+
+@contextmanager
+def running_hal(folder: Path, name: str, wanted: Wanted) -> Iterator[RunningHal]:
+    """Start it, wait until it is ready, end it."""
+    (folder / name / "state").mkdir(parents=True)
+    hal_port, gate_port = free_ports(2)
+    spec = {
+        "robot": wanted.robot,
+        "id": name,
+        "pacing": wanted.pacing,
+        "services": {
+            "hal": {**wanted.hal, "listen": f"tcp/127.0.0.1:{hal_port}"},
+            "safety": {"run": "safety", "listen": f"tcp/127.0.0.1:{gate_port}"},
+        },
+    }
+    file, log = folder / name / "deployment.yaml", folder / name / "log"
+    file.write_text(yaml.safe_dump(spec, sort_keys=False), encoding="utf-8")
+    deployment = load_deployment(file)
+    environment = os.environ | {"OMP_NUM_THREADS": "1", "PYTHONPATH": str(ROOT)}
+    with log.open("wb") as output:
+        process = subprocess.Popen(
+            service_command(file, deployment, "hal", folder / name / "state"),
+            stdout=output, stderr=subprocess.STDOUT, env=environment | wanted.environment,
+        )  # fmt: skip
+    try:
+        wait_for(lambda: process.poll() is not None or b"ready" in log.read_bytes(), name, START_S)
+        assert process.poll() is None, log.read_text()
+        yield RunningHal(file, deployment, process, log)
+    finally:
+        process.terminate()
+        process.wait(END_S)
+
+
+def check_running(
+    running: RunningHal, *, share: float = 0.3, hold_s: float = 0.5, is_simulator: bool = True
+) -> HalCheck:
+    """What the command does, in this process."""
+    bus = ZenohBus(running.deployment.tool_endpoints())
+    try:
+        hal = ask_hal(bus, running.deployment)
+        wish = Wish(share, hold_s, running.process.pid, "", is_simulator)
+        return check_hal(bus, running.deployment, hal, wish, lambda text: None)
+    finally:
+        bus.close()
+
+
+def check_all(folder: Path, wanted: Mapping[str, Wanted], at_once: int) -> dict[str, HalCheck]:
+    """Every HAL by its name, several at a time."""
+
+    def check(name: str) -> HalCheck:
+        with running_hal(folder, name, wanted[name]) as running:
+            return check_running(running)
+
+    with ThreadPoolExecutor(at_once) as pool:
+        return dict(zip(wanted, pool.map(check, wanted), strict=True))
+
+
+def rows_of(found: HalCheck, outcome: str) -> dict[str, str]:
+    """What was got, by check and part."""
+    rows = [row for row in found.rows if row.outcome == outcome]
+    return {f"{row.check} {row.of}".rstrip(): row.got for row in rows}

@@ -1,0 +1,106 @@
+"""A HAL that breaks the contract in one way fails the check that is about that."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+
+from bench.equipment import broken_hal
+from fairlead_tools.conformance.hal_check import BASIS, HalCheck
+from tests.conformance.quick_robot import NAME, write_quick_robot
+from tests.conformance.running_hal import Wanted, check_all, rows_of
+
+pytestmark = pytest.mark.processes
+
+AT_ONCE = 6
+TIMING = {"tick rate", "jitter"}
+"""On a busy machine anybody's ticks may come late."""
+FOUND_BY: dict[str, set[str]] = {
+    "": set(),
+    "swaps joints": {"joint order"},
+    "turns a sign": {"joint sign"},
+    "gripper in degrees": {"gripper way", "gripper place"},
+    "ranges in degrees": {"SI ranges"},
+    "velocities per tick": {"SI velocities"},
+    "late": {"command round trip"},
+    "tool's frame": {"command frame"},
+    "too fast": {"joint limits under cartesian rows"},
+    "ignores that leases stop": {"holds when leases stop"},
+    "ignores that rows end": {"holds when rows end"},
+    "ignores a stop": {"holds on a stop", "a stop stays"},
+    "goes on in a hold": {"holds when rows end"},
+    "drifts": {"a hold does not drift"},
+    "takes rows of an earlier epoch": {"row of another epoch", "row of an earlier epoch"},
+    "takes rows of the past": {"row of a chunk that began in the past"},
+    "goes on after SIGSTOP": {"resume after SIGSTOP"},
+    "old states": {"resume after SIGSTOP"},
+}
+"""All that it fails, but for `TIMING`."""
+AMONG_OTHERS = {
+    "degrees": "SI positions",
+    "ticks too slowly": "tick rate",
+    "ticks unevenly": "jitter",
+    "leaves ticks out": "joint states",
+    "not finite": "joint states",
+}
+"""What touches more than one check, and the one that names it."""
+
+
+@pytest.fixture(scope="module")
+def found(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, HalCheck]]:
+    folder = tmp_path_factory.mktemp("broken")
+    robots = write_quick_robot(folder / "robots")
+    wanted = {_id(fault): _wanted(fault) for fault in (*FOUND_BY, *AMONG_OTHERS)}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("FAIRLEAD_ROBOTS", str(robots))
+        yield check_all(folder, wanted, AT_ONCE)
+
+
+def _id(fault: str) -> str:
+    return "".join(c if c.isalnum() else "_" for c in fault.lower()) or "intact"
+
+
+def _wanted(fault: str) -> Wanted:
+    command = ["python", "-m", broken_hal.__name__]
+    return Wanted(NAME, {"command": command, "options": {"fault": fault}})
+
+
+def failed(check: HalCheck) -> set[str]:
+    return {row.check for row in check.rows if row.outcome == "fail"}
+
+
+@pytest.mark.parametrize("fault", FOUND_BY, ids=_id)
+def test_one_fault_fails_its_own_check_and_no_other(found: dict[str, HalCheck], fault: str) -> None:
+    check = found[_id(fault)]
+    assert failed(check) - TIMING == FOUND_BY[fault], rows_of(check, "fail")
+
+
+@pytest.mark.parametrize("fault", AMONG_OTHERS, ids=_id)
+def test_a_fault_that_touches_much_fails_the_check_that_names_it(
+    found: dict[str, HalCheck], fault: str
+) -> None:
+    assert AMONG_OTHERS[fault] in failed(found[_id(fault)])
+
+
+def test_an_intact_one_is_checked_in_full(found: dict[str, HalCheck]) -> None:
+    assert set(rows_of(found["intact"], "not checked")) == {"base command frame"}
+
+
+@pytest.mark.parametrize("fault", ["ignores a stop", "drifts", "turns a sign"])
+def test_a_robot_that_does_not_hold_or_obey_is_not_moved_any_further(
+    found: dict[str, HalCheck], fault: str
+) -> None:
+    check = found[_id(fault)]
+    [*_, broken] = [row for row in check.rows if row.outcome == "fail" and row.check in BASIS]
+    left = [row for row in check.rows if row.outcome == "not checked"]
+    assert {"forged leases", "full-size cartesian rows", "SIGSTOP"} <= {row.check for row in left}
+    why = f"{broken.check}: failed, so the robot is not moved any further"
+    assert {row.got for row in left} == {why}
+
+
+def test_each_failure_says_what_was_expected_by_what_and_what_to_do(
+    found: dict[str, HalCheck],
+) -> None:
+    rows = [row for check in found.values() for row in check.rows if row.outcome == "fail"]
+    assert all(row.expected and row.source and row.got and row.fix for row in rows)
