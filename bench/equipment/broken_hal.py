@@ -5,6 +5,7 @@ Some faults are the backend's, some are a host's that decides for itself which r
 
 from __future__ import annotations
 
+import os
 import sys
 import time
 from collections import deque
@@ -87,6 +88,10 @@ class BrokenBackend(KinematicBackend):
     def apply(self, commands: Mapping[str, PartCommand]) -> None:
         """What it is told, right or wrong."""
         before = self._positions.copy()
+        if commands and self._fault == "dies":
+            os._exit(1)
+        if commands and self._fault == "raises":
+            raise RuntimeError("as a driver may")
         if self._fault == "late":
             self._told.append(commands)
             commands = self._told.popleft() if len(self._told) > LATE_TICKS else {}

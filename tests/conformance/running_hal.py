@@ -7,7 +7,7 @@ import subprocess
 from collections.abc import Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -24,16 +24,18 @@ from tests.repo.tree import ROOT
 START_S = 120.0
 """A simulator takes tens of seconds to start on a busy machine."""
 END_S = 20.0
+SHARE = 0.3
+HOLD_S = 0.5
 
 
 @dataclass(frozen=True)
 class Wanted:
-    """A HAL's line in a deployment file, without where it listens, and its robot."""
+    """A HAL's line in a deployment file, without where it listens, its robot, what to check."""
 
     robot: str
     hal: Mapping[str, Any]
     pacing: str = "realtime"
-    environment: dict[str, str] = field(default_factory=dict)
+    only: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -67,7 +69,7 @@ def running_hal(folder: Path, name: str, wanted: Wanted) -> Iterator[RunningHal]
     with log.open("wb") as output:
         process = subprocess.Popen(
             service_command(file, deployment, "hal", folder / name / "state"),
-            stdout=output, stderr=subprocess.STDOUT, env=environment | wanted.environment,
+            stdout=output, stderr=subprocess.STDOUT, env=environment,
         )  # fmt: skip
     try:
         wait_for(lambda: process.poll() is not None or b"ready" in log.read_bytes(), name, START_S)
@@ -78,14 +80,12 @@ def running_hal(folder: Path, name: str, wanted: Wanted) -> Iterator[RunningHal]
         process.wait(END_S)
 
 
-def check_running(
-    running: RunningHal, *, share: float = 0.3, hold_s: float = 0.5, is_simulator: bool = True
-) -> HalCheck:
+def check_running(running: RunningHal, only: tuple[str, ...]) -> HalCheck:
     """What the command does, in this process."""
     bus = ZenohBus(running.deployment.tool_endpoints())
     try:
         hal = ask_hal(bus, running.deployment)
-        wish = Wish(share, hold_s, running.process.pid, "", is_simulator)
+        wish = Wish(SHARE, HOLD_S, running.process.pid, "", is_simulator=True, only=only)
         return check_hal(bus, running.deployment, hal, wish, lambda text: None)
     finally:
         bus.close()
@@ -96,7 +96,7 @@ def check_all(folder: Path, wanted: Mapping[str, Wanted], at_once: int) -> dict[
 
     def check(name: str) -> HalCheck:
         with running_hal(folder, name, wanted[name]) as running:
-            return check_running(running)
+            return check_running(running, wanted[name].only)
 
     with ThreadPoolExecutor(at_once) as pool:
         return dict(zip(wanted, pool.map(check, wanted), strict=True))

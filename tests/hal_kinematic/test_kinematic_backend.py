@@ -55,6 +55,16 @@ def test_a_body_twist_drives_along_the_turned_base(backend: KinematicBackend) ->
     assert pose.rotation_xyzw[2:] == pytest.approx([np.sin(np.pi / 4), np.cos(np.pi / 4)])
 
 
+def test_base_velocities_are_turned_against_the_yaw_where_the_profile_says_so(
+    backend: KinematicBackend,
+) -> None:
+    assert ROBOT.profile("sim").base.command_frame == "against_yaw"  # type: ignore[union-attr]
+    for _ in range(20):
+        backend.apply({"base": base_velocity(0.0, np.pi / 2)})
+    backend.apply({"base": base_velocity(0.2, 0.0, active=(0, 1, 2))})
+    assert backend.read().velocities[:2] == pytest.approx([0.0, -0.2], abs=1e-12)
+
+
 def test_the_fingers_share_the_total_opening(backend: KinematicBackend) -> None:
     for _ in range(40):
         backend.apply({"gripper": command(ControlMode.GRIPPER_POSITION, [0.06])})

@@ -86,6 +86,8 @@ class KinematicBackend:
         self._upper = np.array([joint.upper if joint else np.inf for joint in bounded])
         safety = robot.profile(profile)
         self._speed = np.array([profile_limits(joint, safety)[0] for joint in robot.joints])
+        self._slides = [self._joints[name] for name in robot.base_joints[:2]]
+        self._is_turned = safety.base is not None and safety.base.command_frame == "against_yaw"
         self._shares = finger_shares(robot)
         self._start = _start(robot, robot.joints)
         # A finger is where its gripper is.
@@ -181,8 +183,15 @@ class KinematicBackend:
         self._reach(target, list(command.active), command.values[list(command.active)])
 
     def _joint_velocity(self, target: FloatArray, own: list[int], command: PartCommand) -> None:
+        told = command.values.copy()
+        if self._is_turned and set(self._slides) <= set(command.active):
+            x, y, yaw = *command.values[self._slides], self._base_pose()[2]
+            told[self._slides] = (
+                x * np.cos(yaw) + y * np.sin(yaw),
+                y * np.cos(yaw) - x * np.sin(yaw),
+            )
         for joint in command.active:
-            target[joint] += command.values[joint] * self._period_s
+            target[joint] += told[joint] * self._period_s
 
     def _cartesian_delta(self, target: FloatArray, own: list[int], command: PartCommand) -> None:
         self._spread(target, own, DELTA_GAIN * command.values)

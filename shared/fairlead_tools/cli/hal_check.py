@@ -11,7 +11,7 @@ import typer
 
 from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.deploy.registry import Registry
-from fairlead.errors import RefusedError
+from fairlead.errors import ConfigError, RefusedError, expected
 from fairlead.hal.serve import hal_driver
 from fairlead.operate.connection import choose_file
 from fairlead.plugins import HALS
@@ -24,6 +24,7 @@ from fairlead_tools.cli.options import (
     make_group,
     parse_running_or_file,
 )
+from fairlead_tools.conformance.row import GROUPS
 
 SIMULATOR_SHARE = 0.3
 ROBOT_SHARE = 0.1
@@ -50,6 +51,10 @@ def check_command(
     pid: Annotated[
         int | None, typer.Option(min=2, help="of the HAL's process, if `fairlead ps` has none")
     ] = None,
+    only: Annotated[
+        list[str] | None,
+        typer.Option(help=f"of the checks after holding: {', '.join(GROUPS)}; repeatable"),
+    ] = None,
     yes: Annotated[bool, typer.Option("--yes", help="move a real robot without asking")] = False,
     as_json: JsonOption = False,
 ) -> None:
@@ -59,6 +64,9 @@ def check_command(
     No gate judges its rows: each joint, tool and base moves a little to and fro, at small shares of
     its limits. It asks first, or wants --yes, unless the HAL is a simulator's. It ends held.
     """
+    for one in only or ():
+        if one not in GROUPS:
+            raise ConfigError(expected("hal check: --only", "a group", repr(one), GROUPS))
     deployment = load_deployment(choose_file(target))
     simulator = is_simulator(deployment)
     from fairlead_tools.conformance.hal_check import Wish, ask_hal, check_hal
@@ -71,7 +79,7 @@ def check_command(
         known, why = (pid, "") if pid else _pid(deployment)
         amount = share or (SIMULATOR_SHARE if simulator else ROBOT_SHARE)
         with ProgressLine(quiet=as_json) as line:
-            wish = Wish(amount, hold_s, known, why, simulator)
+            wish = Wish(amount, hold_s, known, why, simulator, tuple(only or ()))
             found = check_hal(bus, deployment, hal, wish, line.show)
     finally:
         bus.close()

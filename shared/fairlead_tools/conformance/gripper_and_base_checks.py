@@ -35,11 +35,12 @@ GRIPPER = Check(
     "robot.yaml: lower, upper of its mode", "total opening in m, or the angle of its joint in rad",
 )  # fmt: skip
 GRIPPER_PLACE = Check(
-    "gripper place", "", "robot.yaml: slip_limit, tolerance",
+    "gripper place", "near its target", "robot.yaml: slip_limit, tolerance",
     "total opening in m, or the angle of its joint in rad",
 )  # fmt: skip
 BASE = Check(
-    "base command frame", "", "robot.yaml: base.command_frame; body_twist: base_link",
+    "base command frame", "x drives along x of the declared frame",
+    "robot.yaml: base.command_frame; body_twist: base_link",
     "turn the command into that frame, or declare base.command_frame as it is",
 )  # fmt: skip
 

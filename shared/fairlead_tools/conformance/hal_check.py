@@ -21,7 +21,7 @@ from fairlead_tools.conformance import (
     pause_check,
     tool_checks,
 )
-from fairlead_tools.conformance.row import Check, Row, SilentHalError
+from fairlead_tools.conformance.row import GROUPS, Check, Row, SilentHalError
 from fairlead_tools.conformance.stage import Stage
 from fairlead_tools.conformance.stand_in_gate import StandInGate
 
@@ -58,7 +58,8 @@ class Wish:
     """What a person chose.
 
     share: of full scale. hold_s: how long a hold is watched. pid: of the HAL's process; None: not
-    known, ``why_no_pid`` says why. is_simulator: full-size rows hurt nobody.
+    known, ``why_no_pid`` says why. is_simulator: full-size rows hurt nobody. only: of `GROUPS`;
+    () for all.
     """
 
     share: float
@@ -66,6 +67,7 @@ class Wish:
     pid: int | None
     why_no_pid: str
     is_simulator: bool
+    only: tuple[str, ...] = ()
 
 
 @dataclass
@@ -139,8 +141,10 @@ def check_hal(
             for row in _moving(stage, wish, say):
                 found.rows.append(row)
             found.rows.append(SPEAKS.row([], f"{len(stage.states.order)} states"))
-        except SilentHalError as error:
+        except (SilentHalError, NoAnswerError) as error:
             found.rows.append(SPEAKS.row([str(error)], ""))
+        finally:
+            stage.control.close()
         found.rows += _of_all_states(stage)
     return found
 
@@ -169,11 +173,10 @@ def _moving(stage: Stage, wish: Wish, say: Callable[[str], None]) -> Iterator[Ro
     if not stage.first_modes():
         yield guard_checks.OBEYED.not_checked("no part that a hold keeps still can be moved")
         return
-    control = identity_checks.Control(stage.period_s)
     say(f"a hold of {wish.hold_s:g} s, tick rate and jitter")
     drift, heard = hold_checks.drift(stage, wish.hold_s)
-    late = control.end()
-    yield from identity_checks.ticking(stage, heard, late)
+    control = stage.control.since(heard[0].came_ns)
+    yield from identity_checks.ticking(stage, heard, control)
     yield drift
     steps = _steps(stage, wish)
     broken, own = drift if drift.outcome == "fail" else None, list[str]()
@@ -181,6 +184,9 @@ def _moving(stage: Stage, wish: Wish, say: Callable[[str], None]) -> Iterator[Ro
         if broken is not None:
             why = f"{broken.check}: failed, so the robot is not moved any further"
             yield Check(what, "", "", "").not_checked(why)
+            continue
+        if what in GROUPS and wish.only and what not in wish.only:
+            yield Check(what, "", "", "").not_checked(f"asked for: {', '.join(wish.only)}")
             continue
         say(what)
         for row in make():
@@ -204,12 +210,12 @@ def _steps(stage: Stage, wish: Wish) -> dict[str, Step]:
         "rows that end": lambda: [hold_checks.rows_end(stage)],
         "leases that stop": lambda: [hold_checks.leases_end(stage)],
         "a stop": lambda: hold_checks.stops(stage),
-        "joints, one by one": lambda: motion_checks.joint_checks(stage),
+        "joints": lambda: motion_checks.joint_checks(stage),
         "grippers": lambda: gripper_and_base_checks.gripper_checks(stage),
-        "tools, axis by axis": lambda: tool_checks.tool_checks(stage),
-        "the base": lambda: gripper_and_base_checks.base_checks(stage),
+        "tools": lambda: tool_checks.tool_checks(stage),
+        "base": lambda: gripper_and_base_checks.base_checks(stage),
         "forged rows": lambda: guard_checks.forged_rows(stage),
         "forged leases": lambda: guard_checks.forged_leases(stage),
-        "full-size cartesian rows": lambda: tool_checks.limit_checks(stage, wish.is_simulator),
-        "SIGSTOP": lambda: [pause_check.resume(stage, wish.pid, wish.why_no_pid)],
+        "limits": lambda: tool_checks.limit_checks(stage, wish.is_simulator),
+        "pause": lambda: [pause_check.resume(stage, wish.pid, wish.why_no_pid)],
     }

@@ -25,7 +25,7 @@ from fairlead.robot.manifest import RobotManifest
 from fairlead.wire.bus import Bus, Sample
 from fairlead_tools.conformance.row import SilentHalError
 
-SILENCE_S = 3.0
+SILENCE_S = 10.0
 SILENT_PERIODS = 40
 MOST_NOTES = 20
 
@@ -65,10 +65,9 @@ class HeardStates:
         self.order: list[int] = []
         self.unfit: list[str] = []
         self._silence_s = max(SILENCE_S, SILENT_PERIODS * hal.period_ns * 1e-9)
-        self._subscriptions = [
-            bus.subscribe(keys.every_tf, self._on_frames),
-            bus.subscribe(keys.joints, self._on_joints),
-        ]
+        self._subscriptions = [bus.subscribe(keys.joints, self._on_joints)]
+        if robot.base_joints:
+            self._subscriptions.append(bus.subscribe(keys.every_tf, self._on_frames))
 
     @property
     def newest_tick(self) -> int:
@@ -95,7 +94,7 @@ class HeardStates:
         return None if told is None else told.acted
 
     def wait_tick(self, tick: int) -> None:
-        """Raises `SilentHalError` where nothing new comes for 3 s or 40 periods."""
+        """Raises `SilentHalError` where nothing new comes for 10 s or 40 periods."""
         with self._changed:
             while self.newest_tick < tick:
                 before = self.newest_tick

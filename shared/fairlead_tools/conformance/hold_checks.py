@@ -2,33 +2,47 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 
 from fairlead.hal.lease_follower import LEASE_LIFE_NS
-from fairlead.messages import StopLevel
+from fairlead.messages import Hold, StopLevel
 from fairlead_tools.conformance.guard_checks import HOST, ROWS
 from fairlead_tools.conformance.heard_states import Heard
-from fairlead_tools.conformance.identity_checks import Control
 from fairlead_tools.conformance.row import Check, Row
 from fairlead_tools.conformance.stage import Stage, hold_name
-from fairlead_tools.conformance.stand_in_gate import SAID_S, Released
+from fairlead_tools.conformance.stand_in_gate import SAID_S
 
 MOVING = 6
 """Rows that act before motion is to end."""
 LONG_ROWS = 40
 REPEAT_S = 0.25
+SLACK_MS = 5.0
 LEAST_REPEATS = 2
 LEAST_DRIFT_TICKS = 30
 LIFE_MS = LEASE_LIFE_NS / 1e6
 LAW = "hold by the part's law when apply() gets no command for it (docs/hal.md: holding)"
-ROWS_END = Check("holds when rows end", "", "robot.yaml: stop_ramp_ms, standstill_per_s", LAW)
-LEASES_END = Check(
-    "holds when leases stop", "", "docs/design.md: lease; robot.yaml: stop_ramp_ms", LAW
+ROWS_END = Check(
+    "holds when rows end",
+    "a hold, and standstill",
+    "robot.yaml: stop_ramp_ms, standstill_per_s",
+    LAW,
 )
-STOP = Check("holds on a stop", "", "docs/design.md: stop; robot.yaml: stop_ramp_ms", LAW)
+LEASES_END = Check(
+    "holds when leases stop",
+    "a hold, and standstill",
+    "docs/design.md: lease; robot.yaml: stop_ramp_ms",
+    LAW,
+)
+STOP = Check(
+    "holds on a stop",
+    "a hold, and standstill",
+    "docs/design.md: stop; robot.yaml: stop_ramp_ms",
+    LAW,
+)
 STOP_TOLD = Check(
     "a stop is repeated", "every 50 ms until a lease lists it; status says holding",
     "docs/design.md: keys", HOST,
@@ -38,7 +52,8 @@ STOP_STAYS = Check(
     "docs/time-and-pacing.md: lost messages", HOST,
 )  # fmt: skip
 DRIFT = Check(
-    "a hold does not drift", "", "robot.yaml: dead_band_per_tick, encoder_step, standstill_per_s",
+    "a hold does not drift", "every joint where it stood",
+    "robot.yaml: dead_band_per_tick, encoder_step, standstill_per_s",
     "keep one setpoint; never anchor a hold to the measured position again",
 )  # fmt: skip
 
@@ -86,27 +101,40 @@ def leases_end(stage: Stage) -> Row:
     """Rows go on, leases do not. What the machine is late meanwhile is allowed for."""
     bound_ms = LIFE_MS + stage.period_s * 1e3
     expected = f"held within {bound_ms:g} ms of the last, still within {_ramp(stage)} then"
-    check = replace(LEASES_END, expected=expected)
     if stage.lockstep:
-        check = replace(LEASES_END, expected="no tick is stepped without a lease of its own")
+        expected = "no tick is stepped without a lease of its own"
+    check = replace(LEASES_END, expected=expected)
+    sent = stage.begin(LONG_ROWS, MOVING)
+    if isinstance(sent, str):
+        return check.row([sent], "")
+    if stage.lockstep:
         return _world_waits(stage, check)
-    gate, states = stage.gate, stage.states
-    sent, control = _begin(stage), Control(stage.period_s)
-    last_ns = gate.silence()
-    stage.reaches(states.newest_tick + 2 + int(bound_ms / (stage.period_s * 1e3)) + 2)
-    held = next((tick for tick in range(sent.first, states.newest_tick) if _holds(stage, tick)), 0)
-    late_ms = max(1e3 * control.end().most_s, _longest_ms(stage, sent.first, held))
+    last_ns = stage.gate.silence()
+    begun = stage.states.newest_tick
+    stage.reaches(begun + 4 + int(bound_ms / (stage.period_s * 1e3)))
+    row = check.row(*_held_in_time(stage, begun, last_ns, bound_ms, Hold.LEASE_STALE))
+    stage.gate.speak()
+    stage.gate.drop_claims()
+    return row
+
+
+def _held_in_time(
+    stage: Stage, begun: int, since_ns: int, bound_ms: float, why: Hold
+) -> tuple[list[str], str]:
+    """Problems, and what to say without: the first held tick from ``begun`` on, and rest."""
+    states = stage.states
+    held = next((tick for tick in range(begun, states.newest_tick) if _holds(stage, tick)), 0)
     if not held:
-        gate.speak()
-        gate.drop_claims()
-        return check.row([f"rows still act {states.newest_tick - sent.first} ticks on"], "")
-    took_ms = (states.by_tick[held].came_ns - last_ns) / 1e6
-    problems, got = _comes_to_rest(stage, held, "without a lease")
-    if took_ms > bound_ms + late_ms + 5.0:
-        problems.append(f"held {took_ms:.0f} ms after the last lease")
-    gate.speak()
-    gate.drop_claims()
-    return check.row(problems, f"held after {took_ms:.0f} ms; {got}")
+        return [f"rows still act {states.newest_tick - begun} ticks on"], ""
+    took_ms = (states.by_tick[held].came_ns - since_ns) / 1e6
+    late_ms = max(1e3 * stage.control.since(since_ns).most_s, _longest_ms(stage, begun, held + 1))
+    told = {one.hold for one in states.acted(held) or ()}
+    problems, got = _comes_to_rest(stage, held, f"{held - begun} ticks on")
+    if took_ms > bound_ms + late_ms + SLACK_MS:
+        problems.append(f"held after {took_ms:.0f} ms")
+    if why not in told:
+        problems.append(f"{', '.join(sorted(map(hold_name, told)))}, not {hold_name(why)}")
+    return problems, f"held after {took_ms:.0f} ms; {got}"
 
 
 def _longest_ms(stage: Stage, first: int, stop: int) -> float:
@@ -115,24 +143,12 @@ def _longest_ms(stage: Stage, first: int, stop: int) -> float:
     return float(max(np.diff(came), default=0)) / 1e6 - stage.period_s * 1e3
 
 
-def _begin(stage: Stage) -> Released:
-    """Rows that act for longer than anybody waits; several of them have acted on return."""
-    gate, states = stage.gate, stage.states
-    stage.settle()
-    gate.take_claim()
-    gate.wait_tick(states.newest_tick + 1)
-    sent = gate.release(stage.moving_rows(LONG_ROWS)(stage.moment(states.newest_tick)))
-    gate.wait_tick(sent.first + MOVING)
-    return sent
-
-
 def _holds(stage: Stage, tick: int) -> bool:
     told = stage.states.acted(tick)
     return told is not None and all(one.hold for one in told)
 
 
 def _world_waits(stage: Stage, check: Check) -> Row:
-    _begin(stage)
     stage.gate.silence()
     stage.gate.pause(REPEAT_S)
     before = stage.states.newest_tick
@@ -146,20 +162,17 @@ def _world_waits(stage: Stage, check: Check) -> Row:
 
 def stops(stage: Stage) -> Iterator[Row]:
     """A stop in motion, and all that may not end it."""
-    gate, states = stage.gate, stage.states
-    check = replace(STOP, expected=f"held within two ticks, still within {_ramp(stage)}")
-    _begin(stage)
-    begun = states.newest_tick
-    stop = gate.raise_stop("fairlead hal check: does it hold?")
-    stage.reaches(begun + 4)
-    held = next((tick for tick in range(begun, states.newest_tick) if _holds(stage, tick)), 0)
-    if not held:
-        yield check.row([f"rows still act {states.newest_tick - begun} ticks on"], "")
-    else:
-        problems, got = _comes_to_rest(stage, held, "after the stop")
-        if held > begun + 2:
-            problems.append(f"held {held - begun} ticks after the stop")
-        yield check.row(problems, got)
+    bound_ms = 2.0 * stage.period_s * 1e3
+    expected = f"held within {bound_ms:g} ms, still within {_ramp(stage)} then"
+    check = replace(STOP, expected=expected)
+    sent = stage.begin(LONG_ROWS, MOVING)
+    if isinstance(sent, str):
+        yield check.row([sent], "")
+        return
+    begun, since_ns = stage.states.newest_tick, time.monotonic_ns()
+    stop = stage.gate.raise_stop("fairlead hal check: does it hold?")
+    stage.reaches(begun + 5)
+    yield check.row(*_held_in_time(stage, begun, since_ns, bound_ms, Hold.STOPPED))
     yield _told(stage, stop.stop_id)
     yield STOP_STAYS.row(list(_ended_too_soon(stage, stop)), "held until then, moves again")
 

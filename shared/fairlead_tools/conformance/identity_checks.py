@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import threading
-import time
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -14,6 +11,7 @@ from fairlead.messages import FloatArray, HalStatus, floats
 from fairlead.modes import ControlMode
 from fairlead.robot.command_ranges import command_range
 from fairlead.robot.manifest import RobotManifest
+from fairlead_tools.conformance.control import JITTER_PERCENTILE, Lateness
 from fairlead_tools.conformance.heard_states import Heard
 from fairlead_tools.conformance.row import Check, Row
 from fairlead_tools.conformance.stage import Stage
@@ -52,7 +50,6 @@ JITTER = Check(
 )  # fmt: skip
 RATE_SHARE = 0.1
 JITTER_SHARE = 0.5
-JITTER_PERCENTILE = 90.0
 
 
 def described_modes(robot: RobotManifest, hal: HalStatus) -> dict[str, list[ControlMode]]:
@@ -156,40 +153,6 @@ def si_positions(stage: Stage) -> Row:
                 f"{joint.upper:g} +- {beyond:g}"
             )
     return POSITIONS.row(problems, f"all, in {len(every)} states")
-
-
-@dataclass(frozen=True)
-class Lateness:
-    """On the mean, at the percentile of the jitter, at most."""
-
-    mean_s: float
-    percentile_s: float
-    most_s: float
-
-
-class Control:
-    """A thread that sleeps for a period again and again, as a measure of the machine."""
-
-    def __init__(self, period_s: float) -> None:
-        self._period_s, self._late_s = period_s, list[float]()
-        self._ended = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="control", daemon=True)
-        self._thread.start()
-
-    def _run(self) -> None:
-        pause = threading.Event()
-        while not self._ended.is_set():
-            before_s = time.monotonic()
-            pause.wait(self._period_s)
-            self._late_s.append(time.monotonic() - before_s - self._period_s)
-
-    def end(self) -> Lateness:
-        """How late it woke."""
-        self._ended.set()
-        self._thread.join()
-        late = np.array(self._late_s or [0.0])
-        percentile = float(np.percentile(late, JITTER_PERCENTILE))
-        return Lateness(float(late.mean()), percentile, float(late.max()))
 
 
 def ticking(stage: Stage, states: Sequence[Heard], control: Lateness) -> Iterator[Row]:

@@ -37,11 +37,13 @@ SIGN = Check(
     "turn the sign in apply() and in read()",
 )  # fmt: skip
 GAIN = Check(
-    "joint gain", "", "robot.yaml: gain, tracking_limits; slack: own choice",
+    "joint gain", "its declared share of what is told",
+    "robot.yaml: gain, tracking_limits; slack: own choice",
     "command SI units; correct gain and tracking_limits by: fairlead robot measure",
 )  # fmt: skip
 LAG = Check(
-    "command round trip", "", "robot.yaml: stop_lag_s, dead_band_per_tick",
+    "command round trip", "a row moves its joint within its declared lag",
+    "robot.yaml: stop_lag_s, dead_band_per_tick",
     "apply() the row in its own tick; correct stop_lag_s",
 )  # fmt: skip
 VELOCITY = Check(

@@ -7,7 +7,6 @@ import signal
 
 import numpy as np
 
-from fairlead.hal.lease_follower import LEASE_LIFE_NS
 from fairlead_tools.conformance.row import Check, Row
 from fairlead_tools.conformance.stage import Stage
 from fairlead_tools.conformance.stand_in_gate import SAID_S
@@ -30,12 +29,9 @@ def resume(stage: Stage, pid: int | None, why_not: str) -> Row:
     if pid is None:
         return RESUME.not_checked(why_not)
     gate, states = stage.gate, stage.states
-    stage.settle()
-    gate.take_claim()
-    gate.wait_tick(states.newest_tick + 1)
-    rows = max(ROWS, MOVING + AFTER_TICKS + int(2 * LEASE_LIFE_NS / stage.hal.period_ns))
-    sent = gate.release(stage.moving_rows(min(rows, 64))(stage.moment(states.newest_tick)))
-    gate.wait_tick(sent.first + MOVING)
+    sent = stage.begin(ROWS, MOVING)
+    if isinstance(sent, str):
+        return RESUME.row([sent], "")
     try:
         os.kill(pid, signal.SIGSTOP)
     except OSError as error:

@@ -8,6 +8,11 @@ from typing import Literal
 
 from fairlead.errors import FairleadError
 
+GROUPS = (
+    "joints", "grippers", "tools", "base", "forged rows", "forged leases", "limits", "pause",
+)  # fmt: skip
+"""What may be left out: not that motion begins and ends as it has to."""
+
 Outcome = Literal["pass", "fail", "not checked"]
 
 

@@ -72,7 +72,7 @@ class Plan:
 
 
 class StandInGate:
-    """Sends a lease on every state and every 15 ms from the first `arm` on, until `close`.
+    """Sends a lease on every state, at least every 30 ms, from the first `arm` until `close`.
 
     Raises (from whatever waits):
         SilentHalError: the HAL goes no further.
@@ -183,7 +183,8 @@ class StandInGate:
 
     def _run_timer(self) -> None:
         while not self._ended.wait(LEASE_S):
-            self._send_lease()
+            if time.monotonic_ns() - self.last_lease_ns > LEASE_S * 1e9:
+                self._send_lease()
 
     def _on_state(self) -> None:
         self._send_lease()

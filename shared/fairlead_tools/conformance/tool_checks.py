@@ -39,7 +39,8 @@ TOOL = Check(
     "deltas and twists are along the axes of frame_id, not of the tool; correct the URDF",
 )  # fmt: skip
 TOOL_GAIN = Check(
-    "tool gain", "", "robot.yaml: gain, tracking; slack: own choice",
+    "tool gain", "its declared share of what is told",
+    "robot.yaml: gain, tracking; slack: own choice",
     "deltas are per period, twists per second, in m and rad; correct gain",
 )  # fmt: skip
 LIMITS = Check(
