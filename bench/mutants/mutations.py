@@ -260,9 +260,9 @@ def checked_functions(sources: list[str]) -> dict[str, str]:
 
 
 def storage_sizes(sources: list[str]) -> set[str]:
-    """Constants that a template's argument, a size between brackets or an assertion needs."""
+    """Constants that a template's argument, a size, an assertion or a constant array needs."""
     codes = [blanked(source) for source in sources]
-    pattern = r"<[^<>;()]*?\b(\w+)>|\bstatic_assert\((.*?)\);"
+    pattern = r"<[^<>;()]*?\b(\w+)>|\bstatic_assert\((.*?)\);|\bconstexpr std::array \w+\{(.*?)\};"
     found = {name for code in codes for one in re.findall(pattern, code, re.S) for name in one}
     names = {name for text in found for name in re.findall(r"\b[a-z]\w+", text)}
     given = dict(pair for code in codes for pair in re.findall(CONSTANT_VALUE, code))
