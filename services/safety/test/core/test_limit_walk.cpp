@@ -17,7 +17,7 @@ std::vector<bool> with_care(const ChunkBuilder& chunk, std::size_t first_row = 0
   const ClaimLimits claim = whole_robot(limits);
   const MeasuredState state = state_at_rest();
   const RowBefore before;
-  const LimitWalk walk(plan, claim, state, chunk.chunk, first_row, before);
+  const RowLimitCheck walk(plan, claim, state, chunk.chunk, first_row, before);
   std::vector<bool> found;
   for (std::size_t row = first_row; row < chunk.chunk.horizon; ++row)
     found.push_back(walk.needs_check(row));

@@ -102,7 +102,7 @@ Evidence check_past(const ActionChunk& chunk, std::uint64_t first_open_tick) {
 
 // Rows in order, up to the first that `check` finds fault with.
 template <class Check>
-Judgement judge_each(std::size_t first_row, std::size_t end_row, const PathWalk& by_path,
+Judgement judge_each(std::size_t first_row, std::size_t end_row, const TrajectoryCheck& by_path,
                      const Check& check) {
   Judgement judgement;
   judgement.first_row = first_row;
@@ -164,8 +164,8 @@ Judgement ChunkJudge::judge_again(const LiveClaim& claim, const ActionChunk& chu
 Judgement judge_rows(PathRoom& room, const PathPlan& plan, const ClaimLimits& claim,
                      const MeasuredState& state, const ActionChunk& chunk, std::size_t first_row,
                      const RowBefore& before, Companions companions) {
-  const LimitWalk by_limits(plan, claim, state, chunk, first_row, before);
-  PathWalk& by_path = room.begin(plan, claim, state, chunk, first_row, before, companions);
+  const RowLimitCheck by_limits(plan, claim, state, chunk, first_row, before);
+  TrajectoryCheck& by_path = room.begin(plan, claim, state, chunk, first_row, before, companions);
   return judge_each(first_row, chunk.horizon, by_path, [&](std::size_t row) {
     const Evidence evidence = by_limits.needs_check(row) ? by_limits.check(row) : Evidence{};
     return evidence.ok() ? by_path.check_next() : evidence;
@@ -175,7 +175,7 @@ Judgement judge_rows(PathRoom& room, const PathPlan& plan, const ClaimLimits& cl
 Judgement judge_path(PathRoom& room, const PathPlan& plan, const ClaimLimits& claim,
                      const MeasuredState& state, const ActionChunk& chunk, std::size_t first_row,
                      std::size_t end_row, const RowBefore& before, Companions companions) {
-  PathWalk& by_path = room.begin(plan, claim, state, chunk, first_row, before, companions);
+  TrajectoryCheck& by_path = room.begin(plan, claim, state, chunk, first_row, before, companions);
   return judge_each(first_row, end_row, by_path, [&](std::size_t) { return by_path.check_next(); });
 }
 

@@ -24,7 +24,7 @@ using Companions = std::span<const Companion>;
 /// at, and looks at no other: the next is at fault (G030). It bounds the time that it takes.
 inline constexpr std::size_t max_looks = 4096;
 
-class PathWalk;
+class TrajectoryCheck;
 
 /// Where a judgement works: 400 kB, made once. One judgement at a time.
 class PathRoom {
@@ -35,9 +35,9 @@ class PathRoom {
   PathRoom& operator=(const PathRoom&) = delete;
 
   /// A new walk in place of the last.
-  PathWalk& begin(const PathPlan& plan, const ClaimLimits& claim, const MeasuredState& state,
-                  const ActionChunk& chunk, std::size_t first_row, const RowBefore& before,
-                  Companions companions);
+  TrajectoryCheck& begin(const PathPlan& plan, const ClaimLimits& claim, const MeasuredState& state,
+                         const ActionChunk& chunk, std::size_t first_row, const RowBefore& before,
+                         Companions companions);
 
  private:
   struct Place;

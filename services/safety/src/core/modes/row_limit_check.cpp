@@ -4,8 +4,9 @@
 
 namespace fairlead {
 
-LimitWalk::LimitWalk(const PathPlan& plan, const ClaimLimits& claim, const MeasuredState& state,
-                     const ActionChunk& chunk, std::size_t first_row, const RowBefore& before)
+RowLimitCheck::RowLimitCheck(const PathPlan& plan, const ClaimLimits& claim,
+                             const MeasuredState& state, const ActionChunk& chunk,
+                             std::size_t first_row, const RowBefore& before)
     : limits_(plan.limits),
       claim_(claim),
       state_(state),
@@ -14,7 +15,7 @@ LimitWalk::LimitWalk(const PathPlan& plan, const ClaimLimits& claim, const Measu
       before_(before),
       certain_(look(plan)) {}
 
-Certain LimitWalk::look(const PathPlan& plan) const {
+Certain RowLimitCheck::look(const PathPlan& plan) const {
   Certain all = Certain::starts;
   for (const ActionPart& action : chunk_.parts)
     all = std::min(all, look_quickly(plan, claim_.modes[action.part], state_, action, first_row_,
@@ -22,13 +23,13 @@ Certain LimitWalk::look(const PathPlan& plan) const {
   return all;
 }
 
-RowView LimitWalk::view_of(const ActionPart& action, std::size_t row) const {
+RowView RowLimitCheck::view_of(const ActionPart& action, std::size_t row) const {
   const bool follows = row > first_row_;
   return {limits_, claim_.modes[action.part], state_, row_of(action, row, limits_),
           follows ? row_of(action, row - 1, limits_) : Setpoint{}};
 }
 
-Evidence LimitWalk::check(std::size_t row) const {
+Evidence RowLimitCheck::check(std::size_t row) const {
   const auto number = static_cast<std::int64_t>(row);
   if (certain_ == Certain::nothing)
     for (const ActionPart& action : chunk_.parts) {

@@ -7,11 +7,11 @@
 
 namespace fairlead {
 
-class LimitWalk {
+class RowLimitCheck {
  public:
   /// Everything must outlive the walk.
-  LimitWalk(const PathPlan& plan, const ClaimLimits& claim, const MeasuredState& state,
-            const ActionChunk& chunk, std::size_t first_row, const RowBefore& before);
+  RowLimitCheck(const PathPlan& plan, const ClaimLimits& claim, const MeasuredState& state,
+                const ActionChunk& chunk, std::size_t first_row, const RowBefore& before);
 
   /// False for a row that needs no more than the quick look at all of them.
   [[nodiscard]] bool needs_check(std::size_t row) const {

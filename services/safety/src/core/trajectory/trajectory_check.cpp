@@ -39,21 +39,23 @@ Evidence check_singularity(const PathPlan& plan, const ActionPart& action, const
 }  // namespace
 
 struct PathRoom::Place {
-  std::optional<PathWalk> walk;
+  std::optional<TrajectoryCheck> walk;
 };
 
 PathRoom::PathRoom() : place_(std::make_unique<Place>()) {}
 PathRoom::~PathRoom() = default;
 
-PathWalk& PathRoom::begin(const PathPlan& plan, const ClaimLimits& claim,
-                          const MeasuredState& state, const ActionChunk& chunk,
-                          std::size_t first_row, const RowBefore& before, Companions companions) {
+TrajectoryCheck& PathRoom::begin(const PathPlan& plan, const ClaimLimits& claim,
+                                 const MeasuredState& state, const ActionChunk& chunk,
+                                 std::size_t first_row, const RowBefore& before,
+                                 Companions companions) {
   return place_->walk.emplace(plan, claim, state, chunk, first_row, before, companions);
 }
 
-PathWalk::PathWalk(const PathPlan& plan, const ClaimLimits& claim, const MeasuredState& state,
-                   const ActionChunk& chunk, std::size_t first_row, const RowBefore& before,
-                   Companions companions)
+TrajectoryCheck::TrajectoryCheck(const PathPlan& plan, const ClaimLimits& claim,
+                                 const MeasuredState& state, const ActionChunk& chunk,
+                                 std::size_t first_row, const RowBefore& before,
+                                 Companions companions)
     : plan_(plan),
       chunk_(chunk),
       prediction_(plan, claim, state, chunk, first_row, before, companions),
@@ -64,7 +66,7 @@ PathWalk::PathWalk(const PathPlan& plan, const ClaimLimits& claim, const Measure
 
 // What would be seen of a row that repeats the one before has been seen, and passed. It counts as
 // many looks, or a chunk would get further than its looks go.
-Evidence PathWalk::check_next() {
+Evidence TrajectoryCheck::check_next() {
   if (prediction_.next_repeats() && looks_ + row_looks_ < max_looks) {
     prediction_.repeat();
     looks_ += row_looks_;
@@ -76,7 +78,7 @@ Evidence PathWalk::check_next() {
   return evidence;
 }
 
-Evidence PathWalk::check_new() {
+Evidence TrajectoryCheck::check_new() {
   Evidence evidence;
   expect_drift();
   if (!has_begun_) evidence = check_momentum();
@@ -92,7 +94,7 @@ Evidence PathWalk::check_new() {
 }
 
 // What a base carries lags behind it, whoever is told what: the faster it drives, the more.
-void PathWalk::expect_drift() {
+void TrajectoryCheck::expect_drift() {
   const double speed = prediction_.base_speed();
   const BaseLimits& base = plan_.limits.base;
   if (base.present) shape_check_.drift_by(speed * base.tool_drift, speed * base.clearance_drift);
@@ -100,14 +102,14 @@ void PathWalk::expect_drift() {
 
 // Whatever the rows say, what is measured may go on for a tick, and brake then; so may what the row
 // that acts already leads to.
-Evidence PathWalk::check_momentum() {
+Evidence TrajectoryCheck::check_momentum() {
   Evidence evidence = check_momentum_of(prediction_.measured());
   for (std::size_t i = 0; i < prediction_.start_count() && evidence.ok(); ++i)
     evidence = check_momentum_of(prediction_.branch(i));
   return evidence;
 }
 
-Evidence PathWalk::check_momentum_of(const Branch& start) {
+Evidence TrajectoryCheck::check_momentum_of(const Branch& start) {
   if (!prediction_.has_momentum(start)) return {};  // before the copy, which costs more than that
   Branch branch = start;
   prediction_.go_on(branch);
@@ -117,7 +119,7 @@ Evidence PathWalk::check_momentum_of(const Branch& start) {
   return evidence.ok() ? check_zones(branch, braking) : evidence;
 }
 
-Evidence PathWalk::check_branch(std::size_t index) {
+Evidence TrajectoryCheck::check_branch(std::size_t index) {
   const Branch& branch = prediction_.branch(index);
   const Braking braking(plan_, branch, prediction_.moving(), prediction_.lagging());
   Evidence evidence = check_body(branch, braking, prediction_.spread(), clearances_[index]);
@@ -127,8 +129,8 @@ Evidence PathWalk::check_branch(std::size_t index) {
 }
 
 // Bounds, volumes and pairs; and whether there is time left to look at them.
-Evidence PathWalk::check_body(const Branch& branch, const Braking& braking, const Spread& spread,
-                              Clearance& clearance) {
+Evidence TrajectoryCheck::check_body(const Branch& branch, const Braking& braking,
+                                     const Spread& spread, Clearance& clearance) {
   if (looks_ >= max_looks)
     return above(code::unreachable, "looks", static_cast<double>(looks_),
                  static_cast<double>(max_looks), "configurations that one judgement looks at");
@@ -139,8 +141,8 @@ Evidence PathWalk::check_body(const Branch& branch, const Braking& braking, cons
 }
 
 // Where the row leads, on the way there, where braking from there ends, on the way to that.
-Evidence PathWalk::check_shapes(const Branch& branch, const Braking& braking,
-                                Clearance& clearance) {
+Evidence TrajectoryCheck::check_shapes(const Branch& branch, const Braking& braking,
+                                       Clearance& clearance) {
   const Ways row(plan_, branch.before, branch.now), stop(plan_, branch.now, braking.end());
   const double free_before = shape_check_.free_of(clearance, row);
   ++looks_;
@@ -159,14 +161,14 @@ Evidence PathWalk::check_shapes(const Branch& branch, const Braking& braking,
 
 // From the second row on: whether these joints are where they were when the row before passed; then
 // they need not brake either. What depends on nothing else is as it was, and that is no breach.
-bool PathWalk::stays(const Branch& branch, JointSet joints) const {
+bool TrajectoryCheck::stays(const Branch& branch, JointSet joints) const {
   if (!has_judged_) return false;
   for (const std::size_t j : JointsIn(joints))
     if (!(branch.now[j] == branch.before[j])) return false;
   return true;
 }
 
-Evidence PathWalk::check_singularities(const Branch& branch, const Braking& braking) {
+Evidence TrajectoryCheck::check_singularities(const Branch& branch, const Braking& braking) {
   for (const ActionPart& action : chunk_.parts) {
     const PlanTool& tool = plan_.tools[action.part];
     if (!moves_tool(action) || stays(branch, tool.shapers)) continue;
@@ -180,7 +182,7 @@ Evidence PathWalk::check_singularities(const Branch& branch, const Braking& brak
   return {};
 }
 
-Evidence PathWalk::check_zones(const Branch& branch, const Braking& braking) {
+Evidence TrajectoryCheck::check_zones(const Branch& branch, const Braking& braking) {
   if ((prediction_.commanded() & plan_.base_joints) == 0) return {};
   if (stays(branch, plan_.base_joints)) {
     looks_ += 2;  // what it would take: where it is, and where it stays

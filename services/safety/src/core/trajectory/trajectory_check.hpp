@@ -10,11 +10,11 @@
 namespace fairlead {
 
 /// Asked row by row, in order, from the first live one on.
-class PathWalk {
+class TrajectoryCheck {
  public:
-  PathWalk(const PathPlan& plan, const ClaimLimits& claim, const MeasuredState& state,
-           const ActionChunk& chunk, std::size_t first_row, const RowBefore& before,
-           Companions companions);
+  TrajectoryCheck(const PathPlan& plan, const ClaimLimits& claim, const MeasuredState& state,
+                  const ActionChunk& chunk, std::size_t first_row, const RowBefore& before,
+                  Companions companions);
 
   /// Goes on by one row and judges where that leads. Not past a fault.
   Evidence check_next();
