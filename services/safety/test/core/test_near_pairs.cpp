@@ -44,7 +44,7 @@ class Looks {
     here.place(plan_, turned_to(angle));
     far_away.place(plan_, turned_to(3.0));
     Clearance found;
-    const Ways ways(plan_, turned_to(angle), turned_to(angle + way));
+    const DisplacementBound ways(plan_, turned_to(angle), turned_to(angle + way));
     const Evidence evidence = check_.look(here, far_away, ways, found);
     return evidence.ok() ? static_cast<std::uint32_t>(found.near_count) : evidence.code;
   }
@@ -100,7 +100,7 @@ TEST_CASE("G032 a short finger that turns far comes as near as a long arm that t
   turned[two_arms::finger_1] = 2.5;
   here.place(plan, turned);
   Clearance found;
-  const Ways ways(plan, Joints{}, Joints{});
+  const DisplacementBound ways(plan, Joints{}, Joints{});
   CHECK(check.look(start, start, ways, found).ok());
   CHECK(check.look(here, start, ways, found).code == 32);
 }

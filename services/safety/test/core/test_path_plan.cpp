@@ -73,7 +73,8 @@ TEST_CASE("the longest way: each turn times its reach, and each slide") {
   there[turn_z] = -0.1;
   there[slide_x] = 0.2;
   there[turn_x] = 0.3;
-  CHECK(Ways(plan, Joints{}, there).longest() == doctest::Approx(0.2875 + 0.2 + 0.1125));
+  CHECK(DisplacementBound(plan, Joints{}, there).longest() ==
+        doctest::Approx(0.2875 + 0.2 + 0.1125));
 }
 
 TEST_CASE("the sphere around a capsule, and where two of them have the clearance left") {

@@ -184,7 +184,7 @@ TEST_CASE("a look at shapes says which share of their way they are clear by") {
   ShapeCheck check(plan, only(slide_x));
   Joints there{};
   there[slide_x] = 0.4;
-  const Ways ways(plan, Joints{}, there);
+  const DisplacementBound ways(plan, Joints{}, there);
   FramePoses rest, room;
   rest.place(plan, Joints{});
   std::size_t looks = 0;

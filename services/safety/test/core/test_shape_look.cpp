@@ -29,7 +29,7 @@ struct Look {
 
   PathPlan plan;
   ShapeCheck check;
-  Ways ways;
+  DisplacementBound ways;
   Clearance found;
   Evidence evidence;
 };
@@ -113,7 +113,8 @@ TEST_CASE("a pair is clear up to and including its clearance, and that of its sp
   here.place(plan, Joints{});
   away.place(plan, going(0.5, 0.0));
   Clearance found;
-  const Evidence hit = check.look(here, away, Ways(plan, Joints{}, Joints{}), 1.0, found);
+  const Evidence hit =
+      check.look(here, away, DisplacementBound(plan, Joints{}, Joints{}), 1.0, found);
   CHECK(hit.code == 32);
   CHECK(hit.value == doctest::Approx(0.25));
 }

@@ -60,14 +60,14 @@ TEST_CASE("the pose of a link that there is not is none") {
 }
 
 TEST_CASE("the share of a way that a margin covers") {
-  CHECK(free_share(0.25, 1.0) == 0.25);
-  CHECK(free_share(1.0, 1.0) == 1.0);
-  CHECK(free_share(2.0, 1.0) == 1.0);
-  CHECK(free_share(0.0, 1.0) == 0.0);
-  CHECK(free_share(-1.0, 1.0) == 0.0);
-  CHECK(free_share(0.0, 0.0) == 1.0);  // nothing moves
-  CHECK(free_share(not_a_number, 1.0) == 0.0);
-  CHECK(free_share(1.0, not_a_number) == 0.0);
+  CHECK(clear_fraction(0.25, 1.0) == 0.25);
+  CHECK(clear_fraction(1.0, 1.0) == 1.0);
+  CHECK(clear_fraction(2.0, 1.0) == 1.0);
+  CHECK(clear_fraction(0.0, 1.0) == 0.0);
+  CHECK(clear_fraction(-1.0, 1.0) == 0.0);
+  CHECK(clear_fraction(0.0, 0.0) == 1.0);  // nothing moves
+  CHECK(clear_fraction(not_a_number, 1.0) == 0.0);
+  CHECK(clear_fraction(1.0, not_a_number) == 0.0);
 }
 
 TEST_CASE("G033 five columns or fewer are measured by themselves, six and more by their rows") {

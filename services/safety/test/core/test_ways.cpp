@@ -49,7 +49,7 @@ TEST_CASE("ways by hand: the wrist's turns reach 0.5 m, a slide goes as far as i
   const auto way = [&](std::uint8_t joint, double change) {
     Joints there{};
     there[joint] = change;
-    return Ways(plan, rest, there).of(plan.pairs[0]);
+    return DisplacementBound(plan, rest, there).of(plan.pairs[0]);
   };
   CHECK(way(turn_x, 0.2) == doctest::Approx(0.1));
   CHECK(way(turn_y, -0.1) == doctest::Approx(0.05));
@@ -59,7 +59,8 @@ TEST_CASE("ways by hand: the wrist's turns reach 0.5 m, a slide goes as far as i
   one[turn_x] = 0.2;
   other[turn_x] = 0.1;
   other[slide_y] = -0.5;
-  const Ways larger(Ways(plan, rest, one), Ways(plan, rest, other));
+  const DisplacementBound larger(DisplacementBound(plan, rest, one),
+                                 DisplacementBound(plan, rest, other));
   CHECK(larger.of(plan.pairs[0]) == doctest::Approx(0.1 + 0.5));
 }
 
@@ -69,7 +70,7 @@ TEST_CASE("ways: nothing goes further than they say, and none is longer than the
   std::mt19937 random(3);
   for (int i = 0; i < 500; ++i) {
     const Joints from = anywhere(random), to = anywhere(random);
-    const Ways ways(plan, from, to);
+    const DisplacementBound ways(plan, from, to);
     FramePoses start, end;
     start.place(plan, from);
     end.place(plan, to);
@@ -92,18 +93,19 @@ TEST_CASE("ways of a joint that is nowhere are no number, and a margin covers no
   const PathPlan plan(limits);
   Joints nowhere{};
   nowhere[turn_x] = unset;
-  const Ways ways(plan, Joints{}, nowhere), none(plan, Joints{}, Joints{});
-  for (const Ways& lost : {ways, Ways(ways, none), Ways(none, ways)}) {
+  const DisplacementBound ways(plan, Joints{}, nowhere), none(plan, Joints{}, Joints{});
+  for (const DisplacementBound& lost :
+       {ways, DisplacementBound(ways, none), DisplacementBound(none, ways)}) {
     CHECK(std::isnan(lost.longest()));
     CHECK(std::isnan(lost.of(plan.pairs[0])));
-    CHECK(free_share(1.0, lost.longest()) == 0.0);
+    CHECK(clear_fraction(1.0, lost.longest()) == 0.0);
   }
-  CHECK(free_share(0.25, 0.5) == 0.5);
-  CHECK(free_share(0.5, 0.5) == 1.0);
-  CHECK(free_share(0.0, 0.0) == 1.0);
-  CHECK(free_share(-0.1, 0.5) == 0.0);
-  CHECK(free_share(-0.1, -1e-17) == 0.0);  // a way of nothing, rounded
-  CHECK(free_share(unset, 0.5) == 0.0);
+  CHECK(clear_fraction(0.25, 0.5) == 0.5);
+  CHECK(clear_fraction(0.5, 0.5) == 1.0);
+  CHECK(clear_fraction(0.0, 0.0) == 1.0);
+  CHECK(clear_fraction(-0.1, 0.5) == 0.0);
+  CHECK(clear_fraction(-0.1, -1e-17) == 0.0);  // a way of nothing, rounded
+  CHECK(clear_fraction(unset, 0.5) == 0.0);
 }
 
 TEST_CASE("ways by hand: what turns and slides below both of a pair moves neither of them") {
@@ -114,9 +116,9 @@ TEST_CASE("ways by hand: what turns and slides below both of a pair moves neithe
   Joints there{};
   there[turn_z] = 1.0;
   there[slide_x] = 0.5;
-  CHECK(Ways(plan, Joints{}, there).of(plan.pairs[0]) == doctest::Approx(0.0));
+  CHECK(DisplacementBound(plan, Joints{}, there).of(plan.pairs[0]) == doctest::Approx(0.0));
   there[turn_x] = 0.2;
-  CHECK(Ways(plan, Joints{}, there).of(plan.pairs[0]) == doctest::Approx(0.1));
+  CHECK(DisplacementBound(plan, Joints{}, there).of(plan.pairs[0]) == doctest::Approx(0.1));
 }
 
 TEST_CASE("ways by hand: a point goes as far as its frame turns it, from the first frame on") {
@@ -127,7 +129,8 @@ TEST_CASE("ways by hand: a point goes as far as its frame turns it, from the fir
   one[turn_z] = 0.5;
   other[turn_z] = -0.25;
   for (const auto& [from, to] : {std::pair{one, other}, std::pair{other, one}}) {
-    const Ways larger(Ways(plan, Joints{}, from), Ways(plan, Joints{}, to));
+    const DisplacementBound larger(DisplacementBound(plan, Joints{}, from),
+                                   DisplacementBound(plan, Joints{}, to));
     CHECK(larger.of(1, 2.0) == doctest::Approx(1.0));  // 0.5 rad, 2 m from the axis
     CHECK(larger.of(1, 0.0) == doctest::Approx(0.0));
     CHECK(larger.of(0, 2.0) == 0.0);

@@ -11,7 +11,7 @@ struct ShapeLook {
   const PathPlan& plan;
   ShapeCheck& check;
   const FramePoses& before;
-  const Ways& ways;  // of the whole way
+  const DisplacementBound& ways;  // of the whole way
   FramePoses& poses;
   std::size_t& looks;
 
@@ -36,7 +36,7 @@ struct ZoneLook {
     double found = unset;
     ++looks;
     const Evidence fault = check_base(plan, joints, before, found);
-    free = free_share(found, way);
+    free = clear_fraction(found, way);
     return fault;
   }
 };

@@ -41,7 +41,7 @@ ShapeCheck::ShapeCheck(const PathPlan& plan, JointSet commanded, JointSet guesse
       (void)capsules_.push_back(static_cast<std::uint8_t>(i));
 }
 
-double ShapeCheck::way_of(std::size_t shape, const Ways& ways) const {
+double ShapeCheck::way_of(std::size_t shape, const DisplacementBound& ways) const {
   if (shape < pairs_.size()) return ways.of(plan_.pairs[pairs_[shape]]);
   shape -= pairs_.size();
   if (shape < tools_.size()) {
@@ -52,17 +52,17 @@ double ShapeCheck::way_of(std::size_t shape, const Ways& ways) const {
   return ways.of(capsule.frame, capsule.extent);
 }
 
-double ShapeCheck::free_of(const Clearance& clearance, const Ways& ways) const {
-  double free = free_share(clearance.others, ways.longest());
+double ShapeCheck::free_of(const Clearance& clearance, const DisplacementBound& ways) const {
+  double free = clear_fraction(clearance.others, ways.longest());
   for (std::size_t i = 0; i < clearance.near_count; ++i) {
     const Clearance::Near& near = clearance.near[i];
-    free = std::min(free, free_share(near.margin, way_of(near.shape, ways)));
+    free = std::min(free, clear_fraction(near.margin, way_of(near.shape, ways)));
   }
   return free;
 }
 
-Evidence ShapeCheck::look(const FramePoses& poses, const FramePoses& before, const Ways& ways,
-                          double share, Clearance& found) {
+Evidence ShapeCheck::look(const FramePoses& poses, const FramePoses& before,
+                          const DisplacementBound& ways, double share, Clearance& found) {
   found.others = share * ways.longest();
   found.near_count = 0;
   const Evidence evidence = look_at_volumes(poses, before, found);
@@ -174,8 +174,8 @@ void ShapeCheck::find_near_pairs(const FramePoses& poses, const Middles& middles
 }
 
 // A pair comes nearer by no more than what the joints between its two have gone since all were
-// looked at, times how far what hangs on them reaches (`Ways::longest`). The nanometre is for
-// rounding.
+// looked at, times how far what hangs on them reaches (`DisplacementBound::longest`). The nanometre
+// is for rounding.
 bool ShapeCheck::far_pairs_are_clear_by(double others, const FramePoses& poses) const {
   double nearer = 1e-9;
   for (std::size_t f = 1; f < plan_.frames.size(); ++f)
@@ -187,7 +187,7 @@ bool ShapeCheck::far_pairs_are_clear_by(double others, const FramePoses& poses) 
 // Most pairs are so far apart that the spheres around them tell, and of most of those it is known
 // from before. A distance that is no number is a hit.
 Evidence ShapeCheck::look_at_pairs(const FramePoses& poses, const FramePoses& before,
-                                   const Ways& ways, double share, Clearance& found) {
+                                   const DisplacementBound& ways, double share, Clearance& found) {
   if (pairs_.empty()) return {};
   Middles middles;
   for (std::size_t i = 0; i < plan_.capsules.size(); ++i)

@@ -44,17 +44,17 @@ class ShapeCheck {
 
   /// What is at fault in a configuration. What was broken in the one before may stay as it was.
   /// Without a fault, `found`: how clear it is, which need not be more than `share` of the ways.
-  Evidence look(const FramePoses& poses, const FramePoses& before, const Ways& ways, double share,
-                Clearance& found);
+  Evidence look(const FramePoses& poses, const FramePoses& before, const DisplacementBound& ways,
+                double share, Clearance& found);
 
   /// The same, as far as all of the ways.
-  Evidence look(const FramePoses& poses, const FramePoses& before, const Ways& ways,
+  Evidence look(const FramePoses& poses, const FramePoses& before, const DisplacementBound& ways,
                 Clearance& found) {
     return look(poses, before, ways, 1.0, found);
   }
 
   /// Which share of its way everything is clear by at least, 1 at most.
-  [[nodiscard]] double free_of(const Clearance& clearance, const Ways& ways) const;
+  [[nodiscard]] double free_of(const Clearance& clearance, const DisplacementBound& ways) const;
 
  private:
   Evidence look_at_volumes(const FramePoses& poses, const FramePoses& before,
@@ -65,12 +65,12 @@ class ShapeCheck {
                          const FramePoses& before, double& slack) const;
   Evidence keep_capsule_out(std::size_t capsule, std::size_t volume, const FramePoses& poses,
                             const FramePoses& before, double& slack) const;
-  Evidence look_at_pairs(const FramePoses& poses, const FramePoses& before, const Ways& ways,
-                         double share, Clearance& found);
+  Evidence look_at_pairs(const FramePoses& poses, const FramePoses& before,
+                         const DisplacementBound& ways, double share, Clearance& found);
   using Middles = std::array<Eigen::Vector3d, max_capsules>;  // of the capsules
   void find_near_pairs(const FramePoses& poses, const Middles& middles, double others);
   [[nodiscard]] bool far_pairs_are_clear_by(double others, const FramePoses& poses) const;
-  [[nodiscard]] double way_of(std::size_t shape, const Ways& ways) const;
+  [[nodiscard]] double way_of(std::size_t shape, const DisplacementBound& ways) const;
   [[nodiscard]] Segment segment(std::size_t capsule, const FramePoses& poses) const;
   [[nodiscard]] double pair_distance(const PlanPair& pair, const FramePoses& poses) const;
   [[nodiscard]] Evidence of_part_that_moves(Evidence evidence, JointSet movers) const;

@@ -6,19 +6,21 @@
 
 namespace fairlead {
 
-Ways::Ways(const PathPlan& plan, const Joints& from, const Joints& to) : plan_(plan) {
+DisplacementBound::DisplacementBound(const PathPlan& plan, const Joints& from, const Joints& to)
+    : plan_(plan) {
   add_up([&](std::size_t frame) {
     const std::size_t j = plan.frames[frame].joint;
     return std::abs(to[j] - from[j]);
   });
 }
 
-Ways::Ways(const Ways& one, const Ways& other) : plan_(one.plan_) {
+DisplacementBound::DisplacementBound(const DisplacementBound& one, const DisplacementBound& other)
+    : plan_(one.plan_) {
   add_up([&](std::size_t frame) { return larger(one.change_[frame], other.change_[frame]); });
 }
 
 template <class Change>
-void Ways::add_up(const Change& change) {
+void DisplacementBound::add_up(const Change& change) {
   sums_[0] = {0.0, 0.0, 0.0};
   for (std::size_t f = 1; f < plan_.frames.size(); ++f) {
     const PlanFrame& frame = plan_.frames[f];
@@ -35,13 +37,13 @@ void Ways::add_up(const Change& change) {
   }
 }
 
-double Ways::of(std::size_t frame, double extent, std::size_t base) const {
+double DisplacementBound::of(std::size_t frame, double extent, std::size_t base) const {
   const Sums &far = sums_[frame], &near = sums_[base];
   return (plan_.frames[frame].distance + extent) * (far.turned - near.turned) -
          (far.leverage - near.leverage) + (far.slid - near.slid);
 }
 
-double Ways::of(const PlanPair& pair) const {
+double DisplacementBound::of(const PlanPair& pair) const {
   const PlanCapsule &first = plan_.capsules[pair.first], &second = plan_.capsules[pair.second];
   return of(first.frame, first.extent, pair.common) + of(second.frame, second.extent, pair.common);
 }

@@ -11,11 +11,11 @@ namespace fairlead {
 /// A joint that turns by dq carries a point by at most its distance from the joint's origin times
 /// dq, and that distance is never more than the way from joint to joint and on to the point. Added
 /// up over the joints between the point and the frame that it is seen from.
-class Ways {
+class DisplacementBound {
  public:
-  Ways(const PathPlan& plan, const Joints& from, const Joints& to);
+  DisplacementBound(const PathPlan& plan, const Joints& from, const Joints& to);
   /// Every joint goes as far as in that of both in which it goes further.
-  Ways(const Ways& one, const Ways& other);
+  DisplacementBound(const DisplacementBound& one, const DisplacementBound& other);
 
   /// Of any point at most `extent` from a frame's origin, as seen from `base`, on which the frame
   /// hangs [m].
@@ -42,7 +42,7 @@ class Ways {
 };
 
 /// Which share of a way a margin covers, 1 at most; what is no number covers none.
-inline double free_share(double margin, double way) {
+inline double clear_fraction(double margin, double way) {
   if (margin >= way) return 1.0;
   return std::max(0.0, std::max(margin, 0.0) / way);
 }

@@ -143,13 +143,14 @@ Evidence TrajectoryCheck::check_body(const Branch& branch, const Braking& brakin
 // Where the row leads, on the way there, where braking from there ends, on the way to that.
 Evidence TrajectoryCheck::check_shapes(const Branch& branch, const Braking& braking,
                                        Clearance& clearance) {
-  const Ways row(plan_, branch.before, branch.now), stop(plan_, branch.now, braking.end());
+  const DisplacementBound row(plan_, branch.before, branch.now),
+      stop(plan_, branch.now, braking.end());
   const double free_before = shape_check_.free_of(clearance, row);
   ++looks_;
-  Evidence evidence =
-      shape_check_.look(branch.poses_now(), branch.poses_before(), Ways(row, stop), clearance);
+  Evidence evidence = shape_check_.look(branch.poses_now(), branch.poses_before(),
+                                        DisplacementBound(row, stop), clearance);
   if (!evidence.ok()) return evidence;
-  const auto looking = [&](const Ways& ways, FramePoses& poses) {
+  const auto looking = [&](const DisplacementBound& ways, FramePoses& poses) {
     return ShapeLook{plan_, shape_check_, branch.poses_before(), ways, poses, looks_};
   };
   evidence = check_row_way(branch, plan_.limits.measured_count(), row.longest(), free_before,
@@ -196,11 +197,11 @@ Evidence TrajectoryCheck::check_zones(const Branch& branch, const Braking& braki
   Evidence evidence = check_base(plan_, branch.now, branch.before, margin);
   if (evidence.ok()) evidence = check_base(plan_, braking.end(), branch.before, rest_margin);
   if (!evidence.ok()) return evidence;
-  evidence = check_row_way(branch, plan_.limits.measured_count(), row, 0.0, free_share(margin, row),
-                           looking(row));
+  evidence = check_row_way(branch, plan_.limits.measured_count(), row, 0.0,
+                           clear_fraction(margin, row), looking(row));
   if (!evidence.ok()) return evidence;
-  return check_braking_way(branch, braking, stop, free_share(margin, stop),
-                           free_share(rest_margin, stop), looking(stop));
+  return check_braking_way(branch, braking, stop, clear_fraction(margin, stop),
+                           clear_fraction(rest_margin, stop), looking(stop));
 }
 
 }  // namespace fairlead
