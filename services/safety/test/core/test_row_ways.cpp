@@ -188,7 +188,7 @@ TEST_CASE("a look at shapes says which share of their way they are clear by") {
   FramePoses rest, room;
   rest.place(plan, Joints{});
   std::size_t looks = 0;
-  const ShapeLook look{plan, check, rest, ways, room, looks};
+  const ShapeQuery look{plan, check, rest, ways, room, looks};
   double free = unset;
   CHECK(look(Joints{}, 1.0, free).ok());
   CHECK(free == doctest::Approx(0.5));
@@ -210,7 +210,7 @@ TEST_CASE("a look at zones says which share of its way the footprint is clear by
   Joints joints{};
   const Joints before{};
   std::size_t looks = 0;
-  const ZoneLook look{plan, before, 0.8, looks};
+  const ZoneQuery look{plan, before, 0.8, looks};
   double free = unset;
   CHECK(look(joints, 1.0, free).ok());
   CHECK(free == doctest::Approx(0.5));

@@ -7,7 +7,7 @@
 namespace fairlead {
 
 /// Bounds of tools and capsules. `poses` is room to place them in; `looks` counts.
-struct ShapeLook {
+struct ShapeQuery {
   const PathPlan& plan;
   ShapeCheck& check;
   const FramePoses& before;
@@ -26,7 +26,7 @@ struct ShapeLook {
 };
 
 /// The base's zones. `way`: of its footprint, on the whole way [m].
-struct ZoneLook {
+struct ZoneQuery {
   const PathPlan& plan;
   const Joints& before;
   double way;

@@ -151,7 +151,7 @@ Evidence TrajectoryCheck::check_shapes(const Branch& branch, const Braking& brak
                                         DisplacementBound(row, stop), clearance);
   if (!evidence.ok()) return evidence;
   const auto looking = [&](const DisplacementBound& ways, FramePoses& poses) {
-    return ShapeLook{plan_, shape_check_, branch.poses_before(), ways, poses, looks_};
+    return ShapeQuery{plan_, shape_check_, branch.poses_before(), ways, poses, looks_};
   };
   evidence = check_row_way(branch, plan_.limits.measured_count(), row.longest(), free_before,
                            shape_check_.free_of(clearance, row), looking(row, between_));
@@ -192,7 +192,7 @@ Evidence TrajectoryCheck::check_zones(const Branch& branch, const Braking& braki
   const double row = base_way(plan_, branch.before, branch.now);
   const double stop = base_way(plan_, branch.now, braking.end());
   double margin = unset, rest_margin = unset;
-  const auto looking = [&](double way) { return ZoneLook{plan_, branch.before, way, looks_}; };
+  const auto looking = [&](double way) { return ZoneQuery{plan_, branch.before, way, looks_}; };
   looks_ += 2;
   Evidence evidence = check_base(plan_, branch.now, branch.before, margin);
   if (evidence.ok()) evidence = check_base(plan_, braking.end(), branch.before, rest_margin);
