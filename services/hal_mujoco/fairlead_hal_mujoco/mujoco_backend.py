@@ -18,17 +18,17 @@ from fairlead.hal.backend import (
 )
 from fairlead.hal.described_part import describe_part
 from fairlead.hal.interpolation import INTERPOLATORS
+from fairlead.hal.model_joints import find_sources
+from fairlead.hal.model_kinematics import FrameKinematics
 from fairlead.hal.mujoco_frames import MujocoFrames, base_body, touching
 from fairlead.hal.setpoints import Setpoints
+from fairlead.hal.tool_motion import ToolMotion
 from fairlead.messages import FloatArray
 from fairlead.paths import robot_dir
 from fairlead.robot.manifest import RobotManifest
-from fairlead_hal_mujoco.frame_kinematics import FrameKinematics
 from fairlead_hal_mujoco.key_poses import GOAL_KEY, HOME_KEY, GoalPose, key_qpos
 from fairlead_hal_mujoco.model_file import load_model
 from fairlead_hal_mujoco.options import MujocoOptions
-from fairlead_hal_mujoco.servos import find_sources
-from fairlead_hal_mujoco.tool_motion import ToolMotion
 
 NO_ROTATION = np.array([0.0, 0.0, 0.0, 1.0])
 
@@ -55,9 +55,9 @@ class MujocoBackend:
         path = robot_dir(robot.id) / (options.model or f"{robot.id}.xml")
         self._model, self._steps = load_model(path, robot.tick_period_ns)
         self._data = mujoco.MjData(self._model)
-        self._sources = find_sources(self._model, robot)
+        self._sources = find_sources(self._model, robot, "hal_mujoco")
         commanded = self._sources[: robot.n_dof]
-        kinematics = FrameKinematics(self._model, self._data, robot, commanded)
+        kinematics = FrameKinematics(self._model, self._data, robot, commanded, "hal_mujoco")
         self._setpoints = Setpoints(robot, ToolMotion(robot, profile, kinematics), who="hal_mujoco")
         self._interpolator = INTERPOLATORS[options.interpolation]()
         self._base = base_body(self._model, robot, "hal_mujoco")

@@ -8,11 +8,11 @@ from pathlib import Path
 import mujoco
 
 from fairlead.errors import ConfigError, HardwareError
+from fairlead.hal.model_joints import find_source
 from fairlead.robot.manifest import RobotManifest
 from fairlead_hal_mujoco.model_file import load_model
 from fairlead_hal_mujoco.mujoco_backend import MujocoBackend
 from fairlead_hal_mujoco.options import MujocoOptions
-from fairlead_hal_mujoco.servos import find_source
 
 _STANDS_S = 1.0
 
@@ -44,6 +44,6 @@ def _falls(robot: RobotManifest, path: Path) -> Iterator[str]:
 def _refusals(model: mujoco.MjModel, robot: RobotManifest) -> Iterator[str]:
     for joint in (*robot.joints, *robot.passive_joints):
         try:
-            find_source(model, robot, joint)
+            find_source(model, robot, joint, "hal_mujoco")
         except ConfigError as error:
             yield str(error)

@@ -16,8 +16,10 @@ from fairlead.hal.backend import (
     TaskReading,
 )
 from fairlead.hal.described_part import describe_part
+from fairlead.hal.model_kinematics import robot_kinematics
+from fairlead.hal.setpoints import Setpoints
+from fairlead.hal.tool_motion import ToolMotion
 from fairlead.messages import FloatArray
-from fairlead.modes import ControlMode
 from fairlead.robot.manifest import RobotManifest
 from fairlead.robot.profile_limits import profile_limits
 from fairlead_hal_so101.calibrated_bus import calibrated_bus
@@ -68,7 +70,9 @@ class So101Backend:
         self._ever_lost = 0
         try:
             self._readings = self._first_readings()
-            self._setpoints = self._positions()
+            tools = ToolMotion(robot, profile, robot_kinematics(robot, "hal_so101"))
+            self._setpoints = Setpoints(robot, tools, who="hal_so101", profile=profile)
+            self._setpoints.restart(self._positions())
             self._take_hold(profile)
         except BaseException:
             self._bus.close()
@@ -125,24 +129,22 @@ class So101Backend:
         return [FramePose("map", "odom", np.zeros(3), _UPRIGHT)]
 
     def apply(self, commands: Mapping[str, PartCommand]) -> None:
-        """Write every servo's goal; a joint without a command keeps its own.
+        """Write every servo's goal: a joint's target, or its share of a tool's way.
 
         Raises:
             ConfigError: a servo is beyond a limit of the options or says a fault, or a goal is
                 outside the calibrated range: no goal has changed.
             HardwareError: the port is gone.
         """
-        goals = self._setpoints.copy()
         if commands and self._health.complaint:
             raise ConfigError(f"hal_so101: {self._health.complaint}")
-        for name, command in commands.items():
-            if command.mode != ControlMode.JOINT_POSITION:
-                who, what = f"hal_so101: part {name}", "joint_position"
-                raise ConfigError(expected(who, what, command.mode.yaml_name))
-            joints = list(command.active)
-            goals[joints] = command.values[joints]
-        steps = self._steps(goals)
-        self._setpoints = goals
+        before = self._setpoints.positions.copy()
+        goals = self._setpoints.advance(commands, self._positions())
+        try:
+            steps = self._steps(goals)
+        except ConfigError:
+            self._setpoints.restart(before)
+            raise
         try:
             self._bus.write_all(GOAL_POSITION, 2, steps)
         except LostAnswerError as error:

@@ -8,6 +8,7 @@ import numpy as np
 
 from fairlead.messages import FloatArray
 from fairlead.robot.manifest import RobotManifest
+from fairlead.robot.profile_limits import profile_limits
 
 LEAD_PERIODS = 2.0
 """Periods of full speed by which a moving setpoint may lead its joint."""
@@ -21,11 +22,14 @@ class SetpointLimits:
         reach: farthest way in one period [rad or m].
     """
 
-    def __init__(self, robot: RobotManifest) -> None:
+    def __init__(self, robot: RobotManifest, profile: str = "") -> None:
         bounded = [joint if joint.has_bounds else None for joint in robot.joints]
         self.lower = np.array([joint.lower if joint else -np.inf for joint in bounded])
         self.upper = np.array([joint.upper if joint else np.inf for joint in bounded])
         speed = np.array([joint.velocity_limit for joint in robot.joints])
+        if profile:
+            safety = robot.profile(profile)
+            speed = np.array([profile_limits(joint, safety)[0] for joint in robot.joints])
         self.reach = speed * robot.tick_period_ns * 1e-9
 
     def ends(

@@ -50,6 +50,7 @@ class Setpoints:
         tools: needed by parts with cartesian modes.
         parts: those that position servos move; None: all.
         who: the HAL, as errors call it.
+        profile: a safety profile whose tighter speeds bind setpoints that move; "": none.
 
     Raises:
         ConfigError: for a mode, or a hold law, that position servos cannot follow.
@@ -61,10 +62,11 @@ class Setpoints:
         tools: ToolSteps | None = None,
         parts: Sequence[Part] | None = None,
         who: str = "hal",
+        profile: str = "",
     ) -> None:
         self._tools, self._parts = tools, robot.parts if parts is None else tuple(parts)
         self._period_s = robot.tick_period_ns * 1e-9
-        self._limits = SetpointLimits(robot)
+        self._limits = SetpointLimits(robot, profile)
         self._slowing = np.array([joint.acceleration_limit for joint in robot.joints])
         self._own = {
             part.name: [robot.joint_names.index(name) for name in part.joints]

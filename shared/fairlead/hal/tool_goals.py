@@ -6,9 +6,9 @@ import mujoco
 import numpy as np
 
 from fairlead.hal.backend import PartCommand
+from fairlead.hal.model_kinematics import Pose
 from fairlead.messages import FloatArray
 from fairlead.modes import ControlMode
-from fairlead_hal_mujoco.frame_kinematics import Pose
 
 
 def tool_goal(command: PartCommand, tool: Pose, frame: Pose, period_s: float) -> Pose:

@@ -9,12 +9,12 @@ import numpy as np
 from fairlead.errors import ConfigError, expected
 from fairlead.hal.backend import PartCommand
 from fairlead.hal.command_check import CARTESIAN_MODES
+from fairlead.hal.model_kinematics import FrameKinematics, Pose
 from fairlead.hal.mujoco_frames import Frame
+from fairlead.hal.tool_goals import motion_between, tool_goal
 from fairlead.messages import FloatArray
 from fairlead.robot.manifest import RobotManifest
 from fairlead.robot.part import Part
-from fairlead_hal_mujoco.frame_kinematics import FrameKinematics, Pose
-from fairlead_hal_mujoco.tool_goals import motion_between, tool_goal
 
 DAMPING = 0.05
 """Bounds the joint motion near a singular pose: at most the error / (2 DAMPING), in rad per m
@@ -42,7 +42,7 @@ class ToolMotion:
             if not modes:
                 continue
             self._joints[part.name] = [robot.joint_names.index(name) for name in part.joints]
-            self._tools[part.name] = kinematics.find(_tool_frame(robot, part))
+            self._tools[part.name] = kinematics.find(_tool_frame(robot, part, kinematics.who))
             limits = robot.profile(profile).parts[part.name]
             for mode in modes:
                 for name in getattr(limits, mode.yaml_name).frames:
@@ -82,8 +82,12 @@ class ToolMotion:
         return np.asarray(found[own] - positions[own])
 
 
-def _tool_frame(robot: RobotManifest, part: Part) -> str:
+def _tool_frame(robot: RobotManifest, part: Part, who: str) -> str:
     if part.end_effector is None or not part.joints:
-        who, what = f"hal_mujoco: part {part.name}", "joints and an end effector"
-        raise ConfigError(expected(who, what, f"{len(part.joints)} and {part.end_effector}"))
+        what = "joints and an end effector"
+        raise ConfigError(
+            expected(
+                f"{who}: part {part.name}", what, f"{len(part.joints)} and {part.end_effector}"
+            )
+        )
     return robot.end_effector(part.end_effector).tool_frame

@@ -1,4 +1,4 @@
-"""Which simulator joints and servos move and measure each of the robot's joints."""
+"""Which joints and servos of a MuJoCo model move and measure each of the robot's joints."""
 
 from __future__ import annotations
 
@@ -39,35 +39,38 @@ class Source:
         return np.array(self.signs) * value / len(self.signs)
 
 
-def find_sources(model: mujoco.MjModel, robot: RobotManifest) -> tuple[Source, ...]:
+def find_sources(model: mujoco.MjModel, robot: RobotManifest, who: str) -> tuple[Source, ...]:
     """The source of every joint: commanded ones, then passive ones.
 
     A joint that ``simulator.joints`` of the manifest does not name is called alike.
+
+    Args:
+        who: the HAL, as errors call it.
 
     Raises:
         ConfigError: for a joint the model lacks or bounds more tightly than the manifest,
             and for a commanded one without a position servo.
     """
     return tuple(
-        find_source(model, robot, joint) for joint in (*robot.joints, *robot.passive_joints)
+        find_source(model, robot, joint, who) for joint in (*robot.joints, *robot.passive_joints)
     )
 
 
-def find_source(model: mujoco.MjModel, robot: RobotManifest, joint: Joint) -> Source:
+def find_source(model: mujoco.MjModel, robot: RobotManifest, joint: Joint, who: str) -> Source:
     """The source of one joint; as `find_sources`."""
     names, commanded = robot.simulator_joints(joint.name), joint in robot.joints
-    ids = [_joint_id(model, joint, name) for name in names]
+    ids = [_joint_id(model, joint, name, who) for name in names]
     signs = (1.0, -1.0)[: len(ids)]
-    _check_range(model, joint, ids, signs)
+    _check_range(model, joint, ids, signs, who)
     return Source(
         qpos=tuple(int(model.jnt_qposadr[index]) for index in ids),
         dofs=tuple(int(model.jnt_dofadr[index]) for index in ids),
         signs=signs,
-        servos=tuple(_servo(model, joint, index) for index in ids) if commanded else (),
+        servos=tuple(_servo(model, joint, index, who) for index in ids) if commanded else (),
     )
 
 
-def _joint_id(model: mujoco.MjModel, joint: Joint, name: str) -> int:
+def _joint_id(model: mujoco.MjModel, joint: Joint, name: str, who: str) -> int:
     valid = [
         model.joint(index).name
         for index in range(model.njnt)
@@ -75,17 +78,17 @@ def _joint_id(model: mujoco.MjModel, joint: Joint, name: str) -> int:
     ]
     if name not in valid:
         what = f"a hinge or slide of the model for joint {joint.name}"
-        raise ConfigError(expected("hal_mujoco", what, repr(name), valid))
+        raise ConfigError(expected(who, what, repr(name), valid))
     return int(model.joint(name).id)
 
 
 def _check_range(
-    model: mujoco.MjModel, joint: Joint, ids: list[int], signs: tuple[float, ...]
+    model: mujoco.MjModel, joint: Joint, ids: list[int], signs: tuple[float, ...], who: str
 ) -> None:
     """The gate admits the manifest's range, so the model must reach all of it."""
     limited = [bool(model.jnt_limited[index]) for index in ids]
     if joint.type == "continuous" and any(limited):
-        who = f"hal_mujoco: joint {joint.name}"
+        who = f"{who}: joint {joint.name}"
         got = f"{model.jnt_range[ids[0]].tolist()} in the model"
         raise ConfigError(expected(who, "a joint without range, for it is continuous", got))
     if not joint.has_bounds or not all(limited):
@@ -95,14 +98,14 @@ def _check_range(
     if lower > joint.lower + _RANGE_SLACK or upper < joint.upper - _RANGE_SLACK:
         raise ConfigError(
             expected(
-                f"hal_mujoco: joint {joint.name}: range",
+                f"{who}: joint {joint.name}: range",
                 f"at least [{joint.lower:g}, {joint.upper:g}] {joint.unit} (robot.yaml)",
                 f"[{lower:g}, {upper:g}] in the model",
             )
         )
 
 
-def _servo(model: mujoco.MjModel, joint: Joint, index: int) -> int:
+def _servo(model: mujoco.MjModel, joint: Joint, index: int, who: str) -> int:
     """The one actuator that drives a joint to the position it is told."""
     found = [
         actuator
@@ -114,17 +117,17 @@ def _servo(model: mujoco.MjModel, joint: Joint, index: int) -> int:
         got = ", ".join(model.actuator(actuator).name or "unnamed" for actuator in found)
         raise ConfigError(
             expected(
-                f"hal_mujoco: joint {joint.name}",
+                f"{who}: joint {joint.name}",
                 f"one <position> actuator on {model.joint(index).name!r}",
                 got or "none",
             )
             + f': <position joint={model.joint(index).name!r} kp=... dampratio="1"/>'
         )
-    _check_controls(model, joint, found[0])
+    _check_controls(model, joint, found[0], who)
     return found[0]
 
 
-def _check_controls(model: mujoco.MjModel, joint: Joint, servo: int) -> None:
+def _check_controls(model: mujoco.MjModel, joint: Joint, servo: int, who: str) -> None:
     """MuJoCo cuts what a servo is told to its ``ctrlrange``, and nobody notices."""
     if not model.actuator_ctrllimited[servo] or joint.role == "gripper":
         return
@@ -134,7 +137,7 @@ def _check_controls(model: mujoco.MjModel, joint: Joint, servo: int) -> None:
         if low <= joint.lower + _RANGE_SLACK and high >= joint.upper - _RANGE_SLACK:
             return
         wanted = f"at least [{joint.lower:g}, {joint.upper:g}] {joint.unit} (robot.yaml)"
-    who = f"hal_mujoco: joint {joint.name}: ctrlrange of its actuator"
+    who = f"{who}: joint {joint.name}: ctrlrange of its actuator"
     raise ConfigError(expected(who, wanted, f"[{low:g}, {high:g}]"))
 
 

@@ -8,10 +8,12 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
+from fairlead.errors import ConfigError
+from fairlead.hal.model_joints import Source, find_sources
 from fairlead.hal.mujoco_frames import Frame, find_frame
 from fairlead.messages import FloatArray
+from fairlead.paths import robot_dir
 from fairlead.robot.manifest import RobotManifest
-from fairlead_hal_mujoco.servos import Source
 
 
 @dataclass(frozen=True)
@@ -23,13 +25,14 @@ class Pose:
 
 
 class FrameKinematics:
-    """The model's geometry on a copy of its state: nothing here moves the simulation.
+    """The model's geometry on a copy of its state: nothing here moves a simulation.
 
     Frames go by the names of ``simulator.frames`` in robot.yaml.
 
     Args:
         data: the simulation, for the coordinates that no joint of the robot commands.
         sources: of the commanded joints, in wire order.
+        who: the HAL, as errors call it.
     """
 
     def __init__(
@@ -38,9 +41,10 @@ class FrameKinematics:
         data: mujoco.MjData,
         robot: RobotManifest,
         sources: Sequence[Source],
+        who: str,
     ) -> None:
         self._model, self._live, self._copy = model, data, mujoco.MjData(model)
-        self._robot, self._sources = robot, tuple(sources)
+        self._robot, self._sources, self.who = robot, tuple(sources), who
 
     def find(self, name: str) -> Frame:
         """The frame of that name.
@@ -48,7 +52,7 @@ class FrameKinematics:
         Raises:
             ConfigError: if robot.yaml does not say where it is, or the model has no such thing.
         """
-        return find_frame(self._model, self._robot, name, "hal_mujoco")
+        return find_frame(self._model, self._robot, name, self.who)
 
     def place(self, positions: FloatArray) -> None:
         """Put the copy where the commanded joints are at ``positions``, shape ``[n_dof]``."""
@@ -83,3 +87,20 @@ class FrameKinematics:
             for source in (self._sources[joint] for joint in joints)
         ]
         return np.stack(columns, axis=1)
+
+
+def robot_kinematics(robot: RobotManifest, who: str) -> FrameKinematics:
+    """By the robot's own model, ``robots/<id>/<id>.xml``, for a HAL without a simulation.
+
+    Raises:
+        ConfigError: there is none, or it does not fit the manifest.
+    """
+    path = robot_dir(robot.id) / f"{robot.id}.xml"
+    if not path.is_file():
+        raise ConfigError(f"{who}: expected an MJCF file for cartesian modes, got none at {path}")
+    try:
+        model = mujoco.MjModel.from_xml_path(str(path))
+    except ValueError as error:
+        raise ConfigError(f"{who}: {path}: {' '.join(str(error).split())}") from None
+    sources = find_sources(model, robot, who)[: robot.n_dof]
+    return FrameKinematics(model, mujoco.MjData(model), robot, sources, who)
