@@ -25,7 +25,7 @@ from fairlead.messages import FloatArray
 from fairlead.operate.goal_run import GoalOptions, run_goal
 from fairlead.paths import repo_root
 from fairlead.robot.manifest import load_robot
-from fairlead_hal_so101.calibration import CalibratedServo, Calibration, save_calibration
+from fairlead_hal_so101.calibration import Arm, CalibratedServo, Calibration, save_calibration
 from fairlead_hal_so101.options import So101Options
 from fairlead_hal_so101.so101_backend import So101Backend
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch, scratch_robot
@@ -36,7 +36,7 @@ PERIOD_MS = 20.0
 READS = 500
 
 
-def calibration(path: Path) -> Calibration:
+def calibration(path: Path, arm: Arm = "follower") -> Calibration:
     """Of servos that are mounted as the guide says."""
     found = tuple(
         CalibratedServo(
@@ -44,8 +44,9 @@ def calibration(path: Path) -> Calibration:
         )
         for one, name in enumerate(ROBOT.joint_names, start=1)
     )
-    save_calibration(path, Calibration(robot="so101", servos=found))
-    return Calibration(robot="so101", servos=found)
+    known = Calibration(robot="so101", arm=arm, servos=found)
+    save_calibration(path, known)
+    return known
 
 
 def alone(options: So101Options, known: Calibration) -> tuple[FloatArray, FloatArray]:

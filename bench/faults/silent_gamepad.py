@@ -102,11 +102,11 @@ def silent_gamepad(robot: ServoStage) -> Shot:
     with _driving(robot) as pad:
         pad.says((_KEY, _CLUTCH, 1))
         began_ns = time.monotonic_ns()
-        injected_ns = pad.trembles_until(side, lambda: _moves(robot, began_ns), "it moves")
-        wait_for(lambda: _rests(robot, injected_ns), "it comes to rest")
-        rested_ns = _last_motion_ns(robot, injected_ns)
+        injected_ns = pad.trembles_until(side, lambda: moves(robot, began_ns), "it moves")
+        wait_for(lambda: rests(robot, injected_ns), "it comes to rest")
+        rested_ns = last_motion_ns(robot, injected_ns)
         again_ns = time.monotonic_ns()
-        pad.trembles_until(side, lambda: _moves(robot, again_ns), "it moves again")
+        pad.trembles_until(side, lambda: moves(robot, again_ns), "it moves again")
     every_row_was_judged_for_its_tick(robot)
     rest_ms = (rested_ns - injected_ns) / 1e6
     assert rest_ms > 1e3 * SILENCE_S - 1e3 * TICK_S, f"at rest after {rest_ms:.0f} ms"
@@ -120,15 +120,18 @@ def _motion(robot: ServoStage, since_ns: int) -> list[tuple[int, bool]]:
     return [(stamp, abs(now - before) >= least) for (_, before), (stamp, now) in pairwise(measured)]
 
 
-def _moves(robot: ServoStage, since_ns: int) -> bool:
+def moves(robot: ServoStage, since_ns: int) -> bool:
+    """Whether the arm moves, by the newest of the ticks since then."""
     newest = _motion(robot, since_ns)[-10:]
     return len(newest) == 10 and all(moved for _, moved in newest)
 
 
-def _rests(robot: ServoStage, since_ns: int) -> bool:
+def rests(robot: ServoStage, since_ns: int) -> bool:
+    """Whether the arm has stood still in the newest of the ticks since then."""
     newest = _motion(robot, since_ns)[-STILL_TICKS:]
     return len(newest) == STILL_TICKS and not any(moved for _, moved in newest)
 
 
-def _last_motion_ns(robot: ServoStage, since_ns: int) -> int:
+def last_motion_ns(robot: ServoStage, since_ns: int) -> int:
+    """When the arm moved last, after it moved."""
     return max(stamp for stamp, moved in _motion(robot, since_ns) if moved)

@@ -14,6 +14,7 @@ from bench.faults import (
     protocol_faults,
     sensor_faults,
     stop_faults,
+    teleop_faults,
 )
 from bench.faults.explained import NOT_RUN
 from bench.faults.row import Row
@@ -32,6 +33,7 @@ _FAMILIES = (
     life_faults,
     camera_faults,
     hardware_faults,
+    teleop_faults,
 )
 ROWS: tuple[Row, ...] = tuple(
     sorted((row for family in _FAMILIES for row in family.ROWS), key=lambda row: row.number)

@@ -15,6 +15,7 @@ from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
 from unittest import mock
 
+from bench.equipment.terminal import Terminal
 from fairlead_tools.cli.main import main
 
 TIMEOUT_S = 280.0
@@ -32,6 +33,11 @@ def fairlead_environment(state: Path) -> dict[str, str]:
 
 def fairlead_command(*arguments: str) -> list[str]:
     return [sys.executable, "-m", "fairlead_tools.cli.main", *arguments]
+
+
+def terminal(state: Path, *arguments: str) -> Terminal:
+    """Run one command in a terminal of its own."""
+    return Terminal(fairlead_command(*arguments), fairlead_environment(state))
 
 
 def fairlead(*arguments: str, state: Path, answer: str = "") -> subprocess.CompletedProcess[str]:

@@ -17,8 +17,7 @@ from fairlead_tools.supervisor.scratch import (
     make_scratch,
     scratch_robot,
 )
-from tests.cli.command import fairlead, fairlead_here
-from tests.teleop.terminal import Terminal
+from tests.cli.command import fairlead, fairlead_here, terminal
 
 pytestmark = [pytest.mark.processes, pytest.mark.timeout(120)]
 
@@ -45,7 +44,7 @@ def come(running: ScratchRobot) -> tuple[float, float]:
 def test_a_base_in_lockstep_drives_ahead_turns_and_stands_between(
     running: ScratchRobot, tmp_path: Path
 ) -> None:
-    person = Terminal(tmp_path, "teleop", "-d", str(running.scratch.file), "--part", "base")
+    person = terminal(tmp_path, "teleop", "-d", str(running.scratch.file), "--part", "base")
     try:
         person.wait_for("you drive base")
         assert [claim.parts for claim in running.client.gate_status().claims] == [("base",)]

@@ -12,6 +12,7 @@ import pytest
 import yaml
 
 from bench.equipment.live_robot import wait_for
+from bench.equipment.terminal import Terminal
 from fairlead.deploy.registry import Registry
 from fairlead.messages import FloatArray, GateState, floats
 from fairlead.paths import SKILLS_VARIABLE, repo_root
@@ -22,8 +23,7 @@ from fairlead_tools.supervisor.scratch import (
     make_scratch,
     scratch_robot,
 )
-from tests.cli.command import fairlead
-from tests.teleop.terminal import Terminal
+from tests.cli.command import fairlead, terminal
 
 pytestmark = [pytest.mark.processes, pytest.mark.timeout(120)]
 
@@ -62,12 +62,12 @@ def teleop(running: ScratchRobot, tmp_path: Path) -> Iterator[Start]:
 
     def start(*arguments: str) -> Terminal:
         words = ("teleop", "-d", str(running.scratch.file), *arguments)
-        started.append(Terminal(tmp_path, *words))
+        started.append(terminal(tmp_path, *words))
         return started[-1]
 
     yield start
-    for terminal in started:
-        terminal.end()
+    for person in started:
+        person.end()
 
 
 def joints(running: ScratchRobot) -> FloatArray:

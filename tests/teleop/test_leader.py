@@ -17,6 +17,7 @@ import yaml
 
 from bench.equipment.emulated_arm import EmulatedArm, emulated_arm
 from bench.equipment.live_robot import wait_for
+from bench.equipment.terminal import Terminal
 from fairlead.deploy.registry import Registry
 from fairlead.messages import FloatArray, GateState, floats
 from fairlead.paths import SKILLS_VARIABLE, repo_root
@@ -28,9 +29,9 @@ from fairlead_tools.supervisor.scratch import (
     make_scratch,
     scratch_robot,
 )
+from tests.cli.command import terminal
 from tests.so101.arm import as_delivered
 from tests.so101.calibrating import calibrate, move
-from tests.teleop.terminal import Terminal
 
 pytestmark = [pytest.mark.processes, pytest.mark.timeout(200)]
 
@@ -102,12 +103,12 @@ def teleop(running: ScratchRobot, leader: Leader, tmp_path: Path) -> Iterator[St
     def start(*arguments: str) -> Terminal:
         where = ("-d", str(running.scratch.file), "--device", "so101")
         what = ("--port", str(leader.arm.port), "--calibration", str(leader.file))
-        started.append(Terminal(tmp_path, "teleop", *where, *what, *arguments))
+        started.append(terminal(tmp_path, "teleop", *where, *what, *arguments))
         return started[-1]
 
     yield start
-    for terminal in started:
-        terminal.end()
+    for person in started:
+        person.end()
 
 
 def joints(running: ScratchRobot) -> FloatArray:
@@ -271,7 +272,7 @@ def test_servos_follow_servos_until_the_leaders_adapter_is_unplugged(tmp_path: P
         ExitStack() as at_end,
     ):
         where = ("-d", str(robot.scratch.file), "--device", "so101", "--port", str(arm.port))
-        person = Terminal(tmp_path, "teleop", *where, "--calibration", str(file))
+        person = terminal(tmp_path, "teleop", *where, "--calibration", str(file))
         at_end.callback(person.end)
         person.wait_for("you drive arm, gripper")
         person.press(" ")

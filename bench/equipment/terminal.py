@@ -1,4 +1,4 @@
-"""``fairlead teleop`` in a terminal of its own: keys go in, what it shows comes out."""
+"""A command in a terminal of its own: keys go in, what it shows comes out."""
 
 from __future__ import annotations
 
@@ -7,24 +7,26 @@ import pty
 import signal
 import subprocess
 import threading
-from collections.abc import Callable
-from pathlib import Path
+from collections.abc import Callable, Mapping, Sequence
 
 from bench.equipment.live_robot import wait_for
-from tests.cli.command import fairlead_command, fairlead_environment
 
 REPEAT_S = 0.03
 END_S = 20.0
 
 
 class Terminal:
-    """A command whose terminal is the other end of a pseudo-terminal."""
+    """A command whose terminal is the other end of a pseudo-terminal.
 
-    def __init__(self, state: Path, *arguments: str) -> None:
+    Attributes:
+        output: what it has shown, from the text on that was waited for last.
+    """
+
+    def __init__(self, command: Sequence[str], environment: Mapping[str, str]) -> None:
         self._here, there = pty.openpty()
         self.process = subprocess.Popen(
-            ["setsid", "--ctty", *fairlead_command(*arguments)],
-            env=fairlead_environment(state),
+            ["setsid", "--ctty", *command],
+            env=environment,
             stdin=there,
             stdout=there,
             stderr=there,
@@ -43,10 +45,14 @@ class Terminal:
 
     def wait_for(self, text: str) -> None:
         """Until it shows this, anew."""
-        wait_for(lambda: text in self.output, f"teleop shows {text!r}, it shows {self.output}")
+        try:
+            wait_for(lambda: text in self.output, f"it shows {text!r}")
+        except AssertionError as error:
+            raise AssertionError(f"{error}; it shows {self.output!r}") from None
         self.output = self.output.rpartition(text)[2]
 
     def press(self, keys: str) -> None:
+        """Type."""
         os.write(self._here, keys.encode())
 
     def hold(self, key: str, until: Callable[[], bool], what: str) -> None:
@@ -69,6 +75,7 @@ class Terminal:
         return self.process.wait(END_S)
 
     def end(self) -> None:
+        """Ctrl-C, if it has not ended."""
         if self.process.poll() is None:
             self.process.send_signal(signal.SIGINT)
             self.ended()
