@@ -5,19 +5,19 @@ from __future__ import annotations
 import os
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import partial
 
 from bench.equipment.emulated_arm import EmulatedArm, emulated_arm
 from bench.equipment.live_robot import wait_for
 from bench.equipment.terminal import Terminal
+from bench.faults.hardware_faults import unless_late
 from bench.faults.motion_rules import every_row_was_judged_for_its_tick
 from bench.faults.row import Row, Shot
 from bench.faults.servo_stage import SWING_RAD, ServoStage
 from bench.faults.silent_gamepad import LIMITS, SPEED, TICK_S, last_motion_ns, moves, rests
 from bench.so101_bus import calibration
-from fairlead.errors import FairleadError
 from fairlead_tools.teleop.drive import RAMP_S
 from fairlead_tools.teleop.follow import SILENCE_S
 
@@ -51,16 +51,6 @@ def _lets_in(robot: ServoStage, person: Terminal) -> None:
     person.press(" ")
     began_ns = time.monotonic_ns()
     wait_for(lambda: moves(robot, began_ns), "the arm follows")
-
-
-def in_time(inject: Callable[[ServoStage], Shot], robot: ServoStage) -> Shot:
-    """The fault; that it failed counts only where the HAL had time for its ticks."""
-    began_ns = time.monotonic_ns()
-    try:
-        return inject(robot)
-    except (AssertionError, FairleadError) as error:
-        robot.in_time(began_ns, time.monotonic_ns(), str(error))
-        raise
 
 
 def leader_cable_out(robot: ServoStage) -> Shot:
@@ -101,11 +91,12 @@ def _shot(robot: ServoStage, injected_ns: int, rested_ns: int) -> Shot:
 assert LIMITS.stop_lag_s is not None
 REST_MS = 1e3 * (RAMP_S + LIMITS.stop_lag_s + 3 * TICK_S)
 """Ramp, the arm's lag; a tick each until it is noticed, judged, and measured."""
+CABLE_MS, ADAPTER_MS = 1e3 * SILENCE_S + REST_MS, 100 + REST_MS
 ROWS = (
     Row(48, "leader arm's cable comes off while it drives",
-        "slows down, holds; moves again once the clutch is let in", 1e3 * SILENCE_S + REST_MS,
-        "servos", partial(in_time, leader_cable_out), "injection to rest"),
+        "slows down, holds; moves again once the clutch is let in", CABLE_MS, "servos",
+        partial(unless_late, leader_cable_out, CABLE_MS), "injection to rest"),
     Row(48, "leader arm's adapter unplugged while it drives",
-        "slows down, holds; the command ends and says so", 100 + REST_MS, "servos",
-        partial(in_time, leader_adapter_out), "injection to rest"),
+        "slows down, holds; the command ends and says so", ADAPTER_MS, "servos",
+        partial(unless_late, leader_adapter_out, ADAPTER_MS), "injection to rest"),
 )  # fmt: skip

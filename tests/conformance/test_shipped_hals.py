@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 import yaml
 
+from bench.equipment.emulated_arm import emulated_arm
 from fairlead.paths import deployment_path, repo_root
 from fairlead.wire.session import Endpoints, ZenohBus
 from fairlead_tools.conformance.hal_check import HalCheck
@@ -17,7 +18,6 @@ from fairlead_tools.supervisor.this_host import free_ports
 from tests.conformance.running_hal import Wanted, check_all, rows_of
 from tests.ros2.ros_process import FINGERS, JOINTS, RosProcess, panda_options
 from tests.so101.arm import as_delivered
-from tests.so101.emulated import emulated_arm
 
 pytestmark = [pytest.mark.processes, pytest.mark.simulator]
 

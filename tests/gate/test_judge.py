@@ -85,7 +85,8 @@ def test_a_log_is_not_judged_under_the_limits_of_another_robot(a_run: Path) -> N
     other = gate_config("panda", "sim")
     assert judged_text(a_run, "--config", other) == (
         2,
-        f"ERROR fairlead-decisions: judge: the log is of the robot panda_mobile, {other} of panda\n",
+        "ERROR fairlead-decisions: judge: the log is of the robot panda_mobile, "
+        f"{other} of panda\n",
     )
 
 
@@ -198,7 +199,7 @@ def test_an_option_without_a_value_is_not_an_option_that_was_not_given(
 
 @pytest.mark.parametrize("words", [[], ["check", "LOG"]])
 def test_the_reader_of_logs_knows_two_commands_and_no_gate(words: list[str]) -> None:
-    told = [decisions_binary(), *words]
+    told = [str(decisions_binary()), *words]
     done = subprocess.run(told, capture_output=True, text=True, check=False)
     got = words[0] if words else ""
     assert (done.returncode, done.stdout) == (
