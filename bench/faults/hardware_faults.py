@@ -47,6 +47,11 @@ def faint_noise(share: float, robot: ServoStage) -> Shot:
     goal = robot.start_moving()
     before = int(robot.arm.order("wrong"))
     injected_ns = robot.order(f"noise {share}")
+    threading.Event().wait(NOISY_S)
+    hal = robot.client.hal_status()
+    if hal.state == "fault" and robot.others_are_busy:  # it had no time to hear the answers
+        raise MachineLateError(hal.detail)
+    assert hal.state != "fault", hal.detail
     ticks = robot.no_hold_between(injected_ns, injected_ns + int(NOISY_S * 1e9))
     ended_ns = robot.order("noise 0")
     every_row_was_judged_for_its_tick(robot)
