@@ -74,7 +74,7 @@ class TwoHosts:
             assert self._ups[host].poll() is None, self.printed(host)
             return text in self.printed(host)[start:]
 
-        wait_for(is_there, f"{host} prints {text!r}")
+        wait_for(is_there, f"{host} prints {text!r}", COMMAND_S)
 
     def end(self, host: str) -> None:
         """Ask a host to end, and wait for it."""
