@@ -75,8 +75,8 @@ class Judged:
 class PastAnswer:
     """One of the newest answers of this goal, and what became of each of its rows.
 
-    A row for which nothing is set was too late, was replaced by a newer answer, or waits for the
-    gate's verdict.
+    A row for which nothing is set was too late, was never proposed (lockstep: rows beyond
+    ``execute_steps``), was replaced by a newer answer, or waits for the gate's verdict.
 
     tick: `Observation.tick` of the observation it answered; row i is for the ``periods`` control
         periods from ``tick + i * periods``.

@@ -13,7 +13,8 @@ pytestmark = pytest.mark.processes
 
 SAMPLE = (ROOT / "docs" / "examples" / "gripper_pose_8d.py").read_text()
 OURS = (
-    "valid: aloha, base_pose_6d, gr1, human300_16d, libero, libero_eef8d, mobile_pick_30d, rc365 "
+    "valid: aloha, base_pose_6d, gr1, human300_16d, libero, libero_eef8d, mobile_pick_30d, "
+    "panda_omron_53d, rc365 "
     "from fairlead 0.1.0"
 )
 ASSEMBLE = """

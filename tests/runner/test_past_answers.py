@@ -69,6 +69,14 @@ def test_of_a_truncated_answer_only_the_first_rows_will_act() -> None:
     assert marks(told(run, 11, NO_ROW).answers[0]) == "-tttrrrr"
 
 
+def test_in_lockstep_rows_that_were_not_proposed_are_not_called_refused() -> None:
+    run = story(lockstep=True)
+    run.tick(10)
+    run.answer(rows(horizon=12))
+    run.judge(Outcome.TRUNCATED, first=10, last=13)
+    assert marks(told(run, 11).answers[0]) == "atttrrrr----"
+
+
 def test_a_newer_answer_replaces_the_rows_of_the_older() -> None:
     run = begun()
     run.judge(first=11)

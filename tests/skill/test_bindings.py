@@ -85,7 +85,8 @@ def test_wrong_dim_and_missing_fields_are_reported_together() -> None:
 def test_an_unknown_layout_is_refused_with_the_valid_ones() -> None:
     assert refusal({"layout": "smolvla_9d", "dim": 9, "bindings": RECORD}) == (
         "layout: Value error, expected a layout, got 'smolvla_9d' (valid: aloha, base_pose_6d, "
-        "gr1, human300_16d, libero, libero_eef8d, mobile_pick_30d, rc365 from fairlead 0.1.0)"
+        "gr1, human300_16d, libero, libero_eef8d, mobile_pick_30d, panda_omron_53d, rc365 "
+        "from fairlead 0.1.0)"
     )
 
 

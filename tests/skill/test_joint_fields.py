@@ -91,7 +91,8 @@ def test_unit_that_does_not_fit_the_joint_is_refused_with_those_that_do() -> Non
             {"dim": 7},
             [
                 "(top level): expected layout or joints, got neither (layouts valid: aloha, "
-                "base_pose_6d, gr1, human300_16d, libero, libero_eef8d, mobile_pick_30d, rc365 "
+                "base_pose_6d, gr1, human300_16d, libero, libero_eef8d, mobile_pick_30d, "
+                "panda_omron_53d, rc365 "
                 "from fairlead 0.1.0)"
             ],
         ),
@@ -99,7 +100,8 @@ def test_unit_that_does_not_fit_the_joint_is_refused_with_those_that_do() -> Non
             {"dim": 7, "layout": "libro"},
             [
                 "layout: expected a layout, got 'libro' (valid: aloha, base_pose_6d, gr1, "
-                "human300_16d, libero, libero_eef8d, mobile_pick_30d, rc365 from fairlead 0.1.0)"
+                "human300_16d, libero, libero_eef8d, mobile_pick_30d, panda_omron_53d, rc365 "
+                "from fairlead 0.1.0)"
             ],
         ),
         (

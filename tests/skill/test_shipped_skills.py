@@ -57,7 +57,7 @@ def test_a_robocasa_skill_is_admitted_on_its_robot_and_needs_its_cameras_once_it
 ) -> None:
     skill = load_skill(name)
     assert admission_problems(skill, MOBILE) == []
-    cameras = tuple(HalCamera(name=c, width=256, height=256, period_ticks=4) for c in CAMERAS)
+    cameras = tuple(HalCamera(name=c, width=256, height=256, period_ticks=2) for c in CAMERAS)
     with_cameras = msgspec.structs.replace(HAL, cameras=cameras)
     assert admission_problems(skill, MOBILE, with_cameras) == []
     without = msgspec.structs.replace(HAL, cameras=cameras[1:])

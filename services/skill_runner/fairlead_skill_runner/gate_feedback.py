@@ -22,9 +22,13 @@ MAX_ANSWERS = 4
 
 @dataclass
 class _Answer:
-    """One answer; first, last: the ticks of its rows that the gate released, 0: none."""
+    """One answer, of which ``horizon`` ticks were proposed.
+
+    first, last: the ticks of its rows that the gate released, 0: none.
+    """
 
     rows: Actions
+    horizon: int
     acted: npt.NDArray[np.bool_]
     verdict: Verdict | None = None
     first: int = 0
@@ -58,9 +62,13 @@ class GateFeedback:
                 row = (joints.tick - 1 - one.answer_tick) // self._periods
                 answer.acted[row : row + 1] = True
 
-    def on_answer(self, tick: int, rows: Actions) -> None:
-        """Remember an answer to the observation of ``tick``, as the policy gave it."""
-        self._answers[tick] = _Answer(rows, np.zeros(len(rows), np.bool_))
+    def on_answer(self, tick: int, rows: Actions, horizon: int) -> None:
+        """Remember an answer to the observation of ``tick``, as the policy gave it.
+
+        Args:
+            horizon: ticks of it that were proposed.
+        """
+        self._answers[tick] = _Answer(rows, horizon, np.zeros(len(rows), np.bool_))
         if len(self._answers) > MAX_ANSWERS:
             del self._answers[min(self._answers)]
 
@@ -115,6 +123,7 @@ class GateFeedback:
             refused = ~answer.acted
         elif verdict is not None and verdict.outcome == Outcome.TRUNCATED:
             refused = first > verdict.released_last
+        refused &= first < asked + answer.horizon
         return PastAnswer(
             tick=asked,
             rows=answer.rows,

@@ -191,7 +191,7 @@ class RunCore:
             self.setup, self._chunks.next_seq, asked, sent, self.tick, self._positions
         )
         self._chunks.sent(chunk, took_s)
-        self._feedback.on_answer(chunk.obs_tick, answer)
+        self._feedback.on_answer(chunk.obs_tick, answer, chunk.horizon)
         self._schedule.sent(chunk, self.tick)
         return [SendChunk(chunk.payload), *self._advance(now_s)]
 
