@@ -42,6 +42,7 @@ pytestmark = [
     pytest.mark.skipif(not CAN_RENDER, reason="no rendering library on this machine"),
 ]
 
+GROOT = "gr00t-robocasa"
 PI05, RLDX, SERVERLESS = "pi05-robocasa365-human300-nf4", "rldx1-ft-rc365-nf4", "rldx-robocasa"
 LEFT, RIGHT, HAND = "robot0_agentview_left", "robot0_agentview_right", "robot0_eye_in_hand"
 SIZE_PX, SEED, DEADLINE_TICKS = 256, 0, 24
@@ -89,6 +90,7 @@ def camera_robot(tmp_path_factory: pytest.TempPathFactory) -> Iterator[CameraRob
     servers = {
         PI05: openpi.address,
         RLDX: rldx.address,
+        GROOT: rldx.address,
         SERVERLESS: f"tcp://127.0.0.1:{free_ports(1)[0]}",
     }
     scratch = make_scratch(
@@ -185,6 +187,25 @@ def test_an_rldx_server_gets_all_three_pictures(camera_robot: CameraRobot) -> No
     check_pictures({name: frames[0, -1] for name, frames in first.items()})
     assert all((frames == frames[:, :1]).all() for frames in first.values()), "nothing before it"
     assert all(frames[0, -1].any() for frames in second.values())
+
+
+def test_a_gr00t_server_gets_its_twelve_states_and_one_frame_a_picture(
+    camera_robot: CameraRobot,
+) -> None:
+    assert camera_robot.run(GROOT).startswith("deadline not done after")
+    asked = camera_robot.rldx.requests[-1]["observation"]
+    state = {
+        name.removeprefix("state."): read_npy(packed)[0, 0]
+        for name, packed in asked.items()
+        if name.startswith("state.")
+    }
+    assert {len(values) for values in state.values()} == {2, 3, 4, 7}
+    assert len(state) == 12
+    joints = state["joint_position"]
+    np.testing.assert_allclose(state["joint_position_cos"], np.cos(joints), atol=1e-6)
+    np.testing.assert_allclose(state["joint_position_sin"], np.sin(joints), atol=1e-6)
+    assert np.abs(state["joint_velocity"]).max() < 0.1, "it holds"
+    assert read_npy(asked["video.res256_image_side_0"]).shape == (1, 1, SIZE_PX, SIZE_PX, 3)
 
 
 @pytest.mark.parametrize("seed", [SEED, None])
