@@ -17,7 +17,7 @@ def told(run: Story, tick: int, acted: Acted = EXECUTED) -> Observation:
     """What the policy sees at a tick, whether it is asked then or not."""
     run.tick(tick, acted=acted)
     empty = Observation(tick, np.zeros(30), "")
-    return run.core._feedback.added_to(empty, run.core._chunks.delay_ticks)
+    return run.core._feedback.added_to(empty, run.core._schedule.delay_ticks)
 
 
 def marks(past: PastAnswer) -> str:

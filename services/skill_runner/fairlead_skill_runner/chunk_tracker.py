@@ -43,7 +43,6 @@ class ChunkTracker:
         self.newest: SentChunk | None = None
         self.answered = True
         self.released_last = 0
-        self.delay_ticks = 1  # from an observation to its first live row, as measured
         self._released_seq = 0  # chunk of the released rows
         self._newest_verdict = 0  # verdict ids increase
         self._obs_ticks: dict[int, int] = {}  # by seq, of chunks that may still be judged
@@ -116,8 +115,6 @@ class ChunkTracker:
             return True
         self._released_seq = verdict.seq
         self.released_last = verdict.released_last
-        if verdict.seq == self.newest.seq and verdict.released_first:
-            self.delay_ticks = max(0, verdict.released_first - self.newest.obs_tick)
         return True
 
     def is_settled(self, tick: int) -> bool:

@@ -139,6 +139,10 @@ class GateFeedback:
         executed = self.executed(tick)
         return bool(executed) and all(one.hold for one in executed.values())
 
+    def lacked_row(self, tick: int) -> bool:
+        """Whether a part of the goal had no released row in the tick before ``tick``."""
+        return any(one.hold == _hold_name(Hold.NO_ROW) for one in self.executed(tick).values())
+
     def executed(self, tick: int) -> Mapping[str, Executed]:
         """Per part, what it did in the tick before ``tick``; empty if no state told."""
         joints = self._acted.get(tick)

@@ -11,15 +11,12 @@ is judged; rows that passed meanwhile are dropped by index by the gate.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from fairlead.errors import PolicyError
 from fairlead.messages import (
     GoalResult,
     HalStatus,
-    Hold,
     Image,
     JointState,
     LayoutState,
@@ -77,6 +74,7 @@ class RunCore:
         self._feedback = GateFeedback(setup.routes, setup.periods)
         self._fits = FitCounts(setup.routes)
         self._positions = np.zeros(0)  # of the measured joints in the newest tick
+        self._is_starved = False  # the newest tick had no row
         self._anchor_tick = 0  # the first before which this goal's parts held: no older rows act
 
     def is_over(self) -> bool:
@@ -104,7 +102,7 @@ class RunCore:
         if silent:
             return self._end(results.layout_missing(silent, self.tick))
         if not repeated and not self.setup.lockstep:
-            self._count_starved(joints)
+            self._count_starved()
         again = self._chunks.due_again(self.tick, repeated)
         outputs: list[Output] = [] if again is None else [SendChunk(again)]
         return outputs + self._advance(now_s)
@@ -162,7 +160,7 @@ class RunCore:
             return []
         if verdict.outcome != Outcome.REFUSED:
             self._progress_s = now_s
-            self.phase = "running"
+            self.phase = self._moving()
         if verdict.outcome != Outcome.RELEASED:
             self.last_refusal = self._chunks.words(verdict)
         answer_tick = self._chunks.obs_tick(verdict.seq)
@@ -170,7 +168,7 @@ class RunCore:
             self._feedback.on_verdict(verdict, answer_tick)
         newest = self._chunks.newest
         if newest is not None and verdict.seq == newest.seq:
-            self._schedule.judged(newest, verdict, self._chunks.delay_ticks)
+            self._schedule.judged(newest, verdict)
         return self._advance(now_s)
 
     def on_policy(self, call: int, answer: PolicyAnswer, now_s: float) -> list[Output]:
@@ -203,7 +201,7 @@ class RunCore:
         awaited = self._awaited()
         if quiet_s > self.setup.stall_timeout_s:
             return self._end(results.stalled(quiet_s, awaited, self.tick, self.last_refusal))
-        self.phase = f"waiting for {awaited}" if quiet_s > QUIET_S else "running"
+        self.phase = f"waiting for {awaited}" if quiet_s > QUIET_S else self._moving()
         return []
 
     def cancel(self, by: str) -> list[Output]:
@@ -253,18 +251,20 @@ class RunCore:
             return self._end(results.policy_error(error))
         self._asked, self._asked_s = gathered, now_s
         self.inferences += 1
-        seen = self._feedback.added_to(gathered.observation, self._chunks.delay_ticks)
+        seen = self._feedback.added_to(gathered.observation, self._schedule.delay_ticks)
         self.first_tick = self.first_tick or seen.tick
         return [AskPolicy(self.inferences, seen)]
 
-    def _count_starved(self, joints: JointState) -> None:
-        if not self._chunks.released_last:
-            return
-        parts: Sequence[int] = [route.part for route in self.setup.routes]
-        if any(
-            joints.acted[part].hold == Hold.NO_ROW for part in parts if part < len(joints.acted)
-        ):
-            self.starved += 1
+    def _count_starved(self) -> None:
+        if self._chunks.released_last:
+            was, self._is_starved = self._is_starved, self._feedback.lacked_row(self.tick)
+            self.starved += self._is_starved
+            if was != self._is_starved:
+                self.phase = self._moving()
+
+    def _moving(self) -> str:
+        """The phase of a goal whose policy and gate do their work."""
+        return "starved" if self._is_starved else "running"
 
     def _awaited(self) -> str:
         if self.tick == 0:
