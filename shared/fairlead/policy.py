@@ -140,6 +140,16 @@ class Observation:
         left = [answer.rows[answer.to_act] for answer in self.answers]
         return np.concatenate(left) if left else np.zeros((0, 0), np.float32)
 
+    def prefix(self) -> Actions:
+        """The first of `rows_to_act`, those that act before the answer can: ``[n, dim]``.
+
+        At most ``delay_ticks`` control periods of them; fewer where rows run out before. An
+        answer's first n rows are too late, so a policy that chunks in real time repeats these
+        and goes on from them.
+        """
+        periods = self.answers[-1].periods if self.answers else 1
+        return self.rows_to_act()[: -(-self.delay_ticks // periods)]
+
 
 @dataclass(frozen=True)
 class Done:
@@ -189,6 +199,9 @@ class Policy(Protocol):
 
     ``server_address``: a `ServerAddress` if the policy is behind a server. A deployment file may
     then say where that is, which replaces the option ``address``.
+
+    ``continues_rows``: True if its answers go on from `Observation.prefix` (real-time chunking). A
+    skill that blends their seam as well is refused.
     """
 
     @classmethod

@@ -149,7 +149,8 @@ class Story:
         """What the HAL and the assembler send for one tick."""
         self.take(self.core.on_task(task(tick, success), self.now_s))
         self.take(self.core.on_joints(joints(tick, acted=acted), self.now_s))
-        self.take(self.core.on_layout(layout(tick), self.now_s))
+        seen = msgspec.structs.replace(layout(tick), skill_hash=self.core.setup.skill.skill_hash)
+        self.take(self.core.on_layout(seen, self.now_s))
 
     def answer(self, actions: Actions | None = None) -> None:
         call = self.asked[-1].call

@@ -67,7 +67,7 @@ def test_the_hash_depends_on_content_and_not_on_how_the_file_is_written(tmp_path
             {"torso": True},
             "torso: unknown key (valid: id, version, licence, model_family, policy, embodiments, "
             "prompt, images, state_contract, action_contract, rate_hz, between, horizon, "
-            "execute_steps, age_max_ticks, inference_timeout_s, decided_by, limits)",
+            "execute_steps, seam, age_max_ticks, inference_timeout_s, decided_by, limits)",
         ),
         (
             {

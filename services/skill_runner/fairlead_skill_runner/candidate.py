@@ -19,6 +19,7 @@ from fairlead_skill_runner.chunk_tracker import SentChunk
 from fairlead_skill_runner.control_rows import control_rows
 from fairlead_skill_runner.observation_buffer import TimedObservation
 from fairlead_skill_runner.run_setup import RunSetup
+from fairlead_skill_runner.seam import ReleasedRows, Seam
 
 
 def candidate(
@@ -28,6 +29,7 @@ def candidate(
     actions: Actions,
     now_tick: int,
     positions: FloatArray,
+    before: ReleasedRows | None = None,
 ) -> SentChunk:
     """The chunk of all parts for one answer of the policy, encoded once.
 
@@ -40,6 +42,7 @@ def candidate(
         actions: float32 ``[H, dim]``, the policy's answer.
         now_tick: the newest tick, from which the gate's verdict is awaited.
         positions: of the measured joints in that tick, in wire order [rad or m].
+        before: released rows that act now and next.
 
     Raises:
         ConfigError: if ``actions`` is not as wide as the skill's action contract.
@@ -47,6 +50,16 @@ def candidate(
     steps = min(len(actions), setup.skill.execute_steps) if setup.lockstep else len(actions)
     horizon = steps * setup.periods
     tick = asked.observation.tick
+    widths = [route.width for route in setup.routes]
+    proposed = dispatch(setup.routes, actions, setup.skill.action_contract.dim)
+    parts = _completed(
+        setup,
+        control_rows(proposed, widths, setup.periods, setup.skill.between, horizon),
+        positions,
+    )
+    seam = setup.skill.seam
+    if seam is not None and before is not None and not setup.lockstep:
+        parts = Seam(before, now_tick + 1, seam.blend_ticks).blended(parts, widths, tick)
     message = ActionChunk(
         robot_hash=setup.robot_hash,
         session=setup.session,
@@ -59,20 +72,10 @@ def candidate(
         oldest_tick=asked.oldest_tick,
         start_tick=tick,
         horizon=horizon,
-        parts=_completed(
-            setup,
-            control_rows(
-                dispatch(setup.routes, actions, setup.skill.action_contract.dim),
-                [route.width for route in setup.routes],
-                setup.periods,
-                setup.skill.between,
-                horizon,
-            ),
-            positions,
-        ),
+        parts=parts,
         trace=setup.trace_of(seq),
     )
-    return SentChunk(seq, tick, horizon, now_tick, encode(message))
+    return SentChunk(seq, tick, horizon, now_tick, encode(message), parts)
 
 
 def _completed(

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from fairlead.messages import Outcome, Verdict
+from fairlead.messages import ActionPart, Outcome, Verdict
 from fairlead.wire.verdict_text import describe
 from fairlead_skill_runner.late_answer import late_words
+from fairlead_skill_runner.seam import ReleasedRows
 
 NEVER_ADMITTED = range(2, 6)
 """G002 to G005: codes of chunks that the gate did not take for this claim's next one."""
@@ -17,13 +18,14 @@ CHUNKS_REMEMBERED = 16
 
 @dataclass(frozen=True)
 class SentChunk:
-    """One chunk as it was sent; ``payload`` is re-sent byte for byte."""
+    """One chunk as it was sent; ``payload`` is re-sent byte for byte, ``parts`` are its rows."""
 
     seq: int
     obs_tick: int
     horizon: int
     sent_tick: int
     payload: bytes
+    parts: tuple[ActionPart, ...] = ()
 
     @property
     def last_row_tick(self) -> int:
@@ -45,7 +47,7 @@ class ChunkTracker:
         self.released_last = 0
         self._released_seq = 0  # chunk of the released rows
         self._newest_verdict = 0  # verdict ids increase
-        self._obs_ticks: dict[int, int] = {}  # by seq, of chunks that may still be judged
+        self._sent: dict[int, SentChunk] = {}  # by seq, those that may still be judged
         self._refused: set[int] = set()
         self._last_refused = ""
 
@@ -69,7 +71,14 @@ class ChunkTracker:
 
     def obs_tick(self, seq: int) -> int | None:
         """Observation tick of one of the last chunks."""
-        return self._obs_ticks.get(seq)
+        return self._sent[seq].obs_tick if seq in self._sent else None
+
+    def released_rows(self) -> ReleasedRows | None:
+        """Those that act now and next; None if there are none."""
+        chunk = self._sent.get(self._released_seq) if self.released_last else None
+        if chunk is None:
+            return None
+        return ReleasedRows(chunk.parts, chunk.obs_tick, self.released_last)
 
     def words(self, verdict: Verdict) -> str:
         """A verdict that did not release all, for people; of a policy too slow that it is."""
@@ -88,8 +97,8 @@ class ChunkTracker:
         self._took_s = took_s
         self.newest = chunk
         self.answered = False
-        self._obs_ticks[chunk.seq] = chunk.obs_tick
-        self._obs_ticks.pop(chunk.seq - CHUNKS_REMEMBERED, None)
+        self._sent[chunk.seq] = chunk
+        self._sent.pop(chunk.seq - CHUNKS_REMEMBERED, None)
 
     def judged(self, verdict: Verdict) -> bool:
         """Take a verdict on this claim; False if it says nothing new.

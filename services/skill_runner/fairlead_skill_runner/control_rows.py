@@ -46,12 +46,12 @@ def _spread(values: FloatArray, mode: ControlMode, periods: int, between: Betwee
         return held + share * (following - held)
     made = held.copy()
     made[:, :3] += share * (following[:, :3] - held[:, :3])
-    made[:, 3:] = _turned(held[:, 3:], following[:, 3:], share)
+    made[:, 3:] = turned(held[:, 3:], following[:, 3:], share)
     return made
 
 
-def _turned(one: FloatArray, other: FloatArray, share: FloatArray) -> FloatArray:
-    """Unit quaternions ``[n, 4]`` between two, the short way round."""
+def turned(one: FloatArray, other: FloatArray, share: FloatArray) -> FloatArray:
+    """Unit quaternions ``[n, 4]`` at a share ``[n, 1]`` of the way between two, the short one."""
     cosine = np.sum(one * other, axis=1, keepdims=True)
     other, cosine = np.where(cosine < 0.0, -other, other), np.abs(cosine)
     angle = np.arccos(np.clip(cosine, 0.0, 1.0))

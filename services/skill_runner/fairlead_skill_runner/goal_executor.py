@@ -144,22 +144,25 @@ class GoalExecutor:
         """What is raised here ends the goal; raised in the task, it would end the runner."""
         try:
             answer = await self._worker.answer(question.observation)
-            if not self.is_over:
-                self._record(question, answer)
         except Exception as error:  # noqa: BLE001 - raised where the goal is followed
             if self.is_over:
                 _LOG.exception("inference %d, whose goal has ended", question.call)
             self._step(partial(_raise, error))
         else:
-            self._step(lambda core, now_s: core.on_policy(question.call, answer, now_s))
+            self._step(partial(self._answered, question, answer))
 
-    def _record(self, question: AskPolicy, answer: PolicyAnswer) -> None:
+    def _answered(
+        self, question: AskPolicy, answer: PolicyAnswer, core: RunCore, now_s: float
+    ) -> Sequence[Output]:
+        outputs = core.on_policy(question.call, answer, now_s)
         if self._trace is not None and isinstance(answer, np.ndarray):
+            payloads = [output.payload for output in outputs if isinstance(output, SendChunk)]
+            chunk = payloads[0] if payloads and self._setup.skill.seam is not None else b""
             seen = question.observation
-            sent = fitted(self._setup.routes, answer)
-            self._trace.write(
-                TraceRecord(seen.tick, seen.state, answer, None if sent is answer else sent)
-            )
+            fits = fitted(self._setup.routes, answer)
+            sent = None if fits is answer else fits
+            self._trace.write(TraceRecord(seen.tick, seen.state, answer, sent, chunk))
+        return outputs
 
 
 def _raise(error: Exception, core: RunCore, now_s: float) -> NoReturn:

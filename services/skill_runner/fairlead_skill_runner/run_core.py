@@ -185,9 +185,8 @@ class RunCore:
             return self._end(results.by_policy(answer))
         sent = fitted(self.setup.routes, answer)
         self._fits.add(answer, sent)
-        chunk = candidate(
-            self.setup, self._chunks.next_seq, asked, sent, self.tick, self._positions
-        )
+        seq, before = self._chunks.next_seq, self._chunks.released_rows()
+        chunk = candidate(self.setup, seq, asked, sent, self.tick, self._positions, before)
         self._chunks.sent(chunk, took_s)
         self._feedback.on_answer(chunk.obs_tick, answer, chunk.horizon)
         self._schedule.sent(chunk, self.tick)

@@ -1,4 +1,7 @@
-"""``trace.jsonl``: what the policy saw and said, bit for bit, one line per call."""
+"""``trace.jsonl``: what the policy saw and said, bit for bit, one line per call.
+
+Of a skill with a seam also what was proposed of it, for that is not what the policy said.
+"""
 
 from __future__ import annotations
 
@@ -15,13 +18,14 @@ from fairlead.messages import FloatArray
 from fairlead.policy import Actions
 
 
-class _Line(msgspec.Struct, forbid_unknown_fields=True):
+class _Line(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
     tick: int
     state: str  # hex, little-endian float64 [state dim]
     actions: str  # hex, little-endian float32 [horizon, dim], row-major
     horizon: int
     dim: int
     sent: str = ""  # as actions; empty: the same
+    chunk: str = ""  # hex, the ActionChunk; empty: its rows are as sent
 
 
 @dataclass(frozen=True)
@@ -29,16 +33,18 @@ class TraceRecord:
     """One policy call: the observation's tick and state, and the raw actions.
 
     sent: the actions after clips and thresholds of their slots; None: the same.
+    chunk: the encoded `ActionChunk` if its seam was to be blended, else empty.
     """
 
     tick: int
     state: FloatArray
     actions: Actions
     sent: Actions | None = None
+    chunk: bytes = b""
 
     @property
     def proposed(self) -> Actions:
-        """What became the chunk: ``sent``, or else the actions as they are."""
+        """What became the chunk, but for its seam: ``sent``, or else the actions as they are."""
         return self.actions if self.sent is None else self.sent
 
 
@@ -58,6 +64,7 @@ class TraceWriter:
             horizon=horizon,
             dim=dim,
             sent="" if record.sent is None else _hex(record.sent),
+            chunk=record.chunk.hex(),
         )
         self._lines.put(msgspec.json.encode(line).decode())
 
@@ -92,6 +99,7 @@ def read_trace(path: Path) -> Iterator[TraceRecord]:
                 state=np.frombuffer(bytes.fromhex(line.state), dtype="<f8"),
                 actions=_rows(line.actions, line),
                 sent=_rows(line.sent, line) if line.sent else None,
+                chunk=bytes.fromhex(line.chunk),
             )
         except (msgspec.DecodeError, ValueError) as error:
             raise ConfigError(f"{path} line {number}: not a trace record: {error}") from None

@@ -70,6 +70,18 @@ class ImageSpec(BaseModel):
         return value
 
 
+class SeamSpec(BaseModel):
+    """How an answer goes over to the next while rows act (realtime).
+
+    blend_ticks: control periods that are between both, linearly; grippers, hands and switches
+        change at once.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    blend_ticks: int = Field(ge=1)
+
+
 class SkillLimit(BaseModel):
     """A limit tighter than the robot's; ``name`` as in the compiled gate file's mode block."""
 
@@ -104,6 +116,7 @@ class SkillManifest(BaseModel):
         between: of a slower policy: positions and poses are held, or go evenly to the next row.
         horizon: most rows one policy call returns.
         execute_steps: most rows used before the next call.
+        seam: how an answer goes over to the next; None: at once, as the policy says.
         age_max_ticks: oldest observation (control periods) the gate may accept.
         inference_timeout_s: a policy call that takes longer has failed.
         decided_by: whose word is success: of the simulator's task, where there is one, or of the
@@ -127,6 +140,7 @@ class SkillManifest(BaseModel):
     between: Between = "hold"
     horizon: int = Field(ge=1)
     execute_steps: int = Field(ge=1)
+    seam: SeamSpec | None = None
     age_max_ticks: int = Field(ge=1)
     inference_timeout_s: float = Field(gt=0, allow_inf_nan=False)
     decided_by: Literal["task", "policy"] = "task"
@@ -146,6 +160,11 @@ class SkillManifest(BaseModel):
             raise ValueError(
                 f"execute_steps: expected at most the horizon, {self.horizon}, "
                 f"got {self.execute_steps}"
+            )
+        if self.seam is not None and self.seam.blend_ticks > self.execute_steps:
+            raise ValueError(
+                f"seam.blend_ticks: expected at most execute_steps, {self.execute_steps}, for the "
+                f"next answer may come then; got {self.seam.blend_ticks}"
             )
         return self
 

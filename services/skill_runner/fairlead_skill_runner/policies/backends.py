@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 
 from pydantic import JsonValue
 
-from fairlead.errors import ConfigError
+from fairlead.errors import ConfigError, expected
 from fairlead.plugins import POLICIES, Plugin
 from fairlead.policy import Policy, ServerAddress
 from fairlead.robot.manifest import RobotManifest
@@ -42,7 +42,7 @@ def make_policy(
         robot: loads the robot, for a class that asks for it.
 
     Raises:
-        ConfigError: for options that do not fit.
+        ConfigError: for options that do not fit, and a seam that the policy makes itself.
     """
     found = policy_class(plugin)
     for_robot: PlannerMaker | None = getattr(found, "for_robot", None)
@@ -52,6 +52,9 @@ def make_policy(
         policy = found.from_options(skill, options)
     if not (hasattr(policy, "infer") and hasattr(policy, "reset")):
         raise plugin.refuse("from_options to make an object with infer and reset", policy)
+    if skill.seam is not None and getattr(policy, "continues_rows", False):
+        who, wanted = f"skill {skill.id}: seam", "none, for the policy continues the rows itself"
+        raise ConfigError(expected(who, wanted, f"blend_ticks: {skill.seam.blend_ticks}"))
     return policy
 
 
