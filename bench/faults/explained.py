@@ -6,10 +6,6 @@ from bench.faults.row import NotRun
 
 NOT_RUN: tuple[NotRun, ...] = (
     NotRun(
-        6, "policy server slow, hanging, dropping, late, garbage",
-        "real servers in tests/runner/test_absent_servers.py and test_garbled_servers.py",
-    ),
-    NotRun(
         23, "writer without the right to write",
         "no access control yet; chunks without a live claim: rows 16 and 21",
     ),

@@ -73,8 +73,8 @@ class LiveStage(LiveRobot):
     leases: CLOCK_MONOTONIC of the arrival [ns], and the lease.
     """
 
-    def __init__(self, robot: ScratchRobot) -> None:
-        super().__init__(robot, SKILL)
+    def __init__(self, robot: ScratchRobot, skill: str = SKILL) -> None:
+        super().__init__(robot, skill)
         self.leases: list[tuple[int, Lease]] = []
         self._chance = random.Random()
         self._others = OtherLoad()

@@ -14,6 +14,7 @@ from bench.faults.gate_stage import gate_stage
 from bench.faults.life_faults import order_stage, soak_stage
 from bench.faults.live_stage import live_stage
 from bench.faults.machine_stage import machine_stage
+from bench.faults.policy_stage import policy_stage
 from bench.faults.routed_stage import routed_stage
 from bench.faults.servo_stage import servo_stage
 
@@ -28,5 +29,6 @@ STAGES: Mapping[str, Callable[[Path], AbstractContextManager[Any]]] = {
     "faulty": faulty_stage,
     "routed": routed_stage,
     "servos": servo_stage,
+    "policy": policy_stage,
 }
 """Each opens in an empty folder."""
