@@ -52,6 +52,7 @@ bench: setup ## what the processes and the gate cost, as ratios; wants a quiet m
 	@.venv/bin/python -m bench.loop
 	@.venv/bin/python -m bench.gate_core
 	@.venv/bin/python -m bench.gate_hop
+	@.venv/bin/python -m bench.chunk_async
 
 wheel: setup ## dist/: a wheel that carries the gate, and the source archive
 	@scripts/build-wheel

@@ -76,15 +76,14 @@ def machine_stage(folder: Path) -> Iterator[MachineStage]:
     source = Path(__file__).with_name("preload.c")
     compiler = ["cc", "-O1", "-shared", "-fPIC", "-o", str(file.with_suffix(".so")), str(source)]
     subprocess.run([*compiler, "-ldl"], check=True, timeout=60)
-    _copy_tree(tree)
+    copy_tree(tree)
     disk.mkdir()
     variables = {**_variables(file), "FAIRLEAD_ROOT": str(tree)}
 
     on_disk = with_state_on(disk)
 
     def command(service: str, words: list[str]) -> list[str]:
-        moved = [word.replace(f"{repo_root()}/robots", f"{tree}/robots") for word in words]
-        return on_disk(service, moved)
+        return on_disk(service, in_tree(tree, words))
 
     with _small_disk(disk), live_stage(folder, Changes("realtime", {"": variables}, command)) as r:
         stage = MachineStage(r.robot)
@@ -92,12 +91,18 @@ def machine_stage(folder: Path) -> Iterator[MachineStage]:
         yield stage
 
 
-def _copy_tree(tree: Path) -> None:
+def copy_tree(tree: Path) -> None:
+    """A checkout (``FAIRLEAD_ROOT``) whose robots may be changed."""
     tree.mkdir()
     shutil.copytree(repo_root() / "robots", tree / "robots")
     for name in ("rskills", "compose", "build"):
         (tree / name).symlink_to(repo_root() / name)
     assert SOURCE.is_file()
+
+
+def in_tree(tree: Path, words: list[str]) -> list[str]:
+    """A service's words, with the robots of that checkout."""
+    return [word.replace(f"{repo_root()}/robots", f"{tree}/robots") for word in words]
 
 
 @contextmanager

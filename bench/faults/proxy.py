@@ -83,6 +83,22 @@ def swaps() -> Rule:
     return rule
 
 
+def lossy(lost: float, overtaken: float, rng: random.Random) -> Rule:
+    """Some batches are lost, and some come after the one that follows them."""
+    kept: list[bytes] = []
+
+    def rule(batch: bytes) -> Sequence[Delivery]:
+        if rng.random() < lost:
+            return ()
+        if not kept and rng.random() < overtaken:
+            kept.append(batch)
+            return ()
+        late = [(0.0, kept.pop())] if kept else []
+        return ((0.0, batch), *late)
+
+    return rule
+
+
 def stalls(seconds: float) -> Rule:
     """Nothing goes on for ``seconds`` from now on; then all of it, in order."""
     until = time.monotonic() + seconds

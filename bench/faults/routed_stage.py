@@ -64,7 +64,7 @@ def _write(file: Path, content: dict[str, Any]) -> Deployment:
 
 
 @contextmanager
-def routed_stage(folder: Path) -> Iterator[RoutedStage]:
+def routed_stage(folder: Path, changes: Changes | None = None) -> Iterator[RoutedStage]:
     """Router, proxies and services, all started."""
     [router_port] = free_ports(1)
     content = routed_deployment(folder, router_port)
@@ -79,7 +79,7 @@ def routed_stage(folder: Path) -> Iterator[RoutedStage]:
             name: _write(files[name], content | {"router": {"host": HOST, "port": proxy.port}})
             for name, proxy in proxies.items()
         }
-        changes = with_skill(folder, Changes())
+        changes = with_skill(folder, changes or Changes())
 
         def words(own: Path, deployment: Deployment, service: str, state: Path) -> list[str]:
             if service not in PROXIED:

@@ -7,6 +7,7 @@ import socket
 import threading
 import time
 from collections.abc import Iterator
+from itertools import pairwise
 
 import pytest
 
@@ -20,6 +21,7 @@ from bench.faults.proxy import (
     forward,
     keeps_every,
     loses,
+    lossy,
     stalls,
     swaps,
 )  # fmt: skip
@@ -90,6 +92,15 @@ def test_a_share_of_messages_is_lost(ends: Ends) -> None:
     ends.write(range(COUNT))
     arrived = ends.all_read()
     assert arrived == sorted(arrived) and 0 < len(arrived) < COUNT
+
+
+def test_some_messages_are_lost_and_some_overtaken_by_the_next(ends: Ends) -> None:
+    ends.proxy.set("up", lossy(0.2, 0.2, random.Random(3)))
+    ends.write(range(COUNT))
+    arrived = ends.all_read()
+    assert COUNT // 2 < len(arrived) < COUNT
+    late = [a for a, b in pairwise(arrived) if a > b]
+    assert late and sorted(set(arrived)) == sorted(arrived)
 
 
 def test_delayed_messages_arrive_later_and_overtake_each_other(ends: Ends) -> None:

@@ -27,9 +27,9 @@ def answer(schedule: ObservationSchedule, seq: int, delay: int) -> int:
 
 def test_the_longest_of_the_last_delays_is_expected_again(schedule: ObservationSchedule) -> None:
     answer(schedule, 1, 2)
-    assert answer(schedule, 2, 4) == HORIZON - 4 - 1
-    assert [answer(schedule, 3 + n, 2) for n in range(REMEMBERED - 1)] == [11] * (REMEMBERED - 1)
-    assert answer(schedule, 40, 2) == HORIZON - 2 - 1, "the long one is forgotten"
+    assert answer(schedule, 2, 4) == HORIZON - 4 - 2
+    assert [answer(schedule, 3 + n, 2) for n in range(REMEMBERED - 1)] == [10] * (REMEMBERED - 1)
+    assert answer(schedule, 40, 2) == HORIZON - 2 - 2, "the long one is forgotten"
 
 
 def test_a_cold_start_counts_only_until_there_is_a_second_answer(
@@ -37,8 +37,18 @@ def test_a_cold_start_counts_only_until_there_is_a_second_answer(
 ) -> None:
     assert answer(schedule, 1, 12) == HORIZON - 12 - 1
     assert schedule.delay_ticks == 12
-    assert answer(schedule, 2, 3) == HORIZON - 3 - 1
+    assert answer(schedule, 2, 3) == HORIZON - 3 - 2
     assert schedule.delay_ticks == 3
+
+
+@pytest.mark.parametrize(("delay", "spare"), [(6, 2), (7, 2), (8, 1), (9, 1)])
+def test_a_second_tick_is_spare_where_the_policy_need_not_hurry_for_it(
+    schedule: ObservationSchedule, delay: int, spare: int
+) -> None:
+    answer(schedule, 1, delay)
+    spacing = answer(schedule, 2, delay)
+    assert spacing == HORIZON - delay - spare
+    assert spacing >= delay or spare == 1
 
 
 def test_rows_that_are_judged_again_are_no_longer_delay(schedule: ObservationSchedule) -> None:

@@ -53,14 +53,14 @@ def test_rows_wait_act_or_come_too_late() -> None:
 def test_a_refused_answer_leaves_the_rows_before_it_and_has_none_to_act() -> None:
     run = begun()
     run.judge(first=11)
-    for tick in range(11, 17):
+    for tick in range(11, 16):
         run.tick(tick, acted=EXECUTED if tick > 11 else NO_ROW)
-    assert run.seen_ticks() == [10, 16]
+    assert run.seen_ticks() == [10, 15]
     run.answer(-ROWS)
     run.judge(Outcome.REFUSED)
-    first, second = told(run, 17).answers
-    assert (marks(first), marks(second)) == ("-aaaaaat", "rrrrrrrr")
-    np.testing.assert_array_equal(told(run, 17).rows_to_act(), ROWS[7:])
+    first, second = told(run, 16).answers
+    assert (marks(first), marks(second)) == ("-aaaaatt", "rrrrrrrr")
+    np.testing.assert_array_equal(told(run, 16).rows_to_act(), ROWS[6:])
 
 
 def test_of_a_truncated_answer_only_the_first_rows_will_act() -> None:
@@ -80,12 +80,12 @@ def test_in_lockstep_rows_that_were_not_proposed_are_not_called_refused() -> Non
 def test_a_newer_answer_replaces_the_rows_of_the_older() -> None:
     run = begun()
     run.judge(first=11)
-    for tick in range(11, 17):
+    for tick in range(11, 16):
         run.tick(tick, acted=EXECUTED if tick > 11 else NO_ROW)
     run.answer(-ROWS)
-    run.judge(first=17)
-    first, second = told(run, 17).answers
-    assert (marks(first), marks(second)) == ("-aaaaaa-", "-ttttttt")
+    run.judge(first=16)
+    first, second = told(run, 16).answers
+    assert (marks(first), marks(second)) == ("-aaaaa--", "-ttttttt")
 
 
 def test_rows_that_are_judged_again_and_refused_will_not_act() -> None:

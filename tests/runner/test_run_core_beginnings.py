@@ -70,20 +70,20 @@ def test_a_policy_is_told_what_acted_and_what_the_gate_said(run: Story) -> None:
     assert set(first.executed.values()) == {Executed("starting", None)}
     run.answer()
     run.judge(first=11)
-    for tick in range(11, 17):
+    for tick in range(11, 16):
         run.tick(tick, acted=EXECUTED)  # rows of verdict 1
     second = run.asked[1].observation
-    assert second.tick == 16
+    assert second.tick == 15
     assert set(second.executed.values()) == {Executed("", 10)}
     assert second.judged == Judged(10, "released", "", "", 17)
     run.answer()
     run.judge(Outcome.REFUSED)
-    run.tick(17, acted=NO_ROW)
+    run.tick(16, acted=NO_ROW)
     third = run.asked[2].observation
     assert set(third.executed.values()) == {Executed("no_row", None)}
     assert third.judged is not None
     assert (third.judged.answer_tick, third.judged.outcome, third.judged.code) == (
-        16, "refused", "G020",
+        15, "refused", "G020",
     )  # fmt: skip
     assert third.judged.text.startswith("G020 limit: chunk 2 refused at row 2, arm linear: value 5")
 

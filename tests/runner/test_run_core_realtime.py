@@ -40,15 +40,15 @@ def test_before_the_first_joint_state_nothing_is_asked_and_the_phase_says_what_i
     assert run.seen_ticks() == [5]
 
 
-def test_the_next_observation_leaves_a_spare_tick_before_the_rows_run_out(run: Story) -> None:
+def test_the_next_observation_leaves_spare_ticks_before_the_rows_run_out(run: Story) -> None:
     run.tick(10)
     run.answer()
     run.judge(first=11)  # d = 1: obs 10, first live row 11; 8 rows last to 17
-    for tick in range(11, 16):
+    for tick in range(11, 15):
         run.tick(tick)
     assert run.seen_ticks() == [10]
-    run.tick(16)  # 10 + (8 - 1 - 1)
-    assert run.seen_ticks() == [10, 16]
+    run.tick(15)  # 10 + (8 - 1 - 2)
+    assert run.seen_ticks() == [10, 15]
 
 
 def test_a_slow_policy_is_asked_earlier(run: Story) -> None:
@@ -58,9 +58,8 @@ def test_a_slow_policy_is_asked_earlier(run: Story) -> None:
     run.answer()  # arrives during tick 12
     run.judge(first=13)  # d = 3
     assert run.seen_ticks() == [10]
-    run.tick(13)
-    run.tick(14)  # 10 + (8 - 3 - 1)
-    assert run.seen_ticks() == [10, 14]
+    run.tick(13)  # 10 + (8 - 3 - 2)
+    assert run.seen_ticks() == [10, 13]
 
 
 def test_a_policy_slower_than_its_horizon_is_asked_at_every_new_tick(run: Story) -> None:
@@ -120,10 +119,10 @@ def test_a_refused_chunk_is_followed_by_the_next_tick(run: Story) -> None:
 def test_a_truncated_chunk_brings_the_next_observation_forward(run: Story) -> None:
     run.tick(10)
     run.answer()
-    run.judge(Outcome.TRUNCATED, first=11, last=13)
+    run.judge(Outcome.TRUNCATED, first=11, last=14)
     run.tick(11)
     assert run.seen_ticks() == [10]
-    run.tick(12)  # 10 + (4 - 1 - 1)
+    run.tick(12)  # 10 + (5 - 1 - 2)
     assert run.seen_ticks() == [10, 12]
 
 

@@ -59,7 +59,7 @@ def candidate(
     )
     seam = setup.skill.seam
     if seam is not None and before is not None and not setup.lockstep:
-        parts = Seam(before, now_tick + 1, seam.blend_ticks).blended(parts, widths, tick)
+        parts = Seam(before, now_tick, seam.blend_ticks).blended(parts, widths, tick)
     message = ActionChunk(
         robot_hash=setup.robot_hash,
         session=setup.session,

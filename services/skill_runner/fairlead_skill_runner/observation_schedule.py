@@ -6,11 +6,10 @@ from collections import deque
 
 from fairlead.messages import Outcome, Verdict
 from fairlead_skill_runner.chunk_tracker import SentChunk
+from fairlead_skill_runner.seam import SPARE_TICKS
 
 REMEMBERED = 16
 """Answers whose delay counts: the longest of them is expected again."""
-SPARE_TICKS = 1
-"""Pays for one message that is lost and comes a tick later."""
 
 
 class ObservationSchedule:
@@ -59,5 +58,8 @@ class ObservationSchedule:
         self._plan(chunk, verdict.released_last - chunk.obs_tick + 1)
 
     def _plan(self, chunk: SentChunk, rows: int) -> None:
-        spacing = max(1, min(self._execute_steps, rows - self.delay_ticks - SPARE_TICKS))
-        self.next_tick = chunk.obs_tick + spacing
+        delay = self.delay_ticks
+        spacing = rows - delay - SPARE_TICKS
+        # A second spare tick, for two mishaps at once, where the policy need not hurry for it.
+        spacing -= spacing > delay
+        self.next_tick = chunk.obs_tick + max(1, min(self._execute_steps, spacing))

@@ -22,6 +22,9 @@ _BLENDED = frozenset({
 })  # fmt: skip
 """Half closed is neither open nor closed: grippers, hands and switches change at once."""
 
+SPARE_TICKS = 1
+"""What a lost message costs: the gate may release a chunk so much later than it was sent."""
+
 
 @dataclass(frozen=True)
 class ReleasedRows:
@@ -52,12 +55,11 @@ class ReleasedRows:
 class Seam:
     """Where one answer goes over to the next.
 
-    before: released rows. first_tick: the first that can still act. blend_ticks: how many ticks
-    from it on are between both.
+    before: released rows. now_tick: the newest one. blend_ticks: how many are between both.
     """
 
     before: ReleasedRows
-    first_tick: int
+    now_tick: int
     blend_ticks: int
 
     def blended(
@@ -66,15 +68,15 @@ class Seam:
         """An answer's rows, of which the first lead over from the released ones.
 
         Row k (from 1) of ``blend_ticks`` is k / (blend_ticks + 1) of the way from the released
-        row of its tick to the answer's. Rows that can no longer act are the released ones, in
-        case one of them still does. Without a released row for ``first_tick`` nothing is blended:
-        the parts hold.
+        row of its tick, or the last one, to the answer's. The first is that of the second tick
+        that is to come, so that no step is made where a message is lost; all before it are the
+        released ones. Where they ran out before ``now_tick`` nothing is blended: the parts hold.
 
         Args:
             parts: a row for each tick from ``start_tick``.
             widths: numbers of a row, part by part.
         """
-        if self.before.last_tick < self.first_tick:
+        if self.before.last_tick < self.now_tick:
             return tuple(parts)
         made = []
         for part, width in zip(parts, widths, strict=True):
@@ -90,7 +92,7 @@ class Seam:
     def _mixed(
         self, old: FloatArray, new: FloatArray, ticks: npt.NDArray[np.int64], mode: ControlMode
     ) -> FloatArray:
-        share = (ticks - self.first_tick + 1) / (self.blend_ticks + 1)
+        share = (ticks - self.now_tick - SPARE_TICKS) / (self.blend_ticks + 1)
         share = np.clip(share, 0.0, 1.0)[:, None]
         made: FloatArray = old + share * (new - old)
         if mode is ControlMode.CARTESIAN_POSE:

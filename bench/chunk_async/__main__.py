@@ -1,0 +1,142 @@
+"""Whether rows run out: late policies over a bad network, in realtime, beside simpler executors.
+
+    .venv/bin/python -m bench.chunk_async [--short] [--seed 1] [--json] [--write]
+
+A base turns for as long as a goal lasts; the policy takes 50 to 500 ms +- 20 % and says one of two
+speeds each time. The services and the gate are real, the HAL has no physics, and the runner's link
+loses 1 % of its messages and reorders 1 %, which Zenoh drops too. What is counted comes from the
+HAL's log; the other two executors are models of the same answers (`executors`).
+
+Promised: no stall where H >= 2d + 1, duty within 0.01 of the theory elsewhere, and no seam step
+above 0.25 of that of a naive switch. --write puts the table into docs/speed.md.
+"""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import json
+import sys
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+from bench.chunk_async.measured import Run, run
+from bench.chunk_async.stage import BLENDED, HORIZON, PREFIX, AsyncStage, Way, async_stage
+from bench.faults.row import MachineLateError
+from bench.page import write_table
+
+LATENCIES_S = (0.05, 0.1, 0.2, 0.3, 0.4, 0.5)
+PREFIX_LATENCIES_S = (0.2, 0.4)
+SHORT_LATENCIES_S = (0.2, 0.45)
+SECONDS, SHORT_SECONDS = 14.0, 4.0
+DUTY, SEAM = 0.01, 0.25
+ATTEMPTS = 3
+
+
+def run_all(stage: AsyncStage, seed: int, *, short: bool) -> list[Run]:
+    """Each latency once, blended; of some also with a policy that continues the prefix."""
+    seconds = SHORT_SECONDS if short else SECONDS
+    blended = SHORT_LATENCIES_S if short else LATENCIES_S
+    wanted = [(latency_s, BLENDED) for latency_s in blended]
+    if not short:
+        wanted += [(latency_s, PREFIX) for latency_s in PREFIX_LATENCIES_S]
+    runs = []
+    for latency_s, way in wanted:
+        print(f"bench.chunk_async: {latency_s * 1e3:.0f} ms, {way.name}", file=sys.stderr)
+        runs.append(run_once(stage, latency_s, way, seconds, seed))
+    return runs
+
+
+def run_once(stage: AsyncStage, latency_s: float, way: Way, seconds: float, seed: int) -> Run:
+    """One goal; again with another seed where the machine was too late for it."""
+    for attempt in range(ATTEMPTS - 1):
+        try:
+            return run(stage, latency_s, way, seconds, seed + 100 * attempt)
+        except MachineLateError as error:
+            print(f"bench.chunk_async: again, machine late: {error}", file=sys.stderr)
+    return run(stage, latency_s, way, seconds, seed + 100 * ATTEMPTS)
+
+
+def misses(runs: Sequence[Run]) -> list[str]:
+    """What was promised and is not so."""
+    found = []
+    for one in runs:
+        who = f"{one.latency_ms:.0f} ms, {one.way}"
+        if one.never_stalls and one.stalls:
+            found.append(f"{who}: {one.stalls} stalls, though H >= 2d + 1")
+        if not one.never_stalls and abs(one.duty - one.theory) > DUTY:
+            found.append(f"{who}: duty {one.duty:.3f}, theory {one.theory:.3f}")
+        if one.seam > SEAM * one.naive:
+            found.append(f"{who}: seam step {one.seam:.3f} of {one.naive:.3f} rad/s")
+    return found
+
+
+COLUMNS = (
+    "latency ms", "seam", "d", "H >= 2d + 1", "ticks", "stalls", "duty", "theory", "seam step",
+    "synchronous: duty", "latest wins: stalls, duty, seam step", "other holds, longest tick ms",
+)  # fmt: skip
+
+
+def table(runs: Sequence[Run]) -> str:
+    """Markdown; seam steps are shares of a naive switch's."""
+    rows = [COLUMNS, ("---",) * len(COLUMNS), *map(_cells, runs)]
+    return "\n".join(f"| {' | '.join(row)} |" for row in rows)
+
+
+def _cells(one: Run) -> tuple[str, ...]:
+    queue = one.latest_wins
+    return (
+        f"{one.latency_ms:.0f}",
+        one.way,
+        f"{one.longest_ticks}",
+        "yes" if one.never_stalls else "no",
+        f"{one.ticks}",
+        f"{one.stalls}",
+        f"{one.duty:.3f}",
+        f"{one.theory:.3f}",
+        _share(one.seam, one.naive),
+        f"{one.synchronous.duty:.3f}",
+        f"{queue.stalls} of {len(queue.levels)}, {queue.duty:.3f}, "
+        f"{_share(queue.largest_step, one.naive)}",
+        f"{one.other_holds}, {one.longest_tick_ms:.0f}",
+    )
+
+
+def _share(step: float, naive: float) -> str:
+    return f"{step / naive:.2f}" if naive else "no seam"
+
+
+def main() -> int:
+    """Measure and print; 1 if something promised is not so."""
+    parser = argparse.ArgumentParser(
+        prog="python -m bench.chunk_async",
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--short", action="store_true", help="two latencies, a few seconds each")
+    parser.add_argument("--seed", type=int, default=1, help="of latencies, speeds and losses")
+    parser.add_argument("--json", action="store_true", help="print one JSON document instead")
+    parser.add_argument("--write", action="store_true", help="put the table into docs/speed.md")
+    arguments = parser.parse_args()
+    with (
+        tempfile.TemporaryDirectory(prefix="fairlead-async-") as folder,
+        async_stage(Path(folder) / "robot") as stage,
+    ):
+        runs = run_all(stage, arguments.seed, short=arguments.short)
+    missed = misses(runs)
+    if arguments.write:
+        write_table("async", table(runs))
+    if arguments.json:
+        derived = ("duty", "never_stalls")
+        rows = [
+            dataclasses.asdict(one) | {name: getattr(one, name) for name in derived} for one in runs
+        ]
+        print(json.dumps({"horizon": HORIZON, "runs": rows, "missed": missed}))
+    else:
+        print("\n".join([table(runs), "", *(missed or ["all that is promised is so"])]))
+    return 1 if missed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,153 @@
+"""One goal of a late policy on the robot: which ticks had a row, and what the seams were like."""
+
+from __future__ import annotations
+
+import json
+import threading
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+
+from bench.chunk_async.executors import Executed, latest_wins, synchronous, theory
+from bench.chunk_async.stage import (
+    BLEND_TICKS,
+    HORIZON,
+    JITTER,
+    LOST,
+    OVERTAKEN,
+    TICK_S,
+    AsyncStage,
+    Way,
+)
+from bench.equipment.motion_log import MotionLine, longest_tick_ms
+from bench.equipment.turning import BASE
+from bench.faults.row import MachineLateError
+from fairlead.messages import Hold
+
+FULL_SPEED = 1.5
+"""Of the turning base [rad/s]: what a policy's 1 means."""
+
+
+@dataclass(frozen=True)
+class Run:
+    """What one goal showed.
+
+    longest_ticks: d, from an observation to its answer's first row, at the longest latency.
+    answers, ticks: that counted. stalls: ticks in which the base had no row.
+    other_holds: ticks in which it held for another reason: the machine was late.
+    theory: the duty of one question at a time under ideal conditions.
+    seam, naive: largest step [rad/s] where one answer goes over to the next, as it was executed
+        and as it would have been at once.
+    longest_tick_ms: of the HAL; far above 50 the machine was busy with other things.
+    """
+
+    latency_ms: float
+    way: str
+    longest_ticks: int
+    answers: int
+    ticks: int
+    stalls: int
+    other_holds: int
+    theory: float
+    seam: float
+    naive: float
+    longest_tick_ms: float
+    synchronous: Executed
+    latest_wins: Executed
+
+    @property
+    def duty(self) -> float:
+        """Share of ticks with a row."""
+        return 1.0 - self.stalls / self.ticks
+
+    @property
+    def never_stalls(self) -> bool:
+        """Whether rows are promised never to run out: H >= 2d + 1."""
+        return 2 * self.longest_ticks + 1 <= HORIZON
+
+
+@dataclass(frozen=True)
+class Answer:
+    """A line of the policy's log."""
+
+    tick: int
+    latency_s: float
+    speed: float
+
+
+def run(stage: AsyncStage, latency_s: float, way: Way, seconds: float, seed: int) -> Run:
+    """Run a goal, and count what happens in so much time after its cold start.
+
+    Raises:
+        MachineLateError: the goal ended by itself, as where the gate hears of no state for 250 ms.
+    """
+    skill, log = stage.add_skill(latency_s, way, seed)
+    goal = stage.start_late(skill)
+    began_ns = stage.bad_network(seed)
+    ended = threading.Event()
+    goal.add_done_callback(lambda _: ended.set())
+    gone = ended.wait(seconds)
+    ended_ns = time.monotonic_ns()
+    stage.good_network()
+    if gone:
+        raise MachineLateError(f"the goal ended before: {goal.result().result}")
+    stage.finish(goal)
+    lines = [line for line in stage.motion.since(began_ns) if line.stamp_ns < ended_ns]
+    return judged(latency_s, way, answers_of(log), lines, stage)
+
+
+def answers_of(log: Path) -> list[Answer]:
+    """The policy's answers, oldest first; the last may have come after the goal's end."""
+    entries = [json.loads(line) for line in log.read_text(encoding="utf-8").splitlines()]
+    return [Answer(one["tick"], one["latency_s"], one["speed"]) for one in entries]
+
+
+def judged(
+    latency_s: float, way: Way, answers: Sequence[Answer], lines: Sequence[MotionLine],
+    stage: AsyncStage,
+) -> Run:  # fmt: skip
+    """What the HAL's log shows."""
+    in_force = [stage.seq(line) for line in lines]
+    holds = [Hold(line.holds[BASE]) for line in lines if line.holds[BASE] != Hold.NONE]
+    acted = [seq for seq in in_force if seq is not None]
+    counted = answers[min(acted) - 1 : max(acted)]
+    latencies = [one.latency_s / TICK_S for one in counted]
+    speeds = [one.speed * FULL_SPEED for one in counted]
+    seam, naive = seam_steps(lines, in_force, answers, stage)
+    return Run(
+        latency_ms=latency_s * 1e3,
+        way=way.name,
+        longest_ticks=int(latency_s * (1.0 + JITTER) / TICK_S) + 1,
+        answers=len(counted),
+        ticks=len(lines),
+        stalls=holds.count(Hold.NO_ROW),
+        other_holds=len(holds) - holds.count(Hold.NO_ROW),
+        theory=theory(latencies, HORIZON, LOST + OVERTAKEN),
+        seam=seam,
+        naive=naive,
+        longest_tick_ms=longest_tick_ms(list(lines)),
+        synchronous=synchronous(latencies, speeds, HORIZON),
+        latest_wins=latest_wins(latencies, speeds, HORIZON),
+    )
+
+
+def seam_steps(
+    lines: Sequence[MotionLine],
+    in_force: Sequence[int | None],
+    answers: Sequence[Answer],
+    stage: AsyncStage,
+) -> tuple[float, float]:
+    """Largest step [rad/s] within a seam, as executed, and where each answer counts at once."""
+    executed = [stage.base.speed(line) for line in lines]
+    seam = naive = 0.0
+    for at, (before, after) in enumerate(pairwise(in_force), 1):
+        if before is None or after is None or before == after:
+            continue
+        speeds = [answers[seq - 1].speed * FULL_SPEED for seq in (before, after)]
+        naive = max(naive, abs(speeds[1] - speeds[0]))
+        for one, other in pairwise(executed[at - 1 : at + BLEND_TICKS + 1]):
+            if one is not None and other is not None:
+                seam = max(seam, abs(other - one))
+    return seam, naive
