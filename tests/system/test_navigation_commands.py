@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import subprocess
 from collections.abc import Callable, Iterator
+from pathlib import Path
 
 import pytest
 
@@ -56,6 +58,46 @@ def test_a_skill_that_does_not_exist_is_said_before_the_first_goal_begins(do: Co
     assert (done.returncode, done.stdout) == (1, "")
     assert "no-such-skill" in done.stderr
     assert "Traceback" not in done.stderr
+
+
+CHAIN = """
+goals:
+  - {name: far, skill: go-to, prompt: 9 9 0, deadline_ticks: 100, retries: 3,
+     on_failure: {goal_outside_zones: typo}}
+  - {name: never, skill: go-to, prompt: 0 0 0, deadline_ticks: 100}
+  - {name: typo, skill: go-to, prompt: there, deadline_ticks: 100, retries: 1,
+     on_failure: {any: near}}
+  - {name: near, skill: go-to, prompt: 0 0.1 0, deadline_ticks: 300}
+most_goals: 4
+"""
+
+
+def test_a_chain_goes_on_by_how_each_goal_ended(
+    robot: ScratchRobot, do: Command, tmp_path: Path
+) -> None:
+    file = tmp_path / "chain.yaml"
+    file.write_text(CHAIN)
+    done = do("run", str(file), "--seed", "0")
+    *goals, ending = done.stdout.splitlines()
+    assert [line.split(" (")[0] for line in goals[:3]] == ["go-to failed after 1 ticks"] * 3
+    assert "goal_outside_zones" in goals[0] and "bad_goal" in goals[1] and "bad_goal" in goals[2]
+    assert goals[3].startswith("go-to succeeded after ")
+    assert (ending, done.returncode) == (f"{file} succeeded after 4 goals", 0)
+    assert robot.client.gate_status().state == GateState.DISARMED
+
+
+def test_a_chain_that_failed_says_at_which_goal_and_exits_with_1(
+    do: Command, tmp_path: Path
+) -> None:
+    file = tmp_path / "chain.yaml"
+    file.write_text(CHAIN.replace("most_goals: 4", "most_goals: 3"))
+    done = do("run", str(file), "--json")
+    assert done.returncode == 1
+    ending = json.loads(done.stdout[done.stdout.rindex("\n{") :])
+    assert ending == {
+        "chain": str(file), "outcome": "failed", "goals": 3,
+        "why": "most_goals: 3 goals have run, and near would be the next",
+    }  # fmt: skip
 
 
 def test_no_command_ends_the_claim_of_another_unasked(robot: ScratchRobot, do: Command) -> None:

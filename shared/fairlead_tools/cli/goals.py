@@ -1,4 +1,4 @@
-"""``fairlead run``, ``fairlead cancel``, ``fairlead episode``: a goal from outside."""
+"""``fairlead run``, ``fairlead cancel``, ``fairlead episode``: goals from outside."""
 
 from __future__ import annotations
 
@@ -12,27 +12,39 @@ import typer
 from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.errors import ConfigError, RefusedError, expected
 from fairlead.messages import GateState, GateStatus, GoalResult, HalStatus, ResetEpisodeReply
+from fairlead.operate.chain import ChainRun
 from fairlead.operate.client import RobotClient
 from fairlead.operate.connection import choose_file
 from fairlead.operate.goal import Progress
 from fairlead.operate.goal_run import GoalOptions
+from fairlead.operate.robot import STALL_TIMEOUT_S
 from fairlead.operate.runner_choice import choose_runner
 from fairlead.robot.manifest import load_robot
 from fairlead.skill.admission import Admission
 from fairlead.skill.manifest import load_skill
 from fairlead_tools.cli.arming import YesOption, armed
+from fairlead_tools.cli.chain_goals import DEADLINE_TICKS, chain_of, is_chain, print_ending
 from fairlead_tools.cli.console import ProgressLine, echo, print_json
 from fairlead_tools.cli.options import (
     MAX_NUMBER,
     DeploymentOption,
     JsonOption,
     choose_deployment,
+    complete_skill,
     example,
 )
-from fairlead_tools.cli.skill import SkillArgument, installed_skill
 from fairlead_tools.cli.status import state_and_cause, wait_seen, wait_started
 
 MAX_STALL_S = 86_400.0
+WhatArgument = Annotated[
+    str,
+    typer.Argument(
+        metavar="SKILL_OR_CHAIN",
+        autocompletion=complete_skill,
+        help="a skill that ships or is installed (fairlead skill ls), a folder with rskill.yaml, "
+        "or a chain of goals: a file ending in .yaml",
+    ),
+]
 RunnerOption = Annotated[
     str, typer.Option(help="which runner, if several can run it: a service of the deployment")
 ]
@@ -51,7 +63,7 @@ StallOption = Annotated[
 
 @example("fairlead run oracle-counter-to-cabinet")
 def run_command(
-    skill: SkillArgument,
+    skill: WhatArgument,
     deployment: DeploymentOption = None,
     seed: Annotated[
         int | None,
@@ -68,29 +80,29 @@ def run_command(
             metavar="SKILL[: PROMPT]",
         ),
     ] = None,
-    deadline_ticks: DeadlineOption = 1200,
-    stall_timeout: StallOption = 30.0,
+    deadline_ticks: DeadlineOption = DEADLINE_TICKS,
+    stall_timeout: StallOption = STALL_TIMEOUT_S,
     yes: YesOption = False,
     as_json: JsonOption = False,
 ) -> None:
-    """Arm if disarmed, run SKILL, show its progress, print the result, disarm again.
+    """Arm if disarmed, run a skill, show its progress, print the result, disarm again.
 
     It disarms only if it armed, and only if no other claim is live. Ctrl-C cancels the goal, or
     stops the robot if the runner does not confirm that. A folder is linked into your skills first.
-    With --then the goals run one after the other, until one does not succeed.
+    With --then the goals run one after the other, until one does not succeed. A chain says itself
+    which goal comes after which, and how often one is tried again; between goals the parts hold.
     """
-    skill = installed_skill(skill)
-    wishes = [GoalOptions(skill, prompt, deadline_ticks, stall_timeout, runner)]
-    wishes += [_next_wish(step, wishes[0]) for step in then or ()]
-    for wish in wishes:
-        load_skill(wish.skill)  # one that does not exist is said first
+    chain = chain_of(skill, prompt, then or [], runner, deadline_ticks, stall_timeout)
+    for goal in chain.goals:
+        load_skill(goal.skill)  # one that does not exist is said first
     file = choose_file(deployment)
     chosen = load_deployment(file)
-    wishes = [_with_runner(wish, chosen) for wish in wishes]
+    wishes = {goal.name: _with_runner(goal.wish(), chosen) for goal in chain.goals}
     robot = load_robot(chosen.robot)
-    admissions = [Admission(load_skill(wish.skill), robot) for wish in wishes]
+    admissions = [Admission(load_skill(wish.skill), robot) for wish in wishes.values()]
     _require(admissions)  # what cannot run should not arm anything
     wait_started(file, lambda line: echo(line, err=True))
+    run = ChainRun(chain)
     with RobotClient(chosen, by="fairlead run") as client:
         wait_seen(client, file)
         client.wait_gate_follows()
@@ -98,21 +110,19 @@ def run_command(
         if seed is not None:
             new_episode(client, seed)
         with armed(client, confirmed=yes):
-            for wish in wishes:
+            while run.current is not None:
+                wish = wishes[run.current.name]
                 progress = _run(client, wish, as_json)
-                if progress.result is None or progress.result.outcome != "succeeded":
+                if progress.result is None:
                     break
+                run.ended(progress.result)
         gate = client.gate_status()
-    if progress.result is None or progress.result.outcome != "succeeded":
+    if is_chain(skill):
+        print_ending(skill, run, as_json)
+    if run.ending != "succeeded":
         for hint in goal_hints(progress, gate, wish.runner):
             echo(hint, err=True)
         raise typer.Exit(1)
-
-
-def _next_wish(step: str, first: GoalOptions) -> GoalOptions:
-    """``SKILL`` or ``SKILL: PROMPT``; deadline and stall timeout are those of the first."""
-    skill, _, prompt = step.partition(":")
-    return dataclasses.replace(first, skill=installed_skill(skill.strip()), prompt=prompt.strip())
 
 
 def _with_runner(wish: GoalOptions, deployment: Deployment) -> GoalOptions:
