@@ -14,7 +14,8 @@ from fairlead.messages import FloatArray
 from fairlead.modes import ControlMode
 from fairlead.robot.profile_limits import profile_limits
 from fairlead_tools.conformance.row import Check, Row
-from fairlead_tools.conformance.stage import GRIPPERS, Stage
+from fairlead_tools.conformance.small_rows import GRIPPERS
+from fairlead_tools.conformance.stage import Stage
 from fairlead_tools.measure.driven_robot import Moment
 
 MOST_ROWS = 64

@@ -11,9 +11,11 @@ import numpy as np
 
 from fairlead.messages import FloatArray
 from fairlead.modes import ControlMode
+from fairlead_tools.conformance.heard_states import Heard
+from fairlead_tools.conformance.plan import Rows
 from fairlead_tools.conformance.row import Check, Row
-from fairlead_tools.conformance.stage import OUT_ROWS, Run, Stage
-from fairlead_tools.conformance.stand_in_gate import Rows
+from fairlead_tools.conformance.small_rows import OUT_ROWS
+from fairlead_tools.conformance.stage import Run, Stage
 from fairlead_tools.measure.driven_robot import Moment
 from fairlead_tools.measure.rows import TARGETS
 
@@ -134,9 +136,16 @@ class JointCheck:
             joint=index,
             told=told,
             moved=ways[-1, : stage.robot.n_dof],
-            speeds=stage.period_s * float(sum(one.velocities[index] for one in heard)),
+            speeds=self._travelled([start, *heard], index),
             lag=int(np.argmax(away)) if away.any() else None,
         )
+
+    def _travelled(self, states: Sequence[Heard], index: int) -> float:
+        """What a joint's velocities add up to in the time that passed, late ticks included."""
+        steps_s = np.diff([one.came_ns * 1e-9 for one in states])
+        if self._stage.lockstep:
+            steps_s[:] = self._stage.period_s
+        return float(steps_s @ [one.velocities[index] for one in states[1:]])
 
     def rows(self) -> Iterator[Row]:
         """A joint that is not the one told counts in no further row."""

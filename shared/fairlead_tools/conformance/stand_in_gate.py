@@ -5,16 +5,13 @@ from __future__ import annotations
 import secrets
 import threading
 import time
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
 
 from fairlead.errors import MessageError, RefusedError
-from fairlead.hal.backend import PartCommand
 from fairlead.keys import Keys
 from fairlead.messages import (
     HELD,
     NO_HASH,
-    ActionPart,
     Decision,
     GateState,
     Grant,
@@ -24,11 +21,11 @@ from fairlead.messages import (
     StatusQuery,
     StopLevel,
     decode,
-    pack_floats,
 )
 from fairlead.robot.manifest import RobotManifest
 from fairlead.wire.bus import Bus, Qos, Sample
 from fairlead_tools.conformance.heard_states import HeardStates
+from fairlead_tools.conformance.plan import Plan, Released, Rows, action_parts
 
 SOURCE = "hal_check"
 LEASE_S = 0.015
@@ -39,36 +36,6 @@ ANSWER_S = 5.0
 FOR_EVER = 1 << 62
 SAID_S = 0.1
 """What was repeated for so long in leases has been heard."""
-
-Rows = Sequence[Mapping[str, PartCommand]]
-
-
-@dataclass(frozen=True)
-class Released:
-    """A chunk that was sent: row k is for tick ``first + k``."""
-
-    verdict: int
-    first: int
-    horizon: int
-    sent_ns: int
-
-    @property
-    def end(self) -> int:
-        """The first tick without a row."""
-        return self.first + self.horizon
-
-
-@dataclass
-class Plan:
-    """What the leases say. shape: changes each before it is sent; None as its result: not sent."""
-
-    epoch: int = 0
-    seq: int = 0
-    state: GateState = GateState.DISARMED
-    claims: dict[int, int] = field(default_factory=dict)  # id: last tick granted
-    stop_ids: tuple[int, ...] = ()
-    shape: Callable[[Lease], Lease | None] | None = None
-    released: dict[int, list[Released]] = field(default_factory=dict)
 
 
 class StandInGate:
@@ -305,20 +272,3 @@ class StandInGate:
         self.states.close()
         for one in self._subscriptions:
             one.undeclare()
-
-
-def action_parts(robot: RobotManifest, rows: Rows) -> tuple[ActionPart, ...]:
-    """Rows of the same parts and modes, as they go into a chunk."""
-    found = []
-    for name, command in rows[0].items():
-        values = b"".join(pack_floats(row[name].values) for row in rows)
-        found.append(
-            ActionPart(
-                part=robot.part_names.index(name),
-                mode=int(command.mode),
-                frame_id=command.frame_id,
-                values=values,
-                active=command.active,
-            )
-        )
-    return tuple(sorted(found, key=lambda one: one.part))

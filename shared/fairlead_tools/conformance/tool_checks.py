@@ -14,9 +14,10 @@ from fairlead.modes import ControlMode
 from fairlead.robot.description import description_tree
 from fairlead.robot.profile_limits import profile_limits
 from fairlead.robot.tool_chain import ToolChain
+from fairlead_tools.conformance.plan import Rows
 from fairlead_tools.conformance.row import Check, Row
-from fairlead_tools.conformance.stage import CARTESIAN, OUT_ROWS, Run, Stage
-from fairlead_tools.conformance.stand_in_gate import Rows
+from fairlead_tools.conformance.small_rows import OUT_ROWS
+from fairlead_tools.conformance.stage import CARTESIAN, Run, Stage
 from fairlead_tools.measure.driven_robot import Moment
 from fairlead_tools.measure.drives import wish_of
 from fairlead_tools.record.measured import rotation_vector
