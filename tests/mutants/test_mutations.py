@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from bench.mutants.mutations import Mutations
+from bench.mutants.mutations import Mutations, storage_sizes
 
 FUNCTION = "int f(int a, int b) {{\n  {}\n}}\n"
 
@@ -60,3 +60,13 @@ def test_a_constant_that_sizes_storage_stays_a_constant() -> None:
     found = Mutations("f.cpp", source, {}, {"rows"}, 1)
     assert [mutant.text for mutant in found.mutants] == ["constexpr int slots = 5;"]
     assert "constexpr int rows = 4;" in found.text()
+
+
+def test_constants_that_a_constant_array_lists_stay_constants() -> None:
+    source = (
+        "inline constexpr int one = 1,\n                     two = 2;\n"
+        "inline constexpr std::array both{one,\n                                 two};\n"
+        "inline constexpr int three = 3;\n"
+    )
+    found = Mutations("f.hpp", source, {}, storage_sizes([source]), 1)
+    assert [mutant.text for mutant in found.mutants] == ["inline constexpr int three = 3;"]
