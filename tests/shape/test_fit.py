@@ -142,3 +142,9 @@ def test_a_gap_between_two_capsules_is_found_where_no_corner_lies() -> None:
     balls = [Fitted(end, end, radius) for end in np.array([[0.0, 0.0, -0.5], [0.0, 0.0, 0.5]])]
     assert sticking_out(piece, balls) == pytest.approx(np.hypot(0.5, np.hypot(0.1, 0.1)) - radius)
     assert sticking_out(piece, []) == np.inf
+
+
+def test_a_mesh_of_many_points_needs_little_memory() -> None:
+    points = np.random.default_rng(0).normal(size=(100_000, 3)) * [0.3, 0.1, 0.1]
+    (fit,) = fit_capsules([ConvexPart(points)], 1)  # all by all would be 75 GiB
+    assert abs(fit.b - fit.a).argmax() == 0

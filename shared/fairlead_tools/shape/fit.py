@@ -112,7 +112,8 @@ def _cuts(pieces: list[ConvexPart]) -> list[tuple[list[ConvexPart], list[ConvexP
 
 def _main_axes(points: FloatArray) -> FloatArray:
     """Principal axes as rows ``[3, 3]``, the longest first, the same sign on every machine."""
-    axes = np.linalg.svd(points - points.mean(axis=0), full_matrices=True)[2]
+    few = len(points) < 3  # else a matrix of all points by all points would be made too
+    axes = np.linalg.svd(points - points.mean(axis=0), full_matrices=few)[2]
     signs = np.sign(axes[np.arange(3), np.argmax(np.abs(axes), axis=1)])
     return np.asarray(axes * signs[:, None], dtype=np.float64)
 
