@@ -45,11 +45,15 @@ class Terminal:
 
     def wait_for(self, text: str) -> None:
         """Until it shows this, anew."""
+        self.until(lambda: text in self.output, f"it shows {text!r}")
+        self.output = self.output.rpartition(text)[2]
+
+    def until(self, condition: Callable[[], bool], what: str) -> None:
+        """Until something has happened; a failure says what it shows."""
         try:
-            wait_for(lambda: text in self.output, f"it shows {text!r}")
+            wait_for(condition, what)
         except AssertionError as error:
             raise AssertionError(f"{error}; it shows {self.output!r}") from None
-        self.output = self.output.rpartition(text)[2]
 
     def press(self, keys: str) -> None:
         """Type."""
@@ -64,7 +68,7 @@ class Terminal:
             pause.wait(REPEAT_S)
             return until()
 
-        wait_for(pressed, what)
+        self.until(pressed, what)
 
     def hang_up(self) -> None:
         """The terminal's window is closed."""
