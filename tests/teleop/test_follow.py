@@ -21,7 +21,8 @@ SPEED = 0.3
 class Pair:
     """A leader that is read before each tick, and a follower that is where its rows say."""
 
-    def __init__(self, leader: FloatArray = HOME) -> None:
+    def __init__(self, leader: FloatArray = HOME, speed: float = SPEED) -> None:
+        self.speed = speed
         self.following = Following(ARM)
         self.pilot = Pilot(ARM, ahead=1, horizon=64, silence_s=SILENCE_S)
         self.leader, self.trigger, self.at = leader, 0.5, HOME
@@ -37,7 +38,7 @@ class Pair:
                 self.following.hears(Pose(self.leader, self.trigger, self.now_s))
             else:
                 self.following.misses("servo 3 (elbow_flex) does not answer")
-            said = Deflection((), clutch=self.clutch, speed=SPEED)
+            said = Deflection((), clutch=self.clutch, speed=self.speed)
             at = self.pilot.commanded(self.tick, self.at)
             self.asked = self.following.read(said, self.now_s, at)
             if self.following.lets_go:
@@ -53,13 +54,16 @@ def speeds(way: FloatArray) -> FloatArray:
     return np.abs(np.diff(way, axis=0))
 
 
-def test_the_way_to_the_leader_is_gone_at_the_speed_that_was_set_and_without_overshoot() -> None:
-    pair = Pair(ELSEWHERE)
+@pytest.mark.parametrize("speed", [SPEED, 1.0])
+def test_the_way_to_the_leader_is_gone_at_the_speed_that_was_set_and_without_overshoot(
+    speed: float,
+) -> None:
+    pair = Pair(ELSEWHERE, speed)
     way = pair.drives(10)
     assert pair.asked.note == "aligning with the leader"
     way = np.vstack([[HOME], way, pair.drives(100)])
     far = np.abs(way[:-1] - ELSEWHERE).max(axis=1) > ALIGNED_RAD
-    assert (speeds(way)[far] <= SPEED * ARM.full * (1 + 1e-9)).all()
+    assert (speeds(way)[far] <= speed * ARM.full * (1 + 1e-9)).all()
     assert pair.asked.note == "follows the leader"
     np.testing.assert_allclose(pair.at, ELSEWHERE, atol=1e-6)
     towards = np.sign(ELSEWHERE - HOME)

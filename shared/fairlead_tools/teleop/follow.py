@@ -20,6 +20,8 @@ AWAY_RAD = 0.35
 """So far behind it in a joint, and the way to it is gone at the speed that was set, once more."""
 GAIN = 0.5
 """Of what is left, the most that is asked for in one row."""
+BRAKES = 0.8
+"""Of the drive's change a row, with which a way ends: with all of it, it would overshoot."""
 FASTEST_RAD_S, SLACK_RAD = 15.0, 0.1
 """No hand moves an arm faster; slack for what two readings are off."""
 TRIGGER_MOVED = 0.05
@@ -100,8 +102,9 @@ class Following:
         far = float(np.max(np.abs(left)))
         self._is_aligned = far <= (AWAY_RAD if self._is_aligned else ALIGNED_RAD)
         speed = 1.0 if self._is_aligned else asked.speed
-        brakes = drive.change * (np.sqrt(0.25 + 2.0 * np.abs(left) / drive.change) - 0.5)
-        steps = np.copysign(np.minimum(GAIN * np.abs(left), brakes), left)
+        slows = BRAKES * drive.change
+        fastest = slows * (np.sqrt(0.25 + 2.0 * np.abs(left) / slows) - 0.5)
+        steps = np.copysign(np.minimum(GAIN * np.abs(left), fastest), left)
         share = np.clip(steps / (drive.full * speed), -1.0, 1.0)
         if self._trigger_0 is None:
             self._trigger_0 = pose.trigger
