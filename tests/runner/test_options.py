@@ -68,6 +68,13 @@ def test_a_server_elsewhere_changes_the_address_and_nothing_else() -> None:
     assert options.policy(skills[ORACLE]) == skills[ORACLE].policy
 
 
+def test_a_server_elsewhere_may_want_a_key() -> None:
+    told = {"address": "ws://gpu:9000", "api_key_env": "GPU_KEY"}
+    options = check_runner_options("runner", {"servers": {PI05: told}})
+    own = offered(options)[PI05]
+    assert options.policy(own).options == {**own.policy.options, **told}
+
+
 @pytest.mark.parametrize(
     ("skill", "address", "text"),
     [

@@ -15,13 +15,29 @@ from fairlead.skill.manifest import PolicySpec, SkillManifest, skill_ids
 from fairlead_skill_runner.policies.backends import server_address
 
 
+class ServerSpec(BaseModel):
+    """Where a policy's server is, and where the key is that it asks for; a text is an address."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    address: str
+    api_key_env: str | None = None
+    api_key_file: str | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _address_alone(cls, data: Any) -> Any:
+        return {"address": data} if isinstance(data, str) else data
+
+
 class RunnerOptions(BaseModel):
     """``options`` of a service that runs ``skill_runner``.
 
     skills: ids of the skills this runner offers; None: every skill made for its robot.
     trace: write ``trace.jsonl`` (state and raw actions of every policy call) per goal.
     policies: by skill id, a policy to run instead of the manifest's own.
-    servers: by skill id, where its policy server is, instead of the manifest's address.
+    servers: by skill id, where its policy server is, instead of the manifest's address; or that
+        and where the server's key is.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -29,7 +45,7 @@ class RunnerOptions(BaseModel):
     skills: tuple[str, ...] | None = Field(default=None, min_length=1)
     trace: bool = False
     policies: dict[str, PolicySpec] = Field(default_factory=dict)
-    servers: dict[str, str] = Field(default_factory=dict)
+    servers: dict[str, ServerSpec] = Field(default_factory=dict)
 
     @model_validator(mode="after")
     def _policies_belong_to_skills(self) -> Self:
@@ -57,10 +73,11 @@ class RunnerOptions(BaseModel):
     def policy(self, skill: SkillManifest) -> PolicySpec:
         """What runs for a skill: its own policy, or what the options say instead."""
         own = self.policies.get(skill.id, skill.policy)
-        address = self.servers.get(skill.id)
-        if address is None:
+        server = self.servers.get(skill.id)
+        if server is None:
             return own
-        return PolicySpec(backend=own.backend, options={**own.options, "address": address})
+        told = server.model_dump(exclude_none=True)
+        return PolicySpec(backend=own.backend, options={**own.options, **told})
 
     def check_servers(self, skills: Mapping[str, SkillManifest]) -> None:
         """Let the addresses of policy servers pass.
@@ -72,7 +89,7 @@ class RunnerOptions(BaseModel):
             ConfigError: for the server of a skill that is not on offer or has no server, and
                 for an address that does not fit its protocol.
         """
-        for name, address in self.servers.items():
+        for name, server in self.servers.items():
             who = f"runner: servers.{name}"
             if name not in skills:
                 raise ConfigError(expected(who, "one of this runner's skills", repr(name), skills))
@@ -80,9 +97,9 @@ class RunnerOptions(BaseModel):
             form = server_address(backend)
             if form is None:
                 raise ConfigError(expected(who, "a skill whose policy is a server", backend))
-            if not re.search(form.pattern, address):
+            if not re.search(form.pattern, server.address):
                 what = f"an address such as {form.example}"
-                raise ConfigError(expected(who, what, repr(address)))
+                raise ConfigError(expected(who, what, repr(server.address)))
 
 
 def check_runner_options(service: str, options: dict[str, Any]) -> RunnerOptions:
