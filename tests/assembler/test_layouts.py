@@ -147,15 +147,13 @@ def test_base_pose_6d_is_x_y_and_yaw_in_the_world_and_in_odom() -> None:
     assert np.allclose(values, wanted, atol=1e-12)
 
 
-def test_panda_omron_53d_is_what_gr00t_s_embodiment_wants_in_its_order() -> None:
+def test_panda_omron_53d_is_human300_16d_with_fingers_first_then_what_gr00t_wants_besides() -> None:
     names = [*(f"panda_joint{number}" for number in range(1, 8)), *BINDINGS.gripper_qpos_joints]
     q, v = np.arange(1.0, 8.0), np.arange(11.0, 18.0)
     joints = JointPositions.named(names, np.append(q, [0.02, -0.03]), np.append(v, [0.5, 0.6]))
     values = assemble_state("panda_omron_53d", BINDINGS, joints, FixedTransforms(POSES))
     human300 = assemble_state("human300_16d", BINDINGS, joints, FixedTransforms(POSES))
-    assert np.array_equal(
-        values[:16], np.concatenate((human300[14:], human300[7:14], human300[:7]))
-    )
+    assert np.array_equal(values[:16], np.concatenate((human300[14:], human300[:14])))
     assert values[16:18].tolist() == [0.5, 0.6]
     assert np.allclose(values[18:25], [3.0, 2.0, 1.0, 0.8, 0.0, 0.0, -0.6], atol=1e-12), "x >= 0"
     assert np.allclose(values[25:], np.concatenate((q, np.cos(q), np.sin(q), v)), atol=1e-12)
