@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from fairlead.messages import Hold, StopLevel
 from fairlead_tools.conformance.guard_checks import HOST, ROWS
 from fairlead_tools.conformance.heard_states import Heard
 from fairlead_tools.conformance.row import Check, Row
-from fairlead_tools.conformance.stage import Stage, hold_name
+from fairlead_tools.conformance.stage import TRIES, Stage, hold_name
 from fairlead_tools.conformance.stand_in_gate import SAID_S
 
 MOVING = 6
@@ -104,28 +104,38 @@ def leases_end(stage: Stage) -> Row:
     if stage.lockstep:
         expected = "no tick is stepped without a lease of its own"
     check = replace(LEASES_END, expected=expected)
-    sent = stage.begin(LONG_ROWS, MOVING)
-    if isinstance(sent, str):
-        return check.row([sent], "")
-    if stage.lockstep:
-        return _world_waits(stage, check)
-    last_ns = stage.gate.silence()
-    begun = stage.states.newest_tick
-    stage.reaches(begun + 4 + int(bound_ms / (stage.period_s * 1e3)))
-    row = check.row(*_held_in_time(stage, begun, last_ns, bound_ms, Hold.LEASE_STALE))
-    stage.gate.speak()
-    stage.gate.drop_claims()
-    return row
+    for _ in range(TRIES):
+        sent = stage.begin(LONG_ROWS, MOVING)
+        if isinstance(sent, str):
+            return check.row([sent], "")
+        if stage.lockstep:
+            return _world_waits(stage, check)
+        last_ns = stage.gate.silence()
+        begun = stage.states.newest_tick
+        stage.reaches(begun + 4 + int(bound_ms / (stage.period_s * 1e3)))
+        found = _held_in_time(stage, begun, last_ns, bound_ms, Hold.LEASE_STALE)
+        stage.gate.speak()
+        stage.gate.drop_claims()
+        if not found.otherwise:
+            break
+    return check.row(found.problems, found.got)
 
 
-def _held_in_time(
-    stage: Stage, begun: int, since_ns: int, bound_ms: float, why: Hold
-) -> tuple[list[str], str]:
+@dataclass(frozen=True)
+class Held:
+    """How motion ended. otherwise: for another reason: where that is a busy machine's, once."""
+
+    problems: list[str]
+    got: str
+    otherwise: bool = False
+
+
+def _held_in_time(stage: Stage, begun: int, since_ns: int, bound_ms: float, why: Hold) -> Held:
     """Problems, and what to say without: the first held tick from ``begun`` on, and rest."""
     states = stage.states
     held = next((tick for tick in range(begun, states.newest_tick) if _holds(stage, tick)), 0)
     if not held:
-        return [f"rows still act {states.newest_tick - begun} ticks on"], ""
+        return Held([f"rows still act {states.newest_tick - begun} ticks on"], "")
     took_ms = (states.by_tick[held].came_ns - since_ns) / 1e6
     late_ms = max(1e3 * stage.control.since(since_ns).most_s, _longest_ms(stage, begun, held + 1))
     told = {one.hold for one in states.acted(held) or ()}
@@ -134,7 +144,7 @@ def _held_in_time(
         problems.append(f"held after {took_ms:.0f} ms")
     if why not in told:
         problems.append(f"{', '.join(sorted(map(hold_name, told)))}, not {hold_name(why)}")
-    return problems, f"held after {took_ms:.0f} ms; {got}"
+    return Held(problems, f"held after {took_ms:.0f} ms; {got}", why not in told)
 
 
 def _longest_ms(stage: Stage, first: int, stop: int) -> float:
@@ -165,14 +175,20 @@ def stops(stage: Stage) -> Iterator[Row]:
     bound_ms = 2.0 * stage.period_s * 1e3
     expected = f"held within {bound_ms:g} ms, still within {_ramp(stage)} then"
     check = replace(STOP, expected=expected)
-    sent = stage.begin(LONG_ROWS, MOVING)
-    if isinstance(sent, str):
-        yield check.row([sent], "")
-        return
-    begun, since_ns = stage.states.newest_tick, time.monotonic_ns()
-    stop = stage.gate.raise_stop("fairlead hal check: does it hold?")
-    stage.reaches(begun + 5)
-    yield check.row(*_held_in_time(stage, begun, since_ns, bound_ms, Hold.STOPPED))
+    for _ in range(TRIES):
+        if stage.gate.heard_stops:
+            stage.gate.clear_stops()
+        sent = stage.begin(LONG_ROWS, MOVING)
+        if isinstance(sent, str):
+            yield check.row([sent], "")
+            return
+        begun, since_ns = stage.states.newest_tick, time.monotonic_ns()
+        stop = stage.gate.raise_stop("fairlead hal check: does it hold?")
+        stage.reaches(begun + 5)
+        found = _held_in_time(stage, begun, since_ns, bound_ms, Hold.STOPPED)
+        if not found.otherwise:
+            break
+    yield check.row(found.problems, found.got)
     yield _told(stage, stop.stop_id)
     yield STOP_STAYS.row(list(_ended_too_soon(stage, stop)), "held until then, moves again")
 
