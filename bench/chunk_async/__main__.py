@@ -23,6 +23,7 @@ from pathlib import Path
 
 from bench.chunk_async.measured import Run, run
 from bench.chunk_async.stage import BLENDED, HORIZON, PREFIX, AsyncStage, Way, async_stage
+from bench.faults.live_stage import LATE_TICK_MS
 from bench.faults.row import MachineLateError
 from bench.page import write_table
 
@@ -63,6 +64,8 @@ def misses(runs: Sequence[Run]) -> list[str]:
     found = []
     for one in runs:
         who = f"{one.latency_ms:.0f} ms, {one.way}"
+        if one.other_holds or one.longest_tick_ms > LATE_TICK_MS:
+            who += " (on a machine that was late)"
         if one.never_stalls and one.stalls:
             found.append(f"{who}: {one.stalls} stalls, though H >= 2d + 1")
         if not one.never_stalls and abs(one.duty - one.theory) > DUTY:

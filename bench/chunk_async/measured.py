@@ -34,7 +34,8 @@ FULL_SPEED = 1.5
 class Run:
     """What one goal showed.
 
-    longest_ticks: d, from an observation to its answer's first row, at the longest latency.
+    longest_ticks: d, from an observation to its answer's first row, at the longest latency that
+        may be, or was on a busy machine.
     answers, ticks: that counted. stalls: ticks in which the base had no row.
     other_holds: ticks in which it held for another reason: the machine was late.
     theory: the duty of one question at a time under ideal conditions.
@@ -70,11 +71,11 @@ class Run:
 
 @dataclass(frozen=True)
 class Answer:
-    """A line of the policy's log."""
+    """A line of the policy's log: the speed it says, when it was asked, when it answered."""
 
-    tick: int
-    latency_s: float
     speed: float
+    asked_s: float
+    answered_s: float
 
 
 def run(stage: AsyncStage, latency_s: float, way: Way, seconds: float, seed: int) -> Run:
@@ -101,7 +102,27 @@ def run(stage: AsyncStage, latency_s: float, way: Way, seconds: float, seed: int
 def answers_of(log: Path) -> list[Answer]:
     """The policy's answers, oldest first; the last may have come after the goal's end."""
     entries = [json.loads(line) for line in log.read_text(encoding="utf-8").splitlines()]
-    return [Answer(one["tick"], one["latency_s"], one["speed"]) for one in entries]
+    return [Answer(one["speed"], one["asked_s"], one["answered_s"]) for one in entries]
+
+
+def latencies_of(answers: Sequence[Answer]) -> list[float]:
+    """What each answer took [ticks], with the way from it to the next question.
+
+    That way is the shortest there was: in others the runner waited.
+    """
+    ways_s = [after.asked_s - before.answered_s for before, after in pairwise(answers)]
+    way_s = min(ways_s, default=0.0)
+    return [(one.answered_s - one.asked_s + way_s) / TICK_S for one in answers]
+
+
+def whole_cycles(in_force: Sequence[int | None]) -> slice:
+    """Cycles that were not cut: from where an answer begins to act to where the last one does."""
+    newest, begins = None, []
+    for at, seq in enumerate(in_force):
+        if seq is not None and seq != newest:
+            newest = seq
+            begins.append(at)
+    return slice(begins[1], begins[-1])
 
 
 def judged(
@@ -110,16 +131,19 @@ def judged(
 ) -> Run:  # fmt: skip
     """What the HAL's log shows."""
     in_force = [stage.seq(line) for line in lines]
+    cycles = whole_cycles(in_force)
+    first, last = in_force[cycles.start], in_force[cycles.stop]
+    assert first is not None and last is not None  # an answer begins to act in these
+    counted = answers[first - 1 : last]
+    lines, in_force = lines[cycles], in_force[cycles]
     holds = [Hold(line.holds[BASE]) for line in lines if line.holds[BASE] != Hold.NONE]
-    acted = [seq for seq in in_force if seq is not None]
-    counted = answers[min(acted) - 1 : max(acted)]
-    latencies = [one.latency_s / TICK_S for one in counted]
+    latencies = latencies_of(counted)
     speeds = [one.speed * FULL_SPEED for one in counted]
     seam, naive = seam_steps(lines, in_force, answers, stage)
     return Run(
         latency_ms=latency_s * 1e3,
         way=way.name,
-        longest_ticks=int(latency_s * (1.0 + JITTER) / TICK_S) + 1,
+        longest_ticks=int(max(latency_s * (1.0 + JITTER) / TICK_S, *latencies)) + 1,
         answers=len(counted),
         ticks=len(lines),
         stalls=holds.count(Hold.NO_ROW),
