@@ -149,6 +149,18 @@ def test_without_a_seam_an_answer_is_proposed_as_it_is() -> None:
     assert len(set(made.tolist())) == 1
 
 
+def test_in_lockstep_nothing_is_blended() -> None:
+    run = story(lockstep=True, skill=with_seam())
+    run.tick(10)
+    run.answer(rows(8, 0.0))
+    run.judge()
+    for tick in range(11, 19):
+        run.tick(tick)
+    assert run.seen_ticks() == [10, 18]
+    run.answer(rows(8, 0.4))
+    assert len(set(arm(run).tolist())) == 1
+
+
 def test_a_seam_is_no_longer_than_the_rows_until_the_next_answer() -> None:
     assert with_seam(SKILL.execute_steps).seam == SeamSpec(blend_ticks=SKILL.execute_steps)
     with pytest.raises(ValidationError, match=r"seam.blend_ticks: expected at most execute_steps"):
