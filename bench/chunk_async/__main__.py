@@ -27,23 +27,21 @@ from bench.faults.live_stage import LATE_TICK_MS
 from bench.faults.row import MachineLateError
 from bench.page import write_table
 
-LATENCIES_S = (0.05, 0.1, 0.2, 0.3, 0.4, 0.5)
-PREFIX_LATENCIES_S = (0.2, 0.4)
-SHORT_LATENCIES_S = (0.2, 0.45)
-SECONDS, SHORT_SECONDS = 14.0, 4.0
+WANTED = (
+    (0.05, BLENDED, 8.0), (0.1, BLENDED, 8.0), (0.2, BLENDED, 8.0), (0.2, PREFIX, 8.0),
+    (0.3, BLENDED, 8.0), (0.3, PREFIX, 8.0), (0.4, BLENDED, 32.0), (0.5, BLENDED, 32.0),
+)  # fmt: skip
+"""Latency [s], seam, how long [s]: long where the duty is to show, after the short ones, by which
+the ways are known."""
+SHORT = ((0.2, BLENDED, 4.0), (0.45, BLENDED, 4.0))
 DUTY, SEAM = 0.01, 0.25
 ATTEMPTS = 3
 
 
 def run_all(stage: AsyncStage, seed: int, *, short: bool) -> list[Run]:
     """Each latency once, blended; of some also with a policy that continues the prefix."""
-    seconds = SHORT_SECONDS if short else SECONDS
-    blended = SHORT_LATENCIES_S if short else LATENCIES_S
-    wanted = [(latency_s, BLENDED) for latency_s in blended]
-    if not short:
-        wanted += [(latency_s, PREFIX) for latency_s in PREFIX_LATENCIES_S]
     runs = []
-    for latency_s, way in wanted:
+    for latency_s, way, seconds in SHORT if short else WANTED:
         print(f"bench.chunk_async: {latency_s * 1e3:.0f} ms, {way.name}", file=sys.stderr)
         runs.append(run_once(stage, latency_s, way, seconds, seed))
     return runs

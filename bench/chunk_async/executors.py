@@ -40,7 +40,9 @@ class Executed:
         return max(steps, default=0.0)
 
 
-def theory(latencies: Sequence[float], horizon: int, lost: float = 0.0) -> float:
+def theory(
+    latencies: Sequence[float], horizon: int, lost: float = 0.0, ways: tuple[float, float] = (0, 0)
+) -> float:
     """The duty of one question at a time, asked again at once, where nothing else costs time.
 
     An answer to the observation of tick o that takes L ticks from the moment a (o = floor(a)) has
@@ -54,24 +56,29 @@ def theory(latencies: Sequence[float], horizon: int, lost: float = 0.0) -> float
     Args:
         lost: probability of a message. A lost observation is the one a tick older, a lost chunk
             comes a tick later.
+        ways: ticks from the robot's state to the question, and from the answer to the robot.
     """
     rng = random.Random(0)
     duties = [
-        _asked_at(number / PHASES, latencies, horizon, lambda: rng.random() < lost)
+        _asked_at(number / PHASES, latencies, horizon, ways, lambda: rng.random() < lost)
         for number in range(PHASES)
     ]
     return sum(duties) / PHASES
 
 
 def _asked_at(
-    moment: float, latencies: Sequence[float], horizon: int, is_lost: Callable[[], bool]
+    moment: float,
+    latencies: Sequence[float],
+    horizon: int,
+    ways: tuple[float, float],
+    is_lost: Callable[[], bool],
 ) -> float:
     covered: set[int] = set()
     begins: list[int] = []
     for latency in latencies:
-        last = math.floor(moment) - is_lost() + horizon - 1
+        last = math.floor(moment - ways[0]) - is_lost() + horizon - 1
         moment += latency
-        begins.append(math.floor(moment) + 1 + is_lost())
+        begins.append(math.floor(moment + ways[1]) + 1 + is_lost())
         covered |= set(range(begins[-1], last + 1))
     ticks = range(begins[0], begins[-1])
     return sum(tick in covered for tick in ticks) / len(ticks) if ticks else 1.0

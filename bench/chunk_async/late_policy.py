@@ -17,7 +17,7 @@ import numpy as np
 from fairlead.policy import Actions, Observation
 from fairlead.skill.manifest import SkillManifest
 
-TURN, LEADS_OVER = 8, 4
+TURN, LEADS_OVER = 8, 8
 """The column that turns the base; rows in which it leads over from a prefix."""
 SPEEDS = (0.2, 0.6)
 """Of its full speed."""

@@ -71,8 +71,12 @@ class Run:
 
 @dataclass(frozen=True)
 class Answer:
-    """A line of the policy's log: the speed it says, when it was asked, when it answered."""
+    """A line of the policy's log.
 
+    tick: of its observation. speed: that it says. asked_s, answered_s: CLOCK_MONOTONIC.
+    """
+
+    tick: int
     speed: float
     asked_s: float
     answered_s: float
@@ -102,17 +106,40 @@ def run(stage: AsyncStage, latency_s: float, way: Way, seconds: float, seed: int
 def answers_of(log: Path) -> list[Answer]:
     """The policy's answers, oldest first; the last may have come after the goal's end."""
     entries = [json.loads(line) for line in log.read_text(encoding="utf-8").splitlines()]
-    return [Answer(one["speed"], one["asked_s"], one["answered_s"]) for one in entries]
+    return [Answer(one["tick"], one["speed"], one["asked_s"], one["answered_s"]) for one in entries]
 
 
 def latencies_of(answers: Sequence[Answer]) -> list[float]:
-    """What each answer took [ticks], with the way from it to the next question.
+    """What each answer took [ticks]."""
+    return [(one.answered_s - one.asked_s) / TICK_S for one in answers]
 
-    That way is the shortest there was: in others the runner waited.
+
+def note_ways(
+    stage: AsyncStage,
+    answers: Sequence[Answer],
+    lines: Sequence[MotionLine],
+    in_force: Sequence[int | None],
+) -> None:
+    """Keep how long after its tick an observation was asked about, and an answer before its own.
+
+    The shortest of all runs are the ways themselves [ticks].
     """
-    ways_s = [after.asked_s - before.answered_s for before, after in pairwise(answers)]
-    way_s = min(ways_s, default=0.0)
-    return [(one.answered_s - one.asked_s + way_s) / TICK_S for one in answers]
+    began_s = {line.tick: line.stamp_ns * 1e-9 for line in lines}
+    for one in answers:
+        if one.tick in began_s:
+            stage.ways[0].append((one.asked_s - began_s[one.tick]) / TICK_S)
+    first: dict[int, MotionLine] = {}
+    for line, seq in zip(lines, in_force, strict=True):
+        if seq is not None:
+            first.setdefault(seq, line)
+    for seq, line in list(first.items())[1:]:
+        stage.ways[1].append((began_s[line.tick] - answers[seq - 1].answered_s) / TICK_S)
+
+
+def shortest_ways(stage: AsyncStage) -> tuple[float, float]:
+    """Of all runs so far [ticks]."""
+    there, back = (max(0.0, min(ways, default=0.0)) for ways in stage.ways)
+    return there, back
 
 
 def whole_cycles(in_force: Sequence[int | None]) -> slice:
@@ -131,6 +158,7 @@ def judged(
 ) -> Run:  # fmt: skip
     """What the HAL's log shows."""
     in_force = [stage.seq(line) for line in lines]
+    note_ways(stage, answers, lines, in_force)
     cycles = whole_cycles(in_force)
     first, last = in_force[cycles.start], in_force[cycles.stop]
     assert first is not None and last is not None  # an answer begins to act in these
@@ -148,7 +176,7 @@ def judged(
         ticks=len(lines),
         stalls=holds.count(Hold.NO_ROW),
         other_holds=len(holds) - holds.count(Hold.NO_ROW),
-        theory=theory(latencies, HORIZON, LOST + OVERTAKEN),
+        theory=theory(latencies, HORIZON, LOST + OVERTAKEN, shortest_ways(stage)),
         seam=seam,
         naive=naive,
         longest_tick_ms=longest_tick_ms(list(lines)),

@@ -54,15 +54,19 @@ PREFIX = Way("prefix", continues=True)
 
 
 class AsyncStage(RoutedStage):
-    """base: what it was told and did. seqs: the number of an answer, by verdict."""
+    """base: what it was told and did. seqs: the number of an answer, by verdict.
+
+    ways: ticks from a state to a question, and from an answer to the tick in which it acts.
+    """
 
     folder: Path
+    ways: tuple[list[float], list[float]]
     base: TurningBase
     seqs: dict[int, int]
 
     def listen(self, folder: Path) -> None:
         """Hear what the gate releases and says of it."""
-        self.folder, self.seqs = folder, {}
+        self.folder, self.seqs, self.ways = folder, {}, ([], [])
         self.base = TurningBase(self.client.bus, self.client.keys)
         self.client.bus.subscribe(self.client.keys.every_verdict, self._on_verdict)
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from itertools import takewhile
 from typing import NamedTuple, Protocol, Self
 
 import numpy as np
@@ -141,14 +142,27 @@ class Observation:
         return np.concatenate(left) if left else np.zeros((0, 0), np.float32)
 
     def prefix(self) -> Actions:
-        """The first of `rows_to_act`, those that act before the answer can: ``[n, dim]``.
+        """Rows that act from this control period on, before the answer can: ``[n, dim]``.
 
-        At most ``delay_ticks`` control periods of them; fewer where rows run out before. An
-        answer's first n rows are too late, so a policy that chunks in real time repeats these
-        and goes on from them.
+        At most ``delay_ticks`` control periods of them; fewer where rows run out before. An answer
+        that waits for its verdict counts as released, from the next period on. An answer's first
+        n rows are too late, so a policy that chunks in real time repeats these and goes on.
         """
         periods = self.answers[-1].periods if self.answers else 1
-        return self.rows_to_act()[: -(-self.delay_ticks // periods)]
+        ticks = range(self.tick, self.tick + self.delay_ticks, periods)
+        rows = list(takewhile(lambda row: row is not None, map(self._row_at, ticks)))
+        return np.array(rows, np.float32) if rows else np.zeros((0, 0), np.float32)
+
+    def _row_at(self, tick: int) -> Actions | None:
+        """The one that acts in a control period, as far as is known."""
+        for answer in reversed(self.answers):
+            row = (tick - answer.tick) // answer.periods
+            if 0 <= row < len(answer.rows) and (
+                answer.to_act[row] or (not answer.outcome and tick > self.tick)
+            ):
+                acts: Actions = answer.rows[row]
+                return acts
+        return None
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,7 @@ from fairlead.errors import ConfigError
 from fairlead.messages import ActionPart, FloatArray, floats, pack_floats
 from fairlead.modes import ControlMode
 from fairlead.plugins import Plugin
+from fairlead.policy import Observation, PastAnswer
 from fairlead.skill.manifest import SeamSpec, SkillManifest
 from fairlead_skill_runner.policies.backends import make_policy
 from fairlead_skill_runner.seam import ReleasedRows, Seam
@@ -198,6 +199,20 @@ def test_the_prefix_is_what_acts_until_the_answer_can() -> None:
     assert seen.prefix().tobytes() == numbered[3:6].tobytes()
     run.answer(rows(8, 0.1))
     assert [one.observation.prefix().shape for one in run.asked] == [(0, 0), (3, 12)]
+
+
+def test_an_answer_that_waits_for_its_verdict_is_part_of_the_prefix() -> None:
+    first = rows(8, 0.0) + np.arange(8, dtype=np.float32)[:, None]
+    none, last = np.zeros(8, np.bool_), np.arange(8) == 7
+    answers = (
+        PastAnswer(10, first, 1, "released", none, none, last),
+        PastAnswer(12, first + 10, 1, "", none, none, none),
+    )
+    seen = Observation(17, np.zeros(30), "", answers=answers, delay_ticks=4)
+    assert seen.rows_to_act()[:, 0].tolist() == [7.0]
+    assert seen.prefix()[:, 0].tolist() == [7.0, 16.0, 17.0]
+    alone = replace(seen, answers=answers[1:])
+    assert len(alone.prefix()) == 0, "no row acts in tick 17 itself"
 
 
 def test_the_trace_has_what_was_said_and_what_was_proposed_of_it(tmp_path: Path) -> None:
