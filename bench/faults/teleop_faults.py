@@ -14,7 +14,7 @@ from bench.equipment.live_robot import wait_for
 from bench.equipment.terminal import Terminal
 from bench.faults.hardware_faults import unless_late
 from bench.faults.motion_rules import every_row_was_judged_for_its_tick
-from bench.faults.row import Row, Shot
+from bench.faults.row import MachineLateError, Row, Shot
 from bench.faults.servo_stage import SWING_RAD, ServoStage
 from bench.faults.silent_gamepad import LIMITS, SPEED, TICK_S, last_motion_ns, moves, rests
 from bench.so101_bus import calibration
@@ -40,11 +40,20 @@ def _led(robot: ServoStage) -> Iterator[tuple[EmulatedArm, Terminal]]:
         command = [sys.executable, "-m", "fairlead_tools.cli.main", *words]
         person = Terminal(command, os.environ | {"TERM": "dumb"})
         try:
-            person.wait_for("you drive arm, gripper")
-            _lets_in(robot, person)
+            _begins(robot, person)
             yield leader, person
         finally:
             person.end()
+
+
+def _begins(robot: ServoStage, person: Terminal) -> None:
+    try:
+        person.wait_for("you drive arm, gripper")
+        _lets_in(robot, person)
+    except AssertionError as error:
+        if robot.others_are_busy:
+            raise MachineLateError(f"nobody began to drive: {error}") from error
+        raise
 
 
 def _lets_in(robot: ServoStage, person: Terminal) -> None:

@@ -33,7 +33,7 @@ WRONG_COMMAND_LINES = {
     "no such option": (["ps", "--all"], "No such option"),
     "a file that is not there": (["up", "nowhere.yaml"], "nowhere.yaml"),
     "a deployment that is not there": (["status", "-d", "nowhere"], "panda_mujoco"),
-    "an argument left out": (["run"], "Missing argument 'NAME_OR_FOLDER'"),
+    "an argument left out": (["run"], "Missing argument 'SKILL_OR_CHAIN'"),
     "an id that is no number": (["reset", "xyz"], "expected 1 to 16 hex digits"),
     "an id of zero": (["reset", "0"], "expected 1 to 16 hex digits"),
     "an id that is too long": (["reset", "1" * 17], "expected 1 to 16 hex digits"),

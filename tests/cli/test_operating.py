@@ -164,7 +164,7 @@ def test_with_json_an_error_is_json_too(command: str, tmp_path: Path) -> None:
     ("command", "message"),
     [
         ("status --foo --json", "No such option: --foo"),
-        ("run --json", "Missing argument 'NAME_OR_FOLDER'"),
+        ("run --json", "Missing argument 'SKILL_OR_CHAIN'"),
         ("why soon --json", "expected `last` or a tick such as 120, got 'soon'"),
         ("status -d nowhere --json", "nowhere"),
     ],

@@ -17,8 +17,10 @@ pytestmark = [pytest.mark.processes, pytest.mark.timeout(300)]
 
 COMPOSE = "compose/panda_mujoco.yaml"
 BLOCKS = re.findall(r"^```sh\n(.*?)^```", (ROOT / "docs" / "services.md").read_text(), re.M | re.S)
-HAL_OF_ONES_OWN = re.findall(
-    r"^\.venv/bin/.*$", (ROOT / "docs" / "hal.md").read_text(encoding="utf-8"), re.M
+HAL_OF_ONES_OWN = (
+    f".venv/bin/fairlead up {COMPOSE} --without hal",
+    f".venv/bin/python docs/examples/minimal_hal.py --deployment {COMPOSE} --service hal "
+    "--state-dir out/hal",
 )
 STARTS, LOOKS, END = (block.splitlines() for block in BLOCKS)
 

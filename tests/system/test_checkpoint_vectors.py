@@ -33,7 +33,10 @@ def record(path: Path, chunks: np.ndarray) -> Path:
 
 
 def checkout_with(folder: Path, skill: SkillManifest, trace: Path) -> None:
-    """A checkout like this one in which ``skill`` sees no pictures and repeats ``trace``."""
+    """A checkout like this one in which ``skill`` sees no pictures and repeats ``trace``.
+
+    Nothing is clipped nor decided by a threshold: the vectors go on as they are.
+    """
     folder.mkdir()
     for entry in ("robots", "compose", "build", "services", "shared"):
         (folder / entry).symlink_to(repo_root() / entry)
@@ -43,6 +46,9 @@ def checkout_with(folder: Path, skill: SkillManifest, trace: Path) -> None:
         "images": {},
         "policy": {"backend": "replay", "options": {"trace": str(trace)}},
     }
+    for slot in changed["action_contract"]["slots"]:
+        slot.pop("clip", None)
+        slot.pop("threshold", None)
     (home / "rskill.yaml").write_text(yaml.safe_dump(changed))
 
 

@@ -12,15 +12,18 @@ from fairlead.messages import FloatArray
 def assemble(at: LayoutInputs) -> FloatArray:
     """Assemble the vector: float64, shape ``[53]``.
 
-    ======== ======================= ========= ============================================
-    slice    content                 unit      source
-    ======== ======================= ========= ============================================
-    [0:16]   fingers, effector, base m, quat.  as in ``human300_16d``, the fingers first
-    [16:18]  fingers' velocities     m/s       ``gripper_qpos_joints``
-    [18:25]  end effector's pose     m, quat.  ``eef_frame`` in ``world_frame``; x >= 0
-    [25:46]  arm, cosines, sines     rad, 1, 1 ``joint_names``
-    [46:53]  the arm's velocities    rad/s     likewise
-    ======== ======================= ========= ============================================
+    ======== ============================ ====== =====================================
+    slice    content                      unit   source
+    ======== ============================ ====== =====================================
+    [0:16]   fingers, effector, base      m,     as in ``human300_16d``, fingers first
+                                          quat.
+    [16:18]  fingers' velocities          m/s    ``gripper_qpos_joints``
+    [18:25]  end effector's pose          m,     ``eef_frame`` in ``world_frame``;
+                                          quat.  x >= 0
+    [25:46]  arm, its cosines and sines   rad,   ``joint_names``
+                                          1, 1
+    [46:53]  the arm's velocities         rad/s  likewise
+    ======== ============================ ====== =====================================
 
     Raises:
         LayoutError: for a frame or joint that is missing or too old.
