@@ -110,7 +110,8 @@ def _not_finite(chunk: SafeChunk) -> SafeChunk:
 def _forged(stage: Stage, forgery: Forgery) -> Row:
     check = Check(forgery.name, "nothing acts, nothing moves", CONTRACT, HOST)
     gate, states = stage.gate, stage.states
-    gate.take_claim(FOR_EVER if forgery.granted else states.newest_tick)
+    until = FOR_EVER if forgery.granted else states.newest_tick
+    gate.take_claim(until, waits=True)
     start = states.newest
     count, first = ROWS, None
     if forgery.past:
@@ -178,7 +179,7 @@ def _under(stage: Stage, name: str, shape: Callable[[Lease], Lease | None], epoc
     gate.silence()
     stage.reaches(states.newest_tick + 2 + -(-LEASE_LIFE_NS // stage.hal.period_ns))
     gate.speak(shape)
-    gate.take_claim()
+    gate.take_claim(waits=True)
     start = states.newest.tick
     rows = stage.moving_rows(ROWS)(stage.moment(start))
     sent = gate.release(rows, change=lambda one: _with(one, epoch=epoch or one.epoch))

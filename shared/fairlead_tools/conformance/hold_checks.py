@@ -23,6 +23,8 @@ REPEAT_S = 0.25
 SLACK_MS = 5.0
 LEAST_REPEATS = 2
 LEAST_DRIFT_TICKS = 30
+CREEP_S = 1.0
+"""For so long a servo that counts as still may creep to its setpoint."""
 LIFE_MS = LEASE_LIFE_NS / 1e6
 LAW = "hold by the part's law when apply() gets no command for it (docs/hal.md: holding)"
 ROWS_END = Check(
@@ -226,7 +228,7 @@ def _ended_too_soon(stage: Stage, stop: StopLevel) -> Iterator[str]:
 def _act(stage: Stage) -> bool:
     """Whether good rows act."""
     gate, states = stage.gate, stage.states
-    gate.take_claim()
+    gate.take_claim(waits=True)
     sent = gate.release(stage.moving_rows(ROWS)(stage.moment(states.newest_tick)))
     stage.reaches(sent.end + 1)
     found = any(
@@ -243,6 +245,7 @@ def drift(stage: Stage, seconds: float) -> tuple[Row, list[Heard]]:
     check = replace(DRIFT, expected=f"every joint where it stood, for {ticks * stage.period_s:g} s")
     gate.take_claim()
     stage.settle()
+    gate.wait_tick(states.newest_tick + min(stage.stop_ticks, int(CREEP_S / stage.period_s)))
     start = states.newest_tick
     gate.wait_tick(start + ticks)
     gate.drop_claims()

@@ -29,13 +29,17 @@ class Released:
 
 @dataclass
 class Plan:
-    """What the leases say. shape: changes each before it is sent; None as its result: not sent."""
+    """What the leases say. shape: changes each before it is sent; None as its result: not sent.
+
+    waits: nothing is granted before rows are released, so that a world in lockstep stays.
+    """
 
     epoch: int = 0
     seq: int = 0
     state: GateState = GateState.DISARMED
     claims: dict[int, int] = field(default_factory=dict)  # id: last tick granted
     stop_ids: tuple[int, ...] = ()
+    waits: bool = False
     shape: Callable[[Lease], Lease | None] | None = None
     released: dict[int, list[Released]] = field(default_factory=dict)
 

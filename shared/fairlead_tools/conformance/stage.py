@@ -110,8 +110,7 @@ class Stage(SmallRows):
         counted = 0
         for _ in range(MOST_TRIES):
             began_ns = time.monotonic_ns()
-            self.gate.take_claim()
-            self.gate.wait_tick(self.states.newest_tick + 1)
+            self.take_claim()
             rows = make(self.moment(self.states.newest_tick))
             sent = self.gate.release(rows)
             self.gate.wait_tick(sent.end + tail)
@@ -122,12 +121,22 @@ class Stage(SmallRows):
             self.settle()
         return run
 
+    def take_claim(self) -> None:
+        """A new claim for rows that come next; a world in lockstep stands still by then."""
+        if not self.lockstep:
+            self.gate.take_claim()
+            self.gate.wait_tick(self.states.newest_tick + 1)
+            return
+        self.gate.drop_claims()
+        while self.reaches(self.states.newest_tick + 1):
+            pass
+        self.gate.take_claim(waits=True)
+
     def begin(self, count: int, moving: int) -> Released | str:
         """Rows that go on acting, ``moving`` of them already; or why they do not act."""
         for _ in range(MOST_TRIES):
             self.settle()
-            self.gate.take_claim()
-            self.gate.wait_tick(self.states.newest_tick + 1)
+            self.take_claim()
             rows = self.moving_rows(count)(self.moment(self.states.newest_tick))
             sent = self.gate.release(rows)
             self.gate.wait_tick(sent.first + moving)

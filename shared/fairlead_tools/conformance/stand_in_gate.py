@@ -48,7 +48,8 @@ class StandInGate:
 
     def __init__(self, bus: Bus, keys: Keys, robot: RobotManifest, hal: HalStatus) -> None:
         self._bus, self._keys, self._robot, self.hal = bus, keys, robot, hal
-        self._lock, self._ended = threading.Lock(), threading.Event()
+        self._lock = threading.Lock()
+        self._ended = threading.Event()
         self.plan, self._epochs = Plan(), set[int]()
         self._verdict = secrets.randbits(40) + 1
         self.last_lease_ns = 0
@@ -98,18 +99,23 @@ class StandInGate:
         with self._lock:
             self.plan.shape = shape
 
-    def take_claim(self, until_tick: int = FOR_EVER) -> int:
-        """A claim of its own for what is released next; ends those before."""
+    def take_claim(self, until_tick: int = FOR_EVER, waits: bool = False) -> int:
+        """A claim of its own for what is released next; ends those before.
+
+        Args:
+            waits: a world in lockstep makes no step before something is released.
+        """
         claim = secrets.randbits(63) + 1
         with self._lock:
             self.plan.claims, self.plan.released = {claim: until_tick}, {}
+            self.plan.waits = waits and self.hal.pacing == "lockstep"
         self._send_lease()
         return claim
 
     def drop_claims(self) -> None:
         """Nobody has a claim: a world in lockstep stands still."""
         with self._lock:
-            self.plan.claims, self.plan.released = {}, {}
+            self.plan.claims, self.plan.released, self.plan.waits = {}, {}, False
 
     def lease(self) -> Lease:
         """As it would be sent next."""
@@ -121,7 +127,9 @@ class StandInGate:
             config_hash=NO_HASH,
             state=plan.state,
             state_tick=tick,
-            grants=tuple(self._grant(one, until, tick) for one, until in plan.claims.items()),
+            grants=()
+            if plan.waits
+            else tuple(self._grant(one, until, tick) for one, until in plan.claims.items()),
             stop_ids=plan.stop_ids,
         )
 
@@ -185,6 +193,7 @@ class StandInGate:
             claim = next(iter(self.plan.claims), 0)
             sent = Released(self._verdict, begin, len(rows), time.monotonic_ns())
             self.plan.released.setdefault(claim, []).append(sent)
+            self.plan.waits = False
             chunk = SafeChunk(
                 session=self.hal.session,
                 epoch=self.plan.epoch,
