@@ -55,8 +55,8 @@ def expected_refusal(layout: str, dim: int, data: dict[str, Any]) -> str:
     if missing:
         problems.append(f"bindings: layout {layout} also needs {', '.join(missing)}")
     given_joints = len(data.get("joint_names", ()))
-    if given_joints and given_joints != {"libero": 7, "aloha": 14}.get(layout, 0):
-        wanted = {"libero": 7, "aloha": 14}.get(layout, 0)
+    wanted = {"libero": 7, "aloha": 14, "panda_omron_53d": 7}.get(layout, 0)
+    if given_joints and given_joints != wanted:
         other = "; joints in any number: state_contract.joints" if wanted else ""
         problems.append(
             f"joint_names: expected {wanted} for layout {layout}, got {given_joints}{other}"

@@ -15,13 +15,10 @@ def assemble(at: LayoutInputs) -> FloatArray:
     ======== ============================ ====== =====================================
     slice    content                      unit   source
     ======== ============================ ====== =====================================
-    [0:16]   fingers, effector, base      m,     as in ``human300_16d``, fingers first
-                                          quat.
+    [0:16]   fingers, effector, base      m, 1   as in ``human300_16d``, fingers first
     [16:18]  fingers' velocities          m/s    ``gripper_qpos_joints``
-    [18:25]  end effector's pose          m,     ``eef_frame`` in ``world_frame``;
-                                          quat.  x >= 0
-    [25:46]  arm, its cosines and sines   rad,   ``joint_names``
-                                          1, 1
+    [18:25]  end effector's pose          m, 1   ``eef_frame`` in ``world_frame``
+    [25:46]  arm, its cosines and sines   rad, 1 ``joint_names``
     [46:53]  the arm's velocities         rad/s  likewise
     ======== ============================ ====== =====================================
 
