@@ -14,4 +14,4 @@ def _equip(robot: RobotManifest, profile: str, options: KinematicOptions) -> Equ
     return Equipment(backend, trace=backend if options.trace else None)
 
 
-DRIVER = HalDriver(KinematicOptions, _equip)
+DRIVER = HalDriver(KinematicOptions, _equip, simulator=True)

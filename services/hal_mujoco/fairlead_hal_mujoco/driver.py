@@ -14,4 +14,4 @@ def _equip(robot: RobotManifest, profile: str, options: MujocoOptions) -> Equipm
     return Equipment(backend, trace=trace, frames=backend.frames())
 
 
-DRIVER = HalDriver(MujocoOptions, _equip)
+DRIVER = HalDriver(MujocoOptions, _equip, simulator=True)

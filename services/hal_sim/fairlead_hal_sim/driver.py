@@ -27,4 +27,4 @@ def _start_cameras(options: HalSimOptions, robot: RobotManifest) -> CameraFeed |
     return start_camera_process(options, 1e9 / robot.tick_period_ns)
 
 
-DRIVER = HalDriver(HalSimOptions, _equip)
+DRIVER = HalDriver(HalSimOptions, _equip, simulator=True)

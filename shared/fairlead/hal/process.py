@@ -58,11 +58,13 @@ class HalDriver(Generic[Options]):
         to import is best imported in there.
     realtime_only: its robot is real and waits for nobody: pacing ``lockstep`` is refused, and a
         profile with a simulator's limits is warned of.
+    simulator: nothing real can move: ``fairlead hal check`` drives it at full size without asking.
     """
 
     options: type[Options]
     equip: Callable[[RobotManifest, str, Options], Equipment]
     realtime_only: bool = False
+    simulator: bool = False
 
 
 async def run_hal(

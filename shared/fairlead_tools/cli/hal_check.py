@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import sys
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -25,6 +25,9 @@ from fairlead_tools.cli.options import (
     parse_running_or_file,
 )
 from fairlead_tools.conformance.row import GROUPS
+
+if TYPE_CHECKING:
+    from fairlead_tools.conformance.hal_check import HalCheck
 
 SIMULATOR_SHARE = 0.3
 ROBOT_SHARE = 0.1
@@ -83,15 +86,7 @@ def check_command(
             found = check_hal(bus, deployment, hal, wish, line.show)
     finally:
         bus.close()
-    document = {
-        "robot": deployment.robot,
-        "deployment": deployment.id,
-        "hal": deployment.services[deployment.hal].what,
-        "pacing": found.hal.pacing,
-        "profile": deployment.profile,
-        "good": found.is_good,
-        "rows": [dataclasses.asdict(row) for row in found.rows],
-    }
+    document = _document(deployment, found)
     if as_json:
         print_json(document)
     else:
@@ -100,13 +95,25 @@ def check_command(
         raise typer.Exit(1)
 
 
+def _document(deployment: Deployment, found: HalCheck) -> dict[str, Any]:
+    return {
+        "robot": deployment.robot,
+        "deployment": deployment.id,
+        "hal": deployment.services[deployment.hal].what,
+        "pacing": found.hal.pacing,
+        "profile": deployment.profile,
+        "good": found.is_good,
+        "rows": [dataclasses.asdict(row) for row in found.rows],
+    }
+
+
 def is_simulator(deployment: Deployment) -> bool:
-    """Whether nothing real can move: a HAL that a package registers, and not for robots only."""
+    """Whether nothing real can move: only where the HAL's driver says so, and limits for that."""
     profile = load_robot(deployment.robot).profile(deployment.profile)
     run = deployment.services[deployment.hal].run
     if not profile.lockstep_allowed or run not in HALS.names():
         return False
-    return not hal_driver(run, "hal check").realtime_only
+    return hal_driver(run, "hal check").simulator
 
 
 def _ask(deployment: Deployment, yes: bool) -> None:
