@@ -133,5 +133,5 @@ def rests(robot: ServoStage, since_ns: int) -> bool:
 
 
 def last_motion_ns(robot: ServoStage, since_ns: int) -> int:
-    """When the arm moved last, after it moved."""
-    return max(stamp for stamp, moved in _motion(robot, since_ns) if moved)
+    """When the arm moved last; ``since_ns`` if it has not moved since."""
+    return max((stamp for stamp, moved in _motion(robot, since_ns) if moved), default=since_ns)

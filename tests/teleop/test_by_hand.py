@@ -9,21 +9,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import yaml
 
 from bench.equipment.live_robot import wait_for
 from bench.equipment.terminal import Terminal
-from fairlead.deploy.registry import Registry
 from fairlead.messages import FloatArray, GateState, floats
-from fairlead.paths import SKILLS_VARIABLE, repo_root
 from fairlead.robot.manifest import load_robot
-from fairlead_tools.supervisor.scratch import (
-    ScratchOptions,
-    ScratchRobot,
-    make_scratch,
-    scratch_robot,
-)
+from fairlead_tools.supervisor.scratch import ScratchRobot
 from tests.cli.command import fairlead, terminal
+from tests.teleop.slow_robot import slow_robot
 
 pytestmark = [pytest.mark.processes, pytest.mark.timeout(120)]
 
@@ -37,17 +30,8 @@ STILL_TICKS = 20
 def running(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ScratchRobot]:
     """A UR5e in MuJoCo at the robot's own pace, and a skill that takes its time."""
     folder = tmp_path_factory.mktemp("teleop")
-    skill = yaml.safe_load((repo_root() / "rskills/ur5e-reach/rskill.yaml").read_text())
-    skill["id"] = "slow-reach"
-    skill["policy"]["options"]["step_rad"] = 0.004
-    (folder / "rskills/slow-reach").mkdir(parents=True)
-    (folder / "rskills/slow-reach/rskill.yaml").write_text(yaml.safe_dump(skill))
-    options = ScratchOptions(pacing="realtime", options={"hal": {"start_spread_rad": 0.0}})
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv(SKILLS_VARIABLE, str(folder / "rskills"))
-        scratch = make_scratch(repo_root() / "compose/ur5e_mujoco.yaml", folder / "up", options)
-        with scratch_robot(scratch, Registry(folder / "registry")) as robot:
-            yield robot
+    with slow_robot(folder, "ur5e_mujoco", "ur5e-reach", 0.004) as robot:
+        yield robot
 
 
 Start = Callable[..., Terminal]

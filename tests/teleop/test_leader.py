@@ -13,13 +13,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import yaml
 
 from bench.equipment.emulated_arm import EmulatedArm, emulated_arm
 from bench.equipment.terminal import Terminal
 from fairlead.deploy.registry import Registry
 from fairlead.messages import FloatArray, GateState, floats
-from fairlead.paths import SKILLS_VARIABLE, repo_root
+from fairlead.paths import repo_root
 from fairlead.robot.manifest import load_robot
 from fairlead_tools.record.run_log import newest_log, read_run
 from fairlead_tools.supervisor.scratch import (
@@ -32,6 +31,7 @@ from tests.cli.command import terminal
 from tests.late_machine import LATE
 from tests.so101.arm import as_delivered
 from tests.so101.calibrating import calibrate, move
+from tests.teleop.slow_robot import slow_robot
 
 pytestmark = [pytest.mark.processes, pytest.mark.timeout(200), LATE]
 
@@ -80,17 +80,8 @@ def leader(leading: Leader) -> Leader:
 def running(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ScratchRobot]:
     """A follower in MuJoCo, and a skill that takes its time."""
     folder = tmp_path_factory.mktemp("follower")
-    skill = yaml.safe_load((repo_root() / "rskills/so101-reach/rskill.yaml").read_text())
-    skill["id"] = "slow-reach"
-    skill["policy"]["options"]["step_rad"] = 0.002
-    (folder / "rskills/slow-reach").mkdir(parents=True)
-    (folder / "rskills/slow-reach/rskill.yaml").write_text(yaml.safe_dump(skill))
-    options = ScratchOptions(pacing="realtime", options={"hal": {"start_spread_rad": 0.0}})
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv(SKILLS_VARIABLE, str(folder / "rskills"))
-        scratch = make_scratch(repo_root() / "compose/so101_mujoco.yaml", folder / "up", options)
-        with scratch_robot(scratch, Registry(folder / "registry")) as robot:
-            yield robot
+    with slow_robot(folder, "so101_mujoco", "so101-reach", 0.002) as robot:
+        yield robot
 
 
 @pytest.fixture

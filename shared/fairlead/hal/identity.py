@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import fcntl
 import hashlib
 import os
@@ -148,16 +149,20 @@ def hold_robot(service: str, keys: Keys) -> socket.socket:
     Unix socket's: the kernel frees it when the process ends, however it ends.
 
     Raises:
-        ConfigError: naming the process that holds it.
+        ConfigError: naming the process that holds it, or why nobody can.
     """
     who = f"{os.getuid()}/{keys.namespace}/{keys.robot}"
     name = f"\0fairlead-hal/{hashlib.sha256(who.encode()).hexdigest()}"
     held = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
     try:
         held.bind(name)
-    except OSError:
+    except OSError as error:
         held.close()
-        raise _second_hal(service, keys, f"process {_holder(name)}") from None
+        if error.errno == errno.EADDRINUSE:
+            raise _second_hal(service, keys, f"process {_holder(name)}") from None
+        raise ConfigError(
+            f"{service}: robot {keys.robot} cannot be held for this process: {error}"
+        ) from None
     held.listen()
     return held
 
