@@ -40,7 +40,7 @@ def test_named_skills_and_policies_are_taken() -> None:
     ("options", "text"),
     [
         ({"skill": ORACLE}, "skill: unknown key, did you mean skills? (valid: skills, trace, "
-         "policies, servers)"),
+         "policies, servers, added_latency_ms)"),
         ({"skills": []},
          "skills: Tuple should have at least 1 item after validation, not 0"),
         ({"policies": {"x": {"backend": "oracle"}}, "skills": [ORACLE]},
@@ -114,3 +114,15 @@ def test_an_installed_skill_that_does_not_load_is_left_out_by_name_and_the_other
     assert said.startswith(f"skill broken is left out: {folder}/rskill.yaml: 13 problem(s):")
     with pytest.raises(ConfigError, match="broken/rskill.yaml: 13 problem"):
         offered(check_runner_options("runner", {"skills": ["broken"]}))
+
+
+def test_an_added_latency_is_for_a_simulator_only() -> None:
+    options = check_runner_options("runner", {"added_latency_ms": 200.0})
+    options.check_profile("runner", "sim")
+    with pytest.raises(
+        ConfigError, match="added_latency_ms: expected 0 in profile hardware, got 200"
+    ):
+        options.check_profile("runner", "hardware")
+    for wrong in (-1.0, 10_001.0, float("nan")):
+        with pytest.raises(ConfigError, match="added_latency_ms"):
+            check_runner_options("runner", {"added_latency_ms": wrong})

@@ -12,6 +12,7 @@ from fairlead_skill_runner.service import SkillRunner
 async def serve(context: ServiceContext) -> None:
     """Offer the configured skills until asked to stop."""
     options = check_runner_options(context.name, context.options)
+    options.check_profile(context.name, context.deployment.profile)
     robot = load_robot(context.deployment.robot)
     skills = OfferedSkills(context.name, options, robot, context.deployment.profile)
     trace_file = context.state_dir / "trace.jsonl" if options.trace else None

@@ -103,7 +103,10 @@ class OfferedSkills:
                     "skill %s or the robot has changed: its policy is loaded anew", skill.id
                 )
                 await loaded.worker.close()
-            worker = PolicyWorker(plugin, skill, policy.options, self._robot.id, self._profile)
+            worker = PolicyWorker(
+                plugin, skill, policy.options, self._robot.id, self._profile,
+                self._options.added_latency_ms / 1e3,
+            )  # fmt: skip
             loaded = self._workers[skill.id] = _Loaded(stamp, worker)
         return loaded.worker
 

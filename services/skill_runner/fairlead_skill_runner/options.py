@@ -14,6 +14,10 @@ from fairlead.plugins import POLICIES
 from fairlead.skill.manifest import PolicySpec, SkillManifest, skill_ids
 from fairlead_skill_runner.policies.backends import server_address
 
+MAX_ADDED_LATENCY_MS = 10_000.0
+SIMULATED = "sim"
+"""The profile of robots that hurt nobody."""
+
 
 class ServerSpec(BaseModel):
     """Where a policy's server is, and where the key is that it asks for; a text is an address."""
@@ -38,6 +42,8 @@ class RunnerOptions(BaseModel):
     policies: by skill id, a policy to run instead of the manifest's own.
     servers: by skill id, where its policy server is, instead of the manifest's address; or that
         and where the server's key is.
+    added_latency_ms: every answer of a policy comes so much later, to see what a slow one does;
+        in a simulator only.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -46,6 +52,7 @@ class RunnerOptions(BaseModel):
     trace: bool = False
     policies: dict[str, PolicySpec] = Field(default_factory=dict)
     servers: dict[str, ServerSpec] = Field(default_factory=dict)
+    added_latency_ms: float = Field(default=0.0, ge=0.0, le=MAX_ADDED_LATENCY_MS)
 
     @model_validator(mode="after")
     def _policies_belong_to_skills(self) -> Self:
@@ -78,6 +85,12 @@ class RunnerOptions(BaseModel):
             return own
         told = server.model_dump(exclude_none=True)
         return PolicySpec(backend=own.backend, options={**own.options, **told})
+
+    def check_profile(self, service: str, profile: str) -> None:
+        """Raise ConfigError if something is asked for that is for a simulator only."""
+        if self.added_latency_ms and profile != SIMULATED:
+            who = f"service {service}: options.added_latency_ms"
+            raise ConfigError(expected(who, f"0 in profile {profile}", self.added_latency_ms))
 
     def check_servers(self, skills: Mapping[str, SkillManifest]) -> None:
         """Let the addresses of policy servers pass.

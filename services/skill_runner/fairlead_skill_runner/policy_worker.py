@@ -39,6 +39,8 @@ _END_TIMEOUT_S = 1.0
 class PolicyWorker:
     """One policy in one process, asked from one event loop; calls take turns.
 
+    ``added_latency_s``: by how much each answer of `infer` is late on purpose.
+
     After a call that raised, or was cancelled, the process is gone, so a late answer cannot be
     taken for the answer to a later question; `load` starts a new one.
     """
@@ -50,7 +52,9 @@ class PolicyWorker:
         options: Mapping[str, JsonValue],
         robot: str = "",
         profile: str = "",
+        added_latency_s: float = 0.0,
     ) -> None:
+        self._added_latency_s = added_latency_s
         self._load = Load(
             policy, skill.model_dump_json(), json.dumps(dict(options)), robot, profile
         )
@@ -112,6 +116,8 @@ class PolicyWorker:
         skill = self._skill
         async with self._turn:
             answer = await self._ask(Infer.of(observation), "inference", skill.inference_timeout_s)
+            if self._added_latency_s:
+                await asyncio.sleep(self._added_latency_s)
             try:
                 if isinstance(answer, Ended):
                     return answer.end()

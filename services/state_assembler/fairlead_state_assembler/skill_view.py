@@ -34,9 +34,11 @@ class SkillView:
         self.skill = skill
         self.answer: bytes | None = None
         self._manifest: SkillManifest | None = None
+        self._hash = NO_HASH
         self._refusal: FairleadError | None = None
         try:
             self._manifest = load_skill(skill)
+            self._hash = self._manifest.skill_hash  # once: it is as dear as all the rest of a tick
         except FairleadError as error:
             self._refusal = error
 
@@ -64,7 +66,7 @@ class SkillView:
             episode_tick=moment.episode_tick,
             oldest_tick=min(moment.tick, transforms.oldest_tick),
             skill=self.skill,
-            skill_hash=self._manifest.skill_hash,
+            skill_hash=self._hash,
             layout=contract.layout_name,
             values=pack_floats(values),
             fault=None,
@@ -87,7 +89,7 @@ class SkillView:
                 episode_tick=moment.episode_tick,
                 oldest_tick=moment.tick,
                 skill=self.skill,
-                skill_hash=manifest.skill_hash if manifest else NO_HASH,
+                skill_hash=self._hash,
                 layout=manifest.state_contract.layout_name if manifest else "",
                 values=None,
                 fault=fault,

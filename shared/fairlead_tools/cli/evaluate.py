@@ -5,14 +5,18 @@ from __future__ import annotations
 import math
 import re
 import statistics
+import time
 from collections import Counter
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass
-from typing import Annotated, Any
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Annotated, Any, Literal
 
 import typer
 
 from fairlead.deploy.deployment import load_deployment
+from fairlead.deploy.registry import Registry
 from fairlead.errors import FairleadError, RefusedError
 from fairlead.messages import GateState, GoalResult, Outcome, Verdict, decode
 from fairlead.operate.client import RobotClient
@@ -35,11 +39,17 @@ from fairlead_tools.cli.goals import (
 from fairlead_tools.cli.options import MAX_NUMBER, DeploymentOption, JsonOption, example
 from fairlead_tools.cli.skill import SkillArgument, installed_skill
 from fairlead_tools.cli.status import state_and_cause, wait_seen, wait_started
+from fairlead_tools.record.run_log import Run, read_run
+from fairlead_tools.record.smoothness import smoothness
+from fairlead_tools.record.timeline import draw_timeline
+from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch, scratch_robot
 
 MAX_EPISODES = 100_000
+MAX_LATENCY_MS = 10_000.0
+Pacing = Literal["realtime", "lockstep"]
 Z_95 = 1.959964
 _ASKED_BY = re.compile("stopped: by ([^:]*): ")
-_HEADER = ("SEED", "OUTCOME", "TICKS", "REFUSED", "STARVED", "STOPS", "WHY")
+_HEADER = ("SEED", "OUTCOME", "TICKS", "REFUSED", "STARVED", "STALLS", "SEAM", "STOPS", "WHY")
 
 
 @dataclass(frozen=True)
@@ -48,6 +58,8 @@ class Episode:
 
     ticks: from its first to its last. refusals: chunks refused or cut short, by check.
     starved: ticks in which no released row was left. stops: protective stops and latches.
+    stalls, seam_step: see `smoothness`; None where the gate's log is not on this host.
+    picture: the timeline of a goal that did not succeed, "" without one.
     """
 
     seed: int
@@ -58,13 +70,21 @@ class Episode:
     refusals: dict[str, int]
     starved: int
     stops: int
+    first_tick: int
+    last_tick: int
+    session: int
+    stalls: int | None = None
+    seam_step: float | None = None
+    picture: str = ""
 
     @property
     def row(self) -> tuple[object, ...]:
         """Cells under `_HEADER`."""
         codes = ", ".join(f"{count} {code}" for code, count in sorted(self.refusals.items()))
         cells = (self.seed, self.outcome, self.ticks, codes or "-")
-        return (*cells, self.starved, self.stops, self.why)
+        stalls = "-" if self.stalls is None else self.stalls
+        seam = "-" if self.seam_step is None else f"{self.seam_step:.2f}"
+        return (*cells, self.starved, stalls, seam, self.stops, self.why)
 
 
 def parse_seeds(text: str) -> list[int]:
@@ -110,13 +130,27 @@ def eval_command(
         bool,
         typer.Option("--reset-stops", help="acknowledge stops that nobody asked for, and go on"),
     ] = False,
+    pacing: Annotated[
+        Pacing | None, typer.Option(help="on a copy of the robot, started for this")
+    ] = None,
+    latency_ms: Annotated[
+        float | None,
+        typer.Option(
+            min=0.0, max=MAX_LATENCY_MS, metavar="MS",
+            help="each answer of the policy comes so much later; on a copy of the robot",
+        ),
+    ] = None,
+    out: Annotated[
+        Path, typer.Option(file_okay=False, help="folder for pictures of what failed")
+    ] = Path("out/eval"),
     yes: YesOption = False,
     as_json: JsonOption = False,
-) -> None:
+) -> None:  # fmt: skip
     """Run SKILL once in a new simulated episode of each seed, on the robot that runs.
 
     Prints a row for each, and the share that succeeded with its 95 % interval (Wilson). Ctrl-C
-    cancels the goal and prints what there is. A stop ends it, unless --reset-stops.
+    cancels the goal and prints what there is. A stop ends it, unless --reset-stops. STALLS: how
+    often rows ran out; SEAM: the largest step from one chunk to the next, of the range commanded.
     """
     wanted, skill = parse_seeds(seeds), installed_skill(skill)
     manifest, file = load_skill(skill), choose_file(deployment)
@@ -125,25 +159,89 @@ def eval_command(
     wish = GoalOptions(skill, prompt, deadline_ticks, stall_timeout, named)
     admission = Admission(manifest, load_robot(chosen.robot))
     admission.require()
-    wait_started(file, lambda line: echo(line, err=True))
+    own = _Own(pacing, latency_ms) if pacing is not None or latency_ms is not None else None
     done: list[Episode] = []
     ended_by: BaseException | None = None
-    try:
-        with RobotClient(chosen, by="fairlead eval") as client, ProgressLine(as_json) as line:
-            wait_seen(client, file)
-            client.wait_gate_follows()
-            admission.require(client.hal_status())
-            run = _Run(client, wish, line, reset_stops, yes)
-            for seed in wanted:
-                done.append(run.episode(seed, done, len(wanted)))
-                run.go_on()
-    except (FairleadError, KeyboardInterrupt) as error:
-        ended_by = error
+    began_s = time.time()
+    state: Path | None = None
+    with ProgressLine(as_json) as line:
+        try:
+            with _client(file, own, named, out, line) as (client, state):
+                client.wait_gate_follows()
+                admission.require(client.hal_status())
+                run = _Run(client, wish, line, reset_stops, yes)
+                for seed in wanted:
+                    done.append(run.episode(seed, done, len(wanted)))
+                    run.go_on()
+        except (FairleadError, KeyboardInterrupt) as error:
+            ended_by = error
+        if state is not None and done:
+            line.show("reading the gate's decision log")
+            done = _with_motion(done, _runs(state, began_s), skill, out)
     _print(skill, wanted, done, ended_by, as_json)
     if isinstance(ended_by, FairleadError) and as_json:
         raise typer.Exit(1)  # said in the document
     if ended_by is not None:
         raise ended_by
+
+
+@dataclass(frozen=True)
+class _Own:
+    """What a copy of the robot does otherwise; None: nothing."""
+
+    pacing: Pacing | None
+    latency_ms: float | None
+
+
+@contextmanager
+def _client(
+    file: Path, own: _Own | None, runner: str, out: Path, line: ProgressLine
+) -> Iterator[tuple[RobotClient, Path | None]]:
+    """A client of the robot that runs, or of a copy of it, and where its services' state is."""
+    if own is None:
+        wait_started(file, lambda text: echo(text, err=True))
+        with RobotClient(load_deployment(file), by="fairlead eval") as client:
+            wait_seen(client, file)
+            yield client, _state_folder(file)
+        return
+    added = {} if own.latency_ms is None else {runner: {"added_latency_ms": own.latency_ms}}
+    wish = ScratchOptions(pacing=own.pacing, options=added)
+    scratch = make_scratch(file, out / "state", wish)
+    line.show(f"starting {', '.join(scratch.deployment.services)}")
+    with scratch_robot(scratch) as robot:
+        yield robot.client, scratch.state_dir
+
+
+def _state_folder(file: Path) -> Path | None:
+    here = [one for one in Registry().entries() if Path(one.deployment) == file]
+    return Path(here[0].state_dir) if here else None
+
+
+def _runs(state: Path, since_s: float) -> list[Run]:
+    logs = [path for path in state.rglob("*.decisions") if path.stat().st_mtime >= since_s]
+    return [read_run(path) for path in sorted(logs)]
+
+
+def _with_motion(
+    done: Sequence[Episode], runs: Sequence[Run], skill: str, out: Path
+) -> list[Episode]:
+    """The episodes with what the gate's log says of them, and a picture of each that failed."""
+    told = []
+    for one in done:
+        parts = [run.between(one.first_tick, one.last_tick, one.session) for run in runs]
+        run = max(parts, key=lambda part: len(part.joints), default=None)
+        if run is not None and run.joints:
+            robot = load_robot(run.header.robot)
+            motion = smoothness(run, robot)
+            one = replace(one, stalls=motion.stalls, seam_step=motion.seam_step)
+            if one.outcome != "succeeded":
+                path = out / f"{skill}-seed-{one.seed}.png"
+                out.mkdir(parents=True, exist_ok=True)
+                title = f"{skill}, seed {one.seed}: {one.outcome} after {one.ticks} ticks"
+                draw_timeline(run, robot, title, path)
+                one = replace(one, picture=str(path))
+        told.append(one)
+    return told
 
 
 class _Run:
@@ -187,6 +285,7 @@ class _Run:
             seed, result.outcome, result.decided_by, _why(result),
             result.last_tick - result.first_tick + 1 if result.first_tick else 0,
             self._refusals(), progress.starved, len(gate.stop_ids) + bool(gate.latch_id),
+            result.first_tick, result.last_tick, gate.session,
         )  # fmt: skip
 
     def go_on(self) -> bool:
@@ -246,6 +345,8 @@ def _print(
         return
     if done:
         print_table(_HEADER, [one.row for one in done])
+    for picture in (one.picture for one in done if one.picture):
+        echo(f"  {picture}")
     missing = f", {len(wanted) - len(done)} not run" if len(done) < len(wanted) else ""
     typical = f"; median of their ticks: {median:g}" if median is not None else ""
     echo(

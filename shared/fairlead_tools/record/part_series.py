@@ -22,6 +22,10 @@ _RATES = frozenset({
 _IN_A_FRAME = frozenset(
     {ControlMode.CARTESIAN_DELTA, ControlMode.CARTESIAN_TWIST, ControlMode.CARTESIAN_POSE}
 )
+_SWITCHES = frozenset({
+    ControlMode.DEX_HAND_JOINT, ControlMode.GRIPPER_BINARY, ControlMode.GRIPPER_POSITION,
+    ControlMode.COMPOSITE_MODE,
+})  # fmt: skip
 _STILL = 1e-9
 
 
@@ -35,6 +39,7 @@ class Panel:
     carried: ticks in which a base moved the part. An arm's controller keeps the tool where it is
         in the world, so that it moves in the base's frame by more than what was asked; neither
         gain nor share is of these ticks.
+    switches: it changes at once: a gripper, a hand or a switch.
     """
 
     part: int
@@ -43,6 +48,7 @@ class Panel:
     frame: str
     gain: tuple[float, float] | None = None
     carried: frozenset[int] = frozenset()
+    switches: bool = False
     asked: Curve = field(default_factory=dict)
     released: Curve = field(default_factory=dict)
     measured: Curve = field(default_factory=dict)
@@ -161,7 +167,8 @@ class _Series:
             gain = getattr(limits, "gain", (0.0, 1.0)) if mode in _RATES else None
             self.panels[key] = Panel(
                 part, f"{name} {quantity.name}", quantity.unit, quantity.frame, gain,
-                self._driven if mode in _IN_A_FRAME else frozenset(), measured=quantity.measured,
+                self._driven if mode in _IN_A_FRAME else frozenset(), mode in _SWITCHES,
+                measured=quantity.measured,
             )  # fmt: skip
         return self.panels[key]
 
