@@ -116,7 +116,7 @@ def setup(
         source="runner", goal_id=GOAL, skill=skill, routes=ROUTES, prompt="pick",
         deadline_ticks=deadline_ticks, stall_timeout_s=stall_timeout_s, session=SESSION,
         robot_hash=ROBOT.robot_hash, lockstep=lockstep, has_task=True, claim_id=CLAIM,
-        epoch=EPOCH, camera_periods=camera_periods or {}, periods=periods,
+        epoch=EPOCH, n_dof=ROBOT.n_dof, camera_periods=camera_periods or {}, periods=periods,
     )  # fmt: skip
 
 

@@ -6,6 +6,7 @@ import math
 from dataclasses import replace
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import numpy.typing as npt
 import pytest
@@ -18,7 +19,7 @@ from fairlead.plugins import Plugin
 from fairlead.policy import Observation, PastAnswer
 from fairlead.skill.manifest import SeamSpec, SkillManifest
 from fairlead_skill_runner.policies.backends import make_policy
-from fairlead_skill_runner.seam import ReleasedRows, Seam
+from fairlead_skill_runner.seam import ReleasedRows, Seam, held_rows
 from fairlead_skill_runner.trace import TraceRecord, TraceWriter, read_trace
 from tests.runner.broken_policies import Misbehaving
 from tests.runner.scripted_robot import ROBOT, SKILL, Story, rows, story
@@ -75,10 +76,21 @@ def test_the_last_released_row_leads_over_while_it_acts() -> None:
     assert made[:, 0].tolist() == [1.0, 1.0, 2.0, 3.0, 4.0, 5.0, 5.0, 5.0]
 
 
-def test_after_rows_ran_out_the_answer_stays_as_it_is() -> None:
-    new = [[6.0, 6.0]] * 8
-    made = blended(ControlMode.JOINT_POSITION, [[1.0, 1.0]] * 5, new, last=5, now=6)
-    assert made.tolist() == new
+def test_joints_that_hold_lead_over_from_where_they_are_for_a_late_answer() -> None:
+    new = part(ControlMode.JOINT_POSITION, [[6.0, 0.0]] * 8)
+    new = msgspec.structs.replace(new, active=(0,))
+    held = held_rows([new], np.array([2.0, 3.0]), 6)
+    (made,) = Seam(held, 6, BLEND).blended([new], [2], 4)
+    assert floats(made.values, 2).tolist() == [
+        [2.0, 0.0], [2.0, 0.0], [2.0, 0.0], [2.0, 0.0], [3.0, 0.0], [4.0, 0.0], [5.0, 0.0],
+        [6.0, 0.0],
+    ]  # fmt: skip
+
+
+def test_motions_begin_after_a_hold_as_the_answer_says() -> None:
+    new = part(ControlMode.CARTESIAN_DELTA, np.ones((8, 6)))
+    held = held_rows([new], np.array([2.0, 3.0]), 6)
+    assert Seam(held, 6, BLEND).blended([new], [6], 4) == (new,)
 
 
 @pytest.mark.parametrize(

@@ -19,7 +19,7 @@ from fairlead_skill_runner.chunk_tracker import SentChunk
 from fairlead_skill_runner.control_rows import control_rows
 from fairlead_skill_runner.observation_buffer import TimedObservation
 from fairlead_skill_runner.run_setup import RunSetup
-from fairlead_skill_runner.seam import ReleasedRows, Seam
+from fairlead_skill_runner.seam import ReleasedRows, Seam, held_rows
 
 
 def candidate(
@@ -58,7 +58,9 @@ def candidate(
         positions,
     )
     seam = setup.skill.seam
-    if seam is not None and before is not None and not setup.lockstep:
+    if seam is not None and not setup.lockstep:
+        if before is None or before.last_tick < now_tick:
+            before = held_rows(parts, positions[: setup.n_dof], now_tick)
         parts = Seam(before, now_tick, seam.blend_ticks).blended(parts, widths, tick)
     message = ActionChunk(
         robot_hash=setup.robot_hash,

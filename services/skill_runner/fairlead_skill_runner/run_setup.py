@@ -23,6 +23,7 @@ class RunSetup:
         deadline_ticks: ticks after the first observation; 0: none.
         stall_timeout_s: longest time without released rows, the policy's own time not counted.
         has_task: whether the simulator's own check decides about success.
+        n_dof: commanded joints, which come first among the measured ones.
         periods: control periods for one row of the policy.
         camera_periods: ticks between frames, by camera.
         free_axes: by part, how a tool's free axes are filled in.
@@ -42,6 +43,7 @@ class RunSetup:
     has_task: bool
     claim_id: int
     epoch: int
+    n_dof: int
     periods: int = 1
     camera_periods: Mapping[str, int] = field(default_factory=dict)
     free_axes: Mapping[int, FreeAxes] = field(default_factory=dict)
@@ -80,6 +82,7 @@ class RunSetup:
             has_task=hal.has_task and skill.decided_by == "task",
             claim_id=claim.claim_id,
             epoch=claim.epoch,
+            n_dof=robot.n_dof,
             free_axes=free_axes(routes, robot),
             periods=skill.control_periods(hal.period_ns) or 1,
             trace_id=secrets.token_bytes(16),

@@ -51,11 +51,30 @@ class ReleasedRows:
         return rows[np.clip(ticks - self.start_tick, 0, len(rows) - 1)]
 
 
+def held_rows(parts: Iterable[ActionPart], positions: FloatArray, tick: int) -> ReleasedRows:
+    """What joints that hold do, for the parts of an answer that gives them targets: a row each.
+
+    Without it a policy that is late could never begin: its rows for the ticks that passed are
+    gone, and the next one is not where the robot stands.
+
+    Args:
+        positions: of the commanded joints at ``tick`` [rad or m].
+    """
+    made = []
+    for part in parts:
+        if part.mode == ControlMode.JOINT_POSITION:
+            row = np.zeros(len(positions))
+            row[list(part.active)] = positions[list(part.active)]
+            made.append(msgspec.structs.replace(part, values=pack_floats(row)))
+    return ReleasedRows(tuple(made), tick, tick)
+
+
 @dataclass(frozen=True)
 class Seam:
     """Where one answer goes over to the next.
 
-    before: released rows. now_tick: the newest one. blend_ticks: how many are between both.
+    before: released rows, or `held_rows`. now_tick: the newest one. blend_ticks: how many are
+        between both.
     """
 
     before: ReleasedRows
@@ -70,14 +89,12 @@ class Seam:
         Row k (from 1) of ``blend_ticks`` is k / (blend_ticks + 1) of the way from the released
         row of its tick, or the last one, to the answer's. The first is that of the second tick
         that is to come, so that no step is made where a message is lost; all before it are the
-        released ones. Where they ran out before ``now_tick`` nothing is blended: the parts hold.
+        released ones.
 
         Args:
             parts: a row for each tick from ``start_tick``.
             widths: numbers of a row, part by part.
         """
-        if self.before.last_tick < self.now_tick:
-            return tuple(parts)
         made = []
         for part, width in zip(parts, widths, strict=True):
             mode, earlier = ControlMode(part.mode), self.before.alike(part)

@@ -178,7 +178,7 @@ def eval_command(
         if state is not None and done:
             line.show("reading the gate's decision log")
             done = _with_motion(done, _runs(state, began_s), skill, out)
-    _print(skill, wanted, done, ended_by, as_json)
+    _print(skill, wanted, done, ended_by, own, as_json)
     if isinstance(ended_by, FairleadError) and as_json:
         raise typer.Exit(1)  # said in the document
     if ended_by is not None:
@@ -328,6 +328,7 @@ def _print(
     wanted: Sequence[int],
     done: Sequence[Episode],
     ended_by: BaseException | None,
+    own: _Own | None,
     as_json: bool,
 ) -> None:
     succeeded = _succeeded(done)
@@ -336,7 +337,9 @@ def _print(
     median = statistics.median(ticks) if ticks else None
     if as_json:
         document: dict[str, Any] = {
-            "skill": skill, "seeds": len(wanted), "episodes": [asdict(one) for one in done],
+            "skill": skill, "seeds": len(wanted), "pacing": own.pacing if own else None,
+            "latency_ms": own.latency_ms if own else None,
+            "episodes": [asdict(one) for one in done],
             "succeeded": succeeded, "interval_95": [round(low, 4), round(high, 4)],
             "median_ticks": median,
             "error": str(ended_by) or "interrupted" if ended_by is not None else None,
