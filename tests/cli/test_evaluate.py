@@ -96,8 +96,8 @@ def test_each_seed_has_its_row_and_all_together_their_share(
     assert "seed 0, 1 of 2, 0 succeeded | " in done.stderr
 
     out = tmp_path / "out"
-    words = (*words, "5", "--deadline-ticks", "3", "--json", "--out", str(out))
-    short = fairlead(*words, state=tmp_path)
+    rest = ("5", "--deadline-ticks", "3", "--json", "--out", str(out))
+    short = fairlead(*words, *rest, state=tmp_path)
     assert short.returncode == 0, short.stderr
     document = json.loads(short.stdout)
     (episode,) = document["episodes"]
