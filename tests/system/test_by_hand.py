@@ -1,4 +1,4 @@
-"""docs/services.md works: four services by their own commands, as they stand there."""
+"""docs/hosts.md works: four services by their own commands, as they stand there."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from tests.system.person import ROOT, Person, person_at
 pytestmark = [pytest.mark.processes, pytest.mark.timeout(300)]
 
 COMPOSE = "compose/panda_mujoco.yaml"
-BLOCKS = re.findall(r"^```sh\n(.*?)^```", (ROOT / "docs" / "services.md").read_text(), re.M | re.S)
+BLOCKS = re.findall(r"^```sh\n(.*?)^```", (ROOT / "docs" / "hosts.md").read_text(), re.M | re.S)
 HAL_OF_ONES_OWN = (
     f".venv/bin/fairlead up {COMPOSE} --without hal",
     f".venv/bin/python docs/examples/minimal_hal.py --deployment {COMPOSE} --service hal "

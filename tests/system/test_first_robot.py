@@ -1,4 +1,4 @@
-"""The commands of my-first-robot.md and my-hal.md, run as they stand there in a clean folder."""
+"""The commands of my-first-robot.md and hal.md, run as they stand there in a clean folder."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def test_my_first_robot_brings_a_robot_that_moves(
 def test_my_hal_brings_a_hal_of_ones_own_that_moves_the_robot(
     newcomer: Person, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    *_, run, asked, _ = walked(newcomer, "my-hal.md")
+    *_, run, asked, _ = walked(newcomer, "hal.md")
     assert "command: [python, ./minimal_hal.py]" in (newcomer.folder / "my_arm.yaml").read_text()
     assert any("minimal" in line for line in newcomer.terminals["up"].lines if "[hal]" in line)
     assert "my-wave deadline after 6" in run
