@@ -188,19 +188,23 @@ def services_table(watched: Watched) -> str:
 
 
 def rounds_table(rounds: Sequence[Round]) -> str:
-    """Markdown: the rounds, and the median ratio of each priority."""
+    """Markdown: for each priority the range of the rounds, and the median of their ratios."""
     lines = [
-        "| HAL and gate | turns | processes ms | one process ms | ratio |",
+        "| HAL and gate | rounds | processes ms | one process ms | ratio |",
         "|---|---|---|---|---|",
     ]
     for priority in PRIORITIES:
-        lines += [
-            f"| {one.priority} | {len(one.turns)} | {one.deployed_ms:.2f} | {one.local_ms:.2f} "
-            f"| {one.ratio:.2f} |"
-            for one in rounds
-            if one.priority == priority
-        ]
-        lines.append(f"| {priority}, median | | | | {median(rounds, priority):.2f} |")
+        ours = [one for one in rounds if one.priority == priority]
+        deployed, local, ratio = (
+            f"{min(numbers):.2f} to {max(numbers):.2f}"
+            for numbers in (
+                [one.deployed_ms for one in ours],
+                [one.local_ms for one in ours],
+                [one.ratio for one in ours],
+            )
+        )
+        middle = f"{median(rounds, priority):.2f}"
+        lines.append(f"| {priority} | {len(ours)} | {deployed} | {local} | {middle} ({ratio}) |")
     return "\n".join(lines)
 
 

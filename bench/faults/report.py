@@ -127,7 +127,11 @@ def _forms(rows: Sequence[Row]) -> list[tuple[str, str, str]]:
     forms: dict[int, list[str]] = {}
     for row in rows:
         forms.setdefault(row.number, []).append(row.fault)
-    return [(f"{number}", _together(faults), "not measured") for number, faults in forms.items()]
+    return [(f"{number}", _first_of(faults), "not measured") for number, faults in forms.items()]
+
+
+def _first_of(faults: Sequence[str]) -> str:
+    return f"{faults[0]}; {len(faults) - 1} more" if len(faults) > 1 else faults[0]
 
 
 def _together(faults: Sequence[str]) -> str:

@@ -22,7 +22,7 @@ def main() -> int:
         description=__doc__,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("--write", action="store_true", help="write them into docs/")
+    parser.add_argument("--write", action="store_true", help="write them")
     is_writing = parser.parse_args().write
     old = [path for path, current in PAGES.items() if path.read_text() != current()]
     for path in old:

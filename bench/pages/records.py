@@ -1,4 +1,4 @@
-"""docs/records.md, made of the names and sentences of the tests in tests/records."""
+"""tests/records/README.md, made of the names and sentences of the tests in tests/records."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from pathlib import Path
 
 from fairlead.paths import repo_root
 
-PAGE = repo_root() / "docs" / "records.md"
 TESTS = repo_root() / "tests" / "records"
+PAGE = TESTS / "README.md"
 RECORDS = {
     "state": "The state vector that a policy was trained on",
     "action": "The action vector that a policy emits",

@@ -36,12 +36,12 @@ class SimulatorOptions(BaseModel):
         gt=0,
         description="slow an arm's joints down above this [rad/s]; None: the simulator's own",
     )
-    seed: int = Field(default=0, ge=0)
+    seed: int = Field(default=0, ge=0, description="of the first episode")
     tracked_bodies: dict[str, str] = Field(
         default_factory=dict,
-        description="bodies of the environment to publish, each by the name of its frame",
+        description="bodies whose transforms are published, by frame of `tracked_frames`",
     )
-    cameras: tuple[CameraOptions, ...] = ()
+    cameras: tuple[CameraOptions, ...] = Field(default=(), description="those that are rendered")
     imports: tuple[str, ...] = Field(
         default=(), description="modules that register further environments, such as robocasa"
     )

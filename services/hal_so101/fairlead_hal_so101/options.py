@@ -31,6 +31,7 @@ class So101Options(BaseModel):
     port: its serial port. calibration: a name in the user's folder, or a path to the file.
     torque_off_at_exit: limp at the end, so that it falls; else it holds on.
     answer_timeout_s: for one servo. lost_ticks: measurements lost in a row that are no fault.
+    limits: what the servos may measure.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
