@@ -21,11 +21,6 @@ from tests.repo.tree import ROOT
 BINDINGS = (ROOT / "docs" / "examples" / "libero_eef8d_bindings.yaml").read_text()
 
 
-def test_the_bindings_that_layouts_shows_are_in_the_example() -> None:
-    [shown] = re.findall(r"```yaml\n(.*?)```", (ROOT / "docs" / "layouts.md").read_text(), re.S)
-    assert shown.strip() in BINDINGS
-
-
 @pytest.mark.processes
 def test_notebook_example_prints_the_state_vector() -> None:
     done = subprocess.run(
