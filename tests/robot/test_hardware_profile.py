@@ -10,7 +10,8 @@ import pytest
 import yaml
 
 from fairlead.errors import ConfigError
-from fairlead.paths import gate_config, robot_dir
+from fairlead.paths import robot_dir
+from fairlead.robot.gate_file import compile_gate_config
 from fairlead.robot.manifest import RobotManifest, load_robot
 from fairlead.yaml_file import load_yaml
 from tests.gate.file_edits import put
@@ -42,7 +43,7 @@ def numbers(node: Any, path: str = "") -> dict[str, float]:
 
 
 def compiled(profile: str) -> dict[str, Any]:
-    data: dict[str, Any] = json.loads(gate_config("panda_mobile", profile).read_text())
+    data: dict[str, Any] = json.loads(compile_gate_config(load_robot("panda_mobile"), profile))
     return data
 
 

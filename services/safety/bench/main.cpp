@@ -32,7 +32,7 @@ How long the gate's core takes with a gate file, as JSON; bench/gate_core.py mak
   --worst SECONDS   only search for the slowest step that a hostile policy can make, for so long
   --case NAME --calls N   only run one short case, for a profiler
 
-  fairlead-safety-bench robots/panda_mobile/gate.hardware.json --worst 60
+  fairlead-safety-bench robots/panda_mobile/gate.sim.json --worst 60
 )";
 constexpr double batch_ns = 200'000.0;  // long beside the clock's own cost, short beside a tick
 
