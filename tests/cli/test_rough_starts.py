@@ -165,6 +165,24 @@ def test_a_detached_up_returns_when_all_is_ready_and_runs_on_until_down(tmp_path
     assert ended.stdout == f"stopped {name}\n", ended.stderr
 
 
+def test_a_detached_up_does_not_wait_for_what_somebody_else_starts(tmp_path: Path) -> None:
+    state, name = tmp_path / "registry", f"without{os.getpid()}"
+    scratch = make_scratch(
+        COMPOSE / "panda_mobile_sim.yaml", tmp_path / name, ScratchOptions(name, hal=LIGHT_HAL)
+    )
+    words = ("up", str(scratch.file), "--state-dir", str(tmp_path / name), "--without", "safety")
+    try:
+        done = fairlead(*words, "--detach", state=state)
+        assert done.returncode == 0, done.stderr
+        assert "[up] not seen yet: safety; start with: fairlead service FILE safety" in done.stdout
+        assert f"stop it: fairlead down {name}\n" in done.stdout
+        (entry,) = json.loads(fairlead("ps", "--json", state=state).stdout)
+        assert [one["state"] for one in entry["services"].values()] == ["ready"] * 3
+    finally:
+        ended = fairlead("down", state=state)
+    assert ended.stdout == f"stopped {name}\n", ended.stderr
+
+
 def test_an_interrupted_detached_start_leaves_nothing(
     two_hosts: Path, start_up: Callable[..., Up]
 ) -> None:

@@ -114,6 +114,11 @@ class OtherHosts:
         self._missing: set[str] = set()
         self._since_s = time.monotonic()
 
+    @property
+    def said_missing(self) -> bool:
+        """Whether one is missing, and that was said."""
+        return bool(self._said)
+
     def are_there(self) -> bool:
         """Whether every one is alive now; call it a few times a second."""
         missing = self._others - self._robot.alive

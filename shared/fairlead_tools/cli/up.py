@@ -56,7 +56,7 @@ def up_command(
     ] = None,
     new_state: NewStateOption = False,
     detach: Annotated[
-        bool, typer.Option("--detach", help="return once all is ready; it runs on until `down`")
+        bool, typer.Option("--detach", help="return once all that it starts is ready; it runs on until `down`")
     ] = False,
     in_background: Annotated[
         bool, typer.Option(IN_BACKGROUND, hidden=True, help="what --detach starts")
@@ -178,8 +178,10 @@ async def _watch(
                 if gate_is_back.is_set():
                     gate_is_back.clear()
                     await _explain(robot, say)
-                if others.are_there() and await greeting.say_once_up() and detach:
+                is_up = others.are_there() and await greeting.say_once_up()
+                if detach and (is_up or others.said_missing):
                     say.detach()
+                    detach = False
                 await asyncio.sleep(WATCH_S)
         finally:
             if robot.gate in supervisor.processes:
