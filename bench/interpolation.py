@@ -20,12 +20,11 @@ import mujoco
 import numpy as np
 
 from fairlead.hal.backend import PartCommand
-from fairlead.hal.interpolation import Interpolation
 from fairlead.messages import FloatArray
 from fairlead.modes import ControlMode
+from fairlead.robot.interpolation import Interpolation
 from fairlead.robot.manifest import load_robot
 from fairlead_hal_mujoco.mujoco_backend import MujocoBackend
-from fairlead_hal_mujoco.options import MujocoOptions
 
 ARM = tuple(range(7))
 DRIVE_S = 0.002
@@ -50,7 +49,7 @@ def rows(start: FloatArray) -> FloatArray:
 
 def drive(interpolation: Interpolation) -> Driven:
     """Carry the rows out with a drive that is told a setpoint each 2 ms."""
-    backend = MujocoBackend(load_robot("panda"), "sim", MujocoOptions(interpolation=interpolation))
+    backend = MujocoBackend(load_robot("panda").model_copy(update={"interpolation": interpolation}))
     seen: list[tuple[FloatArray, FloatArray, FloatArray]] = []
 
     def look(_model: mujoco.MjModel, data: mujoco.MjData) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from scipy.interpolate import BSpline
@@ -21,9 +23,9 @@ def setpoints(request: pytest.FixtureRequest) -> FloatArray:
     return np.cumsum(steps, axis=0)
 
 
-def follow(setpoints: FloatArray) -> FloatArray:
+def follow(setpoints: FloatArray, most: float = np.inf) -> FloatArray:
     """``[PERIODS, PER_PERIOD, N_DOF]``, from standstill at the first setpoint."""
-    spline = SplineInterpolator()
+    spline = SplineInterpolator(np.full(N_DOF, most))
     spline.restart(setpoints[0])
     ways = [spline.advance(setpoint) for setpoint in setpoints]
     return np.array([[way(place) for place in PLACES] for way in ways])
@@ -42,10 +44,11 @@ def test_it_is_the_spline_that_scipy_makes_of_the_same_control_points(
     np.testing.assert_allclose(follow(setpoints), theirs(times), rtol=0, atol=1e-12)
 
 
+@pytest.mark.parametrize("most", [np.inf, 1.0, 0.3])
 def test_no_position_step_or_change_is_beyond_those_of_the_setpoints(
-    setpoints: FloatArray,
+    setpoints: FloatArray, most: float
 ) -> None:
-    control, way = with_start(setpoints), follow(setpoints)
+    control, way = with_start(setpoints), follow(setpoints, most)
     slack = 1e-9
     for period, positions in enumerate(way):
         near = control[period : period + 4]
@@ -53,7 +56,7 @@ def test_no_position_step_or_change_is_beyond_those_of_the_setpoints(
         assert (positions <= near.max(axis=0) + slack).all()
         steps = np.abs(np.diff(near, axis=0)).max(axis=0)
         assert (np.abs(np.diff(positions, axis=0)) * PER_PERIOD <= steps + slack).all()
-        changes = np.abs(np.diff(near, 2, axis=0)).max(axis=0)
+        changes = np.minimum(np.abs(np.diff(near, 2, axis=0)).max(axis=0), most)
         second = np.abs(np.diff(positions, 2, axis=0)) * PER_PERIOD**2
         assert (second <= changes + 1e-6).all()
         straight = near[1] + PLACES[:, None] * (near[2] - near[1])
@@ -61,7 +64,7 @@ def test_no_position_step_or_change_is_beyond_those_of_the_setpoints(
 
 
 def test_it_stands_at_the_setpoint_three_periods_after_that_does() -> None:
-    spline = SplineInterpolator()
+    spline = SplineInterpolator(np.array([0.15]))
     spline.restart(np.zeros(1))
     for setpoint in (0.2, 0.5, 0.9):
         spline.advance(np.array([setpoint]))
@@ -70,12 +73,21 @@ def test_it_stands_at_the_setpoint_three_periods_after_that_does() -> None:
     np.testing.assert_allclose(ends[2:], 1.0, rtol=0, atol=1e-15)
 
 
-@pytest.mark.parametrize("kind", [LinearInterpolator, SplineInterpolator])
-def test_a_steady_motion_is_as_late_as_declared(
-    kind: type[Interpolator],
-) -> None:
-    interpolator = kind()
+def test_velocity_leaps_by_what_is_not_smoothed_and_nothing_else(setpoints: FloatArray) -> None:
+    control, most, near_by = with_start(setpoints), 0.5, 1e-7
+    spline = SplineInterpolator(np.full(N_DOF, most))
+    spline.restart(setpoints[0])
+    ways = [spline.advance(setpoint) for setpoint in setpoints]
+    for period, (before, after) in enumerate(pairwise(ways)):
+        leap = (after(near_by) - after(0.0) - before(1.0) + before(1.0 - near_by)) / near_by
+        change = np.diff(control[period + 1 : period + 4], 2, axis=0)[0]
+        wanted = change - np.clip(change, -most, most)
+        np.testing.assert_allclose(leap, wanted, rtol=0, atol=1e-5)
+
+
+@pytest.mark.parametrize("interpolator", [LinearInterpolator(), SplineInterpolator(np.ones(1))])
+def test_a_steady_motion_is_as_late_as_declared(interpolator: Interpolator) -> None:
     interpolator.restart(np.zeros(1))
     for period in range(1, 6):
         way = interpolator.advance(np.array([0.1 * period]))
-    np.testing.assert_allclose(way(1.0)[0], 0.1 * (5 - kind.lag_periods), rtol=0, atol=1e-12)
+    np.testing.assert_allclose(way(1.0)[0], 0.1 * (5 - interpolator.lag_periods), rtol=0, atol=1e-12)

@@ -16,18 +16,21 @@ import pytest
 from bench.equipment.motion_log import MotionLog
 from fairlead.deploy.registry import Registry
 from fairlead.hal.backend import PartCommand
-from fairlead.hal.interpolation import Interpolation
 from fairlead.messages import FloatArray, SafeChunk, decode, floats
 from fairlead.modes import ControlMode
 from fairlead.operate.goal_run import GoalOptions, run_goal
+from fairlead.paths import rskill_dir
+from fairlead.robot.interpolation import Interpolation
 from fairlead.robot.manifest import load_robot
 from fairlead.wire.bus import Sample
 from fairlead_hal_mujoco.mujoco_backend import MujocoBackend
-from fairlead_hal_mujoco.options import MujocoOptions
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch, scratch_robot
-from tests.hal_mujoco.joint_reach import RUNNER, SKILL, SOURCE
+from tests.cli.command import fairlead_here
+from tests.hal_mujoco.joint_reach import SKILL, SOURCE
+from tests.shape.own_robot import NAME, own_robot
 
 ARM = tuple(range(7))
+REACH = "mine-joint-reach"
 STEPS = 25  # physics steps of 2 ms in a period: a drive of 500 Hz
 
 
@@ -44,7 +47,8 @@ def told_servos() -> Iterator[list[FloatArray]]:
 
 def drive(interpolation: Interpolation, rows: FloatArray) -> FloatArray:
     """What the servos were told, ``[row, step, joint]``, while these rows acted."""
-    backend = MujocoBackend(load_robot("panda"), "sim", MujocoOptions(interpolation=interpolation))
+    robot = load_robot("panda").model_copy(update={"interpolation": interpolation})
+    backend = MujocoBackend(robot)
     with told_servos() as told:
         for row in rows:
             command = PartCommand(ControlMode.JOINT_POSITION, "", np.append(row, 0.0), ARM)
@@ -53,7 +57,7 @@ def drive(interpolation: Interpolation, rows: FloatArray) -> FloatArray:
 
 
 def walk(start: FloatArray) -> FloatArray:
-    """Rows to and fro at the largest step that the gate admits."""
+    """Rows to and fro at the largest step that the gate admits, with changes that are smoothed."""
     rng = np.random.default_rng(1)
     steps = 0.055 * np.sin(np.linspace(0.0, 9.0, 40))[:, None] * rng.uniform(-1.0, 1.0, len(ARM))
     return np.vstack([start, start + np.cumsum(steps, axis=0)])
@@ -75,19 +79,37 @@ def test_a_drive_of_500_hz_is_told_the_gates_straight_way_or_the_spline_beside_i
     assert jumps[1].max() < jumps[0].max() / 10.0, "the velocity of linear setpoints leaps"
 
 
+def mine(folder: Path, monkeypatch: pytest.MonkeyPatch, interpolation: str) -> Path:
+    """A panda of one's own with that interpolation, its skill; returns a deployment of it."""
+    robots, skills = folder / "robots", folder / "rskills"
+    told = ("base_frame:", f"interpolation: {interpolation}\nbase_frame:")
+    own_robot(robots, monkeypatch, yaml=told)
+    assert fairlead_here("robot", "compile", NAME, state=folder).returncode == 0
+    monkeypatch.setenv("FAIRLEAD_SKILLS", str(skills))
+    (skills / REACH).mkdir(parents=True)
+    text = (rskill_dir(SKILL) / "rskill.yaml").read_text()
+    text = text.replace(f"id: {SKILL}", f"id: {REACH}").replace("[panda]", f"[{NAME}]", 1)
+    (skills / REACH / "rskill.yaml").write_text(text)
+    source = folder / "mine.yaml"
+    source.write_text(SOURCE.read_text().replace("robot: panda ", f"robot: {NAME} "))
+    return source
+
+
 @pytest.mark.processes
 @pytest.mark.parametrize(
     ("interpolation", "shares"),
     [("linear", (0.0, 0.0, 1.0)), ("cubic_b_spline", (1 / 6, 4 / 6, 1 / 6))],
 )
 def test_released_rows_and_nothing_else_become_setpoints(
-    tmp_path: Path, interpolation: str, shares: tuple[float, ...]
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    interpolation: str,
+    shares: tuple[float, ...],
 ) -> None:
     """``shares``: of the newest three rows, in what the servos are told at a period's end."""
-    hal: dict[str, Any] = {"interpolation": interpolation, "trace": True}
-    runner: dict[str, Any] = {**RUNNER}
-    options = {"runner": runner, "hal": hal}
-    scratch = make_scratch(SOURCE, tmp_path / "state", ScratchOptions(options=options))
+    source = mine(tmp_path, monkeypatch, interpolation)
+    options: dict[str, dict[str, Any]] = {"runner": {"skills": [REACH]}, "hal": {"trace": True}}
+    scratch = make_scratch(source, tmp_path / "state", ScratchOptions(options=options))
     released: dict[int, FloatArray] = {}
 
     def on_safe(sample: Sample) -> None:
@@ -98,7 +120,7 @@ def test_released_rows_and_nothing_else_become_setpoints(
     with scratch_robot(scratch, Registry(tmp_path / "registry")) as robot:
         robot.client.bus.subscribe(robot.client.keys.every_safe, on_safe)
         robot.client.arm()
-        result = run_goal(robot.client, GoalOptions(SKILL)).result
+        result = run_goal(robot.client, GoalOptions(REACH)).result
     assert result is not None and result.outcome == "succeeded", result
 
     lines = {line.tick: line.rows[0] for line in MotionLog(tmp_path / "state/hal").read()}

@@ -17,7 +17,7 @@ from fairlead.hal.backend import (
     TaskReading,
 )
 from fairlead.hal.described_part import describe_part
-from fairlead.hal.interpolation import INTERPOLATORS
+from fairlead.hal.interpolation import interpolator_of
 from fairlead.hal.model_joints import find_sources
 from fairlead.hal.model_kinematics import FrameKinematics
 from fairlead.hal.mujoco_frames import MujocoFrames, base_body, touching
@@ -59,7 +59,7 @@ class MujocoBackend:
         commanded = self._sources[: robot.n_dof]
         kinematics = FrameKinematics(self._model, self._data, robot, commanded, "hal_mujoco")
         self._setpoints = Setpoints(robot, ToolMotion(robot, profile, kinematics), who="hal_mujoco")
-        self._interpolator = INTERPOLATORS[options.interpolation]()
+        self._interpolator = interpolator_of(robot, profile)
         self._base = base_body(self._model, robot, "hal_mujoco")
         self._parts = tuple(describe_part(robot, part, profile) for part in robot.parts)
         self._goal: GoalPose | None = None
@@ -78,6 +78,7 @@ class MujocoBackend:
             simulator_order=(),
             cameras=(),
             has_task=self._goal is not None,
+            interpolation=self._robot.interpolation,
         )
 
     def frames(self) -> MujocoFrames:

@@ -6,8 +6,6 @@ from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from fairlead.hal.interpolation import Interpolation
-
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 
 
@@ -18,7 +16,6 @@ class MujocoOptions(BaseModel):
     seed: of the first episode.
     start_spread_rad: an episode starts this far around key ``home`` at most (turning joints).
     goal_tolerance_rad, goal_tolerance_m: how near to key ``goal`` is there.
-    interpolation: of the setpoints, at each physics step: what a drive of that rate would be told.
     trace: also record every step's setpoints and the simulator's state (``trace.jsonl``).
     """
 
@@ -29,5 +26,4 @@ class MujocoOptions(BaseModel):
     start_spread_rad: float = Field(default=0.05, ge=0, allow_inf_nan=False)
     goal_tolerance_rad: Positive = 0.02
     goal_tolerance_m: Positive = 0.002
-    interpolation: Interpolation = "linear"
     trace: bool = False

@@ -18,6 +18,7 @@ import numpy.typing as npt
 
 from fairlead.messages import FloatArray, HalCamera, HalPart, Image
 from fairlead.modes import ControlMode
+from fairlead.robot.interpolation import Interpolation
 
 
 @dataclass(frozen=True)
@@ -66,7 +67,10 @@ class PartCommand:
 
 @dataclass(frozen=True)
 class BackendDescription:
-    """What the backend found when it looked at its robot (introspected, not assumed)."""
+    """What the backend found when it looked at its robot (introspected, not assumed).
+
+    interpolation: how it goes from row to row; the gate's file is made for robot.yaml's.
+    """
 
     joints: tuple[str, ...]
     passive_joints: tuple[str, ...]
@@ -74,6 +78,7 @@ class BackendDescription:
     simulator_order: tuple[str, ...]
     cameras: tuple[HalCamera, ...]
     has_task: bool
+    interpolation: Interpolation = "linear"
 
 
 class Backend(Protocol):

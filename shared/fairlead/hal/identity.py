@@ -21,6 +21,7 @@ from fairlead.hal.command_check import CommandCheck
 from fairlead.hal.core import Pacing
 from fairlead.keys import Keys, last_chunk
 from fairlead.messages import FloatArray
+from fairlead.robot.interpolation import Interpolation
 from fairlead.robot.manifest import RobotManifest
 from fairlead.wire.bus import Bus
 
@@ -31,6 +32,7 @@ class HalIdentity:
 
     standstill_velocity: rad/s or m/s per measured joint (commanded, then passive).
     commands: checks what a part is told.
+    interpolation: between rows.
     """
 
     robot: str
@@ -41,6 +43,7 @@ class HalIdentity:
     parts: tuple[str, ...]
     standstill_velocity: FloatArray
     commands: CommandCheck
+    interpolation: Interpolation = "linear"
 
     def is_still(self, now: Measurement, before: Measurement | None) -> bool:
         """Whether every joint is slower than its standstill velocity, by velocity and position.
@@ -69,6 +72,9 @@ class HalIdentity:
                 raise ConfigError(
                     expected(f"hal of {self.robot}", f"{what} {list(declared)}", list(got))
                 )
+        if self.interpolation != found.interpolation:
+            who, wanted = f"hal of {self.robot}: interpolation", f"robot.yaml's, {self.interpolation}"
+            raise ConfigError(expected(who, wanted, found.interpolation))
 
 
 def identity_of(manifest: RobotManifest, profile: str, robot: str) -> HalIdentity:
@@ -93,6 +99,7 @@ def identity_of(manifest: RobotManifest, profile: str, robot: str) -> HalIdentit
             [measured[name].standstill_per_s for name in manifest.measured_joint_names]
         ),
         commands=CommandCheck(manifest, profile),
+        interpolation=manifest.interpolation,
     )
 
 

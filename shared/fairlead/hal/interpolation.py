@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Literal, Protocol
+from typing import Protocol
 
 import numpy as np
 
 from fairlead.messages import FloatArray
-
-Interpolation = Literal["linear", "cubic_b_spline"]
-"""How setpoints of whole periods become those of a faster drive."""
+from fairlead.robot.interpolation import LATE_PERIODS, smoothed_changes
+from fairlead.robot.manifest import RobotManifest
 
 Way = Callable[[float], FloatArray]
 """Setpoints within one period [rad or m], from place 0 (its start) to 1 (its end)."""
@@ -38,7 +37,7 @@ class LinearInterpolator:
     Velocity jumps at each setpoint.
     """
 
-    lag_periods = 0.0
+    lag_periods = LATE_PERIODS["linear"]
 
     def restart(self, positions: FloatArray) -> None:
         """As `Interpolator.restart`."""
@@ -52,21 +51,28 @@ class LinearInterpolator:
 
 
 class SplineInterpolator:
-    """The uniform cubic B-spline that has the setpoints as its control points.
+    """The uniform cubic B-spline that has the setpoints as its control points, near enough.
 
-    Position, velocity and acceleration are continuous. Of the newest setpoints (C. de Boor, A
-    Practical Guide to Splines, chapters IX to XI):
+    Position is continuous; velocity and acceleration are, where no change of step is more than
+    ``most``. Of the newest setpoints (C. de Boor, A Practical Guide to Splines, chapters IX to XI):
 
     - a position lies in the convex hull of four: no joint is beyond all of them;
     - a velocity in that of their three steps per period: no joint is faster than the fastest;
-    - an acceleration in that of their two changes of step per period squared;
-    - in each period the way is within a sixth of the larger change of step of the straight line
-      between the middle two, joint by joint.
+    - an acceleration in that of their two changes of step per period squared, each up to ``most``;
+    - in each period the way is within a sixth of the larger change, up to ``most``, of the straight
+      line between the middle two, joint by joint.
 
     When setpoints stand still, so does the way three periods later, at the setpoint.
+
+    Args:
+        most: by joint, the largest change of step that is smoothed [rad or m]; of a larger one the
+            rest is a leap of velocity at the setpoint.
     """
 
-    lag_periods = 1.0
+    lag_periods = LATE_PERIODS["cubic_b_spline"]
+
+    def __init__(self, most: FloatArray) -> None:
+        self._most = most
 
     def restart(self, positions: FloatArray) -> None:
         """As `Interpolator.restart`."""
@@ -74,27 +80,19 @@ class SplineInterpolator:
 
     def advance(self, setpoint: FloatArray) -> Way:
         """As `Interpolator.advance`."""
-        control = self._setpoints = np.vstack([self._setpoints[1:], setpoint])
-        return lambda place: _shares(place) @ control
-
-
-def _shares(place: float) -> FloatArray:
-    """Of the four control points at a place in their span; they are positive and add up to 1."""
-    rest = 1.0 - place
-    return (
-        np.array(
-            [
-                rest**3,
-                3.0 * place**3 - 6.0 * place**2 + 4.0,
-                3.0 * rest**3 - 6.0 * rest**2 + 4.0,
-                place**3,
-            ]
+        first, start, end, last = np.vstack([self._setpoints[1:], setpoint])
+        self._setpoints = np.array([first, start, end, last])
+        way = end - start
+        before = np.clip(first - start + way, -self._most, self._most) / 6.0
+        after = np.clip(last - end - way, -self._most, self._most) / 6.0
+        return lambda place: (
+            start + way * place + before * (1.0 - place) ** 3 + after * place**3
         )
-        / 6.0
-    )
 
 
-INTERPOLATORS: dict[Interpolation, type[Interpolator]] = {
-    "linear": LinearInterpolator,
-    "cubic_b_spline": SplineInterpolator,
-}
+def interpolator_of(robot: RobotManifest, profile: str) -> Interpolator:
+    """What makes the way that the robot's gate file is made for."""
+    if robot.interpolation == "linear":
+        return LinearInterpolator()
+    changes = smoothed_changes(robot, profile)
+    return SplineInterpolator(np.array([changes[name] for name in robot.joint_names]))

@@ -17,6 +17,7 @@ from fairlead.errors import ConfigError, expected
 from fairlead.paths import robot_dir
 from fairlead.robot.capsules import CapsuleFile, load_capsules
 from fairlead.robot.description import DescriptionTree, Link, description_tree
+from fairlead.robot.executed_way import limits_for_the_gate
 from fairlead.robot.gate_capacity import check_capacity
 from fairlead.robot.gate_geometry import (
     Json,
@@ -53,9 +54,9 @@ def compile_gate_config(robot: RobotManifest, profile: str) -> str:
             if a source or a name is longer than the
             gate keeps, or a list longer than it has room for.
     """
-    safety = robot.profile(profile)
     tree = description_tree(robot)
     capsules = load_capsules(robot)
+    safety = limits_for_the_gate(robot, profile, tree, capsules)
     _check_frames(robot, safety, tree, capsules)
     config: dict[str, Json] = {
         "format": FORMAT,

@@ -9,6 +9,7 @@ from fairlead.robot.capsule_distance import capsule_spans, pair_distances
 from fairlead.robot.capsules import CapsuleFile
 from fairlead.robot.description import DescriptionTree
 from fairlead.robot.link_poses import link_poses
+from fairlead.robot.executed_way import limits_for_the_gate
 from fairlead.robot.manifest import RobotManifest
 
 
@@ -22,7 +23,8 @@ def check_home(
     """
     if robot.home is None:
         return
-    positions, clearance_m = robot.home.positions, robot.profile(profile).self_collision.clearance_m
+    safety = limits_for_the_gate(robot, profile, tree, shape)
+    positions, clearance_m = robot.home.positions, safety.self_collision.clearance_m
     at = {one.joint: np.array([positions.get(one.joint, 0.0)]) for one in tree.links if one.joint}
     spans, capsules = capsule_spans(shape.capsules, link_poses(tree, at)), shape.capsules
     near = [(float(pair_distances(capsules, spans, *p)[0]), *p) for p in shape.checked_pairs]

@@ -14,6 +14,7 @@ from fairlead.errors import ConfigError, expected
 from fairlead.keys import check_name
 from fairlead.paths import robot_dir
 from fairlead.robot.home_pose import HomePose
+from fairlead.robot.interpolation import Interpolation
 from fairlead.robot.joint import Joint
 from fairlead.robot.open_numbers import CONFIRMED_ONLY, open_problems
 from fairlead.robot.part import EndEffector, Part, SimulatorNames
@@ -32,6 +33,9 @@ class RobotManifest(BaseModel):
     capsules: str = Field(description="file of the robot's shape, in its folder")
     control_period_ms: float = Field(ge=1, le=1000)
     base_frame: str
+    interpolation: Interpolation = Field(
+        default="linear", description="how drives that are faster than the rows are told to go"
+    )
     joints: tuple[Joint, ...] = Field(min_length=1)
     passive_joints: tuple[Joint, ...] = ()
     base_joints: tuple[str, ...] = ()
@@ -151,6 +155,8 @@ class RobotManifest(BaseModel):
                 "passive_joints": {"__all__": {"source"}},
             },
         )
+        if self.interpolation == "linear":  # as it was before there was another
+            del identity["interpolation"]
         identity["description"] = hashlib.sha256(self._description_bytes()).hexdigest()
         text = json.dumps(identity, separators=(",", ":"), sort_keys=True, ensure_ascii=True)
         return hashlib.sha256(text.encode()).digest()

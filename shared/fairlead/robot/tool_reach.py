@@ -44,7 +44,7 @@ class Reach:
 
     def of(self, frame: str) -> float:
         """Farthest that a frame can be from the root's origin [m]."""
-        return sum(self._span(link) for link in self.chain(frame))
+        return sum(self.span(link) for link in self.chain(frame))
 
     @property
     def farthest_m(self) -> float:
@@ -54,7 +54,7 @@ class Reach:
     @property
     def longest_link_m(self) -> float:
         """Farthest that a link can be from the one it hangs on [m]."""
-        return max((self._span(link) for link in self.tree.links), default=0.0)
+        return max((self.span(link) for link in self.tree.links), default=0.0)
 
     def tool_speed(
         self, frame: str, joints: Sequence[str], speeds: Mapping[str, float]
@@ -77,7 +77,7 @@ class Reach:
                     linear.append(np.cross(moves, tool - poses[link.name].translation))
         return ToolSpeed(_median_of_fastest(linear), _median_of_fastest(angular))
 
-    def _span(self, link: Link) -> float:
+    def span(self, link: Link) -> float:
         """Farthest that a link's origin can be from its parent's [m]."""
         span = math.hypot(*link.translation)
         if link.kind == "prismatic":
