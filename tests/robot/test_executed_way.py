@@ -69,7 +69,9 @@ def test_no_joint_beside_its_way_moves_a_shape_further_than_the_gate_keeps_clear
         one.name: rng.uniform(one.lower, one.upper, count)
         for one in (*PANDA.joints, *PANDA.passive_joints)
     }
-    off = {name: q + rng.choice([-1, 1], count) * changes.get(name, 0.0) / 6 for name, q in at.items()}
+    off = {
+        name: q + rng.choice([-1, 1], count) * changes.get(name, 0.0) / 6 for name, q in at.items()
+    }
     ends = [np.array(capsule_spans(SHAPE.capsules, link_poses(TREE, q))) for q in (at, off)]
     moved = float(np.linalg.norm(ends[1] - ends[0], axis=-1).max())
     assert 0.3 * moved < moved < found.workspace.margin_m - DECLARED.workspace.margin_m
@@ -82,12 +84,16 @@ def test_another_way_between_rows_is_another_robot() -> None:
 def test_a_mobile_base_has_none() -> None:
     with pytest.raises(ConfigError) as error:
         compile_gate_config(smooth(load_robot("panda_mobile")), "sim")
-    wanted = "robot panda_mobile: interpolation of a mobile base: expected linear, got cubic_b_spline"
+    wanted = (
+        "robot panda_mobile: interpolation of a mobile base: expected linear, got cubic_b_spline"
+    )
     assert str(error.value) == wanted
 
 
 @contextmanager
-def gate_with_post(robot: RobotManifest, where: FloatArray, folder: Path) -> Iterator[CoreGate | None]:
+def gate_with_post(
+    robot: RobotManifest, where: FloatArray, folder: Path
+) -> Iterator[CoreGate | None]:
     """The real gate, of a robot that has to keep clear of a small thing; None: home is there."""
     post = Volume(
         name="post",

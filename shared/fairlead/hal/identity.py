@@ -73,7 +73,10 @@ class HalIdentity:
                     expected(f"hal of {self.robot}", f"{what} {list(declared)}", list(got))
                 )
         if self.interpolation != found.interpolation:
-            who, wanted = f"hal of {self.robot}: interpolation", f"robot.yaml's, {self.interpolation}"
+            who, wanted = (
+                f"hal of {self.robot}: interpolation",
+                f"robot.yaml's, {self.interpolation}",
+            )
             raise ConfigError(expected(who, wanted, found.interpolation))
 
 

@@ -85,9 +85,7 @@ class SplineInterpolator:
         way = end - start
         before = np.clip(first - start + way, -self._most, self._most) / 6.0
         after = np.clip(last - end - way, -self._most, self._most) / 6.0
-        return lambda place: (
-            start + way * place + before * (1.0 - place) ** 3 + after * place**3
-        )
+        return lambda place: start + way * place + before * (1.0 - place) ** 3 + after * place**3
 
 
 def interpolator_of(robot: RobotManifest, profile: str) -> Interpolator:

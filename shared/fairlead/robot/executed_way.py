@@ -88,7 +88,9 @@ def _tracked(mode: Block, late: float) -> Block:
             continue
         now, change = getattr(mode, name), getattr(mode, step)
         if isinstance(now, tuple):
-            more[name] = tuple(_up(a + (late + 1 / 6) * b) for a, b in zip(now, change, strict=True))
+            more[name] = tuple(
+                _up(a + (late + 1 / 6) * b) for a, b in zip(now, change, strict=True)
+            )
         else:
             more[name] = _up(now + (late + 1 / 6) * change)
     return mode.model_copy(update=more)

@@ -8,8 +8,8 @@ from fairlead.errors import ConfigError, expected
 from fairlead.robot.capsule_distance import capsule_spans, pair_distances
 from fairlead.robot.capsules import CapsuleFile
 from fairlead.robot.description import DescriptionTree
-from fairlead.robot.link_poses import link_poses
 from fairlead.robot.executed_way import limits_for_the_gate
+from fairlead.robot.link_poses import link_poses
 from fairlead.robot.manifest import RobotManifest
 
 

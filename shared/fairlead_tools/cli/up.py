@@ -56,7 +56,10 @@ def up_command(
     ] = None,
     new_state: NewStateOption = False,
     detach: Annotated[
-        bool, typer.Option("--detach", help="return once all that it starts is ready; it runs on until `down`")
+        bool,
+        typer.Option(
+            "--detach", help="return once all that it starts is ready; it runs on until `down`"
+        ),
     ] = False,
     in_background: Annotated[
         bool, typer.Option(IN_BACKGROUND, hidden=True, help="what --detach starts")
