@@ -90,6 +90,5 @@ def test_a_steady_motion_is_as_late_as_declared(interpolator: Interpolator) -> N
     interpolator.restart(np.zeros(1))
     for period in range(1, 6):
         way = interpolator.advance(np.array([0.1 * period]))
-    np.testing.assert_allclose(
-        way(1.0)[0], 0.1 * (5 - interpolator.lag_periods), rtol=0, atol=1e-12
-    )
+    wanted = 0.1 * (5 - interpolator.lag_periods)
+    np.testing.assert_allclose(way(1.0)[0], wanted, rtol=0, atol=1e-12)

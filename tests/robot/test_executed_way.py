@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ import pytest
 from bench.equipment.case import Case, Chunk, PartRows, still
 from bench.equipment.core_gate import CoreGate
 from fairlead.errors import ConfigError
+from fairlead.hal.identity import identity_of
 from fairlead.hal.interpolation import interpolator_of
 from fairlead.messages import FloatArray
 from fairlead.modes import ControlMode
@@ -20,11 +22,11 @@ from fairlead.robot.capsules import load_capsules
 from fairlead.robot.description import description_tree
 from fairlead.robot.executed_way import limits_for_the_gate
 from fairlead.robot.gate_file import compile_gate_config
-from fairlead.robot.interpolation import Interpolation, smoothed_changes
+from fairlead.robot.interpolation import smoothed_changes
 from fairlead.robot.link_poses import link_poses
 from fairlead.robot.manifest import RobotManifest, load_robot
 from fairlead.robot.safety_profile import SafetyProfile
-from fairlead.robot.surroundings import Volume
+from fairlead_hal_mujoco.mujoco_backend import MujocoBackend
 
 PANDA = load_robot("panda")
 TREE, SHAPE = description_tree(PANDA), load_capsules(PANDA)
@@ -33,7 +35,6 @@ ARM, STEP = tuple(range(7)), 0.055
 PER_PERIOD = 25  # a drive of 500 Hz
 SWEEP_M = 0.005
 """Between two configurations that the gate looks at, a distance may be so far below its limit."""
-POST_M = 0.004
 
 
 def smooth(robot: RobotManifest) -> RobotManifest:
@@ -84,26 +85,27 @@ def test_another_way_between_rows_is_another_robot() -> None:
 def test_a_mobile_base_has_none() -> None:
     with pytest.raises(ConfigError) as error:
         compile_gate_config(smooth(load_robot("panda_mobile")), "sim")
-    wanted = (
+    assert str(error.value) == (
         "robot panda_mobile: interpolation of a mobile base: expected linear, got cubic_b_spline"
     )
-    assert str(error.value) == wanted
+
+
+def test_a_hal_with_another_way_between_rows_is_refused() -> None:
+    backend = MujocoBackend(PANDA)
+    identity_of(PANDA, "sim", "arm").check(backend.describe())
+    with pytest.raises(ConfigError) as error:
+        identity_of(smooth(PANDA), "sim", "arm").check(backend.describe())
+    assert str(error.value) == (
+        "hal of arm: expected interpolation cubic_b_spline as in robot.yaml, got linear"
+    )
 
 
 @contextmanager
-def gate_with_post(
-    robot: RobotManifest, where: FloatArray, folder: Path
-) -> Iterator[CoreGate | None]:
-    """The real gate, of a robot that has to keep clear of a small thing; None: home is there."""
-    post = Volume(
-        name="post",
-        kind="keep_out",
-        lower_m=tuple(where - POST_M),
-        upper_m=tuple(where + POST_M),
-    )
-    workspace = DECLARED.workspace.model_copy(
-        update={"volumes": (*DECLARED.workspace.volumes, post)}
-    )
+def gate_with_wall(robot: RobotManifest, wall_m: float, folder: Path) -> Iterator[CoreGate]:
+    """The real gate of a robot whose tool has to stay below a height."""
+    box = DECLARED.workspace.volumes[0]
+    box = box.model_copy(update={"upper_m": (*box.upper_m[:2], wall_m)})
+    workspace = DECLARED.workspace.model_copy(update={"volumes": (box,)})
     safety = {"sim": DECLARED.model_copy(update={"workspace": workspace})}
     path = folder / "gate.json"
     path.write_text(compile_gate_config(robot.model_copy(update={"safety": safety}), "sim"))
@@ -116,17 +118,16 @@ def gate_with_post(
 
 def released(gate: CoreGate, start: FloatArray, rows: FloatArray) -> int:
     """How many of these rows of joint targets the gate lets through."""
-    positions = np.concatenate([start, [0.04, 0.02, -0.02]])
     values = np.hstack([rows, np.zeros((len(rows), 1))])
     part = PartRows(0, ControlMode.JOINT_POSITION, values, active=ARM)
-    chunk = Chunk(10, len(rows), (part,))
-    (answer,) = gate.answers(Case("panda", "lockstep", still(10, positions), chunk))
+    measured = still(10, np.concatenate([start, [0.04, 0.02, -0.02]]))
+    (answer,) = gate.answers(Case("panda", "lockstep", measured, Chunk(10, len(rows), (part,))))
     return 0 if answer.safe is None else answer.safe.horizon
 
 
-def executed(robot: RobotManifest, start: FloatArray, rows: FloatArray) -> FloatArray:
+def executed(start: FloatArray, rows: FloatArray) -> FloatArray:
     """What a drive is told until it stands, ``[n, 7]``, by the HAL's own code."""
-    interpolator = interpolator_of(robot, "sim")
+    interpolator = interpolator_of(smooth(PANDA), "sim")
     interpolator.restart(np.append(start, 0.04))
     told = []
     for row in [*rows, *[rows[-1]] * 3]:
@@ -135,70 +136,49 @@ def executed(robot: RobotManifest, start: FloatArray, rows: FloatArray) -> Float
     return np.array(told)
 
 
-def distance(way: FloatArray, where: FloatArray) -> float:
-    """The arm's smallest from the post [m]: of many points of each capsule, and of the tool."""
-    count = len(way)
-    fixed = {"panda_gripper": 0.04, "panda_finger_joint1": 0.02, "panda_finger_joint2": -0.02}
-    at = {name: np.full(count, value) for name, value in fixed.items()}
+def straight(start: FloatArray, rows: FloatArray) -> FloatArray:
+    """The gate's way a period later, and standing at its end, as long as the executed one."""
+    places = np.arange(1, PER_PERIOD + 1)[:, None] / PER_PERIOD
+    ways = pairwise([start, start, *rows, rows[-1], rows[-1]])
+    return np.concatenate([before + places * (row - before) for before, row in ways])
+
+
+def heights(way: FloatArray) -> FloatArray:
+    """Of the tool [m]."""
+    at = {name: np.zeros(len(way)) for name in ("panda_gripper", *PANDA.passive_joint_names)}
     at |= {name: way[:, i] for i, name in enumerate(PANDA.joint_names[:7])}
-    poses = link_poses(TREE, at)
-    found = []
-    for (a, b), capsule in zip(capsule_spans(SHAPE.capsules, poses), SHAPE.capsules, strict=True):
-        if capsule.link == TREE.root:
-            continue
-        points = a[:, None] + np.linspace(0.0, 1.0, 60)[:, None] * (b - a)[:, None]
-        off = np.maximum(np.abs(points - where) - POST_M, 0.0)
-        found.append(float(np.linalg.norm(off, axis=-1).min()) - capsule.radius_m)
-    return min(found)
+    return link_poses(TREE, at)[PANDA.end_effectors[0].tool_frame].translation[:, 2]
 
 
-def bent_rows(rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:
-    """A way with one corner: there and away at nearly the largest step."""
-    start = np.array([0.0, 0.2, 0.0, -1.8, 0.0, 2.0, 0.8]) + rng.uniform(-0.3, 0.3, 7)
-    one, other = 0.95 * STEP * rng.choice([-1.0, 1.0], (2, 7))
-    return start, start + np.cumsum([one] * 3 + [other] * 3, axis=0)
-
-
-def nearest_post(
-    robot: RobotManifest, start: FloatArray, rows: FloatArray, side: FloatArray, folder: Path
-) -> FloatArray:
-    """Where, on a line away from the corner, a thing is that the gate still lets rows pass by."""
-    near, far = 0.0, 0.5
-    tool = link_poses(TREE, _at(rows[2]))["panda_hand"].translation[0]
-    for _ in range(9):
-        middle = 0.5 * (near + far)
-        with gate_with_post(robot, tool + middle * side, folder) as gate:
-            assert gate is not None
-            passes = released(gate, start, rows) == len(rows)
-        near, far = (near, middle) if passes else (middle, far)
-    return np.asarray(tool + far * side)
-
-
-def _at(q: FloatArray) -> dict[str, FloatArray]:
-    values = {name: np.array([q[i]]) for i, name in enumerate(PANDA.joint_names[:7])}
-    return values | {name: np.zeros(1) for name in ("panda_gripper", *PANDA.passive_joint_names)}
-
-
-@pytest.mark.parametrize("interpolation", ["cubic_b_spline", "linear"])
-def test_what_is_executed_keeps_clear_by_what_is_declared(
-    interpolation: Interpolation, tmp_path: Path
+@pytest.mark.processes
+def test_the_executed_way_of_accepted_rows_is_within_what_the_gate_certified(
+    tmp_path: Path,
 ) -> None:
-    """Things as near the inside of a corner as the gate lets rows pass, at random.
+    """Random rows with corners under a ceiling at random heights, judged by the real gate.
 
-    A gate whose file is made for the straight way lets them pass nearer: the smooth way comes
-    nearer to some than is declared. So the test can tell.
+    What it releases is beside its own straight way by no more than its file has room for, and stays
+    below the ceiling by the margin of robot.yaml. A gate whose file is made for the straight way
+    lets rows pass for which there is no such room.
     """
-    rng = np.random.default_rng(3)
-    judged = PANDA.model_copy(update={"interpolation": interpolation})
-    nearest = np.inf
-    for _ in range(8):
-        start, rows = bent_rows(rng)
-        before, corner, after = (
-            link_poses(TREE, _at(q))["panda_hand"].translation[0] for q in rows[[1, 2, 3]]
-        )
-        side = before - 2.0 * corner + after
-        side = side / np.linalg.norm(side)
-        post = nearest_post(judged, start, rows, side, tmp_path)
-        nearest = min(nearest, distance(executed(smooth(PANDA), start, rows), post))
-    kept = nearest - DECLARED.workspace.margin_m
-    assert kept >= -SWEEP_M if interpolation == "cubic_b_spline" else kept < 0.0, kept
+    rng, margin = np.random.default_rng(3), DECLARED.workspace.margin_m
+    most = np.array(list(smoothed_changes(PANDA, "sim").values())[:7]) / 6.0
+    without_room, left = 0, []
+    for _ in range(30):
+        start = np.array([0.0, 0.2, 0.0, -1.8, 0.0, 2.0, 0.8]) + rng.uniform(-0.3, 0.3, 7)
+        steps = STEP * rng.choice([-1.0, 0.0, 1.0], (3, 7)).repeat(2, axis=0)
+        rows = start + np.cumsum(steps, axis=0)
+        ceiling = float(heights(straight(start, rows)).max() + rng.uniform(0.0, 0.04))
+        count = {}
+        for robot in (PANDA, smooth(PANDA)):
+            with gate_with_wall(robot, ceiling, tmp_path) as gate:
+                count[robot.interpolation] = released(gate, start, rows)
+        assert count["cubic_b_spline"] <= count["linear"]
+        without_room += count["cubic_b_spline"] < count["linear"]
+        if count["cubic_b_spline"]:
+            rows = rows[: count["cubic_b_spline"]]
+            way = executed(start, rows)
+            assert (np.abs(way - straight(start, rows)) <= most + 1e-12).all()
+            left.append(ceiling - heights(way).max())
+    assert without_room > 3
+    assert len(left) > 3
+    assert min(left) >= margin - SWEEP_M

@@ -73,11 +73,8 @@ class HalIdentity:
                     expected(f"hal of {self.robot}", f"{what} {list(declared)}", list(got))
                 )
         if self.interpolation != found.interpolation:
-            who, wanted = (
-                f"hal of {self.robot}: interpolation",
-                f"robot.yaml's, {self.interpolation}",
-            )
-            raise ConfigError(expected(who, wanted, found.interpolation))
+            wanted = f"interpolation {self.interpolation} as in robot.yaml"
+            raise ConfigError(expected(f"hal of {self.robot}", wanted, found.interpolation))
 
 
 def identity_of(manifest: RobotManifest, profile: str, robot: str) -> HalIdentity:

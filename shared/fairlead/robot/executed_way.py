@@ -81,18 +81,16 @@ def _tracked(mode: Block, late: float) -> Block:
 
     And by a sixth of that: where only one of two changes is smoothed.
     """
-    more = {}
+    more, rows = dict[str, float | tuple[float, ...]](), late + 1 / 6
     for name in type(mode).model_fields:
         step = name.replace("tracking_limits", "step_limits").replace("tracking_", "step_limit_")
         if step == name:
             continue
         now, change = getattr(mode, name), getattr(mode, step)
         if isinstance(now, tuple):
-            more[name] = tuple(
-                _up(a + (late + 1 / 6) * b) for a, b in zip(now, change, strict=True)
-            )
+            more[name] = tuple(_up(a + rows * b) for a, b in zip(now, change, strict=True))
         else:
-            more[name] = _up(now + (late + 1 / 6) * change)
+            more[name] = _up(now + rows * change)
     return mode.model_copy(update=more)
 
 

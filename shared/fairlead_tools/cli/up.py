@@ -58,7 +58,7 @@ def up_command(
     detach: Annotated[
         bool,
         typer.Option(
-            "--detach", help="return once all that it starts is ready; it runs on until `down`"
+            "--detach", help="return once what it starts is ready; it runs on until `down`"
         ),
     ] = False,
     in_background: Annotated[
