@@ -10,7 +10,7 @@ from fairlead.messages import ActionChunk, Hold, JointState, Outcome, Verdict
 from fairlead.modes import ControlMode
 from fairlead_tools.record.run_log import Header, Run
 from fairlead_tools.record.smoothness import smoothness
-from tests.record.test_part_series import (
+from tests.record.runs import (
     BASE,
     GRIPPER,
     NO_ROW,

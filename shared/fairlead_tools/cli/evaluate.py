@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import math
-import re
 import statistics
 import time
-from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -17,74 +15,39 @@ import typer
 
 from fairlead.deploy.deployment import load_deployment
 from fairlead.deploy.registry import Registry
-from fairlead.errors import FairleadError, RefusedError
-from fairlead.messages import GateState, GoalResult, Outcome, Verdict, decode
+from fairlead.errors import FairleadError
 from fairlead.operate.client import RobotClient
 from fairlead.operate.connection import choose_file
-from fairlead.operate.goal_run import GoalOptions, run_goal
+from fairlead.operate.goal_run import GoalOptions
 from fairlead.operate.runner_choice import choose_runner
 from fairlead.robot.manifest import load_robot
 from fairlead.skill.admission import Admission
 from fairlead.skill.manifest import load_skill
-from fairlead.wire.bus import Sample
-from fairlead_tools.cli.arming import YesOption, armed
+from fairlead_tools.cli.arming import YesOption
 from fairlead_tools.cli.console import ProgressLine, echo, print_json, print_table
+from fairlead_tools.cli.eval_episodes import (
+    HEADER,
+    Episode,
+    EpisodeRun,
+    runs_since,
+    succeeded,
+    with_motion,
+)
 from fairlead_tools.cli.goals import (
     DeadlineOption,
     PromptOption,
     RunnerOption,
     StallOption,
-    new_episode,
 )
 from fairlead_tools.cli.options import MAX_NUMBER, DeploymentOption, JsonOption, example
 from fairlead_tools.cli.skill import SkillArgument, installed_skill
-from fairlead_tools.cli.status import state_and_cause, wait_seen, wait_started
-from fairlead_tools.record.run_log import Run, read_run
-from fairlead_tools.record.smoothness import smoothness
-from fairlead_tools.record.timeline import draw_timeline
+from fairlead_tools.cli.status import wait_seen, wait_started
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch, scratch_robot
 
 MAX_EPISODES = 100_000
 MAX_LATENCY_MS = 10_000.0
 Pacing = Literal["realtime", "lockstep"]
 Z_95 = 1.959964
-_ASKED_BY = re.compile("stopped: by ([^:]*): ")
-_HEADER = ("SEED", "OUTCOME", "TICKS", "REFUSED", "STARVED", "STALLS", "SEAM", "STOPS", "WHY")
-
-
-@dataclass(frozen=True)
-class Episode:
-    """How one goal went.
-
-    ticks: from its first to its last. refusals: chunks refused or cut short, by check.
-    starved: ticks in which no released row was left. stops: protective stops and latches.
-    stalls, seam_step: see `smoothness`; None where the gate's log is not on this host.
-    picture: the timeline of a goal that did not succeed, "" without one.
-    """
-
-    seed: int
-    outcome: str
-    decided_by: str
-    why: str
-    ticks: int
-    refusals: dict[str, int]
-    starved: int
-    stops: int
-    first_tick: int
-    last_tick: int
-    session: int
-    stalls: int | None = None
-    seam_step: float | None = None
-    picture: str = ""
-
-    @property
-    def row(self) -> tuple[object, ...]:
-        """Cells under `_HEADER`."""
-        codes = ", ".join(f"{count} {code}" for code, count in sorted(self.refusals.items()))
-        cells = (self.seed, self.outcome, self.ticks, codes or "-")
-        stalls = "-" if self.stalls is None else self.stalls
-        seam = "-" if self.seam_step is None else f"{self.seam_step:.2f}"
-        return (*cells, self.starved, stalls, seam, self.stops, self.why)
 
 
 def parse_seeds(text: str) -> list[int]:
@@ -169,7 +132,7 @@ def eval_command(
             with _client(file, own, named, out, line) as (client, state):
                 client.wait_gate_follows()
                 admission.require(client.hal_status())
-                run = _Run(client, wish, line, reset_stops, yes)
+                run = EpisodeRun(client, wish, line, reset_stops, yes)
                 for seed in wanted:
                     done.append(run.episode(seed, done, len(wanted)))
                     run.go_on()
@@ -177,7 +140,7 @@ def eval_command(
             ended_by = error
         if state is not None and done:
             line.show("reading the gate's decision log")
-            done = _with_motion(done, _runs(state, began_s), skill, out)
+            done = with_motion(done, runs_since(state, began_s), skill, out)
     _print(skill, wanted, done, ended_by, own, as_json)
     if isinstance(ended_by, FairleadError) and as_json:
         raise typer.Exit(1)  # said in the document
@@ -217,112 +180,6 @@ def _state_folder(file: Path) -> Path | None:
     return Path(here[0].state_dir) if here else None
 
 
-def _runs(state: Path, since_s: float) -> list[Run]:
-    logs = [path for path in state.rglob("*.decisions") if path.stat().st_mtime >= since_s]
-    return [read_run(path) for path in sorted(logs)]
-
-
-def _with_motion(
-    done: Sequence[Episode], runs: Sequence[Run], skill: str, out: Path
-) -> list[Episode]:
-    """The episodes with what the gate's log says of them, and a picture of each that failed."""
-    told = []
-    for one in done:
-        parts = [run.between(one.first_tick, one.last_tick, one.session) for run in runs]
-        run = max(parts, key=lambda part: len(part.joints), default=None)
-        if run is not None and run.joints:
-            robot = load_robot(run.header.robot)
-            motion = smoothness(run, robot)
-            one = replace(one, stalls=motion.stalls, seam_step=motion.seam_step)
-            if one.outcome != "succeeded":
-                path = out / f"{skill}-seed-{one.seed}.png"
-                out.mkdir(parents=True, exist_ok=True)
-                title = f"{skill}, seed {one.seed}: {one.outcome} after {one.ticks} ticks"
-                draw_timeline(run, robot, title, path)
-                one = replace(one, picture=str(path))
-        told.append(one)
-    return told
-
-
-class _Run:
-    """Episodes on one robot, one after the other."""
-
-    def __init__(
-        self,
-        client: RobotClient,
-        wish: GoalOptions,
-        line: ProgressLine,
-        reset_stops: bool,
-        yes: bool,
-    ) -> None:
-        self._client, self._wish, self._line = client, wish, line
-        self._reset_stops, self._yes = reset_stops, yes
-        self._verdicts: dict[tuple[int, int], Verdict] = {}
-        client.bus.subscribe(client.keys.verdict(wish.runner), self._on_verdict)
-
-    def episode(self, seed: int, done: Sequence[Episode], seeds: int) -> Episode:
-        """One goal in a new episode; begun once more after a stop that came before its goal."""
-        try:
-            return self._episode(seed, done, seeds)
-        except RefusedError:
-            if not self._reset_stops or not self.go_on():
-                raise
-        return self._episode(seed, done, seeds)
-
-    def _episode(self, seed: int, done: Sequence[Episode], seeds: int) -> Episode:
-        where = f"seed {seed}, {len(done) + 1} of {seeds}, {_succeeded(done)} succeeded"
-        self._line.show(f"{where} | new episode")
-        new_episode(self._client, seed)
-        self._verdicts.clear()
-        with armed(self._client, confirmed=self._yes):
-            progress = run_goal(
-                self._client, self._wish, lambda now: self._line.show(f"{where} | {now.line()}")
-            )
-            gate = self._client.gate_status()
-        assert progress.result is not None
-        result = progress.result
-        return Episode(
-            seed, result.outcome, result.decided_by, _why(result),
-            result.last_tick - result.first_tick + 1 if result.first_tick else 0,
-            self._refusals(), progress.starved, len(gate.stop_ids) + bool(gate.latch_id),
-            result.first_tick, result.last_tick, gate.session,
-        )  # fmt: skip
-
-    def go_on(self) -> bool:
-        """Acknowledge stops, where that was asked for; whether there was one.
-
-        Raises:
-            RefusedError: there is one, and it was not; or a person's, who wants it to end.
-        """
-        gate = self._client.gate_status()
-        if gate.state < GateState.STOPPED:
-            return False
-        by = _ASKED_BY.match(gate.cause)
-        is_a_persons = by is not None and by[1] not in self._client.deployment.services
-        if is_a_persons or not self._reset_stops:
-            raise RefusedError("fairlead eval", f"the gate is {state_and_cause(gate)}", gate.fix)
-        for one in (*gate.stop_ids, gate.latch_id):
-            if one:
-                self._client.reset(one)
-        return True
-
-    def _on_verdict(self, sample: Sample) -> None:
-        verdict = decode(Verdict, sample.payload)
-        self._verdicts.setdefault((verdict.claim_id, verdict.seq), verdict)
-
-    def _refusals(self) -> dict[str, int]:
-        given = list(self._verdicts.values())
-        return dict(Counter(f"G{one.code:03d}" for one in given if one.outcome != Outcome.RELEASED))
-
-
-def _why(result: GoalResult) -> str:
-    return f"{result.kind}: {result.detail}" if result.kind else ""
-
-
-def _succeeded(done: Sequence[Episode]) -> int:
-    return sum(one.outcome == "succeeded" for one in done)
-
-
 def _print(
     skill: str,
     wanted: Sequence[int],
@@ -331,8 +188,8 @@ def _print(
     own: _Own | None,
     as_json: bool,
 ) -> None:
-    succeeded = _succeeded(done)
-    low, high = wilson(succeeded, len(done))
+    wins = succeeded(done)
+    low, high = wilson(wins, len(done))
     ticks = [one.ticks for one in done if one.outcome == "succeeded"]
     median = statistics.median(ticks) if ticks else None
     if as_json:
@@ -340,19 +197,19 @@ def _print(
             "skill": skill, "seeds": len(wanted), "pacing": own.pacing if own else None,
             "latency_ms": own.latency_ms if own else None,
             "episodes": [asdict(one) for one in done],
-            "succeeded": succeeded, "interval_95": [round(low, 4), round(high, 4)],
+            "succeeded": wins, "interval_95": [round(low, 4), round(high, 4)],
             "median_ticks": median,
             "error": str(ended_by) or "interrupted" if ended_by is not None else None,
         }  # fmt: skip
         print_json(document)
         return
     if done:
-        print_table(_HEADER, [one.row for one in done])
+        print_table(HEADER, [one.row for one in done])
     for picture in (one.picture for one in done if one.picture):
         echo(f"  {picture}")
     missing = f", {len(wanted) - len(done)} not run" if len(done) < len(wanted) else ""
     typical = f"; median of their ticks: {median:g}" if median is not None else ""
     echo(
-        f"{skill}: {succeeded} of {len(done)} succeeded{missing}; 95 % interval "
+        f"{skill}: {wins} of {len(done)} succeeded{missing}; 95 % interval "
         f"{100 * low:.0f} to {100 * high:.0f} %{typical}"
     )

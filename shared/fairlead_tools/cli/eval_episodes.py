@@ -1,0 +1,169 @@
+"""The episodes of ``fairlead eval``: one goal in each, and what the gate's log says of it."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from fairlead.errors import RefusedError
+from fairlead.messages import GateState, GoalResult, Outcome, Verdict, decode
+from fairlead.operate.client import RobotClient
+from fairlead.operate.goal_run import GoalOptions, run_goal
+from fairlead.robot.manifest import load_robot
+from fairlead.wire.bus import Sample
+from fairlead_tools.cli.arming import armed
+from fairlead_tools.cli.console import ProgressLine
+from fairlead_tools.cli.goals import new_episode
+from fairlead_tools.cli.status import state_and_cause
+from fairlead_tools.record.run_log import Run, read_run
+from fairlead_tools.record.smoothness import smoothness
+from fairlead_tools.record.timeline import draw_timeline
+
+HEADER = ("SEED", "OUTCOME", "TICKS", "REFUSED", "STARVED", "STALLS", "SEAM", "STOPS", "WHY")
+_ASKED_BY = re.compile("stopped: by ([^:]*): ")
+
+
+@dataclass(frozen=True)
+class Episode:
+    """How one goal went.
+
+    ticks: from its first to its last. refusals: chunks refused or cut short, by check.
+    starved: ticks in which no released row was left. stops: protective stops and latches.
+    stalls, seam_step: see `smoothness`; None where the gate's log is not on this host.
+    picture: the timeline of a goal that did not succeed, "" without one.
+    """
+
+    seed: int
+    outcome: str
+    decided_by: str
+    why: str
+    ticks: int
+    refusals: dict[str, int]
+    starved: int
+    stops: int
+    first_tick: int
+    last_tick: int
+    session: int
+    stalls: int | None = None
+    seam_step: float | None = None
+    picture: str = ""
+
+    @property
+    def row(self) -> tuple[object, ...]:
+        """Cells under `HEADER`."""
+        codes = ", ".join(f"{count} {code}" for code, count in sorted(self.refusals.items()))
+        cells = (self.seed, self.outcome, self.ticks, codes or "-")
+        stalls = "-" if self.stalls is None else self.stalls
+        seam = "-" if self.seam_step is None else f"{self.seam_step:.2f}"
+        return (*cells, self.starved, stalls, seam, self.stops, self.why)
+
+
+class EpisodeRun:
+    """Episodes on one robot, one after the other."""
+
+    def __init__(
+        self,
+        client: RobotClient,
+        wish: GoalOptions,
+        line: ProgressLine,
+        reset_stops: bool,
+        yes: bool,
+    ) -> None:
+        self._client, self._wish, self._line = client, wish, line
+        self._reset_stops, self._yes = reset_stops, yes
+        self._verdicts: dict[tuple[int, int], Verdict] = {}
+        client.bus.subscribe(client.keys.verdict(wish.runner), self._on_verdict)
+
+    def episode(self, seed: int, done: Sequence[Episode], seeds: int) -> Episode:
+        """One goal in a new episode; begun once more after a stop that came before its goal."""
+        try:
+            return self._episode(seed, done, seeds)
+        except RefusedError:
+            if not self._reset_stops or not self.go_on():
+                raise
+        return self._episode(seed, done, seeds)
+
+    def _episode(self, seed: int, done: Sequence[Episode], seeds: int) -> Episode:
+        where = f"seed {seed}, {len(done) + 1} of {seeds}, {succeeded(done)} succeeded"
+        self._line.show(f"{where} | new episode")
+        new_episode(self._client, seed)
+        self._verdicts.clear()
+        with armed(self._client, confirmed=self._yes):
+            progress = run_goal(
+                self._client, self._wish, lambda now: self._line.show(f"{where} | {now.line()}")
+            )
+            gate = self._client.gate_status()
+        assert progress.result is not None
+        result = progress.result
+        return Episode(
+            seed, result.outcome, result.decided_by, _why(result),
+            result.last_tick - result.first_tick + 1 if result.first_tick else 0,
+            self._refusals(), progress.starved, len(gate.stop_ids) + bool(gate.latch_id),
+            result.first_tick, result.last_tick, gate.session,
+        )  # fmt: skip
+
+    def go_on(self) -> bool:
+        """Acknowledge stops, where that was asked for; whether there was one.
+
+        Raises:
+            RefusedError: there is one, and it was not; or a person's, who wants it to end.
+        """
+        gate = self._client.gate_status()
+        if gate.state < GateState.STOPPED:
+            return False
+        by = _ASKED_BY.match(gate.cause)
+        is_a_persons = by is not None and by[1] not in self._client.deployment.services
+        if is_a_persons or not self._reset_stops:
+            raise RefusedError("fairlead eval", f"the gate is {state_and_cause(gate)}", gate.fix)
+        for one in (*gate.stop_ids, gate.latch_id):
+            if one:
+                self._client.reset(one)
+        return True
+
+    def _on_verdict(self, sample: Sample) -> None:
+        verdict = decode(Verdict, sample.payload)
+        self._verdicts.setdefault((verdict.claim_id, verdict.seq), verdict)
+
+    def _refusals(self) -> dict[str, int]:
+        given = list(self._verdicts.values())
+        return dict(Counter(f"G{one.code:03d}" for one in given if one.outcome != Outcome.RELEASED))
+
+
+def _why(result: GoalResult) -> str:
+    return f"{result.kind}: {result.detail}" if result.kind else ""
+
+
+def succeeded(done: Sequence[Episode]) -> int:
+    """How many did."""
+    return sum(one.outcome == "succeeded" for one in done)
+
+
+def runs_since(state: Path, since_s: float) -> list[Run]:
+    """The decision logs below a folder that were written since a time (UNIX, s)."""
+    logs = [path for path in state.rglob("*.decisions") if path.stat().st_mtime >= since_s]
+    return [read_run(path) for path in sorted(logs)]
+
+
+def with_motion(
+    done: Sequence[Episode], runs: Sequence[Run], skill: str, out: Path
+) -> list[Episode]:
+    """The episodes with what the gate's log says of them, and a picture of each that failed."""
+    told = []
+    for one in done:
+        parts = [run.between(one.first_tick, one.last_tick, one.session) for run in runs]
+        run = max(parts, key=lambda part: len(part.joints), default=None)
+        if run is not None and run.joints:
+            robot = load_robot(run.header.robot)
+            motion = smoothness(run, robot)
+            one = replace(one, stalls=motion.stalls, seam_step=motion.seam_step)
+            if one.outcome != "succeeded":
+                path = out / f"{skill}-seed-{one.seed}.png"
+                out.mkdir(parents=True, exist_ok=True)
+                title = f"{skill}, seed {one.seed}: {one.outcome} after {one.ticks} ticks"
+                draw_timeline(run, robot, title, path)
+                one = replace(one, picture=str(path))
+        told.append(one)
+    return told
