@@ -31,6 +31,10 @@ def test_an_mjcf_becomes_a_robot_that_compiles_and_says_what_to_confirm(desk: De
     assert (pan.lower_rad, pan.upper_rad, pan.effort_nm) == (-2.8, 2.8, 40.0)
     assert limits is not None
     assert limits.step_limits[0] == pytest.approx(pan.velocity_limit * 0.05)
+    delta = robot.profile("sim").parts["arm"].cartesian_delta
+    assert delta is not None and robot.part("arm").modes[-1] == "cartesian_delta"
+    assert (delta.frames, delta.gain[0]) == (("base",), 0.0)
+    assert 0.005 < delta.linear_limit_m <= 0.05 and 0.02 < delta.angular_limit_rad <= 0.25
     assert {"joints.pan.velocity_rad_s", "safety.hardware.measured.pan"} <= set(robot.to_confirm)
     assert robot.home is not None and robot.home.source == "the model's own pose"
     assert robot.to_confirm["home"].startswith("the model's own pose: ")

@@ -6,6 +6,7 @@ import runpy
 from pathlib import Path
 
 import numpy as np
+import pytest
 import yaml
 
 from fairlead.policy import Executed, Observation
@@ -28,6 +29,20 @@ def test_a_new_skills_joint_targets_begin_where_the_robot_is_and_again_after_a_h
         rows = [state[:7], *first, *policy.infer(Observation(9, state, ""))]
         steps = np.abs(np.diff(rows, axis=0)).max()
         assert 0.01 < steps <= limits.step_limits[0]
+
+
+@pytest.mark.parametrize("mode", ["joint_velocity", "cartesian_delta"])
+def test_a_wave_of_motions_begins_anew_after_a_hold(mode: str, tmp_path: Path) -> None:
+    robot = load_robot("dual_panda")
+    files = skill_skeleton("mine", robot, mode)
+    (tmp_path / "policy.py").write_text(files["policy.py"], encoding="utf-8")
+    policy = runpy.run_path(str(tmp_path / "policy.py"))["Policy"].from_options(
+        None, {"strength": 0.9}
+    )
+    first, second = (policy.infer(Observation(tick, np.zeros(9), "")) for tick in (1, 9))
+    assert not np.array_equal(first, second)
+    held = Observation(17, np.zeros(9), "", executed={"left_arm": Executed("refused", None)})
+    np.testing.assert_array_equal(policy.infer(held), first)
 
 
 def test_a_delta_of_an_arm_with_five_joints_leaves_the_turn_to_it() -> None:

@@ -17,6 +17,8 @@ from fairlead.robot.gate_file import compile_gate_config
 from fairlead.robot.gate_geometry import is_swept
 from fairlead.robot.link_poses import link_poses, random_positions
 from fairlead.robot.manifest import RobotManifest, load_robot
+from fairlead.robot.profile_limits import profile_limits
+from fairlead.robot.tool_reach import Reach
 from fairlead_hal_mujoco import model_problems
 from fairlead_tools.draft.derived_urdf import derived_urdf
 from fairlead_tools.draft.fitted_shape import SAMPLES, fitted_shape, inside
@@ -30,6 +32,8 @@ from fairlead_tools.shape.geometry import drawn_links, geometry_source
 from fairlead_tools.shape.robot_shape import RobotShape
 
 _PERIOD_MS = 50.0
+_MOST_M, _MOST_RAD = 0.05, 0.25
+"""Of a tool's motion in a period: 1 m/s, 5 rad/s."""
 
 
 @dataclass(frozen=True)
@@ -107,6 +111,7 @@ def _filled(
         draft, home=fitted.home, home_source=fitted.home_source or draft.home_source,
         open={**draft.open, **fitted.open},
         reach=_reach(shape.robot, shape.tree, draft, source),
+        tool_steps=_tool_steps(shape.robot, shape.tree, draft),
     )  # fmt: skip
     manifest = _written(asked, folder, draft)
     say("the gate's file")
@@ -161,6 +166,20 @@ def _with_bare_links(draft: DraftRobot, shape: RobotShape) -> DraftRobot:
         for one in bare if one in drawn
     }  # fmt: skip
     return replace(draft, bare=why, open={**draft.open, **open_})
+
+
+def _tool_steps(
+    robot: RobotManifest, tree: DescriptionTree, draft: DraftRobot
+) -> dict[str, tuple[float, float]]:
+    """A quarter of what all joints at full speed do in half of all postures [m, rad]."""
+    safety, period_s, found = robot.profile("sim"), draft.period_ms * 1e-3, {}
+    for part in draft.parts:
+        if part.moves_tool:
+            speeds = {j.name: profile_limits(robot.joint(j.name), safety)[0] for j in part.joints}
+            can = Reach(robot, tree).tool_speed(part.tool, list(speeds), speeds)
+            most = (can.linear_m_s * period_s / 4.0, can.angular_rad_s * period_s / 4.0)
+            found[part.name] = (min(_MOST_M, most[0]), min(_MOST_RAD, most[1]))
+    return found
 
 
 def _reach(

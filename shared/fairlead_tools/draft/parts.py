@@ -12,6 +12,8 @@ from fairlead_tools.draft.joints import DraftJoint
 _FINGERS = r"finger|jaw|knuckle|claw|thumb|index_|middle_|ring_|pinky"
 _FINGER, _GRIPS = re.compile(_FINGERS, re.I), re.compile(rf"grip|pinch|{_FINGERS}", re.I)
 _NONE = 1e-9
+_JOINTS = 5
+"""An arm of fewer cannot move its tool in each direction wherever it is."""
 _TOOLS = (
     re.compile(r"tcp|tool|eef|end_?effector|(^|_)ee(_|$)", re.I),
     re.compile(r"grip|pinch", re.I),
@@ -32,6 +34,11 @@ class DraftPart:
     def opens(self) -> bool:
         """Whether it is a gripper of one joint: it is told where that goes."""
         return self.role == "gripper" and len(self.joints) == 1 and self.joints[0].lower is not None
+
+    @property
+    def moves_tool(self) -> bool:
+        """Whether its tool can be told where to move, in each direction."""
+        return self.role == "arm" and len(self.joints) >= _JOINTS
 
 
 def grips(joint: DraftJoint) -> bool:

@@ -33,6 +33,7 @@ class DraftRobot:
     frames: ``body:NAME`` or ``site:NAME`` of each link that the model has. bare: links without
     capsules, and why. reach: corners of the box that its tools reach [m].
     open: keys of robot.yaml that a person has to look at, and why.
+    tool_steps: by part, how far its tool may be told to move in a period [m, rad].
     """
 
     id: str
@@ -48,6 +49,7 @@ class DraftRobot:
     reach: tuple[Sequence[float], Sequence[float]] = ((-1.0,) * 3, (1.0,) * 3)
     clearance_m: float = 0.01
     open: Mapping[str, str] = field(default_factory=dict)
+    tool_steps: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     @property
     def commanded(self) -> list[DraftJoint]:
@@ -122,7 +124,11 @@ class DraftRobot:
         return {
             "name": part.name, "joints": [one.name for one in part.joints], "simulator_part": "",
             "hold": "keep_command" if part.opens else "keep_position",
-            "modes": [*modes, *(["joint_velocity"] if part.role == "arm" else [])],
+            "modes": [
+                *modes,
+                *(["joint_velocity"] if part.role == "arm" else []),
+                *(["cartesian_delta"] if part.moves_tool else []),
+            ],
             "end_effector": self._effector(part),
         }  # fmt: skip
 
@@ -232,7 +238,22 @@ class DraftRobot:
             "gain": [0.0, 1.0], "tracking_limits": [self._speed(one) for one in joints],
             "source": "acceleration x period; gain and tracking: wide, not measured",
         }  # fmt: skip
-        return {"transitions": "any", "joint_position": position, "joint_velocity": velocity}
+        told = {"joint_position": position, "joint_velocity": velocity}
+        if not part.moves_tool:
+            return {"transitions": "any", **told}
+        delta = {**told, "cartesian_delta": self._delta(part)}
+        return {"singularity_limit": 0.01, "transitions": "any", **delta}
+
+    def _delta(self, part: DraftPart) -> dict[str, Any]:
+        linear, angular = (_rounded(one) for one in self.tool_steps.get(part.name, (0.01, 0.05)))
+        return {
+            "frames": [self.base_frame],
+            "linear_limit_m": linear, "angular_limit_rad": angular,
+            "linear_step_limit_m": linear, "angular_step_limit_rad": angular,
+            "gain": [0.0, 1.2],
+            "linear_tracking_m": 2.0 * linear, "angular_tracking_rad": 2.0 * angular,
+            "source": "a quarter of what its joints can do; gain and tracking: wide, not measured",
+        }  # fmt: skip
 
     def _workspace(self) -> dict[str, Any]:
         lower, upper = self.reach

@@ -78,8 +78,10 @@ class Policy:
         """Rows for the next control periods: float32 [ROWS, DIM], each number in [-1, 1].
 
         observation.state is the state_contract's vector, observation.prompt the instruction,
-        observation.images the pictures the manifest asks for.
+        observation.images the pictures the manifest asks for. After a hold the wave begins anew.
         """
+        if any(part.hold for part in observation.executed.values()):
+            self.row = 0
         actions = np.zeros((ROWS, DIM), dtype=np.float32)
         for k in range(ROWS):
             if self.row + k < 40:
