@@ -14,6 +14,7 @@ import pytest
 
 from bench.equipment.light_hal import LIGHT_HAL
 from bench.equipment.live_robot import wait_for
+from fairlead_tools.cli import console
 from fairlead_tools.cli.console import ProgressLine, echo, print_table
 from fairlead_tools.cli.main import main
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
@@ -164,6 +165,25 @@ def test_progress_in_a_file_ends_with_its_newest_line_and_repeats_none(
             for text in lines:
                 line.show(text)
         assert capsys.readouterr().err.split() == list(dict.fromkeys((lines[0], lines[-1])))
+
+
+def test_what_takes_long_counts_its_seconds(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(console, "LINE_EVERY_S", 0.0)
+    monkeypatch.setattr(console, "WORD_EVERY_S", 0.01)
+    said: list[str] = []
+
+    def printed(line: str) -> bool:
+        said.extend(capsys.readouterr().err.splitlines())
+        return line in said
+
+    with ProgressLine() as line, line.counting() as say:
+        say("one")
+        wait_for(lambda: printed("one (0 s)"), "the seconds of the first", 10.0)
+        say("two")
+        wait_for(lambda: printed("two (0 s)"), "the seconds of the next", 10.0)
+    assert said[0] == "one"
 
 
 def test_what_a_terminal_has_no_letter_for_is_spelled_out(monkeypatch: pytest.MonkeyPatch) -> None:

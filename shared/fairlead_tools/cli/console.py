@@ -5,8 +5,10 @@ from __future__ import annotations
 import json
 import os
 import sys
+import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 import typer
@@ -42,6 +44,7 @@ def print_table(header: Sequence[str], rows: Sequence[Sequence[object]]) -> None
 
 
 LINE_EVERY_S = 2.0  # in a log file
+WORD_EVERY_S = 5.0
 
 
 class ProgressLine:
@@ -75,6 +78,38 @@ class ProgressLine:
         self.end()
         if not self._quiet:
             print(printable_lines(text), file=sys.stderr, flush=True)
+
+    @contextmanager
+    def counting(self) -> Iterator[Callable[[str], None]]:
+        """For what may take minutes between two lines: what to show them with.
+
+        Every `WORD_EVERY_S` in which no other comes, the newest is shown with the seconds it took.
+        """
+        newest, changed, over = "", threading.Event(), threading.Event()
+
+        def show(text: str) -> None:
+            nonlocal newest
+            newest = text
+            self.show(text)
+            changed.set()
+
+        def count() -> None:
+            since_s = time.monotonic()
+            while not over.is_set():
+                if changed.wait(WORD_EVERY_S):
+                    changed.clear()
+                    since_s = time.monotonic()
+                elif newest:
+                    self.show(f"{newest} ({time.monotonic() - since_s:.0f} s)")
+
+        thread = threading.Thread(target=count, daemon=True)
+        thread.start()
+        try:
+            yield show
+        finally:
+            over.set()
+            changed.set()
+            thread.join()
 
     def end(self) -> None:
         """Leave the newest text, whole, as a line of its own."""

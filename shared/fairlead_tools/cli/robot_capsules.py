@@ -64,9 +64,9 @@ def capsules_command(
     manifest = load_robot(robot)
     clearance_m = min(one.self_collision.clearance_m for one in manifest.safety.values())
     rule = PairRule(clearance_m, drop_margin_m, samples)
-    with ProgressLine(quiet=as_json) as line:
-        line.show(f"{robot}: its geometry, and whether its description agrees")
-        shape = RobotShape(manifest, geometry_source(manifest, model), line.show)
+    with ProgressLine(quiet=as_json) as line, line.counting() as say:
+        say(f"{robot}: its geometry, and whether its description agrees")
+        shape = RobotShape(manifest, geometry_source(manifest, model), say)
         shape.check_bare_links()
         capsules = load_capsules(manifest).capsules if check else shape.fitted(most_per_link)
         pairs = shape.pairs(capsules, rule)

@@ -37,8 +37,8 @@ def new_command(
     file = Path(f"{name}.yaml")
     if file.exists():
         raise ConfigError(f"robot new: {file} exists already; move it, or choose another id")
-    with ProgressLine() as line:
-        drafted = new_robot(Asked(name, mjcf, urdf), line.show)
+    with ProgressLine() as line, line.counting() as say:
+        drafted = new_robot(Asked(name, mjcf, urdf), say)
     try:
         file.write_text(deployment_text(name, drafted.hal, drafted.missing), encoding="utf-8")
     except OSError as error:

@@ -78,7 +78,10 @@ def new_robot(asked: Asked, say: Callable[[str], None]) -> Drafted:
     folder = user_robots_dir() / asked.id
     if asked.id in robot_ids() or folder.exists():
         raise ConfigError(f"{WHO}: there is a robot {asked.id!r} already; choose another id")
-    source = None if asked.mjcf is None else load_source(asked.mjcf)
+    source = None
+    if asked.mjcf is not None:
+        say(f"reading {asked.mjcf} and its meshes")
+        source = load_source(asked.mjcf)
     done = False
     try:
         folder.mkdir(parents=True)
