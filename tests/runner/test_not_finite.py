@@ -28,12 +28,14 @@ from fairlead_skill_runner.fitted_rows import fitted
 from fairlead_skill_runner.policies.constant import ConstantPolicy
 from fairlead_skill_runner.policies.go_to import GoToPolicy
 from fairlead_skill_runner.policies.joint_reach import JointReachPolicy
+from fairlead_skill_runner.policies.onnx import OnnxPolicy
 from fairlead_skill_runner.policies.oracle.policy import OraclePolicy
 from fairlead_skill_runner.policies.python_file import PythonFilePolicy
 from fairlead_skill_runner.policies.remote.openpi import OpenpiPolicy
 from fairlead_skill_runner.policies.remote.rldx_zmq import RldxZmqPolicy
 from fairlead_skill_runner.policies.replay import ReplayPolicy
 from fairlead_skill_runner.policy_wire import Answer, check_actions, pack_actions
+from tests.runner.onnx_skill import install, poisonous
 from tests.runner.policy_servers import (
     RLDX_SHARES,
     OpenpiServer,
@@ -186,9 +188,23 @@ def test_a_constant_and_a_recording_likewise(tmp_path: Path, number: float) -> N
     assert "finite" in refuses(replay, skill)
 
 
+@pytest.mark.parametrize("number", [*NOT_FINITE, 1e308])
+@pytest.mark.parametrize("place", [(0, 0), (2, 6), (3, 11)])
+def test_a_network_in_a_file_likewise(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, number: float, place: tuple[int, int]
+) -> None:
+    monkeypatch.setenv("FAIRLEAD_SKILLS", str(tmp_path))
+    skill = install(tmp_path, poisonous(poisoned(*place, number, "<f4")))
+    policy = OnnxPolicy.from_options(skill, skill.policy.options)
+    fine = Observation(1, np.full(skill.state_contract.dim, 0.5), "")
+    assert (policy.infer(fine) == 0.25).all()
+    with pytest.raises(PolicyError, match="finite"):
+        policy.infer(Observation(1, fine.state * 4, ""))
+
+
 def test_every_backend_is_tried_above_but_those_that_compute_from_a_finite_state() -> None:
     tried = {OpenpiPolicy, RldxZmqPolicy, PythonFilePolicy, ConstantPolicy, ReplayPolicy}
-    tried |= {OraclePolicy, JointReachPolicy, GoToPolicy}
+    tried |= {OnnxPolicy, OraclePolicy, JointReachPolicy, GoToPolicy}
     assert {POLICIES.find(name).value.rpartition(":")[2] for name in POLICIES.names()} == {
         backend.__name__ for backend in tried
     }

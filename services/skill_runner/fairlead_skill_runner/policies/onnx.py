@@ -1,0 +1,236 @@
+"""A policy in an ONNX file of the skill's folder: onnxruntime, one thread, always the same bits."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Self
+
+import numpy as np
+import numpy.typing as npt
+from pydantic import BaseModel, ConfigDict, Field, JsonValue
+
+from fairlead.checked_model import checked_model
+from fairlead.errors import ConfigError, PolicyError, expected
+from fairlead.paths import rskill_dir
+from fairlead.policy import Actions, Observation
+from fairlead.skill.manifest import ImageSpec, SkillManifest
+from fairlead_skill_runner.action_rows import float_rows
+from fairlead_skill_runner.policies.onnx_files import (
+    WHO,
+    HashedFile,
+    Normaliser,
+    Statistics,
+    read_normalisers,
+)
+from fairlead_skill_runner.policies.remote.served_policy import warm_up_observation
+
+if TYPE_CHECKING:
+    import onnxruntime
+
+Shape = tuple[int, ...]
+_DTYPES = {"tensor(float)": "float32", "tensor(uint8)": "uint8"}
+
+
+class ImageInput(BaseModel):
+    """How one of the skill's pictures goes in.
+
+    Attributes:
+        input: its name there.
+        axes: ``nchw`` or ``nhwc``; a picture with several deltas has their axis after the first.
+        dtype: ``float32``: divided by 255; ``uint8``: as it is.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    input: str = Field(min_length=1)
+    axes: Literal["nchw", "nhwc"] = "nchw"
+    dtype: Literal["float32", "uint8"] = "float32"
+
+    def shape(self, spec: ImageSpec) -> Shape:
+        """Of the input for a picture."""
+        frames = (len(spec.deltas),) if len(spec.deltas) > 1 else ()
+        sides = (spec.height, spec.width)
+        return (1, *frames, 3, *sides) if self.axes == "nchw" else (1, *frames, *sides, 3)
+
+    def tensor(self, frames: npt.NDArray[np.uint8], shape: Shape) -> npt.NDArray[Any]:
+        """Frames uint8 ``[T, height, width, 3]`` as that input."""
+        turned = np.moveaxis(frames, -1, -3) if self.axes == "nchw" else frames
+        whole = np.ascontiguousarray(turned.reshape(shape))
+        return whole.astype(np.float32) / np.float32(255) if self.dtype == "float32" else whole
+
+
+class OnnxOptions(BaseModel):
+    """The policy's files and the names of its inputs and its output.
+
+    Attributes:
+        statistics: None: state and actions go in and out as they are.
+        state: input, float32 ``[1, dim]``.
+        actions: output, float32 ``[1, H, dim]``, H at most the skill's horizon.
+        images: each of the skill's pictures -> its input. They come in the size that the skill
+            asks its cameras for: nothing is resized here.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    model: HashedFile
+    statistics: Statistics | None = None
+    state: str = "state"
+    actions: str = "actions"
+    images: dict[str, ImageInput] = Field(default_factory=dict)
+
+
+class _Input(NamedTuple):
+    dtype: str
+    shape: Shape
+
+
+class OnnxPolicy:
+    """Normalises, runs the network, restores; the same observation gives the same bits."""
+
+    def __init__(
+        self,
+        skill: SkillManifest,
+        options: OnnxOptions,
+        session: onnxruntime.InferenceSession,
+        normalisers: tuple[Normaliser, Normaliser] | None,
+    ) -> None:
+        self._skill, self._options, self._session = skill, options, session
+        self._normalisers = normalisers
+
+    @classmethod
+    def check_options(cls, skill: SkillManifest, options: Mapping[str, JsonValue]) -> None:
+        """Raises `ConfigError` for options that do not fit the skill; no file is read."""
+        check_onnx_options(skill, options)
+
+    @classmethod
+    def from_options(cls, skill: SkillManifest, options: Mapping[str, JsonValue]) -> Self:
+        """Read the files, compare inputs and output with the skill's contracts, run once.
+
+        Raises:
+            ConfigError: for options, files, inputs or an output that do not fit.
+            PolicyError: if the network fails or says anything but rows of finite numbers.
+        """
+        checked, folder = check_onnx_options(skill, options), rskill_dir(skill.id)
+        data = checked.model.read(folder)
+        normalisers = None
+        if checked.statistics is not None:
+            normalisers = read_normalisers(folder, checked.statistics, skill)
+        session = _session(str(folder / checked.model.file), data)
+        _check_inputs(session, wanted_inputs(skill, checked))
+        _check_output(session, checked, skill)
+        policy = cls(skill, checked, session, normalisers)
+        policy.infer(warm_up_observation(skill))
+        return policy
+
+    def infer(self, observation: Observation) -> Actions:
+        """The network's rows, float32 ``[H, dim]``.
+
+        Raises:
+            PolicyError: if it fails or says anything else.
+        """
+        options, state = self._options, observation.state
+        if self._normalisers is not None:
+            state = self._normalisers[0].normalised(state)
+        feeds: dict[str, npt.NDArray[Any]] = {options.state: state.astype(np.float32)[None]}
+        for name, image in options.images.items():
+            shape = image.shape(self._skill.images[name])
+            feeds[image.input] = image.tensor(observation.frames_of(name), shape)
+        try:
+            (output,) = self._session.run([options.actions], feeds)
+        except Exception as error:  # noqa: BLE001 - onnxruntime's own have no common base
+            raise PolicyError(f"{WHO}: {options.model.file} failed: {error}") from None
+        rows = np.asarray(output)[0]
+        dim, horizon = self._skill.action_contract.dim, self._skill.horizon
+        if self._normalisers is not None:
+            rows = self._normalisers[1].restored(rows.astype(np.float64))
+        return float_rows(WHO, options.actions, rows, dim, horizon)
+
+    def reset(self) -> None:
+        """Nothing to forget."""
+
+
+def check_onnx_options(skill: SkillManifest, options: Mapping[str, JsonValue]) -> OnnxOptions:
+    """The options of an ONNX policy.
+
+    Raises:
+        ConfigError: for options that do not fit, alone or with the skill's pictures.
+    """
+    checked = checked_model(WHO, OnnxOptions, options)
+    if set(checked.images) != set(skill.images):
+        wanted = ", ".join(skill.images) or "none"
+        got = ", ".join(checked.images) or "none"
+        raise ConfigError(expected(f"{WHO}: images", f"an input for each of: {wanted}", got))
+    inputs = [checked.state, *(image.input for image in checked.images.values())]
+    if len(set(inputs)) < len(inputs):
+        raise ConfigError(expected(f"{WHO}: inputs", "different names", ", ".join(inputs)))
+    return checked
+
+
+def wanted_inputs(skill: SkillManifest, options: OnnxOptions) -> Mapping[str, _Input]:
+    """By name, what the network has to take."""
+    wanted = {options.state: _Input("float32", (1, skill.state_contract.dim))}
+    for name, image in options.images.items():
+        wanted[image.input] = _Input(image.dtype, image.shape(skill.images[name]))
+    return wanted
+
+
+def _session(path: str, data: bytes) -> onnxruntime.InferenceSession:
+    try:
+        import onnxruntime as runtime
+    except ImportError:
+        who = f"{WHO}: the package onnxruntime"
+        raise ConfigError(f"{who} is not installed: pip install 'fairlead[onnx]'") from None
+    options = runtime.SessionOptions()
+    options.intra_op_num_threads = options.inter_op_num_threads = 1
+    options.execution_mode = runtime.ExecutionMode.ORT_SEQUENTIAL
+    options.use_deterministic_compute = True
+    options.log_severity_level = 3
+    try:
+        return runtime.InferenceSession(data, options, providers=["CPUExecutionProvider"])
+    except Exception as error:  # noqa: BLE001 - onnxruntime's own have no common base
+        raise ConfigError(f"{WHO}: {path}: no ONNX model that can be run: {error}") from None
+
+
+def _check_inputs(session: onnxruntime.InferenceSession, wanted: Mapping[str, _Input]) -> None:
+    """Raises `ConfigError` unless the network takes exactly what the skill gives."""
+    found = {one.name: one for one in session.get_inputs()}
+    if set(found) != set(wanted):
+        raise ConfigError(
+            expected(f"{WHO}: inputs of the model", ", ".join(wanted), ", ".join(found))
+        )
+    for name, one in found.items():
+        dtype, shape = _DTYPES.get(one.type, one.type), wanted[name].shape
+        if dtype != wanted[name].dtype or not _fits(one.shape, shape):
+            raise ConfigError(
+                expected(
+                    f"{WHO}: input {name}",
+                    f"{wanted[name].dtype} {list(shape)}",
+                    f"{dtype} {list(one.shape)}",
+                )
+            )
+
+
+def _check_output(
+    session: onnxruntime.InferenceSession, options: OnnxOptions, skill: SkillManifest
+) -> None:
+    found = {one.name: one for one in session.get_outputs()}
+    if options.actions not in found:
+        raise ConfigError(
+            expected(f"{WHO}: the model", f"an output {options.actions}", "none", found)
+        )
+    one, dim = found[options.actions], skill.action_contract.dim
+    rows = one.shape[1] if len(one.shape) == 3 else 0
+    rows = rows if isinstance(rows, int) else 1  # one that is not fixed is checked in each answer
+    fits = _fits(one.shape, (1, rows, dim)) and 1 <= rows <= skill.horizon
+    if one.type != "tensor(float)" or not fits:
+        wanted = f"float32 [1, 1 to {skill.horizon}, {dim}]"
+        got = f"{_DTYPES.get(one.type, one.type)} {list(one.shape)}"
+        raise ConfigError(expected(f"{WHO}: output {options.actions}", wanted, got))
+
+
+def _fits(declared: Sequence[object], wanted: Shape) -> bool:
+    """An axis that the model names instead of sizing takes any size."""
+    return len(declared) == len(wanted) and all(
+        not isinstance(size, int) or size == want
+        for size, want in zip(declared, wanted, strict=True)
+    )

@@ -1,0 +1,157 @@
+"""The files of an ONNX policy, in the skill's folder: its network, and its normaliser statistics.
+
+Both are known by their SHA-256, which the skill states: another file of the same name is refused.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
+
+from fairlead.checked_model import checked_model
+from fairlead.errors import ConfigError, expected
+from fairlead.messages import FloatArray
+from fairlead.skill.manifest import SkillManifest
+
+WHO = "onnx policy"
+_EPSILON = 1e-8  # LeRobot's, below a spread of 0
+
+
+class HashedFile(BaseModel):
+    """A file of the skill's folder and its SHA-256 in lower-case hexadecimal digits."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    file: str = Field(pattern=r"^[^/\\]+$")
+    sha256: str = Field(pattern=r"^[0-9a-f]{64}$")
+
+    def read(self, folder: Path) -> bytes:
+        """Its bytes.
+
+        Raises:
+            ConfigError: it cannot be read, or is another file.
+        """
+        path = folder / self.file
+        try:
+            data = path.read_bytes()
+        except OSError as error:
+            raise ConfigError(f"{WHO}: {path}: cannot be read: {error.strerror}") from None
+        found = hashlib.sha256(data).hexdigest()
+        if found != self.sha256:
+            raise ConfigError(expected(f"{WHO}: {path}", f"SHA-256 {self.sha256}", found))
+        return data
+
+
+class Statistics(HashedFile):
+    """How the training's statistics normalise.
+
+    form: ``mean_std``: (x - mean) / std; ``min_max``: min to -1 and max to 1. A dimension that
+        never moved becomes 0, as in LeRobot.
+    """
+
+    form: Literal["mean_std", "min_max"]
+
+
+class _Block(BaseModel):
+    """One feature of the file: a name and two numbers for each dimension."""
+
+    model_config = ConfigDict(extra="ignore", frozen=True)
+
+    names: tuple[str, ...]
+    mean: tuple[float, ...] = ()
+    std: tuple[float, ...] = ()
+    min: tuple[float, ...] = ()
+    max: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True)
+class Normaliser:
+    """``normalised = (value - centre) / spread``; both float64 ``[dim]``."""
+
+    centre: FloatArray
+    spread: FloatArray
+
+    def normalised(self, values: FloatArray) -> FloatArray:
+        """Of values ``[..., dim]``."""
+        return (values - self.centre) / (self.spread + _EPSILON)
+
+    def restored(self, values: FloatArray) -> FloatArray:
+        """The other way, in the policy's own numbers."""
+        return values * self.spread + self.centre
+
+
+def state_names(skill: SkillManifest) -> tuple[str, ...]:
+    """What the statistics call each number of the state: the layout and its index."""
+    return tuple(
+        f"{skill.state_contract.layout_name}[{index}]" for index in range(skill.state_contract.dim)
+    )
+
+
+def action_names(skill: SkillManifest) -> tuple[str, ...]:
+    """What they call each number of an action: its slot's name and its index in it."""
+    contract = skill.action_contract
+    names = [f"discard[{index}]" for index in range(contract.dim)]
+    for slot in contract.routed:
+        for index in range(slot.width):
+            names[slot.first + index] = f"{slot.control_mode}[{index}]"
+    return tuple(names)
+
+
+def read_normalisers(
+    folder: Path, statistics: Statistics, skill: SkillManifest
+) -> tuple[Normaliser, Normaliser]:
+    """Of state and action, from a file like LeRobot's ``stats.json`` with names.
+
+    Raises:
+        ConfigError: it is another file, or its names or sizes are not the skill's.
+    """
+    where = f"{WHO}: {folder / statistics.file}"
+    try:
+        document = json.loads(statistics.read(folder))
+    except ValueError as error:
+        raise ConfigError(f"{where}: not JSON: {error}") from None
+    if not isinstance(document, dict):
+        raise ConfigError(expected(where, "a map", type(document).__name__))
+    wanted = (("observation.state", state_names(skill)), ("action", action_names(skill)))
+    state, action = (
+        _normaliser(f"{where}: {key}", document.get(key), names, statistics.form)
+        for key, names in wanted
+    )
+    return state, action
+
+
+def _normaliser(
+    where: str, block: object, names: tuple[str, ...], form: Literal["mean_std", "min_max"]
+) -> Normaliser:
+    if not isinstance(block, dict):
+        raise ConfigError(expected(where, "a map of names and statistics", type(block).__name__))
+    read = checked_model(where, _Block, block)
+    if read.names != names:
+        raise ConfigError(expected(f"{where}.names", _listed(names), _listed(read.names)))
+    pairs = {"mean_std": ("mean", "std"), "min_max": ("min", "max")}
+    first, second = (
+        _numbers(f"{where}.{key}", getattr(read, key), len(names)) for key in pairs[form]
+    )
+    spread = second if form == "mean_std" else (second - first) / 2
+    if (spread < 0).any():
+        raise ConfigError(
+            expected(where, f"{pairs[form][1]} not below", f"{spread.min():g}", pairs[form])
+        )
+    return Normaliser(first if form == "mean_std" else (first + second) / 2, spread)
+
+
+def _numbers(where: str, values: tuple[float, ...], count: int) -> FloatArray:
+    numbers = np.array(values, dtype=np.float64)
+    if len(numbers) != count or not np.isfinite(numbers).all():
+        raise ConfigError(expected(where, f"{count} finite numbers", list(values) or "none"))
+    return numbers
+
+
+def _listed(names: tuple[str, ...]) -> str:
+    return f"{len(names)} names: {', '.join(names)}"

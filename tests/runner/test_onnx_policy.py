@@ -1,0 +1,234 @@
+"""Policies in ONNX files: the same bits in every process, and one clear error for what is wrong."""
+
+from __future__ import annotations
+
+import asyncio
+import builtins
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from onnx import TensorProto, helper
+
+from fairlead.errors import ConfigError, PolicyError
+from fairlead.plugins import POLICIES
+from fairlead.policy import Observation
+from fairlead.skill.manifest import SkillManifest
+from fairlead_skill_runner.policies.onnx import OnnxPolicy
+from fairlead_skill_runner.policy_worker import PolicyWorker
+from tests.runner.onnx_skill import (
+    DIM,
+    HORIZON,
+    STATE,
+    install,
+    linear,
+    model,
+    statistics,
+    values,
+)
+
+RNG = np.random.default_rng(2)
+WEIGHTS = RNG.normal(size=(STATE, HORIZON * DIM)).astype(np.float32)
+SEEN = Observation(1, RNG.normal(size=STATE), "")
+
+
+@pytest.fixture(autouse=True)
+def skills(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv("FAIRLEAD_SKILLS", str(tmp_path))
+    return tmp_path
+
+
+def made(skill: SkillManifest) -> OnnxPolicy:
+    return OnnxPolicy.from_options(skill, skill.policy.options)
+
+
+def refusal(skill: SkillManifest) -> str:
+    with pytest.raises((ConfigError, PolicyError)) as caught:
+        made(skill)
+    return str(caught.value)
+
+
+@pytest.mark.parametrize("form", ["mean_std", "min_max"])
+def test_state_goes_in_normalised_and_actions_come_out_restored(skills: Path, form: str) -> None:
+    stats = statistics(install(skills, linear(WEIGHTS)))
+    skill = install(skills, linear(WEIGHTS), stats, form)
+    state, action = (
+        {key: np.array(stats[name][key]) for key in ("mean", "std", "min", "max")}
+        for name in ("observation.state", "action")
+    )
+    # As LeRobot writes both; the network computes in float32.
+    if form == "mean_std":
+        given = (SEEN.state - state["mean"]) / state["std"]
+        rows = (given @ WEIGHTS).reshape(HORIZON, DIM) * action["std"] + action["mean"]
+    else:
+        given = 2 * (SEEN.state - state["min"]) / (state["max"] - state["min"]) - 1
+        rows = (given @ WEIGHTS).reshape(HORIZON, DIM)
+        rows = (rows + 1) / 2 * (action["max"] - action["min"]) + action["min"]
+    np.testing.assert_allclose(made(skill).infer(SEEN), rows, rtol=1e-4, atol=1e-4)
+
+
+def test_a_dimension_that_never_moved_becomes_zero_and_its_mean(skills: Path) -> None:
+    stats = statistics(install(skills, linear(WEIGHTS)))
+    state, action = stats["observation.state"], stats["action"]
+    state["std"][3] = action["std"][10] = 0.0
+    skill = install(skills, linear(WEIGHTS), stats)
+    seen = SEEN.state.copy()
+    seen[3] = state["mean"][3]
+    rows = made(skill).infer(Observation(1, seen, ""))
+    assert (rows[:, 10] == np.float32(action["mean"][10])).all()
+    assert np.isfinite(rows).all()
+
+
+@pytest.mark.processes
+def test_the_worker_says_bit_for_bit_what_the_policy_says_in_this_process(skills: Path) -> None:
+    stats = statistics(install(skills, linear(WEIGHTS)))
+    skill = install(skills, linear(WEIGHTS), stats)
+
+    async def ask() -> list[bytes]:
+        worker = PolicyWorker(POLICIES.find("onnx"), skill, skill.policy.options)
+        try:
+            await worker.load()
+            await worker.reset()
+            return [np.asarray(await worker.infer(SEEN)).tobytes() for _ in range(2)]
+        finally:
+            await worker.close()
+
+    assert asyncio.run(ask()) == [made(skill).infer(SEEN).tobytes()] * 2
+
+
+@pytest.mark.parametrize(
+    ("axes", "dtype", "deltas"),
+    [("nchw", "float32", [0]), ("nhwc", "uint8", [0]), ("nchw", "uint8", [-2, 0])],
+)
+def test_a_picture_goes_in_with_the_axes_and_numbers_that_are_declared(
+    skills: Path, axes: str, dtype: str, deltas: list[int]
+) -> None:
+    """The network gives back 48 numbers of its input as they lie in it."""
+    spec = {"camera": "robot0_eye_in_hand", "width": 4, "height": 6, "deltas": deltas}
+    frames = RNG.integers(0, 256, (len(deltas), 6, 4, 3), dtype=np.uint8)
+    turned = frames if axes == "nhwc" else frames.transpose(0, 3, 1, 2)
+    kind = TensorProto.FLOAT if dtype == "float32" else TensorProto.UINT8
+    shape = [1, *(turned.shape if len(deltas) > 1 else turned.shape[1:])]
+    data = model(
+        [
+            helper.make_node("Cast", ["eye"], ["numbers"], to=TensorProto.FLOAT),
+            helper.make_node("Reshape", ["numbers", "flat"], ["line"]),
+            helper.make_node("Slice", ["line", "zero", "count", "axis"], ["begin"]),
+            helper.make_node("Reshape", ["begin", "shape"], ["rows"]),
+            helper.make_node("ReduceSum", ["state"], ["sum"], keepdims=0),
+            helper.make_node("Mul", ["sum", "nought"], ["none"]),
+            helper.make_node("Add", ["rows", "none"], ["actions"]),
+        ],
+        [values("state", TensorProto.FLOAT, [1, STATE]), values("eye", kind, shape)],
+        [values("actions", TensorProto.FLOAT, [1, HORIZON, DIM])],
+        flat=np.array([1, -1], np.int64),
+        zero=np.array([0], np.int64),
+        count=np.array([HORIZON * DIM], np.int64),
+        axis=np.array([1], np.int64),
+        nought=np.zeros((), np.float32),
+        shape=np.array([1, HORIZON, DIM], np.int64),
+    )
+    eye = {"input": {"input": "eye", "axes": axes, "dtype": dtype}, "spec": spec}
+    policy = made(install(skills, data, images={"wrist": eye}))
+    seen = Observation(
+        1, SEEN.state, "", {"wrist": frames[-1]}, frames={"wrist": frames} if deltas[1:] else {}
+    )
+    wanted = turned.reshape(-1)[: HORIZON * DIM].astype(np.float32)
+    if dtype == "float32":
+        wanted = wanted / np.float32(255)
+    np.testing.assert_array_equal(policy.infer(seen).reshape(-1), wanted)
+
+
+def test_another_file_of_the_same_name_is_refused(skills: Path) -> None:
+    skill = install(skills, linear(WEIGHTS))
+    path = skills / skill.id / "policy.onnx"
+    path.write_bytes(linear(WEIGHTS * 2))
+    wanted = skill.policy.options["model"]["sha256"]  # type: ignore[index,call-overload]
+    assert refusal(skill).startswith(f"onnx policy: {path}: expected SHA-256 {wanted}, got ")
+    path.unlink()
+    assert refusal(skill) == f"onnx policy: {path}: cannot be read: No such file or directory"
+
+
+@pytest.mark.parametrize(
+    ("data", "options", "text"),
+    [
+        (b"text", {}, "policy.onnx: no ONNX model that can be run: "),
+        (linear(WEIGHTS[:16], state=16), {},
+         "onnx policy: input state: expected float32 [1, 30], got float32 [1, 16]"),
+        (linear(WEIGHTS.astype(np.float64), dtype=TensorProto.DOUBLE), {},
+         "onnx policy: input state: expected float32 [1, 30], got tensor(double) [1, 30]"),
+        (linear(WEIGHTS), {"state": "obs"},
+         "onnx policy: inputs of the model: expected obs, got state"),
+        (linear(WEIGHTS), {"actions": "rows"},
+         "onnx policy: the model: expected an output rows, got none (valid: actions)"),
+    ],
+)  # fmt: skip
+def test_a_model_that_does_not_fit_the_skill_is_refused_when_it_is_loaded(
+    skills: Path, data: bytes, options: dict[str, Any], text: str
+) -> None:
+    assert text in refusal(install(skills, data, **options))
+
+
+def test_more_rows_than_the_horizon_are_refused_when_the_model_is_loaded(skills: Path) -> None:
+    skill = install(skills, linear(WEIGHTS))
+    short = skill.model_copy(update={"horizon": HORIZON - 1, "execute_steps": 1})
+    assert refusal(short) == (
+        "onnx policy: output actions: expected float32 [1, 1 to 3, 12], got float32 [1, 4, 12]"
+    )
+
+
+@pytest.mark.parametrize(
+    ("change", "text"),
+    [
+        ({"action": None}, "action: expected a map of names and statistics, got NoneType"),
+        ({"action": {"names": ["a"]}}, "action.names: expected 12 names: cartesian_delta[0], "),
+        ("short", "observation.state.mean: expected 30 finite numbers, got "),
+        ("nan", "action.std: expected 12 finite numbers, got "),
+        ("negative", "action: expected std not below, got -1 (valid: mean, std)"),
+        ("list", "stats.json: expected a map, got list"),
+    ],
+)
+def test_statistics_that_are_not_the_skill_s_are_refused(
+    skills: Path, change: Any, text: str
+) -> None:
+    stats: Any = statistics(install(skills, linear(WEIGHTS)))
+    if change == "short":
+        stats["observation.state"]["mean"].pop()
+    elif change == "nan":
+        stats["action"]["std"][4] = float("inf")
+    elif change == "negative":
+        stats["action"]["std"][4] = -1.0
+    else:
+        stats = [] if change == "list" else stats | change
+    assert text in refusal(install(skills, linear(WEIGHTS), stats))
+
+
+def test_options_are_checked_without_any_file(skills: Path) -> None:
+    skill = install(skills, linear(WEIGHTS))
+    hashed = skill.policy.options["model"]
+    cases: list[tuple[dict[str, Any], str]] = [
+        ({"model": {"file": "../policy.onnx", "sha256": "0" * 64}}, "model.file: "),
+        ({"model": hashed, "images": {"eye": {"input": "eye"}}},
+         "onnx policy: images: expected an input for each of: none, got eye"),
+    ]  # fmt: skip
+    for options, text in cases:
+        with pytest.raises(ConfigError) as caught:
+            OnnxPolicy.check_options(skill, options)
+        assert text in str(caught.value)
+
+
+def test_without_onnxruntime_the_error_says_what_to_install(
+    skills: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    skill, real = install(skills, linear(WEIGHTS)), builtins.__import__
+
+    def without(name: str, *rest: Any, **more: Any) -> Any:
+        if name == "onnxruntime":
+            raise ImportError(name)
+        return real(name, *rest, **more)
+
+    monkeypatch.setattr(builtins, "__import__", without)
+    assert refusal(skill) == (
+        "onnx policy: the package onnxruntime is not installed: pip install 'fairlead[onnx]'"
+    )
