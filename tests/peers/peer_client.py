@@ -4,13 +4,19 @@ from __future__ import annotations
 
 import importlib
 import sys
+from typing import Any
+
+import numpy as np
 
 
 def main() -> None:
-    """``python -m tests.peers.peer_client ADDRESS KEY``."""
+    """``python -m tests.peers.peer_client ADDRESS KEY [DIM]``: DIM numbers of 0.5 as the state."""
     policy = importlib.import_module("openpi_client.websocket_client_policy")
     client = policy.WebsocketClientPolicy(host=sys.argv[1], api_key=sys.argv[2])
-    answer = client.infer({"prompt": "go"})
+    request: dict[str, Any] = {"prompt": "go"}
+    if sys.argv[3:]:
+        request["observation/state"] = np.full(int(sys.argv[3]), 0.5, np.float32)
+    answer = client.infer(request)
     sys.stdout.write(f"{client.get_server_metadata()} {answer['actions'].tobytes().hex()}\n")
 
 

@@ -9,10 +9,14 @@ from typing import Any
 import numpy as np
 import pytest
 
+from fairlead.policy import Observation
+from fairlead.skill.manifest import load_skill
+from fairlead_skill_runner.policies.oracle.policy import OraclePolicy
 from fairlead_skill_runner.policies.remote import openpi_wire, rldx_wire
 from tests.peers.documents import SEEDS, document, same
 from tests.peers.environment import peer
 from tests.runner.policy_servers import OpenpiServer, openpi_actions
+from tests.runner.served_skill import served
 
 pytestmark = pytest.mark.processes
 
@@ -49,6 +53,17 @@ def test_openpi_s_own_client_takes_our_small_server_for_one_of_openpi_s() -> Non
         assert keys == ["Api-Key k3y"]
     finally:
         server.close()
+
+
+def test_openpi_s_own_client_asks_a_skill_s_policy() -> None:
+    skill = load_skill("oracle-counter-to-cabinet")
+    with served(skill.id, key="k3y") as address:
+        done = subprocess.run(
+            [*peer("peer_client"), address, "k3y", "30"], capture_output=True, text=True, timeout=60
+        )
+    wanted = OraclePolicy(skill.horizon).infer(Observation(1, np.full(30, 0.5), "go"))
+    told = {"skill": skill.id, "version": skill.version}
+    assert done.stdout == f"{told} {wanted.tobytes().hex()}\n", done.stderr
 
 
 def test_the_peers_environment_is_not_ours() -> None:

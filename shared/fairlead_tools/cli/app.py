@@ -23,9 +23,11 @@ from fairlead_tools.cli.goals import cancel_command, episode_command, run_comman
 from fairlead_tools.cli.hal_check import group as hal_group
 from fairlead_tools.cli.jog import home_command, jog_command
 from fairlead_tools.cli.layout import group as layout_group
+from fairlead_tools.cli.learn import dataset_group, export_group, train_command
 from fairlead_tools.cli.options import EXIT_CODES, add_commands
 from fairlead_tools.cli.processes import down_command, logs_command, ps_command
 from fairlead_tools.cli.robot import group as robot_group
+from fairlead_tools.cli.serve_policy import serve_policy_command
 from fairlead_tools.cli.service import one_service_command, restart_command, router_command
 from fairlead_tools.cli.skill import group as skill_group
 from fairlead_tools.cli.status import status_command
@@ -120,6 +122,8 @@ add_commands(
         "home": home_command,
         "episode": episode_command,
         "eval": eval_command,
+        "train": train_command,
+        "serve-policy": serve_policy_command,
         "arm": arm_command,
         "disarm": disarm_command,
         "stop": stop_command,
@@ -142,5 +146,7 @@ for _group in (
     calibrate_group,
     bridge_group,
     emulate_group,
+    dataset_group,
+    export_group,
 ):
     app.add_typer(_group)

@@ -1,4 +1,4 @@
-"""The same episode in one process: the policy's raw vectors straight into ``env.step``."""
+"""The same episode in one process: the policy's vectors straight into ``env.step``."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from fairlead.plugins import POLICIES
 from fairlead.policy import Done, Failed, Observation
 from fairlead.robot.manifest import load_robot
 from fairlead.skill.manifest import SkillManifest
+from fairlead.skill.routes import resolve_routes
 from fairlead_tools.parity.episode_trace import EpisodeTrace
 
 if TYPE_CHECKING:
@@ -26,8 +27,8 @@ if TYPE_CHECKING:
 class LocalEpisode:
     """One episode: reset, held as long as the deployed reset did, then an answer at a time.
 
-    The raw vector goes to the simulator as the policy wrote it: the deployment's
-    ``part_order`` is the policy's own.
+    The vector goes to the simulator as the policy wrote it, but for its slots' clips and
+    thresholds: the deployment's ``part_order`` is the policy's own.
 
     Args:
         reset: how the deployed reset went; its held ticks are repeated here.
@@ -51,7 +52,8 @@ class LocalEpisode:
         options = read_options(hal, deployment.services[hal].options)
         plain = options.model_copy(update={"cameras": ()})
         self._skill, self._first_tick = skill, reset.tick - reset.held_ticks
-        self._assembler, self._policy = LocalAssembler(robot), _make_policy(skill)
+        self._assembler, self._policy = LocalAssembler(robot), make_policy(skill)
+        self._routes = resolve_routes(skill.action_contract, robot)
         self._backend = RobosuiteBackend(plain, robot.tick_period_ns)
         self.trace = EpisodeTrace()
         try:
@@ -72,14 +74,17 @@ class LocalEpisode:
 
         A deployed goal ends at the same tick.
         """
-        state = _observe(self._assembler, self._backend, self._skill)
+        from fairlead_skill_runner import fitted
+
+        state = observe(self._assembler, self._backend, self._skill)
         tick = self._first_tick + len(self.trace.packed)
         actions = self._policy.infer(Observation(tick, state, self._skill.prompt))
         if isinstance(actions, Done | Failed):
             return False
+        sent = fitted(self._routes, np.asarray(actions, dtype="<f4"))
         self.trace.observations.append(state.astype("<f8").tobytes())
-        self.trace.actions.append(np.asarray(actions, dtype="<f4").tobytes())
-        _execute(self.trace, self._backend, actions[: self._skill.execute_steps])
+        self.trace.actions.append(sent.tobytes())
+        _execute(self.trace, self._backend, sent[: self._skill.execute_steps])
         return True
 
     def close(self) -> None:
@@ -123,7 +128,8 @@ def _execute(episode: EpisodeTrace, backend: RobosuiteBackend, rows: Iterable[An
         backend.env.step(vector)  # turns the base's numbers in place: ours to lose
 
 
-def _make_policy(skill: SkillManifest) -> Policy:
+def make_policy(skill: SkillManifest) -> Policy:
+    """The skill's policy in this process, reset."""
     from fairlead_skill_runner import policy_class
 
     kind = policy_class(POLICIES.find(skill.policy.backend))
@@ -132,9 +138,10 @@ def _make_policy(skill: SkillManifest) -> Policy:
     return policy
 
 
-def _observe(
+def observe(
     assembler: LocalAssembler, backend: RobosuiteBackend, skill: SkillManifest
 ) -> np.ndarray[Any, np.dtype[np.float64]]:
+    """The skill's layout vector as the simulator stands, float64 ``[dim]``."""
     measured = backend.read()
     assembler.take(
         measured.positions,

@@ -1,0 +1,159 @@
+"""Any skill's policy behind the openpi protocol: a greeting, then one answer a request.
+
+A request is a map with the state, the prompt and the skill's pictures under their names; the
+answer has ``actions``, float32 ``[H, dim]``. The protocol knows no episodes and no ticks: a
+connection is one episode, and each request is ``execute_steps`` rows after the one before.
+"""
+
+from __future__ import annotations
+
+import hmac
+from collections.abc import Callable, Mapping
+from http import HTTPStatus
+from typing import Any
+
+import numpy as np
+from websockets.asyncio.server import Server, ServerConnection, serve
+from websockets.exceptions import ConnectionClosed
+from websockets.http11 import Request, Response
+
+from fairlead.errors import PolicyError, expected
+from fairlead.messages import FloatArray
+from fairlead.plugins import POLICIES
+from fairlead.policy import Actions, Done, Failed, Observation, Policy
+from fairlead.robot.manifest import load_robot
+from fairlead.skill.manifest import ImageSpec, SkillManifest
+from fairlead_skill_runner.action_rows import float_rows
+from fairlead_skill_runner.policies.backends import make_policy
+from fairlead_skill_runner.policies.remote.openpi_wire import decode, encode
+from fairlead_skill_runner.policies.remote.served_policy import NO_MESSAGE
+
+_MESSAGE_MAX_BYTES = 64 * 2**20
+_FAILED, _LATER = 1011, 1013
+
+
+class PolicyServer:
+    """One policy and at most one client at a time: what a policy remembers is one episode's.
+
+    Args:
+        keys: the names of state and prompt in a request.
+        api_key: what a client has to send; None lets all in.
+        say: told of clients that come and of requests that are refused.
+    """
+
+    def __init__(
+        self,
+        skill: SkillManifest,
+        policy: Policy,
+        keys: tuple[str, str],
+        api_key: str | None,
+        say: Callable[[str], None],
+    ) -> None:
+        self._skill, self._policy, self._say = skill, policy, say
+        self._state_key, self._prompt_key = keys
+        self._api_key = api_key
+        self._is_busy = False
+
+    async def listen(self, host: str, port: int) -> Server:
+        """Begin to serve; port 0 takes any that is free."""
+        return await serve(
+            self._client, host, port, compression=None, max_size=_MESSAGE_MAX_BYTES,
+            ping_interval=None, process_request=self._admit,
+        )  # fmt: skip
+
+    def _admit(self, link: ServerConnection, asked: Request) -> Response | None:
+        if asked.path == "/healthz":  # as openpi's own
+            return link.respond(HTTPStatus.OK, "OK\n")
+        given = asked.headers.get("Authorization", "")
+        if self._api_key is not None and not hmac.compare_digest(
+            given.encode(), f"Api-Key {self._api_key}".encode()
+        ):
+            return link.respond(HTTPStatus.UNAUTHORIZED, "expected the server's API key\n")
+        return None
+
+    async def _client(self, link: ServerConnection) -> None:
+        if self._is_busy:
+            await link.close(_LATER, "another client is connected")
+            return
+        skill, self._is_busy = self._skill, True
+        try:
+            self._policy.reset()
+            await link.send(encode({"skill": skill.id, "version": skill.version}))
+            self._say(f"{link.remote_address}: connected")
+            tick = 1
+            async for message in link:
+                await link.send(self._answer(message, tick))
+                tick += skill.execute_steps
+        except ConnectionClosed:
+            pass
+        except PolicyError as error:  # openpi sends a traceback as text, then ends
+            self._say(f"{link.remote_address}: {error}")
+            await link.send(f"PolicyError: {error}")
+            await link.close(_FAILED)
+        finally:
+            self._is_busy = False
+
+    def _answer(self, message: str | bytes, tick: int) -> bytes:
+        try:
+            request = decode(message) if isinstance(message, bytes) else message
+        except NO_MESSAGE as error:
+            raise PolicyError(f"serve-policy: no message: {error}") from None
+        if not isinstance(request, dict):
+            raise PolicyError(expected("serve-policy", "a map", type(request).__name__))
+        answer = self._policy.infer(self._observation(request, tick))
+        if isinstance(answer, Done | Failed):
+            raise PolicyError(f"serve-policy: the policy ended its goal: {answer.reason}")
+        skill = self._skill
+        rows: Actions = float_rows(
+            "policy", "actions", answer, skill.action_contract.dim, skill.horizon
+        )
+        return encode({"actions": rows})
+
+    def _observation(self, request: Mapping[Any, object], tick: int) -> Observation:
+        wanted = [self._state_key, self._prompt_key, *self._skill.images]
+        absent = [name for name in wanted if name not in request and name != self._prompt_key]
+        if absent or set(request) - set(wanted):
+            got = ", ".join(map(str, request))
+            raise PolicyError(expected("serve-policy: request", ", ".join(wanted), got))
+        images, frames = {}, {}
+        for name, spec in self._skill.images.items():
+            pixels = _pixels(name, request[name], spec)
+            images[name] = pixels if pixels.ndim == 3 else pixels[-1]
+            if pixels.ndim > 3:
+                frames[name] = pixels
+        state = _state(self._state_key, request[self._state_key], self._skill.state_contract.dim)
+        prompt = request.get(self._prompt_key, self._skill.prompt)
+        return Observation(tick, state, str(prompt), images, frames=frames)
+
+
+def _state(name: str, value: object, dim: int) -> FloatArray:
+    if isinstance(value, np.ndarray) and value.dtype.kind in "fiu" and value.shape == (dim,):
+        numbers = value.astype(np.float64)
+        if np.isfinite(numbers).all():
+            return numbers
+    raise PolicyError(expected("serve-policy", f"{name} as {dim} finite numbers", _kind(value)))
+
+
+def _pixels(name: str, value: object, spec: ImageSpec) -> np.ndarray[Any, np.dtype[np.uint8]]:
+    times = (len(spec.deltas),) if len(spec.deltas) > 1 else ()
+    shape = (*times, spec.height, spec.width, 3)
+    if isinstance(value, np.ndarray) and value.dtype == np.uint8 and value.shape == shape:
+        return value
+    raise PolicyError(expected("serve-policy", f"{name} as uint8 {list(shape)}", _kind(value)))
+
+
+def _kind(value: object) -> str:
+    if isinstance(value, np.ndarray):
+        return f"{value.dtype} {list(value.shape)}"
+    return type(value).__name__
+
+
+def served_policy(skill: SkillManifest) -> Policy:
+    """The skill's policy, in this process.
+
+    Raises:
+        ConfigError, PolicyError: it cannot be loaded.
+    """
+    backend, options = POLICIES.find(skill.policy.backend), skill.policy.options
+    robot = skill.embodiments[0]
+    return make_policy(backend, skill, options, lambda: load_robot(robot), "sim")

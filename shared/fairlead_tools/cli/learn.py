@@ -1,0 +1,143 @@
+"""``fairlead dataset``, ``export`` and ``train``: from recorded episodes to a policy."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import msgspec
+import typer
+
+from fairlead.deploy.deployment import load_deployment
+from fairlead.paths import deployment_path
+from fairlead.robot.manifest import load_robot
+from fairlead.skill.admission import Admission
+from fairlead.skill.manifest import load_skill
+from fairlead_tools.cli.console import ProgressLine, echo, print_json, print_table
+from fairlead_tools.cli.evaluate import parse_seeds
+from fairlead_tools.cli.options import (
+    JsonOption,
+    complete_skill,
+    example,
+    make_group,
+    parse_deployment,
+)
+from fairlead_tools.cli.skill import SkillArgument, installed_skill
+
+SOURCE = "panda_mobile_sim"
+DatasetArgument = Annotated[Path, typer.Argument(help="a folder that dataset record made")]
+
+
+@example("fairlead dataset record oracle-counter-to-cabinet --seeds 0:20 --out out/dataset")
+def record_command(
+    skill: SkillArgument,
+    seeds: Annotated[
+        str, typer.Option(metavar="FIRST:END", help="0:20 is 0 to 19; or single ones: 3,5,8")
+    ],
+    out: Annotated[Path, typer.Option(file_okay=False, help="a new folder")],
+    episodes: Annotated[
+        int | None, typer.Option(min=1, help="of the first so many seeds; default: of all")
+    ] = None,
+    noise: Annotated[
+        float,
+        typer.Option(
+            min=0.0, max=1.0, help="added to the rows: each episode up to this share of full scale"
+        ),
+    ] = 0.0,
+    ticks: Annotated[int, typer.Option(min=1, help="longest episode")] = 500,
+    deployment: Annotated[
+        Path | None,
+        typer.Option(
+            "--deployment", "-d", parser=parse_deployment, metavar="NAME_OR_FILE",
+            help="whose robot and simulator; default: panda_mobile_sim",
+        ),
+    ] = None,
+) -> None:  # fmt: skip
+    """Record SKILL in simulated episodes, in one process: states, rows, what acted, success.
+
+    No gate judges here; what it would refuse is recorded too.
+    """
+    from fairlead_tools.learn.dataset import add, begin
+    from fairlead_tools.learn.record import record
+
+    wanted = parse_seeds(seeds)[:episodes]
+    chosen = load_deployment(deployment or deployment_path(SOURCE))
+    manifest = load_skill(installed_skill(skill))
+    Admission(manifest, load_robot(chosen.robot)).require()
+    header = begin(out, manifest, chosen.robot, noise)
+    with ProgressLine() as line:
+
+        def show(seed: int, tick: int) -> None:
+            done = header.episodes
+            won = sum(one.succeeded for one in done)
+            count = f"{len(done) + 1} of {len(wanted)}, {won} succeeded"
+            line.show(f"seed {seed}, {count} | tick {tick}")
+
+        for episode in record(chosen, manifest, wanted, noise, ticks, show):
+            header = add(out, header, episode)
+    won = sum(one.succeeded for one in header.episodes)
+    echo(f"{out}: {won} of {len(header.episodes)} episodes succeeded")
+
+
+@example("fairlead dataset show out/dataset")
+def show_command(dataset: DatasetArgument, as_json: JsonOption = False) -> None:
+    """Say what a dataset holds."""
+    from fairlead_tools.learn.dataset import read_header
+
+    header = read_header(dataset)
+    if as_json:
+        print_json(msgspec.to_builtins(header))
+        return
+    rows = [(one.seed, one.ticks, "yes" if one.succeeded else "no") for one in header.episodes]
+    print_table(("SEED", "TICKS", "SUCCEEDED"), rows)
+    echo(
+        f"{header.skill} on {header.robot}, {header.layout} at {header.rate_hz:g} Hz, noise "
+        f"{header.noise:g}: {len(rows)} episodes, {sum(row[1] for row in rows)} ticks"
+    )
+
+
+@example("fairlead export lerobot out/dataset out/lerobot")
+def lerobot_command(
+    dataset: DatasetArgument,
+    target: Annotated[Path, typer.Argument(help="a new folder", file_okay=False)],
+    failed: Annotated[
+        bool, typer.Option("--failed", help="also episodes that did not succeed")
+    ] = False,
+) -> None:
+    """Write a dataset as a LeRobotDataset, format v3.0; its actions are what acted."""
+    from fairlead_tools.learn.dataset import read_header
+    from fairlead_tools.learn.lerobot_export import export_lerobot
+
+    skill = load_skill(read_header(dataset).skill)
+    count = export_lerobot(dataset, target, skill, failed)
+    echo(f"{target}: {count} episodes")
+
+
+@example("fairlead train out/dataset --out rskills/my-policy")
+def train_command(
+    datasets: Annotated[list[Path], typer.Argument(help="folders that dataset record made")],
+    out: Annotated[Path, typer.Option(file_okay=False, help="the skill that is made")],
+    expert: Annotated[
+        str, typer.Option(help="the scripted skill that is cloned", autocompletion=complete_skill)
+    ] = "oracle-counter-to-cabinet",
+    seed: Annotated[int, typer.Option(min=0, help="of all that is drawn")] = 0,
+    beside: Annotated[
+        int, typer.Option(min=0, help="states beside each recorded one that are labelled too")
+    ] = 2,
+    epochs: Annotated[int, typer.Option(min=1, help="how often each label is seen")] = 12,
+) -> None:
+    """Clone a scripted skill from recorded episodes into a new skill with an ONNX policy.
+
+    The expert is asked in each recorded state, so episodes of the clone itself teach it too.
+    """
+    from fairlead_tools.learn.train import Recipe, train
+
+    train(datasets, load_skill(expert), Recipe(seed, beside, epochs), out, echo)
+
+
+dataset_group = make_group(
+    "dataset", "Record episodes to learn from.", {"record": record_command, "show": show_command}
+)
+export_group = make_group(
+    "export", "Write a dataset in another's format.", {"lerobot": lerobot_command}
+)

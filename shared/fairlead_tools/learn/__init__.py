@@ -1,0 +1,1 @@
+"""Policies that learn from a scripted expert: recording, exporting, training."""

@@ -1,0 +1,49 @@
+"""LeRobotDataset v3: the files by their own readers; `make peers` opens them with lerobot."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pyarrow import parquet
+
+from fairlead.errors import ConfigError
+from fairlead_tools.learn.lerobot_export import export_lerobot
+from tests.learn.drawn import EXPERT, drawn_dataset, drawn_episode
+
+EPISODES = (drawn_episode(1), drawn_episode(2, succeeded=False), drawn_episode(3, 5))
+
+
+def test_frames_are_the_recorded_numbers_and_indices_count_on(tmp_path: Path) -> None:
+    data = drawn_dataset(tmp_path / "d", *EPISODES)
+    assert export_lerobot(data, tmp_path / "l", EXPERT, failed=False) == 2
+    frames = parquet.read_table(tmp_path / "l/data/chunk-000/file-000.parquet").to_pydict()
+    states = np.concatenate([EPISODES[0].states, EPISODES[2].states]).astype(np.float32)
+    acted = np.concatenate([EPISODES[0].acted, EPISODES[2].acted])
+    np.testing.assert_array_equal(np.array(frames["observation.state"], np.float32), states)
+    np.testing.assert_array_equal(np.array(frames["action"], np.float32), acted)
+    assert frames["index"] == list(range(17))
+    assert frames["episode_index"] == [0] * 12 + [1] * 5
+    assert frames["frame_index"] == [*range(12), *range(5)]
+    np.testing.assert_allclose(frames["timestamp"], np.array(frames["frame_index"]) / 20, rtol=1e-6)
+    told = parquet.read_table(tmp_path / "l/meta/episodes/chunk-000/file-000.parquet").to_pylist()
+    assert [(one["dataset_from_index"], one["dataset_to_index"]) for one in told] == [
+        (0, 12),
+        (12, 17),
+    ]
+    info = json.loads((tmp_path / "l/meta/info.json").read_text())
+    assert (info["total_frames"], info["total_episodes"], info["fps"]) == (17, 2, 20)
+    assert info["features"]["action"]["names"][6] == "gripper_position[0]"
+    stats = json.loads((tmp_path / "l/meta/stats.json").read_text())
+    np.testing.assert_allclose(stats["action"]["mean"], acted.astype(float).mean(0))
+
+
+def test_failures_are_written_only_if_asked_for(tmp_path: Path) -> None:
+    data = drawn_dataset(tmp_path / "d", *EPISODES)
+    assert export_lerobot(data, tmp_path / "l", EXPERT, failed=True) == 3
+    only_failed = drawn_dataset(tmp_path / "f", EPISODES[1])
+    with pytest.raises(ConfigError, match="expected an episode that succeeded"):
+        export_lerobot(only_failed, tmp_path / "m", EXPERT, failed=False)
+    assert not (tmp_path / "m").exists()

@@ -1,0 +1,47 @@
+"""Recording in one process: the same bits as the episode that parity proves equal to a deployed."""
+
+from __future__ import annotations
+
+from contextlib import closing
+
+import numpy as np
+import pytest
+
+from fairlead.deploy.deployment import load_deployment
+from fairlead.errors import ConfigError
+from fairlead.messages import ResetEpisodeReply
+from fairlead.paths import deployment_path
+from fairlead.skill.manifest import load_skill
+from fairlead_tools.learn.record import record
+from fairlead_tools.parity.local_episode import LocalEpisode
+from tests.learn.drawn import EXPERT
+
+pytestmark = pytest.mark.simulator
+DEPLOYMENT = load_deployment(deployment_path("panda_mobile_sim"))
+RESET = ResetEpisodeReply(tick=2, episode_tick=1, held_ticks=1)
+
+
+def test_a_recording_has_what_a_policy_in_one_process_sees_and_does_bit_for_bit() -> None:
+    [one] = record(DEPLOYMENT, EXPERT, [5], 0.0, 16, lambda seed, tick: None)
+    with closing(LocalEpisode(DEPLOYMENT, EXPERT, 5, RESET)) as local:
+        assert local.act() and local.act()
+        trace = local.trace
+    assert [state.astype("<f8").tobytes() for state in one.states[::8]] == trace.observations
+    assert [row.tobytes() for row in one.acted] == trace.packed[1:]
+    assert not one.succeeded and len(one.states) == 16
+
+
+def test_noise_moves_all_but_switches_and_is_the_seed_s() -> None:
+    first, again = (
+        next(record(DEPLOYMENT, EXPERT, [5], 0.4, 10, lambda seed, tick: None)) for _ in range(2)
+    )
+    assert first.acted.tobytes() == again.acted.tobytes()
+    moved = (first.acted != first.rows).any(axis=0)
+    assert moved.tolist() == [True] * 6 + [False] + [True] * 3 + [False] * 2
+    assert np.abs(first.acted).max() <= 1
+
+
+def test_a_skill_with_pictures_is_refused_before_anything_starts() -> None:
+    seen = load_skill("pi05-robocasa365-human300-nf4")
+    with pytest.raises(ConfigError, match="expected no pictures and a row for each control period"):
+        next(record(DEPLOYMENT, seen, [5], 0.0, 16, lambda seed, tick: None))

@@ -1,0 +1,78 @@
+"""``fairlead serve-policy``: its answers are the policy's own; what does not fit is said."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from websockets.exceptions import ConnectionClosed, InvalidStatus
+from websockets.sync.client import connect
+
+from fairlead.policy import Observation
+from fairlead.skill.manifest import load_skill
+from fairlead_skill_runner.policies.oracle.policy import OraclePolicy
+from fairlead_skill_runner.policies.remote.openpi import OpenpiPolicy
+from fairlead_skill_runner.policies.remote.openpi_wire import encode
+from tests.runner.served_skill import served
+
+pytestmark = pytest.mark.processes
+
+SKILL = load_skill("oracle-counter-to-cabinet")
+STATES = np.random.default_rng(3).uniform(-1, 1, (3, 30)).astype(np.float32).astype(np.float64)
+
+
+def test_each_connection_is_an_episode_and_its_answers_are_the_policy_s_bit_for_bit() -> None:
+    asked: dict[str, Any] = {"start": "-", "connect_timeout_s": 4.0, "answer_timeout_s": 4.0}
+    with served(SKILL.id) as address:
+        for _ in range(2):
+            policy = OpenpiPolicy.from_options(SKILL, asked | {"address": address})
+            policy.reset()
+            alone = OraclePolicy(SKILL.horizon)
+            for number, state in enumerate(STATES):
+                wanted = alone.infer(Observation(1 + 8 * number, state, ""))
+                assert policy.infer(Observation(5, state, "")).tobytes() == wanted.tobytes()
+            policy._close()
+
+
+def test_who_has_no_key_or_comes_second_is_turned_away_and_the_first_goes_on() -> None:
+    with served(SKILL.id, key="k3y") as address:
+        for headers in ({}, {"Authorization": "Api-Key other"}):
+            with pytest.raises(InvalidStatus, match="401"):
+                connect(address, additional_headers=headers)
+        key = {"Authorization": "Api-Key k3y"}
+        with connect(address, additional_headers=key) as first:
+            first.recv(timeout=20)
+            with (
+                connect(address, additional_headers=key) as second,
+                pytest.raises(ConnectionClosed, match="another client is connected"),
+            ):
+                second.recv(timeout=20)
+            first.send(encode({"observation/state": STATES[0].astype(np.float32)}))
+            assert isinstance(first.recv(timeout=20), bytes)
+        with connect(address, additional_headers=key) as third:
+            assert isinstance(third.recv(timeout=20), bytes)
+
+
+WRONG: list[tuple[Any, str]] = [
+    (b"\xc1", "serve-policy: no message: "),
+    ("text", "serve-policy: expected a map, got str"),
+    (encode({"state": 1}),
+     "serve-policy: request: expected observation/state, prompt, got state"),
+    (encode({"observation/state": np.zeros(29, np.float32)}),
+     "serve-policy: expected observation/state as 30 finite numbers, got float32 [29]"),
+    (encode({"observation/state": np.full(30, np.nan)}),
+     "serve-policy: expected observation/state as 30 finite numbers, got float64 [30]"),
+]  # fmt: skip
+
+
+def test_a_request_that_does_not_fit_is_answered_by_what_was_expected() -> None:
+    with served(SKILL.id) as address:
+        for request, text in WRONG:
+            with connect(address) as link:
+                link.recv(timeout=20)
+                link.send(request)
+                said = link.recv(timeout=20)
+                assert isinstance(said, str) and said.startswith(f"PolicyError: {text}")
+                with pytest.raises(ConnectionClosed):
+                    link.recv(timeout=20)
