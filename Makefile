@@ -19,7 +19,7 @@ check: ## the tests that start no process and no simulator, after a set-up: unde
 test: setup ## every test; scripts/test PATH runs some of them
 	@scripts/test
 
-peers: setup ## policy clients against published code; OPENPI, GROOT, RLDX name checkouts
+peers: setup ## policy clients against published code; OPENPI, GROOT, RLDX, LEROBOT name where it is
 	@scripts/peers
 
 soak: setup ## the long tests: twenty seeds of the task; soundness and usability of the gate

@@ -53,7 +53,7 @@ def test_beside_a_state_the_world_stands_and_what_is_held_goes_with_the_hand() -
 def test_labels_are_the_expert_s_own_whatever_was_asked_beside() -> None:
     episode, alone = drawn_episode(2), OraclePolicy(8)
     labels = label(OraclePolicy(8), [episode], beside=3, seed=0)
-    assert labels.states.shape == (12 + 11 * 3, 30)
+    assert labels.states.shape == (12 + 6 * 3, 30)
     own = [
         row for state, row in zip(*labels, strict=True) if (state == episode.states).all(1).any()
     ]
@@ -92,7 +92,7 @@ def test_the_same_recipe_gives_the_same_bytes_and_another_seed_others(
     assert files[0] == files[1] != files[2]
     told = json.loads((tmp_path / "one" / "training.json").read_text())
     assert told["datasets"][0]["seeds"] == [1, 2]
-    assert told["labels"] == 2 * (12 + 11 * 2)
+    assert told["labels"] == 2 * (12 + 6 * 2)
     slots = read_skill(tmp_path / "one").action_contract.slots
     assert [slot.clip for slot in slots] == [(-1, 1), None, (-1, 1), None, None]
     assert [slot.threshold for slot in slots] == [None, 0, None, None, 0]

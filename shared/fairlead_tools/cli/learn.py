@@ -122,9 +122,9 @@ def train_command(
     ] = "oracle-counter-to-cabinet",
     seed: Annotated[int, typer.Option(min=0, help="of all that is drawn")] = 0,
     beside: Annotated[
-        int, typer.Option(min=0, help="states beside each recorded one that are labelled too")
-    ] = 2,
-    epochs: Annotated[int, typer.Option(min=1, help="how often each label is seen")] = 12,
+        int, typer.Option(min=0, help="states beside each second recorded one, labelled too")
+    ] = 5,
+    epochs: Annotated[int, typer.Option(min=1, help="how often each label is seen")] = 60,
 ) -> None:
     """Clone a scripted skill from recorded episodes into a new skill with an ONNX policy.
 

@@ -21,6 +21,9 @@ from fairlead_tools.learn.dataset import Episode
 HAND_M, BASE_M, TURN_RAD = 0.03, 0.05, 0.04
 """Standard deviations of how far beside."""
 
+EVERY = 2
+"""Ticks between states that are labelled beside."""
+
 HELD_M, OPEN_M = 0.06, 0.07
 """An object nearer to the hand than the first, between fingers closer than the second, is held."""
 
@@ -33,7 +36,7 @@ class Labels(NamedTuple):
 
 
 def label(expert: Policy, episodes: Sequence[Episode], beside: int, seed: int) -> Labels:
-    """Of every tick of every episode, once where it was and ``beside`` times beside it."""
+    """Of every tick of every episode, and ``beside`` times beside each second one."""
     rng = np.random.default_rng(seed)
     pairs = [pair for episode in episodes for pair in _of(expert, episode, beside, rng)]
     states, rows = zip(*pairs, strict=True)
@@ -47,7 +50,7 @@ def _of(
     for tick, state in enumerate(episode.states, start=1):
         before = copy.deepcopy(expert)
         yield state, _rows(expert, tick, state)
-        if tick > 1:  # the first is where it remembers to have begun
+        if tick % EVERY == 0:  # never the first, where it remembers to have begun
             for _ in range(beside):
                 near = state_beside(state, rng)
                 yield near, _rows(copy.deepcopy(before), tick, near)

@@ -32,12 +32,12 @@ _HELD_OUT = 20  # one of so many labels measures, and trains nothing
 class Recipe:
     """How to train.
 
-    beside: labelled states beside each recorded one. execute_steps: of the skill that is made.
+    beside: labelled states beside each second recorded one. execute_steps: of the skill that is made.
     """
 
     seed: int = 0
-    beside: int = 2
-    epochs: int = 12
+    beside: int = 5
+    epochs: int = 60
     widths: tuple[int, ...] = (256, 256)
     execute_steps: int = 4
 
