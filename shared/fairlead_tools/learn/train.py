@@ -32,7 +32,8 @@ _HELD_OUT = 20  # one of so many labels measures, and trains nothing
 class Recipe:
     """How to train.
 
-    beside: labelled states beside each second recorded one. execute_steps: of the skill that is made.
+    beside: labelled states beside each second recorded one. execute_steps: of the skill that is
+        made.
     """
 
     seed: int = 0
