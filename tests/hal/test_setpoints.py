@@ -10,6 +10,7 @@ import yaml
 
 from fairlead.errors import ConfigError
 from fairlead.hal.backend import PartCommand
+from fairlead.hal.setpoint_limits import SetpointLimits
 from fairlead.hal.setpoints import Setpoints
 from fairlead.messages import FloatArray
 from fairlead.modes import ControlMode
@@ -98,6 +99,13 @@ def test_a_blocked_joint_is_led_by_two_periods_of_full_speed_at_most(
         setpoints.advance(push, START)
     lead = 2 * robot.joint("panda_joint1").velocity_limit * 0.05
     np.testing.assert_allclose(setpoints.positions[0] - START[0], lead, atol=1e-12)
+
+
+def test_a_tools_motion_moves_no_joint_at_its_speed_limit(robot: RobotManifest) -> None:
+    limits, joints = SetpointLimits(robot), [0, 1]
+    steps = np.array([2.0, -0.5]) * limits.reach[joints]
+    scale = limits.step_scale(joints, steps, np.zeros(2), np.zeros(2))
+    assert 0.9 * limits.reach[0] < scale * steps[0] < 0.98 * limits.reach[0]
 
 
 def test_a_gripper_travels_below_its_speed_limit_and_stops_at_the_command(

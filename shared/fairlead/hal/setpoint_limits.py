@@ -10,6 +10,8 @@ from fairlead.messages import FloatArray
 from fairlead.robot.manifest import RobotManifest
 from fairlead.robot.profile_limits import profile_limits
 
+TOOL_SHARE = 0.95
+"""Of its speed limit, at which a tool's motion moves a joint: its servo is up to 2 % faster."""
 LEAD_PERIODS = 2.0
 """Periods of full speed by which a moving setpoint may lead its joint."""
 
@@ -56,7 +58,7 @@ class SetpointLimits:
     ) -> float:
         """How much of these steps every joint can do in one period: 1.0, or less for all."""
         lowest, highest = self.ends(joints, setpoints, measured)
-        reach, moving = self.reach[list(joints)], steps != 0.0
+        reach, moving = TOOL_SHARE * self.reach[list(joints)], steps != 0.0
         most = np.minimum(highest - setpoints, reach)
         least = np.maximum(lowest - setpoints, -reach)
         possible = np.where(steps > 0.0, most, least)[moving] / steps[moving]
