@@ -20,7 +20,8 @@ from fairlead.messages import FloatArray, SafeChunk, decode, floats
 from fairlead.modes import ControlMode
 from fairlead.operate.goal_run import GoalOptions, run_goal
 from fairlead.paths import rskill_dir
-from fairlead.robot.interpolation import Interpolation, smoothed_changes
+from fairlead.robot.executed_way import smoothed_changes
+from fairlead.robot.interpolation import Interpolation
 from fairlead.robot.manifest import load_robot
 from fairlead.wire.bus import Sample
 from fairlead_hal_mujoco.mujoco_backend import MujocoBackend

@@ -20,9 +20,8 @@ from fairlead.modes import ControlMode
 from fairlead.robot.capsule_distance import capsule_spans
 from fairlead.robot.capsules import load_capsules
 from fairlead.robot.description import description_tree
-from fairlead.robot.executed_way import limits_for_the_gate
+from fairlead.robot.executed_way import limits_for_the_gate, smoothed_changes
 from fairlead.robot.gate_file import compile_gate_config
-from fairlead.robot.interpolation import smoothed_changes
 from fairlead.robot.link_poses import link_poses
 from fairlead.robot.manifest import RobotManifest, load_robot
 from fairlead.robot.safety_profile import SafetyProfile

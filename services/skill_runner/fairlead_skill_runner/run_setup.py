@@ -8,10 +8,11 @@ from dataclasses import dataclass, field
 from hashlib import sha256
 
 from fairlead.messages import NO_TRACE, ClaimReply, Goal, HalStatus
+from fairlead.robot.free_axes import FreeAxes
 from fairlead.robot.manifest import RobotManifest
 from fairlead.skill.manifest import SkillManifest
 from fairlead.skill.routes import Route
-from fairlead_skill_runner.free_axes import FreeAxes, free_axes
+from fairlead_skill_runner.free_axes import free_axes
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,8 @@ from typing import Protocol
 import numpy as np
 
 from fairlead.messages import FloatArray
-from fairlead.robot.interpolation import LATE_PERIODS, smoothed_changes
+from fairlead.robot.executed_way import smoothed_changes
+from fairlead.robot.interpolation import LATE_PERIODS
 from fairlead.robot.manifest import RobotManifest
 
 Way = Callable[[float], FloatArray]

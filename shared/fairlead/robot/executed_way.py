@@ -14,13 +14,25 @@ from typing import TypeVar
 from fairlead.errors import ConfigError, expected
 from fairlead.robot.capsules import CapsuleFile
 from fairlead.robot.description import DescriptionTree, Link
-from fairlead.robot.interpolation import ENDS_PERIODS, LATE_PERIODS, smoothed_changes
+from fairlead.robot.interpolation import ENDS_PERIODS, LATE_PERIODS
 from fairlead.robot.manifest import RobotManifest
 from fairlead.robot.mode_limits import SafetyBlock
+from fairlead.robot.profile_limits import profile_limits
 from fairlead.robot.safety_profile import SafetyProfile
 from fairlead.robot.tool_reach import Reach
 
 Block = TypeVar("Block", bound=SafetyBlock)
+
+
+def smoothed_changes(robot: RobotManifest, profile: str) -> dict[str, float]:
+    """By commanded joint, up to which change of step from row to row the way is smooth.
+
+    That of the joint's acceleration limit in the profile over a period [rad or m]; of a larger
+    change the rest stays a leap of velocity, as it is without interpolation. The way leaves the
+    straight one by a sixth of it at most.
+    """
+    safety, period_s = robot.profile(profile), robot.tick_period_ns * 1e-9
+    return {one.name: profile_limits(one, safety)[1] * period_s**2 for one in robot.joints}
 
 
 def limits_for_the_gate(

@@ -154,7 +154,10 @@ def _tool(robot: RobotManifest, part: Part, block: CartesianDeltaMode) -> Drive:
     full = np.array([linear] * 3 + [angular] * 3)
     steps = [block.linear_step_limit_m] * 3 + [block.angular_step_limit_rad] * 3
     tool = robot.end_effector(part.end_effector).tool_frame if part.end_effector else ""
-    return _speeds(robot, part, ControlMode.CARTESIAN_DELTA, block.frames[0], tool, full, steps)
+    axes = XYZ + TURNS if len(part.joints) >= len(XYZ + TURNS) else XYZ  # fewer cannot turn it too
+    columns = tuple(range(len(axes)))
+    frame = block.frames[0]
+    return _speeds(robot, part, ControlMode.CARTESIAN_DELTA, frame, tool, full, steps, columns)
 
 
 def _base(robot: RobotManifest, part: Part, block: BodyTwistMode) -> Drive:

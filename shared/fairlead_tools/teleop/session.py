@@ -13,6 +13,7 @@ from fairlead.messages import ActionPart, FloatArray, Hold, Verdict, floats
 from fairlead.modes import ControlMode
 from fairlead.operate.blocking import BlockingClaim
 from fairlead.operate.tick import Tick
+from fairlead.robot.free_axes import FreeAxes
 from fairlead.robot.manifest import RobotManifest
 from fairlead_tools.teleop.device import Deflection, InputDevice, Wish
 from fairlead_tools.teleop.drive import Drive
@@ -71,6 +72,9 @@ class HandDriving:
         self._at = at
         self._period_s = robot.tick_period_ns * 1e-9 if lockstep and paced else 0.0
         self._part = robot.part_names.index(drive.part)
+        self._free: FreeAxes | None = None
+        if drive.tool and len(drive.columns) < drive.width:
+            self._free = FreeAxes(robot, robot.part(drive.part), drive.frame, drive.columns)
 
     def run(self, claim: BlockingClaim, show: Callable[[State], None]) -> Wish:
         """Drive until the device wishes otherwise, and the robot has come to rest.
@@ -111,7 +115,7 @@ class HandDriving:
     ) -> Verdict:
         is_held = tick.joints.acted[self._part].hold != Hold.NONE
         rows = self._pilot.rows(tick.number, measured, is_held, asked)
-        parts = [self._rows(claim, rows), *self._grip_rows(claim, tick, asked, len(rows))]
+        parts = [self._rows(claim, rows, tick), *self._grip_rows(claim, tick, asked, len(rows))]
         try:
             verdict = claim.send(tick.number, *parts)
         except ChunkRefusedError as error:
@@ -119,12 +123,14 @@ class HandDriving:
         self._pilot.judged(verdict.released_last)
         return verdict
 
-    def _rows(self, claim: BlockingClaim, rows: FloatArray) -> ActionPart:
+    def _rows(self, claim: BlockingClaim, rows: FloatArray, tick: Tick) -> ActionPart:
         drive = self._drive
         if drive.is_position:
             return claim.rows(drive.part, drive.mode, rows, joints=drive.names)
         wide = np.zeros((len(rows), drive.width))
         wide[:, list(drive.columns)] = rows
+        if self._free is not None:
+            wide = self._free.completed(wide, floats(tick.joints.positions))
         frame = drive.frame if drive.mode is ControlMode.CARTESIAN_DELTA else ""
         return claim.rows(drive.part, drive.mode, wide, frame=frame)
 

@@ -11,7 +11,7 @@ from fairlead.messages import FloatArray, Transform, TransformBatch, floats
 from fairlead.operate.blocking import BlockingSubscription
 from fairlead.operate.tick import Tick
 from fairlead_tools.teleop.device import Deflection, Wish
-from fairlead_tools.teleop.drive import TURNS, XYZ, Drive
+from fairlead_tools.teleop.drive import XYZ, Drive
 
 NEARER = 0.3
 """Of the way that is left, the most that is asked for in one row."""
@@ -81,22 +81,24 @@ class ToolWay:
 
     def __init__(self, drive: Drive, heard: BlockingSubscription[TransformBatch]) -> None:
         self._names, self._heard = (drive.frame, drive.tool), heard
+        self._columns = list(drive.columns)
         self._start: tuple[FloatArray, FloatArray] | None = None
 
     def __call__(self, tick: Tick) -> FloatArray:
-        """``[6]``, m and rad (a rotation vector); NaN if the tick's transform does not come."""
+        """Per axis, m and rad (a rotation vector); NaN if the tick's transform does not come."""
         while (batch := self._heard.next(LATE_S)) is not None:
             for one in batch.transforms:
                 if (one.parent, one.child) == self._names and batch.tick >= tick.number:
                     return self._from_start(one)
-        return np.full(len(XYZ + TURNS), math.nan)
+        return np.full(len(self._columns), math.nan)
 
     def _from_start(self, now: Transform) -> FloatArray:
         place, turn = floats(now.translation), floats(now.rotation_xyzw)
         if self._start is None:
             self._start = place, turn
         place_0, turn_0 = self._start
-        return np.concatenate([place - place_0, _rotation_vector(turn, turn_0)])
+        way = np.concatenate([place - place_0, _rotation_vector(turn, turn_0)])
+        return np.asarray(way[self._columns])
 
 
 def _rotation_vector(xyzw: FloatArray, start_xyzw: FloatArray) -> FloatArray:
