@@ -37,8 +37,11 @@ class Labels(NamedTuple):
 
 def label(expert: Policy, episodes: Sequence[Episode], beside: int, seed: int) -> Labels:
     """Of every tick of every episode, and ``beside`` times beside each second one."""
-    rng = np.random.default_rng(seed)
-    pairs = [pair for episode in episodes for pair in _of(expert, episode, beside, rng)]
+    pairs = [
+        pair
+        for episode in episodes
+        for pair in _of(expert, episode, beside, np.random.default_rng(seed + episode.seed))
+    ]
     states, rows = zip(*pairs, strict=True)
     return Labels(np.array(states), np.array(rows))
 

@@ -92,7 +92,7 @@ def fit(
         warnings.simplefilter("ignore", ConvergenceWarning)  # it always trains that long
         for share, rate in RATES:
             net.set_params(max_iter=max(1, round(epochs * share)), learning_rate_init=rate)
-            net.fit(inputs, outputs)
+            net.fit(inputs.astype(np.float32), outputs.astype(np.float32))
     return net
 
 

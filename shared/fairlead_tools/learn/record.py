@@ -31,6 +31,9 @@ if TYPE_CHECKING:
 SWITCHES = ("gripper_position", "gripper_binary", "composite_mode")
 """What noise leaves alone."""
 
+LESS = 0.12 / 0.35
+"""Of what a tool's translation gets, what turns and bases get: more, and the expert fails."""
+
 
 def record(
     deployment: Deployment,
@@ -124,9 +127,11 @@ class _Runs:
 
 
 def _noisy(contract: ActionContract) -> npt.NDArray[np.float64]:
-    """1.0 for each number that noise is added to."""
-    mask = np.zeros(contract.dim)
+    """The share of `record`'s noise that each number gets; 0.0 for switches."""
+    shares = np.zeros(contract.dim)
     for slot in contract.routed:
         if slot.control_mode not in SWITCHES:
-            mask[slot.first : slot.last + 1] = 1.0
-    return mask
+            shares[slot.first : slot.last + 1] = LESS
+        if slot.control_mode == "cartesian_delta":
+            shares[slot.first : slot.first + 3] = 1.0
+    return shares
