@@ -48,7 +48,7 @@ LimitRows::LimitRows(std::string name, const Limits& limits, std::uint32_t horiz
 std::size_t LimitRows::rows_in_order() const {
   const RowLimitCheck walk(plan_, claim_, state_, chunk_.chunk(), 0, nothing_before_);
   std::size_t row = 0;
-  while (row < chunk_.chunk().horizon && (!walk.needs_check(row) || walk.check(row).ok())) ++row;
+  while (row < chunk_.chunk().horizon && walk.check(row).ok()) ++row;
   return row;
 }
 

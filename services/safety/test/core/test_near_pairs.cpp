@@ -1,6 +1,5 @@
-// Pairs that were far apart are not asked again until they may have come near: every look finds
-// what one finds that looks at all of them. A ball of 0.5 m on the column of the free arm, 4 m
-// ahead, and one that stands; their middles may be 1.5 m apart.
+// Pairs that come near and go: a ball of 0.5 m on the column of the free arm, 4 m ahead, and one
+// that stands; their middles may be 1.5 m apart.
 
 #include <doctest/doctest.h>
 

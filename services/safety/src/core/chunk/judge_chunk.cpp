@@ -167,7 +167,7 @@ Judgement judge_rows(PathRoom& room, const PathPlan& plan, const ClaimLimits& cl
   const RowLimitCheck by_limits(plan, claim, state, chunk, first_row, before);
   TrajectoryCheck& by_path = room.begin(plan, claim, state, chunk, first_row, before, companions);
   return judge_each(first_row, chunk.horizon, by_path, [&](std::size_t row) {
-    const Evidence evidence = by_limits.needs_check(row) ? by_limits.check(row) : Evidence{};
+    const Evidence evidence = by_limits.check(row);
     return evidence.ok() ? by_path.check_next() : evidence;
   });
 }

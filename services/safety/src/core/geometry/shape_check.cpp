@@ -15,10 +15,6 @@ Eigen::Vector3d tool_at(const PlanTool& tool, const FramePoses& poses) {
   return point_in_root(poses[tool.place.frame], tool.place.position);
 }
 
-// What all pairs are looked at for, beyond what has to be known now [m]: much less and they are
-// looked at again soon, much more and most of them count as near.
-constexpr double far_ahead = 0.15;
-
 void keep_smallest(double& slack, double margin) { slack = std::min(slack, std::max(margin, 0.0)); }
 
 }  // namespace
@@ -28,7 +24,6 @@ ShapeCheck::ShapeCheck(const PathPlan& plan, JointSet commanded, JointSet guesse
   for (std::size_t i = 0; i < plan.pairs.size(); ++i) {
     if ((plan.pairs[i].movers & commanded) == 0) continue;
     (void)pairs_.push_back(static_cast<std::uint16_t>(i));
-    pair_movers_ |= plan.pairs[i].movers;
   }
   if (plan.volumes.empty()) return;
   bool keeps_out = false;
@@ -161,40 +156,16 @@ double ShapeCheck::pair_distance(const PlanPair& pair, const FramePoses& poses) 
          plan_.capsules[pair.first].radius - plan_.capsules[pair.second].radius;
 }
 
-void ShapeCheck::find_near_pairs(const FramePoses& poses, const Middles& middles, double others) {
-  far_ = others + far_ahead + clearance_drift_;
-  near_pairs_.clear();
-  for (std::size_t i = 0; i < pairs_.size(); ++i) {
-    const PlanPair& pair = plan_.pairs[pairs_[i]];
-    const double apart = (middles[pair.first] - middles[pair.second]).squaredNorm();
-    if (!(apart >= (pair.near + far_) * (pair.near + far_)))
-      (void)near_pairs_.push_back(static_cast<std::uint16_t>(i));
-  }
-  for (std::size_t f = 1; f < plan_.frames.size(); ++f) far_at_[f] = poses.joint_of(f);
-}
-
-// A pair comes nearer by no more than what the joints between its two have gone since all were
-// looked at, times how far what hangs on them reaches (`DisplacementBound::longest`). The nanometre
-// is for rounding.
-bool ShapeCheck::far_pairs_are_clear_by(double others, const FramePoses& poses) const {
-  double nearer = 1e-9;
-  for (std::size_t f = 1; f < plan_.frames.size(); ++f)
-    if ((pair_movers_ & only(plan_.frames[f].joint)) != 0)
-      nearer += plan_.frames[f].reach * std::abs(poses.joint_of(f) - far_at_[f]);
-  return far_ - nearer - clearance_drift_ >= others;
-}
-
-// Most pairs are so far apart that the spheres around them tell, and of most of those it is known
-// from before. A distance that is no number is a hit.
+// Most pairs are so far apart that the spheres around them tell. A distance that is no number is a
+// hit.
 Evidence ShapeCheck::look_at_pairs(const FramePoses& poses, const FramePoses& before,
                                    const DisplacementBound& ways, double share, Clearance& found) {
   if (pairs_.empty()) return {};
-  Middles middles;
+  std::array<Eigen::Vector3d, max_capsules> middles;
   for (std::size_t i = 0; i < plan_.capsules.size(); ++i)
     middles[i] = point_in_root(poses[plan_.capsules[i].frame], plan_.capsules[i].middle);
-  if (!far_pairs_are_clear_by(found.others, poses)) find_near_pairs(poses, middles, found.others);
   const double clearance = plan_.limits.collision.clearance + clearance_drift_;
-  for (const std::uint16_t i : near_pairs_) {
+  for (std::size_t i = 0; i < pairs_.size(); ++i) {
     const PlanPair& pair = plan_.pairs[pairs_[i]];
     const double apart = (middles[pair.first] - middles[pair.second]).squaredNorm();
     const auto are_clear_by = [&](double margin) {

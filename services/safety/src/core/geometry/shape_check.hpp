@@ -67,9 +67,6 @@ class ShapeCheck {
                             const FramePoses& before, double& slack) const;
   Evidence look_at_pairs(const FramePoses& poses, const FramePoses& before,
                          const DisplacementBound& ways, double share, Clearance& found);
-  using Middles = std::array<Eigen::Vector3d, max_capsules>;  // of the capsules
-  void find_near_pairs(const FramePoses& poses, const Middles& middles, double others);
-  [[nodiscard]] bool far_pairs_are_clear_by(double others, const FramePoses& poses) const;
   [[nodiscard]] double way_of(std::size_t shape, const DisplacementBound& ways) const;
   [[nodiscard]] Segment segment(std::size_t capsule, const FramePoses& poses) const;
   [[nodiscard]] double pair_distance(const PlanPair& pair, const FramePoses& poses) const;
@@ -89,12 +86,6 @@ class ShapeCheck {
   FixedVec<std::uint16_t, max_capsule_pairs> pairs_;
   FixedVec<std::uint8_t, max_parts> tools_;        // by part
   FixedVec<std::uint8_t, max_capsules> capsules_;  // that volumes keep out
-  // All pairs but these of `pairs_` were clear by `far_` where the frames were placed for
-  // `far_at_`.
-  FixedVec<std::uint16_t, max_capsule_pairs> near_pairs_;
-  JointSet pair_movers_ = 0;  // joints that move any pair
-  double far_ = unset;        // unset: nobody has looked
-  std::array<double, max_links> far_at_{};
 };
 
 }  // namespace fairlead

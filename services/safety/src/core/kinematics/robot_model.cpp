@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "core/modes/commanded_motion.hpp"
-#include "core/modes/joint_range.hpp"
 #include "core/trajectory/extremes.hpp"
 
 namespace fairlead {
@@ -127,7 +126,6 @@ void add_chain(const PathPlan& plan, const PartLimits& part, std::size_t frame, 
   (void)tool.chain.push_back(static_cast<std::uint8_t>(frame));
   if (part.joints.contains(plan.frames[frame].joint))
     (void)tool.own.push_back(static_cast<std::uint8_t>(frame));
-  if (!tool.own.empty()) tool.shapers |= only(plan.frames[frame].joint);
 }
 
 void add_tools(PathPlan& plan) {
@@ -152,15 +150,6 @@ double travel(const Limits& limits, std::size_t joint) {
   const Bounds& bounds = commanded ? limits.joints[joint].bounds
                                    : limits.passive_joints[joint - limits.joints.size()].bounds;
   return std::max(-bounds.lower, bounds.upper) + bounds.tolerance;
-}
-
-void add_ranges(PathPlan& plan) {
-  for (std::size_t j = 0; j != plan.limits.joints.size(); ++j) {
-    constexpr auto mode = static_cast<std::uint8_t>(Mode::joint_position);
-    const JointRange range = joint_range(plan.limits.joints[j], JointModeLimits{}, mode);
-    plan.lower[j] = range.lower;
-    plan.upper[j] = range.upper;
-  }
 }
 
 // From the tips to the root: what hangs on each frame reaches at most so far from its origin.
@@ -193,7 +182,6 @@ void add_distances(PathPlan& plan) {
 
 PathPlan::PathPlan(const Limits& robot_limits) : limits(robot_limits) {
   period_s = static_cast<double>(limits.period_ns) * 1e-9;
-  add_ranges(*this);
   for (std::size_t j = 0; j < limits.joints.size(); ++j) fastest[j] = fastest_told(limits, j);
   add_frames(*this);
   for (const PlanFrame& frame : frames) tree_joints |= frame.movers;

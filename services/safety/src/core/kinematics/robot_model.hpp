@@ -80,9 +80,6 @@ struct PlanTool {
   JointSet movers = 0;
   FixedVec<std::uint8_t, max_links> chain;  // frames from the root on, the root left out
   FixedVec<std::uint8_t, max_links> own;    // those of them that the part's joints move
-  // Joints of the chain from the first own one on: how the own ones move the tool depends on where
-  // these are only; what is before them carries all of it alike.
-  JointSet shapers = 0;
   // How far from the axis of one of the part's joints it moves something at most: a turn of the
   // tool by an angle is as large as a shift by that times this [m/rad]. 0 where none of them turns.
   double reach = 0.0;
@@ -96,17 +93,12 @@ struct PlanVolume {
   std::array<PlanName, 3> axes;
 };
 
-/// A number for each commanded joint, by its index.
-using JointColumn = std::array<double, max_joints>;
-
 /// Made when the gate starts. `limits` must outlive it.
 struct PathPlan {
   explicit PathPlan(const Limits& robot_limits);
 
   const Limits& limits;
   double period_s = unset;
-  // By commanded joint, each beside the next: where a target may lie, endless without bounds.
-  JointColumn lower{}, upper{};
   std::array<PlanPlace, max_links> places;  // by link of the description
   FixedVec<PlanFrame, max_links> frames;    // parents first; the first is the root
   FixedVec<PlanCapsule, max_capsules> capsules;

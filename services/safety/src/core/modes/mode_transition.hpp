@@ -17,15 +17,6 @@ inline bool is_alike(const ActionPart& one, const ActionPart& other) {
   return one.mode == other.mode && one.frame_id == other.frame_id;
 }
 
-/// Of a part that no row before commands: nothing changes for certain, since what acted last was of
-/// the same mode and frame.
-inline bool is_as_remembered(const ActionPart& action, const RowBefore& before) {
-  if (before.memories == nullptr) return true;
-  const PartMemory& memory = (*before.memories)[action.part];
-  const unsigned others = memory.acted_modes & ~unsigned{PartMemory::mode_bit(action.mode)};
-  return others == 0 && !memory.differs(action);
-}
-
 /// The first live row of a composite switch turns where every part of the claim stands still.
 /// `acted`: the row of the same part and mode that acts before, of no action if there is none.
 Evidence check_switch(const RowView& view, const ClaimLimits& claim, const RowBefore& before,

@@ -3,26 +3,19 @@
 
 #include "core/kinematics/robot_model.hpp"
 #include "core/modes/mode_table.hpp"
-#include "core/modes/quick_look.hpp"
 
 namespace fairlead {
 
 class RowLimitCheck {
  public:
-  /// Everything must outlive the walk.
+  /// Everything must outlive it.
   RowLimitCheck(const PathPlan& plan, const ClaimLimits& claim, const MeasuredState& state,
                 const ActionChunk& chunk, std::size_t first_row, const RowBefore& before);
-
-  /// False for a row that needs no more than the quick look at all of them.
-  [[nodiscard]] bool needs_check(std::size_t row) const {
-    return row == first_row_ ? certain_ != Certain::starts : certain_ == Certain::nothing;
-  }
 
   /// What is wrong with the row, over all parts of the chunk: it runs for all of them or for none.
   [[nodiscard]] Evidence check(std::size_t row) const;
 
  private:
-  [[nodiscard]] Certain look(const PathPlan& plan) const;
   [[nodiscard]] RowView view_of(const ActionPart& action, std::size_t row) const;
 
   const Limits& limits_;
@@ -31,7 +24,13 @@ class RowLimitCheck {
   const ActionChunk& chunk_;
   const std::size_t first_row_;
   const RowBefore& before_;
-  const Certain certain_;  // of all parts together
+  const bool in_order_;  // all parts' rows, by `rows_in_order`
 };
+
+/// Whether check_absolute finds no fault with any row of a part from `first_row` to `end_row`, nor
+/// check_step with any but the first: the same comparisons, joint by joint and without words. False
+/// says nothing; so it is of modes that command no single joints.
+bool rows_in_order(const Limits& limits, const ModeLimits& modes, const MeasuredState& state,
+                   const ActionPart& action, std::size_t first_row, std::size_t end_row);
 
 }  // namespace fairlead

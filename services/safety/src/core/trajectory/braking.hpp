@@ -14,6 +14,7 @@ class Braking {
 
   /// Positions when `share` of the time has passed that the last joint needs, 0 to 1.
   void at(double share, Joints& joints) const;
+  [[nodiscard]] const Joints& start() const { return branch_.now; }
   [[nodiscard]] const Joints& end() const { return end_; }
   /// Between two points of the way nothing goes a larger share of its own than this: of the joint
   /// that goes the largest.

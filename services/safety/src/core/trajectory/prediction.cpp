@@ -15,7 +15,6 @@ namespace fairlead {
 Evidence Prediction::apply_rows(const RowBefore& own, bool before) {
   Evidence fault;
   goals_add_up_ = goals_add_up(own, before);
-  carries_ = false;
   for (const bool poses : {false, true}) {
     if (own.chunk != nullptr) {
       const Evidence evidence = apply_row(*own.chunk, own.row, true, poses, branch_count_);
@@ -85,7 +84,6 @@ Evidence Prediction::advance() {
   settle_untold();
   Evidence fault = apply_rows(RowBefore{&chunk_, row_}, false);
   targets_told_ = 0;  // what rows tell from here on is where the branches are
-  has_settled_ = steps_ > 1 && !carries_ && leads_nowhere();
   return fault.ok() ? check_finite() : fault;
 }
 

@@ -63,11 +63,6 @@ class Prediction {
 
   /// Goes on by one row, of the chunk and of its companions. G030 where the chunk's leads nowhere.
   Evidence advance();
-  /// True where the next row is certain to lead where the newest one did, and to be judged alike.
-  /// There has to be a next row.
-  [[nodiscard]] bool next_repeats() const;
-  /// Goes on by a row that does: nothing but its number changes.
-  void repeat();
 
   [[nodiscard]] std::size_t row() const { return row_; }  // the one that was gone to last
   [[nodiscard]] std::size_t branch_count() const { return branch_count_; }
@@ -143,8 +138,6 @@ class Prediction {
   void settle_untold();
   [[nodiscard]] double came_from(const Branch& branch, std::size_t joint) const;
   [[nodiscard]] Evidence check_finite() const;
-  [[nodiscard]] bool leads_nowhere() const;
-  [[nodiscard]] bool repeats_for(const Companion& companion) const;
 
   const PathPlan& plan_;
   const ClaimLimits& claim_;
@@ -155,8 +148,6 @@ class Prediction {
   std::size_t row_ = 0;
   std::size_t steps_ = 0;  // rows gone through since the first live one, the one gone to included
   bool goals_add_up_ = false;  // in the newest row
-  bool carries_ = false;       // the newest row makes up for what was left of those before
-  bool has_settled_ = false;   // the newest row, not the first, led nowhere
   std::size_t branch_count_ = 1;
   std::size_t start_count_ = 0;
   std::size_t holding_count_ = 0;  // the last of them: nothing moves but what the chunk commands

@@ -69,7 +69,6 @@ Evidence Prediction::apply_tool_motion(const Command& command, std::size_t index
       for (const std::size_t j : joints) branch.now[j] = unset;
       return broken_rule(code::speed, "tool motion", lost_goal);
     }
-    carries_ = carries_ || (left.array() != 0.0).any();
     asked += left;
   }
   const double share = gain(command, index);

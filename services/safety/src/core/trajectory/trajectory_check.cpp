@@ -4,11 +4,8 @@
 #include <utility>
 
 #include "core/geometry/breach.hpp"
-#include "core/geometry/queries.hpp"
 #include "core/kinematics/inverse_kinematics.hpp"
-#include "core/kinematics/joint_set.hpp"
 #include "core/trajectory/command_kind.hpp"
-#include "core/trajectory/row_ways.hpp"
 
 namespace fairlead {
 namespace {
@@ -64,21 +61,7 @@ TrajectoryCheck::TrajectoryCheck(const PathPlan& plan, const ClaimLimits& claim,
                                              : prediction_.commanded(),
                    prediction_.guessed()) {}
 
-// What would be seen of a row that repeats the one before has been seen, and passed. It counts as
-// many looks, or a chunk would get further than its looks go.
 Evidence TrajectoryCheck::check_next() {
-  if (prediction_.next_repeats() && looks_ + row_looks_ < max_looks) {
-    prediction_.repeat();
-    looks_ += row_looks_;
-    return {};
-  }
-  const std::size_t looks_before = looks_;
-  const Evidence evidence = check_new();
-  row_looks_ = looks_ - looks_before;
-  return evidence;
-}
-
-Evidence TrajectoryCheck::check_new() {
   Evidence evidence;
   expect_drift();
   if (!has_begun_) evidence = check_momentum();
@@ -88,7 +71,6 @@ Evidence TrajectoryCheck::check_new() {
   if (!unreachable.ok()) evidence = unreachable;
   for (std::size_t i = 0; i < prediction_.branch_count() && evidence.ok(); ++i)
     evidence = check_branch(i);
-  has_judged_ = true;
   if (!evidence.ok()) evidence.row = static_cast<std::int64_t>(prediction_.row());
   return evidence;
 }
@@ -140,39 +122,37 @@ Evidence TrajectoryCheck::check_body(const Branch& branch, const Braking& brakin
   return evidence;
 }
 
+RowMotion TrajectoryCheck::row_motion(const Branch& branch) const {
+  return {branch, plan_.limits.measured_count()};
+}
+
 // Where the row leads, on the way there, where braking from there ends, on the way to that.
 Evidence TrajectoryCheck::check_shapes(const Branch& branch, const Braking& braking,
                                        Clearance& clearance) {
   const DisplacementBound row(plan_, branch.before, branch.now),
       stop(plan_, branch.now, braking.end());
-  const double free_before = shape_check_.free_of(clearance, row);
+  const double clear_before = shape_check_.free_of(clearance, row);
   ++looks_;
   Evidence evidence = shape_check_.look(branch.poses_now(), branch.poses_before(),
                                         DisplacementBound(row, stop), clearance);
   if (!evidence.ok()) return evidence;
-  const auto looking = [&](const DisplacementBound& ways, FramePoses& poses) {
-    return ShapeQuery{plan_, shape_check_, branch.poses_before(), ways, poses, looks_};
+  const auto shapes = [&](const DisplacementBound& bound, FramePoses& poses) {
+    return ShapeConstraint{plan_, shape_check_, branch.poses_before(), bound, poses, looks_};
   };
-  evidence = check_row_way(branch, plan_.limits.measured_count(), row.longest(), free_before,
-                           shape_check_.free_of(clearance, row), looking(row, between_));
+  evidence = certify(row_motion(branch), shapes(row, between_), clear_before,
+                     shape_check_.free_of(clearance, row));
+  const double clear = shape_check_.free_of(clearance, stop);
+  if (!evidence.ok() || clear >= 1.0) return evidence;
+  double clear_at_rest = unset;
+  evidence = shapes(stop, rest_).query(braking.end(), 1.0, clear_at_rest);
   if (!evidence.ok()) return evidence;
-  return check_to_rest(branch, braking, stop.longest(), shape_check_.free_of(clearance, stop),
-                       looking(stop, rest_), looking(stop, between_));
-}
-
-// From the second row on: whether these joints are where they were when the row before passed; then
-// they need not brake either. What depends on nothing else is as it was, and that is no breach.
-bool TrajectoryCheck::stays(const Branch& branch, JointSet joints) const {
-  if (!has_judged_) return false;
-  for (const std::size_t j : JointsIn(joints))
-    if (!(branch.now[j] == branch.before[j])) return false;
-  return true;
+  return certify(braking, shapes(stop, between_), clear, clear_at_rest);
 }
 
 Evidence TrajectoryCheck::check_singularities(const Branch& branch, const Braking& braking) {
   for (const ActionPart& action : chunk_.parts) {
     const PlanTool& tool = plan_.tools[action.part];
-    if (!moves_tool(action) || stays(branch, tool.shapers)) continue;
+    if (!moves_tool(action)) continue;
     rest_.place_chain(plan_, tool, braking.end());
     for (const FramePoses* poses : {&branch.poses_now(), &std::as_const(rest_)}) {
       const Evidence evidence = check_singularity(plan_, action, *poses, branch.poses_before(),
@@ -185,23 +165,18 @@ Evidence TrajectoryCheck::check_singularities(const Branch& branch, const Brakin
 
 Evidence TrajectoryCheck::check_zones(const Branch& branch, const Braking& braking) {
   if ((prediction_.commanded() & plan_.base_joints) == 0) return {};
-  if (stays(branch, plan_.base_joints)) {
-    looks_ += 2;  // what it would take: where it is, and where it stays
-    return {};
-  }
   const double row = base_way(plan_, branch.before, branch.now);
   const double stop = base_way(plan_, branch.now, braking.end());
   double margin = unset, rest_margin = unset;
-  const auto looking = [&](double way) { return ZoneQuery{plan_, branch.before, way, looks_}; };
+  const auto zones = [&](double way) { return ZoneConstraint{plan_, branch.before, way, looks_}; };
   looks_ += 2;
   Evidence evidence = check_base(plan_, branch.now, branch.before, margin);
   if (evidence.ok()) evidence = check_base(plan_, braking.end(), branch.before, rest_margin);
   if (!evidence.ok()) return evidence;
-  evidence = check_row_way(branch, plan_.limits.measured_count(), row, 0.0,
-                           clear_fraction(margin, row), looking(row));
+  evidence = certify(row_motion(branch), zones(row), 0.0, clear_fraction(margin, row));
   if (!evidence.ok()) return evidence;
-  return check_braking_way(branch, braking, stop, clear_fraction(margin, stop),
-                           clear_fraction(rest_margin, stop), looking(stop));
+  return certify(braking, zones(stop), clear_fraction(margin, stop),
+                 clear_fraction(rest_margin, stop));
 }
 
 }  // namespace fairlead

@@ -3,9 +3,7 @@
 
 #include "core/chunk/evidence.hpp"
 #include "core/chunk/judge_rows.hpp"
-#include "core/geometry/shape_check.hpp"
-#include "core/trajectory/braking.hpp"
-#include "core/trajectory/prediction.hpp"
+#include "core/trajectory/certify.hpp"
 
 namespace fairlead {
 
@@ -22,7 +20,6 @@ class TrajectoryCheck {
   [[nodiscard]] std::size_t looks() const { return looks_; }
 
  private:
-  Evidence check_new();
   Evidence check_momentum();
   Evidence check_momentum_of(const Branch& start);
   Evidence check_branch(std::size_t index);
@@ -31,17 +28,15 @@ class TrajectoryCheck {
   Evidence check_shapes(const Branch& branch, const Braking& braking, Clearance& clearance);
   Evidence check_singularities(const Branch& branch, const Braking& braking);
   void expect_drift();
+  [[nodiscard]] RowMotion row_motion(const Branch& branch) const;
   Evidence check_zones(const Branch& branch, const Braking& braking);
-  [[nodiscard]] bool stays(const Branch& branch, JointSet joints) const;
 
   const PathPlan& plan_;
   const ActionChunk& chunk_;
   Prediction prediction_;
   ShapeCheck shape_check_;
   bool has_begun_ = false;
-  bool has_judged_ = false;  // a row
   std::size_t looks_ = 0;
-  std::size_t row_looks_ = 0;                       // of the newest row
   std::array<Clearance, max_branches> clearances_;  // of each branch where the next row starts
   FramePoses rest_;                                 // where braking ends
   FramePoses between_;

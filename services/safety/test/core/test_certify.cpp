@@ -1,4 +1,4 @@
-// Where the ways of a row are looked at, and by how much what is looked at is clear: few looks are
+// Which configurations of a motion are queried, and by how much they are clear: few queries are
 // what makes G031, G032 and G034 quick, and enough of them what makes them safe.
 
 #include <doctest/doctest.h>
@@ -6,9 +6,8 @@
 #include <cmath>
 #include <vector>
 
-#include "core/geometry/queries.hpp"
 #include "core/kinematics/joint_set.hpp"
-#include "core/trajectory/row_ways.hpp"
+#include "core/trajectory/certify.hpp"
 #include "free_arm.hpp"
 
 using namespace fairlead;
@@ -22,16 +21,39 @@ struct Asked {
   double need;
 };
 
-// Finds everything clear by the same share, and notes what it is asked.
-auto finding(double share, std::vector<Asked>& asked) {
-  return [share, &asked](const Joints& joints, double need, double& free) {
-    asked.push_back({joints, need});
-    free = share;
-    return Evidence{};
-  };
-}
+// Finds everything clear by the same share, and notes what it is asked. From where joint 0 is
+// beyond `fault_at` on, something is at fault.
+struct Finding {
+  double whole;  // what anything moves on the whole motion
+  double share;
+  std::vector<Asked>& asked;
+  double fault_at = 1e9;
 
-Evidence at_fault() { return above(code::collision, "", 1.0, 0.0, ""); }
+  [[nodiscard]] double longest() const { return whole; }
+  Evidence query(const Joints& joints, double need, double& clear) const {
+    asked.push_back({joints, need});
+    clear = share;
+    if (joints[0] < fault_at) return {};
+    return above(code::collision, "", joints[0], 0.0, "");
+  }
+};
+
+// The places that are queried of one joint's row from 0 to 1, on which anything goes `longest`.
+struct Queried {
+  Evidence evidence;
+  std::vector<double> places;
+};
+
+Queried queried(double longest, double at_ends, double between = 0.0, double fault_at = 2.0) {
+  Branch branch{};
+  branch.now[0] = 1.0;
+  std::vector<Asked> asked;
+  Queried found;
+  found.evidence =
+      certify(RowMotion{branch, 1}, Finding{longest, between, asked, fault_at}, at_ends, at_ends);
+  for (const Asked& one : asked) found.places.push_back(one.joints[0]);
+  return found;
+}
 
 // The slides brake at 5 m/s2: x, at 1 m/s, in 0.2 s and 0.1 m; y, at -0.5 m/s, in 0.1 s and 25 mm.
 struct Slowing {
@@ -61,6 +83,31 @@ TEST_CASE("joints of a set come one by one, by their index") {
   CHECK(listed(only(63) | only(0) | only(3)) == std::vector<std::size_t>{0, 3, 63});
 }
 
+TEST_CASE("a motion is queried every 10 mm of its longest") {
+  CHECK(queried(0.01, 0.0).places.empty());
+  CHECK(queried(0.02, 0.0).places == std::vector{0.5});
+  CHECK(queried(0.04, 0.0).places == std::vector{0.5, 0.25, 0.75});
+}
+
+TEST_CASE("a motion is halved eight times at most, however long it is") {
+  CHECK(queried(0.64, 0.0).places.size() == 63);
+  CHECK(queried(2.56, 0.0).places.size() == 255);
+  CHECK(queried(100.0, 0.0).places.size() == 255);
+}
+
+TEST_CASE("a motion whose ends are clear by all of it together is clear") {
+  CHECK(queried(100.0, 0.5).places.empty());
+  CHECK(queried(100.0, 0.49).places.size() > 1);
+  CHECK(queried(100.0, 0.25, 0.25).places == std::vector{0.5});  // both halves are, then
+}
+
+TEST_CASE("a motion ends at the first fault that is found, in the first half or in the second") {
+  CHECK(queried(0.04, 0.0, 0.0, 0.5).places == std::vector{0.5});
+  const Queried late = queried(0.04, 0.0, 0.0, 0.7);
+  CHECK(late.places == std::vector{0.5, 0.25, 0.75});
+  CHECK(late.evidence.value == 0.75);
+}
+
 TEST_CASE("a row's way: from its middle on, all joints at the same share of theirs") {
   Branch branch{};
   branch.before[0] = -1.0;
@@ -69,15 +116,15 @@ TEST_CASE("a row's way: from its middle on, all joints at the same share of thei
   std::vector<Asked> asked;
   // Clear by 0.3 and 0.69 of the way at its ends: not all of it. The middle, by 0.25, closes both
   // halves.
-  CHECK(check_row_way(branch, 2, 4.0, 0.3, 0.69, finding(0.25, asked)).ok());
+  CHECK(certify(RowMotion{branch, 2}, Finding{4.0, 0.25, asked}, 0.3, 0.69).ok());
   REQUIRE(asked.size() == 1);
   CHECK(asked[0].joints[0] == 1.0);
   CHECK(asked[0].joints[1] == 0.5);
   CHECK(asked[0].need == 1.0);
   asked.clear();
-  CHECK(check_row_way(branch, 2, 4.0, 0.3, 0.7, finding(0.0, asked)).ok());  // covered
+  CHECK(certify(RowMotion{branch, 2}, Finding{4.0, 0.0, asked}, 0.3, 0.7).ok());  // covered
   CHECK(asked.empty());
-  CHECK(check_row_way(branch, 2, 0.01, 0.0, 0.0, finding(0.0, asked)).ok());  // 1 cm
+  CHECK(certify(RowMotion{branch, 2}, Finding{0.01, 0.0, asked}, 0.0, 0.0).ok());  // 1 cm
   CHECK(asked.empty());
 }
 
@@ -86,7 +133,7 @@ TEST_CASE("a row's way that nothing covers: every centimetre, or every 256th of 
   branch.before[0] = -1.0;
   branch.now[0] = 3.0;
   std::vector<Asked> asked;
-  CHECK(check_row_way(branch, 1, 0.04, 0.0, 0.0, finding(0.0, asked)).ok());
+  CHECK(certify(RowMotion{branch, 1}, Finding{0.04, 0.0, asked}, 0.0, 0.0).ok());
   REQUIRE(asked.size() == 3);
   CHECK(asked[0].joints[0] == 1.0);
   CHECK(asked[1].joints[0] == 0.0);
@@ -94,13 +141,9 @@ TEST_CASE("a row's way that nothing covers: every centimetre, or every 256th of 
   CHECK(asked[1].need == 0.5);
   CHECK(asked[2].need == 0.5);
   asked.clear();
-  CHECK(check_row_way(branch, 1, 4.0, 0.0, 0.0, finding(0.0, asked)).ok());
+  CHECK(certify(RowMotion{branch, 1}, Finding{4.0, 0.0, asked}, 0.0, 0.0).ok());
   CHECK(asked.size() == 255);
-  const auto last = [](const Joints& joints, double, double& free) {
-    free = 0.0;
-    return joints[0] > 2.9 ? at_fault() : Evidence{};
-  };
-  CHECK(check_row_way(branch, 1, 4.0, 0.0, 0.0, last).code == 32);
+  CHECK(certify(RowMotion{branch, 1}, Finding{4.0, 0.0, asked, 2.9}, 0.0, 0.0).code == 32);
 }
 
 TEST_CASE(
@@ -133,45 +176,13 @@ TEST_CASE("the way of braking is looked at from half of its time on") {
   const Slowing slowing;
   const Braking braking = slowing.braking();
   std::vector<Asked> asked;
-  CHECK(check_braking_way(slowing.branch, braking, 1.0, 0.6, 0.3, finding(0.5, asked)).ok());
+  CHECK(certify(braking, Finding{1.0, 0.5, asked}, 0.6, 0.3).ok());
   REQUIRE(asked.size() == 1);
   CHECK(asked[0].joints[slide_x] == doctest::Approx(0.025));
   CHECK(asked[0].need == doctest::Approx(1.0));
   asked.clear();
-  CHECK(check_braking_way(slowing.branch, braking, 1.0, 0.6, 0.4, finding(0.0, asked)).ok());
+  CHECK(certify(braking, Finding{1.0, 0.0, asked}, 0.6, 0.4).ok());
   CHECK(asked.empty());
-}
-
-TEST_CASE("where braking ends is looked at, and the way there, unless all is clear by its way") {
-  const Slowing slowing;
-  const Braking braking = slowing.braking();
-  std::vector<Asked> at_rest, between;
-  const auto check = [&](double free_now, double free_at_rest) {
-    at_rest.clear();
-    between.clear();
-    return check_to_rest(slowing.branch, braking, 1.0, free_now, finding(free_at_rest, at_rest),
-                         finding(1.0, between))
-        .ok();
-  };
-  CHECK(check(1.0, 0.0));
-  CHECK(at_rest.empty());
-  CHECK(between.empty());
-  CHECK(check(0.5, 0.5));
-  REQUIRE(at_rest.size() == 1);
-  CHECK(at_rest[0].joints[slide_x] == doctest::Approx(0.05));
-  CHECK(at_rest[0].need == 1.0);
-  CHECK(between.empty());
-  CHECK(check(just_below(1.0), 0.0));
-  CHECK(at_rest.size() == 1);
-  CHECK(between.size() == 1);
-  const auto bad = [](const Joints&, double, double&) { return at_fault(); };
-  const auto code = [&](const auto& rest, const auto& way) {
-    return check_to_rest(slowing.branch, braking, 1.0, 0.0, rest, way).code;
-  };
-  between.clear();
-  CHECK(code(bad, finding(0.0, between)) == 32);
-  CHECK(between.empty());
-  CHECK(code(finding(0.0, at_rest), bad) == 32);
 }
 
 TEST_CASE("a look at shapes says which share of their way they are clear by") {
@@ -188,13 +199,13 @@ TEST_CASE("a look at shapes says which share of their way they are clear by") {
   FramePoses rest, room;
   rest.place(plan, Joints{});
   std::size_t looks = 0;
-  const ShapeQuery look{plan, check, rest, ways, room, looks};
+  const ShapeConstraint look{plan, check, rest, ways, room, looks};
   double free = unset;
-  CHECK(look(Joints{}, 1.0, free).ok());
+  CHECK(look.query(Joints{}, 1.0, free).ok());
   CHECK(free == doctest::Approx(0.5));
-  CHECK(look(there, 1.0, free).code == 32);
+  CHECK(look.query(there, 1.0, free).code == 32);
   there[slide_x] = 0.1;
-  CHECK(look(there, 1.0, free).ok());
+  CHECK(look.query(there, 1.0, free).ok());
   CHECK(free == doctest::Approx(0.25));
   Clearance found;
   CHECK(check.look(rest, rest, ways, found).ok());
@@ -210,14 +221,14 @@ TEST_CASE("a look at zones says which share of its way the footprint is clear by
   Joints joints{};
   const Joints before{};
   std::size_t looks = 0;
-  const ZoneQuery look{plan, before, 0.8, looks};
+  const ZoneConstraint look{plan, before, 0.8, looks};
   double free = unset;
-  CHECK(look(joints, 1.0, free).ok());
+  CHECK(look.query(joints, 1.0, free).ok());
   CHECK(free == doctest::Approx(0.5));
   joints[base_x] = -0.2;
-  CHECK(look(joints, 1.0, free).ok());
+  CHECK(look.query(joints, 1.0, free).ok());
   CHECK(free == doctest::Approx(0.25));
   joints[base_x] = 0.5;
-  CHECK(look(joints, 1.0, free).code == 34);
+  CHECK(look.query(joints, 1.0, free).code == 34);
   CHECK(looks == 3);
 }

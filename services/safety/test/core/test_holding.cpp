@@ -1,5 +1,5 @@
-// What stays as it was is not asked again: the zones of a base that holds (G034), and how near to a
-// singularity an arm is that holds (G033). When that may be, and when it may not.
+// What holds is asked like all else: the zones of a base (G034), and how near to a singularity an
+// arm is (G033).
 
 #include <doctest/doctest.h>
 
@@ -148,15 +148,4 @@ TEST_CASE("G033 a limit that is no number refuses the first row, also of an arm 
   ChunkBuilder chunk;
   chunk.along(arm, Mode::cartesian_delta, 0, Row(3, 0.0));
   CHECK(drive(limits, chunk, free_arm::at_rest()).evidence.code == 33);
-}
-
-TEST_CASE("joints that shape what a tool's own joints do: from the first of them on") {
-  const Limits limits = interleaved();
-  const PathPlan plan(limits);
-  CHECK(plan.tools[arm].shapers ==
-        (only(free_arm::turn_z) | only(free_arm::turn_x) | only(free_arm::turn_y)));
-  Limits carried = limits;
-  carried.parts[arm].joints.erase_at(0);
-  const PathPlan rest(carried);
-  CHECK(rest.tools[arm].shapers == only(free_arm::turn_y));
 }

@@ -1,0 +1,117 @@
+// Whether a motion keeps to a constraint all the way, and not at its ends alone: adaptive dynamic
+// collision checking (Schwarzer, Saha, Latombe, 2005).
+#pragma once
+
+#include <algorithm>
+#include <span>
+
+#include "core/geometry/shape_check.hpp"
+#include "core/geometry/zones.hpp"
+#include "core/trajectory/braking.hpp"
+
+namespace fairlead {
+
+/// A configuration on a motion from its start, place 0, to its end, place 1.
+struct WayPoint {
+  double place = 0.0;
+  Joints joints;
+  // Everything there is clear by at least this share of how far it moves on the whole motion.
+  double clear = 0.0;
+};
+
+/// A row: all joints, `count` of them, go straight from one configuration to the next.
+struct RowMotion {
+  const Branch& branch;
+  std::size_t count;
+
+  [[nodiscard]] const Joints& start() const { return branch.before; }
+  [[nodiscard]] const Joints& end() const { return branch.now; }
+  void at(double place, Joints& joints) const {
+    const auto before = std::span(branch.before).first(count);
+    std::transform(before.begin(), before.end(), branch.now.begin(), joints.begin(),
+                   [place](double from, double to) { return from + place * (to - from); });
+  }
+};
+
+/// Between two points of a motion nothing goes a larger share of its way than this. Of braking some
+/// joints stop sooner than others.
+inline double share_between(const RowMotion&, const WayPoint& from, const WayPoint& to) {
+  return to.place - from.place;
+}
+inline double share_between(const Braking& braking, const WayPoint& from, const WayPoint& to) {
+  return braking.largest_share(from.joints, to.joints);
+}
+
+/// G031 and G032: tools and capsules, which a motion displaces by `bound` at most. `poses` is room
+/// to place them in; `looks` counts queries.
+struct ShapeConstraint {
+  const PathPlan& plan;
+  ShapeCheck& check;
+  const FramePoses& before;
+  const DisplacementBound& bound;
+  FramePoses& poses;
+  std::size_t& looks;
+
+  [[nodiscard]] double longest() const { return bound.longest(); }
+  Evidence query(const Joints& joints, double need, double& clear) const {
+    Clearance found;
+    ++looks;
+    poses.place(plan, joints);
+    const Evidence fault = check.look(poses, before, bound, need, found);
+    clear = check.free_of(found, bound);
+    return fault;
+  }
+};
+
+/// G034: the base's zones. `way`: of its footprint, on the whole motion [m].
+struct ZoneConstraint {
+  const PathPlan& plan;
+  const Joints& before;
+  double way;
+  std::size_t& looks;
+
+  [[nodiscard]] double longest() const { return way; }
+  Evidence query(const Joints& joints, double, double& clear) const {
+    double margin = unset;
+    ++looks;
+    const Evidence fault = check_base(plan, joints, before, margin);
+    clear = clear_fraction(margin, way);
+    return fault;
+  }
+};
+
+/// Between two configurations that are queried nothing moves further than this [m], unless a
+/// single motion goes further than `2^halvings` times as far.
+inline constexpr double sweep_resolution = 0.01;
+inline constexpr int halvings = 8;
+
+/// What is at fault between two points of a motion. Nothing can come nearer than it is clear by at
+/// both together, unless it moves further: then all between is clear. Otherwise the middle is
+/// queried, and so on. `constraint.query(joints, need, clear)` gives the fault of a configuration,
+/// otherwise the share that it is clear by, which need not be found beyond `need`; `longest()` how
+/// far anything moves on the whole motion [m].
+template <class Motion, class Constraint>
+Evidence certify(const Motion& motion, const Constraint& constraint, const WayPoint& from,
+                 const WayPoint& to, int depth = halvings) {
+  const double share = share_between(motion, from, to);
+  if (from.clear + to.clear >= share || share * constraint.longest() <= sweep_resolution ||
+      depth == 0)
+    return {};
+  WayPoint middle;
+  middle.place = 0.5 * (from.place + to.place);
+  motion.at(middle.place, middle.joints);
+  Evidence evidence = constraint.query(middle.joints, share, middle.clear);
+  if (evidence.ok()) evidence = certify(motion, constraint, from, middle, depth - 1);
+  if (evidence.ok()) evidence = certify(motion, constraint, middle, to, depth - 1);
+  return evidence;
+}
+
+/// A whole motion, by the shares that its start and its end are clear by.
+template <class Motion, class Constraint>
+Evidence certify(const Motion& motion, const Constraint& constraint, double clear_at_start,
+                 double clear_at_end) {
+  return certify(motion, constraint, WayPoint{0.0, motion.start(), clear_at_start},
+                 WayPoint{1.0, motion.end(), clear_at_end});
+}
+
+}  // namespace fairlead

@@ -1,0 +1,99 @@
+// Rows like the row before: a chunk of them waits, and is judged row by row all the same.
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <cstring>
+
+#include "core/chunk/judge_rows.hpp"
+#include "core/trajectory/prediction.hpp"
+#include "free_arm.hpp"
+#include "two_arms.hpp"
+
+using namespace fairlead;
+using namespace fairlead::test;
+using namespace fairlead::test::free_arm;
+
+namespace {
+
+Row six(double first, double last) { return {first, 0, 0, 0, 0, last}; }
+
+}  // namespace
+
+TEST_CASE("G031 a chunk that waits and then goes where it may not: cut at the row that does") {
+  Limits limits = free_arm::limits();
+  limits.workspace.volumes[0].upper[0] = 0.76;
+  const Judgement judged = free_arm::judge(
+      limits, one_joint(Mode::joint_position, slide_x, {0, 0, 0, 0, 0.05, 0.05, 0.05, 0.1}).chunk);
+  CHECK(judged.row_count == 7);
+  CHECK(judged.looks == 8 + 1);  // one on the way of 50 mm, which leaves 10 mm
+  CHECK(judged.evidence.code == 31);
+  CHECK(judged.evidence.row == 7);
+  CHECK(judged.evidence.value == doctest::Approx(0.8));
+}
+
+TEST_CASE("G032 another claim's rows that begin to move are met, however long both have waited") {
+  Limits limits = two_arms::limits();
+  limits.collision.capsules[0] = {2, {0, 0, 0}, {0, 0, 0}, 0.05};
+  limits.collision.capsules[1] = {4, {0, 0, 0}, {0, 0, 0}, 0.05};
+  MeasuredState state = two_arms::at_rest();
+  state.positions[two_arms::left_1] = -0.6;
+  ChunkBuilder own, other;
+  two_arms::command(own, two_arms::left, Mode::joint_position, two_arms::left_1, Row(8, -0.6));
+  // The tools are 0.33 m apart; by 0.6 rad the right one gets to within 0.04 m of the left one.
+  two_arms::command(other, two_arms::right, Mode::joint_position, two_arms::right_1,
+                    {0, 0, 0, 0, 0, 0, 0.3, 0.6});
+  const Companion companion{{}, &other.chunk, 0, 8};
+  const PathPlan plan(limits);
+  const Judgement judged =
+      judge_path(plan, whole_robot(limits), state, own.chunk, 0, 8, {}, Companions(&companion, 1));
+  CHECK(judged.row_count == 7);
+  CHECK(judged.evidence.code == 32);
+}
+
+TEST_CASE("G030 rows that lead nowhere count their looks, too") {
+  Limits limits = free_arm::limits();
+  limits.collision.capsules[0] = {0, {-8, 0, 0.5211}, {8, 0, 0.5211}, 0.01};  // 0.1 mm beyond
+  limits.collision.capsules[1] = {tool_link, {0, 0, 0}, {0, 0, 0}, 0.01};
+  limits.joints[slide_x].velocity_limit = 16.0;
+  limits.parts[arm].modes.joint_velocity.step_limit[slide_x] = 32.0;
+  limits.parts[arm].modes.joint_velocity.gain = {0.999, 1.0};
+  // 0.512 m: its end and 63 places on the way there, at both ends of the gain; then half and a
+  // quarter of it. 4,064 looks so far, and two for each of the others.
+  Row speeds;
+  for (int row = 0; row < 31; ++row) speeds.push_back(row % 2 == 0 ? 10.24 : -10.24);
+  speeds.push_back(-5.12);
+  speeds.push_back(-2.56);
+  speeds.resize(64, 0.0);
+  const Judgement judged =
+      free_arm::judge(limits, one_joint(Mode::joint_velocity, slide_x, speeds).chunk);
+  CHECK(judged.row_count == 33 + 16);
+  CHECK(judged.looks == 4096);
+  CHECK(judged.evidence.code == 30);
+  CHECK(judged.evidence.row == 49);
+  CHECK(judged.evidence.axis == "looks");
+}
+
+TEST_CASE("a tool that is told to stay keeps its joints, bit by bit; not in the first row") {
+  const Limits limits = free_arm::limits();
+  const PathPlan plan(limits);
+  const ClaimLimits claim = whole_robot(limits);
+  const auto chunk =
+      ChunkBuilder().add(arm, Mode::cartesian_delta, {six(0, 0), six(0, 0)}, {}, "base_link");
+  std::size_t counts = 0;  // joints that rounding moves the way that they are measured to move
+  for (const double turned : {0.3, 0.5, 0.7, 0.9, -0.3, -0.5, -0.7, -0.9}) {
+    MeasuredState state = at_rest();
+    state.velocities.fill(0.5);
+    state.positions[turn_z] = turned;
+    state.positions[turn_y] = 0.4;
+    state.positions[turn_x] = 0.2;
+    Prediction prediction(plan, claim, state, chunk.chunk, 0, {}, {});
+    const Branch& branch = prediction.branch(0);
+    CHECK(prediction.advance().ok());
+    for (std::size_t j = 0; j < state.count; ++j) counts += branch.speed[j] == 0.5 ? 1U : 0U;
+    CHECK(prediction.advance().ok());
+    CHECK(std::memcmp(branch.now.data(), branch.before.data(), 6 * sizeof(double)) == 0);
+    for (std::size_t j = 0; j < state.count; ++j) CHECK(branch.speed[j] == 0.0);
+  }
+  CHECK(counts > 0);
+}
