@@ -15,7 +15,7 @@ from bench.mutants.population import CORE, ROOT, TESTS, populate
 
 SAFETY = ROOT / "services/safety"
 BUILT = ROOT / "build/safety"
-FILES = ("release/release_plan.cpp", "chunk/shape.cpp", "gate/limit_overrides.cpp")
+FILES = ("release/claim_table.cpp", "chunk/shape.cpp", "gate/limit_overrides.cpp")
 EVERY = 8
 
 

@@ -10,7 +10,7 @@ from fairlead.paths import repo_root
 
 SAFETY = repo_root() / "services" / "safety"
 CORE = SAFETY / "src" / "core"
-EVIDENCE = CORE / "chunk" / "evidence.hpp"
+EVIDENCE = CORE / "chunk" / "judgement.hpp"
 CASE = re.compile(r'^TEST_CASE\(\s*"([^"]+)"', re.M)
 CODE_IN_NAME = re.compile(r"\bG(\d{3})\b")
 SWEEP = re.compile(r"just_above|just_below|[+-] 1e-|[+-] eps\b")

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/chunk/judge_rows.hpp"
-#include "core/kinematics/frames.hpp"
+#include "core/kinematics/forward_kinematics.hpp"
 
 namespace fairlead::bench {
 

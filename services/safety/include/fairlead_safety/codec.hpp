@@ -45,4 +45,13 @@ std::size_t encode(const Message& message, std::span<std::uint8_t> buffer);
 
 // All are instantiated in codec.cpp for every message of messages.hpp; `at` for ActionChunk.
 
+struct ChunkHead {
+  std::uint64_t session = 0;
+  std::uint64_t epoch = 0;
+  std::uint64_t claim_id = 0;
+};
+
+/// False if the frame does not begin as an ActionChunk does.
+bool read_chunk_head(Bytes frame, ChunkHead& head);
+
 }  // namespace fairlead

@@ -4,7 +4,7 @@
 #include <string_view>
 #include <utility>
 
-#include "fairlead_safety/chunk_head.hpp"
+#include "fairlead_safety/codec.hpp"
 
 namespace fairlead {
 

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "core/chunk/evidence.hpp"
 #include "core/chunk/judge_rows.hpp"
+#include "core/chunk/judgement.hpp"
 #include "fairlead_safety/crc32.hpp"
 #include "fairlead_safety/mode_blocks.hpp"
 #include "process/refusal.hpp"

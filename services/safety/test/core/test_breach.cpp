@@ -3,8 +3,7 @@
 #include <doctest/doctest.h>
 
 #include "boundary.hpp"
-#include "core/geometry/breach.hpp"
-#include "core/trajectory/extremes.hpp"
+#include "core/geometry/margin.hpp"
 
 using namespace fairlead;
 using namespace fairlead::test;

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <vector>
 
-#include "core/kinematics/joint_set.hpp"
+#include "core/kinematics/robot_model.hpp"
 #include "core/trajectory/certify.hpp"
 #include "free_arm.hpp"
 

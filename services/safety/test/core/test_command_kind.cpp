@@ -3,7 +3,7 @@
 #include <doctest/doctest.h>
 
 #include "chunk_builder.hpp"
-#include "core/trajectory/command_kind.hpp"
+#include "core/modes/commanded_motion.hpp"
 
 using namespace fairlead;
 using namespace fairlead::test;

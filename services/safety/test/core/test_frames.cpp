@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-#include "core/kinematics/frames.hpp"
+#include "core/kinematics/forward_kinematics.hpp"
 #include "free_arm.hpp"
 #include "two_arms.hpp"
 

@@ -7,7 +7,7 @@
 
 #include "boundary.hpp"
 #include "chunk_builder.hpp"
-#include "core/modes/standstill.hpp"
+#include "core/chunk/state_check.hpp"
 
 using namespace fairlead;
 using namespace fairlead::test;

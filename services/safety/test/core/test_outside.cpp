@@ -2,7 +2,7 @@
 
 #include <doctest/doctest.h>
 
-#include "core/modes/bounds_recovery.hpp"
+#include "core/modes/row_limit_check.hpp"
 #include "row_judge.hpp"
 
 using namespace fairlead;

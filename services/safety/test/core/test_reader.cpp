@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "core/wire/reader.hpp"
+#include "core/wire/msgpack.hpp"
 
 using namespace fairlead;
 

@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "chunk_builder.hpp"
-#include "core/release/release_plan.hpp"
+#include "core/release/claim_table.hpp"
 
 using namespace fairlead;
 using namespace fairlead::test;

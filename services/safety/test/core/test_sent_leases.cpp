@@ -1,6 +1,6 @@
 // Which leases this gate sent, and which somebody else sends in its name.
 
-#include "core/gate/sent_leases.hpp"
+#include "core/gate/outbox.hpp"
 
 #include "gate_rig.hpp"
 

@@ -5,7 +5,7 @@
 #include <new>
 
 #include "boundary.hpp"
-#include "core/kinematics/square6.hpp"
+#include "core/kinematics/inverse_kinematics.hpp"
 
 using namespace fairlead;
 using namespace fairlead::test;

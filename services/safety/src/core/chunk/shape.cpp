@@ -3,7 +3,6 @@
 
 #include <cmath>
 
-#include "core/chunk/evidence.hpp"
 #include "core/chunk/judgement.hpp"
 #include "fairlead_safety/mode_blocks.hpp"
 

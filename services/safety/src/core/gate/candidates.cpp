@@ -1,6 +1,6 @@
 #include "core/gate/candidates.hpp"
 
-#include "fairlead_safety/chunk_head.hpp"
+#include "fairlead_safety/codec.hpp"
 
 namespace fairlead {
 

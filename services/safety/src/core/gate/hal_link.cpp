@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "core/modes/standstill.hpp"
+#include "core/chunk/state_check.hpp"
 
 namespace fairlead {
 namespace {

@@ -1,6 +1,6 @@
 #include "core/gate/queries.hpp"
 
-#include "core/modes/standstill.hpp"
+#include "core/chunk/state_check.hpp"
 
 namespace fairlead {
 namespace {

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "core/modes/bounds_recovery.hpp"
-#include "core/modes/standstill.hpp"
+#include "core/chunk/state_check.hpp"
+#include "core/modes/row_limit_check.hpp"
 
 namespace fairlead {
 

@@ -5,9 +5,8 @@
 #include <cstdint>
 #include <string_view>
 
-#include "core/chunk/evidence.hpp"
+#include "core/chunk/judgement.hpp"
 #include "core/gate/outbox.hpp"
-#include "core/gate/sent_leases.hpp"
 #include "core/gate/stop_book.hpp"
 #include "core/monitor/stop_monitor.hpp"
 #include "core/release/part_history.hpp"

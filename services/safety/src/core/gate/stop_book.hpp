@@ -3,7 +3,6 @@
 
 #include <cstdint>
 
-#include "core/gate/tick_window.hpp"
 #include "fairlead_safety/fixed.hpp"
 #include "fairlead_safety/limits.hpp"
 

@@ -7,8 +7,6 @@
 namespace fairlead {
 namespace {
 
-Eigen::Vector3d vector(const std::array<double, 3>& xyz) { return {xyz[0], xyz[1], xyz[2]}; }
-
 Box box_of(const Volume& volume) { return {vector(volume.lower), vector(volume.upper)}; }
 
 Eigen::Vector3d tool_at(const PlanTool& tool, const FramePoses& poses) {

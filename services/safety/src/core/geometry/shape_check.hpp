@@ -1,10 +1,10 @@
 // G031 and G032: tools and capsules in one configuration, against volumes and each other.
 #pragma once
 
-#include "core/chunk/evidence.hpp"
-#include "core/geometry/breach.hpp"
+#include "core/chunk/judgement.hpp"
 #include "core/geometry/distances.hpp"
-#include "core/kinematics/frames.hpp"
+#include "core/geometry/margin.hpp"
+#include "core/kinematics/forward_kinematics.hpp"
 #include "core/trajectory/displacement_bound.hpp"
 
 namespace fairlead {

@@ -4,8 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "core/geometry/breach.hpp"
-#include "core/trajectory/extremes.hpp"
+#include "core/geometry/margin.hpp"
 
 namespace fairlead {
 namespace {

@@ -1,8 +1,8 @@
 // G034: the footprint of a mobile base, against zones of the floor.
 #pragma once
 
-#include "core/chunk/evidence.hpp"
-#include "core/kinematics/frames.hpp"
+#include "core/chunk/judgement.hpp"
+#include "core/kinematics/forward_kinematics.hpp"
 
 namespace fairlead {
 

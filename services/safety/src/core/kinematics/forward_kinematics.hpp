@@ -1,11 +1,16 @@
-// Where a link of the robot is, and how it moves, from what its joints are measured to do.
+// Where the links of the robot are, and how they move: from what its joints are measured to do; and
+// of the frames of a plan, for any joints, laid out for speed. Those poses are in the root link's
+// frame.
 #pragma once
 
+#include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <array>
 #include <cstddef>
 
 #include "core/chunk/judgement.hpp"
 #include "core/kinematics/pose.hpp"
+#include "core/kinematics/robot_model.hpp"
 #include "fairlead_safety/limits.hpp"
 
 namespace fairlead {
@@ -22,5 +27,53 @@ Twist link_twist(const Kinematics& kinematics, const MeasuredState& state, std::
 
 /// Angle between two rotations [rad], 0 to pi; q and -q are the same. NaN if a number is.
 double angle_between(const Eigen::Quaterniond& a, const Eigen::Quaterniond& b);
+
+/// Positions of all measured joints [rad or m].
+using Joints = std::array<double, max_measured>;
+
+/// Nothing until it has been set.
+struct FramePose {
+  Eigen::Matrix3d rotation;
+  Eigen::Vector3d position;
+};
+
+/// Where the frames of a plan are. A frame whose joint and parent are as they were when it was
+/// placed is not placed again: most frames of most rows.
+class FramePoses {
+ public:
+  FramePoses() = default;
+  FramePoses(const FramePoses& other) { *this = other; }
+  FramePoses& operator=(const FramePoses& other);
+
+  /// All frames, for these joints.
+  void place(const PathPlan& plan, const Joints& joints);
+  /// Only those between the root and a tool. The others stay where they are, also where they hang
+  /// on these, until they are placed.
+  void place_chain(const PathPlan& plan, const PlanTool& tool, const Joints& joints);
+
+  const FramePose& operator[](std::size_t frame) const { return poses_[frame]; }
+  /// Where the joint of a frame is that has been placed.
+  [[nodiscard]] double joint_of(std::size_t frame) const { return placed_for_[frame]; }
+
+ private:
+  void begin(const PathPlan& plan);
+  void place_one(const PathPlan& plan, const Joints& joints, std::size_t frame);
+
+  std::size_t count_ = 0;          // of the plan's frames, 0 before the first is placed
+  FrameSet stale_ = ~FrameSet{0};  // never placed, or before their parent was
+  std::array<FramePose, max_links> poses_;
+  std::array<double, max_links> placed_for_;  // the joint's position
+};
+
+/// Pose of a place on a frame.
+FramePose pose_at(const PlanPlace& place, const FramePoses& poses);
+
+/// Pose of a link of that name, not a number if there is none.
+FramePose link_pose(const PathPlan& plan, const Name& link, const FramePoses& poses);
+
+/// A point that is fixed to a frame.
+inline Eigen::Vector3d point_in_root(const FramePose& frame, const Eigen::Vector3d& point) {
+  return frame.position + frame.rotation * point;
+}
 
 }  // namespace fairlead

@@ -4,13 +4,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/geometry/margin.hpp"
 #include "core/modes/commanded_motion.hpp"
-#include "core/trajectory/extremes.hpp"
 
 namespace fairlead {
 namespace {
-
-Eigen::Vector3d vector(const std::array<double, 3>& xyz) { return {xyz[0], xyz[1], xyz[2]}; }
 
 Eigen::Matrix3d matrix(const std::array<double, 4>& q) {
   return Eigen::Quaterniond(q[3], q[0], q[1], q[2]).toRotationMatrix();

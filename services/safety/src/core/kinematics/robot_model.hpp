@@ -5,6 +5,8 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <bit>
+#include <cstddef>
 #include <cstdint>
 
 #include "fairlead_safety/limits.hpp"
@@ -16,6 +18,8 @@ using JointSet = std::uint64_t;
 static_assert(max_measured <= 64);
 
 inline JointSet only(std::size_t joint) { return JointSet{1} << joint; }
+
+inline Eigen::Vector3d vector(const std::array<double, 3>& xyz) { return {xyz[0], xyz[1], xyz[2]}; }
 
 /// Frames of a plan by index, one bit each.
 using FrameSet = std::uint64_t;
@@ -111,6 +115,32 @@ struct PathPlan {
   double base_extent = 0.0;                  // of the footprint from the yaw axis [m]
   JointSet base_joints = 0;
   JointSet tree_joints = 0;  // those that move a link
+};
+
+/// `for (const std::size_t joint : JointsIn(set))`: in order of their index.
+class JointsIn {
+ public:
+  explicit JointsIn(JointSet set) : left_(set) {}
+
+  class Iterator {
+   public:
+    explicit Iterator(JointSet left) : left_(left) {}
+    std::size_t operator*() const { return static_cast<std::size_t>(std::countr_zero(left_)); }
+    Iterator& operator++() {
+      left_ ^= only(**this);
+      return *this;
+    }
+    bool operator==(const Iterator& other) const = default;
+
+   private:
+    JointSet left_;
+  };
+
+  [[nodiscard]] Iterator begin() const { return Iterator(left_); }
+  [[nodiscard]] static Iterator end() { return Iterator(JointSet{}); }
+
+ private:
+  JointSet left_;
 };
 
 }  // namespace fairlead

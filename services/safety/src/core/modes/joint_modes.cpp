@@ -3,10 +3,9 @@
 
 #include <cmath>
 
-#include "core/modes/bounds_recovery.hpp"
 #include "core/modes/commanded_motion.hpp"
-#include "core/modes/joint_range.hpp"
-#include "core/modes/mode_table.hpp"
+#include "core/modes/row_limit_check.hpp"
+#include "core/modes/row_view.hpp"
 #include "fairlead_safety/mode_blocks.hpp"
 
 namespace fairlead {

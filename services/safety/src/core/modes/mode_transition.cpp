@@ -1,9 +1,8 @@
-#include "core/modes/mode_transition.hpp"
+#include "core/modes/row_limit_check.hpp"
 
 #include <bit>
 
-#include "core/modes/mode_table.hpp"
-#include "core/modes/standstill.hpp"
+#include "core/chunk/state_check.hpp"
 
 namespace fairlead {
 namespace {
@@ -40,13 +39,6 @@ bool rests(const ClaimLimits& claim, const RowBefore& before) {
 }
 
 }  // namespace
-
-const ActionPart* command_before(const RowBefore& before, const ActionPart& action) {
-  if (before.chunk == nullptr) return nullptr;
-  for (const ActionPart& other : before.chunk->parts)
-    if (other.part == action.part) return &other;
-  return nullptr;
-}
 
 // In lockstep the state was measured after the row that acts before, so standstill is all it takes;
 // in realtime it was measured before that row, so only a state after a tick without a row can show

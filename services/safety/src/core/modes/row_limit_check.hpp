@@ -1,10 +1,83 @@
-// The rows of a chunk against their limits, one after the other: G011, G020, G021, G022.
+// The rows of a chunk against their limits, one after the other: G011, G020 to G023, G025. Which
+// functions judge the rows of which mode:
+//
+//   absolute  G020: limits of a row by itself; and G011 for joints that the row moves
+//   start     G021: the first live row against the measured state. `acted`: the row of the same
+//             part, mode and frame that acts right before, nullptr if there is none
+//   acting    what must hold on when a newer state is measured, nullptr if nothing does
+//   step      G022, and G021 or G023 against `acted`: the change from one row to the next
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+
 #include "core/kinematics/robot_model.hpp"
-#include "core/modes/mode_table.hpp"
+#include "core/modes/row_view.hpp"
 
 namespace fairlead {
+
+/// How far `position` lies outside the bounds, signed by the side; 0 inside.
+inline double excess(const Bounds& bounds, double position) {
+  return std::max(0.0, position - bounds.upper) - std::max(0.0, bounds.lower - position);
+}
+
+/// Whether a measurement lies outside its bounds by more than their tolerance.
+inline bool is_outside(const Bounds& bounds, double measured) {
+  return !(std::abs(excess(bounds, measured)) <= bounds.tolerance);
+}
+
+/// A measured joint for which no row is refused: a passive one, which nothing moves, or a
+/// gripper's, whose targets all lead back. `bounds` is null for any other joint.
+struct UnmovedJoint {
+  std::string_view kind;
+  Name name;
+  const Bounds* bounds = nullptr;
+};
+UnmovedJoint unmoved_joint(const Limits& limits, std::size_t measured);
+
+/// A joint of the part is outside and this row cannot be seen to bring it back.
+/// Targets and velocities of the joint itself are judged by their mode instead.
+Evidence check_outside(const RowView& view);
+
+/// G011 and G020 of one row.
+Evidence check_absolute(const RowView& view);
+
+/// G021, G023, G025: the chunk's first live row against what acts before it and what is measured.
+Evidence check_start(const RowView& view, const ClaimLimits& claim, const RowBefore& before);
+
+/// G022, G025: a row against `view.previous`.
+Evidence check_step(const RowView& view);
+
+/// What a released row has to keep to when a newer state has been measured: G011.
+Evidence check_acting(const RowView& view);
+
+// joint_modes.cpp: joint_position and dex_hand_joint (targets), joint_velocity
+Evidence joint_target_absolute(const RowView& view);
+Evidence joint_target_start(const RowView& view, const Setpoint* acted);
+Evidence joint_target_acting(const RowView& view);
+Evidence joint_velocity_absolute(const RowView& view);
+Evidence joint_velocity_start(const RowView& view, const Setpoint* acted);
+Evidence joint_velocity_acting(const RowView& view);
+Evidence joint_velocity_step(std::uint32_t code, const RowView& view, const Setpoint& before);
+Evidence joint_step(std::uint32_t code, const RowView& view, const Setpoint& before);
+
+// cartesian_modes.cpp: cartesian_delta, cartesian_twist, body_twist
+Evidence norm_absolute(const RowView& view);
+Evidence delta_start(const RowView& view, const Setpoint* acted);
+Evidence tool_twist_start(const RowView& view, const Setpoint* acted);
+Evidence body_twist_start(const RowView& view, const Setpoint* acted);
+Evidence norm_step(std::uint32_t code, const RowView& view, const Setpoint& before);
+
+// cartesian_modes.cpp: cartesian_pose
+Evidence pose_absolute(const RowView& view);
+Evidence pose_start(const RowView& view, const Setpoint* acted);
+Evidence pose_step(std::uint32_t code, const RowView& view, const Setpoint& before);
+
+// scalar_modes.cpp: gripper_position, gripper_binary, composite_mode
+Evidence scalar_absolute(const RowView& view);
+Evidence binary_absolute(const RowView& view);
+Evidence gripper_start(const RowView& view, const Setpoint* acted);
+Evidence scalar_step(std::uint32_t code, const RowView& view, const Setpoint& before);
 
 class RowLimitCheck {
  public:
@@ -32,5 +105,22 @@ class RowLimitCheck {
 /// says nothing; so it is of modes that command no single joints.
 bool rows_in_order(const Limits& limits, const ModeLimits& modes, const MeasuredState& state,
                    const ActionPart& action, std::size_t first_row, std::size_t end_row);
+
+/// A part changes its mode as its transitions allow, and its mode or frame at standstill only.
+/// `last`: its command in the row that acts before, nullptr if there is none.
+Evidence check_change(const RowView& view, const RowBefore& before, const ActionPart* last);
+
+/// Whether both are of the same mode and frame.
+inline bool is_alike(const ActionPart& one, const ActionPart& other) {
+  return one.mode == other.mode && one.frame_id == other.frame_id;
+}
+
+/// The first live row of a composite switch turns where every part of the claim stands still.
+/// `acted`: the row of the same part and mode that acts before, of no action if there is none.
+Evidence check_switch(const RowView& view, const ClaimLimits& claim, const RowBefore& before,
+                      const Setpoint& acted);
+
+/// A later row does not turn: nobody has measured yet that the robot stands still there.
+Evidence check_later_switch(const RowView& view);
 
 }  // namespace fairlead

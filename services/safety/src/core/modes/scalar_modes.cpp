@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "core/modes/mode_table.hpp"
+#include "core/modes/row_limit_check.hpp"
 #include "fairlead_safety/mode_blocks.hpp"
 
 namespace fairlead {

@@ -1,19 +1,9 @@
 #include "core/monitor/motion_monitor.hpp"
 
+#include "core/chunk/state_check.hpp"
 #include "core/monitor/tracking.hpp"
 
 namespace fairlead {
-namespace {
-
-// What a row of a claim tells one part; of no action if it says nothing to it.
-Setpoint told_to(const RowBefore& row, std::size_t part, const Limits& limits) {
-  if (row.chunk == nullptr) return {};
-  for (const ActionPart& action : row.chunk->parts)
-    if (action.part == part) return row_of(action, row.row, limits);
-  return {};
-}
-
-}  // namespace
 
 void MotionMonitor::begin() {
   knows_before_ = false;
@@ -45,10 +35,10 @@ Evidence MotionMonitor::check_part(std::size_t part, const MeasuredState& before
   }
   const ReleasePlan& plan = claim->plan;
   const Acted& act = now.acted[part];
-  const Setpoint row = told_to(plan.row_of(act), part, limits_);
+  const Setpoint row = told_to(part, plan.row_of(act), limits_);
   Evidence evidence = grasp_.note(limits_, now, part, row);
   if (!evidence.ok() || row.action == nullptr) return evidence;
-  Setpoint previous = told_to(plan.row_of(plan.act_before(act)), part, limits_);
+  Setpoint previous = told_to(part, plan.row_of(plan.act_before(act)), limits_);
   // Another mode or frame was left at standstill.
   if (previous.action != nullptr && (previous.action->mode != row.action->mode ||
                                      !(previous.action->frame_id == row.action->frame_id)))

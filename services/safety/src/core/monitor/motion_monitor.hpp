@@ -1,7 +1,7 @@
 // Each new state against the rows that acted before it: G013, G040, G041, G042.
 #pragma once
 
-#include "core/chunk/evidence.hpp"
+#include "core/chunk/judgement.hpp"
 #include "core/monitor/grasp_watch.hpp"
 #include "core/monitor/stuck_watch.hpp"
 #include "core/release/claim_table.hpp"

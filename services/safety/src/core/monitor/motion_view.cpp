@@ -1,6 +1,6 @@
 #include "core/monitor/motion_view.hpp"
 
-#include "core/chunk/measured_change.hpp"
+#include "core/chunk/state_check.hpp"
 #include "core/modes/commanded_motion.hpp"
 
 namespace fairlead {

@@ -3,11 +3,11 @@
 
 #include <cstdint>
 
-#include "core/chunk/evidence.hpp"
-#include "core/gate/tick_window.hpp"
+#include "core/chunk/judgement.hpp"
 #include "core/kinematics/robot_model.hpp"
 #include "core/monitor/memory_guard.hpp"
 #include "core/release/claim_table.hpp"
+#include "fairlead_safety/fixed.hpp"
 
 namespace fairlead {
 

@@ -4,7 +4,7 @@
 #include <array>
 #include <cstdint>
 
-#include "core/chunk/evidence.hpp"
+#include "core/chunk/judgement.hpp"
 #include "core/gate/hal_link.hpp"
 #include "core/monitor/ramp_watch.hpp"
 #include "core/release/claim_table.hpp"

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/chunk/measured_change.hpp"
+#include "core/chunk/state_check.hpp"
 #include "core/modes/commanded_motion.hpp"
 #include "fairlead_safety/mode_blocks.hpp"
 

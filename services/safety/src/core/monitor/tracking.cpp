@@ -1,6 +1,6 @@
 #include "core/monitor/tracking.hpp"
 
-#include "core/chunk/measured_change.hpp"
+#include "core/chunk/state_check.hpp"
 #include "core/modes/commanded_motion.hpp"
 #include "core/monitor/tracking_span.hpp"
 #include "fairlead_safety/mode_blocks.hpp"

@@ -1,16 +1,10 @@
 #include "core/release/part_history.hpp"
 
+#include "core/chunk/state_check.hpp"
 #include "core/modes/commanded_motion.hpp"
-#include "core/modes/standstill.hpp"
 
 namespace fairlead {
 namespace {
-
-const ActionPart* command_of(const ActionChunk& chunk, std::size_t part) {
-  for (const ActionPart& action : chunk.parts)
-    if (action.part == part) return &action;
-  return nullptr;
-}
 
 // A mode without a checker never acts.
 std::uint16_t modes_of(const PartLimits& part) {
@@ -51,8 +45,7 @@ Setpoint PartHistory::acted_row(std::size_t part, const MeasuredState& now,
                                 const ClaimTable& claims) const {
   const LiveClaim* claim = claims.holder_of(part);
   const RowBefore row = claim != nullptr ? claim->plan.row_of(now.acted[part]) : RowBefore{};
-  const ActionPart* action = row.chunk != nullptr ? command_of(*row.chunk, part) : nullptr;
-  return action != nullptr ? row_of(*action, row.row, limits_) : Setpoint{};
+  return told_to(part, row, limits_);
 }
 
 void PartHistory::update(const MeasuredState& before, const MeasuredState& now,

@@ -37,7 +37,7 @@ struct MovingMode {
     if (kind == Kind::none) return note(action);
     if (differs(action)) kind = Kind::unknown;
   }
-  /// What may move it by another count may, too.
+  /// Combined with what else may move it.
   void add(const MovingMode& other) {
     if (kind == Kind::none)
       *this = other;

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/kinematics/joint_set.hpp"
+#include "core/kinematics/robot_model.hpp"
 
 namespace fairlead {
 

@@ -1,7 +1,7 @@
 // Where the joints come to rest when they brake: each by its own declared deceleration.
 #pragma once
 
-#include "core/chunk/evidence.hpp"
+#include "core/chunk/judgement.hpp"
 #include "core/trajectory/prediction.hpp"
 
 namespace fairlead {

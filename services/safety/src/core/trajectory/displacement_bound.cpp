@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "core/trajectory/extremes.hpp"
+#include "core/geometry/margin.hpp"
 
 namespace fairlead {
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <array>
 
-#include "core/kinematics/frames.hpp"
+#include "core/kinematics/forward_kinematics.hpp"
 
 namespace fairlead {
 

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <limits>
 
-#include "core/kinematics/joint_set.hpp"
+#include "core/kinematics/robot_model.hpp"
+#include "core/modes/commanded_motion.hpp"
 #include "core/trajectory/braking.hpp"
-#include "core/trajectory/command_kind.hpp"
 
 namespace fairlead {
 

@@ -10,8 +10,8 @@
 #include <span>
 
 #include "core/chunk/judge_rows.hpp"
-#include "core/kinematics/frames.hpp"
-#include "core/kinematics/square6.hpp"
+#include "core/kinematics/forward_kinematics.hpp"
+#include "core/kinematics/inverse_kinematics.hpp"
 #include "core/modes/row_view.hpp"
 
 namespace fairlead {
@@ -34,8 +34,8 @@ struct Branch {
 
   Branch() = default;
   Branch(const Branch& other) { *this = other; }
-  /// As it stands: what is left of the row before is placed anew once it is asked for, and most of
-  /// what takes time is where the frames are.
+  /// Without the frames before the row: `begin_row` sets them, and they are most of what a copy
+  /// costs.
   Branch& operator=(const Branch& other);
 
   FramePoses& poses_now() { return poses[newest]; }

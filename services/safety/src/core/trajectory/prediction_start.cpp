@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "core/kinematics/inverse_kinematics.hpp"
-#include "core/kinematics/joint_set.hpp"
-#include "core/trajectory/command_kind.hpp"
+#include "core/kinematics/robot_model.hpp"
+#include "core/modes/commanded_motion.hpp"
 #include "core/trajectory/prediction.hpp"
 
 namespace fairlead {

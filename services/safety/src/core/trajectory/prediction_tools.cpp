@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/geometry/margin.hpp"
 #include "core/kinematics/inverse_kinematics.hpp"
-#include "core/trajectory/command_kind.hpp"
-#include "core/trajectory/extremes.hpp"
+#include "core/modes/commanded_motion.hpp"
 #include "core/trajectory/prediction.hpp"
 
 namespace fairlead {

@@ -3,9 +3,9 @@
 #include <optional>
 #include <utility>
 
-#include "core/geometry/breach.hpp"
+#include "core/geometry/margin.hpp"
 #include "core/kinematics/inverse_kinematics.hpp"
-#include "core/trajectory/command_kind.hpp"
+#include "core/modes/commanded_motion.hpp"
 
 namespace fairlead {
 namespace {

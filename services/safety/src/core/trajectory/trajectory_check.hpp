@@ -1,8 +1,8 @@
 // One chunk's rows on their way: what is predicted so far, and whether it may be.
 #pragma once
 
-#include "core/chunk/evidence.hpp"
 #include "core/chunk/judge_rows.hpp"
+#include "core/chunk/judgement.hpp"
 #include "core/trajectory/certify.hpp"
 
 namespace fairlead {

@@ -1,11 +1,10 @@
-#include "fairlead_safety/codec.hpp"
-
 #include <bit>
 #include <limits>
 #include <tuple>
 
-#include "core/wire/reader.hpp"
-#include "core/wire/writer.hpp"
+#include "core/wire/msgpack.hpp"
+#include "fairlead_safety/action_messages.hpp"
+#include "fairlead_safety/codec.hpp"
 #include "fairlead_safety/messages.hpp"
 #include "fairlead_safety/printable.hpp"
 
@@ -213,5 +212,17 @@ FAIRLEAD_MESSAGE(LatchRecord)
 #undef FAIRLEAD_MESSAGE
 
 template FrameFault decode<ActionChunk>(Bytes frame, ActionChunk& message, std::size_t& at);
+
+bool read_chunk_head(Bytes frame, ChunkHead& head) {
+  Reader in(frame);
+  (void)in.array();
+  if (in.unsigned_number(UINT64_MAX) != ActionChunk::type_id) return false;
+  (void)in.unsigned_number(UINT64_MAX);  // version
+  (void)in.binary();                     // robot_hash
+  head.session = in.unsigned_number(UINT64_MAX);
+  head.epoch = in.unsigned_number(UINT64_MAX);
+  head.claim_id = in.unsigned_number(UINT64_MAX);
+  return in.ok();
+}
 
 }  // namespace fairlead

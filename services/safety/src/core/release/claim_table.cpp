@@ -1,4 +1,4 @@
-#include "core/release/release_plan.hpp"
+#include "core/release/claim_table.hpp"
 
 #include <algorithm>
 

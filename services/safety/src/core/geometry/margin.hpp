@@ -1,6 +1,9 @@
-// When a row is at fault for a limit that geometry measures, and when it only finds one broken.
+// When a row is at fault for a limit that geometry measures, and when it only finds one broken; and
+// the smaller and the larger of two numbers where one may be none.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 
 namespace fairlead {
@@ -21,5 +24,9 @@ bool is_breach(double margin, const Before& margin_before, Excuse excuse = Excus
   const double least = excuse == Excuse::better ? before + unchanged : before - unchanged;
   return !(before < 0.0 && margin >= least);
 }
+
+/// std::min and std::max drop a second argument that is no number, and keep a first.
+inline double smaller(double a, double b) { return std::isnan(a) ? a : std::min(b, a); }
+inline double larger(double a, double b) { return std::isnan(a) ? a : std::max(b, a); }
 
 }  // namespace fairlead
