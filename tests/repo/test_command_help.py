@@ -92,7 +92,8 @@ def test_the_documents_name_only_commands_that_exist() -> None:
     wrong = set()
     for document in [*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")]:
         for first, second in re.findall(
-            r"(?:`|\.venv/bin/)fairlead ([a-z][a-z-]*)(?:\s+([a-z][a-z0-9]*))?", document.read_text()
+            r"(?:`|\.venv/bin/)fairlead ([a-z][a-z-]*)(?:\s+([a-z][a-z0-9]*))?",
+            document.read_text(),
         ):
             path = f"{first} {second}" if first in groups else first
             if path not in COMMANDS:

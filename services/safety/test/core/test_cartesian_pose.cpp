@@ -37,7 +37,7 @@ Judgement freely(const Rows& rows, const MeasuredState& state = free_arm::at_res
   return free_arm::judge(limits, poses(rows).chunk, state, before);
 }
 
-std::uint32_t code(const Rows& rows, const MeasuredState& state = free_arm::at_rest()) {
+std::uint32_t code_of(const Rows& rows, const MeasuredState& state = free_arm::at_rest()) {
   return freely(rows, state).evidence.code;
 }
 
@@ -73,30 +73,30 @@ TEST_CASE("G020 cartesian pose: inside the box, ends included") {
 }
 
 TEST_CASE("G020 cartesian pose: a unit quaternion within 1e-6") {
-  const auto of_norm = [](double norm) { return code({{0.7, 0.0, 0.5, 0.0, 0.0, 0.0, norm}}); };
+  const auto of_norm = [](double norm) { return code_of({{0.7, 0.0, 0.5, 0.0, 0.0, 0.0, norm}}); };
   for (const double fine : {1.0, 1.0 - 0.999e-6, 1.0 + 0.999e-6, -1.0}) CHECK(of_norm(fine) == 0);
   for (const double bad : {1.0 - 1.001e-6, 1.0 + 1.001e-6, 0.0, 2.0, not_a_number, infinite})
     CHECK(of_norm(bad) == 20);
   const Judgement zero = freely({{0.7, 0.0, 0.5, 0.0, 0.0, 0.0, 0.0}});
   CHECK(zero.evidence.axis == "quaternion norm");
-  for (std::size_t axis = 3; axis < 7; ++axis) CHECK(code({shifted(axis, not_a_number)}) == 20);
+  for (std::size_t axis = 3; axis < 7; ++axis) CHECK(code_of({shifted(axis, not_a_number)}) == 20);
 }
 
 TEST_CASE("G021 a pose starts at the measured tool frame and at what was executed") {
-  CHECK(code({at_rest}) == 0);
-  CHECK(code({shifted(0, 0.05 - 1e-12)}) == 0);
-  CHECK(code({shifted(0, 0.05 + 1e-12)}) == 21);
-  CHECK(code({shifted(2, -0.05 - 1e-12)}) == 21);
-  CHECK(code({{0.74, 0.04, 0.5, 0.0, 0.0, 0.0, 1.0}}) == 21);  // each axis is inside
-  CHECK(code({turned(0.25 - 1e-12)}) == 0);
-  CHECK(code({turned(0.25 + 1e-12)}) == 21);
-  CHECK(code({turned(-0.25 - 1e-12)}) == 21);
+  CHECK(code_of({at_rest}) == 0);
+  CHECK(code_of({shifted(0, 0.05 - 1e-12)}) == 0);
+  CHECK(code_of({shifted(0, 0.05 + 1e-12)}) == 21);
+  CHECK(code_of({shifted(2, -0.05 - 1e-12)}) == 21);
+  CHECK(code_of({{0.74, 0.04, 0.5, 0.0, 0.0, 0.0, 1.0}}) == 21);  // each axis is inside
+  CHECK(code_of({turned(0.25 - 1e-12)}) == 0);
+  CHECK(code_of({turned(0.25 + 1e-12)}) == 21);
+  CHECK(code_of({turned(-0.25 - 1e-12)}) == 21);
   // The arm stands somewhere else: so does the pose that starts it.
   MeasuredState state = free_arm::at_rest();
   state.positions[free_arm::turn_z] = std::acos(0.0);
   const double half = std::sqrt(0.5);
-  CHECK(code({{0.0, 0.7, 0.5, 0.0, 0.0, half, half}}, state) == 0);
-  CHECK(code({at_rest}, state) == 21);
+  CHECK(code_of({{0.0, 0.7, 0.5, 0.0, 0.0, half, half}}, state) == 0);
+  CHECK(code_of({at_rest}, state) == 21);
   // What was executed last counts as well as what is measured.
   ChunkBuilder previous = poses({shifted(0, -0.03)});
   CHECK(pose_after(previous, shifted(0, 0.02 - 1e-12)) == 0);
@@ -105,8 +105,8 @@ TEST_CASE("G021 a pose starts at the measured tool frame and at what was execute
 }
 
 TEST_CASE("G021 a quaternion and its negative are the same start") {
-  CHECK(code({turned(0.2, -1.0)}) == 0);
-  CHECK(code({turned(0.25 + 1e-12, -1.0)}) == 21);
+  CHECK(code_of({turned(0.2, -1.0)}) == 0);
+  CHECK(code_of({turned(0.25 + 1e-12, -1.0)}) == 21);
   ChunkBuilder previous = poses({turned(0.1)});
   CHECK(pose_after(previous, turned(0.1, -1.0)) == 0);
 }
@@ -116,16 +116,16 @@ TEST_CASE("G021 a measurement that is no number starts no pose") {
     for (const double bad : {not_a_number, infinite}) {
       MeasuredState state = free_arm::at_rest();
       state.positions[joint] = bad;
-      CHECK(code({at_rest}, state) != 0);
+      CHECK(code_of({at_rest}, state) != 0);
     }
 }
 
 TEST_CASE("G022 cartesian pose: the jump from row to row in place and angle") {
-  CHECK(code({at_rest, shifted(1, 0.04), shifted(1, 0.08)}) == 0);
-  CHECK(code({at_rest, shifted(1, 0.05 + 1e-12)}) == 22);
-  CHECK(code({at_rest, turned(0.25 - 1e-12), turned(0.5 - 2e-12, -1.0)}) == 0);
-  CHECK(code({at_rest, turned(0.25 + 1e-12)}) == 22);
-  CHECK(code({at_rest, turned(6.2)}) == 0);  // the other way round it is 0.083 rad
+  CHECK(code_of({at_rest, shifted(1, 0.04), shifted(1, 0.08)}) == 0);
+  CHECK(code_of({at_rest, shifted(1, 0.05 + 1e-12)}) == 22);
+  CHECK(code_of({at_rest, turned(0.25 - 1e-12), turned(0.5 - 2e-12, -1.0)}) == 0);
+  CHECK(code_of({at_rest, turned(0.25 + 1e-12)}) == 22);
+  CHECK(code_of({at_rest, turned(6.2)}) == 0);  // the other way round it is 0.083 rad
   const Judgement cut = freely({at_rest, shifted(1, 0.04), shifted(1, 0.12)});
   CHECK(cut.row_count == 2);
   CHECK(cut.evidence.axis == "linear");
@@ -135,7 +135,7 @@ TEST_CASE("G022 cartesian pose: the jump from row to row in place and angle") {
 TEST_CASE("G011 cartesian pose: refused while a joint of the part is outside its bounds") {
   MeasuredState state = free_arm::at_rest();
   state.positions[free_arm::turn_y] = 2.2;
-  CHECK(code({at_rest}, state) == 11);
+  CHECK(code_of({at_rest}, state) == 11);
 }
 
 TEST_CASE("a pose in another frame than the root is judged in that frame") {

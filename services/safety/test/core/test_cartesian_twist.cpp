@@ -16,26 +16,26 @@ ChunkBuilder twist(const Rows& rows, const char* frame = "base_link") {
   return ChunkBuilder().add(arm, Mode::cartesian_twist, rows, {}, frame);
 }
 
-std::uint32_t code(const Rows& rows, const MeasuredState& state = state_at_rest()) {
+std::uint32_t code_of(const Rows& rows, const MeasuredState& state = state_at_rest()) {
   return judge(twist(rows).chunk, state).evidence.code;
 }
 
 }  // namespace
 
 TEST_CASE("G020 cartesian twist: the norm of each half") {
-  CHECK(code({{0.5, 0, 0, 0, 0, 0}}) == 0);
-  CHECK(code({{just_above(0.5), 0, 0, 0, 0, 0}}) == 20);
-  CHECK(code({{0, 0, just_below(-0.5), 0, 0, 0}}) == 20);
-  CHECK(code({{0, 0, 0, 0, 1.0, 0}}) == 0);
-  CHECK(code({{0, 0, 0, 0, just_above(1.0), 0}}) == 20);
-  CHECK(code({{0.3, 0.4, 0, 0.6, 0.8, 0}}) == 0);
-  CHECK(code({{0.4, 0.4, 0, 0, 0, 0}}) == 20);  // each axis is inside
-  CHECK(code({{0, 0, 0, 0.8, 0, 0.8}}) == 20);
+  CHECK(code_of({{0.5, 0, 0, 0, 0, 0}}) == 0);
+  CHECK(code_of({{just_above(0.5), 0, 0, 0, 0, 0}}) == 20);
+  CHECK(code_of({{0, 0, just_below(-0.5), 0, 0, 0}}) == 20);
+  CHECK(code_of({{0, 0, 0, 0, 1.0, 0}}) == 0);
+  CHECK(code_of({{0, 0, 0, 0, just_above(1.0), 0}}) == 20);
+  CHECK(code_of({{0.3, 0.4, 0, 0.6, 0.8, 0}}) == 0);
+  CHECK(code_of({{0.4, 0.4, 0, 0, 0, 0}}) == 20);  // each axis is inside
+  CHECK(code_of({{0, 0, 0, 0.8, 0, 0.8}}) == 20);
   for (std::size_t axis = 0; axis < 6; ++axis)
     for (const double bad : {not_a_number, infinite, -infinite}) {
       Row row(6, 0.0);
       row[axis] = bad;
-      CHECK(code({row}) == 20);
+      CHECK(code_of({row}) == 20);
     }
 }
 
@@ -87,18 +87,19 @@ TEST_CASE("G021 a tool twist is compared along the axes of its own frame") {
 }
 
 TEST_CASE("G022 cartesian twist: the jump from row to row") {
-  CHECK(code({{0.25, 0, 0, 0, 0, 0}, {-0.5, 0, 0, 0, 0, 0}}) == 0);
-  CHECK(code({{0.25, 0, 0, 0, 0, 0}, {-0.25, 0, 0, 0, 0, 0}, {just_above(0.5), 0, 0, 0, 0, 0}}) ==
-        20);
-  CHECK(code({{0.3, 0, 0, 0, 0, 0}, {-0.46, 0, 0, 0, 0, 0}}) == 22);
-  CHECK(code({{0, 0, 0, 0, 0.5, 0}, {0, 0, 0, 0, -1.0, 0}}) == 0);
-  CHECK(code({{0, 0, 0, 0, 0.51, 0}, {0, 0, 0, 0, -1.0, 0}}) == 22);
+  CHECK(code_of({{0.25, 0, 0, 0, 0, 0}, {-0.5, 0, 0, 0, 0, 0}}) == 0);
+  CHECK(
+      code_of({{0.25, 0, 0, 0, 0, 0}, {-0.25, 0, 0, 0, 0, 0}, {just_above(0.5), 0, 0, 0, 0, 0}}) ==
+      20);
+  CHECK(code_of({{0.3, 0, 0, 0, 0, 0}, {-0.46, 0, 0, 0, 0, 0}}) == 22);
+  CHECK(code_of({{0, 0, 0, 0, 0.5, 0}, {0, 0, 0, 0, -1.0, 0}}) == 0);
+  CHECK(code_of({{0, 0, 0, 0, 0.51, 0}, {0, 0, 0, 0, -1.0, 0}}) == 22);
 }
 
 TEST_CASE("G011 cartesian twist: refused while a joint of the part is outside its bounds") {
   MeasuredState state = state_at_rest();
   state.positions[arm_2] = -2.2;
-  CHECK(code({{0, 0, 0, 0, 0, 0}}, state) == 11);
+  CHECK(code_of({{0, 0, 0, 0, 0, 0}}, state) == 11);
 }
 
 TEST_CASE("G021 a tool twist: what another part adds to the tool's motion is not this part's") {

@@ -1,5 +1,6 @@
 // G042: a joint that presses too hard, and a gripper that loses what it held.
 
+#include "core/chunk/state_check.hpp"
 #include "tracked_rig.hpp"
 
 using namespace fairlead;

@@ -26,7 +26,7 @@ Limits with_volume(Gain gain, bool keep_out, std::array<double, 3> lower,
   return limits;
 }
 
-std::uint32_t code(const Limits& limits, double along_x) {
+std::uint32_t code_of(const Limits& limits, double along_x) {
   return free_arm::judge(limits,
                          ChunkBuilder().along(arm, Mode::cartesian_delta, 0, {along_x}).chunk)
       .evidence.code;
@@ -64,11 +64,11 @@ TEST_CASE("G031 outside, a motion of which not all may happen has to lead nearer
       return keep_out ? with_volume(gain, true, {0.65, -1, 0}, {2, 1, 1})
                       : with_volume(gain, false, {-1, -1, 0}, {0.65, 1, 1});
     };
-    CHECK(code(at(known), 0.0) == 0);
-    CHECK(code(at(some), 0.0) == 31);
-    CHECK(code(at(some), 0.01) == 31);
-    CHECK(code(at(some), -0.01) == 0);
-    CHECK(code(at(known), -0.01) == 0);
+    CHECK(code_of(at(known), 0.0) == 0);
+    CHECK(code_of(at(some), 0.0) == 31);
+    CHECK(code_of(at(some), 0.01) == 31);
+    CHECK(code_of(at(some), -0.01) == 0);
+    CHECK(code_of(at(known), -0.01) == 0);
     CHECK(slid(at(some), 0.0) == 0);  // a joint's own velocity is no guess
   }
 }
@@ -79,9 +79,9 @@ TEST_CASE("G032 capsules too near each other: nothing of which not all may happe
     limits.collision.capsules[0] = {0, {1.0, 0, 0.5}, {1.0, 0, 0.5}, 0.05};
     limits.collision.capsules[1] = {tool_link, {0, 0, 0}, {0, 0, 0}, 0.05};
     limits.collision.clearance = 0.25;  // 0.2 m between them
-    CHECK(code(limits, -0.01) == (gain.lower < 1.0 ? 32 : 0));
-    CHECK(code(limits, 0.0) == (gain.lower < 1.0 ? 32 : 0));
-    CHECK(code(limits, 0.01) == 32);
+    CHECK(code_of(limits, -0.01) == (gain.lower < 1.0 ? 32 : 0));
+    CHECK(code_of(limits, 0.0) == (gain.lower < 1.0 ? 32 : 0));
+    CHECK(code_of(limits, 0.01) == 32);
     CHECK(slid(limits, -0.1) == 0);
   }
 }
