@@ -20,6 +20,7 @@ from fairlead.paths import repo_root
 from fairlead_tools.supervisor.child import is_ready_line
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
 from tests.cli.command import fairlead, fairlead_command, fairlead_environment
+from tests.shape.own_robot import NAME, own_robot, with_hardware
 
 SOURCE = repo_root() / "compose" / "panda_mobile_sim.yaml"
 
@@ -89,9 +90,12 @@ def test_a_stop_that_one_robot_does_not_take_is_an_error_and_stops_the_others(
 
 @pytest.mark.processes
 def test_a_robot_that_is_real_is_not_armed_where_nobody_can_be_asked(
-    gates: list[Gate], tmp_path: Path
+    gates: list[Gate], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    gates.append(Gate("real", tmp_path, profile="hardware", pacing="realtime"))
+    with_hardware(own_robot(tmp_path / "robots", monkeypatch), {})
+    compiled = fairlead("robot", "compile", NAME, state=tmp_path)
+    assert compiled.returncode == 0, compiled.stderr
+    gates.append(Gate("real", tmp_path, robot=NAME, profile="hardware", pacing="realtime"))
     state = gates[0].state
     unasked = fairlead("arm", state=state)
     assert unasked.returncode == 1

@@ -14,26 +14,17 @@ from fairlead.errors import ConfigError
 from fairlead.paths import repo_root, robot_dir
 from fairlead.robot.manifest import load_robot
 from tests.cli.command import fairlead_here as fairlead
-from tests.shape.own_robot import NAME, own_robot
+from tests.shape.own_robot import NAME, own_robot, with_hardware
 
 SPEED = "joints.panda_joint1.velocity_rad_s"
 BLOCK = "safety.hardware.measured.panda_gripper"
-
-
-def with_open_numbers(folder: Path, open_: dict[str, str]) -> None:
-    """The robot gets a profile for hardware, with the simulator's limits, and these entries."""
-    manifest = folder / "robot.yaml"
-    document = yaml.safe_load(manifest.read_text())
-    document["safety"]["hardware"] = document["safety"]["sim"] | {"lockstep_allowed": False}
-    document["to_confirm"] = open_
-    manifest.write_text(yaml.safe_dump(document))
 
 
 def test_hardware_is_not_compiled_nor_started_while_a_number_is_open(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     folder = own_robot(tmp_path, monkeypatch)
-    with_open_numbers(folder, {SPEED: "assumed", BLOCK: "not measured"})
+    with_hardware(folder, {SPEED: "assumed", BLOCK: "not measured"})
     identity = load_robot(NAME).robot_hash
     done = fairlead("robot", "compile", NAME, state=tmp_path)
     assert done.returncode == 0, done.stderr
@@ -54,7 +45,7 @@ def test_hardware_is_not_compiled_nor_started_while_a_number_is_open(
     done = fairlead("up", str(deployment), state=tmp_path)
     assert (done.returncode, done.stdout) == (1, "")
     assert refusal in done.stderr
-    with_open_numbers(folder, {})
+    with_hardware(folder, {})
     assert fairlead("robot", "compile", NAME, state=tmp_path).returncode == 0
     assert (folder / "gate.hardware.json").is_file()
     assert load_robot(NAME).robot_hash == identity
@@ -72,7 +63,7 @@ def test_hardware_is_not_compiled_nor_started_while_a_number_is_open(
 def test_an_open_entry_names_what_is_there_and_says_why(
     key: str, why: str, problem: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    with_open_numbers(own_robot(tmp_path, monkeypatch), {key: why})
+    with_hardware(own_robot(tmp_path, monkeypatch), {key: why})
     with pytest.raises(ConfigError) as error:
         load_robot(NAME)
     assert f"to_confirm: {key!r}" in str(error.value)

@@ -6,6 +6,7 @@ import shutil
 from pathlib import Path
 
 import pytest
+import yaml
 
 from fairlead.paths import robot_dir
 
@@ -30,3 +31,16 @@ def own_robot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, **texts: tuple[st
         assert old in path.read_text()
         path.write_text(path.read_text().replace(old, new))
     return folder
+
+
+def with_hardware(folder: Path, open_: dict[str, str]) -> None:
+    """The robot gets a profile for hardware, with the simulator's limits.
+
+    Args:
+        open_: what of it is open, and why.
+    """
+    manifest = folder / "robot.yaml"
+    document = yaml.safe_load(manifest.read_text())
+    document["safety"]["hardware"] = document["safety"]["sim"] | {"lockstep_allowed": False}
+    document["to_confirm"] = open_
+    manifest.write_text(yaml.safe_dump(document))

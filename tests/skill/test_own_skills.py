@@ -85,7 +85,8 @@ def test_a_new_skills_wave_can_be_seen(tmp_path: Path) -> None:
     (slot,) = manifest["action_contract"]["slots"]
     options = manifest["policy"]["options"]["options"]
     policy = runpy.run_path(str(folder / "policy.py"))["Policy"].from_options(None, options)
-    up_m = np.concatenate([policy.infer(None)[:, 2] for _ in range(5)]) * slot["scale"][2]
+    seen = Observation(1, np.zeros(0), "")
+    up_m = np.concatenate([policy.infer(seen)[:, 2] for _ in range(5)]) * slot["scale"][2]
     limits = robot.profile("sim").parts["arm"].cartesian_delta
     assert limits is not None
     assert np.ptp(np.cumsum(up_m)) * np.mean(limits.gain) > 0.01  # what the robot makes of it
