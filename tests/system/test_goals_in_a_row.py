@@ -63,7 +63,8 @@ def write_slow(folder: Path) -> None:
     """The reach at half the robot's rate, its targets met evenly."""
     manifest = yaml.safe_load((rskill_dir(SKILL) / "rskill.yaml").read_text(encoding="utf-8"))
     folder.mkdir(parents=True)
-    own = manifest | {"id": SLOW, "rate_hz": manifest["rate_hz"] / 2, "between": "linear"}
+    half = {"rate_hz": manifest["rate_hz"] / 2, "between": "linear", "seam": None}
+    own = manifest | {"id": SLOW} | half
     (folder / "rskill.yaml").write_text(yaml.safe_dump(own), encoding="utf-8")
 
 
