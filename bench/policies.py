@@ -88,7 +88,10 @@ def served(skill: str) -> Iterator[str]:
     with subprocess.Popen(words, stdout=subprocess.PIPE, text=True) as server:
         try:
             assert server.stdout is not None
-            yield server.stdout.readline().split()[-1]
+            address = server.stdout.readline().split()[-1:]
+            if not address:
+                raise SystemExit(f"bench.policies: {' '.join(words)} ended: see above")
+            yield address[0]
         finally:
             server.terminate()
 

@@ -93,12 +93,7 @@ def panels(run: Run, robot: RobotManifest) -> list[Panel]:
     """
     safety = robot.profile(run.header.profile)
     series = _Series(robot, safety, Measured(run.joints, robot, safety))
-    verdicts = run.first_verdicts()
-    for chunk in run.chunks:
-        _, verdict = verdicts.get((chunk.source, chunk.claim_id, chunk.seq), (0, None))
-        released = range(0)
-        if verdict is not None and verdict.released_first:
-            released = range(verdict.released_first, verdict.released_last + 1)
+    for chunk, released in run.released():
         for part in chunk.parts:
             series.add(part, chunk.start_tick, released)
     found = sorted(series.panels.items(), key=lambda item: item[0][0])

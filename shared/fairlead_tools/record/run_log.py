@@ -109,6 +109,16 @@ class Run:
             first.setdefault((verdict.source, verdict.claim_id, verdict.seq), (tick, verdict))
         return first
 
+    def released(self) -> Iterator[tuple[ActionChunk, range]]:
+        """Each chunk, and the ticks of its rows that its first verdict released."""
+        verdicts = self.first_verdicts()
+        for chunk in self.chunks:
+            _, verdict = verdicts.get((chunk.source, chunk.claim_id, chunk.seq), (0, None))
+            ticks = range(0)
+            if verdict is not None and verdict.released_first:
+                ticks = range(verdict.released_first, verdict.released_last + 1)
+            yield chunk, ticks
+
     def outcomes(self, source: str) -> dict[tuple[int, int], str]:
         """Outcome of each chunk of ``source``, by claim and sequence number.
 

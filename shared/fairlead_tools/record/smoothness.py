@@ -48,14 +48,9 @@ def smoothness(run: Run, robot: RobotManifest) -> Smoothness:
 
 def _released(run: Run) -> dict[int, tuple[str, int, int]]:
     """Which chunk's row was released for each tick: the newest one's."""
-    verdicts = run.first_verdicts()
     found = {}
-    for chunk in run.chunks:
-        key = (chunk.source, chunk.claim_id, chunk.seq)
-        _, verdict = verdicts.get(key, (0, None))
-        if verdict is not None and verdict.released_first:
-            ticks = range(verdict.released_first, verdict.released_last + 1)
-            found.update(dict.fromkeys(ticks, key))
+    for chunk, ticks in run.released():
+        found.update(dict.fromkeys(ticks, (chunk.source, chunk.claim_id, chunk.seq)))
     return found
 
 
