@@ -17,6 +17,8 @@ from tests.system.person import ROOT, Person
 
 pytestmark = [pytest.mark.processes, pytest.mark.timeout(300)]
 
+WAVED_RAD = 0.15
+"""The skeleton waves 0.2 rad to each side; a busy machine may have time for one of them."""
 DOCS, EXAMPLES = ROOT / "docs", ROOT / "docs" / "examples"
 
 
@@ -69,7 +71,7 @@ def test_my_first_robot_brings_a_robot_that_moves(
     assert re.search(r"^HAL +open +none runs on this machine", unasked, re.M)
     assert "my-wave deadline after 6" in run
     assert re.search(r"^HAL +ok +joints, parts, modes and period as in robot.yaml", asked, re.M)
-    assert farthest(newcomer, monkeypatch) > 0.2  # one joint waved
+    assert farthest(newcomer, monkeypatch) > WAVED_RAD
 
 
 def test_my_hal_brings_a_hal_of_ones_own_that_moves_the_robot(
@@ -80,4 +82,4 @@ def test_my_hal_brings_a_hal_of_ones_own_that_moves_the_robot(
     assert any("minimal" in line for line in newcomer.terminals["up"].lines if "[hal]" in line)
     assert "my-wave deadline after 6" in run
     assert re.search(r"^HAL +ok +joints, parts, modes and period as in robot.yaml", asked, re.M)
-    assert farthest(newcomer, monkeypatch) > 0.2
+    assert farthest(newcomer, monkeypatch) > WAVED_RAD
