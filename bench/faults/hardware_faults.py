@@ -91,9 +91,12 @@ def unless_late(inject: Callable[[ServoStage], Shot], bound_ms: float, robot: Se
     """A miss counts, unless others were busy and the HAL's ticks came so late."""
     shot = inject(robot)
     over_ms = (shot.measured_ms or 0.0) - bound_ms
+    if over_ms <= 0.0:
+        return shot
     lines = [line for line in robot.motion.since(shot.began_ns) if line.stamp_ns <= shot.ended_ns]
-    late_ms = (lines[-1].stamp_ns - lines[0].stamp_ns) / 1e6 - TICK_MS * (len(lines) - 1)
-    if 0.0 < over_ms <= late_ms and robot.others_are_busy:
+    took_ms = (lines[-1].stamp_ns - lines[0].stamp_ns) / 1e6 if lines else 0.0
+    late_ms = took_ms - TICK_MS * (len(lines) - 1)
+    if over_ms <= late_ms and robot.others_are_busy:
         raise MachineLateError(f"{over_ms:.0f} ms over the bound, ticks {late_ms:.0f} ms late")
     return shot
 
