@@ -144,12 +144,13 @@ class Observation:
     def prefix(self) -> Actions:
         """Rows that act from this control period on, before the answer can: ``[n, dim]``.
 
-        At most ``delay_ticks`` control periods of them; fewer where rows run out before. An answer
-        that waits for its verdict counts as released, from the next period on. An answer's first
-        n rows are too late, so a policy that chunks in real time repeats these and goes on.
+        ``delay_ticks`` control periods of them and one more, so that an answer a period later than
+        those before makes no step; fewer where rows run out before. An answer that waits for its
+        verdict counts as released, from the next period on. An answer's first n rows are too late,
+        so a policy that chunks in real time repeats these and goes on.
         """
         periods = self.answers[-1].periods if self.answers else 1
-        ticks = range(self.tick, self.tick + self.delay_ticks, periods)
+        ticks = range(self.tick, self.tick + self.delay_ticks + 1, periods)
         rows = list(takewhile(lambda row: row is not None, map(self._row_at, ticks)))
         return np.array(rows, np.float32) if rows else np.zeros((0, 0), np.float32)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import asyncio
+import gc
 import logging
 import sys
 import threading
@@ -130,6 +131,8 @@ def _say(who: str, error: Exception) -> None:
 
 def announce_ready(context: ServiceContext) -> None:
     """Declare the liveliness token that tools wait for, and say so in the log; on any thread."""
+    gc.collect()
+    gc.freeze()  # what is loaded stays: to search it again for garbage takes longer than a tick
     context.started()
     context.bus.declare_token(context.deployment.keys.alive(context.name))
     logging.getLogger(context.name).info("ready")

@@ -195,7 +195,7 @@ def test_a_policy_that_continues_rows_is_not_blended_as_well() -> None:
         make_policy(plugin, with_seam(), {}, lambda: ROBOT, "sim")
 
 
-def test_the_prefix_is_what_acts_until_the_answer_can() -> None:
+def test_the_prefix_is_what_acts_until_the_answer_can_and_a_period_on() -> None:
     run = story(lockstep=False)
     run.tick(10)
     run.tick(11)
@@ -208,9 +208,9 @@ def test_the_prefix_is_what_acts_until_the_answer_can() -> None:
     seen = run.asked[-1].observation
     assert seen.delay_ticks == 3
     assert seen.rows_to_act()[:, 0].tolist() == [3.0, 4.0, 5.0, 6.0, 7.0]
-    assert seen.prefix().tobytes() == numbered[3:6].tobytes()
+    assert seen.prefix().tobytes() == numbered[3:7].tobytes()
     run.answer(rows(8, 0.1))
-    assert [one.observation.prefix().shape for one in run.asked] == [(0, 0), (3, 12)]
+    assert [one.observation.prefix().shape for one in run.asked] == [(0, 0), (4, 12)]
 
 
 def test_an_answer_that_waits_for_its_verdict_is_part_of_the_prefix() -> None:
