@@ -10,10 +10,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from fairlead.deploy.deployment import load_deployment
 from fairlead.deploy.registry import Registry
 from fairlead.messages import GateState
-from fairlead.paths import repo_root, robot_dir
+from fairlead.paths import deployment_path, repo_root, robot_dir
 from fairlead.robot.manifest import load_robot
+from fairlead_tools.measure.driven_robot import simulated_deployment
 from fairlead_tools.measure.rotations import exponential, quaternion_of, rotation_of
 from fairlead_tools.measure.tracking import hull_distances
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch, scratch_robot
@@ -105,6 +107,11 @@ def test_a_robot_that_runs_is_measured_slowly_through_its_gate(tmp_path: Path) -
     assert after.state == GateState.DISARMED and not after.claims
     assert 0.2 < found["joints"]["elbow_flex"]["told_per_s"] < 0.9
     assert len(found["proposed"]["parts"]["arm"]["joint_position"]["tracking_limits"]) == 5
+
+
+def test_a_robot_that_has_both_is_driven_in_its_simulator() -> None:
+    assert load_deployment(deployment_path("so101")).profile == "hardware"
+    assert simulated_deployment("so101").profile == "sim"
 
 
 def test_a_robot_without_a_simulator_is_refused(tmp_path: Path) -> None:

@@ -153,19 +153,24 @@ def tool_chains(robot: RobotManifest) -> dict[str, ToolChain]:
 
 
 def simulated_deployment(robot: str) -> Deployment:
-    """The first deployment of a robot in lockstep: only simulators can wait.
+    """The first deployment of a robot whose HAL is a simulator, in lockstep if one is.
 
     Raises:
         ConfigError: there is none.
     """
     found = list(shipped_deployments(robot))
-    here = [one for _, one in found if one.services[one.hal].run in HALS.names()]
+    here = [one for _, one in found if _is_simulated(one)]
     waiting = [one for one in here if one.pacing == "lockstep"]
     if here:
         return (waiting or here)[0]
     names = [name for name, _ in found]
     what = f"a deployment of robot {robot} whose HAL is a simulator (--deployment)"
     raise ConfigError(expected(_WHO, what, ", ".join(names) or "none"))
+
+
+def _is_simulated(deployment: Deployment) -> bool:
+    run = deployment.services[deployment.hal].run
+    return run in HALS.names() and hal_driver(run, _WHO).simulator
 
 
 def _backend(robot: RobotManifest, deployment: Deployment) -> Backend:
