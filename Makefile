@@ -1,6 +1,6 @@
 # Every target is one script or command: read it there. `make` alone lists them.
 .DEFAULT_GOAL := help
-.PHONY: help setup demo check test peers soak faults coverage mutate sanitize fuzz lint bench wheel clean
+.PHONY: help setup demo check test peers soak faults coverage mutate sanitize fuzz zenohc lint bench wheel clean
 # One at a time: the stages build on each other.
 .NOTPARALLEL:
 
@@ -44,6 +44,9 @@ fuzz: sanitize ## generated frames, chunks and days for the gate's core; SECONDS
 	@FAIRLEAD_FUZZ_SECONDS=$(or $(SECONDS_EACH),120) FAIRLEAD_SEQUENCE_STEPS=400000 \
 		FAIRLEAD_FUZZ_FRAMES=2000000 build/sanitize/fairlead-safety-tests \
 		--test-case='fuzz*,random*'
+
+zenohc: setup ## the gate with the official zenoh-c of SOURCE=FOLDER: its tests and the demo
+	@scripts/zenohc "$(SOURCE)"
 
 lint: setup ## formatting, lint, strict types
 	@scripts/lint

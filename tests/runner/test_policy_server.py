@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from websockets.asyncio.client import connect as connect_async
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
@@ -14,6 +15,8 @@ from fairlead.skill.manifest import load_skill
 from fairlead_skill_runner.policies.oracle.policy import OraclePolicy
 from fairlead_skill_runner.policies.remote.openpi import OpenpiPolicy
 from fairlead_skill_runner.policies.remote.openpi_wire import encode
+from fairlead_skill_runner.policy_server import PolicyServer
+from tests.runner.broken_policies import Misbehaving
 from tests.runner.served_skill import served
 
 pytestmark = pytest.mark.processes
@@ -76,3 +79,24 @@ def test_a_request_that_does_not_fit_is_answered_by_what_was_expected() -> None:
                 assert isinstance(said, str) and said.startswith(f"PolicyError: {text}")
                 with pytest.raises(ConnectionClosed):
                     link.recv(timeout=20)
+
+
+class Breaks(Misbehaving):
+    """Raises what no policy is meant to."""
+
+    def infer(self, observation: Observation) -> np.ndarray:
+        raise ZeroDivisionError("half a row")
+
+
+@pytest.mark.asyncio
+async def test_a_policy_that_breaks_is_told_to_its_client_and_whole_in_the_log() -> None:
+    said: list[str] = []
+    keys = ("observation/state", "prompt")
+    server = PolicyServer(SKILL, Breaks(SKILL), keys, None, said.append)
+    async with await server.listen("127.0.0.1", 0) as listening:
+        port = next(iter(listening.sockets)).getsockname()[1]
+        async with connect_async(f"ws://127.0.0.1:{port}") as link:
+            await link.recv()
+            await link.send(encode({keys[0]: STATES[0]}))
+            assert await link.recv() == "ZeroDivisionError: half a row"
+    assert "Traceback" in said[-1] and said[-1].endswith("ZeroDivisionError: half a row")

@@ -10,6 +10,7 @@ from __future__ import annotations
 import hmac
 from collections.abc import Callable, Mapping
 from http import HTTPStatus
+from traceback import format_exc
 from typing import Any
 
 import numpy as np
@@ -86,9 +87,10 @@ class PolicyServer:
                 tick += skill.execute_steps
         except ConnectionClosed:
             pass
-        except PolicyError as error:  # openpi sends a traceback as text, then ends
-            self._say(f"{link.remote_address}: {error}")
-            await link.send(f"PolicyError: {error}")
+        except Exception as error:  # noqa: BLE001 - a policy may raise anything; client and log say so
+            known = isinstance(error, PolicyError)
+            self._say(f"{link.remote_address}: {error if known else format_exc().rstrip()}")
+            await link.send(f"{type(error).__name__}: {error}")  # openpi sends text, then ends
             await link.close(_FAILED)
         finally:
             self._is_busy = False
