@@ -72,7 +72,9 @@ def running_hal(folder: Path, name: str, wanted: Wanted) -> Iterator[RunningHal]
             stdout=output, stderr=subprocess.STDOUT, env=environment,
         )  # fmt: skip
     try:
-        wait_for(lambda: process.poll() is not None or b": ready\n" in log.read_bytes(), name, START_S)
+        wait_for(
+            lambda: process.poll() is not None or b": ready\n" in log.read_bytes(), name, START_S
+        )
         assert process.poll() is None, log.read_text()
         yield RunningHal(file, deployment, process, log)
     finally:
