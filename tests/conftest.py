@@ -15,6 +15,8 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
+from tests.late_machine import LATE
+
 # A slow machine is no failure: what has a bound in time says so in its own test.
 settings.register_profile("fairlead", deadline=None)
 settings.load_profile("fairlead")
@@ -38,6 +40,12 @@ for _group, _named in _project["project"]["entry-points"].items():
 # which glfw, imported by mujoco, asks for its library's version.
 _running: list[pytest.Item] = []
 SIMULATOR = re.compile(r"^robosuite$|/robosuite/.*\.xml$")  # the package, or a model that it loads
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    for item in items:
+        if "processes" in item.keywords:
+            item.add_marker(LATE)
 
 
 @pytest.hookimpl(wrapper=True)

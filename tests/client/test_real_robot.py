@@ -28,9 +28,8 @@ from fairlead_tools.supervisor.scratch import (
     make_scratch,
     scratch_robot,
 )
-from tests.late_machine import LATE
 
-pytestmark = [pytest.mark.processes, pytest.mark.timeout(120), pytest.mark.asyncio, LATE]
+pytestmark = [pytest.mark.processes, pytest.mark.timeout(120), pytest.mark.asyncio]
 
 SOURCE = repo_root() / "compose" / "panda_mobile_navigation.yaml"
 FAR = "0 1.2 0"

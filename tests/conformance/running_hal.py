@@ -19,6 +19,7 @@ from fairlead.wire.session import ZenohBus
 from fairlead_tools.conformance.hal_check import HalCheck, Wish, ask_hal, check_hal
 from fairlead_tools.supervisor.command_line import service_command
 from fairlead_tools.supervisor.this_host import free_ports
+from tests.late_machine import is_busy
 from tests.repo.tree import ROOT
 
 START_S = 120.0
@@ -96,9 +97,11 @@ def check_running(running: RunningHal, only: tuple[str, ...]) -> HalCheck:
 def check_all(folder: Path, wanted: Mapping[str, Wanted], at_once: int) -> dict[str, HalCheck]:
     """Every HAL by its name, several at a time."""
 
-    def check(name: str) -> HalCheck:
-        with running_hal(folder, name, wanted[name]) as running:
-            return check_running(running, wanted[name].only)
+    def check(name: str, again: int = 1) -> HalCheck:
+        with running_hal(folder / f"{again}", name, wanted[name]) as running:
+            found = check_running(running, wanted[name].only)
+        # A test that fails is given the same result again: so it is made again here.
+        return found if found.is_good or not is_busy() or not again else check(name, again - 1)
 
     with ThreadPoolExecutor(at_once) as pool:
         return dict(zip(wanted, pool.map(check, wanted), strict=True))

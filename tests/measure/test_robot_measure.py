@@ -21,7 +21,6 @@ from fairlead_tools.measure.tracking import hull_distances
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch, scratch_robot
 from tests.cli.command import fairlead_here as fairlead
 from tests.draft.drafting import EXAMPLE
-from tests.late_machine import LATE
 
 SHORT = ("--random", "80", "--stops", "1")
 
@@ -92,7 +91,6 @@ def test_what_the_numbers_cannot_tell_is_said(
     assert any(one.startswith(finding) for one in found["findings"]), found["findings"]
 
 
-@LATE
 @pytest.mark.processes
 def test_a_robot_that_runs_is_measured_slowly_through_its_gate(tmp_path: Path) -> None:
     source = repo_root() / "compose" / "so101_mujoco.yaml"

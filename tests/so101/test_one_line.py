@@ -22,7 +22,6 @@ from fairlead_tools.supervisor.scratch import (
     make_scratch,
     scratch_robot,
 )
-from tests.late_machine import LATE
 from tests.so101.arm import as_delivered
 
 SOURCE = repo_root() / "compose" / "so101_mujoco.yaml"
@@ -31,7 +30,7 @@ BOTH = {"runner": {"skills": [SKILL, TOOL_SKILL]}}
 TICKS, ROW_M = 100, 0.001 * np.array([0.4, 0.4, 0.5])
 TARGET = np.array(load_skill(SKILL).policy.options["target_rad"], dtype=float)
 
-pytestmark = [pytest.mark.processes, LATE]
+pytestmark = [pytest.mark.processes]
 
 
 def reach(robot: ScratchRobot) -> tuple[GoalResult, FloatArray]:

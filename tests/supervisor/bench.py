@@ -40,6 +40,7 @@ class Bench:
         self.takes_lines.set()
         self._keeping: asyncio.Task[None] | None = None
         self.problem: Exception | None = None
+        self.program = "sh"
         self.argument = folder
         self.registry = Registry(folder / "registry")
         self.state_dir = folder / "state"
@@ -63,7 +64,13 @@ class Bench:
     def _command(self, file: Path, deployment: Deployment, name: str, state: Path) -> list[str]:
         if self.problem is not None:
             raise self.problem
-        return ["sh", "-c", self.scripts[name].replace("{name}", name), "sh", str(self.argument)]
+        return [
+            self.program,
+            "-c",
+            self.scripts[name].replace("{name}", name),
+            "sh",
+            str(self.argument),
+        ]
 
     async def start(self) -> None:
         """Until all are ready."""

@@ -96,6 +96,13 @@ async def test_a_service_that_dies_before_it_is_ready_fails_the_start_with_its_l
     )
 
 
+async def test_a_program_that_is_not_there_fails_the_start(bench: Bench) -> None:
+    bench.program = "./no-such-hal"
+    with pytest.raises(ServiceError) as caught:
+        await bench.supervisor.start()
+    assert str(caught.value) == "hal: cannot start ./no-such-hal: no such program"
+
+
 async def test_a_service_that_never_gets_ready_fails_the_start_after_the_timeout(
     bench: Bench,
 ) -> None:

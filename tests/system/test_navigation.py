@@ -32,7 +32,6 @@ from fairlead.paths import SKILLS_VARIABLE, repo_root
 from fairlead.robot.manifest import load_robot
 from fairlead.wire.bus import Sample
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch, scratch_robot
-from tests.late_machine import LATE
 from tests.system.mode_robot import ModeSkill, write_skills
 
 pytestmark = [pytest.mark.processes, pytest.mark.timeout(300)]
@@ -123,7 +122,7 @@ class TwoRunners:
         return any(claim.source == runner for claim in self.client.gate_status().claims)
 
 
-@pytest.fixture(scope="module", params=["lockstep", pytest.param("realtime", marks=LATE)])
+@pytest.fixture(scope="module", params=["lockstep", "realtime"])
 def robot(
     request: pytest.FixtureRequest,
     tmp_path_factory: pytest.TempPathFactory,

@@ -28,7 +28,6 @@ from fairlead.paths import repo_root
 from fairlead_skill_runner.trace import read_trace
 from fairlead_tools.parity.comparison import compare
 from fairlead_tools.parity.deployed_episode import deployed_episodes, read_episode
-from tests.late_machine import LATE
 from tests.system.two_hosts import SKILL, TwoHosts, two_hosts
 from tests.system.two_networks import TwoNetworks, two_networks
 
@@ -148,7 +147,6 @@ def new_goal_moves(hosts: TwoHosts) -> None:
     ended_badly(moving, "cancelled")
 
 
-@LATE
 def test_a_cut_link_ends_motion_and_once_healed_a_new_goal_moves_the_robot(
     realtime: TwoHosts, timer: TimerProcess
 ) -> None:
@@ -168,7 +166,6 @@ def test_a_cut_link_ends_motion_and_once_healed_a_new_goal_moves_the_robot(
     new_goal_moves(realtime)
 
 
-@LATE
 def test_a_killed_router_ends_motion_and_once_restarted_a_new_goal_moves_the_robot(
     realtime: TwoHosts, timer: TimerProcess
 ) -> None:

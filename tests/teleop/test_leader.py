@@ -28,12 +28,11 @@ from fairlead_tools.supervisor.scratch import (
     scratch_robot,
 )
 from tests.cli.command import terminal
-from tests.late_machine import LATE
 from tests.so101.arm import as_delivered
 from tests.so101.calibrating import calibrate, move
 from tests.teleop.slow_robot import slow_robot
 
-pytestmark = [pytest.mark.processes, pytest.mark.timeout(200), LATE]
+pytestmark = [pytest.mark.processes, pytest.mark.timeout(200)]
 
 ROBOT = load_robot("so101")
 HOME = (0.0, -1.0, 0.9, 0.7, 0.0, 0.3)

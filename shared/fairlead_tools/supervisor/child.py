@@ -61,13 +61,12 @@ class Child:
         self._log, self._on_line, self._on_change = ServiceLog(log), on_line, on_change
         self._writer = ThreadPoolExecutor(1, thread_name_prefix=f"{name}-log")
         self._process = subprocess.Popen(
-            command,
+            die_with_parent(command),
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             env=environment,
             start_new_session=True,
-            preexec_fn=die_with_parent(),
         )
         try:
             handle = os.pidfd_open(self.pid)

@@ -2,27 +2,28 @@
 
 from __future__ import annotations
 
-import ctypes
 import os
-import signal
-from collections.abc import Callable
+import shutil
+from collections.abc import Sequence
 
-_PR_SET_PDEATHSIG = 1  # linux/prctl.h
-# Loaded here, before any fork: the child may only call what is already in memory.
-_LIBC = ctypes.CDLL(None, use_errno=True)
+from fairlead.errors import ServiceError
+
+_IF_PARENT_LIVES = '[ "$PPID" = "$0" ] && exec "$@"'
 
 
-def die_with_parent() -> Callable[[], None]:
-    """A function for the child to call between fork and exec.
+def die_with_parent(command: Sequence[str]) -> list[str]:
+    """The command, started so that the kernel ends it with the *thread* that forked it.
 
-    The kernel then sends the child SIGKILL when the *thread* that forked it ends, so
-    children must be started from a thread that lives as long as the supervisor.
+    So children must be started from a thread that lives as long as the supervisor. Python's
+    ``preexec_fn`` would do the same, but hangs now and then in a process with threads of Zenoh's:
+    one of them may hold a lock of the interpreter at the moment of the fork.
+
+    Raises:
+        ServiceError: ``setpriv`` (of util-linux) is not there.
     """
-    parent = os.getpid()
-
-    def in_child() -> None:
-        _LIBC.prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
-        if os.getppid() != parent:  # the parent died before the line above
-            os._exit(1)
-
-    return in_child
+    setpriv = shutil.which("setpriv")
+    if setpriv is None:
+        raise ServiceError("setpriv not found, which starts services; apt install util-linux")
+    # The shell looks whether the parent died before the kernel knew.
+    check = ["/bin/sh", "-c", _IF_PARENT_LIVES, str(os.getpid())]
+    return [setpriv, "--pdeathsig", "KILL", "--", *check, *command]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import shutil
 import time
 from collections.abc import Callable, Collection, Sequence
 from contextlib import suppress
@@ -196,6 +197,8 @@ class Supervisor:
     def _spawn(self, name: str, command: list[str]) -> Child:
         (self.state_dir / name).mkdir(parents=True, exist_ok=True)
         log, changed = self.state_dir / "logs" / f"{name}.log", self._changes.announce
+        if shutil.which(command[0]) is None:
+            raise ServiceError(f"{name}: cannot start {command[0]}: no such program")
         try:
             return Child(name, command, service_environment(), log, self._on_line, changed)
         except OSError as error:
