@@ -18,6 +18,11 @@ Acted ActingRows::acted_of(const LiveClaim& claim) const {
   return act;
 }
 
+bool ActingRows::knows_act_before(const LiveClaim& claim) const {
+  const Acted act = act_before(claim);
+  return act.hold != 0 || claim.plan.row_of(act).chunk != nullptr;
+}
+
 RowBefore ActingRows::row_before(const LiveClaim& claim) const {
   RowBefore before = claim.plan.row_of(act_before(claim));
   before.measured = hal_.lockstep();

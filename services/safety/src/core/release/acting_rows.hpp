@@ -31,9 +31,7 @@ class ActingRows {
   }
   /// G021: a row that acts but that this claim did not release, or whose numbers are gone, is not
   /// standing still: nothing can be judged against it. One held tick later a hold is known.
-  [[nodiscard]] bool knows_act_before(const LiveClaim& claim) const {
-    return act_before(claim).hold != 0 || row_before(claim).chunk != nullptr;
-  }
+  [[nodiscard]] bool knows_act_before(const LiveClaim& claim) const;
   [[nodiscard]] RowBefore row_before(const LiveClaim& claim) const;
   /// What the other claims' parts do from the first open tick on, as far as it is released.
   [[nodiscard]] FixedVec<Companion, max_claims> companions_of(const LiveClaim& claim) const;
