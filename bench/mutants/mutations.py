@@ -181,7 +181,7 @@ class Mutations:
             if kind is None or found[1] in SPEECH:
                 continue
             at = call_start(self.code, name)
-            if re.search(r"[;{}]\s*$|\b(?:Text|Evidence|bool|const|auto) $", self.code[:at]):
+            if re.search(r"[;{}]\s*$|\b(?!return )\w+ $", self.code[:at]):
                 continue  # a statement of its own, or a declaration
             after = closing(self.code, bracket) + 1
             if kind != "bool":
