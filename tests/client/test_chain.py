@@ -109,3 +109,15 @@ def test_what_does_not_fit_is_refused_with_the_file(tmp_path: Path, text: str, s
     with pytest.raises(ConfigError) as caught:
         read_chain(file)
     assert str(file) in str(caught.value) and said in str(caught.value)
+
+
+def test_a_goal_knows_what_follows_its_success_as_long_as_the_chain_may_run_on() -> None:
+    run = ChainRun(chain(PICK, DRIVE | {"on_success": "pick"}, most_goals=3))
+    seen = []
+    while run.current is not None:
+        seen.append(run.following.name if run.following else "")
+        run.ended(result())
+    assert seen == ["drive", "pick", ""]
+    last = ChainRun(chain(PICK, DRIVE))
+    last.ended(result())
+    assert last.following is None

@@ -42,7 +42,9 @@ def _defects(message: Message) -> Iterator[tuple[str, bytes]]:
     yield "a map instead of an array", msgspec.msgpack.encode({"type": fields[0]})
     yield "nil", b"\xc0"
     if len(fields) > 2:
-        yield "last field missing", _array(fields[:-1])
+        known = msgspec.structs.fields(message)
+        optional = sum(not one.required for one in known) - 1  # version has a default too
+        yield "last field missing", _array(fields[: len(fields) - optional - 1])
         yield "first field is nil", _array([*fields[:2], None, *fields[3:]])
 
 

@@ -80,6 +80,7 @@ QUERY = {
     ),
     "ClaimReply": ClaimReply(claim_id=CLAIM, epoch=EPOCH, session=SESSION),
     "Release": Release(source="runner", claim_id=CLAIM),
+    "Release.offer": Release(source="runner", claim_id=CLAIM, offered_to="navigation"),
     "ResetEpisode": ResetEpisode(seed=19),
     "ResetEpisodeReply": ResetEpisodeReply(tick=1020, episode_tick=1012, held_ticks=8),
     "Goal": Goal(

@@ -81,10 +81,12 @@ async def take_claim(
                 )
 
 
-async def release_claim(bus: Bus, keys: Keys, source: str, claim_id: int) -> str:
-    """Give the claim back; returns why that failed, "" if it did not."""
+async def release_claim(
+    bus: Bus, keys: Keys, source: str, claim_id: int, offered_to: str = ""
+) -> str:
+    """Give the claim back, or offer it; returns why that failed, "" if it did not."""
     try:
-        request = Release(source=source, claim_id=claim_id)
+        request = Release(source=source, claim_id=claim_id, offered_to=offered_to)
         await ask(bus, keys.gate_command("release"), request, Done, QUERY_TIMEOUT_S)
     except FairleadError as error:
         return str(error)

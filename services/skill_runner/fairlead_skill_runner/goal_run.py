@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import msgspec
@@ -49,6 +49,12 @@ class Surroundings:
     heartbeat: Publisher
     trace_file: Path | None
     tasks: asyncio.TaskGroup
+    offered: set[int] = field(default_factory=set)
+    """Claims whose goals have succeeded, for the next goal to go on with."""
+
+
+HAND_OVER_S = 2.0
+"""How long a claim is kept alive for the next goal."""
 
 
 class GoalRun:
@@ -100,6 +106,7 @@ class GoalRun:
 
     async def run(self) -> None:
         """Returns when the goal has a `result`; raises nothing."""
+        before = set(self._around.offered)
         try:
             result = await self._run()
         except FairleadError as error:
@@ -108,6 +115,9 @@ class GoalRun:
         except Exception as error:  # noqa: BLE001 - a bug ends the goal, never the runner
             self._log.exception("goal %016x", self.goal_id)
             result = results.internal_error(error)
+        for claim_id in before & self._around.offered:  # nothing went on with it
+            self._around.offered.remove(claim_id)
+            await self._release(claim_id)
         how = f"{result.outcome} {result.kind}".rstrip()
         self._log.info("goal %016x %s: %s", self.goal_id, how, result.detail)
         self.result = result
@@ -148,7 +158,9 @@ class GoalRun:
         around = self._around
         beating = around.tasks.create_task(beat(around.heartbeat, claim.claim_id), name="heartbeat")
         self._log.info("goal %016x has claim %016x", self.goal_id, claim.claim_id)
-        lost = False
+        handed_over = claim.claim_id in around.offered
+        around.offered.discard(claim.claim_id)
+        lost = offers = False
         trace = TraceWriter(around.trace_file) if around.trace_file is not None else None
         try:
             if claim.session != hal.session:
@@ -162,22 +174,28 @@ class GoalRun:
                 hal,
                 claim,
                 self._admission.robot,
+                handed_over,
             )
             result = await self._follow(setup, trace)
             lost = result.kind == "claim_lost"
+            offers = self._goal.hand_over and result.outcome == "succeeded"
             return await self._with_cause(result) if lost else result
         finally:
-            beating.cancel()
+            if offers:
+                around.offered.add(claim.claim_id)
+                asyncio.get_running_loop().call_later(HAND_OVER_S, beating.cancel)
+            else:
+                beating.cancel()
             if not lost:
-                await self._release(claim)
+                await self._release(claim.claim_id, around.source if offers else "")
             if trace is not None:
                 await asyncio.to_thread(trace.close)
 
-    async def _release(self, claim: ClaimReply) -> None:
+    async def _release(self, claim_id: int, offered_to: str = "") -> None:
         around = self._around
-        problem = await release_claim(around.bus, around.keys, around.source, claim.claim_id)
+        problem = await release_claim(around.bus, around.keys, around.source, claim_id, offered_to)
         if problem:
-            self._log.warning("claim %016x not released: %s", claim.claim_id, problem)
+            self._log.warning("claim %016x not released: %s", claim_id, problem)
 
     async def _with_cause(self, result: GoalResult) -> GoalResult:
         """A lost claim needs no release; the gate says why it is gone."""

@@ -75,7 +75,7 @@ class RunCore:
         self._fits = FitCounts(setup.routes)
         self._positions = np.zeros(0)  # of the measured joints in the newest tick
         self._is_starved = False  # the newest tick had no row
-        self._anchor_tick = 0  # the first before which this goal's parts held: no older rows act
+        self._anchor_tick = 0  # the first before which its parts held, or an offered claim
 
     def is_over(self) -> bool:
         """True once there is a result."""
@@ -96,7 +96,9 @@ class RunCore:
         repeated = joints.tick == self.tick
         self.tick, self._positions = joints.tick, floats(joints.positions)
         self._feedback.on_joints(joints)
-        if not self._anchor_tick and self._feedback.all_held(self.tick):
+        if not self._anchor_tick and (
+            self.setup.handed_over or self._feedback.all_held(self.tick)
+        ):
             self._anchor_tick = self.tick
         silent = self._layouts.silent_ticks(self.tick)
         if silent:

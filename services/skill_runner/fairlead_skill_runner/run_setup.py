@@ -28,6 +28,7 @@ class RunSetup:
         periods: control periods for one row of the policy.
         camera_periods: ticks between frames, by camera.
         free_axes: by part, how a tool's free axes are filled in.
+        handed_over: rows of the goal before may still act: its claim goes on as this one.
         trace_id: W3C trace id of the goal, 16 bytes; zeros: not traced.
     """
 
@@ -48,6 +49,7 @@ class RunSetup:
     periods: int = 1
     camera_periods: Mapping[str, int] = field(default_factory=dict)
     free_axes: Mapping[int, FreeAxes] = field(default_factory=dict)
+    handed_over: bool = False
     trace_id: bytes = NO_TRACE[:16]
 
     def trace_of(self, seq: int) -> bytes:
@@ -67,6 +69,7 @@ class RunSetup:
         hal: HalStatus,
         claim: ClaimReply,
         robot: RobotManifest,
+        handed_over: bool = False,
     ) -> RunSetup:
         """Put together what the goal, the manifest, the HAL and the gate have said."""
         return cls(
@@ -86,6 +89,7 @@ class RunSetup:
             n_dof=robot.n_dof,
             free_axes=free_axes(routes, robot),
             periods=skill.control_periods(hal.period_ns) or 1,
+            handed_over=handed_over,
             trace_id=secrets.token_bytes(16),
             camera_periods={camera.name: camera.period_ticks for camera in hal.cameras},
         )

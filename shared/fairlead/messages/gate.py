@@ -120,11 +120,12 @@ class ClaimReply(Message, frozen=True, kw_only=True, tag=28):
 
 
 class Release(Message, frozen=True, kw_only=True, tag=29):
-    """Query `safety/cmd/release`: give a claim back. Reply: `Done`."""
+    """Query `safety/cmd/release`: give a claim back, or offer it. Reply: `Done`."""
 
     version: V1 = 1
     source: str
     claim_id: U64
+    offered_to: str = ""  # whose next claim of the same parts goes on with its rows; may be absent
 
 
 class Heartbeat(Message, frozen=True, kw_only=True, tag=13):

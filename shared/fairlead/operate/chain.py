@@ -114,6 +114,14 @@ class ChainRun:
         self.why = ""
         self.begun = 0
 
+    @property
+    def following(self) -> ChainGoal | None:
+        """The goal that begins if the current one succeeds."""
+        if self.current is None or self.begun + 1 >= self._chain.most_goals:
+            return None
+        name = self._after_success(self.current)
+        return None if name == DONE else self._chain.goals[self._names.index(name)]
+
     def ended(self, result: GoalResult) -> None:
         """Go on from how the current goal ended."""
         goal = self.current
@@ -133,12 +141,15 @@ class ChainRun:
 
     def _target(self, goal: ChainGoal, result: GoalResult) -> str:
         if result.outcome == "succeeded":
-            if goal.on_success != NEXT:
-                return goal.on_success
-            following = self._names.index(goal.name) + 1
-            return self._names[following] if following < len(self._names) else DONE
+            return self._after_success(goal)
         if result.outcome == "cancelled" or result.kind in ENDING:
             return FAIL
         if result.kind in goal.on_failure:
             return goal.on_failure[result.kind]
         return goal.name if self._tries <= goal.retries else goal.on_failure.get(ANY, FAIL)
+
+    def _after_success(self, goal: ChainGoal) -> str:
+        if goal.on_success != NEXT:
+            return goal.on_success
+        following = self._names.index(goal.name) + 1
+        return self._names[following] if following < len(self._names) else DONE

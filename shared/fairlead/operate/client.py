@@ -180,6 +180,7 @@ class RobotClient:
         deadline_ticks: int = 0,
         stall_timeout_s: float = STALL_TIMEOUT_S,
         runner: str = "",
+        hand_over: bool = False,
     ) -> BlockingGoal:
         """As `Robot.run`."""
         starting = self._robot.run(
@@ -188,6 +189,7 @@ class RobotClient:
             deadline_ticks=deadline_ticks,
             stall_timeout_s=stall_timeout_s,
             runner=runner,
+            hand_over=hand_over,
         )
         return BlockingGoal(self._thread, self._do(starting))
 

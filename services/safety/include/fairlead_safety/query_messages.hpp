@@ -123,9 +123,11 @@ struct ClaimReply {
 
 struct Release {
   static constexpr std::uint8_t type_id = 29;
+  static constexpr std::size_t optional_fields = 1;
   Name source;
   std::uint64_t claim_id = 0;
-  FAIRLEAD_FIELDS(source, claim_id)
+  Name offered_to{};  // whose next claim of the same parts goes on with its rows; empty: nobody's
+  FAIRLEAD_FIELDS(source, claim_id, offered_to)
 };
 
 /// What survives a restart. Written by the shell as opaque bytes; not a message on the wire.

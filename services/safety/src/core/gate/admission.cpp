@@ -73,7 +73,7 @@ Objection take_parts(const Limits& limits, const ClaimTable& table, const Claim&
       return {phrase("parts: no part ", name, "; known: ", known_parts(limits)), {}};
     if (claim.parts.contains(part)) return {phrase("parts: ", name, " is named twice"), {}};
     const LiveClaim* holder = table.holder_of(part);
-    if (holder != nullptr)
+    if (holder != nullptr && !(holder->offered_to == request.source))
       return {phrase("part ", name, " is held by ", holder->source, " (", holder->skill, ")"),
               phrase("fairlead cancel ", holder->source)};
     claim.modes[part] = limits.parts[part].modes;

@@ -123,14 +123,32 @@ void Queries::on_claim(Bytes frame) {
     return refuse_query({phrase("all ", max_claims, " claims are taken"), "fairlead status"});
   const Objection objection = admit_claim(limits_, claims_, claim_request_, *place);
   if (!objection.none()) return refuse_query(objection);
-  static_cast<ClaimLife&>(*place) = ClaimLife{};
-  place->latest_verdict.verdict_id = 0;
-  place->heartbeat_ns = outbox_.now_ns;
-  place->guard = MemoryGuard(bytes_of(place->limits));
-  place->id = machine_.new_id();
-  outbox_.log(phrase("claim ", Hex{place->id}, " of ", place->source, " for ", place->skill));
+  LiveClaim* claim = take_offered(*place);
+  if (claim == nullptr) {
+    claim = place;
+    static_cast<ClaimLife&>(*claim) = ClaimLife{};
+    claim->latest_verdict.verdict_id = 0;
+    claim->id = machine_.new_id();
+  }
+  claim->heartbeat_ns = outbox_.now_ns;
+  claim->guard = MemoryGuard(bytes_of(claim->limits));
+  outbox_.log(phrase("claim ", Hex{claim->id}, " of ", claim->source, " for ", claim->skill));
   outbox_.announce();
-  reply(ClaimReply{place->id, machine_.epoch(), hal_.session()});
+  reply(ClaimReply{claim->id, machine_.epoch(), hal_.session()});
+}
+
+// What was offered of other parts ends: it was released but for this.
+LiveClaim* Queries::take_offered(const LiveClaim& next) {
+  for (LiveClaim& holder : claims_.places()) {
+    if (!holder.live() || !holder.shares_parts_with(next)) continue;
+    if (holder.has_parts_of(next)) {
+      outbox_.log(phrase("claim ", Hex{holder.id}, " of ", holder.source, " is handed over"));
+      holder.go_on_as(next);
+      return &holder;
+    }
+    machine_.end_claim(holder, "released");
+  }
+  return nullptr;
 }
 
 void Queries::on_release(Bytes frame) {
@@ -140,6 +158,11 @@ void Queries::on_release(Bytes frame) {
   if (claim == nullptr || !(claim->source == request.source))
     return refuse_query(
         {phrase(request.source, " holds no claim ", Hex{request.claim_id}), "fairlead status"});
+  if (!request.offered_to.empty()) {
+    claim->offered_to = request.offered_to;
+    outbox_.log(phrase("claim ", Hex{claim->id}, " is offered to ", claim->offered_to));
+    return reply(Done{"offered"});
+  }
   machine_.end_claim(*claim, "released");
   reply(Done{"released"});
 }

@@ -38,6 +38,7 @@ class Queries {
   [[nodiscard]] Objection wrong_state(std::string_view wanted) const;
   template <class Message>
   bool read_query(Bytes frame, Message& message);
+  LiveClaim* take_offered(const LiveClaim& next);
   void refuse_query(const Objection& objection);
   template <class Message>
   void reply(const Message& message);

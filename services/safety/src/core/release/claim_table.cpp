@@ -104,4 +104,32 @@ void ReleasePlan::clear() {
   expected_ = did_ = Acted{};
 }
 
+bool LiveClaim::shares_parts_with(const LiveClaim& other) const {
+  return std::any_of(limits.parts.begin(), limits.parts.end(),
+                     [&](std::size_t part) { return other.covers(part); });
+}
+
+bool LiveClaim::has_parts_of(const LiveClaim& other) const {
+  return limits.parts.size() == other.limits.parts.size() &&
+         std::all_of(limits.parts.begin(), limits.parts.end(),
+                     [&](std::size_t part) { return other.covers(part); });
+}
+
+void LiveClaim::go_on_as(const LiveClaim& next) {
+  ClaimLife life;
+  life.hal_follows = hal_follows;
+  life.until_tick = until_tick;
+  life.repeat = repeat;
+  life.refused_tick = refused_tick;
+  life.refused_verdict = refused_verdict;
+  static_cast<ClaimLife&>(*this) = life;
+  source = safe_chunk.source = next.source;
+  skill = next.skill;
+  limits = next.limits;
+  admitted_limit = next.admitted_limit;
+  admitted_window = next.admitted_window;
+  newest.clear();
+  waiting.clear();
+}
+
 }  // namespace fairlead

@@ -115,6 +115,7 @@ struct ClaimLife {
   bool repeat = false;             // publish the current SafeChunk once more
   std::uint64_t refused_tick = 0;  // newest tick when a chunk was refused, 0: none
   std::uint64_t refused_verdict = 0;
+  Name offered_to;  // whose claim may go on with its rows; empty: nobody's
 };
 
 struct LiveClaim : ClaimLife {
@@ -138,6 +139,10 @@ struct LiveClaim : ClaimLife {
 
   [[nodiscard]] bool live() const { return id != 0; }
   [[nodiscard]] bool covers(std::size_t part) const { return limits.parts.contains(part); }
+  [[nodiscard]] bool shares_parts_with(const LiveClaim& other) const;
+  [[nodiscard]] bool has_parts_of(const LiveClaim& other) const;
+  /// Hand-over: under the same id, what it has released goes on; all else is that of `next`.
+  void go_on_as(const LiveClaim& next);
 };
 
 class ClaimTable {

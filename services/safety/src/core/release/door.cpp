@@ -85,7 +85,7 @@ void Door::refuse_stranger(const ActionChunk& chunk, const Name& source, const E
 
 void Door::answer_rest(LiveClaim& claim, const Judgement& judgement) {
   const ActionChunk& chunk = claim.plan.chunk_of(*claim.plan.current());
-  const Verdict verdict = make_verdict(chunk, claim.source, judgement, outbox_.now_ns);
+  const Verdict verdict = make_verdict(chunk, chunk.source, judgement, outbox_.now_ns);
   revoke_from(claim, rows_.first_open_tick() + judgement.row_count);
   if (judgement.outcome == Outcome::refused) claim.plan.drop_current();
   pass(claim, judgement, verdict, std::nullopt);

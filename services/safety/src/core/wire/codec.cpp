@@ -149,6 +149,13 @@ std::string_view fault_name(FrameFault fault) {
   return "unknown";
 }
 
+// The last fields, which older senders leave out.
+template <class Message>
+constexpr std::size_t optional_fields() {
+  if constexpr (requires { Message::optional_fields; }) return Message::optional_fields;
+  else return std::size_t{0};
+}
+
 template <class Message>
 FrameFault decode(Bytes frame, Message& message) {
   std::size_t at = 0;
@@ -166,8 +173,10 @@ FrameFault decode(Bytes frame, Message& message, std::size_t& at) {
   if (count < 2) in.fail(FrameFault::arity);
   if (in.unsigned_number(UINT64_MAX) != Message::type_id) in.fail(FrameFault::message);
   if (in.unsigned_number(UINT64_MAX) != wire_version) in.fail(FrameFault::version);
-  if (count != std::tuple_size_v<decltype(fields)> + 2) in.fail(FrameFault::arity);
-  read_each(in, fields);
+  constexpr std::size_t most = std::tuple_size_v<decltype(fields)> + 2;
+  if (count > most || count + optional_fields<Message>() < most) in.fail(FrameFault::arity);
+  std::size_t left = count - 2;
+  std::apply([&](auto&... field) { ((left-- > 0 ? read(in, field) : void()), ...); }, fields);
   if (in.ok() && !in.at_end()) in.fail(FrameFault::trailing);
   at = frame.size() - in.left();
   return in.fault();

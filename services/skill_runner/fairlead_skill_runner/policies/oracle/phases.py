@@ -109,6 +109,22 @@ def advance(memory: Memory, sight: Sight, motion: Motion) -> None:
         _enter(memory, order[order.index(memory.phase) + 1], sight)
 
 
+def begun(first: Phase, sight: Sight) -> Memory:
+    """Memory of one that begins with ``first``, whatever brought the robot there."""
+    memory = Memory(since_tick=sight.tick, home_yaw=float(sight.base[2]))
+    memory.grasp_height = float(sight.eef[2]) - GRIP_M - LIFT_M
+    if is_after(first, Phase.LIFT):
+        _enter(memory, Phase.TRANSPORT, sight)
+    _enter(memory, first, sight)
+    return memory
+
+
+def is_after(phase: Phase, other: Phase) -> bool:
+    """Whether it comes later in the task."""
+    order = list(Phase)
+    return order.index(phase) > order.index(other)
+
+
 def _enter(memory: Memory, phase: Phase, sight: Sight) -> None:
     memory.phase, memory.since_tick = phase, sight.tick
     if phase is Phase.DESCEND:

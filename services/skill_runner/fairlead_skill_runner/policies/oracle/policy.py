@@ -8,14 +8,14 @@ no simulator.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Self
+from typing import Literal, Self
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, JsonValue
 
 from fairlead.checked_model import checked_model
 from fairlead.errors import PolicyError, expected
-from fairlead.policy import Actions, Observation
+from fairlead.policy import Actions, Done, Observation
 from fairlead.skill.manifest import SkillManifest
 from fairlead_skill_runner.policies.oracle.motion import (
     ARM_FULL_SCALE,
@@ -29,7 +29,16 @@ from fairlead_skill_runner.policies.oracle.motion import (
     base_rates,
     hand_delta,
 )
-from fairlead_skill_runner.policies.oracle.phases import Aim, Memory, Motion, advance, aim
+from fairlead_skill_runner.policies.oracle.phases import (
+    Aim,
+    Memory,
+    Motion,
+    Phase,
+    advance,
+    aim,
+    begun,
+    is_after,
+)
 from fairlead_skill_runner.policies.oracle.sight import (
     STATE_DIM,
     Sight,
@@ -42,12 +51,24 @@ MODE_ARM = -1.0
 """Composite switch: deltas start from the achieved arm pose."""
 
 
+PhaseName = Literal[
+    "APPROACH", "ALIGN", "DESCEND", "GRASP", "LIFT", "TRANSPORT", "ENTER", "LOWER", "RELEASE",
+    "RETREAT", "DONE",
+]  # fmt: skip
+
+
 class OracleOptions(BaseModel):
-    """horizon: rows per call; None: the skill's."""
+    """horizon: rows per call; None: the skill's.
+
+    first, last: steps of the task that it does, named as in `Phase`; it says itself when ``last``
+    is over.
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     horizon: int | None = Field(default=None, ge=1)
+    first: PhaseName = "APPROACH"
+    last: PhaseName = "DONE"
 
 
 class OraclePolicy:
@@ -58,10 +79,13 @@ class OraclePolicy:
 
     Args:
         horizon: rows per chunk, one per tick.
+        first, last: the steps that it does.
     """
 
-    def __init__(self, horizon: int = 8) -> None:
-        self._horizon = horizon
+    def __init__(
+        self, horizon: int = 8, first: Phase = Phase.APPROACH, last: Phase = Phase.DONE
+    ) -> None:
+        self._horizon, self._first, self._last = horizon, first, last
         self.reset()
 
     @classmethod
@@ -73,7 +97,7 @@ class OraclePolicy:
     def from_options(cls, skill: SkillManifest, options: Mapping[str, JsonValue]) -> Self:
         """Raises `ConfigError` for options it does not know."""
         checked = checked_model("oracle policy", OracleOptions, options)
-        return cls(checked.horizon or skill.horizon)
+        return cls(checked.horizon or skill.horizon, Phase[checked.first], Phase[checked.last])
 
     def reset(self) -> None:
         """Forget everything: the next observation starts a new episode."""
@@ -87,7 +111,7 @@ class OraclePolicy:
         """What it is doing, for people."""
         return self._memory.phase.value if self._memory else "waiting"
 
-    def infer(self, observation: Observation) -> Actions:
+    def infer(self, observation: Observation) -> Actions | Done:
         """One chunk, shape ``[horizon, 12]``, from a state of layout ``mobile_pick_30d``.
 
         Raises:
@@ -98,10 +122,12 @@ class OraclePolicy:
             raise PolicyError(expected("oracle", f"a state of shape ({STATE_DIM},)", state.shape))
         sight = read_state(state, int(observation.tick))
         if self._memory is None:
-            self._memory = Memory(since_tick=sight.tick, home_yaw=float(sight.base[2]))
+            self._memory = begun(self._first, sight)
             self._home_quat = sight.eef_quat
         hand, wrist, base = self._now(sight)
         advance(self._memory, sight, Motion(hand.velocity, base.velocity))
+        if is_after(self._memory.phase, self._last):
+            return Done(f"after: {self._last.value}")
         return self._chunk(aim(self._memory, sight), hand, wrist, base, sight.tick)
 
     def _now(self, sight: Sight) -> tuple[ArmModel, ArmModel, DriveModel]:

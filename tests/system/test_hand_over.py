@@ -1,0 +1,153 @@
+"""Skills of a chain hand their parts to each other without a hold."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+import yaml
+
+from fairlead.deploy.registry import Registry
+from fairlead.messages import Acted, JointState, decode
+from fairlead.paths import repo_root, rskill_dir
+from fairlead.wire.bus import Sample
+from fairlead_tools.supervisor.scratch import (
+    ScratchOptions,
+    ScratchRobot,
+    make_scratch,
+    scratch_robot,
+)
+from tests.cli.command import fairlead
+
+pytestmark = [pytest.mark.processes, pytest.mark.simulator, pytest.mark.timeout(300)]
+
+ORACLE = "oracle-counter-to-cabinet"
+REACH = "panda-joint-reach"
+STEPS = {
+    "pick": {"last": "LIFT"},
+    "drive": {"first": "TRANSPORT", "last": "TRANSPORT"},
+    "place": {"first": "ENTER"},
+}
+SWAY = """
+import numpy as np
+from fairlead.policy import Done
+
+
+class Policy:
+    @classmethod
+    def from_options(cls, skill, options):
+        return cls()
+
+    def reset(self):
+        self.calls = 0
+
+    def infer(self, observation):
+        self.calls += 1
+        if self.calls > 4:
+            return Done("moved")
+        rows = np.tile(np.append(observation.state[:7], 0.0), (16, 1))
+        if any(part.hold for part in observation.executed.values()):
+            self.calls = 1
+        return rows.astype(np.float32)
+"""
+
+
+def write_skill(folder: Path, model: str, changes: dict[str, object]) -> str:
+    manifest = yaml.safe_load((rskill_dir(model) / "rskill.yaml").read_text(encoding="utf-8"))
+    folder.mkdir(parents=True)
+    text = yaml.safe_dump(manifest | {"id": folder.name} | changes)
+    (folder / "rskill.yaml").write_text(text, encoding="utf-8")
+    return folder.name
+
+
+def write_chain(file: Path, skills: list[str]) -> None:
+    goals = [
+        {"name": f"goal-{number}", "skill": skill, "deadline_ticks": 1200}
+        for number, skill in enumerate(skills)
+    ]
+    file.write_text(yaml.safe_dump({"goals": goals, "most_goals": 6}), encoding="utf-8")
+
+
+class Watch:
+    """What every part did in each tick."""
+
+    def __init__(self, robot: ScratchRobot) -> None:
+        self.acted: dict[int, tuple[Acted, ...]] = {}
+        robot.client.bus.subscribe(robot.client.keys.joints, self._on_joints)
+
+    def _on_joints(self, sample: Sample) -> None:
+        state = decode(JointState, sample.payload)
+        self.acted[state.tick - 1] = state.acted
+
+    def held_between_rows(self, part: int) -> list[int]:
+        """Ticks after its first row and before its last in which the part held."""
+        rows = [tick for tick, acted in self.acted.items() if not acted[part].hold]
+        assert rows
+        return [
+            tick
+            for tick, acted in sorted(self.acted.items())
+            if rows[0] < tick < max(rows) and acted[part].hold
+        ]
+
+
+def run_chain(robot: ScratchRobot, file: Path) -> Watch:
+    watch = Watch(robot)
+    place, registry = str(robot.scratch.file), robot.scratch.state_dir / "registry"
+    done = fairlead("run", str(file), "--deployment", place, state=registry)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return watch
+
+
+@pytest.fixture
+def skills(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv("FAIRLEAD_SKILLS", str(tmp_path / "skills"))
+    return tmp_path / "skills"
+
+
+@pytest.fixture
+def robot(
+    request: pytest.FixtureRequest, tmp_path: Path, skills: Path, registry: Registry
+) -> Iterator[ScratchRobot]:
+    """The deployment of compose/ that the test names, with its pacing."""
+    name, pacing = request.param
+    source = repo_root() / "compose" / f"{name}.yaml"
+    scratch = make_scratch(source, tmp_path / "state", ScratchOptions(pacing=pacing))
+    with scratch_robot(scratch, Registry(scratch.state_dir / "registry")) as running:
+        yield running
+
+
+@pytest.mark.parametrize("robot", [("panda_mobile_sim", "lockstep")], indirect=True)
+def test_pick_drive_and_place_as_three_skills_do_the_task_and_no_part_holds_between(
+    robot: ScratchRobot, skills: Path, tmp_path: Path
+) -> None:
+    names = [
+        write_skill(
+            skills / name,
+            ORACLE,
+            {"policy": {"backend": "oracle", "options": steps}}
+            | ({} if name == "place" else {"decided_by": "policy"}),
+        )
+        for name, steps in STEPS.items()
+    ]
+    write_chain(tmp_path / "chain.yaml", names)
+    watch = run_chain(robot, tmp_path / "chain.yaml")
+    assert [watch.held_between_rows(part) for part in range(len(watch.acted[1]))] == [[]] * len(
+        watch.acted[1]
+    )
+
+
+@pytest.mark.parametrize("robot", [("panda_mujoco", "realtime")], indirect=True)
+def test_in_realtime_the_rows_of_the_goal_before_act_until_the_next_ones_do(
+    robot: ScratchRobot, skills: Path, tmp_path: Path
+) -> None:
+    own = {
+        "policy": {"backend": "python", "options": {"file": "policy.py", "class": "Policy"}},
+        "decided_by": "policy",
+    }
+    names = [write_skill(skills / name, REACH, own) for name in ("sway-there", "sway-back")]
+    for name in names:
+        (skills / name / "policy.py").write_text(SWAY, encoding="utf-8")
+    write_chain(tmp_path / "chain.yaml", names)
+    watch = run_chain(robot, tmp_path / "chain.yaml")
+    assert watch.held_between_rows(0) == []
