@@ -111,12 +111,14 @@ def setup(
     skill: SkillManifest = SKILL,
     camera_periods: dict[str, int] | None = None,
     periods: int = 1,
+    handed_over: bool = False,
 ) -> RunSetup:
     return RunSetup(
         source="runner", goal_id=GOAL, skill=skill, routes=ROUTES, prompt="pick",
         deadline_ticks=deadline_ticks, stall_timeout_s=stall_timeout_s, session=SESSION,
         robot_hash=ROBOT.robot_hash, lockstep=lockstep, has_task=True, claim_id=CLAIM,
         epoch=EPOCH, n_dof=ROBOT.n_dof, camera_periods=camera_periods or {}, periods=periods,
+        handed_over=handed_over,
     )  # fmt: skip
 
 

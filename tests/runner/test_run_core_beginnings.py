@@ -112,3 +112,10 @@ def test_a_layout_that_overtakes_its_joint_state_waits_for_it(run: Story) -> Non
     assert run.seen_ticks() == [10]
     run.take(run.core.on_joints(joints(17), 0.0))
     assert run.seen_ticks() == [10, 17]
+
+
+@pytest.mark.parametrize("lockstep", [False, True])
+def test_of_a_claim_that_was_handed_over_the_rows_before_may_act_on(lockstep: bool) -> None:
+    run = story(lockstep=lockstep, handed_over=True)
+    run.tick(10, acted=EXECUTED)
+    assert [asked.observation.tick for asked in run.asked] == [10]

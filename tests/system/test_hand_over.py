@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import pytest
@@ -53,7 +53,7 @@ class Policy:
 """
 
 
-def write_skill(folder: Path, model: str, changes: dict[str, object]) -> str:
+def write_skill(folder: Path, model: str, changes: Mapping[str, object]) -> str:
     manifest = yaml.safe_load((rskill_dir(model) / "rskill.yaml").read_text(encoding="utf-8"))
     folder.mkdir(parents=True)
     text = yaml.safe_dump(manifest | {"id": folder.name} | changes)

@@ -96,9 +96,7 @@ class RunCore:
         repeated = joints.tick == self.tick
         self.tick, self._positions = joints.tick, floats(joints.positions)
         self._feedback.on_joints(joints)
-        if not self._anchor_tick and (
-            self.setup.handed_over or self._feedback.all_held(self.tick)
-        ):
+        if not self._anchor_tick and (self.setup.handed_over or self._feedback.all_held(self.tick)):
             self._anchor_tick = self.tick
         silent = self._layouts.silent_ticks(self.tick)
         if silent:

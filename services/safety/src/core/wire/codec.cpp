@@ -152,8 +152,10 @@ std::string_view fault_name(FrameFault fault) {
 // The last fields, which older senders leave out.
 template <class Message>
 constexpr std::size_t optional_fields() {
-  if constexpr (requires { Message::optional_fields; }) return Message::optional_fields;
-  else return std::size_t{0};
+  if constexpr (requires { Message::optional_fields; })
+    return Message::optional_fields;
+  else
+    return std::size_t{0};
 }
 
 template <class Message>
