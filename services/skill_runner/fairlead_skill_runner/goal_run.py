@@ -80,6 +80,7 @@ class GoalRun:
         self._loading: asyncio.Task[None] | None = None
         self._cancelled_by = ""
         self._ended = asyncio.Event()
+        self._left: set[int] = set()  # claims that this goal was offered and has not taken
         self._log = logging.getLogger(around.source)
 
     def cancel(self, by: str) -> None:
@@ -106,7 +107,8 @@ class GoalRun:
 
     async def run(self) -> None:
         """Returns when the goal has a `result`; raises nothing."""
-        before = set(self._around.offered)
+        self._left = self._around.offered.copy()
+        self._around.offered.clear()
         try:
             result = await self._run()
         except FairleadError as error:
@@ -115,8 +117,7 @@ class GoalRun:
         except Exception as error:  # noqa: BLE001 - a bug ends the goal, never the runner
             self._log.exception("goal %016x", self.goal_id)
             result = results.internal_error(error)
-        for claim_id in before & self._around.offered:  # nothing went on with it
-            self._around.offered.remove(claim_id)
+        for claim_id in self._left:
             await self._release(claim_id)
         how = f"{result.outcome} {result.kind}".rstrip()
         self._log.info("goal %016x %s: %s", self.goal_id, how, result.detail)
@@ -158,8 +159,8 @@ class GoalRun:
         around = self._around
         beating = around.tasks.create_task(beat(around.heartbeat, claim.claim_id), name="heartbeat")
         self._log.info("goal %016x has claim %016x", self.goal_id, claim.claim_id)
-        handed_over = claim.claim_id in around.offered
-        around.offered.discard(claim.claim_id)
+        handed_over = claim.claim_id in self._left
+        self._left.clear()  # what it does not take ends without heartbeats
         lost = offers = False
         trace = TraceWriter(around.trace_file) if around.trace_file is not None else None
         try:

@@ -263,6 +263,8 @@ void offer_to(GateRig& rig, const char* source) {
 Claim of_next(const GateRig& rig) {
   Claim next = rig.claim_request();
   next.source = "next";
+  (void)next.limits.push_back(
+      LimitOverride{"base", number(Mode::joint_velocity), "step_limit", 0.25});
   return next;
 }
 
@@ -289,11 +291,11 @@ TEST_CASE("an offered claim goes on under its next owner: rows, seam and id are 
 
   ChunkBuilder former = rig.chunk({0.5, 0.5});
   CHECK(rig.send_chunk(former).code == code::claim);
-  ChunkBuilder leap = rig.chunk({-0.5, -0.5});
+  ChunkBuilder leap = rig.chunk({1.0, 1.0});
   leap.chunk.source = "next";
   leap.chunk.start_tick += 1;
   leap.chunk.seq = 1;
-  CHECK(rig.send_chunk(leap, "next").code == code::start);
+  CHECK(rig.send_chunk(leap, "next").code == code::seam);
   ChunkBuilder after = rig.chunk({0.5, 0.5});
   after.chunk.source = "next";
   after.chunk.start_tick += 1;
