@@ -1,0 +1,83 @@
+// A claim that its holder offers goes on under its next owner.
+
+#include "gate_rig.hpp"
+
+using namespace fairlead;
+using namespace fairlead::test;
+
+namespace {
+
+void offer_to(GateRig& rig, const char* source) {
+  rig.send(EventKind::release, Release{"runner", rig.claim_id, source});
+  CHECK(rig.reply<Done>().text == "offered");
+}
+
+Claim of_next(const GateRig& rig) {
+  Claim next = rig.claim_request();
+  next.source = "next";
+  (void)next.limits.push_back(
+      LimitOverride{"base", static_cast<std::uint8_t>(Mode::joint_velocity), "step_limit", 0.25});
+  return next;
+}
+
+}  // namespace
+
+TEST_CASE("an offered claim goes on under its next owner: rows, seam and id are the same") {
+  GateRig rig;
+  rig.ready();
+  const Verdict before = rig.send_chunk(rig.chunk({0.5, 0.5, 0.5, 0.5, 0.5}));
+  REQUIRE(before.code == 0);
+  rig.next_tick();
+  rig.send(EventKind::claim, of_next(rig));
+  CHECK(rig.refusal().reason == "part arm is held by runner (test-skill)");
+  offer_to(rig, "next");
+  rig.next_tick(Acted{0, before.verdict_id, 0});
+  const std::uint64_t first_claim = rig.claim_id;
+  rig.send(EventKind::claim, of_next(rig));
+  CHECK(rig.reply<ClaimReply>().claim_id == first_claim);
+  rig.next_tick(Acted{0, before.verdict_id, 1});
+  const Lease lease = rig.get<Lease>(OutputKind::lease);
+  REQUIRE(lease.grants.size() == 1);
+  CHECK(lease.grants[0].source == "next");
+  CHECK(lease.grants[0].decision == static_cast<std::uint8_t>(Decision::row));
+  CHECK(lease.grants[0].verdict_id == before.verdict_id);
+
+  ChunkBuilder former = rig.chunk({0.5, 0.5});
+  CHECK(rig.send_chunk(former).code == code::claim);
+  ChunkBuilder leap = rig.chunk({1.0, 1.0});
+  leap.chunk.source = "next";
+  leap.chunk.start_tick += 1;
+  leap.chunk.seq = 1;
+  CHECK(rig.send_chunk(leap, "next").code == code::seam);
+  ChunkBuilder after = rig.chunk({0.5, 0.5});
+  after.chunk.source = "next";
+  after.chunk.start_tick += 1;
+  after.chunk.seq = 2;
+  CHECK(rig.send_chunk(after, "next").code == 0);
+  const SafeChunk released = rig.get<SafeChunk>(OutputKind::safe_chunk);
+  CHECK(released.source == "next");
+  CHECK(released.after.hold == 0);
+  CHECK(released.after.verdict_id == before.verdict_id);
+}
+
+TEST_CASE("an offer is for whom it names, and for a while: others are told the holder") {
+  GateRig rig;
+  rig.ready();
+  offer_to(rig, "somebody");
+  rig.send(EventKind::claim, of_next(rig));
+  CHECK(rig.refusal().reason == "part arm is held by runner (test-skill)");
+  SUBCASE("nobody came") {
+    rig.next_tick();
+    rig.timer(301 * ms);
+    CHECK(rig.get<Lease>(OutputKind::lease).grants.empty());
+  }
+  SUBCASE("it comes for other parts: the offered claim ends") {
+    Claim other = rig.claim_request({"arm"});
+    other.source = "somebody";
+    rig.send(EventKind::claim, other);
+    CHECK(rig.reply<ClaimReply>().claim_id != rig.claim_id);
+    rig.next_tick();
+    REQUIRE(rig.get<Lease>(OutputKind::lease).grants.size() == 1);
+    CHECK(rig.get<Lease>(OutputKind::lease).grants[0].source == "somebody");
+  }
+}
