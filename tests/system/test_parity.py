@@ -45,6 +45,16 @@ def test_what_the_expert_does_deployed_its_vectors_do_in_plain_robosuite(tmp_pat
     assert all(row["same"] and row["deployed"] == 1 + 8 * calls for row in rows.values())
 
 
+def test_what_the_clone_does_in_one_process_it_does_deployed_and_it_succeeds(
+    tmp_path: Path,
+) -> None:
+    report = parity(tmp_path, "--skill", "bc-counter-to-cabinet", "--seed", "300")
+    (episode,) = report["episodes"]
+    assert (report["same"], episode["succeeded"], episode["held"]) == (True, True, 0)
+    assert [row["quantity"] for row in report["policy"]] == ["observations", "actions"]
+    assert all(row["same"] for row in report["policy"])
+
+
 def test_random_vectors_of_full_scale_do_in_plain_robosuite_what_the_hal_does_with_them(
     tmp_path: Path,
 ) -> None:

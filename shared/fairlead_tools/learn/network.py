@@ -13,7 +13,9 @@ from fairlead.messages import FloatArray
 
 REACH_M, STAGING_M = 0.55, 0.40
 GRIP_M, HOVER_M, LIFTED_M = 0.03, 0.105, 0.16
-"""The expert's distances: of the base from what it reaches for, of the hand above the object."""
+OBJECT_BOTTOM_M = 0.05
+"""The expert's distances: of the base from what it reaches for, of the hand above the object, of
+its centre above what it stands on."""
 
 FINE = (0.01, 0.04, 0.15)
 """Lengths [m, rad] at which differences that decide are seen."""
@@ -68,7 +70,8 @@ def features(centre: FloatArray, spread: FloatArray) -> Features:
         see(0.0, FINE, **{f"s{first + 1}": 1.0})
     see(0.0, FINE, s12=2.0)  # the base's heading, and the goal's in the base
     see(0.0, FINE, s28=2.0)
-    see(0.03, (0.005, 0.02), s14=1.0)
+    see(OBJECT_BOTTOM_M, FINE, s18=1.0, s25=-1.0)  # above the shelf
+    see(0.03, (0.002, 0.005, 0.02), s14=1.0)
     for axis in range(3):  # where the hand is carried
         see((REACH_M, 0.0, 0.2)[axis], FINE, **{f"s{axis}": 1.0})
     raw = np.array(rows).T
@@ -83,12 +86,13 @@ def fit(
     """scikit-learn's ``MLPRegressor`` on ``[n, k]`` and ``[n, m]``; the same seed, the same net."""
     from sklearn.exceptions import ConvergenceWarning
     from sklearn.neural_network import MLPRegressor
+    from threadpoolctl import threadpool_limits  # scikit-learn needs it too
 
     net = MLPRegressor(
         hidden_layer_sizes=widths, batch_size=min(BATCH, len(inputs)), alpha=1e-6,
         random_state=seed, tol=0.0, n_iter_no_change=epochs, warm_start=True,
     )  # fmt: skip
-    with warnings.catch_warnings():
+    with warnings.catch_warnings(), threadpool_limits(1):  # sums do not depend on the machine
         warnings.simplefilter("ignore", ConvergenceWarning)  # it always trains that long
         for share, rate in RATES:
             net.set_params(max_iter=max(1, round(epochs * share)), learning_rate_init=rate)

@@ -22,7 +22,7 @@ from fairlead_tools.learn.labels import Labels, label
 from fairlead_tools.learn.network import features, fit, onnx_bytes
 from fairlead_tools.parity.local_episode import make_policy
 
-LAYOUT = "mobile_pick_30d"
+LAYOUT, EXPERT = "mobile_pick_30d", "oracle"
 MODEL, STATISTICS, RECIPE = "policy.onnx", "stats.json", "training.json"
 _LEAST_STD = 1e-3
 _HELD_OUT = 20  # one of so many labels measures, and trains nothing
@@ -40,7 +40,7 @@ class Recipe:
     beside: int = 5
     epochs: int = 60
     widths: tuple[int, ...] = (256, 256)
-    execute_steps: int = 4
+    execute_steps: int = 8
 
 
 def train(
@@ -53,17 +53,21 @@ def train(
     """Write the skill ``target``: its manifest is the expert's but for the policy.
 
     Raises:
-        ConfigError: datasets of another layout, a target that is there, scikit-learn or onnx not
-            installed.
+        ConfigError: datasets of another layout, another expert than the scripted one, a target
+            that is there, scikit-learn or onnx not installed.
     """
     libraries = _libraries()
     header = same_kind(folders)
     for who, layout in (("dataset", header.layout), (expert.id, expert.state_contract.layout_name)):
         if layout != LAYOUT:
             raise ConfigError(expected(f"train: {who}", f"the layout {LAYOUT}", layout))
+    if expert.policy.backend != EXPERT:
+        raise ConfigError(
+            expected(f"train: {expert.id}", f"the backend {EXPERT}", expert.policy.backend)
+        )
     if (target / "rskill.yaml").exists():
         raise ConfigError(expected("train: --out", "a folder without a skill", target))
-    policy = make_policy(expert)
+    policy = make_policy(_without_memory(expert))
     found = [one for folder in folders for one in episodes(folder)]
     say(f"{len(found)} episodes; asking {expert.id} in each state and {recipe.beside} beside it")
     labels = label(policy, found, recipe.beside, recipe.seed)
@@ -87,13 +91,22 @@ def train(
     say(f"{target}: {len(model) // 1024} KiB; squared error held out: {error:.4f} of a variance")
 
 
+def _without_memory(expert: SkillManifest) -> SkillManifest:
+    """One whose answers a network can learn: the state alone decides on them."""
+    options = expert.policy.options | {"memory": False}
+    policy = expert.policy.model_copy(update={"options": options})
+    return expert.model_copy(update={"policy": policy})
+
+
 def _libraries() -> dict[str, str]:
     try:
         import onnx
         import sklearn
     except ImportError as error:
         raise ConfigError(f"train: {error}: pip install 'fairlead[train]'") from None
-    return {"scikit-learn": sklearn.__version__, "onnx": onnx.__version__}
+    return {
+        "numpy": np.__version__, "scikit-learn": sklearn.__version__, "onnx": onnx.__version__
+    }  # fmt: skip
 
 
 def _network(
@@ -148,11 +161,14 @@ def _manifest(
 
 
 def _dataset(folder: Path) -> dict[str, Any]:
+    """What it is, with the SHA-256 of its states: all that is learned from it."""
     header = read_header(folder)
+    states = b"".join(one.states.tobytes() for one in episodes(folder))
     return {
         "skill": header.skill, "skill_hash": header.skill_hash, "noise": header.noise,
         "seeds": [one.seed for one in header.episodes],
         "succeeded": sum(one.succeeded for one in header.episodes),
+        "states_sha256": _sha256(states),
     }  # fmt: skip
 
 

@@ -102,11 +102,11 @@ def aim(memory: Memory, sight: Sight) -> Aim:
 def advance(memory: Memory, sight: Sight, motion: Motion) -> None:
     """Go on to the next phases whose predecessors are over."""
     while _over(memory, sight, motion):
-        if memory.phase is Phase.LIFT and not _holds(sight):
-            _enter(memory, Phase.ALIGN, sight)
+        if memory.phase is Phase.LIFT and not holds(sight):
+            enter(memory, Phase.ALIGN, sight)
             return
         order = list(Phase)
-        _enter(memory, order[order.index(memory.phase) + 1], sight)
+        enter(memory, order[order.index(memory.phase) + 1], sight)
 
 
 def begun(first: Phase, sight: Sight) -> Memory:
@@ -114,8 +114,8 @@ def begun(first: Phase, sight: Sight) -> Memory:
     memory = Memory(since_tick=sight.tick, home_yaw=float(sight.base[2]))
     memory.grasp_height = float(sight.eef[2]) - GRIP_M - LIFT_M
     if is_after(first, Phase.LIFT):
-        _enter(memory, Phase.TRANSPORT, sight)
-    _enter(memory, first, sight)
+        enter(memory, Phase.TRANSPORT, sight)
+    enter(memory, first, sight)
     return memory
 
 
@@ -125,7 +125,8 @@ def is_after(phase: Phase, other: Phase) -> bool:
     return order.index(phase) > order.index(other)
 
 
-def _enter(memory: Memory, phase: Phase, sight: Sight) -> None:
+def enter(memory: Memory, phase: Phase, sight: Sight) -> None:
+    """Begin a phase: keep what it aims at."""
     memory.phase, memory.since_tick = phase, sight.tick
     if phase is Phase.DESCEND:
         # Frozen: closing fingers hide and nudge the object.
@@ -139,7 +140,7 @@ def _enter(memory: Memory, phase: Phase, sight: Sight) -> None:
         offset = sight.eef - sight.obj
         memory.place = np.append(sight.goal[:2] + offset[:2], sight.eef[2] - drop)
     if phase is Phase.RETREAT:
-        memory.exit_base = _before_cabinet(sight, STAGING_M)
+        memory.exit_base = before_cabinet(sight, STAGING_M)
 
 
 def _over(memory: Memory, sight: Sight, motion: Motion) -> bool:
@@ -172,11 +173,12 @@ def _base_there(target: Vector, sight: Sight, motion: Motion) -> bool:
     )
 
 
-def _holds(sight: Sight) -> bool:
+def holds(sight: Sight) -> bool:
+    """Whether the object is where the fingers would hold it."""
     return bool(np.linalg.norm(sight.obj - sight.eef) < 0.05 and sight.opening > 0.02)
 
 
-def _before_cabinet(sight: Sight, back_off: float) -> Vector:
+def before_cabinet(sight: Sight, back_off: float) -> Vector:
     """Base pose from which the goal is straight ahead, ``back_off`` beyond reach."""
     ahead = turn(sight.goal_yaw) @ np.array([REACH_M + back_off, 0.0])
     return np.append(sight.goal_odom - ahead, sight.goal_yaw)
@@ -212,11 +214,11 @@ def _lift(memory: Memory, sight: Sight) -> Aim:
 
 
 def _transport(memory: Memory, sight: Sight) -> Aim:
-    return Aim(_before_cabinet(sight, STAGING_M), memory.carry, CLOSE)
+    return Aim(before_cabinet(sight, STAGING_M), memory.carry, CLOSE)
 
 
 def _enter_cabinet(memory: Memory, sight: Sight) -> Aim:
-    return Aim(_before_cabinet(sight, 0.0), memory.carry, CLOSE)
+    return Aim(before_cabinet(sight, 0.0), memory.carry, CLOSE)
 
 
 def _lower(memory: Memory, sight: Sight) -> Aim:

@@ -39,6 +39,7 @@ from fairlead_skill_runner.policies.oracle.phases import (
     begun,
     is_after,
 )
+from fairlead_skill_runner.policies.oracle.recall import recall
 from fairlead_skill_runner.policies.oracle.sight import (
     STATE_DIM,
     Sight,
@@ -61,7 +62,8 @@ class OracleOptions(BaseModel):
     """horizon: rows per call; None: the skill's.
 
     first, last: steps of the task that it does, named as in `Phase`; it says itself when ``last``
-    is over.
+    is over. memory: whether steps go on by what was before; without, each state alone says the
+    step, as it has to for a policy that learns.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -69,6 +71,7 @@ class OracleOptions(BaseModel):
     horizon: int | None = Field(default=None, ge=1)
     first: PhaseName = "APPROACH"
     last: PhaseName = "DONE"
+    memory: bool = True
 
 
 class OracleSteps:
@@ -80,12 +83,18 @@ class OracleSteps:
     Args:
         horizon: rows per chunk, one per tick.
         first, last: the steps that it does.
+        has_memory: see `OracleOptions`.
     """
 
     def __init__(
-        self, horizon: int = 8, first: Phase = Phase.APPROACH, last: Phase = Phase.DONE
+        self,
+        horizon: int = 8,
+        first: Phase = Phase.APPROACH,
+        last: Phase = Phase.DONE,
+        has_memory: bool = True,
     ) -> None:
         self._horizon, self._first, self._last = horizon, first, last
+        self._has_memory = has_memory
         self.reset()
 
     @classmethod
@@ -97,7 +106,8 @@ class OracleSteps:
     def from_options(cls, skill: SkillManifest, options: Mapping[str, JsonValue]) -> Self:
         """Raises `ConfigError` for options it does not know."""
         checked = checked_model("oracle policy", OracleOptions, options)
-        return cls(checked.horizon or skill.horizon, Phase[checked.first], Phase[checked.last])
+        steps = Phase[checked.first], Phase[checked.last]
+        return cls(checked.horizon or skill.horizon, *steps, checked.memory)
 
     def reset(self) -> None:
         """Forget everything: the next observation starts a new episode."""
@@ -125,7 +135,10 @@ class OracleSteps:
             self._memory = begun(self._first, sight)
             self._home_quat = sight.eef_quat
         hand, wrist, base = self._now(sight)
-        advance(self._memory, sight, Motion(hand.velocity, base.velocity))
+        if self._has_memory:
+            advance(self._memory, sight, Motion(hand.velocity, base.velocity))
+        else:
+            self._memory = recall(sight, self._memory.home_yaw)
         if is_after(self._memory.phase, self._last):
             return Done(f"after: {self._last.value}")
         return self._chunk(aim(self._memory, sight), hand, wrist, base, sight.tick)
