@@ -133,7 +133,8 @@ def test_the_options_of_every_skill_that_ships_fit(name: str) -> None:
         ("pi05-robocasa365-human300-nf4", {"answer_timeout_s": 60},
          "openpi policy: answer_timeout_s: expected less than the skill's inference_timeout_s"),
         ("oracle-counter-to-cabinet", {"speed": 2},
-         "oracle policy: 1 problem(s):\n  speed: unknown key (valid: horizon, first, last, memory)"),
+         "oracle policy: 1 problem(s):\n  speed: unknown key (valid: "
+         "horizon, first, last, memory)"),
     ],
 )  # fmt: skip
 def test_options_that_do_not_fit_are_named(name: str, change: dict[str, object], text: str) -> None:

@@ -90,7 +90,8 @@ def test_a_skill_that_came_after_the_start_is_on_offer(folder: Path) -> None:
     assert "my-wave" in skills.at_start()
     folder.rename(folder.parent / "away")
     with pytest.raises(
-        RefusedError, match="expected a skill on offer, got 'my-wave' .valid: bc-counter-to-cabinet, go-to"
+        RefusedError,
+        match="expected a skill on offer, got 'my-wave' .valid: bc-counter-to-cabinet, go-to",
     ):
         skills.find("my-wave")
     (folder.parent / "away").rename(folder)
