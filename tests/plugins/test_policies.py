@@ -135,6 +135,8 @@ def test_the_options_of_every_skill_that_ships_fit(name: str) -> None:
         ("oracle-counter-to-cabinet", {"speed": 2},
          "oracle policy: 1 problem(s):\n  speed: unknown key (valid: "
          "horizon, first, last, memory)"),
+        ("oracle-counter-to-cabinet", {"first": "RETREAT", "last": "ALIGN"},
+         "oracle policy: first: expected a step that is not after last, got RETREAT after ALIGN"),
     ],
 )  # fmt: skip
 def test_options_that_do_not_fit_are_named(name: str, change: dict[str, object], text: str) -> None:

@@ -23,7 +23,7 @@ def die_with_parent(command: Sequence[str]) -> list[str]:
     """
     setpriv = shutil.which("setpriv")
     if setpriv is None:
-        raise ServiceError("setpriv not found, which starts services; apt install util-linux")
+        raise ServiceError("setpriv, which starts services, is not found; apt install util-linux")
     # The shell looks whether the parent died before the kernel knew.
     check = ["/bin/sh", "-c", _IF_PARENT_LIVES, str(os.getpid())]
     return [setpriv, "--pdeathsig", "KILL", "--", *check, *command]

@@ -14,7 +14,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, JsonValue
 
 from fairlead.checked_model import checked_model
-from fairlead.errors import PolicyError, expected
+from fairlead.errors import ConfigError, PolicyError, expected
 from fairlead.policy import Actions, Done, Observation
 from fairlead.skill.manifest import SkillManifest
 from fairlead_skill_runner.policies.oracle.motion import (
@@ -104,9 +104,12 @@ class OracleSteps:
 
     @classmethod
     def from_options(cls, skill: SkillManifest, options: Mapping[str, JsonValue]) -> Self:
-        """Raises `ConfigError` for options it does not know."""
+        """Raises `ConfigError` for options it does not know, or steps of which none is left."""
         checked = checked_model("oracle policy", OracleOptions, options)
         steps = Phase[checked.first], Phase[checked.last]
+        if is_after(*steps):
+            wanted, got = "a step that is not after last", f"{checked.first} after {checked.last}"
+            raise ConfigError(expected("oracle policy: first", wanted, got))
         return cls(checked.horizon or skill.horizon, *steps, checked.memory)
 
     def reset(self) -> None:
