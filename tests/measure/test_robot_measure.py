@@ -13,9 +13,11 @@ import pytest
 from fairlead.deploy.deployment import load_deployment
 from fairlead.deploy.registry import Registry
 from fairlead.messages import GateState
+from fairlead.modes import ControlMode
 from fairlead.paths import deployment_path, repo_root, robot_dir
 from fairlead.robot.manifest import load_robot
-from fairlead_tools.measure.driven_robot import simulated_deployment
+from fairlead_tools.measure.driven_robot import DrivenRobot, simulated_deployment
+from fairlead_tools.measure.drives import together
 from fairlead_tools.measure.rotations import exponential, quaternion_of, rotation_of
 from fairlead_tools.measure.tracking import hull_distances
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch, scratch_robot
@@ -105,6 +107,18 @@ def test_a_robot_that_runs_is_measured_slowly_through_its_gate(tmp_path: Path) -
     assert after.state == GateState.DISARMED and not after.claims
     assert 0.2 < found["joints"]["elbow_flex"]["told_per_s"] < 0.9
     assert len(found["proposed"]["parts"]["arm"]["joint_position"]["tracking_limits"]) == 5
+
+
+def test_an_impact_within_a_tick_is_not_the_servos_lag() -> None:
+    """The wrist hits the table and is off it again before the tick ends."""
+    driven, lags, free = DrivenRobot("ur5e"), list[float](), list[bool]()
+    for tick in together(driven, 692):
+        command = tick.commands["arm"]
+        assert command.mode is ControlMode.JOINT_POSITION
+        lags.append(float(np.abs(command.values[:6] - tick.after.positions[:6]).max()))
+        free.append(tick.is_free)
+    assert max(lags) > 0.2
+    assert max(lag for lag, is_free in zip(lags, free, strict=True) if is_free) < 0.13
 
 
 def test_a_robot_that_has_both_is_driven_in_its_simulator() -> None:

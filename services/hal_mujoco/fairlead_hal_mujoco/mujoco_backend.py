@@ -20,7 +20,7 @@ from fairlead.hal.described_part import describe_part
 from fairlead.hal.interpolation import interpolator_of
 from fairlead.hal.model_joints import find_sources
 from fairlead.hal.model_kinematics import FrameKinematics
-from fairlead.hal.mujoco_frames import MujocoFrames, base_body, touching
+from fairlead.hal.mujoco_frames import ContactWatch, MujocoFrames, base_body
 from fairlead.hal.setpoints import Setpoints
 from fairlead.hal.tool_motion import ToolMotion
 from fairlead.messages import FloatArray
@@ -62,6 +62,7 @@ class MujocoBackend:
         self._interpolator = interpolator_of(robot, profile)
         self._base = base_body(self._model, robot, "hal_mujoco")
         self._parts = tuple(describe_part(robot, part, profile) for part in robot.parts)
+        self._contacts = ContactWatch(lambda body: body != "world")
         self._goal: GoalPose | None = None
         goal = key_qpos(self._model, GOAL_KEY)
         if goal is not None:
@@ -120,6 +121,7 @@ class MujocoBackend:
         for step in range(1, self._steps + 1):
             self._write(way(step / self._steps))
             mujoco.mj_step(self._model, self._data)
+            self._contacts.note(self._model, self._data)
         if not (np.isfinite(self._data.qpos).all() and np.isfinite(self._data.qvel).all()):
             raise HardwareError(
                 f"hal_mujoco: the simulation diverged at {self._data.time:.3f} s: servos too stiff "
@@ -143,6 +145,7 @@ class MujocoBackend:
         Turning joints are off by a little.
         """
         mujoco.mj_resetData(self._model, self._data)
+        self._contacts.restart()
         home = key_qpos(self._model, HOME_KEY)
         if home is not None:
             self._data.qpos[:] = home
@@ -171,8 +174,8 @@ class MujocoBackend:
         """Nothing to release."""
 
     def contacts(self) -> Sequence[str]:
-        """Bodies that touch each other or the world."""
-        return touching(self._model, self._data, lambda body: body != "world")
+        """Bodies that touch each other or the world, or did since it was last asked."""
+        return self._contacts.since_asked(self._model, self._data)
 
     def packed(self) -> npt.NDArray[np.float32]:
         """The model's ``ctrl`` as float32: what its actuators were told last."""

@@ -34,7 +34,7 @@ from fairlead_hal_sim.packing import MODE_HOLD, ActionVector, pack
 from fairlead_hal_sim.snapshot import take_snapshot
 
 if TYPE_CHECKING:
-    from fairlead.hal.mujoco_frames import MujocoFrames
+    from fairlead.hal.mujoco_frames import ContactWatch, MujocoFrames
 
 _LOG = logging.getLogger("hal.robosuite")
 
@@ -62,6 +62,7 @@ class RobosuiteBackend:
         robot: RobotManifest | None = None,
     ) -> None:
         self.env = make_environment(options, 1e9 / period_ns, offscreen=False)
+        self._contacts = _watched(self.env)
         self._joints = find_joints(self.env, robot)
         self._joint_speed_guard = options.joint_speed_guard
         self._tracked_bodies = _tracked_bodies(self.env, options, robot)
@@ -163,6 +164,7 @@ class RobosuiteBackend:
         """Build the scene of ``seed``; the same seed gives the same scene to the bit."""
         seed_environment(self.env, seed)
         self.env.reset()
+        self._contacts.restart()
         controllers = self.env.robots[0].composite_controller.part_controllers
         self._holds = {
             arm.side: ArmHold(controllers[arm.side], self._joint_speed_guard)
@@ -176,13 +178,8 @@ class RobosuiteBackend:
         return take_snapshot(self.env.sim) if self._cameras else b""
 
     def contacts(self) -> Sequence[str]:
-        """What of arm, hand and base touches something."""
-        from fairlead.hal.mujoco_frames import touching
-
-        sim = self.env.sim
-        return touching(
-            sim.model._model, sim.data._data, lambda body: body.startswith(ROBOT_BODIES)
-        )
+        """What of arm, hand and base touches something, or did since it was last asked."""
+        return self._contacts.since_asked(self.env.sim.model._model, self.env.sim.data._data)
 
     def close(self) -> None:
         """Free the simulator."""
@@ -230,6 +227,21 @@ class RobosuiteBackend:
 def _sum(source: JointSource, values: FloatArray, addresses: tuple[int, ...]) -> float:
     """A joint's number from the simulator's: fingers add up to one opening."""
     return float(sum(s * values[i] for s, i in zip(source.signs, addresses, strict=True)))
+
+
+def _watched(env: Any) -> ContactWatch:
+    """One that is called at each physics step of the environment."""
+    from fairlead.hal.mujoco_frames import ContactWatch  # mujoco: after the choice of graphics
+
+    watch = ContactWatch(lambda body: body.startswith(ROBOT_BODIES))
+    go_on = env._pre_action
+
+    def noted(*args: Any, **kwargs: Any) -> None:
+        watch.note(env.sim.model._model, env.sim.data._data)
+        go_on(*args, **kwargs)
+
+    env._pre_action = noted
+    return watch
 
 
 def _tracked_bodies(

@@ -178,7 +178,10 @@ class ContactModel(Protocol):
     """A backend that knows what its robot touches: a simulator's."""
 
     def contacts(self) -> Sequence[str]:
-        """Each thing of the robot that touches something now, in words; [] if nothing does."""
+        """Each thing of the robot that touches something, in words; [] if nothing does.
+
+        Now, or at any moment since it was last asked or the episode began.
+        """
 
 
 class TraceSource(Protocol):

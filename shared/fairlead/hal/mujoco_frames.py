@@ -142,14 +142,37 @@ class MujocoFrames:
         )
 
 
-def touching(
-    model: mujoco.MjModel, data: mujoco.MjData, is_own: Callable[[str], bool]
-) -> list[str]:
-    """What of a robot touches what in the newest step, as pairs of bodies, each once.
+class ContactWatch:
+    """What of a robot touched what since it was last asked: an impact is over within a tick.
+
+    Until the first time it notes nothing: ticks of a deployment pay nothing for it.
 
     Args:
         is_own: whether a body of that name is the robot's.
     """
+
+    def __init__(self, is_own: Callable[[str], bool]) -> None:
+        self._is_own, self._seen, self._is_asked = is_own, set[str](), False
+
+    def note(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
+        """To be called at each physics step."""
+        if self._is_asked and data.ncon:
+            self._seen.update(_touching(model, data, self._is_own))
+
+    def restart(self) -> None:
+        """What touched before is of another episode."""
+        self._seen.clear()
+
+    def since_asked(self, model: mujoco.MjModel, data: mujoco.MjData) -> list[str]:
+        """Pairs of bodies, each once, sorted; the first time those that touch now."""
+        found = self._seen.union(_touching(model, data, self._is_own))
+        self._seen, self._is_asked = set(), True
+        return sorted(found)
+
+
+def _touching(
+    model: mujoco.MjModel, data: mujoco.MjData, is_own: Callable[[str], bool]
+) -> list[str]:
     found: dict[str, None] = {}
     for index in range(data.ncon):
         contact = data.contact[index]
