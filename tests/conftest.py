@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import re
 import signal
 import sys
 import tempfile
 import tomllib
+import warnings
 from collections.abc import Generator
 from importlib.metadata import distribution
 from pathlib import Path
@@ -55,6 +57,26 @@ def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, object, object
         return (yield)
     finally:
         _running.pop()
+
+
+_failed: set[str] = set()
+
+
+def pytest_runtest_logreport(report: pytest.TestReport) -> None:
+    if report.outcome not in ("passed", "skipped"):  # failed, or to be run again
+        _failed.add(report.nodeid)
+
+
+def pytest_runtest_logfinish(nodeid: str) -> None:
+    """What a failed test left open is its own failure, not that of the test after it."""
+    if nodeid not in _failed:
+        return
+    _failed.remove(nodeid)
+    for name in ("last_type", "last_value", "last_traceback", "last_exc"):
+        vars(sys).pop(name, None)  # pytest leaves its frames there for a debugger
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ResourceWarning)
+        gc.collect()
 
 
 def _refuse_what_is_not_marked(event: str, arguments: tuple[object, ...]) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -88,13 +89,18 @@ def test_joints_transforms_and_verdicts_are_seen_in_ros_2(
     with scratch_robot(scratch) as robot, bridge(scratch.file, tmp_path, router):
         heard, hal = Heard(listener, robot.client), robot.client.hal_status()
         robot.client.arm()
-        run_goal(robot.client, GoalOptions(SKILL, deadline_ticks=10))
+
+        def is_judged() -> bool:  # verdicts before the two have found each other are lost
+            run_goal(robot.client, GoalOptions(SKILL, deadline_ticks=10))
+            return bool(heard.on("/cell/diagnostics"))
+
+        listener.wait(is_judged, "a verdict to be heard", timeout_s=60.0)
         listener.wait(lambda: all(map(heard.on, MOTION)), "every topic to be heard")
     check_joints(heard, (*hal.joints, *hal.passive_joints))
     check_transforms(heard)
     [status] = heard.on("/cell/diagnostics")[0]["status"]
     assert (status["name"], status["level"]) == ("fairlead gate: runner", 0)
-    assert status["message"].startswith("chunk 1 released: rows ")
+    assert re.match(r"chunk \d+ released: rows ", status["message"])
 
 
 def test_pictures_and_a_refusal_are_seen_in_ros_2(router: str, start_ros: StartRos) -> None:
