@@ -3,7 +3,8 @@
     .venv/bin/python -m bench.assemble [--skill ID] [--ticks N] [--json] [--write]
 
 Processor time of the service's own core, without its bus: decoding, forward kinematics, the vector
-and both messages that it sends. The HAL's transforms, which come before the joints, apart.
+and its message. Apart: the HAL's transforms, which come before the joints, and the message of the
+links' transforms, which goes out after the layout.
 """
 
 from __future__ import annotations
@@ -59,7 +60,7 @@ def messages(robot: RobotManifest, frames: dict[str, str], tick: int) -> tuple[b
 
 
 def measure(skill_id: str, ticks: int) -> dict[str, float]:
-    """Medians of a tick [us]: ``joints_us`` to the layout, ``transforms_us`` before them."""
+    """Medians of a tick [us]: ``joints_us`` to the layout, ``transforms_us`` before, ``links_us``."""
     skill = load_skill(skill_id)
     robot = load_robot(skill.embodiments[0])
     core = AssemblerCore(robot, Publishers())
@@ -67,7 +68,7 @@ def measure(skill_id: str, ticks: int) -> dict[str, float]:
     bound = skill.state_contract.bindings
     objects = [one for one in (bound.object_frame, bound.goal_frame) if one] if bound else []
     frames = {robot.base_frame: ODOM, ODOM: MAP} | dict.fromkeys(objects, MAP)
-    joints_us, transforms_us = [], []
+    joints_us, transforms_us, links_us = [], [], []
     for tick in range(1, ticks + WARM_UP + 1):
         batch, state = messages(robot, frames, tick)
         began_ns = time.process_time_ns()
@@ -75,6 +76,8 @@ def measure(skill_id: str, ticks: int) -> dict[str, float]:
         between_ns = time.process_time_ns()
         outputs = core.on_joints(decode(JointState, state))
         ended_ns = time.process_time_ns()
+        assert all(one.payload for one in outputs)
+        links_us.append((time.process_time_ns() - ended_ns) / 1e3)
         if not any(one.skill == skill.id for one in outputs):
             raise SystemExit(f"bench.assemble: no layout of {skill.id} at tick {tick}")
         transforms_us.append((between_ns - began_ns) / 1e3)
@@ -82,6 +85,7 @@ def measure(skill_id: str, ticks: int) -> dict[str, float]:
     return {
         "joints_us": statistics.median(joints_us[WARM_UP:]),
         "transforms_us": statistics.median(transforms_us[WARM_UP:]),
+        "links_us": statistics.median(links_us[WARM_UP:]),
     }
 
 
@@ -99,8 +103,10 @@ def main() -> int:
     args = parser.parse_args()
     found = measure(args.skill, args.ticks)
     text = (
-        "| skill | joints to layout, us | transforms before them, us | aim |\n|---|---|---|---|\n"
+        "| skill | joints to layout, us | transforms before, us | links after, us | aim |\n"
+        "|---|---|---|---|---|\n"
         f"| {args.skill} | {found['joints_us']:.0f} | {found['transforms_us']:.0f} "
+        f"| {found['links_us']:.0f} "
         f"| <= {AIM_US:.0f} |"
     )
     print(json.dumps(found | {"skill": args.skill}) if args.json else text)

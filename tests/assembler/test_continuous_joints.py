@@ -84,17 +84,16 @@ def test_links_behind_continuous_joints_are_where_the_simulator_has_them(
         positions[robot.measured_joint_names.index(name)] += 2.0 * np.pi * turns + 2.5
     positions[-2:] = 0.01, -0.01
     kinematics, wanted = ForwardKinematics(robot), simulated(robot, positions)
-    found = dict(zip(kinematics.frames, kinematics.poses(positions), strict=True))
+    found = kinematics.poses(positions)
     assert len(wanted) >= 10
     for frame, pose in wanted.items():
-        assert np.allclose(found[frame].homogeneous, pose, atol=1e-6), frame
+        assert np.allclose(found[kinematics.frames[frame]].homogeneous, pose, atol=1e-6), frame
 
 
 def test_layouts_rotation_is_the_simulators(robot: RobotManifest) -> None:
     positions = np.array([0.3, -0.5, 0.2, -2.0, 4.0, 1.6, 5.0, 0.02, 0.01, -0.01])
     kinematics, buffer = ForwardKinematics(robot), TransformBuffer()
-    for frame, pose in zip(kinematics.frames, kinematics.poses(positions), strict=True):
-        buffer.add("base_link", frame, pose.copy(), 1, is_static=False)
+    buffer.add_links("base_link", kinematics.frames, kinematics.poses(positions), 1)
     bindings = LAYOUT.example.model_copy(
         update={"eef_frame": "panda_hand", "world_frame": "base_link"}
     )

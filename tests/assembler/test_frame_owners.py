@@ -6,7 +6,7 @@ import pytest
 
 from fairlead.errors import LayoutError
 from fairlead_state_assembler import TransformBuffer
-from fairlead_state_assembler.transform_buffer import HISTORY_TICKS
+from fairlead_state_assembler.branches import HISTORY_TICKS
 from tests.assembler.buffer_inputs import SESSION, batch
 
 OWNERS = {"odom": "hal", "base": "hal", "hand": "state_assembler"}

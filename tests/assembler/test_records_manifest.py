@@ -74,8 +74,8 @@ def test_the_records_manifest_is_admitted_and_assembled(
     assert (state.tick, state.layout, state.fault) == (1, layout, None)
     assert state.values is not None
     kinematics = ForwardKinematics(robot)
-    poses = dict(zip(kinematics.frames, kinematics.poses(np.array(feed.positions(1))), strict=True))
-    tcp = pin.SE3ToXYZQUAT(poses["panda_hand_tcp"])
+    poses = kinematics.poses(np.array(feed.positions(1)))
+    tcp = pin.SE3ToXYZQUAT(poses[kinematics.frames["panda_hand_tcp"]])
     opening = feed.positions(1)[robot.measured_joint_names.index("panda_gripper")]
     wanted = [
         *tcp[:3],

@@ -112,7 +112,8 @@ def test_state_23_the_description_hangs_the_arm_where_the_simulator_mounts_it(
 ) -> None:
     """The URDF's links are the simulator's, to 0.1 mm and 0.1 mrad."""
     kinematics = ForwardKinematics(robot)
-    poses = dict(zip(kinematics.frames, kinematics.poses(driven.read().positions), strict=True))
+    found = kinematics.poses(driven.read().positions)
+    poses = {name: found[place] for name, place in kinematics.frames.items()}
     sim = driven.env.sim
     base = sim.data.body_xpos[sim.model.body_name2id("mobilebase0_base")]
     turn = sim.data.body_xmat[sim.model.body_name2id("mobilebase0_base")].reshape(3, 3)

@@ -57,7 +57,7 @@ def test_a_mimic_joint_moves_its_link_by_its_multiplier_and_offset(tmp_path: Pat
     in_hand = hand.rotation[0].T @ (other.translation[0] - hand.translation[0])
     np.testing.assert_allclose(in_hand, [0.0, -0.5 * 0.03 - 0.01, 0.0584], atol=1e-12)
     assembler = ForwardKinematics(robot)
-    found = assembler.poses(positions)[assembler.frames.index("panda_rightfinger")]
+    found = assembler.poses(positions)[assembler.frames["panda_rightfinger"]]
     np.testing.assert_allclose(found.translation, other.translation[0], atol=1e-12)
 
 

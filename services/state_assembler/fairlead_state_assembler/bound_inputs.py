@@ -12,7 +12,7 @@ from fairlead.messages import FloatArray
 from fairlead.skill.bindings import PoseBinding, QuaternionSign, StateContractBindings
 from fairlead_state_assembler.joint_positions import JointPositions
 from fairlead_state_assembler.pose_decoding import SE3
-from fairlead_state_assembler.pose_vector import axis_angle3, gripper_pair, rotation4
+from fairlead_state_assembler.pose_vector import axis_angle3, gripper_pair, pose7, rotation4
 
 
 class Transforms(Protocol):
@@ -64,9 +64,8 @@ class BoundInputs:
 
     def pose7(self, parent: ParentBinding, child: PoseBinding) -> FloatArray:
         """Position [m] and unit quaternion of one frame: shape ``[7]``."""
-        pose = self._pose(parent, child)
         order = self._bindings.quaternion_convention
-        return np.concatenate((pose.translation, rotation4(pose, order, self._sign(child))))
+        return pose7(self._pose(parent, child), order, self._sign(child))
 
     def planar3(self, parent: ParentBinding, child: PoseBinding) -> FloatArray:
         """x, y [m] and yaw about z [rad], in (-pi, pi]: shape ``[3]``."""

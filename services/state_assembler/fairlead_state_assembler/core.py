@@ -12,7 +12,8 @@ Whose session it follows is the gate's to decide; before its first lease, any ne
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from functools import cached_property
 from typing import NamedTuple
 
 import pinocchio as pin
@@ -38,11 +39,48 @@ from fairlead_state_assembler.transform_buffer import TransformBuffer
 REPEATS_BEFORE_FAULT = 2
 
 
+class LinkTransforms:
+    """Where the links are at one tick; encoded when asked for, after the layouts have gone."""
+
+    def __init__(
+        self, moment: Moment, base: str, frames: Mapping[str, int], poses: Sequence[SE3]
+    ) -> None:
+        self._moment, self._base, self._frames, self._poses = moment, base, frames, poses
+
+    @cached_property
+    def payload(self) -> bytes:
+        """The encoded `TransformBatch`."""
+        transforms = []
+        for frame, place in self._frames.items():
+            numbers = pack_floats(pin.SE3ToXYZQUAT(self._poses[place]))
+            transforms.append(
+                Transform(
+                    parent=self._base,
+                    child=frame,
+                    translation=numbers[:24],
+                    rotation_xyzw=numbers[24:],
+                )
+            )
+        return encode(
+            TransformBatch(
+                session=self._moment.session,
+                tick=self._moment.tick,
+                is_static=False,
+                transforms=tuple(transforms),
+            )
+        )
+
+
 class Output(NamedTuple):
     """Something to publish: link transforms (``skill`` None) or one skill's layout."""
 
     skill: str | None
-    payload: bytes
+    content: bytes | LinkTransforms
+
+    @property
+    def payload(self) -> bytes:
+        """Its bytes."""
+        return self.content if isinstance(self.content, bytes) else self.content.payload
 
 
 class AssemblerCore:
@@ -68,7 +106,7 @@ class AssemblerCore:
         self._views: dict[str, SkillView] = {}
         self._moment: Moment | None = None
         self._repeats = 0
-        self._links = b""
+        self._links: list[Output] = []  # of the newest tick
         self._session = 0  # the gate's, 0 before its first lease that names one
         self._stranger = 0  # newest other session in a joint state
         self._stranger_stays = False  # the followed one was heard after it
@@ -156,31 +194,16 @@ class AssemblerCore:
         elif self._session and session != self._stranger:
             self._stranger, self._stranger_stays = session, False
 
-    def _new_tick(self, moment: Moment, poses: list[SE3]) -> list[Output]:
-        base = self._kinematics.base_frame
-        transforms = []
-        for frame, pose in zip(self._kinematics.frames, poses, strict=True):
-            self._buffer.add(base, frame, pose.copy(), moment.tick, is_static=False)
-            numbers = pack_floats(pin.SE3ToXYZQUAT(pose))
-            transforms.append(
-                Transform(
-                    parent=base, child=frame, translation=numbers[:24], rotation_xyzw=numbers[24:]
-                )
-            )
-        self._links = encode(
-            TransformBatch(
-                session=moment.session,
-                tick=moment.tick,
-                is_static=False,
-                transforms=tuple(transforms),
-            )
-        )
+    def _new_tick(self, moment: Moment, poses: Sequence[SE3]) -> list[Output]:
+        base, frames = self._kinematics.base_frame, self._kinematics.frames
+        self._buffer.add_links(base, frames, poses, moment.tick)
+        self._links = [Output(None, LinkTransforms(moment, base, frames, poses))]
         self._repeats = 0
         for view in self._views.values():
             view.answer = None
         return [
             *self._answers(self._unanswered(), give_up=False),
-            Output(None, self._links),
+            *self._links,
         ]
 
     def _repeat(self) -> list[Output]:
@@ -193,7 +216,7 @@ class AssemblerCore:
         ]
         give_up = self._repeats >= REPEATS_BEFORE_FAULT
         late = self._answers(self._unanswered(), give_up=give_up)
-        return [*again, *late, Output(None, self._links)]
+        return [*again, *late, *self._links]
 
     def _unanswered(self) -> list[SkillView]:
         return [view for view in self._views.values() if view.answer is None]

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import cast
+
 import numpy as np
 import pinocchio as pin
 
@@ -17,7 +20,7 @@ class ForwardKinematics:
 
     Attributes:
         base_frame: the description's root; every pose is given in it.
-        frames: every other link of the description.
+        frames: every other link of the description, and its place in what `poses` returns.
 
     Raises:
         ConfigError: if the description needs a joint the robot does not measure, or its
@@ -43,27 +46,23 @@ class ForwardKinematics:
             raise ConfigError(
                 expected(str(path), f"root link {robot.base_frame!r}", repr(self.base_frame))
             )
-        self._ids = [index for index, _ in bodies[1:]]
-        self.frames = tuple(name for _, name in bodies[1:])
+        self.frames = {name: index for index, name in bodies[1:]}
 
-    def poses(self, positions: FloatArray) -> list[SE3]:
-        """T_base_frame of each of `frames` [m].
-
-        The poses are views that the next call overwrites: copy what is to be kept.
+    def poses(self, positions: FloatArray) -> Sequence[SE3]:
+        """T_base_frame [m] of each of `frames`, at its place, and of others.
 
         Args:
             positions: shape ``[n]``, every measured joint in wire order [rad or m].
         """
         self._q[self._columns] = positions[self._sources]
-        if self._turning:
+        if len(self._turning):
             angles = positions[self._turning_sources]
             self._q[self._turning] = np.cos(angles)
-            self._q[[column + 1 for column in self._turning]] = np.sin(angles)
+            self._q[self._turning + 1] = np.sin(angles)
         for column, source, multiplier, offset in self._mimics:
             self._q[column] = multiplier * positions[source] + offset
         pin.framesForwardKinematics(self._model, self._data, self._q)
-        placements = self._data.oMf
-        return [placements[index] for index in self._ids]
+        return cast("Sequence[SE3]", self._data.oMf.copy())  # the next call overwrites oMf
 
     def _find_joints(self, robot: RobotManifest) -> None:
         """For each joint of the description: its column in q, its place on the wire.
@@ -71,10 +70,7 @@ class ForwardKinematics:
         A joint without end stops (``continuous``) has two columns: the angle's cosine and sine.
         """
         measured = robot.measured_joint_names
-        self._columns: list[int] = []
-        self._sources: list[int] = []
-        self._turning: list[int] = []
-        self._turning_sources: list[int] = []
+        columns, turning = list[tuple[int, int]](), list[tuple[int, int]]()
         self._mimics: list[tuple[int, int, float, float]] = []
         told = (link.mimic for link in description_tree(robot).links if link.mimic)
         mimics = {mimic.name: mimic for mimic in told}
@@ -92,7 +88,7 @@ class ForwardKinematics:
                     )
                 )
             joint = self._model.joints[self._model.getJointId(name)]
-            is_continuous = joint.nq == 2
-            (self._turning if is_continuous else self._columns).append(joint.idx_q)
-            sources = self._turning_sources if is_continuous else self._sources
-            sources.append(measured.index(name))
+            found = turning if joint.nq == 2 else columns
+            found.append((joint.idx_q, measured.index(name)))
+        self._columns, self._sources = np.array(columns, dtype=np.intp).reshape(-1, 2).T
+        self._turning, self._turning_sources = np.array(turning, dtype=np.intp).reshape(-1, 2).T

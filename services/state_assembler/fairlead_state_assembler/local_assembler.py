@@ -58,9 +58,7 @@ class LocalAssembler:
                 pose = pose_from(item.child, item.translation, item.rotation_xyzw)
                 buffer.add(item.parent, item.child, pose, 1, is_static=is_static)
         base = self._kinematics.base_frame
-        links = zip(self._kinematics.frames, self._kinematics.poses(positions), strict=True)
-        for frame, pose in links:
-            buffer.add(base, frame, pose.copy(), 1, is_static=False)
+        buffer.add_links(base, self._kinematics.frames, self._kinematics.poses(positions), 1)
         self._joints = JointPositions.named(self._names, positions, velocities)
         self._transforms = buffer.at(1)
 

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 from pydantic import BaseModel, ConfigDict, Field
 
 from fairlead.checked_model import checked_model
-from fairlead_state_assembler.transform_buffer import HISTORY_TICKS
+from fairlead_state_assembler.branches import HISTORY_TICKS
 
 
 class AssemblerOptions(BaseModel):

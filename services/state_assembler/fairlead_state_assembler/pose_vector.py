@@ -23,7 +23,18 @@ def quaternion_xyzw(pose: SE3, sign: QuaternionSign) -> FloatArray:
     Args:
         sign: the number that is never negative (``+``) or never positive (``-``).
     """
-    xyzw: FloatArray = pin.Quaternion(pose.rotation).coeffs()
+    return _signed(pin.SE3ToXYZQUAT(pose)[3:], sign)
+
+
+def pose7(pose: SE3, order: QuaternionOrder, sign: QuaternionSign) -> FloatArray:
+    """Position [m] and `rotation4`: shape ``[7]``."""
+    numbers: FloatArray = pin.SE3ToXYZQUAT(pose)
+    xyzw = _signed(numbers[3:], sign)
+    numbers[3:] = xyzw if order == "xyzw" else np.roll(xyzw, 1)
+    return numbers
+
+
+def _signed(xyzw: FloatArray, sign: QuaternionSign) -> FloatArray:
     decides = xyzw["xyzw".index(sign[1])]
     wrong = decides < 0.0 if sign[0] == "+" else decides > 0.0
     return -xyzw if wrong else xyzw

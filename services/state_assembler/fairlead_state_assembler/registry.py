@@ -73,7 +73,7 @@ def assemble_contract(
 
 
 def _finite(layout: str, values: FloatArray) -> FloatArray:
-    if not np.all(np.isfinite(values)):
+    if not np.isfinite(values).all():
         index = int(np.flatnonzero(~np.isfinite(values))[0])
         raise LayoutError(
             f"layout {layout}: index {index} is not finite: {values[index]}",

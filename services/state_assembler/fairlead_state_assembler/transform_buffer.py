@@ -14,33 +14,14 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 
 import pinocchio as pin
 
 from fairlead.messages import TransformBatch
 from fairlead_state_assembler import lookup_errors
+from fairlead_state_assembler.branches import HISTORY_TICKS, Branch, Series, Way, interpolated
 from fairlead_state_assembler.lookup_errors import Claim
 from fairlead_state_assembler.pose_decoding import SE3, decode_pose
-
-HISTORY_TICKS = 64  # transforms kept per frame: 3.2 s at 20 Hz, beyond any declared age
-
-
-@dataclass
-class _Branch:
-    """How one frame hangs on its parent; static if ``ticks`` is empty."""
-
-    parent: str
-    is_static: bool
-    ticks: list[int] = field(default_factory=list)
-    poses: list[SE3] = field(default_factory=list)
-    static_tick: int = 0
-    publisher: str = ""  # "" where it came in no batch
-
-    def says(self) -> Claim:
-        """What its publisher says of the frame, without the numbers."""
-        newest = self.static_tick if self.is_static else self.ticks[-1]
-        return Claim(self.publisher, self.parent, self.is_static, newest)
 
 
 class TransformBuffer:
@@ -65,7 +46,9 @@ class TransformBuffer:
         self._owners = dict(owners or {})
         self._hal = hal
         self._rivals: dict[str, Claim] = {}  # newest transform of a frame that was not taken
-        self._branches: dict[str, _Branch] = {}
+        self._branches: dict[str, Branch] = {}
+        self._ways: dict[tuple[str, str], Way] = {}  # of the branches as they are
+        self._links = Series()
         self._session = 0
         self._left_sessions: set[int] = set()
         self._gates_session = 0  # the one that the gate follows, 0 while it says none
@@ -91,6 +74,8 @@ class TransformBuffer:
             self._left_sessions.add(self._session)
             self._session, self._episode_tick = session, 0
             self._branches.clear()
+            self._ways.clear()
+            self._links = Series()
             self._rivals.clear()
             self._published.clear()
             ahead, self._static_ahead = self._static_ahead, {}
@@ -142,33 +127,48 @@ class TransformBuffer:
         publisher = self._owners.get(child, "")
         self._take(child, Claim(publisher, parent, is_static, tick), pose)
 
+    def add_links(
+        self, parent: str, frames: Mapping[str, int], poses: Sequence[SE3], tick: int
+    ) -> None:
+        """Take T_parent_frame [m] of ``frames`` at ``tick``, as their owner.
+
+        Args:
+            frames: each with its place in ``poses``; the same ones every time.
+        """
+        if not self._links.ticks:
+            for frame, column in frames.items():
+                claim = Claim(self._owners.get(frame, ""), parent, False, tick)
+                self._hang(frame, claim, self._links, column)
+        self._links.put(tick, poses)
+
     def _take(self, child: str, claim: Claim, pose: SE3) -> None:
         branch = self._branches.get(child)
-        if not self._is_owners(child, claim, branch):
-            self._rivals[child] = claim
-            return
+        if branch is None or not self._is_owners(child, claim, branch):
+            branch = self._hang(child, claim, Series())
         if branch is None:
-            branch = _Branch(claim.parent, claim.is_static, publisher=claim.publisher)
-            self._branches[child] = branch
-        if claim.is_static:
-            if claim.tick >= branch.static_tick:
-                branch.static_tick, branch.poses = claim.tick, [pose]
             return
-        tick, index = claim.tick, bisect_left(branch.ticks, claim.tick)
-        if index < len(branch.ticks) and branch.ticks[index] == tick:
-            branch.poses[index] = pose
-            return
-        branch.ticks.insert(index, tick)
-        branch.poses.insert(index, pose)
-        if len(branch.ticks) > HISTORY_TICKS:
-            del branch.ticks[0], branch.poses[0]
+        if not claim.is_static:
+            branch.series.put(claim.tick, [pose])
+        elif not branch.series.ticks or claim.tick >= branch.series.ticks[-1]:
+            branch.series.ticks, branch.series.rows = [claim.tick], [[pose]]
 
-    def _is_owners(self, child: str, claim: Claim, branch: _Branch | None) -> bool:
+    def _hang(self, child: str, claim: Claim, series: Series, column: int = 0) -> Branch | None:
+        """A new branch; None, and a rival noted, for a frame that is another's."""
+        if child in self._branches or self._owners.get(child, claim.publisher) != claim.publisher:
+            self._rivals[child] = claim
+            return None
+        branch = Branch(child, claim.parent, claim.is_static, claim.publisher, series, column)
+        self._branches[child] = branch
+        self._ways.clear()
+        return branch
+
+    def _is_owners(self, child: str, claim: Claim, branch: Branch) -> bool:
         """Whether a transform is the frame's, and not one of a second publisher or kind."""
-        if self._owners.get(child, claim.publisher) != claim.publisher:
-            return False
-        known = (claim.publisher, claim.parent, claim.is_static)
-        return branch is None or (branch.publisher, branch.parent, branch.is_static) == known
+        return (
+            self._owners.get(child, claim.publisher) == claim.publisher == branch.publisher
+            and claim.parent == branch.parent
+            and claim.is_static == branch.is_static
+        )
 
     def at(self, tick: int) -> TransformsAtTick:
         """A view for lookups at one tick, which also remembers the oldest input used."""
@@ -182,6 +182,17 @@ class TransformBuffer:
                 (too old), ``missing_tick`` (only newer ones known), ``loop`` or
                 ``contested_frame`` (sent by two, or in two ways).
         """
+        way = self._ways.get((parent, child)) or self._find_way(parent, child, tick)
+        if self._rivals:
+            for branches in way:
+                self._refuse_contested([branch.child for branch in branches], tick)
+        T_common_child, oldest_child = self._chain(way.from_child, tick)
+        if not way.from_parent:
+            return T_common_child, oldest_child
+        T_common_parent, oldest_parent = self._chain(way.from_parent, tick)
+        return T_common_parent.actInv(T_common_child), min(oldest_child, oldest_parent)
+
+    def _find_way(self, parent: str, child: str, tick: int) -> Way:
         above_parent = self._ancestors(parent, child)
         above_child = self._ancestors(child, parent)
         known = set(above_parent)
@@ -191,10 +202,13 @@ class TransformBuffer:
             roots = above_parent[-1], above_child[-1]
             owed = [(frame, self._owners[frame]) for frame in roots if frame in self._owners]
             raise lookup_errors.unconnected(parent, child, roots, self.frames, owed)
-        T_common_child, oldest_child = self._chain(above_child, common, tick)
-        T_common_parent, oldest_parent = self._chain(above_parent, common, tick)
-        pose = T_common_child if common == parent else T_common_parent.actInv(T_common_child)
-        return pose, min(oldest_child, oldest_parent)
+        way = self._ways[parent, child] = Way(
+            *(
+                tuple(self._branches[frame] for frame in path[: path.index(common)])
+                for path in (above_parent, above_child)
+            )
+        )
+        return way
 
     def _ancestors(self, frame: str, other: str) -> list[str]:
         """``frame`` and its parents up to its root."""
@@ -205,15 +219,13 @@ class TransformBuffer:
             path.append(branch.parent)
         return path
 
-    def _chain(self, path: list[str], ancestor: str, tick: int) -> tuple[SE3, int]:
-        """T_ancestor_frame along ``path`` (frame first) and its oldest dynamic tick."""
-        pose, oldest = pin.SE3.Identity(), tick
-        steps = path[: path.index(ancestor)]
-        self._refuse_contested(steps, tick)
-        for frame in steps:
-            step, used = self._step(frame, tick)
-            pose, oldest = step * pose, min(oldest, used)
-        return pose, oldest
+    def _chain(self, branches: Sequence[Branch], tick: int) -> tuple[SE3, int]:
+        """T_ancestor_frame along branches (the frame's first) and its oldest dynamic tick."""
+        pose, oldest = None, tick
+        for branch in branches:
+            step, used = self._step(branch, tick)
+            pose, oldest = step if pose is None else step * pose, min(oldest, used)
+        return pin.SE3.Identity() if pose is None else pose, oldest
 
     def _refuse_contested(self, frames: Sequence[str], tick: int) -> None:
         """A rival counts until nothing more came of it for as long as transforms are kept."""
@@ -224,25 +236,24 @@ class TransformBuffer:
                 known = branch.says() if branch else None
                 raise lookup_errors.contested(frame, self._owners.get(frame, ""), known, rival)
 
-    def _step(self, frame: str, tick: int) -> tuple[SE3, int]:
+    def _step(self, branch: Branch, tick: int) -> tuple[SE3, int]:
         """T_parent_frame at ``tick`` and the tick it was measured at."""
-        branch = self._branches[frame]
-        if branch.is_static:
-            return branch.poses[0], tick
-        index = bisect_left(branch.ticks, tick)
-        if index < len(branch.ticks) and branch.ticks[index] == tick:
-            return branch.poses[index], tick
+        ticks, frame = branch.series.ticks, branch.child
+        if branch.is_static or ticks[-1] == tick:
+            return branch.pose(-1), tick
+        index = bisect_left(ticks, tick)
+        if index < len(ticks) and ticks[index] == tick:
+            return branch.pose(index), tick
         if index == 0:
-            first = branch.ticks[0]
-            raise lookup_errors.not_yet(branch.parent, frame, first, tick)
-        before, allowed = branch.ticks[index - 1], self._max_age.get(frame, 0)
-        if index < len(branch.ticks):
+            raise lookup_errors.not_yet(branch.parent, frame, ticks[0], tick)
+        before, allowed = ticks[index - 1], self._max_age.get(frame, 0)
+        if index < len(ticks):
             reach = max(1, allowed)
-            if tick - before <= reach and branch.ticks[index] - tick <= reach:
-                return _interpolated(branch, index, tick), before
+            if tick - before <= reach and ticks[index] - tick <= reach:
+                return interpolated(branch, index, tick), before
         if tick - before <= allowed:
-            return branch.poses[index - 1], before
-        is_newest = index == len(branch.ticks)
+            return branch.pose(index - 1), before
+        is_newest = index == len(ticks)
         is_dropped = is_newest and self._published.get(branch.publisher, 0) >= tick
         dropped_by = branch.publisher if is_dropped else ""
         raise lookup_errors.stale(branch.says(), frame, before, tick, allowed, dropped_by)
@@ -254,14 +265,10 @@ class TransformBuffer:
 
     def _discard_before(self, tick: int) -> None:
         self._rivals = {child: one for child, one in self._rivals.items() if one.tick >= tick}
+        self._ways.clear()
         for child, branch in list(self._branches.items()):
-            if branch.is_static:
-                keep = branch.static_tick >= tick
-            else:
-                first = bisect_left(branch.ticks, tick)
-                del branch.ticks[:first], branch.poses[:first]
-                keep = bool(branch.ticks)
-            if not keep:
+            branch.series.discard_before(tick)
+            if not branch.series.ticks:
                 del self._branches[child]
                 rival = self._rivals.get(child)
                 if rival is not None and rival.publisher == branch.publisher:
@@ -285,13 +292,3 @@ class TransformsAtTick:
         pose, oldest = self._buffer.lookup(parent, child, self._tick)
         self.oldest_tick = min(self.oldest_tick, oldest)
         return pose
-
-
-def _interpolated(branch: _Branch, index: int, tick: int) -> SE3:
-    """Linear in position, spherical in rotation, between entries index - 1 and index."""
-    before, after = branch.ticks[index - 1], branch.ticks[index]
-    share = (tick - before) / (after - before)
-    start, end = branch.poses[index - 1], branch.poses[index]
-    rotation = pin.Quaternion(start.rotation).slerp(share, pin.Quaternion(end.rotation))
-    translation = (1.0 - share) * start.translation + share * end.translation
-    return pin.SE3(rotation.toRotationMatrix(), translation)
