@@ -1,0 +1,49 @@
+"""The scripted expert for ReachCube: from where hand and cube are, without memory."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from pydantic import JsonValue
+
+from fairlead.messages import FloatArray
+from fairlead.policy import Actions, Observation
+from fairlead.skill.manifest import SkillManifest
+
+ABOVE_M = 0.045
+"""Of the hand above the cube's centre when it is there."""
+HIGHER = 0.3
+"""So much higher for each metre that it still is beside it: it comes from above."""
+GAIN = 0.5
+"""Of the way that is left, the share that is one step's goal."""
+STEP_M, SCALE_M = 0.014, 0.05
+
+
+class ReachPolicy:
+    """Towards the point above the cube, the hand open."""
+
+    @classmethod
+    def from_options(cls, skill: SkillManifest, options: Mapping[str, JsonValue]) -> ReachPolicy:
+        """It has no options."""
+        return cls(skill.horizon)
+
+    def __init__(self, horizon: int) -> None:
+        self._horizon = horizon
+
+    def infer(self, observation: Observation) -> Actions:
+        """The same row again and again, float32 ``[horizon, 7]``."""
+        return np.tile(reach_row(observation.state), (self._horizon, 1)).astype(np.float32)
+
+    def reset(self) -> None:
+        """Nothing to forget."""
+
+
+def reach_row(state: FloatArray) -> FloatArray:
+    """For a ``mobile_pick_30d`` vector: float64 ``[7]``, in shares of full scale."""
+    way = state[16:19] - state[0:3]  # from the hand to the cube, in base_link
+    way[2] += ABOVE_M + HIGHER * np.linalg.norm(way[:2])
+    row = np.zeros(7)
+    row[:3] = np.clip(GAIN * way, -STEP_M, STEP_M) / SCALE_M
+    row[6] = -1.0
+    return row
