@@ -11,12 +11,13 @@ from fairlead.messages import FloatArray
 from fairlead.policy import Actions, Observation
 from fairlead.skill.manifest import SkillManifest
 
-ABOVE_M = 0.045
+ABOVE_M = 0.1
 """Of the hand above the cube's centre when it is there."""
 HIGHER = 0.3
 """So much higher for each metre that it still is beside it: it comes from above."""
-GAIN = 0.5
-"""Of the way that is left, the share that is one step's goal."""
+GAIN = np.array([0.5, 0.5, 0.25])
+"""Of the way that is left, the share that is one step's goal: down slowly, for the gate reckons with
+all of a chunk, and the table is near."""
 STEP_M, SCALE_M = 0.014, 0.05
 
 

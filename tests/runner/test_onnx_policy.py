@@ -245,4 +245,7 @@ def test_the_numbers_of_two_arms_have_names_of_their_own() -> None:
 
 def test_a_mode_of_one_slot_is_named_as_in_files_that_exist() -> None:
     names = action_names(load_skill("bc-counter-to-cabinet"))
-    assert names[:7] == (*(f"cartesian_delta[{index}]" for index in range(6)), "gripper_position[0]")
+    assert names[:7] == (
+        *(f"cartesian_delta[{index}]" for index in range(6)),
+        "gripper_position[0]",
+    )

@@ -51,10 +51,19 @@ def demo_command(
     ] = False,
     no_video: Annotated[bool, typer.Option("--no-video", help="without a camera")] = False,
     gif: Annotated[bool, typer.Option("--gif", help="the video also as demo.gif")] = False,
+    deployment: Annotated[
+        Path | None,
+        typer.Option(
+            "--deployment", "-d", parser=parse_deployment, metavar="NAME_OR_FILE",
+            help="what to copy; default: panda_mobile_sim",
+        ),
+    ] = None,
+    camera: Annotated[str, typer.Option(help="the simulator's that films")] = DemoWish.camera,
     as_json: JsonOption = False,
-) -> None:
+) -> None:  # fmt: skip
     """Run a skill through its own four services, challenge the gate, write video and timeline."""
-    wish = DemoWish(deployment_path(SOURCE), out, skill, seed, realtime, not no_video, gif)
+    source = deployment or deployment_path(SOURCE)
+    wish = DemoWish(source, out, skill, seed, realtime, not no_video, gif, camera)
     check_wish(wish)
     try:
         with ProgressLine(quiet=as_json) as line:

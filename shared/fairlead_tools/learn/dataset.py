@@ -71,9 +71,7 @@ class Header(msgspec.Struct, frozen=True):
     episodes: tuple[Told, ...] = ()
 
 
-def begin(
-    folder: Path, skill: SkillManifest, robot: str, noise: float, expert: str = ""
-) -> Header:
+def begin(folder: Path, skill: SkillManifest, robot: str, noise: float, expert: str = "") -> Header:
     """A new dataset without episodes.
 
     Raises:
@@ -150,7 +148,9 @@ def same_kind(folders: Sequence[Path]) -> Header:
     """
     headers = [read_header(folder) for folder in folders]
     for folder, one in zip(folders, headers, strict=True):
-        wanted, got = ((h.robot, h.layout, h.rate_hz, h.pictures, h.expert) for h in (headers[0], one))
+        wanted, got = (
+            (h.robot, h.layout, h.rate_hz, h.pictures, h.expert) for h in (headers[0], one)
+        )
         if got != wanted:
             raise ConfigError(expected(f"dataset {folder}", f"one of {wanted}", got))
     return headers[0]

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -34,7 +35,7 @@ def draw_weights(side: int, state_dim: int, out_dim: int, seed: int) -> Weights:
         made[f"c{index}"] = np.zeros(count)
         channels, side = count, (side - size) // stride + 1
     widths = (2 * channels + state_dim, *HIDDEN, out_dim)
-    for index, (fan, width) in enumerate(zip(widths[:-1], widths[1:], strict=True)):
+    for index, (fan, width) in enumerate(pairwise(widths)):
         made[f"w{index}"] = rng.normal(0, (2 / fan) ** 0.5, (fan, width))
         made[f"b{index}"] = np.zeros(width)
     made["places"] = _places(side)

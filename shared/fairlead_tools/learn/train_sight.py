@@ -43,11 +43,11 @@ def train_sight(
         ConfigError: datasets that differ, without an expert's labels, with several pictures or one
             that is not square; a target that is there; jax, optax or onnx not installed.
     """
-    libraries = _libraries()
     header = same_kind(folders)
     require_new(target)
     skill = load_skill(header.skill)
     name = _picture(header, skill)
+    libraries = _libraries()
     found = [one for folder in folders for one in episodes(folder)]
     pictures = np.concatenate([one.pictures[name] for one in found])
     states = np.concatenate([one.states for one in found])

@@ -14,13 +14,13 @@ from robosuite.utils.placement_samplers import UniformRandomSampler
 X_M, Y_M = (-0.14, 0.02), (-0.13, 0.13)
 """Where the cube may lie, from the middle of the table: the camera in the hand sees it there."""
 
-BESIDE_M, ABOVE_M = 0.015, (0.025, 0.065)
+BESIDE_M, ABOVE_M = 0.015, (0.07, 0.115)
 """Success: the point between the fingertips so far beside the cube's centre at most, and so far
 above it."""
 
 
 class ReachCube(Lift):
-    """Success is the hand above the cube, close enough to reach down and grasp it."""
+    """Success is the hand above the cube, from where it could go straight down and grasp it."""
 
     def _load_model(self) -> None:
         self.placement_initializer = UniformRandomSampler(
