@@ -6,6 +6,7 @@ import json
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -79,9 +80,12 @@ def test_the_onnx_file_says_what_jax_says_and_the_recipe_gives_it_again(
 
     monkeypatch.setenv("FAIRLEAD_SKILLS", str(tmp_path))
     trained: list[Weights] = []
-    monkeypatch.setattr(
-        module, "fit_pictures", lambda *given: trained.append(fit_pictures(*given)) or trained[-1]
-    )
+
+    def fit(*given: Any) -> Weights:
+        trained.append(fit_pictures(*given))
+        return trained[-1]
+
+    monkeypatch.setattr(module, "fit_pictures", fit)
     data = drawn_pictures(tmp_path / "d", 3, 4)
     for name in ("one", "two"):
         train_sight([data], SightRecipe(5, 3), tmp_path / name, lambda text: None)

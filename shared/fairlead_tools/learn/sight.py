@@ -125,38 +125,12 @@ def sight_onnx(weights: Weights, name: str, side: int, horizon: int, dim: int) -
     import onnx
     from onnx import TensorProto, helper, numpy_helper
 
-    nodes, seen = [], name
-    for index, (size, stride, _) in enumerate(FILTERS):
-        nodes.append(
-            helper.make_node(
-                "Conv", [seen, f"k{index}", f"c{index}"], [f"seen{index}"],
-                kernel_shape=[size, size], strides=[stride, stride],
-            )
-        )  # fmt: skip
-        seen = f"seen{index}"
-        if index < len(FILTERS) - 1:
-            nodes.append(helper.make_node("Relu", [seen], [f"some{index}"]))
-            seen = f"some{index}"
-    nodes += [
-        helper.make_node("Reshape", [seen, "as_maps"], ["maps"]),
-        helper.make_node("Softmax", ["maps"], ["shares"], axis=2),
-        helper.make_node("MatMul", ["shares", "places"], ["where"]),
-        helper.make_node("Reshape", ["where", "as_row"], ["found"]),
-        helper.make_node("Concat", ["found", "state"], ["layer0"], axis=1),
-    ]
-    for index in range(len(HIDDEN) + 1):
-        last = index == len(HIDDEN)
-        out = "flat" if last else f"sum{index}"
-        nodes.append(helper.make_node("Gemm", [f"layer{index}", f"w{index}", f"b{index}"], [out]))
-        if not last:
-            nodes.append(helper.make_node("Relu", [out], [f"layer{index + 1}"]))
-    nodes.append(helper.make_node("Reshape", ["flat", "as_rows"], ["actions"]))
     filters, value = FILTERS[-1][2], helper.make_tensor_value_info
     shapes = {"as_maps": [1, filters, -1], "as_row": [1, 2 * filters], "as_rows": [1, horizon, dim]}
     arrays = weights | {key: np.array(shape, np.int64) for key, shape in shapes.items()}
     state_dim = len(weights["w0"]) - 2 * filters
     graph = helper.make_graph(
-        nodes,
+        [*_seeing(name), *_deciding()],
         "behaviour cloning from pictures",
         [value(name, TensorProto.FLOAT, [1, 3, side, side]),
          value("state", TensorProto.FLOAT, [1, state_dim])],
@@ -168,3 +142,39 @@ def sight_onnx(weights: Weights, name: str, side: int, horizon: int, dim: int) -
     onnx.checker.check_model(model)
     data: bytes = model.SerializeToString()
     return data
+
+
+def _seeing(name: str) -> list[Any]:
+    """From the picture to the places of its features, ``found``."""
+    from onnx import helper
+
+    nodes, seen = [], name
+    for index, (size, stride, _) in enumerate(FILTERS):
+        weights = [f"k{index}", f"c{index}"]
+        sizes = {"kernel_shape": [size, size], "strides": [stride, stride]}
+        nodes.append(helper.make_node("Conv", [seen, *weights], [f"seen{index}"], **sizes))
+        seen = f"seen{index}"
+        if index < len(FILTERS) - 1:
+            nodes.append(helper.make_node("Relu", [seen], [f"some{index}"]))
+            seen = f"some{index}"
+    return [
+        *nodes,
+        helper.make_node("Reshape", [seen, "as_maps"], ["maps"]),
+        helper.make_node("Softmax", ["maps"], ["shares"], axis=2),
+        helper.make_node("MatMul", ["shares", "places"], ["where"]),
+        helper.make_node("Reshape", ["where", "as_row"], ["found"]),
+    ]
+
+
+def _deciding() -> list[Any]:
+    """From the places and the state to the rows."""
+    from onnx import helper
+
+    nodes = [helper.make_node("Concat", ["found", "state"], ["layer0"], axis=1)]
+    last = len(HIDDEN)
+    for index in range(last + 1):
+        out = "flat" if index == last else f"sum{index}"
+        nodes.append(helper.make_node("Gemm", [f"layer{index}", f"w{index}", f"b{index}"], [out]))
+        if index < last:
+            nodes.append(helper.make_node("Relu", [out], [f"layer{index + 1}"]))
+    return [*nodes, helper.make_node("Reshape", ["flat", "as_rows"], ["actions"])]

@@ -184,8 +184,9 @@ def dataset_told(folder: Path) -> dict[str, Any]:
     """What it is, with the SHA-256 of what is learned from it: states, pictures, labels."""
     header, digest = read_header(folder), hashlib.sha256()
     for one in episodes(folder):
-        for array in (one.states, *one.pictures.values(), one.labels):
-            digest.update(array.tobytes())
+        for data in (one.states.tobytes(), *map(np.ndarray.tobytes, one.pictures.values())):
+            digest.update(data)
+        digest.update(one.labels.tobytes())
     return {
         "skill": header.skill, "skill_hash": header.skill_hash, "noise": header.noise,
         "seeds": [one.seed for one in header.episodes],

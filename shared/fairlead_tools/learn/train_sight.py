@@ -11,8 +11,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from fairlead.errors import ConfigError, expected
+from fairlead.messages import FloatArray
 from fairlead.skill.manifest import SkillManifest, load_skill
 from fairlead_tools.learn.dataset import Header, episodes, same_kind
 from fairlead_tools.learn.sight import fit_pictures, forward, sight_onnx, tensor
@@ -53,37 +55,48 @@ def train_sight(
     states = np.concatenate([one.states for one in found])
     labels = np.concatenate([one.labels for one in found]).astype(np.float64)
     say(f"{len(found)} episodes, {len(labels)} labels of {header.expert}")
-    count, horizon, dim = labels.shape
-    centre, spread = states.mean(0), states.std(0) + LEAST_STD
-    mean, std = labels.mean((0, 1)), labels.std((0, 1))
-    std[std < LEAST_STD] = 0.0
-    inputs = ((states - centre) / spread).astype(np.float32)
-    outputs = ((labels - mean) / np.where(std > 0, std, 1.0)).reshape(count, -1)
-    moving = np.tile(std > 0, horizon)
-    outputs[:, ~moving] = 0.0
-    order = np.random.default_rng(recipe.seed).permutation(count)
-    apart, used = order[: count // HELD_OUT], order[count // HELD_OUT :]
-    weights = fit_pictures(
-        pictures[used], inputs[used], outputs[used].astype(np.float32), recipe.seed,
-        recipe.epochs, say,
-    )  # fmt: skip
-    missed = np.asarray(forward(weights, tensor(pictures[apart]), inputs[apart])) - outputs[apart]
-    error = float((missed[:, moving] ** 2).mean())
-    model = sight_onnx(weights, name, pictures.shape[1], horizon, dim)
-    from fairlead_skill_runner import action_names, state_names
-
-    statistics = {
-        "observation.state": block(state_names(skill), centre, spread),
-        "action": block(action_names(skill), mean, std),
-    }
+    model, statistics, error = _network(skill, name, pictures, states, labels, recipe, say)
     told = {
         "recipe": asdict(recipe), "expert": header.expert, "libraries": libraries,
         "datasets": [dataset_told(folder) for folder in folders],
-        "labels": count, "held_out_error": error,
+        "labels": len(labels), "held_out_error": error,
     }  # fmt: skip
     document = skill.model_dump(mode="json", exclude_defaults=True)
     write_skill(target, document, model, statistics, told)
     say(f"{target}: {len(model) // 1024} KiB; squared error held out: {error:.4f} of a variance")
+
+
+def _network(
+    skill: SkillManifest,
+    name: str,
+    pictures: npt.NDArray[np.uint8],
+    states: FloatArray,
+    labels: FloatArray,
+    recipe: SightRecipe,
+    say: Callable[[str], None],
+) -> tuple[bytes, dict[str, Any], float]:
+    from fairlead_skill_runner import action_names, state_names
+
+    count, horizon, dim = labels.shape
+    centre, spread = states.mean(0), states.std(0) + LEAST_STD
+    mean, std = labels.mean((0, 1)), labels.std((0, 1))
+    std[std < LEAST_STD] = 0.0
+    moving = np.tile(std > 0, horizon)
+    inputs = ((states - centre) / spread).astype(np.float32)
+    outputs = ((labels - mean) / np.where(std > 0, std, 1.0)).reshape(count, -1)
+    outputs = np.where(moving, outputs, 0.0).astype(np.float32)
+    order = np.random.default_rng(recipe.seed).permutation(count)
+    apart, used = order[: count // HELD_OUT], order[count // HELD_OUT :]
+    weights = fit_pictures(
+        pictures[used], inputs[used], outputs[used], recipe.seed, recipe.epochs, say
+    )
+    missed = np.asarray(forward(weights, tensor(pictures[apart]), inputs[apart])) - outputs[apart]
+    error = float((missed[:, moving].astype(np.float64) ** 2).mean())
+    statistics = {
+        "observation.state": block(state_names(skill), centre, spread),
+        "action": block(action_names(skill), mean, std),
+    }
+    return sight_onnx(weights, name, pictures.shape[1], horizon, dim), statistics, error
 
 
 def _picture(header: Header, skill: SkillManifest) -> str:

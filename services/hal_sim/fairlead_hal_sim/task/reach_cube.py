@@ -19,7 +19,7 @@ BESIDE_M, ABOVE_M = 0.015, (0.07, 0.115)
 above it."""
 
 
-class ReachCube(Lift):
+class ReachCube(Lift):  # type: ignore[misc]  # robosuite ships no types
     """Success is the hand above the cube, from where it could go straight down and grasp it."""
 
     def _load_model(self) -> None:
