@@ -151,7 +151,7 @@ def _seeing(name: str) -> list[Any]:
     nodes, seen = [], name
     for index, (size, stride, _) in enumerate(FILTERS):
         weights = [f"k{index}", f"c{index}"]
-        sizes = {"kernel_shape": [size, size], "strides": [stride, stride]}
+        sizes: dict[str, Any] = {"kernel_shape": [size, size], "strides": [stride, stride]}
         nodes.append(helper.make_node("Conv", [seen, *weights], [f"seen{index}"], **sizes))
         seen = f"seen{index}"
         if index < len(FILTERS) - 1:

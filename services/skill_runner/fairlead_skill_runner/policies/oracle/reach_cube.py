@@ -45,9 +45,10 @@ class ReachCubeOracle:
     def from_options(cls, skill: SkillManifest, options: Mapping[str, JsonValue]) -> Self:
         """Raises `ConfigError` for any option, and a skill whose numbers it does not know."""
         checked_model("reach cube oracle", _NoOptions, options)
-        got = (skill.state_contract.layout_name, skill.action_contract.dim)
-        if got != (LAYOUT, ACTION_DIM):
-            raise ConfigError(expected(f"reach cube oracle: {skill.id}", (LAYOUT, ACTION_DIM), got))
+        layout, dim = skill.state_contract.layout_name, skill.action_contract.dim
+        if (layout, dim) != (LAYOUT, ACTION_DIM):
+            what = f"{LAYOUT} and {ACTION_DIM} numbers of an action"
+            raise ConfigError(expected(f"reach cube oracle: {skill.id}", what, f"{layout}, {dim}"))
         return cls(skill.horizon)
 
     def infer(self, observation: Observation) -> Actions:
