@@ -12,7 +12,7 @@ from tests.cli.command import fairlead_command, fairlead_environment
 pytestmark = pytest.mark.processes
 
 ASKED = {
-    "fairlead run ora": "oracle-counter-to-cabinet",
+    "fairlead run oracle-c": "oracle-counter-to-cabinet",
     "fairlead skill show panda-j": "panda-joint-reach",
     "fairlead robot show dual": "dual_panda",
     "fairlead up panda_mu": "panda_mujoco",

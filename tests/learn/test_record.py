@@ -12,7 +12,7 @@ from fairlead.errors import ConfigError
 from fairlead.messages import ResetEpisodeReply
 from fairlead.paths import deployment_path
 from fairlead.skill.manifest import load_skill
-from fairlead_tools.learn.record import record
+from fairlead_tools.learn.record import Teacher, record
 from fairlead_tools.parity.local_episode import LocalEpisode
 from tests.learn.drawn import EXPERT
 
@@ -41,7 +41,13 @@ def test_noise_moves_all_but_switches_and_is_the_seed_s() -> None:
     assert np.abs(first.acted).max() <= 1
 
 
-def test_a_skill_with_pictures_is_refused_before_anything_starts() -> None:
+def test_a_skill_whose_cameras_the_deployment_lacks_is_refused_before_anything_starts() -> None:
     seen = load_skill("pi05-robocasa365-human300-nf4")
-    with pytest.raises(ConfigError, match="expected no pictures and a row for each control period"):
+    with pytest.raises(ConfigError, match="needs camera 'robot0_agentview_left'"):
         next(record(DEPLOYMENT, seen, [5], 0.0, 16, lambda seed, tick: None))
+
+
+def test_an_expert_whose_rows_mean_something_else_is_refused() -> None:
+    teacher = Teacher(load_skill("oracle-reach-cube"))
+    with pytest.raises(ConfigError, match="expected rate, horizon and action_contract of oracle-c"):
+        next(record(DEPLOYMENT, EXPERT, [5], 0.0, 16, lambda seed, tick: None, teacher))

@@ -10,7 +10,7 @@ import pytest
 
 from fairlead.errors import ConfigError
 from fairlead.policy import Observation
-from fairlead.skill.manifest import read_skill
+from fairlead.skill.manifest import load_skill, read_skill
 from fairlead_skill_runner.policies.onnx import OnnxPolicy
 from fairlead_skill_runner.policies.oracle.policy import OraclePolicy
 from fairlead_tools.learn.labels import label, state_beside
@@ -104,3 +104,14 @@ def test_a_skill_that_is_there_is_not_overwritten(tmp_path: Path) -> None:
     (tmp_path / "mine" / "rskill.yaml").write_text("id: mine")
     with pytest.raises(ConfigError, match="expected a folder without a skill"):
         train([data], EXPERT, RECIPE, tmp_path / "mine", lambda text: None)
+
+
+def test_only_the_scripted_expert_s_own_backend_is_cloned(tmp_path: Path) -> None:
+    data = drawn_dataset(tmp_path / "data", drawn_episode(1))
+    clone = load_skill("bc-counter-to-cabinet")  # of the same layout
+    with pytest.raises(ConfigError) as caught:
+        train([data], clone, RECIPE, tmp_path / "mine", lambda text: None)
+    assert str(caught.value) == (
+        "train: bc-counter-to-cabinet: expected the backend oracle, got onnx"
+    )
+    assert not (tmp_path / "mine").exists()

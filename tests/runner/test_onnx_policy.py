@@ -14,8 +14,9 @@ from onnx import TensorProto, helper
 from fairlead.errors import ConfigError, PolicyError
 from fairlead.plugins import POLICIES
 from fairlead.policy import Observation
-from fairlead.skill.manifest import SkillManifest
+from fairlead.skill.manifest import SkillManifest, load_skill
 from fairlead_skill_runner.policies.onnx import OnnxPolicy
+from fairlead_skill_runner.policies.onnx_files import action_names
 from fairlead_skill_runner.policy_worker import PolicyWorker
 from tests.runner.onnx_skill import (
     DIM,
@@ -231,4 +232,20 @@ def test_without_onnxruntime_the_error_says_what_to_install(
     monkeypatch.setattr(builtins, "__import__", without)
     assert refusal(skill) == (
         "onnx policy: the package onnxruntime is not installed: pip install 'fairlead[onnx]'"
+    )
+
+
+def test_the_numbers_of_two_arms_have_names_of_their_own() -> None:
+    names = action_names(load_skill("dual-panda-lift"))
+    assert len(set(names)) == len(names) == 19
+    assert names[0] == "cartesian_twist left_tool[0]"
+    assert names[12] == "cartesian_twist right_tool[5]"
+    assert names[6] == "gripper_binary[0]" and names[18] == "dex_hand_joint[5]"
+
+
+def test_a_mode_of_one_slot_is_named_as_in_files_that_exist() -> None:
+    names = action_names(load_skill("bc-counter-to-cabinet"))
+    assert names[:7] == (
+        *(f"cartesian_delta[{index}]" for index in range(6)),
+        "gripper_position[0]",
     )

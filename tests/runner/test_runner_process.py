@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import itertools
 from collections.abc import Callable
 from pathlib import Path
@@ -19,6 +20,7 @@ from fairlead.messages import (
     decode,
     floats,
 )
+from fairlead.paths import rskill_dir
 from fairlead_skill_runner.trace import read_trace
 from fairlead_tools.supervisor.this_host import free_ports
 from tests.runner.scripted_robot import CLAIM, SKILL
@@ -174,6 +176,28 @@ def test_a_policy_server_that_is_not_there_fails_the_goal_before_anything_is_cla
         "  start one: serve it\n"
         "  or, if one runs elsewhere, in the runner's options in the deployment file:\n"
         "    servers: {oracle-counter-to-cabinet: ADDRESS}"
+    )
+    assert world.claims == []
+
+
+def test_without_onnxruntime_a_goal_says_what_to_install_before_anything_is_claimed(
+    make_world: Callable[..., ScriptedWorld], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    hidden = tmp_path / "hidden"
+    hidden.mkdir()
+    (hidden / "onnxruntime.py").write_text("raise ImportError('hidden')")
+    monkeypatch.setenv("PYTHONPATH", str(hidden))
+    file = rskill_dir(SKILL.id) / "rskill.yaml"  # any: it is compared, then onnxruntime is needed
+    digest = hashlib.sha256(file.read_bytes()).hexdigest()
+    world = make_world()
+    options = {"model": {"file": file.name, "sha256": digest}}
+    world.start_runner({"backend": "onnx", "options": options})
+    ended = world.result(world.start_goal())
+    assert ended.result is not None
+    assert (ended.result.outcome, ended.result.kind) == ("failed", "policy_error")
+    assert ended.result.detail == (
+        "policy worker: loading failed: onnx policy: the package onnxruntime is not installed: "
+        "pip install 'fairlead[onnx]'"
     )
     assert world.claims == []
 

@@ -6,12 +6,14 @@ policy of one's own is a class in the skill's folder (docs/my-first-skill.md).
 
 from fairlead_skill_runner.candidate import dispatch
 from fairlead_skill_runner.fitted_rows import fitted
+from fairlead_skill_runner.observation_buffer import ObservationBuffer
 from fairlead_skill_runner.policies.backends import check_policy_options, policy_class
 from fairlead_skill_runner.policies.onnx_files import action_names, state_names
 from fairlead_skill_runner.policy_server import PolicyServer, served_policy
 from fairlead_skill_runner.trace import TraceRecord, read_trace
 
 __all__ = [
+    "ObservationBuffer",
     "PolicyServer",
     "TraceRecord",
     "action_names",

@@ -37,6 +37,13 @@ from fairlead_tools.record.run_log import Run, newest_log, read_run
 from fairlead_tools.record.timeline import draw_timeline
 
 SOURCE = "panda_mobile_sim"
+CopiedOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--deployment", "-d", parser=parse_deployment, metavar="NAME_OR_FILE",
+        help="what to copy; default: panda_mobile_sim",
+    ),
+]  # fmt: skip
 
 
 @example("fairlead demo --realtime")
@@ -51,10 +58,13 @@ def demo_command(
     ] = False,
     no_video: Annotated[bool, typer.Option("--no-video", help="without a camera")] = False,
     gif: Annotated[bool, typer.Option("--gif", help="the video also as demo.gif")] = False,
+    deployment: CopiedOption = None,
+    camera: Annotated[str, typer.Option(help="the simulator's that films")] = DemoWish.camera,
     as_json: JsonOption = False,
-) -> None:
+) -> None:  # fmt: skip
     """Run a skill through its own four services, challenge the gate, write video and timeline."""
-    wish = DemoWish(deployment_path(SOURCE), out, skill, seed, realtime, not no_video, gif)
+    source = deployment or deployment_path(SOURCE)
+    wish = DemoWish(source, out, skill, seed, realtime, not no_video, gif, camera)
     check_wish(wish)
     try:
         with ProgressLine(quiet=as_json) as line:
@@ -176,13 +186,7 @@ DEADLINE_TICKS = 800
 def parity_command(
     seed: Annotated[int, typer.Option(min=0, max=MAX_NUMBER, help="of the first episode")] = 0,
     skill: Annotated[str, typer.Option(help="folder under rskills/")] = "oracle-counter-to-cabinet",
-    deployment: Annotated[
-        Path | None,
-        typer.Option(
-            "--deployment", "-d", parser=parse_deployment, metavar="NAME_OR_FILE",
-            help="what to copy; default: panda_mobile_sim",
-        ),
-    ] = None,
+    deployment: CopiedOption = None,
     ticks: Annotated[int, typer.Option(min=1, help="longest episode")] = DEADLINE_TICKS,
     episodes: Annotated[int, typer.Option(min=1, max=1000, help="of as many seeds")] = 1,
     random_scale: Annotated[

@@ -45,6 +45,14 @@ def record_command(
         ),
     ] = 0.0,
     ticks: Annotated[int, typer.Option(min=1, help="longest episode")] = 500,
+    expert: Annotated[
+        str | None,
+        typer.Option(help="a scripted skill, asked in each tick", autocompletion=complete_skill),
+    ] = None,
+    beta: Annotated[
+        float,
+        typer.Option(min=0.0, max=1.0, help="share of the answers that the expert acts out"),
+    ] = 1.0,
     deployment: Annotated[
         Path | None,
         typer.Option(
@@ -55,16 +63,18 @@ def record_command(
 ) -> None:  # fmt: skip
     """Record SKILL in simulated episodes, in one process: states, rows, what acted, success.
 
-    No gate judges here; what it would refuse is recorded too.
+    No gate judges here; what it would refuse is recorded too. With --expert, what it would do is
+    recorded beside, and with --beta 1 it acts and SKILL only sees.
     """
     from fairlead_tools.learn.dataset import add, begin
-    from fairlead_tools.learn.record import record
+    from fairlead_tools.learn.record import Teacher, record
 
     wanted = parse_seeds(seeds)[:episodes]
     chosen = load_deployment(deployment or deployment_path(SOURCE))
     manifest = load_skill(installed_skill(skill))
     Admission(manifest, load_robot(chosen.robot)).require()
-    header = begin(out, manifest, chosen.robot, noise)
+    teacher = Teacher(load_skill(installed_skill(expert)), beta) if expert else None
+    header = begin(out, manifest, chosen.robot, noise, expert or "")
     with ProgressLine() as line:
 
         def show(seed: int, tick: int) -> None:
@@ -73,7 +83,7 @@ def record_command(
             count = f"{len(done) + 1} of {len(wanted)}, {won} succeeded"
             line.show(f"seed {seed}, {count} | tick {tick}")
 
-        for episode in record(chosen, manifest, wanted, noise, ticks, show):
+        for episode in record(chosen, manifest, wanted, noise, ticks, show, teacher):
             header = add(out, header, episode)
     won = sum(one.succeeded for one in header.episodes)
     echo(f"{out}: {won} of {len(header.episodes)} episodes succeeded")
@@ -124,15 +134,27 @@ def train_command(
     beside: Annotated[
         int, typer.Option(min=0, help="states beside each second recorded one, labelled too")
     ] = 5,
-    epochs: Annotated[int, typer.Option(min=1, help="how often each label is seen")] = 60,
+    epochs: Annotated[
+        int | None,
+        typer.Option(min=1, help="how often each label is seen; default: 60, with pictures 30"),
+    ] = None,
 ) -> None:
     """Clone a scripted skill from recorded episodes into a new skill with an ONNX policy.
 
-    The expert is asked in each recorded state, so episodes of the clone itself teach it too.
+    The expert is asked in each recorded state, so episodes of the clone itself teach it too. Of
+    episodes with a picture, what dataset record --expert wrote down is learned.
     """
-    from fairlead_tools.learn.train import Recipe, train
+    from fairlead_tools.learn.dataset import read_header
 
-    train(datasets, load_skill(expert), Recipe(seed, beside, epochs), out, echo)
+    if read_header(datasets[0]).pictures:
+        from fairlead_tools.learn.train_sight import SightRecipe, train_sight
+
+        train_sight(datasets, SightRecipe(seed, epochs or SightRecipe.epochs), out, echo)
+    else:
+        from fairlead_tools.learn.train import Recipe, train
+
+        recipe = Recipe(seed, beside, epochs or Recipe.epochs)
+        train(datasets, load_skill(expert), recipe, out, echo)
 
 
 dataset_group = make_group(

@@ -29,16 +29,18 @@ from fairlead_tools.record.timeline import draw_timeline, hold_names
 from fairlead_tools.record.video import captioned, write_video
 from fairlead_tools.supervisor.scratch import Scratch, ScratchOptions, make_scratch, scratch_robot
 
-CAMERA = "overview"
 FRAME_TICKS = 3  # from one frame to the next; rendering in software is slow
-_CAMERA_OPTIONS = {"name": CAMERA, "width": 640, "height": 480, "period_ticks": FRAME_TICKS}
+_CAMERA_OPTIONS = {"width": 640, "height": 480, "period_ticks": FRAME_TICKS}
 DEADLINE_TICKS = 800
 VIDEO, TIMELINE, SUMMARY, STATE = "demo", "timeline.png", "summary.json", "state"
 
 
 @dataclass(frozen=True)
 class DemoWish:
-    """What to show. out: folder for the results; its ``state`` folder is made anew."""
+    """What to show. out: folder for the results; its ``state`` folder is made anew.
+
+    camera: of the simulator's, films; those of the skill are on as the deployment has them.
+    """
 
     source: Path
     out: Path
@@ -47,6 +49,7 @@ class DemoWish:
     realtime: bool
     video: bool
     gif: bool = False
+    camera: str = "overview"
 
 
 @dataclass(frozen=True)
@@ -100,7 +103,12 @@ def run_demo(
 
 
 def _scratch(wish: DemoWish) -> Scratch:
-    hal = {"cameras": [_CAMERA_OPTIONS] if wish.video else [], "seed": wish.seed}
+    deployment = load_deployment(wish.source)
+    seen = {spec.camera for spec in load_skill(wish.skill).images.values()}
+    own = deployment.services[deployment.hal].options.get("cameras", [])
+    cameras = [camera for camera in own if camera["name"] in seen]
+    cameras += [{"name": wish.camera, **_CAMERA_OPTIONS}] if wish.video else []
+    hal = {"cameras": cameras, "seed": wish.seed}
     pacing: Literal["realtime", "lockstep"] = "realtime" if wish.realtime else "lockstep"
     return make_scratch(
         wish.source, wish.out / STATE, ScratchOptions(pacing=pacing, options={"hal": hal})
@@ -116,7 +124,7 @@ def _run(
 ) -> _Shown:
     skill = load_skill(wish.skill)
     client.arm()
-    recorder = Recorder(client.bus, client.keys, [CAMERA] if wish.video else [])
+    recorder = Recorder(client.bus, client.keys, [wish.camera] if wish.video else [])
     say(f"armed; goal: {skill.prompt}")
     began_s = time.monotonic()
     runner = choose_runner(client.deployment, wish.skill)

@@ -3,14 +3,16 @@
 Numbers of one episode, a row for each control period: ``states`` float64 ``[T, n]``, the layout
 vector that the policy would be given; ``rows`` float32 ``[T, dim]``, what the policy said for it;
 ``acted`` float32 ``[T, dim]``, what the robot was given, after the slots' clips and thresholds and
-the noise that was asked for.
+the noise that was asked for. Of a skill that sees pictures also, with the name of each,
+``picture_<name>`` uint8 ``[T, height, width, 3]``. Where an expert was asked, ``labels`` float32
+``[T, H, dim]``, its answer in each of those states.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from zipfile import BadZipFile
 
@@ -24,6 +26,8 @@ from fairlead.skill.manifest import SkillManifest
 
 FILE = "dataset.json"
 _ARRAYS = ("states", "rows", "acted")
+_PICTURE = "picture_"
+NO_LABELS: npt.NDArray[np.float32] = np.zeros((0, 0, 0), np.float32)
 
 
 @dataclass(frozen=True)
@@ -35,6 +39,8 @@ class Episode:
     states: FloatArray
     rows: npt.NDArray[np.float32]
     acted: npt.NDArray[np.float32]
+    pictures: Mapping[str, npt.NDArray[np.uint8]] = field(default_factory=dict)
+    labels: npt.NDArray[np.float32] = field(default_factory=NO_LABELS.copy)
 
 
 class Told(msgspec.Struct, frozen=True):
@@ -49,7 +55,8 @@ class Header(msgspec.Struct, frozen=True):
     """What was recorded.
 
     skill_hash: SHA-256 of the skill's manifest, in hexadecimal digits. noise: most that was added
-    to a number of a row, as a share of its full scale.
+    to a number of a row, as a share of its full scale. expert: that was asked; "" for none.
+    pictures: their names.
     """
 
     skill: str
@@ -59,10 +66,12 @@ class Header(msgspec.Struct, frozen=True):
     prompt: str
     rate_hz: float
     noise: float
+    expert: str = ""
+    pictures: tuple[str, ...] = ()
     episodes: tuple[Told, ...] = ()
 
 
-def begin(folder: Path, skill: SkillManifest, robot: str, noise: float) -> Header:
+def begin(folder: Path, skill: SkillManifest, robot: str, noise: float, expert: str = "") -> Header:
     """A new dataset without episodes.
 
     Raises:
@@ -73,7 +82,7 @@ def begin(folder: Path, skill: SkillManifest, robot: str, noise: float) -> Heade
     folder.mkdir(parents=True, exist_ok=True)
     header = Header(
         skill.id, skill.skill_hash.hex(), robot, skill.state_contract.layout_name, skill.prompt,
-        skill.rate_hz, noise,
+        skill.rate_hz, noise, expert, tuple(skill.images),
     )  # fmt: skip
     _write(folder, header)
     return header
@@ -81,9 +90,10 @@ def begin(folder: Path, skill: SkillManifest, robot: str, noise: float) -> Heade
 
 def add(folder: Path, header: Header, episode: Episode) -> Header:
     """Append one; what the folder holds is whole after each."""
-    np.savez(
-        _path(folder, episode.seed), states=episode.states, rows=episode.rows, acted=episode.acted
-    )
+    arrays = {name: getattr(episode, name) for name in _names(header)}
+    arrays |= {_PICTURE + name: frames for name, frames in episode.pictures.items()}
+    save = np.savez_compressed if episode.pictures else np.savez
+    save(_path(folder, episode.seed), **arrays)
     told = Told(episode.seed, len(episode.states), episode.succeeded)
     header = msgspec.structs.replace(header, episodes=(*header.episodes, told))
     _write(folder, header)
@@ -114,31 +124,40 @@ def episodes(folder: Path) -> Iterator[Episode]:
     Raises:
         ConfigError: a file is missing, or not what `FILE` says.
     """
-    for told in read_header(folder).episodes:
+    header = read_header(folder)
+    names = [*_names(header), *(_PICTURE + name for name in header.pictures)]
+    for told in header.episodes:
         path = _path(folder, told.seed)
         try:
             with path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:
-                arrays = [file[name] for name in _ARRAYS]
+                arrays = {name: file[name] for name in names}
         except (OSError, KeyError, ValueError, BadZipFile) as error:
             raise ConfigError(f"dataset: {path}: no episode: {error}") from None
-        if {len(array) for array in arrays} != {told.ticks}:
-            lengths = [len(array) for array in arrays]
+        lengths = [len(array) for array in arrays.values()]
+        if set(lengths) != {told.ticks}:
             raise ConfigError(expected(f"dataset: {path}", f"{told.ticks} ticks", lengths))
-        yield Episode(told.seed, told.succeeded, *arrays)
+        pictures = {name: arrays.pop(_PICTURE + name) for name in header.pictures}
+        yield Episode(told.seed, told.succeeded, **arrays, pictures=pictures)
 
 
 def same_kind(folders: Sequence[Path]) -> Header:
-    """What several datasets have in common: robot, layout and rate; the first one's header.
+    """What several datasets have in common, what a policy sees and who taught; the first's header.
 
     Raises:
         ConfigError: they differ.
     """
     headers = [read_header(folder) for folder in folders]
     for folder, one in zip(folders, headers, strict=True):
-        wanted, got = ((h.robot, h.layout, h.rate_hz) for h in (headers[0], one))
+        wanted, got = (
+            (h.robot, h.layout, h.rate_hz, h.pictures, h.expert) for h in (headers[0], one)
+        )
         if got != wanted:
             raise ConfigError(expected(f"dataset {folder}", f"one of {wanted}", got))
     return headers[0]
+
+
+def _names(header: Header) -> tuple[str, ...]:
+    return (*_ARRAYS, "labels") if header.expert else _ARRAYS
 
 
 def _path(folder: Path, seed: int) -> Path:

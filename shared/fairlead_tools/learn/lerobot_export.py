@@ -41,7 +41,8 @@ def export_lerobot(folder: Path, target: Path, skill: SkillManifest, failed: boo
         failed: write the others too.
 
     Raises:
-        ConfigError: no episode is left, the folder holds something, pyarrow is not installed.
+        ConfigError: no episode is left, it has pictures, the folder holds something, pyarrow is not
+            installed.
     """
     try:
         import pyarrow as pa
@@ -51,6 +52,9 @@ def export_lerobot(folder: Path, target: Path, skill: SkillManifest, failed: boo
             "export lerobot: the package pyarrow is not installed: pip install 'fairlead[dataset]'"
         ) from None
     header = read_header(folder)
+    if header.pictures:
+        got = ", ".join(header.pictures)
+        raise ConfigError(expected(f"export lerobot: {folder}", "a dataset without pictures", got))
     kept = [one for one in episodes(folder) if one.succeeded or failed]
     if not kept:
         raise ConfigError(expected("export lerobot", "an episode that succeeded", "none: --failed"))

@@ -7,6 +7,8 @@ is refused.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import closing
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,25 +16,34 @@ import numpy.typing as npt
 
 from fairlead.deploy.deployment import Deployment
 from fairlead.errors import ConfigError, expected
-from fairlead.messages import FloatArray
 from fairlead.policy import Actions, Done, Failed, Observation
 from fairlead.robot.manifest import load_robot
 from fairlead.skill.action_contract import ActionContract
 from fairlead.skill.manifest import SkillManifest
 from fairlead.skill.routes import resolve_routes
-from fairlead_tools.learn.dataset import Episode
+from fairlead_tools.learn.dataset import NO_LABELS, Episode
 from fairlead_tools.parity.local_episode import make_policy, observe
+from fairlead_tools.parity.local_eyes import LocalEyes
 
 if TYPE_CHECKING:
-    from fairlead.policy import Policy
     from fairlead_hal_sim import RobosuiteBackend
-    from fairlead_state_assembler import LocalAssembler
 
 SWITCHES = ("gripper_position", "gripper_binary", "composite_mode")
 """What noise leaves alone."""
 
 LESS = 0.12 / 0.35
 """Of what a tool's translation gets, what turns and bases get: more, and the expert fails."""
+
+
+@dataclass(frozen=True)
+class Teacher:
+    """An expert without memory, which says in each tick what it would do.
+
+    beta: share of the answers that act which are the expert's, drawn with the seed; as in DAgger.
+    """
+
+    skill: SkillManifest
+    beta: float = 1.0
 
 
 def record(
@@ -42,6 +53,7 @@ def record(
     noise: float,
     most_ticks: int,
     on_tick: Callable[[int, int], None],
+    teacher: Teacher | None = None,
 ) -> Iterator[Episode]:
     """Run the skill once in a new episode of each seed.
 
@@ -49,28 +61,39 @@ def record(
         noise: standard deviation, as a share of full scale, of what is added to the numbers of an
             answer, the same for all its rows; each episode has up to this, drawn with its seed.
         on_tick: told of seed and tick.
+        teacher: with a beta of 1 the skill's own policy is not asked, and need not be there.
 
     Raises:
-        ConfigError: the skill has pictures, or its rows are not the simulator's steps.
+        ConfigError: rows are not the simulator's steps or not the expert's, a camera that the
+            skill wants is missing.
     """
     from fairlead_hal_sim import RobosuiteBackend, read_options
-    from fairlead_state_assembler import LocalAssembler
 
     robot = load_robot(deployment.robot)
-    if skill.images or skill.control_periods(robot.tick_period_ns) != 1:
+    if skill.control_periods(robot.tick_period_ns) != 1:
         raise ConfigError(
-            expected(f"dataset record: skill {skill.id}", "no pictures and a row for each control "
-                     "period", f"{len(skill.images)} pictures, {skill.rate_hz:g} rows/s")
+            expected(f"dataset record: skill {skill.id}", "a row for each control period",
+                     f"{skill.rate_hz:g} rows/s")
+        )  # fmt: skip
+    if teacher is not None and not _same_rows(teacher.skill, skill):
+        raise ConfigError(
+            expected(f"dataset record: expert {teacher.skill.id}", "rate, horizon and "
+                     f"action_contract of {skill.id}", "others")
         )  # fmt: skip
     hal = deployment.only("hal_sim")
     options = read_options(hal, deployment.services[hal].options)
-    backend = RobosuiteBackend(options.model_copy(update={"cameras": ()}), robot.tick_period_ns)
-    try:
-        run = _Runs(deployment, skill, backend, LocalAssembler(robot), make_policy(skill))
+    with (
+        closing(LocalEyes(options, robot, skill)) as eyes,
+        closing(RobosuiteBackend(options, robot.tick_period_ns)) as backend,
+    ):
+        run = _Runs(deployment, skill, backend, eyes, teacher)
         for seed in seeds:
             yield run.episode(seed, noise, most_ticks, on_tick)
-    finally:
-        backend.close()
+
+
+def _same_rows(one: SkillManifest, other: SkillManifest) -> bool:
+    first, second = ((s.rate_hz, s.horizon, s.action_contract) for s in (one, other))
+    return first == second
 
 
 class _Runs:
@@ -81,12 +104,18 @@ class _Runs:
         deployment: Deployment,
         skill: SkillManifest,
         backend: RobosuiteBackend,
-        assembler: LocalAssembler,
-        policy: Policy,
+        eyes: LocalEyes,
+        teacher: Teacher | None,
     ) -> None:
-        self._skill, self._backend = skill, backend
-        self._assembler, self._policy = assembler, policy
-        self._routes = resolve_routes(skill.action_contract, load_robot(deployment.robot))
+        from fairlead_state_assembler import LocalAssembler
+
+        robot = load_robot(deployment.robot)
+        self._skill, self._backend, self._eyes = skill, backend, eyes
+        self._assembler, self._teacher = LocalAssembler(robot), teacher
+        self._expert = make_policy(teacher.skill) if teacher else None
+        acts = teacher is None or teacher.beta < 1
+        self._policy = make_policy(skill) if acts else None
+        self._routes = resolve_routes(skill.action_contract, robot)
 
     def episode(
         self, seed: int, noise: float, most_ticks: int, on_tick: Callable[[int, int], None]
@@ -96,34 +125,70 @@ class _Runs:
 
         rng = np.random.default_rng(seed)
         scale = noise * rng.uniform() * _noisy(self._skill.action_contract)
-        self._policy.reset()
-        self._backend.reset(seed)
-        self._backend.apply({})  # a host holds one tick
-        states: list[FloatArray] = []
+        self._begin(seed)
+        seen: list[Observation] = []
+        labels: list[Actions] = []
         said: list[Actions] = []
         acted: list[Actions] = []
         rows: Actions = np.zeros((0, 0), np.float32)
         given, index = rows, 0
         succeeded = False
-        while len(states) < most_ticks and not succeeded:
-            state = observe(self._assembler, self._backend, self._skill)
+        while len(seen) < most_ticks and not succeeded:
+            observation, label = self._see(len(seen) + 1)
             if index >= min(len(rows), self._skill.execute_steps):
-                answer = self._policy.infer(Observation(len(states) + 1, state, self._skill.prompt))
+                answer = self._answer(observation, label, rng)
                 if isinstance(answer, Done | Failed):
                     break
                 rows, index = answer, 0
                 added = scale * rng.standard_normal(len(scale))
                 given = fitted(self._routes, np.clip(rows + added, -1, 1).astype(np.float32)
                                if noise else rows)  # fmt: skip
-            states.append(state)
+            seen.append(observation)
+            labels += [] if label is None else [label]
             said.append(rows[index])
             acted.append(given[index].copy())
             self._backend.env.step(given[index].copy())  # turns the base's numbers in place
             index += 1
             task = self._backend.task()
             succeeded = task is not None and task.success
-            on_tick(seed, len(states))
-        return Episode(seed, succeeded, np.array(states), np.array(said), np.array(acted))
+            on_tick(seed, len(seen))
+        pictures = {name: np.array([o.images[name] for o in seen]) for name in self._skill.images}
+        return Episode(seed, succeeded, np.array([o.state for o in seen]), np.array(said),
+                       np.array(acted), pictures, np.array(labels or NO_LABELS))  # fmt: skip
+
+    def _begin(self, seed: int) -> None:
+        """Reset all; a host holds one tick then."""
+        for policy in (self._policy, self._expert):
+            if policy is not None:
+                policy.reset()
+        self._eyes.begin(0)
+        self._backend.reset(seed)
+        self._eyes.look(0, self._backend)
+        self._backend.apply({})
+
+    def _see(self, tick: int) -> tuple[Observation, Actions | None]:
+        """What the policy sees in a tick, and the expert's answer there."""
+        state = observe(self._assembler, self._backend, self._skill)
+        self._eyes.look(tick, self._backend)
+        observation = self._eyes.observation(tick, state)
+        if self._expert is None or self._teacher is None:
+            return observation, None
+        contract = self._teacher.skill.state_contract
+        known = Observation(tick, self._assembler.assemble(contract), self._skill.prompt)
+        rows = self._expert.infer(known)
+        if isinstance(rows, Done | Failed) or len(rows) != self._skill.horizon:
+            got = type(rows).__name__ if isinstance(rows, Done | Failed) else f"{len(rows)} rows"
+            who, wanted = f"expert {self._teacher.skill.id}", f"{self._skill.horizon} rows"
+            raise ConfigError(expected(f"dataset record: {who}", wanted, got))
+        return observation, rows
+
+    def _answer(
+        self, observation: Observation, label: Actions | None, rng: np.random.Generator
+    ) -> Actions | Done | Failed:
+        if self._teacher is not None and label is not None and rng.uniform() < self._teacher.beta:
+            return label
+        assert self._policy is not None, "made unless the expert always acts"
+        return self._policy.infer(observation)
 
 
 def _noisy(contract: ActionContract) -> npt.NDArray[np.float64]:

@@ -24,8 +24,8 @@ from fairlead_tools.parity.local_episode import make_policy
 
 LAYOUT, EXPERT = "mobile_pick_30d", "oracle"
 MODEL, STATISTICS, RECIPE = "policy.onnx", "stats.json", "training.json"
-_LEAST_STD = 1e-3
-_HELD_OUT = 20  # one of so many labels measures, and trains nothing
+LEAST_STD = 1e-3
+HELD_OUT = 20  # one of so many labels measures, and trains nothing
 
 
 @dataclass(frozen=True)
@@ -65,30 +65,58 @@ def train(
         raise ConfigError(
             expected(f"train: {expert.id}", f"the backend {EXPERT}", expert.policy.backend)
         )
-    if (target / "rskill.yaml").exists():
-        raise ConfigError(expected("train: --out", "a folder without a skill", target))
+    require_new(target)
     policy = make_policy(_without_memory(expert))
     found = [one for folder in folders for one in episodes(folder)]
     say(f"{len(found)} episodes; asking {expert.id} in each state and {recipe.beside} beside it")
     labels = label(policy, found, recipe.beside, recipe.seed)
     say(f"{len(labels.states)} labels; training {recipe.epochs} epochs")
     model, statistics, error = _network(labels, recipe, expert)
-    target.mkdir(parents=True, exist_ok=True)
-    (target / MODEL).write_bytes(model)
-    written = json.dumps(statistics, indent=1) + "\n"
-    (target / STATISTICS).write_text(written, encoding="utf-8")
-    hashes = {MODEL: _sha256(model), STATISTICS: _sha256(written.encode())}
-    (target / "rskill.yaml").write_text(
-        yaml.safe_dump(_manifest(target.name, expert, recipe, hashes), sort_keys=False),
-        encoding="utf-8",
-    )
     told = {
         "recipe": asdict(recipe), "expert": expert.id, "libraries": libraries,
-        "datasets": [_dataset(folder) for folder in folders],
-        "labels": len(labels.states), "held_out_error": error, "sha256": hashes,
+        "datasets": [dataset_told(folder) for folder in folders],
+        "labels": len(labels.states), "held_out_error": error,
     }  # fmt: skip
-    (target / RECIPE).write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
+    write_skill(target, _fitted_slots(expert, recipe), model, statistics, told)
     say(f"{target}: {len(model) // 1024} KiB; squared error held out: {error:.4f} of a variance")
+
+
+def require_new(target: Path) -> None:
+    """Raises `ConfigError` for a folder with a skill."""
+    if (target / "rskill.yaml").exists():
+        raise ConfigError(expected("train: --out", "a folder without a skill", target))
+
+
+def write_skill(
+    target: Path,
+    document: dict[str, Any],
+    model: bytes,
+    statistics: dict[str, Any],
+    told: dict[str, Any],
+) -> None:
+    """The skill's four files: manifest, network, statistics, and how they came about.
+
+    Args:
+        document: the manifest's, but for id and policy; ``images`` of it are the network's inputs.
+    """
+    target.mkdir(parents=True, exist_ok=True)
+    written = json.dumps(statistics, indent=1) + "\n"
+    (target / MODEL).write_bytes(model)
+    (target / STATISTICS).write_text(written, encoding="utf-8")
+    hashes = {MODEL: sha256(model), STATISTICS: sha256(written.encode())}
+    files = [{"file": file, "sha256": digest} for file, digest in hashes.items()]
+    options: dict[str, Any] = {"model": files[0], "statistics": files[1] | {"form": "mean_std"}}
+    if document.get("images"):
+        options["images"] = {name: {"input": name} for name in document["images"]}
+    made = document | {
+        "id": target.name,
+        "model_family": "behaviour_cloning",
+        "policy": {"backend": "onnx", "options": options},
+    }
+    text = yaml.safe_dump(made, sort_keys=False)
+    (target / "rskill.yaml").write_text(text, encoding="utf-8")
+    recipe = json.dumps(told | {"sha256": hashes}, indent=1) + "\n"
+    (target / RECIPE).write_text(recipe, encoding="utf-8")
 
 
 def _without_memory(expert: SkillManifest) -> SkillManifest:
@@ -116,33 +144,32 @@ def _network(
 
     count, horizon, dim = labels.rows.shape
     rows = labels.rows.astype(np.float64)
-    centre, spread = labels.states.mean(0), labels.states.std(0) + _LEAST_STD
+    centre, spread = labels.states.mean(0), labels.states.std(0) + LEAST_STD
     mean, std = rows.mean((0, 1)), rows.std((0, 1))
-    std[std < _LEAST_STD] = 0.0
+    std[std < LEAST_STD] = 0.0
     outputs = ((rows - mean) / np.where(std > 0, std, 1.0)).reshape(count, -1)
     outputs[:, np.tile(std == 0, horizon)] = 0.0
     seen = features(centre, spread)
     inputs = seen((labels.states - centre) / spread)
     order = np.random.default_rng(recipe.seed).permutation(count)
-    apart, used = order[: count // _HELD_OUT], order[count // _HELD_OUT :]
+    apart, used = order[: count // HELD_OUT], order[count // HELD_OUT :]
     net = fit(inputs[used], outputs[used], recipe.seed, recipe.widths, recipe.epochs)
     moving = np.tile(std > 0, horizon)
     error = float(((net.predict(inputs[apart]) - outputs[apart])[:, moving] ** 2).mean())
     statistics = {
-        "observation.state": _block(state_names(expert), centre, spread),
-        "action": _block(action_names(expert), mean, std),
+        "observation.state": block(state_names(expert), centre, spread),
+        "action": block(action_names(expert), mean, std),
     }
     return onnx_bytes(seen, net, horizon, dim), statistics, error
 
 
-def _block(names: Sequence[str], mean: Any, std: Any) -> dict[str, Any]:
+def block(names: Sequence[str], mean: Any, std: Any) -> dict[str, Any]:
+    """Of a file of statistics, one feature."""
     return {"names": list(names), "mean": mean.tolist(), "std": std.tolist()}
 
 
-def _manifest(
-    name: str, expert: SkillManifest, recipe: Recipe, hashes: dict[str, str]
-) -> dict[str, Any]:
-    """The expert's, with the network, and with clips and thresholds: a network overshoots."""
+def _fitted_slots(expert: SkillManifest, recipe: Recipe) -> dict[str, Any]:
+    """The expert's manifest with clips and thresholds: a network overshoots."""
     document = expert.model_dump(mode="json", exclude_defaults=True)
     for slot in document["action_contract"]["slots"]:
         mode = slot.get("control_mode")
@@ -150,27 +177,24 @@ def _manifest(
             slot["threshold"] = 0.0
         elif mode is not None:
             slot["clip"] = [-1.0, 1.0]
-    model, statistics = ({"file": file, "sha256": hashes[file]} for file in (MODEL, STATISTICS))
-    options = {"model": model, "statistics": statistics | {"form": "mean_std"}}
-    return document | {
-        "id": name,
-        "model_family": "behaviour_cloning",
-        "policy": {"backend": "onnx", "options": options},
-        "execute_steps": recipe.execute_steps,
-    }
+    return document | {"execute_steps": recipe.execute_steps}
 
 
-def _dataset(folder: Path) -> dict[str, Any]:
-    """What it is, with the SHA-256 of its states: all that is learned from it."""
-    header = read_header(folder)
-    states = b"".join(one.states.tobytes() for one in episodes(folder))
+def dataset_told(folder: Path) -> dict[str, Any]:
+    """What it is, with the SHA-256 of what is learned from it: states, pictures, labels."""
+    header, digest = read_header(folder), hashlib.sha256()
+    for one in episodes(folder):
+        for data in (one.states.tobytes(), *map(np.ndarray.tobytes, one.pictures.values())):
+            digest.update(data)
+        digest.update(one.labels.tobytes())
     return {
         "skill": header.skill, "skill_hash": header.skill_hash, "noise": header.noise,
         "seeds": [one.seed for one in header.episodes],
         "succeeded": sum(one.succeeded for one in header.episodes),
-        "states_sha256": _sha256(states),
+        "states_sha256": digest.hexdigest(),
     }  # fmt: skip
 
 
-def _sha256(data: bytes) -> str:
+def sha256(data: bytes) -> str:
+    """In hexadecimal digits."""
     return hashlib.sha256(data).hexdigest()

@@ -15,6 +15,7 @@ from fairlead.errors import ServiceError
 from fairlead.messages import ResetEpisodeReply
 from fairlead.operate.goal import Progress
 from fairlead.operate.goal_run import GoalOptions, run_goal
+from fairlead.skill.manifest import load_skill
 from fairlead_tools.parity.episode_trace import EpisodeTrace
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch, scratch_robot
 
@@ -61,7 +62,7 @@ def deployed_episodes(
         ServiceError: a service failed, or the goal did for another reason than the task.
     """
     options: dict[str, dict[str, Any]] = {
-        "hal": {"trace": True, "cameras": []},
+        "hal": {"trace": True, **({} if load_skill(wish.skill).images else {"cameras": []})},
         "runner": {"trace": True},
     }
     scratch = make_scratch(source, folder, ScratchOptions(pacing="lockstep", options=options))

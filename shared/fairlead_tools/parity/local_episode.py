@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from contextlib import closing
 from typing import TYPE_CHECKING, Any
 
@@ -12,11 +11,12 @@ from fairlead.deploy.deployment import Deployment
 from fairlead.errors import ConfigError
 from fairlead.messages import ResetEpisodeReply
 from fairlead.plugins import POLICIES
-from fairlead.policy import Done, Failed, Observation
+from fairlead.policy import Done, Failed
 from fairlead.robot.manifest import load_robot
 from fairlead.skill.manifest import SkillManifest
 from fairlead.skill.routes import resolve_routes
 from fairlead_tools.parity.episode_trace import EpisodeTrace
+from fairlead_tools.parity.local_eyes import LocalEyes
 
 if TYPE_CHECKING:
     from fairlead.policy import Policy
@@ -50,15 +50,20 @@ class LocalEpisode:
             )
         hal = deployment.only("hal_sim")
         options = read_options(hal, deployment.services[hal].options)
-        plain = options.model_copy(update={"cameras": ()})
         self._skill, self._first_tick = skill, reset.tick - reset.held_ticks
         self._assembler, self._policy = LocalAssembler(robot), make_policy(skill)
         self._routes = resolve_routes(skill.action_contract, robot)
-        self._backend = RobosuiteBackend(plain, robot.tick_period_ns)
+        self._backend = RobosuiteBackend(options, robot.tick_period_ns)
         self.trace = EpisodeTrace()
         try:
+            self._eyes = LocalEyes(options, robot, skill)
+        except BaseException:
+            self._backend.close()
+            raise
+        try:
+            self._eyes.begin(self._first_tick)
             self._backend.reset(seed)
-            _hold(self.trace, self._backend, reset.held_ticks)
+            self._hold(reset.held_ticks)
         except BaseException:
             self.close()
             raise
@@ -77,19 +82,39 @@ class LocalEpisode:
         from fairlead_skill_runner import fitted
 
         state = observe(self._assembler, self._backend, self._skill)
-        tick = self._first_tick + len(self.trace.packed)
-        actions = self._policy.infer(Observation(tick, state, self._skill.prompt))
+        self._eyes.look(self._tick, self._backend)
+        actions = self._policy.infer(self._eyes.observation(self._tick, state))
         if isinstance(actions, Done | Failed):
             return False
         sent = fitted(self._routes, np.asarray(actions, dtype="<f4"))
         self.trace.observations.append(state.astype("<f8").tobytes())
         self.trace.actions.append(sent.tobytes())
-        _execute(self.trace, self._backend, sent[: self._skill.execute_steps])
+        for index, row in enumerate(sent[: self._skill.execute_steps]):
+            if index:  # the first tick's frames are there
+                self._eyes.look(self._tick, self._backend)
+            _note_state(self.trace, self._backend)
+            vector = np.array(row, dtype=np.float32)
+            self.trace.packed.append(vector.tobytes())
+            self._backend.env.step(vector)  # turns the base's numbers in place: ours to lose
         return True
 
     def close(self) -> None:
-        """Free the simulator."""
+        """Free the simulator, end its camera process."""
+        self._eyes.close()
         self._backend.close()
+
+    @property
+    def _tick(self) -> int:
+        return self._first_tick + len(self.trace.packed)
+
+    def _hold(self, ticks: int) -> None:
+        """What the host does until the robot stands still after a reset."""
+        for _ in range(ticks):
+            self._eyes.look(self._tick, self._backend)
+            _note_state(self.trace, self._backend)
+            self._backend.apply({})
+            assert self._backend.last_packed is not None
+            self.trace.packed.append(self._backend.last_packed.tobytes())
 
 
 def local_episode(
@@ -109,23 +134,6 @@ def local_episode(
             pass
         episode.trace.succeeded = episode.succeeded
         return episode.trace
-
-
-def _hold(episode: EpisodeTrace, backend: RobosuiteBackend, ticks: int) -> None:
-    """What the host does until the robot stands still after a reset."""
-    for _ in range(ticks):
-        _note_state(episode, backend)
-        backend.apply({})
-        assert backend.last_packed is not None
-        episode.packed.append(backend.last_packed.tobytes())
-
-
-def _execute(episode: EpisodeTrace, backend: RobosuiteBackend, rows: Iterable[Any]) -> None:
-    for row in rows:
-        _note_state(episode, backend)
-        vector = np.array(row, dtype=np.float32)
-        episode.packed.append(vector.tobytes())
-        backend.env.step(vector)  # turns the base's numbers in place: ours to lose
 
 
 def make_policy(skill: SkillManifest) -> Policy:

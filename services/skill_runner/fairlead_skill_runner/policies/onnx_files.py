@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -94,12 +95,22 @@ def state_names(skill: SkillManifest) -> tuple[str, ...]:
 
 
 def action_names(skill: SkillManifest) -> tuple[str, ...]:
-    """What they call each number of an action: its slot's name and its index in it."""
+    """What they call each number of an action: its mode and a count of that mode's numbers.
+
+    Where several slots have one mode, also whose it is: an end effector, or a joint.
+    """
     contract = skill.action_contract
     names = [f"discard[{index}]" for index in range(contract.dim)]
+    slots = Counter(slot.control_mode for slot in contract.routed)
+    counted: Counter[str] = Counter()
     for slot in contract.routed:
         for index in range(slot.width):
-            names[slot.first + index] = f"{slot.control_mode}[{index}]"
+            name = f"{slot.control_mode}"
+            if slots[slot.control_mode] > 1:
+                whose = slot.joint_names[index] if slot.joint_names else slot.ee
+                name += f" {whose}" if whose else ""
+            names[slot.first + index] = f"{name}[{counted[name]}]"
+            counted[name] += 1
     return tuple(names)
 
 

@@ -1,0 +1,165 @@
+"""A skill that sees: recorded with its pictures, trained from them, blind without, deployed."""
+
+from __future__ import annotations
+
+import json
+from contextlib import closing
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from bench.equipment.rendering import CAN_RENDER
+from fairlead.deploy.deployment import load_deployment
+from fairlead.errors import ConfigError
+from fairlead.messages import ResetEpisodeReply
+from fairlead.paths import deployment_path
+from fairlead.policy import Actions, Done, Failed, Observation, Policy
+from fairlead.skill.manifest import load_skill, read_skill
+from fairlead_skill_runner.policies.onnx import OnnxPolicy
+from fairlead_tools.learn.dataset import Episode, add, begin, episodes
+from fairlead_tools.learn.lerobot_export import export_lerobot
+from fairlead_tools.learn.record import Teacher, record
+from fairlead_tools.learn.train_sight import SightRecipe, train_sight
+from fairlead_tools.parity import local_episode
+from fairlead_tools.parity.local_episode import LocalEpisode
+from tests.cli.command import fairlead
+
+NAME = "ur5e_robosuite_cameras"
+DEPLOYMENT = load_deployment(deployment_path(NAME))
+CLONE, EXPERT = load_skill("bc-reach-cube"), load_skill("oracle-reach-cube")
+SEED = 200
+RESET = ResetEpisodeReply(tick=2, episode_tick=1, held_ticks=1)
+renders = pytest.mark.skipif(not CAN_RENDER, reason="no rendering library on this machine")
+
+
+def drawn(seed: int, ticks: int = 40) -> Episode:
+    """Pictures and states that are drawn; the label of a tick is where its red patch is."""
+    rng = np.random.default_rng(seed)
+    frames = rng.integers(180, 255, (ticks, 64, 64, 3), np.uint8)
+    labels = np.zeros((ticks, 4, 7), np.float32)
+    for frame, label in zip(frames, labels, strict=True):
+        row, column = rng.integers(4, 56, 2)
+        frame[row : row + 6, column : column + 6] = (200, 30, 30)
+        label[:, 0], label[:, 1], label[:, 6] = row / 64, column / 64, -1
+    states = rng.normal(size=(ticks, 8))
+    return Episode(seed, True, states, labels[:, 0], labels[:, 0], {"eye": frames}, labels)
+
+
+def drawn_pictures(folder: Path, *seeds: int, expert: str = EXPERT.id) -> Path:
+    header = begin(folder, CLONE, "ur5e", 0.0, expert)
+    for seed in seeds:
+        header = add(folder, header, drawn(seed))
+    return folder
+
+
+def test_a_dataset_with_pictures_gives_back_what_was_written(tmp_path: Path) -> None:
+    (found,) = episodes(drawn_pictures(tmp_path / "d", 3))
+    np.testing.assert_array_equal(found.pictures["eye"], drawn(3).pictures["eye"])
+    np.testing.assert_array_equal(found.labels, drawn(3).labels)
+    with pytest.raises(ConfigError, match="expected a dataset without pictures, got eye"):
+        export_lerobot(tmp_path / "d", tmp_path / "l", CLONE, failed=False)
+
+
+def test_pictures_that_nobody_labelled_train_nothing(tmp_path: Path) -> None:
+    data = drawn_pictures(tmp_path / "d", 3, expert="")
+    with pytest.raises(ConfigError, match="expected labels of an expert, got none: dataset record"):
+        train_sight([data], SightRecipe(), tmp_path / "mine", print)
+
+
+def test_the_onnx_file_says_what_jax_says_and_the_recipe_gives_it_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The reference is jax's own forward pass, with the weights that it trained."""
+    pytest.importorskip("jax", reason="no jax: pip install 'fairlead[train-pictures]'")
+    pytest.importorskip("optax", reason="no optax")
+    from fairlead_tools.learn import train_sight as module
+    from fairlead_tools.learn.sight import Weights, fit_pictures, forward, tensor
+
+    monkeypatch.setenv("FAIRLEAD_SKILLS", str(tmp_path))
+    trained: list[Weights] = []
+
+    def fit(*given: Any) -> Weights:
+        trained.append(fit_pictures(*given))
+        return trained[-1]
+
+    monkeypatch.setattr(module, "fit_pictures", fit)
+    data = drawn_pictures(tmp_path / "d", 3, 4)
+    for name in ("one", "two"):
+        train_sight([data], SightRecipe(5, 3), tmp_path / name, lambda text: None)
+    first, again = ((tmp_path / name / "policy.onnx").read_bytes() for name in ("one", "two"))
+    assert first == again
+    skill = read_skill(tmp_path / "one")
+    policy = OnnxPolicy.from_options(skill, skill.policy.options)
+    told = json.loads((tmp_path / "one" / "stats.json").read_text())
+    state, action = (told[key] for key in ("observation.state", "action"))
+    episode = drawn(9)
+    pictures = episode.pictures["eye"][:8]
+    inputs = (episode.states[:8] - state["mean"]) / (np.array(state["std"]) + 1e-8)
+    wanted = np.asarray(forward(trained[0], tensor(pictures), inputs.astype(np.float32)))
+    for index, rows in enumerate(wanted.reshape(8, 4, 7)):
+        seen = Observation(1, episode.states[index], "", {"eye": pictures[index]})
+        restored = rows * np.array(action["std"]) + action["mean"]
+        np.testing.assert_allclose(policy.infer(seen), restored, rtol=1e-4, atol=1e-5)
+
+
+@renders
+@pytest.mark.simulator
+@pytest.mark.processes
+def test_a_recording_sees_and_does_what_a_policy_in_one_process_does_bit_for_bit() -> None:
+    [one] = record(DEPLOYMENT, CLONE, [SEED], 0.0, 8, lambda seed, tick: None, Teacher(EXPERT, 0.0))
+    with closing(LocalEpisode(DEPLOYMENT, CLONE, SEED, RESET)) as local:
+        assert local.act() and local.act()
+        trace = local.trace
+    assert [state.tobytes() for state in one.states[::4]] == trace.observations
+    assert [row.tobytes() for row in one.acted] == trace.packed[1:]
+    eye = one.pictures["eye"].astype(int)
+    assert eye.shape == (8, 64, 64, 3) and one.labels.shape == (8, 4, 7)
+    red = (eye[..., 0] > 100) & (eye[..., 1] < 90)
+    assert (red.sum((1, 2)) > 10).all(), "the cube is in sight"
+    assert (eye[0] != eye[-1]).any()
+
+
+class _Blind:
+    """The policy, for which every picture is black."""
+
+    def __init__(self, policy: Policy) -> None:
+        self._policy, self._black = policy, np.zeros((64, 64, 3), np.uint8)
+
+    def infer(self, observation: Observation) -> Actions | Done | Failed:
+        return self._policy.infer(replace(observation, images={"eye": self._black}))
+
+    def reset(self) -> None:
+        self._policy.reset()
+
+
+@renders
+@pytest.mark.simulator
+@pytest.mark.processes
+@pytest.mark.timeout(300)
+def test_with_its_eye_shut_it_does_not_get_there(monkeypatch: pytest.MonkeyPatch) -> None:
+    made = local_episode.make_policy
+    for make, succeeds in ((made, True), (lambda skill: _Blind(made(skill)), False)):
+        monkeypatch.setattr(local_episode, "make_policy", make)
+        with closing(LocalEpisode(DEPLOYMENT, CLONE, SEED, RESET)) as local:
+            while len(local.trace.packed) < 120 and not local.succeeded:
+                local.act()
+            assert local.succeeded is succeeds
+
+
+@renders
+@pytest.mark.simulator
+@pytest.mark.processes
+@pytest.mark.timeout(300)
+def test_deployed_it_reaches_the_cube_and_no_bit_differs(tmp_path: Path) -> None:
+    done = fairlead(
+        "parity", "--json", "--skill", CLONE.id, "-d", NAME, "--seed", str(SEED),
+        "--out", str(tmp_path / "out"), state=tmp_path / "registry",
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout + done.stderr
+    report = json.loads(done.stdout)
+    (episode,) = report["episodes"]
+    assert (report["same"], episode["succeeded"], episode["held"]) == (True, True, 0)
+    assert [row["quantity"] for row in report["policy"]] == ["observations", "actions"]
