@@ -60,7 +60,7 @@ def messages(robot: RobotManifest, frames: dict[str, str], tick: int) -> tuple[b
 
 
 def measure(skill_id: str, ticks: int) -> dict[str, float]:
-    """Medians of a tick [us]: ``joints_us`` to the layout, ``transforms_us`` before, ``links_us``."""
+    """Medians of a tick [us]: ``joints_us`` to the layout, ``transforms_us``, ``links_us``."""
     skill = load_skill(skill_id)
     robot = load_robot(skill.embodiments[0])
     core = AssemblerCore(robot, Publishers())
