@@ -11,8 +11,4 @@ NOT_RUN: tuple[NotRun, ...] = (
     ),
     NotRun(24, "peer with a default configuration", "no access control yet"),
     NotRun(25, "expired, revoked or wrong certificate", "no certificates yet"),
-    NotRun(
-        30, "camera stalls, repeats, goes black",
-        "needs rendering: tests/hal/test_cameras.py, tests/system/test_camera_skills.py",
-    ),
 )  # fmt: skip

@@ -6,6 +6,7 @@ The test writes the fault's name into the file that `FAULT_FILE` names; empty: n
 from __future__ import annotations
 
 import os
+import queue
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -13,8 +14,10 @@ from pathlib import Path
 
 import numpy as np
 
-from fairlead.hal.backend import FramePose, Measurement, PartCommand
+from fairlead.hal.backend import BackendDescription, FramePose, Measurement, PartCommand
 from fairlead.hal.process import Equipment, run_hal
+from fairlead.messages import HalCamera, Image
+from fairlead.robot.manifest import RobotManifest
 from fairlead.service import ServiceContext, run_service
 from fairlead_hal_kinematic.kinematic_backend import KinematicBackend
 from fairlead_hal_kinematic.options import KinematicOptions
@@ -25,6 +28,7 @@ OFFSET_RAD = 0.3
 PUSH_M = 0.05
 CONTACT = 1e3
 GRIPPER, OBJECT_M = "panda_gripper", 0.015
+CAMERA = HalCamera(name="front", width=32, height=24, period_ticks=2)
 
 
 class FaultyBackend(KinematicBackend):
@@ -38,6 +42,10 @@ class FaultyBackend(KinematicBackend):
     def fault(self) -> str:
         """The fault it has now."""
         return self._file.read_text(encoding="ascii").strip()
+
+    def describe(self) -> BackendDescription:
+        """With a camera that can break, too."""
+        return replace(super().describe(), cameras=(CAMERA,))
 
     def read(self) -> Measurement:
         """What a broken sensor says."""
@@ -78,6 +86,45 @@ class FaultyBackend(KinematicBackend):
         if self.fault == "pushed":
             self._positions[self._joints["base_x"]] += PUSH_M
             self._velocities[self._joints["base_x"]] += PUSH_M / self._period_s
+
+
+class FaultyFeed:
+    """A camera before a still scene: every picture looks the same, and its exposure is new.
+
+    Implements `fairlead.hal.backend.CameraFeed`.
+    """
+
+    failure = ""
+
+    def __init__(self, backend: FaultyBackend) -> None:
+        self._backend, self._tick = backend, 0
+        self._made: queue.SimpleQueue[Image] = queue.SimpleQueue()
+        ramp = np.arange(CAMERA.width * CAMERA.height * 3) % 251
+        self._scene = ramp.astype(np.uint8).tobytes()
+
+    def request(self, session: int, tick: int, cameras: Sequence[str], snapshot: bytes) -> bool:
+        """Expose, unless the camera stalls; one that repeats sends its last exposure again."""
+        fault = self._backend.fault
+        if fault == "camera stalls":
+            return True
+        if fault != "camera repeats":
+            self._tick = tick
+        data = bytes(len(self._scene)) if fault == "camera goes black" else self._scene
+        self._made.put(
+            Image(session=session, tick=self._tick, camera=CAMERA.name, width=CAMERA.width,
+                  height=CAMERA.height, encoding_name="rgb8", data=data)
+        )  # fmt: skip
+        return True
+
+    def take(self, timeout_s: float) -> Image | None:
+        """The next picture."""
+        try:
+            return self._made.get(timeout=timeout_s)
+        except queue.Empty:
+            return None
+
+    def close(self) -> None:
+        """Nothing to end."""
 
 
 def _nan(true: Measurement, joint: int) -> Measurement:
@@ -126,11 +173,12 @@ _FRAMES: dict[str, Callable[[list[FramePose]], list[FramePose]]] = {
 async def body(context: ServiceContext) -> None:
     """As `fairlead_hal_kinematic`, around the backend that can break."""
     options, profile = KinematicOptions(**context.options), context.deployment.profile
-    await run_hal(
-        context,
-        lambda robot: Equipment(FaultyBackend(robot, profile, options.frames)),
-        what="faulty",
-    )
+
+    def equip(robot: RobotManifest) -> Equipment:
+        backend = FaultyBackend(robot, profile, options.frames)
+        return Equipment(backend, FaultyFeed(backend))
+
+    await run_hal(context, equip, what="faulty")
 
 
 if __name__ == "__main__":

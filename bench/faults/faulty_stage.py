@@ -9,13 +9,16 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from bench.faults.faulty_hal import FAULT_FILE
-from bench.faults.live_stage import Changes, LiveStage, live_stage
+import yaml
+
+from bench.faults.faulty_hal import CAMERA, FAULT_FILE
+from bench.faults.live_stage import SKILL, Changes, LiveStage, live_stage
 from fairlead.paths import gate_config
 from fairlead.robot.gate_file import sealed
 
 ROBOT, HAL = "panda_mobile", "bench.faults.faulty_hal"
 STOP_RAMP_MS = 200
+SEEING, SEEING_AGE_TICKS = "seeing-motion", 6
 
 
 class FaultyStage(LiveStage):
@@ -73,4 +76,19 @@ def faulty_stage(folder: Path) -> Iterator[FaultyStage]:
     with live_stage(folder, changes) as robot:
         stage = FaultyStage(robot.robot)
         stage.fault_file = file
+        yield stage
+
+
+@contextmanager
+def seeing_stage(folder: Path) -> Iterator[FaultyStage]:
+    """The same robot under a skill that looks through its camera."""
+    with faulty_stage(folder) as robot:
+        skills = folder / "skills"
+        manifest = yaml.safe_load((skills / SKILL / "rskill.yaml").read_text(encoding="utf-8"))
+        eye = {"camera": CAMERA.name, "width": CAMERA.width, "height": CAMERA.height}
+        manifest |= {"id": SEEING, "images": {"eye": eye}, "age_max_ticks": SEEING_AGE_TICKS}
+        (skills / SEEING).mkdir()
+        (skills / SEEING / "rskill.yaml").write_text(yaml.safe_dump(manifest), encoding="utf-8")
+        stage = FaultyStage(robot.robot, SEEING)
+        stage.fault_file = robot.fault_file
         yield stage

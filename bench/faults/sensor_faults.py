@@ -6,8 +6,8 @@ import time
 from functools import partial
 
 from bench.equipment.live_robot import wait_for
-from bench.faults.faulty_hal import GRIPPER, JOINT, OFFSET_RAD, PUSH_M
-from bench.faults.faulty_stage import STOP_RAMP_MS, FaultyStage
+from bench.faults.faulty_hal import CAMERA, GRIPPER, JOINT, OFFSET_RAD, PUSH_M
+from bench.faults.faulty_stage import SEEING_AGE_TICKS, STOP_RAMP_MS, FaultyStage
 from bench.faults.row import Row, Shot
 from fairlead.messages import GateState
 
@@ -92,6 +92,24 @@ def layout_lost(fault: str, kind: str, texts: tuple[str, ...], robot: FaultyStag
     return Shot(shot.measured_ms, injected_ns, shot.ended_ns, shot.tick_ms, result.detail)
 
 
+def blinded(fault: str, says: str, robot: FaultyStage) -> Shot:
+    """The robot holds, and the goal's failure names the camera and what it does."""
+    goal = robot.start_moving()
+    injected_ns = robot.fault(fault)
+    try:
+        shot = robot.hold_shot(injected_ns)
+        result = robot.ended(goal)
+    finally:
+        robot.fault("")
+    assert (result.outcome, result.kind) == ("failed", "camera_lost"), result
+    missing = [text for text in (f"camera {CAMERA.name}", says) if text not in result.detail]
+    assert not missing, f"{result.detail!r} does not say {missing}"
+    return Shot(shot.measured_ms, injected_ns, shot.ended_ns, shot.tick_ms, result.detail)
+
+
+BLIND_MS = 500.0
+"""The skill's age_max_ticks, a tick to notice, the gate's word and a tick to hold, and spare."""
+NAMES_CAMERA = f"hold; the goal's failure names the camera (age_max_ticks {SEEING_AGE_TICKS})"
 NAMES_FRAME = "hold; the goal's failure names the frame"
 KEEPS = "stop under the declared code"
 ROWS = (
@@ -106,6 +124,12 @@ ROWS = (
         partial(layout_lost, "frame renamed", "layout_stale_frame", ("object",))),
     Row(29, "loop in the tree of transforms", NAMES_FRAME, LAYOUT_MS, "faulty",
         partial(layout_lost, "frames in a loop", "layout_loop", ("object", "goal"))),
+    Row(30, "camera stalls", NAMES_CAMERA, BLIND_MS, "seeing",
+        partial(blinded, "camera stalls", "nothing has come since")),
+    Row(30, "camera repeats an exposure", NAMES_CAMERA, BLIND_MS, "seeing",
+        partial(blinded, "camera repeats", "its last exposure came")),
+    Row(30, "camera goes black", NAMES_CAMERA, BLIND_MS, "seeing",
+        partial(blinded, "camera goes black", "pictures of one colour came since")),
     Row(36, "gripper loses what it holds", KEEPS, 200, "faulty", loses_object),
     Row(36, "contact", KEEPS, 200, "faulty", partial(stops, "contact", ("G042",))),
     Row(36, f"robot pushed by {PUSH_M} m a tick", KEEPS, 200, "faulty",

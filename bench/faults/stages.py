@@ -9,7 +9,7 @@ from typing import Any
 
 from bench.faults.camera_stage import camera_stage
 from bench.faults.failing_disk import disk_stage
-from bench.faults.faulty_stage import faulty_stage
+from bench.faults.faulty_stage import faulty_stage, seeing_stage
 from bench.faults.gate_stage import gate_stage
 from bench.faults.life_faults import order_stage, soak_stage
 from bench.faults.live_stage import live_stage
@@ -27,6 +27,7 @@ STAGES: Mapping[str, Callable[[Path], AbstractContextManager[Any]]] = {
     "disk": disk_stage,
     "cameras": camera_stage,
     "faulty": faulty_stage,
+    "seeing": seeing_stage,
     "routed": routed_stage,
     "servos": servo_stage,
     "policy": policy_stage,

@@ -174,3 +174,36 @@ def test_deltas_of_a_slower_policy_are_its_rows_and_no_control_periods() -> None
 def test_deltas_ascend_and_end_now(deltas: list[int]) -> None:
     with pytest.raises(ValueError, match="expected ascending whole numbers from -64 that end"):
         seeing(deltas=deltas)
+
+
+def test_a_camera_that_stalls_repeats_or_goes_black_is_told_by_its_newest_new_exposure() -> None:
+    box = intake(seeing(), exact=False)
+    assert box.blind(90) == "", "it has not seen anything yet: the goal waits"
+    box.add_image(frame(5))
+    box.add_image(frame(9))  # a still scene: the same pixels, another exposure
+    assert box.blind(19) == ""
+    late = "camera front: newest picture of tick 9, 11 ticks ago (age_max_ticks 10); "
+    assert box.blind(20) == late + "nothing has come since"
+    box.add_image(frame(9))
+    box.add_image(frame(9, value=7))
+    assert box.blind(20) == late + "its last exposure came 2 times more"
+    for tick in (13, 17):
+        box.add_image(black(tick))
+    assert box.blind(20) == late + "2 pictures of one colour came since (contrast_min)"
+    box.add_layout(layout(20))
+    assert box.missing(20) == (
+        "image eye from camera front: 2 pictures of one colour came since (contrast_min)"
+    )
+    box.add_image(frame(17))
+    assert box.blind(20) == box.missing(20) == ""
+
+
+def test_a_skill_may_declare_that_a_dark_picture_is_one() -> None:
+    box = intake(seeing(contrast_min=0), exact=False)
+    box.add_image(black(5))
+    box.add_layout(layout(5))
+    assert box.missing(5) == ""
+
+
+def black(tick: int) -> Image:
+    return msgspec.structs.replace(frame(tick), data=bytes(18))

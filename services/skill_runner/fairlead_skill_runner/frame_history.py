@@ -1,10 +1,19 @@
-"""A camera's frames, as far back as the pictures of a goal go."""
+"""A camera's frames, as far back as the pictures of a goal go, and what is wrong with it.
+
+A frame counts if its exposure is new and it shows something. What tells a repeat is the exposure's
+tick, never the pixels: a still scene looks the same in every picture.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from fairlead.messages import Image
+
+_LOOKED_AT = 64
+"""Rows and columns of a picture, about, in which contrast is looked for."""
 
 
 class FrameHistory:
@@ -12,24 +21,39 @@ class FrameHistory:
 
     Args:
         ticks_back: the oldest that is wanted, in ticks before the newest.
+        contrast_min: see `ImageSpec`.
     """
 
-    def __init__(self, ticks_back: int) -> None:
-        self._ticks_back = ticks_back
+    def __init__(self, ticks_back: int, contrast_min: float) -> None:
+        self._ticks_back, self._contrast_min = ticks_back, contrast_min
+        self._repeated = self._blank = 0  # frames since the newest that counts
         self._frames: dict[int, Image] = {}
         self._first_tick = 0
         self.newest: Image | None = None
 
     def add(self, image: Image) -> None:
-        """Keep a frame; one that comes late may still be wanted."""
+        """Keep a frame that counts; one that comes late may still be wanted."""
+        if image.tick in self._frames:
+            self._repeated += 1
+            return
+        if self._contrast_min and contrast(image) < self._contrast_min:
+            self._blank += 1
+            return
         if self.newest is None:
             self._first_tick = image.tick
         if self.newest is None or image.tick > self.newest.tick:
             self.newest = image
+            self._repeated = self._blank = 0
         self._frames[image.tick] = image
         oldest = self.newest.tick - self._ticks_back
         for tick in [tick for tick in self._frames if tick < oldest]:
             del self._frames[tick]
+
+    def trouble(self) -> str:
+        """What has come since the newest frame that counts; "" if nothing has."""
+        if self._blank:
+            return f"{self._blank} pictures of one colour came since (contrast_min)"
+        return f"its last exposure came {self._repeated} times more" if self._repeated else ""
 
     def missing_tick(self, deltas: Sequence[int], episode_tick: int) -> int | None:
         """The tick of a frame that was due and is not here; None if all are.
@@ -52,3 +76,12 @@ class FrameHistory:
         first = min((tick for tick in self._frames if tick >= begun), default=self.newest.tick)
         wanted = (self.newest.tick + delta for delta in deltas)
         return [tick if tick >= begun else first for tick in wanted]
+
+
+def contrast(image: Image) -> float:
+    """Standard deviation of the channel that varies most [levels of 255]; not of an rgb8: inf."""
+    if image.encoding_name != "rgb8" or len(image.data) != image.width * image.height * 3:
+        return float("inf")  # said where the picture is taken
+    pixels = np.frombuffer(image.data, np.uint8).reshape(image.height, image.width, 3)
+    step = max(1, min(image.height, image.width) // _LOOKED_AT)
+    return float(pixels[::step, ::step].std(axis=(0, 1)).max(initial=0.0))

@@ -55,9 +55,13 @@ class ObservationBuffer:
             name: [delta * periods for delta in spec.deltas] for name, spec in skill.images.items()
         }
         back: dict[str, int] = {}
+        contrast: dict[str, float] = {}
         for name, spec in skill.images.items():
             back[spec.camera] = max(back.get(spec.camera, 0), -self._deltas[name][0])
-        self._cameras = {camera: FrameHistory(ticks) for camera, ticks in back.items()}
+            contrast[spec.camera] = max(contrast.get(spec.camera, 0.0), spec.contrast_min)
+        self._cameras = {
+            camera: FrameHistory(ticks, contrast[camera]) for camera, ticks in back.items()
+        }
 
     def add_layout(self, layout: LayoutState) -> None:
         """Keep a state vector if it is newer; a fault is none."""
@@ -86,11 +90,24 @@ class ObservationBuffer:
             return "task state"
         for name, spec in self._skill.images.items():
             if not self._usable(spec, self.layout):
-                return f"image {name} from camera {spec.camera}"
+                trouble = self._cameras[spec.camera].trouble()
+                return f"image {name} from camera {spec.camera}" + (trouble and f": {trouble}")
             history = self._cameras[spec.camera]
             lost = history.missing_tick(self._deltas[name], self.layout.episode_tick)
             if lost is not None:
                 return f"image {name} of tick {lost} from camera {spec.camera}"
+        return ""
+
+    def blind(self, tick: int) -> str:
+        """The camera whose newest picture is older than the skill allows, and what it does."""
+        limit = self._skill.age_max_ticks
+        for camera, history in self._cameras.items():
+            if history.newest is not None and tick - history.newest.tick > limit:
+                return (
+                    f"camera {camera}: newest picture of tick {history.newest.tick}, "
+                    f"{tick - history.newest.tick} ticks ago (age_max_ticks {limit}); "
+                    f"{history.trouble() or 'nothing has come since'}"
+                )
         return ""
 
     def gather(self) -> TimedObservation:

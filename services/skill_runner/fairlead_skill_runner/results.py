@@ -134,6 +134,11 @@ def layout_missing(silent_ticks: int, tick: int) -> GoalResult:
     )
 
 
+def camera_lost(words: str) -> GoalResult:
+    """A camera stalls, repeats one exposure, or shows nothing any more."""
+    return _failed("camera_lost", words)
+
+
 def wrong_layout(skill: SkillManifest, layout: LayoutState) -> GoalResult | None:
     """A layout that is not what the skill declares ends the goal; None if it is."""
     contract = skill.state_contract

@@ -101,6 +101,10 @@ class RunCore:
         silent = self._layouts.silent_ticks(self.tick)
         if silent:
             return self._end(results.layout_missing(silent, self.tick))
+        # In lockstep the world waits for the picture, and the goal ends by its stall timeout.
+        blind = "" if self.setup.lockstep or not self.first_tick else self._inputs.blind(self.tick)
+        if blind:
+            return self._end(results.camera_lost(blind))
         if not repeated and not self.setup.lockstep:
             self._count_starved()
         again = self._chunks.due_again(self.tick, repeated)

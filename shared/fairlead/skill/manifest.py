@@ -44,6 +44,8 @@ class ImageSpec(BaseModel):
 
     deltas: of the frames it wants at a time, in rows of the policy (1 / ``rate_hz``) before the
         newest, which is 0; ascending. Before a goal's first frame there is that one again.
+    contrast_min: standard deviation of the colour channel that varies most [levels of 255]; a
+        frame with less is none, as if the camera had sent nothing. 0: every frame counts.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -53,6 +55,7 @@ class ImageSpec(BaseModel):
     height: int = Field(gt=0)
     rotation_deg: Literal[0, 90, 180, 270] = 0
     deltas: tuple[int, ...] = (0,)
+    contrast_min: float = Field(default=1.0, ge=0, le=127.5)
 
     @field_validator("deltas")
     @classmethod
