@@ -97,7 +97,7 @@ def check_running(running: RunningHal, only: tuple[str, ...]) -> HalCheck:
 def check_all(folder: Path, wanted: Mapping[str, Wanted], at_once: int) -> dict[str, HalCheck]:
     """Every HAL by its name, several at a time."""
 
-    def check(name: str, again: int = 1) -> HalCheck:
+    def check(name: str, again: int = 2) -> HalCheck:
         with running_hal(folder / f"{again}", name, wanted[name]) as running:
             found = check_running(running, wanted[name].only)
         # A test that fails is given the same result again: so it is made again here.

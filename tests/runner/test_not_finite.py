@@ -30,6 +30,7 @@ from fairlead_skill_runner.policies.go_to import GoToPolicy
 from fairlead_skill_runner.policies.joint_reach import JointReachPolicy
 from fairlead_skill_runner.policies.onnx import OnnxPolicy
 from fairlead_skill_runner.policies.oracle.policy import OracleSteps
+from fairlead_skill_runner.policies.oracle.reach_cube import ReachCubeOracle
 from fairlead_skill_runner.policies.python_file import PythonFilePolicy
 from fairlead_skill_runner.policies.remote.openpi import OpenpiPolicy
 from fairlead_skill_runner.policies.remote.rldx_zmq import RldxZmqPolicy
@@ -204,7 +205,7 @@ def test_a_network_in_a_file_likewise(
 
 def test_every_backend_is_tried_above_but_those_that_compute_from_a_finite_state() -> None:
     tried = {OpenpiPolicy, RldxZmqPolicy, PythonFilePolicy, ConstantPolicy, ReplayPolicy}
-    tried |= {OnnxPolicy, OracleSteps, JointReachPolicy, GoToPolicy}
+    tried |= {OnnxPolicy, OracleSteps, ReachCubeOracle, JointReachPolicy, GoToPolicy}
     assert {POLICIES.find(name).value.rpartition(":")[2] for name in POLICIES.names()} == {
         backend.__name__ for backend in tried
     }
