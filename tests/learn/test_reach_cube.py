@@ -162,4 +162,4 @@ def test_deployed_it_reaches_the_cube_and_no_bit_differs(tmp_path: Path) -> None
     report = json.loads(done.stdout)
     (episode,) = report["episodes"]
     assert (report["same"], episode["succeeded"], episode["held"]) == (True, True, 0)
-    assert [row["quantity"] for row in report["policy"]] == ["observations", "actions"]
+    assert [row["quantity"] for row in report["policy"]] == ["observations", "pictures", "actions"]

@@ -11,7 +11,8 @@ from typing import Any
 import pytest
 import yaml
 
-from fairlead.paths import deployment_path
+from bench.equipment.rendering import CAN_RENDER
+from fairlead.paths import deployment_path, rskill_dir
 from fairlead_tools.parity import plain_episodes
 from fairlead_tools.parity.comparison import compare
 from fairlead_tools.parity.episode_trace import EpisodeTrace
@@ -104,6 +105,59 @@ def trace(packed: bytes = b"\0\0\x80\x3f" * 12) -> EpisodeTrace:
         observations=[bytes(240)], actions=[bytes(384)], packed=[packed],
         qpos=[bytes(80)], qvel=[bytes(80)],
     )  # fmt: skip
+
+
+LOOKS = """
+import numpy as np
+
+class Looks:
+    @classmethod
+    def from_options(cls, skill, options):
+        return cls()
+
+    def infer(self, observation):  # its answer depends on what it sees
+        rows = np.zeros((16, 12), np.float32)
+        rows[:, 9] = np.mean([image.mean() for image in observation.images.values()]) / 2550
+        return rows
+
+    def reset(self):
+        pass
+"""
+
+
+@pytest.mark.skipif(not CAN_RENDER, reason="no rendering library on this machine")
+def test_the_very_pictures_that_a_policy_gets_are_the_same_in_process_and_deployed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    manifest = yaml.safe_load(
+        (rskill_dir("pi05-robocasa365-human300-nf4") / "rskill.yaml").read_text()
+    )
+    images = manifest["images"]
+    images["observation/image"] |= {"rotation_deg": 180, "deltas": [-2, 0]}
+    home = tmp_path / "skills" / "looks"
+    home.mkdir(parents=True)
+    options = {"file": "policy.py", "class": "Looks"}
+    manifest |= {"id": "looks", "horizon": 16, "policy": {"backend": "python", "options": options}}
+    (home / "rskill.yaml").write_text(yaml.safe_dump(manifest))
+    (home / "policy.py").write_text(LOOKS)
+    monkeypatch.setenv("FAIRLEAD_SKILLS", str(tmp_path / "skills"))
+    report = parity(tmp_path, "--policy", "--skill", "looks", "--ticks", "48")
+    rows = {row["quantity"]: row for row in report["policy"]}
+    assert report["same"] and report["episodes"] == []
+    assert list(rows) == ["observations", "pictures", "actions"]
+    assert all(row["same"] and row["deployed"] == row["local"] == 3 for row in rows.values())
+    lines = (tmp_path / "out" / "state" / "runner" / "trace.jsonl").read_text().splitlines()
+    seen = [json.loads(line)["pictures"] for line in lines]
+    assert all(one.keys() == images.keys() for one in seen)
+    assert len({one["observation/image"] for one in seen}) == 3, "it turned: it sees something else"
+
+
+def test_the_first_picture_that_differs_is_named() -> None:
+    one, other = trace(), trace()
+    one.pictures = [b'{"a": "1", "b": "2"}']
+    other.pictures = [b'{"a": "1", "b": "3"}']
+    (row,) = compare(one, other, ("pictures",))
+    assert row.difference == "record 0: picture b: deployed 2, beside it 3"
 
 
 def test_a_flipped_sign_of_zero_is_a_difference() -> None:

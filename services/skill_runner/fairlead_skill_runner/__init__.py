@@ -10,7 +10,7 @@ from fairlead_skill_runner.observation_buffer import ObservationBuffer
 from fairlead_skill_runner.policies.backends import check_policy_options, policy_class
 from fairlead_skill_runner.policies.onnx_files import action_names, state_names
 from fairlead_skill_runner.policy_server import PolicyServer, served_policy
-from fairlead_skill_runner.trace import TraceRecord, read_trace
+from fairlead_skill_runner.trace import TraceRecord, picture_hashes, read_trace
 
 __all__ = [
     "ObservationBuffer",
@@ -20,6 +20,7 @@ __all__ = [
     "check_policy_options",
     "dispatch",
     "fitted",
+    "picture_hashes",
     "policy_class",
     "read_trace",
     "served_policy",

@@ -32,7 +32,7 @@ from fairlead_skill_runner.policy_worker import PolicyWorker
 from fairlead_skill_runner.run_core import RunCore
 from fairlead_skill_runner.run_outputs import AskPolicy, Output, PolicyAnswer, SendChunk
 from fairlead_skill_runner.run_setup import RunSetup
-from fairlead_skill_runner.trace import TraceRecord, TraceWriter
+from fairlead_skill_runner.trace import TraceRecord, TraceWriter, picture_hashes
 
 _LOG = logging.getLogger(__name__)
 _CHECK_S = 0.05
@@ -161,7 +161,9 @@ class GoalExecutor:
             seen = question.observation
             fits = fitted(self._setup.routes, answer)
             sent = None if fits is answer else fits
-            self._trace.write(TraceRecord(seen.tick, seen.state, answer, sent, chunk))
+            self._trace.write(
+                TraceRecord(seen.tick, seen.state, answer, sent, chunk, picture_hashes(seen))
+            )
         return outputs
 
 

@@ -5,8 +5,9 @@ Of a skill with a seam also what was proposed of it, for that is not what the po
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from hashlib import sha256
 from pathlib import Path
 
 import msgspec
@@ -15,7 +16,7 @@ import numpy as np
 from fairlead.errors import ConfigError
 from fairlead.line_writer import LineWriter
 from fairlead.messages import FloatArray
-from fairlead.policy import Actions
+from fairlead.policy import Actions, Observation
 
 
 class _Line(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
@@ -26,6 +27,7 @@ class _Line(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
     dim: int
     sent: str = ""  # as actions; empty: the same
     chunk: str = ""  # hex, the ActionChunk; empty: its rows are as sent
+    pictures: dict[str, str] = {}  # by name, as `picture_hashes`
 
 
 @dataclass(frozen=True)
@@ -34,6 +36,7 @@ class TraceRecord:
 
     sent: the actions after clips and thresholds of their slots; None: the same.
     chunk: the encoded `ActionChunk` if its seam was to be blended, else empty.
+    pictures: of what the policy saw, see `picture_hashes`.
     """
 
     tick: int
@@ -41,11 +44,23 @@ class TraceRecord:
     actions: Actions
     sent: Actions | None = None
     chunk: bytes = b""
+    pictures: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def proposed(self) -> Actions:
         """What became the chunk, but for its seam: ``sent``, or else the actions as they are."""
         return self.actions if self.sent is None else self.sent
+
+
+def picture_hashes(seen: Observation) -> dict[str, str]:
+    """By picture, SHA-256 (hex) of type, shape and pixels of all its frames, as the policy gets."""
+    found = {}
+    for name in seen.images:
+        frames = np.ascontiguousarray(seen.frames_of(name))
+        found[name] = sha256(
+            f"{frames.dtype.str}{frames.shape}".encode() + frames.tobytes()
+        ).hexdigest()
+    return found
 
 
 class TraceWriter:
@@ -65,6 +80,7 @@ class TraceWriter:
             dim=dim,
             sent="" if record.sent is None else _hex(record.sent),
             chunk=record.chunk.hex(),
+            pictures=dict(record.pictures),
         )
         self._lines.put(msgspec.json.encode(line).decode())
 
@@ -100,6 +116,7 @@ def read_trace(path: Path) -> Iterator[TraceRecord]:
                 actions=_rows(line.actions, line),
                 sent=_rows(line.sent, line) if line.sent else None,
                 chunk=bytes.fromhex(line.chunk),
+                pictures=line.pictures,
             )
         except (msgspec.DecodeError, ValueError) as error:
             raise ConfigError(f"{path} line {number}: not a trace record: {error}") from None

@@ -16,7 +16,7 @@ from fairlead_tools.cli.arming import arm_command, disarm_command, reset_command
 from fairlead_tools.cli.bridge import group as bridge_group
 from fairlead_tools.cli.calibrate import group as calibrate_group
 from fairlead_tools.cli.console import echo
-from fairlead_tools.cli.demo import demo_command, parity_command, plot_command
+from fairlead_tools.cli.demo import demo_command, plot_command
 from fairlead_tools.cli.emulate import group as emulate_group
 from fairlead_tools.cli.evaluate import eval_command
 from fairlead_tools.cli.goals import cancel_command, episode_command, run_command
@@ -25,6 +25,7 @@ from fairlead_tools.cli.jog import home_command, jog_command
 from fairlead_tools.cli.layout import group as layout_group
 from fairlead_tools.cli.learn import dataset_group, export_group, train_command
 from fairlead_tools.cli.options import EXIT_CODES, add_commands
+from fairlead_tools.cli.parity import parity_command
 from fairlead_tools.cli.processes import down_command, logs_command, ps_command
 from fairlead_tools.cli.robot import group as robot_group
 from fairlead_tools.cli.serve_policy import serve_policy_command

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -50,13 +51,20 @@ def _compare_one(name: str, deployed: EpisodeTrace, local: EpisodeTrace) -> Comp
     difference = ""
     for index, (one, other) in enumerate(zip(ours, theirs, strict=False)):
         if one != other:
-            difference = f"record {index}: {_first_number(one, other, _NUMBERS[name])}"
+            first = _first_picture if name == "pictures" else _first_number
+            difference = f"record {index}: {first(one, other, _NUMBERS.get(name, ''))}"
             break
     if not difference and len(ours) != len(theirs):
         difference = f"{len(ours)} records deployed, {len(theirs)} beside them"
     if not difference and not ours:
         difference = "nothing was recorded"
     return Comparison(name, len(ours), len(theirs), difference)
+
+
+def _first_picture(one: bytes, other: bytes, kind: str) -> str:
+    ours, theirs = json.loads(one), json.loads(other)
+    name = next(name for name in sorted(ours | theirs) if ours.get(name) != theirs.get(name))
+    return f"picture {name}: deployed {ours.get(name)}, beside it {theirs.get(name)}"
 
 
 def _first_number(one: bytes, other: bytes, kind: str) -> str:

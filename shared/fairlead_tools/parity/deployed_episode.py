@@ -120,6 +120,7 @@ def read_episode(
     episode = EpisodeTrace(succeeded=succeeded)
     for call in calls:
         episode.observations.append(np.asarray(call.state, dtype="<f8").tobytes())
+        episode.pictures.append(json.dumps(dict(call.pictures), sort_keys=True).encode())
         episode.actions.append(np.asarray(call.proposed, dtype="<f4").tobytes())
     steps, motion = _by_tick(hal / "trace.jsonl"), _by_tick(hal / "motion.jsonl")
     for tick in ticks:

@@ -10,6 +10,7 @@ class EpisodeTrace:
     """One episode.
 
     observations: float64 layout vectors, one per policy call.
+    pictures: one JSON object per policy call: by name, the hash of what the policy got.
     actions: float32 ``[H, dim]``, one per policy call.
     packed: float32 vectors given to ``env.step``, one per tick after the reset.
     qpos, qvel: float64 simulator state before each of those steps.
@@ -18,6 +19,7 @@ class EpisodeTrace:
     """
 
     observations: list[bytes] = field(default_factory=list)
+    pictures: list[bytes] = field(default_factory=list)
     actions: list[bytes] = field(default_factory=list)
     packed: list[bytes] = field(default_factory=list)
     qpos: list[bytes] = field(default_factory=list)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from contextlib import closing
 from typing import TYPE_CHECKING, Any
 
@@ -61,7 +62,7 @@ class LocalEpisode:
             self._backend.close()
             raise
         try:
-            self._eyes.begin(self._first_tick)
+            self._eyes.begin(reset.episode_tick)
             self._backend.reset(seed)
             self._hold(reset.held_ticks)
         except BaseException:
@@ -79,15 +80,17 @@ class LocalEpisode:
 
         A deployed goal ends at the same tick.
         """
-        from fairlead_skill_runner import fitted
+        from fairlead_skill_runner import fitted, picture_hashes
 
         state = observe(self._assembler, self._backend, self._skill)
         self._eyes.look(self._tick, self._backend)
-        actions = self._policy.infer(self._eyes.observation(self._tick, state))
+        seen = self._eyes.observation(self._tick, state)
+        actions = self._policy.infer(seen)
         if isinstance(actions, Done | Failed):
             return False
         sent = fitted(self._routes, np.asarray(actions, dtype="<f4"))
         self.trace.observations.append(state.astype("<f8").tobytes())
+        self.trace.pictures.append(json.dumps(picture_hashes(seen), sort_keys=True).encode())
         self.trace.actions.append(sent.tobytes())
         for index, row in enumerate(sent[: self._skill.execute_steps]):
             if index:  # the first tick's frames are there
