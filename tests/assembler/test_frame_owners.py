@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+import pinocchio as pin
 import pytest
 
 from fairlead.errors import LayoutError
@@ -108,3 +110,17 @@ def test_session_is_the_hals_and_a_localiser_of_an_older_one_is_not_followed() -
     assert not buffer.add_batch(batch(901, ("map", "odom", 9.0), session=3), "amcl")
     assert buffer.add_batch(batch(4, ("map", "odom", 2.0)), "amcl")
     assert buffer.lookup("map", "base", 4)[0].translation[0] == 3.0
+
+
+def at(x_m: float) -> pin.SE3:
+    return pin.SE3(np.eye(3), np.array([x_m, 0.0, 0.0]))
+
+
+def test_links_that_somebody_else_sends_stay_contested() -> None:
+    """Also when the other is silent for longer than transforms are kept."""
+    buffer = TransformBuffer()
+    buffer.add("odom", "hand", at(1.0), 1, is_static=False)
+    for tick in range(1, 2 * HISTORY_TICKS):
+        buffer.add_links("base", {"hand": 0, "arm": 1}, [at(2.0), at(3.0)], tick)
+        assert fault(buffer, "odom", "hand", tick).kind == "contested_frame"
+        assert buffer.lookup("base", "arm", tick)[0].translation[0] == 3.0

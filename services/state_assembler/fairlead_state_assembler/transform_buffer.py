@@ -135,8 +135,9 @@ class TransformBuffer:
         Args:
             frames: each with its place in ``poses``; the same ones every time.
         """
-        if not self._links.ticks:
-            for frame, column in frames.items():
+        for frame, column in frames.items():
+            branch = self._branches.get(frame)
+            if branch is None or branch.series is not self._links:
                 claim = Claim(self._owners.get(frame, ""), parent, False, tick)
                 self._hang(frame, claim, self._links, column)
         self._links.put(tick, poses)
