@@ -17,8 +17,9 @@ from fairlead.modes import ControlMode
 from fairlead.paths import deployment_path, repo_root, robot_dir
 from fairlead.robot.manifest import load_robot
 from fairlead_tools.measure.driven_robot import DrivenRobot, simulated_deployment
-from fairlead_tools.measure.drives import together
+from fairlead_tools.measure.drives import modes_of, together
 from fairlead_tools.measure.rotations import exponential, quaternion_of, rotation_of
+from fairlead_tools.measure.rows import FullScaleRows
 from fairlead_tools.measure.tracking import hull_distances
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch, scratch_robot
 from tests.cli.command import fairlead_here as fairlead
@@ -119,6 +120,42 @@ def test_an_impact_within_a_tick_is_not_the_servos_lag() -> None:
         free.append(tick.is_free)
     assert max(lags) > 0.2
     assert max(lag for lag, is_free in zip(lags, free, strict=True) if is_free) < 0.13
+
+
+@pytest.mark.simulator
+def test_robosuites_contacts_are_those_of_every_physics_step() -> None:
+    """Compared with what MuJoCo has at each step, read here."""
+    driven = DrivenRobot("ur5e", load_deployment(deployment_path("ur5e_robosuite")))
+    env = driven.backend.env  # type: ignore[attr-defined]
+    seen, go_on = set[str](), env._pre_action
+
+    def look(*words: Any, **named: Any) -> None:
+        seen.update(_touching(env.sim))
+        go_on(*words, **named)
+
+    env._pre_action = look
+    now, short = driven.reset(3), 0
+    driven.contacts()
+    part, mode = next(pair for pair in modes_of(driven) if pair[1] is ControlMode.CARTESIAN_DELTA)
+    rows = FullScaleRows(driven.robot, part, mode, profile=driven.profile)
+    down = np.array([0.3, 0.0, -1.0, 0.0, 0.0, 0.0])
+    for tick in range(120):
+        seen.clear()
+        wish = down if tick % 40 < 30 else -down
+        driven.backend.apply({part: rows.row(wish, now)})
+        now, last = driven.look(), _touching(env.sim)
+        assert set(driven.contacts()) == seen | last
+        short += len(seen - last)
+    assert short > 0, "something touched and was off again within a tick"
+
+
+def _touching(sim: Any) -> set[str]:
+    model, found = sim.model._model, set[str]()
+    for one in sim.data._data.contact:
+        names = [model.body(model.geom_bodyid[geom]).name for geom in (one.geom1, one.geom2)]
+        if one.dist < 0 and any(name.startswith(("robot0_", "gripper0_")) for name in names):
+            found.add(" and ".join(name or "an unnamed body" for name in names))
+    return found
 
 
 def test_a_robot_that_has_both_is_driven_in_its_simulator() -> None:
