@@ -45,7 +45,8 @@ class ImageSpec(BaseModel):
     deltas: of the frames it wants at a time, in rows of the policy (1 / ``rate_hz``) before the
         newest, which is 0; ascending. Before a goal's first frame there is that one again.
     contrast_min: standard deviation of the colour channel that varies most [levels of 255]; a
-        frame with less is none, as if the camera had sent nothing. 0: every frame counts.
+        frame with less is none, as if the camera had sent nothing. 0: every frame counts. Of
+        several pictures of one camera the largest holds for all.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)

@@ -9,6 +9,7 @@ import msgspec
 import typer
 
 from fairlead.deploy.deployment import load_deployment
+from fairlead.errors import ConfigError, expected
 from fairlead.paths import deployment_path
 from fairlead.robot.manifest import load_robot
 from fairlead.skill.admission import Admission
@@ -73,6 +74,8 @@ def record_command(
     chosen = load_deployment(deployment or deployment_path(SOURCE))
     manifest = load_skill(installed_skill(skill))
     Admission(manifest, load_robot(chosen.robot)).require()
+    if beta != 1.0 and expert is None:
+        raise ConfigError(expected("dataset record: --beta", "--expert SKILL with it", "none"))
     teacher = Teacher(load_skill(installed_skill(expert)), beta) if expert else None
     header = begin(out, manifest, chosen.robot, noise, expert or "")
     with ProgressLine() as line:

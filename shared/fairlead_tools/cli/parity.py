@@ -78,13 +78,13 @@ def parity_command(
             )
     plain = [] if policy else compare_with_plain(loaded, manifest, deployed)
     again = [] if random_scale is not None else _again(loaded, manifest, deployed)
-    same = all(one.same for one in plain) and all(row.same for row in again)
-    same = same and (bool(again) if policy else any(one.compared for one in plain))  # no proof
+    compared = bool(again) if policy else any(one.compared for one in plain)
+    same = compared and all(one.same for one in plain) and all(row.same for row in again)
     judged = deployed if plain else []
     if as_json:
         print_json({"same": same, "policy": _rows(again), "episodes": _documents(plain, judged)})
     else:
-        _print(again, plain, same)
+        _print(again, plain, same, compared)
     if not same:
         raise typer.Exit(1)
 
@@ -117,7 +117,9 @@ def _documents(
     ]
 
 
-def _print(again: list[Comparison], plain: list[PlainComparison], same: bool) -> None:
+def _print(
+    again: list[Comparison], plain: list[PlainComparison], same: bool, compared: bool
+) -> None:
     header = ("SEED", "QUANTITY", "DEPLOYED", "BESIDE IT", "")
     table = [
         (
@@ -141,7 +143,7 @@ def _print(again: list[Comparison], plain: list[PlainComparison], same: bool) ->
             held += f", after which qpos is up to {one.apart:.3g} from plain robosuite's"
         echo(f"seed {one.seed}: {one.compared} of {one.ticks} rows compared; {held}")
     verdict = "identical, bit for bit" if same else "DIFFERENT"
-    if not any(one.compared for one in plain) and not (again and not plain):
+    if not compared:
         verdict = "NOTHING COMPARED: ticks were held"
     beside = f"plain robosuite and {len(plain)} episode(s)" if plain else "deployed and in process"
     echo(f"{beside}: {verdict}")

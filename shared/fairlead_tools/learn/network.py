@@ -102,7 +102,6 @@ def fit(
 
 def onnx_bytes(seen: Features, net: Any, horizon: int, dim: int) -> bytes:
     """The whole as an ONNX model: ``state [1, 30]`` to ``actions [1, horizon, dim]``, float32."""
-    import onnx
     from onnx import TensorProto, helper, numpy_helper
 
     constants: dict[str, npt.NDArray[Any]] = {
@@ -114,13 +113,9 @@ def onnx_bytes(seen: Features, net: Any, horizon: int, dim: int) -> bytes:
         helper.make_node("MatMul", ["state", "linear"], ["plain"]),
         helper.make_node("Concat", ["near", "plain"], ["layer0"], axis=1),
     ]
-    last = len(net.coefs_) - 1
     for index, (weights, bias) in enumerate(zip(net.coefs_, net.intercepts_, strict=True)):
         constants |= {f"w{index}": weights, f"b{index}": bias}
-        out = "flat" if index == last else f"sum{index}"
-        nodes.append(helper.make_node("Gemm", [f"layer{index}", f"w{index}", f"b{index}"], [out]))
-        if index < last:
-            nodes.append(helper.make_node("Relu", [out], [f"layer{index + 1}"]))
+    nodes += perceptron(len(net.coefs_))
     nodes.append(helper.make_node("Reshape", ["flat", "shape"], ["actions"]))
     initial = [numpy_helper.from_array(a.astype(np.float32), n) for n, a in constants.items()]
     initial.append(numpy_helper.from_array(np.array([1, horizon, dim], np.int64), "shape"))
@@ -132,6 +127,27 @@ def onnx_bytes(seen: Features, net: Any, horizon: int, dim: int) -> bytes:
         [value("actions", TensorProto.FLOAT, [1, horizon, dim])],
         initial,
     )
+    return model_bytes(graph)
+
+
+def perceptron(layers: int) -> list[Any]:
+    """Nodes from ``layer0`` to ``flat``, with weights ``w0``, ``b0`` and so on."""
+    from onnx import helper
+
+    nodes, last = [], layers - 1
+    for index in range(layers):
+        out = "flat" if index == last else f"sum{index}"
+        nodes.append(helper.make_node("Gemm", [f"layer{index}", f"w{index}", f"b{index}"], [out]))
+        if index < last:
+            nodes.append(helper.make_node("Relu", [out], [f"layer{index + 1}"]))
+    return nodes
+
+
+def model_bytes(graph: Any) -> bytes:
+    """A checked model of a graph."""
+    import onnx
+    from onnx import helper
+
     opset = helper.make_opsetid("", OPSET)
     model = helper.make_model(graph, opset_imports=[opset], ir_version=IR_VERSION)
     onnx.checker.check_model(model)

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from fairlead_tools.learn.network import IR_VERSION, OPSET
+from fairlead_tools.learn.network import model_bytes, perceptron
 
 FILTERS = ((5, 2, 16), (3, 2, 32), (3, 1, 32))
 """Side, stride and number of each layer's filters."""
@@ -122,7 +122,6 @@ def tensor(pictures: npt.NDArray[np.uint8]) -> npt.NDArray[np.float32]:
 
 def sight_onnx(weights: Weights, name: str, side: int, horizon: int, dim: int) -> bytes:
     """The network as an ONNX model: ``name [1, 3, side, side]`` and ``state`` to ``actions``."""
-    import onnx
     from onnx import TensorProto, helper, numpy_helper
 
     filters, value = FILTERS[-1][2], helper.make_tensor_value_info
@@ -137,11 +136,7 @@ def sight_onnx(weights: Weights, name: str, side: int, horizon: int, dim: int) -
         [value("actions", TensorProto.FLOAT, [1, horizon, dim])],
         [numpy_helper.from_array(array, key) for key, array in arrays.items()],
     )  # fmt: skip
-    opset = helper.make_opsetid("", OPSET)
-    model = helper.make_model(graph, opset_imports=[opset], ir_version=IR_VERSION)
-    onnx.checker.check_model(model)
-    data: bytes = model.SerializeToString()
-    return data
+    return model_bytes(graph)
 
 
 def _seeing(name: str) -> list[Any]:
@@ -170,11 +165,8 @@ def _deciding() -> list[Any]:
     """From the places and the state to the rows."""
     from onnx import helper
 
-    nodes = [helper.make_node("Concat", ["found", "state"], ["layer0"], axis=1)]
-    last = len(HIDDEN)
-    for index in range(last + 1):
-        out = "flat" if index == last else f"sum{index}"
-        nodes.append(helper.make_node("Gemm", [f"layer{index}", f"w{index}", f"b{index}"], [out]))
-        if index < last:
-            nodes.append(helper.make_node("Relu", [out], [f"layer{index + 1}"]))
-    return [*nodes, helper.make_node("Reshape", ["flat", "as_rows"], ["actions"])]
+    return [
+        helper.make_node("Concat", ["found", "state"], ["layer0"], axis=1),
+        *perceptron(len(HIDDEN) + 1),
+        helper.make_node("Reshape", ["flat", "as_rows"], ["actions"]),
+    ]
