@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from itertools import cycle
 from pathlib import Path
 
 import pytest
@@ -24,6 +25,7 @@ pytestmark = [pytest.mark.processes, pytest.mark.simulator, pytest.mark.timeout(
 
 ORACLE = "oracle-counter-to-cabinet"
 REACH = "panda-joint-reach"
+ONE, TWO = ["runner"], ["runner", "second"]
 STEPS = {
     "pick": {"last": "LIFT"},
     "drive": {"first": "TRANSPORT", "last": "TRANSPORT"},
@@ -60,10 +62,11 @@ def write_skill(folder: Path, model: str, changes: Mapping[str, object]) -> str:
     return folder.name
 
 
-def write_chain(file: Path, skills: list[str]) -> None:
+def write_chain(file: Path, skills: list[str], runners: list[str]) -> None:
+    """Each goal with the next runner, round and round."""
     goals = [
-        {"name": f"goal-{number}", "skill": skill, "deadline_ticks": 1200}
-        for number, skill in enumerate(skills)
+        {"name": f"goal-{number}", "skill": skill, "deadline_ticks": 1200, "runner": runner}
+        for number, (skill, runner) in enumerate(zip(skills, cycle(runners), strict=False))
     ]
     file.write_text(yaml.safe_dump({"goals": goals, "most_goals": 6}), encoding="utf-8")
 
@@ -108,17 +111,28 @@ def skills(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def robot(
     request: pytest.FixtureRequest, tmp_path: Path, skills: Path, registry: Registry
 ) -> Iterator[ScratchRobot]:
-    """The deployment of compose/ that the test names, with its pacing."""
-    name, pacing = request.param
-    source = repo_root() / "compose" / f"{name}.yaml"
+    """The deployment of compose/ that the test names, with its pacing and its runners."""
+    name, pacing, runners = request.param
+    deployment = yaml.safe_load((repo_root() / "compose" / f"{name}.yaml").read_text())
+    services = deployment["services"]
+    port = max(int(one["listen"].rpartition(":")[2]) for one in services.values())
+    for number, runner in enumerate(runners[1:], 1):
+        another = {"listen": f"tcp/127.0.0.1:{port + number}"}
+        services[runner] = services["runner"] | another
+    source = tmp_path / f"{name}.yaml"
+    source.write_text(yaml.safe_dump(deployment), encoding="utf-8")
     scratch = make_scratch(source, tmp_path / "state", ScratchOptions(pacing=pacing))
     with scratch_robot(scratch, Registry(scratch.state_dir / "registry")) as running:
         yield running
 
 
-@pytest.mark.parametrize("robot", [("panda_mobile_sim", "lockstep")], indirect=True)
+@pytest.mark.parametrize(
+    ("robot", "runners"),
+    [(("panda_mobile_sim", "lockstep", runners), runners) for runners in (ONE, TWO)],
+    indirect=["robot"],
+)
 def test_pick_drive_and_place_as_three_skills_do_the_task_and_no_part_holds_between(
-    robot: ScratchRobot, skills: Path, tmp_path: Path
+    robot: ScratchRobot, runners: list[str], skills: Path, tmp_path: Path
 ) -> None:
     names = [
         write_skill(
@@ -129,15 +143,19 @@ def test_pick_drive_and_place_as_three_skills_do_the_task_and_no_part_holds_betw
         )
         for name, steps in STEPS.items()
     ]
-    write_chain(tmp_path / "chain.yaml", names)
+    write_chain(tmp_path / "chain.yaml", names, runners)
     watch = run_chain(robot, tmp_path / "chain.yaml")
     held = [watch.held_between_rows(part) for part in range(len(watch.acted[1]))]
     assert not any(held), held
 
 
-@pytest.mark.parametrize("robot", [("panda_mujoco", "realtime")], indirect=True)
+@pytest.mark.parametrize(
+    ("robot", "runners"),
+    [(("panda_mujoco", "realtime", runners), runners) for runners in (ONE, TWO)],
+    indirect=["robot"],
+)
 def test_in_realtime_the_rows_of_the_goal_before_act_until_the_next_ones_do(
-    robot: ScratchRobot, skills: Path, tmp_path: Path
+    robot: ScratchRobot, runners: list[str], skills: Path, tmp_path: Path
 ) -> None:
     own = {
         "policy": {"backend": "python", "options": {"file": "policy.py", "class": "Policy"}},
@@ -147,6 +165,6 @@ def test_in_realtime_the_rows_of_the_goal_before_act_until_the_next_ones_do(
     names = [write_skill(skills / name, REACH, own) for name in ("turn", "turn-on")]
     for name in names:
         (skills / name / "policy.py").write_text(TURN, encoding="utf-8")
-    write_chain(tmp_path / "chain.yaml", names)
+    write_chain(tmp_path / "chain.yaml", names, runners)
     watch = run_chain(robot, tmp_path / "chain.yaml")
     assert watch.held_between_rows(0) == []

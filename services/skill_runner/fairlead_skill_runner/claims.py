@@ -71,7 +71,9 @@ async def take_claim(
         try:
             return await ask(bus, key, request, ClaimReply, QUERY_TIMEOUT_S)
         except RefusedError:
-            if time.monotonic() > until_s or not await _holds_former(bus, keys, request.source):
+            if time.monotonic() > until_s:
+                raise
+            if request.source not in (await live_claims(bus, keys)).values():
                 raise
         with suppress(TimeoutError):
             async with asyncio.timeout(_RETRY_S):
@@ -99,9 +101,13 @@ async def gate_cause(bus: Bus, keys: Keys) -> str:
     return "" if status is None else why_not_armed(status)
 
 
-async def _holds_former(bus: Bus, keys: Keys, source: str) -> bool:
+async def live_claims(bus: Bus, keys: Keys) -> dict[int, str]:
+    """The sources of the claims that the gate knows, by id; none if it does not answer.
+
+    A claim that is granted under one of these ids goes on with that one's rows.
+    """
     status = await _gate_status(bus, keys)
-    return status is not None and any(claim.source == source for claim in status.claims)
+    return {} if status is None else {claim.claim_id: claim.source for claim in status.claims}
 
 
 async def _gate_status(bus: Bus, keys: Keys) -> GateStatus | None:

@@ -29,6 +29,7 @@ from fairlead_skill_runner.claims import (
     QUERY_TIMEOUT_S,
     claim_request,
     gate_cause,
+    live_claims,
     release_claim,
     take_claim,
 )
@@ -49,8 +50,8 @@ class Surroundings:
     heartbeat: Publisher
     trace_file: Path | None
     tasks: asyncio.TaskGroup
-    offered: set[int] = field(default_factory=set)
-    """Claims whose goals have succeeded, for the next goal to go on with."""
+    offered: dict[int, asyncio.Task[None]] = field(default_factory=dict)
+    """What beats for the claims that this runner's next goal may go on with."""
 
 
 HAND_OVER_S = 2.0
@@ -80,7 +81,7 @@ class GoalRun:
         self._loading: asyncio.Task[None] | None = None
         self._cancelled_by = ""
         self._ended = asyncio.Event()
-        self._left: set[int] = set()  # claims that this goal was offered and has not taken
+        self._left: dict[int, asyncio.Task[None]] = {}  # offered to this goal, not taken by it
         self._log = logging.getLogger(around.source)
 
     def cancel(self, by: str) -> None:
@@ -117,7 +118,7 @@ class GoalRun:
         except Exception as error:  # noqa: BLE001 - a bug ends the goal, never the runner
             self._log.exception("goal %016x", self.goal_id)
             result = results.internal_error(error)
-        for claim_id in self._left:
+        for claim_id in self._leave():
             await self._release(claim_id)
         how = f"{result.outcome} {result.kind}".rstrip()
         self._log.info("goal %016x %s: %s", self.goal_id, how, result.detail)
@@ -144,8 +145,9 @@ class GoalRun:
             routes = self._admission.routes
             self._phase = "claiming"
             request = claim_request(around.source, self.skill, routes, self._admission.robot)
+            before = await live_claims(around.bus, around.keys)
             claim = await take_claim(around.bus, around.keys, request, hal.pacing, self._ended)
-            return await self._run_claimed(hal, routes, claim)
+            return await self._run_claimed(hal, routes, claim, claim.claim_id in before)
         finally:
             token.undeclare()
 
@@ -154,14 +156,13 @@ class GoalRun:
         await self._worker.reset()
 
     async def _run_claimed(
-        self, hal: HalStatus, routes: tuple[Route, ...], claim: ClaimReply
+        self, hal: HalStatus, routes: tuple[Route, ...], claim: ClaimReply, handed_over: bool
     ) -> GoalResult:
         around = self._around
         beating = around.tasks.create_task(beat(around.heartbeat, claim.claim_id), name="heartbeat")
         self._log.info("goal %016x has claim %016x", self.goal_id, claim.claim_id)
-        handed_over = claim.claim_id in self._left
-        self._left.clear()  # what it does not take ends without heartbeats
-        lost = offers = False
+        self._leave()  # what it has not taken ends without heartbeats
+        lost, offered_to = False, ""
         trace = TraceWriter(around.trace_file) if around.trace_file is not None else None
         try:
             if claim.session != hal.session:
@@ -179,18 +180,28 @@ class GoalRun:
             )
             result = await self._follow(setup, trace)
             lost = result.kind == "claim_lost"
-            offers = self._goal.hand_over and result.outcome == "succeeded"
+            if result.outcome == "succeeded":
+                offered_to = self._goal.hand_over_to
             return await self._with_cause(result) if lost else result
         finally:
-            if offers:
-                around.offered.add(claim.claim_id)
+            if offered_to:
+                if offered_to == around.source:
+                    around.offered[claim.claim_id] = beating
                 asyncio.get_running_loop().call_later(HAND_OVER_S, beating.cancel)
             else:
                 beating.cancel()
             if not lost:
-                await self._release(claim.claim_id, around.source if offers else "")
+                await self._release(claim.claim_id, offered_to)
             if trace is not None:
                 await asyncio.to_thread(trace.close)
+
+    def _leave(self) -> tuple[int, ...]:
+        """Beat no more for what was offered to this goal; returns these claims."""
+        claims = tuple(self._left)
+        for beating in self._left.values():
+            beating.cancel()
+        self._left.clear()
+        return claims
 
     async def _release(self, claim_id: int, offered_to: str = "") -> None:
         around = self._around

@@ -16,7 +16,7 @@ class Goal(Message, frozen=True, kw_only=True, tag=32):
     prompt: str  # empty: the skill's own
     deadline_ticks: U64  # 0: none
     stall_timeout_s: float  # s without released rows, the policy's time not counted
-    hand_over: bool = False  # once it succeeds, its claim is offered to the next; may be absent
+    hand_over_to: str = ""  # runner to whose next goal its claim is offered; may be absent
 
 
 class GoalAccepted(Message, frozen=True, kw_only=True, tag=33):

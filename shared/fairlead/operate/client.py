@@ -180,7 +180,7 @@ class RobotClient:
         deadline_ticks: int = 0,
         stall_timeout_s: float = STALL_TIMEOUT_S,
         runner: str = "",
-        hand_over: bool = False,
+        hand_over_to: str = "",
     ) -> BlockingGoal:
         """As `Robot.run`."""
         starting = self._robot.run(
@@ -189,7 +189,7 @@ class RobotClient:
             deadline_ticks=deadline_ticks,
             stall_timeout_s=stall_timeout_s,
             runner=runner,
-            hand_over=hand_over,
+            hand_over_to=hand_over_to,
         )
         return BlockingGoal(self._thread, self._do(starting))
 

@@ -19,7 +19,7 @@ class GoalOptions:
     deadline_ticks: int = 0
     stall_timeout_s: float = STALL_TIMEOUT_S
     runner: str = ""
-    hand_over: bool = False
+    hand_over_to: str = ""
 
 
 def run_goal(

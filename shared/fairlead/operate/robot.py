@@ -105,7 +105,7 @@ class Robot(Services):
         deadline_ticks: int = 0,
         stall_timeout_s: float = STALL_TIMEOUT_S,
         runner: str = "",
-        hand_over: bool = False,
+        hand_over_to: str = "",
     ) -> RunningGoal:
         """Hand a runner a goal; the gate has to be armed.
 
@@ -114,8 +114,8 @@ class Robot(Services):
             deadline_ticks: 0: none.
             stall_timeout_s: it fails after so long without a released row.
             runner: a service's name; "": the only one for the skill.
-            hand_over: once it has succeeded, the runner's next goal goes on without a hold if it
-                commands the same parts and comes within 2 s.
+            hand_over_to: a runner: once this goal has succeeded, that one's next goal goes on
+                without a hold if it commands the same parts and comes within 2 s; "": none.
 
         Raises:
             ConfigError: no runner, or none that is clear, for the skill.
@@ -127,7 +127,7 @@ class Robot(Services):
             prompt=prompt,
             deadline_ticks=deadline_ticks,
             stall_timeout_s=stall_timeout_s,
-            hand_over=hand_over,
+            hand_over_to=hand_over_to,
         )
         goal = RunningGoal(self, choose_runner(self.deployment, skill, runner), skill)
         await goal.start(request)

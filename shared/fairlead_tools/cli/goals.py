@@ -90,8 +90,8 @@ def run_command(
     It disarms only if it armed, and only if no other claim is live. Ctrl-C cancels the goal, or
     stops the robot if the runner does not confirm that. A folder is linked into your skills first.
     With --then the goals run one after the other, until one does not succeed. A chain says itself
-    which goal comes after which, and how often one is tried again. Between goals of one runner and
-    the same parts nothing holds, once the first has succeeded; else the parts hold.
+    which goal comes after which, and how often one is tried again. Between goals of the same
+    parts nothing holds, once the first has succeeded; else the parts hold.
     """
     chain = chain_of(skill, prompt, then or [], runner, deadline_ticks, stall_timeout)
     for goal in chain.goals:
@@ -113,8 +113,8 @@ def run_command(
         with armed(client, confirmed=yes):
             while run.current is not None:
                 wish, following = wishes[run.current.name], run.following
-                same = following is not None and wishes[following.name].runner == wish.runner
-                wish = dataclasses.replace(wish, hand_over=same)
+                after = "" if following is None else wishes[following.name].runner
+                wish = dataclasses.replace(wish, hand_over_to=after)
                 progress = _run(client, wish, as_json)
                 if progress.result is None:
                     break
