@@ -2,6 +2,7 @@
 
 The wheel gets the tree of fairlead.paths in ``fairlead/data``: robots, skills, deployment files,
 the lock file, and the gate, stripped, with the reader of its logs and the Zenoh library beside it.
+The licences of what is compiled into these come with them.
 
 FAIRLEAD_GATE_DIR names a folder where the gate lies built: it is packed as it is then.
 """
@@ -25,6 +26,7 @@ READ_AS_THEY_ARE = ("robots", "rskills", "compose", "requirements-run.lock")
 GATE = "fairlead-safety"
 READER = "fairlead-decisions"
 SHIM = "libfairlead_zenoh_shim.so"
+LICENCES = "third-party-licences.txt"
 # Every distribution has these; what versions of them a glibc comes with, PEP 600 settles: a glibc
 # 2.35 with the C++ library's symbols up to 3.4.30, and so on (as auditwheel's policies say).
 EVERYWHERE = re.compile(r"(lib(c|m|gcc_s|stdc\+\+|pthread|dl|rt)\.so\.\d|ld-linux[-\w]*\.so\.\d)")
@@ -43,6 +45,9 @@ class GateWheelHook(BuildHookInterface):  # type: ignore[type-arg]
         packed = {root / name: f"{TREE}/{name}" for name in READ_AS_THEY_ARE}
         gate_files = stripped(gate_dir(root), self._stage)
         packed |= {file: f"{TREE}/build/safety/{file.name}" for file in gate_files}
+        licences = self._stage / LICENCES
+        licences.write_text(output(root / "scripts" / "third-party-licences"), encoding="utf-8")
+        packed[licences] = f"{TREE}/{LICENCES}"
         build_data["force_include"] |= {str(file): place for file, place in packed.items()}
         build_data["pure_python"] = False
         build_data["tag"] = f"py3-none-{platform_of(gate_files)}"
@@ -103,5 +108,8 @@ def run(*command: str | Path, **environment: str) -> None:
 
 
 def output(*command: str | Path) -> str:
-    """What a command prints."""
-    return subprocess.run(command, check=True, capture_output=True, text=True).stdout
+    """What a command prints; ends the build if it fails."""
+    done = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=False)
+    if done.returncode:
+        raise SystemExit(f"wheel: {command[0]} failed; what it said stands above")
+    return done.stdout

@@ -56,7 +56,9 @@ def test_the_packages_alone_can_be_listed_for_a_package_manager() -> None:
 
 
 @pytest.mark.processes
-@pytest.mark.parametrize("script", ["setup", "check-machine", "build-gate", "build-wheel", "lock"])
+@pytest.mark.parametrize(
+    "script", ["setup", "check-machine", "build-gate", "build-wheel", "lock", "audit"]
+)
 def test_an_unknown_argument_is_refused_by_name(script: str) -> None:
     done = run(script, "--no-such-thing")
     assert done.returncode == 2
@@ -64,7 +66,7 @@ def test_an_unknown_argument_is_refused_by_name(script: str) -> None:
 
 
 @pytest.mark.processes
-@pytest.mark.parametrize("script", ["setup", "check-machine", "build-gate", "build-wheel"])
+@pytest.mark.parametrize("script", ["setup", "check-machine", "build-gate", "build-wheel", "audit"])
 def test_help_is_the_comment_at_the_top(script: str) -> None:
     done = run(script, "--help")
     assert done.returncode == 0

@@ -8,6 +8,7 @@ import re
 import stat
 import subprocess
 import sys
+import tomllib
 import zipfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -50,6 +51,15 @@ def test_the_gate_in_the_wheel_runs_alone_and_claims_no_more_machines_than_are_t
     symbols = [int(minor) for minor in re.findall(r"\bGLIBC_2\.(\d+)", asked)]
     tag = re.search(r"-(manylinux_2_(\d+)|linux)_\w+\.whl$", wheel.name)
     assert tag and (tag[1] == "linux" or int(tag[2]) >= max(symbols))
+
+
+def test_the_licences_of_what_is_compiled_in_come_with_it(person: Person) -> None:
+    text = (person.tree / "third-party-licences.txt").read_text(encoding="utf-8")
+    lock = tomllib.loads((ROOT / "services/safety/zenoh_shim/Cargo.lock").read_text())
+    [zenoh] = [one["version"] for one in lock["package"] if one["name"] == "zenoh"]
+    assert f"\nzenoh {zenoh} (EPL-2.0 OR Apache-2.0)\n" in text
+    assert "\nEigen\n" in text and "Mozilla Public License" in text
+    assert "no licence named" not in text
 
 
 def test_nothing_installed_points_back_into_the_checkout(person: Person) -> None:
