@@ -157,9 +157,10 @@ class CoreGate:
         self._claims[source] = self.ask("claim", request, ClaimReply)
         return self._claims[source]
 
-    def release(self) -> None:
-        """Give the live claim back."""
-        request = Release(source=SOURCE, claim_id=self._claims[SOURCE].claim_id)
+    def release(self, source: str = SOURCE, offered_to: str = "") -> None:
+        """Give a live claim back, or offer it."""
+        claim = self._claims[source]
+        request = Release(source=source, claim_id=claim.claim_id, offered_to=offered_to)
         self.ask("release", request, Done)
 
     def arm_again(self) -> None:

@@ -73,6 +73,14 @@ class Protocol:
         self.counted, self.bad_frames, self.far_ahead = [], [], []
         self.decided_tick = self.released_until = 0
 
+    def on_hand_over(self, source: str) -> None:
+        """The claim was offered to a source that took it: it "goes on under the same id", and what
+        was released and decided stands; the rest is that of a claim just given."""
+        before = self.decided_tick, self.released_until
+        self.on_claim(self.epoch, self.claim_id)
+        self.source = source
+        self.decided_tick, self.released_until = before
+
     def on_bad_frame(self, *, cites_claim: bool) -> Reply:
         """ "G001 refuse; repeated: the claim ends" ("by five malformed frames in 20 ticks that
         begin as its own do")."""

@@ -19,11 +19,12 @@ FIRST_TICK = 100
 NOTHING = Fault(0, -1, "", "")
 SOUND = ("session", "hash", "epoch", "claim", "source", "key", "seq", "obs", "oldest", "start")
 SPOILED_SHARE = 0.5
+NEXT = "next"
 NOT_A_FRAME = b"\xc1"
 
 
 class RunnerWalk:
-    """One run of messages: states, good chunks, spoiled ones, copies, claims given back."""
+    """One run: states, good chunks, spoiled ones, copies, claims given back or handed over."""
 
     def __init__(self, core: CoreGate, pacing: Pacing, seed: int) -> None:
         self._core = core
@@ -76,8 +77,8 @@ class RunnerWalk:
         return Case("panda_mobile", self._pacing, self._measured(), Chunk(self._tick, 1, ()))
 
     def _move(self) -> str:
-        kinds = ["state", "chunk", "copy", "frame", "claim", "arm"]
-        kind = str(self._rng.choice(kinds, p=[0.3, 0.46, 0.12, 0.06, 0.04, 0.02]))
+        kinds = ["state", "chunk", "copy", "frame", "claim", "arm", "hand over"]
+        kind = str(self._rng.choice(kinds, p=[0.3, 0.43, 0.12, 0.06, 0.04, 0.02, 0.03]))
         if self._rng.random() < self._far_share:
             key, _, chunk = self._chunk()
             chunk = msgspec.structs.replace(chunk, obs_tick=self._tick + 2)
@@ -86,7 +87,9 @@ class RunnerWalk:
             return self._state()
         if kind == "frame":
             return self._no_frame(cites_claim=bool(self._rng.random() < 0.7))
-        if kind in ("claim", "arm"):
+        if kind == "hand over" and self.reference.claim_id:
+            return self._hand_over()
+        if kind in ("claim", "arm", "hand over"):
             return self._claim_again(with_arming=kind == "arm")
         if kind == "copy" and self._sent:
             back = min(len(self._sent), int(self._rng.choice([1, 1, 1, 2, 3])))
@@ -97,10 +100,11 @@ class RunnerWalk:
         """Bytes that are no chunk, or begin as one of the claim does."""
         self.log.append(f"at {self._tick}, no frame, cites the claim: {cites_claim}")
         rows = PartRows(COMPOSITE_PART, COMPOSITE, np.zeros((1, 1)))
-        own = encode(self._core.message(Chunk(self._tick, 1, (rows,)), self._tick))
+        source = self.reference.source
+        own = encode(self._core.message(Chunk(self._tick, 1, (rows,)), self._tick, source))
         expected = self.reference.on_bad_frame(cites_claim=cites_claim)
         return self._compare(
-            expected, self._core.send_bytes(own[:-1] if cites_claim else NOT_A_FRAME)
+            expected, self._core.send_bytes(own[:-1] if cites_claim else NOT_A_FRAME, source)
         )
 
     def _state(self) -> str:
@@ -121,10 +125,22 @@ class RunnerWalk:
         if with_arming:
             self._core.arm_again()
         elif self.reference.claim_id:
-            self._core.release()
-        claim = self._core.claim(self._case())
+            self._core.release(self.reference.source)
+        claim = self._core.claim(self._case(), self.reference.source)
         self.reference.on_claim(claim.epoch, claim.claim_id)
         self.log.append("armed again" if with_arming else "claimed again")
+        return ""
+
+    def _hand_over(self) -> str:
+        """From one of two sources to the other."""
+        former = self.reference.source
+        source = NEXT if former == SOURCE else SOURCE
+        self._core.release(former, offered_to=source)
+        claim = self._core.claim(self._case(), source)
+        self.log.append(f"handed over to {source}")
+        if claim.claim_id != self.reference.claim_id:
+            return self._told(f"reference {self.reference.claim_id:x}, gate {claim.claim_id:x}")
+        self.reference.on_hand_over(source)
         return ""
 
     def _chunk(self) -> tuple[str, bytes, ActionChunk]:
@@ -132,11 +148,11 @@ class RunnerWalk:
         reference = self.reference
         start = open_tick(self._pacing, self._tick)
         rows = PartRows(COMPOSITE_PART, COMPOSITE, np.zeros((2, 1)))
-        chunk = self._core.message(Chunk(start, 2, (rows,)), self._tick)
+        key = reference.source
+        chunk = self._core.message(Chunk(start, 2, (rows,)), self._tick, key)
         chunk = msgspec.structs.replace(
             chunk, seq=reference.seq + 1, goal_id=int(self._rng.integers(1, 2**40))
         )
-        key = SOURCE
         if self._rng.random() < SPOILED_SHARE:
             for name in self._rng.choice(SOUND, size=int(self._rng.integers(1, 3)), replace=False):
                 key, chunk = self._spoiled(str(name), key, chunk)
