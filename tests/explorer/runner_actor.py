@@ -23,7 +23,7 @@ from fairlead.modes import ControlMode
 from tests.explorer.channel import MS, Schedule
 from tests.explorer.hal_actor import BASE
 
-SOURCE = "runner"
+SOURCES = ("runner", "next")
 HORIZON = 8
 HEARTBEAT_NS = 50 * MS
 
@@ -44,7 +44,11 @@ def policy(positions: FloatArray, tick: int) -> FloatArray:
 
 
 class RunnerActor:
-    """Infers when no released row is left, or (realtime) when few are; remembers its answers."""
+    """Infers when no released row is left, or (realtime) when few are; remembers its answers.
+
+    Attributes:
+        source: under which it sends; another one after a hand-over.
+    """
 
     def __init__(
         self, schedule: Schedule, lockstep: bool, publish: Callable[[str, bytes], None]
@@ -53,6 +57,7 @@ class RunnerActor:
         self._lockstep = lockstep
         self._publish = publish
         self._claim: ClaimReply | None = None
+        self.source = SOURCES[0]
         self._robot_hash = b""
         self._seq = 0
         self._newest_tick = 0
@@ -116,7 +121,7 @@ class RunnerActor:
             session=self._claim.session,
             epoch=self._claim.epoch,
             claim_id=self._claim.claim_id,
-            source=SOURCE,
+            source=self.source,
             seq=self._seq,
             goal_id=1,
             obs_tick=state.tick,

@@ -14,6 +14,7 @@ from bench.equipment.real_gate import RealGate
 from fairlead.hal.claims import ClaimRows
 from fairlead.hal.core import Pacing
 from fairlead.hal.lease_follower import LeaseFollower
+from fairlead.messages import GateStatus, StatusQuery
 from tests.explorer.channel import FAIR, Weather
 from tests.explorer.rules import check_history, check_stops, moves, trajectory
 from tests.explorer.world import World
@@ -74,6 +75,25 @@ def test_lockstep_in_fair_weather_moves_in_every_tick_but_the_refused(build: Bui
     world = lockstep_run(build, FAIR, seed=0)
     check_history(world)
     assert LOCKSTEP_TICKS - 10 < moves(world.history) < LOCKSTEP_TICKS
+
+
+@pytest.mark.parametrize("name", ["fair", *WEATHERS])
+@pytest.mark.parametrize("pacing", ["lockstep", "realtime"])
+def test_a_claim_handed_over_again_and_again_breaks_no_rule(
+    build: Builder, pacing: Pacing, name: str
+) -> None:
+    weather = ({"fair": FAIR} | WEATHERS)[name]
+    for seed in range(SEEDS):
+        world, dice = build(pacing, seed), random.Random(seed)
+        world.bring_up()
+        world.rain(weather)
+        for _ in range(8):
+            world.run_ticks(dice.randrange(1, 12))
+            status = world.ask("status", StatusQuery(), GateStatus)
+            if status.claims:  # in the worst weather it may have ended
+                world.hand_over()
+        check_history(world)
+        assert name != "fair" or moves(world.history) > len(world.history) / 2
 
 
 @pytest.mark.parametrize("name", WEATHERS)

@@ -14,6 +14,7 @@ from fairlead.messages import (
     ArmReply,
     Claim,
     ClaimReply,
+    Done,
     GateState,
     GateStatus,
     JointState,
@@ -32,7 +33,7 @@ from fairlead.messages import (
 from fairlead.robot.manifest import RobotManifest, load_robot
 from tests.explorer.channel import FAIR, MS, Channel, Schedule, Weather
 from tests.explorer.hal_actor import HalActor, Tick
-from tests.explorer.runner_actor import HORIZON, SOURCE, RunnerActor
+from tests.explorer.runner_actor import HORIZON, SOURCES, RunnerActor
 
 TIMER_NS = 5 * MS
 M = TypeVar("M", bound=Message)
@@ -98,8 +99,20 @@ class World:
         self.runner.drop_claim()
         for live in status.claims:
             self.tell("release", Release(source=live.source, claim_id=live.claim_id))
+        self._take_claim()
+
+    def hand_over(self) -> None:
+        """The claim's holder offers it to the other source, which takes it."""
+        former = self.runner.source
+        self.runner.source = SOURCES[former == SOURCES[0]]
+        [live] = self.ask("status", StatusQuery(), GateStatus).claims
+        offer = Release(source=former, claim_id=live.claim_id, offered_to=self.runner.source)
+        self.ask("release", offer, Done)
+        assert self._take_claim().claim_id == live.claim_id
+
+    def _take_claim(self) -> ClaimReply:
         request = Claim(
-            source=SOURCE,
+            source=self.runner.source,
             skill="explorer",
             skill_hash=bytes(range(32)),
             robot_hash=self.robot.robot_hash,
@@ -110,7 +123,9 @@ class World:
             age_max_ticks=10,
             limits=(),
         )
-        self.runner.take_claim(self.ask("claim", request, ClaimReply), self.robot.robot_hash)
+        claim = self.ask("claim", request, ClaimReply)
+        self.runner.take_claim(claim, self.robot.robot_hash)
+        return claim
 
     def stop(self, stop_id: int, to_hal: bool = True, to_gate: bool = True) -> None:
         """An operator's stop of one message, lost for good to those that do not get it."""
@@ -143,7 +158,8 @@ class World:
 
     def _from_runner(self, kind: str, payload: bytes) -> None:
         event: EventKind = kind  # type: ignore[assignment]
-        self.channel.send(lambda: self._to_gate(event, SOURCE, payload))
+        source = self.runner.source
+        self.channel.send(lambda: self._to_gate(event, source, payload))
 
     def _to_gate(self, kind: EventKind, source: str, payload: bytes) -> None:
         self._step(kind, source, payload)

@@ -60,6 +60,20 @@ TEST_CASE("an offered claim goes on under its next owner: rows, seam and id are 
   CHECK(released.after.verdict_id == before.verdict_id);
 }
 
+TEST_CASE("what was released before a hand-over goes out again as it was") {
+  GateRig rig;
+  rig.ready();
+  const Verdict before = rig.send_chunk(rig.chunk({0.5, 0.5, 0.5, 0.5, 0.5}));
+  REQUIRE(before.code == 0);
+  offer_to(rig, "next");
+  rig.send(EventKind::claim, of_next(rig));
+  CHECK(rig.reply<ClaimReply>().claim_id == rig.claim_id);
+  rig.timer(20 * ms);
+  const SafeChunk again = rig.get<SafeChunk>(OutputKind::safe_chunk);
+  CHECK(again.verdict_id == before.verdict_id);
+  CHECK(again.source == "runner");
+}
+
 TEST_CASE("an offer is for whom it names, and for a while: others are told the holder") {
   GateRig rig;
   rig.ready();

@@ -123,7 +123,7 @@ void LiveClaim::go_on_as(const LiveClaim& next) {
   life.refused_tick = refused_tick;
   life.refused_verdict = refused_verdict;
   static_cast<ClaimLife&>(*this) = life;
-  source = safe_chunk.source = next.source;
+  source = next.source;
   skill = next.skill;
   limits = next.limits;
   admitted_limit = next.admitted_limit;
