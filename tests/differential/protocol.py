@@ -75,10 +75,11 @@ class Protocol:
 
     def on_hand_over(self, source: str) -> None:
         """The claim was offered to a source that took it: it "goes on under the same id", and what
-        was released and decided stands; the rest is that of a claim just given."""
+        was released and decided stands, a source's numbers rise; the rest is a new claim's."""
         before = self.decided_tick, self.released_until
+        seq = self.seq if source == self.source else 0
         self.on_claim(self.epoch, self.claim_id)
-        self.source = source
+        self.source, self.seq = source, seq
         self.decided_tick, self.released_until = before
 
     def on_bad_frame(self, *, cites_claim: bool) -> Reply:

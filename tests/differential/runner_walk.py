@@ -132,9 +132,8 @@ class RunnerWalk:
         return ""
 
     def _hand_over(self) -> str:
-        """From one of two sources to the other."""
-        former = self.reference.source
-        source = NEXT if former == SOURCE else SOURCE
+        """To one of two sources."""
+        former, source = self.reference.source, str(self._rng.choice([SOURCE, NEXT]))
         self._core.release(former, offered_to=source)
         claim = self._core.claim(self._case(), source)
         self.log.append(f"handed over to {source}")

@@ -23,7 +23,6 @@ from fairlead.modes import ControlMode
 from tests.explorer.channel import MS, Schedule
 from tests.explorer.hal_actor import BASE
 
-SOURCES = ("runner", "next")
 HORIZON = 8
 HEARTBEAT_NS = 50 * MS
 
@@ -57,7 +56,7 @@ class RunnerActor:
         self._lockstep = lockstep
         self._publish = publish
         self._claim: ClaimReply | None = None
-        self.source = SOURCES[0]
+        self.source = "runner"
         self._robot_hash = b""
         self._seq = 0
         self._newest_tick = 0
@@ -72,6 +71,11 @@ class RunnerActor:
     def take_claim(self, claim: ClaimReply, robot_hash: bytes) -> None:
         self._claim, self._robot_hash = claim, robot_hash
         self._seq, self._chunk, self._verdict = 0, None, None
+
+    def go_on_as(self, source: str) -> None:
+        """The claim is handed over: a source's numbers rise, what it has heard is forgotten."""
+        self._seq = self._seq if source == self.source else 0
+        self.source, self._chunk, self._verdict = source, None, None
 
     def drop_claim(self) -> None:
         self._claim = None
@@ -92,7 +96,9 @@ class RunnerActor:
         if self._rows_left(state) == 0:
             self._answer(state)
 
-    def on_verdict(self, verdict: Verdict) -> None:
+    def on_verdict(self, source: str, verdict: Verdict) -> None:
+        if source != self.source:  # another key
+            return
         chunk = self._chunk
         if chunk and (verdict.claim_id, verdict.seq) == (chunk.claim_id, chunk.seq):
             self._verdict = self._verdict or verdict

@@ -87,11 +87,11 @@ def test_a_claim_handed_over_again_and_again_breaks_no_rule(
         world, dice = build(pacing, seed), random.Random(seed)
         world.bring_up()
         world.rain(weather)
-        for _ in range(8):
+        for number in range(8):
             world.run_ticks(dice.randrange(1, 12))
             status = world.ask("status", StatusQuery(), GateStatus)
             if status.claims:  # in the worst weather it may have ended
-                world.hand_over()
+                world.hand_over(dice.choice(["", f"next_{number}"]))
         check_history(world)
         assert name != "fair" or moves(world.history) > len(world.history) / 2
 

@@ -68,12 +68,12 @@ class SlidingWorld(World):
             if "base" in commands:
                 backend._positions[0] += SLIDE_M
 
-        def note(verdict: Verdict) -> None:
+        def note(source: str, verdict: Verdict) -> None:
             ids = self.judged.setdefault(verdict.seq, set())
             if verdict.verdict_id not in ids and ids and verdict.code == 34:
                 self.cut_again += 1
             ids.add(verdict.verdict_id)
-            on_verdict(verdict)
+            on_verdict(source, verdict)
 
         backend.apply = slide  # type: ignore[method-assign,assignment]
         self.runner.on_verdict = note  # type: ignore[method-assign]

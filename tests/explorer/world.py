@@ -33,7 +33,7 @@ from fairlead.messages import (
 from fairlead.robot.manifest import RobotManifest, load_robot
 from tests.explorer.channel import FAIR, MS, Channel, Schedule, Weather
 from tests.explorer.hal_actor import HalActor, Tick
-from tests.explorer.runner_actor import HORIZON, SOURCES, RunnerActor
+from tests.explorer.runner_actor import HORIZON, RunnerActor
 
 TIMER_NS = 5 * MS
 M = TypeVar("M", bound=Message)
@@ -99,18 +99,18 @@ class World:
         self.runner.drop_claim()
         for live in status.claims:
             self.tell("release", Release(source=live.source, claim_id=live.claim_id))
-        self._take_claim()
+        self.runner.take_claim(self._ask_claim(), self.robot.robot_hash)
 
-    def hand_over(self) -> None:
-        """The claim's holder offers it to the other source, which takes it."""
+    def hand_over(self, source: str) -> None:
+        """The claim's holder offers it to a source, which takes it: a new one, or itself."""
         former = self.runner.source
-        self.runner.source = SOURCES[former == SOURCES[0]]
+        self.runner.go_on_as(source or former)
         [live] = self.ask("status", StatusQuery(), GateStatus).claims
         offer = Release(source=former, claim_id=live.claim_id, offered_to=self.runner.source)
         self.ask("release", offer, Done)
-        assert self._take_claim().claim_id == live.claim_id
+        assert self._ask_claim().claim_id == live.claim_id
 
-    def _take_claim(self) -> ClaimReply:
+    def _ask_claim(self) -> ClaimReply:
         request = Claim(
             source=self.runner.source,
             skill="explorer",
@@ -123,9 +123,7 @@ class World:
             age_max_ticks=10,
             limits=(),
         )
-        claim = self.ask("claim", request, ClaimReply)
-        self.runner.take_claim(claim, self.robot.robot_hash)
-        return claim
+        return self.ask("claim", request, ClaimReply)
 
     def stop(self, stop_id: int, to_hal: bool = True, to_gate: bool = True) -> None:
         """An operator's stop of one message, lost for good to those that do not get it."""
@@ -180,4 +178,4 @@ class World:
             self.channel.send(lambda: self.hal.on_safe_chunk(chunk))
         elif output.kind == "verdict":
             verdict = decode(Verdict, output.payload)
-            self.channel.send(lambda: self.runner.on_verdict(verdict))
+            self.channel.send(lambda: self.runner.on_verdict(output.source, verdict))

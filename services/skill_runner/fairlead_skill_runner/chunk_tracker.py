@@ -38,9 +38,12 @@ class ChunkTracker:
 
     Args:
         period_s: a control period.
+        first_seq: above those of the goal before under the same claim: verdicts on its chunks may
+            still come.
     """
 
-    def __init__(self, period_s: float) -> None:
+    def __init__(self, period_s: float, first_seq: int = 1) -> None:
+        self._first_seq = first_seq
         self._period_s, self._took_s = period_s, 0.0
         self.newest: SentChunk | None = None
         self.answered = True
@@ -53,8 +56,8 @@ class ChunkTracker:
 
     @property
     def next_seq(self) -> int:
-        """The number of the chunk to be sent next, from 1."""
-        return self.newest.seq + 1 if self.newest else 1
+        """The number of the chunk to be sent next."""
+        return self.newest.seq + 1 if self.newest else self._first_seq
 
     @property
     def last_obs_tick(self) -> int:
@@ -66,7 +69,8 @@ class ChunkTracker:
         """How many chunks were refused of how many, and the last refusal; "" if none was."""
         if not self._refused or self.newest is None:
             return ""
-        counts = f"{len(self._refused)} of {self.newest.seq} chunks refused"
+        sent = self.newest.seq - self._first_seq + 1
+        counts = f"{len(self._refused)} of {sent} chunks refused"
         return f"{counts}, the last: {self._last_refused}"
 
     def obs_tick(self, seq: int) -> int | None:
@@ -107,6 +111,8 @@ class ChunkTracker:
         seq: the first verdict of a seq stands.
         """
         if verdict.verdict_id <= self._newest_verdict or self.newest is None:
+            return False
+        if verdict.seq < self._first_seq:
             return False
         is_awaited = verdict.seq == self.newest.seq and not self.answered
         if verdict.code in NEVER_ADMITTED and not is_awaited:

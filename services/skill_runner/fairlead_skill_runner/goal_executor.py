@@ -94,6 +94,12 @@ class GoalExecutor:
         """End the core, unless it is over."""
         self._step(lambda core, now_s: core.cancel(by))
 
+    @property
+    def next_seq(self) -> int:
+        """Above the numbers of all its chunks."""
+        with self._lock:
+            return self._core.next_seq
+
     def progress(self) -> Progress:
         """How the core stands now."""
         with self._lock:

@@ -54,7 +54,7 @@ class RunCore:
         self.starved = 0
         self.last_refusal = ""
         self.phase = "running"
-        self._chunks = ChunkTracker(1.0 / (setup.skill.rate_hz * setup.periods))
+        self._chunks = ChunkTracker(1.0 / (setup.skill.rate_hz * setup.periods), setup.first_seq)
         self._watch = ClaimWatch(setup.source, setup.claim_id, setup.epoch, setup.session)
         self._inputs = ObservationBuffer(
             setup.skill,
@@ -85,6 +85,11 @@ class RunCore:
     def queue_depth(self) -> int:
         """Released rows after the newest tick."""
         return max(0, self._chunks.released_last - self.tick)
+
+    @property
+    def next_seq(self) -> int:
+        """Of the chunk to be sent next."""
+        return self._chunks.next_seq
 
     # --- messages ------------------------------------------------------------------
 

@@ -29,6 +29,7 @@ class RunSetup:
         camera_periods: ticks between frames, by camera.
         free_axes: by part, how a tool's free axes are filled in.
         handed_over: rows of the goal before may still act: its claim goes on as this one.
+        first_seq: of the first chunk.
         trace_id: W3C trace id of the goal, 16 bytes; zeros: not traced.
     """
 
@@ -50,6 +51,7 @@ class RunSetup:
     camera_periods: Mapping[str, int] = field(default_factory=dict)
     free_axes: Mapping[int, FreeAxes] = field(default_factory=dict)
     handed_over: bool = False
+    first_seq: int = 1
     trace_id: bytes = NO_TRACE[:16]
 
     def trace_of(self, seq: int) -> bytes:
@@ -70,6 +72,7 @@ class RunSetup:
         claim: ClaimReply,
         robot: RobotManifest,
         handed_over: bool = False,
+        first_seq: int = 1,
     ) -> RunSetup:
         """Put together what the goal, the manifest, the HAL and the gate have said."""
         return cls(
@@ -90,6 +93,7 @@ class RunSetup:
             free_axes=free_axes(routes, robot),
             periods=skill.control_periods(hal.period_ns) or 1,
             handed_over=handed_over,
+            first_seq=first_seq,
             trace_id=secrets.token_bytes(16),
             camera_periods={camera.name: camera.period_ticks for camera in hal.cameras},
         )

@@ -68,7 +68,7 @@ TEST_CASE("what was released before a hand-over goes out again as it was") {
   offer_to(rig, "next");
   rig.send(EventKind::claim, of_next(rig));
   CHECK(rig.reply<ClaimReply>().claim_id == rig.claim_id);
-  rig.timer(20 * ms);
+  rig.next_tick();
   const SafeChunk again = rig.get<SafeChunk>(OutputKind::safe_chunk);
   CHECK(again.verdict_id == before.verdict_id);
   CHECK(again.source == "runner");

@@ -39,7 +39,7 @@ SafeChunk Door::safe_chunk_of(const LiveClaim& claim) const {
   safe.session = chunk.session;
   safe.epoch = chunk.epoch;
   safe.claim_id = claim.id;
-  safe.source = claim.source;
+  safe.source = chunk.source;
   safe.verdict_id = release.verdict_id;
   safe.judged_tick = release.judged_tick;
   safe.first_tick = release.first_tick;
