@@ -47,7 +47,7 @@ def make_policy(
             states that it does not read.
     """
     found = policy_class(plugin)
-    _check_states(found, skill)
+    _check_states(found, skill, plugin.name)
     for_robot: PlannerMaker | None = getattr(found, "for_robot", None)
     if for_robot is not None:
         policy = for_robot(skill, options, robot(), profile)
@@ -70,17 +70,17 @@ def check_policy_options(skill: SkillManifest) -> None:
         ConfigError: naming every option that does not fit, or the backends there are.
     """
     found = policy_class(POLICIES.find(skill.policy.backend, "policy.backend"))
-    _check_states(found, skill)
+    _check_states(found, skill, skill.policy.backend)
     try:
         getattr(found, "check_options", _unchecked)(skill, skill.policy.options)
     except ConfigError as error:
         raise ConfigError(f"policy.options: {error}") from None
 
 
-def _check_states(found: type[Policy], skill: SkillManifest) -> None:
+def _check_states(found: type[Policy], skill: SkillManifest, backend: str) -> None:
     if skill.state_contract.deltas != NOW and not getattr(found, "takes_states", False):
         who = f"skill {skill.id}: state_contract.deltas"
-        wanted = f"[0] for the backend {skill.policy.backend}, which sees no earlier states"
+        wanted = f"[0] for the backend {backend}, which sees no earlier states"
         raise ConfigError(expected(who, wanted, list(skill.state_contract.deltas)))
 
 
