@@ -115,6 +115,7 @@ class Observation:
     answers: the newest answers of this goal, oldest first, with what became of their rows.
     delay_ticks: control periods from an observation to the first row of its answer that can act,
         as it was the last time; 1 before that.
+    earlier: the state at the ``deltas`` of the state contract before 0, ``[T - 1, dim]``.
     """
 
     tick: int
@@ -126,6 +127,12 @@ class Observation:
     frames: Mapping[str, npt.NDArray[np.uint8]] = field(default_factory=dict)
     answers: tuple[PastAnswer, ...] = ()
     delay_ticks: int = 1
+    earlier: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
+
+    @property
+    def states(self) -> FloatArray:
+        """The state at all its deltas, float64 ``[T, dim]``, oldest first."""
+        return np.concatenate([self.earlier.reshape(-1, len(self.state)), self.state[None]])
 
     def frames_of(self, name: str) -> npt.NDArray[np.uint8]:
         """One picture at all its deltas, uint8 ``[T, height, width, 3]``, oldest first."""
@@ -214,6 +221,9 @@ class Policy(Protocol):
 
     ``server_address``: a `ServerAddress` if the policy is behind a server. A deployment file may
     then say where that is, which replaces the option ``address``.
+
+    ``takes_states``: True if it reads `Observation.states`. Another is refused a skill that wants
+    earlier states.
 
     ``continues_rows``: True if its answers go on from `Observation.prefix` (real-time chunking). A
     skill that blends their seam as well is refused.

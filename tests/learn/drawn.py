@@ -9,7 +9,7 @@ import numpy as np
 from fairlead.skill.manifest import load_skill
 from fairlead_tools.learn.dataset import Episode, add, begin
 
-EXPERT = load_skill("oracle-counter-to-cabinet")
+EXPERT, CLONE = load_skill("oracle-counter-to-cabinet"), load_skill("bc-reach-cube")
 
 
 def quaternion(yaw: float) -> list[float]:
@@ -36,4 +36,24 @@ def drawn_dataset(folder: Path, *episodes: Episode) -> Path:
     header = begin(folder, EXPERT, "panda_mobile", 0.0)
     for episode in episodes:
         header = add(folder, header, episode)
+    return folder
+
+
+def drawn_sight(seed: int, ticks: int = 40) -> Episode:
+    """Pictures and states that are drawn; the label of a tick is where its red patch is."""
+    rng = np.random.default_rng(seed)
+    frames = rng.integers(180, 255, (ticks, 64, 64, 3), np.uint8)
+    labels = np.zeros((ticks, 4, 7), np.float32)
+    for frame, label in zip(frames, labels, strict=True):
+        row, column = rng.integers(4, 56, 2)
+        frame[row : row + 6, column : column + 6] = (200, 30, 30)
+        label[:, 0], label[:, 1], label[:, 6] = row / 64, column / 64, -1
+    states = rng.normal(size=(ticks, 8))
+    return Episode(seed, True, states, labels[:, 0], labels[:, 0], {"eye": frames}, labels)
+
+
+def drawn_pictures(folder: Path, *seeds: int, expert: str = "oracle-reach-cube") -> Path:
+    header = begin(folder, CLONE, "ur5e", 0.0, expert)
+    for seed in seeds:
+        header = add(folder, header, drawn_sight(seed))
     return folder

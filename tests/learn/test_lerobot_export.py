@@ -1,17 +1,26 @@
-"""LeRobotDataset v3: the files by their own readers; `make peers` opens them with lerobot."""
+"""LeRobotDataset v3: the files by others' readers; `make peers` opens them with lerobot."""
 
 from __future__ import annotations
 
+import io
 import json
 from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
 from pyarrow import parquet
 
 from fairlead.errors import ConfigError
 from fairlead_tools.learn.lerobot_export import export_lerobot
-from tests.learn.drawn import EXPERT, drawn_dataset, drawn_episode
+from tests.learn.drawn import (
+    CLONE,
+    EXPERT,
+    drawn_dataset,
+    drawn_episode,
+    drawn_pictures,
+    drawn_sight,
+)
 
 EPISODES = (drawn_episode(1), drawn_episode(2, succeeded=False), drawn_episode(3, 5))
 
@@ -47,3 +56,25 @@ def test_failures_are_written_only_if_asked_for(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match="expected an episode that succeeded"):
         export_lerobot(only_failed, tmp_path / "m", EXPERT, failed=False)
     assert not (tmp_path / "m").exists()
+
+
+def test_pictures_are_in_the_frames_to_the_last_pixel_with_statistics_of_each_colour(
+    tmp_path: Path,
+) -> None:
+    data, name = drawn_pictures(tmp_path / "d", 3, 4), "observation.images.eye"
+    assert export_lerobot(data, tmp_path / "l", CLONE, failed=False) == 2
+    frames = parquet.read_table(tmp_path / "l/data/chunk-000/file-000.parquet").to_pydict()[name]
+    pixels = np.array([np.asarray(Image.open(io.BytesIO(one["bytes"]))) for one in frames])
+    recorded = np.concatenate([drawn_sight(seed).pictures["eye"] for seed in (3, 4)])
+    np.testing.assert_array_equal(pixels, recorded)
+    info = json.loads((tmp_path / "l/meta/info.json").read_text())
+    assert info["features"][name]["dtype"] == "image"
+    assert info["features"][name]["shape"] == [64, 64, 3]
+    stats = json.loads((tmp_path / "l/meta/stats.json").read_text())[name]
+    shares = recorded / 255
+    assert stats["count"] == [80]
+    for key in ("min", "max", "mean", "std"):
+        wanted = getattr(shares, key)((0, 1, 2)).reshape(3, 1, 1)
+        np.testing.assert_allclose(stats[key], wanted, rtol=1e-12)
+    wanted = np.quantile(shares, 0.9, axis=(0, 1, 2), method="inverted_cdf").reshape(3, 1, 1)
+    np.testing.assert_allclose(stats["q90"], wanted)

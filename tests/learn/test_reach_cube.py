@@ -19,13 +19,13 @@ from fairlead.paths import deployment_path
 from fairlead.policy import Actions, Done, Failed, Observation, Policy
 from fairlead.skill.manifest import load_skill, read_skill
 from fairlead_skill_runner.policies.onnx import OnnxPolicy
-from fairlead_tools.learn.dataset import Episode, add, begin, episodes
-from fairlead_tools.learn.lerobot_export import export_lerobot
+from fairlead_tools.learn.dataset import episodes
 from fairlead_tools.learn.record import Teacher, record
 from fairlead_tools.learn.train_sight import SightRecipe, train_sight
 from fairlead_tools.parity import local_episode
 from fairlead_tools.parity.local_episode import LocalEpisode
-from tests.cli.command import fairlead
+from tests.cli.command import fairlead, fairlead_here
+from tests.learn.drawn import drawn_pictures, drawn_sight
 
 NAME = "ur5e_robosuite_cameras"
 DEPLOYMENT = load_deployment(deployment_path(NAME))
@@ -35,32 +35,22 @@ RESET = ResetEpisodeReply(tick=2, episode_tick=1, held_ticks=1)
 renders = pytest.mark.skipif(not CAN_RENDER, reason="no rendering library on this machine")
 
 
-def drawn(seed: int, ticks: int = 40) -> Episode:
-    """Pictures and states that are drawn; the label of a tick is where its red patch is."""
-    rng = np.random.default_rng(seed)
-    frames = rng.integers(180, 255, (ticks, 64, 64, 3), np.uint8)
-    labels = np.zeros((ticks, 4, 7), np.float32)
-    for frame, label in zip(frames, labels, strict=True):
-        row, column = rng.integers(4, 56, 2)
-        frame[row : row + 6, column : column + 6] = (200, 30, 30)
-        label[:, 0], label[:, 1], label[:, 6] = row / 64, column / 64, -1
-    states = rng.normal(size=(ticks, 8))
-    return Episode(seed, True, states, labels[:, 0], labels[:, 0], {"eye": frames}, labels)
-
-
-def drawn_pictures(folder: Path, *seeds: int, expert: str = EXPERT.id) -> Path:
-    header = begin(folder, CLONE, "ur5e", 0.0, expert)
-    for seed in seeds:
-        header = add(folder, header, drawn(seed))
-    return folder
-
-
 def test_a_dataset_with_pictures_gives_back_what_was_written(tmp_path: Path) -> None:
     (found,) = episodes(drawn_pictures(tmp_path / "d", 3))
-    np.testing.assert_array_equal(found.pictures["eye"], drawn(3).pictures["eye"])
-    np.testing.assert_array_equal(found.labels, drawn(3).labels)
-    with pytest.raises(ConfigError, match="expected a dataset without pictures, got eye"):
-        export_lerobot(tmp_path / "d", tmp_path / "l", CLONE, failed=False)
+    np.testing.assert_array_equal(found.pictures["eye"], drawn_sight(3).pictures["eye"])
+    np.testing.assert_array_equal(found.labels, drawn_sight(3).labels)
+
+
+@pytest.mark.parametrize(("option", "value"), [("--beside", "0"), ("--expert", EXPERT.id)])
+def test_what_only_datasets_of_states_can_use_is_refused(
+    tmp_path: Path, option: str, value: str
+) -> None:
+    data = drawn_pictures(tmp_path / "d", 3)
+    words = ["train", str(data), "--out", str(tmp_path / "mine"), option, value]
+    done = fairlead_here(*words, state=tmp_path / "registry")
+    assert done.returncode == 1
+    assert f"train: {option}: expected it only for datasets without pictures" in done.stderr
+    assert not (tmp_path / "mine").exists()
 
 
 def test_pictures_that_nobody_labelled_train_nothing(tmp_path: Path) -> None:
@@ -95,7 +85,7 @@ def test_the_onnx_file_says_what_jax_says_and_the_recipe_gives_it_again(
     policy = OnnxPolicy.from_options(skill, skill.policy.options)
     told = json.loads((tmp_path / "one" / "stats.json").read_text())
     state, action = (told[key] for key in ("observation.state", "action"))
-    episode = drawn(9)
+    episode = drawn_sight(9)
     pictures = episode.pictures["eye"][:8]
     inputs = (episode.states[:8] - state["mean"]) / (np.array(state["std"]) + 1e-8)
     wanted = np.asarray(forward(trained[0], tensor(pictures), inputs.astype(np.float32)))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import subprocess
 from pathlib import Path
 
 import pytest
@@ -19,6 +20,28 @@ def peer(module: str) -> list[str]:
     if not python.exists():
         pytest.skip("the peers' packages are not installed: make peers")
     return [str(python), "-u", "-m", f"tests.peers.{module}"]
+
+
+def lerobot() -> str:
+    """An interpreter that has lerobot.
+
+    Skips the test where none is named.
+    """
+    python = os.environ.get("LEROBOT", "")
+    if not python:
+        pytest.skip("LEROBOT names no interpreter with lerobot: LEROBOT=PATH make peers")
+    return python
+
+
+def by_lerobot(folder: Path, module: str, *arguments: str | Path) -> str:
+    """What one of our modules prints there; folder: where lerobot may keep what it wants."""
+    done = subprocess.run(
+        [lerobot(), "-m", f"tests.peers.{module}", *arguments],
+        cwd=repo_root(), capture_output=True, text=True, timeout=280,
+        env=os.environ | {"HF_HUB_OFFLINE": "1", "HF_HOME": str(folder / "hf")},
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    return done.stdout
 
 
 def checkouts(variable: str, marker: str) -> list[Path]:

@@ -23,7 +23,11 @@ def main() -> None:
         "state": [frame["observation.state"].tolist() for frame in frames],
         "action": [frame["action"].tolist() for frame in frames],
         "mean": data.meta.stats["action"]["mean"].tolist(),
+        "cameras": data.meta.camera_keys,
     }
+    for key in data.meta.camera_keys:  # from 0 to 1, colours first
+        document[key] = [(frame[key] * 255).round().int().flatten().tolist() for frame in frames]
+        document[f"{key} mean"] = data.meta.stats[key]["mean"].tolist()
     print(json.dumps(document))
 
 

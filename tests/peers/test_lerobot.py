@@ -3,34 +3,32 @@
 from __future__ import annotations
 
 import json
-import os
-import subprocess
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from fairlead.paths import repo_root
 from fairlead_tools.learn.lerobot_export import export_lerobot
-from tests.learn.drawn import EXPERT, drawn_dataset, drawn_episode
+from tests.learn.drawn import (
+    CLONE,
+    EXPERT,
+    drawn_dataset,
+    drawn_episode,
+    drawn_pictures,
+    drawn_sight,
+)
+from tests.peers.environment import by_lerobot, lerobot
 
 pytestmark = pytest.mark.processes
 
 
 def test_lerobot_gives_back_every_recorded_number(tmp_path: Path) -> None:
-    python = os.environ.get("LEROBOT", "")
-    if not python:
-        pytest.skip("LEROBOT names no interpreter with lerobot: LEROBOT=PATH make peers")
+    lerobot()
     episodes = [drawn_episode(1), drawn_episode(2, 5)]
     folder = drawn_dataset(tmp_path / "data", *episodes)
     export_lerobot(folder, tmp_path / "lerobot", EXPERT, failed=False)
-    done = subprocess.run(
-        [python, "-m", "tests.peers.read_lerobot", str(tmp_path / "lerobot")],
-        cwd=repo_root(), capture_output=True, text=True, timeout=280,
-        env=os.environ | {"HF_HUB_OFFLINE": "1", "HF_HOME": str(tmp_path / "hf")},
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
-    told = json.loads(done.stdout.splitlines()[-1])
+    said = by_lerobot(tmp_path, "read_lerobot", tmp_path / "lerobot")
+    told = json.loads(said.splitlines()[-1])
     assert (told["episodes"], told["fps"], told["tasks"]) == (2, 20, [EXPERT.prompt])
     assert told["episode_index"] == [0] * 12 + [1] * 5
     acted = np.concatenate([one.acted for one in episodes])
@@ -38,3 +36,17 @@ def test_lerobot_gives_back_every_recorded_number(tmp_path: Path) -> None:
     np.testing.assert_array_equal(np.array(told["action"], np.float32), acted)
     np.testing.assert_array_equal(np.array(told["state"], np.float32), states)
     np.testing.assert_allclose(told["mean"], acted.astype(float).mean(0), rtol=1e-6)
+
+
+def test_lerobot_gives_back_every_pixel_of_recorded_pictures(tmp_path: Path) -> None:
+    lerobot()
+    folder, key = drawn_pictures(tmp_path / "data", 3, 4), "observation.images.eye"
+    export_lerobot(folder, tmp_path / "lerobot", CLONE, failed=False)
+    said = by_lerobot(tmp_path, "read_lerobot", tmp_path / "lerobot")
+    told = json.loads(said.splitlines()[-1])
+    assert (told["episodes"], told["fps"], told["cameras"]) == (2, 20, [key])
+    recorded = np.concatenate([drawn_sight(seed).pictures["eye"] for seed in (3, 4)])
+    pixels = np.array(told[key], np.uint8).reshape(-1, 3, 64, 64)
+    np.testing.assert_array_equal(np.moveaxis(pixels, 1, -1), recorded)
+    mean = (recorded / 255).mean((0, 1, 2)).reshape(3, 1, 1)
+    np.testing.assert_allclose(told[f"{key} mean"], mean, rtol=1e-6)

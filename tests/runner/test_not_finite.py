@@ -28,6 +28,7 @@ from fairlead_skill_runner.fitted_rows import fitted
 from fairlead_skill_runner.policies.constant import ConstantPolicy
 from fairlead_skill_runner.policies.go_to import GoToPolicy
 from fairlead_skill_runner.policies.joint_reach import JointReachPolicy
+from fairlead_skill_runner.policies.lerobot.policy import LerobotPolicy
 from fairlead_skill_runner.policies.onnx import OnnxPolicy
 from fairlead_skill_runner.policies.oracle.policy import OracleSteps
 from fairlead_skill_runner.policies.oracle.reach_cube import ReachCubeOracle
@@ -206,6 +207,7 @@ def test_a_network_in_a_file_likewise(
 def test_every_backend_is_tried_above_but_those_that_compute_from_a_finite_state() -> None:
     tried = {OpenpiPolicy, RldxZmqPolicy, PythonFilePolicy, ConstantPolicy, ReplayPolicy}
     tried |= {OnnxPolicy, OracleSteps, ReachCubeOracle, JointReachPolicy, GoToPolicy}
+    tried.add(LerobotPolicy)  # in its own file
     assert {POLICIES.find(name).value.rpartition(":")[2] for name in POLICIES.names()} == {
         backend.__name__ for backend in tried
     }

@@ -103,7 +103,7 @@ def test_a_skill_that_came_after_the_start_is_on_offer(folder: Path) -> None:
     [
         ("  backend: python", "  backend: pyhton",
          "policy.backend: expected a policy backend, got 'pyhton' (valid: constant, go_to, "
-         "joint_reach, onnx, openpi, oracle, oracle_reach_cube, python, replay, "
+         "joint_reach, lerobot, onnx, openpi, oracle, oracle_reach_cube, python, replay, "
          "rldx_zmq from fairlead 0.1.0)"),
         ("id: my-wave", "idd: my-wave", "idd: unknown key"),
     ],

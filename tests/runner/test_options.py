@@ -15,8 +15,8 @@ from fairlead_skill_runner.options import RunnerOptions, check_runner_options
 
 ORACLE = "oracle-counter-to-cabinet"
 BACKENDS = (
-    "valid: constant, go_to, joint_reach, onnx, openpi, oracle, oracle_reach_cube, python, "
-    "replay, rldx_zmq "
+    "valid: constant, go_to, joint_reach, lerobot, onnx, openpi, oracle, oracle_reach_cube, "
+    "python, replay, rldx_zmq "
     "from fairlead 0.1.0"
 )
 

@@ -56,6 +56,41 @@ def test_what_the_clone_does_in_one_process_it_does_deployed_and_it_succeeds(
     assert all(row["same"] for row in report["policy"])
 
 
+LOOKS_BACK = """
+import numpy as np
+
+class Policy:
+    @classmethod
+    def from_options(cls, skill, options):
+        return cls()
+
+    def reset(self): ...
+
+    def infer(self, observation):
+        states = observation.states
+        assert states.shape == (3, 30)
+        rows = np.zeros((8, 12), np.float32)
+        rows[:, :3] = 0.02 + (states[2, :3] - states[1, :3]) + (states[1, :3] - states[0, :3]) / 2
+        return rows
+"""
+
+
+def test_the_earlier_states_of_a_deployed_policy_are_those_of_one_process(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("FAIRLEAD_SKILLS", str(tmp_path))
+    manifest = yaml.safe_load((rskill_dir("oracle-counter-to-cabinet") / "rskill.yaml").read_text())
+    manifest |= {"id": "looks-back", "policy": {"backend": "python"}}
+    manifest["policy"]["options"] = {"file": "policy.py", "class": "Policy"}
+    manifest["state_contract"]["deltas"] = [-3, -1, 0]
+    (tmp_path / "looks-back").mkdir()
+    (tmp_path / "looks-back" / "rskill.yaml").write_text(yaml.safe_dump(manifest))
+    (tmp_path / "looks-back" / "policy.py").write_text(LOOKS_BACK)
+    report = parity(tmp_path, "--skill", "looks-back", "--ticks", "24", "--policy")
+    actions = next(row for row in report["policy"] if row["quantity"] == "actions")
+    assert report["same"] and actions["deployed"] == 3
+
+
 def test_random_vectors_of_full_scale_do_in_plain_robosuite_what_the_hal_does_with_them(
     tmp_path: Path,
 ) -> None:

@@ -6,17 +6,16 @@ tick, never the pixels: a still scene looks the same in every picture.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from fairlead.messages import Image
+from fairlead_skill_runner.tick_history import TickHistory
 
 _LOOKED_AT = 64
 """Rows and columns of a picture, about, in which contrast is looked for."""
 
 
-class FrameHistory:
+class FrameHistory(TickHistory[Image]):
     """Frames by tick.
 
     Args:
@@ -25,57 +24,27 @@ class FrameHistory:
     """
 
     def __init__(self, ticks_back: int, contrast_min: float) -> None:
-        self._ticks_back, self._contrast_min = ticks_back, contrast_min
+        super().__init__(ticks_back)
+        self._contrast_min = contrast_min
         self._repeated = self._blank = 0  # frames since the newest that counts
-        self._frames: dict[int, Image] = {}
-        self._first_tick = 0
-        self.newest: Image | None = None
 
     def add(self, image: Image) -> None:
-        """Keep a frame that counts; one that comes late may still be wanted."""
-        if image.tick in self._frames:
+        """Keep a frame that counts."""
+        if image.tick in self._kept:
             self._repeated += 1
             return
         if self._contrast_min and contrast(image) < self._contrast_min:
             self._blank += 1
             return
-        if self.newest is None:
-            self._first_tick = image.tick
         if self.newest is None or image.tick > self.newest.tick:
-            self.newest = image
             self._repeated = self._blank = 0
-        self._frames[image.tick] = image
-        oldest = self.newest.tick - self._ticks_back
-        for tick in [tick for tick in self._frames if tick < oldest]:
-            del self._frames[tick]
+        self.keep(image)
 
     def trouble(self) -> str:
         """What has come since the newest frame that counts; "" if nothing has."""
         if self._blank:
             return f"{self._blank} pictures of one colour came since (contrast_min)"
         return f"its last exposure came {self._repeated} times more" if self._repeated else ""
-
-    def missing_tick(self, deltas: Sequence[int], episode_tick: int) -> int | None:
-        """The tick of a frame that was due and is not here; None if all are.
-
-        Args:
-            deltas: in ticks, the last of them 0.
-            episode_tick: frames before it are of another episode.
-        """
-        ticks = self._wanted(deltas, episode_tick)
-        return next((tick for tick in ticks if tick not in self._frames), None)
-
-    def at(self, deltas: Sequence[int], episode_tick: int) -> list[Image]:
-        """The frames, oldest first; call it when none is missing."""
-        return [self._frames[tick] for tick in self._wanted(deltas, episode_tick)]
-
-    def _wanted(self, deltas: Sequence[int], episode_tick: int) -> list[int]:
-        """Before the first frame of a goal or an episode there is that one again."""
-        assert self.newest is not None
-        begun = max(self._first_tick, episode_tick)
-        first = min((tick for tick in self._frames if tick >= begun), default=self.newest.tick)
-        wanted = (self.newest.tick + delta for delta in deltas)
-        return [tick if tick >= begun else first for tick in wanted]
 
 
 def contrast(image: Image) -> float:

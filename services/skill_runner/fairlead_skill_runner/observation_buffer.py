@@ -13,6 +13,7 @@ from fairlead.messages import Image, LayoutState, TaskState, floats
 from fairlead.policy import Observation
 from fairlead.skill.manifest import ImageSpec, SkillManifest
 from fairlead_skill_runner.frame_history import FrameHistory
+from fairlead_skill_runner.tick_history import TickHistory
 
 
 @dataclass(frozen=True)
@@ -49,7 +50,8 @@ class ObservationBuffer:
         self._periods = camera_periods
         self._exact = exact
         self._has_task = has_task
-        self.layout: LayoutState | None = None
+        self._state_deltas = [delta * periods for delta in skill.state_contract.deltas]
+        self._layouts = TickHistory[LayoutState](-self._state_deltas[0])
         self.task: TaskState | None = None
         self._deltas = {
             name: [delta * periods for delta in spec.deltas] for name, spec in skill.images.items()
@@ -63,10 +65,15 @@ class ObservationBuffer:
             camera: FrameHistory(ticks, contrast[camera]) for camera, ticks in back.items()
         }
 
+    @property
+    def layout(self) -> LayoutState | None:
+        """The newest state vector."""
+        return self._layouts.newest
+
     def add_layout(self, layout: LayoutState) -> None:
-        """Keep a state vector if it is newer; a fault is none."""
-        if layout.values is not None and (not self.layout or layout.tick > self.layout.tick):
-            self.layout = layout
+        """Keep a state vector; a fault is none."""
+        if layout.values is not None:
+            self._layouts.keep(layout)
 
     def add_task(self, task: TaskState) -> None:
         """Keep a task state if it is newer."""
@@ -86,6 +93,9 @@ class ObservationBuffer:
         """What an observation of ``tick`` (or newer, unless exact) still lacks; "" if nothing."""
         if self.layout is None or self.layout.tick < tick:
             return f"layout {self._skill.state_contract.layout_name}"
+        lost = self._layouts.missing_tick(self._state_deltas, self.layout.episode_tick)
+        if lost is not None:
+            return f"layout {self._skill.state_contract.layout_name} of tick {lost}"
         if self._has_task and (self.task is None or (self._exact and self.task.tick < tick)):
             return "task state"
         for name, spec in self._skill.images.items():
@@ -126,8 +136,10 @@ class ObservationBuffer:
             if len(pixels) > 1:
                 frames[name] = np.stack(pixels)
             oldest = min(oldest, kept[-1].tick)  # earlier frames are as old as they should be
+        past = self._layouts.at(self._state_deltas, layout.episode_tick)
+        *earlier, state = (floats(one.values) for one in past if one.values is not None)
         observation = Observation(
-            layout.tick, floats(layout.values), self._prompt, images, frames=frames
+            layout.tick, state, self._prompt, images, frames=frames, earlier=np.array(earlier)
         )
         return TimedObservation(observation, oldest)
 

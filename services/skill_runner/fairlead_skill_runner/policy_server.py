@@ -24,6 +24,7 @@ from fairlead.plugins import POLICIES
 from fairlead.policy import Actions, Done, Failed, Observation, Policy
 from fairlead.robot.manifest import load_robot
 from fairlead.skill.manifest import ImageSpec, SkillManifest
+from fairlead.skill.state_contract import StateContract
 from fairlead_skill_runner.action_rows import float_rows
 from fairlead_skill_runner.policies.backends import make_policy
 from fairlead_skill_runner.policies.remote.openpi_wire import decode, encode
@@ -123,17 +124,22 @@ class PolicyServer:
             images[name] = pixels if pixels.ndim == 3 else pixels[-1]
             if pixels.ndim > 3:
                 frames[name] = pixels
-        state = _state(self._state_key, request[self._state_key], self._skill.state_contract.dim)
+        states = _states(self._state_key, request[self._state_key], self._skill.state_contract)
         prompt = request.get(self._prompt_key, self._skill.prompt)
-        return Observation(tick, state, str(prompt), images, frames=frames)
+        return Observation(
+            tick, states[-1], str(prompt), images, frames=frames, earlier=states[:-1]
+        )
 
 
-def _state(name: str, value: object, dim: int) -> FloatArray:
-    if isinstance(value, np.ndarray) and value.dtype.kind in "fiu" and value.shape == (dim,):
+def _states(name: str, value: object, contract: StateContract) -> FloatArray:
+    times = (len(contract.deltas),) if len(contract.deltas) > 1 else ()
+    shape = (*times, contract.dim)
+    if isinstance(value, np.ndarray) and value.dtype.kind in "fiu" and value.shape == shape:
         numbers = value.astype(np.float64)
         if np.isfinite(numbers).all():
-            return numbers
-    raise PolicyError(expected("serve-policy", f"{name} as {dim} finite numbers", _kind(value)))
+            return numbers.reshape(-1, contract.dim)
+    wanted = f"{name} as {' x '.join(map(str, shape))} finite numbers"
+    raise PolicyError(expected("serve-policy", wanted, _kind(value)))
 
 
 def _pixels(name: str, value: object, spec: ImageSpec) -> np.ndarray[Any, np.dtype[np.uint8]]:

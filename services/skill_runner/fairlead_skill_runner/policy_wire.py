@@ -107,10 +107,11 @@ def _mask(data: bytes) -> npt.NDArray[np.bool_]:
 
 
 class Infer(msgspec.Struct, frozen=True, tag=True):
-    """Call the policy's ``infer``; state is float64."""
+    """Call the policy's ``infer``; state and earlier states are float64."""
 
     tick: int
     state: bytes
+    earlier: bytes
     prompt: str
     pictures: tuple[Picture, ...]
     executed: dict[str, Executed]
@@ -126,9 +127,11 @@ class Infer(msgspec.Struct, frozen=True, tag=True):
             Picture.of(name, frames.get(name, image)) for name, image in observation.images.items()
         )
         state = np.ascontiguousarray(observation.state, dtype="<f8").tobytes()
+        earlier = np.ascontiguousarray(observation.earlier, dtype="<f8").tobytes()
         return cls(
             observation.tick,
             state,
+            earlier,
             observation.prompt,
             pictures,
             dict(observation.executed),
@@ -142,9 +145,10 @@ class Infer(msgspec.Struct, frozen=True, tag=True):
         seen = {picture.name: picture.pixels() for picture in self.pictures}
         frames = {name: pixels for name, pixels in seen.items() if pixels.ndim == _WITH_TIME}
         images = {name: frames[name][-1] if name in frames else seen[name] for name in seen}
+        state = np.frombuffer(self.state, dtype="<f8")
         return Observation(
             self.tick,
-            np.frombuffer(self.state, dtype="<f8"),
+            state,
             self.prompt,
             images,
             self.executed,
@@ -152,6 +156,7 @@ class Infer(msgspec.Struct, frozen=True, tag=True):
             frames,
             tuple(past.answer() for past in self.answers),
             self.delay_ticks,
+            np.frombuffer(self.earlier, dtype="<f8").reshape(-1, len(state)),
         )
 
 

@@ -17,6 +17,7 @@ from fairlead.errors import ConfigError
 from fairlead.layout import Layout, load_layout
 from fairlead.plugins import LAYOUTS
 from fairlead.skill.bindings import StateContractBindings
+from fairlead.skill.deltas import NOW, Deltas
 
 Quantity = Literal["position", "velocity"]
 JointUnit = Literal["rad", "deg", "m", "rad/s", "deg/s", "m/s"]
@@ -85,6 +86,8 @@ class StateContract(BaseModel):
         layout: what the numbers mean, for a vector with poses in it; or
         joints: for one of joints alone, what is side by side in it.
         bindings: which frames and joints of the robot fill a layout.
+        deltas: at which moments the policy sees it, in rows of the policy (1 / ``rate_hz``) before
+            the newest, which is 0; ascending. Before a goal's first state there is that one again.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -93,6 +96,8 @@ class StateContract(BaseModel):
     dim: int
     bindings: StateContractBindings = StateContractBindings()
     joints: tuple[JointField, ...] = ()
+    # Left out where it is 0 alone, the hash of a skill stays what it was.
+    deltas: Deltas = Field(default=NOW, exclude_if=lambda deltas: deltas == NOW)
 
     @field_validator("layout")
     @classmethod

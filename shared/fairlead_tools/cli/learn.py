@@ -25,7 +25,7 @@ from fairlead_tools.cli.options import (
 )
 from fairlead_tools.cli.skill import SkillArgument, installed_skill
 
-SOURCE = "panda_mobile_sim"
+SOURCE, CLONED = "panda_mobile_sim", "oracle-counter-to-cabinet"
 DatasetArgument = Annotated[Path, typer.Argument(help="a folder that dataset record made")]
 
 
@@ -131,12 +131,21 @@ def train_command(
     datasets: Annotated[list[Path], typer.Argument(help="folders that dataset record made")],
     out: Annotated[Path, typer.Option(file_okay=False, help="the skill that is made")],
     expert: Annotated[
-        str, typer.Option(help="the scripted skill that is cloned", autocompletion=complete_skill)
-    ] = "oracle-counter-to-cabinet",
+        str | None,
+        typer.Option(
+            help=f"the scripted skill that is cloned; default: {CLONED}; not with pictures",
+            autocompletion=complete_skill,
+        ),
+    ] = None,
     seed: Annotated[int, typer.Option(min=0, help="of all that is drawn")] = 0,
     beside: Annotated[
-        int, typer.Option(min=0, help="states beside each second recorded one, labelled too")
-    ] = 5,
+        int | None,
+        typer.Option(
+            min=0,
+            help="states beside each second recorded one, labelled too; default: 5; not with "
+            "pictures",
+        ),
+    ] = None,
     epochs: Annotated[
         int | None,
         typer.Option(min=1, help="how often each label is seen; default: 60, with pictures 30"),
@@ -152,12 +161,17 @@ def train_command(
     if read_header(datasets[0]).pictures:
         from fairlead_tools.learn.train_sight import SightRecipe, train_sight
 
+        for option, value in (("--expert", expert), ("--beside", beside)):
+            if value is not None:
+                wanted = "it only for datasets without pictures, whose states it labels"
+                raise ConfigError(expected(f"train: {option}", wanted, value))
         train_sight(datasets, SightRecipe(seed, epochs or SightRecipe.epochs), out, echo)
     else:
         from fairlead_tools.learn.train import Recipe, train
 
-        recipe = Recipe(seed, beside, epochs or Recipe.epochs)
-        train(datasets, load_skill(expert), recipe, out, echo)
+        states = Recipe.beside if beside is None else beside
+        recipe = Recipe(seed, states, epochs or Recipe.epochs)
+        train(datasets, load_skill(expert or CLONED), recipe, out, echo)
 
 
 dataset_group = make_group(

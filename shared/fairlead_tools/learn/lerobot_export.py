@@ -1,16 +1,20 @@
 """A dataset as a LeRobotDataset, format v3.0: what `lerobot.datasets.LeRobotDataset` opens.
 
 One parquet file of frames, one of episodes, one of tasks, ``info.json`` and ``stats.json``.
+Pictures are PNG in the file of frames: nothing of a pixel is lost.
 """
 
 from __future__ import annotations
 
+import io
 import json
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
+from PIL import Image
 
 from fairlead.errors import ConfigError, expected
 from fairlead.skill.manifest import SkillManifest
@@ -31,6 +35,24 @@ _SCALARS = {
     "task_index": "int64",
 }
 Columns = dict[str, npt.NDArray[Any]]
+_LEVELS = np.arange(256) / 255
+
+
+@dataclass(frozen=True)
+class _Pictures:
+    """One column of them. shape: of each. counts: int64 ``[3, 256]``, pixels of each level."""
+
+    shape: tuple[int, ...]
+    files: list[bytes]
+    counts: npt.NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class _Part:
+    """One episode's columns."""
+
+    columns: Columns
+    pictures: dict[str, _Pictures]
 
 
 def export_lerobot(folder: Path, target: Path, skill: SkillManifest, failed: bool) -> int:
@@ -41,8 +63,7 @@ def export_lerobot(folder: Path, target: Path, skill: SkillManifest, failed: boo
         failed: write the others too.
 
     Raises:
-        ConfigError: no episode is left, it has pictures, the folder holds something, pyarrow is not
-            installed.
+        ConfigError: no episode is left, the folder holds something, pyarrow is not installed.
     """
     try:
         import pyarrow as pa
@@ -52,19 +73,20 @@ def export_lerobot(folder: Path, target: Path, skill: SkillManifest, failed: boo
             "export lerobot: the package pyarrow is not installed: pip install 'fairlead[dataset]'"
         ) from None
     header = read_header(folder)
-    if header.pictures:
-        got = ", ".join(header.pictures)
-        raise ConfigError(expected(f"export lerobot: {folder}", "a dataset without pictures", got))
-    kept = [one for one in episodes(folder) if one.succeeded or failed]
-    if not kept:
-        raise ConfigError(expected("export lerobot", "an episode that succeeded", "none: --failed"))
     if target.exists() and any(target.iterdir()):
         raise ConfigError(expected("export lerobot", "a folder that is new or empty", target))
-    parts = []
-    for index, episode in enumerate(kept):
-        parts.append(_columns(episode, index, sum(len(one.states) for one in kept[:index]),
-                              header.rate_hz))  # fmt: skip
-    whole = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    parts: list[_Part] = []
+    for episode in episodes(folder):
+        if episode.succeeded or failed:
+            before = sum(len(part.columns["index"]) for part in parts)
+            columns = _columns(episode, len(parts), before, header.rate_hz)
+            parts.append(_Part(columns, _pictures(episode)))
+    if not parts:
+        raise ConfigError(expected("export lerobot", "an episode that succeeded", "none: --failed"))
+    whole = _Part(
+        {name: np.concatenate([part.columns[name] for part in parts]) for name in parts[0].columns},
+        {name: _joined([part.pictures[name] for part in parts]) for name in parts[0].pictures},
+    )
     tables = {
         f"data/{_FIRST}": _table(whole, pa),
         f"meta/episodes/{_FIRST}": pa.Table.from_pylist(
@@ -77,12 +99,12 @@ def export_lerobot(folder: Path, target: Path, skill: SkillManifest, failed: boo
         path.parent.mkdir(parents=True, exist_ok=True)
         parquet.write_table(table, path)
     documents = {
-        "info.json": _info(whole, header.robot, header.rate_hz, len(kept), skill),
-        "stats.json": {name: _statistics(values) for name, values in whole.items()},
+        "info.json": _info(whole, header.robot, header.rate_hz, len(parts), skill),
+        "stats.json": _statistics(whole),
     }
     for name, document in documents.items():
         (target / "meta" / name).write_text(json.dumps(document, indent=4), encoding="utf-8")
-    return len(kept)
+    return len(parts)
 
 
 def _columns(episode: Episode, index: int, before: int, rate_hz: float) -> Columns:
@@ -98,27 +120,52 @@ def _columns(episode: Episode, index: int, before: int, rate_hz: float) -> Colum
     }
 
 
-def _table(columns: Columns, arrow: Any) -> pa.Table:
+def _pictures(episode: Episode) -> dict[str, _Pictures]:
+    return {
+        f"observation.images.{name}": _Pictures(
+            frames.shape[1:],
+            [_png(frame) for frame in frames],
+            np.array([np.bincount(frames[..., one].ravel(), minlength=256) for one in range(3)]),
+        )
+        for name, frames in episode.pictures.items()
+    }
+
+
+def _joined(parts: list[_Pictures]) -> _Pictures:
+    files = [file for part in parts for file in part.files]
+    return _Pictures(parts[0].shape, files, np.sum([part.counts for part in parts], axis=0))
+
+
+def _png(pixels: npt.NDArray[np.uint8]) -> bytes:
+    stream = io.BytesIO()
+    Image.fromarray(pixels).save(stream, "png")
+    return stream.getvalue()
+
+
+def _table(part: _Part, arrow: Any) -> pa.Table:
     arrays = {
         name: arrow.FixedSizeListArray.from_arrays(arrow.array(values.ravel()), values.shape[1])
         if values.ndim > 1
         else arrow.array(values)
-        for name, values in columns.items()
+        for name, values in part.columns.items()
     }
+    kind = arrow.struct({"bytes": arrow.binary(), "path": arrow.string()})
+    for name, pictures in part.pictures.items():
+        arrays[name] = arrow.array([{"bytes": one, "path": None} for one in pictures.files], kind)
     return arrow.table(arrays)
 
 
-def _told(columns: Columns, task: str) -> dict[str, Any]:
+def _told(part: _Part, task: str) -> dict[str, Any]:
     """A row of the episodes' table."""
-    first, length = int(columns["index"][0]), len(columns["index"])
+    first, length = int(part.columns["index"][0]), len(part.columns["index"])
     row: dict[str, Any] = {
-        "episode_index": int(columns["episode_index"][0]), "tasks": [task], "length": length,
+        "episode_index": int(part.columns["episode_index"][0]), "tasks": [task], "length": length,
         "data/chunk_index": 0, "data/file_index": 0,
         "dataset_from_index": first, "dataset_to_index": first + length,
         "meta/episodes/chunk_index": 0, "meta/episodes/file_index": 0,
     }  # fmt: skip
-    for name, values in columns.items():
-        row |= {f"stats/{name}/{key}": value for key, value in _statistics(values).items()}
+    for name, found in _statistics(part).items():
+        row |= {f"stats/{name}/{key}": value for key, value in found.items()}
     return row
 
 
@@ -138,15 +185,35 @@ def _tasks(task: str, arrow: Any) -> pa.Table:
     return table.replace_schema_metadata({"pandas": json.dumps(described)})
 
 
-def _statistics(values: npt.NDArray[Any]) -> dict[str, list[float]]:
+def _statistics(part: _Part) -> dict[str, dict[str, Any]]:
+    return {name: _of_numbers(values) for name, values in part.columns.items()} | {
+        name: _of_pictures(pictures) for name, pictures in part.pictures.items()
+    }
+
+
+def _of_numbers(values: npt.NDArray[Any]) -> dict[str, Any]:
     rows = values.reshape(len(values), -1).astype(np.float64)
     found = {"min": rows.min(0), "max": rows.max(0), "mean": rows.mean(0), "std": rows.std(0)}
     found |= {name: np.quantile(rows, share, axis=0) for name, share in _QUANTILES.items()}
     return {name: one.tolist() for name, one in found.items()} | {"count": [len(rows)]}
 
 
+def _of_pictures(pictures: _Pictures) -> dict[str, Any]:
+    """Of each colour, from 0 to 1; lerobot wants them as pictures of one pixel."""
+    shares = pictures.counts / pictures.counts.sum(1, keepdims=True)
+    mean, below = shares @ _LEVELS, shares.cumsum(1)
+    found = {
+        "min": _LEVELS[(pictures.counts > 0).argmax(1)],
+        "max": _LEVELS[255 - (pictures.counts[:, ::-1] > 0).argmax(1)],
+        "mean": mean,
+        "std": np.sqrt((shares * (_LEVELS - mean[:, None]) ** 2).sum(1)),
+    } | {name: _LEVELS[(below >= share).argmax(1)] for name, share in _QUANTILES.items()}
+    pixels = {name: one.reshape(3, 1, 1).tolist() for name, one in found.items()}
+    return pixels | {"count": [len(pictures.files)]}
+
+
 def _info(
-    whole: Columns, robot: str, rate_hz: float, count: int, skill: SkillManifest
+    whole: _Part, robot: str, rate_hz: float, count: int, skill: SkillManifest
 ) -> dict[str, Any]:
     from fairlead_skill_runner import action_names, state_names
 
@@ -156,11 +223,15 @@ def _info(
         for name, one in names.items()
     }
     features |= {
+        name: {"dtype": "image", "shape": list(one.shape), "names": ["height", "width", "channels"]}
+        for name, one in whole.pictures.items()
+    }
+    features |= {
         name: {"dtype": kind, "shape": [1], "names": None} for name, kind in _SCALARS.items()
     }
     return {
         "codebase_version": VERSION, "robot_type": robot, "total_episodes": count,
-        "total_frames": len(whole["index"]), "total_tasks": 1, "chunks_size": 1000,
+        "total_frames": len(whole.columns["index"]), "total_tasks": 1, "chunks_size": 1000,
         "data_files_size_in_mb": 100, "video_files_size_in_mb": 200,
         "fps": int(rate_hz) if rate_hz == int(rate_hz) else rate_hz,
         "splits": {"train": f"0:{count}"}, "data_path": f"data/{_FILE}", "video_path": None,

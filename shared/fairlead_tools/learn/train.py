@@ -191,7 +191,7 @@ def dataset_told(folder: Path) -> dict[str, Any]:
         "skill": header.skill, "skill_hash": header.skill_hash, "noise": header.noise,
         "seeds": [one.seed for one in header.episodes],
         "succeeded": sum(one.succeeded for one in header.episodes),
-        "states_sha256": digest.hexdigest(),
+        "data_sha256": digest.hexdigest(),
     }  # fmt: skip
 
 

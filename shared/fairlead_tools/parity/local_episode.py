@@ -14,6 +14,7 @@ from fairlead.messages import ResetEpisodeReply
 from fairlead.plugins import POLICIES
 from fairlead.policy import Done, Failed
 from fairlead.robot.manifest import load_robot
+from fairlead.skill.deltas import NOW
 from fairlead.skill.manifest import SkillManifest
 from fairlead.skill.routes import resolve_routes
 from fairlead_tools.parity.episode_trace import EpisodeTrace
@@ -93,8 +94,11 @@ class LocalEpisode:
         self.trace.pictures.append(json.dumps(picture_hashes(seen), sort_keys=True).encode())
         self.trace.actions.append(sent.tobytes())
         for index, row in enumerate(sent[: self._skill.execute_steps]):
-            if index:  # the first tick's frames are there
+            if index:  # the first tick's frames and state are there
                 self._eyes.look(self._tick, self._backend)
+                if self._skill.state_contract.deltas != NOW:
+                    state = observe(self._assembler, self._backend, self._skill)
+                    self._eyes.feel(self._tick, state)
             _note_state(self.trace, self._backend)
             vector = np.array(row, dtype=np.float32)
             self.trace.packed.append(vector.tobytes())

@@ -80,6 +80,12 @@ class LocalEyes:
 
     def observation(self, tick: int, state: FloatArray) -> Observation:
         """Of the tick that was looked at last, with its state vector, float64 ``[dim]``."""
+        self.feel(tick, state)
+        assert self._buffer is not None
+        return self._buffer.gather().observation
+
+    def feel(self, tick: int, state: FloatArray) -> None:
+        """Keep a state vector; a skill that wants earlier ones needs that of each tick."""
         assert self._buffer is not None, "begin() comes first"
         self._buffer.add_layout(
             LayoutState(
@@ -89,7 +95,6 @@ class LocalEyes:
                 fault=None,
             )
         )  # fmt: skip
-        return self._buffer.gather().observation
 
     def close(self) -> None:
         """End the camera process."""

@@ -10,6 +10,7 @@ from fairlead.errors import ConfigError, expected
 from fairlead.plugins import POLICIES, Plugin
 from fairlead.policy import Policy, ServerAddress
 from fairlead.robot.manifest import RobotManifest
+from fairlead.skill.deltas import NOW
 from fairlead.skill.manifest import SkillManifest
 
 PlannerMaker = Callable[[SkillManifest, Mapping[str, JsonValue], RobotManifest, str], Policy]
@@ -42,9 +43,11 @@ def make_policy(
         robot: loads the robot, for a class that asks for it.
 
     Raises:
-        ConfigError: for options that do not fit, and a seam that the policy makes itself.
+        ConfigError: for options that do not fit, a seam that the policy makes itself, and earlier
+            states that it does not read.
     """
     found = policy_class(plugin)
+    _check_states(found, skill, plugin.name)
     for_robot: PlannerMaker | None = getattr(found, "for_robot", None)
     if for_robot is not None:
         policy = for_robot(skill, options, robot(), profile)
@@ -67,10 +70,18 @@ def check_policy_options(skill: SkillManifest) -> None:
         ConfigError: naming every option that does not fit, or the backends there are.
     """
     found = policy_class(POLICIES.find(skill.policy.backend, "policy.backend"))
+    _check_states(found, skill, skill.policy.backend)
     try:
         getattr(found, "check_options", _unchecked)(skill, skill.policy.options)
     except ConfigError as error:
         raise ConfigError(f"policy.options: {error}") from None
+
+
+def _check_states(found: type[Policy], skill: SkillManifest, backend: str) -> None:
+    if skill.state_contract.deltas != NOW and not getattr(found, "takes_states", False):
+        who = f"skill {skill.id}: state_contract.deltas"
+        wanted = f"[0] for the backend {backend}, which sees no earlier states"
+        raise ConfigError(expected(who, wanted, list(skill.state_contract.deltas)))
 
 
 def _unchecked(skill: SkillManifest, options: Mapping[str, JsonValue]) -> None:

@@ -19,6 +19,8 @@ from fairlead.skill.python_policy import python_policy_options
 class PythonFilePolicy:
     """Finds the user's class; what it builds is the policy itself, without a wrapper."""
 
+    takes_states = True
+
     @classmethod
     def check_options(cls, skill: SkillManifest, options: Mapping[str, JsonValue]) -> None:
         """Raises `ConfigError` for options that do not fit; the file is not looked at."""

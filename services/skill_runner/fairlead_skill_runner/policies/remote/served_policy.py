@@ -151,8 +151,9 @@ def warm_up_observation(skill: SkillManifest) -> Observation:
         for name, spec in skill.images.items()
     }
     images = {name: pixels[-1] for name, pixels in frames.items()}
-    state = np.full(skill.state_contract.dim, 0.5)
-    return Observation(0, state, skill.prompt, images, frames=frames)
+    contract = skill.state_contract
+    states = np.full((len(contract.deltas), contract.dim), 0.5)
+    return Observation(0, states[-1], skill.prompt, images, frames=frames, earlier=states[:-1])
 
 
 def output_of(who: str, outputs: Mapping[Any, object], name: str) -> object:

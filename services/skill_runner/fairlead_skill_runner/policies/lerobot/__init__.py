@@ -1,0 +1,1 @@
+"""Policies that LeRobot trained, run by the interpreter that has LeRobot."""
