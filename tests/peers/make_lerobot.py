@@ -94,6 +94,7 @@ def ask(folder: Path) -> None:
 
 
 if __name__ == "__main__":
+    importlib.import_module("torch").set_num_threads(1)
     for name in ("act", "diffusion", "wild", "unknown", "nan"):
         make(name, Path(sys.argv[1]) / name)
     for name in SMALL:

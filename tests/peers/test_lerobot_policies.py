@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from itertools import pairwise
 from pathlib import Path
@@ -21,12 +22,15 @@ from fairlead.skill.manifest import SkillManifest
 from fairlead_skill_runner.policy_worker import LOAD_TIMEOUT_S, PolicyWorker
 from fairlead_skill_runner.trace import read_trace
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch, scratch_robot
+from tests.cli.command import fairlead
 from tests.peers.environment import by_lerobot, lerobot
 from tests.peers.make_lerobot import SEED
 from tests.runner.lerobot_skill import EYE, HORIZON, install
 
 pytestmark = [pytest.mark.processes, pytest.mark.timeout(900)]
 DELTAS = {"diffusion": (-1, 0)}
+CAMERAS = "ur5e_robosuite_cameras"
+renders = pytest.mark.skipif(not CAN_RENDER, reason="no rendering library on this machine")
 
 
 @pytest.fixture(scope="module")
@@ -91,13 +95,30 @@ async def test_what_lerobot_would_run_silently_is_refused_before_any_claim(
     assert text in str(caught.value)
 
 
-@pytest.mark.skipif(not CAN_RENDER, reason="no rendering library on this machine")
+@renders
+@pytest.mark.simulator
+@pytest.mark.parametrize("kind", ["act", "diffusion"])
+def test_deployed_it_sees_and_says_what_it_does_in_one_process(
+    skills: Path, checkpoints: Path, tmp_path: Path, kind: str
+) -> None:
+    """Fails where loading takes 30 s: the gate has disarmed then."""
+    skill = made(skills, checkpoints, kind)
+    done = fairlead(
+        "parity", "--json", "--policy", "-d", CAMERAS, "--skill", skill.id,
+        "--ticks", "24", "--out", str(tmp_path / "out"), state=tmp_path / "registry",
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout + done.stderr
+    report = json.loads(done.stdout)
+    assert report["same"] and report["policy"][2]["deployed"] == 24 / HORIZON
+
+
+@renders
 @pytest.mark.simulator
 def test_deployed_what_the_gate_releases_moves_the_hand_and_what_is_beyond_limits_is_refused(
     skills: Path, checkpoints: Path, tmp_path: Path
 ) -> None:
     options = ScratchOptions(options={"runner": {"trace": True}})
-    scratch = make_scratch(deployment_path("ur5e_robosuite_cameras"), tmp_path / "state", options)
+    scratch = make_scratch(deployment_path(CAMERAS), tmp_path / "state", options)
     with scratch_robot(scratch, Registry(tmp_path / "registry")) as robot:
         for kind in ("act", "diffusion", "wild"):
             skill = made(skills, checkpoints, kind, None if kind == "wild" else 0.28)

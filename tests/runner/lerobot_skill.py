@@ -28,6 +28,7 @@ class Tensor(np.ndarray):
 def from_numpy(array): return array.view(Tensor)
 def manual_seed(seed): manual_seed.given = seed
 manual_seed(0)
+def set_num_threads(count): set_num_threads.given = count
 """
 CONFIG = """
 import json
@@ -69,6 +70,7 @@ class Policy:
         rows = np.zeros((1, self.config.rows, self.config.outputs["action"][0]), np.float32)
         rows[0, :, 0], rows[0, :, 1], rows[0, :, 2] = state[0, 0], eye[0, 2, 1, 0], self.asked
         rows[0, :, 3], rows[0, :, 4] = len(batch["task"][0]), torch.manual_seed.given
+        rows[0, :, 5] = torch.set_num_threads.given
         if self.config.does == "nan" and state[0, 0] > 1:
             rows[0, 2, 5] = self.config.number
         return rows.view(torch.Tensor)

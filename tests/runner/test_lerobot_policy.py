@@ -89,7 +89,7 @@ def test_the_first_rows_of_lerobot_s_chunk_are_the_answer(
         for count in (1, 2):
             rows = policy.infer(seen(len(deltas)))
             assert rows.shape == (HORIZON, DIM) and rows.dtype == np.float32
-            wanted = np.array([0.25, 0.2, count, 2, 9, 0, 0], np.float32)
+            wanted = np.array([0.25, 0.2, count, 2, 9, 1, 0], np.float32)
             np.testing.assert_array_equal(rows[5], wanted)
         policy.reset()
         assert policy.infer(seen(len(deltas)))[0, 2] == 1

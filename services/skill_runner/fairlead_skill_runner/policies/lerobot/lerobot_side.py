@@ -60,7 +60,7 @@ def main() -> None:
         try:
             if "load" in asked:
                 _require_lerobot()
-                loaded = Loaded(asked["load"], asked["device"])
+                loaded = Loaded(asked["load"], asked["device"], asked["threads"])
                 send(pipe, loaded.told())
             elif "seed" in asked:
                 assert loaded is not None
@@ -92,11 +92,12 @@ def _require_lerobot() -> None:
 class Loaded:
     """A checkpoint's policy between its own processors."""
 
-    def __init__(self, checkpoint: str, device: str | None) -> None:
+    def __init__(self, checkpoint: str, device: str | None, threads: int) -> None:
         import torch
         from lerobot.configs.policies import PreTrainedConfig
         from lerobot.policies.factory import get_policy_class, make_pre_post_processors
 
+        torch.set_num_threads(threads)
         config = PreTrainedConfig.from_pretrained(checkpoint)
         config.device = device or config.device
         if hasattr(config, "pretrained_backbone_weights"):

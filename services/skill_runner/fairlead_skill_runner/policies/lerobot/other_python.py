@@ -46,13 +46,14 @@ class OtherPython:
                 ) from None
             self._pipe = ours.makefile("rwb")
 
-    def load(self, checkpoint: Path, device: str | None) -> dict[str, Any]:
+    def load(self, checkpoint: Path, device: str | None, threads: int) -> dict[str, Any]:
         """What the checkpoint says of itself; see `lerobot_side.Loaded.told`.
 
         Raises:
             PolicyError: it cannot be loaded there.
         """
-        return self._ask("loading", {"load": str(checkpoint), "device": device})[0]
+        asked = {"load": str(checkpoint), "device": device, "threads": threads}
+        return self._ask("loading", asked)[0]
 
     def reset(self, seed: int) -> None:
         """A new episode, whose draws begin with the seed.

@@ -37,6 +37,7 @@ class LerobotOptions(BaseModel):
         dataset: the LeRobotDataset that trained it: names, order and rate are compared.
         device: as PyTorch names it; None: as the checkpoint says, where it is there.
         seed: of what a policy draws; each episode begins with it.
+        threads: of PyTorch on the CPU; their number decides over the last bits of an answer.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -46,6 +47,7 @@ class LerobotOptions(BaseModel):
     dataset: str | None = None
     device: str | None = None
     seed: int = Field(default=0, ge=0, lt=2**63)
+    threads: int = Field(default=1, ge=1, le=1024)
 
 
 class LerobotPolicy:
@@ -103,7 +105,8 @@ class LerobotPolicy:
         self._stamp = stamp_of(self._checkpoint)
         self._other = OtherPython(Path(self._options.python).expanduser())
         try:
-            told = self._other.load(self._checkpoint, self._options.device)
+            options = self._options
+            told = self._other.load(self._checkpoint, options.device, options.threads)
             check_told(self._skill, self._checkpoint, told)
             self._names = feature_names(self._skill, told["inputs"])
             self._in_time = told["deltas"] is not None  # its arrays have an axis of frames
