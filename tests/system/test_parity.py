@@ -133,7 +133,11 @@ def test_the_very_pictures_that_a_policy_gets_are_the_same_in_process_and_deploy
         (rskill_dir("pi05-robocasa365-human300-nf4") / "rskill.yaml").read_text()
     )
     images = manifest["images"]
-    images["observation/image"] |= {"rotation_deg": 180, "deltas": [-2, 0]}
+    images["observation/image"] |= {
+        "transforms": [{"rotate_deg": 180}, {"resize_with_pad": [224, 128]}],
+        "dtype": "float32_signed",
+        "deltas": [-2, 0],
+    }
     home = tmp_path / "skills" / "looks"
     home.mkdir(parents=True)
     options = {"file": "policy.py", "class": "Looks"}
