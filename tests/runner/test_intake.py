@@ -79,11 +79,11 @@ def test_the_layouts_own_oldest_input_counts_too() -> None:
 
 def test_a_picture_of_another_size_or_encoding_is_a_policy_error() -> None:
     box = intake(seeing(width=4), exact=False)
-    box.add_image(msgspec.structs.replace(frame(5), encoding_name="jpeg"))
+    box.add_image(msgspec.structs.replace(frame(5), encoding_name="depth32f"))
     box.add_layout(layout(5))
     with pytest.raises(PolicyError) as caught:
         box.gather()
-    assert str(caught.value) == "image eye: expected rgb8 of 4 x 3, got jpeg of 2 x 3"
+    assert str(caught.value) == "image eye: expected rgb8 of 4 x 3, got depth32f of 2 x 3"
 
 
 def test_lockstep_waits_for_the_task_state_of_the_tick() -> None:

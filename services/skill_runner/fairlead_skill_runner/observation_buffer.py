@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from fairlead.jpeg import decoded
 from fairlead.messages import Image, LayoutState, TaskState, floats
 from fairlead.policy import Observation
 from fairlead.skill.image_spec import ImageSpec
@@ -77,9 +78,13 @@ class ObservationBuffer:
             self.task = task
 
     def add_image(self, image: Image) -> None:
-        """Keep a picture of a camera of the skill's."""
+        """Keep a picture of a camera of the skill's; a JPEG is decoded here, once.
+
+        Raises:
+            MessageError: it is none.
+        """
         if image.camera in self._cameras:
-            self._cameras[image.camera].add(image)
+            self._cameras[image.camera].add(decoded(image))
 
     def is_ahead_of(self, tick: int) -> bool:
         """Whether the newest layout is of a later tick."""
