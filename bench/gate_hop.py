@@ -33,7 +33,8 @@ from fairlead.messages import ActionChunk, ActionPart, Message, Verdict, encode,
 from fairlead.modes import ControlMode
 from fairlead.paths import gate_binary, gate_config
 from fairlead.wire.bus import Bus, Qos, Sample
-from fairlead.wire.session import Endpoints, ZenohBus
+from fairlead.wire.endpoints import Endpoints
+from fairlead.wire.session import ZenohBus
 from fairlead_tools.supervisor.this_host import free_ports
 
 DEADLINE_S = 10.0

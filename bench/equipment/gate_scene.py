@@ -41,7 +41,8 @@ from fairlead.messages import (
 )
 from fairlead.modes import ControlMode
 from fairlead.wire.bus import Qos
-from fairlead.wire.session import Endpoints, ZenohBus
+from fairlead.wire.endpoints import Endpoints
+from fairlead.wire.session import ZenohBus
 
 SOURCE = "runner"
 ARM = 0  # index of the part

@@ -47,8 +47,8 @@ if TYPE_CHECKING:
     from fairlead.wire.bus import Bus as Bus
     from fairlead.wire.bus import Qos as Qos
     from fairlead.wire.bus import Sample as Sample
+    from fairlead.wire.endpoints import Endpoints as Endpoints
     from fairlead.wire.memory_bus import MemoryBus as MemoryBus
-    from fairlead.wire.session import Endpoints as Endpoints
     from fairlead.wire.session import ZenohBus as ZenohBus
 
 

@@ -11,7 +11,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from itertools import takewhile
-from typing import NamedTuple, Protocol, Self
+from typing import Any, NamedTuple, Protocol, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -106,11 +106,12 @@ class Observation:
     tick: the joint state's tick (control periods).
     state: the layout vector, float64, shape ``[state_contract.dim]``, SI.
     prompt: the instruction.
-    images: by the policy's picture name, uint8 ``[height, width, 3]``, row 0 at the top.
+    images: by the policy's picture name, as the skill declares it; without a word of that uint8
+        ``[height, width, 3]``, RGB, row 0 at the top.
     executed: by the name of each part that the skill commands, what it did in the period
         before; empty where the robot's report of that period was lost.
     judged: the gate's newest word on an answer of this goal; None before the first.
-    frames: by the name of each picture with several ``deltas``, uint8 ``[T, height, width, 3]``,
+    frames: by the name of each picture with several ``deltas``, ``[T, ...]`` of these arrays,
         oldest first; the last is the one in ``images``.
     answers: the newest answers of this goal, oldest first, with what became of their rows.
     delay_ticks: control periods from an observation to the first row of its answer that can act,
@@ -121,10 +122,10 @@ class Observation:
     tick: int
     state: FloatArray
     prompt: str
-    images: Mapping[str, npt.NDArray[np.uint8]] = field(default_factory=dict)
+    images: Mapping[str, npt.NDArray[Any]] = field(default_factory=dict)
     executed: Mapping[str, Executed] = field(default_factory=dict)
     judged: Judged | None = None
-    frames: Mapping[str, npt.NDArray[np.uint8]] = field(default_factory=dict)
+    frames: Mapping[str, npt.NDArray[Any]] = field(default_factory=dict)
     answers: tuple[PastAnswer, ...] = ()
     delay_ticks: int = 1
     earlier: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
@@ -134,8 +135,8 @@ class Observation:
         """The state at all its deltas, float64 ``[T, dim]``, oldest first."""
         return np.concatenate([self.earlier.reshape(-1, len(self.state)), self.state[None]])
 
-    def frames_of(self, name: str) -> npt.NDArray[np.uint8]:
-        """One picture at all its deltas, uint8 ``[T, height, width, 3]``, oldest first."""
+    def frames_of(self, name: str) -> npt.NDArray[Any]:
+        """One picture at all its deltas, ``[T, ...]``, oldest first."""
         frames = self.frames.get(name)
         return self.images[name][None] if frames is None else frames
 

@@ -14,7 +14,8 @@ from fairlead.keys import Keys
 from fairlead.messages import JointState, LayoutState, TransformBatch, decode
 from fairlead.robot.manifest import RobotManifest
 from fairlead.wire.bus import Qos, Sample
-from fairlead.wire.session import Endpoints, ZenohBus
+from fairlead.wire.endpoints import Endpoints
+from fairlead.wire.session import ZenohBus
 from fairlead_state_assembler.core import AssemblerCore
 from fairlead_state_assembler.publishers import Publishers
 from fairlead_state_assembler.skill_view import SkillView

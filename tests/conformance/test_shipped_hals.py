@@ -12,7 +12,8 @@ import yaml
 
 from bench.equipment.emulated_arm import emulated_arm
 from fairlead.paths import deployment_path, repo_root
-from fairlead.wire.session import Endpoints, ZenohBus
+from fairlead.wire.endpoints import Endpoints
+from fairlead.wire.session import ZenohBus
 from fairlead_tools.conformance.hal_check import HalCheck
 from fairlead_tools.conformance.row import GROUPS
 from fairlead_tools.supervisor.this_host import free_ports

@@ -13,7 +13,8 @@ from bench.equipment.mailbox import DEADLINE_S
 from fairlead.messages import Image
 from fairlead.paths import gate_binary
 from fairlead.wire.bus import Publisher, Qos
-from fairlead.wire.session import Endpoints, ZenohBus
+from fairlead.wire.endpoints import Endpoints
+from fairlead.wire.session import ZenohBus
 from fairlead_tools.supervisor.this_host import free_ports
 
 pytestmark = pytest.mark.processes

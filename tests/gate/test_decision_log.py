@@ -15,7 +15,8 @@ from bench.equipment.running_gate import ROBOT, RunningGate
 from fairlead.keys import Keys
 from fairlead.messages import GateState, Outcome, StopLevel
 from fairlead.wire.bus import Qos
-from fairlead.wire.session import Endpoints, ZenohBus
+from fairlead.wire.endpoints import Endpoints
+from fairlead.wire.session import ZenohBus
 from tests.gate.decision_logs import (
     drive,
     judge,

@@ -9,7 +9,8 @@ import pytest
 
 from bench.equipment.running_gate import RunningGate
 from bench.equipment.scripted_hal import ScriptedHal
-from fairlead.wire.session import Endpoints, ZenohBus
+from fairlead.wire.endpoints import Endpoints
+from fairlead.wire.session import ZenohBus
 from fairlead_tools.supervisor.this_host import free_ports
 
 pytestmark = pytest.mark.processes

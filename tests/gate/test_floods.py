@@ -10,7 +10,8 @@ from bench.equipment.gate_scene import SOURCE, Scene
 from bench.equipment.mailbox import Mailbox
 from fairlead.messages import Outcome, Verdict, encode
 from fairlead.wire.bus import Qos
-from fairlead.wire.session import Endpoints, ZenohBus
+from fairlead.wire.endpoints import Endpoints
+from fairlead.wire.session import ZenohBus
 
 pytestmark = pytest.mark.processes
 

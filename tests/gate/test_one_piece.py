@@ -12,7 +12,8 @@ from bench.equipment.gate_scene import SOURCE, Scene
 from bench.equipment.mailbox import Mailbox
 from bench.faults.proxy import Delivery, FaultProxy, forward
 from fairlead.messages import Verdict
-from fairlead.wire.session import Endpoints, ZenohBus
+from fairlead.wire.endpoints import Endpoints
+from fairlead.wire.session import ZenohBus
 
 pytestmark = pytest.mark.processes
 

@@ -13,7 +13,8 @@ from bench.equipment.running_gate import ROBOT, RunningGate
 from fairlead.keys import Keys
 from fairlead.messages import GateStatus, StatusQuery, decode
 from fairlead.paths import gate_binary
-from fairlead.wire.session import Endpoints, ZenohBus
+from fairlead.wire.endpoints import Endpoints
+from fairlead.wire.session import ZenohBus
 from fairlead_tools.supervisor.this_host import free_ports
 
 pytestmark = pytest.mark.processes

@@ -18,8 +18,9 @@ from fairlead.errors import ConfigError
 from fairlead.hal import identity
 from fairlead.hal.identity import refuse_second_hal
 from fairlead.keys import Keys
+from fairlead.wire.endpoints import Endpoints
 from fairlead.wire.memory_bus import MemoryBus
-from fairlead.wire.session import Endpoints, ZenohBus
+from fairlead.wire.session import ZenohBus
 from fairlead_tools.supervisor.this_host import free_ports
 
 KEYS = Keys(f"tested{os.getpid()}")

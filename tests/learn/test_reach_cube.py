@@ -66,7 +66,7 @@ def test_the_onnx_file_says_what_jax_says_and_the_recipe_gives_it_again(
     pytest.importorskip("jax", reason="no jax: pip install 'fairlead[train-pictures]'")
     pytest.importorskip("optax", reason="no optax")
     from fairlead_tools.learn import train_sight as module
-    from fairlead_tools.learn.sight import Weights, fit_pictures, forward, tensor
+    from fairlead_tools.learn.sight import Weights, fit_pictures, forward
 
     monkeypatch.setenv("FAIRLEAD_SKILLS", str(tmp_path))
     trained: list[Weights] = []
@@ -86,9 +86,10 @@ def test_the_onnx_file_says_what_jax_says_and_the_recipe_gives_it_again(
     told = json.loads((tmp_path / "one" / "stats.json").read_text())
     state, action = (told[key] for key in ("observation.state", "action"))
     episode = drawn_sight(9)
-    pictures = episode.pictures["eye"][:8]
+    planes = episode.pictures["eye"][:8].transpose(0, 3, 1, 2)
+    pictures = planes.astype(np.float32) / np.float32(255)
     inputs = (episode.states[:8] - state["mean"]) / (np.array(state["std"]) + 1e-8)
-    wanted = np.asarray(forward(trained[0], tensor(pictures), inputs.astype(np.float32)))
+    wanted = np.asarray(forward(trained[0], pictures, inputs.astype(np.float32)))
     for index, rows in enumerate(wanted.reshape(8, 4, 7)):
         seen = Observation(1, episode.states[index], "", {"eye": pictures[index]})
         restored = rows * np.array(action["std"]) + action["mean"]
@@ -116,7 +117,7 @@ class _Blind:
     """The policy, for which every picture is black."""
 
     def __init__(self, policy: Policy) -> None:
-        self._policy, self._black = policy, np.zeros((64, 64, 3), np.uint8)
+        self._policy, self._black = policy, np.zeros((3, 64, 64), np.float32)
 
     def infer(self, observation: Observation) -> Actions | Done | Failed:
         return self._policy.infer(replace(observation, images={"eye": self._black}))

@@ -18,6 +18,8 @@ GUARDS = {
     "LeaderArm": "a leader's newest pose: `leader`, the thread of its bus, and teleop's `main`",
     "HeardStates": "joint states that `fairlead hal check` heard: its `receive`, `main`",
     "StandInGate": "leases that `fairlead hal check` sends: its `receive`, `main`, and a timer",
+    "FrameSender": "readers and memory of a camera: `tick`, the camera's thread",
+    "FrameSubscription": "which way a camera's frames come: `receive`, `frames`, `main`",
     "CameraProcess": "the number of requested frames: `tick`, the camera's thread",
 }
 """What each lock guards, and the threads that take it (docs/design.md: which thread runs what)."""

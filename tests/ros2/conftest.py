@@ -8,7 +8,8 @@ from typing import Any
 
 import pytest
 
-from fairlead.wire.session import Endpoints, ZenohBus
+from fairlead.wire.endpoints import Endpoints
+from fairlead.wire.session import ZenohBus
 from fairlead_tools.supervisor.this_host import free_ports
 from tests.ros2.ros_process import RosProcess, StartRos
 

@@ -19,7 +19,8 @@ from fairlead.operate.goal_run import GoalOptions, run_goal
 from fairlead.ros2.link import Ros2Link
 from fairlead.ros2.node import RosNode
 from fairlead.wire.bus import Qos
-from fairlead.wire.session import Endpoints, ZenohBus
+from fairlead.wire.endpoints import Endpoints
+from fairlead.wire.session import ZenohBus
 from fairlead_tools.bridge.ros2_bridge import Ros2Bridge
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch, scratch_robot
 from fairlead_tools.supervisor.this_host import free_ports

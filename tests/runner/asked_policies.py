@@ -20,7 +20,7 @@ ROWS = np.random.default_rng(5).uniform(-1, 1, (4, 12)).astype(np.float32)
 def observation(skill: SkillManifest, tick: int = 9) -> Observation:
     rng = np.random.default_rng(tick)
     frames = {
-        name: rng.integers(0, 256, (len(spec.deltas), spec.height, spec.width, 3)).astype(np.uint8)
+        name: rng.integers(0, 256, (len(spec.deltas), *spec.shape)).astype(np.uint8)
         for name, spec in skill.images.items()
     }
     images = {name: pixels[-1] for name, pixels in frames.items()}

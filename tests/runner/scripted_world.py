@@ -41,7 +41,8 @@ from fairlead.messages import (
     pack_floats,
 )
 from fairlead.wire.bus import Qos
-from fairlead.wire.session import Endpoints, ZenohBus
+from fairlead.wire.endpoints import Endpoints
+from fairlead.wire.session import ZenohBus
 from fairlead_tools.supervisor.this_host import free_ports
 from tests.runner.scripted_robot import (
     CLAIM,

@@ -12,7 +12,7 @@ from fairlead.skill.manifest import SkillManifest
 from fairlead_skill_runner.observation_buffer import ObservationBuffer
 from tests.runner.scripted_robot import SESSION, SKILL, layout, task
 
-EYE = {"camera": "front", "width": 2, "height": 3, "rotation_deg": 0}
+EYE = {"camera": "front", "width": 2, "height": 3}
 
 
 def seeing(**change: object) -> SkillManifest:
@@ -71,26 +71,6 @@ def test_an_older_frame_that_comes_late_does_not_replace_a_newer_one() -> None:
     assert box.gather().observation.images["eye"][2, 0, 0] == 50
 
 
-@pytest.mark.parametrize(
-    ("rotation", "shape", "where"),
-    [
-        (0, (3, 2, 3), (0, 1)),
-        (90, (2, 3, 3), (1, 2)),  # clockwise: top right becomes bottom right
-        (180, (3, 2, 3), (2, 0)),
-        (270, (2, 3, 3), (0, 0)),
-    ],
-)
-def test_pictures_are_turned_clockwise_as_declared(
-    rotation: int, shape: tuple[int, ...], where: tuple[int, int]
-) -> None:
-    box = intake(seeing(rotation_deg=rotation), exact=False)
-    box.add_image(frame(5))
-    box.add_layout(layout(5))
-    image = box.gather().observation.images["eye"]
-    assert image.shape == shape
-    assert [tuple(i) for i in np.argwhere(image[:, :, 0] == 255)] == [where]
-
-
 def test_the_layouts_own_oldest_input_counts_too() -> None:
     box = intake(SKILL, exact=False)
     box.add_layout(layout(9, oldest=6))
@@ -99,11 +79,11 @@ def test_the_layouts_own_oldest_input_counts_too() -> None:
 
 def test_a_picture_of_another_size_or_encoding_is_a_policy_error() -> None:
     box = intake(seeing(width=4), exact=False)
-    box.add_image(msgspec.structs.replace(frame(5), encoding_name="jpeg"))
+    box.add_image(msgspec.structs.replace(frame(5), encoding_name="depth32f"))
     box.add_layout(layout(5))
     with pytest.raises(PolicyError) as caught:
         box.gather()
-    assert str(caught.value) == "image eye: expected rgb8 of 4 x 3, got jpeg of 2 x 3"
+    assert str(caught.value) == "image eye: expected rgb8 of 4 x 3, got depth32f of 2 x 3"
 
 
 def test_lockstep_waits_for_the_task_state_of_the_tick() -> None:

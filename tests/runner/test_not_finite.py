@@ -92,10 +92,7 @@ def servers() -> Iterator[Servers]:
 
 
 def seen(skill: SkillManifest) -> Observation:
-    images = {
-        name: np.zeros((spec.height, spec.width, 3), np.uint8)
-        for name, spec in skill.images.items()
-    }
+    images = {name: np.zeros(spec.shape, spec.number_type) for name, spec in skill.images.items()}
     return Observation(1, np.full(skill.state_contract.dim, 0.5), "", images)
 
 

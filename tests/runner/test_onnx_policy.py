@@ -100,17 +100,21 @@ def test_the_worker_says_bit_for_bit_what_the_policy_says_in_this_process(skills
 
 @pytest.mark.parametrize(
     ("axes", "dtype", "deltas"),
-    [("nchw", "float32", [0]), ("nhwc", "uint8", [0]), ("nchw", "uint8", [-2, 0])],
+    [("chw", "float32_unit", [0]), ("hwc", "uint8", [0]), ("chw", "uint8", [-2, 0])],
 )
-def test_a_picture_goes_in_with_the_axes_and_numbers_that_are_declared(
+def test_a_picture_goes_in_as_the_skill_declares_it_and_nothing_is_done_to_it(
     skills: Path, axes: str, dtype: str, deltas: list[int]
 ) -> None:
     """The network gives back 48 numbers of its input as they lie in it."""
-    spec = {"camera": "robot0_eye_in_hand", "width": 4, "height": 6, "deltas": deltas}
-    frames = RNG.integers(0, 256, (len(deltas), 6, 4, 3), dtype=np.uint8)
-    turned = frames if axes == "nhwc" else frames.transpose(0, 3, 1, 2)
-    kind = TensorProto.FLOAT if dtype == "float32" else TensorProto.UINT8
-    shape = [1, *(turned.shape if len(deltas) > 1 else turned.shape[1:])]
+    spec = {
+        "camera": "robot0_eye_in_hand", "width": 4, "height": 6, "deltas": deltas,
+        "axes": axes, "dtype": dtype,
+    }  # fmt: skip
+    size = (6, 4, 3) if axes == "hwc" else (3, 6, 4)
+    kind = TensorProto.UINT8 if dtype == "uint8" else TensorProto.FLOAT
+    drawn = RNG.integers(0, 256, (len(deltas), *size))
+    frames = drawn.astype(np.uint8) if dtype == "uint8" else (drawn / 256).astype(np.float32)
+    shape = [1, *(frames.shape if len(deltas) > 1 else frames.shape[1:])]
     data = model(
         [
             helper.make_node("Cast", ["eye"], ["numbers"], to=TensorProto.FLOAT),
@@ -130,14 +134,11 @@ def test_a_picture_goes_in_with_the_axes_and_numbers_that_are_declared(
         nought=np.zeros((), np.float32),
         shape=np.array([1, HORIZON, DIM], np.int64),
     )
-    eye = {"input": {"input": "eye", "axes": axes, "dtype": dtype}, "spec": spec}
-    policy = made(install(skills, data, images={"wrist": eye}))
+    policy = made(install(skills, data, images={"wrist": {"input": "eye", "spec": spec}}))
     seen = Observation(
         1, SEEN.state, "", {"wrist": frames[-1]}, frames={"wrist": frames} if deltas[1:] else {}
     )
-    wanted = turned.reshape(-1)[: HORIZON * DIM].astype(np.float32)
-    if dtype == "float32":
-        wanted = wanted / np.float32(255)
+    wanted = frames.reshape(-1)[: HORIZON * DIM].astype(np.float32)
     np.testing.assert_array_equal(policy.infer(seen).reshape(-1), wanted)
 
 
@@ -210,7 +211,7 @@ def test_options_are_checked_without_any_file(skills: Path) -> None:
     hashed = skill.policy.options["model"]
     cases: list[tuple[dict[str, Any], str]] = [
         ({"model": {"file": "../policy.onnx", "sha256": "0" * 64}}, "model.file: "),
-        ({"model": hashed, "images": {"eye": {"input": "eye"}}},
+        ({"model": hashed, "images": {"eye": "eye"}},
          "onnx policy: images: expected an input for each of: none, got eye"),
     ]  # fmt: skip
     for options, text in cases:

@@ -15,7 +15,7 @@ from fairlead.skill.manifest import load_skill
 from fairlead_skill_runner.policies.oracle.policy import OraclePolicy
 from fairlead_skill_runner.policies.remote.openpi import OpenpiPolicy
 from fairlead_skill_runner.policies.remote.openpi_wire import encode
-from fairlead_skill_runner.policy_server import PolicyServer
+from fairlead_skill_runner.policy_server import PolicyServer, served_policy
 from tests.runner.broken_policies import Misbehaving
 from tests.runner.served_skill import served
 
@@ -36,6 +36,20 @@ def test_each_connection_is_an_episode_and_its_answers_are_the_policy_s_bit_for_
                 wanted = alone.infer(Observation(1 + 8 * number, state, ""))
                 assert policy.infer(Observation(5, state, "")).tobytes() == wanted.tobytes()
             policy._close()
+
+
+def test_a_picture_is_served_as_the_client_s_skill_declares_it_and_not_changed_again() -> None:
+    skill = load_skill("bc-reach-cube")
+    options: dict[str, Any] = {"start": "-", "connect_timeout_s": 4.0, "answer_timeout_s": 4.0}
+    eye = np.random.default_rng(4).uniform(0, 1, (3, 64, 64)).astype(np.float32)
+    seen = Observation(1, np.full(8, 0.5), "", {"eye": eye})
+    wanted = served_policy(skill).infer(seen)
+    with served(skill.id) as address:
+        policy = OpenpiPolicy.from_options(skill, options | {"address": address})
+        policy.reset()
+        got = policy.infer(seen)
+        policy._close()
+    assert isinstance(wanted, np.ndarray) and got.tobytes() == wanted.tobytes()
 
 
 def test_who_has_no_key_or_comes_second_is_turned_away_and_the_first_goes_on() -> None:

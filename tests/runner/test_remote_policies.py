@@ -131,3 +131,15 @@ def test_options_that_do_not_fit_are_named(
     with pytest.raises(ConfigError) as caught:
         policy.from_options(skill, skill.policy.options | options)
     assert text in str(caught.value)
+
+
+def test_a_server_that_takes_bytes_alone_is_given_no_picture_of_other_numbers() -> None:
+    skill = load_skill(RLDX)
+    name, spec = next(iter(skill.images.items()))
+    images = {**skill.images, name: spec.model_copy(update={"dtype": "float32_unit"})}
+    seeing = skill.model_copy(update={"images": images})
+    with pytest.raises(ConfigError) as caught:
+        RldxZmqPolicy.check_options(seeing, skill.policy.options)
+    assert str(caught.value) == (
+        f"rldx policy: images.{name}: expected dtype uint8, axes hwc, got float32_unit, hwc"
+    )

@@ -17,7 +17,8 @@ from bench.equipment.live_robot import wait_for
 from fairlead.messages import Heartbeat
 from fairlead.paths import repo_root
 from fairlead.wire.bus import Qos
-from fairlead.wire.session import Endpoints, ZenohBus
+from fairlead.wire.endpoints import Endpoints
+from fairlead.wire.session import ZenohBus
 from fairlead_tools.supervisor.this_host import free_ports
 from tests.cli.command import fairlead_command, fairlead_environment
 
@@ -29,7 +30,8 @@ FIN_WAIT1 = "04"
 NOBODY = "0"  # the inode of a socket that no process has open
 CLIENT = """
 import signal, sys
-from fairlead.wire.session import Endpoints, ZenohBus
+from fairlead.wire.endpoints import Endpoints
+from fairlead.wire.session import ZenohBus
 bus = ZenohBus(Endpoints(connect=[sys.argv[1] + "#so_rcvbuf=4096"], mode="client"))
 bus.subscribe("big", lambda sample: None)
 bus.declare_token("subscribed")

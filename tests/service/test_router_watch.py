@@ -11,7 +11,8 @@ import pytest
 from fairlead.deploy.router_watch import open_with_logging, refuse_duplicate_service, watch_router
 from fairlead.errors import ConfigError, TransportError
 from fairlead.keys import Keys
-from fairlead.wire.session import Endpoints, ZenohBus
+from fairlead.wire.endpoints import Endpoints
+from fairlead.wire.session import ZenohBus
 from fairlead_tools.supervisor.this_host import free_ports
 from tests.client.turns import turns, until
 

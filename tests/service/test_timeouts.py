@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from fairlead.operate.services import ANSWER_TIMEOUT_S
-from fairlead.wire.session import LINK_SILENCE_S
+from fairlead.wire.endpoints import LINK_SILENCE_S
 
 
 def test_a_tool_waits_for_an_answer_longer_than_a_silent_link_lives() -> None:

@@ -12,7 +12,8 @@ from fairlead.messages import HalCamera
 from fairlead.paths import ROBOTS_VARIABLE, robot_dir
 from fairlead.robot.manifest import load_robot
 from fairlead.skill.admission import Admission, admission_problems
-from fairlead.skill.manifest import ImageSpec, load_skill
+from fairlead.skill.image_spec import ImageSpec
+from fairlead.skill.manifest import load_skill
 from tests.skill.mobile_hal import HAL
 
 ROBOCASA = ("rldx1-ft-rc365-nf4", "rldx-robocasa", "pi05-robocasa365-human300-nf4")

@@ -168,7 +168,11 @@ def test_the_very_pictures_that_a_policy_gets_are_the_same_in_process_and_deploy
         (rskill_dir("pi05-robocasa365-human300-nf4") / "rskill.yaml").read_text()
     )
     images = manifest["images"]
-    images["observation/image"] |= {"rotation_deg": 180, "deltas": [-2, 0]}
+    images["observation/image"] |= {
+        "transforms": [{"rotate_deg": 180}, {"resize_with_pad": [224, 128]}],
+        "dtype": "float32_signed",
+        "deltas": [-2, 0],
+    }
     home = tmp_path / "skills" / "looks"
     home.mkdir(parents=True)
     options = {"file": "policy.py", "class": "Looks"}
@@ -176,7 +180,13 @@ def test_the_very_pictures_that_a_policy_gets_are_the_same_in_process_and_deploy
     (home / "rskill.yaml").write_text(yaml.safe_dump(manifest))
     (home / "policy.py").write_text(LOOKS)
     monkeypatch.setenv("FAIRLEAD_SKILLS", str(tmp_path / "skills"))
-    report = parity(tmp_path, "--policy", "--skill", "looks", "--ticks", "48")
+    source = yaml.safe_load(deployment_path("panda_mobile_sim_cameras").read_text())
+    cameras = {one["name"]: one for one in source["services"]["hal"]["options"]["cameras"]}
+    cameras["robot0_eye_in_hand"]["jpeg_quality"] = 90
+    file = tmp_path / "jpeg.yaml"
+    file.write_text(yaml.safe_dump(source))
+    report = parity(tmp_path, "--policy", "--skill", "looks", "--ticks", "48", "-d", str(file))
+    assert report["lossy_cameras"] == ["robot0_eye_in_hand"]
     rows = {row["quantity"]: row for row in report["policy"]}
     assert report["same"] and report["episodes"] == []
     assert list(rows) == ["observations", "pictures", "actions"]

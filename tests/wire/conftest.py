@@ -6,8 +6,9 @@ from collections.abc import Iterator
 
 import pytest
 
+from fairlead.wire.endpoints import Endpoints
 from fairlead.wire.memory_bus import MemoryBus
-from fairlead.wire.session import Endpoints, ZenohBus
+from fairlead.wire.session import ZenohBus
 from tests.wire.pair import Pair, free_endpoint
 
 

@@ -42,7 +42,10 @@ def _of(kind: inspect.Type) -> st.SearchStrategy[Any]:
             return st.booleans()
         case inspect.StrType():
             return st.text(max_size=40)
-        case inspect.BytesType(min_length=shortest, max_length=longest):
+        case (
+            inspect.BytesType(min_length=shortest, max_length=longest)
+            | inspect.MemoryViewType(min_length=shortest, max_length=longest)
+        ):
             return st.binary(min_size=shortest or 0, max_size=longest or 300)
         case inspect.LiteralType(values=values):
             return st.sampled_from(values)

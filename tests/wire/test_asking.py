@@ -8,7 +8,8 @@ import pytest
 
 from fairlead.errors import FairleadError, NoAnswerError, RefusedError, TransportError
 from fairlead.messages import Arm, ArmReply, Message, StatusQuery, decode
-from fairlead.wire.session import Endpoints, ZenohBus
+from fairlead.wire.endpoints import Endpoints
+from fairlead.wire.session import ZenohBus
 from tests.wire.pair import DEADLINE_S, Pair
 
 

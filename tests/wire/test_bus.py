@@ -20,8 +20,9 @@ from fairlead.messages import (
     encode,
 )
 from fairlead.wire.bus import Bus, Qos, Sample
+from fairlead.wire.endpoints import Endpoints
 from fairlead.wire.memory_bus import MemoryBus, matches
-from fairlead.wire.session import Endpoints, ZenohBus
+from fairlead.wire.session import ZenohBus
 from tests.wire.pair import DEADLINE_S, Pair, free_endpoint
 
 

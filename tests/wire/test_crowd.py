@@ -9,7 +9,8 @@ from contextlib import ExitStack, closing
 
 from fairlead.messages import Heartbeat, decode
 from fairlead.wire.bus import Qos
-from fairlead.wire.session import Endpoints, ZenohBus
+from fairlead.wire.endpoints import Endpoints
+from fairlead.wire.session import ZenohBus
 from tests.wire.pair import DEADLINE_S, Pair, free_endpoint
 
 CROWD = 1000

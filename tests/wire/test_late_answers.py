@@ -7,7 +7,8 @@ import threading
 
 from fairlead.messages import Arm, ArmReply, decode
 from fairlead.wire.bus import Answer
-from fairlead.wire.session import Endpoints, ZenohBus
+from fairlead.wire.endpoints import Endpoints
+from fairlead.wire.session import ZenohBus
 from tests.wire.pair import DEADLINE_S, Pair, free_endpoint
 
 

@@ -18,8 +18,11 @@ from multiprocessing import Pipe
 from multiprocessing.connection import Connection
 
 import msgspec
+import numpy as np
+import numpy.typing as npt
 
 from fairlead.deploy.scheduling import run_as_ordinary_process
+from fairlead.jpeg import as_jpeg
 from fairlead.messages import Image, decode, encode
 from fairlead_hal_sim.graphics_choice import VARIABLE, renderers, why_none
 from fairlead_hal_sim.options import CameraOptions, SimulatorOptions
@@ -149,25 +152,25 @@ def serve(pipe: Connection) -> None:
         request = msgspec.msgpack.decode(pipe.recv_bytes(), type=FrameRequest)
         restore_snapshot(env.sim, request.snapshot)
         for name in request.cameras:
-            data = _render(env.sim, cameras[name])
+            pixels, quality = _render(env.sim, cameras[name]), cameras[name].jpeg_quality
             image = Image(
                 session=request.session,
                 tick=request.tick,
                 camera=name,
                 width=cameras[name].width,
                 height=cameras[name].height,
-                encoding_name="rgb8",
-                data=data,
+                encoding_name="jpeg" if quality else "rgb8",
+                data=as_jpeg(pixels, quality) if quality else pixels.tobytes(),
             )
             _answer(pipe, FrameAnswer(encode(image), ""))
 
 
-def _render(sim: object, camera: CameraOptions) -> bytes:
+def _render(sim: object, camera: CameraOptions) -> npt.NDArray[np.uint8]:
     """RGB rows, top first (robosuite's come bottom first)."""
-    image = sim.render(  # type: ignore[attr-defined]
+    image: npt.NDArray[np.uint8] = sim.render(  # type: ignore[attr-defined]
         camera_name=camera.name, width=camera.width, height=camera.height
     )
-    return bytes(image[::-1].tobytes())
+    return image[::-1]
 
 
 def _answer(pipe: Connection, answer: FrameAnswer) -> None:

@@ -8,7 +8,10 @@ from pydantic import BaseModel, ConfigDict, Field
 
 
 class CameraOptions(BaseModel):
-    """One rendered camera: image size [px] and ticks between frames."""
+    """One rendered camera: image size [px] and ticks between frames.
+
+    jpeg_quality: its frames are sent as JPEG of this quality; None: as they are.
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -16,6 +19,7 @@ class CameraOptions(BaseModel):
     width: int = Field(gt=0, le=4096)
     height: int = Field(gt=0, le=4096)
     period_ticks: int = Field(gt=0)
+    jpeg_quality: int | None = Field(default=None, ge=1, le=100)
 
 
 class SimulatorOptions(BaseModel):

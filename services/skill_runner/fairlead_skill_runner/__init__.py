@@ -7,6 +7,7 @@ policy of one's own is a class in the skill's folder (docs/my-first-skill.md).
 from fairlead_skill_runner.candidate import dispatch
 from fairlead_skill_runner.fitted_rows import fitted
 from fairlead_skill_runner.observation_buffer import ObservationBuffer
+from fairlead_skill_runner.picture import as_declared, pixels_of
 from fairlead_skill_runner.policies.backends import check_policy_options, policy_class
 from fairlead_skill_runner.policies.onnx_files import action_names, state_names
 from fairlead_skill_runner.policy_server import PolicyServer, served_policy
@@ -17,10 +18,12 @@ __all__ = [
     "PolicyServer",
     "TraceRecord",
     "action_names",
+    "as_declared",
     "check_policy_options",
     "dispatch",
     "fitted",
     "picture_hashes",
+    "pixels_of",
     "policy_class",
     "read_trace",
     "served_policy",

@@ -48,9 +48,18 @@ class FrameHistory(TickHistory[Image]):
 
 
 def contrast(image: Image) -> float:
-    """Standard deviation of the channel that varies most [levels of 255]; not of an rgb8: inf."""
-    if image.encoding_name != "rgb8" or len(image.data) != image.width * image.height * 3:
-        return float("inf")  # said where the picture is taken
+    """Standard deviation of the channel that varies most [levels of 255].
+
+    Of depths, their largest is 255, and what was not measured (0, infinite, NaN) does not count;
+    of what is not as long as it should be, infinite: that is said where the picture is taken.
+    """
+    numbers = image.width * image.height
+    if image.encoding_name == "depth32f" and len(image.data) == 4 * numbers:
+        depths = np.frombuffer(image.data, "<f4").astype(np.float64)
+        depths = depths[np.isfinite(depths) & (depths > 0)]
+        return float(255 * (depths / depths.max()).std()) if len(depths) else 0.0
+    if image.encoding_name != "rgb8" or len(image.data) != 3 * numbers:
+        return float("inf")
     pixels = np.frombuffer(image.data, np.uint8).reshape(image.height, image.width, 3)
     step = max(1, min(image.height, image.width) // _LOOKED_AT)
     return float(pixels[::step, ::step].std(axis=(0, 1)).max(initial=0.0))

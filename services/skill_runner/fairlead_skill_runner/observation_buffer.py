@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from fairlead.errors import PolicyError, expected
+from fairlead.jpeg import decoded
 from fairlead.messages import Image, LayoutState, TaskState, floats
 from fairlead.policy import Observation
-from fairlead.skill.manifest import ImageSpec, SkillManifest
+from fairlead.skill.image_spec import ImageSpec
+from fairlead.skill.manifest import SkillManifest
 from fairlead_skill_runner.frame_history import FrameHistory
+from fairlead_skill_runner.picture import picture
 from fairlead_skill_runner.tick_history import TickHistory
 
 
@@ -64,6 +67,7 @@ class ObservationBuffer:
         self._cameras = {
             camera: FrameHistory(ticks, contrast[camera]) for camera, ticks in back.items()
         }
+        self._made: dict[str, dict[int, npt.NDArray[Any]]] = {name: {} for name in skill.images}
 
     @property
     def layout(self) -> LayoutState | None:
@@ -81,9 +85,13 @@ class ObservationBuffer:
             self.task = task
 
     def add_image(self, image: Image) -> None:
-        """Keep a picture of a camera of the skill's."""
+        """Keep a picture of a camera of the skill's; a JPEG is decoded here, once.
+
+        Raises:
+            MessageError: it is none.
+        """
         if image.camera in self._cameras:
-            self._cameras[image.camera].add(image)
+            self._cameras[image.camera].add(decoded(image))
 
     def is_ahead_of(self, tick: int) -> bool:
         """Whether the newest layout is of a later tick."""
@@ -131,10 +139,15 @@ class ObservationBuffer:
         images, frames, oldest = {}, {}, min(layout.tick, layout.oldest_tick)
         for name, spec in self._skill.images.items():
             kept = self._cameras[spec.camera].at(self._deltas[name], layout.episode_tick)
-            pixels = [_pixels(name, spec, image) for image in kept]
-            images[name] = pixels[-1]
-            if len(pixels) > 1:
-                frames[name] = np.stack(pixels)
+            # Of each frame once, however many observations it is in.
+            before = self._made[name]
+            self._made[name] = made = {
+                tick: before[tick] if tick in before else picture(name, spec, image)
+                for tick, image in {image.tick: image for image in kept}.items()
+            }
+            images[name] = made[kept[-1].tick]
+            if len(kept) > 1:
+                frames[name] = np.stack([made[image.tick] for image in kept])
             oldest = min(oldest, kept[-1].tick)  # earlier frames are as old as they should be
         past = self._layouts.at(self._state_deltas, layout.episode_tick)
         *earlier, state = (floats(one.values) for one in past if one.values is not None)
@@ -151,18 +164,3 @@ class ObservationBuffer:
             return layout.tick - image.tick <= self._skill.age_max_ticks
         since_due = (layout.tick - layout.episode_tick) % self._periods[spec.camera]
         return image.tick == layout.tick - since_due
-
-
-def _pixels(name: str, spec: ImageSpec, image: Image) -> npt.NDArray[np.uint8]:
-    size = spec.width * spec.height * 3
-    fits = (image.width, image.height) == (spec.width, spec.height) and len(image.data) == size
-    if image.encoding_name != "rgb8" or not fits:
-        raise PolicyError(
-            expected(
-                f"image {name}",
-                f"rgb8 of {spec.width} x {spec.height}",
-                f"{image.encoding_name} of {image.width} x {image.height}",
-            )
-        )
-    pixels = np.frombuffer(image.data, dtype=np.uint8).reshape(image.height, image.width, 3)
-    return np.rot90(pixels, k=-(spec.rotation_deg // 90))

@@ -14,6 +14,7 @@ from traceback import format_exc
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 from websockets.asyncio.server import Server, ServerConnection, serve
 from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
@@ -23,7 +24,8 @@ from fairlead.messages import FloatArray
 from fairlead.plugins import POLICIES
 from fairlead.policy import Actions, Done, Failed, Observation, Policy
 from fairlead.robot.manifest import load_robot
-from fairlead.skill.manifest import ImageSpec, SkillManifest
+from fairlead.skill.image_spec import ImageSpec
+from fairlead.skill.manifest import SkillManifest
 from fairlead.skill.state_contract import StateContract
 from fairlead_skill_runner.action_rows import float_rows
 from fairlead_skill_runner.policies.backends import make_policy
@@ -121,8 +123,8 @@ class PolicyServer:
         images, frames = {}, {}
         for name, spec in self._skill.images.items():
             pixels = _pixels(name, request[name], spec)
-            images[name] = pixels if pixels.ndim == 3 else pixels[-1]
-            if pixels.ndim > 3:
+            images[name] = pixels if len(spec.deltas) == 1 else pixels[-1]
+            if len(spec.deltas) > 1:
                 frames[name] = pixels
         states = _states(self._state_key, request[self._state_key], self._skill.state_contract)
         prompt = request.get(self._prompt_key, self._skill.prompt)
@@ -142,12 +144,13 @@ def _states(name: str, value: object, contract: StateContract) -> FloatArray:
     raise PolicyError(expected("serve-policy", wanted, _kind(value)))
 
 
-def _pixels(name: str, value: object, spec: ImageSpec) -> np.ndarray[Any, np.dtype[np.uint8]]:
+def _pixels(name: str, value: object, spec: ImageSpec) -> npt.NDArray[Any]:
+    """The client's picture as the skill declares it: nothing is done to it here."""
     times = (len(spec.deltas),) if len(spec.deltas) > 1 else ()
-    shape = (*times, spec.height, spec.width, 3)
-    if isinstance(value, np.ndarray) and value.dtype == np.uint8 and value.shape == shape:
+    kind, shape = spec.number_type, (*times, *spec.shape)
+    if isinstance(value, np.ndarray) and value.dtype == kind and value.shape == shape:
         return value
-    raise PolicyError(expected("serve-policy", f"{name} as uint8 {list(shape)}", _kind(value)))
+    raise PolicyError(expected("serve-policy", f"{name} as {kind} {list(shape)}", _kind(value)))
 
 
 def _kind(value: object) -> str:

@@ -7,6 +7,7 @@ answers every request with exactly one `Answer`, `Ended` or `Raised`.
 from __future__ import annotations
 
 import struct
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -62,20 +63,21 @@ class Reset(msgspec.Struct, frozen=True, tag=True):
 
 
 class Picture(msgspec.Struct, frozen=True):
-    """One uint8 ``[height, width, 3]`` array, or ``[T, height, width, 3]`` of all its frames."""
+    """One array as the skill declares it, or ``[T, ...]`` of all its frames."""
 
     name: str
+    dtype: str
     shape: tuple[int, ...]
     data: bytes
 
     @classmethod
-    def of(cls, name: str, pixels: npt.NDArray[np.uint8]) -> Picture:
+    def of(cls, name: str, array: npt.NDArray[Any]) -> Picture:
         """Pack a picture for the pipe."""
-        return cls(name, pixels.shape, pixels.tobytes())
+        return cls(name, array.dtype.str, array.shape, array.tobytes())
 
-    def pixels(self) -> npt.NDArray[np.uint8]:
+    def array(self) -> npt.NDArray[Any]:
         """The array again."""
-        return np.frombuffer(self.data, dtype=np.uint8).reshape(self.shape)
+        return np.frombuffer(self.data, dtype=self.dtype).reshape(self.shape)
 
 
 class Past(msgspec.Struct, frozen=True):
@@ -142,7 +144,7 @@ class Infer(msgspec.Struct, frozen=True, tag=True):
 
     def observation(self) -> Observation:
         """The observation again, bit for bit; arrays are views of the received bytes."""
-        seen = {picture.name: picture.pixels() for picture in self.pictures}
+        seen = {picture.name: picture.array() for picture in self.pictures}
         frames = {name: pixels for name, pixels in seen.items() if pixels.ndim == _WITH_TIME}
         images = {name: frames[name][-1] if name in frames else seen[name] for name in seen}
         state = np.frombuffer(self.state, dtype="<f8")

@@ -119,7 +119,10 @@ class SkillRunner:
             if executor is not None and not executor.is_over:
                 executor.deliver(decode(kind, sample.payload))
 
-        self._bus.subscribe(key, on_sample)
+        if kind is Image:
+            self._bus.subscribe_frames(key, on_sample)
+        else:
+            self._bus.subscribe(key, on_sample)
 
     def _on_hal_status(self, sample: Sample) -> None:
         self._hal = status = decode(HalStatus, sample.payload)

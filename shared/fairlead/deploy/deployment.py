@@ -18,7 +18,7 @@ from fairlead.deploy.hosts import ROUTER, RouterSpec, endpoint_of, host_problems
 from fairlead.errors import ConfigError, expected
 from fairlead.keys import Keys, check_name
 from fairlead.plugins import HALS
-from fairlead.wire.session import Endpoints
+from fairlead.wire.endpoints import Endpoints
 from fairlead.yaml_file import load_yaml
 
 OWN_SERVICES = ("safety", "state_assembler", "skill_runner")

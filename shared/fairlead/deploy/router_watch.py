@@ -8,8 +8,9 @@ import time
 from collections.abc import Callable
 
 from fairlead.errors import ConfigError, TransportError
+from fairlead.wire.endpoints import LINK_SILENCE_S, Endpoints
 from fairlead.wire.on_loop import open_session
-from fairlead.wire.session import LINK_SILENCE_S, Endpoints, ZenohBus
+from fairlead.wire.session import ZenohBus
 
 CHECK_S = 0.25
 REMIND_S = 20.0

@@ -38,7 +38,14 @@ One file a topic; this is the face that everything else imports from:
 from __future__ import annotations
 
 from fairlead.messages.action import ActionChunk, ActionPart, SafeChunk
-from fairlead.messages.codec import MESSAGE_TYPES, RECORD_TYPES, decode, encode, encoding_of
+from fairlead.messages.codec import (
+    MESSAGE_TYPES,
+    RECORD_TYPES,
+    decode,
+    encode,
+    encode_parts,
+    encoding_of,
+)
 from fairlead.messages.gate import (
     Claim,
     ClaimInfo,
@@ -62,6 +69,7 @@ from fairlead.messages.message import (
     U32,
     U64,
     V1,
+    Bytes,
     FloatArray,
     Hash32,
     Message,
@@ -113,6 +121,7 @@ __all__ = [
     "ActionPart",
     "Arm",
     "ArmReply",
+    "Bytes",
     "Cancel",
     "Claim",
     "ClaimInfo",
@@ -158,6 +167,7 @@ __all__ = [
     "Verdict",
     "decode",
     "encode",
+    "encode_parts",
     "encoding_of",
     "floats",
     "pack_floats",

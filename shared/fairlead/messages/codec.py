@@ -21,7 +21,7 @@ from fairlead.messages.gate import (
     Verdict,
 )
 from fairlead.messages.goal import Cancel, Goal, GoalAccepted, GoalFeedback, GoalResult
-from fairlead.messages.message import U64, Message, Record
+from fairlead.messages.message import U64, Bytes, Message, Record
 from fairlead.messages.operation import (
     Arm,
     ArmReply,
@@ -104,6 +104,7 @@ _DECODERS: dict[type[Message], msgspec.msgpack.Decoder[Message]] = {
     kind: msgspec.msgpack.Decoder(kind) for kind in MESSAGE_TYPES
 }
 
+_NO_BYTES = _ENCODER.encode(b"")
 _HEAD = msgspec.msgpack.Decoder(list[msgspec.Raw])
 _UINT = msgspec.msgpack.Decoder(U64)
 _NAMES = {kind.__struct_config__.tag: kind.__name__ for kind in MESSAGE_TYPES}
@@ -114,6 +115,16 @@ M = TypeVar("M", bound=Message)
 def encode(message: Message) -> bytes:
     """Encode one message for the wire."""
     return _ENCODER.encode(message)
+
+
+def encode_parts(image: Image) -> tuple[bytes, Bytes]:
+    """`encode`, in two pieces: all before the pixels, and the pixels themselves."""
+    head = encode(msgspec.structs.replace(image, data=b""))[: -len(_NO_BYTES)]
+    size = len(image.data)
+    for width, kind in ((1, 0xC4), (2, 0xC5), (4, 0xC6)):
+        if size < 256**width:
+            return head + bytes([kind]) + size.to_bytes(width, "big"), image.data
+    raise MessageError(f"Image: expected less than 4 GiB of data, got {size} bytes")
 
 
 def decode(kind: type[M], data: bytes) -> M:

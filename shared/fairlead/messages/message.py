@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import msgspec
 import numpy as np
@@ -15,6 +15,12 @@ U32 = Annotated[int, msgspec.Meta(ge=0, le=2**32 - 1)]
 U8 = Annotated[int, msgspec.Meta(ge=0, le=255)]
 Hash32 = Annotated[bytes, msgspec.Meta(min_length=32, max_length=32)]
 V1 = Literal[1]
+
+if TYPE_CHECKING:
+    Bytes = bytes
+else:
+    Bytes = memoryview
+"""Bytes that are not copied out of the message they came in: pictures."""
 
 NO_HASH = bytes(32)
 NO_TRACE = bytes(24)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from enum import IntEnum
 from typing import Literal
 
-from fairlead.messages.message import U8, U32, U64, V1, Hash32, Message, Record
+from fairlead.messages.message import U8, U32, U64, V1, Bytes, Hash32, Message, Record
 
 
 class Hold(IntEnum):
@@ -79,7 +79,7 @@ class Image(Message, frozen=True, kw_only=True, tag=3):
     width: U32  # pixels
     height: U32  # pixels
     encoding_name: Literal["rgb8", "jpeg", "depth32f"]  # depth32f: m
-    data: bytes  # row 0 is the top
+    data: Bytes  # row 0 is the top
 
 
 class TaskState(Message, frozen=True, kw_only=True, tag=4):

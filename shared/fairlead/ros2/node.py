@@ -20,7 +20,8 @@ from fairlead.ros2.grammar import (
 from fairlead.ros2.link import Ros2Link
 from fairlead.ros2.messages import MessageTypes, gid_of
 from fairlead.wire.bus import Sample
-from fairlead.wire.session import Endpoints, ZenohBus
+from fairlead.wire.endpoints import Endpoints
+from fairlead.wire.session import ZenohBus
 
 
 class RosPublisher:

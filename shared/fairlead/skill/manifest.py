@@ -14,7 +14,7 @@ from fairlead.keys import check_name
 from fairlead.modes import ControlMode
 from fairlead.paths import rskill_dir, skill_folders
 from fairlead.skill.action_contract import ActionContract
-from fairlead.skill.deltas import NOW, Deltas
+from fairlead.skill.image_spec import ImageSpec
 from fairlead.skill.slots import MODE_NAMES
 from fairlead.skill.state_contract import StateContract
 from fairlead.yaml_file import load_yaml
@@ -35,26 +35,6 @@ class PolicySpec(BaseModel):
 
     backend: str = Field(min_length=1)
     options: dict[str, JsonValue] = Field(default_factory=dict)
-
-
-class ImageSpec(BaseModel):
-    """One picture a policy wants: the camera, its size [pixels], its rotation [deg].
-
-    deltas: of the frames it wants at a time, in rows of the policy (1 / ``rate_hz``) before the
-        newest, which is 0; ascending. Before a goal's first frame there is that one again.
-    contrast_min: standard deviation of the colour channel that varies most [levels of 255]; a
-        frame with less is none, as if the camera had sent nothing. 0: every frame counts. Of
-        several pictures of one camera the largest holds for all.
-    """
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-    camera: str
-    width: int = Field(gt=0)
-    height: int = Field(gt=0)
-    rotation_deg: Literal[0, 90, 180, 270] = 0
-    deltas: Deltas = NOW
-    contrast_min: float = Field(default=1.0, ge=0, le=127.5)
 
 
 class SeamSpec(BaseModel):

@@ -13,7 +13,7 @@ from enum import Enum
 from typing import Protocol
 
 from fairlead.errors import FairleadError, NoAnswerError
-from fairlead.messages import Message
+from fairlead.messages import Bytes, Message
 
 
 class Qos(Enum):
@@ -26,10 +26,10 @@ class Qos(Enum):
 
 @dataclass(frozen=True)
 class Sample:
-    """One received publication."""
+    """One received publication; the payload may be a read-only memoryview."""
 
     key: str
-    payload: bytes
+    payload: Bytes
 
 
 SampleHandler = Callable[[Sample], None]
@@ -77,6 +77,9 @@ class Bus(Protocol):
 
         A `MessageError` that it raises is said once a key and hour, and nothing else comes of it.
         """
+
+    def subscribe_frames(self, key: str, handler: SampleHandler) -> Undeclare:
+        """As `subscribe`, for one camera's key: within a host without copies where it can be."""
 
     def serve(self, key: str, who: str, handler: QueryHandler) -> Undeclare:
         """Answer queries on ``key``; what the handler raises becomes a `Refusal` from ``who``."""

@@ -91,6 +91,10 @@ class MemoryBus:
         """Call ``handler`` within every matching put, in the order of subscription."""
         return self._add(self._subscribers, key_expr, dropping(handler))
 
+    def subscribe_frames(self, key: str, handler: SampleHandler) -> _Entry[SampleHandler]:
+        """As `subscribe`."""
+        return self.subscribe(key, handler)
+
     def serve(self, key: str, who: str, handler: QueryHandler) -> _Entry[tuple[str, LaterHandler]]:
         """Answer queries on ``key`` with whatever ``handler`` returns or refuses."""
         return self.serve_later(key, who, lambda payload, answer: answer(handler(payload)))

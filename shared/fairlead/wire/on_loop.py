@@ -10,7 +10,8 @@ from typing import TypeVar
 from fairlead.errors import FairleadError, RefusedError
 from fairlead.messages import Message, decode
 from fairlead.wire.bus import Answer, Bus, Undeclare, no_answer
-from fairlead.wire.session import Endpoints, ZenohBus
+from fairlead.wire.endpoints import Endpoints
+from fairlead.wire.session import ZenohBus
 
 Reply = TypeVar("Reply", bound=Message)
 AsyncHandler = Callable[[bytes], Awaitable[Message]]

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import zenoh
@@ -14,6 +12,7 @@ from fairlead.errors import FairleadError, TransportError
 from fairlead.messages import Message, encode, encoding_of
 from fairlead.wire.bus import (
     LaterHandler,
+    Publisher,
     Qos,
     QueryHandler,
     ReplyHandler,
@@ -26,6 +25,8 @@ from fairlead.wire.bus import (
 )
 from fairlead.wire.cannot_open import no_router, no_session
 from fairlead.wire.dropped import dropping
+from fairlead.wire.endpoints import ROUTER_PATIENCE_S, RUNTIME, RUNTIME_VARIABLE, Endpoints
+from fairlead.wire.frame_route import FramePublisher, FrameSubscription
 from fairlead.wire.refusal import error_from, refusal_of
 
 _PRIORITY = {
@@ -33,93 +34,6 @@ _PRIORITY = {
     Qos.CAMERA: zenoh.Priority.DATA_LOW,
     Qos.STATUS: zenoh.Priority.DATA,
 }
-
-
-LINK_SILENCE_S = 2.0  # < ANSWER_TIMEOUT_S of the client, which says why
-"""Behind a router a link that was silent for so long is closed, with what was declared
-over it, and made anew. Never a watchdog: motion ends far earlier, by leases and heartbeats."""
-
-RUNTIME_VARIABLE = "ZENOH_RUNTIME"
-RUNTIME = {
-    "peer": "(acc: (worker_threads: 16))",
-    "client": "(rx: (worker_threads: 8))",
-    "router": "(acc: (worker_threads: 16))",
-}
-"""Zenoh closes a dead TCP link in one of its receive threads, of which there are usually two, and
-waits there up to 10 s for what was not sent; not in a router (`fairlead.wire.lingering`).
-A connection that never said anything it closes where it accepts, which takes 4 ms; with the usual
-one thread there nothing is read meanwhile of the links that this session dialled."""
-
-ACCEPT_PENDING = 10_000
-"""Connections that say nothing are let wait for LINK_SILENCE_S. Beyond its own 100 of them Zenoh
-turns each away at once, at the cost of 4 ms in which the session receives nothing: 1,000 idle
-connections made a service deaf for seconds."""
-
-ROUTER_PATIENCE_S = 2.0
-"""How long one attempt to reach a router takes."""
-
-
-@dataclass(frozen=True)
-class Endpoints:
-    """Where a session listens and whom it connects to.
-
-    Peers do not forward for each other, so on one host every pair of services has a
-    link: each service listens on its own fixed port and connects to those listed.
-
-    Args:
-        listen: endpoints such as ``tcp/127.0.0.1:7501``; empty for tools and clients.
-        connect: a peer's: tried for ever, in the background; a client's: its router.
-        mode: ``peer``, ``client`` (of a router) or ``router``.
-        router_host: a client's: the name of the host where its router runs.
-    """
-
-    listen: Sequence[str] = ()
-    connect: Sequence[str] = ()
-    mode: str = "peer"
-    router_host: str = ""
-
-    def config(self) -> dict[str, Any]:
-        """The Zenoh configuration: static endpoints, no multicast, endless reconnect."""
-        return {
-            "mode": self.mode,
-            "listen": {"endpoints": list(self.listen), "exit_on_failure": True},
-            "connect": {
-                "endpoints": list(self.connect),
-                "timeout_ms": self._connect_timeout_ms(),
-                "exit_on_failure": False,
-                "retry": {
-                    "period_init_ms": 50,
-                    "period_max_ms": 500,
-                    "period_increase_factor": 2,
-                },
-            },
-            "scouting": {"multicast": {"enabled": False}, "gossip": {"enabled": False}},
-            "transport": self._transport(),
-            "timestamping": {"enabled": False},
-            "adminspace": {"enabled": False},
-        }
-
-    def _connect_timeout_ms(self) -> int:
-        if self.mode == "client":
-            return int(1000 * ROUTER_PATIENCE_S)
-        return -1 if self.connect else 0
-
-    def _transport(self) -> dict[str, Any]:
-        # An express message takes a whole batch; a burst of one tick (transforms, task,
-        # joints) must find room, or its last messages are dropped.
-        queue: dict[str, Any] = {"size": {"real_time": 16}}
-        silence_ms = int(1000 * LINK_SILENCE_S)
-        unicast = {"accept_timeout": silence_ms, "accept_pending": ACCEPT_PENDING}
-        if self.mode == "peer":
-            return {"link": {"tx": {"queue": queue}}, "unicast": unicast}
-        if self.mode == "router":
-            # A client that takes nothing any more is cut off before the others notice: what
-            # must not be dropped (declarations, answers) would else wait for it for 5 s.
-            queue["congestion_control"] = {"block": {"wait_before_close": 500_000}}  # us
-        return {
-            "link": {"tx": {"queue": queue, "lease": silence_ms, "keep_alive": 4}},
-            "unicast": {**unicast, "open_timeout": silence_ms},
-        }
 
 
 class _ZenohPublisher:
@@ -131,6 +45,10 @@ class _ZenohPublisher:
 
     def put_bytes(self, payload: bytes, attachment: bytes | None = None) -> None:
         self._publisher.put(payload, attachment=attachment)
+
+    def is_wanted(self) -> bool:
+        status: Any = self._publisher.matching_status  # its stub has a bool
+        return bool(status.matching)
 
 
 class ZenohBus:
@@ -158,18 +76,22 @@ class ZenohBus:
             raise no_session(endpoints.listen, connect, error) from None
         # Zenoh takes tokens and token watchers back as soon as nobody refers to them.
         self._kept: list[Undeclare] = []
+        self._frames: list[FramePublisher | FrameSubscription] = []
 
-    def publisher(self, key: str, kind: type[Message], qos: Qos) -> _ZenohPublisher:
+    def publisher(self, key: str, kind: type[Message], qos: Qos) -> Publisher:
         """Declare a key; hot ones are express at real-time priority. All drop rather than wait."""
-        return _ZenohPublisher(
-            self._session.declare_publisher(
-                key,
-                encoding=zenoh.Encoding(encoding_of(kind)),
-                congestion_control=zenoh.CongestionControl.DROP,
-                priority=_PRIORITY[qos],
-                express=qos is Qos.HOT,
-            )
+        declared = self._session.declare_publisher(
+            key,
+            encoding=zenoh.Encoding(encoding_of(kind)),
+            congestion_control=zenoh.CongestionControl.DROP,
+            priority=_PRIORITY[qos],
+            express=qos is Qos.HOT,
         )
+        ordinary = _ZenohPublisher(declared)
+        if qos is not Qos.CAMERA:
+            return ordinary
+        self._frames.append(frames := FramePublisher(self, key, ordinary, ordinary.is_wanted))
+        return frames
 
     def foreign_publisher(self, key: str) -> _ZenohPublisher:
         """Declare a key of another system: bytes in its format, sent as hot messages are."""
@@ -191,6 +113,11 @@ class ZenohBus:
         # key's messages overtake another's, and joints must come after their transforms.
         direct = zenoh.handlers.Callback(on_sample, indirect=False)
         return self._session.declare_subscriber(key_expr, direct)
+
+    def subscribe_frames(self, key: str, handler: SampleHandler) -> Undeclare:
+        """Through shared memory where the camera is on this host."""
+        self._frames.append(frames := FrameSubscription(self, key, handler))
+        return frames
 
     def serve(self, key: str, who: str, handler: QueryHandler) -> Undeclare:
         """Answer queries on ``key`` on Zenoh's threads; what is raised becomes a `Refusal`."""
@@ -280,6 +207,8 @@ class ZenohBus:
 
     def close(self) -> None:
         """End the session; everything declared goes with it."""
+        for frames in self._frames:
+            frames.close()
         self._session.close()  # type: ignore[no-untyped-call]
 
 

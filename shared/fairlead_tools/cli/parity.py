@@ -81,10 +81,17 @@ def parity_command(
     compared = bool(again) if policy else any(one.compared for one in plain)
     same = compared and all(one.same for one in plain) and all(row.same for row in again)
     judged = deployed if plain else []
+    lossy = _lossy(loaded, manifest)
     if as_json:
-        print_json({"same": same, "policy": _rows(again), "episodes": _documents(plain, judged)})
+        print_json({"same": same, "policy": _rows(again), "episodes": _documents(plain, judged),
+                    "lossy_cameras": lossy})  # fmt: skip
     else:
         _print(again, plain, same, compared)
+        for camera in lossy:
+            echo(
+                f"camera {camera} sends JPEG, which is lossy: pictures are compared as decoded, "
+                "and are not the pixels that were rendered"
+            )
     if not same:
         raise typer.Exit(1)
 
@@ -101,6 +108,16 @@ def _again(
             pictures = ("pictures",) if skill.images else ()
             found += compare(one.trace, local, ("observations", *pictures, "actions"))
     return found
+
+
+def _lossy(deployment: Deployment, skill: SkillManifest) -> list[str]:
+    """Cameras of the skill that send JPEG."""
+    from fairlead_hal_sim import read_options
+
+    hal = deployment.only("hal_sim")
+    cameras = read_options(hal, deployment.services[hal].options).cameras
+    wanted = {spec.camera for spec in skill.images.values()}
+    return [one.name for one in cameras if one.jpeg_quality and one.name in wanted]
 
 
 def _rows(rows: list[Comparison]) -> list[dict[str, object]]:

@@ -20,9 +20,10 @@ from fairlead.deploy.stop_signals import StopSignals
 from fairlead.errors import ConfigError, NoAnswerError, ServiceError, expected
 from fairlead.messages import GateState
 from fairlead.operate.client import RobotClient
+from fairlead.wire.endpoints import Endpoints
 from fairlead.wire.lingering import forbid_lingering
 from fairlead.wire.printable import LineFormatter
-from fairlead.wire.session import Endpoints, ZenohBus
+from fairlead.wire.session import ZenohBus
 from fairlead_tools.cli.console import echo, print_json
 from fairlead_tools.cli.options import (
     DeploymentArgument,

@@ -4,8 +4,8 @@ Numbers of one episode, a row for each control period: ``states`` float64 ``[T, 
 vector that the policy would be given; ``rows`` float32 ``[T, dim]``, what the policy said for it;
 ``acted`` float32 ``[T, dim]``, what the robot was given, after the slots' clips and thresholds and
 the noise that was asked for. Of a skill that sees pictures also, with the name of each,
-``picture_<name>`` uint8 ``[T, height, width, 3]``. Where an expert was asked, ``labels`` float32
-``[T, H, dim]``, its answer in each of those states.
+``picture_<name>`` uint8 ``[T, height, width, 3]``, RGB, after the skill's transforms. Where an
+expert was asked, ``labels`` float32 ``[T, H, dim]``, its answer in each of those states.
 """
 
 from __future__ import annotations

@@ -121,7 +121,7 @@ class _Runs:
         self, seed: int, noise: float, most_ticks: int, on_tick: Callable[[int, int], None]
     ) -> Episode:
         """From a reset to success, the policy's end or ``most_ticks``."""
-        from fairlead_skill_runner import fitted
+        from fairlead_skill_runner import fitted, pixels_of
 
         rng = np.random.default_rng(seed)
         scale = noise * rng.uniform() * _noisy(self._skill.action_contract)
@@ -152,7 +152,10 @@ class _Runs:
             task = self._backend.task()
             succeeded = task is not None and task.success
             on_tick(seed, len(seen))
-        pictures = {name: np.array([o.images[name] for o in seen]) for name in self._skill.images}
+        pictures = {
+            name: pixels_of(spec, np.array([one.images[name] for one in seen]))
+            for name, spec in self._skill.images.items()
+        }
         return Episode(seed, succeeded, np.array([o.state for o in seen]), np.array(said),
                        np.array(acted), pictures, np.array(labels or NO_LABELS))  # fmt: skip
 

@@ -70,6 +70,7 @@ def forward(weights: Any, pictures: Any, states: Any) -> Any:
 
 def fit_pictures(
     pictures: npt.NDArray[np.uint8],
+    given: Callable[[npt.NDArray[np.uint8]], npt.NDArray[np.float32]],
     states: npt.NDArray[np.float32],
     outputs: npt.NDArray[np.float32],
     seed: int,
@@ -80,6 +81,7 @@ def fit_pictures(
 
     Args:
         pictures: uint8 ``[n, side, side, 3]``.
+        given: makes of some of them what the policy is given, float32 ``[n, 3, side, side]``.
         states, outputs: normalised, ``[n, dim]``.
     """
     import jax
@@ -106,18 +108,12 @@ def fit_pictures(
         errors = []
         for chosen in np.split(np.resize(rng.permutation(count), batches * BATCH), batches):
             now, memory, error = step(
-                now, memory, tensor(pictures[chosen]), states[chosen], outputs[chosen]
+                now, memory, given(pictures[chosen]), states[chosen], outputs[chosen]
             )
             errors.append(float(error))
         if epoch % 5 == 4 or epoch == epochs - 1:
             say(f"epoch {epoch + 1} of {epochs}: {np.mean(errors):.4f} of a variance")
     return {name: np.asarray(array) for name, array in now.items()} | fixed
-
-
-def tensor(pictures: npt.NDArray[np.uint8]) -> npt.NDArray[np.float32]:
-    """As the ONNX policy gives them: ``[n, 3, side, side]``, divided by 255."""
-    turned = np.ascontiguousarray(np.moveaxis(pictures, -1, -3))
-    return turned.astype(np.float32) / np.float32(255)
 
 
 def sight_onnx(weights: Weights, name: str, side: int, horizon: int, dim: int) -> bytes:

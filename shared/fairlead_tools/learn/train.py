@@ -107,7 +107,7 @@ def write_skill(
     files = [{"file": file, "sha256": digest} for file, digest in hashes.items()]
     options: dict[str, Any] = {"model": files[0], "statistics": files[1] | {"form": "mean_std"}}
     if document.get("images"):
-        options["images"] = {name: {"input": name} for name in document["images"]}
+        options["images"] = {name: name for name in document["images"]}
     made = document | {
         "id": target.name,
         "model_family": "behaviour_cloning",

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,7 @@ from fairlead.errors import ConfigError, expected
 from fairlead.messages import FloatArray
 from fairlead.skill.manifest import SkillManifest, load_skill
 from fairlead_tools.learn.dataset import Header, episodes, same_kind
-from fairlead_tools.learn.sight import fit_pictures, forward, sight_onnx, tensor
+from fairlead_tools.learn.sight import fit_pictures, forward, sight_onnx
 from fairlead_tools.learn.train import (
     HELD_OUT,
     LEAST_STD,
@@ -75,7 +76,7 @@ def _network(
     recipe: SightRecipe,
     say: Callable[[str], None],
 ) -> tuple[bytes, dict[str, Any], float]:
-    from fairlead_skill_runner import action_names, state_names
+    from fairlead_skill_runner import action_names, as_declared, state_names
 
     count, horizon, dim = labels.shape
     centre, spread = states.mean(0), states.std(0) + LEAST_STD
@@ -87,10 +88,11 @@ def _network(
     outputs = np.where(moving, outputs, 0.0).astype(np.float32)
     order = np.random.default_rng(recipe.seed).permutation(count)
     apart, used = order[: count // HELD_OUT], order[count // HELD_OUT :]
+    given = partial(as_declared, skill.images[name])
     weights = fit_pictures(
-        pictures[used], inputs[used], outputs[used], recipe.seed, recipe.epochs, say
+        pictures[used], given, inputs[used], outputs[used], recipe.seed, recipe.epochs, say
     )
-    missed = np.asarray(forward(weights, tensor(pictures[apart]), inputs[apart])) - outputs[apart]
+    missed = np.asarray(forward(weights, given(pictures[apart]), inputs[apart])) - outputs[apart]
     error = float((missed[:, moving].astype(np.float64) ** 2).mean())
     statistics = {
         "observation.state": block(state_names(skill), centre, spread),
@@ -108,11 +110,15 @@ def _picture(header: Header, skill: SkillManifest) -> str:
     who = f"train: dataset of {header.skill}"
     if not header.expert:
         raise ConfigError(expected(who, "labels of an expert", "none: dataset record --expert"))
-    sizes = {name: (one.width, one.height, one.deltas) for name, one in skill.images.items()}
-    name = header.pictures[0]
-    width, height, deltas = sizes.get(name, (0, 0, ()))
-    if len(header.pictures) != 1 or width != height or len(deltas) != 1:
-        raise ConfigError(expected(who, "one picture, square, of now", sizes))
+    name, fits = header.pictures[0], False
+    if len(header.pictures) == 1 and name in skill.images:
+        spec = skill.images[name]
+        square = spec.axes == "chw" and spec.shape[1] == spec.shape[2]
+        fits = square and spec.dtype == "float32_unit" and len(spec.deltas) == 1
+    if not fits:
+        got = {name: (one.shape, one.dtype, one.deltas) for name, one in skill.images.items()}
+        wanted = "one picture, square, of now, axes chw, dtype float32_unit"
+        raise ConfigError(expected(who, wanted, got))
     return name
 
 

@@ -35,7 +35,8 @@ class LocalEyes:
         self._skill = skill
         wanted = {spec.camera for spec in skill.images.values()}
         cameras = tuple(camera for camera in options.cameras if camera.name in wanted)
-        given = [HalCamera(**camera.model_dump()) for camera in cameras]
+        names = HalCamera.__struct_fields__
+        given = [HalCamera(**{name: getattr(one, name) for name in names}) for one in cameras]
         problems = camera_problems(skill, given, robot.tick_period_ns)
         if problems:
             raise ConfigError(f"skill {skill.id}: " + "; ".join(problems))

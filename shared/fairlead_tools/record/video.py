@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -11,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from fairlead.errors import ConfigError
+from fairlead.jpeg import decoded
 from fairlead.messages import Image
 from fairlead_tools.record.caption import Caption, draw_caption
 
@@ -85,12 +85,9 @@ def pixels(image: Image) -> Pixels:
     Raises:
         ConfigError: for a depth image.
     """
+    image = decoded(image)
     if image.encoding_name == "rgb8":
         return np.frombuffer(image.data, np.uint8).reshape(image.height, image.width, 3)
-    if image.encoding_name == "jpeg":
-        import imageio.v3 as imageio
-
-        return np.asarray(imageio.imread(io.BytesIO(image.data), extension=".jpg"))
     raise ConfigError(
         f"camera {image.camera}: expected a colour image, got {image.encoding_name} "
         "(valid: rgb8, jpeg)"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Self
+from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -13,7 +13,7 @@ from fairlead.checked_model import checked_model
 from fairlead.errors import ConfigError, PolicyError, expected
 from fairlead.paths import rskill_dir
 from fairlead.policy import Actions, Observation
-from fairlead.skill.manifest import ImageSpec, SkillManifest
+from fairlead.skill.manifest import SkillManifest
 from fairlead_skill_runner.action_rows import float_rows
 from fairlead_skill_runner.policies.onnx_files import (
     WHO,
@@ -31,34 +31,6 @@ Shape = tuple[int, ...]
 _DTYPES = {"tensor(float)": "float32", "tensor(uint8)": "uint8"}
 
 
-class ImageInput(BaseModel):
-    """How one of the skill's pictures goes in.
-
-    Attributes:
-        input: its name there.
-        axes: ``nchw`` or ``nhwc``; a picture with several deltas has their axis after the first.
-        dtype: ``float32``: divided by 255; ``uint8``: as it is.
-    """
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-    input: str = Field(min_length=1)
-    axes: Literal["nchw", "nhwc"] = "nchw"
-    dtype: Literal["float32", "uint8"] = "float32"
-
-    def shape(self, spec: ImageSpec) -> Shape:
-        """Of the input for a picture."""
-        frames = (len(spec.deltas),) if len(spec.deltas) > 1 else ()
-        sides = (spec.height, spec.width)
-        return (1, *frames, 3, *sides) if self.axes == "nchw" else (1, *frames, *sides, 3)
-
-    def tensor(self, frames: npt.NDArray[np.uint8], shape: Shape) -> npt.NDArray[Any]:
-        """Frames uint8 ``[T, height, width, 3]`` as that input."""
-        turned = np.moveaxis(frames, -1, -3) if self.axes == "nchw" else frames
-        whole = np.ascontiguousarray(turned.reshape(shape))
-        return whole.astype(np.float32) / np.float32(255) if self.dtype == "float32" else whole
-
-
 class OnnxOptions(BaseModel):
     """The policy's files and the names of its inputs and its output.
 
@@ -66,8 +38,8 @@ class OnnxOptions(BaseModel):
         statistics: None: state and actions go in and out as they are.
         state: input, float32 ``[1, dim]``.
         actions: output, float32 ``[1, H, dim]``, H at most the skill's horizon.
-        images: each of the skill's pictures -> its input. They come in the size that the skill
-            asks its cameras for: nothing is resized here.
+        images: each of the skill's pictures -> its input: one more axis before those that the
+            skill declares, and another of its frames where it has several deltas.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -76,7 +48,7 @@ class OnnxOptions(BaseModel):
     statistics: Statistics | None = None
     state: str = "state"
     actions: str = "actions"
-    images: dict[str, ImageInput] = Field(default_factory=dict)
+    images: dict[str, str] = Field(default_factory=dict)
 
 
 class _Input(NamedTuple):
@@ -132,9 +104,10 @@ class OnnxPolicy:
         if self._normalisers is not None:
             state = self._normalisers[0].normalised(state)
         feeds: dict[str, npt.NDArray[Any]] = {options.state: state.astype(np.float32)[None]}
-        for name, image in options.images.items():
-            shape = image.shape(self._skill.images[name])
-            feeds[image.input] = image.tensor(observation.frames_of(name), shape)
+        for name, given in options.images.items():
+            several = len(self._skill.images[name].deltas) > 1
+            array = observation.frames_of(name) if several else observation.images[name]
+            feeds[given] = array[None]
         try:
             (output,) = self._session.run([options.actions], feeds)
         except Exception as error:  # noqa: BLE001 - onnxruntime's own have no common base
@@ -160,7 +133,7 @@ def check_onnx_options(skill: SkillManifest, options: Mapping[str, JsonValue]) -
         wanted = ", ".join(skill.images) or "none"
         got = ", ".join(checked.images) or "none"
         raise ConfigError(expected(f"{WHO}: images", f"an input for each of: {wanted}", got))
-    inputs = [checked.state, *(image.input for image in checked.images.values())]
+    inputs = [checked.state, *checked.images.values()]
     if len(set(inputs)) < len(inputs):
         raise ConfigError(expected(f"{WHO}: inputs", "different names", ", ".join(inputs)))
     return checked
@@ -169,8 +142,10 @@ def check_onnx_options(skill: SkillManifest, options: Mapping[str, JsonValue]) -
 def wanted_inputs(skill: SkillManifest, options: OnnxOptions) -> Mapping[str, _Input]:
     """By name, what the network has to take."""
     wanted = {options.state: _Input("float32", (1, skill.state_contract.dim))}
-    for name, image in options.images.items():
-        wanted[image.input] = _Input(image.dtype, image.shape(skill.images[name]))
+    for name, given in options.images.items():
+        spec = skill.images[name]
+        frames = (len(spec.deltas),) if len(spec.deltas) > 1 else ()
+        wanted[given] = _Input(str(spec.number_type), (1, *frames, *spec.shape))
     return wanted
 
 

@@ -123,8 +123,12 @@ def _require_none(what: str, skill: SkillManifest, problems: Iterable[str]) -> N
 def _problems(skill: SkillManifest, told: Mapping[str, Any]) -> Iterator[str]:
     names = feature_names(skill, told["inputs"])
     wanted = {STATE: [skill.state_contract.dim]} | {
-        names[name]: [3, spec.height, spec.width] for name, spec in skill.images.items()
+        names[name]: [3, *spec.shape[:2]] for name, spec in skill.images.items() if spec.is_plain
     }
+    for name, spec in skill.images.items():
+        if not spec.is_plain:
+            got = f"{spec.dtype}, {spec.axes}"
+            yield expected(f"images.{name}", "dtype uint8, axes hwc: LeRobot turns them", got)
     yield from _shape_problems(told["inputs"], wanted)
     yield from _shape_problems(told["outputs"], {_ACTION: [skill.action_contract.dim]})
     deltas = told["deltas"] or [0]

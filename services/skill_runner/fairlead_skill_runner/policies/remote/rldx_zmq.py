@@ -210,6 +210,10 @@ def check_rldx_options(skill: SkillManifest, options: Mapping[str, JsonValue]) -
     """
     checked = check_remote_options(WHO, RldxOptions, options, skill)
     _check_widths(checked, skill)
+    for name, spec in skill.images.items():
+        if not spec.is_plain:
+            got = f"{spec.dtype}, {spec.axes}"
+            raise ConfigError(expected(f"{WHO}: images.{name}", "dtype uint8, axes hwc", got))
     return checked
 
 

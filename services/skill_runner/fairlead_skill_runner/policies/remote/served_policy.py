@@ -144,10 +144,10 @@ def say(who: str, text: str) -> None:
 def warm_up_observation(skill: SkillManifest) -> Observation:
     """Something to ask before the first goal, so that a server compiles, and shows its width.
 
-    Black pictures and 0.5 everywhere: four of them are a rotation, four zeros are none.
+    Pictures of zeros and 0.5 everywhere: four of them are a rotation, four zeros are none.
     """
     frames = {
-        name: np.zeros((len(spec.deltas), spec.height, spec.width, 3), dtype=np.uint8)
+        name: np.zeros((len(spec.deltas), *spec.shape), spec.number_type)
         for name, spec in skill.images.items()
     }
     images = {name: pixels[-1] for name, pixels in frames.items()}

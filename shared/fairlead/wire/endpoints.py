@@ -1,0 +1,93 @@
+"""Where a Zenoh session listens and connects, and how it is configured for that."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+LINK_SILENCE_S = 2.0  # < ANSWER_TIMEOUT_S of the client, which says why
+"""Behind a router a link that was silent for so long is closed, with what was declared
+over it, and made anew. Never a watchdog: motion ends far earlier, by leases and heartbeats."""
+
+RUNTIME_VARIABLE = "ZENOH_RUNTIME"
+RUNTIME = {
+    "peer": "(acc: (worker_threads: 16))",
+    "client": "(rx: (worker_threads: 8))",
+    "router": "(acc: (worker_threads: 16))",
+}
+"""Zenoh closes a dead TCP link in one of its receive threads, of which there are usually two, and
+waits there up to 10 s for what was not sent; not in a router (`fairlead.wire.lingering`).
+A connection that never said anything it closes where it accepts, which takes 4 ms; with the usual
+one thread there nothing is read meanwhile of the links that this session dialled."""
+
+ACCEPT_PENDING = 10_000
+"""Connections that say nothing are let wait for LINK_SILENCE_S. Beyond its own 100 of them Zenoh
+turns each away at once, at the cost of 4 ms in which the session receives nothing: 1,000 idle
+connections made a service deaf for seconds."""
+
+ROUTER_PATIENCE_S = 2.0
+"""How long one attempt to reach a router takes."""
+
+
+@dataclass(frozen=True)
+class Endpoints:
+    """Where a session listens and whom it connects to.
+
+    Peers do not forward for each other, so on one host every pair of services has a
+    link: each service listens on its own fixed port and connects to those listed.
+
+    Args:
+        listen: endpoints such as ``tcp/127.0.0.1:7501``; empty for tools and clients.
+        connect: a peer's: tried for ever, in the background; a client's: its router.
+        mode: ``peer``, ``client`` (of a router) or ``router``.
+        router_host: a client's: the name of the host where its router runs.
+    """
+
+    listen: Sequence[str] = ()
+    connect: Sequence[str] = ()
+    mode: str = "peer"
+    router_host: str = ""
+
+    def config(self) -> dict[str, Any]:
+        """The Zenoh configuration: static endpoints, no multicast, endless reconnect."""
+        return {
+            "mode": self.mode,
+            "listen": {"endpoints": list(self.listen), "exit_on_failure": True},
+            "connect": {
+                "endpoints": list(self.connect),
+                "timeout_ms": self._connect_timeout_ms(),
+                "exit_on_failure": False,
+                "retry": {
+                    "period_init_ms": 50,
+                    "period_max_ms": 500,
+                    "period_increase_factor": 2,
+                },
+            },
+            "scouting": {"multicast": {"enabled": False}, "gossip": {"enabled": False}},
+            "transport": self._transport(),
+            "timestamping": {"enabled": False},
+            "adminspace": {"enabled": False},
+        }
+
+    def _connect_timeout_ms(self) -> int:
+        if self.mode == "client":
+            return int(1000 * ROUTER_PATIENCE_S)
+        return -1 if self.connect else 0
+
+    def _transport(self) -> dict[str, Any]:
+        # An express message takes a whole batch; a burst of one tick (transforms, task,
+        # joints) must find room, or its last messages are dropped.
+        queue: dict[str, Any] = {"size": {"real_time": 16}}
+        silence_ms = int(1000 * LINK_SILENCE_S)
+        unicast = {"accept_timeout": silence_ms, "accept_pending": ACCEPT_PENDING}
+        if self.mode == "peer":
+            return {"link": {"tx": {"queue": queue}}, "unicast": unicast}
+        if self.mode == "router":
+            # A client that takes nothing any more is cut off before the others notice: what
+            # must not be dropped (declarations, answers) would else wait for it for 5 s.
+            queue["congestion_control"] = {"block": {"wait_before_close": 500_000}}  # us
+        return {
+            "link": {"tx": {"queue": queue, "lease": silence_ms, "keep_alive": 4}},
+            "unicast": {**unicast, "open_timeout": silence_ms},
+        }

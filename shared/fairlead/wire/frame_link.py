@@ -1,0 +1,26 @@
+"""What both ends of shared frames agree on: the socket's name and its packets."""
+
+from __future__ import annotations
+
+import os
+import socket
+import struct
+
+FRAME = struct.Struct("=IQ")
+"""Sender to reader: slot, bytes; the numbers of all slots there are follow, 4 bytes each. The first
+packet about a slot brings the descriptor of its memory."""
+BACK = struct.Struct("=I")
+"""Reader to sender: the slot that it looks at no more."""
+PACKET_MAX = 4096
+_UCRED = struct.Struct("=3i")  # process, user, group
+
+
+def address(name: str) -> str:
+    """Of a sender's socket: abstract, so it has no file."""
+    return f"\0fairlead-frames-{name}"
+
+
+def is_own(link: socket.socket) -> bool:
+    """Whether the other end is this user's; asks the kernel."""
+    credentials = link.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, _UCRED.size)
+    return bool(_UCRED.unpack(credentials)[1] == os.getuid())

@@ -1,0 +1,194 @@
+"""Frames through shared memory: whole, never overwritten while somebody looks, never in the way."""
+
+from __future__ import annotations
+
+import gc
+import os
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from queue import SimpleQueue
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fairlead.messages import Bytes, Image, decode, encode, encode_parts
+from fairlead.wire import frame_receiver
+from fairlead.wire.frame_receiver import KEPT_MAX, FrameReceiver
+from fairlead.wire.frame_sender import HELD_MAX, FrameSender
+
+WAIT_S = 10.0
+READER = """
+import sys, time
+from fairlead.wire.frame_receiver import FrameReceiver
+kept = []
+def on_frame(frame):
+    kept.append(frame)
+    print(len(frame), flush=True)
+FrameReceiver(sys.argv[1], "reader", on_frame, lambda: print("end", flush=True))
+sys.stdin.read()
+"""
+
+
+class Reader:
+    """A receiver in this process, and what it was given."""
+
+    def __init__(self, name: str) -> None:
+        self.frames: SimpleQueue[Bytes] = SimpleQueue()
+        self.ended = threading.Event()
+        self.receiver = FrameReceiver(name, "reader", self.frames.put, self.ended.set)
+
+    def next(self) -> Bytes:
+        return self.frames.get(timeout=WAIT_S)
+
+
+@pytest.fixture
+def sender() -> Iterator[FrameSender]:
+    made = FrameSender()
+    yield made
+    made.close()
+
+
+def frame(number: int, size: int = 1000) -> bytes:
+    return np.random.default_rng(number).bytes(size)
+
+
+def sent_until(sender: FrameSender, done: Callable[[], bool], first: int = 0) -> int:
+    """Send frames until something is so; the number of the last."""
+    until = threading.Event()
+    for number in range(first, first + 10_000):
+        sender.send([frame(number)])
+        if done():
+            return number
+        until.wait(0.01)
+    raise AssertionError("it never was")
+
+
+def test_a_frame_is_the_parts_one_after_the_other_and_each_reader_gets_it(
+    sender: FrameSender,
+) -> None:
+    assert sender.send([b"nobody"]) == 0
+    readers = [Reader(sender.name), Reader(sender.name)]
+    assert sender.send([b"head", b"pixels"]) == 2
+    for reader in readers:
+        got = reader.next()
+        assert bytes(got) == b"headpixels" and memoryview(got).readonly
+    sender.close()
+    assert all(reader.ended.wait(WAIT_S) for reader in readers)
+
+
+def test_what_is_kept_is_never_overwritten(sender: FrameSender) -> None:
+    reader = Reader(sender.name)
+    kept = []
+    for number in range(3 * HELD_MAX):
+        sender.send([frame(number)])
+        kept.append(reader.next())
+    assert not reader.ended.is_set(), "of more than it may hold it keeps copies"
+    assert [bytes(one) for one in kept] == [frame(number) for number in range(3 * HELD_MAX)]
+    assert len(sender._slots) <= HELD_MAX
+
+
+def test_a_view_of_a_view_keeps_the_frame_too(sender: FrameSender) -> None:
+    reader = Reader(sender.name)
+    image = Image(
+        session=1, tick=1, camera="front", width=20, height=10, encoding_name="rgb8",
+        data=frame(0, 600),
+    )  # fmt: skip
+    sender.send(encode_parts(image))
+    pixels = np.frombuffer(decode(Image, reader.next()).data, np.uint8).reshape(10, 20, 3)[2:]
+    gc.collect()
+    for number in range(1, 50):
+        sender.send([frame(number)])
+        reader.next()
+    np.testing.assert_array_equal(pixels.reshape(-1), np.frombuffer(image.data, np.uint8)[120:])
+
+
+def test_memory_is_used_again_once_nobody_looks_at_it(sender: FrameSender) -> None:
+    reader = Reader(sender.name)
+    for number in range(200):
+        sender.send([frame(number, 900 + number)])
+        assert bytes(reader.next()) == frame(number, 900 + number)
+    assert len(sender._slots) < KEPT_MAX
+
+
+def test_a_larger_frame_takes_the_place_of_what_is_too_small(sender: FrameSender) -> None:
+    reader = Reader(sender.name)
+    for number, size in enumerate((10, 70_000, 200_000, 10, 300_000)):
+        sender.send([frame(number, size)])
+        assert bytes(reader.next()) == frame(number, size)
+    assert len(sender._slots) <= 3, "those nobody looked at are gone"
+    assert len(reader.receiver._memory) <= 3
+
+
+@pytest.mark.processes
+@pytest.mark.parametrize("hurt", [signal.SIGKILL, signal.SIGSTOP])
+def test_a_reader_that_is_killed_or_hangs_is_no_hindrance_to_the_others(
+    sender: FrameSender, hurt: signal.Signals
+) -> None:
+    mine = Reader(sender.name)
+    with subprocess.Popen(
+        [sys.executable, "-c", READER, sender.name],
+        stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+    ) as other:  # fmt: skip
+        assert other.stdout is not None
+        lines: SimpleQueue[str] = SimpleQueue()
+        stream = other.stdout
+
+        def listen() -> None:
+            for line in stream:
+                lines.put(line)
+
+        threading.Thread(target=listen, daemon=True).start()
+        first = sent_until(sender, lambda: not lines.empty())
+        os.kill(other.pid, hurt)
+        last = sent_until(sender, lambda: len(sender._readers) == 1, first + 1)
+        got = [bytes(mine.next()) for _ in range(last + 1)]
+        assert got == [frame(number) for number in range(last + 1)]
+        os.kill(other.pid, signal.SIGCONT if hurt == signal.SIGSTOP else 0)
+        if hurt == signal.SIGSTOP:
+            while lines.get(timeout=WAIT_S) != "end\n":
+                pass  # what it was told before; it then knows
+        other.kill()
+
+
+def test_without_memory_the_sender_says_so(
+    sender: FrameSender, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    reader = Reader(sender.name)
+
+    def full(*args: Any) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "posix_fallocate", full)
+    with pytest.raises(OSError, match="No space left"):
+        sender.send([frame(1)])
+    assert not sender._slots
+    assert reader.frames.empty()
+
+
+def test_memory_that_may_shrink_is_not_looked_at() -> None:
+    descriptor = os.memfd_create("test")
+    os.truncate(descriptor, 4096)
+    with pytest.raises(OSError, match="Invalid argument|not permitted|may shrink"):
+        try:
+            frame_receiver._mapped(descriptor)
+        except ValueError as error:
+            raise OSError(str(error)) from None
+
+
+def test_there_is_no_sender_of_another_name() -> None:
+    with pytest.raises(ConnectionRefusedError):
+        Reader("nobody")
+
+
+@pytest.mark.parametrize("size", [0, 1, 255, 256, 65535, 65536, 300_000])
+def test_an_image_in_two_parts_has_the_bytes_of_the_whole(size: int) -> None:
+    image = Image(
+        session=7, tick=300, camera="front", width=9, height=9, encoding_name="jpeg",
+        data=frame(3, size),
+    )  # fmt: skip
+    assert b"".join(encode_parts(image)) == encode(image)
+    assert decode(Image, encode(image)) == image
