@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import zenoh
@@ -71,16 +71,18 @@ class Endpoints:
         connect: a peer's: tried for ever, in the background; a client's: its router.
         mode: ``peer``, ``client`` (of a router) or ``router``.
         router_host: a client's: the name of the host where its router runs.
+        access: a part of a Zenoh configuration, with a password: who it is, what it lets through.
     """
 
     listen: Sequence[str] = ()
     connect: Sequence[str] = ()
     mode: str = "peer"
     router_host: str = ""
+    access: Mapping[str, Any] = field(default_factory=dict, repr=False)
 
     def config(self) -> dict[str, Any]:
         """The Zenoh configuration: static endpoints, no multicast, endless reconnect."""
-        return {
+        config = {
             "mode": self.mode,
             "listen": {"endpoints": list(self.listen), "exit_on_failure": True},
             "connect": {
@@ -94,10 +96,11 @@ class Endpoints:
                 },
             },
             "scouting": {"multicast": {"enabled": False}, "gossip": {"enabled": False}},
-            "transport": self._transport(),
             "timestamping": {"enabled": False},
             "adminspace": {"enabled": False},
         }
+        transport = {**self._transport(), **self.access.get("transport", {})}
+        return {**config, **self.access, "transport": transport}
 
     def _connect_timeout_ms(self) -> int:
         if self.mode == "client":
@@ -144,9 +147,11 @@ class ZenohBus:
     def __init__(self, endpoints: Endpoints) -> None:
         # Logged as errors there, and by all we have seen neither is one: a sample under way
         # while its link closes, and a sample that overtakes the declaration of its key in a
-        # session that is just joining ("unknown expr_id"); ticks repair what is dropped.
-        # RUST_LOG brings the lines back.
-        zenoh.init_log_from_env_or("error,zenoh::api::session=off")
+        # session that is just joining ("unknown expr_id"); ticks repair what is dropped. Whoever is
+        # refused by those it dials would say so twice a second. RUST_LOG brings the lines back.
+        zenoh.init_log_from_env_or(
+            "error,zenoh::api::session=off,zenoh_transport::unicast::establishment=off"
+        )
         # Read when the process opens its first session.
         os.environ.setdefault(RUNTIME_VARIABLE, RUNTIME[endpoints.mode])
         try:
