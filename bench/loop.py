@@ -25,6 +25,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Literal
 
 import yaml
 
@@ -87,7 +88,7 @@ class Round:
         return statistics.median(turn.ratio for turn in self.turns)
 
 
-def prepare(folder: Path, priority: int) -> Scratch:
+def prepare(folder: Path, priority: int, access: Literal["closed", "open"] = "closed") -> Scratch:
     """A copy of the deployment, in lockstep, with a real-time priority of HAL and gate."""
     original = yaml.safe_load(SOURCE.read_text(encoding="utf-8"))
     for service in original["services"].values():
@@ -96,7 +97,8 @@ def prepare(folder: Path, priority: int) -> Scratch:
     folder.mkdir()
     source = folder / SOURCE.name
     source.write_text(yaml.safe_dump(original), encoding="utf-8")
-    return make_scratch(source, folder / "robot", ScratchOptions(pacing="lockstep"))
+    options = ScratchOptions(pacing="lockstep", access=access)
+    return make_scratch(source, folder / "robot", options)
 
 
 def run_round(seed: int, folder: Path, priority: str) -> Round:

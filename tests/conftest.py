@@ -26,6 +26,9 @@ settings.load_profile("fairlead")
 # Skills that whoever runs the tests has installed are not part of what is tested.
 os.environ["FAIRLEAD_SKILLS"] = str(Path(tempfile.gettempdir()) / "fairlead-tests-no-skills")
 
+# Passwords of what tests start lie beside, whatever state folder a command is given.
+os.environ["FAIRLEAD_ACCESS"] = str(Path(tempfile.gettempdir()) / "fairlead-tests-access")
+
 # A shell starts what it runs in the background with Ctrl-C ignored, and children inherit that:
 # the processes that tests interrupt must hear it wherever the tests were started.
 signal.signal(signal.SIGINT, signal.default_int_handler)

@@ -14,6 +14,7 @@ import numpy as np
 from bench.equipment.mailbox import DEADLINE_S, Mailbox
 from bench.equipment.running_gate import ROBOT, RunningGate
 from bench.equipment.scripted_hal import ScriptedHal
+from fairlead.deploy.deployment import Deployment
 from fairlead.keys import Keys
 from fairlead.messages import (
     NO_TRACE,
@@ -49,8 +50,37 @@ ARM = 0  # index of the part
 DELTA_M = 0.01
 
 
+def everybody(robot: str, file: Path) -> dict[str, Any]:
+    """What closes access for a session with everybody's rights and, in a file, for its gate."""
+    services = {
+        name: {"run": run, "listen": f"tcp/127.0.0.1:{port}"}
+        for port, (name, run) in enumerate(
+            (("hal", "hal_kinematic"), ("safety", "safety"), (SOURCE, "skill_runner")), start=1
+        )
+    }
+    deployment = Deployment.model_validate({"robot": robot, "id": robot, "services": services})
+    gate, own = (
+        dict(deployment.endpoints("safety").access),
+        deployment.tool_endpoints(SOURCE).access,
+    )
+    rules = gate["access_control"]["rules"]
+    turned = {"ingress": ["egress"], "egress": ["ingress"]}
+    mirrored = [rule | {"flows": turned[rule["flows"][0]]} for rule in rules]
+    allow = [rule["id"] for rule in rules if rule["permission"] == "allow"]
+    everything = [{"subjects": ["all"], "rules": allow}]
+    subjects = [{"id": "all"}]
+    gate["access_control"] |= {"subjects": subjects, "policies": everything}
+    own = {**own, "access_control": gate["access_control"] | {"rules": mirrored}}
+    file.write_text(json.dumps(gate), encoding="utf-8")
+    return own
+
+
 class Scene:
-    """One gate process and everybody it talks to, in one session."""
+    """One gate process and everybody it talks to, in one session.
+
+    Args:
+        closed: with access control.
+    """
 
     def __init__(
         self,
@@ -58,14 +88,19 @@ class Scene:
         state_dir: Path,
         pacing: Literal["realtime", "lockstep"] = "lockstep",
         robot: str = ROBOT,
+        closed: bool = False,
     ) -> None:
         self.robot = robot
         self.keys = Keys(robot)
         self.config = config
         self.state_dir = state_dir
-        self.gate = RunningGate(config, state_dir, robot=robot)
+        file = state_dir.with_suffix(".access")
+        own = everybody(robot, file) if closed else {}
+        options = ("--access", str(file)) if closed else ()
+        self.gate = RunningGate(config, state_dir, *options, robot=robot)
         self.gate.wait_line("ready")
-        self.bus = ZenohBus(Endpoints(connect=[f"tcp/127.0.0.1:{self.gate.port}"]))
+        endpoint = f"tcp/127.0.0.1:{self.gate.port}"
+        self.bus = ZenohBus(Endpoints(connect=[endpoint], access=own))
         self.leases = Mailbox(self.bus, self.keys.lease, Lease)
         self.statuses = Mailbox(self.bus, self.keys.gate_status, GateStatus)
         self.verdicts = Mailbox(self.bus, self.keys.verdict(SOURCE), Verdict)

@@ -15,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
+from fairlead.deploy.access import OPERATOR
 from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.errors import FairleadError
 from fairlead.messages import (
@@ -42,8 +43,10 @@ ASKERS = 2
 JUNK = b"\xff" * 200
 
 
-def _put(deployment: Deployment, key: str, kind: type[Message], payload: bytes) -> None:
-    bus = ZenohBus(deployment.tool_endpoints())
+def _put(
+    deployment: Deployment, key: str, kind: type[Message], payload: bytes, party: str = OPERATOR
+) -> None:
+    bus = ZenohBus(deployment.tool_endpoints(party))
     publisher = bus.publisher(key, kind, Qos.HOT)
     print("ready", flush=True)
     began, sent = time.monotonic(), 0
@@ -64,8 +67,8 @@ def _candidates(deployment: Deployment) -> None:
         robot_hash=bytes(32), session=1, epoch=1, claim_id=1, source="runner", seq=1, goal_id=1,
         obs_tick=1, oldest_tick=1, start_tick=1, horizon=8, parts=(part,), trace=NO_TRACE,
     )  # fmt: skip
-    key = deployment.keys.candidate(deployment.runners[0])
-    _put(deployment, key, ActionChunk, encode(chunk))
+    runner = deployment.runners[0]
+    _put(deployment, deployment.keys.candidate(runner), ActionChunk, encode(chunk), runner)
 
 
 def _states(deployment: Deployment) -> None:
@@ -105,6 +108,8 @@ def _connections(deployment: Deployment) -> None:
     threading.Event().wait()
 
 
+WITH_RIGHTS = ("candidates", "queries", "connections")
+"""What a deployment with closed access lets through; the rest needs an open one."""
 FLOODS: dict[str, Callable[[Deployment], None]] = {
     "candidates": _candidates,
     "joint states": _states,

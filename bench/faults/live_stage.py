@@ -8,10 +8,10 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import yaml
 
@@ -58,6 +58,7 @@ class Changes:
     pacing: str = "realtime"
     environment: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     command: Callable[[str, list[str]], list[str]] = lambda service, words: words
+    access: Literal["closed", "open"] = "closed"
 
     def words(self, file: Path, deployment: Deployment, service: str, state: Path) -> list[str]:
         """The command line of one service."""
@@ -234,7 +235,7 @@ def with_skill(folder: Path, changes: Changes) -> Changes:
     """The same changes for services that also know the steady skill."""
     everywhere = dict(changes.environment.get("", {}))
     everywhere["FAIRLEAD_SKILLS"] = str(steady_skill(folder / "skills"))
-    return Changes(changes.pacing, {**changes.environment, "": everywhere}, changes.command)
+    return replace(changes, environment={**changes.environment, "": everywhere})
 
 
 @contextmanager
@@ -251,6 +252,7 @@ def live_stage(
     pacing: Any = changes.pacing
     options = ScratchOptions(
         pacing=pacing,
+        access=changes.access,
         hal=LIGHT_HAL if simulator is None else None,
         options={"hal": dict(simulator or {})},
     )

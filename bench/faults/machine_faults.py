@@ -11,7 +11,7 @@ from pathlib import Path
 
 from bench.equipment.live_robot import wait_for
 from bench.faults.failing_disk import DiskStage
-from bench.faults.flood import FLOODS
+from bench.faults.flood import FLOODS, WITH_RIGHTS
 from bench.faults.live_stage import SKILL, LiveStage
 from bench.faults.machine_stage import MachineStage
 from bench.faults.row import Row, Shot
@@ -182,7 +182,8 @@ ROWS = (
     Row(33, "status queries, each asked again once answered, by six", NO_EFFECT, None, "robot",
         partial(flooded, "queries")),
     *(
-        Row(33, f"10,000 {kind} a second", NO_EFFECT, None, "robot", partial(flooded, kind))
+        Row(33, f"10,000 {kind} a second", NO_EFFECT, None,
+            "robot" if kind in WITH_RIGHTS else "open", partial(flooded, kind))
         for kind in FLOODS if kind not in ("connections", "queries")
     ),
 )  # fmt: skip

@@ -12,7 +12,7 @@ from bench.faults.failing_disk import disk_stage
 from bench.faults.faulty_stage import faulty_stage, seeing_stage
 from bench.faults.gate_stage import gate_stage
 from bench.faults.life_faults import order_stage, soak_stage
-from bench.faults.live_stage import live_stage
+from bench.faults.live_stage import Changes, live_stage
 from bench.faults.machine_stage import machine_stage
 from bench.faults.policy_stage import policy_stage
 from bench.faults.routed_stage import routed_stage
@@ -20,6 +20,7 @@ from bench.faults.servo_stage import servo_stage
 
 STAGES: Mapping[str, Callable[[Path], AbstractContextManager[Any]]] = {
     "robot": live_stage,
+    "open": lambda folder: live_stage(folder, Changes(access="open")),
     "gate": gate_stage,
     "orders": order_stage,
     "soak": soak_stage,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from bench.faults import (
+    access_faults,
     camera_faults,
     creeping_faults,
     frame_faults,
@@ -36,6 +37,7 @@ _FAMILIES = (
     camera_faults,
     hardware_faults,
     teleop_faults,
+    access_faults,
 )
 ROWS: tuple[Row, ...] = tuple(
     sorted((row for family in _FAMILIES for row in family.ROWS), key=lambda row: row.number)

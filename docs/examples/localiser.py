@@ -19,7 +19,7 @@ from fairlead.messages import Transform, TransformBatch, decode, pack_floats
 def main(file: str, name: str, x_m: str, y_m: str) -> None:
     """Answer each tick of the HAL with the transform of the same tick."""
     deployment = load_deployment(Path(file))
-    bus = ZenohBus(deployment.tool_endpoints())
+    bus = ZenohBus(deployment.tool_endpoints(name))
     tf = bus.publisher(deployment.keys.tf(name), TransformBatch, Qos.HOT)
     T_map_odom = Transform(
         parent="map",

@@ -8,9 +8,10 @@ A checkout is such a tree, and a wheel carries one inside the package, in ``fair
 working directory upwards, then inside this package, then from this package upwards (an
 editable install, whose package lies in its checkout). What belongs to the user lies outside
 of it: skills in ``FAIRLEAD_SKILLS``, robots in ``FAIRLEAD_ROBOTS`` and calibrations in
-``FAIRLEAD_CALIBRATIONS``, else in the user's data folder. Other installed packages may have
-``robots/``, ``rskills/`` and ``compose/`` too, in a folder that they register in
-``fairlead.data``.
+``FAIRLEAD_CALIBRATIONS``, else in the user's data folder. What runs keeps its state in
+``FAIRLEAD_STATE`` and its passwords in ``FAIRLEAD_ACCESS``, else in the user's state folder.
+Other installed packages may have ``robots/``, ``rskills/`` and ``compose/`` too, in a folder
+that they register in ``fairlead.data``.
 
 Of one name, what ships comes first, then what is the user's, then what packages bring.
 """
@@ -28,6 +29,8 @@ ROOT_VARIABLE = "FAIRLEAD_ROOT"
 SKILLS_VARIABLE = "FAIRLEAD_SKILLS"
 ROBOTS_VARIABLE = "FAIRLEAD_ROBOTS"
 CALIBRATIONS_VARIABLE = "FAIRLEAD_CALIBRATIONS"
+STATE_VARIABLE = "FAIRLEAD_STATE"
+ACCESS_VARIABLE = "FAIRLEAD_ACCESS"
 PACKAGED_TREE = "data"
 
 
@@ -74,6 +77,21 @@ def user_skills_dir() -> Path:
 def user_calibrations_dir() -> Path:
     """Where ``fairlead calibrate`` puts what it found of an arm; it need not exist yet."""
     return _users_own(CALIBRATIONS_VARIABLE, "calibrations")
+
+
+def user_state_dir() -> Path:
+    """Where what runs on this machine is listed, and keeps its logs and state."""
+    override = os.environ.get(STATE_VARIABLE)
+    if override:
+        return Path(override).absolute()
+    home = os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state"
+    return Path(home) / "fairlead"
+
+
+def user_access_dir() -> Path:
+    """Where the passwords of deployments are."""
+    override = os.environ.get(ACCESS_VARIABLE)
+    return Path(override).absolute() if override else user_state_dir() / "access"
 
 
 def skill_folders() -> tuple[Path, ...]:

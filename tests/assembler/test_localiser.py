@@ -10,6 +10,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Literal
 
 import pytest
 import yaml
@@ -60,6 +61,7 @@ MANIFEST = {
 POLICY = """
 import numpy as np
 from pathlib import Path
+from typing import Literal
 
 class WhereAmI:
     @classmethod
@@ -134,8 +136,11 @@ class Scene:
 
 
 @contextmanager
-def scene(folder: Path, pacing: Pacing, localiser: str) -> Iterator[Scene]:
-    options = ScratchOptions(pacing=pacing, hal=LIGHT_HAL, localiser=localiser)
+def scene(
+    folder: Path, pacing: Pacing, localiser: str, access: Literal["closed", "open"] = "closed"
+) -> Iterator[Scene]:
+    """Closed, nobody hears a localiser that the deployment does not name."""
+    options = ScratchOptions(pacing=pacing, hal=LIGHT_HAL, localiser=localiser, access=access)
     scratch = make_scratch(SOURCE, folder / "state", options)
     with scratch_robot(scratch, Registry(folder / "registry")) as robot:
         write_skill(folder, WATCHED)  # the runner, which has started, does not know it
@@ -173,6 +178,14 @@ def test_named_localiser_is_what_every_call_sees_and_its_absence_is_a_fault_with
         result, seen = running.run()
         assert (result.outcome, set(seen)) == ("deadline", {X_M}), result
         assert len(seen) == CALLS or pacing == "realtime"
+
+
+@pytest.mark.parametrize("pacing", ["lockstep", "realtime"])
+def test_open_another_localiser_beside_the_named_one_is_a_fault_with_both_names(
+    folder: Path, pacing: Pacing
+) -> None:
+    with scene(folder, pacing, "amcl", "open") as running:
+        running.localise("amcl")
         running.localise("stray", x_m=1.0, fault="contested_frame")
         result, seen = running.run()
         assert (result.outcome, result.kind) == ("failed", "layout_contested_frame")
@@ -181,10 +194,10 @@ def test_named_localiser_is_what_every_call_sees_and_its_absence_is_a_fault_with
 
 
 @pytest.mark.parametrize("pacing", ["lockstep", "realtime"])
-def test_localiser_that_the_deployment_does_not_name_is_a_fault_with_both_names(
+def test_open_a_localiser_that_the_deployment_does_not_name_is_a_fault_with_both_names(
     folder: Path, pacing: Pacing
 ) -> None:
-    with scene(folder, pacing, "") as running:
+    with scene(folder, pacing, "", "open") as running:
         result, seen = running.run()
         assert (result.outcome, set(seen)) == ("deadline", {0.0})
         running.localise("stray", fault="contested_frame")

@@ -36,6 +36,7 @@ def deployment_file(folder: Path, **options: object) -> tuple[Path, str]:
     content = {
         "robot": "panda_mobile",
         "id": "panda_mobile",
+        "access": "open",  # one session is everybody but the assembler
         "services": {"state_assembler": service, "hal": hal},
     }
     path.write_text(yaml.safe_dump(content))

@@ -10,7 +10,8 @@ from dataclasses import dataclass, field
 import pytest
 import typer
 
-from fairlead.deploy.deployment import Deployment, ServiceSpec
+from fairlead.deploy.deployment import Deployment
+from fairlead.deploy.service_spec import ServiceSpec
 from fairlead.errors import ConfigError, RefusedError
 from fairlead.messages import (
     NO_HASH,

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from fairlead.deploy.deployment import Deployment, ServiceSpec
+from fairlead.deploy.deployment import Deployment
+from fairlead.deploy.service_spec import ServiceSpec
 from fairlead.errors import RefusedError
 from fairlead.messages import (
     NO_HASH,

@@ -14,10 +14,9 @@ from pathlib import Path
 import pytest
 
 from fairlead import Robot, RobotClient, connect
-from fairlead.deploy.registry import STATE_VARIABLE
 from fairlead.errors import ConfigError, NoAnswerError
 from fairlead.operate.blocking import LoopThread
-from fairlead.paths import repo_root
+from fairlead.paths import STATE_VARIABLE, repo_root
 from tests.client.scripted_robot import DEPLOYMENT, GOAL_ID, ScriptedRobot
 from tests.client.turns import turns
 

@@ -85,9 +85,9 @@ def running_hal(folder: Path, name: str, wanted: Wanted) -> Iterator[RunningHal]
 
 def check_running(running: RunningHal, only: tuple[str, ...]) -> HalCheck:
     """What the command does, in this process."""
-    bus = ZenohBus(running.deployment.tool_endpoints())
+    hal = ask_hal(running.deployment)
+    bus = ZenohBus(running.deployment.tool_endpoints("safety"))
     try:
-        hal = ask_hal(bus, running.deployment)
         wish = Wish(SHARE, HOLD_S, running.process.pid, "", is_simulator=True, only=only)
         return check_hal(bus, running.deployment, hal, wish, lambda text: None)
     finally:

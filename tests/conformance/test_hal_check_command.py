@@ -12,6 +12,7 @@ import pytest
 
 from bench.equipment.running_gate import RunningGate
 from fairlead.paths import deployment_path, gate_config, repo_root
+from fairlead_tools.supervisor.command_line import service_command
 from tests.cli.command import fairlead, fairlead_here
 from tests.conformance.quick_robot import NAME, write_quick_robot
 from tests.conformance.running_hal import RunningHal, Wanted, running_hal
@@ -39,8 +40,9 @@ def test_a_hal_that_is_no_simulator_is_not_moved_unasked(hal: RunningHal, tmp_pa
 
 def test_a_gate_that_is_alive_is_named_and_nothing_is_sent(hal: RunningHal, tmp_path: Path) -> None:
     own = hal.deployment.services["safety"].listen
+    access = service_command(hal.file, hal.deployment, "safety", tmp_path)[-2:]
     gate = RunningGate(
-        gate_config("panda", "sim"), tmp_path, "--new-state",
+        gate_config("panda", "sim"), tmp_path, "--new-state", *access,
         robot="panda", port=int(own.rpartition(":")[2]),
         connect=[int(hal.deployment.services["hal"].listen.rpartition(":")[2])],
     )  # fmt: skip

@@ -36,6 +36,7 @@ class HalProcess:
             "robot": "panda_mobile",
             "id": f"tested{os.getpid()}",
             "pacing": pacing,
+            "access": "open",  # one session is everybody but the HAL
             "services": {
                 "hal": {
                     "run": run,

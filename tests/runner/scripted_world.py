@@ -105,6 +105,7 @@ class ScriptedWorld:
             "robot": "panda_mobile",
             "id": "test_robot",
             "pacing": self.pacing,
+            "access": "open",  # one session is everybody but the runner
             "services": {
                 "hal": {"run": "hal_sim", "listen": f"tcp/127.0.0.1:{port}"},
                 "runner": {

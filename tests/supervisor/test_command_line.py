@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import sys
 from pathlib import Path
 
@@ -19,7 +20,14 @@ FILE = repo_root() / "compose" / "panda_mobile_sim.yaml"
 
 
 def test_the_gate_gets_its_compiled_file_and_connects_to_the_services_above_it() -> None:
-    command = service_command(FILE, load_deployment(FILE), "safety", Path("/state/safety"))
+    deployment = load_deployment(FILE)
+    command = service_command(FILE, deployment, "safety", Path("/state/safety"))
+    *command, option, access = command
+    assert (option, json.loads(Path(access).read_text())) == (
+        "--access",
+        deployment.endpoints("safety").access,
+    )
+    assert Path(access).stat().st_mode & 0o777 == 0o600
     assert command == [
         str(gate_binary()),
         "--robot", "panda_mobile",

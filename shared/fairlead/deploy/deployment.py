@@ -14,80 +14,22 @@ from pydantic import (
     model_validator,
 )
 
+from fairlead.deploy.access import DIAL_ORDER, OPERATOR, Parties, Role, session_access
+from fairlead.deploy.credentials import find_secrets
 from fairlead.deploy.hosts import ROUTER, RouterSpec, endpoint_of, host_problems
+from fairlead.deploy.service_spec import EXTERNAL, OWN_SERVICES, ServiceSpec
 from fairlead.errors import ConfigError, expected
 from fairlead.keys import Keys, check_name
 from fairlead.plugins import HALS
 from fairlead.wire.endpoints import Endpoints
 from fairlead.yaml_file import load_yaml
 
-OWN_SERVICES = ("safety", "state_assembler", "skill_runner")
-"""What ``run`` may name besides a HAL."""
-
-EXTERNAL = "external"
-"""``run`` of a HAL that somebody else starts, whatever it is."""
-
-
-class ServiceSpec(BaseModel):
-    """One process: what it runs, where it is, and its own options.
-
-    Attributes:
-        run: a service of fairlead's, a HAL that an installed package registers in
-            ``fairlead.hals``, or `EXTERNAL`.
-        command: instead of ``run``, a program that is a HAL. It gets ``--deployment``,
-            ``--service`` and ``--state-dir``; ``python`` is the interpreter fairlead runs in, and
-            words that begin with ``./`` or ``../`` are paths from the deployment file's folder.
-        listen: its endpoint, where there is no router; else "".
-        host: the host it runs on, where there is a router; else "".
-        realtime_priority: 1 (low) to 99 of the kernel's ``SCHED_FIFO``; 0: an ordinary process.
-        options: checked by the service that reads it.
-    """
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-    run: str = ""
-    command: tuple[str, ...] = ()
-    listen: str = ""
-    host: str = ""
-    realtime_priority: int = Field(default=0, ge=0, le=99)
-    options: dict[str, Any] = Field(default_factory=dict)
-
-    @model_validator(mode="after")
-    def _runs_one_thing(self) -> ServiceSpec:
-        if bool(self.run) == bool(self.command):
-            got = "both" if self.run else "neither"
-            raise ValueError(f"expected run or command, got {got}")
-        if self.run == EXTERNAL and self.realtime_priority:
-            raise ValueError(f"realtime_priority: run is {EXTERNAL}: for who starts it to give")
-        return self
-
-    @property
-    def is_hal(self) -> bool:
-        """Whether it is the robot's HAL: what is no service of fairlead's is one."""
-        return self.run not in OWN_SERVICES
-
-    @property
-    def what(self) -> str:
-        """What it runs, in a word or a command line."""
-        return self.run or " ".join(self.command)
-
-    @field_validator("listen")
-    @classmethod
-    def _endpoint(cls, value: str) -> str:
-        protocol, _, address = value.partition("/")
-        host, _, port = address.rpartition(":")
-        if protocol != "tcp" or not host or not port.isdecimal() or not 0 < int(port) < 2**16:
-            raise ValueError(
-                f"expected an endpoint such as tcp/127.0.0.1:7501 (port 1 to 65535), got {value!r}"
-            )
-        return value
-
 
 class Deployment(BaseModel):
     """One robot's services.
 
-    On one host they are peers: every service listens on its own endpoint and connects to
-    those above it in the file, so that each pair has exactly one link whatever the start
+    On one host they are peers: every service listens on its own endpoint and connects to those
+    before it in `Parties.services`, so that each pair has exactly one link whatever the start
     order. On several hosts they, and all tools, are clients of one router.
     """
 
@@ -100,6 +42,9 @@ class Deployment(BaseModel):
     pacing: Literal["realtime", "lockstep"] = "lockstep"
     localiser: str = Field(
         default="", description="who sends map -> odom, as <name> in tf/<name>; empty: the HAL"
+    )
+    access: Literal["closed", "open"] = Field(
+        default="closed", description="open: whoever reaches a port may do anything"
     )
     hosts: dict[str, str] = Field(default_factory=dict, description="address of each host")
     router: RouterSpec | None = None
@@ -133,6 +78,11 @@ class Deployment(BaseModel):
                 f"localiser: {self.localiser!r} is a service of this file; a localiser is a "
                 "process of your own, with a name of its own"
             )
+        if OPERATOR in (*self.services, self.localiser):
+            problems.append(f"{OPERATOR}: tools have this name; give the process another one")
+        asked_closed = self.access == "closed" and "access" in self.model_fields_set
+        if self.router is not None and asked_closed:
+            problems.append("access: closed: not with a router yet; leave it out")
         if problems:
             raise ValueError("\n  ".join(problems))
         return self
@@ -170,24 +120,64 @@ class Deployment(BaseModel):
         """The keys of this robot in this namespace."""
         return Keys(self.id, self.namespace)
 
-    def endpoints(self, service: str) -> Endpoints:
-        """Endpoints of one named service."""
-        above: list[str] = []
-        for name, spec in self.services.items():
-            if name == service:
-                if self.router is not None:
-                    return self.tool_endpoints()
-                return Endpoints(listen=[spec.listen], connect=above)
-            above.append(spec.listen)
-        raise ConfigError(f"deployment: no service {service!r} (valid: {', '.join(self.services)})")
+    @property
+    def open_access(self) -> str:
+        """A warning where whoever reaches a port may do anything, and why; else ""."""
+        if self.router is None and self.access == "closed":
+            return ""
+        why = "between hosts there are no certificates yet" if self.router else "as its file says"
+        return f"access is open, {why}: whoever reaches a port may move the robot"
 
-    def tool_endpoints(self) -> Endpoints:
-        """Endpoints of a command-line tool: listens nowhere, connects to everyone."""
+    @property
+    def parties(self) -> Parties:
+        """Everybody who may have a session, and what they are."""
+        roles = {name: spec.role for name, spec in self.services.items()}
+        ordered = sorted(roles, key=lambda name: DIAL_ORDER.index(roles[name]))
+        others: dict[str, Role] = {self.localiser: "localiser"} if self.localiser else {}
+        services = {name: roles[name] for name in ordered}
+        return Parties(self.keys, services, others | {OPERATOR: "operator"})
+
+    def endpoints(self, service: str) -> Endpoints:
+        """Endpoints of one named service.
+
+        Raises:
+            ConfigError: there is no such service; this user's passwords cannot be read or made.
+        """
+        spec = self.services.get(service)
+        if spec is None:
+            valid = ", ".join(self.services)
+            raise ConfigError(f"deployment: no service {service!r} (valid: {valid})")
+        if self.router is not None:
+            return self.tool_endpoints()
+        before = [self.services[name].listen for name in self.parties.before(service)]
+        return Endpoints(
+            listen=[spec.listen], connect=before, access=self._access(service, listens=True)
+        )
+
+    def tool_endpoints(self, party: str = OPERATOR) -> Endpoints:
+        """Endpoints of what listens nowhere and connects to every service.
+
+        Args:
+            party: who it is: a tool, the localiser, or a service in whose place it stands.
+
+        Raises:
+            ConfigError: there is no such party; this user's passwords cannot be read or made.
+        """
         if self.router is not None:
             return Endpoints(
                 connect=[self.router_endpoint], mode="client", router_host=self.router.host
             )
-        return Endpoints(connect=[spec.listen for spec in self.services.values()])
+        others = [spec.listen for name, spec in self.services.items() if name != party]
+        return Endpoints(connect=others, access=self._access(party, listens=False))
+
+    def _access(self, party: str, listens: bool) -> dict[str, Any]:
+        if self.open_access:
+            return {}
+        parties = self.parties
+        if party not in parties.names:
+            raise ConfigError(expected(f"deployment {self.id}", "a party", party, parties.names))
+        secrets = find_secrets(self.keys, parties.names)
+        return session_access(parties, party, secrets, listens)
 
     @property
     def router_endpoint(self) -> str:

@@ -14,7 +14,6 @@ Everything lies under ``$FAIRLEAD_STATE`` (default ``$XDG_STATE_HOME/fairlead``,
 from __future__ import annotations
 
 import fcntl
-import os
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -25,8 +24,7 @@ import msgspec
 from fairlead.deploy.deployment import Deployment
 from fairlead.deploy.process_table import ProcessId
 from fairlead.errors import ServiceError
-
-STATE_VARIABLE = "FAIRLEAD_STATE"
+from fairlead.paths import user_state_dir
 
 
 @dataclass(frozen=True)
@@ -95,7 +93,7 @@ class Registry:
     """
 
     def __init__(self, root: Path | None = None) -> None:
-        self.root = root if root is not None else _default_root()
+        self.root = root if root is not None else user_state_dir()
 
     def default_state_dir(self, name: str) -> Path:
         """Where a deployment keeps logs and state if it is not told."""
@@ -177,11 +175,3 @@ class Registry:
                 raise ServiceError(
                     f"registry: {path} cannot be read: {error}; delete it if nothing runs"
                 ) from None
-
-
-def _default_root() -> Path:
-    override = os.environ.get(STATE_VARIABLE)
-    if override:
-        return Path(override).absolute()
-    home = os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state"
-    return Path(home) / "fairlead"

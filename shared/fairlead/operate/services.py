@@ -119,7 +119,8 @@ class Services:
         if not await self._changes.wait_for(lambda: bool(self._alive), timeout_s):
             raise NoAnswerError(
                 f"robot {self.deployment.id}: no service seen within {timeout_s:g} s; is it "
-                "running? see: fairlead ps; start with: fairlead up DEPLOYMENT"
+                "running, started by this user? see: fairlead ps; start with: "
+                "fairlead up DEPLOYMENT"
             )
 
     def _on_token(self, service: str, is_alive: bool) -> None:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 LINK_SILENCE_S = 2.0  # < ANSWER_TIMEOUT_S of the client, which says why
@@ -42,16 +42,18 @@ class Endpoints:
         connect: a peer's: tried for ever, in the background; a client's: its router.
         mode: ``peer``, ``client`` (of a router) or ``router``.
         router_host: a client's: the name of the host where its router runs.
+        access: a part of a Zenoh configuration, with a password: who it is, what it lets through.
     """
 
     listen: Sequence[str] = ()
     connect: Sequence[str] = ()
     mode: str = "peer"
     router_host: str = ""
+    access: Mapping[str, Any] = field(default_factory=dict, repr=False)
 
     def config(self) -> dict[str, Any]:
         """The Zenoh configuration: static endpoints, no multicast, endless reconnect."""
-        return {
+        config = {
             "mode": self.mode,
             "listen": {"endpoints": list(self.listen), "exit_on_failure": True},
             "connect": {
@@ -65,10 +67,11 @@ class Endpoints:
                 },
             },
             "scouting": {"multicast": {"enabled": False}, "gossip": {"enabled": False}},
-            "transport": self._transport(),
             "timestamping": {"enabled": False},
             "adminspace": {"enabled": False},
         }
+        transport = {**self._transport(), **self.access.get("transport", {})}
+        return {**config, **self.access, "transport": transport}
 
     def _connect_timeout_ms(self) -> int:
         if self.mode == "client":

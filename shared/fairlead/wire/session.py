@@ -62,9 +62,11 @@ class ZenohBus:
     def __init__(self, endpoints: Endpoints) -> None:
         # Logged as errors there, and by all we have seen neither is one: a sample under way
         # while its link closes, and a sample that overtakes the declaration of its key in a
-        # session that is just joining ("unknown expr_id"); ticks repair what is dropped.
-        # RUST_LOG brings the lines back.
-        zenoh.init_log_from_env_or("error,zenoh::api::session=off")
+        # session that is just joining ("unknown expr_id"); ticks repair what is dropped. Whoever is
+        # refused by those it dials would say so twice a second. RUST_LOG brings the lines back.
+        zenoh.init_log_from_env_or(
+            "error,zenoh::api::session=off,zenoh_transport::unicast::establishment=off"
+        )
         # Read when the process opens its first session.
         os.environ.setdefault(RUNTIME_VARIABLE, RUNTIME[endpoints.mode])
         try:

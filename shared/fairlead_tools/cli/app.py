@@ -12,6 +12,7 @@ import typer
 from fairlead.errors import ConfigError
 from fairlead.paths import gate_binary, repo_root
 from fairlead.plugins import DATA, HALS, LAYOUTS, POLICIES
+from fairlead_tools.cli.acl import group as acl_group
 from fairlead_tools.cli.arming import arm_command, disarm_command, reset_command, stop_command
 from fairlead_tools.cli.bridge import group as bridge_group
 from fairlead_tools.cli.calibrate import group as calibrate_group
@@ -144,6 +145,7 @@ for _group in (
     hal_group,
     layout_group,
     topic_group,
+    acl_group,
     calibrate_group,
     bridge_group,
     emulate_group,

@@ -7,8 +7,9 @@ import time
 from collections.abc import Callable, Collection
 from pathlib import Path
 
-from fairlead.deploy.deployment import EXTERNAL, Deployment
+from fairlead.deploy.deployment import Deployment
 from fairlead.deploy.router_watch import open_patiently
+from fairlead.deploy.service_spec import EXTERNAL
 from fairlead.errors import FairleadError, TransportError
 from fairlead.messages import GateState, GateStatus
 from fairlead.operate.robot import Robot

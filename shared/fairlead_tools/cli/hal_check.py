@@ -74,9 +74,9 @@ def check_command(
     simulator = is_simulator(deployment)
     from fairlead_tools.conformance.hal_check import Wish, ask_hal, check_hal
 
-    bus = ZenohBus(deployment.tool_endpoints())
+    hal = ask_hal(deployment)
+    bus = ZenohBus(deployment.tool_endpoints(deployment.only("safety")))
     try:
-        hal = ask_hal(bus, deployment)
         if not simulator:
             _ask(deployment, yes)
         known, why = (pid, "") if pid else _pid(deployment)

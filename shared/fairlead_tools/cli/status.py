@@ -36,6 +36,7 @@ class _Seen:
     alive: list[str]
     missing: list[str]
     starting: list[str]
+    open_access: str
 
 
 @example("fairlead status --watch")
@@ -76,7 +77,8 @@ def _look(client: RobotClient, file: Path, patiently: bool = True) -> _Seen:
     starting = [name for name in starting if name not in status.alive]
     missing = [name for name in status.missing if name not in starting]
     runners, alive = list(status.runners), list(status.alive)
-    return _Seen(status.gate, status.hal, runners, alive, missing, starting)
+    open_access = client.deployment.open_access
+    return _Seen(status.gate, status.hal, runners, alive, missing, starting, open_access)
 
 
 def _document(seen: _Seen) -> dict[str, Any]:
@@ -84,6 +86,7 @@ def _document(seen: _Seen) -> dict[str, Any]:
         "alive": seen.alive,
         "missing": seen.missing,
         "starting": seen.starting,
+        "access": "open" if seen.open_access else "closed",
         "gate": seen.gate and gate_document(seen.gate),
         "hal": seen.hal and hal_document(seen.hal),
         "runners": [runner_document(one) for one in seen.runners],
@@ -96,6 +99,8 @@ def _lines(seen: _Seen) -> list[str]:
     lines.append(f"robot  the HAL {silent}" if seen.hal is None else robot_line(seen.hal))
     lines += [f"goal   {one.source}: {goal_line(one)}" for one in seen.runners]
     lines.append(f"alive  {', '.join(seen.alive) or 'none yet'}")
+    if seen.open_access:
+        lines.append(f"WARNING {seen.open_access}")
     if seen.starting:
         lines.append(f"starting {', '.join(seen.starting)}; ask again in a moment")
     if seen.missing:

@@ -108,6 +108,8 @@ def _left_out(deployment: Deployment, names: list[str]) -> list[str]:
 def _check(supervisor: Supervisor, say: Say) -> None:
     """Refuse what cannot work before anything is started; say which skills are left out."""
     deployment = supervisor.deployment
+    if deployment.open_access:
+        say("up", f"WARNING {deployment.open_access}")
     if deployment.only("safety") in supervisor.processes:
         check_gate_file(deployment)
     for runner in deployment.runners:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from dataclasses import dataclass, field
 
 from fairlead.deploy.deployment import Deployment
@@ -12,6 +12,7 @@ from fairlead.errors import NoAnswerError, RefusedError
 from fairlead.messages import HalStatus, StatusQuery, decode
 from fairlead.robot.manifest import RobotManifest, load_robot
 from fairlead.wire.bus import Bus
+from fairlead.wire.session import ZenohBus
 from fairlead_tools.conformance import (
     gripper_and_base_checks,
     guard_checks,
@@ -84,7 +85,7 @@ class HalCheck:
         return not any(row.outcome == "fail" for row in self.rows)
 
 
-def ask_hal(bus: Bus, deployment: Deployment) -> HalStatus:
+def ask_hal(deployment: Deployment) -> HalStatus:
     """The status of the HAL that runs, without any gate.
 
     Raises:
@@ -92,13 +93,15 @@ def ask_hal(bus: Bus, deployment: Deployment) -> HalStatus:
         NoAnswerError: no HAL answers.
         MessageError: what answers is no status.
     """
-    try:
-        status = decode(HalStatus, bus.query(deployment.keys.hal_status, StatusQuery(), ANSWER_S))
-    except NoAnswerError:
-        what = f"no HAL of robot {deployment.id} answers"
-        start = f"fairlead up NAME --without {deployment.only('safety')}"
-        raise NoAnswerError(f"{what}; start it without its gate: {start}") from None
-    _refuse_gate(bus, deployment)
+    with closing(ZenohBus(deployment.tool_endpoints())) as bus:
+        try:
+            asked = bus.query(deployment.keys.hal_status, StatusQuery(), ANSWER_S)
+        except NoAnswerError:
+            what = f"no HAL of robot {deployment.id} answers"
+            start = f"fairlead up NAME --without {deployment.only('safety')}"
+            raise NoAnswerError(f"{what}; start it without its gate: {start}") from None
+        status = decode(HalStatus, asked)
+        _refuse_gate(bus, deployment)
     return status
 
 

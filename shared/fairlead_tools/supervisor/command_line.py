@@ -8,9 +8,11 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
-from fairlead.deploy.deployment import EXTERNAL, Deployment
+from fairlead.deploy.credentials import write_session
+from fairlead.deploy.deployment import Deployment
 from fairlead.deploy.hosts import ROUTER
 from fairlead.deploy.scheduling import realtime_words
+from fairlead.deploy.service_spec import EXTERNAL
 from fairlead.errors import ConfigError
 from fairlead.paths import gate_binary, gate_config
 from fairlead.plugins import HALS
@@ -118,6 +120,9 @@ def _gate_command(deployment: Deployment, service: str, state_dir: Path) -> list
         command += ["--listen", endpoint]
     for endpoint in endpoints.connect:
         command += ["--connect", endpoint]
+    if endpoints.access:
+        file = write_session(deployment.keys, service, endpoints.access)
+        command += ["--access", str(file)]
     return command
 
 

@@ -17,6 +17,7 @@ from typing import Any, Literal
 
 import yaml
 
+from fairlead.deploy.credentials import forget_secrets
 from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.deploy.registry import Registry
 from fairlead.errors import ConfigError, FairleadError, ServiceError
@@ -46,6 +47,7 @@ class ScratchOptions:
     hal: runs in the place of the file's HAL: a service's spec without ``listen``.
     options: by service name, merged over the service's own options.
     localiser: who sends ``map -> odom``; "" for the HAL, whatever the file says.
+    access: as in a deployment file, whatever the copied one says.
     """
 
     id: str = ""
@@ -53,6 +55,7 @@ class ScratchOptions:
     hal: dict[str, Any] | None = None
     options: dict[str, dict[str, Any]] = field(default_factory=dict)
     localiser: str = ""
+    access: Literal["closed", "open"] = "closed"
 
 
 def make_scratch(source: Path, folder: Path, options: ScratchOptions) -> Scratch:
@@ -76,6 +79,7 @@ def make_scratch(source: Path, folder: Path, options: ScratchOptions) -> Scratch
         "profile": "sim",
         "pacing": options.pacing or original.pacing,
         "localiser": options.localiser,
+        "access": options.access,
         "services": services,
     }
     file = folder / _FILE
@@ -152,3 +156,4 @@ def scratch_robot(
             raise ServiceError(f"{error}\n{story}") from None
         finally:
             loop.run(supervisor.stop())
+            forget_secrets(scratch.deployment.keys)

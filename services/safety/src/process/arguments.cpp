@@ -35,12 +35,17 @@ Arguments parse_arguments(const std::vector<std::string>& words) {
   std::string files = "20";
   std::string mib = "1024";
   Endpoints& endpoints = arguments.endpoints;
-  const std::map<std::string, std::string*> texts = {
-      {"--robot", &arguments.robot},         {"--namespace", &arguments.name_space},
-      {"--service", &arguments.service},     {"--config", &arguments.config},
-      {"--listen", &endpoints.listen},       {"--router", &endpoints.router},
-      {"--state-dir", &arguments.state_dir}, {"--decision-log", &arguments.decision_log},
-      {"--decision-log-files", &files},      {"--decision-log-mib", &mib}};
+  const std::map<std::string, std::string*> texts = {{"--robot", &arguments.robot},
+                                                     {"--namespace", &arguments.name_space},
+                                                     {"--service", &arguments.service},
+                                                     {"--config", &arguments.config},
+                                                     {"--listen", &endpoints.listen},
+                                                     {"--router", &endpoints.router},
+                                                     {"--access", &endpoints.access},
+                                                     {"--state-dir", &arguments.state_dir},
+                                                     {"--decision-log", &arguments.decision_log},
+                                                     {"--decision-log-files", &files},
+                                                     {"--decision-log-mib", &mib}};
   for (std::size_t i = 0; i < words.size(); ++i) {
     const std::string& word = words[i];
     if (word == "--help" || word == "-h") {
@@ -86,6 +91,8 @@ Not safety-rated; its stop is a protective stop request.
   --listen ENDPOINT  where others reach this process
   --connect ENDPOINT whom it connects to; may be repeated; tried for ever
   --router ENDPOINT  instead of these two: be a client of this router; tried for ever
+  --access FILE      who this process is, and whom it lets do what: part of a Zenoh configuration, as
+                     `fairlead up` writes it; without it whoever reaches the gate may do anything
   --state-dir DIR    folder for the latch and the clean mark
   --new-state        this state folder is new and that is right: without it a gate whose profile
                      is for hardware boots latched when its folder was never used before

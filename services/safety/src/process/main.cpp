@@ -103,6 +103,9 @@ void run(const Arguments& arguments) {
   const sigset_t signals = block_stop_signals();
   LogWriter log(arguments.service);
   say_known_answers(*limits, log);
+  if (arguments.endpoints.access.empty()) {
+    log.warning("access is open: whoever reaches this gate may move the robot");
+  }
   LatchStore store(arguments.state_dir, [&log](const std::string& fault) { log.warning(fault); });
   ZenohTransport transport(arguments.endpoints, keys,
                            RouterWait(arguments.endpoints.router, signals, log));

@@ -1,7 +1,10 @@
 #include "zenoh/zenoh_config.hpp"
 
 #include <cstdlib>
+#include <fstream>
 #include <nlohmann/json.hpp>
+
+#include "process/refusal.hpp"
 
 namespace fairlead {
 namespace {
@@ -17,6 +20,18 @@ constexpr int kAcceptPending = 10'000;
 int open_patience_ms(const Endpoints& endpoints) {
   if (!endpoints.router.empty()) return kOpenPatienceMs;
   return endpoints.connect.empty() ? 0 : -1;  // a peer opens at once and connects when it can
+}
+
+// A part of the configuration, made by whoever starts the gate. It has a password in it: what is
+// wrong with it is said without a word of it.
+nlohmann::json access_in(const std::string& file) {
+  std::ifstream stream(file);
+  const auto access = nlohmann::json::parse(stream, nullptr, false);
+  if (!access.is_object() || !access.contains("access_control")) {
+    throw ConfigRefused("--access " + file +
+                        ": expected a JSON object with access_control, as `fairlead up` writes it");
+  }
+  return access;
 }
 
 }  // namespace
@@ -51,6 +66,7 @@ std::string session_config(const Endpoints& endpoints) {
       {"adminspace", off}};
   const json listen = client ? json::array() : json::array({endpoints.listen});
   config["listen"] = {{"endpoints", listen}, {"exit_on_failure", true}};
+  if (!endpoints.access.empty()) config.merge_patch(access_in(endpoints.access));
   return config.dump();
 }
 

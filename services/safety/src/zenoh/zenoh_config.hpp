@@ -11,10 +11,12 @@ struct Endpoints {
   std::string listen;                // peer: where others reach this process
   std::vector<std::string> connect;  // peer: whom it connects to, tried for ever
   std::string router;                // not empty: a client of it; the two above are empty
+  std::string access;                // file: who this process is, whom it lets do what; "": open
 };
 
 /// The session's configuration as JSON: static endpoints, no discovery, endless reconnection. For
 /// a client, opening a session gives up after two seconds, so that somebody can be told.
+/// Throws ConfigRefused, naming a file of access that cannot be used.
 std::string session_config(const Endpoints& endpoints);
 
 /// Zenoh closes a dead TCP link in one of its receive threads, and waits there up to 10 s for what

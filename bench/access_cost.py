@@ -1,0 +1,152 @@
+"""What access control costs: a closed gate beside an open one, a closed robot beside an open one.
+
+Both take turns with the same chunks, or with an answer of the policy and its rows, so that what
+the machine does to one it does to the other.
+
+    .venv/bin/python -m bench.access_cost [--count 2000] [--write]
+
+Prints medians and their ratio: of the hop from candidate to SafeChunk, back to back, and of a
+tick of the loop in lockstep. --write puts the table into docs/speed.md.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import tempfile
+import time
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import ExitStack, closing
+from pathlib import Path
+
+import numpy as np
+
+from bench.equipment.gate_scene import Scene
+from bench.equipment.turns import Turns
+from bench.gate_hop import CASES, Arrival
+from bench.loop import DEADLINE_TICKS, SKILL, prepare
+from bench.page import write_table
+from fairlead.messages import encode
+from fairlead.operate.goal import Progress
+from fairlead.operate.goal_run import GoalOptions, run_goal
+from fairlead.paths import SKILLS_VARIABLE, gate_config
+from fairlead.skill.manifest import load_skill
+from fairlead_tools.supervisor.scratch import scratch_robot
+
+AIM = 1.03
+WARM_UP = 100
+SEED = 0
+
+
+class Gate:
+    """A gate with a claim on its robot's arm."""
+
+    def __init__(self, folder: Path, closed: bool) -> None:
+        self.case = CASES[0]
+        config = gate_config(self.case.robot, "sim")
+        self.scene = Scene(config, folder, robot=self.case.robot, closed=closed)
+        self.scene.ready_to_move()
+        self.scene.safe.close()  # its work would count as the gate's
+        self.safe = Arrival(self.scene.bus, self.scene.keys.safe("runner"))
+
+    def hop_us(self) -> float:
+        """One chunk of one row, from just before it is sent to its released row."""
+        chunk = self.scene.chunk(1, parts=(self.case.part(self.scene, 1),))
+        taken_us = self.safe.after(self.scene.send_bytes, encode(chunk))
+        verdict = self.scene.verdicts.wait_for(lambda m: m.seq == chunk.seq)
+        self.scene.acted_on(verdict, 0)
+        return taken_us
+
+
+def hops_us(folder: Path, count: int) -> np.ndarray:
+    """Pairs of hops, open and closed."""
+    with ExitStack() as stack:
+        gates = [Gate(folder / name, name == "closed") for name in ("open", "closed")]
+        for gate in gates:
+            stack.callback(gate.scene.close)
+        pairs = [[gate.hop_us() for gate in gates] for _ in range(WARM_UP + count)]
+    return np.array(pairs[WARM_UP:])
+
+
+class Robot:
+    """A robot in lockstep whose policy answers only when it may."""
+
+    def __init__(self, folder: Path, stack: ExitStack, closed: bool) -> None:
+        scratch = prepare(folder, 0, "closed" if closed else "open")
+        self.turns = stack.enter_context(closing(Turns(folder, SKILL)))
+        os.environ[SKILLS_VARIABLE] = str(folder)
+        self.client = stack.enter_context(scratch_robot(scratch)).client
+        self.client.reset_episode(SEED)
+        self.client.arm()
+        self._goal: Future[Progress]
+
+    def start(self, thread: ThreadPoolExecutor) -> bool:
+        """Begin the goal; whether it has asked its policy."""
+        options = GoalOptions(self.turns.skill, deadline_ticks=DEADLINE_TICKS)
+        self._goal = thread.submit(run_goal, self.client, options)
+        return self.turns.wait_asked(self._goal.done)
+
+    def turn_us(self) -> float:
+        """An answer of the policy and its rows; 0 once the goal has ended."""
+        began_s = time.monotonic()
+        self.turns.let_go()
+        asked = self.turns.wait_asked(self._goal.done)
+        return 1e6 * (time.monotonic() - began_s) if asked else 0.0
+
+
+def ticks_us(folder: Path) -> np.ndarray:
+    """Pairs of times per tick, open and closed, of the same episode."""
+    with ExitStack() as stack:
+        robots = []
+        for name in ("open", "closed"):
+            robots.append(Robot(folder / f"loop {name}", stack, name == "closed"))
+        pairs = []
+        with ThreadPoolExecutor(2) as thread:
+            going = all(robot.start(thread) for robot in robots)
+            while going:
+                pairs.append([robot.turn_us() for robot in robots])
+                going = all(pairs[-1])
+            for robot in robots:
+                robot.turns.close()
+    return np.array(pairs[:-1]) / load_skill(SKILL).execute_steps
+
+
+def row(what: str, pairs: np.ndarray) -> str:
+    """A line of the table."""
+    both = np.median(pairs, axis=0)
+    ratio = float(np.median(pairs[:, 1] / pairs[:, 0]))
+    quiet = np.percentile(pairs, 25, axis=0)
+    return (
+        f"| {what} | {len(pairs)} | {both[0]:.0f} | {both[1]:.0f} | {both[1] / both[0]:.2f} "
+        f"| {ratio:.2f} | {quiet[1] / quiet[0]:.2f} | {AIM} |"
+    )
+
+
+def main() -> None:
+    """Both, and print them."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--count", type=int, default=2000, help="chunks of each gate")
+    parser.add_argument("--write", action="store_true", help="put the table into docs/speed.md")
+    arguments = parser.parse_args()
+    lines = [
+        "| what | pairs | open us | closed us | of medians | of pairs | of quartiles | aim |",
+        "|---|---|---|---|---|---|---|---|",
+    ]
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        parts: Sequence[tuple[str, Callable[[], np.ndarray]]] = (
+            ("hop", lambda: hops_us(folder, arguments.count)),
+            ("tick of the loop", lambda: ticks_us(folder)),
+        )
+        lines += [row(what, measure()) for what, measure in parts]
+    table = "\n".join(lines)
+    if arguments.write:
+        write_table("access", table)
+    print(f"{table}\n\nload average {os.getloadavg()[0]:.1f}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,264 @@
+"""Who may write and read what: the one table, and what of it each session enforces.
+
+Every service and tool has a name. It proves it, by its password, to those it dials; a service
+that is dialled is known by its session's id. Each session lets through, in both directions, what
+`TABLE` gives to both ends of a link, and nothing else.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+from fairlead.keys import Keys
+
+Role = Literal["hal", "safety", "state_assembler", "runner", "localiser", "operator"]
+Kind = Literal["published", "query", "token"]
+
+OPERATOR = "operator"
+"""Whose name the command line and all Python clients have."""
+
+DIAL_ORDER: Sequence[Role] = ("hal", "safety", "state_assembler", "runner")
+"""A service dials those of the roles before its own, so that the HAL knows everybody by password:
+also the gate."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """A key of the robot, ``*`` for any one chunk, and who may do what with it.
+
+    Attributes:
+        writers: who publishes, asks, or declares the token.
+        readers: who subscribes, answers, or watches the token.
+        own: services have the key in which ``*`` is their name (of a query: those who answer);
+            the operator has those of nobody's name.
+    """
+
+    key: str
+    kind: Kind
+    writers: Sequence[Role]
+    readers: Sequence[Role]
+    own: bool = False
+
+
+SERVICES: Sequence[Role] = DIAL_ORDER
+ALL: Sequence[Role] = (*SERVICES, "operator")
+ASKERS: Sequence[Role] = ("runner", "operator")
+HEARERS: Sequence[Role] = ("safety", "operator")
+
+TABLE = (
+    Row("state/joints", "published", ("hal",), ALL),
+    Row("tf/*", "published", ("hal", "state_assembler", "localiser"),
+        ("state_assembler", "localiser", *HEARERS), own=True),
+    Row("camera/*", "published", ("hal",), ASKERS),
+    Row("state/layout/*", "published", ("state_assembler",), ASKERS),
+    Row("action/candidate/*", "published", ASKERS, HEARERS, own=True),
+    Row("action/safe/*", "published", ("safety",), ("hal", "operator")),
+    Row("safety/lease", "published", ("safety",), ALL),
+    Row("safety/verdict/*", "published", ("safety",), ASKERS),
+    Row("safety/status", "published", ("safety",), ALL),
+    Row("safety/status", "query", ASKERS, ("safety",)),
+    Row("safety/stop", "published", ("hal", *HEARERS), ALL),
+    Row("safety/cmd/arm", "query", ("operator",), ("safety",)),
+    Row("safety/cmd/disarm", "query", ("operator",), ("safety",)),
+    Row("safety/cmd/reset", "query", ("operator",), ("safety",)),
+    Row("safety/cmd/claim", "query", ASKERS, ("safety",)),
+    Row("safety/cmd/release", "query", ASKERS, ("safety",)),
+    Row("hal/status", "published", ("hal",), ALL),
+    Row("hal/status", "query", ("runner", *HEARERS), ("hal",)),
+    Row("hal/cmd/reset_episode", "query", ("operator",), ("hal",)),
+    Row("hal/session/*", "token", ("hal",), ("hal",)),
+    Row("task/state", "published", ("hal",), ASKERS),
+    Row("skill/*/goal", "query", ("operator",), ("runner",), own=True),
+    Row("skill/*/cancel", "query", ("operator",), ("runner",), own=True),
+    Row("skill/*/feedback", "published", ("runner",), ("operator",), own=True),
+    Row("skill/*/feedback", "query", ("operator",), ("runner",), own=True),
+    Row("skill/*/heartbeat", "published", ASKERS, HEARERS, own=True),
+    Row("alive/*", "token", SERVICES, ("operator",), own=True),
+    Row("want/layout/*", "token", ASKERS, ("state_assembler",)),
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Parties:
+    """Everybody who may have a session, by name.
+
+    Attributes:
+        services: those that are dialled, in the order of `DIAL_ORDER`.
+        others: those that only dial.
+    """
+
+    keys: Keys
+    services: Mapping[str, Role]
+    others: Mapping[str, Role]
+
+    @property
+    def names(self) -> list[str]:
+        """All of them."""
+        return [*self.services, *self.others]
+
+    def role(self, name: str) -> Role:
+        """What a party is."""
+        return self.services[name] if name in self.services else self.others[name]
+
+    def before(self, name: str) -> list[str]:
+        """Whom a service dials."""
+        names = list(self.services)
+        return names[: names.index(name)]
+
+    def dials(self, one: str, other: str) -> bool:
+        """Whether it is ``one`` that dials ``other``."""
+        if one in self.others:
+            return other in self.services
+        return other in self.services and other in self.before(one)
+
+
+@dataclass(frozen=True)
+class Rights:
+    """Who may do what with one key of a deployment.
+
+    Attributes:
+        write: names of those who publish, ask, or declare the token.
+        read: names of those who subscribe, answer, or watch the token.
+        family: the key with which they may do so: that of the table.
+        but: keys that ``key`` has but that are somebody's own.
+    """
+
+    key: str
+    kind: Kind
+    write: Sequence[str]
+    read: Sequence[str]
+    family: str
+    but: Sequence[str]
+
+
+def rights(parties: Parties) -> Iterator[Rights]:
+    """The table with the names of a deployment: one for each key and kind."""
+
+    def full(key: str) -> str:
+        return f"{parties.keys.namespace}/{parties.keys.robot}/{key}"
+
+    for row in TABLE:
+        write = [name for name in parties.names if parties.role(name) in row.writers]
+        read = [name for name in parties.names if parties.role(name) in row.readers]
+        owners: dict[str, list[str]] = {}
+        for name in read if row.kind == "query" else write:
+            own = row.key.replace("*", name) if row.own and name != OPERATOR else row.key
+            owners.setdefault(own, []).append(name)
+        for key, names in owners.items():
+            both = (write, names) if row.kind == "query" else (names, read)
+            but = [full(own) for own in owners if key == row.key != own]
+            yield Rights(full(key), row.kind, *both, full(row.key), but)
+
+
+_MESSAGES: Mapping[Kind, tuple[tuple[str, ...], tuple[str, ...]]] = {
+    "published": (("put",), ("declare_subscriber",)),
+    "query": (("query",), ("declare_queryable", "reply")),
+    "token": (("liveliness_token",), ("liveliness_query", "declare_liveliness_subscriber")),
+}
+"""What the writer of a row sends to its reader, and what the reader to the writer."""
+
+
+@dataclass(frozen=True)
+class Grant:
+    """What one party may send to another.
+
+    Attributes:
+        messages: as Zenoh calls them.
+        but: keys that are not meant, though ``key`` has them.
+    """
+
+    sender: str
+    receiver: str
+    messages: tuple[str, ...]
+    key: str
+    but: Sequence[str] = ()
+
+
+def grants(parties: Parties) -> Iterator[Grant]:
+    """Everything that anybody may send to anybody else."""
+    for one in rights(parties):
+        forth, back = _MESSAGES[one.kind]
+        answered = one.key if one.kind == "query" else one.family
+        for writer in one.write:
+            for reader in one.read:
+                if writer != reader:
+                    yield Grant(writer, reader, forth, one.key, one.but)
+                    yield Grant(reader, writer, back, answered)
+
+
+@dataclass(frozen=True)
+class Secrets:
+    """What proves names.
+
+    Attributes:
+        passwords: by name.
+        file: where they are, as Zenoh reads them: ``name:password``.
+    """
+
+    passwords: Mapping[str, str]
+    file: Path
+
+    def session_id(self, service: str) -> str:
+        """By which those that dial a service know it; Zenoh's ids have no zeros in front."""
+        digest = hashlib.sha256(f"session of {self.passwords[service]}".encode())
+        return f"f{digest.hexdigest()[:31]}"
+
+
+def session_access(parties: Parties, own: str, secrets: Secrets, listens: bool) -> dict[str, Any]:
+    """The part of a Zenoh configuration that makes a session one of this party's.
+
+    It has a password in it: it goes into no log and on no command line.
+    """
+    every = list(grants(parties))
+    rules: list[dict[str, Any]] = []
+    policies, subjects = [], []
+    for other in parties.names:
+        both = [*_rules(every, own, other, "egress"), *_rules(every, other, own, "ingress")]
+        if not both:
+            continue
+        named = [{"id": f"{other} {number}", **rule} for number, rule in enumerate(both)]
+        rules += named
+        policies.append({"subjects": [other], "rules": [rule["id"] for rule in named]})
+        if parties.dials(own, other):
+            subjects.append({"id": other, "zids": [secrets.session_id(other)]})
+        else:
+            subjects.append({"id": other, "usernames": [other]})
+    proof = {
+        "user": own,
+        "password": secrets.passwords[own],
+        "dictionary_file": str(secrets.file),
+    }
+    access: dict[str, Any] = {
+        "transport": {"auth": {"usrpwd": proof}},
+        "access_control": {
+            "enabled": True,
+            "default_permission": "deny",
+            "rules": rules,
+            "subjects": subjects,
+            "policies": policies,
+        },
+    }
+    return access | ({"id": secrets.session_id(own)} if listens else {})
+
+
+def _rules(
+    every: Sequence[Grant], sender: str, receiver: str, flow: str
+) -> Iterator[dict[str, Any]]:
+    """What passes from one party to another, as Zenoh's rules of one end of their link."""
+    keys: dict[tuple[str, tuple[str, ...]], list[str]] = {}
+    for grant in every:
+        if (grant.sender, grant.receiver) == (sender, receiver):
+            keys.setdefault(("allow", grant.messages), []).append(grant.key)
+            keys.setdefault(("deny", grant.messages), []).extend(grant.but)
+    for (permission, messages), those in keys.items():
+        if those:
+            yield {
+                "permission": permission,
+                "messages": list(messages),
+                "flows": [flow],
+                "key_exprs": those,
+            }

@@ -1,0 +1,101 @@
+"""The passwords of a deployment on this machine: made once, for this user alone.
+
+``$FAIRLEAD_ACCESS`` (default ``access`` in the user's state folder) has for each deployment
+
+    <id>/passwords         a line ``name:password`` for each party
+    <id>/<service>.json    what a service that is not in Python needs for its session
+"""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import os
+import secrets
+import shutil
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from fairlead.deploy.access import Secrets
+from fairlead.errors import ConfigError
+from fairlead.keys import Keys
+from fairlead.paths import ACCESS_VARIABLE, user_access_dir
+
+PASSWORDS = "passwords"
+
+
+def find_secrets(keys: Keys, names: Sequence[str]) -> Secrets:
+    """The passwords of these parties of a deployment; those that there are not yet are made.
+
+    Raises:
+        ConfigError: others could read or have written them, or they cannot be read or written.
+    """
+    folder = _folder(keys)
+    file = folder / PASSWORDS
+    try:
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        _check_private(folder)
+        with (folder / "lock").open("w") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            known = _read(file) if file.exists() else {}
+            missing = [name for name in names if name not in known]
+            if missing:
+                known |= {name: secrets.token_hex(32) for name in missing}
+                lines = "".join(f"{name}:{password}\n" for name, password in known.items())
+                _write(file, lines)
+    except OSError as error:
+        raise ConfigError(
+            f"access: {error.filename or folder}: cannot be read or made: {error.strerror}; "
+            f"{ACCESS_VARIABLE} names another folder"
+        ) from None
+    return Secrets(known, file)
+
+
+def write_session(keys: Keys, service: str, access: Mapping[str, Any]) -> Path:
+    """Put what a session needs into a file that only this user can read; which."""
+    file = _folder(keys) / f"{service}.json"
+    _write(file, json.dumps(dict(access)))
+    return file
+
+
+def forget_secrets(keys: Keys) -> None:
+    """Remove what there is of a deployment that has ended for good."""
+    shutil.rmtree(_folder(keys), ignore_errors=True)
+
+
+def _folder(keys: Keys) -> Path:
+    name = keys.robot if keys.namespace == "fl" else f"{keys.robot}@{keys.namespace}"
+    return user_access_dir() / name
+
+
+def _read(file: Path) -> dict[str, str]:
+    _check_private(file)
+    lines = file.read_text(encoding="utf-8").splitlines()
+    found = dict(line.split(":", 1) for line in lines if ":" in line)
+    if len(found) != len(lines) or not all(len(one) >= 32 for one in found.values()):
+        raise ConfigError(
+            f"access: {file}: expected lines name:password, got others; end the deployment, "
+            "delete the file and start it again"
+        )
+    return found
+
+
+def _write(file: Path, text: str) -> None:
+    """So that readers see the old text or the new, and nobody else either."""
+    draft = file.with_name(f".{file.name}.{os.getpid()}")
+    draft.unlink(missing_ok=True)
+    with os.fdopen(os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w") as out:
+        out.write(text)
+    draft.replace(file)
+
+
+def _check_private(path: Path) -> None:
+    status = path.stat()
+    if status.st_uid != os.geteuid() or status.st_mode & 0o077:
+        mode = 0o700 if path.is_dir() else 0o600
+        raise ConfigError(
+            f"access: {path}: expected mode {mode:o} of this user (uid {os.geteuid()}), got "
+            f"{status.st_mode & 0o777:o} of uid {status.st_uid}; correct it, or delete it: it is "
+            "made anew when the deployment is started again"
+        )

@@ -1,0 +1,1 @@
+"""Who may do what: the table, the passwords, and whether live sessions keep to it."""

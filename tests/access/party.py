@@ -1,0 +1,164 @@
+"""One Zenoh session that tries everything and tells everything that comes of it.
+
+``python -m tests.access.party DEPLOYMENT NAME`` is a live process of a deployment: its session is
+the one that a service or tool of that name opens. It prints ``ready``, acts or rests as the lines
+say that it reads, and prints what it gets.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import zenoh
+
+from fairlead.deploy.access import Parties, rights
+from fairlead.deploy.deployment import Deployment, load_deployment
+from fairlead.wire.endpoints import Endpoints
+
+ANSWER_S = 10.0
+
+
+class Passed(NamedTuple):
+    """A message that came through: put, delete, query, reply or token. A token has no sender."""
+
+    sender: str
+    receiver: str
+    message: str
+    key: str
+
+
+def every_key(parties: Parties) -> list[str]:
+    """Each key of the table, those of others, and what is none of the robot's."""
+    own = {one.key.replace("*", "thing") for one in rights(parties)}
+    own |= {one.family.replace("*", name) for one in rights(parties) for name in parties.names}
+    space, robot = parties.keys.namespace, parties.keys.robot
+    foreign = {f"{space}/{robot}/unknown", f"{space}/another/state/joints", f"other/{robot}/x"}
+    return sorted(own | foreign)
+
+
+def wildcards(parties: Parties) -> list[str]:
+    """What has all keys, many of them, or the admin space."""
+    robot = f"{parties.keys.namespace}/{parties.keys.robot}"
+    return ["**", f"{robot}/**", f"{robot}/safety/*", f"{robot}/action/**", "@/**", "@/*/**"]
+
+
+class Party:
+    """Subscribes, answers and watches on every key from its beginning; tells what comes.
+
+    Args:
+        name: the sender that others are told.
+        asked: keys on which it acts.
+        heard: keys on which it listens.
+        told: gets each message.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        config: dict[str, Any],
+        asked: list[str],
+        heard: list[str],
+        told: Callable[[Passed], None],
+    ) -> None:
+        self.name, self._asked, self._told = name, asked, told
+        self.session = zenoh.open(zenoh.Config.from_json5(json.dumps(config)))
+        self._kept: list[Any] = []
+        for key in heard:
+            self._kept += [
+                self.session.declare_subscriber(key, self._on_sample),
+                self.session.declare_queryable(key, self._on_query),
+                self.session.liveliness().declare_subscriber(key, self._on_token, history=True),
+            ]
+        self._tokens: list[zenoh.LivelinessToken] = []
+
+    def rest(self) -> None:
+        """Take the tokens back."""
+        while self._tokens:
+            self._tokens.pop().undeclare()  # type: ignore[no-untyped-call]
+
+    def act(self) -> None:
+        """Put, delete, ask and declare a token, on every key; answers are told as they come."""
+        for key in self._asked:
+            if "*" not in key:
+                self._tokens.append(self.session.liveliness().declare_token(key))
+            self.session.put(key, self.name)
+            self.session.delete(key, attachment=self.name)
+            self.session.get(
+                key,
+                self._on_reply,
+                payload=self.name,
+                timeout=ANSWER_S,
+                target=zenoh.QueryTarget.ALL,
+                consolidation=zenoh.ConsolidationMode.NONE,
+            )
+
+    @property
+    def neighbours(self) -> list[object]:
+        """Ids of those that there is a link with."""
+        return [*self.session.info.peers_zid(), *self.session.info.routers_zid()]
+
+    def close(self) -> None:
+        self.session.close()  # type: ignore[no-untyped-call]
+
+    def _tell(self, sender: str, message: str, key: object) -> None:
+        own_admin_space = f"@/{self.session.zid()}/"
+        if sender != self.name and not str(key).startswith(own_admin_space):
+            self._told(Passed(sender, self.name, message, str(key)))
+
+    def _on_sample(self, sample: zenoh.Sample) -> None:
+        if sample.kind == zenoh.SampleKind.PUT:
+            self._tell(sample.payload.to_string(), "put", sample.key_expr)
+        elif sample.attachment is not None:
+            self._tell(sample.attachment.to_string(), "delete", sample.key_expr)
+
+    def _on_query(self, query: zenoh.Query) -> None:
+        with query:
+            if query.payload is not None:
+                self._tell(query.payload.to_string(), "query", query.key_expr)
+            query.reply(query.key_expr, self.name)
+
+    def _on_token(self, sample: zenoh.Sample) -> None:
+        if sample.kind == zenoh.SampleKind.PUT:
+            self._tell("", "token", sample.key_expr)
+
+    def _on_reply(self, reply: zenoh.Reply) -> None:
+        if reply.ok is not None:
+            self._tell(reply.ok.payload.to_string(), "reply", reply.ok.key_expr)
+
+
+def endpoints_of(deployment: Deployment, name: str) -> Endpoints:
+    """Of a service, or of what only dials."""
+    if name in deployment.services:
+        return deployment.endpoints(name)
+    return deployment.tool_endpoints(name)
+
+
+def main(file: str, name: str) -> None:
+    deployment = load_deployment(Path(file))
+    parties = deployment.parties
+    keys = every_key(parties)
+    families = {one.family for one in rights(parties)}
+    party = Party(
+        name,
+        endpoints_of(deployment, name).config(),
+        keys,
+        ["**", *sorted(families | set(keys))],
+        lambda passed: _print(json.dumps(passed)),
+    )
+    _print("ready")
+    for line in sys.stdin:
+        (party.act if line == "act\n" else party.rest)()
+    party.close()
+
+
+def _print(line: str) -> None:
+    os.write(1, f"{line}\n".encode())  # in one piece: Zenoh calls on several threads
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

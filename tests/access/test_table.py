@@ -1,0 +1,150 @@
+"""The table, and the passwords that prove a name."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+import tempfile
+from itertools import product
+from pathlib import Path
+
+import pytest
+from pydantic import ValidationError
+
+from fairlead.deploy.access import TABLE, grants, rights
+from fairlead.deploy.credentials import PASSWORDS, find_secrets
+from fairlead.deploy.deployment import Deployment, load_deployment
+from fairlead.errors import ConfigError
+from fairlead.keys import Keys
+from fairlead.paths import ACCESS_VARIABLE, repo_root
+
+FILE = repo_root() / "compose" / "panda_mobile_sim.yaml"
+KEYS = Keys("tested")
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv(ACCESS_VARIABLE, str(tmp_path / "access"))
+    return tmp_path / "access" / "tested"
+
+
+def test_it_has_every_key_that_the_design_lists() -> None:
+    text = (repo_root() / "docs" / "design.md").read_text(encoding="utf-8")
+    table = text.partition("## Keys")[2].partition("\n## ")[0]
+    listed = re.findall(r"^\| `([^`]+)` \|", table, re.M)
+    keys = {key for one in listed for key in _spelt_out(re.sub("<[^>]+>", "*", one))}
+    assert {row.key for row in TABLE} == keys
+
+
+def _spelt_out(key: str) -> list[str]:
+    parts = [part.split(",") for part in re.split("[{}]", key)]
+    return ["".join(chosen) for chosen in product(*parts)]
+
+
+def test_only_the_gate_writes_what_the_hal_obeys_and_only_its_own_runner_a_source() -> None:
+    found = {(one.key, one.kind): one.write for one in rights(load_deployment(FILE).parties)}
+    robot = "fl/panda_mobile"
+    assert found[f"{robot}/action/safe/*", "published"] == ["safety"]
+    assert found[f"{robot}/safety/lease", "published"] == ["safety"]
+    assert found[f"{robot}/action/candidate/runner", "published"] == ["runner"]
+    assert found[f"{robot}/safety/cmd/arm", "query"] == ["operator"]
+
+
+def test_nobody_may_delete() -> None:
+    messages = {m for one in grants(load_deployment(FILE).parties) for m in one.messages}
+    assert "delete" not in messages
+    assert len(messages) == 8
+
+
+def test_whatever_the_order_in_the_file_the_hal_dials_nobody_and_the_gate_only_it() -> None:
+    deployment = load_deployment(FILE)
+    services = dict(reversed(deployment.services.items()))
+    turned = deployment.model_copy(update={"services": services})
+    for one in (deployment, turned):
+        assert one.endpoints("hal").connect == []
+        assert one.endpoints("safety").connect == [one.services["hal"].listen]
+        assert len(one.endpoints("runner").connect) == 3
+
+
+@pytest.mark.parametrize(
+    ("changes", "problem"),
+    [
+        ({"localiser": "operator"}, "operator: tools have this name"),
+        ({"access": "shut"}, "Input should be 'closed' or 'open'"),
+    ],
+)
+def test_what_does_not_fit_is_refused(changes: dict[str, str], problem: str) -> None:
+    content = load_deployment(FILE).model_dump(mode="json", exclude_unset=True)
+    with pytest.raises(ValidationError, match=re.escape(problem)):
+        Deployment.model_validate(content | changes)
+
+
+def test_a_deployment_with_a_router_is_open_and_cannot_be_closed_yet() -> None:
+    file = repo_root() / "compose" / "panda_mobile_two_hosts.yaml"
+    deployment = load_deployment(file)
+    assert "certificates" in deployment.open_access
+    assert deployment.endpoints("hal").access == {}
+    content = deployment.model_dump(mode="json", exclude_unset=True)
+    with pytest.raises(ValidationError, match="access: closed: not with a router yet"):
+        Deployment.model_validate(content | {"access": "closed"})
+
+
+def test_who_is_no_party_has_no_session() -> None:
+    with pytest.raises(ConfigError, match="expected a party, got nobody"):
+        load_deployment(FILE).tool_endpoints("nobody")
+
+
+def test_passwords_are_made_once_for_this_user_alone_and_new_parties_get_theirs(
+    folder: Path,
+) -> None:
+    first = find_secrets(KEYS, ["hal", "operator"])
+    assert find_secrets(KEYS, ["hal", "operator", "runner"]).passwords.items() > (
+        first.passwords.items()
+    )
+    assert len({*first.passwords.values()}) == 2
+    assert min(map(len, first.passwords.values())) == 64
+    assert folder.stat().st_mode & 0o777 == 0o700
+    assert (folder / PASSWORDS).stat().st_mode & 0o777 == 0o600
+    assert first.passwords["hal"] not in repr(load_deployment(FILE).endpoints("hal"))
+
+
+@pytest.mark.parametrize("wide", [PASSWORDS, "."])
+def test_what_others_could_have_read_is_refused(folder: Path, wide: str) -> None:
+    find_secrets(KEYS, ["hal"])
+    (folder / wide).chmod(0o755)
+    with pytest.raises(ConfigError, match=r"expected mode [67]00 of this user .* got 755"):
+        find_secrets(KEYS, ["hal"])
+
+
+@pytest.mark.parametrize("text", ["hal\n", "hal:short\n", "hal:\n", "\n"])
+def test_a_file_that_is_none_of_ours_is_refused(folder: Path, text: str) -> None:
+    find_secrets(KEYS, ["hal"])
+    (folder / PASSWORDS).write_text(text)
+    with pytest.raises(ConfigError, match="expected lines name:password"):
+        find_secrets(KEYS, ["hal"])
+
+
+def test_a_folder_that_cannot_be_made_is_named(tmp_path: Path) -> None:
+    (tmp_path / "access").write_text("")
+    with pytest.raises(ConfigError, match=f"{ACCESS_VARIABLE} names another folder"):
+        find_secrets(KEYS, ["hal"])
+
+
+@pytest.mark.processes
+def test_another_user_cannot_read_them(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A link needs a password, so whoever cannot read it is a stranger (`test_matrix`)."""
+    setpriv = shutil.which("setpriv") or pytest.skip("no setpriv")
+    as_nobody = [setpriv, "--reuid=65534", "--regid=65534", "--clear-groups"]
+    if subprocess.run([*as_nobody, "true"], capture_output=True, check=False).returncode:
+        pytest.skip("only root can become another user")
+    with tempfile.TemporaryDirectory() as name:
+        Path(name).chmod(0o755)
+        (Path(name) / "beside").write_text("for all")
+        monkeypatch.setenv(ACCESS_VARIABLE, name)
+        file = find_secrets(KEYS, ["hal"]).file
+        for path, is_read in ((Path(name) / "beside", True), (file, False)):
+            words = [*as_nobody, "cat", str(path)]
+            done = subprocess.run(words, capture_output=True, text=True, check=False)
+            assert (done.returncode == 0) == is_read
+        assert "Permission denied" in done.stderr
