@@ -159,9 +159,8 @@ class CoreGate:
 
     def release(self, source: str = SOURCE, offered_to: str = "") -> None:
         """Give a live claim back, or offer it."""
-        claim = self._claims[source]
-        request = Release(source=source, claim_id=claim.claim_id, offered_to=offered_to)
-        self.ask("release", request, Done)
+        claim_id = self._claims[source].claim_id
+        self.ask("release", Release(source=source, claim_id=claim_id, offered_to=offered_to), Done)
 
     def arm_again(self) -> None:
         """Disarm and arm: a new epoch without claims."""

@@ -140,6 +140,8 @@ def install(
 ) -> SkillManifest:
     """Write a skill below ``skills`` (FAIRLEAD_SKILLS); its checkpoint is in its folder."""
     document = load_skill("bc-reach-cube").model_dump(mode="json", exclude_defaults=True)
+    for key in ("axes", "dtype"):  # LeRobot turns pictures itself
+        del document["images"][EYE][key]
     document |= {
         "id": name, "model_family": "test", "horizon": HORIZON, "execute_steps": HORIZON,
         "policy": {

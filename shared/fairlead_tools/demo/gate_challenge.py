@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fairlead.errors import ChunkRefusedError, NoAnswerError, ServiceError
-from fairlead.messages import ActionChunk, Outcome, Verdict, decode
+from fairlead.messages import ActionChunk, Outcome, Verdict
 from fairlead.modes import ControlMode
 from fairlead.operate.client import RobotClient
 from fairlead.robot.manifest import RobotManifest
@@ -50,17 +50,19 @@ def over_limit(client: RobotClient, robot: RobotManifest, skill: SkillManifest) 
 
 
 def replay(client: RobotClient, recorded: bytes) -> Challenge:
-    """Send a chunk of a finished goal again, exactly as it was recorded."""
-    source = decode(ActionChunk, recorded).source
-    verdicts = client.verdicts(source)
-    publisher = client.bus.publisher(client.keys.candidate(source), ActionChunk, Qos.HOT)
+    """Send a chunk of a finished goal again, exactly as it was recorded.
+
+    On a key of its own: nobody but the runner gets anything through on the runner's.
+    """
+    verdicts = client.verdicts(SOURCE)
+    publisher = client.bus.publisher(client.keys.candidate(SOURCE), ActionChunk, Qos.HOT)
     deadline_s = time.monotonic() + VERDICT_TIMEOUT_S
     while time.monotonic() < deadline_s:
         publisher.put_bytes(recorded)  # hot keys may lose a message, copies are answered alike
         verdict = verdicts.next(RESEND_S)
         if verdict is not None:
             return _refused("a recorded chunk of the finished goal, unchanged", verdict)
-    raise NoAnswerError(f"no verdict for {source} within {VERDICT_TIMEOUT_S:g} s")
+    raise NoAnswerError(f"no verdict for {SOURCE} within {VERDICT_TIMEOUT_S:g} s")
 
 
 def _refused(sent: str, verdict: Verdict) -> Challenge:

@@ -54,12 +54,10 @@ void Publisher::publish_lease() {
   outbox_.lease_due = false;
 }
 
-// The newest SafeChunk goes out before each lease until the HAL has named it: the same bytes on the
-// same key, also after its claim was handed over.
+// The newest SafeChunk goes out before each lease until the HAL has named it, as the same bytes.
 void Publisher::publish_safe_chunk(LiveClaim& claim) {
   const Released* release = claim.plan.current();
-  if (release == nullptr) return;
-  if (release->seen && !claim.repeat) return;
+  if (release == nullptr || (release->seen && !claim.repeat)) return;
   claim.repeat = false;
   outbox_.out->add(OutputKind::safe_chunk, claim.safe_chunk.source, claim.safe_chunk);
 }

@@ -119,8 +119,7 @@ void LiveClaim::go_on_as(const LiveClaim& next) {
   ClaimLife life;
   life.hal_follows = hal_follows;
   life.until_tick = until_tick;
-  // Of a source under one claim a seq names one chunk: verdicts on those before may still come.
-  if (source == next.source) life.last_seq = last_seq;
+  if (source == next.source) life.last_seq = last_seq;  // verdicts on its chunks may yet come
   life.repeat = repeat;
   life.refused_tick = refused_tick;
   life.refused_verdict = refused_verdict;
