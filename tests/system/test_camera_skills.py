@@ -155,6 +155,11 @@ def test_an_openpi_server_gets_all_three_pictures(camera_robot: CameraRobot) -> 
     assert later, "it is asked again, and again with pictures"
     assert all(read_openpi_array(request[name]).any() for request in later
                for name in names.values())  # fmt: skip
+    scratch = camera_robot.robot.scratch
+    said = (scratch.state_dir / "logs" / "runner.log").read_text(encoding="utf-8")
+    for camera in names:
+        key = scratch.deployment.keys.camera(camera)
+        assert f"{key}: frames come through shared memory" in said
 
 
 def test_a_policy_s_overshoot_is_clipped_as_in_training_and_said_instead_of_refused(

@@ -54,6 +54,7 @@ TABLE = (
     Row("tf/*", "published", ("hal", "state_assembler", "localiser"),
         ("state_assembler", "localiser", *HEARERS), own=True),
     Row("camera/*", "published", ("hal",), ASKERS),
+    Row("camera/*/shared/*", "token", ("hal",), ASKERS),
     Row("state/layout/*", "published", ("state_assembler",), ASKERS),
     Row("action/candidate/*", "published", ASKERS, HEARERS, own=True),
     Row("action/safe/*", "published", ("safety",), ("hal", "operator")),
