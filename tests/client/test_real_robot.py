@@ -18,7 +18,7 @@ from bench.equipment.light_hal import LIGHT_HAL
 from bench.equipment.live_robot import LiveRobot
 from fairlead import Robot, connect
 from fairlead.deploy.registry import Registry
-from fairlead.errors import ClaimLostError, NoAnswerError, RefusedError
+from fairlead.errors import ClaimLostError, ConfigError, NoAnswerError, RefusedError
 from fairlead.messages import GateState, Hold, JointState, TransformBatch, Verdict
 from fairlead.modes import ControlMode
 from fairlead.paths import repo_root
@@ -204,6 +204,11 @@ async def test_a_claim_that_another_holds_is_refused_with_its_holder(robot: Robo
 async def test_a_skill_that_nobody_has_is_refused_by_the_runner(robot: Robot) -> None:
     with pytest.raises(RefusedError, match="no-such-skill"):
         await robot.run("no-such-skill")
+
+
+async def test_a_hand_over_to_a_runner_that_there_is_not_is_refused(robot: Robot) -> None:
+    with pytest.raises(ConfigError, match="expected a runner, got 'nobody'"):
+        await robot.run("go-to", prompt=FAR, hand_over_to="nobody")
 
 
 async def test_ctrl_c_in_a_program_that_waits_for_its_goal_ends_the_goal(

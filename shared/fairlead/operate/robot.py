@@ -118,9 +118,11 @@ class Robot(Services):
                 without a hold if it commands the same parts and comes within 2 s; "": none.
 
         Raises:
-            ConfigError: no runner, or none that is clear, for the skill.
+            ConfigError: no runner, or none that is clear, for the skill; none to hand over to.
             RefusedError: the runner did not take the goal.
         """
+        if hand_over_to:
+            choose_runner(self.deployment, skill, hand_over_to)
         request = Goal(
             skill=skill,
             skill_hash=NO_HASH,
