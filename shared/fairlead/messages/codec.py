@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 from typing import TypeVar, cast
 
 import msgspec
@@ -121,9 +122,12 @@ def encode_parts(image: Image) -> tuple[bytes, Bytes]:
     """`encode`, in two pieces: all before the pixels, and the pixels themselves."""
     head = encode(msgspec.structs.replace(image, data=b""))[: -len(_NO_BYTES)]
     size = len(image.data)
-    for width, kind in ((1, 0xC4), (2, 0xC5), (4, 0xC6)):
-        if size < 256**width:
-            return head + bytes([kind]) + size.to_bytes(width, "big"), image.data
+    if size < 2**8:
+        return head + struct.pack(">BB", 0xC4, size), image.data
+    if size < 2**16:
+        return head + struct.pack(">BH", 0xC5, size), image.data
+    if size < 2**32:
+        return head + struct.pack(">BI", 0xC6, size), image.data
     raise MessageError(f"Image: expected less than 4 GiB of data, got {size} bytes")
 
 

@@ -7,8 +7,8 @@ import socket
 import struct
 
 FRAME = struct.Struct("=IQ")
-"""Sender to reader: slot, bytes; the numbers of all slots there are follow, 4 bytes each. The first
-packet about a slot brings the descriptor of its memory."""
+"""Sender to reader: slot, bytes. The first packet about a slot brings the descriptor of its memory,
+and the numbers of all slots there are then, 4 bytes each."""
 BACK = struct.Struct("=I")
 """Reader to sender: the slot that it looks at no more."""
 PACKET_MAX = 4096

@@ -12,15 +12,19 @@ import threading
 import weakref
 from collections.abc import Callable
 from contextlib import suppress
-from typing import Any
+from functools import partial
 
 import numpy as np
+import numpy.typing as npt
 
 from fairlead.messages import Bytes
 from fairlead.wire.frame_link import BACK, FRAME, PACKET_MAX, address, is_own
 
 KEPT_MAX = 8
 """Frames that a reader keeps where they are; of more it keeps copies."""
+
+_CONTROL_MAX = socket.CMSG_LEN(4)  # a descriptor
+_Pixels = npt.NDArray[np.uint8]
 
 _LOG = logging.getLogger("frames")
 
@@ -54,8 +58,8 @@ class FrameReceiver:
         except OSError:
             self._link.close()
             raise
-        self._memory: dict[int, mmap.mmap] = {}
-        self._held: set[int] = set()
+        self._memory: dict[int, _Pixels] = {}
+        self._held: dict[int, weakref.ref[_Pixels]] = {}
         self._thread = threading.Thread(target=self._run, name=thread, daemon=True)
         self._thread.start()
 
@@ -78,33 +82,36 @@ class FrameReceiver:
 
     def _take_one(self) -> bool:
         try:
-            packet, descriptors, _, _ = socket.recv_fds(self._link, PACKET_MAX, 1)
+            packet, control, _, _ = self._link.recvmsg(PACKET_MAX, _CONTROL_MAX)
         except ConnectionError:
             return False
         if not packet:
             return False
         number, size = FRAME.unpack_from(packet)
-        for descriptor in descriptors:
-            self._memory[number] = _mapped(descriptor)
+        if control:
+            self._learn(number, packet, control[0][2])
         memory = self._memory.get(number)
         if memory is None or size > len(memory):
             raise ValueError(f"expected {size} bytes in slot {number}")
-        # Whatever is made of the frame refers to this array, so its end is theirs.
-        frame: Any = np.frombuffer(memory, np.uint8, size)
+        frame = memory[:size]
         if len(self._held) >= KEPT_MAX:
             self._on_frame(_seen(frame.copy()))
             self._give_back(number)
         else:
-            self._held.add(number)
-            weakref.finalize(frame, self._let_go, number).atexit = False
+            # Whatever is made of the frame refers to this array, so its end is theirs.
+            self._held[number] = weakref.ref(frame, partial(self._let_go, number))
             self._on_frame(_seen(frame))
-        if descriptors:  # so some may be there no more
-            there = set(memoryview(packet)[FRAME.size :].cast("I"))
-            self._memory = {one: memory for one, memory in self._memory.items() if one in there}
         return True
 
-    def _let_go(self, number: int) -> None:
-        self._held.discard(number)
+    def _learn(self, number: int, packet: bytes, descriptors: bytes) -> None:
+        """Take a new slot, and forget those that are there no more."""
+        there = set(memoryview(packet)[FRAME.size :].cast("I"))
+        self._memory = {one: memory for one, memory in self._memory.items() if one in there}
+        for descriptor in memoryview(descriptors).cast("i"):
+            self._memory[number] = _mapped(descriptor)
+
+    def _let_go(self, number: int, _: object) -> None:
+        del self._held[number]
         self._give_back(number)
 
     def _give_back(self, number: int) -> None:
@@ -112,13 +119,12 @@ class FrameReceiver:
             self._link.send(BACK.pack(number), socket.MSG_DONTWAIT | socket.MSG_NOSIGNAL)
 
 
-def _seen(frame: Any) -> Bytes:
-    frame.flags.writeable = False
-    seen: Bytes = memoryview(frame)  # type: ignore[assignment]
+def _seen(frame: _Pixels) -> Bytes:
+    seen: Bytes = memoryview(frame).toreadonly()  # type: ignore[assignment, arg-type]
     return seen
 
 
-def _mapped(descriptor: int) -> mmap.mmap:
+def _mapped(descriptor: int) -> _Pixels:
     """What a descriptor has, unless it could shrink while somebody looks at it.
 
     Raises:
@@ -127,6 +133,6 @@ def _mapped(descriptor: int) -> mmap.mmap:
     try:
         if not fcntl.fcntl(descriptor, fcntl.F_GET_SEALS) & fcntl.F_SEAL_SHRINK:
             raise ValueError("memory that may shrink")
-        return mmap.mmap(descriptor, 0, access=mmap.ACCESS_READ)
+        return np.frombuffer(mmap.mmap(descriptor, 0, access=mmap.ACCESS_READ), np.uint8)
     finally:
         os.close(descriptor)

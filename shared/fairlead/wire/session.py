@@ -46,9 +46,22 @@ class _ZenohPublisher:
     def put_bytes(self, payload: bytes, attachment: bytes | None = None) -> None:
         self._publisher.put(payload, attachment=attachment)
 
-    def is_wanted(self) -> bool:
-        status: Any = self._publisher.matching_status  # its stub has a bool
-        return bool(status.matching)
+
+class _Wanted:
+    """Whether anybody is subscribed to a key: Zenoh says so, as asking takes as long as sending."""
+
+    def __init__(self, publisher: zenoh.Publisher) -> None:
+        self._is_so = False
+        self._listener = publisher.declare_matching_listener(self._on_status)
+        status: Any = publisher.matching_status  # its stub has a bool
+        if status.matching:  # else what the listener was told meanwhile counts
+            self._is_so = True
+
+    def __call__(self) -> bool:
+        return self._is_so
+
+    def _on_status(self, status: zenoh.MatchingStatus) -> None:
+        self._is_so = status.matching
 
 
 class ZenohBus:
@@ -92,7 +105,7 @@ class ZenohBus:
         ordinary = _ZenohPublisher(declared)
         if qos is not Qos.CAMERA:
             return ordinary
-        self._frames.append(frames := FramePublisher(self, key, ordinary, ordinary.is_wanted))
+        self._frames.append(frames := FramePublisher(self, key, ordinary, _Wanted(declared)))
         return frames
 
     def foreign_publisher(self, key: str) -> _ZenohPublisher:
