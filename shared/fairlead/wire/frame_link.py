@@ -9,8 +9,8 @@ import struct
 FRAME = struct.Struct("=IQ")
 """Sender to reader: slot, bytes. The first packet about a slot brings the descriptor of its memory,
 and the numbers of all slots there are then, 4 bytes each."""
-BACK = struct.Struct("=I")
-"""Reader to sender: the slot that it looks at no more."""
+BACK = "I"
+"""Reader to sender, in an array: the slots that it looks at no more."""
 PACKET_MAX = 4096
 _UCRED = struct.Struct("=3i")  # process, user, group
 

@@ -10,6 +10,8 @@ import socket
 import struct
 import threading
 import weakref
+from array import array
+from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
@@ -19,6 +21,7 @@ import numpy.typing as npt
 
 from fairlead.messages import Bytes
 from fairlead.wire.frame_link import BACK, FRAME, PACKET_MAX, address, is_own
+from fairlead.wire.frame_thread import FrameThread
 
 KEPT_MAX = 8
 """Frames that a reader keeps where they are; of more it keeps copies."""
@@ -30,11 +33,11 @@ _LOG = logging.getLogger("frames")
 
 
 class FrameReceiver:
-    """The end that wants frames, on a thread of its own.
+    """The end that wants frames.
 
     Args:
         name: the sender's.
-        thread: what the thread is called.
+        frames: the thread that takes them.
         on_frame: gets each, as long as it wants; read-only.
         on_end: the sender is gone, or has cut this reader off.
 
@@ -45,10 +48,11 @@ class FrameReceiver:
     def __init__(
         self,
         name: str,
-        thread: str,
+        frames: FrameThread,
         on_frame: Callable[[Bytes], None],
         on_end: Callable[[], None],
     ) -> None:
+        self._name, self._frames = name, frames
         self._on_frame, self._on_end = on_frame, on_end
         self._link = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         try:
@@ -60,25 +64,49 @@ class FrameReceiver:
             raise
         self._memory: dict[int, _Pixels] = {}
         self._held: dict[int, weakref.ref[_Pixels]] = {}
-        self._thread = threading.Thread(target=self._run, name=thread, daemon=True)
-        self._thread.start()
+        self._let_go_of: deque[int] = deque()  # whoever lets go of a frame must not wait
+        self._ended = threading.Event()
+        frames.add(self)
 
     def close(self) -> None:
         """No more frames; those there are stay. Waits for the thread, unless called on it."""
         with suppress(OSError):  # the sender was faster
             self._link.shutdown(socket.SHUT_RDWR)
-        if self._thread is not threading.current_thread():
-            self._thread.join()
+        if not self._frames.is_current:
+            self._ended.wait()
 
-    def _run(self) -> None:
+    def fileno(self) -> int:
+        """The link's descriptor."""
+        return self._link.fileno()
+
+    def take(self) -> bool:
+        """Take a frame that has come; False if no more will."""
         try:
-            while self._take_one():
-                pass
+            return self._take_one()
         except (OSError, ValueError, struct.error) as error:
             _LOG.warning("not a frame: %s", error)
-        finally:
-            self._link.close()
+        except Exception:  # noqa: BLE001 - its reader's fault ends these frames, no others
+            _LOG.exception("frames of %s end", self._name)
+        return False
+
+    def give_back(self) -> None:
+        """Tell the sender what nobody looks at any more."""
+        back = array(BACK)
+        while self._let_go_of:
+            back.append(self._let_go_of.popleft())
+        if back:
+            with suppress(OSError):  # there is no sender any more
+                self._link.send(back, socket.MSG_DONTWAIT | socket.MSG_NOSIGNAL)
+
+    def end(self) -> None:
+        """No more frames come."""
+        self._link.close()
+        try:
             self._on_end()
+        except Exception:  # noqa: BLE001 - likewise
+            _LOG.exception("after the frames of %s", self._name)
+        finally:
+            self._ended.set()
 
     def _take_one(self) -> bool:
         try:
@@ -96,7 +124,7 @@ class FrameReceiver:
         frame = memory[:size]
         if len(self._held) >= KEPT_MAX:
             self._on_frame(_seen(frame.copy()))
-            self._give_back(number)
+            self._let_go_of.append(number)
         else:
             # Whatever is made of the frame refers to this array, so its end is theirs.
             self._held[number] = weakref.ref(frame, partial(self._let_go, number))
@@ -112,11 +140,7 @@ class FrameReceiver:
 
     def _let_go(self, number: int, _: object) -> None:
         del self._held[number]
-        self._give_back(number)
-
-    def _give_back(self, number: int) -> None:
-        with suppress(OSError):  # there is no sender any more
-            self._link.send(BACK.pack(number), socket.MSG_DONTWAIT | socket.MSG_NOSIGNAL)
+        self._let_go_of.append(number)
 
 
 def _seen(frame: _Pixels) -> Bytes:

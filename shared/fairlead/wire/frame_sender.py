@@ -19,6 +19,7 @@ import socket
 import threading
 from array import array
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 
 from fairlead.messages import Bytes
@@ -106,49 +107,46 @@ class FrameSender:
 
     def _hear(self) -> None:
         """Let new readers in, and take back what the others no more look at."""
-        while any(self._take(descriptor) for descriptor, _ in self._heard.poll(0)):
-            pass
+        for descriptor, _ in self._heard.poll(0):
+            reader = self._readers.get(descriptor)
+            if reader is None:
+                self._let_in()
+            else:
+                self._take_back(reader)
         for reader in list(self._readers.values()):
             if reader.held >= HELD_MAX:
                 self._cut_off(reader, f"it holds {reader.held} frames")
 
-    def _take(self, descriptor: int) -> bool:
-        """What somebody says; whether there may be more."""
-        reader = self._readers.get(descriptor)
-        if reader is None:
-            return self._let_in()
-        try:
-            packet = reader.link.recv(PACKET_MAX)
-        except OSError:
-            packet = b""
-        if len(packet) != BACK.size:  # it is gone
-            self._cut_off(reader, "")
-            return True
-        slot = self._slots.get(*BACK.unpack(packet))
-        if slot is not None and reader in slot.holders:
-            slot.holders.remove(reader)
-            reader.held -= 1
-        return True
+    def _let_in(self) -> None:
+        while True:
+            try:
+                link, _ = self._socket.accept()
+            except OSError:  # nobody is there any more
+                return
+            if is_own(link):
+                link.setblocking(False)
+                self._readers[link.fileno()] = _Reader(link)
+                self._heard.register(link, select.POLLIN)
+            else:
+                link.close()
 
-    def _let_in(self) -> bool:
-        try:
-            link, _ = self._socket.accept()
-        except OSError:  # it is gone again, or this process has too many open files
-            return False
-        if not is_own(link):
-            link.close()
-            return True
-        link.setblocking(False)
-        self._readers[link.fileno()] = _Reader(link)
-        self._heard.register(link, select.POLLIN)
-        return True
+    def _take_back(self, reader: _Reader) -> None:
+        numbers = array(BACK)
+        with suppress(OSError, ValueError):  # it is gone, or is no reader
+            numbers.frombytes(reader.link.recv(PACKET_MAX))
+        if not numbers:
+            self._cut_off(reader, "")
+        for number in numbers:
+            slot = self._slots.get(number)
+            if slot is not None and reader in slot.holders:
+                slot.holders.remove(reader)
+                reader.held -= 1
 
     def _free_slot(self, size: int) -> _Slot:
-        free = [slot for slot in self._slots.values() if not slot.holders]
-        for slot in free:
-            if len(slot.memory) >= size:
+        for slot in self._slots.values():
+            if not slot.holders and len(slot.memory) >= size:
                 return slot
-        for slot in free:
+        for slot in [slot for slot in self._slots.values() if not slot.holders]:
             self._forget(slot)
         capacity = -(-max(size, 1) // _PAGE) * _PAGE
         descriptor = os.memfd_create("fairlead-frame", os.MFD_CLOEXEC | os.MFD_ALLOW_SEALING)

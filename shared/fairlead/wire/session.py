@@ -27,6 +27,7 @@ from fairlead.wire.cannot_open import no_router, no_session
 from fairlead.wire.dropped import dropping
 from fairlead.wire.endpoints import ROUTER_PATIENCE_S, RUNTIME, RUNTIME_VARIABLE, Endpoints
 from fairlead.wire.frame_route import FramePublisher, FrameSubscription
+from fairlead.wire.frame_thread import FrameThread
 from fairlead.wire.refusal import error_from, refusal_of
 
 _PRIORITY = {
@@ -92,6 +93,7 @@ class ZenohBus:
         # Zenoh takes tokens and token watchers back as soon as nobody refers to them.
         self._kept: list[Undeclare] = []
         self._frames: list[FramePublisher | FrameSubscription] = []
+        self._frame_thread = FrameThread()
 
     def publisher(self, key: str, kind: type[Message], qos: Qos) -> Publisher:
         """Declare a key; hot ones are express at real-time priority. All drop rather than wait."""
@@ -131,7 +133,7 @@ class ZenohBus:
 
     def subscribe_frames(self, key: str, handler: SampleHandler) -> Undeclare:
         """Through shared memory where the camera is on this host."""
-        self._frames.append(frames := FrameSubscription(self, key, handler))
+        self._frames.append(frames := FrameSubscription(self, key, handler, self._frame_thread))
         return frames
 
     def serve(self, key: str, who: str, handler: QueryHandler) -> Undeclare:
