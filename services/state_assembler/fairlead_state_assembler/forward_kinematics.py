@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import cast
 
 import numpy as np
 import pinocchio as pin
@@ -61,7 +60,8 @@ class ForwardKinematics:
         for column, source, multiplier, offset in self._mimics:
             q[column] = multiplier * positions[source] + offset
         pin.framesForwardKinematics(self._model, self._data, q)
-        return cast("Sequence[SE3]", self._data.oMf.copy())  # the next call overwrites oMf
+        poses: Sequence[SE3] = self._data.oMf.copy()  # the next call overwrites oMf
+        return poses
 
     def _find_joints(self, robot: RobotManifest) -> None:
         """For each joint of the description: its column in q, its place on the wire.

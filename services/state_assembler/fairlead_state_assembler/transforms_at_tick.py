@@ -49,15 +49,14 @@ class TransformsAtTick:
         way = self._ways.get((parent, child))
         if way is None:
             way = self._buffer.find_way(parent, child, self._tick)
-        T_common_child = self._climbed(way.from_child)
-        if way.from_parent is None:
+        from_parent, from_child = way
+        T_common_child = self._climbed(from_child) if from_child else pin.SE3.Identity()
+        if from_parent is None:
             return T_common_child
-        return self._climbed(way.from_parent).actInv(T_common_child)
+        return self._climbed(from_parent).actInv(T_common_child)
 
-    def _climbed(self, climb: Climb | None) -> SE3:
+    def _climbed(self, climb: Climb) -> SE3:
         """T_above_frame."""
-        if climb is None:
-            return pin.SE3.Identity()
         pose = self._known.get(climb)
         if pose is None:
             below = climb.below and self._climbed(climb.below)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import struct
-from typing import TypeVar, cast
+from typing import Any, TypeVar
 
 import msgspec
 
@@ -101,7 +101,7 @@ RECORD_TYPES: tuple[type[Record], ...] = (
 
 _ENCODER = msgspec.msgpack.Encoder()
 
-_DECODERS: dict[type[Message], msgspec.msgpack.Decoder[Message]] = {
+_DECODERS: dict[type[Message], msgspec.msgpack.Decoder[Any]] = {
     kind: msgspec.msgpack.Decoder(kind) for kind in MESSAGE_TYPES
 }
 
@@ -139,7 +139,8 @@ def decode(kind: type[M], data: bytes) -> M:
             field that does not fit.
     """
     try:
-        return cast(M, _DECODERS[kind].decode(data))
+        message: M = _DECODERS[kind].decode(data)
+        return message
     except (ValueError, RecursionError) as error:  # msgspec's own errors are ValueErrors
         wanted, got = f"{kind.__name__} v1", _announced(data)
         if got not in ("", wanted):
