@@ -9,12 +9,12 @@ import pytest
 from bench.faults.campaign import Campaign
 from bench.faults.frame_faults import MANY_VARIABLE
 from bench.faults.row import Row
-from bench.faults.table import NOT_RUN, ROWS
+from bench.faults.table import ROWS
 from bench.faults.timer_process import TimerProcess
 
 pytestmark = [pytest.mark.processes, pytest.mark.timeout(300)]
 
-SHORT = (1, 2, *range(4, 10), 16, 17, *range(19, 25), 27, 30, 34, 38, *range(43, 49))
+SHORT = (1, 2, *range(4, 10), 16, 17, *range(19, 26), 27, 30, 34, 38, *range(43, 49))
 """Those that need no more than one light robot, one gate, or one arm, once each."""
 ORDERS, ORDER_SAMPLES = 41, 2
 FEWER_FRAMES = 20_000
@@ -49,5 +49,5 @@ def test_a_goal_moves_the_robot_after_a_sample_of_start_orders(campaign: Campaig
     assert result.passed, result.failures
 
 
-def test_each_row_of_the_matrix_is_run_or_explained() -> None:
-    assert {row.number for row in ROWS} | {row.number for row in NOT_RUN} == set(MATRIX)
+def test_each_row_of_the_matrix_is_run() -> None:
+    assert {row.number for row in ROWS} == set(MATRIX)

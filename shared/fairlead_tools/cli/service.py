@@ -12,7 +12,7 @@ from typing import Annotated
 
 import typer
 
-from fairlead.deploy.deployment import Deployment, load_deployment
+from fairlead.deploy.deployment import load_deployment
 from fairlead.deploy.hosts import ROUTER
 from fairlead.deploy.process_table import ProcessId, process_id
 from fairlead.deploy.registry import Registry, Running, ServiceEntry, running_name
@@ -99,7 +99,7 @@ def router_command(
 ) -> None:
     """Run a deployment's router in the foreground, on its host; `up` there starts it too."""
     loaded = load_deployment(deployment)
-    endpoints = router_endpoints(loaded)
+    endpoints = loaded.router_endpoints
     if as_json:
         print_json(endpoints.config())
         return
@@ -107,20 +107,6 @@ def router_command(
     choose_host(loaded, loaded.router.host)
     check_ports_free(loaded, [ROUTER])
     asyncio.run(_serve(endpoints))
-
-
-def router_endpoints(deployment: Deployment) -> Endpoints:
-    """The router's own endpoints.
-
-    Raises:
-        ConfigError: if the deployment has no router.
-    """
-    if deployment.router is None:
-        raise ConfigError(
-            f"deployment {deployment.id}: has no router: its services are peers on one host; "
-            "see docs/hosts.md"
-        )
-    return Endpoints(listen=[deployment.router_endpoint], mode="router")
 
 
 async def _serve(endpoints: Endpoints) -> None:
