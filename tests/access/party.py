@@ -72,9 +72,11 @@ class Party:
         self._kept: list[Any] = []
         for key in heard:
             self._kept += [
-                self.session.declare_subscriber(key, self._on_sample),
-                self.session.declare_queryable(key, self._on_query),
-                self.session.liveliness().declare_subscriber(key, self._on_token, history=True),
+                self.session.declare_subscriber(key, _direct(self._on_sample)),
+                self.session.declare_queryable(key, _direct(self._on_query)),
+                self.session.liveliness().declare_subscriber(
+                    key, _direct(self._on_token), history=True
+                ),
             ]
         self._tokens: list[zenoh.LivelinessToken] = []
 
@@ -92,7 +94,7 @@ class Party:
             self.session.delete(key, attachment=self.name)
             self.session.get(
                 key,
-                self._on_reply,
+                _direct(self._on_reply),
                 payload=self.name,
                 timeout=ANSWER_S,
                 target=zenoh.QueryTarget.ALL,
@@ -136,6 +138,11 @@ class Party:
     def _on_reply(self, reply: zenoh.Reply) -> None:
         if reply.ok is not None:
             self._tell(reply.ok.payload.to_string(), "reply", reply.ok.key_expr)
+
+
+def _direct(told: Callable[[Any], None]) -> Any:
+    """Called where the message comes: otherwise Zenoh starts a thread for each of thousands."""
+    return zenoh.handlers.Callback(told, indirect=False)
 
 
 def endpoints_of(deployment: Deployment, name: str) -> Endpoints:
