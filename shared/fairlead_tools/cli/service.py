@@ -106,10 +106,10 @@ def router_command(
     assert loaded.router is not None
     choose_host(loaded, loaded.router.host)
     check_ports_free(loaded, [ROUTER])
-    asyncio.run(_serve(endpoints))
+    asyncio.run(_serve(endpoints, loaded.router.port))
 
 
-async def _serve(endpoints: Endpoints) -> None:
+async def _serve(endpoints: Endpoints, port: int) -> None:
     """Route until asked to stop; all of it happens in Zenoh's own threads."""
     handler = logging.StreamHandler(sys.stdout)
     handler.setFormatter(LineFormatter())
@@ -119,7 +119,7 @@ async def _serve(endpoints: Endpoints) -> None:
     signals.started()
     log.info("listens on %s", ", ".join(endpoints.listen))
     log.info("ready")
-    closing = asyncio.create_task(forbid_lingering())
+    closing = asyncio.create_task(forbid_lingering(port))
     await signals.stopping.wait()
     closing.cancel()
     bus.close()
