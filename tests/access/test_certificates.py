@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 from collections.abc import Callable
 from contextlib import ExitStack, closing
@@ -88,6 +89,9 @@ def test_a_name_is_bound_to_its_certificate_and_the_router_to_its_address(
     assert found.subject.rfc4514_string() == "CN=hal,OU=robot,O=fl/certified"
     [use] = found.extensions.get_extension_for_class(x509.ExtendedKeyUsage).value
     assert use == ExtendedKeyUsageOID.CLIENT_AUTH, "it is nobody's router"
+    control = authority.deployment.endpoints("hal").access["access_control"]
+    assert control["subjects"] == [{"id": "router", "cert_common_names": ["router"]}]
+    assert control["default_permission"] == "deny"
 
 
 def test_only_what_is_missing_is_made_anew(authority: Authority, deployment: Deployment) -> None:
@@ -186,6 +190,8 @@ def test_the_commands_say_what_they_did_and_what_to_copy(file: Path, tmp_path: P
     assert certs("show").count(" valid") == len(ROBOT) + len(GPU)
     assert certs("renew", "gpu/runner", "--days", "10").startswith("renewed gpu/runner\n")
     assert "ends in 9 days; where it was made: fairlead certs renew" in certs("show")
+    states = {one["name"]: one["state"] for one in json.loads(certs("show", "--json"))}
+    assert states["hal"] == "valid"
     revoked = certs("revoke", "gpu")
     assert revoked.startswith("revoked gpu/runner, gpu/operator\n")
     assert "fairlead restart router; until then they get in" in revoked
