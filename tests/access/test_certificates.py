@@ -89,7 +89,9 @@ def test_a_name_is_bound_to_its_certificate_and_the_router_to_its_address(
     assert found.subject.rfc4514_string() == "CN=hal,OU=robot,O=fl/certified"
     [use] = found.extensions.get_extension_for_class(x509.ExtendedKeyUsage).value
     assert use == ExtendedKeyUsageOID.CLIENT_AUTH, "it is nobody's router"
-    control = authority.deployment.endpoints("hal").access["access_control"]
+    config = authority.deployment.endpoints("hal").config()
+    assert set(config["transport"]["link"]) == {"tx", "tls"}
+    control = config["access_control"]
     assert control["subjects"] == [{"id": "router", "cert_common_names": ["router"]}]
     assert control["default_permission"] == "deny"
 

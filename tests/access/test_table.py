@@ -88,6 +88,7 @@ def test_who_is_no_party_has_no_session() -> None:
 def test_passwords_are_made_once_for_this_user_alone_and_new_parties_get_theirs(
     folder: Path,
 ) -> None:
+    folder.mkdir(parents=True)  # as whoever copies certificates to it does
     first = find_secrets(KEYS, ["hal", "operator"])
     assert find_secrets(KEYS, ["hal", "operator", "runner"]).passwords.items() > (
         first.passwords.items()

@@ -37,7 +37,9 @@ def find_secrets(keys: Keys, names: Sequence[str]) -> Secrets:
     file = folder / PASSWORDS
     try:
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-        check_private(folder, MADE_ANEW)
+        if not file.exists():  # whoever copies certificates to it makes it as others' folders are
+            folder.chmod(0o700)
+        check_private(folder, "correct it")
         with (folder / "lock").open("w") as lock:
             fcntl.flock(lock, fcntl.LOCK_EX)
             known = _read(file) if file.exists() else {}
@@ -74,7 +76,7 @@ def access_dir(keys: Keys) -> Path:
 
 
 def _read(file: Path) -> dict[str, str]:
-    check_private(file, MADE_ANEW)
+    check_private(file, _MADE_ANEW)
     lines = file.read_text(encoding="utf-8").splitlines()
     found = dict(line.split(":", 1) for line in lines if ":" in line)
     if len(found) != len(lines) or not all(len(one) >= 32 for one in found.values()):
@@ -94,7 +96,7 @@ def write_private(file: Path, text: str) -> None:
     draft.replace(file)
 
 
-MADE_ANEW = "correct it, or delete it: it is made anew when the deployment is started again"
+_MADE_ANEW = "correct it, or delete it: it is made anew when the deployment is started again"
 
 
 def check_private(path: Path, remedy: str) -> None:
