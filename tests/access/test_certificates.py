@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 from collections.abc import Callable
 from contextlib import ExitStack, closing
@@ -101,6 +102,9 @@ def test_only_what_is_missing_is_made_anew(authority: Authority, deployment: Dep
     assert authority.new(NOW, DAYS) == []
     more = Authority(deployment.model_copy(update={"localiser": "tracker"}))
     assert more.new(NOW, DAYS) == [("robot", "tracker"), ("gpu", "tracker")]
+    hosts = {**deployment.hosts, "laptop": "127.0.0.3"}
+    third = Authority(deployment.model_copy(update={"hosts": hosts}))
+    assert third.new(NOW, DAYS) == [("laptop", "operator")]
     assert (authority.folder / "gpu/runner.pem").read_text() == before
 
 
@@ -189,7 +193,9 @@ def test_the_commands_say_what_they_did_and_what_to_copy(file: Path, tmp_path: P
     assert "made robot/router, robot/hal, " in made
     folder = tmp_path / "access" / "certified" / "certificates" / "gpu"
     assert f"  rsync -a --mkpath {folder}/ 127.0.0.2:{folder}/\n" in made
-    assert certs("show").count(" valid") == len(ROBOT) + len(GPU)
+    shown = certs("show")
+    assert shown.count(" valid") == len(ROBOT) + len(GPU)
+    assert re.search(r"mark [0-9a-f]{12}: the same on every host\n$", shown)
     assert certs("renew", "gpu/runner", "--days", "10").startswith("renewed gpu/runner\n")
     assert "ends in 9 days; where it was made: fairlead certs renew" in certs("show")
     states = {one["name"]: one["state"] for one in json.loads(certs("show", "--json"))}
