@@ -45,7 +45,7 @@ def test_shipped_files_place_the_policy_on_the_gpu_host(file: Path) -> None:
 
 
 def test_services_and_tools_are_clients_of_the_router_alone() -> None:
-    deployment = Deployment.model_validate(content())
+    deployment = Deployment.model_validate(content(access="open"))
     for endpoints in (deployment.endpoints("runner"), deployment.tool_endpoints()):
         assert (endpoints.mode, endpoints.listen) == ("client", ())
         assert list(endpoints.connect) == ["tcp/127.0.0.1:7500"]
@@ -56,7 +56,8 @@ def test_services_and_tools_are_clients_of_the_router_alone() -> None:
 
 
 def test_an_ipv6_address_gets_its_brackets() -> None:
-    deployment = Deployment.model_validate(content(hosts={"robot": "fd00::1", "gpu": ELSEWHERE}))
+    hosts = {"robot": "fd00::1", "gpu": ELSEWHERE}
+    deployment = Deployment.model_validate(content(hosts=hosts, access="open"))
     assert deployment.router_endpoint == "tcp/[fd00::1]:7500"
 
 
@@ -92,6 +93,10 @@ MISTAKES: dict[str, tuple[dict[str, Any], str]] = {
     "a router on no host": (
         content(router={"host": "pi", "port": 7500}),
         "router.host: expected a host, got 'pi' (valid: robot, gpu)",
+    ),
+    "a router that no certificate fits": (
+        content(hosts={"robot": "fd00::1", "gpu": ELSEWHERE}),
+        "hosts.robot: expected a name or an IPv4 address, got fd00::1: Zenoh cannot hold a",
     ),
     "an address that is everybody's": (
         content(hosts={"robot": "0.0.0.0", "gpu": ELSEWHERE}),  # noqa: S104 - that is the point

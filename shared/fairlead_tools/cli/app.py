@@ -16,6 +16,7 @@ from fairlead_tools.cli.acl import group as acl_group
 from fairlead_tools.cli.arming import arm_command, disarm_command, reset_command, stop_command
 from fairlead_tools.cli.bridge import group as bridge_group
 from fairlead_tools.cli.calibrate import group as calibrate_group
+from fairlead_tools.cli.certs import group as certs_group
 from fairlead_tools.cli.console import echo
 from fairlead_tools.cli.demo import demo_command, plot_command
 from fairlead_tools.cli.emulate import group as emulate_group
@@ -146,6 +147,7 @@ for _group in (
     layout_group,
     topic_group,
     acl_group,
+    certs_group,
     calibrate_group,
     bridge_group,
     emulate_group,

@@ -6,12 +6,14 @@ import asyncio
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from typing import IO, Annotated
 
 import typer
 
+from fairlead.deploy.access_warnings import access_warnings
 from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.deploy.hosts import ROUTER
 from fairlead.deploy.registry import Registry, running_name
@@ -37,6 +39,7 @@ from fairlead_tools.supervisor.this_host import choose_host
 
 READY_TIMEOUT_S = 120.0  # a first start compiles and caches much on a slow machine
 WATCH_S = 0.1
+WARN_AGAIN_S = 24 * 3600.0  # it runs for months, and certificates end
 IN_BACKGROUND = "--in-background"
 
 
@@ -108,14 +111,20 @@ def _left_out(deployment: Deployment, names: list[str]) -> list[str]:
 def _check(supervisor: Supervisor, say: Say) -> None:
     """Refuse what cannot work before anything is started; say which skills are left out."""
     deployment = supervisor.deployment
-    if deployment.open_access:
-        say("up", f"WARNING {deployment.open_access}")
+    _warn(deployment, say)
+    for name in supervisor.processes:
+        _ = deployment.router_endpoints if name == ROUTER else deployment.endpoints(name)
     if deployment.only("safety") in supervisor.processes:
         check_gate_file(deployment)
     for runner in deployment.runners:
         if runner in supervisor.processes:
             for line in dropped_skills(deployment, runner):
                 say("up", line)
+
+
+def _warn(deployment: Deployment, say: Say) -> None:
+    for warning in access_warnings(deployment):
+        say("up", f"WARNING {warning}")
 
 
 async def _run(supervisor: Supervisor, order: list[str], say: UpOutput, detach: bool) -> None:
@@ -178,6 +187,7 @@ async def _watch(
     async with connect(supervisor.deployment, by="fairlead up") as robot:
         others = OtherHosts(robot, supervisor.processes, say)
         greeting = Greeting(robot, supervisor.state_dir, say)
+        warned_s = time.monotonic()
         try:
             while True:
                 if gate_is_back.is_set():
@@ -187,6 +197,9 @@ async def _watch(
                 if detach and (is_up or others.said_missing):
                     say.detach()
                     detach = False
+                if time.monotonic() - warned_s > WARN_AGAIN_S:
+                    warned_s = time.monotonic()
+                    _warn(supervisor.deployment, say)
                 await asyncio.sleep(WATCH_S)
         finally:
             if robot.gate in supervisor.processes:
