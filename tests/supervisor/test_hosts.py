@@ -10,20 +10,11 @@ import yaml
 
 from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.errors import ConfigError, ServiceError
-from fairlead.paths import gate_binary, repo_root
+from fairlead.paths import gate_binary
 from fairlead_tools.supervisor.command_line import service_command
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
 from fairlead_tools.supervisor.this_host import choose_host
-
-COMPOSE = repo_root() / "compose"
-FILES = [COMPOSE / f"panda_mobile_two_hosts{pacing}.yaml" for pacing in ("", "_realtime")]
-HERE, ELSEWHERE = "127.0.0.1", "192.0.2.1"  # the second is reserved for documents
-
-
-def content(**changes: Any) -> dict[str, Any]:
-    """The shipped file on this machine and one elsewhere, with other top-level keys."""
-    read: dict[str, Any] = yaml.safe_load(FILES[0].read_text(encoding="utf-8"))
-    return read | {"hosts": {"robot": HERE, "gpu": ELSEWHERE}} | changes
+from tests.supervisor.two_hosts_file import COMPOSE, ELSEWHERE, FILES, HERE, content
 
 
 def problem(tmp_path: Path, changed: dict[str, Any]) -> str:

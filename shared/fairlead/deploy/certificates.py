@@ -10,6 +10,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import ipaddress
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -109,6 +110,12 @@ def every_certificate(keys: Keys) -> list[Certificate]:
         ConfigError: one cannot be read.
     """
     return [read_certificate(file) for file in sorted(certificates_dir(keys).glob(f"*/*{SUFFIX}"))]
+
+
+def trusted_mark(keys: Keys, host: str) -> str:
+    """Of whom a host believes to be the router, the same on all hosts; "" if of nobody."""
+    file = certificates_dir(keys) / host / TRUSTED["connect"]
+    return hashlib.sha256(file.read_bytes()).hexdigest()[:12] if file.is_file() else ""
 
 
 def read_certificate(file: Path) -> Certificate:

@@ -19,6 +19,7 @@ from fairlead_tools.cli.calibrate import group as calibrate_group
 from fairlead_tools.cli.certs import group as certs_group
 from fairlead_tools.cli.console import echo
 from fairlead_tools.cli.demo import demo_command, plot_command
+from fairlead_tools.cli.deploy import group as deploy_group
 from fairlead_tools.cli.emulate import group as emulate_group
 from fairlead_tools.cli.evaluate import eval_command
 from fairlead_tools.cli.goals import cancel_command, episode_command, run_command
@@ -148,6 +149,7 @@ for _group in (
     topic_group,
     acl_group,
     certs_group,
+    deploy_group,
     calibrate_group,
     bridge_group,
     emulate_group,

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from datetime import UTC, datetime
-from hashlib import sha256
 from typing import Annotated
 
 import typer
 
 from fairlead.deploy.certificates import (
-    TRUSTED,
     Certificate,
     certificates_dir,
     every_certificate,
+    trusted_mark,
 )
 from fairlead.deploy.deployment import load_deployment
 from fairlead_tools.certificates.authority import Authority, Place, certified
@@ -26,7 +25,6 @@ NamesArgument = Annotated[
 ]
 DaysOption = Annotated[int, typer.Option("--days", min=1, max=3650, help="how long they last")]
 DAYS = 365
-ROUTERS = TRUSTED["connect"]
 RESTART = "on the router's host: fairlead restart router"
 
 
@@ -82,9 +80,11 @@ def show_command(deployment: DeploymentArgument, as_json: JsonOption = False) ->
         print_json([dict(zip(("host", "name", "ends", "state"), row, strict=True)) for row in rows])
         return
     print_table(("HOST", "NAME", "ENDS", "STATE"), rows)
-    folder = certificates_dir(keys)
-    marks = {sha256(file.read_bytes()).hexdigest()[:12] for file in folder.glob(f"*/{ROUTERS}")}
-    echo(f"in {folder}; mark {', '.join(sorted(marks)) or 'none'}: the same on every host")
+    marks = {trusted_mark(keys, host) for host in loaded.hosts} - {""}
+    echo(
+        f"in {certificates_dir(keys)}; mark {', '.join(sorted(marks)) or 'none'}: the same on "
+        "every host"
+    )
 
 
 def _row(place: Place, found: Certificate | None, now: datetime) -> tuple[str, str, str, str]:

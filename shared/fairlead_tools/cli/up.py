@@ -7,13 +7,13 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
+from pathlib import Path
 from typing import IO, Annotated
 
 import typer
 
-from fairlead.deploy.access_warnings import access_warnings
 from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.deploy.hosts import ROUTER
 from fairlead.deploy.registry import Registry, running_name
@@ -22,19 +22,13 @@ from fairlead.errors import ConfigError, FairleadError, each_error, expected
 from fairlead.messages import GateState
 from fairlead.operate.connection import connect
 from fairlead.operate.robot import Robot
-from fairlead.robot.manifest import load_robot
-from fairlead.skill.admission import state_problems
-from fairlead.skill.manifest import load_skill, skill_ids
 from fairlead_tools.cli.console import echo
 from fairlead_tools.cli.greeting import Greeting, OtherHosts, Say, explain_gate, wait_router
 from fairlead_tools.cli.options import DeploymentArgument, NewStateOption, StateDirOption, example
 from fairlead_tools.cli.up_output import UpOutput
 from fairlead_tools.supervisor import ServiceEvent, Supervisor
-from fairlead_tools.supervisor.command_line import (
-    check_gate_file,
-    new_state_command,
-    service_command,
-)
+from fairlead_tools.supervisor.before_start import checks, warnings
+from fairlead_tools.supervisor.command_line import new_state_command, service_command
 from fairlead_tools.supervisor.this_host import choose_host
 
 READY_TIMEOUT_S = 120.0  # a first start compiles and caches much on a slow machine
@@ -92,7 +86,7 @@ def up_command(
         host=host,
         leave_out=_left_out(loaded, without or []),
     )
-    _check(supervisor, say)
+    _check(deployment, supervisor, say)
     try:
         asyncio.run(_run(supervisor, [one for one in order.split(",") if one], say, in_background))
     finally:
@@ -108,23 +102,11 @@ def _left_out(deployment: Deployment, names: list[str]) -> list[str]:
     return names
 
 
-def _check(supervisor: Supervisor, say: Say) -> None:
+def _check(file: Path, supervisor: Supervisor, say: Say) -> None:
     """Refuse what cannot work before anything is started; say which skills are left out."""
-    deployment = supervisor.deployment
-    _warn(deployment, say)
-    for name in supervisor.processes:
-        _ = deployment.router_endpoints if name == ROUTER else deployment.endpoints(name)
-    if deployment.only("safety") in supervisor.processes:
-        check_gate_file(deployment)
-    for runner in deployment.runners:
-        if runner in supervisor.processes:
-            for line in dropped_skills(deployment, runner):
-                say("up", line)
-
-
-def _warn(deployment: Deployment, say: Say) -> None:
-    for warning in access_warnings(deployment):
-        say("up", f"WARNING {warning}")
+    for check in checks(file, supervisor.deployment, supervisor.processes):
+        for line in check():
+            say("up", line)
 
 
 async def _run(supervisor: Supervisor, order: list[str], say: UpOutput, detach: bool) -> None:
@@ -199,7 +181,8 @@ async def _watch(
                     detach = False
                 if time.monotonic() - warned_s > WARN_AGAIN_S:
                     warned_s = time.monotonic()
-                    _warn(supervisor.deployment, say)
+                    for line in warnings(supervisor.deployment):
+                        say("up", line)
                 await asyncio.sleep(WATCH_S)
         finally:
             if robot.gate in supervisor.processes:
@@ -231,31 +214,6 @@ async def _disarm(robot: Robot, say: Say) -> None:
             await robot.disarm()
     except FairleadError as error:
         say("up", f"could not disarm before stopping: {error}")
-
-
-def dropped_skills(deployment: Deployment, runner: str) -> Iterator[str]:
-    """A line for each skill that a runner offers whose state vector nothing can fill.
-
-    Raises:
-        ConfigError: if the deployment asks by its name for such a skill, or one that does not load.
-    """
-    robot = load_robot(deployment.robot)
-    listed = deployment.services[runner].options.get("skills")
-    wanted = listed if isinstance(listed, list) else None
-    for name in skill_ids() if wanted is None else wanted:
-        try:
-            skill = load_skill(name)
-        except ConfigError:
-            if wanted is not None:
-                raise
-            continue  # the runner leaves it out, and says what is wrong with the file
-        problems = state_problems(skill.state_contract, robot)
-        if not problems or (wanted is None and robot.id not in skill.embodiments):
-            continue
-        reasons = "".join(f"\n  {problem}" for problem in problems)
-        if wanted is not None:
-            raise ConfigError(f"skill {name} cannot run on robot {robot.id}:{reasons}")
-        yield f"{runner}: skill {name} is dropped, it cannot run on robot {robot.id}:{reasons}"
 
 
 END_TIMEOUT_S = 15.0
