@@ -8,10 +8,12 @@ from contextlib import closing
 
 import msgspec
 
+from bench.equipment.bad_certificates import UNKNOWN_NAME
 from bench.faults.live_stage import LiveStage
 from bench.faults.machine_faults import NO_EFFECT, WATCHED_NS
+from bench.faults.routed_stage import CertifiedStage
 from bench.faults.row import Row, Shot
-from fairlead.errors import NoAnswerError
+from fairlead.errors import NoAnswerError, TransportError
 from fairlead.messages import (
     ActionChunk,
     GateState,
@@ -64,6 +66,24 @@ def default_peer(robot: LiveStage) -> Shot:
     return shot
 
 
+def bad_certificate(robot: CertifiedStage) -> Shot:
+    """Who shows an operator's that has ended or is revoked, another robot's, or a wrong name's."""
+    router = [robot.client.deployment.router_endpoint]
+    goal = robot.start_moving()
+    injected_ns = time.monotonic_ns()
+    linked = []
+    for kind, proof in robot.proofs.items():
+        try:
+            bus = ZenohBus(Endpoints(connect=router, mode="client", access=proof))
+        except TransportError:
+            continue
+        with closing(bus):
+            linked.append(kind)
+            _forge(robot, bus)
+    assert linked == [UNKNOWN_NAME], linked
+    return _unmoved(robot, goal, injected_ns, "no link; with a wrong name one that nothing passes")
+
+
 def _forge(robot: LiveStage, bus: ZenohBus) -> None:
     keys = robot.client.keys
     lease = msgspec.structs.replace(
@@ -105,4 +125,7 @@ ROWS = (
         None, "robot", no_right),
     Row(24, "a peer with a default configuration sends the same", "no link; no tick is held", None,
         "robot", default_peer),
+    Row(25, "who has an expired, revoked or wrong-name certificate sends the same",
+        "no link, or none that anything passes; no tick is held", None, "certified",
+        bad_certificate),
 )  # fmt: skip

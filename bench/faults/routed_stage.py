@@ -1,4 +1,4 @@
-"""The light robot with its services as clients of a router, each behind a proxy of its own."""
+"""The light robot with its services as clients of a router: behind proxies, or certified."""
 
 from __future__ import annotations
 
@@ -9,10 +9,12 @@ from typing import Any
 
 import yaml
 
+from bench.equipment.bad_certificates import make_certificates
 from bench.equipment.light_hal import LIGHT_HAL
 from bench.equipment.live_robot import wait_for
 from bench.faults.live_stage import SOURCE, Changes, LiveStage, with_skill
 from bench.faults.proxy import FaultProxy, forward
+from fairlead.deploy.credentials import forget_secrets
 from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.deploy.hosts import ROUTER
 from fairlead.deploy.registry import Registry
@@ -54,6 +56,7 @@ def routed_deployment(folder: Path, router_port: int) -> dict[str, Any]:
     content["services"]["hal"] = {**LIGHT_HAL, "host": HOST}
     content |= {"hosts": {HOST: "127.0.0.1"}, "pacing": "realtime", "id": f"routed{router_port}"}
     content["router"] = {"host": HOST, "port": router_port}
+    content["access"] = "open"  # the proxies tell one message from the next
     return content
 
 
@@ -91,3 +94,26 @@ def routed_stage(folder: Path, changes: Changes | None = None) -> Iterator[Route
         stage = RoutedStage(robot)
         stage.proxies, stage.operators_file = proxies, files[OPERATOR]
         yield stage
+
+
+class CertifiedStage(LiveStage):
+    """proofs: by kind of certificate, what a stranger proves itself with."""
+
+    proofs: dict[str, dict[str, Any]]
+
+
+@contextmanager
+def certified_stage(folder: Path) -> Iterator[CertifiedStage]:
+    """Router and services with certificates, without proxies."""
+    content = routed_deployment(folder, free_ports(1)[0]) | {"access": "closed"}
+    file = folder / "state" / "deployment.yaml"
+    scratch = Scratch(file, _write(file, content), file.parent)
+    proofs = make_certificates(scratch.deployment, HOST)
+    changes, registry = with_skill(folder, Changes()), Registry(folder / "registry")
+    try:
+        with scratch_robot(scratch, registry, command=changes.words) as robot:
+            stage = CertifiedStage(robot)
+            stage.proofs = proofs
+            yield stage
+    finally:
+        forget_secrets(scratch.deployment.keys)

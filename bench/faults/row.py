@@ -72,12 +72,3 @@ class Row:
             return self.injections
         tight = self.bound_ms is not None and self.bound_ms <= TIGHT_MS
         return INJECTIONS_TIGHT if tight else INJECTIONS
-
-
-@dataclass(frozen=True)
-class NotRun:
-    """A row that the campaign does not run, and why that is so."""
-
-    number: int
-    fault: str
-    reason: str

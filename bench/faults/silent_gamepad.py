@@ -30,8 +30,8 @@ assert LIMITS.stop_lag_s is not None
 SILENT_MS = 1e3 * (SILENCE_S + RAMP_S + LIMITS.stop_lag_s + 3 * TICK_S)
 """Silence, ramp, the arm's lag; a tick each until it is noticed, judged, and measured."""
 STILL_TICKS = 25
-LOST = "claim of teleop lost: the gate no longer grants it"
-"""Its heartbeats came too late."""
+LATE = ("claim of teleop lost: the gate no longer grants it", "(protocol state_timeout_ms)")
+"""Its heartbeats, or the arm's states, came too late."""
 
 
 class Pad:
@@ -87,10 +87,11 @@ def _driving(robot: ServoStage) -> Iterator[Pad]:
             process.send_signal(signal.SIGINT)
             assert process.wait(20.0) == 130, log.read_text()
             assert not robot.client.gate_status().claims
-        except (AssertionError, OSError):
-            if robot.others_are_busy and LOST in log.read_text():
-                raise MachineLateError(LOST) from None
-            raise
+        except (AssertionError, OSError) as error:
+            said = log.read_text()
+            if robot.others_are_busy and any(text in said for text in LATE):
+                raise MachineLateError(said.splitlines()[-1]) from None
+            raise AssertionError(f"{error}; the gamepad's command said: {said}") from error
         finally:
             process.kill()
 

@@ -15,7 +15,7 @@ from bench.faults.life_faults import order_stage, soak_stage
 from bench.faults.live_stage import Changes, live_stage
 from bench.faults.machine_stage import machine_stage
 from bench.faults.policy_stage import policy_stage
-from bench.faults.routed_stage import routed_stage
+from bench.faults.routed_stage import certified_stage, routed_stage
 from bench.faults.servo_stage import servo_stage
 
 STAGES: Mapping[str, Callable[[Path], AbstractContextManager[Any]]] = {
@@ -30,6 +30,7 @@ STAGES: Mapping[str, Callable[[Path], AbstractContextManager[Any]]] = {
     "faulty": faulty_stage,
     "seeing": seeing_stage,
     "routed": routed_stage,
+    "certified": certified_stage,
     "servos": servo_stage,
     "policy": policy_stage,
 }

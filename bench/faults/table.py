@@ -18,10 +18,7 @@ from bench.faults import (
     stop_faults,
     teleop_faults,
 )
-from bench.faults.explained import NOT_RUN
 from bench.faults.row import Row
-
-__all__ = ["NOT_RUN", "ROWS"]
 
 _FAMILIES = (
     creeping_faults,

@@ -9,7 +9,8 @@ working directory upwards, then inside this package, then from this package upwa
 editable install, whose package lies in its checkout). What belongs to the user lies outside
 of it: skills in ``FAIRLEAD_SKILLS``, robots in ``FAIRLEAD_ROBOTS`` and calibrations in
 ``FAIRLEAD_CALIBRATIONS``, else in the user's data folder. What runs keeps its state in
-``FAIRLEAD_STATE`` and its passwords in ``FAIRLEAD_ACCESS``, else in the user's state folder.
+``FAIRLEAD_STATE``, passwords and certificates in ``FAIRLEAD_ACCESS``, else in the user's state
+folder.
 Other installed packages may have ``robots/``, ``rskills/`` and ``compose/`` too, in a folder
 that they register in ``fairlead.data``.
 
@@ -89,7 +90,7 @@ def user_state_dir() -> Path:
 
 
 def user_access_dir() -> Path:
-    """Where the passwords of deployments are."""
+    """Where passwords and certificates of deployments are."""
     override = os.environ.get(ACCESS_VARIABLE)
     return Path(override).absolute() if override else user_state_dir() / "access"
 

@@ -19,6 +19,7 @@ from fairlead.deploy.router_watch import open_with_logging, refuse_duplicate_ser
 from fairlead.deploy.stop_signals import StopSignals, ignore_further_signals
 from fairlead.errors import FairleadError, each_error
 from fairlead.log_stamp import stamped
+from fairlead.wire.lingering import forbid_lingering
 from fairlead.wire.on_loop import QueryTasks
 from fairlead.wire.printable import LineFormatter
 from fairlead.wire.session import ZenohBus
@@ -96,6 +97,7 @@ async def _serve(who: str, arguments: argparse.Namespace, body: Body) -> int:
                 token = deployment.keys.alive(arguments.service)
                 await refuse_duplicate_service(arguments.service, bus, token)
                 tasks.create_task(watch_router(bus, deployment.router_endpoint, log))
+                tasks.create_task(forbid_lingering(deployment.router.port))
             context = ServiceContext(
                 name=arguments.service,
                 deployment=deployment,

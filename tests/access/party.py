@@ -2,7 +2,9 @@
 
 ``python -m tests.access.party DEPLOYMENT NAME`` is a live process of a deployment: its session is
 the one that a service or tool of that name opens. It prints ``ready``, acts or rests as the lines
-say that it reads, and prints what it gets.
+say that it reads, and prints what it gets. ``python -m tests.access.party FILE`` has many sessions
+that keep to no rule: the file has their keys and, by name, their configurations; a line names who
+acts or rests.
 """
 
 from __future__ import annotations
@@ -99,6 +101,11 @@ class Party:
                 consolidation=zenoh.ConsolidationMode.NONE,
             )
 
+    def count(self) -> None:
+        """Tell of each link that there is."""
+        for other in self.neighbours:
+            self._told(Passed(str(other), self.name, "link", ""))
+
     @property
     def neighbours(self) -> list[object]:
         """Ids of those that there is a link with."""
@@ -145,22 +152,37 @@ def endpoints_of(deployment: Deployment, name: str) -> Endpoints:
     return deployment.tool_endpoints(name)
 
 
-def main(file: str, name: str) -> None:
+def honest(file: str, name: str) -> dict[str, Party]:
+    """The session of a service or tool."""
     deployment = load_deployment(Path(file))
     parties = deployment.parties
     keys = every_key(parties)
     families = {one.family for one in rights(parties)}
-    party = Party(
-        name,
-        endpoints_of(deployment, name).config(),
-        keys,
-        ["**", *sorted(families | set(keys))],
-        lambda passed: _print(json.dumps(passed)),
-    )
+    config = endpoints_of(deployment, name).config()
+    return {"": Party(name, config, keys, ["**", *sorted(families | set(keys))], _tell)}
+
+
+def lawless(file: str) -> dict[str, Party]:
+    """Sessions that keep to no rule."""
+    content = json.loads(Path(file).read_text(encoding="utf-8"))
+    keys = content["keys"]
+    return {name: Party(name, one, keys, keys, _tell) for name, one in content["configs"].items()}
+
+
+def main(*arguments: str) -> None:
+    found = honest(*arguments) if len(arguments) == 2 else lawless(*arguments)
     _print("ready")
     for line in sys.stdin:
-        (party.act if line == "act\n" else party.rest)()
-    party.close()
+        word, _, name = line.strip().partition(" ")
+        {"act": found[name].act, "rest": found[name].rest, "count": found[name].count}[word]()
+        if word == "rest":
+            _print("rested")
+    for party in found.values():
+        party.close()
+
+
+def _tell(passed: Passed) -> None:
+    _print(json.dumps(passed))
 
 
 def _print(line: str) -> None:

@@ -2,11 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import subprocess
-import sys
-import threading
-import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass, field
@@ -18,86 +13,8 @@ from bench.equipment.live_robot import wait_for
 from fairlead.deploy.access import Parties, rights
 from fairlead.deploy.deployment import Deployment
 from fairlead.wire.endpoints import Endpoints
+from tests.access.live_party import WAIT_S, Found, LiveParty
 from tests.access.party import Party, Passed, every_key, wildcards
-
-QUIET_S = 0.3
-"""So long nothing came any more: what has not come by then does not come."""
-WAIT_S = 60.0
-LOST_S = 10.0
-"""What was expected and has not come by then is lost."""
-
-
-class Found:
-    """What came through, from every process."""
-
-    def __init__(self) -> None:
-        self._passed: set[Passed] = set()
-        self._changed_s = time.monotonic()
-        self._lock = threading.Lock()
-
-    def add(self, passed: Passed) -> None:
-        with self._lock:
-            if passed not in self._passed:
-                self._passed.add(passed)
-                self._changed_s = time.monotonic()
-
-    def settled(self, expected: Iterable[Passed], sender_of: Callable[[str], str]) -> set[Passed]:
-        """What came until all that was expected has, or long enough; then all is forgotten.
-
-        Args:
-            sender_of: who declared a token that somebody sees.
-        """
-        wanted, began_s = set(expected), time.monotonic()
-
-        def seen() -> set[Passed]:
-            with self._lock:
-                named = {p._replace(sender=p.sender or sender_of(p.receiver)) for p in self._passed}
-            return {p for p in named if p.sender != p.receiver}  # one sees its own tokens, too
-
-        def is_over() -> bool:
-            now_s = time.monotonic()
-            quiet = now_s - max(self._changed_s, began_s) > QUIET_S
-            return quiet and (wanted <= seen() or now_s - began_s > LOST_S)
-
-        wait_for(is_over, "it settles", 2 * WAIT_S)
-        passed = seen()
-        with self._lock:
-            self._passed.clear()
-        return passed
-
-
-class LiveParty:
-    """A process of its own: `tests.access.party`."""
-
-    def __init__(self, file: Path, name: str, found: Found) -> None:
-        self.name = name
-        self.process = subprocess.Popen(
-            [sys.executable, "-m", "tests.access.party", str(file), name],
-            stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, bufsize=1,
-        )  # fmt: skip
-        self._ready = threading.Event()
-        self._reader = threading.Thread(target=self._read, args=(found,))
-        self._reader.start()
-
-    def _read(self, found: Found) -> None:
-        assert self.process.stdout is not None
-        for line in self.process.stdout:
-            if line == "ready\n":
-                self._ready.set()
-            elif line.startswith("["):
-                found.add(Passed(*json.loads(line)))
-
-    def wait_ready(self) -> None:
-        assert self._ready.wait(WAIT_S), f"{self.name} was not ready"
-
-    def say(self, word: str) -> None:
-        assert self.process.stdin is not None
-        self.process.stdin.write(f"{word}\n")
-
-    def close(self) -> None:
-        self.process.kill()
-        self._reader.join(WAIT_S)
-        self.process.communicate(timeout=WAIT_S)
 
 
 def allowed(parties: Parties, sender: str, receiver: str) -> Iterator[Passed]:
@@ -162,7 +79,7 @@ class Walker:
         """Every party as a process."""
         with ExitStack() as stack:
             for name in self.parties.names:
-                live = LiveParty(self._file, name, self._found)
+                live = LiveParty([str(self._file), name], self._found)
                 self._live[name] = stack.enter_context(closing(live))
             for one in self._live.values():
                 one.wait_ready()

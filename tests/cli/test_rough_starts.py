@@ -84,7 +84,8 @@ def test_a_deployment_with_two_runners_starts(start_up: Callable[..., Up], tmp_p
 def two_hosts(tmp_path: Path) -> Path:
     """A deployment whose other host, with the router, is not there."""
     content = yaml.safe_load((COMPOSE / "panda_mobile_two_hosts.yaml").read_text(encoding="utf-8"))
-    content |= {"id": f"w{os.getpid()}", "hosts": {"robot": "127.0.0.2", "gpu": "127.0.0.1"}}
+    content |= {"hosts": {"robot": "127.0.0.2", "gpu": "127.0.0.1"}}
+    content |= {"id": f"w{os.getpid()}", "access": "open"}
     content["router"]["port"] = free_ports(1)[0]
     file = tmp_path / "two_hosts.yaml"
     file.write_text(yaml.safe_dump(content, sort_keys=False), encoding="utf-8")

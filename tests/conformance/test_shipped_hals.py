@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import ExitStack
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +31,8 @@ PATIENT_S = 2.0
 """On a busy machine the robot on the other side may be late."""
 TIMING = {"tick rate", "jitter"}
 """On a busy machine anybody's ticks may come late."""
+FAILS = {"hal_sim": {"joint limits under cartesian rows arm cartesian_delta"}}
+"""Without its option joint_speed_guard, as docs/hal.md says."""
 NO_TOOL = {"command frame", "tool gain", "joint limits under cartesian rows"}
 NO_BASE, NO_GRIPPER = {"base command frame"}, {"gripper way"}
 GUARD = ("forged rows", "forged leases")
@@ -71,6 +75,8 @@ def found(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, HalChe
             "hal_kinematic": Wanted("panda", {"run": "hal_kinematic"}),
             "minimal_hal": Wanted("panda", {"command": ["python", str(EXAMPLE)]}),
         }
+        for name, one in wanted.items():
+            wanted[name] = replace(one, expected=partial(keeps_the_contract, name))
         yield check_all(folder, wanted, AT_ONCE)
 
 
@@ -85,12 +91,15 @@ def _ros(ends: ExitStack, folder: Path) -> dict[str, Any]:
     return panda_options(endpoint) | {"stale_after_s": PATIENT_S}
 
 
+def keeps_the_contract(name: str, found: HalCheck) -> bool:
+    return rows_of(found, "fail").keys() <= TIMING | FAILS.get(name, set())
+
+
 @pytest.mark.parametrize("name", NOT_CHECKED)
 def test_a_hal_that_ships_keeps_the_contract(found: dict[str, HalCheck], name: str) -> None:
     failed = rows_of(found[name], "fail")
-    if name == "hal_sim":  # as docs/hal.md says, without its option joint_speed_guard
-        assert failed.pop("joint limits under cartesian rows arm cartesian_delta")
-    assert {key: got for key, got in failed.items() if key not in TIMING} == {}
+    assert keeps_the_contract(name, found[name]), failed
+    assert failed.keys() >= FAILS.get(name, set())
 
 
 @pytest.mark.parametrize("name", NOT_CHECKED)

@@ -72,7 +72,7 @@ def router(folder: Path, port: int) -> Iterator[None]:
     """``fairlead router``, once it listens."""
     content = yaml.safe_load(TWO_HOSTS.read_text(encoding="utf-8"))
     content["id"] = f"links{os.getpid()}"
-    content["hosts"] = {"robot": "127.0.0.1", "gpu": "127.0.0.2"}
+    content |= {"hosts": {"robot": "127.0.0.1", "gpu": "127.0.0.2"}, "access": "open"}
     content["router"]["port"] = port
     file = folder / "deployment.yaml"
     file.write_text(yaml.safe_dump(content), encoding="utf-8")

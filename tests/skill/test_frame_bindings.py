@@ -11,7 +11,7 @@ from fairlead.paths import SKILLS_VARIABLE, repo_root, rskill_dir
 from fairlead.robot.manifest import load_robot
 from fairlead.skill.admission import state_problems
 from fairlead.skill.manifest import load_skill
-from fairlead_tools.cli.up import dropped_skills
+from fairlead_tools.supervisor.before_start import dropped_skills
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
 from tests.cli.command import fairlead_here as fairlead
 

@@ -10,20 +10,11 @@ import yaml
 
 from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.errors import ConfigError, ServiceError
-from fairlead.paths import gate_binary, repo_root
+from fairlead.paths import gate_binary
 from fairlead_tools.supervisor.command_line import service_command
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
 from fairlead_tools.supervisor.this_host import choose_host
-
-COMPOSE = repo_root() / "compose"
-FILES = [COMPOSE / f"panda_mobile_two_hosts{pacing}.yaml" for pacing in ("", "_realtime")]
-HERE, ELSEWHERE = "127.0.0.1", "192.0.2.1"  # the second is reserved for documents
-
-
-def content(**changes: Any) -> dict[str, Any]:
-    """The shipped file on this machine and one elsewhere, with other top-level keys."""
-    read: dict[str, Any] = yaml.safe_load(FILES[0].read_text(encoding="utf-8"))
-    return read | {"hosts": {"robot": HERE, "gpu": ELSEWHERE}} | changes
+from tests.supervisor.two_hosts_file import COMPOSE, ELSEWHERE, FILES, HERE, content
 
 
 def problem(tmp_path: Path, changed: dict[str, Any]) -> str:
@@ -45,7 +36,7 @@ def test_shipped_files_place_the_policy_on_the_gpu_host(file: Path) -> None:
 
 
 def test_services_and_tools_are_clients_of_the_router_alone() -> None:
-    deployment = Deployment.model_validate(content())
+    deployment = Deployment.model_validate(content(access="open"))
     for endpoints in (deployment.endpoints("runner"), deployment.tool_endpoints()):
         assert (endpoints.mode, endpoints.listen) == ("client", ())
         assert list(endpoints.connect) == ["tcp/127.0.0.1:7500"]
@@ -56,7 +47,8 @@ def test_services_and_tools_are_clients_of_the_router_alone() -> None:
 
 
 def test_an_ipv6_address_gets_its_brackets() -> None:
-    deployment = Deployment.model_validate(content(hosts={"robot": "fd00::1", "gpu": ELSEWHERE}))
+    hosts = {"robot": "fd00::1", "gpu": ELSEWHERE}
+    deployment = Deployment.model_validate(content(hosts=hosts, access="open"))
     assert deployment.router_endpoint == "tcp/[fd00::1]:7500"
 
 
@@ -92,6 +84,10 @@ MISTAKES: dict[str, tuple[dict[str, Any], str]] = {
     "a router on no host": (
         content(router={"host": "pi", "port": 7500}),
         "router.host: expected a host, got 'pi' (valid: robot, gpu)",
+    ),
+    "a router that no certificate fits": (
+        content(hosts={"robot": "fd00::1", "gpu": ELSEWHERE}),
+        "hosts.robot: expected a name or an IPv4 address, got fd00::1: Zenoh cannot hold a",
     ),
     "an address that is everybody's": (
         content(hosts={"robot": "0.0.0.0", "gpu": ELSEWHERE}),  # noqa: S104 - that is the point

@@ -28,7 +28,7 @@ from fairlead.paths import repo_root
 from fairlead_skill_runner.trace import read_trace
 from fairlead_tools.parity.comparison import compare
 from fairlead_tools.parity.deployed_episode import deployed_episodes, read_episode
-from tests.system.two_hosts import SKILL, TwoHosts, two_hosts
+from tests.system.two_hosts import RUN, SKILL, TwoHosts, two_hosts
 from tests.system.two_networks import TwoNetworks, two_networks
 
 pytestmark = [pytest.mark.processes, pytest.mark.simulator, pytest.mark.timeout(300)]
@@ -67,9 +67,12 @@ def test_the_demo_across_two_hosts_packs_the_same_actions_as_on_one(
         ONE_HOST, GoalOptions(SKILL, deadline_ticks=1200), [SEED], tmp_path / "one", lambda _: None
     )
     with two_hosts(network, tmp_path / "two", "lockstep") as hosts:
+        assert f"fairlead run {SKILL}" == RUN
         result = hosts.ask("gpu", "run", SKILL, "--seed", str(SEED))["result"]
         for host in ("gpu", "robot"):
-            assert hosts.ask(host, "status")["alive"] == [
+            status = hosts.ask(host, "status")
+            assert (status["access"], status["warnings"]) == ("closed", [])
+            assert status["alive"] == [
                 "hal", "runner", "safety", "state_assembler",
             ]  # fmt: skip
         for host in ("gpu", "robot"):

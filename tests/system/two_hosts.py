@@ -1,9 +1,11 @@
-"""A deployment on two hosts, run as its users do: ``fairlead up --host`` on each, and tools."""
+"""A deployment on two hosts, run as its users do, by the commands of docs/hosts.md on each."""
 
 from __future__ import annotations
 
 import json
 import os
+import re
+import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -15,11 +17,19 @@ import yaml
 
 from bench.equipment.live_robot import wait_for
 from bench.equipment.motion_log import MotionLog
-from fairlead.paths import repo_root
+from fairlead.paths import ACCESS_VARIABLE, STATE_VARIABLE, repo_root
 from fairlead_tools.supervisor.this_host import free_ports
 from tests.system.two_networks import HOSTS, TwoNetworks
 
 SOURCE = repo_root() / "compose" / "panda_mobile_two_hosts.yaml"
+GUIDE = (repo_root() / "docs" / "hosts.md").read_text(encoding="utf-8")
+MAKE, COPY, *UPS, RUN = (
+    line.strip()
+    for block in re.findall(r"```sh\n(.*?)```", GUIDE.partition("\n## Two hosts")[2], re.S)
+    for line in block.splitlines()
+    if line.strip()
+)
+"""What a person types: on the robot's host, on the GPU host, on either."""
 SKILL = "oracle-counter-to-cabinet"
 COMMAND_S = 120.0
 END_S = 20.0
@@ -45,7 +55,19 @@ class TwoHosts:
             self._file(host).parent.mkdir(parents=True)
             self._file(host).write_text(yaml.safe_dump(content, sort_keys=False), encoding="utf-8")
         self._ups: dict[str, subprocess.Popen[bytes]] = {}
+        self._copy_certificates(self._typed("robot", MAKE))
         self.motion = MotionLog(self.state_of("robot", "hal"))
+
+    def _copy_certificates(self, printed: str) -> None:
+        """Do what the guide and ``certs new`` say, between two folders of this machine."""
+        here, there = (
+            self._folder / host / "state" / "access" / self._id / "certificates" / "gpu"
+            for host in HOSTS
+        )
+        shown = COPY.replace("192.168.1.20", self.network.addresses["gpu"])
+        shown = re.sub(r"(~/)?\.local/state/fairlead/access/panda_mobile/\S+", f"{here}/", shown)
+        assert f"  {shown}\n" in printed
+        shutil.copytree(here, there)
 
     def state_of(self, host: str, service: str) -> Path:
         """A service's own state folder."""
@@ -59,9 +81,10 @@ class TwoHosts:
 
     def up(self, host: str) -> None:
         """Start a host."""
+        [line] = [line for line in UPS if line.endswith(f"--host {host}")]
         with (self._folder / host / "up.log").open("wb") as log:
             self._ups[host] = subprocess.Popen(
-                self._words(host, "up", str(self._file(host)), "--host", host),
+                self._words(host, *self._arguments(host, line)),
                 env=self._environment(host),
                 stdout=log,
                 stderr=subprocess.STDOUT,
@@ -116,6 +139,16 @@ class TwoHosts:
         assert process.returncode == 0, f"{arguments} on {host}: {out}\n{err}"
         return out
 
+    def _typed(self, host: str, line: str) -> str:
+        """Run a line of the guide on a host; what it printed."""
+        return self.tell(host, *self._arguments(host, line))
+
+    def _arguments(self, host: str, line: str) -> list[str]:
+        """What stands behind ``fairlead`` in a line of the guide, with the file of this test."""
+        program, *words = line.split()
+        assert program == "fairlead", line
+        return [str(self._file(host)) if word == f"./{SOURCE.name}" else word for word in words]
+
     def pid(self, host: str, service: str) -> int:
         """Process number of a service, from ``fairlead ps`` there."""
         (entry,) = self.ask(host, "ps")
@@ -125,8 +158,9 @@ class TwoHosts:
         return [*self.network.on(host), sys.executable, "-m", "fairlead_tools.cli.main", *arguments]
 
     def _environment(self, host: str) -> dict[str, str]:
-        state = {"FAIRLEAD_STATE": str(self._folder / host / "state")}
-        return os.environ | state | {"COLUMNS": "200", "TERM": "dumb", "NO_COLOR": "1"}
+        state = self._folder / host / "state"
+        own = {STATE_VARIABLE: str(state), ACCESS_VARIABLE: str(state / "access")}
+        return os.environ | own | {"COLUMNS": "200", "TERM": "dumb", "NO_COLOR": "1"}
 
     def _file(self, host: str) -> Path:
         return self._folder / host / "deployment.yaml"

@@ -1,14 +1,15 @@
 """Who may write and read what: the one table, and what of it each session enforces.
 
-Every service and tool has a name. It proves it, by its password, to those it dials; a service
-that is dialled is known by its session's id. Each session lets through, in both directions, what
-`TABLE` gives to both ends of a link, and nothing else.
+Every service and tool has a name. On one host it proves it, by its password, to those it dials; a
+service that is dialled is known by its session's id. Each session lets through, in both directions,
+what `TABLE` gives to both ends of a link, and nothing else. `fairlead.deploy.routed_access` has
+what a router and its clients let through.
 """
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -78,7 +79,7 @@ TABLE = (
     Row("skill/*/feedback", "published", ("runner",), ("operator",), own=True),
     Row("skill/*/feedback", "query", ("operator",), ("runner",), own=True),
     Row("skill/*/heartbeat", "published", ASKERS, HEARERS, own=True),
-    Row("alive/*", "token", SERVICES, ("operator",), own=True),
+    Row("alive/*", "token", SERVICES, ALL, own=True),
     Row("want/layout/*", "token", ASKERS, ("state_assembler",)),
 )  # fmt: skip
 
@@ -179,14 +180,18 @@ class Grant:
     but: Sequence[str] = ()
 
 
-def grants(parties: Parties) -> Iterator[Grant]:
-    """Everything that anybody may send to anybody else."""
+def grants(parties: Parties, namesakes: bool = False) -> Iterator[Grant]:
+    """Everything that anybody may send to anybody else.
+
+    Args:
+        namesakes: also to another process of the same name: two tools, a HAL that starts twice.
+    """
     for one in rights(parties):
         forth, back = _MESSAGES[one.kind]
         answered = one.key if one.kind == "query" else one.family
         for writer in one.write:
             for reader in one.read:
-                if writer != reader:
+                if namesakes or writer != reader:
                     yield Grant(writer, reader, forth, one.key, one.but)
                     yield Grant(reader, writer, back, answered)
 
@@ -215,19 +220,15 @@ def session_access(parties: Parties, own: str, secrets: Secrets, listens: bool) 
     It has a password in it: it goes into no log and on no command line.
     """
     every = list(grants(parties))
-    rules: list[dict[str, Any]] = []
-    policies, subjects = [], []
+    subjects: list[tuple[dict[str, Any], list[dict[str, Any]]]] = []
     for other in parties.names:
-        both = [*_rules(every, own, other, "egress"), *_rules(every, other, own, "ingress")]
-        if not both:
-            continue
-        named = [{"id": f"{other} {number}", **rule} for number, rule in enumerate(both)]
-        rules += named
-        policies.append({"subjects": [other], "rules": [rule["id"] for rule in named]})
+        sent = [one for one in every if (one.sender, one.receiver) == (own, other)]
+        got = [one for one in every if (one.sender, one.receiver) == (other, own)]
         if parties.dials(own, other):
-            subjects.append({"id": other, "zids": [secrets.session_id(other)]})
+            subject = {"id": other, "zids": [secrets.session_id(other)]}
         else:
-            subjects.append({"id": other, "usernames": [other]})
+            subject = {"id": other, "usernames": [other]}
+        subjects.append((subject, [*rules(sent, "egress"), *rules(got, "ingress")]))
     proof = {
         "user": own,
         "password": secrets.passwords[own],
@@ -235,31 +236,48 @@ def session_access(parties: Parties, own: str, secrets: Secrets, listens: bool) 
     }
     access: dict[str, Any] = {
         "transport": {"auth": {"usrpwd": proof}},
-        "access_control": {
-            "enabled": True,
-            "default_permission": "deny",
-            "rules": rules,
-            "subjects": subjects,
-            "policies": policies,
-        },
+        "access_control": access_control(subjects),
     }
     return access | ({"id": secrets.session_id(own)} if listens else {})
 
 
-def _rules(
-    every: Sequence[Grant], sender: str, receiver: str, flow: str
-) -> Iterator[dict[str, Any]]:
-    """What passes from one party to another, as Zenoh's rules of one end of their link."""
+def access_control(
+    subjects: Iterable[tuple[Mapping[str, Any], Sequence[Mapping[str, Any]]]],
+) -> dict[str, Any]:
+    """A part of a Zenoh configuration: what passes to and from those it names, and nothing else.
+
+    Args:
+        subjects: each with its rules; one without any gets nothing.
+    """
+    control: dict[str, Any] = {
+        "enabled": True,
+        "default_permission": "deny",
+        "rules": [],
+        "subjects": [],
+        "policies": [],
+    }
+    for subject, theirs in subjects:
+        if not theirs:
+            continue
+        name = subject["id"]
+        named = [{"id": f"{name} {number}", **rule} for number, rule in enumerate(theirs)]
+        control["rules"] += named
+        control["subjects"].append(subject)
+        control["policies"].append({"subjects": [name], "rules": [rule["id"] for rule in named]})
+    return control
+
+
+def rules(those: Iterable[Grant], flow: Literal["egress", "ingress"]) -> Iterator[dict[str, Any]]:
+    """What may pass, as Zenoh's rules of one end of a link."""
     keys: dict[tuple[str, tuple[str, ...]], list[str]] = {}
-    for grant in every:
-        if (grant.sender, grant.receiver) == (sender, receiver):
-            keys.setdefault(("allow", grant.messages), []).append(grant.key)
-            keys.setdefault(("deny", grant.messages), []).extend(grant.but)
-    for (permission, messages), those in keys.items():
-        if those:
+    for grant in those:
+        keys.setdefault(("allow", grant.messages), []).append(grant.key)
+        keys.setdefault(("deny", grant.messages), []).extend(grant.but)
+    for (permission, messages), found in keys.items():
+        if found:
             yield {
                 "permission": permission,
                 "messages": list(messages),
                 "flows": [flow],
-                "key_exprs": those,
+                "key_exprs": list(dict.fromkeys(found)),
             }

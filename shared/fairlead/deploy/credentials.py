@@ -2,8 +2,10 @@
 
 ``$FAIRLEAD_ACCESS`` (default ``access`` in the user's state folder) has for each deployment
 
-    <id>/passwords         a line ``name:password`` for each party
+    <id>/passwords         a line ``name:password`` for each party, if there is no router
     <id>/<service>.json    what a service that is not in Python needs for its session
+
+and what `fairlead.deploy.certificates` lists.
 """
 
 from __future__ import annotations
@@ -31,11 +33,13 @@ def find_secrets(keys: Keys, names: Sequence[str]) -> Secrets:
     Raises:
         ConfigError: others could read or have written them, or they cannot be read or written.
     """
-    folder = _folder(keys)
+    folder = access_dir(keys)
     file = folder / PASSWORDS
     try:
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-        _check_private(folder)
+        if not file.exists():  # whoever copies certificates to it makes it as others' folders are
+            folder.chmod(0o700)
+        check_private(folder, "correct it")
         with (folder / "lock").open("w") as lock:
             fcntl.flock(lock, fcntl.LOCK_EX)
             known = _read(file) if file.exists() else {}
@@ -43,7 +47,7 @@ def find_secrets(keys: Keys, names: Sequence[str]) -> Secrets:
             if missing:
                 known |= {name: secrets.token_hex(32) for name in missing}
                 lines = "".join(f"{name}:{password}\n" for name, password in known.items())
-                _write(file, lines)
+                write_private(file, lines)
     except OSError as error:
         raise ConfigError(
             f"access: {error.filename or folder}: cannot be read or made: {error.strerror}; "
@@ -54,23 +58,25 @@ def find_secrets(keys: Keys, names: Sequence[str]) -> Secrets:
 
 def write_session(keys: Keys, service: str, access: Mapping[str, Any]) -> Path:
     """Put what a session needs into a file that only this user can read; which."""
-    file = _folder(keys) / f"{service}.json"
-    _write(file, json.dumps(dict(access)))
+    file = access_dir(keys) / f"{service}.json"
+    file.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+    write_private(file, json.dumps(dict(access)))
     return file
 
 
 def forget_secrets(keys: Keys) -> None:
     """Remove what there is of a deployment that has ended for good."""
-    shutil.rmtree(_folder(keys), ignore_errors=True)
+    shutil.rmtree(access_dir(keys), ignore_errors=True)
 
 
-def _folder(keys: Keys) -> Path:
+def access_dir(keys: Keys) -> Path:
+    """Where passwords and certificates of a deployment are; it need not exist yet."""
     name = keys.robot if keys.namespace == "fl" else f"{keys.robot}@{keys.namespace}"
     return user_access_dir() / name
 
 
 def _read(file: Path) -> dict[str, str]:
-    _check_private(file)
+    check_private(file, _MADE_ANEW)
     lines = file.read_text(encoding="utf-8").splitlines()
     found = dict(line.split(":", 1) for line in lines if ":" in line)
     if len(found) != len(lines) or not all(len(one) >= 32 for one in found.values()):
@@ -81,8 +87,8 @@ def _read(file: Path) -> dict[str, str]:
     return found
 
 
-def _write(file: Path, text: str) -> None:
-    """So that readers see the old text or the new, and nobody else either."""
+def write_private(file: Path, text: str) -> None:
+    """Write what only this user may read; readers see the old text or the new."""
     draft = file.with_name(f".{file.name}.{os.getpid()}")
     draft.unlink(missing_ok=True)
     with os.fdopen(os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w") as out:
@@ -90,12 +96,19 @@ def _write(file: Path, text: str) -> None:
     draft.replace(file)
 
 
-def _check_private(path: Path) -> None:
+_MADE_ANEW = "correct it, or delete it: it is made anew when the deployment is started again"
+
+
+def check_private(path: Path, remedy: str) -> None:
+    """Make sure that nobody else could have read or written a file or folder.
+
+    Raises:
+        ConfigError: somebody could; ``remedy`` says what to do.
+    """
     status = path.stat()
     if status.st_uid != os.geteuid() or status.st_mode & 0o077:
         mode = 0o700 if path.is_dir() else 0o600
         raise ConfigError(
             f"access: {path}: expected mode {mode:o} of this user (uid {os.geteuid()}), got "
-            f"{status.st_mode & 0o777:o} of uid {status.st_uid}; correct it, or delete it: it is "
-            "made anew when the deployment is started again"
+            f"{status.st_mode & 0o777:o} of uid {status.st_uid}; {remedy}"
         )

@@ -17,6 +17,7 @@ from pydantic import (
 from fairlead.deploy.access import DIAL_ORDER, OPERATOR, Parties, Role, session_access
 from fairlead.deploy.credentials import find_secrets
 from fairlead.deploy.hosts import ROUTER, RouterSpec, endpoint_of, host_problems
+from fairlead.deploy.routed_access import client_access, router_access
 from fairlead.deploy.service_spec import EXTERNAL, OWN_SERVICES, ServiceSpec
 from fairlead.errors import ConfigError, expected
 from fairlead.keys import Keys, check_name
@@ -78,11 +79,9 @@ class Deployment(BaseModel):
                 f"localiser: {self.localiser!r} is a service of this file; a localiser is a "
                 "process of your own, with a name of its own"
             )
-        if OPERATOR in (*self.services, self.localiser):
-            problems.append(f"{OPERATOR}: tools have this name; give the process another one")
-        asked_closed = self.access == "closed" and "access" in self.model_fields_set
-        if self.router is not None and asked_closed:
-            problems.append("access: closed: not with a router yet; leave it out")
+        for name, owner in ((OPERATOR, "tools have"), (ROUTER, "the router itself has")):
+            if name in (*self.services, self.localiser):
+                problems.append(f"{name}: {owner} this name; give the process another one")
         if problems:
             raise ValueError("\n  ".join(problems))
         return self
@@ -100,9 +99,7 @@ class Deployment(BaseModel):
         if not self.hosts or self.router is None:
             missing = "hosts" if not self.hosts else "router"
             return [f"{missing}: missing; hosts and router go together"]
-        problems = host_problems(self.hosts)
-        if self.router.host not in self.hosts:
-            problems.append(expected("router.host", "a host", repr(self.router.host), self.hosts))
+        problems = host_problems(self.hosts, self.router, not self.open_access)
         for name, spec in self.services.items():
             if spec.host not in self.hosts:
                 got = repr(spec.host) if spec.host else "none"
@@ -111,8 +108,6 @@ class Deployment(BaseModel):
                 problems.append(
                     f"services.{name}.listen: clients of a router listen nowhere; leave it out"
                 )
-        if ROUTER in self.services:
-            problems.append(f"services.{ROUTER}: the router itself has this name")
         return problems
 
     @property
@@ -122,11 +117,10 @@ class Deployment(BaseModel):
 
     @property
     def open_access(self) -> str:
-        """A warning where whoever reaches a port may do anything, and why; else ""."""
-        if self.router is None and self.access == "closed":
+        """A warning where whoever reaches a port may do anything; else ""."""
+        if self.access == "closed":
             return ""
-        why = "between hosts there are no certificates yet" if self.router else "as its file says"
-        return f"access is open, {why}: whoever reaches a port may move the robot"
+        return "access is open, as its file says: whoever reaches a port may move the robot"
 
     @property
     def parties(self) -> Parties:
@@ -137,18 +131,30 @@ class Deployment(BaseModel):
         services = {name: roles[name] for name in ordered}
         return Parties(self.keys, services, others | {OPERATOR: "operator"})
 
+    @property
+    def certified(self) -> list[tuple[str, str]]:
+        """Host and name of everybody who has a certificate: whoever is on no host, on each."""
+        if self.router is None or self.open_access:
+            return []
+        return [
+            (self.router.host, ROUTER),
+            *((spec.host, name) for name, spec in self.services.items()),
+            *((host, name) for host in self.hosts for name in self.parties.others),
+        ]
+
     def endpoints(self, service: str) -> Endpoints:
         """Endpoints of one named service.
 
         Raises:
-            ConfigError: there is no such service; this user's passwords cannot be read or made.
+            ConfigError: there is no such service; its password cannot be read or made; it has no
+                certificate that can be used.
         """
         spec = self.services.get(service)
         if spec is None:
             valid = ", ".join(self.services)
             raise ConfigError(f"deployment: no service {service!r} (valid: {valid})")
         if self.router is not None:
-            return self.tool_endpoints()
+            return self.tool_endpoints(service)
         before = [self.services[name].listen for name in self.parties.before(service)]
         return Endpoints(
             listen=[spec.listen], connect=before, access=self._access(service, listens=True)
@@ -161,11 +167,15 @@ class Deployment(BaseModel):
             party: who it is: a tool, the localiser, or a service in whose place it stands.
 
         Raises:
-            ConfigError: there is no such party; this user's passwords cannot be read or made.
+            ConfigError: there is no such party; its password cannot be read or made; it has no
+                certificate that can be used.
         """
         if self.router is not None:
             return Endpoints(
-                connect=[self.router_endpoint], mode="client", router_host=self.router.host
+                connect=[self.router_endpoint],
+                mode="client",
+                router_host=self.router.host,
+                access=self._access(party, listens=False),
             )
         others = [spec.listen for name, spec in self.services.items() if name != party]
         return Endpoints(connect=others, access=self._access(party, listens=False))
@@ -176,6 +186,9 @@ class Deployment(BaseModel):
         parties = self.parties
         if party not in parties.names:
             raise ConfigError(expected(f"deployment {self.id}", "a party", party, parties.names))
+        if self.router is not None:
+            hosts = [host for host, name in self.certified if name == party]
+            return client_access(parties, party, hosts)
         secrets = find_secrets(self.keys, parties.names)
         return session_access(parties, party, secrets, listens)
 
@@ -186,9 +199,28 @@ class Deployment(BaseModel):
         Raises:
             ConfigError: if the deployment has no router.
         """
+        router, protocol = self._router(), "tcp" if self.open_access else "tls"
+        return endpoint_of(protocol, self.hosts[router.host], router.port)
+
+    @property
+    def router_endpoints(self) -> Endpoints:
+        """The router's own.
+
+        Raises:
+            ConfigError: the deployment has no router, or that has no certificate for its address.
+        """
+        host, access = self._router().host, dict[str, Any]()
+        if not self.open_access:
+            access = router_access(self.parties, host, self.hosts[host])
+        return Endpoints(listen=[self.router_endpoint], mode="router", access=access)
+
+    def _router(self) -> RouterSpec:
         if self.router is None:
-            raise ConfigError(f"deployment {self.id}: has no router: its services are peers")
-        return endpoint_of(self.hosts[self.router.host], self.router.port)
+            raise ConfigError(
+                f"deployment {self.id}: has no router: its services are peers on one host; "
+                "see docs/hosts.md"
+            )
+        return self.router
 
     def processes(self, host: str | None) -> list[str]:
         """What is started on one host, the router first where it lives; without hosts: everything.

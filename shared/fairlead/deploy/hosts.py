@@ -7,6 +7,8 @@ import re
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from fairlead.errors import expected
+
 ROUTER = "router"
 """The router's name beside the services, in logs and in lists of processes."""
 
@@ -23,9 +25,20 @@ class RouterSpec(BaseModel):
     port: int = Field(ge=1, le=65535)
 
 
-def host_problems(hosts: dict[str, str]) -> list[str]:
-    """What does not fit in a table of hosts and addresses."""
+def host_problems(hosts: dict[str, str], router: RouterSpec, certified: bool) -> list[str]:
+    """What does not fit in a table of hosts and addresses, and in where the router is.
+
+    Args:
+        certified: its clients know the router by the address in its certificate.
+    """
     problems = []
+    if router.host not in hosts:
+        problems.append(expected("router.host", "a host", repr(router.host), hosts))
+    elif certified and ":" in hosts[router.host]:
+        problems.append(
+            f"hosts.{router.host}: expected a name or an IPv4 address, got {hosts[router.host]}: "
+            "Zenoh cannot hold a certificate against an IPv6 address"
+        )
     owners: dict[str, str] = {}
     for name, address in hosts.items():
         if not _NAME.match(name):
@@ -41,9 +54,9 @@ def host_problems(hosts: dict[str, str]) -> list[str]:
     return problems
 
 
-def endpoint_of(address: str, port: int) -> str:
+def endpoint_of(protocol: str, address: str, port: int) -> str:
     """A Zenoh endpoint; IPv6 addresses get their brackets."""
-    return f"tcp/[{address}]:{port}" if ":" in address else f"tcp/{address}:{port}"
+    return f"{protocol}/[{address}]:{port}" if ":" in address else f"{protocol}/{address}:{port}"
 
 
 def _is_everywhere(address: str) -> bool:

@@ -16,9 +16,15 @@ def no_router(connect: Sequence[str], host: str, patience_s: float) -> Transport
         patience_s: how long it was looked for.
     """
     where = f" on host {host}" if host else ""
+    certified = any(one.startswith("tls/") for one in connect)
+    also = (
+        "; do the certificates fit? compare here and there: fairlead certs show"
+        if certified
+        else ""
+    )
     return TransportError(
         f"router {', '.join(connect)}: not reached within {patience_s:g} s; "
-        f"does it run{where}, and is the network up? there: fairlead up or fairlead router"
+        f"does it run{where}, and is the network up? there: fairlead up or fairlead router{also}"
     )
 
 

@@ -42,7 +42,8 @@ class Endpoints:
         connect: a peer's: tried for ever, in the background; a client's: its router.
         mode: ``peer``, ``client`` (of a router) or ``router``.
         router_host: a client's: the name of the host where its router runs.
-        access: a part of a Zenoh configuration, with a password: who it is, what it lets through.
+        access: a part of a Zenoh configuration, with a password or the files of a certificate: who
+            it is, what it lets through.
     """
 
     listen: Sequence[str] = ()
@@ -70,8 +71,7 @@ class Endpoints:
             "timestamping": {"enabled": False},
             "adminspace": {"enabled": False},
         }
-        transport = {**self._transport(), **self.access.get("transport", {})}
-        return {**config, **self.access, "transport": transport}
+        return _merged(config | {"transport": self._transport()}, self.access)
 
     def _connect_timeout_ms(self) -> int:
         if self.mode == "client":
@@ -94,3 +94,12 @@ class Endpoints:
             "link": {"tx": {"queue": queue, "lease": silence_ms, "keep_alive": 4}},
             "unicast": {**unicast, "open_timeout": silence_ms},
         }
+
+
+def _merged(config: Mapping[str, Any], part: Mapping[str, Any]) -> dict[str, Any]:
+    """Both; where both have a value, that of ``part``."""
+    both = {
+        key: _merged(config[key], value) if isinstance(value, Mapping) and key in config else value
+        for key, value in part.items()
+    }
+    return {**config, **both}

@@ -35,7 +35,7 @@ def show_command(
     found = list(rights(deployment.parties))
     if as_json:
         rows = [{"key": r.key, "kind": r.kind, "write": r.write, "read": r.read} for r in found]
-        print_json({"access": "open" if deployment.open_access else "closed", "rows": rows})
+        print_json({"access": deployment.access, "rows": rows})
         return
     print_table(("KEY", "KIND", "MAY WRITE", "MAY READ"), [_row(one) for one in found])
     if deployment.open_access:

@@ -16,8 +16,10 @@ from fairlead_tools.cli.acl import group as acl_group
 from fairlead_tools.cli.arming import arm_command, disarm_command, reset_command, stop_command
 from fairlead_tools.cli.bridge import group as bridge_group
 from fairlead_tools.cli.calibrate import group as calibrate_group
+from fairlead_tools.cli.certs import group as certs_group
 from fairlead_tools.cli.console import echo
 from fairlead_tools.cli.demo import demo_command, plot_command
+from fairlead_tools.cli.deploy import group as deploy_group
 from fairlead_tools.cli.emulate import group as emulate_group
 from fairlead_tools.cli.evaluate import eval_command
 from fairlead_tools.cli.goals import cancel_command, episode_command, run_command
@@ -146,6 +148,8 @@ for _group in (
     layout_group,
     topic_group,
     acl_group,
+    certs_group,
+    deploy_group,
     calibrate_group,
     bridge_group,
     emulate_group,

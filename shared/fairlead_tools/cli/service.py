@@ -12,7 +12,7 @@ from typing import Annotated
 
 import typer
 
-from fairlead.deploy.deployment import Deployment, load_deployment
+from fairlead.deploy.deployment import load_deployment
 from fairlead.deploy.hosts import ROUTER
 from fairlead.deploy.process_table import ProcessId, process_id
 from fairlead.deploy.registry import Registry, Running, ServiceEntry, running_name
@@ -99,31 +99,17 @@ def router_command(
 ) -> None:
     """Run a deployment's router in the foreground, on its host; `up` there starts it too."""
     loaded = load_deployment(deployment)
-    endpoints = router_endpoints(loaded)
+    endpoints = loaded.router_endpoints
     if as_json:
         print_json(endpoints.config())
         return
     assert loaded.router is not None
     choose_host(loaded, loaded.router.host)
     check_ports_free(loaded, [ROUTER])
-    asyncio.run(_serve(endpoints))
+    asyncio.run(_serve(endpoints, loaded.router.port))
 
 
-def router_endpoints(deployment: Deployment) -> Endpoints:
-    """The router's own endpoints.
-
-    Raises:
-        ConfigError: if the deployment has no router.
-    """
-    if deployment.router is None:
-        raise ConfigError(
-            f"deployment {deployment.id}: has no router: its services are peers on one host; "
-            "see docs/hosts.md"
-        )
-    return Endpoints(listen=[deployment.router_endpoint], mode="router")
-
-
-async def _serve(endpoints: Endpoints) -> None:
+async def _serve(endpoints: Endpoints, port: int) -> None:
     """Route until asked to stop; all of it happens in Zenoh's own threads."""
     handler = logging.StreamHandler(sys.stdout)
     handler.setFormatter(LineFormatter())
@@ -133,7 +119,7 @@ async def _serve(endpoints: Endpoints) -> None:
     signals.started()
     log.info("listens on %s", ", ".join(endpoints.listen))
     log.info("ready")
-    closing = asyncio.create_task(forbid_lingering())
+    closing = asyncio.create_task(forbid_lingering(port))
     await signals.stopping.wait()
     closing.cancel()
     bus.close()

@@ -13,6 +13,7 @@ from typing import Annotated, Any
 import msgspec
 import typer
 
+from fairlead.deploy.access_warnings import access_warnings
 from fairlead.deploy.deployment import load_deployment
 from fairlead.deploy.registry import Registry, Running
 from fairlead.errors import ConfigError, NoAnswerError
@@ -36,7 +37,8 @@ class _Seen:
     alive: list[str]
     missing: list[str]
     starting: list[str]
-    open_access: str
+    access: str
+    warnings: list[str]
 
 
 @example("fairlead status --watch")
@@ -77,8 +79,8 @@ def _look(client: RobotClient, file: Path, patiently: bool = True) -> _Seen:
     starting = [name for name in starting if name not in status.alive]
     missing = [name for name in status.missing if name not in starting]
     runners, alive = list(status.runners), list(status.alive)
-    open_access = client.deployment.open_access
-    return _Seen(status.gate, status.hal, runners, alive, missing, starting, open_access)
+    access, warnings = client.deployment.access, access_warnings(client.deployment)
+    return _Seen(status.gate, status.hal, runners, alive, missing, starting, access, warnings)
 
 
 def _document(seen: _Seen) -> dict[str, Any]:
@@ -86,7 +88,8 @@ def _document(seen: _Seen) -> dict[str, Any]:
         "alive": seen.alive,
         "missing": seen.missing,
         "starting": seen.starting,
-        "access": "open" if seen.open_access else "closed",
+        "access": seen.access,
+        "warnings": seen.warnings,
         "gate": seen.gate and gate_document(seen.gate),
         "hal": seen.hal and hal_document(seen.hal),
         "runners": [runner_document(one) for one in seen.runners],
@@ -99,8 +102,7 @@ def _lines(seen: _Seen) -> list[str]:
     lines.append(f"robot  the HAL {silent}" if seen.hal is None else robot_line(seen.hal))
     lines += [f"goal   {one.source}: {goal_line(one)}" for one in seen.runners]
     lines.append(f"alive  {', '.join(seen.alive) or 'none yet'}")
-    if seen.open_access:
-        lines.append(f"WARNING {seen.open_access}")
+    lines += [f"WARNING {warning}" for warning in seen.warnings]
     if seen.starting:
         lines.append(f"starting {', '.join(seen.starting)}; ask again in a moment")
     if seen.missing:

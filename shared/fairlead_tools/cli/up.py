@@ -6,8 +6,10 @@ import asyncio
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator, Sequence
+import time
+from collections.abc import Sequence
 from contextlib import suppress
+from pathlib import Path
 from typing import IO, Annotated
 
 import typer
@@ -20,23 +22,18 @@ from fairlead.errors import ConfigError, FairleadError, each_error, expected
 from fairlead.messages import GateState
 from fairlead.operate.connection import connect
 from fairlead.operate.robot import Robot
-from fairlead.robot.manifest import load_robot
-from fairlead.skill.admission import state_problems
-from fairlead.skill.manifest import load_skill, skill_ids
 from fairlead_tools.cli.console import echo
 from fairlead_tools.cli.greeting import Greeting, OtherHosts, Say, explain_gate, wait_router
 from fairlead_tools.cli.options import DeploymentArgument, NewStateOption, StateDirOption, example
 from fairlead_tools.cli.up_output import UpOutput
 from fairlead_tools.supervisor import ServiceEvent, Supervisor
-from fairlead_tools.supervisor.command_line import (
-    check_gate_file,
-    new_state_command,
-    service_command,
-)
+from fairlead_tools.supervisor.before_start import checks, warnings
+from fairlead_tools.supervisor.command_line import new_state_command, service_command
 from fairlead_tools.supervisor.this_host import choose_host
 
 READY_TIMEOUT_S = 120.0  # a first start compiles and caches much on a slow machine
 WATCH_S = 0.1
+WARN_AGAIN_S = 24 * 3600.0  # it runs for months, and certificates end
 IN_BACKGROUND = "--in-background"
 
 
@@ -89,7 +86,7 @@ def up_command(
         host=host,
         leave_out=_left_out(loaded, without or []),
     )
-    _check(supervisor, say)
+    _check(deployment, supervisor, say)
     try:
         asyncio.run(_run(supervisor, [one for one in order.split(",") if one], say, in_background))
     finally:
@@ -105,17 +102,11 @@ def _left_out(deployment: Deployment, names: list[str]) -> list[str]:
     return names
 
 
-def _check(supervisor: Supervisor, say: Say) -> None:
+def _check(file: Path, supervisor: Supervisor, say: Say) -> None:
     """Refuse what cannot work before anything is started; say which skills are left out."""
-    deployment = supervisor.deployment
-    if deployment.open_access:
-        say("up", f"WARNING {deployment.open_access}")
-    if deployment.only("safety") in supervisor.processes:
-        check_gate_file(deployment)
-    for runner in deployment.runners:
-        if runner in supervisor.processes:
-            for line in dropped_skills(deployment, runner):
-                say("up", line)
+    for check in checks(file, supervisor.deployment, supervisor.processes):
+        for line in check():
+            say("up", line)
 
 
 async def _run(supervisor: Supervisor, order: list[str], say: UpOutput, detach: bool) -> None:
@@ -178,6 +169,7 @@ async def _watch(
     async with connect(supervisor.deployment, by="fairlead up") as robot:
         others = OtherHosts(robot, supervisor.processes, say)
         greeting = Greeting(robot, supervisor.state_dir, say)
+        warned_s = time.monotonic()
         try:
             while True:
                 if gate_is_back.is_set():
@@ -187,6 +179,10 @@ async def _watch(
                 if detach and (is_up or others.said_missing):
                     say.detach()
                     detach = False
+                if time.monotonic() - warned_s > WARN_AGAIN_S:
+                    warned_s = time.monotonic()
+                    for line in warnings(supervisor.deployment):
+                        say("up", line)
                 await asyncio.sleep(WATCH_S)
         finally:
             if robot.gate in supervisor.processes:
@@ -218,31 +214,6 @@ async def _disarm(robot: Robot, say: Say) -> None:
             await robot.disarm()
     except FairleadError as error:
         say("up", f"could not disarm before stopping: {error}")
-
-
-def dropped_skills(deployment: Deployment, runner: str) -> Iterator[str]:
-    """A line for each skill that a runner offers whose state vector nothing can fill.
-
-    Raises:
-        ConfigError: if the deployment asks by its name for such a skill, or one that does not load.
-    """
-    robot = load_robot(deployment.robot)
-    listed = deployment.services[runner].options.get("skills")
-    wanted = listed if isinstance(listed, list) else None
-    for name in skill_ids() if wanted is None else wanted:
-        try:
-            skill = load_skill(name)
-        except ConfigError:
-            if wanted is not None:
-                raise
-            continue  # the runner leaves it out, and says what is wrong with the file
-        problems = state_problems(skill.state_contract, robot)
-        if not problems or (wanted is None and robot.id not in skill.embodiments):
-            continue
-        reasons = "".join(f"\n  {problem}" for problem in problems)
-        if wanted is not None:
-            raise ConfigError(f"skill {name} cannot run on robot {robot.id}:{reasons}")
-        yield f"{runner}: skill {name} is dropped, it cannot run on robot {robot.id}:{reasons}"
 
 
 END_TIMEOUT_S = 15.0

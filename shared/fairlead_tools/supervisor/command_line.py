@@ -114,12 +114,10 @@ def _gate_command(deployment: Deployment, service: str, state_dir: Path) -> list
         "--config", str(gate_config(deployment.robot, deployment.profile)),
         "--state-dir", str(state_dir),
     ]  # fmt: skip
-    if endpoints.mode == "client":
-        return [*command, "--router", deployment.router_endpoint]
     for endpoint in endpoints.listen:
         command += ["--listen", endpoint]
     for endpoint in endpoints.connect:
-        command += ["--connect", endpoint]
+        command += ["--router" if endpoints.mode == "client" else "--connect", endpoint]
     if endpoints.access:
         file = write_session(deployment.keys, service, endpoints.access)
         command += ["--access", str(file)]

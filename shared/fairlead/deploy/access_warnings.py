@@ -1,0 +1,24 @@
+"""What whoever starts or looks at a deployment should know of who may do what."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+
+from fairlead.deploy.certificates import every_certificate
+from fairlead.deploy.deployment import Deployment
+
+
+def access_warnings(deployment: Deployment) -> list[str]:
+    """Lines: access is open, or certificates on this machine end soon or cannot be used.
+
+    Raises:
+        ConfigError: a certificate cannot be read.
+    """
+    if not deployment.certified:
+        return [deployment.open_access] if deployment.open_access else []
+    now = datetime.now(UTC)
+    return [
+        f"certificate of {one.host}/{one.file.stem} {text}"
+        for one in every_certificate(deployment.keys)
+        if (text := one.warning(now))
+    ]

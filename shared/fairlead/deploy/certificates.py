@@ -1,0 +1,184 @@
+"""What proves names between hosts: where certificates lie, and whether one may be used now.
+
+``$FAIRLEAD_ACCESS`` (default ``access`` in the user's state folder) has for each deployment
+
+    <id>/certificates/<host>/<name>.pem   of a service, tool or router: key and certificate
+    <id>/certificates/<host>/router.ca    who may sign the router's: whom the others trust
+    <id>/certificates/<host>/clients.ca   who may sign the others': whom the router trusts
+    <id>/signing/                         the keys that sign, only where they were made
+"""
+
+from __future__ import annotations
+
+import hashlib
+import ipaddress
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+from typing import Any, Literal
+
+from fairlead.deploy.credentials import access_dir, check_private
+from fairlead.deploy.hosts import ROUTER
+from fairlead.errors import ConfigError
+from fairlead.keys import Keys
+
+WARN_DAYS = 30
+"""So long before its end a certificate is warned of."""
+
+SUFFIX = ".pem"
+TRUSTED = {"connect": "router.ca", "listen": "clients.ca"}
+"""Files of those who may have signed the other end's certificate."""
+
+_LEAKED = "others may have read it: fairlead certs revoke, then new, where it was made"
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """A certificate and its private key.
+
+    Attributes:
+        file: both, in PEM: one file, so that it is replaced at once.
+        name: whom it proves: its common name.
+        addresses: at which it may be listened with it: the router's alone.
+    """
+
+    file: Path
+    name: str
+    begins: datetime
+    ends: datetime
+    addresses: Sequence[str]
+
+    @property
+    def host(self) -> str:
+        """Which host it is for."""
+        return self.file.parent.name
+
+    def problem(self, now: datetime) -> str:
+        """Why it cannot be used now, and what to do; else ""."""
+        if now >= self.ends:
+            return f"ended {self.ends:%Y-%m-%d %H:%M} UTC; where it was made: fairlead certs renew"
+        if now < self.begins:
+            return f"begins {self.begins:%Y-%m-%d %H:%M} UTC; set this machine's clock"
+        if self.name != self.file.stem:
+            return f"is that of {self.name}; copy the folder from where it was made again"
+        return ""
+
+    def warning(self, now: datetime) -> str:
+        """The same, or that it ends soon; else ""."""
+        left = self.ends - now
+        soon = left < timedelta(days=WARN_DAYS)
+        ends = f"ends in {left.days} days; where it was made: fairlead certs renew" if soon else ""
+        return self.problem(now) or ends
+
+
+def certificates_dir(keys: Keys) -> Path:
+    """Where the folders of hosts are; it need not exist."""
+    return access_dir(keys) / "certificates"
+
+
+def find_certificate(keys: Keys, hosts: Sequence[str], name: str) -> Certificate:
+    """The one by which a session on this machine proves its name.
+
+    Args:
+        hosts: where it may be; what is on none in particular takes the first there is.
+
+    Raises:
+        ConfigError: there is none, others could read it, or it cannot be used now.
+    """
+    files = [certificates_dir(keys) / host / f"{name}{SUFFIX}" for host in hosts]
+    file = next((one for one in files if one.is_file()), None)
+    if file is None:
+        raise ConfigError(
+            f"{name}: no certificate {files[0]}; once, on one machine: fairlead certs new FILE, "
+            "and copy to each host its folder (docs/hosts.md); or put `access: open` into the "
+            "deployment file: then whoever reaches the router may move the robot"
+        )
+    check_private(file.parent, _LEAKED)
+    check_private(file, _LEAKED)
+    found = read_certificate(file)
+    problem = found.problem(datetime.now(UTC))
+    if problem:
+        raise ConfigError(f"{name}: its certificate {file} {problem}")
+    return found
+
+
+def every_certificate(keys: Keys) -> list[Certificate]:
+    """All that there are on this machine, of every host.
+
+    Raises:
+        ConfigError: one cannot be read.
+    """
+    return [read_certificate(file) for file in sorted(certificates_dir(keys).glob(f"*/*{SUFFIX}"))]
+
+
+def trusted_mark(keys: Keys, host: str) -> str:
+    """Of whom a host believes to be the router, the same on all hosts; "" if of nobody."""
+    file = certificates_dir(keys) / host / TRUSTED["connect"]
+    return hashlib.sha256(file.read_bytes()).hexdigest()[:12] if file.is_file() else ""
+
+
+def read_certificate(file: Path) -> Certificate:
+    """Read one from its file.
+
+    Raises:
+        ConfigError: it has none that can be read.
+    """
+    from cryptography import x509  # 70 ms that a robot on one host need not wait
+
+    try:
+        found = x509.load_pem_x509_certificate(file.read_bytes())
+        [name] = found.subject.get_attributes_for_oid(x509.NameOID.COMMON_NAME)
+    except (OSError, ValueError) as error:
+        raise ConfigError(
+            f"certificate {file}: cannot be read: {error}; copy the folder again"
+        ) from None
+    try:
+        others = found.extensions.get_extension_for_class(x509.SubjectAlternativeName).value
+        addresses = [str(one.value) for one in others]
+    except x509.ExtensionNotFound:
+        addresses = []
+    return Certificate(
+        file, str(name.value), found.not_valid_before_utc, found.not_valid_after_utc, addresses
+    )
+
+
+def transport(certificate: Certificate, end: Literal["connect", "listen"]) -> dict[str, Any]:
+    """A part of a Zenoh configuration: TLS in which both ends prove their names.
+
+    Zenoh reads files of a ``connect`` end each time it connects, those of a ``listen`` end once.
+    """
+    file = str(certificate.file)
+    return {
+        "link": {
+            "tls": {
+                "root_ca_certificate": str(certificate.file.parent / TRUSTED[end]),
+                "enable_mtls": True,
+                f"{end}_private_key": file,
+                f"{end}_certificate": file,
+                "verify_name_on_connect": True,
+                "close_link_on_expiration": True,
+            }
+        }
+    }
+
+
+def check_address(certificate: Certificate, address: str) -> None:
+    """Make sure that the router's certificate is for where it listens.
+
+    Raises:
+        ConfigError: it is for another address.
+    """
+    if _plain(address) not in certificate.addresses:
+        raise ConfigError(
+            f"{ROUTER}: its certificate {certificate.file} is for "
+            f"{', '.join(certificate.addresses) or 'no address'}, and it listens on {address}; "
+            "where it was made: fairlead certs renew"
+        )
+
+
+def _plain(address: str) -> str:
+    try:
+        return str(ipaddress.ip_address(address))
+    except ValueError:  # a name
+        return address

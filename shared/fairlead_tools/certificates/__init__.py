@@ -1,0 +1,1 @@
+"""Makes, renews and revokes what proves names between hosts."""

@@ -1,0 +1,193 @@
+"""The private authority of a deployment: it signs who may be whom, on which host.
+
+Zenoh reads no list of revoked certificates. So each name of each host has a signing key of its own,
+and what the router trusts is the list of these: revoked is whose signing key has left the list.
+"""
+
+from __future__ import annotations
+
+import ipaddress
+from collections.abc import Iterable, Sequence
+from datetime import datetime, timedelta
+from pathlib import Path
+
+from cryptography import x509
+from cryptography.hazmat.primitives import hashes, serialization
+from cryptography.hazmat.primitives.asymmetric import ec
+from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
+
+from fairlead.deploy.certificates import SUFFIX, TRUSTED, certificates_dir
+from fairlead.deploy.credentials import access_dir, write_private
+from fairlead.deploy.deployment import Deployment
+from fairlead.deploy.hosts import ROUTER
+from fairlead.errors import ConfigError, expected
+
+Place = tuple[str, str]
+"""A host and who has a certificate there."""
+
+SIGNING_YEARS = 20
+EARLIER = timedelta(days=1)
+"""So much before it is made a certificate begins: the clocks of hosts differ."""
+
+
+class Authority:
+    """Makes the files that `fairlead.deploy.certificates` lists.
+
+    Raises:
+        ConfigError: the deployment has no certificates; those here were copied from elsewhere.
+    """
+
+    def __init__(self, deployment: Deployment) -> None:
+        certified(deployment)
+        self.deployment = deployment
+        self.folder = certificates_dir(deployment.keys)
+        self._signing = access_dir(deployment.keys) / "signing"
+        if self.folder.exists() and not self._signing.exists():
+            raise ConfigError(
+                f"certificates in {self.folder} were copied here, the keys that signed them were "
+                "not; run this where they were made"
+            )
+
+    @property
+    def router(self) -> Place:
+        """The router's own."""
+        return self.deployment.certified[0]
+
+    def places(self, wanted: Sequence[str]) -> list[Place]:
+        """Those that hosts, names, or both (``gpu/operator``) mean; all if nothing does.
+
+        Raises:
+            ConfigError: one means none.
+        """
+        every = self.deployment.certified
+        for one in wanted:
+            if not any(_means(one, place) for place in every):
+                known = [*self.deployment.hosts, *("/".join(place) for place in every)]
+                raise ConfigError(expected("certificates", "a host or name", one, known))
+        return [p for p in every if not wanted or any(_means(one, p) for one in wanted)]
+
+    def new(self, now: datetime, days: int) -> list[Place]:
+        """Make what there is not yet; which."""
+        missing = [p for p in self.deployment.certified if not self._signer(p).exists()]
+        hosts = [self.folder / host for host in self.deployment.hosts]
+        for folder in (self.folder.parent, self._signing, self.folder, *hosts):
+            folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        for place in missing:
+            key, name = ec.generate_private_key(ec.SECP256R1()), f"signs {'/'.join(place)}"
+            ends = now + timedelta(days=365 * SIGNING_YEARS)
+            own = _builder(self._subject(place, name), key.public_key(), now, ends)
+            signed = own.issuer_name(self._subject(place, name)).add_extension(
+                x509.BasicConstraints(ca=True, path_length=0), critical=True
+            )
+            _write(self._signer(place), key, signed.sign(key, hashes.SHA256()))
+        self.renew(missing, now, days)
+        self._tell_whom_to_trust()
+        return missing
+
+    def renew(self, places: Iterable[Place], now: datetime, days: int) -> None:
+        """Make new keys and certificates; the old ones are valid to their end.
+
+        Raises:
+            ConfigError: one was never made, or revoked.
+        """
+        for place in places:
+            host, name = place
+            if not self._signer(place).is_file():
+                raise ConfigError(f"{host}/{name}: has no certificate; make it: fairlead certs new")
+            text = self._signer(place).read_bytes()
+            signer = x509.load_pem_x509_certificate(text)
+            signing = serialization.load_pem_private_key(text, None)
+            assert isinstance(signing, ec.EllipticCurvePrivateKey)
+            key, ends = ec.generate_private_key(ec.SECP256R1()), now + timedelta(days=days)
+            builder = _builder(self._subject(place, name), key.public_key(), now, ends)
+            builder = builder.issuer_name(signer.subject)
+            usage = ExtendedKeyUsageOID.CLIENT_AUTH
+            if name == ROUTER:
+                usage = ExtendedKeyUsageOID.SERVER_AUTH
+                address = _address(self.deployment.hosts[host])
+                builder = builder.add_extension(x509.SubjectAlternativeName([address]), False)
+            builder = builder.add_extension(x509.ExtendedKeyUsage([usage]), critical=True)
+            _write(self._file(place), key, builder.sign(signing, hashes.SHA256()))
+
+    def revoke(self, places: Iterable[Place]) -> None:
+        """Forget their signing keys, and have nobody trust what these signed."""
+        for place in places:
+            self._signer(place).unlink(missing_ok=True)
+            self._file(place).unlink(missing_ok=True)
+        self._tell_whom_to_trust()
+
+    def _tell_whom_to_trust(self) -> None:
+        signers: dict[bool, str] = {True: "", False: ""}
+        for place in self.deployment.certified:
+            if self._signer(place).is_file():
+                found = x509.load_pem_x509_certificate(self._signer(place).read_bytes())
+                signers[place[1] == ROUTER] += _pem(found)
+        for host in self.deployment.hosts:
+            write_private(self.folder / host / TRUSTED["connect"], signers[True])
+        write_private(self.folder / self.router[0] / TRUSTED["listen"], signers[False])
+
+    def _subject(self, place: Place, name: str) -> x509.Name:
+        keys = self.deployment.keys
+        parts = {
+            NameOID.ORGANIZATION_NAME: f"{keys.namespace}/{keys.robot}",
+            NameOID.ORGANIZATIONAL_UNIT_NAME: place[0],
+            NameOID.COMMON_NAME: name,
+        }
+        return x509.Name([x509.NameAttribute(oid, value) for oid, value in parts.items()])
+
+    def _file(self, place: Place) -> Path:
+        return self.folder / place[0] / f"{place[1]}{SUFFIX}"
+
+    def _signer(self, place: Place) -> Path:
+        return self._signing / f"{'.'.join(place)}{SUFFIX}"
+
+
+def certified(deployment: Deployment) -> list[Place]:
+    """Who has a certificate, the router first.
+
+    Raises:
+        ConfigError: nobody.
+    """
+    if not deployment.certified:
+        raise ConfigError(
+            f"deployment {deployment.id}: has no certificates: its services are on one host, or "
+            "access is open; they are for hosts and a router (docs/hosts.md)"
+        )
+    return deployment.certified
+
+
+def _means(word: str, place: Place) -> bool:
+    return word in (*place, "/".join(place))
+
+
+def _address(address: str) -> x509.GeneralName:
+    try:
+        return x509.IPAddress(ipaddress.ip_address(address))
+    except ValueError:
+        return x509.DNSName(address)
+
+
+def _builder(
+    subject: x509.Name, key: ec.EllipticCurvePublicKey, now: datetime, ends: datetime
+) -> x509.CertificateBuilder:
+    return (
+        x509.CertificateBuilder()
+        .subject_name(subject)
+        .public_key(key)
+        .serial_number(x509.random_serial_number())
+        .not_valid_before(min(now, ends) - EARLIER)
+        .not_valid_after(ends)
+    )
+
+
+def _write(file: Path, key: ec.EllipticCurvePrivateKey, certificate: x509.Certificate) -> None:
+    secret = key.private_bytes(
+        serialization.Encoding.PEM,
+        serialization.PrivateFormat.PKCS8,
+        serialization.NoEncryption(),
+    )
+    write_private(file, secret.decode() + _pem(certificate))
+
+
+def _pem(certificate: x509.Certificate) -> str:
+    return certificate.public_bytes(serialization.Encoding.PEM).decode()

@@ -1,0 +1,119 @@
+"""``fairlead certs``: what proves names between the hosts of a deployment."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from datetime import UTC, datetime
+from typing import Annotated
+
+import typer
+
+from fairlead.deploy.certificates import (
+    Certificate,
+    certificates_dir,
+    every_certificate,
+    trusted_mark,
+)
+from fairlead.deploy.deployment import load_deployment
+from fairlead_tools.certificates.authority import Authority, Place, certified
+from fairlead_tools.cli.console import echo, print_json, print_table
+from fairlead_tools.cli.options import DeploymentArgument, JsonOption, example, make_group
+
+NamesArgument = Annotated[
+    list[str] | None,
+    typer.Argument(metavar="[NAME]...", help="a host, a service or operator, or gpu/operator"),
+]
+DaysOption = Annotated[int, typer.Option("--days", min=1, max=3650, help="how long they last")]
+DAYS = 365
+RESTART = "on the router's host: fairlead restart router"
+
+
+@example("fairlead certs new ./panda_mobile_two_hosts.yaml")
+def new_command(deployment: DeploymentArgument, days: DaysOption = DAYS) -> None:
+    """Make the certificates that a deployment has not yet: of all its hosts, on one machine.
+
+    The keys that sign stay on this machine.
+    """
+    authority = Authority(load_deployment(deployment))
+    made = authority.new(datetime.now(UTC), days)
+    echo(f"made {_named(made) or 'nothing: there is one for every name'}")
+    if made:
+        _say_what_to_copy(authority, _all_if_router(authority, made, [*made, authority.router]))
+        echo(f"if it runs: {RESTART}")
+
+
+@example("fairlead certs renew ./panda_mobile_two_hosts.yaml gpu")
+def renew_command(
+    deployment: DeploymentArgument, names: NamesArgument = None, days: DaysOption = DAYS
+) -> None:
+    """Make new certificates for all names, or some; the old ones stay valid to their end."""
+    authority = Authority(load_deployment(deployment))
+    places = authority.places(names or [])
+    authority.renew(places, datetime.now(UTC), days)
+    echo(f"renewed {_named(places)}")
+    _say_what_to_copy(authority, places)
+    echo(f"then, when no goal runs: {RESTART}; all connect anew, with the new files")
+
+
+@example("fairlead certs revoke ./panda_mobile_two_hosts.yaml gpu")
+def revoke_command(
+    deployment: DeploymentArgument,
+    names: Annotated[list[str], typer.Argument(help="as of `renew`", metavar="NAME...")],
+) -> None:
+    """Take certificates back: once the router starts again, it lets nobody in who shows one."""
+    authority = Authority(load_deployment(deployment))
+    places = authority.places(names)
+    authority.revoke(places)
+    echo(f"revoked {_named(places)}")
+    _say_what_to_copy(authority, _all_if_router(authority, places, [authority.router]))
+    echo(f"then: {RESTART}; until then they get in")
+    echo("certificates with new keys for these names: fairlead certs new")
+
+
+@example("fairlead certs show ./panda_mobile_two_hosts.yaml")
+def show_command(deployment: DeploymentArgument, as_json: JsonOption = False) -> None:
+    """Show which certificates there are on this machine, and when they end."""
+    keys, now = (loaded := load_deployment(deployment)).keys, datetime.now(UTC)
+    found = {(one.host, one.file.stem): one for one in every_certificate(keys)}
+    rows = [_row(place, found.get(place), now) for place in certified(loaded)]
+    if as_json:
+        print_json([dict(zip(("host", "name", "ends", "state"), row, strict=True)) for row in rows])
+        return
+    print_table(("HOST", "NAME", "ENDS", "STATE"), rows)
+    marks = {trusted_mark(keys, host) for host in loaded.hosts} - {""}
+    echo(
+        f"in {certificates_dir(keys)}; mark {', '.join(sorted(marks)) or 'none'}: the same on "
+        "every host"
+    )
+
+
+def _row(place: Place, found: Certificate | None, now: datetime) -> tuple[str, str, str, str]:
+    if found is None:
+        return *place, "", "none here"
+    return *place, f"{found.ends:%Y-%m-%d %H:%M} UTC", found.warning(now) or "valid"
+
+
+def _named(places: Iterable[Place]) -> str:
+    return ", ".join("/".join(place) for place in places)
+
+
+def _all_if_router(authority: Authority, places: list[Place], else_: list[Place]) -> list[Place]:
+    """Whose folders have changed: each has whom to trust as the router, the router's the others."""
+    return authority.deployment.certified if authority.router in places else else_
+
+
+def _say_what_to_copy(authority: Authority, changed: Iterable[Place]) -> None:
+    hosts = authority.deployment.hosts
+    for host in dict.fromkeys(host for host, _ in changed):
+        folder = authority.folder / host
+        echo(
+            f"host {host} needs, at the same place, the folder {folder}; if it is another machine:"
+        )
+        echo(f"  rsync -a --mkpath {folder}/ {hosts[host]}:{folder}/")
+
+
+group = make_group(
+    "certs",
+    "Make, show, renew and revoke what proves names between hosts.",
+    {"new": new_command, "show": show_command, "renew": renew_command, "revoke": revoke_command},
+)

@@ -1,0 +1,79 @@
+"""``fairlead deploy``: a deployment on all its hosts, before it starts."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from fairlead.deploy.deployment import load_deployment
+from fairlead.errors import ServiceError
+from fairlead_tools.cli.console import ProgressLine, echo, print_json
+from fairlead_tools.cli.options import DeploymentArgument, JsonOption, example, make_group
+from fairlead_tools.deploy_check.all_hosts import ask_host, compare
+from fairlead_tools.deploy_check.host_report import HostReport, report_this
+
+
+@example("fairlead deploy check ./panda_mobile_two_hosts.yaml")
+def check_command(
+    deployment: DeploymentArgument,
+    host: Annotated[
+        str | None, typer.Option(help="only this machine, as this host of the file")
+    ] = None,
+    reach: Annotated[
+        str, typer.Option(help="how to run a command on another host; {address} is its address")
+    ] = "ssh -o BatchMode=yes -o ConnectTimeout=5 {address}",
+    program: Annotated[
+        str, typer.Option("--program", help="how fairlead is called on other hosts")
+    ] = "fairlead",
+    as_json: JsonOption = False,
+) -> None:
+    """Find what is wrong on all hosts before anything starts; nothing is started or moved.
+
+    Addresses, ports, certificates, versions, robots, skills, the gate's file. The file has the same
+    path on all hosts, which are asked by ssh; those that cannot be asked are a problem. Exits with
+    1 if there is one.
+    """
+    loaded = load_deployment(deployment)
+    _ = loaded.hal, loaded.only("safety")
+    problems: list[str] = []
+    if host is not None or not loaded.hosts:
+        reports = [report_this(deployment, loaded, host)]
+    else:
+        reports = []
+        with ProgressLine(quiet=as_json) as line:
+            for name in loaded.hosts:
+                line.show(f"asking host {name}")
+                try:
+                    reports.append(ask_host(deployment, loaded, name, reach, program))
+                except ServiceError as error:
+                    problems.append(str(error))
+        if reports:
+            problems += compare(loaded, reports)
+    if as_json:
+        print_json({"hosts": [one.model_dump() for one in reports], "problems": problems})
+    else:
+        _say(reports, problems)
+    if problems or any(one.problems for one in reports):
+        raise typer.Exit(1)
+
+
+def _say(reports: list[HostReport], problems: list[str]) -> None:
+    for one in reports:
+        where = f"host {one.host}: " if one.host else ""
+        found = f"{len(one.problems)} problems" if one.problems else "ready to start"
+        echo(
+            f"{where}{found}: {', '.join(one.processes) or 'nothing runs here'}; fairlead "
+            f"{one.versions['fairlead']}, robot {one.robot or 'unknown'}, {len(one.skills)} skills"
+        )
+        for text in one.warnings:
+            echo(f"  {text}")
+        for text in one.problems:
+            echo(f"  PROBLEM {text}")
+    for text in problems:
+        echo(f"PROBLEM {text}")
+
+
+group = make_group(
+    "deploy", "Check a deployment on all its hosts before it starts.", {"check": check_command}
+)

@@ -1,0 +1,1 @@
+"""Finds what is wrong with a deployment on all its hosts, before anything starts."""

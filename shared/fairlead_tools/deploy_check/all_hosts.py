@@ -1,0 +1,98 @@
+"""Asks every host of a deployment what it finds of itself, and compares the answers."""
+
+from __future__ import annotations
+
+import json
+import shlex
+import subprocess
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from fairlead.deploy.deployment import Deployment
+from fairlead.errors import ConfigError, ServiceError
+from fairlead_tools.deploy_check.host_report import HostReport, report_this
+from fairlead_tools.supervisor.this_host import is_own_address
+
+ANSWER_S = 60.0
+CLOCK_S = 3600.0
+"""Certificates begin and end by the clock."""
+
+
+def ask_host(file: Path, deployment: Deployment, host: str, reach: str, program: str) -> HostReport:
+    """What a host finds of itself: this machine if the address is its own, else as asked there.
+
+    Args:
+        reach: how a command is run there, as on a command line; ``{address}`` is the host's.
+        program: how fairlead is called there.
+
+    Raises:
+        ConfigError: ``reach`` has other braces.
+        ServiceError: it cannot be asked.
+    """
+    address = deployment.hosts[host]
+    if is_own_address(host, address):
+        return report_this(file, deployment, host)
+    try:
+        words = shlex.split(reach.format(address=address))
+    except (ValueError, KeyError, IndexError):
+        raise ConfigError(f"--reach: expected words and {{address}}, got {reach!r}") from None
+    asked = [*shlex.split(program), "deploy", "check", str(file), "--host", host, "--json"]
+    by_hand = f"; by hand, there: {shlex.join(asked[:-1])}"
+    try:
+        done = subprocess.run(
+            [*words, *map(shlex.quote, asked)],
+            stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=ANSWER_S, check=False,
+        )  # fmt: skip
+        [answer] = json.loads(done.stdout)["hosts"]
+        return HostReport.model_validate(answer)
+    except subprocess.TimeoutExpired:
+        raise ServiceError(f"host {host}: no answer within {ANSWER_S:g} s{by_hand}") from None
+    except OSError as error:
+        raise ServiceError(f"host {host}: cannot be asked: {error}{by_hand}") from None
+    except (ValueError, KeyError, TypeError, ValidationError):
+        said = (done.stderr.strip() or done.stdout.strip() or f"status {done.returncode}")[-500:]
+        raise ServiceError(f"host {host}: cannot be asked: {said}{by_hand}") from None
+
+
+def compare(deployment: Deployment, reports: Sequence[HostReport]) -> Iterator[str]:
+    """What is not the same on all hosts and has to be, each with what to do."""
+    first, *others = reports
+    for one in others:
+        both = f"hosts {first.host} and {one.host}"
+        for name, mine in first.versions.items():
+            if mine != (its := one.versions.get(name, "none")):
+                yield f"{both} have {name} {mine} and {its}: install the same on both"
+        if first.file != one.file:
+            yield f"{both} have different deployment files: copy it from one to the other"
+        if first.robot != one.robot:
+            yield (
+                f"{both} have different robots {deployment.robot}: copy robots/{deployment.robot} "
+                "from one to the other, or install the same package"
+            )
+        if first.trusted and one.trusted and first.trusted != one.trusted:
+            yield (
+                f"{both} have certificates of different makes: fairlead certs new on one machine "
+                "alone, and copy to each host its folder"
+            )
+        if abs(first.clock_s - one.clock_s) > CLOCK_S:
+            apart = abs(first.clock_s - one.clock_s) / 3600
+            yield f"{both} have clocks {apart:.1f} h apart: set them"
+    yield from _different_skills(deployment, {one.host: one for one in reports})
+
+
+def _different_skills(deployment: Deployment, reports: dict[str, HostReport]) -> Iterator[str]:
+    """A runner's skills that its assembler would refuse."""
+    assembler = deployment.services[deployment.only("state_assembler")].host
+    for name in deployment.runners:
+        runner = deployment.services[name].host
+        if not {assembler, runner} <= reports.keys():
+            continue
+        theirs = reports[assembler].skills
+        for skill, mine in reports[runner].skills.items():
+            if mine != (its := theirs.get(skill, "none")):
+                yield (
+                    f"skill {skill} is {mine} on host {runner} and {its} on host {assembler}: "
+                    "fairlead skill install the same on both"
+                )

@@ -1,0 +1,76 @@
+"""What is refused and what is warned of before a process of a deployment is started."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from functools import partial
+from pathlib import Path
+
+from fairlead.deploy.access_warnings import access_warnings
+from fairlead.deploy.deployment import Deployment
+from fairlead.deploy.hosts import ROUTER
+from fairlead.errors import ConfigError
+from fairlead.robot.manifest import load_robot
+from fairlead.skill.admission import state_problems
+from fairlead.skill.manifest import load_skill, skill_ids
+from fairlead_tools.supervisor.command_line import check_gate_file, service_command
+
+Check = Callable[[], Iterable[str]]
+"""Returns warnings; raises a `FairleadError` for what cannot work."""
+
+
+def checks(file: Path, deployment: Deployment, processes: Iterable[str]) -> Iterator[Check]:
+    """All of them, for the processes that one host starts."""
+    yield partial(warnings, deployment)
+    for name in processes:
+        yield partial(_can_prove_its_name, deployment, name)
+        yield partial(_can_be_executed, file, deployment, name)
+        if name in deployment.runners:
+            yield partial(dropped_skills, deployment, name)
+
+
+def warnings(deployment: Deployment) -> list[str]:
+    """Of access that is open, and of certificates.
+
+    Raises:
+        ConfigError: a certificate cannot be read.
+    """
+    return [f"WARNING {text}" for text in access_warnings(deployment)]
+
+
+def _can_prove_its_name(deployment: Deployment, name: str) -> Iterable[str]:
+    _ = deployment.router_endpoints if name == ROUTER else deployment.endpoints(name)
+    return ()
+
+
+def _can_be_executed(file: Path, deployment: Deployment, name: str) -> Iterable[str]:
+    if name == deployment.only("safety"):
+        check_gate_file(deployment)
+    else:
+        service_command(file, deployment, name, Path())
+    return ()
+
+
+def dropped_skills(deployment: Deployment, runner: str) -> Iterator[str]:
+    """A line for each skill that a runner offers whose state vector nothing can fill.
+
+    Raises:
+        ConfigError: if the deployment asks by its name for such a skill, or one that does not load.
+    """
+    robot = load_robot(deployment.robot)
+    listed = deployment.services[runner].options.get("skills")
+    wanted = listed if isinstance(listed, list) else None
+    for name in skill_ids() if wanted is None else wanted:
+        try:
+            skill = load_skill(name)
+        except ConfigError:
+            if wanted is not None:
+                raise
+            continue  # the runner leaves it out, and says what is wrong with the file
+        problems = state_problems(skill.state_contract, robot)
+        if not problems or (wanted is None and robot.id not in skill.embodiments):
+            continue
+        reasons = "".join(f"\n  {problem}" for problem in problems)
+        if wanted is not None:
+            raise ConfigError(f"skill {name} cannot run on robot {robot.id}:{reasons}")
+        yield f"{runner}: skill {name} is dropped, it cannot run on robot {robot.id}:{reasons}"

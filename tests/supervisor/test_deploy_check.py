@@ -1,0 +1,134 @@
+"""`fairlead deploy check`: mistakes on every host are found before anything starts."""
+
+from __future__ import annotations
+
+import json
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+from fairlead.deploy.deployment import load_deployment
+from fairlead_tools.deploy_check.all_hosts import compare
+from fairlead_tools.deploy_check.host_report import HostReport
+from fairlead_tools.supervisor.this_host import free_ports
+from tests.cli.command import fairlead, fairlead_command, fairlead_environment
+from tests.supervisor.two_hosts_file import content
+from tests.system.two_networks import TwoNetworks, two_networks
+
+REPORT = HostReport(
+    host="robot",
+    processes=["router", "hal", "safety", "state_assembler"],
+    versions={"fairlead": "0.1.0", "eclipse-zenoh": "1.10.2"},
+    file="f1",
+    robot="r1",
+    skills={"pick": "s1", "drive": "s2"},
+    trusted="m1",
+    clock_s=1e9,
+    problems=[],
+    warnings=[],
+)
+DIFFERENT: dict[str, tuple[dict[str, Any], str]] = {
+    "nothing": ({}, ""),
+    "a skill fewer": ({"skills": {"pick": "s1"}}, ""),
+    "a little later": ({"clock_s": 1e9 + 100}, ""),
+    "version": (
+        {"versions": {"fairlead": "0.2.0", "eclipse-zenoh": "1.10.2"}},
+        "hosts robot and gpu have fairlead 0.1.0 and 0.2.0: install the same on both",
+    ),
+    "file": ({"file": "f2"}, "hosts robot and gpu have different deployment files: copy it"),
+    "robot": ({"robot": "r2"}, "different robots panda_mobile: copy robots/panda_mobile from"),
+    "certificates": ({"trusted": "m2"}, "certificates of different makes: fairlead certs new on"),
+    "clock": ({"clock_s": 1e9 + 7200}, "hosts robot and gpu have clocks 2.0 h apart: set them"),
+    "skill": ({"skills": {"pick": "s3"}}, "skill pick is s3 on host gpu and s1 on host robot: "),
+    "a skill more": ({"skills": {"own": "s3"}}, "skill own is s3 on host gpu and none on host "),
+}
+
+
+@pytest.mark.parametrize("what", DIFFERENT)
+def test_what_has_to_be_the_same_on_all_hosts_is_compared(what: str, tmp_path: Path) -> None:
+    changed, expected = DIFFERENT[what]
+    file = tmp_path / "two.yaml"
+    file.write_text(yaml.safe_dump(content()), encoding="utf-8")
+    other = REPORT.model_copy(update={"host": "gpu"} | changed)
+    found = list(compare(load_deployment(file), [REPORT, other]))
+    assert len(found) == bool(expected) and all(expected in text for text in found), found
+
+
+def check(
+    network: TwoNetworks, file: Path, *more: str
+) -> tuple[int, dict[str, HostReport], list[str]]:
+    """As on the robot's host: the other one is asked as by ssh, through its namespace."""
+    words = ["deploy", "check", str(file), "--json", "--program", shlex.join(fairlead_command())]
+    words += ["--reach", shlex.join([*network.on("gpu"), "env", "ASKED_AT={address}"])]
+    done = subprocess.run(
+        [*network.on("robot"), *fairlead_command(*words, *more)],
+        env=fairlead_environment(file.parent), capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.stderr == "", done.stderr
+    answer = json.loads(done.stdout)
+    reports = [HostReport.model_validate(one) for one in answer["hosts"]]
+    return done.returncode, {one.host: one for one in reports}, answer["problems"]
+
+
+@pytest.mark.processes
+def test_two_hosts_are_asked_and_each_mistake_is_said_with_its_fix(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("FAIRLEAD_ACCESS", str(tmp_path / "access"))
+    with two_networks() as network:
+        file, port = tmp_path / "two.yaml", free_ports(1)[0]
+        router = {"host": "robot", "port": port}
+        spec = content(hosts=network.addresses, router=router)
+        file.write_text(yaml.safe_dump(spec), encoding="utf-8")
+
+        code, reports, problems = check(network, file)
+        assert code == 1 and problems == []
+        assert "router: no certificate " in reports["robot"].problems[0]
+        assert "fairlead certs new" in reports["gpu"].problems[0]
+
+        made = fairlead("certs", "new", str(file), state=tmp_path)
+        assert made.returncode == 0, made.stderr
+        code, reports, problems = check(network, file)
+        assert (code, problems) == (0, []), reports
+        assert reports["robot"].skills == reports["gpu"].skills != {}
+
+        here = f"import socket, sys; s = socket.create_server(('{network.addresses['robot']}', "
+        here += f"{port})); print('listens', flush=True); sys.stdin.read()"
+        with subprocess.Popen(
+            [*network.on("robot"), sys.executable, "-c", here],
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+        ) as other:  # fmt: skip
+            assert other.stdout is not None and other.stdout.readline() == b"listens\n"
+            code, reports, _ = check(network, file)
+            other.communicate()
+        assert code == 1 and f"its port {port} is taken by pid " in reports["robot"].problems[0]
+
+        if not network.why_loopback:
+            nobody = network.addresses | {"gpu": "10.77.0.9"}
+            file.write_text(yaml.safe_dump(spec | {"hosts": nobody}), encoding="utf-8")
+            code, reports, problems = check(network, file)
+            assert code == 1 and "10.77.0.9 is none of this machine's" in reports["gpu"].problems[0]
+
+
+@pytest.mark.processes
+def test_a_host_that_cannot_be_asked_is_a_problem_with_what_to_do_by_hand(tmp_path: Path) -> None:
+    file = tmp_path / "two.yaml"
+    file.write_text(yaml.safe_dump(content(access="open")), encoding="utf-8")
+    reach = "sh -c 'echo no route to {address} >&2; exit 255'"
+    done = fairlead("deploy", "check", str(file), "--reach", reach, state=tmp_path)
+    assert done.returncode == 1
+    assert (
+        "PROBLEM host gpu: cannot be asked: no route to 192.0.2.1; by hand, there: " in done.stdout
+    )
+    assert f"fairlead deploy check {file} --host gpu\n" in done.stdout
+    assert "host robot: ready to start: router, hal, safety, state_assembler" in done.stdout
+    wrong = fairlead("deploy", "check", str(file), "--reach", "ssh {adress}", state=tmp_path)
+    assert wrong.returncode == 1
+    assert wrong.stderr.endswith(
+        "ERROR --reach: expected words and {address}, got 'ssh {adress}'\n"
+    )
