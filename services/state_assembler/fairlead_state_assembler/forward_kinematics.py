@@ -33,6 +33,7 @@ class ForwardKinematics:
         except ValueError as error:
             raise ConfigError(f"{path}: {error}") from None
         self._data = self._model.createData()
+        self._computed = self._data.oMf
         self._find_joints(robot)
         bodies = [
             (index, frame.name)
@@ -60,7 +61,7 @@ class ForwardKinematics:
         for column, source, multiplier, offset in self._mimics:
             q[column] = multiplier * positions[source] + offset
         pin.framesForwardKinematics(self._model, self._data, q)
-        poses: Sequence[SE3] = self._data.oMf.copy()  # the next call overwrites oMf
+        poses: Sequence[SE3] = self._computed.copy()  # the next call overwrites them
         return poses
 
     def _find_joints(self, robot: RobotManifest) -> None:
