@@ -53,7 +53,8 @@ class _Wanted:
 
     def __init__(self, publisher: zenoh.Publisher) -> None:
         self._is_so = False
-        self._listener = publisher.declare_matching_listener(self._on_status)
+        direct = zenoh.handlers.Callback(self._on_status, indirect=False)  # as for tokens
+        self._listener = publisher.declare_matching_listener(direct)
         status: Any = publisher.matching_status  # its stub has a bool
         if status.matching:  # else what the listener was told meanwhile counts
             self._is_so = True
