@@ -36,12 +36,9 @@ StartLimitIntervalSec=0
 Type=notify
 ExecStart={command}
 User={user}
-Environment=FAIRLEAD_STATE=%S/fairlead-{id}
-Environment=XDG_CACHE_HOME=%C/fairlead-{id}
 Environment=HOME=%S/fairlead-{id}
 StateDirectory=fairlead-{id}
 StateDirectoryMode=0700
-CacheDirectory=fairlead-{id}
 UMask=0077
 Restart=always
 RestartSec=1
