@@ -16,6 +16,7 @@ from typing import Any, TypeVar
 
 from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.deploy.router_watch import open_with_logging, refuse_duplicate_service, watch_router
+from fairlead.deploy.service_manager import say_alive, say_ready
 from fairlead.deploy.stop_signals import StopSignals, ignore_further_signals
 from fairlead.errors import FairleadError, each_error
 from fairlead.log_stamp import stamped
@@ -93,6 +94,7 @@ async def _serve(who: str, arguments: argparse.Namespace, body: Body) -> int:
         arguments.state_dir.mkdir(parents=True, exist_ok=True)
         bus = await open_with_logging(endpoints, log)
         async with asyncio.TaskGroup() as tasks:
+            tasks.create_task(say_alive())
             if deployment.router is not None:
                 token = deployment.keys.alive(arguments.service)
                 await refuse_duplicate_service(arguments.service, bus, token)
@@ -138,6 +140,7 @@ def announce_ready(context: ServiceContext) -> None:
     context.started()
     context.bus.declare_token(context.deployment.keys.alive(context.name))
     logging.getLogger(context.name).info("ready")
+    say_ready()
 
 
 async def run_in_thread(

@@ -13,8 +13,8 @@ import pytest
 import yaml
 
 from fairlead.deploy.deployment import load_deployment
-from fairlead_tools.deploy_check.all_hosts import compare
-from fairlead_tools.deploy_check.host_report import HostReport
+from fairlead_tools.deploy.all_hosts import compare
+from fairlead_tools.deploy.host_report import HostReport
 from fairlead_tools.supervisor.this_host import free_ports
 from tests.cli.command import fairlead, fairlead_command, fairlead_environment
 from tests.supervisor.two_hosts_file import content

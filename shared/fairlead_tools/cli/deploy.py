@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from fairlead.deploy.deployment import load_deployment
-from fairlead.errors import ServiceError
+from fairlead.errors import ConfigError, ServiceError, expected
 from fairlead_tools.cli.console import ProgressLine, echo, print_json
 from fairlead_tools.cli.options import DeploymentArgument, JsonOption, example, make_group
-from fairlead_tools.deploy_check.all_hosts import ask_host, compare
-from fairlead_tools.deploy_check.host_report import HostReport, report_this
+from fairlead_tools.deploy.all_hosts import ask_host, compare
+from fairlead_tools.deploy.host_report import HostReport, report_this
+from fairlead_tools.deploy.systemd_units import systemd_units
 
 
 @example("fairlead deploy check ./panda_mobile_two_hosts.yaml")
@@ -74,6 +76,33 @@ def _say(reports: list[HostReport], problems: list[str]) -> None:
         echo(f"PROBLEM {text}")
 
 
+@example("fairlead deploy units ./panda_mobile_two_hosts.yaml --host robot --out units")
+def units_command(
+    deployment: DeploymentArgument,
+    out: Annotated[Path, typer.Option(help="folder for them; it is made")],
+    host: Annotated[
+        str | None, typer.Option(help="which host of the file, if it has several")
+    ] = None,
+    user: Annotated[str, typer.Option(help="as whom the services run")] = "fairlead",
+) -> None:
+    """Write units for systemd: each process of a host by itself, watched, with few rights."""
+    loaded = load_deployment(deployment)
+    if host is None and len(loaded.hosts) == 1:
+        [host] = loaded.hosts
+    if (host or "") not in (loaded.hosts or {"": ""}):
+        raise ConfigError(expected("--host", "a host of the file", repr(host), loaded.hosts))
+    units = systemd_units(deployment, loaded, host, user)
+    out.mkdir(parents=True, exist_ok=True)
+    for name, text in units.items():
+        (out / name).write_text(text, encoding="utf-8")
+        echo(str(out / name))
+    target = next(name for name in units if name.endswith(".target"))
+    echo(f"copy them to /etc/systemd/system, then: systemctl enable --now {' '.join(units)}")
+    echo(f"to stop all: systemctl stop {target}")
+
+
 group = make_group(
-    "deploy", "Check a deployment on all its hosts before it starts.", {"check": check_command}
+    "deploy",
+    "Check a deployment on all its hosts before it starts; units for systemd.",
+    {"check": check_command, "units": units_command},
 )

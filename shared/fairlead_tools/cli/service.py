@@ -16,6 +16,7 @@ from fairlead.deploy.deployment import load_deployment
 from fairlead.deploy.hosts import ROUTER
 from fairlead.deploy.process_table import ProcessId, process_id
 from fairlead.deploy.registry import Registry, Running, ServiceEntry, running_name
+from fairlead.deploy.service_manager import say_alive, say_ready
 from fairlead.deploy.stop_signals import StopSignals
 from fairlead.errors import ConfigError, NoAnswerError, ServiceError, expected
 from fairlead.messages import GateState
@@ -119,9 +120,11 @@ async def _serve(endpoints: Endpoints, port: int) -> None:
     signals.started()
     log.info("listens on %s", ", ".join(endpoints.listen))
     log.info("ready")
-    closing = asyncio.create_task(forbid_lingering(port))
+    say_ready()
+    tasks = [asyncio.create_task(forbid_lingering(port)), asyncio.create_task(say_alive())]
     await signals.stopping.wait()
-    closing.cancel()
+    for task in tasks:
+        task.cancel()
     bus.close()
 
 

@@ -63,13 +63,15 @@ std::uint64_t monotonic_ns() {
 }
 
 GateProcess::GateProcess(const Limits& limits, std::string config_file, LatchStore& store,
-                         LogWriter& log, DecisionLog& decisions, Outlet& outlet)
+                         LogWriter& log, DecisionLog& decisions, Outlet& outlet,
+                         ServiceManager& manager)
     : limits_(limits),
       config_file_(std::move(config_file)),
       store_(store),
       log_(log),
       decisions_(decisions),
       outlet_(outlet),
+      manager_(manager),
       random_ids_(std::make_unique<RandomIds>()),
       ids_(*random_ids_),
       gate_(limits, ids_) {}
@@ -271,6 +273,7 @@ void GateProcess::run_timer() {
   while (!stop_timer_.wait_until(lock, next, [this] { return stopping_; })) {
     step(Event{}, nullptr);
     say_left_out();
+    manager_.say_alive(monotonic_ns());
     // After a suspension the missed turns are not made up for.
     next = std::max(next, std::chrono::steady_clock::now() - kTimerPeriod) + kTimerPeriod;
   }

@@ -21,6 +21,7 @@
 #include "process/latch_store.hpp"
 #include "process/log_writer.hpp"
 #include "process/outlet.hpp"
+#include "process/service_manager.hpp"
 
 namespace fairlead {
 
@@ -31,7 +32,7 @@ class GateProcess {
  public:
   /// All arguments must outlive the process. `config_file` is hashed again at each arm.
   GateProcess(const Limits& limits, std::string config_file, LatchStore& store, LogWriter& log,
-              DecisionLog& decisions, Outlet& outlet);
+              DecisionLog& decisions, Outlet& outlet, ServiceManager& manager);
   ~GateProcess();
 
   /// Leave boot and start the timer. `new_state`: the operator says that a state folder which
@@ -62,6 +63,7 @@ class GateProcess {
   LogWriter& log_;
   DecisionLog& decisions_;
   Outlet& outlet_;
+  ServiceManager& manager_;  // told by the timer's thread
   std::unique_ptr<IdSource> random_ids_;
   DrawnIds ids_;  // remembered for the decision log
 

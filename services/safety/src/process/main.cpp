@@ -116,7 +116,8 @@ void run(const Arguments& arguments) {
   DecisionLog decisions(
       {arguments.decision_log, arguments.decision_log_files, arguments.decision_log_mib << 20U},
       make_header(*limits, arguments.config), log);
-  GateProcess process(*limits, arguments.config, store, log, decisions, transport);
+  ServiceManager manager;
+  GateProcess process(*limits, arguments.config, store, log, decisions, transport, manager);
   log.info("configuration " + arguments.config + " (profile " +
            std::string(limits->profile.view()) + ") hash " + to_hex(limits->config_hash) + ", " +
            origin);
@@ -126,6 +127,7 @@ void run(const Arguments& arguments) {
       [&process](const Event& event, Answer* answer) { process.handle(event, answer); });
   transport.announce(arguments.service);
   log.info("ready");
+  manager.say_ready();
   log.info("ends on " + wait_for_stop(signals));
   transport.stop_listening();
   process.shut_down();

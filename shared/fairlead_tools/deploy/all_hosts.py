@@ -12,7 +12,7 @@ from pydantic import ValidationError
 
 from fairlead.deploy.deployment import Deployment
 from fairlead.errors import ConfigError, ServiceError
-from fairlead_tools.deploy_check.host_report import HostReport, report_this
+from fairlead_tools.deploy.host_report import HostReport, report_this
 from fairlead_tools.supervisor.this_host import is_own_address
 
 ANSWER_S = 60.0

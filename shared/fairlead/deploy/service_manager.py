@@ -1,0 +1,36 @@
+"""What systemd is told that started this process with ``Type=notify``: sd_notify(3)'s datagrams."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import socket
+from contextlib import suppress
+
+TIMES_PER_WATCHDOG = 4
+
+
+def say_ready() -> None:
+    """The service has started. Nobody is told where no service manager asked for it."""
+    _tell(b"READY=1")
+
+
+async def say_alive() -> None:
+    """Until it is cancelled: as long as this event loop runs, systemd does not end the process."""
+    watchdog_us = os.environ.get("WATCHDOG_USEC", "")
+    if not watchdog_us.isdigit() or int(watchdog_us) == 0:
+        return
+    while True:
+        _tell(b"WATCHDOG=1")
+        await asyncio.sleep(int(watchdog_us) * 1e-6 / TIMES_PER_WATCHDOG)
+
+
+def _tell(state: bytes) -> None:
+    address = os.environ.get("NOTIFY_SOCKET", "")
+    if not address:
+        return
+    if address.startswith("@"):  # a name that is no file
+        address = f"\0{address[1:]}"
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as manager, suppress(OSError):
+        manager.setblocking(False)
+        manager.sendto(state, address)

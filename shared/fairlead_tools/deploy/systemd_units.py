@@ -1,0 +1,126 @@
+"""Units for systemd: each process of a host by itself, watched, and with few rights."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+
+from fairlead.deploy.deployment import Deployment
+from fairlead.deploy.hosts import ROUTER
+from fairlead.errors import ConfigError
+
+WATCHDOG_S = 10
+"""A process that has said nothing for so long is killed and started again: the robot holds."""
+START_S = 120
+STOP_S = 15
+
+_TARGET = """\
+[Unit]
+Description=fairlead {id}: all services of {host}
+After=network-online.target
+Wants=network-online.target
+
+[Install]
+WantedBy=multi-user.target
+"""
+
+_SERVICE = """\
+[Unit]
+Description=fairlead {id}: {name}
+PartOf={target}
+After=network-online.target
+StartLimitIntervalSec=0
+
+[Service]
+Type=notify
+ExecStart={command}
+User={user}
+Environment=HOME=%S/fairlead-{id}
+StateDirectory=fairlead-{id}
+StateDirectoryMode=0700
+UMask=0077
+Restart=always
+RestartSec=1
+WatchdogSec={watchdog}
+WatchdogSignal=SIGKILL
+TimeoutStartSec={start}
+TimeoutStopSec={stop}
+OOMScoreAdjust={oom}
+LimitRTPRIO=99
+LimitCORE=0
+
+NoNewPrivileges=yes
+CapabilityBoundingSet=
+AmbientCapabilities=
+ProtectSystem=strict
+ProtectHome=read-only
+PrivateTmp=yes
+ProtectProc=invisible
+ProtectClock=yes
+ProtectHostname=yes
+ProtectKernelLogs=yes
+ProtectKernelModules=yes
+ProtectKernelTunables=yes
+ProtectControlGroups=yes
+RestrictAddressFamilies=AF_INET AF_INET6 AF_UNIX AF_NETLINK
+RestrictNamespaces=yes
+RestrictSUIDSGID=yes
+LockPersonality=yes
+RemoveIPC=yes
+SystemCallArchitectures=native
+SystemCallFilter=@system-service
+SystemCallErrorNumber=EPERM
+{more}
+[Install]
+WantedBy={target}
+"""
+
+_NO_DEVICES = "PrivateDevices=yes\nDevicePolicy=closed\n"
+_NO_OWN_CODE = "MemoryDenyWriteExecute=yes\n"
+"""But for the gate, everything compiles as it runs: numba, jax, drivers of a GPU."""
+
+
+def systemd_units(
+    file: Path, deployment: Deployment, host: str | None, user: str
+) -> Mapping[str, str]:
+    """Text of each unit by its file name: one for each process of a host, and what starts them all.
+
+    None needs another one: the gate and the HAL go on whatever becomes of the rest. HALs and
+    runners see the devices of the machine, which a robot or a GPU may be.
+
+    Args:
+        file: the deployment file, where it lies on that host.
+        user: as whom they run.
+
+    Raises:
+        ConfigError: a path has signs that a unit cannot have.
+    """
+    target = f"fairlead-{deployment.id}.target"
+    units = {target: _TARGET.format(id=deployment.id, host=host or "this machine")}
+    gate = deployment.only("safety")
+    for name in deployment.processes(host):
+        more = "" if name == deployment.hal or name in deployment.runners else _NO_DEVICES
+        units[f"fairlead-{deployment.id}-{name}.service"] = _SERVICE.format(
+            id=deployment.id,
+            name=name,
+            target=target,
+            command=_command(file, name),
+            user=user,
+            watchdog=WATCHDOG_S,
+            start=START_S,
+            stop=STOP_S,
+            oom=-900 if name in (gate, deployment.hal) else 0,
+            more=more + (_NO_OWN_CODE if name == gate else ""),
+        )
+    return units
+
+
+def _command(file: Path, name: str) -> str:
+    program = str(Path(sys.executable).with_name("fairlead"))
+    where = str(file.absolute())
+    for path in (program, where):
+        if any(sign in path for sign in "\"'\\\n$"):
+            raise ConfigError(f"unit: {path}: expected a path without quotes, \\ and $")
+    words = [program, "router", where] if name == ROUTER else [program, "service", where, name]
+    return " ".join(f'"{word.replace("%", "%%")}"' for word in words)

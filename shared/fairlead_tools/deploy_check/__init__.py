@@ -1,1 +1,0 @@
-"""Finds what is wrong with a deployment on all its hosts, before anything starts."""

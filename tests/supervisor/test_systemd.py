@@ -1,0 +1,91 @@
+"""Units for systemd, and what a service tells it."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import socket
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from fairlead.paths import deployment_path
+from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
+from tests.cli.command import fairlead, fairlead_command, fairlead_environment
+
+pytestmark = pytest.mark.processes
+
+READY_S = 60.0
+WATCHDOG_US = 400_000
+EXPOSURE = 25
+"""In tenths, as `systemd-analyze security` says it; a unit without any setting has 96."""
+ANALYZE = shutil.which("systemd-analyze")
+FILE = "panda_mobile_two_hosts"
+
+
+def units(folder: Path, *options: str) -> list[Path]:
+    """Of the robot's host, as this user, whom systemd knows."""
+    words = ["deploy", "units", FILE, "--host", "robot", "--out", str(folder), "--user", "root"]
+    done = fairlead(*words, *options, state=folder)
+    assert done.returncode == 0, done.stderr
+    return sorted(folder.glob("*.service"))
+
+
+@pytest.mark.skipif(ANALYZE is None, reason="no systemd-analyze here")
+def test_systemd_takes_the_units_and_finds_them_hardened(tmp_path: Path) -> None:
+    found = units(tmp_path / "units")
+    names = [file.stem.removeprefix("fairlead-panda_mobile-") for file in found]
+    assert names == ["hal", "router", "safety", "state_assembler"]
+    assert ANALYZE is not None
+    verified = subprocess.run(
+        [ANALYZE, "verify", *map(str, sorted((tmp_path / "units").iterdir()))],
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert (verified.returncode, verified.stderr) == (0, "")
+    for file in found:
+        words = [ANALYZE, "security", "--offline=true", f"--threshold={EXPOSURE}", str(file)]
+        done = subprocess.run(words, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stdout
+
+
+def test_no_unit_needs_another_one(tmp_path: Path) -> None:
+    for file in units(tmp_path / "units"):
+        text = file.read_text(encoding="utf-8")
+        assert not {"Requires", "BindsTo", "Requisite", "PartOf"} & {
+            line.partition("=")[0] for line in text.splitlines() if ".service" in line
+        }, text
+
+
+def test_a_host_that_the_file_does_not_have_is_refused(tmp_path: Path) -> None:
+    words = ["deploy", "units", FILE, "--out", str(tmp_path / "units")]
+    for more in ([], ["--host", "laptop"]):
+        done = fairlead(*words, *more, state=tmp_path)
+        assert done.returncode == 1 and not (tmp_path / "units").exists()
+        assert "--host: expected a host of the file, got " in done.stderr
+        assert "(valid: robot, gpu)" in done.stderr
+
+
+@pytest.mark.parametrize("service", ["safety", "state_assembler"])
+@pytest.mark.parametrize("name", ["file", "@name"])
+def test_a_service_says_when_it_is_ready_and_that_it_goes_on(
+    tmp_path: Path, service: str, name: str
+) -> None:
+    """The gate from its timer's thread, the others from their event loop."""
+    scratch = make_scratch(deployment_path("panda_mujoco"), tmp_path / "state", ScratchOptions())
+    address = str(tmp_path / "notify") if name == "file" else f"@fairlead-{os.getpid()}-{service}"
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as manager:
+        manager.bind(address.replace("@", "\0"))
+        manager.settimeout(READY_S)
+        environment = fairlead_environment(tmp_path)
+        environment |= {"NOTIFY_SOCKET": address, "WATCHDOG_USEC": str(WATCHDOG_US)}
+        words = ["service", str(scratch.file), service, "--state-dir", str(tmp_path / "s")]
+        with subprocess.Popen(
+            fairlead_command(*words), env=environment, stdout=subprocess.DEVNULL
+        ) as process:
+            try:
+                told = [manager.recv(100) for _ in range(8)]
+            finally:
+                process.terminate()
+    assert process.returncode == 0
+    assert set(told) == {b"READY=1", b"WATCHDOG=1"} and told.count(b"READY=1") == 1
