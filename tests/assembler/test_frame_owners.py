@@ -57,6 +57,23 @@ def test_link_of_the_robot_that_another_sends_is_contested() -> None:
     assert "only state_assembler may send it" in str(fault(buffer, "hand", "map", 3))
 
 
+def test_frame_that_was_looked_up_before_another_sent_it_is_contested_too() -> None:
+    buffer = buffer_of()
+    buffer.add_batch(batch(3, ("map", "odom", 1.0)), "hal")
+    assert buffer.lookup("map", "odom", 3)[0].translation[0] == 1.0
+    buffer.add_batch(batch(3, ("map", "odom", 5.0)), "stray")
+    fault(buffer, "map", "odom", 3)
+
+
+def test_links_are_known_again_in_a_new_episode() -> None:
+    buffer = buffer_of()
+    for episode in (1, 5):
+        buffer.enter(SESSION, episode)
+        for tick in (episode, episode + 1):
+            buffer.add_links("base", {"hand": 0}, [pin.SE3.Identity()], tick)
+            assert buffer.lookup("base", "hand", tick)[1] == tick
+
+
 def test_frame_of_nobody_belongs_to_whoever_sends_it_first() -> None:
     buffer = buffer_of()
     buffer.add_batch(batch(3, ("odom", "tag", 1.0)), "tracker")

@@ -125,6 +125,13 @@ def test_number_that_is_not_finite_is_an_error_naming_its_index() -> None:
     assert error.value.kind == "not_finite"
 
 
+def test_numbers_whose_sum_is_not_finite_are_finite_still() -> None:
+    fingers = np.array([1.7e308, 1.7e308])
+    joints = JointPositions.named(("panda_finger_joint1", "panda_finger_joint2"), fingers)
+    values = assemble_state("human300_16d", BINDINGS, joints, FixedTransforms(POSES))
+    assert values[14:].tolist() == fingers.tolist()
+
+
 def test_layout_without_an_assembler_says_where_those_are_that_have_one() -> None:
     with pytest.raises(LayoutError) as error:
         assemble_state("gr1", BINDINGS, JOINTS, FixedTransforms(POSES))

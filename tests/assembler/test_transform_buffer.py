@@ -49,6 +49,24 @@ def test_lookup_both_ways_round_is_the_inverse(seed: int, depth: int) -> None:
     assert np.allclose((there * back).homogeneous, np.eye(4), atol=1e-9)
 
 
+@settings(max_examples=50, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1), depth=st.integers(1, 6))
+def test_a_view_finds_the_bits_that_lookups_of_their_own_find(seed: int, depth: int) -> None:
+    rng = np.random.default_rng(seed)
+    buffer = buffer_with(**{f"f{number}": 3 for number in range(0, depth, 2)})
+    for number in range(depth):
+        parent = f"f{rng.integers(number)}" if number else "root"
+        tick = 9 if number % 2 else int(rng.integers(6, 10))
+        buffer.add(parent, f"f{number}", random_pose(rng), tick, is_static=False)
+    view = buffer.at(9)
+    pairs = [(f"f{one}", f"f{other}") for one in range(depth) for other in range(depth)]
+    for _ in range(2):
+        for parent, child in rng.permutation(pairs).tolist():
+            found, _ = buffer.lookup(parent, child, 9)
+            assert view.pose(parent, child).homogeneous.tobytes() == found.homogeneous.tobytes()
+    assert view.oldest_tick == min(buffer.lookup(one, other, 9)[1] for one, other in pairs)
+
+
 def test_frame_in_itself_is_the_identity_even_if_nothing_is_known() -> None:
     found, oldest = buffer_with().lookup("base", "base", 3)
     assert np.array_equal(found.homogeneous, np.eye(4))

@@ -19,6 +19,7 @@ GUARDS = {
     "HeardStates": "joint states that `fairlead hal check` heard: its `receive`, `main`",
     "StandInGate": "leases that `fairlead hal check` sends: its `receive`, `main`, and a timer",
     "FrameSender": "readers and memory of a camera: `tick`, the camera's thread",
+    "FrameThread": "links of cameras: `receive`, `frames`, `main`",
     "FrameSubscription": "which way a camera's frames come: `receive`, `frames`, `main`",
     "CameraProcess": "the number of requested frames: `tick`, the camera's thread",
 }

@@ -133,7 +133,7 @@ def test_a_reader_that_was_cut_off_and_goes_on_comes_back(buses: list[ZenohBus])
     assert isinstance(publisher, FramePublisher) and publisher._sender is not None
     tick = send_until(publisher, eyes, eyes.is_shared, 1)
     sender = publisher._sender
-    sender._cut_off(sender._readers[0], "a test")
+    sender._cut_off(next(iter(sender._readers.values())), "a test")
     eyes.got.clear()
     send_until(publisher, eyes, eyes.is_shared, tick)
 

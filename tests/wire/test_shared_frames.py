@@ -19,16 +19,18 @@ from fairlead.messages import Bytes, Image, decode, encode, encode_parts
 from fairlead.wire import frame_receiver
 from fairlead.wire.frame_receiver import KEPT_MAX, FrameReceiver
 from fairlead.wire.frame_sender import HELD_MAX, FrameSender
+from fairlead.wire.frame_thread import FrameThread
 
 WAIT_S = 10.0
 READER = """
 import sys, time
 from fairlead.wire.frame_receiver import FrameReceiver
+from fairlead.wire.frame_thread import FrameThread
 kept = []
 def on_frame(frame):
     kept.append(frame)
     print(len(frame), flush=True)
-FrameReceiver(sys.argv[1], "reader", on_frame, lambda: print("end", flush=True))
+FrameReceiver(sys.argv[1], FrameThread(), on_frame, lambda: print("end", flush=True))
 sys.stdin.read()
 """
 
@@ -36,10 +38,13 @@ sys.stdin.read()
 class Reader:
     """A receiver in this process, and what it was given."""
 
-    def __init__(self, name: str) -> None:
+    def __init__(self, name: str, thread: FrameThread | None = None) -> None:
         self.frames: SimpleQueue[Bytes] = SimpleQueue()
         self.ended = threading.Event()
-        self.receiver = FrameReceiver(name, "reader", self.frames.put, self.ended.set)
+        self.receiver = FrameReceiver(name, thread or FrameThread(), self.take, self.ended.set)
+
+    def take(self, frame: Bytes) -> None:
+        self.frames.put(frame)
 
     def next(self) -> Bytes:
         return self.frames.get(timeout=WAIT_S)
@@ -78,6 +83,39 @@ def test_a_frame_is_the_parts_one_after_the_other_and_each_reader_gets_it(
         assert bytes(got) == b"headpixels" and memoryview(got).readonly
     sender.close()
     assert all(reader.ended.wait(WAIT_S) for reader in readers)
+
+
+class Clumsy(Reader):
+    """Fails at each frame."""
+
+    def take(self, frame: Bytes) -> None:
+        raise RuntimeError("clumsy")
+
+
+def test_the_frames_of_all_cameras_come_on_one_thread_and_one_s_fault_is_its_own(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    thread = FrameThread()
+    senders = [FrameSender() for _ in range(3)]
+    kinds = (Reader, Clumsy, Reader)
+    readers = [kind(one.name, thread) for kind, one in zip(kinds, senders, strict=True)]
+    before = thread._thread
+    for number in range(2 * KEPT_MAX):
+        told = [one.send([frame(number)]) for one in senders]
+        assert told[::2] == [1, 1]
+        assert [bytes(one.next()) for one in readers[::2]] == [frame(number)] * 2
+    assert readers[1].ended.wait(WAIT_S) and "RuntimeError: clumsy" in caplog.text
+    assert thread._thread is before
+    for one in readers:
+        one.receiver.close()
+    assert before is not None
+    before.join(WAIT_S)
+    assert not before.is_alive(), "it ends with the last of them"
+    again = Reader(senders[0].name, thread)
+    sent_until(senders[0], lambda: not again.frames.empty())
+    for sender in senders:
+        sender.close()
+    assert again.ended.wait(WAIT_S)
 
 
 def test_what_is_kept_is_never_overwritten(sender: FrameSender) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import NoReturn, Protocol
 
 import numpy as np
 
@@ -12,7 +12,13 @@ from fairlead.messages import FloatArray
 from fairlead.skill.bindings import PoseBinding, QuaternionSign, StateContractBindings
 from fairlead_state_assembler.joint_positions import JointPositions
 from fairlead_state_assembler.pose_decoding import SE3
-from fairlead_state_assembler.pose_vector import axis_angle3, gripper_pair, pose7, rotation4
+from fairlead_state_assembler.pose_vector import (
+    axis_angle3,
+    gripper_pair,
+    pose7,
+    position3,
+    rotation4,
+)
 
 
 class Transforms(Protocol):
@@ -40,12 +46,13 @@ class BoundInputs:
         self._name = name
         self._layout = layout
         self._bindings = bindings
+        self._signs = bindings.quaternion_signs
         self._joints = joints
         self._transforms = transforms
 
     def position3(self, parent: ParentBinding, child: PoseBinding) -> FloatArray:
         """Where ``child`` is in ``parent``: shape ``[3]`` [m]."""
-        return np.array(self._pose(parent, child).translation)
+        return position3(self._pose(parent, child))
 
     def quaternion4(
         self, parent: ParentBinding, child: PoseBinding, sign: QuaternionSign | None = None
@@ -56,16 +63,16 @@ class BoundInputs:
             sign: instead of the one bound for ``child``.
         """
         order = self._bindings.quaternion_convention
-        return rotation4(self._rotated(parent, child), order, sign or self._sign(child))
+        return rotation4(self._rotated(parent, child), order, sign or self._signs.get(child, "+w"))
 
     def axis_angle3(self, parent: ParentBinding, child: PoseBinding) -> FloatArray:
         """How ``child`` is turned in ``parent``: shape ``[3]``, unit axis times angle [rad]."""
-        return axis_angle3(self._rotated(parent, child), self._sign(child))
+        return axis_angle3(self._rotated(parent, child), self._signs.get(child, "+w"))
 
     def pose7(self, parent: ParentBinding, child: PoseBinding) -> FloatArray:
         """Position [m] and unit quaternion of one frame: shape ``[7]``."""
         order = self._bindings.quaternion_convention
-        return pose7(self._pose(parent, child), order, self._sign(child))
+        return pose7(self._pose(parent, child), order, self._signs.get(child, "+w"))
 
     def planar3(self, parent: ParentBinding, child: PoseBinding) -> FloatArray:
         """x, y [m] and yaw about z [rad], in (-pi, pi]: shape ``[3]``."""
@@ -97,26 +104,22 @@ class BoundInputs:
         bindings = self._bindings.model_copy(update={"world_frame": frame})
         return BoundInputs(self._name, self._layout, bindings, self._joints, self._transforms)
 
-    def _sign(self, child: PoseBinding) -> QuaternionSign:
-        return self._bindings.quaternion_signs.get(child, "+w")
-
-    def _pose(self, parent: ParentBinding, child: PoseBinding) -> SE3:
-        return self._transforms.pose(self._frame(parent), self._frame(child))
+    def _pose(self, parent: str, child: str) -> SE3:
+        bound = self._bindings
+        return self._transforms.pose(
+            getattr(bound, parent) or self._refuse(parent),
+            getattr(bound, child) or self._refuse(child),
+        )
 
     def _rotated(self, parent: ParentBinding, child: PoseBinding) -> SE3:
         """As `_pose`, but the end effector's rotation may be bound to another frame."""
-        other = self._bindings.eef_rotation_frame
-        if child == "eef_frame" and other is not None:
-            return self._transforms.pose(self._frame(parent), other)
-        return self._pose(parent, child)
+        has_own = child == "eef_frame" and self._bindings.eef_rotation_frame
+        return self._pose(parent, "eef_rotation_frame" if has_own else child)
 
-    def _frame(self, binding: str) -> str:
+    def _refuse(self, binding: str) -> NoReturn:
         # Manifests without it are refused when they are loaded; this is for direct callers.
-        frame = getattr(self._bindings, binding)
-        if not isinstance(frame, str) or not frame:
-            raise LayoutError(
-                f"layout {self._name}: the bindings name no {binding}",
-                kind="missing_frame",
-                name=binding,
-            )
-        return frame
+        raise LayoutError(
+            f"layout {self._name}: the bindings name no {binding}",
+            kind="missing_frame",
+            name=binding,
+        )

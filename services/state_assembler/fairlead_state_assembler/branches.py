@@ -59,11 +59,22 @@ class Branch:
         return Claim(self.publisher, self.parent, self.is_static, self.series.ticks[-1])
 
 
-class Way(NamedTuple):
-    """From two frames up to the one above both."""
+@dataclass(eq=False)  # one of a kind, so a key
+class Climb:
+    """From a frame up to one above it: by one more branch than the climb below.
 
-    from_parent: tuple[Branch, ...]
-    from_child: tuple[Branch, ...]
+    Two ways that begin at a frame share what they have in common.
+    """
+
+    below: Climb | None
+    branch: Branch
+
+
+class Way(NamedTuple):
+    """From two frames up to the one above both; None for a frame that is that one."""
+
+    from_parent: Climb | None
+    from_child: Climb | None
 
 
 def interpolated(branch: Branch, index: int, tick: int) -> SE3:

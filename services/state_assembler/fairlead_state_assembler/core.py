@@ -179,6 +179,8 @@ class AssemblerCore:
         joints = JointPositions(self._index, positions, velocities)
         self._moment = Moment(state.session, state.tick, state.episode_tick, joints)
         new = self._new_tick(self._moment, self._kinematics.poses(positions))
+        if not late:
+            return new
         unanswered = {view.skill for view in self._unanswered()}
         return [*(output for output in late if output.skill in unanswered), *new]
 
@@ -199,12 +201,10 @@ class AssemblerCore:
         self._buffer.add_links(base, frames, poses, moment.tick)
         self._links = [Output(None, LinkTransforms(moment, base, frames, poses))]
         self._repeats = 0
-        for view in self._views.values():
+        views = list(self._views.values())
+        for view in views:
             view.answer = None
-        return [
-            *self._answers(self._unanswered(), give_up=False),
-            *self._links,
-        ]
+        return [*self._answers(views, give_up=False), *self._links]
 
     def _repeat(self) -> list[Output]:
         """The tick again: the identical bytes again, and faults once waiting is over."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import cast
 
 import numpy as np
 import pinocchio as pin
@@ -34,7 +33,7 @@ class ForwardKinematics:
         except ValueError as error:
             raise ConfigError(f"{path}: {error}") from None
         self._data = self._model.createData()
-        self._q = np.zeros(self._model.nq)
+        self._computed = self._data.oMf
         self._find_joints(robot)
         bodies = [
             (index, frame.name)
@@ -54,15 +53,16 @@ class ForwardKinematics:
         Args:
             positions: shape ``[n]``, every measured joint in wire order [rad or m].
         """
-        self._q[self._columns] = positions[self._sources]
+        q = positions[self._sources]
         if len(self._turning):
             angles = positions[self._turning_sources]
-            self._q[self._turning] = np.cos(angles)
-            self._q[self._turning + 1] = np.sin(angles)
+            q[self._turning] = np.cos(angles)
+            q[self._turning + 1] = np.sin(angles)
         for column, source, multiplier, offset in self._mimics:
-            self._q[column] = multiplier * positions[source] + offset
-        pin.framesForwardKinematics(self._model, self._data, self._q)
-        return cast("Sequence[SE3]", self._data.oMf.copy())  # the next call overwrites oMf
+            q[column] = multiplier * positions[source] + offset
+        pin.framesForwardKinematics(self._model, self._data, q)
+        poses: Sequence[SE3] = self._computed.copy()  # the next call overwrites them
+        return poses
 
     def _find_joints(self, robot: RobotManifest) -> None:
         """For each joint of the description: its column in q, its place on the wire.
@@ -70,7 +70,8 @@ class ForwardKinematics:
         A joint without end stops (``continuous``) has two columns: the angle's cosine and sine.
         """
         measured = robot.measured_joint_names
-        columns, turning = list[tuple[int, int]](), list[tuple[int, int]]()
+        turning = list[tuple[int, int]]()
+        self._sources = np.zeros(self._model.nq, dtype=np.intp)  # of other columns: any
         self._mimics: list[tuple[int, int, float, float]] = []
         told = (link.mimic for link in description_tree(robot).links if link.mimic)
         mimics = {mimic.name: mimic for mimic in told}
@@ -88,7 +89,8 @@ class ForwardKinematics:
                     )
                 )
             joint = self._model.joints[self._model.getJointId(name)]
-            found = turning if joint.nq == 2 else columns
-            found.append((joint.idx_q, measured.index(name)))
-        self._columns, self._sources = np.array(columns, dtype=np.intp).reshape(-1, 2).T
+            if joint.nq == 2:
+                turning.append((joint.idx_q, measured.index(name)))
+            else:
+                self._sources[joint.idx_q] = measured.index(name)
         self._turning, self._turning_sources = np.array(turning, dtype=np.intp).reshape(-1, 2).T

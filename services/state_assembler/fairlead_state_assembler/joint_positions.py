@@ -39,7 +39,7 @@ class JointPositions:
         Raises:
             LayoutError: ``missing_joint``, naming it and the joints there are.
         """
-        return float(self._values[self._place(joint)])
+        return self._values.item(self._place(joint))
 
     def velocity(self, joint: str) -> float:
         """Velocity of one joint [rad/s or m/s]; as `position`, also where there are none."""
@@ -49,7 +49,7 @@ class JointPositions:
                 kind="missing_joint",
                 name=joint,
             )
-        return float(self._velocities[self._place(joint)])
+        return self._velocities.item(self._place(joint))
 
     def positions(self, joints: Sequence[str]) -> FloatArray:
         """Positions of several joints in the order asked for; as `position`."""

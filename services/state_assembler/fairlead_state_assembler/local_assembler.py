@@ -12,7 +12,8 @@ from fairlead_state_assembler.forward_kinematics import ForwardKinematics
 from fairlead_state_assembler.joint_positions import JointPositions
 from fairlead_state_assembler.pose_decoding import pose_from
 from fairlead_state_assembler.registry import assemble_contract
-from fairlead_state_assembler.transform_buffer import TransformBuffer, TransformsAtTick
+from fairlead_state_assembler.transform_buffer import TransformBuffer
+from fairlead_state_assembler.transforms_at_tick import TransformsAtTick
 
 
 class LocalAssembler:

@@ -17,33 +17,36 @@ from fairlead_state_assembler.pose_decoding import SE3
 QuaternionOrder = Literal["xyzw", "wxyz"]
 
 
+def position3(pose: SE3) -> FloatArray:
+    """The position [m]: shape ``[3]``."""
+    position: FloatArray = pin.SE3ToXYZQUAT(pose)[:3]
+    return position
+
+
 def quaternion_xyzw(pose: SE3, sign: QuaternionSign) -> FloatArray:
     """The rotation as a unit quaternion xyzw, shape ``[4]``.
 
     Args:
         sign: the number that is never negative (``+``) or never positive (``-``).
     """
-    return _signed(pin.SE3ToXYZQUAT(pose)[3:], sign)
+    return pose7(pose, "xyzw", sign)[3:]
 
 
 def pose7(pose: SE3, order: QuaternionOrder, sign: QuaternionSign) -> FloatArray:
     """Position [m] and `rotation4`: shape ``[7]``."""
     numbers: FloatArray = pin.SE3ToXYZQUAT(pose)
-    xyzw = _signed(numbers[3:], sign)
-    numbers[3:] = xyzw if order == "xyzw" else np.roll(xyzw, 1)
+    xyzw = numbers[3:]
+    decides = xyzw.item("xyzw".index(sign[1]))
+    if decides < 0.0 if sign[0] == "+" else decides > 0.0:
+        np.negative(xyzw, xyzw)
+    if order == "wxyz":
+        xyzw[:] = np.roll(xyzw, 1)
     return numbers
-
-
-def _signed(xyzw: FloatArray, sign: QuaternionSign) -> FloatArray:
-    decides = xyzw["xyzw".index(sign[1])]
-    wrong = decides < 0.0 if sign[0] == "+" else decides > 0.0
-    return -xyzw if wrong else xyzw
 
 
 def rotation4(pose: SE3, order: QuaternionOrder, sign: QuaternionSign) -> FloatArray:
     """The rotation as a unit quaternion in ``order``: shape ``[4]``."""
-    xyzw = quaternion_xyzw(pose, sign)
-    return xyzw if order == "xyzw" else np.roll(xyzw, 1)
+    return pose7(pose, order, sign)[3:]
 
 
 def axis_angle3(pose: SE3, sign: QuaternionSign) -> FloatArray:

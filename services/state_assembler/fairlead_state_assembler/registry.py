@@ -7,6 +7,8 @@ Works without Zenoh, for example in a notebook::
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from fairlead.errors import LayoutError, expected
@@ -73,7 +75,8 @@ def assemble_contract(
 
 
 def _finite(layout: str, values: FloatArray) -> FloatArray:
-    if not np.isfinite(values).all():
+    # The sum alone is faster to look at, and finite only if all are.
+    if not math.isfinite(sum(values.tolist())) and not np.isfinite(values).all():
         index = int(np.flatnonzero(~np.isfinite(values))[0])
         raise LayoutError(
             f"layout {layout}: index {index} is not finite: {values[index]}",

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from fairlead.errors import FairleadError, LayoutError
 from fairlead.messages import NO_HASH, LayoutFault, LayoutState, encode, pack_floats
 from fairlead.skill.manifest import SkillManifest, load_skill
 from fairlead_state_assembler.joint_positions import JointPositions
 from fairlead_state_assembler.registry import assemble_contract
-from fairlead_state_assembler.transform_buffer import TransformsAtTick
+from fairlead_state_assembler.transforms_at_tick import TransformsAtTick
 
 
-@dataclass(frozen=True)
-class Moment:
+class Moment(NamedTuple):
     """The tick layouts are assembled for."""
 
     session: int
@@ -64,7 +63,7 @@ class SkillView:
             session=moment.session,
             tick=moment.tick,
             episode_tick=moment.episode_tick,
-            oldest_tick=min(moment.tick, transforms.oldest_tick),
+            oldest_tick=transforms.oldest_tick,
             skill=self.skill,
             skill_hash=self._hash,
             layout=contract.layout_name,

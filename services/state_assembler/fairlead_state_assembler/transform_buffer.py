@@ -15,17 +15,26 @@ from __future__ import annotations
 from bisect import bisect_left
 from collections.abc import Mapping, Sequence
 
-import pinocchio as pin
-
 from fairlead.messages import TransformBatch
 from fairlead_state_assembler import lookup_errors
-from fairlead_state_assembler.branches import HISTORY_TICKS, Branch, Series, Way, interpolated
+from fairlead_state_assembler.branches import (
+    HISTORY_TICKS,
+    Branch,
+    Climb,
+    Series,
+    Way,
+    interpolated,
+)
 from fairlead_state_assembler.lookup_errors import Claim
 from fairlead_state_assembler.pose_decoding import SE3, decode_pose
+from fairlead_state_assembler.transforms_at_tick import TransformsAtTick
 
 
 class TransformBuffer:
     """Transforms by child frame, of one session and one episode.
+
+    Attributes:
+        ways: those that are known by parent and child; what is not is found by `find_way`.
 
     Args:
         max_age_ticks: by child frame, how many ticks old its newest transform may be
@@ -47,8 +56,11 @@ class TransformBuffer:
         self._hal = hal
         self._rivals: dict[str, Claim] = {}  # newest transform of a frame that was not taken
         self._branches: dict[str, Branch] = {}
-        self._ways: dict[tuple[str, str], Way] = {}  # of the branches as they are
+        # Both of the branches as they are, and known only while nobody contests one.
+        self.ways: dict[tuple[str, str], Way] = {}
+        self._climbs: dict[tuple[str, str], Climb] = {}
         self._links = Series()
+        self._links_hang = False  # each of their frames in that series, as far as it may
         self._session = 0
         self._left_sessions: set[int] = set()
         self._gates_session = 0  # the one that the gate follows, 0 while it says none
@@ -74,8 +86,8 @@ class TransformBuffer:
             self._left_sessions.add(self._session)
             self._session, self._episode_tick = session, 0
             self._branches.clear()
-            self._ways.clear()
-            self._links = Series()
+            self._forget_ways()
+            self._links, self._links_hang = Series(), False
             self._rivals.clear()
             self._published.clear()
             ahead, self._static_ahead = self._static_ahead, {}
@@ -135,11 +147,13 @@ class TransformBuffer:
         Args:
             frames: each with its place in ``poses``; the same ones every time.
         """
-        for frame, column in frames.items():
-            branch = self._branches.get(frame)
-            if branch is None or branch.series is not self._links:
-                claim = Claim(self._owners.get(frame, ""), parent, False, tick)
-                self._hang(frame, claim, self._links, column)
+        if not self._links_hang:
+            for frame, column in frames.items():
+                branch = self._branches.get(frame)
+                if branch is None or branch.series is not self._links:
+                    claim = Claim(self._owners.get(frame, ""), parent, False, tick)
+                    self._hang(frame, claim, self._links, column)
+            self._links_hang = not self._rivals
         self._links.put(tick, poses)
 
     def _take(self, child: str, claim: Claim, pose: SE3) -> None:
@@ -157,10 +171,11 @@ class TransformBuffer:
         """A new branch; None, and a rival noted, for a frame that is another's."""
         if child in self._branches or self._owners.get(child, claim.publisher) != claim.publisher:
             self._rivals[child] = claim
+            self._forget_ways()
             return None
         branch = Branch(child, claim.parent, claim.is_static, claim.publisher, series, column)
         self._branches[child] = branch
-        self._ways.clear()
+        self._forget_ways()
         return branch
 
     def _is_owners(self, child: str, claim: Claim, branch: Branch) -> bool:
@@ -179,21 +194,13 @@ class TransformBuffer:
         """T_parent_child at ``tick`` and the tick of the oldest dynamic transform in it.
 
         Raises:
-            LayoutError: ``missing_frame`` (unknown or not connected), ``stale_frame``
-                (too old), ``missing_tick`` (only newer ones known), ``loop`` or
-                ``contested_frame`` (sent by two, or in two ways).
+            LayoutError: as `TransformsAtTick.pose`.
         """
-        way = self._ways.get((parent, child)) or self._find_way(parent, child, tick)
-        if self._rivals:
-            for branches in way:
-                self._refuse_contested([branch.child for branch in branches], tick)
-        T_common_child, oldest_child = self._chain(way.from_child, tick)
-        if not way.from_parent:
-            return T_common_child, oldest_child
-        T_common_parent, oldest_parent = self._chain(way.from_parent, tick)
-        return T_common_parent.actInv(T_common_child), min(oldest_child, oldest_parent)
+        view = self.at(tick)
+        return view.pose(parent, child), view.oldest_tick
 
-    def _find_way(self, parent: str, child: str, tick: int) -> Way:
+    def find_way(self, parent: str, child: str, tick: int) -> Way:
+        """How the frames hang together; raises `LayoutError` as `TransformsAtTick.pose`."""
         above_parent = self._ancestors(parent, child)
         above_child = self._ancestors(child, parent)
         known = set(above_parent)
@@ -203,13 +210,23 @@ class TransformBuffer:
             roots = above_parent[-1], above_child[-1]
             owed = [(frame, self._owners[frame]) for frame in roots if frame in self._owners]
             raise lookup_errors.unconnected(parent, child, roots, self.frames, owed)
-        way = self._ways[parent, child] = Way(
-            *(
-                tuple(self._branches[frame] for frame in path[: path.index(common)])
-                for path in (above_parent, above_child)
-            )
-        )
+        paths = [path[: path.index(common)] for path in (above_parent, above_child)]
+        for path in paths:
+            self._refuse_contested(path, tick)
+        way = Way(*map(self._climb, paths))
+        if not self._rivals:
+            self.ways[parent, child] = way
         return way
+
+    def _climb(self, frames: Sequence[str]) -> Climb | None:
+        """By the branches of ``frames``, each of which hangs on the next."""
+        climb = None
+        for frame in frames:
+            key = frames[0], frame
+            if key not in self._climbs:
+                self._climbs[key] = Climb(climb, self._branches[frame])
+            climb = self._climbs[key]
+        return climb
 
     def _ancestors(self, frame: str, other: str) -> list[str]:
         """``frame`` and its parents up to its root."""
@@ -220,14 +237,6 @@ class TransformBuffer:
             path.append(branch.parent)
         return path
 
-    def _chain(self, branches: Sequence[Branch], tick: int) -> tuple[SE3, int]:
-        """T_ancestor_frame along branches (the frame's first) and its oldest dynamic tick."""
-        pose, oldest = None, tick
-        for branch in branches:
-            step, used = self._step(branch, tick)
-            pose, oldest = step if pose is None else step * pose, min(oldest, used)
-        return pin.SE3.Identity() if pose is None else pose, oldest
-
     def _refuse_contested(self, frames: Sequence[str], tick: int) -> None:
         """A rival counts until nothing more came of it for as long as transforms are kept."""
         for frame in frames:
@@ -237,10 +246,10 @@ class TransformBuffer:
                 known = branch.says() if branch else None
                 raise lookup_errors.contested(frame, self._owners.get(frame, ""), known, rival)
 
-    def _step(self, branch: Branch, tick: int) -> tuple[SE3, int]:
-        """T_parent_frame at ``tick`` and the tick it was measured at."""
+    def step(self, branch: Branch, tick: int) -> tuple[SE3, int]:
+        """T_parent_frame at ``tick`` and the tick it was measured at; raises `LayoutError`."""
         ticks, frame = branch.series.ticks, branch.child
-        if branch.is_static or ticks[-1] == tick:
+        if branch.is_static:
             return branch.pose(-1), tick
         index = bisect_left(ticks, tick)
         if index < len(ticks) and ticks[index] == tick:
@@ -259,14 +268,19 @@ class TransformBuffer:
         dropped_by = branch.publisher if is_dropped else ""
         raise lookup_errors.stale(branch.says(), frame, before, tick, allowed, dropped_by)
 
+    def _forget_ways(self) -> None:
+        self.ways.clear()
+        self._climbs.clear()
+
     @property
     def frames(self) -> frozenset[str]:
         """Every frame some transform names."""
         return frozenset(self._branches) | {b.parent for b in self._branches.values()}
 
     def _discard_before(self, tick: int) -> None:
+        self._links_hang = False
         self._rivals = {child: one for child, one in self._rivals.items() if one.tick >= tick}
-        self._ways.clear()
+        self._forget_ways()
         for child, branch in list(self._branches.items()):
             branch.series.discard_before(tick)
             if not branch.series.ticks:
@@ -274,22 +288,3 @@ class TransformBuffer:
                 rival = self._rivals.get(child)
                 if rival is not None and rival.publisher == branch.publisher:
                     del self._rivals[child]  # its own publisher's way in the new episode
-
-
-class TransformsAtTick:
-    """Lookups at one tick.
-
-    Attributes:
-        oldest_tick: the oldest dynamic transform any lookup of this view used.
-    """
-
-    def __init__(self, buffer: TransformBuffer, tick: int) -> None:
-        self._buffer = buffer
-        self._tick = tick
-        self.oldest_tick = tick
-
-    def pose(self, parent: str, child: str) -> SE3:
-        """T_parent_child as a `pinocchio.SE3` [m]; `LayoutError` as in the buffer."""
-        pose, oldest = self._buffer.lookup(parent, child, self._tick)
-        self.oldest_tick = min(self.oldest_tick, oldest)
-        return pose

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TypeVar, cast
+import struct
+from typing import Any, TypeVar
 
 import msgspec
 
@@ -100,7 +101,7 @@ RECORD_TYPES: tuple[type[Record], ...] = (
 
 _ENCODER = msgspec.msgpack.Encoder()
 
-_DECODERS: dict[type[Message], msgspec.msgpack.Decoder[Message]] = {
+_DECODERS: dict[type[Message], msgspec.msgpack.Decoder[Any]] = {
     kind: msgspec.msgpack.Decoder(kind) for kind in MESSAGE_TYPES
 }
 
@@ -121,9 +122,12 @@ def encode_parts(image: Image) -> tuple[bytes, Bytes]:
     """`encode`, in two pieces: all before the pixels, and the pixels themselves."""
     head = encode(msgspec.structs.replace(image, data=b""))[: -len(_NO_BYTES)]
     size = len(image.data)
-    for width, kind in ((1, 0xC4), (2, 0xC5), (4, 0xC6)):
-        if size < 256**width:
-            return head + bytes([kind]) + size.to_bytes(width, "big"), image.data
+    if size < 2**8:
+        return head + struct.pack(">BB", 0xC4, size), image.data
+    if size < 2**16:
+        return head + struct.pack(">BH", 0xC5, size), image.data
+    if size < 2**32:
+        return head + struct.pack(">BI", 0xC6, size), image.data
     raise MessageError(f"Image: expected less than 4 GiB of data, got {size} bytes")
 
 
@@ -135,7 +139,8 @@ def decode(kind: type[M], data: bytes) -> M:
             field that does not fit.
     """
     try:
-        return cast(M, _DECODERS[kind].decode(data))
+        message: M = _DECODERS[kind].decode(data)
+        return message
     except (ValueError, RecursionError) as error:  # msgspec's own errors are ValueErrors
         wanted, got = f"{kind.__name__} v1", _announced(data)
         if got not in ("", wanted):

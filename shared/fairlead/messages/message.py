@@ -39,11 +39,12 @@ class Record(
 
 
 FloatArray = npt.NDArray[np.float64]
+_F8 = np.dtype("<f8")
 
 
 def pack_floats(values: npt.ArrayLike) -> bytes:
     """Encode numbers as the wire's little-endian float64 block, row-major."""
-    return np.ascontiguousarray(values, dtype="<f8").tobytes()
+    return np.asarray(values, _F8).tobytes()
 
 
 def floats(block: bytes, width: int | None = None) -> FloatArray:
@@ -55,5 +56,5 @@ def floats(block: bytes, width: int | None = None) -> FloatArray:
     row = 8 * (width or 1)
     if row <= 0 or len(block) % row:
         raise MessageError(f"float block: expected a multiple of {row} bytes, got {len(block)}")
-    array = np.frombuffer(block, dtype="<f8")
+    array = np.frombuffer(block, _F8)
     return array if width is None else array.reshape(-1, width)

@@ -7,10 +7,10 @@ import socket
 import struct
 
 FRAME = struct.Struct("=IQ")
-"""Sender to reader: slot, bytes; the numbers of all slots there are follow, 4 bytes each. The first
-packet about a slot brings the descriptor of its memory."""
-BACK = struct.Struct("=I")
-"""Reader to sender: the slot that it looks at no more."""
+"""Sender to reader: slot, bytes. The first packet about a slot brings the descriptor of its memory,
+and the numbers of all slots there are then, 4 bytes each."""
+BACK = "I"
+"""Reader to sender, in an array: the slots that it looks at no more."""
 PACKET_MAX = 4096
 _UCRED = struct.Struct("=3i")  # process, user, group
 

@@ -17,6 +17,7 @@ from fairlead.wire.bus import Bus, Publisher, Sample, SampleHandler, Undeclare
 from fairlead.wire.dropped import dropping
 from fairlead.wire.frame_receiver import FrameReceiver
 from fairlead.wire.frame_sender import FrameSender
+from fairlead.wire.frame_thread import FrameThread
 
 _LOG = logging.getLogger("frames")
 _SHARED = "shared"
@@ -75,9 +76,10 @@ class FramePublisher:
 
 
 class FrameSubscription:
-    """Calls ``handler`` for each frame of a camera, on Zenoh's threads or one of its own."""
+    """Calls ``handler`` for each frame of a camera, on Zenoh's threads or on ``frames``."""
 
-    def __init__(self, bus: Bus, key: str, handler: SampleHandler) -> None:
+    def __init__(self, bus: Bus, key: str, handler: SampleHandler, frames: FrameThread) -> None:
+        self._frames = frames
         self._bus, self._key, self._handler = bus, key, dropping(handler)
         self._lock = threading.Lock()
         self._receivers: dict[str, FrameReceiver] = {}
@@ -114,7 +116,7 @@ class FrameSubscription:
             try:
                 self._receivers[name] = FrameReceiver(
                     name,
-                    f"frames {last_chunk(self._key)}",
+                    self._frames,
                     lambda frame: self._on_frame(name, frame),
                     lambda: self._on_end(name),
                 )

@@ -14,10 +14,12 @@ import logging
 import mmap
 import os
 import secrets
+import select
 import socket
 import threading
 from array import array
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 
 from fairlead.messages import Bytes
@@ -45,6 +47,7 @@ class _Slot:
 class _Reader:
     link: socket.socket
     known: set[int] = field(default_factory=set)
+    held: int = 0  # slots
 
 
 class FrameSender:
@@ -64,7 +67,9 @@ class FrameSender:
         self._socket.listen(_BACKLOG)
         self._socket.setblocking(False)
         self._lock = threading.Lock()
-        self._readers: list[_Reader] = []
+        self._heard = select.poll()  # one call of the kernel where nobody says anything
+        self._heard.register(self._socket, select.POLLIN)
+        self._readers: dict[int, _Reader] = {}  # by descriptor
         self._slots: dict[int, _Slot] = {}
         self._next = 1
 
@@ -76,7 +81,7 @@ class FrameSender:
         """
         with self._lock:
             if not self._readers:
-                self._let_in()
+                self._hear()
             if not self._readers:
                 return 0
             size = sum(map(len, parts))
@@ -85,20 +90,32 @@ class FrameSender:
             for part in parts:
                 slot.memory[begin : begin + len(part)] = part
                 begin += len(part)
-            told = [reader for reader in list(self._readers) if self._tell(reader, slot, size)]
-            for reader in told:  # what takes time comes after the frame is on its way
-                self._take_back(reader)
-            self._let_in()
-            return len(told)
+            told = [self._tell(reader, slot, size) for reader in list(self._readers.values())]
+            self._hear()  # what takes time comes after the frame is on its way
+            return sum(told)
 
     def close(self) -> None:
         """Let go of every reader."""
         with self._lock:
+            if self._socket.fileno() >= 0:
+                self._heard.unregister(self._socket)
             self._socket.close()
-            for reader in list(self._readers):
+            for reader in list(self._readers.values()):
                 self._cut_off(reader, "")
             for slot in list(self._slots.values()):
                 self._forget(slot)
+
+    def _hear(self) -> None:
+        """Let new readers in, and take back what the others no more look at."""
+        for descriptor, _ in self._heard.poll(0):
+            reader = self._readers.get(descriptor)
+            if reader is None:
+                self._let_in()
+            else:
+                self._take_back(reader)
+        for reader in list(self._readers.values()):
+            if reader.held >= HELD_MAX:
+                self._cut_off(reader, f"it holds {reader.held} frames")
 
     def _let_in(self) -> None:
         while True:
@@ -108,34 +125,28 @@ class FrameSender:
                 return
             if is_own(link):
                 link.setblocking(False)
-                self._readers.append(_Reader(link))
+                self._readers[link.fileno()] = _Reader(link)
+                self._heard.register(link, select.POLLIN)
             else:
                 link.close()
 
     def _take_back(self, reader: _Reader) -> None:
-        while True:
-            try:
-                packet = reader.link.recv(PACKET_MAX)
-            except BlockingIOError:
-                break
-            except OSError:
-                packet = b""
-            if len(packet) != BACK.size:  # it is gone
-                self._cut_off(reader, "")
-                return
-            slot = self._slots.get(*BACK.unpack(packet))
-            if slot is not None:
-                slot.holders.discard(reader)
-        held = sum(reader in slot.holders for slot in self._slots.values())
-        if held >= HELD_MAX:
-            self._cut_off(reader, f"it holds {held} frames")
+        numbers = array(BACK)
+        with suppress(OSError, ValueError):  # it is gone, or is no reader
+            numbers.frombytes(reader.link.recv(PACKET_MAX))
+        if not numbers:
+            self._cut_off(reader, "")
+        for number in numbers:
+            slot = self._slots.get(number)
+            if slot is not None and reader in slot.holders:
+                slot.holders.remove(reader)
+                reader.held -= 1
 
     def _free_slot(self, size: int) -> _Slot:
-        free = [slot for slot in self._slots.values() if not slot.holders]
-        for slot in free:
-            if len(slot.memory) >= size:
+        for slot in self._slots.values():
+            if not slot.holders and len(slot.memory) >= size:
                 return slot
-        for slot in free:
+        for slot in [slot for slot in self._slots.values() if not slot.holders]:
             self._forget(slot)
         capacity = -(-max(size, 1) // _PAGE) * _PAGE
         descriptor = os.memfd_create("fairlead-frame", os.MFD_CLOEXEC | os.MFD_ALLOW_SEALING)
@@ -151,21 +162,26 @@ class FrameSender:
         return slot
 
     def _tell(self, reader: _Reader, slot: _Slot, size: int) -> bool:
-        packet = FRAME.pack(slot.number, size) + array("I", self._slots).tobytes()
-        known = slot.number in reader.known
+        packet = FRAME.pack(slot.number, size)
         try:
-            socket.send_fds(reader.link, [packet], [] if known else [slot.descriptor])
+            if slot.number in reader.known:
+                reader.link.send(packet)
+            else:
+                there = array("I", self._slots).tobytes()
+                socket.send_fds(reader.link, [packet, there], [slot.descriptor])
+                reader.known = (reader.known & self._slots.keys()) | {slot.number}
         except OSError as error:
             gone = isinstance(error, BrokenPipeError | ConnectionResetError)
             self._cut_off(reader, "" if gone else f"it takes no frames: {error.strerror}")
             return False
-        reader.known = (reader.known & self._slots.keys()) | {slot.number}
         slot.holders.add(reader)
+        reader.held += 1
         return True
 
     def _cut_off(self, reader: _Reader, why: str) -> None:
         """What it may still look at is forgotten, not used again."""
-        self._readers.remove(reader)
+        del self._readers[reader.link.fileno()]
+        self._heard.unregister(reader.link)
         reader.link.close()
         for slot in [slot for slot in self._slots.values() if reader in slot.holders]:
             self._forget(slot)

@@ -27,6 +27,7 @@ from fairlead.wire.cannot_open import no_router, no_session
 from fairlead.wire.dropped import dropping
 from fairlead.wire.endpoints import ROUTER_PATIENCE_S, RUNTIME, RUNTIME_VARIABLE, Endpoints
 from fairlead.wire.frame_route import FramePublisher, FrameSubscription
+from fairlead.wire.frame_thread import FrameThread
 from fairlead.wire.refusal import error_from, refusal_of
 
 _PRIORITY = {
@@ -46,9 +47,23 @@ class _ZenohPublisher:
     def put_bytes(self, payload: bytes, attachment: bytes | None = None) -> None:
         self._publisher.put(payload, attachment=attachment)
 
-    def is_wanted(self) -> bool:
-        status: Any = self._publisher.matching_status  # its stub has a bool
-        return bool(status.matching)
+
+class _Wanted:
+    """Whether anybody is subscribed to a key: Zenoh says so, as asking takes as long as sending."""
+
+    def __init__(self, publisher: zenoh.Publisher) -> None:
+        self._is_so = False
+        direct = zenoh.handlers.Callback(self._on_status, indirect=False)  # as for tokens
+        self._listener = publisher.declare_matching_listener(direct)
+        status: Any = publisher.matching_status  # its stub has a bool
+        if status.matching:  # else what the listener was told meanwhile counts
+            self._is_so = True
+
+    def __call__(self) -> bool:
+        return self._is_so
+
+    def _on_status(self, status: zenoh.MatchingStatus) -> None:
+        self._is_so = status.matching
 
 
 class ZenohBus:
@@ -79,6 +94,7 @@ class ZenohBus:
         # Zenoh takes tokens and token watchers back as soon as nobody refers to them.
         self._kept: list[Undeclare] = []
         self._frames: list[FramePublisher | FrameSubscription] = []
+        self._frame_thread = FrameThread()
 
     def publisher(self, key: str, kind: type[Message], qos: Qos) -> Publisher:
         """Declare a key; hot ones are express at real-time priority. All drop rather than wait."""
@@ -92,7 +108,7 @@ class ZenohBus:
         ordinary = _ZenohPublisher(declared)
         if qos is not Qos.CAMERA:
             return ordinary
-        self._frames.append(frames := FramePublisher(self, key, ordinary, ordinary.is_wanted))
+        self._frames.append(frames := FramePublisher(self, key, ordinary, _Wanted(declared)))
         return frames
 
     def foreign_publisher(self, key: str) -> _ZenohPublisher:
@@ -118,7 +134,7 @@ class ZenohBus:
 
     def subscribe_frames(self, key: str, handler: SampleHandler) -> Undeclare:
         """Through shared memory where the camera is on this host."""
-        self._frames.append(frames := FrameSubscription(self, key, handler))
+        self._frames.append(frames := FrameSubscription(self, key, handler, self._frame_thread))
         return frames
 
     def serve(self, key: str, who: str, handler: QueryHandler) -> Undeclare:
