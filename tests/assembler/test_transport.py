@@ -148,7 +148,7 @@ async def test_ticks_are_answered_while_a_long_manifest_is_read(
         ticks += 1
         wire.tick(feed, ticks)
         await turns()
-    assert ticks > 10
+    assert ticks > 1  # otherwise it would have been read within the first turns
 
 
 @pytest.mark.asyncio
