@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import gc
 import inspect
 import signal
 import subprocess
@@ -121,6 +122,21 @@ def test_messages_are_gone_through_with_for(robot: RobotClient, scripted: Script
     found = iter(states)
     assert [next(found).tick, next(found).tick, states.dropped] == [2, 3, 1]
     assert states.next(0.01) is None
+
+
+def test_a_subscription_ends_with_its_block_or_when_nobody_refers_to_it(
+    robot: RobotClient, scripted: ScriptedRobot
+) -> None:
+    listeners = vars(scripted.bus)["_subscribers"]
+    before = list(listeners)
+    with robot.joint_states() as states:
+        assert len(listeners) == len(before) + 1
+    assert (listeners, states.next(10.0)) == (before, None)
+    for _ in range(3):
+        robot.joint_states().next(0.0)
+    gc.collect()
+    robot.joint_states().close()  # the loop has come round
+    assert listeners == before
 
 
 def test_each_method_takes_what_its_namesake_takes() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import gc
 import threading
 from collections.abc import AsyncIterator
 
@@ -41,6 +42,22 @@ async def test_messages_come_typed_in_order_and_from_the_moment_of_subscribing(
         if state.tick == 3:
             break
     assert (seen, states.dropped) == ([1, 2, 3], 0)
+
+
+async def test_one_that_nobody_refers_to_listens_no_longer(
+    robot: Robot, scripted: ScriptedRobot
+) -> None:
+    listeners = vars(scripted.bus)["_subscribers"]
+    before = list(listeners)
+    states = robot.joint_states()
+    scripted.joints(1)
+    async for _ in states:
+        break
+    assert len(listeners) == len(before) + 1
+    del states
+    gc.collect()
+    await asyncio.sleep(0)
+    assert listeners == before
 
 
 async def test_a_slow_reader_gets_the_newest_and_is_told_how_many_were_dropped(

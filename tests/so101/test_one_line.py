@@ -51,7 +51,8 @@ def reach(robot: ScratchRobot) -> tuple[GoalResult, FloatArray]:
 
 def measured(robot: ScratchRobot) -> FloatArray:
     """Where the joints are [rad]."""
-    state = robot.client.joint_states(queue=1).next(5.0)
+    with robot.client.joint_states(queue=1) as states:
+        state = states.next(5.0)
     assert state is not None
     return floats(state.positions)
 

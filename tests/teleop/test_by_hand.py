@@ -55,8 +55,8 @@ def teleop(running: ScratchRobot, tmp_path: Path) -> Iterator[Start]:
 
 
 def joints(running: ScratchRobot) -> FloatArray:
-    with_timeout = running.client.joint_states(queue=1)
-    state = with_timeout.next(5.0)
+    with running.client.joint_states(queue=1) as states:
+        state = states.next(5.0)
     assert state is not None
     return floats(state.positions)[ARM]
 

@@ -102,7 +102,8 @@ def teleop(running: ScratchRobot, leader: Leader, tmp_path: Path) -> Iterator[St
 
 
 def joints(running: ScratchRobot) -> FloatArray:
-    state = running.client.joint_states(queue=1).next(5.0)
+    with running.client.joint_states(queue=1) as states:
+        state = states.next(5.0)
     assert state is not None
     return floats(state.positions)
 

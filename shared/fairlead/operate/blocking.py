@@ -224,5 +224,15 @@ class BlockingSubscription(Generic[T]):
         """As `Subscription.next`."""
         return self._thread.run(self._subscription.next(timeout_s))
 
+    def close(self) -> None:
+        """As `Subscription.close`."""
+        self._thread.run(self._subscription.__aexit__())
+
     def __iter__(self) -> Iterator[T]:
         return self._thread.iterate(self._subscription)
+
+    def __enter__(self) -> BlockingSubscription[T]:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()

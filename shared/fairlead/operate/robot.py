@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable, Sequence
 from functools import cached_property
 from typing import TypeVar
+from weakref import WeakSet
 
 from fairlead.deploy.deployment import Deployment
 from fairlead.errors import ConfigError, expected
@@ -50,7 +51,7 @@ class Robot(Services):
     def __init__(self, deployment: Deployment, bus: Bus, by: str) -> None:
         super().__init__(deployment, bus, by)
         self._goals: list[RunningGoal] = []
-        self._subscriptions: list[Subscription[object]] = []
+        self._subscriptions: WeakSet[Subscription[object]] = WeakSet()
         self._owns_bus = False
 
     @classmethod
@@ -73,7 +74,7 @@ class Robot(Services):
                     await goal.leave()
                     goal.log_stopped()
         finally:
-            for subscription in self._subscriptions:
+            for subscription in list(self._subscriptions):
                 subscription.close()
             self._tokens.undeclare()
             if self._owns_bus:
@@ -234,5 +235,5 @@ class Robot(Services):
         timeout_s: float,
     ) -> Subscription[T]:
         made = Subscription(self.bus, name, key_expr, read, queue, timeout_s)
-        self._subscriptions.append(made)  # type: ignore[arg-type]
+        self._subscriptions.add(made)  # type: ignore[arg-type]
         return made

@@ -119,12 +119,19 @@ class Subscription(Generic[T]):
         queue: int,
         timeout_s: float,
     ) -> None:
+        self._closed = True  # nothing to close yet
         self._name, self._queue = name, queue
         self._timeout_s = timeout_s
+        self._loop = asyncio.get_running_loop()
         self._arrived = asyncio.Event()
-        self._closed = False
         self._warned = False
         self._mailbox = Mailbox(bus, key_expr, read, queue, self._arrived.set)
+        self._closed = False
+
+    def __del__(self) -> None:
+        # On the loop: garbage is also collected on Zenoh's threads, which undeclaring waits for.
+        if not self._closed:
+            call_on(self._loop, self._mailbox.close)
 
     @property
     def dropped(self) -> int:
