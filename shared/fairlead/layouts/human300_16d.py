@@ -26,16 +26,13 @@ def assemble(at: LayoutInputs) -> FloatArray:
     Raises:
         LayoutError: for a frame or joint that is missing or too old.
     """
-    return np.concatenate(pieces(at))
-
-
-def pieces(at: LayoutInputs) -> tuple[FloatArray, ...]:
-    """What `assemble` puts one after the other: for layouts that begin likewise."""
-    return (
-        at.position3("base_frame", "eef_frame"),
-        at.quaternion4("base_frame", "eef_frame"),
-        at.pose7("world_frame", "base_frame"),
-        at.gripper2(),
+    return np.concatenate(
+        (
+            at.position3("base_frame", "eef_frame"),
+            at.quaternion4("base_frame", "eef_frame"),
+            at.pose7("world_frame", "base_frame"),
+            at.gripper2(),
+        )
     )
 
 

@@ -30,7 +30,7 @@ def assemble(at: LayoutInputs) -> FloatArray:
     """
     return np.concatenate(
         (
-            *human300_16d.pieces(at),
+            human300_16d.assemble(at),
             at.pose7("base_frame", "object_frame"),
             at.pose7("base_frame", "goal_frame"),
         )
