@@ -59,6 +59,15 @@ def test_what_has_to_be_the_same_on_all_hosts_is_compared(what: str, tmp_path: P
     assert len(found) == bool(expected) and all(expected in text for text in found), found
 
 
+def test_hosts_without_a_runner_or_an_assembler_are_compared_too(tmp_path: Path) -> None:
+    spec = content()
+    del spec["services"]["state_assembler"], spec["services"]["runner"]
+    file = tmp_path / "bare.yaml"
+    file.write_text(yaml.safe_dump(spec), encoding="utf-8")
+    other = REPORT.model_copy(update={"host": "gpu", "skills": {"pick": "s3"}})
+    assert list(compare(load_deployment(file), [REPORT, other])) == []
+
+
 def check(
     network: TwoNetworks, file: Path, *more: str
 ) -> tuple[int, dict[str, HostReport], list[str]]:

@@ -66,6 +66,13 @@ def test_a_host_that_the_file_does_not_have_is_refused(tmp_path: Path) -> None:
         assert "(valid: robot, gpu)" in done.stderr
 
 
+def test_a_user_that_would_write_a_line_of_its_own_is_refused(tmp_path: Path) -> None:
+    words = ["deploy", "units", FILE, "--host", "robot", "--out", str(tmp_path / "units")]
+    done = fairlead(*words, "--user", "x\nUser=root", state=tmp_path)
+    assert done.returncode == 1 and not (tmp_path / "units").exists()
+    assert "--user: expected a user's name of a-z 0-9 _ -, got" in done.stderr
+
+
 @pytest.mark.parametrize("service", ["safety", "state_assembler"])
 @pytest.mark.parametrize("name", ["file", "@name"])
 def test_a_service_says_when_it_is_ready_and_that_it_goes_on(

@@ -129,12 +129,13 @@ def read_certificate(file: Path) -> Certificate:
     try:
         found = x509.load_pem_x509_certificate(file.read_bytes())
         [name] = found.subject.get_attributes_for_oid(x509.NameOID.COMMON_NAME)
-    except (OSError, ValueError) as error:
+        extensions = found.extensions
+    except (OSError, ValueError, x509.DuplicateExtension) as error:
         raise ConfigError(
             f"certificate {file}: cannot be read: {error}; copy the folder again"
         ) from None
     try:
-        others = found.extensions.get_extension_for_class(x509.SubjectAlternativeName).value
+        others = extensions.get_extension_for_class(x509.SubjectAlternativeName).value
         addresses = [str(one.value) for one in others]
     except x509.ExtensionNotFound:
         addresses = []

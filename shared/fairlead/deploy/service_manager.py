@@ -18,7 +18,7 @@ def say_ready() -> None:
 async def say_alive() -> None:
     """Until it is cancelled: as long as this event loop runs, systemd does not end the process."""
     watchdog_us = os.environ.get("WATCHDOG_USEC", "")
-    if not watchdog_us.isdigit() or int(watchdog_us) == 0:
+    if not (watchdog_us.isascii() and watchdog_us.isdigit()) or int(watchdog_us) == 0:
         return
     while True:
         _tell(b"WATCHDOG=1")

@@ -226,7 +226,7 @@ class BlockingSubscription(Generic[T]):
 
     def close(self) -> None:
         """As `Subscription.close`."""
-        self._thread.run(self._subscription.__aexit__())
+        self._thread.run(self._subscription.__aexit__())  # on the loop, as all of it
 
     def __iter__(self) -> Iterator[T]:
         return self._thread.iterate(self._subscription)

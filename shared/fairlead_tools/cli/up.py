@@ -27,7 +27,7 @@ from fairlead_tools.cli.greeting import Greeting, OtherHosts, Say, explain_gate,
 from fairlead_tools.cli.options import DeploymentArgument, NewStateOption, StateDirOption, example
 from fairlead_tools.cli.up_output import UpOutput
 from fairlead_tools.supervisor import ServiceEvent, Supervisor
-from fairlead_tools.supervisor.before_start import checks, warnings
+from fairlead_tools.supervisor.before_start import checks, warning_lines
 from fairlead_tools.supervisor.command_line import new_state_command, service_command
 from fairlead_tools.supervisor.this_host import choose_host
 
@@ -181,7 +181,7 @@ async def _watch(
                     detach = False
                 if time.monotonic() - warned_s > WARN_AGAIN_S:
                     warned_s = time.monotonic()
-                    for line in warnings(supervisor.deployment):
+                    for line in warning_lines(supervisor.deployment):
                         say("up", line)
                 await asyncio.sleep(WATCH_S)
         finally:

@@ -6,6 +6,7 @@ import json
 import shlex
 import subprocess
 from collections.abc import Iterator, Sequence
+from itertools import product
 from pathlib import Path
 
 from pydantic import ValidationError
@@ -38,7 +39,15 @@ def ask_host(file: Path, deployment: Deployment, host: str, reach: str, program:
         words = shlex.split(reach.format(address=address))
     except (ValueError, KeyError, IndexError):
         raise ConfigError(f"--reach: expected words and {{address}}, got {reach!r}") from None
-    asked = [*shlex.split(program), "deploy", "check", str(file), "--host", host, "--json"]
+    asked = [
+        *shlex.split(program),
+        "deploy",
+        "check",
+        str(file.absolute()),
+        "--host",
+        host,
+        "--json",
+    ]
     by_hand = f"; by hand, there: {shlex.join(asked[:-1])}"
     try:
         done = subprocess.run(
@@ -84,9 +93,10 @@ def compare(deployment: Deployment, reports: Sequence[HostReport]) -> Iterator[s
 
 def _different_skills(deployment: Deployment, reports: dict[str, HostReport]) -> Iterator[str]:
     """A runner's skills that its assembler would refuse."""
-    assembler = deployment.services[deployment.only("state_assembler")].host
-    for name in deployment.runners:
-        runner = deployment.services[name].host
+    specs = deployment.services.values()
+    assemblers = [spec.host for spec in specs if spec.run == "state_assembler"]
+    runners = [spec.host for spec in specs if spec.run == "skill_runner"]
+    for assembler, runner in dict.fromkeys(product(assemblers, runners)):
         if not {assembler, runner} <= reports.keys():
             continue
         theirs = reports[assembler].skills

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from collections.abc import Mapping
 from pathlib import Path
 
 from fairlead.deploy.deployment import Deployment
 from fairlead.deploy.hosts import ROUTER
-from fairlead.errors import ConfigError
+from fairlead.errors import ConfigError, expected
 
 WATCHDOG_S = 10
 """A process that has said nothing for so long is killed and started again: the robot holds."""
@@ -76,6 +77,7 @@ SystemCallErrorNumber=EPERM
 WantedBy={target}
 """
 
+_USER = re.compile(r"[a-z_][a-z0-9_-]{0,30}")
 _NO_DEVICES = "PrivateDevices=yes\nDevicePolicy=closed\n"
 _NO_OWN_CODE = "MemoryDenyWriteExecute=yes\n"
 """But for the gate, everything compiles as it runs: numba, jax, drivers of a GPU."""
@@ -94,8 +96,10 @@ def systemd_units(
         user: as whom they run.
 
     Raises:
-        ConfigError: a path has signs that a unit cannot have.
+        ConfigError: a path or the user has signs that a unit cannot have.
     """
+    if not _USER.fullmatch(user):
+        raise ConfigError(expected("--user", "a user's name of a-z 0-9 _ -", repr(user)))
     target = f"fairlead-{deployment.id}.target"
     units = {target: _TARGET.format(id=deployment.id, host=host or "this machine")}
     gate = deployment.only("safety")

@@ -21,7 +21,7 @@ Check = Callable[[], Iterable[str]]
 
 def checks(file: Path, deployment: Deployment, processes: Iterable[str]) -> Iterator[Check]:
     """All of them, for the processes that one host starts."""
-    yield partial(warnings, deployment)
+    yield partial(warning_lines, deployment)
     for name in processes:
         yield partial(_can_prove_its_name, deployment, name)
         yield partial(_can_be_executed, file, deployment, name)
@@ -29,12 +29,8 @@ def checks(file: Path, deployment: Deployment, processes: Iterable[str]) -> Iter
             yield partial(dropped_skills, deployment, name)
 
 
-def warnings(deployment: Deployment) -> list[str]:
-    """Of access that is open, and of certificates.
-
-    Raises:
-        ConfigError: a certificate cannot be read.
-    """
+def warning_lines(deployment: Deployment) -> list[str]:
+    """Of access that is open, and of certificates."""
     return [f"WARNING {text}" for text in access_warnings(deployment)]
 
 
