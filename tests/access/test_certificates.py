@@ -182,6 +182,14 @@ def test_what_ends_soon_is_warned_of(authority: Authority, deployment: Deploymen
     assert access_warnings(opened) == [opened.open_access]
 
 
+def test_one_that_cannot_be_read_is_warned_of(authority: Authority, deployment: Deployment) -> None:
+    """`up` and `status` look at them beside a robot that runs."""
+    authority.new(datetime.now(UTC), 365)
+    (authority.folder / "gpu" / "runner.pem").write_text("half copied")
+    [warning] = access_warnings(deployment)
+    assert "runner.pem: cannot be read" in warning and "copy the folder again" in warning
+
+
 def test_the_commands_say_what_they_did_and_what_to_copy(file: Path, tmp_path: Path) -> None:
     def certs(*words: str) -> str:
         done = fairlead_here("certs", words[0], str(file), *words[1:], state=tmp_path)
