@@ -40,7 +40,7 @@ sanitize: setup ## the gate's C++ tests under address and undefined behaviour sa
 		-DFAIRLEAD_SANITIZE=address,undefined
 	@ctest --test-dir build/sanitize --output-on-failure --no-tests=error
 
-fuzz: sanitize ## generated frames, chunks and days for the gate's core; SECONDS_EACH=120
+fuzz: sanitize ## generated frames, chunks and sequences of events for the gate's core; SECONDS_EACH=120
 	@FAIRLEAD_FUZZ_SECONDS=$(or $(SECONDS_EACH),120) FAIRLEAD_SEQUENCE_STEPS=400000 \
 		FAIRLEAD_FUZZ_FRAMES=2000000 build/sanitize/fairlead-safety-tests \
 		--test-case='fuzz*,random*'

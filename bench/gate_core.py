@@ -167,11 +167,12 @@ def worst_table(found: dict[str, dict[str, Any]]) -> str:
         "|---|---|---|---|---|---|---|---|",
     ]
     for config, one in found.items():
-        times = [one[f"{key}_us"] for key in ("most_looks", "chunk", "state", "tick")]
+        times = [one[f"{key}_us"] for key in ("most_configurations", "chunk", "state", "tick")]
         numbers = " | ".join(f"{us / 1e3:.1f}" for us in times)
         deadline = one["step_deadline_us"] / 1e3
         lines.append(
-            f"| {config} | {one['most_looks']} | {numbers} | {deadline:.0f} | {one['attacks']} |"
+            f"| {config} | {one['most_configurations']} | {numbers} | {deadline:.0f} "
+            f"| {one['attacks']} |"
         )
     return "\n".join(lines)
 

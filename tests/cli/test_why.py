@@ -39,8 +39,8 @@ def hold_until(scene: Scene, tick: int) -> None:
         scene.next_tick()
 
 
-class Day:
-    """A gate's day, one chunk at tens of ticks, and what ``why`` says about it afterwards."""
+class Session:
+    """A gate's session, one chunk at tens of ticks, and what ``why`` says about it afterwards."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
@@ -85,17 +85,17 @@ class Day:
 
 
 @pytest.fixture(scope="module")
-def day(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Day]:
-    day = Day(tmp_path_factory.mktemp("day"))
-    yield day
-    day.scene.close()
+def session(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Session]:
+    session = Session(tmp_path_factory.mktemp("session"))
+    yield session
+    session.scene.close()
 
 
 @pytest.fixture(scope="module")
-def ended_day(day: Day) -> Day:
-    day.scene.silence()
-    assert day.scene.gate.stop() == 0
-    return day
+def ended_session(session: Session) -> Session:
+    session.scene.silence()
+    assert session.scene.gate.stop() == 0
+    return session
 
 
 def asked(rows: str, first: int, last: int) -> str:
@@ -105,8 +105,8 @@ def asked(rows: str, first: int, last: int) -> str:
     )
 
 
-def test_a_released_chunk_says_how_near_a_limit_it_came(ended_day: Day) -> None:
-    assert ended_day.why("10") == [
+def test_a_released_chunk_says_how_near_a_limit_it_came(ended_session: Session) -> None:
+    assert ended_session.why("10") == [
         "tick 10: chunk 1 of runner (skill test) released, 4 rows for ticks 10 to 13",
         asked("4 rows", 10, 13),
         "  margin  arm: up to 1.734 times its numbers, asked of this gate; then G020 linear in "
@@ -115,9 +115,9 @@ def test_a_released_chunk_says_how_near_a_limit_it_came(ended_day: Day) -> None:
 
 
 def test_a_refused_chunk_says_value_limit_its_source_and_what_would_have_passed(
-    ended_day: Day,
+    ended_session: Session,
 ) -> None:
-    assert ended_day.why("20") == [
+    assert ended_session.why("20") == [
         "tick 20: chunk 2 of runner (skill test) refused, nothing of it moves",
         asked("4 rows", 20, 23),
         "  why     G020 limit: row 0, arm linear is 0.09 m, limit 0.0867 m, 0.0033 m beyond it",
@@ -128,15 +128,17 @@ def test_a_refused_chunk_says_value_limit_its_source_and_what_would_have_passed(
     ]
 
 
-def test_one_row_at_fault_is_told_with_the_number_that_passes(ended_day: Day) -> None:
+def test_one_row_at_fault_is_told_with_the_number_that_passes(ended_session: Session) -> None:
     assert (
         "  passes  the whole chunk, asked of this gate with arm linear in row 0 at 0.0867 m "
-        "instead of 0.09 m" in ended_day.why("30")
+        "instead of 0.09 m" in ended_session.why("30")
     )
 
 
-def test_a_truncated_chunk_says_what_was_released_and_which_row_was_not(ended_day: Day) -> None:
-    assert ended_day.why("40") == [
+def test_a_truncated_chunk_says_what_was_released_and_which_row_was_not(
+    ended_session: Session,
+) -> None:
+    assert ended_session.why("40") == [
         "tick 40: chunk 4 of runner (skill test) truncated, 2 rows released for ticks 40 to 41",
         asked("4 rows", 40, 43),
         "  why     G020 limit: row 2, arm linear is 0.09 m, limit 0.0867 m, 0.0033 m beyond it",
@@ -148,12 +150,12 @@ def test_a_truncated_chunk_says_what_was_released_and_which_row_was_not(ended_da
     ]
 
 
-def test_a_tick_finds_the_chunk_that_has_a_row_for_it(ended_day: Day) -> None:
-    assert ended_day.why("23") == ended_day.why("20")
+def test_a_tick_finds_the_chunk_that_has_a_row_for_it(ended_session: Session) -> None:
+    assert ended_session.why("23") == ended_session.why("20")
 
 
-def test_an_old_observation_is_told_without_a_row(ended_day: Day) -> None:
-    assert ended_day.why("50") == [
+def test_an_old_observation_is_told_without_a_row(ended_session: Session) -> None:
+    assert ended_session.why("50") == [
         "tick 50: chunk 5 of runner (skill test) refused, nothing of it moves",
         asked("8 rows", 50, 57),
         "  why     G006 observation too new or too old: age [ticks] is 20, limit 10, 10 beyond it",
@@ -162,8 +164,8 @@ def test_an_old_observation_is_told_without_a_row(ended_day: Day) -> None:
     ]
 
 
-def test_the_last_refusal_comes_with_the_stop_it_caused(ended_day: Day) -> None:
-    assert ended_day.why("last") == [
+def test_the_last_refusal_comes_with_the_stop_it_caused(ended_session: Session) -> None:
+    assert ended_session.why("last") == [
         "tick 60: chunk 6 of runner (skill test) refused, nothing of it moves",
         asked("1 row", 60, 60),
         "  why     G008 number not finite or too large: row 0, arm cartesian_delta is nan, "
@@ -173,29 +175,29 @@ def test_the_last_refusal_comes_with_the_stop_it_caused(ended_day: Day) -> None:
         "tick 60: the gate stopped",
         "  why     G008 arm cartesian_delta: nan, limit 1e+06 (every value is finite and at most "
         "1e6)",
-        f"  do      when the cause has gone: fairlead reset {ended_day.stop_id}",
+        f"  do      when the cause has gone: fairlead reset {ended_session.stop_id}",
     ]
 
 
-def test_only_chunks_of_the_source_that_is_asked_for(ended_day: Day) -> None:
-    assert ended_day.why("last", "--source", SOURCE)[0].startswith("tick 60: chunk 6")
-    assert ended_day.why("last", "--source", "somebody") == [
+def test_only_chunks_of_the_source_that_is_asked_for(ended_session: Session) -> None:
+    assert ended_session.why("last", "--source", SOURCE)[0].startswith("tick 60: chunk 6")
+    assert ended_session.why("last", "--source", "somebody") == [
         "nothing of somebody was refused or cut: 6 verdicts in this log, newest state tick 60"
     ]
 
 
-def test_a_tick_without_a_decision_says_so(ended_day: Day) -> None:
-    assert ended_day.why("15") == [
+def test_a_tick_without_a_decision_says_so(ended_session: Session) -> None:
+    assert ended_session.why("15") == [
         "no decision at tick 15 or about a row for it; the log's newest state is tick 60"
     ]
 
 
-def test_json_has_the_numbers_and_the_words(ended_day: Day) -> None:
-    state = ended_day.folder / "registry"
-    folder = str(ended_day.folder / "robot" / "safety" / "decisions")
+def test_json_has_the_numbers_and_the_words(ended_session: Session) -> None:
+    state = ended_session.folder / "registry"
+    folder = str(ended_session.folder / "robot" / "safety" / "decisions")
     done = fairlead("why", "20", "--log", folder, "--json", state=state)
     (decision,) = json.loads(done.stdout)["decisions"]
-    assert decision["words"] == ended_day.why("20")
+    assert decision["words"] == ended_session.why("20")
     assert (decision["kind"], decision["code"], decision["chunk"]["unit"]) == ("verdict", 20, "m")
     assert decision["would_pass"]["scale"] == pytest.approx(0.9633)
 

@@ -57,8 +57,8 @@ def test_the_search_for_the_slowest_step_finds_chunks_that_are_judged_row_by_row
     assert found["attacks"] >= 2 * 8 * 100  # eight climbs for each of two goals begin with so many
     # A chunk whose first row is refused is looked at some ten times; 4,096 and the rest of a
     # branch's row is the bound.
-    assert 500 < found["most_looks"] < 5_000
-    assert found["most_looks_us"] > 0
+    assert 500 < found["most_configurations"] < 5_000
+    assert found["most_configurations_us"] > 0
     assert 0 < found["chunk_us"] <= found["tick_us"]
     assert 0 < found["state_us"] <= found["tick_us"]
 

@@ -33,13 +33,13 @@ double within(const JointLimits& joint, double position) {
 /// Rows of one part, each made from the one before.
 class RowMaker {
  public:
-  RowMaker(const Attack& attack, const PathPlan& plan, std::size_t part)
+  RowMaker(const Attack& attack, const RobotModel& model, std::size_t part)
       : attack_(attack),
-        plan_(plan),
+        model_(model),
         part_(part),
         wish_(attack.parts[part]),
-        limits_(plan.limits.parts[part]),
-        before_(mode_width(wish_.mode, plan.limits.joints.size()), 0.0) {}
+        limits_(model.limits.parts[part]),
+        before_(mode_width(wish_.mode, model.limits.joints.size()), 0.0) {}
 
   Row next() {
     Row row(before_.size(), 0.0);
@@ -66,13 +66,13 @@ class RowMaker {
   }
   void tell_targets(const JointModeLimits& block, Row& row) const {
     for (const std::size_t j : limits_.joints)
-      row[j] = within(plan_.limits.joints[j],
+      row[j] = within(model_.limits.joints[j],
                       attack_.at[j] + steps_out() * share(j) * just_within * block.step_limit[j]);
   }
   void tell_velocities(const JointModeLimits& block, Row& row) const {
     for (const std::size_t j : limits_.joints) {
       const double step = just_within * block.step_limit[j];
-      const double speed = share(j) * just_within * plan_.limits.joints[j].velocity_limit;
+      const double speed = share(j) * just_within * model_.limits.joints[j].velocity_limit;
       row[j] = std::clamp(goes_back() ? -speed : speed, before_[j] - step, before_[j] + step);
     }
   }
@@ -96,9 +96,9 @@ class RowMaker {
     Joints joints = attack_.at;
     for (const std::size_t j : limits_.joints) joints[j] += radian * steps_out() * share(j);
     FramePoses poses;
-    poses.place(plan_, joints);
-    const FramePose tool = pose_at(plan_.tools[part_].place, poses);
-    const FramePose frame = link_pose(plan_, limits_.modes.cartesian_pose.frames[0], poses);
+    poses.place(model_, joints);
+    const FramePose tool = pose_at(model_.tools[part_].place, poses);
+    const FramePose frame = link_pose(model_, limits_.modes.cartesian_pose.frames[0], poses);
     const Eigen::Matrix3d back = frame.rotation.transpose();
     const Eigen::Vector3d place = back * (tool.position - frame.position);
     const Eigen::Quaterniond turn(Eigen::Matrix3d(back * tool.rotation));
@@ -106,7 +106,7 @@ class RowMaker {
   }
 
   const Attack& attack_;
-  const PathPlan& plan_;
+  const RobotModel& model_;
   const std::size_t part_;
   const AttackPart& wish_;
   const PartLimits& limits_;
@@ -184,16 +184,16 @@ Attack varied(const Attack& attack, const Limits& limits, Lots& lots) {
   return next;
 }
 
-AttackRows rows_of(const Attack& attack, const PathPlan& plan, std::uint32_t rows) {
+AttackRows rows_of(const Attack& attack, const RobotModel& model, std::uint32_t rows) {
   AttackRows found;
-  for (std::size_t part = 0; part < plan.limits.parts.size(); ++part) {
-    RowMaker maker(attack, plan, part);
+  for (std::size_t part = 0; part < model.limits.parts.size(); ++part) {
+    RowMaker maker(attack, model, part);
     std::vector<double>& numbers = found.numbers.emplace_back();
     for (std::uint32_t row = 0; row < rows; ++row) {
       const Row next = maker.next();
       numbers.insert(numbers.end(), next.begin(), next.end());
     }
-    found.actions.push_back(action_of(plan.limits, part, attack.parts[part].mode, numbers));
+    found.actions.push_back(action_of(model.limits, part, attack.parts[part].mode, numbers));
   }
   return found;
 }

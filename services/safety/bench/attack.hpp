@@ -46,6 +46,6 @@ Attack any_attack(const Limits& limits, Lots& lots);
 /// With one to four things changed, by little or by much.
 Attack varied(const Attack& attack, const Limits& limits, Lots& lots);
 /// Within G020 and G022, as far as those do not depend on the path.
-AttackRows rows_of(const Attack& attack, const PathPlan& plan, std::uint32_t rows);
+AttackRows rows_of(const Attack& attack, const RobotModel& model, std::uint32_t rows);
 
 }  // namespace fairlead::bench

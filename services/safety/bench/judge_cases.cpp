@@ -38,7 +38,7 @@ void CopyAndCompare::run(std::size_t calls) {
 
 LimitRows::LimitRows(std::string name, const Limits& limits, std::uint32_t horizon)
     : Case(std::move(name)),
-      plan_(limits),
+      model_(limits),
       claim_(claim_of(limits)),
       state_(middle_of(limits)),
       chunk_(limits, state_, horizon) {
@@ -46,7 +46,7 @@ LimitRows::LimitRows(std::string name, const Limits& limits, std::uint32_t horiz
 }
 
 std::size_t LimitRows::rows_in_order() const {
-  const RowLimitCheck walk(plan_, claim_, state_, chunk_.chunk(), 0, nothing_before_);
+  const RowLimitCheck walk(model_, claim_, state_, chunk_.chunk(), 0, nothing_before_);
   std::size_t row = 0;
   while (row < chunk_.chunk().horizon && walk.check(row).ok()) ++row;
   return row;
@@ -61,12 +61,12 @@ void LimitRows::run(std::size_t calls) {
 
 WholeRows::WholeRows(std::string name, const Limits& limits, std::uint32_t horizon)
     : Case(std::move(name)),
-      plan_(limits),
+      model_(limits),
       claim_(claim_of(limits)),
       state_(middle_of(limits)),
       chunk_(limits, state_, horizon) {
   const Judgement found =
-      judge_rows(room_, plan_, claim_, state_, chunk_.chunk(), 0, RowBefore{}, Companions{});
+      judge_rows(room_, model_, claim_, state_, chunk_.chunk(), 0, RowBefore{}, Companions{});
   if (found.row_count == horizon) return;
   std::string place = this->name();
   place.append(": row ").append(std::to_string(found.evidence.row)).append(" is refused: G");
@@ -77,7 +77,7 @@ WholeRows::WholeRows(std::string name, const Limits& limits, std::uint32_t horiz
 void WholeRows::run(std::size_t calls) {
   for (std::size_t call = 0; call < calls; ++call) {
     const Judgement found =
-        judge_rows(room_, plan_, claim_, state_, chunk_.chunk(), 0, RowBefore{}, Companions{});
+        judge_rows(room_, model_, claim_, state_, chunk_.chunk(), 0, RowBefore{}, Companions{});
     keep(found);
   }
 }

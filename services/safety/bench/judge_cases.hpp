@@ -32,7 +32,7 @@ class LimitRows final : public Case {
  private:
   [[nodiscard]] std::size_t rows_in_order() const;
 
-  PathPlan plan_;
+  RobotModel model_;
   ClaimLimits claim_;
   MeasuredState state_;
   JointChunk chunk_;
@@ -47,7 +47,7 @@ class WholeRows final : public Case {
   void run(std::size_t calls) override;
 
  private:
-  PathPlan plan_;
+  RobotModel model_;
   PathRoom room_;
   ClaimLimits claim_;
   MeasuredState state_;

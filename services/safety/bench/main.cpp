@@ -113,9 +113,12 @@ void add_whole_steps(json& found, const std::string& robot_name, const Limits& r
 
 json worst_step(const Limits& robot, double seconds) {
   const WorstStep worst = find_worst_step(robot, seconds);
-  return {{"most_looks", worst.most_looks},   {"most_looks_us", worst.most_looks_us},
-          {"chunk_us", worst.steps.chunk_us}, {"state_us", worst.steps.state_us},
-          {"tick_us", worst.steps.tick_us},   {"step_deadline_us", robot.protocol.step_deadline_us},
+  return {{"most_configurations", worst.most_configurations},
+          {"most_configurations_us", worst.most_configurations_us},
+          {"chunk_us", worst.steps.chunk_us},
+          {"state_us", worst.steps.state_us},
+          {"tick_us", worst.steps.tick_us},
+          {"step_deadline_us", robot.protocol.step_deadline_us},
           {"attacks", worst.attacks}};
 }
 

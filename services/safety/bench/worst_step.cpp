@@ -20,7 +20,7 @@ constexpr double drift_share = 0.25;  // of the largest jump of a joint
 constexpr std::array<const char*, max_parts> runners{"a", "b", "c", "d", "e", "f", "g", "h"};
 
 struct Looked {
-  std::size_t looks = 0;
+  std::size_t configurations = 0;
   double us = 0.0;
 };
 
@@ -29,14 +29,14 @@ class Target {
  public:
   explicit Target(const Limits& limits)
       : limits_(limits),
-        plan_(limits),
+        model_(limits),
         claim_(claim_of(limits)),
         rows_(limits.protocol.horizon_max),
         state_(middle_of(limits)) {}
 
   /// One claim for all parts, one judgement.
   Looked look(const Attack& attack) {
-    const AttackRows rows = rows_of(attack, plan_, rows_);
+    const AttackRows rows = rows_of(attack, model_, rows_);
     stand(attack, false);
     ActionChunk chunk;
     chunk.horizon = rows_;
@@ -44,13 +44,13 @@ class Target {
     for (const ActionPart& action : rows.actions) (void)chunk.parts.push_back(action);
     const std::uint64_t start = busy_ns();
     const Judgement found =
-        judge_rows(room_, plan_, claim_, state_, chunk, 0, RowBefore{}, Companions{});
-    return {found.looks, static_cast<double>(busy_ns() - start) * 1e-3};
+        judge_rows(room_, model_, claim_, state_, chunk, 0, RowBefore{}, Companions{});
+    return {found.configurations, static_cast<double>(busy_ns() - start) * 1e-3};
   }
 
   /// A claim for each part: all chunks, a state, once more.
   AttackedSteps step(const Attack& attack) {
-    const AttackRows rows = rows_of(attack, plan_, rows_);
+    const AttackRows rows = rows_of(attack, model_, rows_);
     BenchGate gate(limits_, false);
     AttackedSteps steps;
     stand(attack, false);
@@ -90,7 +90,7 @@ class Target {
   }
 
   const Limits& limits_;
-  const PathPlan plan_;
+  const RobotModel model_;
   PathRoom room_;
   const ClaimLimits claim_;
   const std::uint32_t rows_;
@@ -113,14 +113,14 @@ class Climb {
     double best_score = -1.0;
     for (int i = 0; i < climbs; ++i) {
       begin();
-      go_on(end_of(0.6 * (i + 1) / climbs));
+      coast_one_tick(end_of(0.6 * (i + 1) / climbs));
       if (at_score_ <= best_score) continue;
       best = at_;
       best_score = at_score_;
     }
     at_ = best;
     at_score_ = best_score;
-    go_on(end_of(1.0));
+    coast_one_tick(end_of(1.0));
   }
   [[nodiscard]] const Attack& best() const { return at_; }
   [[nodiscard]] std::size_t tried() const { return tried_; }
@@ -130,7 +130,7 @@ class Climb {
     at_score_ = -1.0;
     for (int i = 0; i < starts; ++i) try_out(any_attack(limits_, lots_));
   }
-  void go_on(std::uint64_t end_ns) {
+  void coast_one_tick(std::uint64_t end_ns) {
     while (busy_ns() < end_ns) try_out(varied(at_, limits_, lots_));
   }
   // Twice, or what interrupted it once would count.
@@ -158,7 +158,7 @@ WorstStep find_worst_step(const Limits& limits, double seconds) {
   const auto target = std::make_unique<Target>(limits);
   WorstStep worst;
   const auto looks = [&](const Attack& attack) {
-    return static_cast<double>(target->look(attack).looks);
+    return static_cast<double>(target->look(attack).configurations);
   };
   Climb by_looks(limits, lots, looks);
   by_looks.run(0.5 * seconds);
@@ -166,11 +166,11 @@ WorstStep find_worst_step(const Limits& limits, double seconds) {
   Climb by_time(limits, lots, time);
   by_time.run(0.5 * seconds);
   worst.attacks = by_looks.tried() + by_time.tried();
-  worst.most_looks_us = worst.steps.chunk_us = worst.steps.state_us = 1e300;
+  worst.most_configurations_us = worst.steps.chunk_us = worst.steps.state_us = 1e300;
   for (int i = 0; i < repetitions; ++i) {
     const Looked looked = target->look(by_looks.best());
-    worst.most_looks = looked.looks;
-    worst.most_looks_us = std::min(worst.most_looks_us, looked.us);
+    worst.most_configurations = looked.configurations;
+    worst.most_configurations_us = std::min(worst.most_configurations_us, looked.us);
     const AttackedSteps steps = target->step(by_time.best());
     if (i == 0 || steps.longest_us() < worst.steps.longest_us()) worst.steps = steps;
   }

@@ -19,10 +19,10 @@ struct AttackedSteps {
 };
 
 struct WorstStep {
-  std::size_t most_looks = 0;  // of one judgement, of all that were tried
-  double most_looks_us = 0.0;  // that judgement alone
-  AttackedSteps steps;         // of the slowest attack; its quickest repetition
-  std::size_t attacks = 0;     // that were tried
+  std::size_t most_configurations = 0;  // of one judgement, of all that were tried
+  double most_configurations_us = 0.0;  // that judgement alone
+  AttackedSteps steps;                  // of the slowest attack; its quickest repetition
+  std::size_t attacks = 0;              // that were tried
 };
 
 /// Varies where the robot stands and what every part is told there, and keeps what takes longer,

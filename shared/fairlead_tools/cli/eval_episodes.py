@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import time
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -23,6 +24,7 @@ from fairlead_tools.record.smoothness import smoothness
 from fairlead_tools.record.timeline import draw_timeline
 
 HEADER = ("SEED", "OUTCOME", "TICKS", "REFUSED", "STARVED", "STALLS", "SEAM", "STOPS", "WHY")
+STANDSTILL_WAIT_S = 10.0
 _ASKED_BY = re.compile("stopped: by ([^:]*): ")
 
 
@@ -120,8 +122,19 @@ class EpisodeRun:
             raise RefusedError("fairlead eval", f"the gate is {state_and_cause(gate)}", gate.fix)
         for one in (*gate.stop_ids, gate.latch_id):
             if one:
-                self._client.reset(one)
+                self._reset(one)
         return True
+
+    def _reset(self, stop_id: int) -> None:
+        """The gate wants to see the robot stand still for some states first."""
+        deadline = time.monotonic() + STANDSTILL_WAIT_S
+        while True:
+            try:
+                return self._client.reset(stop_id)
+            except RefusedError:
+                if time.monotonic() > deadline:
+                    raise
+                time.sleep(0.05)
 
     def _on_verdict(self, sample: Sample) -> None:
         verdict = decode(Verdict, sample.payload)

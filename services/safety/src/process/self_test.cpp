@@ -46,9 +46,9 @@ ClaimLimits claim_of_all(const Limits& limits) {
 // One part in one mode: a row that rests, and what is wrong when one of its numbers changes.
 class Questions {
  public:
-  Questions(const PathPlan& plan, const ClaimLimits& claim, PathRoom& room, std::size_t part,
+  Questions(const RobotModel& model, const ClaimLimits& claim, PathRoom& room, std::size_t part,
             Mode mode)
-      : plan_(plan), claim_(claim), room_(room), part_(plan.limits.parts[part]), mode_(mode) {
+      : model_(model), claim_(claim), room_(room), part_(model.limits.parts[part]), mode_(mode) {
     action_.part = static_cast<std::uint8_t>(part);
     action_.mode = static_cast<std::uint8_t>(mode);
     if (is_joint_mode(action_.mode))
@@ -56,7 +56,7 @@ class Questions {
         (void)action_.active.push_back(static_cast<std::uint8_t>(j));
     const auto* frames = frames_of(part_.modes, action_.mode);
     if (frames != nullptr) action_.frame_id = (*frames)[0];
-    row_.resize(mode_width(action_.mode, plan.limits.joints.size()));
+    row_.resize(mode_width(action_.mode, model.limits.joints.size()));
     for (const std::uint8_t j : action_.active)
       if (is_target(mode)) row_[j] = rest_.positions[j];
     if (mode != Mode::cartesian_pose) return;
@@ -79,7 +79,7 @@ class Questions {
     const CartesianLimits* norms = norm_block(part_.modes, action_.mode);
     std::uint32_t outside = code::absolute;
     if (norms != nullptr && !norms->free_axes[i]) outside = code::addressing;
-    if (is_target(mode_) && !plan_.limits.joints[i].bounded) outside = code::start;
+    if (is_target(mode_) && !model_.limits.joints[i].bounded) outside = code::start;
     ask("NaN" + place, with(i, unset), code::finite);
     ask("999999" + place, with(i, huge), outside);
     ask("-999999" + place, with(i, -huge), outside);
@@ -95,9 +95,9 @@ class Questions {
     chunk.horizon = 1;
     (void)chunk.parts.push_back(action_);
     Judgement found;
-    found.evidence = check_shape(plan_.limits, claim_, chunk);
+    found.evidence = check_shape(model_.limits, claim_, chunk);
     if (found.evidence.ok())
-      found = judge_rows(room_, plan_, claim_, rest_, chunk, 0, RowBefore{}, {});
+      found = judge_rows(room_, model_, claim_, rest_, chunk, 0, RowBefore{}, {});
     ++asked_;
     std::string got(code_name(found.evidence.code).view());
     if (found.outcome != Outcome::refused) got = "a release";
@@ -116,12 +116,12 @@ class Questions {
     return row;
   }
 
-  const PathPlan& plan_;
+  const RobotModel& model_;
   const ClaimLimits& claim_;
   PathRoom& room_;
   const PartLimits& part_;
   Mode mode_;
-  MeasuredState rest_ = rest_of(plan_.limits);
+  MeasuredState rest_ = rest_of(model_.limits);
   ActionPart action_;
   std::vector<double> row_;
   std::size_t asked_ = 0;
@@ -144,14 +144,14 @@ std::size_t ask_sum(const Limits& limits) {
 }  // namespace
 
 std::size_t self_test(const Limits& limits) {
-  const auto plan = std::make_unique<PathPlan>(limits);
+  const auto model = std::make_unique<RobotModel>(limits);
   const auto claim = std::make_unique<ClaimLimits>(claim_of_all(limits));
   PathRoom room;
   std::size_t asked = ask_sum(limits);
   for (std::size_t part = 0; part < limits.parts.size(); ++part)
     for (std::uint8_t mode = 0; mode < mode_count; ++mode)
       if (limits.parts[part].modes.supports(mode))
-        asked += Questions(*plan, *claim, room, part, Mode{mode}).ask_all();
+        asked += Questions(*model, *claim, room, part, Mode{mode}).ask_all();
   return asked;
 }
 

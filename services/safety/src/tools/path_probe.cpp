@@ -45,23 +45,23 @@ void run_distances(bool boxes) {
 }
 
 int run_tool(const fairlead::Limits& limits, std::string_view name) {
-  const fairlead::PathPlan plan(limits);
+  const fairlead::RobotModel model(limits);
   std::size_t part = 0;
   while (part < limits.parts.size() && limits.parts[part].name.view() != name) ++part;
-  if (part == limits.parts.size() || !plan.tools[part].present) return 2;
-  const fairlead::PlanTool& tool = plan.tools[part];
+  if (part == limits.parts.size() || !model.tools[part].present) return 2;
+  const fairlead::ModelTool& tool = model.tools[part];
   Joints joints{};
   fairlead::Motion6 motion;
   fairlead::FramePoses start, end;
   while (read_block(joints.data(), limits.measured_count()) && read_block(motion.data(), 6)) {
-    start.place(plan, joints);
-    end.place(plan, joints);
-    const fairlead::ToolJacobian before = fairlead::tool_jacobian(plan, tool, start);
-    fairlead::Joints straight;
+    start.place(model, joints);
+    end.place(model, joints);
+    const fairlead::ToolJacobian before = fairlead::tool_jacobian(model, tool, start);
+    fairlead::Joints first_step;
     const fairlead::Evidence fault =
-        fairlead::move_tool(plan, tool, motion, start, end, joints, straight);
+        fairlead::move_tool(model, tool, motion, start, end, joints, first_step);
     const double solved = fault.ok() ? 1.0 : 0.0;
-    const fairlead::ToolJacobian after = fairlead::tool_jacobian(plan, tool, end);
+    const fairlead::ToolJacobian after = fairlead::tool_jacobian(model, tool, end);
     const fairlead::Motion6 made = fairlead::motion_between(before.tool, after.tool);
     const double smallest = fairlead::smallest_singular_value(before);
     write_block(made.data(), 6);

@@ -15,9 +15,9 @@ struct Predicted {
       : limits(robot),
         state(measured),
         chunk(rows),
-        all(plan, claim, state, chunk, 0, before, companions) {}
+        all(model, claim, state, chunk, 0, before, companions) {}
   Limits limits;
-  PathPlan plan{limits};
+  RobotModel model{limits};
   ClaimLimits claim = whole_robot(limits);
   MeasuredState state;
   ActionChunk chunk;

@@ -68,18 +68,18 @@ TEST_CASE("a base's way: how far each slide goes, and what the turn adds at the 
   Limits limits = test_limits();
   limits.base.footprint = polygon({{-1, -1}, {2, -1}, {2, 3}, {-1, 3}});
   limits.base.yaw_axis = {-1.0, -2.0};  // 3 m and 5 m from the furthest corner
-  const PathPlan plan(limits);
-  CHECK(plan.base_extent == doctest::Approx(std::sqrt(34.0)));
+  const RobotModel model(limits);
+  CHECK(model.base_extent == doctest::Approx(std::sqrt(34.0)));
   const Joints from = at(0.25, -1.0, 0.5), to = at(3.25, 3.0, -1.5);
-  CHECK(base_way(plan, from, to) == doctest::Approx(3.0 + 4.0 + 2.0 * std::sqrt(34.0)));
-  CHECK(base_way(plan, to, from) == base_way(plan, from, to));
+  CHECK(base_way(model, from, to) == doctest::Approx(3.0 + 4.0 + 2.0 * std::sqrt(34.0)));
+  CHECK(base_way(model, to, from) == base_way(model, from, to));
 }
 
 TEST_CASE("the slack of a base is what it is clear by in the zone where that is least") {
   const Limits limits = hall_with_pillar();
-  const PathPlan plan(limits);
+  const RobotModel model(limits);
   double slack = 0.0;
-  const auto look = [&](const Joints& joints) { return check_base(plan, joints, joints, slack); };
+  const auto look = [&](const Joints& joints) { return check_base(model, joints, joints, slack); };
   CHECK(look(at(0, 0, 0)).ok());
   CHECK(slack == doctest::Approx(0.5));  // from the pillar
   CHECK(look(at(2.25, 0, 0)).ok());
@@ -91,9 +91,9 @@ TEST_CASE("the slack of a base is what it is clear by in the zone where that is 
 TEST_CASE("the part that is named for a zone is the one that the base's x belongs to") {
   Limits limits = hall_with_pillar();
   limits.joints[base_y].part = arm;
-  const PathPlan plan(limits);
+  const RobotModel model(limits);
   double slack = 0.0;
-  const Evidence wall = check_base(plan, at(2.75, 0, 0), at(2.5, 0, 0), slack);
+  const Evidence wall = check_base(model, at(2.75, 0, 0), at(2.5, 0, 0), slack);
   CHECK(wall.code == 34);
   CHECK(wall.part == "base");
   CHECK(wall.value == doctest::Approx(-0.25));

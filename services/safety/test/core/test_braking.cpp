@@ -188,7 +188,8 @@ TEST_CASE("G024 a pose is approached from the pose before it, not from where the
   const auto code = [](const RowBefore& before) {
     const Limits limits = braking_at(5.0, -2.0, 0.05);
     const ChunkBuilder now = ChunkBuilder().poses(arm, {{0.74, 0, 0.5, 0, 0, 0, 1}});
-    return judge_path(PathPlan(limits), whole_robot(limits), at_rest(), now.chunk, 0, 1, before, {})
+    return judge_path(RobotModel(limits), whole_robot(limits), at_rest(), now.chunk, 0, 1, before,
+                      {})
         .evidence.code;
   };
   // From what is measured it is 0.04 m in a tick, 0.8 m/s and 0.064 m to brake.
@@ -209,10 +210,10 @@ TEST_CASE("what other claims tell a joint counts from the target before, too") {
   two_arms::command(own, two_arms::left, Mode::joint_position, two_arms::left_1, {0.0});
   two_arms::command(last, two_arms::right, Mode::joint_position, two_arms::right_1, {0.1});
   two_arms::command(next, two_arms::right, Mode::joint_position, two_arms::right_1, {0.1});
-  const PathPlan plan(limits);
+  const RobotModel model(limits);
   const auto code = [&](const RowBefore& before) {
     const Companion other{before, &next.chunk, 0, 1};
-    return judge_path(plan, whole_robot(limits), two_arms::at_rest(), own.chunk, 0, 1, {},
+    return judge_path(model, whole_robot(limits), two_arms::at_rest(), own.chunk, 0, 1, {},
                       Companions(&other, 1))
         .evidence.code;
   };

@@ -39,9 +39,9 @@ Joints place(const Braking& braking, double share) {
 
 TEST_CASE("each joint brakes at its own deceleration, and waits for the others where it stands") {
   const Limits limits = slides();
-  const PathPlan plan(limits);
+  const RobotModel model(limits);
   const Branch branch = going();
-  const Braking braking(plan, branch, six, 0);
+  const Braking braking(model, branch, six, 0);
   const auto check = [&](double share, double x, double y) {
     CHECK(place(braking, share)[free_arm::slide_x] == doctest::Approx(x));
     CHECK(place(braking, share)[free_arm::slide_y] == doctest::Approx(y));
@@ -58,9 +58,9 @@ TEST_CASE("a joint that lags goes on at its speed first, one that stands has not
   Limits limits = slides();
   limits.joints[free_arm::slide_x].stop_lag = 0.1;
   limits.joints[free_arm::slide_z].stop_lag = 60.0;
-  const PathPlan plan(limits);
+  const RobotModel model(limits);
   const Branch branch = going();
-  const Braking braking(plan, branch, six, only(free_arm::slide_x) | only(free_arm::slide_z));
+  const Braking braking(model, branch, six, only(free_arm::slide_x) | only(free_arm::slide_z));
   const auto x = [&](double share) { return place(braking, share)[free_arm::slide_x]; };
   CHECK(x(1.0 / 6.0) == doctest::Approx(0.55));  // 0.05 s of 0.3
   CHECK(x(0.5) == doctest::Approx(0.64375));     // 0.1 s of lag, then 0.05 - 0.00625
@@ -71,12 +71,12 @@ TEST_CASE("a joint that lags goes on at its speed first, one that stands has not
 TEST_CASE("a base brakes after its reaction, and what nothing commands stays where it is") {
   Limits limits = test_limits();  // reacts within 0.1 s
   limits.joints[base_x].acceleration_limit = 5.0;
-  const PathPlan plan(limits);
+  const RobotModel model(limits);
   Branch branch;
   branch.now = branch.speed = Joints{};
   branch.speed[base_x] = -1.0;
   branch.speed[torso] = 0.25;
-  const Braking braking(plan, branch, six, 0);
+  const Braking braking(model, branch, six, 0);
   CHECK(place(braking, 0.5)[base_x] == doctest::Approx(-0.14375));  // 0.15 s of 0.3
   CHECK(braking.end()[base_x] == doctest::Approx(-0.2));
   CHECK(place(braking, 0.5)[torso] == 0.0);
@@ -85,9 +85,9 @@ TEST_CASE("a base brakes after its reaction, and what nothing commands stays whe
 
 TEST_CASE("a joint that does not move for the chunk stays, however fast it is said to be") {
   const Limits limits = slides();
-  const PathPlan plan(limits);
+  const RobotModel model(limits);
   const Branch branch = going();
-  const Braking braking(plan, branch, only(free_arm::slide_y), 0);
+  const Braking braking(model, branch, only(free_arm::slide_y), 0);
   CHECK(braking.end()[free_arm::slide_x] == 0.5);
   CHECK(place(braking, 0.5)[free_arm::slide_x] == 0.5);
   CHECK(place(braking, 0.5)[free_arm::slide_y] == doctest::Approx(-0.01875));  // 0.05 s of 0.1

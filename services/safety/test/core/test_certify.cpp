@@ -64,10 +64,10 @@ struct Slowing {
     branch.speed[slide_y] = -0.5;
   }
   Limits limits = free_arm::limits();
-  PathPlan plan{limits};
+  RobotModel model{limits};
   Branch branch{};
   JointSet moving = only(turn_z) | only(slide_x) | only(slide_y);
-  [[nodiscard]] Braking braking() const { return {plan, branch, moving, 0}; }
+  [[nodiscard]] Braking braking() const { return {model, branch, moving, 0}; }
 };
 
 }  // namespace
@@ -191,15 +191,15 @@ TEST_CASE("a look at shapes says which share of their way they are clear by") {
   limits.collision.capsules[0] = {0, {1.1, 0, 0.3}, {1.1, 0, 0.7}, 0.05};
   limits.collision.capsules[1] = {tool_link, {0, 0, 0}, {0, 0, 0}, 0.05};
   limits.collision.clearance = 0.1;
-  const PathPlan plan(limits);
-  ShapeCheck check(plan, only(slide_x));
+  const RobotModel model(limits);
+  ShapeCheck check(model, only(slide_x));
   Joints there{};
   there[slide_x] = 0.4;
-  const DisplacementBound ways(plan, Joints{}, there);
+  const DisplacementBound bound(model, Joints{}, there);
   FramePoses rest, room;
-  rest.place(plan, Joints{});
-  std::size_t looks = 0;
-  const ShapeConstraint look{plan, check, rest, ways, room, looks};
+  rest.place(model, Joints{});
+  std::size_t configurations = 0;
+  const ShapeConstraint look{model, check, rest, bound, room, configurations};
   double free = unset;
   CHECK(look.query(Joints{}, 1.0, free).ok());
   CHECK(free == doctest::Approx(0.5));
@@ -208,20 +208,20 @@ TEST_CASE("a look at shapes says which share of their way they are clear by") {
   CHECK(look.query(there, 1.0, free).ok());
   CHECK(free == doctest::Approx(0.25));
   Clearance found;
-  CHECK(check.look(rest, rest, ways, found).ok());
+  CHECK(check.check(rest, rest, bound, found).ok());
   CHECK(found.others == doctest::Approx(0.4));  // as far as the slide goes, and no further
-  CHECK(looks == 3);
+  CHECK(configurations == 3);
 }
 
 TEST_CASE("a look at zones says which share of its way the footprint is clear by") {
   // A square of 1 m; the way ahead ends 0.4 m before it.
   Limits limits = test_limits();
   limits.base.zones[0].corners = square(0.9);
-  const PathPlan plan(limits);
+  const RobotModel model(limits);
   Joints joints{};
   const Joints before{};
-  std::size_t looks = 0;
-  const ZoneConstraint look{plan, before, 0.8, looks};
+  std::size_t configurations = 0;
+  const ZoneConstraint look{model, before, 0.8, configurations};
   double free = unset;
   CHECK(look.query(joints, 1.0, free).ok());
   CHECK(free == doctest::Approx(0.5));
@@ -230,5 +230,5 @@ TEST_CASE("a look at zones says which share of its way the footprint is clear by
   CHECK(free == doctest::Approx(0.25));
   joints[base_x] = 0.5;
   CHECK(look.query(joints, 1.0, free).code == 34);
-  CHECK(looks == 3);
+  CHECK(configurations == 3);
 }

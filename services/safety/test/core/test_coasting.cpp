@@ -64,7 +64,8 @@ Judgement beside(const MeasuredState& state, Companions companions) {
   ChunkBuilder own;
   two_arms::command(own, two_arms::left, Mode::joint_position, two_arms::left_1,
                     {-0.1, -0.2, -0.3});
-  return judge_path(PathPlan(limits), whole_robot(limits), state, own.chunk, 0, 3, {}, companions);
+  return judge_path(RobotModel(limits), whole_robot(limits), state, own.chunk, 0, 3, {},
+                    companions);
 }
 
 }  // namespace

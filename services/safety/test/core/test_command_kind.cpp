@@ -11,8 +11,8 @@ using namespace fairlead::test;
 namespace {
 
 JointSet moved(const Limits& limits, const ChunkBuilder& chunk) {
-  const PathPlan plan(limits);
-  return moved_by(plan, chunk.chunk.parts[0]);
+  const RobotModel model(limits);
+  return moved_by(model, chunk.chunk.parts[0]);
 }
 
 ChunkBuilder base_joint(Mode mode, std::uint8_t joint) {

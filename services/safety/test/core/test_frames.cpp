@@ -1,4 +1,4 @@
-// Where the plan's frames are: by hand, and placed again only when they moved.
+// Where the model's frames are: by hand, and placed again only when they moved.
 
 #include <doctest/doctest.h>
 
@@ -26,21 +26,21 @@ Joints anywhere(std::mt19937& random) {
 
 TEST_CASE("frames placed again are where they would be if placed for the first time") {
   const Limits limits = free_arm::limits();
-  const PathPlan plan(limits);
+  const RobotModel model(limits);
   std::mt19937 random(5);
   Joints joints{};
   FramePoses kept;
-  kept.place(plan, joints);
+  kept.place(model, joints);
   for (int i = 0; i < 500; ++i) {
     const Joints other = anywhere(random);
     for (std::size_t j = 0; j < 6; ++j)
       if (random() % 3 == 0) joints[j] = other[j];
-    if (random() % 2 == 0) kept.place_chain(plan, plan.tools[arm], other);
-    kept.place(plan, joints);
+    if (random() % 2 == 0) kept.place_chain(model, model.tools[arm], other);
+    kept.place(model, joints);
     const FramePoses copied = kept;
     FramePoses fresh;
-    fresh.place(plan, joints);
-    for (std::size_t f = 0; f < plan.frames.size(); ++f) {
+    fresh.place(model, joints);
+    for (std::size_t f = 0; f < model.frames.size(); ++f) {
       CHECK(copied[f].position == fresh[f].position);
       CHECK(copied[f].rotation == fresh[f].rotation);
     }
@@ -58,29 +58,29 @@ TEST_CASE(
       {root, rail, link("tip", 1, LinkMotion::fixed, max_measured, {1, 0, 0}, {0, 0.2, 0})});
   limits.parts[arm].tool = 2;
   limits.collision = wide_shape(0, 2);
-  const PathPlan plan(limits);
+  const RobotModel model(limits);
   Joints joints{};
   joints[slide_x] = 0.25;
   FramePoses poses;
-  poses.place(plan, joints);
-  const FramePose tip = pose_at(plan.places[2], poses);
+  poses.place(model, joints);
+  const FramePose tip = pose_at(model.places[2], poses);
   CHECK((tip.position - Eigen::Vector3d(0.3, 0.25, 0.0)).norm() < 1e-12);
   CHECK((tip.rotation * Eigen::Vector3d::UnitX() - Eigen::Vector3d::UnitY()).norm() < 1e-12);
 }
 
-TEST_CASE("a frame whose joint is where it was is not placed again, whatever became of the plan") {
+TEST_CASE("a frame whose joint is where it was is not placed again, whatever became of the model") {
   const Limits limits = free_arm::limits();
-  PathPlan plan(limits);
+  RobotModel model(limits);
   Joints joints{};
   FramePoses poses;
-  poses.place(plan, joints);
+  poses.place(model, joints);
   const FramePoses copied = poses;
-  for (PlanFrame& frame : plan.frames) frame.origin.x() += 1.0;
+  for (ModelFrame& frame : model.frames) frame.origin.x() += 1.0;
   for (FramePoses kept : {poses, copied}) {
-    kept.place(plan, joints);
+    kept.place(model, joints);
     CHECK(kept[tool_link].position.x() == doctest::Approx(0.7));
     joints[turn_x] = 0.1;  // moves the last frame only: placed on its parent
-    kept.place(plan, joints);
+    kept.place(model, joints);
     CHECK(kept[tool_link].position.x() == doctest::Approx(1.7));
     CHECK(kept[tool_link - 1].position.x() == doctest::Approx(0.7));
     joints[turn_x] = 0.0;
@@ -89,15 +89,16 @@ TEST_CASE("a frame whose joint is where it was is not placed again, whatever bec
 
 TEST_CASE("a copy knows what hangs on frames that were placed without it") {
   const Limits limits = two_arms::limits();
-  const PathPlan plan(limits);
+  const RobotModel model(limits);
   Joints turned{};
   turned[two_arms::right_1] = 0.5;
   FramePoses poses, copy, fresh;
-  poses.place(plan, Joints{});
+  poses.place(model, Joints{});
   copy = poses;
-  poses.place_chain(plan, plan.tools[two_arms::right], turned);  // not the fingers
+  poses.place_chain(model, model.tools[two_arms::right], turned);  // not the fingers
   copy = poses;
-  copy.place(plan, turned);
-  fresh.place(plan, turned);
-  for (std::size_t f = 0; f < plan.frames.size(); ++f) CHECK(copy[f].position == fresh[f].position);
+  copy.place(model, turned);
+  fresh.place(model, turned);
+  for (std::size_t f = 0; f < model.frames.size(); ++f)
+    CHECK(copy[f].position == fresh[f].position);
 }

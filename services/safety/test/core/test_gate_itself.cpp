@@ -223,10 +223,10 @@ TEST_CASE("G050 nothing is armed with limits that changed, and again when they a
 namespace {
 
 std::vector<std::uint8_t> plan_in(const Limits& limits, int fill) {
-  std::vector<std::uint8_t> memory(sizeof(PathPlan), static_cast<std::uint8_t>(fill));
-  static_assert(alignof(PathPlan) <= alignof(std::max_align_t));
-  const PathPlan* plan = new (memory.data()) PathPlan(limits);
-  plan->~PathPlan();
+  std::vector<std::uint8_t> memory(sizeof(RobotModel), static_cast<std::uint8_t>(fill));
+  static_assert(alignof(RobotModel) <= alignof(std::max_align_t));
+  const RobotModel* model = new (memory.data()) RobotModel(limits);
+  model->~RobotModel();
   return memory;
 }
 
@@ -236,7 +236,7 @@ TEST_CASE("G050 no byte of what the gate makes of the limits is what memory held
   const Limits limits = test_limits();
   const std::vector<std::uint8_t> zero = plan_in(limits, 0x00), ones = plan_in(limits, 0xFF);
   CHECK(std::mismatch(zero.begin(), zero.end(), ones.begin()).first - zero.begin() ==
-        static_cast<std::ptrdiff_t>(sizeof(PathPlan)));
+        static_cast<std::ptrdiff_t>(sizeof(RobotModel)));
 }
 
 TEST_CASE("G050 a bit of what the gate made of the limits, or of a claim's own limits, stops too") {

@@ -108,7 +108,7 @@ TEST_CASE("G026 switch up: from a goal that nobody knows no motion goes on") {
 
 TEST_CASE("G026 the switch of another claim's rows, as long as they last") {
   const auto row = [](const Companion& companion) {
-    return judge_rows(PathPlan(shared_out()), whole_robot(shared_out()), state_at_rest(),
+    return judge_rows(RobotModel(shared_out()), whole_robot(shared_out()), state_at_rest(),
                       turns(four).chunk, 0, {}, Companions(&companion, 1))
         .evidence.row;
   };

@@ -30,8 +30,8 @@ Limits hall(double right) {
 
 Judgement drive(const Limits& limits, const ChunkBuilder& chunk,
                 const MeasuredState& state = state_at_rest()) {
-  const PathPlan plan(limits);
-  return judge_path(plan, whole_robot(limits), state, chunk.chunk, 0, chunk.chunk.horizon, {}, {});
+  const RobotModel model(limits);
+  return judge_path(model, whole_robot(limits), state, chunk.chunk, 0, chunk.chunk.horizon, {}, {});
 }
 
 ChunkBuilder slide(const Row& values) {
@@ -74,7 +74,7 @@ Limits interleaved() {
 TEST_CASE("G034 a base that holds takes two looks a row, wherever it is, and passes where it was") {
   const Judgement inside = drive(hall(2), slide({0.0, 0.0, 0.0}));
   CHECK(inside.evidence.ok());
-  CHECK(inside.looks == 6);
+  CHECK(inside.configurations == 6);
   CHECK(drive(hall(0.25), slide({0.0, 0.0, 0.0})).evidence.ok());  // it sticks out
 }
 

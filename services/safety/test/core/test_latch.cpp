@@ -44,14 +44,14 @@ TEST_CASE("three stops of the gate's own within 60 s of ticks latch") {
 }
 
 TEST_CASE("stops spread wider than the window do not latch, nor do an operator's") {
-  GateRig spread;
-  spread.connect_and_arm();
+  GateRig spaced;
+  spaced.connect_and_arm();
   for (int i = 0; i < 4; ++i) {
-    stop_by_nan(spread);
-    CHECK(spread.gate->state() == GateState::stopped);
-    spread.pass(600);                                            // 30 s
-    for (int state = 0; state < 3; ++state) spread.next_tick();  // seen at standstill
-    come_back(spread);
+    stop_by_nan(spaced);
+    CHECK(spaced.gate->state() == GateState::stopped);
+    spaced.pass(600);                                            // 30 s
+    for (int state = 0; state < 3; ++state) spaced.next_tick();  // seen at standstill
+    come_back(spaced);
   }
   GateRig operators;
   operators.connect_and_arm();

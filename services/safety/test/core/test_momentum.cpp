@@ -129,7 +129,7 @@ Limits hall(double right) {
 
 std::uint32_t path_code(const Limits& limits, const ChunkBuilder& chunk,
                         const MeasuredState& state = state_at_rest()) {
-  return judge_path(PathPlan(limits), whole_robot(limits), state, chunk.chunk, 0, 1, {}, {})
+  return judge_path(RobotModel(limits), whole_robot(limits), state, chunk.chunk, 0, 1, {}, {})
       .evidence.code;
 }
 

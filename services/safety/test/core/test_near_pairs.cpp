@@ -35,21 +35,21 @@ Joints turned_to(double angle) {
 // One look after the other, each at an angle from where the column turns by as much as `way`.
 class Looks {
  public:
-  explicit Looks(const Limits& limits) : plan_(limits), check_(plan_, only(turn_z)) {}
+  explicit Looks(const Limits& limits) : model_(limits), check_(model_, only(turn_z)) {}
 
   // What is at fault, else how many pairs are near.
   std::uint32_t at(double angle, double way = 0.001) {
     FramePoses here, far_away;
-    here.place(plan_, turned_to(angle));
-    far_away.place(plan_, turned_to(3.0));
+    here.place(model_, turned_to(angle));
+    far_away.place(model_, turned_to(3.0));
     Clearance found;
-    const DisplacementBound ways(plan_, turned_to(angle), turned_to(angle + way));
-    const Evidence evidence = check_.look(here, far_away, ways, found);
+    const DisplacementBound bound(model_, turned_to(angle), turned_to(angle + way));
+    const Evidence evidence = check_.check(here, far_away, bound, found);
     return evidence.ok() ? static_cast<std::uint32_t>(found.near_count) : evidence.code;
   }
 
  private:
-  PathPlan plan_;
+  RobotModel model_;
   ShapeCheck check_;
 };
 
@@ -91,17 +91,17 @@ TEST_CASE("G032 a short finger that turns far comes as near as a long arm that t
   const std::array<double, 3> there{0.0, 0.02 + 0.3 * std::sin(2.5), -0.3 * std::cos(2.5)};
   limits.collision.capsules[0] = {4, there, there, 0.05};
   limits.collision.capsules[1] = {5, {0, 0, -0.3}, {0, 0, -0.3}, 0.05};
-  const PathPlan plan(limits);
-  ShapeCheck check(plan, only(two_arms::finger_1));
+  const RobotModel model(limits);
+  ShapeCheck check(model, only(two_arms::finger_1));
   FramePoses start, here;
-  start.place(plan, Joints{});
+  start.place(model, Joints{});
   Joints turned{};
   turned[two_arms::finger_1] = 2.5;
-  here.place(plan, turned);
+  here.place(model, turned);
   Clearance found;
-  const DisplacementBound ways(plan, Joints{}, Joints{});
-  CHECK(check.look(start, start, ways, found).ok());
-  CHECK(check.look(here, start, ways, found).code == 32);
+  const DisplacementBound bound(model, Joints{}, Joints{});
+  CHECK(check.check(start, start, bound, found).ok());
+  CHECK(check.check(here, start, bound, found).code == 32);
 }
 
 TEST_CASE("a pair that is too far to count for a short way counts for a long one") {

@@ -63,10 +63,10 @@ TEST_CASE("the state machine alone: what was not left clean boots latched, and s
 
 TEST_CASE("G050 the self monitor alone: a limit that changes in memory is found in a whole pass") {
   const auto limits = std::make_unique<Limits>(test_limits());
-  const auto plan = std::make_unique<PathPlan>(*limits);
+  const auto model = std::make_unique<RobotModel>(*limits);
   const auto table = std::make_unique<ClaimTable>();
   ClaimTable& claims = *table;
-  SelfMonitor monitor(*limits, *plan);
+  SelfMonitor monitor(*limits, *model);
   CHECK(monitor.find_changed(claims).ok());
   limits->joints[0].velocity_limit += 1.0;
   std::uint64_t now_ns = 1000 * ms;

@@ -115,12 +115,12 @@ TEST_CASE("both ends of the gain of each part that moves links; one that moves n
 TEST_CASE("the gain is the claim's own") {
   Limits limits = free_arm::limits();
   limits.parts[arm].modes.joint_velocity.gain = {0.5, 0.5};
-  const PathPlan plan(limits);
+  const RobotModel model(limits);
   ClaimLimits claim = whole_robot(limits);
   claim.modes[arm].joint_velocity.gain = {1.0, 1.0};
   const MeasuredState state = at_rest();
   const ChunkBuilder chunk = one_joint(Mode::joint_velocity, slide_x, {1.0});
-  Prediction prediction(plan, claim, state, chunk.chunk, 0, {}, {});
+  Prediction prediction(model, claim, state, chunk.chunk, 0, {}, {});
   CHECK(prediction.advance().ok());
   CHECK(prediction.branch(0).now[slide_x] == doctest::Approx(0.05));
 }
@@ -137,8 +137,8 @@ TEST_CASE(
   turn_column(chunk, 0.0);
   Predicted predicted(limits, state, chunk.chunk);
   Branch branch = predicted.all.measured();
-  CHECK(predicted.all.has_momentum(branch));
-  predicted.all.go_on(branch);
+  CHECK(predicted.all.is_coasting(branch));
+  predicted.all.coast_one_tick(branch);
   CHECK(branch.now[slide_x] == doctest::Approx(0.05));
   CHECK(branch.now[slide_y] == 0.0);
   CHECK(branch.now[turn_z] == 0.0);
@@ -146,13 +146,13 @@ TEST_CASE(
   CHECK(branch.speed[slide_y] == 0.25);
   CHECK(branch.speed[turn_z] == 0.5);
   const auto tool_x = [&](const FramePoses& poses) {
-    return link_pose(predicted.plan, "tool", poses).position.x();
+    return link_pose(predicted.model, "tool", poses).position.x();
   };
   CHECK(tool_x(branch.poses_before()) == doctest::Approx(0.7));
   CHECK(tool_x(branch.poses_now()) == doctest::Approx(0.75));
   state.velocities[slide_x] = state.velocities[turn_z] = 0.0;
   Predicted still(limits, state, chunk.chunk);
-  CHECK_FALSE(still.all.has_momentum(still.all.measured()));
+  CHECK_FALSE(still.all.is_coasting(still.all.measured()));
 }
 
 TEST_CASE("a tick before the first row begins where the row that acts leads") {
@@ -160,12 +160,12 @@ TEST_CASE("a tick before the first row begins where the row that acts leads") {
   const ChunkBuilder next = one_joint(Mode::joint_velocity, slide_x, {0.0});
   Predicted predicted(free_arm::limits(), at_rest(), next.chunk, not_measured(acts));
   Branch branch = predicted.all.branch(0);
-  CHECK(predicted.all.has_momentum(branch));
-  predicted.all.go_on(branch);
+  CHECK(predicted.all.is_coasting(branch));
+  predicted.all.coast_one_tick(branch);
   CHECK(branch.before[slide_x] == doctest::Approx(0.05));
   CHECK(branch.now[slide_x] == doctest::Approx(0.1));
   const auto tool_x = [&](const FramePoses& poses) {
-    return link_pose(predicted.plan, "tool", poses).position.x();
+    return link_pose(predicted.model, "tool", poses).position.x();
   };
   CHECK(tool_x(branch.poses_before()) == doctest::Approx(0.75));
   CHECK(tool_x(branch.poses_now()) == doctest::Approx(0.8));

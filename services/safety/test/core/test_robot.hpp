@@ -226,25 +226,25 @@ inline PathRoom& shared_room() {
   return room;
 }
 
-inline Judgement judge_path(const PathPlan& plan, const ClaimLimits& claim,
+inline Judgement judge_path(const RobotModel& model, const ClaimLimits& claim,
                             const MeasuredState& state, const ActionChunk& chunk,
                             std::size_t first_row, std::size_t end_row, const RowBefore& before,
                             Companions companions) {
-  return judge_path(shared_room(), plan, claim, state, chunk, first_row, end_row, before,
+  return judge_path(shared_room(), model, claim, state, chunk, first_row, end_row, before,
                     companions);
 }
 
-inline Judgement judge_rows(const PathPlan& plan, const ClaimLimits& claim,
+inline Judgement judge_rows(const RobotModel& model, const ClaimLimits& claim,
                             const MeasuredState& state, const ActionChunk& chunk,
                             std::size_t first_row, const RowBefore& before, Companions companions) {
-  return judge_rows(shared_room(), plan, claim, state, chunk, first_row, before, companions);
+  return judge_rows(shared_room(), model, claim, state, chunk, first_row, before, companions);
 }
 
 /// Judging with limits that a test has just changed; nobody else moves.
 inline Judgement judge_rows(const Limits& limits, const ClaimLimits& claim,
                             const MeasuredState& state, const ActionChunk& chunk,
                             std::size_t first_row, const RowBefore& before) {
-  return judge_rows(PathPlan(limits), claim, state, chunk, first_row, before, {});
+  return judge_rows(RobotModel(limits), claim, state, chunk, first_row, before, {});
 }
 
 /// Everything at zero except the gripper, which is half open, standing still.

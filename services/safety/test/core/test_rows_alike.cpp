@@ -26,7 +26,7 @@ TEST_CASE("G031 a chunk that waits and then goes where it may not: cut at the ro
   const Judgement judged = free_arm::judge(
       limits, one_joint(Mode::joint_position, slide_x, {0, 0, 0, 0, 0.05, 0.05, 0.05, 0.1}).chunk);
   CHECK(judged.row_count == 7);
-  CHECK(judged.looks == 8 + 1);  // one on the way of 50 mm, which leaves 10 mm
+  CHECK(judged.configurations == 8 + 1);  // one on the way of 50 mm, which leaves 10 mm
   CHECK(judged.evidence.code == 31);
   CHECK(judged.evidence.row == 7);
   CHECK(judged.evidence.value == doctest::Approx(0.8));
@@ -44,9 +44,9 @@ TEST_CASE("G032 another claim's rows that begin to move are met, however long bo
   two_arms::command(other, two_arms::right, Mode::joint_position, two_arms::right_1,
                     {0, 0, 0, 0, 0, 0, 0.3, 0.6});
   const Companion companion{{}, &other.chunk, 0, 8};
-  const PathPlan plan(limits);
+  const RobotModel model(limits);
   const Judgement judged =
-      judge_path(plan, whole_robot(limits), state, own.chunk, 0, 8, {}, Companions(&companion, 1));
+      judge_path(model, whole_robot(limits), state, own.chunk, 0, 8, {}, Companions(&companion, 1));
   CHECK(judged.row_count == 7);
   CHECK(judged.evidence.code == 32);
 }
@@ -68,7 +68,7 @@ TEST_CASE("G030 rows that lead nowhere count their looks, too") {
   const Judgement judged =
       free_arm::judge(limits, one_joint(Mode::joint_velocity, slide_x, speeds).chunk);
   CHECK(judged.row_count == 33 + 16);
-  CHECK(judged.looks == 4096);
+  CHECK(judged.configurations == 4096);
   CHECK(judged.evidence.code == 30);
   CHECK(judged.evidence.row == 49);
   CHECK(judged.evidence.axis == "looks");
@@ -76,7 +76,7 @@ TEST_CASE("G030 rows that lead nowhere count their looks, too") {
 
 TEST_CASE("a tool that is told to stay keeps its joints, bit by bit; not in the first row") {
   const Limits limits = free_arm::limits();
-  const PathPlan plan(limits);
+  const RobotModel model(limits);
   const ClaimLimits claim = whole_robot(limits);
   const auto chunk =
       ChunkBuilder().add(arm, Mode::cartesian_delta, {six(0, 0), six(0, 0)}, {}, "base_link");
@@ -87,7 +87,7 @@ TEST_CASE("a tool that is told to stay keeps its joints, bit by bit; not in the 
     state.positions[turn_z] = turned;
     state.positions[turn_y] = 0.4;
     state.positions[turn_x] = 0.2;
-    Prediction prediction(plan, claim, state, chunk.chunk, 0, {}, {});
+    Prediction prediction(model, claim, state, chunk.chunk, 0, {}, {});
     const Branch& branch = prediction.branch(0);
     CHECK(prediction.advance().ok());
     for (std::size_t j = 0; j < state.count; ++j) counts += branch.speed[j] == 0.5 ? 1U : 0U;

@@ -1,4 +1,4 @@
-// Random days: events of every kind in any order, good and bad. Whatever happens, nothing moves
+// Random sessions: events of every kind in any order, good and bad. Whatever happens, nothing moves
 // that should not.
 
 #include <cstdlib>
@@ -16,9 +16,9 @@ std::size_t sequence_steps() {
   return wanted != nullptr ? std::strtoul(wanted, nullptr, 10) : 20'000;
 }
 
-class RandomDay {
+class RandomSession {
  public:
-  RandomDay(std::uint64_t seed, bool lockstep) : random_(seed), rig_(lockstep) {
+  RandomSession(std::uint64_t seed, bool lockstep) : random_(seed), rig_(lockstep) {
     rig_.connect_and_arm();
   }
 
@@ -27,7 +27,7 @@ class RandomDay {
       one_event();
       look_at_outputs();
     }
-    CHECK(rig_.counter("released") > steps / 100);  // a day on which something happened
+    CHECK(rig_.counter("released") > steps / 100);  // a session on which something happened
     CHECK(rig_.counter("refused") > steps / 100);
   }
 
@@ -153,8 +153,9 @@ class RandomDay {
 
 }  // namespace
 
-TEST_CASE("random days in both pacings release nothing while not armed, and nothing over a limit") {
+TEST_CASE(
+    "random sessions in both pacings release nothing while not armed, and nothing over a limit") {
   for (const bool lockstep : {false, true})
     for (std::uint64_t seed = 1; seed <= 4; ++seed)
-      RandomDay(seed, lockstep).run(sequence_steps() / 8);
+      RandomSession(seed, lockstep).run(sequence_steps() / 8);
 }

@@ -51,12 +51,12 @@ TEST_CASE("G033 what is clearly regular is above the limit, and close to it noth
 
 TEST_CASE("the pose of a link that there is not is none") {
   const Limits limits = free_arm::limits();
-  const PathPlan plan(limits);
+  const RobotModel model(limits);
   FramePoses poses;
-  poses.place(plan, Joints{});
-  CHECK(link_pose(plan, "nowhere", poses).position.array().isNaN().all());
-  CHECK(link_pose(plan, "nowhere", poses).rotation.array().isNaN().all());
-  CHECK((link_pose(plan, "tool", poses).position - Eigen::Vector3d(0.7, 0, 0.5)).norm() < 1e-15);
+  poses.place(model, Joints{});
+  CHECK(link_pose(model, "nowhere", poses).position.array().isNaN().all());
+  CHECK(link_pose(model, "nowhere", poses).rotation.array().isNaN().all());
+  CHECK((link_pose(model, "tool", poses).position - Eigen::Vector3d(0.7, 0, 0.5)).norm() < 1e-15);
 }
 
 TEST_CASE("the share of a way that a margin covers") {
@@ -90,12 +90,12 @@ namespace {
 // Whether the free arm's tool gets as far along x as it is told, within its steps.
 Evidence reach_along_x(double distance, Joints& joints) {
   const Limits limits = free_arm::limits();
-  const PathPlan plan(limits);
+  const RobotModel model(limits);
   FramePoses poses;
-  poses.place(plan, joints);
+  poses.place(model, joints);
   const FramePose target{Eigen::Matrix3d::Identity(), {0.7 + distance, 0.0, 0.5}};
-  Joints straight;
-  return reach_pose(plan, plan.tools[arm], target, poses, joints, straight);
+  Joints first_step;
+  return reach_pose(model, model.tools[arm], target, poses, joints, first_step);
 }
 
 }  // namespace
@@ -117,13 +117,13 @@ TEST_CASE("G030 a pose is reached in fifty steps of half a metre or less, or not
 
 TEST_CASE("a pose is reached up to and including a micrometre: nothing moves for less") {
   const Limits limits = free_arm::limits();
-  const PathPlan plan(limits);
+  const RobotModel model(limits);
   const auto moved = [&](double aside) {
-    Joints joints{}, straight;
+    Joints joints{}, first_step;
     FramePoses poses;
-    poses.place(plan, joints);
+    poses.place(model, joints);
     const FramePose target{Eigen::Matrix3d::Identity(), {0.7, aside, 0.5}};
-    CHECK(reach_pose(plan, plan.tools[arm], target, poses, joints, straight).ok());
+    CHECK(reach_pose(model, model.tools[arm], target, poses, joints, first_step).ok());
     return joints != Joints{};
   };
   CHECK_FALSE(moved(1e-6));
@@ -135,14 +135,14 @@ namespace {
 // What one motion does to the free arm's joints, and what its first step alone does.
 struct Moved {
   Moved(const Limits& limits, const Motion6& motion) {
-    const PathPlan plan(limits);
+    const RobotModel model(limits);
     FramePoses start, end;
-    start.place(plan, joints);
-    end.place(plan, joints);
-    CHECK(move_tool(plan, plan.tools[arm], motion, start, end, joints, straight).ok());
+    start.place(model, joints);
+    end.place(model, joints);
+    CHECK(move_tool(model, model.tools[arm], motion, start, end, joints, first_step).ok());
   }
   Joints joints{};
-  Joints straight{};
+  Joints first_step{};
 };
 
 Motion6 along_x(double distance) { return distance * Motion6::Unit(0); }
@@ -154,8 +154,8 @@ TEST_CASE("a motion ends with the first step that moves no joint by more than tw
   limits.kinematics.links[2].translation[0] = 0.0;  // the tool at x = 0, for the last bit of a way
   const auto last = [&](double told) {
     const Moved moved(limits, along_x(told));
-    const double step = moved.straight[free_arm::slide_x];
-    CHECK((step <= 2e-3) == (moved.joints == moved.straight));
+    const double step = moved.first_step[free_arm::slide_x];
+    CHECK((step <= 2e-3) == (moved.joints == moved.first_step));
     return step;
   };
   // The damping of 0.02 takes 0.0004 off; somewhere near there a step is 2 mm to the last bit.

@@ -18,9 +18,9 @@ namespace {
 // Where the rows of a chunk take the free arm, by the upper end of the gain.
 Joints after(const Limits& limits, const ActionChunk& chunk, MeasuredState state = at_rest(),
              const RowBefore& before = {}) {
-  const PathPlan plan(limits);
+  const RobotModel model(limits);
   const ClaimLimits claim = whole_robot(limits);
-  Prediction prediction(plan, claim, state, chunk, 0, before, {});
+  Prediction prediction(model, claim, state, chunk, 0, before, {});
   for (std::size_t row = 0; row < chunk.horizon; ++row) CHECK(prediction.advance().ok());
   return prediction.branch(prediction.branch_count() - 1).now;
 }
@@ -114,7 +114,7 @@ TEST_CASE("what other claims have released moves as well, until their rows end")
   limits.collision.capsules[1] = {4, {0, 0, 0}, {0, 0, 0}, 0.1};
   limits.collision.clearance = 0.15;
   limits.workspace = wide_workspace();
-  const PathPlan plan(limits);
+  const RobotModel model(limits);
   const ClaimLimits claim = whole_robot(limits);
   ChunkBuilder right_in, left_in;
   two_arms::command(right_in, two_arms::right, Mode::joint_position, two_arms::right_1,
@@ -122,7 +122,7 @@ TEST_CASE("what other claims have released moves as well, until their rows end")
   two_arms::command(left_in, two_arms::left, Mode::joint_position, two_arms::left_1,
                     {0.0, -0.1, -0.2, -0.25});
   const auto rows = [&](const Companion& companion) {
-    return judge_path(plan, claim, two_arms::at_rest(), left_in.chunk, 0, 4, {},
+    return judge_path(model, claim, two_arms::at_rest(), left_in.chunk, 0, 4, {},
                       Companions(&companion, 1))
         .row_count;
   };
@@ -131,7 +131,7 @@ TEST_CASE("what other claims have released moves as well, until their rows end")
   CHECK(rows(Companion{}) == 4);
   CHECK(rows(Companion{{}, &right_in.chunk, 0, 4}) == 4);
   limits.collision.clearance = 0.16;
-  const PathPlan tighter(limits);
+  const RobotModel tighter(limits);
   const auto tighter_rows = [&](const Companion& companion) {
     return judge_path(tighter, claim, two_arms::at_rest(), left_in.chunk, 0, 4, {},
                       Companions(&companion, 1));
@@ -181,8 +181,8 @@ TEST_CASE("one arm behind the other, told the same: they may differ in the share
   same.add(two_arms::left, Mode::joint_velocity, {speeds(2, 0)}, {two_arms::left_1});
   same.add(two_arms::right, Mode::joint_velocity, {speeds(0, 2)}, {two_arms::right_1});
   const auto code = [&](const Limits& limits) {
-    const PathPlan plan(limits);
-    return judge_path(plan, whole_robot(limits), two_arms::at_rest(), same.chunk, 0, 1, {}, {})
+    const RobotModel model(limits);
+    return judge_path(model, whole_robot(limits), two_arms::at_rest(), same.chunk, 0, 1, {}, {})
         .evidence.code;
   };
   CHECK(code(two_balls(0.34, 0.0)) == 0);
@@ -195,25 +195,25 @@ TEST_CASE("one arm behind the other, told the same: they may differ in the share
 TEST_CASE("what another claim has released may not happen: then its parts are in the way") {
   // Both are told to turn left by 0.1 rad; the left arm may be stopped where it is.
   const Limits limits = two_balls(0.36, 1.0);
-  const PathPlan plan(limits);
+  const RobotModel model(limits);
   ChunkBuilder own, other;
   own.add(two_arms::right, Mode::joint_velocity, {speeds(0, 2)}, {two_arms::right_1});
   other.add(two_arms::left, Mode::joint_velocity, {speeds(2, 0)}, {two_arms::left_1});
   const auto code = [&](const Companion& companion) {
-    return judge_path(plan, whole_robot(limits), two_arms::at_rest(), own.chunk, 0, 1, {},
+    return judge_path(model, whole_robot(limits), two_arms::at_rest(), own.chunk, 0, 1, {},
                       Companions(&companion, 1))
         .evidence.code;
   };
   CHECK(code(Companion{{}, &other.chunk, 0, 1}) == 32);
   ChunkBuilder both = own;
   both.add(two_arms::left, Mode::joint_velocity, {speeds(2, 0)}, {two_arms::left_1});
-  CHECK(judge_path(plan, whole_robot(limits), two_arms::at_rest(), both.chunk, 0, 1, {}, {})
+  CHECK(judge_path(model, whole_robot(limits), two_arms::at_rest(), both.chunk, 0, 1, {}, {})
             .evidence.ok());
 }
 
 TEST_CASE("another claim's pose that nothing reaches keeps its other arm from no motion") {
   const Limits limits = two_balls(0.01, 1.0);
-  const PathPlan plan(limits);
+  const RobotModel model(limits);
   const ClaimLimits claim = whole_robot(limits);
   ChunkBuilder own, other;
   two_arms::command(own, two_arms::hand, Mode::dex_hand_joint, two_arms::finger_1, {0.0});
@@ -223,7 +223,7 @@ TEST_CASE("another claim's pose that nothing reaches keeps its other arm from no
                                  std::sin(0.1), std::cos(0.1)}});
   const Companion companion{{}, &other.chunk, 0, 1};
   const MeasuredState state = two_arms::at_rest();
-  Prediction prediction(plan, claim, state, own.chunk, 0, {}, Companions(&companion, 1));
+  Prediction prediction(model, claim, state, own.chunk, 0, {}, Companions(&companion, 1));
   CHECK(prediction.advance().ok());
   CHECK(prediction.branch(0).now[two_arms::right_1] == doctest::Approx(0.2).epsilon(1e-5));
 }
@@ -242,10 +242,10 @@ TEST_CASE("G030 more than three parts with a gain at once are not predicted") {
   (void)limits.parts.push_back(joint_part(3, "two", two_arms::finger_2));
   ChunkBuilder chunk;
   const auto code = [&] {
-    const PathPlan plan(limits);
+    const RobotModel model(limits);
     MeasuredState state = two_arms::at_rest();
     (void)state.acted.resize(4);
-    return judge_path(plan, whole_robot(limits), state, chunk.chunk, 0, 1, {}, {}).evidence.code;
+    return judge_path(model, whole_robot(limits), state, chunk.chunk, 0, 1, {}, {}).evidence.code;
   };
   for (std::uint8_t i = 0; i < 3; ++i) {
     Row row(4, 0.0);
@@ -261,11 +261,11 @@ TEST_CASE("judge_path judges only the rows that it is asked for") {
   Limits limits = free_arm::limits();
   limits.joints[slide_x].acceleration_limit = 5.0;
   limits.joints[slide_x].bounds.upper = 0.12;
-  const PathPlan plan(limits);
+  const RobotModel model(limits);
   const ClaimLimits claim = whole_robot(limits);
   const ChunkBuilder chunk = one_joint(Mode::joint_position, slide_x, {0.5, 0.01, 0.02, 0.2, 0.0});
   const auto judged = [&](std::size_t first, std::size_t end) {
-    return judge_path(plan, claim, at_rest(), chunk.chunk, first, end, {}, {});
+    return judge_path(model, claim, at_rest(), chunk.chunk, first, end, {}, {});
   };
   CHECK(judged(1, 3).outcome == Outcome::released);
   CHECK(judged(1, 3).row_count == 2);
@@ -282,11 +282,11 @@ TEST_CASE("a pose that acted and is out of reach by now says nothing about where
   limits.joints[slide_y].acceleration_limit = 5.0;
   const ChunkBuilder acted = ChunkBuilder().poses(arm, {{0.9, 0.4, 0.5, 0, 0, 0, 1}});
   const ChunkBuilder next = one_joint(Mode::joint_position, slide_y, {0.05});
-  const PathPlan plan(limits);
+  const RobotModel model(limits);
   const ClaimLimits claim = whole_robot(limits);
   const RowBefore before{&acted.chunk, 0};
   const MeasuredState rest = at_rest();
-  Prediction prediction(plan, claim, rest, next.chunk, 0, before, {});
+  Prediction prediction(model, claim, rest, next.chunk, 0, before, {});
   CHECK(prediction.advance().ok());
   CHECK(prediction.branch(0).speed[slide_y] == doctest::Approx(1.0));  // from what is measured
 }

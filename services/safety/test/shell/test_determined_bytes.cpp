@@ -7,7 +7,7 @@
 #include "decisions/record.hpp"
 #include "decisions/replay.hpp"
 #include "fairlead_safety/crc32.hpp"
-#include "recorded_days.hpp"
+#include "recorded_sessions.hpp"
 
 using namespace fairlead;
 using namespace fairlead::test;
@@ -30,15 +30,15 @@ std::uint32_t sum_of(const Replay& replay, const Record& given, std::uint32_t su
   return crc32(Bytes(room.get(), encode_record(record, {room.get(), room_for(record)})), sum);
 }
 
-/// A sum for each recorded day, lived through in memory that held `fill`.
-std::vector<std::uint32_t> days_in(std::uint8_t fill) {
+/// A sum for each recorded session, lived through in memory that held `fill`.
+std::vector<std::uint32_t> sessions_in(std::uint8_t fill) {
   const FilledHeap heap(fill);
   std::vector<std::uint32_t> sums;
   for (const RecordedRobot& robot : recorded_robots()) {
-    for (const RecordedDay& day : robot.days) {
+    for (const RecordedSession& session : robot.sessions) {
       Replay replay(*robot.limits);
       std::uint32_t sum = 0;
-      for (const RecordedStep& step : day) {
+      for (const RecordedStep& step : session) {
         fill_stack(fill);
         replay.feed(step.record());
         sum = sum_of(replay, step.record(), sum);
@@ -51,8 +51,9 @@ std::vector<std::uint32_t> days_in(std::uint8_t fill) {
 
 }  // namespace
 
-TEST_CASE("recorded days, in memory of zeros and of ones: the same bytes put out and recorded") {
-  const std::vector<std::uint32_t> zeros = days_in(0x00);
+TEST_CASE(
+    "recorded sessions, in memory of zeros and of ones: the same bytes put out and recorded") {
+  const std::vector<std::uint32_t> zeros = sessions_in(0x00);
   CHECK(zeros.size() > 10);
-  CHECK(zeros == days_in(0xFF));
+  CHECK(zeros == sessions_in(0xFF));
 }

@@ -29,8 +29,8 @@ void* judge_all(void* given) {
 }  // namespace
 
 #ifndef __SANITIZE_ADDRESS__  // which leaves room around each variable
-TEST_CASE("recorded days of two arms are judged on a stack of 1 MiB") {
-  LogReader log(std::string(FAIRLEAD_DAYS_DIR) + "/judged_dual_panda_1.decisions");
+TEST_CASE("recorded sessions of two arms are judged on a stack of 1 MiB") {
+  LogReader log(std::string(FAIRLEAD_SESSIONS_DIR) + "/judged_dual_panda_1.decisions");
   const std::unique_ptr<Limits> limits = recorded_limits(read_header(log.header()));
   Replay replay(*limits);
   Work work{&log, &replay};

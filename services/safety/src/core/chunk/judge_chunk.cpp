@@ -111,7 +111,7 @@ Judgement judge_each(std::size_t first_row, std::size_t end_row, const Trajector
     if (!judgement.evidence.ok()) break;
     ++judgement.row_count;
   }
-  judgement.looks = by_path.looks();
+  judgement.configurations = by_path.configurations();
   if (judgement.row_count == 0) return judgement;  // refused, by its first row
   judgement.outcome = judgement.evidence.ok() ? Outcome::released : Outcome::truncated;
   return judgement;
@@ -131,7 +131,7 @@ Judgement ChunkJudge::judge(LiveClaim& claim, const ActionChunk& chunk) {
   Evidence& evidence = judgement.evidence;
   evidence = check_ticks(claim, chunk, newest, first_open_tick);  // G006
   evidence.raises_stop = is_out_of_touch(claim, chunk, newest);
-  if (evidence.ok()) evidence = check_shape(plan_.limits, claim.limits, chunk);      // G007 to G009
+  if (evidence.ok()) evidence = check_shape(model_.limits, claim.limits, chunk);     // G007 to G009
   if (evidence.ok() && !is_waited_for(claim)) evidence = check_rate(claim, newest);  // G010
   if (evidence.ok()) evidence = check_past(chunk, first_open_tick);                  // G012
   if (!evidence.ok()) return judgement;
@@ -142,7 +142,7 @@ Judgement ChunkJudge::judge_from(const LiveClaim& claim, const ActionChunk& chun
                                  std::size_t first_row) {
   if (rows_.knows_act_before(claim)) {
     const FixedVec<Companion, max_claims> companions = rows_.companions_of(claim);
-    return judge_rows(room_, plan_, claim.limits, hal_.state(), chunk, first_row,
+    return judge_rows(room_, model_, claim.limits, hal_.state(), chunk, first_row,
                       rows_.row_before(claim), Companions(companions.begin(), companions.size()));
   }
   Judgement refused;
@@ -157,25 +157,25 @@ Judgement ChunkJudge::judge_from(const LiveClaim& claim, const ActionChunk& chun
 Judgement ChunkJudge::judge_again(const LiveClaim& claim, const ActionChunk& chunk,
                                   std::size_t first_row, std::size_t end_row) {
   const FixedVec<Companion, max_claims> companions = rows_.companions_of(claim);
-  return judge_path(room_, plan_, claim.limits, hal_.state(), chunk, first_row, end_row,
+  return judge_path(room_, model_, claim.limits, hal_.state(), chunk, first_row, end_row,
                     rows_.row_before(claim), Companions(companions.begin(), companions.size()));
 }
 
-Judgement judge_rows(PathRoom& room, const PathPlan& plan, const ClaimLimits& claim,
+Judgement judge_rows(PathRoom& room, const RobotModel& model, const ClaimLimits& claim,
                      const MeasuredState& state, const ActionChunk& chunk, std::size_t first_row,
                      const RowBefore& before, Companions companions) {
-  const RowLimitCheck by_limits(plan, claim, state, chunk, first_row, before);
-  TrajectoryCheck& by_path = room.begin(plan, claim, state, chunk, first_row, before, companions);
+  const RowLimitCheck by_limits(model, claim, state, chunk, first_row, before);
+  TrajectoryCheck& by_path = room.begin(model, claim, state, chunk, first_row, before, companions);
   return judge_each(first_row, chunk.horizon, by_path, [&](std::size_t row) {
     const Evidence evidence = by_limits.check(row);
     return evidence.ok() ? by_path.check_next() : evidence;
   });
 }
 
-Judgement judge_path(PathRoom& room, const PathPlan& plan, const ClaimLimits& claim,
+Judgement judge_path(PathRoom& room, const RobotModel& model, const ClaimLimits& claim,
                      const MeasuredState& state, const ActionChunk& chunk, std::size_t first_row,
                      std::size_t end_row, const RowBefore& before, Companions companions) {
-  TrajectoryCheck& by_path = room.begin(plan, claim, state, chunk, first_row, before, companions);
+  TrajectoryCheck& by_path = room.begin(model, claim, state, chunk, first_row, before, companions);
   return judge_each(first_row, end_row, by_path, [&](std::size_t) { return by_path.check_next(); });
 }
 

@@ -30,8 +30,8 @@ Evidence check_sequence(const Limits& limits, const LiveClaim& claim, const Acti
 class ChunkJudge {
  public:
   /// All must outlive it.
-  ChunkJudge(const PathPlan& plan, const HalLink& hal, const ActingRows& rows)
-      : plan_(plan), hal_(hal), rows_(rows) {}
+  ChunkJudge(const RobotModel& model, const HalLink& hal, const ActingRows& rows)
+      : model_(model), hal_(hal), rows_(rows) {}
 
   /// A new chunk.
   Judgement judge(LiveClaim& claim, const ActionChunk& chunk);
@@ -44,7 +44,7 @@ class ChunkJudge {
  private:
   [[nodiscard]] bool is_waited_for(const LiveClaim& claim) const;
 
-  const PathPlan& plan_;
+  const RobotModel& model_;
   const HalLink& hal_;
   const ActingRows& rows_;
   PathRoom room_;

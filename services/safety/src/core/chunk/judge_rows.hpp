@@ -22,7 +22,7 @@ using Companions = std::span<const Companion>;
 
 /// A judgement that has looked at so many configurations finishes the branch of a row that it is
 /// at, and looks at no other: the next is at fault (G030). It bounds the time that it takes.
-inline constexpr std::size_t max_looks = 4096;
+inline constexpr std::size_t max_configurations = 4096;
 
 class TrajectoryCheck;
 
@@ -35,9 +35,9 @@ class PathRoom {
   PathRoom& operator=(const PathRoom&) = delete;
 
   /// A new walk in place of the last.
-  TrajectoryCheck& begin(const PathPlan& plan, const ClaimLimits& claim, const MeasuredState& state,
-                         const ActionChunk& chunk, std::size_t first_row, const RowBefore& before,
-                         Companions companions);
+  TrajectoryCheck& begin(const RobotModel& model, const ClaimLimits& claim,
+                         const MeasuredState& state, const ActionChunk& chunk,
+                         std::size_t first_row, const RowBefore& before, Companions companions);
 
  private:
   struct Place;
@@ -47,14 +47,14 @@ class PathRoom {
 /// G024, G030 to G034 of rows [first_row, end_row), predicted from the measured state. `row_count`
 /// is how many pass before the first that does not; of that one the evidence tells. Nothing else
 /// is checked: the rows have passed `check_shape` and the other checks of their own.
-Judgement judge_path(PathRoom& room, const PathPlan& plan, const ClaimLimits& claim,
+Judgement judge_path(PathRoom& room, const RobotModel& model, const ClaimLimits& claim,
                      const MeasuredState& state, const ActionChunk& chunk, std::size_t first_row,
                      std::size_t end_row, const RowBefore& before, Companions companions);
 
 /// All of a row's checks, row by row from `first_row` on: G011 (part), G020, G021, G022, then
 /// those of `judge_path`. `chunk` has passed check_shape. A chunk is released or cut for all its
 /// parts together.
-Judgement judge_rows(PathRoom& room, const PathPlan& plan, const ClaimLimits& claim,
+Judgement judge_rows(PathRoom& room, const RobotModel& model, const ClaimLimits& claim,
                      const MeasuredState& state, const ActionChunk& chunk, std::size_t first_row,
                      const RowBefore& before, Companions companions);
 

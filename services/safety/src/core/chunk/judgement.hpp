@@ -53,10 +53,10 @@ struct RowBefore {
 
 struct Judgement {
   Outcome outcome = Outcome::refused;
-  std::size_t first_row = 0;  // first live row of the chunk
-  std::size_t row_count = 0;  // rows released, 0 if refused
-  std::size_t looks = 0;      // configurations that G031, G032 and G034 looked at
-  Evidence evidence;          // why the rest was not
+  std::size_t first_row = 0;       // first live row of the chunk
+  std::size_t row_count = 0;       // rows released, 0 if refused
+  std::size_t configurations = 0;  // configurations that G031, G032 and G034 looked at
+  Evidence evidence;               // why the rest was not
 };
 
 /// What one claim may do: its parts and its own, never looser, limits.

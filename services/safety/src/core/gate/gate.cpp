@@ -24,7 +24,7 @@ class Gate::Core {
   void handle(const Event& event);
 
   const Limits limits_;
-  const PathPlan plan_{limits_};
+  const RobotModel model_{limits_};
   IdSource& ids_;
 
   // What is known.
@@ -35,13 +35,13 @@ class Gate::Core {
   Outbox outbox_;
 
   // What watches: the gate itself, parts that have to stop, parts that move.
-  SelfMonitor self_{limits_, plan_};
+  SelfMonitor self_{limits_, model_};
   StopMonitor stopping_{limits_, hal_};
   MotionMonitor motion_{limits_};
   StateMachine machine_{limits_, ids_, hal_, claims_, history_, stopping_, outbox_};
 
   // The way of a chunk. Of the ids of verdicts half the range is left to count upwards in.
-  ChunkJudge judge_{plan_, hal_, rows_};
+  ChunkJudge judge_{model_, hal_, rows_};
   Door door_{limits_, hal_,     claims_, history_,
              rows_,   machine_, outbox_, (machine_.new_id() >> 1U) + 1};
   LiveReleases releases_{hal_, claims_, rows_, judge_, door_};

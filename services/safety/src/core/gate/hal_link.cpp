@@ -46,7 +46,7 @@ void HalLink::follow(const Facts& facts) {
 }
 
 // One period for each begun since then, and one for the jitter of either.
-std::uint64_t HalLink::reach(const Arrival& from, std::uint64_t now_ns) const {
+std::uint64_t HalLink::latest_tick(const Arrival& from, std::uint64_t now_ns) const {
   const std::uint64_t ticks = (now_ns - from.ns + limits_.period_ns - 1) / limits_.period_ns + 1;
   return from.tick + std::min(ticks, UINT64_MAX - from.tick);
 }
@@ -54,13 +54,13 @@ std::uint64_t HalLink::reach(const Arrival& from, std::uint64_t now_ns) const {
 std::uint64_t HalLink::newest_possible(std::uint64_t now_ns) const {
   std::uint64_t newest = 0;
   for (const Arrival& arrival : arrivals_)
-    if (arrival.tick != 0) newest = std::max(newest, reach(arrival, now_ns));
+    if (arrival.tick != 0) newest = std::max(newest, latest_tick(arrival, now_ns));
   return newest;
 }
 
 bool HalLink::confirms_leap(std::uint64_t tick, std::uint64_t now_ns) {
-  const bool agrees =
-      refused_leap_.tick != 0 && tick > refused_leap_.tick && tick <= reach(refused_leap_, now_ns);
+  const bool agrees = refused_leap_.tick != 0 && tick > refused_leap_.tick &&
+                      tick <= latest_tick(refused_leap_, now_ns);
   refused_leap_ = agrees ? Arrival{} : Arrival{tick, now_ns};
   return agrees;
 }

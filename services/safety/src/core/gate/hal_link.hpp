@@ -77,7 +77,7 @@ class HalLink {
     std::uint64_t ns = 0;
   };
 
-  [[nodiscard]] std::uint64_t reach(const Arrival& from, std::uint64_t now_ns) const;
+  [[nodiscard]] std::uint64_t latest_tick(const Arrival& from, std::uint64_t now_ns) const;
   [[nodiscard]] Facts facts_of(const HalStatus& status) const;
   void follow(const Facts& facts);
   Text find_mismatch(const HalStatus& status) const;

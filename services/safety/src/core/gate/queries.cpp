@@ -143,7 +143,7 @@ LiveClaim* Queries::take_offered(const LiveClaim& next) {
     if (!holder.live() || !holder.shares_parts_with(next)) continue;
     if (holder.has_parts_of(next)) {
       outbox_.log(phrase("claim ", Hex{holder.id}, " of ", holder.source, " is handed over"));
-      holder.go_on_as(next);
+      holder.continue_as(next);
       return &holder;
     }
     machine_.end_claim(holder, "released");

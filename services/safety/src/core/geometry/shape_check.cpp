@@ -9,7 +9,7 @@ namespace {
 
 Box box_of(const Volume& volume) { return {vector(volume.lower), vector(volume.upper)}; }
 
-Eigen::Vector3d tool_at(const PlanTool& tool, const FramePoses& poses) {
+Eigen::Vector3d tool_at(const ModelTool& tool, const FramePoses& poses) {
   return point_in_root(poses[tool.place.frame], tool.place.position);
 }
 
@@ -17,60 +17,61 @@ void keep_smallest(double& slack, double margin) { slack = std::min(slack, std::
 
 }  // namespace
 
-ShapeCheck::ShapeCheck(const PathPlan& plan, JointSet commanded, JointSet guessed)
-    : plan_(plan), commanded_(commanded), guessed_(guessed) {
-  for (std::size_t i = 0; i < plan.pairs.size(); ++i) {
-    if ((plan.pairs[i].movers & commanded) == 0) continue;
+ShapeCheck::ShapeCheck(const RobotModel& model, JointSet commanded, JointSet guessed)
+    : model_(model), commanded_(commanded), guessed_(guessed) {
+  for (std::size_t i = 0; i < model.pairs.size(); ++i) {
+    if ((model.pairs[i].movers & commanded) == 0) continue;
     (void)pairs_.push_back(static_cast<std::uint16_t>(i));
   }
-  if (plan.volumes.empty()) return;
+  if (model.volumes.empty()) return;
   bool keeps_out = false;
-  for (const Volume& volume : plan.limits.workspace.volumes) keeps_out |= volume.keep_out;
-  for (std::size_t i = 0; i < plan.tools.size(); ++i)
-    if (plan.tools[i].present && (plan.tools[i].movers & commanded) != 0)
+  for (const Volume& volume : model.limits.workspace.volumes) keeps_out |= volume.keep_out;
+  for (std::size_t i = 0; i < model.tools.size(); ++i)
+    if (model.tools[i].present && (model.tools[i].movers & commanded) != 0)
       (void)tools_.push_back(static_cast<std::uint8_t>(i));
-  for (std::size_t i = 0; keeps_out && i < plan.capsules.size(); ++i)
-    if ((plan.frames[plan.capsules[i].frame].movers & commanded) != 0)
+  for (std::size_t i = 0; keeps_out && i < model.capsules.size(); ++i)
+    if ((model.frames[model.capsules[i].frame].movers & commanded) != 0)
       (void)capsules_.push_back(static_cast<std::uint8_t>(i));
 }
 
-double ShapeCheck::way_of(std::size_t shape, const DisplacementBound& ways) const {
-  if (shape < pairs_.size()) return ways.of(plan_.pairs[pairs_[shape]]);
+double ShapeCheck::bound_of(std::size_t shape, const DisplacementBound& bound) const {
+  if (shape < pairs_.size()) return bound.of(model_.pairs[pairs_[shape]]);
   shape -= pairs_.size();
   if (shape < tools_.size()) {
-    const PlanPlace& place = plan_.tools[tools_[shape]].place;
-    return ways.of(place.frame, place.position.norm());
+    const ModelPlace& place = model_.tools[tools_[shape]].place;
+    return bound.of(place.frame, place.position.norm());
   }
-  const PlanCapsule& capsule = plan_.capsules[capsules_[shape - tools_.size()]];
-  return ways.of(capsule.frame, capsule.extent);
+  const ModelCapsule& capsule = model_.capsules[capsules_[shape - tools_.size()]];
+  return bound.of(capsule.frame, capsule.extent);
 }
 
-double ShapeCheck::free_of(const Clearance& clearance, const DisplacementBound& ways) const {
-  double free = clear_fraction(clearance.others, ways.longest());
+double ShapeCheck::clear_fraction_of(const Clearance& clearance,
+                                     const DisplacementBound& bound) const {
+  double free = clear_fraction(clearance.others, bound.longest());
   for (std::size_t i = 0; i < clearance.near_count; ++i) {
     const Clearance::Near& near = clearance.near[i];
-    free = std::min(free, clear_fraction(near.margin, way_of(near.shape, ways)));
+    free = std::min(free, clear_fraction(near.margin, bound_of(near.shape, bound)));
   }
   return free;
 }
 
-Evidence ShapeCheck::look(const FramePoses& poses, const FramePoses& before,
-                          const DisplacementBound& ways, double share, Clearance& found) {
-  found.others = share * ways.longest();
+Evidence ShapeCheck::check(const FramePoses& poses, const FramePoses& before,
+                           const DisplacementBound& bound, double share, Clearance& found) {
+  found.others = share * bound.longest();
   found.near_count = 0;
-  const Evidence evidence = look_at_volumes(poses, before, found);
-  return evidence.ok() ? look_at_pairs(poses, before, ways, share, found) : evidence;
+  const Evidence evidence = check_volumes(poses, before, found);
+  return evidence.ok() ? check_pairs(poses, before, bound, share, found) : evidence;
 }
 
-Evidence ShapeCheck::look_at_volumes(const FramePoses& poses, const FramePoses& before,
-                                     Clearance& found) const {
+Evidence ShapeCheck::check_volumes(const FramePoses& poses, const FramePoses& before,
+                                   Clearance& found) const {
   std::array<double, max_parts> tools;
   std::array<double, max_capsules> capsules;
   std::fill_n(tools.begin(), tools_.size(), found.others);
   std::fill_n(capsules.begin(), capsules_.size(), found.others);
   Evidence evidence;
-  for (std::size_t v = 0; v < plan_.volumes.size() && evidence.ok(); ++v) {
-    const Volume& volume = plan_.limits.workspace.volumes[v];
+  for (std::size_t v = 0; v < model_.volumes.size() && evidence.ok(); ++v) {
+    const Volume& volume = model_.limits.workspace.volumes[v];
     for (std::size_t i = 0; i < tools_.size() && evidence.ok(); ++i)
       evidence = volume.keep_out ? keep_tool_out(tools_[i], v, poses, before, tools[i])
                                  : keep_tool_in(tools_[i], v, poses, before, tools[i]);
@@ -86,11 +87,11 @@ Evidence ShapeCheck::look_at_volumes(const FramePoses& poses, const FramePoses& 
 
 Evidence ShapeCheck::keep_tool_in(std::size_t part, std::size_t index, const FramePoses& poses,
                                   const FramePoses& before, double& slack) const {
-  const Volume& volume = plan_.limits.workspace.volumes[index];
-  const std::array<PlanName, 3>& axes = plan_.volumes[index].axes;
-  const PlanTool& tool = plan_.tools[part];
+  const Volume& volume = model_.limits.workspace.volumes[index];
+  const std::array<ModelName, 3>& axes = model_.volumes[index].axes;
+  const ModelTool& tool = model_.tools[part];
   const Eigen::Vector3d point = tool_at(tool, poses);
-  const std::string_view source = plan_.limits.workspace.source.view();
+  const std::string_view source = model_.limits.workspace.source.view();
   const Excuse excuse = excuse_of(tool.movers, tool_drift_, Excuse::better);
   for (std::size_t i = 0; i < axes.size(); ++i) {
     const auto axis = static_cast<Eigen::Index>(i);
@@ -98,7 +99,7 @@ Evidence ShapeCheck::keep_tool_in(std::size_t part, std::size_t index, const Fra
     const double under = upper - point[axis], over = point[axis] - lower;
     keep_smallest(slack, under);
     keep_smallest(slack, over);
-    const Name& name = plan_.limits.parts[part].name;
+    const Name& name = model_.limits.parts[part].name;
     const auto was = [&] { return tool_at(tool, before)[axis]; };
     if (is_breach(under, [&] { return upper - was(); }, excuse))
       return of(above(code::workspace, axes[i].view(), point[axis], upper, source), name);
@@ -110,25 +111,25 @@ Evidence ShapeCheck::keep_tool_in(std::size_t part, std::size_t index, const Fra
 
 Evidence ShapeCheck::keep_tool_out(std::size_t part, std::size_t volume, const FramePoses& poses,
                                    const FramePoses& before, double& slack) const {
-  const Box box = box_of(plan_.limits.workspace.volumes[volume]);
+  const Box box = box_of(model_.limits.workspace.volumes[volume]);
   const auto distance_of = [&](const FramePoses& in) {
-    const Eigen::Vector3d point = tool_at(plan_.tools[part], in);
+    const Eigen::Vector3d point = tool_at(model_.tools[part], in);
     return box_distance({point, point}, box) - tool_drift_;
   };
   const double distance = distance_of(poses);
   keep_smallest(slack, distance);
-  const Excuse excuse = excuse_of(plan_.tools[part].movers, tool_drift_, Excuse::better);
+  const Excuse excuse = excuse_of(model_.tools[part].movers, tool_drift_, Excuse::better);
   if (!is_breach(distance, [&] { return distance_of(before); }, excuse)) return {};
-  return of(below(code::workspace, plan_.volumes[volume].tool.view(), distance, 0.0,
-                  plan_.limits.workspace.source.view()),
-            plan_.limits.parts[part].name);
+  return of(below(code::workspace, model_.volumes[volume].tool.view(), distance, 0.0,
+                  model_.limits.workspace.source.view()),
+            model_.limits.parts[part].name);
 }
 
 Evidence ShapeCheck::keep_capsule_out(std::size_t capsule, std::size_t volume,
                                       const FramePoses& poses, const FramePoses& before,
                                       double& slack) const {
-  const Box box = box_of(plan_.limits.workspace.volumes[volume]);
-  const PlanCapsule& shape = plan_.capsules[capsule];
+  const Box box = box_of(model_.limits.workspace.volumes[volume]);
+  const ModelCapsule& shape = model_.capsules[capsule];
   const Eigen::Vector3d middle = point_in_root(poses[shape.frame], shape.middle);
   if (box_distance({middle, middle}, box) - shape.reach - tool_drift_ >= slack) return {};
   const auto margin_of = [&](const FramePoses& in) {
@@ -136,42 +137,42 @@ Evidence ShapeCheck::keep_capsule_out(std::size_t capsule, std::size_t volume,
   };
   const double margin = margin_of(poses);
   keep_smallest(slack, margin);
-  const JointSet movers = plan_.frames[shape.frame].movers;
+  const JointSet movers = model_.frames[shape.frame].movers;
   const Excuse excuse = excuse_of(movers, tool_drift_, Excuse::better);
   if (!is_breach(margin, [&] { return margin_of(before); }, excuse)) return {};
-  return of_part_that_moves(below(code::workspace, plan_.volumes[volume].capsules[capsule].view(),
-                                  margin, 0.0, plan_.limits.workspace.source.view()),
+  return of_part_that_moves(below(code::workspace, model_.volumes[volume].capsules[capsule].view(),
+                                  margin, 0.0, model_.limits.workspace.source.view()),
                             movers);
 }
 
 Segment ShapeCheck::segment(std::size_t capsule, const FramePoses& poses) const {
-  const PlanCapsule& shape = plan_.capsules[capsule];
+  const ModelCapsule& shape = model_.capsules[capsule];
   return {point_in_root(poses[shape.frame], shape.a), point_in_root(poses[shape.frame], shape.b)};
 }
 
-double ShapeCheck::pair_distance(const PlanPair& pair, const FramePoses& poses) const {
+double ShapeCheck::pair_distance(const ModelPair& pair, const FramePoses& poses) const {
   return segment_distance(segment(pair.first, poses), segment(pair.second, poses)) -
-         plan_.capsules[pair.first].radius - plan_.capsules[pair.second].radius;
+         model_.capsules[pair.first].radius - model_.capsules[pair.second].radius;
 }
 
 // Most pairs are so far apart that the spheres around them tell. A distance that is no number is a
 // hit.
-Evidence ShapeCheck::look_at_pairs(const FramePoses& poses, const FramePoses& before,
-                                   const DisplacementBound& ways, double share, Clearance& found) {
+Evidence ShapeCheck::check_pairs(const FramePoses& poses, const FramePoses& before,
+                                 const DisplacementBound& bound, double share, Clearance& found) {
   if (pairs_.empty()) return {};
   std::array<Eigen::Vector3d, max_capsules> middles;
-  for (std::size_t i = 0; i < plan_.capsules.size(); ++i)
-    middles[i] = point_in_root(poses[plan_.capsules[i].frame], plan_.capsules[i].middle);
-  const double clearance = plan_.limits.collision.clearance + clearance_drift_;
+  for (std::size_t i = 0; i < model_.capsules.size(); ++i)
+    middles[i] = point_in_root(poses[model_.capsules[i].frame], model_.capsules[i].middle);
+  const double clearance = model_.limits.collision.clearance + clearance_drift_;
   for (std::size_t i = 0; i < pairs_.size(); ++i) {
-    const PlanPair& pair = plan_.pairs[pairs_[i]];
+    const ModelPair& pair = model_.pairs[pairs_[i]];
     const double apart = (middles[pair.first] - middles[pair.second]).squaredNorm();
     const auto are_clear_by = [&](double margin) {
       const double near = pair.near + clearance_drift_ + margin;
       return apart >= near * near;
     };
     if (are_clear_by(found.others)) continue;
-    const double need = share * ways.of(pair);
+    const double need = share * bound.of(pair);
     if (are_clear_by(need)) {
       found.add(i, need);
       continue;
@@ -181,15 +182,15 @@ Evidence ShapeCheck::look_at_pairs(const FramePoses& poses, const FramePoses& be
     const auto margin_before = [&] { return pair_distance(pair, before) - clearance; };
     const Excuse excuse = excuse_of(pair.movers, clearance_drift_, Excuse::none);
     if (!is_breach(distance - clearance, margin_before, excuse)) continue;
-    return of_part_that_moves(below(code::collision, plan_.pair_names[pairs_[i]].view(), distance,
-                                    clearance, plan_.limits.collision.source.view()),
+    return of_part_that_moves(below(code::collision, model_.pair_names[pairs_[i]].view(), distance,
+                                    clearance, model_.limits.collision.source.view()),
                               pair.movers);
   }
   return {};
 }
 
 Evidence ShapeCheck::of_part_that_moves(Evidence evidence, JointSet movers) const {
-  for (const PartLimits& part : plan_.limits.parts)  // GCOVR_EXCL_BR_LINE: one does
+  for (const PartLimits& part : model_.limits.parts)  // GCOVR_EXCL_BR_LINE: one does
     for (const std::size_t j : part.joints)
       if ((movers & commanded_ & only(j)) != 0) return of(evidence, part.name);
   return evidence;  // GCOVR_EXCL_LINE: only what a commanded joint of some part moves is looked at

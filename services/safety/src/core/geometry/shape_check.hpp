@@ -29,7 +29,7 @@ class ShapeCheck {
   /// a controller makes what it likes. What these broke they may mend, or an operator has to: a
   /// tool outside its box as long as that brings it nearer, capsules too near each other not at
   /// all.
-  ShapeCheck(const PathPlan& plan, JointSet commanded, JointSet guessed = 0);
+  ShapeCheck(const RobotModel& model, JointSet commanded, JointSet guessed = 0);
 
   [[nodiscard]] bool has_nothing() const {
     return pairs_.empty() && tools_.empty() && capsules_.empty();
@@ -43,33 +43,33 @@ class ShapeCheck {
   }
 
   /// What is at fault in a configuration. What was broken in the one before may stay as it was.
-  /// Without a fault, `found`: how clear it is, which need not be more than `share` of the ways.
-  Evidence look(const FramePoses& poses, const FramePoses& before, const DisplacementBound& ways,
-                double share, Clearance& found);
+  /// Without a fault, `found`: how clear it is, which need not be more than `share` of the bound.
+  Evidence check(const FramePoses& poses, const FramePoses& before, const DisplacementBound& bound,
+                 double share, Clearance& found);
 
-  /// The same, as far as all of the ways.
-  Evidence look(const FramePoses& poses, const FramePoses& before, const DisplacementBound& ways,
-                Clearance& found) {
-    return look(poses, before, ways, 1.0, found);
+  /// The same, as far as all of the bound.
+  Evidence check(const FramePoses& poses, const FramePoses& before, const DisplacementBound& bound,
+                 Clearance& found) {
+    return check(poses, before, bound, 1.0, found);
   }
 
   /// Which share of its way everything is clear by at least, 1 at most.
-  [[nodiscard]] double free_of(const Clearance& clearance, const DisplacementBound& ways) const;
+  [[nodiscard]] double clear_fraction_of(const Clearance& clearance,
+                                         const DisplacementBound& bound) const;
 
  private:
-  Evidence look_at_volumes(const FramePoses& poses, const FramePoses& before,
-                           Clearance& found) const;
+  Evidence check_volumes(const FramePoses& poses, const FramePoses& before, Clearance& found) const;
   Evidence keep_tool_in(std::size_t part, std::size_t index, const FramePoses& poses,
                         const FramePoses& before, double& slack) const;
   Evidence keep_tool_out(std::size_t part, std::size_t volume, const FramePoses& poses,
                          const FramePoses& before, double& slack) const;
   Evidence keep_capsule_out(std::size_t capsule, std::size_t volume, const FramePoses& poses,
                             const FramePoses& before, double& slack) const;
-  Evidence look_at_pairs(const FramePoses& poses, const FramePoses& before,
-                         const DisplacementBound& ways, double share, Clearance& found);
-  [[nodiscard]] double way_of(std::size_t shape, const DisplacementBound& ways) const;
+  Evidence check_pairs(const FramePoses& poses, const FramePoses& before,
+                       const DisplacementBound& bound, double share, Clearance& found);
+  [[nodiscard]] double bound_of(std::size_t shape, const DisplacementBound& bound) const;
   [[nodiscard]] Segment segment(std::size_t capsule, const FramePoses& poses) const;
-  [[nodiscard]] double pair_distance(const PlanPair& pair, const FramePoses& poses) const;
+  [[nodiscard]] double pair_distance(const ModelPair& pair, const FramePoses& poses) const;
   [[nodiscard]] Evidence of_part_that_moves(Evidence evidence, JointSet movers) const;
 
   [[nodiscard]] Excuse excuse_of(JointSet movers, double drift, Excuse if_guessed) const {
@@ -77,7 +77,7 @@ class ShapeCheck {
     return (movers & guessed_) != 0 ? if_guessed : Excuse::as_it_is;
   }
 
-  const PathPlan& plan_;
+  const RobotModel& model_;
   JointSet commanded_;
   JointSet guessed_;
   double tool_drift_ = 0.0;

@@ -73,15 +73,15 @@ Polygon footprint_at(const BaseLimits& base, const Joints& joints) {
   return corners;
 }
 
-double base_way(const PathPlan& plan, const Joints& from, const Joints& to) {
-  const BaseLimits& base = plan.limits.base;
+double base_way(const RobotModel& model, const Joints& from, const Joints& to) {
+  const BaseLimits& base = model.limits.base;
   const auto change = [&](std::size_t i) { return to[base.joints[i]] - from[base.joints[i]]; };
-  return std::abs(change(0)) + std::abs(change(1)) + plan.base_extent * std::abs(change(2));
+  return std::abs(change(0)) + std::abs(change(1)) + model.base_extent * std::abs(change(2));
 }
 
-Evidence check_base(const PathPlan& plan, const Joints& joints, const Joints& before,
+Evidence check_base(const RobotModel& model, const Joints& joints, const Joints& before,
                     double& slack) {
-  const BaseLimits& base = plan.limits.base;
+  const BaseLimits& base = model.limits.base;
   const Polygon here = footprint_at(base, joints);
   slack = std::numeric_limits<double>::infinity();
   for (const Zone& zone : base.zones) {
@@ -90,7 +90,7 @@ Evidence check_base(const PathPlan& plan, const Joints& joints, const Joints& be
     const auto margin_before = [&] { return margin_of(zone, footprint_at(base, before)); };
     if (!is_breach(margin, margin_before)) continue;
     return of(below(code::zone, zone.name.view(), margin, 0.0, base.source.view()),
-              plan.limits.parts[plan.limits.joints[base.joints[0]].part].name);
+              model.limits.parts[model.limits.joints[base.joints[0]].part].name);
   }
   return {};
 }

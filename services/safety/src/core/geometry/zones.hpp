@@ -20,11 +20,11 @@ Polygon footprint_at(const BaseLimits& base, const Joints& joints);
 
 /// How far a corner moves at most between two configurations, also where one slide stops sooner
 /// than the other: the ways of both, added up [m].
-double base_way(const PathPlan& plan, const Joints& from, const Joints& to);
+double base_way(const RobotModel& model, const Joints& from, const Joints& to);
 
 /// What is at fault where the base is. What was broken where it was `before` may stay as it was.
 /// Without a fault, `slack`: the smallest margin [m].
-Evidence check_base(const PathPlan& plan, const Joints& joints, const Joints& before,
+Evidence check_base(const RobotModel& model, const Joints& joints, const Joints& before,
                     double& slack);
 
 }  // namespace fairlead

@@ -86,7 +86,7 @@ namespace {
 
 FrameSet bit(std::size_t frame) { return FrameSet{1} << frame; }
 
-void place_on(const FramePose& parent, const PlanFrame& frame, double q, FramePose& pose) {
+void place_on(const FramePose& parent, const ModelFrame& frame, double q, FramePose& pose) {
   if (!frame.turns) {
     pose.rotation.noalias() = parent.rotation * frame.still;
     pose.position = point_in_root(parent, frame.origin + q * frame.slide);
@@ -109,8 +109,8 @@ FramePoses& FramePoses::operator=(const FramePoses& other) {
 }
 
 // A joint that is nowhere compares with nothing: its frames are placed again, nowhere.
-void FramePoses::place_one(const PathPlan& plan, const Joints& joints, std::size_t frame) {
-  const PlanFrame& planned = plan.frames[frame];
+void FramePoses::place_one(const RobotModel& model, const Joints& joints, std::size_t frame) {
+  const ModelFrame& planned = model.frames[frame];
   const double q = joints[planned.joint];
   if ((stale_ & bit(frame)) == 0 && q == placed_for_[frame]) return;
   place_on(poses_[planned.parent], planned, q, poses_[frame]);
@@ -118,31 +118,31 @@ void FramePoses::place_one(const PathPlan& plan, const Joints& joints, std::size
   stale_ = (stale_ & ~bit(frame)) | planned.children;
 }
 
-void FramePoses::begin(const PathPlan& plan) {
+void FramePoses::begin(const RobotModel& model) {
   if (count_ != 0) return;
   poses_[0] = {Eigen::Matrix3d::Identity(), Eigen::Vector3d::Zero()};
-  count_ = plan.frames.size();
+  count_ = model.frames.size();
 }
 
-void FramePoses::place(const PathPlan& plan, const Joints& joints) {
-  begin(plan);
-  for (std::size_t f = 1; f < count_; ++f) place_one(plan, joints, f);
+void FramePoses::place(const RobotModel& model, const Joints& joints) {
+  begin(model);
+  for (std::size_t f = 1; f < count_; ++f) place_one(model, joints, f);
 }
 
-void FramePoses::place_chain(const PathPlan& plan, const PlanTool& tool, const Joints& joints) {
-  begin(plan);
-  for (const std::uint8_t f : tool.chain) place_one(plan, joints, f);
+void FramePoses::place_chain(const RobotModel& model, const ModelTool& tool, const Joints& joints) {
+  begin(model);
+  for (const std::uint8_t f : tool.chain) place_one(model, joints, f);
 }
 
-FramePose pose_at(const PlanPlace& place, const FramePoses& poses) {
+FramePose pose_at(const ModelPlace& place, const FramePoses& poses) {
   const FramePose& frame = poses[place.frame];
   return {frame.rotation * place.rotation, point_in_root(frame, place.position)};
 }
 
-FramePose link_pose(const PathPlan& plan, const Name& link, const FramePoses& poses) {
-  const std::size_t index = plan.limits.kinematics.find(link);
+FramePose link_pose(const RobotModel& model, const Name& link, const FramePoses& poses) {
+  const std::size_t index = model.limits.kinematics.find(link);
   if (index == no_link) return {Eigen::Matrix3d::Constant(unset), Eigen::Vector3d::Constant(unset)};
-  return pose_at(plan.places[index], poses);
+  return pose_at(model.places[index], poses);
 }
 
 }  // namespace fairlead

@@ -1,5 +1,5 @@
 // Where the links of the robot are, and how they move: from what its joints are measured to do; and
-// of the frames of a plan, for any joints, laid out for speed. Those poses are in the root link's
+// of the frames of a model, for any joints, laid out for speed. Those poses are in the root link's
 // frame.
 #pragma once
 
@@ -37,7 +37,7 @@ struct FramePose {
   Eigen::Vector3d position;
 };
 
-/// Where the frames of a plan are. A frame whose joint and parent are as they were when it was
+/// Where the frames of a model are. A frame whose joint and parent are as they were when it was
 /// placed is not placed again: most frames of most rows.
 class FramePoses {
  public:
@@ -46,30 +46,30 @@ class FramePoses {
   FramePoses& operator=(const FramePoses& other);
 
   /// All frames, for these joints.
-  void place(const PathPlan& plan, const Joints& joints);
+  void place(const RobotModel& model, const Joints& joints);
   /// Only those between the root and a tool. The others stay where they are, also where they hang
   /// on these, until they are placed.
-  void place_chain(const PathPlan& plan, const PlanTool& tool, const Joints& joints);
+  void place_chain(const RobotModel& model, const ModelTool& tool, const Joints& joints);
 
   const FramePose& operator[](std::size_t frame) const { return poses_[frame]; }
   /// Where the joint of a frame is that has been placed.
   [[nodiscard]] double joint_of(std::size_t frame) const { return placed_for_[frame]; }
 
  private:
-  void begin(const PathPlan& plan);
-  void place_one(const PathPlan& plan, const Joints& joints, std::size_t frame);
+  void begin(const RobotModel& model);
+  void place_one(const RobotModel& model, const Joints& joints, std::size_t frame);
 
-  std::size_t count_ = 0;          // of the plan's frames, 0 before the first is placed
+  std::size_t count_ = 0;          // of the model's frames, 0 before the first is placed
   FrameSet stale_ = ~FrameSet{0};  // never placed, or before their parent was
   std::array<FramePose, max_links> poses_;
   std::array<double, max_links> placed_for_;  // the joint's position
 };
 
 /// Pose of a place on a frame.
-FramePose pose_at(const PlanPlace& place, const FramePoses& poses);
+FramePose pose_at(const ModelPlace& place, const FramePoses& poses);
 
 /// Pose of a link of that name, not a number if there is none.
-FramePose link_pose(const PathPlan& plan, const Name& link, const FramePoses& poses);
+FramePose link_pose(const RobotModel& model, const Name& link, const FramePoses& poses);
 
 /// A point that is fixed to a frame.
 inline Eigen::Vector3d point_in_root(const FramePose& frame, const Eigen::Vector3d& point) {

@@ -63,10 +63,10 @@ Step step_towards(const ToolJacobian& jacobian, const Motion6& motion) {
   return step;
 }
 
-void take(const Step& step, double share, const PathPlan& plan, const PlanTool& tool,
+void take(const Step& step, double share, const RobotModel& model, const ModelTool& tool,
           Joints& joints) {
   for (std::size_t i = 0; i < tool.own.size(); ++i)
-    joints[plan.frames[tool.own[i]].joint] += share * step.changes[i];
+    joints[model.frames[tool.own[i]].joint] += share * step.changes[i];
 }
 
 // Of the rows or of the columns, whichever are fewer: its lower half. What five columns or fewer
@@ -105,11 +105,12 @@ Evidence still_missing(std::string_view axis, double value) {
 
 }  // namespace
 
-ToolJacobian tool_jacobian(const PathPlan& plan, const PlanTool& tool, const FramePoses& poses) {
+ToolJacobian tool_jacobian(const RobotModel& model, const ModelTool& tool,
+                           const FramePoses& poses) {
   ToolJacobian jacobian;
   jacobian.tool = pose_at(tool.place, poses);
   for (const std::uint8_t f : tool.own) {
-    const PlanFrame& frame = plan.frames[f];
+    const ModelFrame& frame = model.frames[f];
     Motion6& column = jacobian.columns[jacobian.count++];
     const Eigen::Vector3d axis = poses[f].rotation * frame.axis;
     if (frame.turns)
@@ -127,16 +128,16 @@ Motion6 motion_between(const FramePose& from, const FramePose& to) {
   return motion;
 }
 
-Evidence move_tool(const PathPlan& plan, const PlanTool& tool, const Motion6& motion,
-                   const FramePoses& start, FramePoses& end, Joints& joints, Joints& straight) {
+Evidence move_tool(const RobotModel& model, const ModelTool& tool, const Motion6& motion,
+                   const FramePoses& start, FramePoses& end, Joints& joints, Joints& first_step) {
   const FramePose target = moved(pose_at(tool.place, start), motion);
   // A long turn bends the way: what one straight step misses, the next makes up for.
   for (int i = 0; i < most_motion_steps; ++i) {
-    const ToolJacobian jacobian = tool_jacobian(plan, tool, i == 0 ? start : end);
+    const ToolJacobian jacobian = tool_jacobian(model, tool, i == 0 ? start : end);
     const Step step = step_towards(jacobian, motion_between(jacobian.tool, target));
-    take(step, 1.0, plan, tool, joints);
-    if (i == 0) straight = joints;
-    end.place_chain(plan, tool, joints);
+    take(step, 1.0, model, tool, joints);
+    if (i == 0) first_step = joints;
+    end.place_chain(model, tool, joints);
     if (step.largest <= last_step) break;
   }
   const double missed = size_of(motion_between(pose_at(tool.place, end), target));
@@ -146,20 +147,20 @@ Evidence move_tool(const PathPlan& plan, const PlanTool& tool, const Motion6& mo
                "a step of its joints that brings the tool nearer");
 }
 
-Evidence reach_pose(const PathPlan& plan, const PlanTool& tool, const FramePose& target,
-                    FramePoses& poses, Joints& joints, Joints& straight) {
+Evidence reach_pose(const RobotModel& model, const ModelTool& tool, const FramePose& target,
+                    FramePoses& poses, Joints& joints, Joints& first_step) {
   Evidence evidence;
-  straight = joints;
+  first_step = joints;
   for (int i = 0; i <= most_steps; ++i) {
-    poses.place_chain(plan, tool, joints);
-    const ToolJacobian jacobian = tool_jacobian(plan, tool, poses);
+    poses.place_chain(model, tool, joints);
+    const ToolJacobian jacobian = tool_jacobian(model, tool, poses);
     const Motion6 missing = motion_between(jacobian.tool, target);
     evidence = still_missing("tool position", missing.head<3>().norm());
     if (evidence.ok()) evidence = still_missing("tool rotation", missing.tail<3>().norm());
     if (evidence.ok()) break;
     const Step step = step_towards(jacobian, missing);
-    if (i == 0) take(step, 1.0, plan, tool, straight);
-    take(step, std::min(1.0, longest_step / step.largest), plan, tool, joints);
+    if (i == 0) take(step, 1.0, model, tool, first_step);
+    take(step, std::min(1.0, longest_step / step.largest), model, tool, joints);
   }
   return evidence;
 }

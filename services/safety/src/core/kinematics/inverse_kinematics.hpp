@@ -61,7 +61,7 @@ class Factors6 {
 
 // Motion6 here: linear [m] and angular [rad] motion along the root link's axes.
 
-/// A tool's pose, and how it moves with each joint of its own part (`PlanTool::own`).
+/// A tool's pose, and how it moves with each joint of its own part (`ModelTool::own`).
 struct ToolJacobian {
   FramePose tool;
   std::size_t count = 0;
@@ -72,7 +72,7 @@ struct ToolJacobian {
 };
 
 /// Where the frames between the root and the tool have been placed.
-ToolJacobian tool_jacobian(const PathPlan& plan, const PlanTool& tool, const FramePoses& poses);
+ToolJacobian tool_jacobian(const RobotModel& model, const ModelTool& tool, const FramePoses& poses);
 
 /// The motion that takes one pose to another.
 Motion6 motion_between(const FramePose& from, const FramePose& to);
@@ -81,15 +81,15 @@ Motion6 motion_between(const FramePose& from, const FramePose& to);
 /// tool would be further from where it is to be than if the joints had stayed.
 ///
 /// `start`: the frames where `joints` are. `end`: of these, those between the root and the tool are
-/// placed where the joints get to. `straight`: where they got to if the
+/// placed where the joints get to. `first_step`: where they got to if the
 /// way did not bend, by one step of least squares.
-Evidence move_tool(const PathPlan& plan, const PlanTool& tool, const Motion6& motion,
-                   const FramePoses& start, FramePoses& end, Joints& joints, Joints& straight);
+Evidence move_tool(const RobotModel& model, const ModelTool& tool, const Motion6& motion,
+                   const FramePoses& start, FramePoses& end, Joints& joints, Joints& first_step);
 
 /// Moves the part's joints until its tool is at `target`, and the tool's frames in `poses` with
-/// them. Says G030 if it does not get there. `straight` as for `move_tool`.
-Evidence reach_pose(const PathPlan& plan, const PlanTool& tool, const FramePose& target,
-                    FramePoses& poses, Joints& joints, Joints& straight);
+/// them. Says G030 if it does not get there. `first_step` as for `move_tool`.
+Evidence reach_pose(const RobotModel& model, const ModelTool& tool, const FramePose& target,
+                    FramePoses& poses, Joints& joints, Joints& first_step);
 
 /// G033: the smallest singular value of the Jacobian, of as many as the part has joints, 6 at most.
 double smallest_singular_value(const ToolJacobian& jacobian);

@@ -21,13 +21,13 @@ inline JointSet only(std::size_t joint) { return JointSet{1} << joint; }
 
 inline Eigen::Vector3d vector(const std::array<double, 3>& xyz) { return {xyz[0], xyz[1], xyz[2]}; }
 
-/// Frames of a plan by index, one bit each.
+/// Frames of a model by index, one bit each.
 using FrameSet = std::uint64_t;
 static_assert(max_links <= 64);
 
 /// A link that a joint moves, with the fixed links between it and the one before folded in. Its
 /// pose in the one before: `still + cos q * cosine + sin q * sine`, `origin + q * slide`.
-struct PlanFrame {
+struct ModelFrame {
   std::size_t parent = 0;
   std::size_t joint = max_measured;
   bool turns = false;
@@ -46,13 +46,13 @@ struct PlanFrame {
 };
 
 /// Where a link is fixed to a moving one.
-struct PlanPlace {
+struct ModelPlace {
   std::size_t frame = 0;
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
   Eigen::Vector3d position = Eigen::Vector3d::Zero();
 };
 
-struct PlanCapsule {
+struct ModelCapsule {
   std::size_t frame = 0;
   // In the frame [m].
   Eigen::Vector3d a = Eigen::Vector3d::Zero();
@@ -64,10 +64,10 @@ struct PlanCapsule {
 };
 
 /// What a verdict calls a pair: "link5 / link0".
-using PlanName = FixedText<136>;
+using ModelName = FixedText<136>;
 
 /// Small: most of what a row costs is going through them.
-struct PlanPair {
+struct ModelPair {
   std::uint8_t first = 0;
   std::uint8_t second = 0;
   std::uint8_t common = 0;  // the last frame that both hang on
@@ -77,10 +77,10 @@ struct PlanPair {
 };
 
 /// A part's tool and the frames from the root to it.
-struct PlanTool {
+struct ModelTool {
   bool present = false;
   std::array<std::uint8_t, 7> gap{};
-  PlanPlace place;
+  ModelPlace place;
   JointSet movers = 0;
   FixedVec<std::uint8_t, max_links> chain;  // frames from the root on, the root left out
   FixedVec<std::uint8_t, max_links> own;    // those of them that the part's joints move
@@ -91,25 +91,25 @@ struct PlanTool {
 
 /// What keeps out of a volume is called: "link5 / shelf", by capsule, and "tool / shelf"; what
 /// keeps in, by axis: "tool x / table".
-struct PlanVolume {
-  std::array<PlanName, max_capsules> capsules;
-  PlanName tool;
-  std::array<PlanName, 3> axes;
+struct ModelVolume {
+  std::array<ModelName, max_capsules> capsules;
+  ModelName tool;
+  std::array<ModelName, 3> axes;
 };
 
 /// Made when the gate starts. `limits` must outlive it.
-struct PathPlan {
-  explicit PathPlan(const Limits& robot_limits);
+struct RobotModel {
+  explicit RobotModel(const Limits& robot_limits);
 
   const Limits& limits;
   double period_s = unset;
-  std::array<PlanPlace, max_links> places;  // by link of the description
-  FixedVec<PlanFrame, max_links> frames;    // parents first; the first is the root
-  FixedVec<PlanCapsule, max_capsules> capsules;
-  FixedVec<PlanPair, max_capsule_pairs> pairs;
-  FixedVec<PlanName, max_capsule_pairs> pair_names;
-  FixedVec<PlanVolume, max_volumes> volumes;
-  std::array<PlanTool, max_parts> tools;
+  std::array<ModelPlace, max_links> places;  // by link of the description
+  FixedVec<ModelFrame, max_links> frames;    // parents first; the first is the root
+  FixedVec<ModelCapsule, max_capsules> capsules;
+  FixedVec<ModelPair, max_capsule_pairs> pairs;
+  FixedVec<ModelName, max_capsule_pairs> pair_names;
+  FixedVec<ModelVolume, max_volumes> volumes;
+  std::array<ModelTool, max_parts> tools;
   std::array<JointSet, max_parts> part_joints{};
   std::array<double, max_joints> fastest{};  // that a joint can be told to go (`fastest_told`)
   double base_extent = 0.0;                  // of the footprint from the yaw axis [m]

@@ -100,12 +100,12 @@ inline bool is_gripper(std::uint8_t mode) {
 }
 
 // Joints that a command moves, as far as it is predicted.
-inline JointSet moved_by(const PathPlan& plan, const ActionPart& action) {
+inline JointSet moved_by(const RobotModel& model, const ActionPart& action) {
   if (is_gripper(action.mode)) return 0;
-  if (!is_joint_mode(action.mode)) return plan.part_joints[action.part];
+  if (!is_joint_mode(action.mode)) return model.part_joints[action.part];
   JointSet joints = 0;
   for (const std::uint8_t j : action.active) joints |= only(j);
-  const BaseLimits& base = plan.limits.base;
+  const BaseLimits& base = model.limits.base;
   if (!base.present || !base.against_yaw || action.mode != velocity_mode) return joints;
   const JointSet slides = only(base.joints[0]) | only(base.joints[1]);
   return (joints & slides) != 0 ? joints | slides : joints;  // what turns moves both

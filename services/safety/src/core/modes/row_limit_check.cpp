@@ -152,10 +152,10 @@ bool rows_in_order(const Limits& limits, const ModeLimits& modes, const Measured
   return true;
 }
 
-RowLimitCheck::RowLimitCheck(const PathPlan& plan, const ClaimLimits& claim,
+RowLimitCheck::RowLimitCheck(const RobotModel& model, const ClaimLimits& claim,
                              const MeasuredState& state, const ActionChunk& chunk,
                              std::size_t first_row, const RowBefore& before)
-    : limits_(plan.limits),
+    : limits_(model.limits),
       claim_(claim),
       state_(state),
       chunk_(chunk),

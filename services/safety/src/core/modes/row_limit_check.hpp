@@ -82,7 +82,7 @@ Evidence scalar_step(std::uint32_t code, const RowView& view, const Setpoint& be
 class RowLimitCheck {
  public:
   /// Everything must outlive it.
-  RowLimitCheck(const PathPlan& plan, const ClaimLimits& claim, const MeasuredState& state,
+  RowLimitCheck(const RobotModel& model, const ClaimLimits& claim, const MeasuredState& state,
                 const ActionChunk& chunk, std::size_t first_row, const RowBefore& before);
 
   /// What is wrong with the row, over all parts of the chunk: it runs for all of them or for none.

@@ -7,8 +7,8 @@ namespace {
 
 constexpr std::uint64_t overrun_window_ns = 60'000'000'000;
 
-// A guard reads bytes: nothing guarded may point to more of itself. (A plan's matrices are of fixed
-// size, in place, though Eigen does not call them trivial.)
+// A guard reads bytes: nothing guarded may point to more of itself. (A model's matrices are of
+// fixed size, in place, though Eigen does not call them trivial.)
 static_assert(std::is_trivially_copyable_v<Limits> && std::is_trivially_copyable_v<ClaimLimits>);
 
 Evidence memory_fault(const MemoryGuard& guard) {
@@ -18,8 +18,8 @@ Evidence memory_fault(const MemoryGuard& guard) {
 
 }  // namespace
 
-SelfMonitor::SelfMonitor(const Limits& limits, const PathPlan& plan)
-    : limits_(bytes_of(limits)), plan_(bytes_of(plan)) {}
+SelfMonitor::SelfMonitor(const Limits& limits, const RobotModel& model)
+    : limits_(bytes_of(limits)), model_(bytes_of(model)) {}
 
 Evidence check_step_time(const Limits& limits, std::uint32_t step_ns) {
   const std::uint32_t limit_us = limits.protocol.step_deadline_us;
@@ -35,7 +35,7 @@ std::size_t SelfMonitor::note_overrun(std::uint64_t now_ns) {
 
 bool SelfMonitor::read_on(std::uint64_t now_ns, ClaimTable& claims) {
   bool passed = limits_.read_on(now_ns);
-  passed |= plan_.read_on(now_ns);
+  passed |= model_.read_on(now_ns);
   for (LiveClaim& claim : claims.places())
     if (claim.live()) passed |= claim.guard.read_on(now_ns);
   return passed;
@@ -43,7 +43,7 @@ bool SelfMonitor::read_on(std::uint64_t now_ns, ClaimTable& claims) {
 
 Evidence SelfMonitor::find_changed(const ClaimTable& claims) const {
   if (!limits_.intact()) return memory_fault(limits_);
-  if (!plan_.intact()) return memory_fault(plan_);
+  if (!model_.intact()) return memory_fault(model_);
   for (const LiveClaim& claim : claims.places())
     if (claim.live() && !claim.guard.intact()) return memory_fault(claim.guard);
   return {};

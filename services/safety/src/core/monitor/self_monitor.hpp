@@ -14,7 +14,7 @@ namespace fairlead {
 class SelfMonitor {
  public:
   /// Both must outlive the monitor, and stay where they are.
-  SelfMonitor(const Limits& limits, const PathPlan& plan);
+  SelfMonitor(const Limits& limits, const RobotModel& model);
 
   /// Arming forgets steps that took too long.
   void begin() { overruns_ = {}; }
@@ -31,7 +31,7 @@ class SelfMonitor {
 
  private:
   MemoryGuard limits_;
-  MemoryGuard plan_;
+  MemoryGuard model_;
   TickWindow<4> overruns_;  // when they were, by the gate's clock [ns]
 };
 

@@ -115,7 +115,7 @@ bool LiveClaim::has_parts_of(const LiveClaim& other) const {
                      [&](std::size_t part) { return other.covers(part); });
 }
 
-void LiveClaim::go_on_as(const LiveClaim& next) {
+void LiveClaim::continue_as(const LiveClaim& next) {
   ClaimLife life;
   life.hal_follows = hal_follows;
   life.until_tick = until_tick;

@@ -142,7 +142,7 @@ struct LiveClaim : ClaimLife {
   [[nodiscard]] bool shares_parts_with(const LiveClaim& other) const;
   [[nodiscard]] bool has_parts_of(const LiveClaim& other) const;
   /// Hand-over: under the same id, what it has released goes on; all else is that of `next`.
-  void go_on_as(const LiveClaim& next);
+  void continue_as(const LiveClaim& next);
 };
 
 class ClaimTable {

@@ -7,13 +7,13 @@
 
 namespace fairlead {
 
-Braking::Braking(const PathPlan& plan, const Branch& branch, JointSet moving, JointSet lagging)
-    : plan_(plan), branch_(branch), moving_(moving), lagging_(lagging) {
+Braking::Braking(const RobotModel& model, const Branch& branch, JointSet moving, JointSet lagging)
+    : model_(model), branch_(branch), moving_(moving), lagging_(lagging) {
   end_ = branch.now;
   for (const std::size_t j : JointsIn(moving)) {
     const double speed = branch.speed[j];
     if (speed == 0.0) continue;
-    const double deceleration = plan.limits.joints[j].acceleration_limit;
+    const double deceleration = model.limits.joints[j].acceleration_limit;
     duration_ = std::max(duration_, waits(j) + std::abs(speed) / deceleration);
     end_[j] += speed * waits(j) + speed * std::abs(speed) / (2.0 * deceleration);
   }
@@ -22,14 +22,14 @@ Braking::Braking(const PathPlan& plan, const Branch& branch, JointSet moving, Jo
 // How long it goes on before it brakes.
 double Braking::waits(std::size_t joint) const {
   const double reaction =
-      (plan_.base_joints & only(joint)) != 0 ? plan_.limits.base.reaction_s : 0.0;
-  return (lagging_ & only(joint)) != 0 ? reaction + plan_.limits.joints[joint].stop_lag : reaction;
+      (model_.base_joints & only(joint)) != 0 ? model_.limits.base.reaction_s : 0.0;
+  return (lagging_ & only(joint)) != 0 ? reaction + model_.limits.joints[joint].stop_lag : reaction;
 }
 
 double Braking::position(std::size_t joint, double time) const {
   const double reaction = waits(joint);
   const double speed = branch_.speed[joint];
-  const double deceleration = plan_.limits.joints[joint].acceleration_limit;
+  const double deceleration = model_.limits.joints[joint].acceleration_limit;
   const double braking = std::clamp(time - reaction, 0.0, std::abs(speed) / deceleration);
   const double lost = std::copysign(0.5 * deceleration * braking * braking, speed);
   return branch_.now[joint] + speed * (std::min(time, reaction) + braking) - lost;
@@ -53,14 +53,14 @@ double Braking::largest_share(const Joints& from, const Joints& to) const {
   return largest;
 }
 
-Evidence check_braking(const PathPlan& plan, const Branch& branch, const Joints& end,
-                       const Spread& spread, JointSet joints) {
+Evidence check_braking(const RobotModel& model, const Branch& branch, const Joints& end,
+                       const PositionInterval& interval, JointSet joints) {
   for (const std::size_t j : JointsIn(joints)) {
-    const JointLimits& joint = plan.limits.joints[j];
+    const JointLimits& joint = model.limits.joints[j];
     if (!joint.bounded) continue;
     const double speed = branch.speed[j];
-    const double highest = end[j] + (spread.highest[j] - branch.now[j]);
-    const double lowest = end[j] + (spread.lowest[j] - branch.now[j]);
+    const double highest = end[j] + (interval.highest[j] - branch.now[j]);
+    const double lowest = end[j] + (interval.lowest[j] - branch.now[j]);
     Evidence evidence;
     if (speed > 0.0 && !(highest <= joint.bounds.upper))
       evidence =
@@ -68,7 +68,7 @@ Evidence check_braking(const PathPlan& plan, const Branch& branch, const Joints&
     if (speed < 0.0 && !(lowest >= joint.bounds.lower))
       evidence =
           below(code::braking, joint.name.view(), lowest, joint.bounds.lower, joint.source.view());
-    if (!evidence.ok()) return of(evidence, plan.limits.parts[joint.part].name);
+    if (!evidence.ok()) return of(evidence, model.limits.parts[joint.part].name);
   }
   return {};
 }

@@ -10,7 +10,7 @@ namespace fairlead {
 /// reaction time at the speed they have, and those of `lagging` after their lag.
 class Braking {
  public:
-  Braking(const PathPlan& plan, const Branch& branch, JointSet moving, JointSet lagging);
+  Braking(const RobotModel& model, const Branch& branch, JointSet moving, JointSet lagging);
 
   /// Positions when `share` of the time has passed that the last joint needs, 0 to 1.
   void at(double share, Joints& joints) const;
@@ -24,7 +24,7 @@ class Braking {
   [[nodiscard]] double waits(std::size_t joint) const;
   [[nodiscard]] double position(std::size_t joint, double time) const;
 
-  const PathPlan& plan_;
+  const RobotModel& model_;
   const Branch& branch_;
   JointSet moving_;
   JointSet lagging_;
@@ -32,9 +32,9 @@ class Braking {
   Joints end_;
 };
 
-/// G024: braking ends inside the bounds of every joint of `joints`, from wherever in `spread` it
+/// G024: braking ends inside the bounds of every joint of `joints`, from wherever in `interval` it
 /// begins. Only motion towards a bound counts.
-Evidence check_braking(const PathPlan& plan, const Branch& branch, const Joints& end,
-                       const Spread& spread, JointSet joints);
+Evidence check_braking(const RobotModel& model, const Branch& branch, const Joints& end,
+                       const PositionInterval& interval, JointSet joints);
 
 }  // namespace fairlead

@@ -43,38 +43,38 @@ inline double share_between(const Braking& braking, const WayPoint& from, const 
 }
 
 /// G031 and G032: tools and capsules, which a motion displaces by `bound` at most. `poses` is room
-/// to place them in; `looks` counts queries.
+/// to place them in; `configurations` counts queries.
 struct ShapeConstraint {
-  const PathPlan& plan;
+  const RobotModel& model;
   ShapeCheck& check;
   const FramePoses& before;
   const DisplacementBound& bound;
   FramePoses& poses;
-  std::size_t& looks;
+  std::size_t& configurations;
 
   [[nodiscard]] double longest() const { return bound.longest(); }
   Evidence query(const Joints& joints, double need, double& clear) const {
     Clearance found;
-    ++looks;
-    poses.place(plan, joints);
-    const Evidence fault = check.look(poses, before, bound, need, found);
-    clear = check.free_of(found, bound);
+    ++configurations;
+    poses.place(model, joints);
+    const Evidence fault = check.check(poses, before, bound, need, found);
+    clear = check.clear_fraction_of(found, bound);
     return fault;
   }
 };
 
 /// G034: the base's zones. `way`: of its footprint, on the whole motion [m].
 struct ZoneConstraint {
-  const PathPlan& plan;
+  const RobotModel& model;
   const Joints& before;
   double way;
-  std::size_t& looks;
+  std::size_t& configurations;
 
   [[nodiscard]] double longest() const { return way; }
   Evidence query(const Joints& joints, double, double& clear) const {
     double margin = unset;
-    ++looks;
-    const Evidence fault = check_base(plan, joints, before, margin);
+    ++configurations;
+    const Evidence fault = check_base(model, joints, before, margin);
     clear = clear_fraction(margin, way);
     return fault;
   }

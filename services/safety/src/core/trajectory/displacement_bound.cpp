@@ -6,24 +6,24 @@
 
 namespace fairlead {
 
-DisplacementBound::DisplacementBound(const PathPlan& plan, const Joints& from, const Joints& to)
-    : plan_(plan) {
+DisplacementBound::DisplacementBound(const RobotModel& model, const Joints& from, const Joints& to)
+    : model_(model) {
   add_up([&](std::size_t frame) {
-    const std::size_t j = plan.frames[frame].joint;
+    const std::size_t j = model.frames[frame].joint;
     return std::abs(to[j] - from[j]);
   });
 }
 
 DisplacementBound::DisplacementBound(const DisplacementBound& one, const DisplacementBound& other)
-    : plan_(one.plan_) {
+    : model_(one.model_) {
   add_up([&](std::size_t frame) { return larger(one.change_[frame], other.change_[frame]); });
 }
 
 template <class Change>
 void DisplacementBound::add_up(const Change& change) {
   sums_[0] = {0.0, 0.0, 0.0};
-  for (std::size_t f = 1; f < plan_.frames.size(); ++f) {
-    const PlanFrame& frame = plan_.frames[f];
+  for (std::size_t f = 1; f < model_.frames.size(); ++f) {
+    const ModelFrame& frame = model_.frames[f];
     Sums& sums = sums_[f];
     sums = sums_[frame.parent];
     change_[f] = change(f);
@@ -39,12 +39,12 @@ void DisplacementBound::add_up(const Change& change) {
 
 double DisplacementBound::of(std::size_t frame, double extent, std::size_t base) const {
   const Sums &far = sums_[frame], &near = sums_[base];
-  return (plan_.frames[frame].distance + extent) * (far.turned - near.turned) -
+  return (model_.frames[frame].distance + extent) * (far.turned - near.turned) -
          (far.leverage - near.leverage) + (far.slid - near.slid);
 }
 
-double DisplacementBound::of(const PlanPair& pair) const {
-  const PlanCapsule &first = plan_.capsules[pair.first], &second = plan_.capsules[pair.second];
+double DisplacementBound::of(const ModelPair& pair) const {
+  const ModelCapsule &first = model_.capsules[pair.first], &second = model_.capsules[pair.second];
   return of(first.frame, first.extent, pair.common) + of(second.frame, second.extent, pair.common);
 }
 

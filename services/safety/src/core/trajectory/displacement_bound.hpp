@@ -13,7 +13,7 @@ namespace fairlead {
 /// up over the joints between the point and the frame that it is seen from.
 class DisplacementBound {
  public:
-  DisplacementBound(const PathPlan& plan, const Joints& from, const Joints& to);
+  DisplacementBound(const RobotModel& model, const Joints& from, const Joints& to);
   /// Every joint goes as far as in that of both in which it goes further.
   DisplacementBound(const DisplacementBound& one, const DisplacementBound& other);
 
@@ -21,7 +21,7 @@ class DisplacementBound {
   /// hangs [m].
   [[nodiscard]] double of(std::size_t frame, double extent, std::size_t base = 0) const;
   /// Of two capsules relative to each other.
-  [[nodiscard]] double of(const PlanPair& pair) const;
+  [[nodiscard]] double of(const ModelPair& pair) const;
   /// No way of any capsule, tool or pair is longer.
   [[nodiscard]] double longest() const { return longest_; }
 
@@ -34,9 +34,9 @@ class DisplacementBound {
   template <class Change>
   void add_up(const Change& change);
 
-  const PathPlan& plan_;
+  const RobotModel& model_;
   double longest_ = 0.0;
-  // Not set beyond the plan's frames: filling them would take longer than all else.
+  // Not set beyond the model's frames: filling them would take longer than all else.
   std::array<double, max_links> change_;  // of each frame's joint
   std::array<Sums, max_links> sums_;
 };

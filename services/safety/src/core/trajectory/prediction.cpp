@@ -28,7 +28,7 @@ Evidence Prediction::apply_rows(const RowBefore& own, bool before) {
         (void)apply_row(*companion.chunk, row, false, poses, branch_count_ - holding_count_);
     }
   }
-  for (Branch& branch : branches()) branch.poses_now().place(plan_, branch.now);
+  for (Branch& branch : branches()) branch.poses_now().place(model_, branch.now);
   note_spread();
   note_base_speed();
   return fault;
@@ -42,29 +42,29 @@ void Prediction::note_spread() {
     double lowest = std::numeric_limits<double>::infinity(), highest = -lowest;
     for (const Branch& branch : branches()) {
       const double now = branch.now[j], before = branch.before[j];
-      lowest = std::min(lowest, adds_up ? now + (spread_.lowest[j] - before) : now);
-      highest = std::max(highest, adds_up ? now + (spread_.highest[j] - before) : now);
+      lowest = std::min(lowest, adds_up ? now + (interval_.lowest[j] - before) : now);
+      highest = std::max(highest, adds_up ? now + (interval_.highest[j] - before) : now);
     }
-    spread_.lowest[j] = lowest;
-    spread_.highest[j] = highest;
+    interval_.lowest[j] = lowest;
+    interval_.highest[j] = highest;
   }
 }
 
 void Prediction::note_base_speed() {
   base_speed_before_ = base_speed_;
   base_speed_ = 0.0;
-  for (const std::size_t j : JointsIn(moving_ & plan_.base_joints))
+  for (const std::size_t j : JointsIn(moving_ & model_.base_joints))
     for (const Branch& branch : branches())
       base_speed_ =
-          std::max(base_speed_, std::abs(branch.speed[j]) / plan_.limits.joints[j].velocity_limit);
+          std::max(base_speed_, std::abs(branch.speed[j]) / model_.limits.joints[j].velocity_limit);
 }
 
-double Prediction::doubt(std::size_t part) const {
-  const double reach = plan_.tools[part].reach;
+double Prediction::interval_width(std::size_t part) const {
+  const double reach = model_.tools[part].reach;
   double widest = 0.0;
-  for (const std::size_t j : plan_.limits.parts[part].joints) {
-    const double width = spread_before_.highest[j] - spread_before_.lowest[j];
-    const bool slides = plan_.limits.joints[j].kind == JointKind::prismatic;
+  for (const std::size_t j : model_.limits.parts[part].joints) {
+    const double width = interval_before_.highest[j] - interval_before_.lowest[j];
+    const bool slides = model_.limits.joints[j].kind == JointKind::prismatic;
     if (!slides)
       widest = std::max(widest, width);
     else if (reach > 0.0)
@@ -79,7 +79,7 @@ Evidence Prediction::advance() {
     return above(code::unreachable, "parts", static_cast<double>(gain_parts_.size()),
                  static_cast<double>(max_gains), "parts with a gain that move at once");
   ++steps_;
-  spread_before_ = spread_;
+  interval_before_ = interval_;
   for (Branch& branch : branches()) branch.begin_row();
   settle_untold();
   Evidence fault = apply_rows(RowBefore{&chunk_, row_}, false);
@@ -92,7 +92,7 @@ JointSet Prediction::told_now() const {
   JointSet joints = commanded_;
   for (const Companion& companion : companions_)
     if (companion.chunk != nullptr && companion.row + steps_ - 1 < companion.end_row)
-      for (const ActionPart& action : companion.chunk->parts) joints |= moved_by(plan_, action);
+      for (const ActionPart& action : companion.chunk->parts) joints |= moved_by(model_, action);
   return joints;
 }
 
@@ -105,7 +105,7 @@ void Prediction::settle_untold() {
     const bool holds = i >= branch_count_ - holding_count_;
     if (holds && steps_ == 1) continue;
     const JointSet untold = moving_ & ~(holds ? commanded_ : told);
-    const Braking braking(plan_, branch, untold, lagging());
+    const Braking braking(model_, branch, untold, lagging());
     for (const std::size_t j : JointsIn(untold)) {
       branch.now[j] = braking.end()[j];
       branch.speed[j] = 0.0;
@@ -121,11 +121,11 @@ Evidence Prediction::apply_row(const ActionChunk& chunk, std::size_t row, bool o
   for (const ActionPart& action : chunk.parts) {
     if (is_pose(action) != poses) continue;
     const ModeLimits& modes =
-        own ? claim_.modes[action.part] : plan_.limits.parts[action.part].modes;
-    const Command command{action, modes, row_of(action, row, plan_.limits)};
+        own ? claim_.modes[action.part] : model_.limits.parts[action.part].modes;
+    const Command command{action, modes, row_of(action, row, model_.limits)};
     for (std::size_t i = 0; i < branch_count; ++i) {
       const Evidence evidence = apply(command, i);
-      if (fault.ok() && !evidence.ok()) fault = of(evidence, plan_.limits.parts[action.part].name);
+      if (fault.ok() && !evidence.ok()) fault = of(evidence, model_.limits.parts[action.part].name);
     }
   }
   return fault;
@@ -157,8 +157,8 @@ Evidence Prediction::apply(const Command& command, std::size_t index) {
 // No joint is faster than its limit: of a row that asks for more, the controller makes less. In
 // the first row it may still be as fast as it is measured, if that is the same way.
 void Prediction::note_speed(Branch& branch, std::size_t joint, double change) const {
-  const double limit = plan_.fastest[joint];
-  const double told = change / plan_.period_s;
+  const double limit = model_.fastest[joint];
+  const double told = change / model_.period_s;
   double& speed = branch.speed[joint];
   speed = std::clamp(told, -limit, limit);
   if (steps_ != 1) return;
@@ -182,9 +182,9 @@ void Prediction::apply_targets(const Command& command, Branch& branch) {
 
 void Prediction::apply_velocities(const Command& command, std::size_t index) {
   Branch& branch = branches_[index];
-  for (const std::size_t j : JointsIn(moved_by(plan_, command.action))) {
-    const double told = told_velocity(plan_.limits, command.row, j, branch.before);
-    const double change = gain(command, index) * told * plan_.period_s;
+  for (const std::size_t j : JointsIn(moved_by(model_, command.action))) {
+    const double told = told_velocity(model_.limits, command.row, j, branch.before);
+    const double change = gain(command, index) * told * model_.period_s;
     note_speed(branch, j, change);
     branch.now[j] += change;
   }
@@ -194,12 +194,12 @@ void Prediction::apply_velocities(const Command& command, std::size_t index) {
 // Turned by the yaw half way through the tick.
 void Prediction::apply_body_twist(const Command& command, std::size_t index) {
   Branch& branch = branches_[index];
-  const BaseLimits& base = plan_.limits.base;
+  const BaseLimits& base = model_.limits.base;
   if (!base.present)  // nobody knows where it goes
-    for (const std::size_t j : plan_.limits.parts[command.action.part].joints)
+    for (const std::size_t j : model_.limits.parts[command.action.part].joints)
       branch.now[j] = unset;
   if (!base.present) return;
-  const double share = gain(command, index) * plan_.period_s;
+  const double share = gain(command, index) * model_.period_s;
   const double turn = share * command.row[5];
   const double vx = share * command.row[0] - turn * base.yaw_axis[1];
   const double vy = share * command.row[1] + turn * base.yaw_axis[0];
@@ -217,9 +217,9 @@ Evidence Prediction::check_finite() const {
     for (const std::size_t j : JointsIn(commanded_))
       for (const double value : {branch.now[j], branch.speed[j]}) {
         if (std::isfinite(value)) continue;
-        const JointLimits& joint = plan_.limits.joints[j];
+        const JointLimits& joint = model_.limits.joints[j];
         return of(broken_rule(code::unreachable, joint.name.view(), "a predicted position", value),
-                  plan_.limits.parts[joint.part].name);
+                  model_.limits.parts[joint.part].name);
       }
   return {};
 }

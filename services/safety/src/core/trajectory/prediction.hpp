@@ -50,14 +50,14 @@ struct Branch {
 };
 
 /// Between which positions a joint can be, whatever share of each row has happened.
-struct Spread {
+struct PositionInterval {
   Joints lowest;
   Joints highest;
 };
 
 class Prediction {
  public:
-  Prediction(const PathPlan& plan, const ClaimLimits& claim, const MeasuredState& state,
+  Prediction(const RobotModel& model, const ClaimLimits& claim, const MeasuredState& state,
              const ActionChunk& chunk, std::size_t first_row, const RowBefore& before,
              Companions companions);
 
@@ -77,7 +77,7 @@ class Prediction {
   /// Joints of tools that are told a motion of which not all may happen.
   [[nodiscard]] JointSet guessed() const { return guessed_; }
   /// Whether the base moves, or did when the state was measured.
-  [[nodiscard]] bool drives_base() const { return (moving_ & plan_.base_joints) != 0; }
+  [[nodiscard]] bool drives_base() const { return (moving_ & model_.base_joints) != 0; }
   /// The fastest of its joints in the newest row and when that began, in their velocity limits.
   [[nodiscard]] double base_speed() const { return std::max(base_speed_, base_speed_before_); }
   /// Where the joints are measured, before any row.
@@ -86,14 +86,14 @@ class Prediction {
   [[nodiscard]] std::size_t start_count() const { return start_count_; }
   /// Before the first row: whether any joint that the chunk commands, or that is told a motion,
   /// moves in a branch.
-  [[nodiscard]] bool has_momentum(const Branch& branch) const;
+  [[nodiscard]] bool is_coasting(const Branch& branch) const;
   /// Takes it to where it is a tick later if nothing changes its motion.
-  void go_on(Branch& branch) const;
-  [[nodiscard]] const Spread& spread() const { return spread_; }
+  void coast_one_tick(Branch& branch) const;
+  [[nodiscard]] const PositionInterval& interval() const { return interval_; }
   /// Where the newest row begins: how far two shares of the rows before may have left a joint of a
   /// part from each other at most [rad]. What slides counts as the turn that takes the arm as far;
   /// where nothing turns, the tool's Jacobian is the same everywhere.
-  [[nodiscard]] double doubt(std::size_t part) const;
+  [[nodiscard]] double interval_width(std::size_t part) const;
 
  private:
   struct Command {
@@ -127,9 +127,9 @@ class Prediction {
   [[nodiscard]] bool stays(const Motion6& told) const;
   Evidence apply_tool_motion(const Command& command, std::size_t index);
   Evidence apply_pose(const Command& command, Branch& branch);
-  Evidence reach(const Command& command, Branch& branch, Joints& straight) const;
+  Evidence solve_pose(const Command& command, Branch& branch, Joints& first_step) const;
   [[nodiscard]] Evidence check_speed(const Branch& branch, std::size_t part,
-                                     const Joints& straight) const;
+                                     const Joints& first_step) const;
   [[nodiscard]] bool is_switched_up(const ActionChunk& chunk, std::size_t row) const;
   [[nodiscard]] bool goals_add_up(const RowBefore& own, bool before) const;
   void apply_body_twist(const Command& command, std::size_t index);
@@ -139,7 +139,7 @@ class Prediction {
   [[nodiscard]] double came_from(const Branch& branch, std::size_t joint) const;
   [[nodiscard]] Evidence check_finite() const;
 
-  const PathPlan& plan_;
+  const RobotModel& model_;
   const ClaimLimits& claim_;
   const MeasuredState& state_;
   const ActionChunk& chunk_;
@@ -160,8 +160,8 @@ class Prediction {
   JointSet coasting_ = 0;      // measured to move, and nothing that the chunk commands
   JointSet targets_told_ = 0;  // joints that the row before the first told a target or pose
   std::array<double, max_joints> told_;
-  Spread spread_;
-  Spread spread_before_;  // of the row before
+  PositionInterval interval_;
+  PositionInterval interval_before_;  // of the row before
   double base_speed_ = 0.0;
   double base_speed_before_ = 0.0;
   Branch measured_;

@@ -19,10 +19,10 @@ Branch& Branch::operator=(const Branch& other) {
   return *this;
 }
 
-Prediction::Prediction(const PathPlan& plan, const ClaimLimits& claim, const MeasuredState& state,
-                       const ActionChunk& chunk, std::size_t first_row, const RowBefore& before,
-                       Companions companions)
-    : plan_(plan),
+Prediction::Prediction(const RobotModel& model, const ClaimLimits& claim,
+                       const MeasuredState& state, const ActionChunk& chunk, std::size_t first_row,
+                       const RowBefore& before, Companions companions)
+    : model_(model),
       claim_(claim),
       state_(state),
       chunk_(chunk),
@@ -56,7 +56,7 @@ void Prediction::include_companions() {
 // Another claim may be stopped, or its rows not arrive: then its parts hold from now on. And what
 // coasts may be where it is measured for a while, or come to rest at once.
 void Prediction::include_holding() {
-  if ((moving_ & ~commanded_ & plan_.tree_joints) == 0) return;
+  if ((moving_ & ~commanded_ & model_.tree_joints) == 0) return;
   holding_count_ = branch_count_;
   branch_count_ *= 2;
 }
@@ -66,8 +66,8 @@ void Prediction::include_holding() {
 void Prediction::start_still(const PartMemories* memories) {
   measured_.now = state_.positions;
   measured_.speed.fill(0.0);
-  for (std::size_t j = 0; j < plan_.limits.joints.size(); ++j) {
-    const JointLimits& joint = plan_.limits.joints[j];
+  for (std::size_t j = 0; j < model_.limits.joints.size(); ++j) {
+    const JointLimits& joint = model_.limits.joints[j];
     const double speed = state_.velocities[j];
     if (std::isnan(joint.acceleration_limit) || std::abs(speed) < joint.standstill_velocity)
       continue;
@@ -76,8 +76,8 @@ void Prediction::start_still(const PartMemories* memories) {
     coasting_ |= only(j) & ~commanded_;
   }
   include_holding();
-  measured_.before = spread_.lowest = spread_.highest = measured_.now;
-  measured_.poses_now().place(plan_, measured_.now);
+  measured_.before = interval_.lowest = interval_.highest = measured_.now;
+  measured_.poses_now().place(model_, measured_.now);
   note_left(memories);
   for (Branch& branch : branches()) branch = measured_;
   note_base_speed();
@@ -85,27 +85,27 @@ void Prediction::start_still(const PartMemories* memories) {
 
 // How far each tool is from the last goal of its controller.
 void Prediction::note_left(const PartMemories* memories) {
-  for (std::size_t i = 0; i < plan_.limits.parts.size(); ++i) {
+  for (std::size_t i = 0; i < model_.limits.parts.size(); ++i) {
     Motion6& left = measured_.left[i];
     left.setZero();
-    if (memories == nullptr || !plan_.tools[i].present) continue;
+    if (memories == nullptr || !model_.tools[i].present) continue;
     const std::optional<Pose>& goal = (*memories)[i].goal;
     left.setConstant(unset);
     if (!goal) continue;
     const FramePose told{goal->rotation.toRotationMatrix(), goal->position};
-    left = motion_between(pose_at(plan_.tools[i].place, measured_.poses_now()), told);
+    left = motion_between(pose_at(model_.tools[i].place, measured_.poses_now()), told);
   }
 }
 
 // A controller takes time to turn a motion around, and may keep up another beside it. A joint that
 // is told where to be brakes at once if that is behind it.
-void Prediction::go_on(Branch& branch) const {
+void Prediction::coast_one_tick(Branch& branch) const {
   branch.begin_row();
-  for (const std::size_t j : JointsIn(lagging_)) branch.now[j] += branch.speed[j] * plan_.period_s;
-  branch.poses_now().place(plan_, branch.now);
+  for (const std::size_t j : JointsIn(lagging_)) branch.now[j] += branch.speed[j] * model_.period_s;
+  branch.poses_now().place(model_, branch.now);
 }
 
-bool Prediction::has_momentum(const Branch& branch) const {
+bool Prediction::is_coasting(const Branch& branch) const {
   for (const std::size_t j : JointsIn(commanded_ | lagging_))
     if (branch.speed[j] != 0.0) return true;
   return false;
@@ -113,18 +113,18 @@ bool Prediction::has_momentum(const Branch& branch) const {
 
 void Prediction::include(const ActionChunk& chunk, JointSet& joints) {
   for (const ActionPart& action : chunk.parts) {
-    joints |= moved_by(plan_, action);
-    const Gain* gain = gain_block(plan_.limits.parts[action.part].modes, action.mode);
-    if (gain != nullptr) lagging_ |= moved_by(plan_, action);
+    joints |= moved_by(model_, action);
+    const Gain* gain = gain_block(model_.limits.parts[action.part].modes, action.mode);
+    if (gain != nullptr) lagging_ |= moved_by(model_, action);
     if (gain == nullptr || gain->lower == gain->upper) continue;
     add_branches(action.part);
-    if (!is_joint_mode(action.mode)) guessed_ |= moved_by(plan_, action);
+    if (!is_joint_mode(action.mode)) guessed_ |= moved_by(model_, action);
   }
 }
 
 // A part that moves no link meets no other: it goes along with the first part that does.
 void Prediction::add_branches(std::size_t part) {
-  const bool moves_links = (plan_.part_joints[part] & plan_.tree_joints) != 0;
+  const bool moves_links = (model_.part_joints[part] & model_.tree_joints) != 0;
   if (moves_links && !gain_parts_.contains(part)) {
     gain_bit_[part] = static_cast<std::uint8_t>(gain_parts_.size());
     (void)gain_parts_.push_back(part);
@@ -135,11 +135,11 @@ void Prediction::add_branches(std::size_t part) {
 // The pose that the row before told: where its servo is going, whatever is measured.
 void Prediction::note_pose(const ActionPart& action, std::size_t row) {
   Branch told = branches().front();
-  Joints straight;
-  const Command command{action, plan_.limits.parts[action.part].modes,
-                        row_of(action, row, plan_.limits)};
-  if (!reach(command, told, straight).ok()) return;
-  for (const std::size_t j : plan_.limits.parts[action.part].joints) {
+  Joints first_step;
+  const Command command{action, model_.limits.parts[action.part].modes,
+                        row_of(action, row, model_.limits)};
+  if (!solve_pose(command, told, first_step).ok()) return;
+  for (const std::size_t j : model_.limits.parts[action.part].joints) {
     told_[j] = told.now[j];
     targets_told_ |= only(j);
   }
@@ -149,7 +149,7 @@ void Prediction::note_told(const ActionChunk& chunk, std::size_t row) {
   for (const ActionPart& action : chunk.parts) {
     if (is_pose(action)) note_pose(action, row);
     if (!is_target(static_cast<Mode>(action.mode))) continue;
-    const Setpoint targets = row_of(action, row, plan_.limits);
+    const Setpoint targets = row_of(action, row, model_.limits);
     for (const std::uint8_t j : action.active) {
       told_[j] = targets[j];
       targets_told_ |= only(j);

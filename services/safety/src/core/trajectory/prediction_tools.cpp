@@ -29,7 +29,7 @@ double Prediction::gain(const Command& command, std::size_t branch) const {
 bool Prediction::is_switched_up(const ActionChunk& chunk, std::size_t row) const {
   for (const ActionPart& action : chunk.parts)
     if (action.mode == static_cast<std::uint8_t>(Mode::composite_mode) &&
-        !(row_of(action, row, plan_.limits)[0] < 0.0))
+        !(row_of(action, row, model_.limits)[0] < 0.0))
       return true;
   return false;
 }
@@ -57,10 +57,10 @@ bool Prediction::stays(const Motion6& told) const {
 // From the configuration before the row, whatever other parts do in it.
 Evidence Prediction::apply_tool_motion(const Command& command, std::size_t index) {
   Branch& branch = branches_[index];
-  const auto& joints = plan_.limits.parts[command.action.part].joints;
-  const Twist told = tick_motion(command.row, plan_.period_s);
+  const auto& joints = model_.limits.parts[command.action.part].joints;
+  const Twist told = tick_motion(command.row, model_.period_s);
   const Eigen::Matrix3d axes =
-      link_pose(plan_, command.action.frame_id, branch.poses_before()).rotation;
+      link_pose(model_, command.action.frame_id, branch.poses_before()).rotation;
   Motion6 asked;
   asked << axes * told.linear, axes * told.angular;
   Motion6& left = branch.left[command.action.part];
@@ -79,27 +79,27 @@ Evidence Prediction::apply_tool_motion(const Command& command, std::size_t index
     return {};
   }
   Joints after = branch.before;
-  Joints straight;
-  const Evidence evidence = move_tool(plan_, plan_.tools[command.action.part], motion,
-                                      branch.poses_before(), branch.poses_now(), after, straight);
+  Joints first_step;
+  const Evidence evidence = move_tool(model_, model_.tools[command.action.part], motion,
+                                      branch.poses_before(), branch.poses_now(), after, first_step);
   for (const std::size_t j : joints) {
     const double change = after[j] - branch.before[j];
     note_speed(branch, j, change);
     branch.now[j] += change;
   }
-  return evidence.ok() ? check_speed(branch, command.action.part, straight) : evidence;
+  return evidence.ok() ? check_speed(branch, command.action.part, first_step) : evidence;
 }
 
 // G026: what a motion of the tool asks of a joint is no more than it may do, and it does no more
-// than that already. `straight`: where one straight step of least squares leads. Where that and the
-// way found differ by much, the elbow may go either way, and as fast as either.
+// than that already. `first_step`: where one straight step of least squares leads. Where that and
+// the way found differ by much, the elbow may go either way, and as fast as either.
 Evidence Prediction::check_speed(const Branch& branch, std::size_t part,
-                                 const Joints& straight) const {
-  for (const std::size_t j : plan_.limits.parts[part].joints) {
-    const JointLimits& joint = plan_.limits.joints[j];
+                                 const Joints& first_step) const {
+  for (const std::size_t j : model_.limits.parts[part].joints) {
+    const JointLimits& joint = model_.limits.joints[j];
     const double from = came_from(branch, j);
-    double speed = larger(std::abs(branch.now[j] - from), std::abs(straight[j] - from));
-    speed /= plan_.period_s;
+    double speed = larger(std::abs(branch.now[j] - from), std::abs(first_step[j] - from));
+    speed /= model_.period_s;
     if (steps_ == 1) speed = larger(speed, std::abs(state_.velocities[j]));
     if (!(speed <= joint.velocity_limit))
       return above(code::speed, joint.name.view(), speed, joint.velocity_limit,
@@ -109,23 +109,23 @@ Evidence Prediction::check_speed(const Branch& branch, std::size_t part,
 }
 
 Evidence Prediction::apply_pose(const Command& command, Branch& branch) {
-  Joints straight;
-  const Evidence evidence = reach(command, branch, straight);
-  for (const std::size_t j : plan_.limits.parts[command.action.part].joints)
+  Joints first_step;
+  const Evidence evidence = solve_pose(command, branch, first_step);
+  for (const std::size_t j : model_.limits.parts[command.action.part].joints)
     note_speed(branch, j, branch.now[j] - came_from(branch, j));
-  return evidence.ok() ? check_speed(branch, command.action.part, straight) : evidence;
+  return evidence.ok() ? check_speed(branch, command.action.part, first_step) : evidence;
 }
 
 // From where the other parts of the row carry its own.
-Evidence Prediction::reach(const Command& command, Branch& branch, Joints& straight) const {
-  branch.poses_now().place(plan_, branch.now);
-  const FramePose frame = link_pose(plan_, command.action.frame_id, branch.poses_now());
+Evidence Prediction::solve_pose(const Command& command, Branch& branch, Joints& first_step) const {
+  branch.poses_now().place(model_, branch.now);
+  const FramePose frame = link_pose(model_, command.action.frame_id, branch.poses_now());
   const Setpoint& row = command.row;
   const Eigen::Quaterniond told(row[6], row[3], row[4], row[5]);
   const FramePose target{frame.rotation * told.normalized().toRotationMatrix(),
                          point_in_root(frame, {row[0], row[1], row[2]})};
-  return reach_pose(plan_, plan_.tools[command.action.part], target, branch.poses_now(), branch.now,
-                    straight);
+  return reach_pose(model_, model_.tools[command.action.part], target, branch.poses_now(),
+                    branch.now, first_step);
 }
 
 }  // namespace fairlead

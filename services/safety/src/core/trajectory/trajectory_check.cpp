@@ -14,19 +14,19 @@ namespace {
 // Where equal shares left 0.095 and more, and 0.85 rad open, shares between them left 0.028: the
 // limit of 0.05 has to be above 0.095 there. Checkpoint vectors, which are to pass, leave 0.76 rad
 // open at 0.109.
-constexpr double singularity_per_doubt = 1.25;
+constexpr double singularity_per_width = 1.25;
 
 // G033: only what leads towards the singularity is at fault.
-Evidence check_singularity(const PathPlan& plan, const ActionPart& action, const FramePoses& poses,
-                           const FramePoses& before, double doubt) {
-  const PartLimits& part = plan.limits.parts[action.part];
-  const PlanTool& tool = plan.tools[action.part];
-  const ToolJacobian jacobian = tool_jacobian(plan, tool, poses);
-  const double limit = part.singularity_limit * (1.0 + singularity_per_doubt * doubt);
+Evidence check_singularity(const RobotModel& model, const ActionPart& action,
+                           const FramePoses& poses, const FramePoses& before, double width) {
+  const PartLimits& part = model.limits.parts[action.part];
+  const ModelTool& tool = model.tools[action.part];
+  const ToolJacobian jacobian = tool_jacobian(model, tool, poses);
+  const double limit = part.singularity_limit * (1.0 + singularity_per_width * width);
   if (is_clearly_regular(jacobian, limit)) return {};
   const double value = smallest_singular_value(jacobian);
   const auto margin_before = [&] {
-    return smallest_singular_value(tool_jacobian(plan, tool, before)) - limit;
+    return smallest_singular_value(tool_jacobian(model, tool, before)) - limit;
   };
   if (!is_breach(value - limit, margin_before)) return {};
   return of(below(code::singularity, "singular value", value, limit, part.source.view()),
@@ -42,22 +42,22 @@ struct PathRoom::Place {
 PathRoom::PathRoom() : place_(std::make_unique<Place>()) {}
 PathRoom::~PathRoom() = default;
 
-TrajectoryCheck& PathRoom::begin(const PathPlan& plan, const ClaimLimits& claim,
+TrajectoryCheck& PathRoom::begin(const RobotModel& model, const ClaimLimits& claim,
                                  const MeasuredState& state, const ActionChunk& chunk,
                                  std::size_t first_row, const RowBefore& before,
                                  Companions companions) {
-  return place_->walk.emplace(plan, claim, state, chunk, first_row, before, companions);
+  return place_->walk.emplace(model, claim, state, chunk, first_row, before, companions);
 }
 
-TrajectoryCheck::TrajectoryCheck(const PathPlan& plan, const ClaimLimits& claim,
+TrajectoryCheck::TrajectoryCheck(const RobotModel& model, const ClaimLimits& claim,
                                  const MeasuredState& state, const ActionChunk& chunk,
                                  std::size_t first_row, const RowBefore& before,
                                  Companions companions)
-    : plan_(plan),
+    : model_(model),
       chunk_(chunk),
-      prediction_(plan, claim, state, chunk, first_row, before, companions),
-      shape_check_(plan,
-                   prediction_.drives_base() ? prediction_.commanded() | plan.tree_joints
+      prediction_(model, claim, state, chunk, first_row, before, companions),
+      shape_check_(model,
+                   prediction_.drives_base() ? prediction_.commanded() | model.tree_joints
                                              : prediction_.commanded(),
                    prediction_.guessed()) {}
 
@@ -78,7 +78,7 @@ Evidence TrajectoryCheck::check_next() {
 // What a base carries lags behind it, whoever is told what: the faster it drives, the more.
 void TrajectoryCheck::expect_drift() {
   const double speed = prediction_.base_speed();
-  const BaseLimits& base = plan_.limits.base;
+  const BaseLimits& base = model_.limits.base;
   if (base.present) shape_check_.drift_by(speed * base.tool_drift, speed * base.clearance_drift);
 }
 
@@ -92,19 +92,20 @@ Evidence TrajectoryCheck::check_momentum() {
 }
 
 Evidence TrajectoryCheck::check_momentum_of(const Branch& start) {
-  if (!prediction_.has_momentum(start)) return {};  // before the copy, which costs more than that
+  if (!prediction_.is_coasting(start)) return {};  // before the copy, which costs more than that
   Branch branch = start;
-  prediction_.go_on(branch);
+  prediction_.coast_one_tick(branch);
   Clearance clearance;
-  const Braking braking(plan_, branch, prediction_.moving(), prediction_.lagging());
-  const Evidence evidence = check_body(branch, braking, Spread{branch.now, branch.now}, clearance);
+  const Braking braking(model_, branch, prediction_.moving(), prediction_.lagging());
+  const Evidence evidence =
+      check_body(branch, braking, PositionInterval{branch.now, branch.now}, clearance);
   return evidence.ok() ? check_zones(branch, braking) : evidence;
 }
 
 Evidence TrajectoryCheck::check_branch(std::size_t index) {
   const Branch& branch = prediction_.branch(index);
-  const Braking braking(plan_, branch, prediction_.moving(), prediction_.lagging());
-  Evidence evidence = check_body(branch, braking, prediction_.spread(), clearances_[index]);
+  const Braking braking(model_, branch, prediction_.moving(), prediction_.lagging());
+  Evidence evidence = check_body(branch, braking, prediction_.interval(), clearances_[index]);
   if (evidence.ok()) evidence = check_singularities(branch, braking);
   if (evidence.ok()) evidence = check_zones(branch, braking);
   return evidence;
@@ -112,36 +113,39 @@ Evidence TrajectoryCheck::check_branch(std::size_t index) {
 
 // Bounds, volumes and pairs; and whether there is time left to look at them.
 Evidence TrajectoryCheck::check_body(const Branch& branch, const Braking& braking,
-                                     const Spread& spread, Clearance& clearance) {
-  if (looks_ >= max_looks)
-    return above(code::unreachable, "looks", static_cast<double>(looks_),
-                 static_cast<double>(max_looks), "configurations that one judgement looks at");
-  Evidence evidence = check_braking(plan_, branch, braking.end(), spread, prediction_.commanded());
+                                     const PositionInterval& interval, Clearance& clearance) {
+  if (configurations_ >= max_configurations)
+    return above(code::unreachable, "looks", static_cast<double>(configurations_),
+                 static_cast<double>(max_configurations),
+                 "configurations that one judgement looks at");
+  Evidence evidence =
+      check_braking(model_, branch, braking.end(), interval, prediction_.commanded());
   if (evidence.ok() && !shape_check_.has_nothing())
     evidence = check_shapes(branch, braking, clearance);
   return evidence;
 }
 
 RowMotion TrajectoryCheck::row_motion(const Branch& branch) const {
-  return {branch, plan_.limits.measured_count()};
+  return {branch, model_.limits.measured_count()};
 }
 
 // Where the row leads, on the way there, where braking from there ends, on the way to that.
 Evidence TrajectoryCheck::check_shapes(const Branch& branch, const Braking& braking,
                                        Clearance& clearance) {
-  const DisplacementBound row(plan_, branch.before, branch.now),
-      stop(plan_, branch.now, braking.end());
-  const double clear_before = shape_check_.free_of(clearance, row);
-  ++looks_;
-  Evidence evidence = shape_check_.look(branch.poses_now(), branch.poses_before(),
-                                        DisplacementBound(row, stop), clearance);
+  const DisplacementBound row(model_, branch.before, branch.now),
+      stop(model_, branch.now, braking.end());
+  const double clear_before = shape_check_.clear_fraction_of(clearance, row);
+  ++configurations_;
+  Evidence evidence = shape_check_.check(branch.poses_now(), branch.poses_before(),
+                                         DisplacementBound(row, stop), clearance);
   if (!evidence.ok()) return evidence;
   const auto shapes = [&](const DisplacementBound& bound, FramePoses& poses) {
-    return ShapeConstraint{plan_, shape_check_, branch.poses_before(), bound, poses, looks_};
+    return ShapeConstraint{model_, shape_check_, branch.poses_before(),
+                           bound,  poses,        configurations_};
   };
   evidence = certify(row_motion(branch), shapes(row, between_), clear_before,
-                     shape_check_.free_of(clearance, row));
-  const double clear = shape_check_.free_of(clearance, stop);
+                     shape_check_.clear_fraction_of(clearance, row));
+  const double clear = shape_check_.clear_fraction_of(clearance, stop);
   if (!evidence.ok() || clear >= 1.0) return evidence;
   double clear_at_rest = unset;
   evidence = shapes(stop, rest_).query(braking.end(), 1.0, clear_at_rest);
@@ -151,12 +155,12 @@ Evidence TrajectoryCheck::check_shapes(const Branch& branch, const Braking& brak
 
 Evidence TrajectoryCheck::check_singularities(const Branch& branch, const Braking& braking) {
   for (const ActionPart& action : chunk_.parts) {
-    const PlanTool& tool = plan_.tools[action.part];
+    const ModelTool& tool = model_.tools[action.part];
     if (!moves_tool(action)) continue;
-    rest_.place_chain(plan_, tool, braking.end());
+    rest_.place_chain(model_, tool, braking.end());
     for (const FramePoses* poses : {&branch.poses_now(), &std::as_const(rest_)}) {
-      const Evidence evidence = check_singularity(plan_, action, *poses, branch.poses_before(),
-                                                  prediction_.doubt(action.part));
+      const Evidence evidence = check_singularity(model_, action, *poses, branch.poses_before(),
+                                                  prediction_.interval_width(action.part));
       if (!evidence.ok()) return evidence;
     }
   }
@@ -164,14 +168,16 @@ Evidence TrajectoryCheck::check_singularities(const Branch& branch, const Brakin
 }
 
 Evidence TrajectoryCheck::check_zones(const Branch& branch, const Braking& braking) {
-  if ((prediction_.commanded() & plan_.base_joints) == 0) return {};
-  const double row = base_way(plan_, branch.before, branch.now);
-  const double stop = base_way(plan_, branch.now, braking.end());
+  if ((prediction_.commanded() & model_.base_joints) == 0) return {};
+  const double row = base_way(model_, branch.before, branch.now);
+  const double stop = base_way(model_, branch.now, braking.end());
   double margin = unset, rest_margin = unset;
-  const auto zones = [&](double way) { return ZoneConstraint{plan_, branch.before, way, looks_}; };
-  looks_ += 2;
-  Evidence evidence = check_base(plan_, branch.now, branch.before, margin);
-  if (evidence.ok()) evidence = check_base(plan_, braking.end(), branch.before, rest_margin);
+  const auto zones = [&](double way) {
+    return ZoneConstraint{model_, branch.before, way, configurations_};
+  };
+  configurations_ += 2;
+  Evidence evidence = check_base(model_, branch.now, branch.before, margin);
+  if (evidence.ok()) evidence = check_base(model_, braking.end(), branch.before, rest_margin);
   if (!evidence.ok()) return evidence;
   evidence = certify(row_motion(branch), zones(row), 0.0, clear_fraction(margin, row));
   if (!evidence.ok()) return evidence;

@@ -10,33 +10,33 @@ namespace fairlead {
 /// Asked row by row, in order, from the first live one on.
 class TrajectoryCheck {
  public:
-  TrajectoryCheck(const PathPlan& plan, const ClaimLimits& claim, const MeasuredState& state,
+  TrajectoryCheck(const RobotModel& model, const ClaimLimits& claim, const MeasuredState& state,
                   const ActionChunk& chunk, std::size_t first_row, const RowBefore& before,
                   Companions companions);
 
   /// Goes on by one row and judges where that leads. Not past a fault.
   Evidence check_next();
   /// Configurations that were looked at so far.
-  [[nodiscard]] std::size_t looks() const { return looks_; }
+  [[nodiscard]] std::size_t configurations() const { return configurations_; }
 
  private:
   Evidence check_momentum();
   Evidence check_momentum_of(const Branch& start);
   Evidence check_branch(std::size_t index);
-  Evidence check_body(const Branch& branch, const Braking& braking, const Spread& spread,
-                      Clearance& clearance);
+  Evidence check_body(const Branch& branch, const Braking& braking,
+                      const PositionInterval& interval, Clearance& clearance);
   Evidence check_shapes(const Branch& branch, const Braking& braking, Clearance& clearance);
   Evidence check_singularities(const Branch& branch, const Braking& braking);
   void expect_drift();
   [[nodiscard]] RowMotion row_motion(const Branch& branch) const;
   Evidence check_zones(const Branch& branch, const Braking& braking);
 
-  const PathPlan& plan_;
+  const RobotModel& model_;
   const ActionChunk& chunk_;
   Prediction prediction_;
   ShapeCheck shape_check_;
   bool has_begun_ = false;
-  std::size_t looks_ = 0;
+  std::size_t configurations_ = 0;
   std::array<Clearance, max_branches> clearances_;  // of each branch where the next row starts
   FramePoses rest_;                                 // where braking ends
   FramePoses between_;

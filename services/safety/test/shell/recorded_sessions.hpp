@@ -1,6 +1,6 @@
-// Days of real gates, from test/corpus: what each was given, and what it answered.
+// Sessions of real gates, from test/corpus: what each was given, and what it answered.
 //
-// `python -m bench.days` records them anew.
+// `python -m bench.recorded_sessions` records them anew.
 #pragma once
 
 #include <doctest/doctest.h>
@@ -31,31 +31,32 @@ class RecordedStep {
 };
 
 /// From a gate's boot to where its log was cut.
-using RecordedDay = std::vector<RecordedStep>;
+using RecordedSession = std::vector<RecordedStep>;
 
 struct RecordedRobot {
   std::string name;
   std::unique_ptr<Limits> limits;
-  std::vector<RecordedDay> days;
+  std::vector<RecordedSession> sessions;
 };
 
 inline RecordedRobot recorded_robot(const std::filesystem::path& path) {
   LogReader log(path);
   RecordedRobot robot{path.stem().string(), recorded_limits(read_header(log.header())), {}};
   for (Record record; log.next(record);) {
-    if (record.type == RecordType::boot) robot.days.emplace_back();
-    if (record.type != RecordType::end) robot.days.back().emplace_back(record);
+    if (record.type == RecordType::boot) robot.sessions.emplace_back();
+    if (record.type != RecordType::end) robot.sessions.back().emplace_back(record);
   }
   REQUIRE(log.end() == LogEnd::complete);
-  REQUIRE(!robot.days.empty());
+  REQUIRE(!robot.sessions.empty());
   return robot;
 }
 
-/// One for each log of real runs; judged_*.decisions are test_judged_days.cpp's.
+/// One for each log of real runs; judged_*.decisions are test_judged_sessions.cpp's.
 inline std::vector<RecordedRobot> recorded_robots() {
   std::vector<RecordedRobot> robots;
   for (const char* name : {"panda", "dual_panda", "panda_mobile"})
-    robots.push_back(recorded_robot(std::string(FAIRLEAD_DAYS_DIR) + "/" + name + ".decisions"));
+    robots.push_back(
+        recorded_robot(std::string(FAIRLEAD_SESSIONS_DIR) + "/" + name + ".decisions"));
   return robots;
 }
 

@@ -1,5 +1,6 @@
-// How many configurations one judgement looks at: few where all is clear, and never without end.
-// The free arm slides along a rod that runs above its tool, at a distance that each test says.
+// How many configurations one judgement asks for: few where all is clear, and never
+// without end. The free arm slides along a rod that runs above its tool, at a distance that each
+// test says.
 
 #include <doctest/doctest.h>
 
@@ -21,30 +22,30 @@ Limits beside_rod(double margin) {
   return limits;
 }
 
-std::size_t looks(const Limits& limits, Mode mode, const Row& values) {
+std::size_t configurations(const Limits& limits, Mode mode, const Row& values) {
   const Judgement judged = free_arm::judge(limits, one_joint(mode, slide_x, values).chunk);
   CHECK(judged.evidence.ok());
-  return judged.looks;
+  return judged.configurations;
 }
 
 }  // namespace
 
-TEST_CASE("looks: one a row where nothing is near, none where nothing could be") {
-  CHECK(looks(free_arm::limits(), Mode::joint_position, {0.07, 0.14, 0.21}) == 3);
+TEST_CASE("configurations: one a row where nothing is near, none where nothing could be") {
+  CHECK(configurations(free_arm::limits(), Mode::joint_position, {0.07, 0.14, 0.21}) == 3);
   Limits empty = free_arm::limits();
   empty.collision.pairs.clear();
   empty.workspace.volumes.clear();
-  CHECK(looks(empty, Mode::joint_position, {0.07, 0.14, 0.21}) == 0);
+  CHECK(configurations(empty, Mode::joint_position, {0.07, 0.14, 0.21}) == 0);
 }
 
-TEST_CASE("looks: what is clear at both ends together is clear between them") {
+TEST_CASE("configurations: what is clear at both ends together is clear between them") {
   // 4 mm are less than half of any way above 10 mm: of 70 mm each eighth is looked at.
-  CHECK(looks(beside_rod(0.004), Mode::joint_position, {0.07}) == 8);
+  CHECK(configurations(beside_rod(0.004), Mode::joint_position, {0.07}) == 8);
   // 20 mm: the end, the middle, and a quarter, because nobody has looked at the start.
-  CHECK(looks(beside_rod(0.02), Mode::joint_position, {0.07}) == 3);
-  CHECK(looks(beside_rod(0.02), Mode::joint_position, {0.07, 0.14}) == 3 + 2);
+  CHECK(configurations(beside_rod(0.02), Mode::joint_position, {0.07}) == 3);
+  CHECK(configurations(beside_rod(0.02), Mode::joint_position, {0.07, 0.14}) == 3 + 2);
   // 36 mm at both ends are more than the 70 mm between them.
-  CHECK(looks(beside_rod(0.036), Mode::joint_position, {0.07, 0.14}) == 2 + 1);
+  CHECK(configurations(beside_rod(0.036), Mode::joint_position, {0.07, 0.14}) == 2 + 1);
 }
 
 TEST_CASE("G030 a judgement that has looked 4,096 times goes no further") {
@@ -54,13 +55,13 @@ TEST_CASE("G030 a judgement that has looked 4,096 times goes no further") {
   Row velocities;
   for (int row = 0; row < 64; ++row) velocities.push_back(row % 2 == 0 ? 8.0 : -8.0);
   // 0.4 m to and fro: the end of each row and 63 places on the way there.
-  CHECK(looks(limits, Mode::joint_velocity, velocities) == 4096);
+  CHECK(configurations(limits, Mode::joint_velocity, velocities) == 4096);
   limits.parts[arm].modes.joint_velocity.gain = {0.999, 1.0};  // twice as many
   const ChunkBuilder chunk = one_joint(Mode::joint_velocity, slide_x, velocities);
   const Judgement cut = free_arm::judge(limits, chunk.chunk);
   CHECK(cut.outcome == Outcome::truncated);
   CHECK(cut.row_count == 32);
-  CHECK(cut.looks == 4096);
+  CHECK(cut.configurations == 4096);
   CHECK(cut.evidence.code == 30);
   CHECK(cut.evidence.row == 32);
   CHECK(cut.evidence.axis == "looks");
@@ -68,7 +69,7 @@ TEST_CASE("G030 a judgement that has looked 4,096 times goes no further") {
   CHECK(cut.evidence.limit == 4096.0);
 }
 
-TEST_CASE("looks: at a base where each row leads and where it comes to rest") {
+TEST_CASE("configurations: at a base where each row leads and where it comes to rest") {
   Limits limits = test_limits();
   limits.parts[base].modes.joint_velocity.gain = {1.0, 1.0};
   limits.collision.pairs.clear();
@@ -76,7 +77,7 @@ TEST_CASE("looks: at a base where each row leads and where it comes to rest") {
   const ClaimLimits claim = whole_robot(limits);
   const auto chunk = ChunkBuilder().joint(base, Mode::joint_velocity, base_x, {0.1, 0.1, 0.1});
   const Judgement judged =
-      judge_path(PathPlan(limits), claim, state_at_rest(), chunk.chunk, 0, 3, {}, {});
+      judge_path(RobotModel(limits), claim, state_at_rest(), chunk.chunk, 0, 3, {}, {});
   CHECK(judged.evidence.ok());
-  CHECK(judged.looks == 6);
+  CHECK(judged.configurations == 6);
 }

@@ -1,11 +1,12 @@
-// Days recorded from real runs of the real gate, through today's core: the same bytes in, the same
-// bytes out. A change that alters one decision of them is seen here, whatever it meant to change.
+// Sessions recorded from real runs of the real gate, through today's core: the same bytes in, the
+// same bytes out. A change that alters one decision of them is seen here, whatever it meant to
+// change.
 #include <algorithm>
 #include <set>
 
 #include "decisions/replay.hpp"
 #include "fairlead_safety/messages.hpp"
-#include "recorded_days.hpp"
+#include "recorded_sessions.hpp"
 
 using namespace fairlead;
 using namespace fairlead::test;
@@ -31,14 +32,15 @@ std::string differences(const Replay& replay, const Record& record) {
   return text;
 }
 
-std::size_t steps_that_agree(const RecordedRobot& robot, std::size_t day) {
+std::size_t steps_that_agree(const RecordedRobot& robot, std::size_t session) {
   Replay replay(*robot.limits);
   std::size_t agreed = 0;
-  for (const RecordedStep& step : robot.days[day]) {
+  for (const RecordedStep& step : robot.sessions[session]) {
     replay.feed(step.record());
     if (!replay.same_as(step.record())) {
-      FAIL_CHECK(robot.name, " day ", day + 1, " (line of ", robot.name, ".days), step ", agreed,
-                 " of kind ", static_cast<int>(step.record().event.kind), ": ",
+      FAIL_CHECK(robot.name, " session ", session + 1, " (line of ", robot.name,
+                 ".sessions), step ", agreed, " of kind ",
+                 static_cast<int>(step.record().event.kind), ": ",
                  differences(replay, step.record()));
       break;
     }
@@ -47,10 +49,10 @@ std::size_t steps_that_agree(const RecordedRobot& robot, std::size_t day) {
   return agreed;
 }
 
-void note_verdicts(const RecordedDay& day, std::set<std::uint8_t>& outcomes,
+void note_verdicts(const RecordedSession& session, std::set<std::uint8_t>& outcomes,
                    std::set<std::uint32_t>& codes) {
   Verdict verdict;
-  for (const RecordedStep& step : day)
+  for (const RecordedStep& step : session)
     for (const RecordedOutput& output : step.record().outputs)
       if (output.kind == OutputKind::verdict &&
           decode(output.payload, verdict) == FrameFault::none) {
@@ -61,22 +63,22 @@ void note_verdicts(const RecordedDay& day, std::set<std::uint8_t>& outcomes,
 
 }  // namespace
 
-TEST_CASE("days recorded from real runs: the core answers each step as the real gate did") {
+TEST_CASE("sessions recorded from real runs: the core answers each step as the real gate did") {
   for (const RecordedRobot& robot : recorded_robots()) {
-    for (std::size_t day = 0; day < robot.days.size(); ++day)
-      CHECK(steps_that_agree(robot, day) == robot.days[day].size());
+    for (std::size_t session = 0; session < robot.sessions.size(); ++session)
+      CHECK(steps_that_agree(robot, session) == robot.sessions[session].size());
   }
 }
 
 TEST_CASE(
-    "days recorded from real runs show nearly every kind of event, each outcome, many rules") {
+    "sessions recorded from real runs show nearly every kind of event, each outcome, many rules") {
   std::set<EventKind> kinds;
   std::set<std::uint8_t> outcomes;
   std::set<std::uint32_t> codes;
   for (const RecordedRobot& robot : recorded_robots())
-    for (const RecordedDay& day : robot.days) {
-      for (const RecordedStep& step : day) kinds.insert(step.record().event.kind);
-      note_verdicts(day, outcomes, codes);
+    for (const RecordedSession& session : robot.sessions) {
+      for (const RecordedStep& step : session) kinds.insert(step.record().event.kind);
+      note_verdicts(session, outcomes, codes);
     }
   CHECK(kinds.size() >= 12);  // of 13: all but the lease of another gate
   CHECK(outcomes == std::set<std::uint8_t>{0, 1, 2});

@@ -1,4 +1,4 @@
-"""Real runs of real gates whose decision logs become recorded days."""
+"""Real runs of real gates whose decision logs become recorded sessions."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def run_everything(folder: Path) -> None:
         commands[-1] += ["--row", str(number)]
     (folder / "faults").mkdir()
     for command in commands:
-        print("days:", *command, file=sys.stderr, flush=True)
+        print("sessions:", *command, file=sys.stderr, flush=True)
         done = subprocess.run(command, env=environment, check=False)
         if done.returncode:
-            print(f"days: {command[:3]} ended with {done.returncode}", file=sys.stderr)
+            print(f"sessions: {command[:3]} ended with {done.returncode}", file=sys.stderr)

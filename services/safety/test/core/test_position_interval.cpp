@@ -22,8 +22,8 @@ Limits quarter_to_all(double lower, double upper) {
 }
 
 Judgement path_of(const Limits& limits, const ChunkBuilder& chunk, const RowBefore& before = {}) {
-  const PathPlan plan(limits);
-  return judge_path(plan, whole_robot(limits), at_rest(), chunk.chunk, 0, chunk.chunk.horizon,
+  const RobotModel model(limits);
+  return judge_path(model, whole_robot(limits), at_rest(), chunk.chunk, 0, chunk.chunk.horizon,
                     before, {});
 }
 
@@ -98,11 +98,11 @@ TEST_CASE("G033 what shares leave open is an angle: a slide counts as the turn t
     Predicted predicted(limits, at_rest(), chunk.chunk);
     (void)predicted.after_a_row();
     (void)predicted.after_a_row();
-    return predicted.all.doubt(arm);
+    return predicted.all.interval_width(arm);
   };
   Limits limits = quarter_to_all(-10.0, 10.0);
-  const double reach = PathPlan(limits).tools[arm].reach;
-  CHECK(reach == PathPlan(limits).frames[1].reach);
+  const double reach = RobotModel(limits).tools[arm].reach;
+  CHECK(reach == RobotModel(limits).frames[1].reach);
   CHECK(reach > 0.7);
   CHECK(open(limits, turn_y) == doctest::Approx(0.75 * 0.8 * 0.05));
   CHECK(open(limits, slide_y) == doctest::Approx(0.75 * 0.8 * 0.05 / reach));

@@ -20,16 +20,16 @@ constexpr JointSet turning = JointSet{1} << turn_z;
 // A look at rest, from where each joint goes as far as `there`; maybe after another one.
 struct Look {
   Look(const Limits& limits, const Joints& there, double share, double share_before = 0.0)
-      : plan(limits), check(plan, turning), ways(plan, Joints{}, there) {
+      : model(limits), check(model, turning), bound(model, Joints{}, there) {
     FramePoses poses;
-    poses.place(plan, Joints{});
-    if (share_before > 0.0) (void)check.look(poses, poses, ways, share_before, found);
-    evidence = check.look(poses, poses, ways, share, found);
+    poses.place(model, Joints{});
+    if (share_before > 0.0) (void)check.check(poses, poses, bound, share_before, found);
+    evidence = check.check(poses, poses, bound, share, found);
   }
 
-  PathPlan plan;
+  RobotModel model;
   ShapeCheck check;
-  DisplacementBound ways;
+  DisplacementBound bound;
   Clearance found;
   Evidence evidence;
 };
@@ -81,7 +81,7 @@ TEST_CASE("a pair further apart than anything goes is not near") {
   CHECK(look.evidence.ok());
   CHECK(look.found.others == doctest::Approx(0.5));
   CHECK(look.found.near_count == 0);
-  CHECK(look.check.free_of(look.found, look.ways) == doctest::Approx(0.5));
+  CHECK(look.check.clear_fraction_of(look.found, look.bound) == doctest::Approx(0.5));
 }
 
 TEST_CASE(
@@ -93,12 +93,12 @@ TEST_CASE(
   CHECK(look.found.others > 0.8 * 4.0);
   CHECK(look.found.near_count == 1);
   check_near(look, 0, 0, 0.4);
-  CHECK(look.check.free_of(look.found, look.ways) == doctest::Approx(0.8));
+  CHECK(look.check.clear_fraction_of(look.found, look.bound) == doctest::Approx(0.8));
   const Limits beside = balls(1.75);
   const Look near(beside, going(0.125, 4.0), 0.8);
   CHECK(near.found.near_count == 1);
   check_near(near, 0, 0, 0.25);
-  CHECK(near.check.free_of(near.found, near.ways) == doctest::Approx(0.5));
+  CHECK(near.check.clear_fraction_of(near.found, near.bound) == doctest::Approx(0.5));
 }
 
 TEST_CASE("a pair is clear up to and including its clearance, and that of its spheres") {
@@ -107,14 +107,14 @@ TEST_CASE("a pair is clear up to and including its clearance, and that of its sp
   CHECK(look.evidence.ok());
   CHECK(look.found.near_count == 0);
   const Limits below = balls(1.25);  // evidence points into it
-  const PathPlan plan(below);
-  ShapeCheck check(plan, turning);
+  const RobotModel model(below);
+  ShapeCheck check(model, turning);
   FramePoses here, away;
-  here.place(plan, Joints{});
-  away.place(plan, going(0.5, 0.0));
+  here.place(model, Joints{});
+  away.place(model, going(0.5, 0.0));
   Clearance found;
   const Evidence hit =
-      check.look(here, away, DisplacementBound(plan, Joints{}, Joints{}), 1.0, found);
+      check.check(here, away, DisplacementBound(model, Joints{}, Joints{}), 1.0, found);
   CHECK(hit.code == 32);
   CHECK(hit.value == doctest::Approx(0.25));
 }
@@ -128,7 +128,8 @@ TEST_CASE("tools and capsules are near by what they are clear by in the nearest 
   check_near(look, 1, 2, 0.25);
   check_near(look, 2, 3, 0.875);  // 1 m before the shelf, as thick as it is
   check_near(look, 3, 4, 0.75);
-  CHECK(look.check.free_of(look.found, look.ways) == doctest::Approx(0.125));  // the flag goes 2 m
+  CHECK(look.check.clear_fraction_of(look.found, look.bound) ==
+        doctest::Approx(0.125));  // the flag goes 2 m
 }
 
 TEST_CASE(
@@ -160,10 +161,11 @@ TEST_CASE("the share of its way that a capsule is clear by") {
   const Limits limits = flag();
   const Look look(limits, going(0.5, 0.0), 1.0);
   Clearance clearance;
-  clearance.others = look.ways.longest();
-  CHECK(look.check.free_of(clearance, look.ways) == 1.0);
+  clearance.others = look.bound.longest();
+  CHECK(look.check.clear_fraction_of(clearance, look.bound) == 1.0);
   clearance.add(3, 0.25);  // its ends are 2.0156 m from the axis
-  CHECK(look.check.free_of(clearance, look.ways) == doctest::Approx(0.5 / std::hypot(2.0, 0.25)));
+  CHECK(look.check.clear_fraction_of(clearance, look.bound) ==
+        doctest::Approx(0.5 / std::hypot(2.0, 0.25)));
 }
 
 TEST_CASE("without a tool, a pair and a volume to keep out of there is nothing to look at") {
@@ -171,10 +173,10 @@ TEST_CASE("without a tool, a pair and a volume to keep out of there is nothing t
   limits.collision.pairs.clear();
   for (PartLimits& part : limits.parts) part.tool = no_link;
   limits.workspace.volumes[1].keep_out = false;
-  const PathPlan none(limits);
+  const RobotModel none(limits);
   CHECK(ShapeCheck(none, turning).has_nothing());
   limits.workspace.volumes[0].keep_out = true;
-  const PathPlan some(limits);
+  const RobotModel some(limits);
   CHECK_FALSE(ShapeCheck(some, turning).has_nothing());
   CHECK(ShapeCheck(some, JointSet{1} << slide_x).has_nothing());
 }

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
 
-from bench.days.decision_log import (
+from bench.recorded_sessions.decision_log import (
     BOOT,
     END,
     GAP,
@@ -29,7 +29,7 @@ M = TypeVar("M", bound=Message)
 
 
 @dataclass(frozen=True)
-class Day:
+class Session:
     """The beginning of a run, up to ``most_bytes``.
 
     name: where it comes from. config: the configuration that decided. shows: what happened in it.
@@ -46,8 +46,8 @@ class Day:
         return sum(len(record.body) + 9 for record in self.records)
 
 
-def read_day(path: Path, name: str, config: str, most_bytes: int) -> Day | None:
-    """A log's day; None if nothing can be replayed of it."""
+def read_session(path: Path, name: str, config: str, most_bytes: int) -> Session | None:
+    """A log's session; None if nothing can be replayed of it."""
     kept, size = [], 0
     for record in read_log(path, most_bytes + HEADER_BYTES)[1:]:
         size += len(record.body) + 9
@@ -57,7 +57,7 @@ def read_day(path: Path, name: str, config: str, most_bytes: int) -> Day | None:
             kept.append(record)
     if not kept or kept[0].type != BOOT:
         return None
-    return Day(name, config, tuple(kept), frozenset(shown(kept)))
+    return Session(name, config, tuple(kept), frozenset(shown(kept)))
 
 
 def shown(records: Sequence[LogRecord]) -> Iterator[str]:
@@ -88,8 +88,10 @@ def _message(of: type[M], payload: bytes) -> M | None:
         return None
 
 
-def write_days(path: Path, config_file: str, text: str, days: Sequence[Day], kind: str) -> None:
-    """A log of days, one after the other, all decided by the configuration ``text``."""
+def write_sessions(
+    path: Path, config_file: str, text: str, sessions: Sequence[Session], kind: str
+) -> None:
+    """A log of sessions, one after the other, all decided by the configuration ``text``."""
     header = {
         "robot": json.loads(text)["robot"],
         "profile": "sim",
@@ -99,6 +101,6 @@ def write_days(path: Path, config_file: str, text: str, days: Sequence[Day], kin
         "config": text,
     }
     records = [LogRecord(HEADER, json.dumps(header).encode())]
-    records += [record for day in days for record in day.records]
-    records.append(LogRecord(END, f"{len(days)} {kind} days".encode()))
+    records += [record for session in sessions for record in session.records]
+    records.append(LogRecord(END, f"{len(sessions)} {kind} sessions".encode()))
     write_log(path, records)

@@ -1,13 +1,13 @@
-// Recorded days with something changed: a message lost, told twice, spoiled or late, another part
-// of another day put in its place. What nothing unjudged may ever do holds all the same.
+// Recorded sessions with something changed: a message lost, told twice, spoiled or late, another
+// part of another session put in its place. What nothing unjudged may ever do holds all the same.
 //
-//   FAIRLEAD_SEQUENCE_STEPS=400000   steps in all, drawn days and these
+//   FAIRLEAD_SEQUENCE_STEPS=400000   steps in all, drawn sessions and these
 
 #include <cstdlib>
 #include <random>
 
 #include "decisions/replay.hpp"
-#include "recorded_days.hpp"
+#include "recorded_sessions.hpp"
 #include "released_rows.hpp"
 
 using namespace fairlead;
@@ -20,7 +20,7 @@ std::size_t wanted_steps() {
   return wanted != nullptr ? std::strtoul(wanted, nullptr, 10) : 16'000;
 }
 
-/// What was seen on all changed days.
+/// What was seen on all changed sessions.
 struct Seen {
   std::size_t steps = 0, released = 0, refused = 0, armed = 0, changed = 0;
 };
@@ -29,30 +29,30 @@ class ChangedDay {
  public:
   ChangedDay(const RecordedRobot& robot, std::uint64_t seed, Seen& seen)
       : robot_(robot), random_(seed), replay_(*robot.limits), seen_(seen) {
-    jump(below(robot_.days.size()), 0);
+    jump(below(robot_.sessions.size()), 0);
   }
 
   void run(std::size_t steps) {
     for (std::size_t i = 0; i < steps; ++i) {
-      if (at_ >= day().size()) jump(below(robot_.days.size()), 0);
+      if (at_ >= session().size()) jump(below(robot_.sessions.size()), 0);
       next();
     }
   }
 
  private:
   std::uint64_t below(std::uint64_t limit) { return random_() % limit; }
-  [[nodiscard]] const RecordedDay& day() const { return robot_.days[day_]; }
+  [[nodiscard]] const RecordedSession& session() const { return robot_.sessions[session_]; }
 
   /// Go on from there; what is recorded happens at once, in the gate's own time.
-  void jump(std::size_t to_day, std::size_t to_step) {
-    day_ = to_day;
+  void jump(std::size_t to_session, std::size_t to_step) {
+    session_ = to_session;
     at_ = to_step;
-    const std::uint64_t then = day()[at_].record().now_ns;
+    const std::uint64_t then = session()[at_].record().now_ns;
     shift_ = now_ns_ - then;  // unsigned: wraps, and back when it is added
   }
 
   void next() {
-    const Record& recorded = day()[at_++].record();
+    const Record& recorded = session()[at_++].record();
     switch (recorded.type == RecordType::boot ? 99 : below(100)) {
       case 0:
       case 1:  // lost
@@ -80,8 +80,8 @@ class ChangedDay {
 
   void splice() {
     ++seen_.changed;
-    const std::size_t to_day = below(3) == 0 ? below(robot_.days.size()) : day_;
-    jump(to_day, below(robot_.days[to_day].size()));
+    const std::size_t to_session = below(3) == 0 ? below(robot_.sessions.size()) : session_;
+    jump(to_session, below(robot_.sessions[to_session].size()));
   }
 
   void spoiled(const Record& recorded) {
@@ -145,7 +145,7 @@ class ChangedDay {
   std::mt19937_64 random_;
   Replay replay_;
   Seen& seen_;
-  std::size_t day_ = 0, at_ = 0;
+  std::size_t session_ = 0, at_ = 0;
   std::uint64_t now_ns_ = 0, shift_ = 0, epoch_ = 0;
   std::vector<std::uint8_t> payload_;
   FarthestMeasured farthest_;
@@ -158,7 +158,8 @@ class ChangedDay {
 
 }  // namespace
 
-TEST_CASE("random changes of recorded days release nothing while not armed, nothing over a limit") {
+TEST_CASE(
+    "random changes of recorded sessions release nothing while not armed, nothing over a limit") {
   constexpr std::size_t each = 1000;
   const std::vector<RecordedRobot> robots = recorded_robots();
   std::size_t steps = 0, armed = 0, released = 0, refused = 0;

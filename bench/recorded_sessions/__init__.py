@@ -1,0 +1,1 @@
+"""Sessions of real gates, recorded for the gate's own tests."""
