@@ -7,13 +7,16 @@ from typing import Annotated
 
 import typer
 
-from fairlead.deploy.deployment import load_deployment
+from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.errors import ConfigError, ServiceError, expected
 from fairlead_tools.cli.console import ProgressLine, echo, print_json
 from fairlead_tools.cli.options import DeploymentArgument, JsonOption, example, make_group
 from fairlead_tools.deploy.all_hosts import ask_host, compare
+from fairlead_tools.deploy.containers import compose_file
 from fairlead_tools.deploy.host_report import HostReport, report_this
 from fairlead_tools.deploy.systemd_units import systemd_units
+
+HostOption = Annotated[str | None, typer.Option(help="which host of the file, if it has several")]
 
 
 @example("fairlead deploy check ./panda_mobile_two_hosts.yaml")
@@ -80,17 +83,11 @@ def _say(reports: list[HostReport], problems: list[str]) -> None:
 def units_command(
     deployment: DeploymentArgument,
     out: Annotated[Path, typer.Option(help="folder for them; it is made")],
-    host: Annotated[
-        str | None, typer.Option(help="which host of the file, if it has several")
-    ] = None,
+    host: HostOption = None,
     user: Annotated[str, typer.Option(help="as whom the services run")] = "fairlead",
 ) -> None:
     """Write units for systemd: each process of a host by itself, watched, with few rights."""
-    loaded = load_deployment(deployment)
-    if host is None and len(loaded.hosts) == 1:
-        [host] = loaded.hosts
-    if (host or "") not in (loaded.hosts or {"": ""}):
-        raise ConfigError(expected("--host", "a host of the file", repr(host), loaded.hosts))
+    loaded, host = _on_host(deployment, host)
     units = systemd_units(deployment, loaded, host, user)
     out.mkdir(parents=True, exist_ok=True)
     for name, text in units.items():
@@ -101,8 +98,40 @@ def units_command(
     echo(f"to stop all: systemctl stop {target}")
 
 
+@example("fairlead deploy containers ./panda_mobile_two_hosts.yaml --host robot --out containers")
+def containers_command(
+    deployment: DeploymentArgument,
+    out: Annotated[Path, typer.Option(help="folder for compose.yaml; it is made")],
+    host: HostOption = None,
+    image: Annotated[
+        str, typer.Option(help="what compose/Containerfile was built as")
+    ] = "localhost/fairlead",
+) -> None:
+    """Write a compose file: each process of a host in a container of its own, with few rights."""
+    loaded, host = _on_host(deployment, host)
+    text = compose_file(deployment, loaded, host, image)
+    (out / "state").mkdir(parents=True, exist_ok=True, mode=0o700)
+    (out / "compose.yaml").write_text(text, encoding="utf-8")
+    echo(str(out / "compose.yaml"))
+    echo("how to start it is said at its beginning")
+
+
+def _on_host(file: Path, host: str | None) -> tuple[Deployment, str | None]:
+    """A deployment and which of its hosts is meant.
+
+    Raises:
+        ConfigError: it has several, or not this one.
+    """
+    loaded = load_deployment(file)
+    if host is None and len(loaded.hosts) == 1:
+        [host] = loaded.hosts
+    if (host or "") not in (loaded.hosts or {"": ""}):
+        raise ConfigError(expected("--host", "a host of the file", repr(host), loaded.hosts))
+    return loaded, host
+
+
 group = make_group(
     "deploy",
-    "Check a deployment on all its hosts before it starts; units for systemd.",
-    {"check": check_command, "units": units_command},
+    "Check a deployment on all its hosts before it starts; files for systemd and containers.",
+    {"check": check_command, "units": units_command, "containers": containers_command},
 )

@@ -130,11 +130,12 @@ class EpisodeRun:
         deadline = time.monotonic() + STANDSTILL_WAIT_S
         while True:
             try:
-                return self._client.reset(stop_id)
+                self._client.reset(stop_id)
+                return
             except RefusedError:
                 if time.monotonic() > deadline:
                     raise
-                time.sleep(0.05)
+            time.sleep(0.05)
 
     def _on_verdict(self, sample: Sample) -> None:
         verdict = decode(Verdict, sample.payload)
