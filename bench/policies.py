@@ -81,6 +81,21 @@ def evaluate(case: Case, seeds: str, folder: Path) -> dict[str, Any]:
     return document
 
 
+def kept(keep: Path | None, case: Case, seeds: str) -> dict[str, Any]:
+    """What `evaluate` found, now or before."""
+    words = (case.name, case.skill, case.pacing, f"{case.latency_ms:g}", seeds)
+    file = keep / f"{'_'.join(words).replace(' ', '-')}.json" if keep else None
+    if file and file.is_file():
+        before: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
+        return before
+    with tempfile.TemporaryDirectory() as folder:
+        found = evaluate(case, seeds, Path(folder))
+    if file:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(json.dumps(found), encoding="utf-8")
+    return found
+
+
 @contextmanager
 def served(skill: str) -> Iterator[str]:
     """The address of a server of the skill's policy."""
@@ -141,6 +156,9 @@ def main() -> int:
     )
     parser.add_argument("--seeds", default="0:10", help="as fairlead eval takes them")
     parser.add_argument("--only", default="", help="cases whose name has this in it")
+    parser.add_argument(
+        "--keep", type=Path, help="folder of finished cases, which are not done again"
+    )
     parser.add_argument("--json", action="store_true", help="print the documents instead")
     parser.add_argument("--write", action="store_true", help=f"put the table into {PAGE}")
     args = parser.parse_args()
@@ -150,8 +168,7 @@ def main() -> int:
         if args.only not in case.name or case.skill not in known:
             continue
         print(f"bench.policies: {case.name}, {case.skill}, {case.pacing}", file=sys.stderr)
-        with tempfile.TemporaryDirectory() as folder:
-            found = evaluate(case, args.seeds, Path(folder))
+        found = kept(args.keep, case, args.seeds)
         lines.append(row(case, found))
         documents.append({"case": case.name, **found})
     text = "\n".join(lines)

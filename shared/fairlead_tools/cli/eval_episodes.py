@@ -5,9 +5,11 @@ from __future__ import annotations
 import re
 import time
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
+from typing import TypeVar
 
 from fairlead.errors import RefusedError
 from fairlead.messages import GateState, GoalResult, Outcome, Verdict, decode
@@ -24,7 +26,8 @@ from fairlead_tools.record.smoothness import smoothness
 from fairlead_tools.record.timeline import draw_timeline
 
 HEADER = ("SEED", "OUTCOME", "TICKS", "REFUSED", "STARVED", "STALLS", "SEAM", "STOPS", "WHY")
-STANDSTILL_WAIT_S = 10.0
+READY_WAIT_S, PAUSE_S = 15.0, 0.2
+T = TypeVar("T")
 _ASKED_BY = re.compile("stopped: by ([^:]*): ")
 
 
@@ -84,9 +87,10 @@ class EpisodeRun:
         try:
             return self._episode(seed, done, seeds)
         except RefusedError:
-            if not self._reset_stops or not self.go_on():
+            if not self._reset_stops:
                 raise
-        return self._episode(seed, done, seeds)
+            self.go_on()
+        return self._ask_again(lambda: self._episode(seed, done, seeds))
 
     def _episode(self, seed: int, done: Sequence[Episode], seeds: int) -> Episode:
         where = f"seed {seed}, {len(done) + 1} of {seeds}, {succeeded(done)} succeeded"
@@ -122,20 +126,23 @@ class EpisodeRun:
             raise RefusedError("fairlead eval", f"the gate is {state_and_cause(gate)}", gate.fix)
         for one in (*gate.stop_ids, gate.latch_id):
             if one:
-                self._reset(one)
+                self._ask_again(partial(self._client.reset, one))
         return True
 
-    def _reset(self, stop_id: int) -> None:
-        """The gate wants to see the robot stand still for some states first."""
-        deadline = time.monotonic() + STANDSTILL_WAIT_S
+    def _ask_again(self, ask: Callable[[], T]) -> T:
+        """With --reset-stops: a robot that was just stopped is not ready at once.
+
+        Raises:
+            RefusedError: it was refused to the end.
+        """
+        deadline = time.monotonic() + READY_WAIT_S
         while True:
             try:
-                self._client.reset(stop_id)
-                return
+                return ask()
             except RefusedError:
-                if time.monotonic() > deadline:
+                if not self._reset_stops or time.monotonic() > deadline:
                     raise
-            time.sleep(0.05)
+            time.sleep(PAUSE_S)
 
     def _on_verdict(self, sample: Sample) -> None:
         verdict = decode(Verdict, sample.payload)
