@@ -1,6 +1,6 @@
 # Every target is one script or command: read it there. `make` alone lists them.
 .DEFAULT_GOAL := help
-.PHONY: help setup demo check test peers soak faults coverage mutate sanitize fuzz audit zenohc lint bench wheel clean
+.PHONY: help setup demo check test peers soak faults coverage mutate sanitize fuzz audit zenohc zenohd lint bench wheel clean
 # One at a time: the stages build on each other.
 .NOTPARALLEL:
 
@@ -47,6 +47,9 @@ fuzz: sanitize ## generated frames, chunks and sequences of events for the gate'
 
 zenohc: setup ## the gate with the official zenoh-c of SOURCE=FOLDER: its tests and the demo
 	@scripts/zenohc "$(SOURCE)"
+
+zenohd: setup ## Zenoh's own router, built from the crate registry, between two hosts: runs a goal
+	@scripts/zenohd
 
 audit: setup ## known advisories of all packages, bills of materials, licences; same bytes twice
 	@scripts/audit

@@ -41,10 +41,13 @@ class TwoHosts:
     Args:
         folder: gets a folder for each host.
         pacing: ``lockstep`` (with traces) or ``realtime``.
+        zenohd: Zenoh's own router, in the place of ours; None for ours.
     """
 
-    def __init__(self, network: TwoNetworks, folder: Path, pacing: str) -> None:
-        self.network, self._folder = network, folder
+    def __init__(
+        self, network: TwoNetworks, folder: Path, pacing: str, zenohd: Path | None = None
+    ) -> None:
+        self.network, self._folder, self._zenohd = network, folder, zenohd
         self._id = f"hosts{os.getpid()}"
         content = yaml.safe_load(SOURCE.read_text(encoding="utf-8"))
         content |= {"hosts": network.addresses, "pacing": pacing, "id": self._id}
@@ -82,10 +85,27 @@ class TwoHosts:
     def up(self, host: str) -> None:
         """Start a host."""
         [line] = [line for line in UPS if line.endswith(f"--host {host}")]
+        if self._zenohd and host == "robot":
+            self._start_zenohd(self._zenohd)
+            line += " --without router"
         with (self._folder / host / "up.log").open("wb") as log:
             self._ups[host] = subprocess.Popen(
                 self._words(host, *self._arguments(host, line)),
                 env=self._environment(host),
+                stdout=log,
+                stderr=subprocess.STDOUT,
+            )
+
+    def _start_zenohd(self, program: Path) -> None:
+        """With the line of the guide, and what ``fairlead router --print-config`` prints."""
+        config = self._folder / "router.json"
+        printed = self.tell("robot", "router", str(self._file("robot")), "--print-config")
+        config.write_text(printed, encoding="utf-8")
+        [runtime] = re.findall(r"`ZENOH_RUNTIME=\"(.*?)\"`", GUIDE.replace("\n  ", " "))
+        with (self._folder / "zenohd.log").open("wb") as log:
+            self._ups["zenohd"] = subprocess.Popen(
+                [*self.network.on("robot"), program, "--config", config],
+                env=self._environment("robot") | {"ZENOH_RUNTIME": runtime},
                 stdout=log,
                 stderr=subprocess.STDOUT,
             )
@@ -167,9 +187,11 @@ class TwoHosts:
 
 
 @contextmanager
-def two_hosts(network: TwoNetworks, folder: Path, pacing: str) -> Iterator[TwoHosts]:
+def two_hosts(
+    network: TwoNetworks, folder: Path, pacing: str, zenohd: Path | None = None
+) -> Iterator[TwoHosts]:
     """Both hosts, the one without the router first, until every service is there."""
-    hosts = TwoHosts(network, folder, pacing)
+    hosts = TwoHosts(network, folder, pacing, zenohd)
     try:
         hosts.up("gpu")
         hosts.wait_printed("gpu", "waiting: router ")
