@@ -127,8 +127,8 @@ async def _serve(endpoints: Endpoints, deployments: Sequence[Deployment]) -> Non
     log.info("listens on %s", ", ".join(one.router_endpoint for one in deployments))
     log.info("ready")
     say_ready()
-    lingering = [forbid_lingering(one.routed.port) for one in deployments]
-    tasks = [asyncio.create_task(one) for one in (*lingering, say_alive())]
+    ports = [one.routed.port for one in deployments]
+    tasks = [asyncio.create_task(forbid_lingering(*ports)), asyncio.create_task(say_alive())]
     await signals.stopping.wait()
     for task in tasks:
         task.cancel()
