@@ -4,10 +4,11 @@
 
 A robot is a so101 of the shipped HAL without physics, its gate, and a client that sends a chunk of
 16 rows every 8 ticks. All are clients of one router, closed: certificates, TLS and access rules of
-each robot. In turn, by rounds, with dora-rs: as many robots of three nodes that pass messages as
+each robot. In turn, by rounds: ordinary processes; HAL and gate with a real-time priority, as long
+as these leave time for others; and dora-rs: as many robots of three nodes that pass messages as
 large and as many (but for statuses) and compute nothing. Times of ticks are from the HAL's log.
 
-Aims, of the most robots and one: processor time a tick of a robot, its share of the router
+Aims, of each way's most robots and one: processor time a tick of a robot, its share of the router
 included, at most 1.15; the 99th percentile of how far a tick is off its period at most 4. Where a
 machine is full they are missed: the table says how full it was. dora-rs lives in an environment of
 its own (build/dora, or DORA=FOLDER); how to make it is said where it is absent. --write puts the
@@ -18,6 +19,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import sys
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
@@ -31,14 +33,34 @@ from bench.scale.dora import dora
 from bench.scale.fleet import fairlead, traffic
 from bench.scale.measured import Found, Window, found
 from bench.scale.thousand import fleet_table, traffic_table
-from fairlead.errors import FairleadError
+from bench.scale.traffic import Sent
+from fairlead.deploy.scheduling import realtime_words
+from fairlead.errors import ConfigError, FairleadError
 from fairlead.paths import repo_root
 
 CPU_AIM, TICK_AIM = 1.15, 4.0
 ROBOTS = (1, 2, 4, 8, 16, 32)
-OURS, THEIRS = "fairlead", f"dora-rs {VERSION}"
+OURS, REALTIME, THEIRS = "fairlead", "fairlead, real-time", f"dora-rs {VERSION}"
+PRIORITY = 20
+MOST_REALTIME = 4 * (os.cpu_count() or 1)
+"""Robots: a HAL and a gate of 50 Hz take an eighth of a processor."""
 
 Way = Callable[[int, float, Path], Window]
+
+
+def ways_here(messages: Mapping[str, Sent]) -> Mapping[str, Way]:
+    """Those that this machine permits and has; of the others it is said why not."""
+    ways: dict[str, Way] = {OURS: partial(fairlead, 0)}
+    try:
+        realtime_words("hal", PRIORITY)
+        ways[REALTIME] = partial(fairlead, PRIORITY)
+    except ConfigError as error:
+        print(f"bench.scale: skipped: {error}", file=sys.stderr)
+    if absent := why_absent():
+        print(f"bench.scale: skipped: {absent}", file=sys.stderr)
+    else:
+        ways[THEIRS] = partial(dora, messages)
+    return ways
 
 
 def measure(
@@ -53,6 +75,8 @@ def measure(
     for number in range(rounds):
         for count in robots:
             for name, way in ways.items():
+                if name == REALTIME and count > MOST_REALTIME:
+                    continue
                 text = f"bench.scale: round {number + 1} of {rounds}: {name}, {count} robots"
                 print(text, file=sys.stderr)
                 scene = folder / f"{number}-{count}-{name}".replace(" ", "-")
@@ -90,12 +114,14 @@ def table(every: Sequence[Found]) -> str:
 
 def misses(every: Sequence[Found]) -> list[str]:
     """Aims that were missed, in words."""
-    most = max((one for one in every if one.way == OURS), key=lambda one: one.robots)
+    most = {one.way: one for one in sorted(every, key=lambda one: one.robots)}
     return [
-        f"{what} of {most.robots} robots: {ratio:.2f} of the fewest, aim {aim}"
+        f"{what} of {one.robots} robots, {way}: {ratio:.2f} of the fewest, aim {aim}"
+        for way, one in most.items()
+        if way in (OURS, REALTIME)
         for what, ratio, aim in zip(
             ("processor time", "p99 of a tick"),
-            ratios(most, every),
+            ratios(one, every),
             (CPU_AIM, TICK_AIM),
             strict=True,
         )
@@ -137,13 +163,7 @@ def main() -> int:
         folder = Path(name)
         print("bench.scale: what one robot sends", file=sys.stderr)
         messages = traffic(folder / "traffic")
-        ways: dict[str, Way] = {OURS: fairlead}
-        absent = why_absent()
-        if absent:
-            print(f"bench.scale: skipped: {absent}", file=sys.stderr)
-        else:
-            ways[THEIRS] = partial(dora, messages)
-        every = measure(ways, args.robots, args.rounds, args.seconds, folder)
+        every = measure(ways_here(messages), args.robots, args.rounds, args.seconds, folder)
     ours = [one for one in every if one.way == OURS]
     tables = {"traffic": traffic_table(messages), "fleet": fleet_table(messages, ours)}
     if args.json:

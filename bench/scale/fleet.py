@@ -26,20 +26,25 @@ from fairlead_tools.supervisor.this_host import free_ports
 
 ROBOT, HOST = "so101", "here"
 SERVICES = {"hal": "hal_kinematic", "safety": "safety"}
-READY_S = 120.0
+READY_S, TOGETHER = 120.0, 4
 
 
 class RobotProcesses:
-    """One robot, whose parties are clients of the router with certificates of their own."""
+    """One robot, whose parties are clients of the router with certificates of their own.
 
-    def __init__(self, number: int, port: int, folder: Path) -> None:
+    Args:
+        priority: of HAL and gate; 0: they are ordinary processes.
+    """
+
+    def __init__(self, number: int, port: int, folder: Path, priority: int) -> None:
         self._folder = folder / f"robot{number}"
         self._folder.mkdir(parents=True)
         self.file = self._folder / "deployment.yaml"
+        own = {"host": HOST, "realtime_priority": priority}
         content = {
             "robot": ROBOT, "id": f"scale{os.getpid()}_{number}", "pacing": "realtime",
             "hosts": {HOST: "127.0.0.1"}, "router": {"host": HOST, "port": port},
-            "services": {name: {"run": run, "host": HOST} for name, run in SERVICES.items()},
+            "services": {name: {"run": run, **own} for name, run in SERVICES.items()},
         }  # fmt: skip
         self.file.write_text(yaml.safe_dump(content, sort_keys=False), encoding="utf-8")
         self.deployment = load_deployment(self.file)
@@ -48,11 +53,14 @@ class RobotProcesses:
         self._motion = MotionLog(self._folder / "hal")
 
     def start(self) -> None:
-        """HAL and gate, and once both are ready the feeder."""
+        """HAL and gate; nobody waits for them."""
         for name in SERVICES:
             state = self._folder / name
             state.mkdir()
             self._start(name, service_command(self.file, self.deployment, name, state))
+
+    def feed(self) -> None:
+        """The feeder, once both are ready."""
         for one in self.processes:
             one.wait_for(partial(one.has_said, "ready"), "ready", READY_S)
         self._start("feeder", [sys.executable, "-m", "bench.scale.feeder", str(self.file)])
@@ -76,11 +84,14 @@ class RobotProcesses:
 
 
 @contextmanager
-def running(count: int, folder: Path) -> Iterator[tuple[Process, list[RobotProcesses]]]:
+def running(
+    priority: int, count: int, folder: Path
+) -> Iterator[tuple[Process, list[RobotProcesses]]]:
     """A router and robots, each with a port, an id and certificates of its own."""
     with ExitStack() as stack:
         robots = [
-            RobotProcesses(number, port, folder) for number, port in enumerate(free_ports(count))
+            RobotProcesses(number, port, folder, priority)
+            for number, port in enumerate(free_ports(count))
         ]
         for one in robots:
             stack.callback(forget_secrets, one.deployment.keys)
@@ -90,14 +101,17 @@ def running(count: int, folder: Path) -> Iterator[tuple[Process, list[RobotProce
         stack.callback(ended, [router])
         router.wait_for(partial(router.has_said, "ready"), "ready", READY_S)
         stack.callback(lambda: ended([one for robot in robots for one in robot.processes]))
-        for one in robots:
-            one.start()
+        for first in range(0, count, TOGETHER):
+            for one in robots[first : first + TOGETHER]:
+                one.start()
+            for one in robots[first : first + TOGETHER]:
+                one.feed()
         yield router, robots
 
 
-def fairlead(count: int, seconds: float, folder: Path) -> Window:
+def fairlead(priority: int, count: int, seconds: float, folder: Path) -> Window:
     """So many robots on one router, for so long."""
-    with running(count, folder) as (router, robots):
+    with running(priority, count, folder) as (router, robots):
         settle("fairlead", lambda: sum(one.moves for one in robots), count)
         ports = [one.deployment.routed.port for one in robots]
         own = [one.pid for robot in robots for one in robot.processes]
@@ -110,6 +124,6 @@ def fairlead(count: int, seconds: float, folder: Path) -> Window:
 
 def traffic(folder: Path) -> Mapping[str, Sent]:
     """What one robot sends, by key."""
-    with running(1, folder) as (_, robots):
+    with running(0, 1, folder) as (_, robots):
         settle("fairlead", lambda: sum(one.moves for one in robots), 1)
         return sent(robots[0].deployment)

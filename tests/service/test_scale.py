@@ -21,7 +21,7 @@ SECOND_NS = 1_000_000_000
 @pytest.mark.processes
 @pytest.mark.timeout(120)
 def test_robots_on_one_router_move_and_each_is_in_the_window(tmp_path: Path) -> None:
-    window = fairlead(2, 1.0, tmp_path / "scale")
+    window = fairlead(0, 2, 1.0, tmp_path / "scale")
     assert len(window.ticks) == 2
     assert all(any(tick.moves for tick in ticks) for ticks in window.ticks)
     assert window.cpu_ms > window.router_ms > 0
@@ -52,8 +52,8 @@ def test_a_missed_aim_is_of_the_most_robots_and_the_fewest() -> None:
     every = [few, other, many]
     assert [round(ratio, 6) for ratio in ratios(many, every)] == [1.2, 5.0]
     assert misses(every) == [
-        "processor time of 32 robots: 1.20 of the fewest, aim 1.15",
-        "p99 of a tick of 32 robots: 5.00 of the fewest, aim 4.0",
+        "processor time of 32 robots, fairlead: 1.20 of the fewest, aim 1.15",
+        "p99 of a tick of 32 robots, fairlead: 5.00 of the fewest, aim 4.0",
     ]
     assert table(every).splitlines()[-1] == (
         "| 32 | fairlead | 3.00 | 1.20 | 0.50 | 0.00, 5.00 | 5.0 | 1.00, 19.00 | 0.0%, 10.0% |  "
