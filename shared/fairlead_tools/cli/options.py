@@ -132,7 +132,7 @@ DeploymentsArgument = Annotated[
     list[Path],
     typer.Argument(
         parser=parse_deployment,
-        metavar="NAME_OR_FILE...",
+        metavar="NAME_OR_FILE",
         help="names in compose/, or files",
         autocompletion=_complete_deployment,
     ),
