@@ -33,11 +33,11 @@ def counted(ports: Collection[int]) -> Links | None:
         return None
     told = subprocess.run(["ss", "-tinHO"], capture_output=True, text=True, check=True).stdout
     ours = [line for line in told.splitlines() if _local_port(line) in ports]
-    both = (
+    data, packets = (
         sum(int(number) for line in ours for number in pattern.findall(line))
         for pattern in (_BYTES, _PACKETS)
     )
-    return Links(time.monotonic_ns(), *both)
+    return Links(time.monotonic_ns(), data, packets)
 
 
 def _local_port(line: str) -> int:

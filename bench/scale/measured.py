@@ -124,6 +124,5 @@ def _quantiles(values: Sequence[float]) -> tuple[float, float]:
     if not values:
         return math.nan, math.nan
     ordered = sorted(values)
-    return tuple(  # type: ignore[return-value]
-        ordered[min(len(ordered) - 1, math.ceil(q * len(ordered)) - 1)] for q in (0.5, 0.99)
-    )
+    p50, p99 = (ordered[math.ceil(q * len(ordered)) - 1] for q in (0.5, 0.99))
+    return p50, p99
