@@ -26,7 +26,7 @@ from fairlead_tools.supervisor.this_host import free_ports
 
 ROBOT, HOST = "so101", "here"
 SERVICES = {"hal": "hal_kinematic", "safety": "safety"}
-READY_S, TOGETHER = 120.0, 4
+READY_S = 120.0
 
 
 class RobotProcesses:
@@ -53,16 +53,11 @@ class RobotProcesses:
         self._motion = MotionLog(self._folder / "hal")
 
     def start(self) -> None:
-        """HAL and gate; nobody waits for them."""
+        """HAL, gate and feeder; they wait for their router."""
         for name in SERVICES:
             state = self._folder / name
             state.mkdir()
             self._start(name, service_command(self.file, self.deployment, name, state))
-
-    def feed(self) -> None:
-        """The feeder, once both are ready."""
-        for one in self.processes:
-            one.wait_for(partial(one.has_said, "ready"), "ready", READY_S)
         self._start("feeder", [sys.executable, "-m", "bench.scale.feeder", str(self.file)])
 
     def _start(self, name: str, words: Sequence[str]) -> None:
@@ -96,16 +91,17 @@ def running(
         for one in robots:
             stack.callback(forget_secrets, one.deployment.keys)
         files = [str(one.file) for one in robots]
+        processes: list[Process] = []
+        stack.callback(ended, processes)
+        for one in robots:
+            one.start()
+            processes += one.processes
+        for process in processes:  # all have started before any of them ticks
+            process.wait_for(partial(process.has_said, "router"), "waits for its router", READY_S)
         words = [sys.executable, "-m", "fairlead_tools.cli.main", "router", *files]
         router = Process(words, folder / "router.log", service_environment(), repo_root())
-        stack.callback(ended, [router])
+        processes.append(router)
         router.wait_for(partial(router.has_said, "ready"), "ready", READY_S)
-        stack.callback(lambda: ended([one for robot in robots for one in robot.processes]))
-        for first in range(0, count, TOGETHER):
-            for one in robots[first : first + TOGETHER]:
-                one.start()
-            for one in robots[first : first + TOGETHER]:
-                one.feed()
         yield router, robots
 
 

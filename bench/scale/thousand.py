@@ -9,6 +9,7 @@ from bench.scale.measured import PERIOD_NS, Found
 from bench.scale.traffic import Sent
 
 SHARD, FLEET = 32, 1000
+PERIOD_MS = PERIOD_NS / 1e6
 LINKS = len(SERVICES) + 1
 """Of a robot with its router: HAL, gate, and the client that feeds it."""
 
@@ -35,7 +36,8 @@ def fleet_table(messages: Mapping[str, Sent], every: Sequence[Found]) -> str:
         ("links", LINKS, 0),
         ("messages sent a second", _sums(messages)[0], 0),
         ("of them bytes a second, kB", _sums(messages)[1] / 1e3, 0),
-        ("router: processors", few.router_ms * 1e-3 / (PERIOD_NS * 1e-9), 3),
+        ("HAL, gate and client: processors", (few.cpu_ms - few.router_ms) / PERIOD_MS, 3),
+        ("router: processors", few.router_ms / PERIOD_MS, 3),
         ("router: MB more for each robot", share, 1),
     ]
     if few.links:
@@ -49,7 +51,8 @@ def fleet_table(messages: Mapping[str, Sent], every: Sequence[Found]) -> str:
         "|---|---|---|---|",
     ]
     for what, one, digits in rows:
-        cells = (f"{one:.{digits}f}", f"{one * SHARD:,.{min(digits, 1)}f}", f"{one * FLEET:,.0f}")
+        few_digits = min(digits, 1)
+        cells = (f"{one:.{digits}f}", f"{one * SHARD:,.{few_digits}f}", f"{one * FLEET:,.0f}")
         lines.append(f"| {what} | {' | '.join(cells)} |")
     return "\n".join(lines)
 
