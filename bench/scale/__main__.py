@@ -35,7 +35,7 @@ from bench.scale.measured import Found, Window, found
 from bench.scale.thousand import fleet_table, traffic_table
 from bench.scale.traffic import Sent
 from fairlead.deploy.scheduling import realtime_words
-from fairlead.errors import ConfigError, FairleadError
+from fairlead.errors import ConfigError, FairleadError, ServiceError
 from fairlead.paths import repo_root
 
 CPU_AIM, TICK_AIM = 1.15, 4.0
@@ -46,6 +46,8 @@ MOST_REALTIME = 4 * (os.cpu_count() or 1)
 """Robots: a HAL and a gate of 50 Hz take an eighth of a processor."""
 
 Way = Callable[[int, float, Path], Window]
+Failed = Mapping[tuple[int, str], str]
+"""Robots and way of what could not be measured, and why."""
 
 
 def ways_here(messages: Mapping[str, Sent]) -> Mapping[str, Way]:
@@ -65,23 +67,29 @@ def ways_here(messages: Mapping[str, Sent]) -> Mapping[str, Way]:
 
 def measure(
     ways: Mapping[str, Way], robots: Sequence[int], rounds: int, seconds: float, folder: Path
-) -> list[Found]:
+) -> tuple[list[Found], Failed]:
     """Every way and number of robots, by turns, so that what else the machine does meets them all.
 
-    Raises:
-        FairleadError: a process ended.
+    What failed once is not tried again.
     """
     windows: dict[tuple[int, str], list[Window]] = {}
+    failed: dict[tuple[int, str], str] = {}
     for number in range(rounds):
         for count in robots:
             for name, way in ways.items():
-                if name == REALTIME and count > MOST_REALTIME:
+                one = count, name
+                if one in failed or (name == REALTIME and count > MOST_REALTIME):
                     continue
                 text = f"bench.scale: round {number + 1} of {rounds}: {name}, {count} robots"
                 print(text, file=sys.stderr)
                 scene = folder / f"{number}-{count}-{name}".replace(" ", "-")
-                windows.setdefault((count, name), []).append(way(count, seconds, scene))
-    return [found(name, each) for (_, name), each in windows.items()]
+                try:
+                    windows.setdefault(one, []).append(way(count, seconds, scene))
+                except ServiceError as error:
+                    print(f"bench.scale: {name}, {count} robots: {error}", file=sys.stderr)
+                    failed[one] = str(error).splitlines()[0]
+    kept = [found(name, each) for (_, name), each in windows.items() if each]
+    return kept, failed
 
 
 def ratios(one: Found, every: Sequence[Found]) -> tuple[float, float]:
@@ -90,7 +98,7 @@ def ratios(one: Found, every: Sequence[Found]) -> tuple[float, float]:
     return one.cpu_ms / least.cpu_ms, one.error_ms[1] / least.error_ms[1]
 
 
-def table(every: Sequence[Found]) -> str:
+def table(every: Sequence[Found], failed: Failed) -> str:
     """In Markdown."""
     lines = [
         "| robots | | processor ms a tick | of 1 | router's share ms | tick off by ms: p50, p99 "
@@ -109,6 +117,7 @@ def table(every: Sequence[Found]) -> str:
             f"{one.memory_mb[0]:.0f}, {one.memory_mb[1]:.0f}", f"{one.busy:.0%}",
         ]  # fmt: skip
         lines.append(f"| {' | '.join(cells)} |")
+    lines += [f"| {count} | {way} | {why} |{' |' * 9}" for (count, way), why in failed.items()]
     return "\n".join(lines)
 
 
@@ -163,16 +172,18 @@ def main() -> int:
         folder = Path(name)
         print("bench.scale: what one robot sends", file=sys.stderr)
         messages = traffic(folder / "traffic")
-        every = measure(ways_here(messages), args.robots, args.rounds, args.seconds, folder)
+        every, failed = measure(ways_here(messages), args.robots, args.rounds, args.seconds, folder)
     ours = [one for one in every if one.way == OURS]
+    if not ours:
+        return 1
     tables = {"traffic": traffic_table(messages), "fleet": fleet_table(messages, ours)}
     if args.json:
         sent = {key: asdict(one) for key, one in messages.items()}
         print(json.dumps({"sent": sent, "found": [asdict(one) for one in every]}))
     else:
-        print("\n\n".join((table(every), *tables.values())))
+        print("\n\n".join((table(every, failed), *tables.values())))
     if args.write:
-        write_table("scale", table(every))
+        write_table("scale", table(every, failed))
         for name, text in tables.items():
             write_table(name, text, repo_root() / "docs" / "hosts.md")
     missed = misses(every)

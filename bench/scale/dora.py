@@ -16,7 +16,7 @@ from bench.scale.traffic import Sent
 from bench.tick_watch import with_children
 from fairlead.paths import repo_root
 
-START_S = 120.0
+START_S = 90.0
 WIRES: Mapping[str, tuple[Mapping[str, str], tuple[str, ...]]] = {
     "hal": (
         {"tick": "dora/timer/millis/20", "lease": "gate/lease", "safe": "gate/safe"},
