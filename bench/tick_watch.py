@@ -44,11 +44,15 @@ class Spent:
         return Spent(self.running_ms / ticks, self.waiting_ms / ticks, self.memory_mb)
 
 
-def spent(pid: int) -> Spent:
-    """What the kernel counts for a process and its children: a policy has a process of its own."""
+def spent(pid: int, alone: bool = False) -> Spent:
+    """What the kernel counts for a process and its children: a policy has a process of its own.
+
+    Args:
+        alone: without its children.
+    """
     running = waiting = 0.0
     memory_kb = 0
-    for one in _with_children(pid):
+    for one in [pid] if alone else with_children(pid):
         folder = Path(f"/proc/{one}")
         for thread in (folder / "task").iterdir():
             on, off, _ = (thread / "schedstat").read_text().split()
@@ -62,11 +66,12 @@ def spent(pid: int) -> Spent:
     return Spent(running / NS_PER_MS, waiting / NS_PER_MS, memory_kb / 1024)
 
 
-def _with_children(pid: int) -> Iterable[int]:
+def with_children(pid: int) -> Iterable[int]:
+    """A process and all that come of it."""
     yield pid
     for thread in Path(f"/proc/{pid}/task").iterdir():
         for child in (thread / "children").read_text().split():
-            yield from _with_children(int(child))
+            yield from with_children(int(child))
 
 
 @dataclass

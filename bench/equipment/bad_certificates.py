@@ -34,7 +34,7 @@ def make_certificates(deployment: Deployment, host: str) -> dict[str, dict[str, 
         own.mkdir(parents=True)
         kept = Path(shutil.copy(file, own))
         shutil.copy(authority.folder / host / TRUSTED["connect"], own)
-        proofs[kind] = {"transport": transport(read_certificate(kept), "connect")}
+        proofs[kind] = {"transport": transport(read_certificate(kept))}
 
     operator = (host, OPERATOR)
     file = authority.folder / host / f"{OPERATOR}.pem"

@@ -29,12 +29,19 @@ class RoutedWalker:
 
     Args:
         access: folder of each host with what is there to prove names.
+        others: files of the robots that have the same router.
     """
 
     def __init__(
-        self, network: TwoNetworks, file: Path, deployment: Deployment, access: Mapping[str, Path]
+        self,
+        network: TwoNetworks,
+        file: Path,
+        deployment: Deployment,
+        access: Mapping[str, Path],
+        others: Sequence[Path],
     ) -> None:
         self._network, self._file, self._access = network, file, access
+        self._routed = [file, *others]
         self.deployment, self.parties = deployment, deployment.parties
         self._found, self.walk = Found(), Walk()
         self._live: dict[str, LiveParty] = {}
@@ -65,7 +72,7 @@ class RoutedWalker:
 
     @contextmanager
     def _router(self) -> Iterator[None]:
-        words = [sys.executable, "-m", "fairlead_tools.cli.main", "router", str(self._file)]
+        words = [sys.executable, "-m", "fairlead_tools.cli.main", "router", *map(str, self._routed)]
         log = self._file.with_name("router.log")
         with log.open("wb") as out, subprocess.Popen(
             [*self._network.on("robot"), *words],

@@ -18,8 +18,9 @@ from cryptography.x509.oid import ExtendedKeyUsageOID
 
 from bench.equipment.live_robot import wait_for
 from fairlead.deploy.access_warnings import access_warnings
-from fairlead.deploy.certificates import read_certificate, transport
+from fairlead.deploy.certificates import certified_endpoint, read_certificate
 from fairlead.deploy.deployment import Deployment, load_deployment
+from fairlead.deploy.shared_router import router_endpoints
 from fairlead.errors import ConfigError, TransportError
 from fairlead.paths import ACCESS_VARIABLE, repo_root
 from fairlead.wire.endpoints import Endpoints
@@ -83,17 +84,18 @@ def test_a_name_is_bound_to_its_certificate_and_the_router_to_its_address(
     authority: Authority,
 ) -> None:
     hal, router = (read_certificate(authority.folder / f"robot/{n}.pem") for n in ("hal", "router"))
-    assert (hal.name, list(hal.addresses)) == ("hal", [])
-    assert (router.name, list(router.addresses)) == ("router", ["127.0.0.1"])
+    assert (hal.name, list(hal.addresses)) == ("fl/certified/hal", [])
+    assert (router.name, list(router.addresses)) == ("fl/certified/router", ["127.0.0.1"])
     assert hal.ends - NOW < timedelta(days=DAYS + 1)
     found = x509.load_pem_x509_certificate(hal.file.read_bytes())
-    assert found.subject.rfc4514_string() == "CN=hal,OU=robot,O=fl/certified"
+    assert found.subject.rfc4514_string() == "CN=fl/certified/hal,OU=robot,O=fl/certified"
     [use] = found.extensions.get_extension_for_class(x509.ExtendedKeyUsage).value
     assert use == ExtendedKeyUsageOID.CLIENT_AUTH, "it is nobody's router"
     config = authority.deployment.endpoints("hal").config()
     assert set(config["transport"]["link"]) == {"tx", "tls"}
     control = config["access_control"]
-    assert control["subjects"] == [{"id": "router", "cert_common_names": ["router"]}]
+    router_name = "fl/certified/router"
+    assert control["subjects"] == [{"id": router_name, "cert_common_names": [router_name]}]
     assert control["default_permission"] == "deny"
 
 
@@ -145,7 +147,10 @@ MISTAKES: dict[str, tuple[Callable[[Authority, Path], Any], str]] = {
     "readable": (lambda a, hal: hal.chmod(0o640), "expected mode 600 .* got 640 .*certs revoke"),
     "ended": (lambda a, hal: renewed(a, LONG_AGO), "ended .* UTC; .*: fairlead certs renew"),
     "early": (lambda a, hal: renewed(a, NOW + timedelta(days=9)), "begins .* set this machine's"),
-    "another's": (lambda a, hal: shutil.copy(hal.with_stem("safety"), hal), "is that of safety"),
+    "another's": (
+        lambda a, hal: shutil.copy(hal.with_stem("safety"), hal),
+        "is that of fl/certified/safety, not of fl/certified/hal; copy",
+    ),
     "no PEM": (lambda a, hal: hal.write_text("hal"), "cannot be read: .*copy the folder again"),
 }
 
@@ -166,9 +171,10 @@ def test_a_router_whose_address_has_changed_does_not_start(
 ) -> None:
     moved = deployment.model_copy(update={"hosts": {"robot": "10.0.0.1", "gpu": "10.0.0.2"}})
     with pytest.raises(ConfigError, match=r"is for 127\.0\.0\.1, and it listens on 10\.0\.0\.1"):
-        _ = moved.router_endpoints
+        _ = router_endpoints([moved])
     Authority(moved).renew([("robot", "router")], NOW, DAYS)
-    assert moved.router_endpoints.listen == [moved.router_endpoint]
+    [listen] = router_endpoints([moved]).listen
+    assert listen.partition("#")[0] == moved.router_endpoint
 
 
 def test_what_ends_soon_is_warned_of(authority: Authority, deployment: Deployment) -> None:
@@ -238,7 +244,7 @@ def test_a_link_ends_with_its_certificate_comes_back_renewed_and_not_once_revoke
         def opened(endpoints: Endpoints) -> ZenohBus:
             return stack.enter_context(closing(ZenohBus(endpoints)))
 
-        router, tool = opened(deployment.router_endpoints), opened(deployment.tool_endpoints())
+        router, tool = opened(router_endpoints([deployment])), opened(deployment.tool_endpoints())
         renewed(authority, datetime.now(UTC) + SOON - timedelta(days=DAYS))
         hal = opened(deployment.endpoints("hal"))
         wait_for(lambda: not hal.has_router, "the certificate has ended")
@@ -251,7 +257,7 @@ def test_a_link_ends_with_its_certificate_comes_back_renewed_and_not_once_revoke
         (authority.folder / "robot/hal.pem").write_text(kept)
         router.close()
         wait_for(lambda: not (hal.has_router or tool.has_router), "both have lost the router")
-        opened(deployment.router_endpoints)
+        opened(router_endpoints([deployment]))
         wait_for(lambda: tool.has_router, "the tool is back")
         assert not hal.has_router, "it tries as often, and its certificate is revoked"
 
@@ -264,8 +270,8 @@ def test_a_router_at_another_address_or_with_a_clients_certificate_is_not_believ
     for wrong in ("router", "operator"):
         Authority(elsewhere).renew([("robot", wrong)], NOW, DAYS)
         certificate = read_certificate(authority.folder / f"robot/{wrong}.pem")
-        access = {"transport": transport(certificate, "listen")}
-        router = Endpoints([deployment.router_endpoint], mode="router", access=access)
+        listen = certified_endpoint(deployment.router_endpoint, certificate)
+        router = Endpoints([listen], mode="router")
         refused = pytest.raises(TransportError, match="do the certificates fit")
         with closing(ZenohBus(router)), refused:
             ZenohBus(mine)

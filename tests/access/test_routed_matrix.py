@@ -6,6 +6,8 @@ import os
 import shutil
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import replace
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Literal
 
@@ -14,10 +16,12 @@ import yaml
 
 from bench.equipment.bad_certificates import UNKNOWN_NAME, make_certificates
 from fairlead.deploy.certificates import certificates_dir
-from fairlead.deploy.deployment import load_deployment
+from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.paths import ACCESS_VARIABLE, repo_root
 from fairlead.wire.endpoints import Endpoints
+from fairlead_tools.certificates.authority import Authority
 from fairlead_tools.supervisor.this_host import free_ports
+from tests.access.party import endpoints_of
 from tests.access.routed_walk import RoutedWalker
 from tests.system.two_networks import HOSTS, TwoNetworks, two_networks
 
@@ -25,6 +29,7 @@ pytestmark = [pytest.mark.processes, pytest.mark.timeout(120)]
 
 SOURCE = repo_root() / "compose" / "panda_mobile_two_hosts.yaml"
 DEFAULT_PEER = "a default peer"
+OTHER = "another robot's"
 
 
 @pytest.fixture
@@ -37,13 +42,16 @@ def network() -> Iterator[TwoNetworks]:
 def walker_of(
     network: TwoNetworks, folder: Path, access: Literal["closed", "open"]
 ) -> Iterator[RoutedWalker]:
-    """All with their certificates, and strangers of every kind on the GPU host."""
+    """All with their certificates, strangers of every kind on the GPU host, and another robot."""
     content = yaml.safe_load(SOURCE.read_text(encoding="utf-8"))
-    content |= {"id": f"walk{os.getpid()}", "hosts": network.addresses, "access": access}
-    content |= {"localiser": "tracker", "router": {"host": "robot", "port": free_ports(1)[0]}}
-    file = folder / "deployment.yaml"
-    file.write_text(yaml.safe_dump(content, sort_keys=False), encoding="utf-8")
-    deployment = load_deployment(file)
+    content |= {"hosts": network.addresses, "access": access, "localiser": "tracker"}
+    deployments, files = [], []
+    for name, port in zip(("walk", "other"), free_ports(2), strict=True):
+        content |= {"id": f"{name}{os.getpid()}", "router": {"host": "robot", "port": port}}
+        files.append(folder / f"{name}.yaml")
+        files[-1].write_text(yaml.safe_dump(content, sort_keys=False), encoding="utf-8")
+        deployments.append(load_deployment(files[-1]))
+    deployment, other = deployments
     folders = {host: folder / host for host in HOSTS}
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv(ACCESS_VARIABLE, str(folders["robot"]))
@@ -53,9 +61,21 @@ def walker_of(
             made = certificates_dir(deployment.keys)
             there = folders["gpu"] / made.relative_to(folders["robot"])
             shutil.copytree(made / "gpu", there / "gpu")
-        walker = RoutedWalker(network, file, deployment, folders)
-        with walker.running(strangers(deployment.router_endpoint, proofs)):
+            Authority(other).new(datetime.now(UTC), days=1)
+        walker = RoutedWalker(network, files[0], deployment, folders, files[1:])
+        found = strangers(deployment.router_endpoint, proofs) | others(other)
+        with walker.running(found):
             yield walker
+
+
+def others(other: Deployment) -> dict[str, Endpoints]:
+    """Everybody of another robot, keeping to no rule."""
+    found = {}
+    for name in other.parties.names:
+        one = endpoints_of(other, name)
+        proof = {key: part for key, part in one.access.items() if key == "transport"}
+        found[f"{OTHER} {name}"] = replace(one, access=proof)
+    return found
 
 
 def strangers(router: str, proofs: Mapping[str, Mapping[str, Any]]) -> dict[str, Endpoints]:
@@ -83,7 +103,9 @@ def test_closed_nothing_passes_but_what_the_table_says(
     walk = walker.walk
     print(f"{network.why_loopback or 'two network namespaces'}: {walk}")
     assert (walk.breaches, walk.lost) == (set(), set())
-    assert walker.linked == {UNKNOWN_NAME}
+    linked = {name for name in walker.linked if not name.startswith(OTHER)}
+    assert linked == {UNKNOWN_NAME}
+    assert len(walker.linked - linked) == len(walker.parties.names), "all of the other robot"
     assert walk.right > 600
 
 

@@ -18,7 +18,7 @@ def access_warnings(deployment: Deployment) -> list[str]:
         return [
             f"certificate of {one.host}/{one.file.stem} {text}"
             for one in every_certificate(deployment.keys)
-            if (text := one.warning(now))
+            if (text := one.warning(deployment.keys, now))
         ]
     except ConfigError as error:  # half copied, say: no reason to end what runs
         return [str(error)]

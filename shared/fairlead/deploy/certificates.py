@@ -16,20 +16,25 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from fairlead.deploy.credentials import access_dir, check_private
 from fairlead.deploy.hosts import ROUTER
 from fairlead.errors import ConfigError
 from fairlead.keys import Keys
+from fairlead.paths import ACCESS_VARIABLE
 
 WARN_DAYS = 30
 """So long before its end a certificate is warned of."""
+
+COMMON_NAME_MAX = 64
+"""Signs; X.509's own."""
 
 SUFFIX = ".pem"
 TRUSTED = {"connect": "router.ca", "listen": "clients.ca"}
 """Files of those who may have signed the other end's certificate."""
 
+_ENDS_A_PATH = ("?", "#", ";")
 _LEAKED = "others may have read it: fairlead certs revoke, then new, where it was made"
 
 
@@ -39,7 +44,7 @@ class Certificate:
 
     Attributes:
         file: both, in PEM: one file, so that it is replaced at once.
-        name: whom it proves: its common name.
+        name: whom it proves: its common name, as `common_name` says.
         addresses: at which it may be listened with it: the router's alone.
     """
 
@@ -54,22 +59,31 @@ class Certificate:
         """Which host it is for."""
         return self.file.parent.name
 
-    def problem(self, now: datetime) -> str:
-        """Why it cannot be used now, and what to do; else ""."""
+    def problem(self, keys: Keys, now: datetime) -> str:
+        """Why this robot cannot use it now, and what to do; else ""."""
         if now >= self.ends:
             return f"ended {self.ends:%Y-%m-%d %H:%M} UTC; where it was made: fairlead certs renew"
         if now < self.begins:
             return f"begins {self.begins:%Y-%m-%d %H:%M} UTC; set this machine's clock"
-        if self.name != self.file.stem:
-            return f"is that of {self.name}; copy the folder from where it was made again"
+        wanted = common_name(keys, self.file.stem)
+        if self.name != wanted:
+            return (
+                f"is that of {self.name}, not of {wanted}; copy the folder from where it was made "
+                "again; if it is the same there: fairlead certs renew"
+            )
         return ""
 
-    def warning(self, now: datetime) -> str:
+    def warning(self, keys: Keys, now: datetime) -> str:
         """The same, or that it ends soon; else ""."""
         left = self.ends - now
         soon = left < timedelta(days=WARN_DAYS)
         ends = f"ends in {left.days} days; where it was made: fairlead certs renew" if soon else ""
-        return self.problem(now) or ends
+        return self.problem(keys, now) or ends
+
+
+def common_name(keys: Keys, name: str) -> str:
+    """Of a party's certificate: ``fl/panda/hal``, as a router may serve several robots."""
+    return f"{keys.namespace}/{keys.robot}/{name}"
 
 
 def certificates_dir(keys: Keys) -> Path:
@@ -97,7 +111,7 @@ def find_certificate(keys: Keys, hosts: Sequence[str], name: str) -> Certificate
     check_private(file.parent, _LEAKED)
     check_private(file, _LEAKED)
     found = read_certificate(file)
-    problem = found.problem(datetime.now(UTC))
+    problem = found.problem(keys, datetime.now(UTC))
     if problem:
         raise ConfigError(f"{name}: its certificate {file} {problem}")
     return found
@@ -144,24 +158,48 @@ def read_certificate(file: Path) -> Certificate:
     )
 
 
-def transport(certificate: Certificate, end: Literal["connect", "listen"]) -> dict[str, Any]:
-    """A part of a Zenoh configuration: TLS in which both ends prove their names.
+def transport(certificate: Certificate) -> dict[str, Any]:
+    """A part of a Zenoh configuration: a client's TLS, in which both ends prove their names.
 
-    Zenoh reads files of a ``connect`` end each time it connects, those of a ``listen`` end once.
+    Zenoh reads the files each time it connects.
     """
     file = str(certificate.file)
     return {
         "link": {
             "tls": {
-                "root_ca_certificate": str(certificate.file.parent / TRUSTED[end]),
+                "root_ca_certificate": str(certificate.file.parent / TRUSTED["connect"]),
                 "enable_mtls": True,
-                f"{end}_private_key": file,
-                f"{end}_certificate": file,
+                "connect_private_key": file,
+                "connect_certificate": file,
                 "verify_name_on_connect": True,
                 "close_link_on_expiration": True,
             }
         }
     }
+
+
+def certified_endpoint(endpoint: str, certificate: Certificate) -> str:
+    """A router's endpoint with its own TLS: another robot's has other certificates.
+
+    Zenoh reads the files once.
+
+    Raises:
+        ConfigError: a path has a sign that ends it in an endpoint.
+    """
+    file, trusted = str(certificate.file), str(certificate.file.parent / TRUSTED["listen"])
+    if any(sign in trusted for sign in _ENDS_A_PATH):
+        raise ConfigError(
+            f"{ROUTER}: {certificate.file}: Zenoh takes no path with {' '.join(_ENDS_A_PATH)}; "
+            f"{ACCESS_VARIABLE} names another folder"
+        )
+    words = {
+        "enable_mtls": "true",
+        "close_link_on_expiration": "true",
+        "root_ca_certificate_file": trusted,
+        "listen_private_key_file": file,
+        "listen_certificate_file": file,
+    }
+    return f"{endpoint}#{';'.join(f'{key}={value}' for key, value in words.items())}"
 
 
 def check_address(certificate: Certificate, address: str) -> None:

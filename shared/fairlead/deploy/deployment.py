@@ -15,9 +15,10 @@ from pydantic import (
 )
 
 from fairlead.deploy.access import DIAL_ORDER, OPERATOR, Parties, Role, session_access
+from fairlead.deploy.certificates import COMMON_NAME_MAX, common_name
 from fairlead.deploy.credentials import find_secrets
 from fairlead.deploy.hosts import ROUTER, RouterSpec, endpoint_of, host_problems
-from fairlead.deploy.routed_access import client_access, router_access
+from fairlead.deploy.routed_access import client_access
 from fairlead.deploy.service_spec import EXTERNAL, OWN_SERVICES, ServiceSpec
 from fairlead.errors import ConfigError, expected
 from fairlead.keys import Keys, check_name
@@ -100,6 +101,11 @@ class Deployment(BaseModel):
             missing = "hosts" if not self.hosts else "router"
             return [f"{missing}: missing; hosts and router go together"]
         problems = host_problems(self.hosts, self.router, not self.open_access)
+        problems += [
+            f"{name}: longer than the {COMMON_NAME_MAX} signs that a certificate can name"
+            for name in dict.fromkeys(common_name(self.keys, name) for _, name in self.certified)
+            if len(name) > COMMON_NAME_MAX
+        ]
         for name, spec in self.services.items():
             if spec.host not in self.hosts:
                 got = repr(spec.host) if spec.host else "none"
@@ -199,22 +205,16 @@ class Deployment(BaseModel):
         Raises:
             ConfigError: if the deployment has no router.
         """
-        router, protocol = self._router(), "tcp" if self.open_access else "tls"
+        router, protocol = self.routed, "tcp" if self.open_access else "tls"
         return endpoint_of(protocol, self.hosts[router.host], router.port)
 
     @property
-    def router_endpoints(self) -> Endpoints:
-        """The router's own.
+    def routed(self) -> RouterSpec:
+        """Where its router is.
 
         Raises:
-            ConfigError: the deployment has no router, or that has no certificate for its address.
+            ConfigError: if the deployment has none.
         """
-        host, access = self._router().host, dict[str, Any]()
-        if not self.open_access:
-            access = router_access(self.parties, host, self.hosts[host])
-        return Endpoints(listen=[self.router_endpoint], mode="router", access=access)
-
-    def _router(self) -> RouterSpec:
         if self.router is None:
             raise ConfigError(
                 f"deployment {self.id}: has no router: its services are peers on one host; "

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import socket
 import struct
+from collections.abc import Collection
 from contextlib import suppress
 from pathlib import Path
 
@@ -15,8 +16,8 @@ PERIOD_S = 0.25
 _OFF = struct.pack("ii", 0, 0)
 
 
-async def forbid_lingering(port: int) -> None:
-    """Until cancelled, keep every link to or from a port from blocking while it is closed.
+async def forbid_lingering(*ports: int) -> None:
+    """Until cancelled, keep every link to or from these ports from blocking while it is closed.
 
     Zenoh closes a link in a thread that serves other links too, and has the kernel block it there
     for up to 10 s while something was not sent. The kernel goes on sending without that. A link
@@ -25,16 +26,16 @@ async def forbid_lingering(port: int) -> None:
     """
     while True:
         with suppress(OSError):  # no descriptor is left to list them with
-            _stop_lingering(port)
+            _stop_lingering(ports)
         await asyncio.sleep(PERIOD_S)
 
 
-def _stop_lingering(port: int) -> None:
+def _stop_lingering(ports: Collection[int]) -> None:
     for descriptor in Path("/proc/self/fd").iterdir():
         with suppress(OSError):  # a file, one that listens, or closed meanwhile
             theirs = socket.socket(fileno=int(descriptor.name))
             try:
-                if _is_link(theirs, port):
+                if _is_link(theirs, ports):
                     silence_ms = int(1000 * LINK_SILENCE_S)
                     theirs.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, _OFF)
                     theirs.setsockopt(socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT, silence_ms)
@@ -42,7 +43,7 @@ def _stop_lingering(port: int) -> None:
                 theirs.detach()
 
 
-def _is_link(one: socket.socket, port: int) -> bool:
+def _is_link(one: socket.socket, ports: Collection[int]) -> bool:
     if one.family not in (socket.AF_INET, socket.AF_INET6):
         return False
-    return port in (one.getsockname()[1], one.getpeername()[1])
+    return one.getsockname()[1] in ports or one.getpeername()[1] in ports

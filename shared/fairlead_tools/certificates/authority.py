@@ -16,7 +16,7 @@ from cryptography.hazmat.primitives import hashes, serialization
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
 
-from fairlead.deploy.certificates import SUFFIX, TRUSTED, certificates_dir
+from fairlead.deploy.certificates import SUFFIX, TRUSTED, certificates_dir, common_name
 from fairlead.deploy.credentials import access_dir, write_private
 from fairlead.deploy.deployment import Deployment
 from fairlead.deploy.hosts import ROUTER
@@ -99,7 +99,8 @@ class Authority:
             signing = serialization.load_pem_private_key(text, None)
             assert isinstance(signing, ec.EllipticCurvePrivateKey)
             key, ends = ec.generate_private_key(ec.SECP256R1()), now + timedelta(days=days)
-            builder = _builder(self._subject(place, name), key.public_key(), now, ends)
+            subject = self._subject(place, common_name(self.deployment.keys, name))
+            builder = _builder(subject, key.public_key(), now, ends)
             builder = builder.issuer_name(signer.subject)
             usage = ExtendedKeyUsageOID.CLIENT_AUTH
             if name == ROUTER:

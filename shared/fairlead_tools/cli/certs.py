@@ -15,6 +15,7 @@ from fairlead.deploy.certificates import (
     trusted_mark,
 )
 from fairlead.deploy.deployment import load_deployment
+from fairlead.keys import Keys
 from fairlead_tools.certificates.authority import Authority, Place, certified
 from fairlead_tools.cli.console import echo, print_json, print_table
 from fairlead_tools.cli.options import DeploymentArgument, JsonOption, example, make_group
@@ -75,7 +76,7 @@ def show_command(deployment: DeploymentArgument, as_json: JsonOption = False) ->
     """Show which certificates there are on this machine, and when they end."""
     keys, now = (loaded := load_deployment(deployment)).keys, datetime.now(UTC)
     found = {(one.host, one.file.stem): one for one in every_certificate(keys)}
-    rows = [_row(place, found.get(place), now) for place in certified(loaded)]
+    rows = [_row(keys, place, found.get(place), now) for place in certified(loaded)]
     if as_json:
         print_json([dict(zip(("host", "name", "ends", "state"), row, strict=True)) for row in rows])
         return
@@ -87,10 +88,12 @@ def show_command(deployment: DeploymentArgument, as_json: JsonOption = False) ->
     )
 
 
-def _row(place: Place, found: Certificate | None, now: datetime) -> tuple[str, str, str, str]:
+def _row(
+    keys: Keys, place: Place, found: Certificate | None, now: datetime
+) -> tuple[str, str, str, str]:
     if found is None:
         return *place, "", "none here"
-    return *place, f"{found.ends:%Y-%m-%d %H:%M} UTC", found.warning(now) or "valid"
+    return *place, f"{found.ends:%Y-%m-%d %H:%M} UTC", found.warning(keys, now) or "valid"
 
 
 def _named(places: Iterable[Place]) -> str:

@@ -128,6 +128,15 @@ DeploymentArgument = Annotated[
         autocompletion=_complete_deployment,
     ),
 ]
+DeploymentsArgument = Annotated[
+    list[Path],
+    typer.Argument(
+        parser=parse_deployment,
+        metavar="NAME_OR_FILE",
+        help="names in compose/, or files",
+        autocompletion=_complete_deployment,
+    ),
+]
 _RUNNING_HELP = "as in `fairlead ps`, or its file; may be left out if only one runs here"
 RunningArgument = Annotated[
     str | None,

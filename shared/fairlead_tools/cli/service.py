@@ -7,16 +7,18 @@ import logging
 import os
 import sys
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from fairlead.deploy.deployment import load_deployment
+from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.deploy.hosts import ROUTER
 from fairlead.deploy.process_table import ProcessId, process_id
 from fairlead.deploy.registry import Registry, Running, ServiceEntry, running_name
 from fairlead.deploy.service_manager import say_alive, say_ready
+from fairlead.deploy.shared_router import router_endpoints
 from fairlead.deploy.stop_signals import StopSignals
 from fairlead.errors import ConfigError, NoAnswerError, ServiceError, expected
 from fairlead.messages import GateState
@@ -28,6 +30,7 @@ from fairlead.wire.session import ZenohBus
 from fairlead_tools.cli.console import echo, print_json
 from fairlead_tools.cli.options import (
     DeploymentArgument,
+    DeploymentsArgument,
     NewStateOption,
     RunningOption,
     StateDirOption,
@@ -86,9 +89,9 @@ def _refuse_second(name: str, service: str) -> None:
         )
 
 
-@example("fairlead router panda_mobile_two_hosts --json")
+@example("fairlead router ./left.yaml ./right.yaml")
 def router_command(
-    deployment: DeploymentArgument,
+    deployments: DeploymentsArgument,
     as_json: Annotated[
         bool,
         typer.Option(
@@ -98,19 +101,22 @@ def router_command(
         ),
     ] = False,
 ) -> None:
-    """Run a deployment's router in the foreground, on its host; `up` there starts it too."""
-    loaded = load_deployment(deployment)
-    endpoints = loaded.router_endpoints
+    """Run the router of one robot or several in the foreground, on its host.
+
+    `up` there starts that of its one robot.
+    """
+    loaded = [load_deployment(file) for file in deployments]
+    endpoints = router_endpoints(loaded)
     if as_json:
         print_json(endpoints.config())
         return
-    assert loaded.router is not None
-    choose_host(loaded, loaded.router.host)
-    check_ports_free(loaded, [ROUTER])
-    asyncio.run(_serve(endpoints, loaded.router.port))
+    for one in loaded:
+        choose_host(one, one.routed.host)
+        check_ports_free(one, [ROUTER])
+    asyncio.run(_serve(endpoints, loaded))
 
 
-async def _serve(endpoints: Endpoints, port: int) -> None:
+async def _serve(endpoints: Endpoints, deployments: Sequence[Deployment]) -> None:
     """Route until asked to stop; all of it happens in Zenoh's own threads."""
     handler = logging.StreamHandler(sys.stdout)
     handler.setFormatter(LineFormatter())
@@ -118,10 +124,11 @@ async def _serve(endpoints: Endpoints, port: int) -> None:
     signals, log = StopSignals("router"), logging.getLogger(ROUTER)
     bus = ZenohBus(endpoints)
     signals.started()
-    log.info("listens on %s", ", ".join(endpoints.listen))
+    log.info("listens on %s", ", ".join(one.router_endpoint for one in deployments))
     log.info("ready")
     say_ready()
-    tasks = [asyncio.create_task(forbid_lingering(port)), asyncio.create_task(say_alive())]
+    ports = [one.routed.port for one in deployments]
+    tasks = [asyncio.create_task(forbid_lingering(*ports)), asyncio.create_task(say_alive())]
     await signals.stopping.wait()
     for task in tasks:
         task.cancel()

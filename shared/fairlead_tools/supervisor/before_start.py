@@ -9,6 +9,7 @@ from pathlib import Path
 from fairlead.deploy.access_warnings import access_warnings
 from fairlead.deploy.deployment import Deployment
 from fairlead.deploy.hosts import ROUTER
+from fairlead.deploy.shared_router import router_endpoints
 from fairlead.errors import ConfigError
 from fairlead.robot.manifest import load_robot
 from fairlead.skill.admission import state_problems
@@ -35,7 +36,7 @@ def warning_lines(deployment: Deployment) -> list[str]:
 
 
 def _can_prove_its_name(deployment: Deployment, name: str) -> Iterable[str]:
-    _ = deployment.router_endpoints if name == ROUTER else deployment.endpoints(name)
+    _ = router_endpoints([deployment]) if name == ROUTER else deployment.endpoints(name)
     return ()
 
 

@@ -1,0 +1,1 @@
+"""How many robots one router carries: see `bench.scale.__main__`."""
