@@ -193,8 +193,8 @@ class Scene:
         """Wait until the gate says that it is in a state."""
         return self.statuses.wait_for(lambda m: m.state == state)
 
-    def claim(self, *parts: str, **changes: Any) -> ClaimReply:
-        """Claim parts of the robot, the arm by default."""
+    def claim_request(self, *parts: str, **changes: Any) -> Claim:
+        """A good claim of parts of the robot, by default of the arm."""
         fields: dict[str, Any] = {
             "source": SOURCE,
             "skill": "test",
@@ -207,8 +207,12 @@ class Scene:
             "age_max_ticks": 10,
             "limits": (),
         }
-        request = Claim(**(fields | changes))
-        return decode(ClaimReply, self.ask(self.keys.gate_command("claim"), request))
+        return Claim(**(fields | changes))
+
+    def claim(self, *parts: str, **changes: Any) -> ClaimReply:
+        """Claim parts of the robot, the arm by default."""
+        request = self.claim_request(*parts, **changes)
+        return decode(ClaimReply, self.ask(self.keys.claim(request.source), request))
 
     def take_claim(self, *parts: str) -> ClaimReply:
         """Claim as the runner does: with a heartbeat from then on."""
@@ -234,7 +238,7 @@ class Scene:
     def release_of(self, source: str, claim_id: int) -> Done:
         """Give any claim back."""
         request = Release(source=source, claim_id=claim_id)
-        return decode(Done, self.ask(self.keys.gate_command("release"), request))
+        return decode(Done, self.ask(self.keys.release(source), request))
 
     def ready_to_move(self) -> None:
         """HAL met, armed, the arm claimed."""

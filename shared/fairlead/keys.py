@@ -117,8 +117,16 @@ class Keys:
         return self._key("safety", "stop")
 
     def gate_command(self, verb: str) -> str:
-        """``arm``, ``disarm``, ``reset``, ``claim`` or ``release``."""
+        """``arm``, ``disarm`` or ``reset``."""
         return self._key("safety", "cmd", verb)
+
+    def claim(self, source: str) -> str:
+        """Query: ask for parts (`Claim`), on one's own key: access control knows whose it is."""
+        return self._key("safety", "cmd", "claim", source)
+
+    def release(self, source: str) -> str:
+        """Query: give a claim of one's own back, or offer it (`Release`)."""
+        return self._key("safety", "cmd", "release", source)
 
     @property
     def hal_status(self) -> str:

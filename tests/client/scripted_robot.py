@@ -80,8 +80,8 @@ class ScriptedRobot:
         bus.serve(keys.gate_command("arm"), "safety", lambda _: ArmReply(epoch=EPOCH, session=1))
         bus.serve_later(keys.goal("runner"), "runner", self._on_goal)
         bus.serve(keys.cancel("runner"), "runner", self._on_cancel)
-        bus.serve_later(keys.gate_command("claim"), "safety", self._on_claim)
-        bus.serve(keys.gate_command("release"), "safety", self._on_release)
+        bus.serve_later(keys.claim("planner"), "safety", self._on_claim)
+        bus.serve(keys.release("planner"), "safety", self._on_release)
         bus.subscribe(keys.stop, self._on_stop)
         bus.subscribe(keys.heartbeat("planner"), self._on_heartbeat)
 

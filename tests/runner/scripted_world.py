@@ -131,8 +131,8 @@ class ScriptedWorld:
         self.bus.watch_tokens(keys.every_want_layout, self._on_want)
         self.bus.serve(keys.hal_status, "hal", lambda _: self.hal_status())
         self.bus.serve(keys.gate_status, "safety", lambda _: self.gate_status())
-        self.bus.serve(keys.gate_command("claim"), "safety", self._on_claim)
-        self.bus.serve(keys.gate_command("release"), "safety", self._on_release)
+        self.bus.serve(keys.claim("runner"), "safety", self._on_claim)
+        self.bus.serve(keys.release("runner"), "safety", self._on_release)
 
     # --- the runner's process ---------------------------------------------------------
 

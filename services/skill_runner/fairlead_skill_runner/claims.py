@@ -65,7 +65,7 @@ async def take_claim(
         RefusedError: with the gate's reason and the command that would change it.
         NoAnswerError: if no gate answers.
     """
-    key = keys.gate_command("claim")
+    key = keys.claim(request.source)
     until_s = time.monotonic() + _FORMER_CLAIM_S[pacing]
     while True:
         try:
@@ -89,7 +89,7 @@ async def release_claim(
     """Give the claim back, or offer it; returns why that failed, "" if it did not."""
     try:
         request = Release(source=source, claim_id=claim_id, offered_to=offered_to)
-        await ask(bus, keys.gate_command("release"), request, Done, QUERY_TIMEOUT_S)
+        await ask(bus, keys.release(source), request, Done, QUERY_TIMEOUT_S)
     except FairleadError as error:
         return str(error)
     return ""

@@ -34,15 +34,15 @@ class Row:
     Attributes:
         writers: who publishes, asks, or declares the token.
         readers: who subscribes, answers, or watches the token.
-        own: services have the key in which ``*`` is their name (of a query: those who answer);
-            the operator has those of nobody's name.
+        own: which of them have the key in which ``*`` is their name; the operator has those of
+            nobody's name.
     """
 
     key: str
     kind: Kind
     writers: Sequence[Role]
     readers: Sequence[Role]
-    own: bool = False
+    own: Literal["", "writer", "reader"] = ""
 
 
 SERVICES: Sequence[Role] = DIAL_ORDER
@@ -53,11 +53,11 @@ HEARERS: Sequence[Role] = ("safety", "operator")
 TABLE = (
     Row("state/joints", "published", ("hal",), ALL),
     Row("tf/*", "published", ("hal", "state_assembler", "localiser"),
-        ("state_assembler", "localiser", *HEARERS), own=True),
+        ("state_assembler", "localiser", *HEARERS), own="writer"),
     Row("camera/*", "published", ("hal",), ASKERS),
     Row("camera/*/shared/*", "token", ("hal",), ASKERS),
     Row("state/layout/*", "published", ("state_assembler",), ASKERS),
-    Row("action/candidate/*", "published", ASKERS, HEARERS, own=True),
+    Row("action/candidate/*", "published", ASKERS, HEARERS, own="writer"),
     Row("action/safe/*", "published", ("safety",), ("hal", "operator")),
     Row("safety/lease", "published", ("safety",), ALL),
     Row("safety/verdict/*", "published", ("safety",), ASKERS),
@@ -67,19 +67,19 @@ TABLE = (
     Row("safety/cmd/arm", "query", ("operator",), ("safety",)),
     Row("safety/cmd/disarm", "query", ("operator",), ("safety",)),
     Row("safety/cmd/reset", "query", ("operator",), ("safety",)),
-    Row("safety/cmd/claim", "query", ASKERS, ("safety",)),
-    Row("safety/cmd/release", "query", ASKERS, ("safety",)),
+    Row("safety/cmd/claim/*", "query", ASKERS, ("safety",), own="writer"),
+    Row("safety/cmd/release/*", "query", ASKERS, ("safety",), own="writer"),
     Row("hal/status", "published", ("hal",), ALL),
     Row("hal/status", "query", ("runner", *HEARERS), ("hal",)),
     Row("hal/cmd/reset_episode", "query", ("operator",), ("hal",)),
     Row("hal/session/*", "token", ("hal",), ("hal",)),
     Row("task/state", "published", ("hal",), ASKERS),
-    Row("skill/*/goal", "query", ("operator",), ("runner",), own=True),
-    Row("skill/*/cancel", "query", ("operator",), ("runner",), own=True),
-    Row("skill/*/feedback", "published", ("runner",), ("operator",), own=True),
-    Row("skill/*/feedback", "query", ("operator",), ("runner",), own=True),
-    Row("skill/*/heartbeat", "published", ASKERS, HEARERS, own=True),
-    Row("alive/*", "token", SERVICES, ALL, own=True),
+    Row("skill/*/goal", "query", ("operator",), ("runner",), own="reader"),
+    Row("skill/*/cancel", "query", ("operator",), ("runner",), own="reader"),
+    Row("skill/*/feedback", "published", ("runner",), ("operator",), own="writer"),
+    Row("skill/*/feedback", "query", ("operator",), ("runner",), own="reader"),
+    Row("skill/*/heartbeat", "published", ASKERS, HEARERS, own="writer"),
+    Row("alive/*", "token", SERVICES, ALL, own="writer"),
     Row("want/layout/*", "token", ASKERS, ("state_assembler",)),
 )  # fmt: skip
 
@@ -125,7 +125,8 @@ class Rights:
     Attributes:
         write: names of those who publish, ask, or declare the token.
         read: names of those who subscribe, answer, or watch the token.
-        family: the key with which they may do so: that of the table.
+        family: that of the table.
+        heard: the key with which readers may do so.
         but: keys that ``key`` has but that are somebody's own.
     """
 
@@ -134,6 +135,7 @@ class Rights:
     write: Sequence[str]
     read: Sequence[str]
     family: str
+    heard: str
     but: Sequence[str]
 
 
@@ -147,13 +149,14 @@ def rights(parties: Parties) -> Iterator[Rights]:
         write = [name for name in parties.names if parties.role(name) in row.writers]
         read = [name for name in parties.names if parties.role(name) in row.readers]
         owners: dict[str, list[str]] = {}
-        for name in read if row.kind == "query" else write:
+        for name in read if row.own == "reader" else write:
             own = row.key.replace("*", name) if row.own and name != OPERATOR else row.key
             owners.setdefault(own, []).append(name)
         for key, names in owners.items():
-            both = (write, names) if row.kind == "query" else (names, read)
+            both = (write, names) if row.own == "reader" else (names, read)
+            heard = key if row.own == "reader" else row.key
             but = [full(own) for own in owners if key == row.key != own]
-            yield Rights(full(key), row.kind, *both, full(row.key), but)
+            yield Rights(full(key), row.kind, *both, full(row.key), full(heard), but)
 
 
 _MESSAGES: Mapping[Kind, tuple[tuple[str, ...], tuple[str, ...]]] = {
@@ -188,12 +191,11 @@ def grants(parties: Parties, namesakes: bool = False) -> Iterator[Grant]:
     """
     for one in rights(parties):
         forth, back = _MESSAGES[one.kind]
-        answered = one.key if one.kind == "query" else one.family
         for writer in one.write:
             for reader in one.read:
                 if namesakes or writer != reader:
                     yield Grant(writer, reader, forth, one.key, one.but)
-                    yield Grant(reader, writer, back, answered)
+                    yield Grant(reader, writer, back, one.heard)
 
 
 @dataclass(frozen=True)

@@ -95,7 +95,7 @@ class LimitOverride(Record, frozen=True, kw_only=True):
 
 
 class Claim(Message, frozen=True, kw_only=True, tag=27):
-    """Query `safety/cmd/claim`: ask for a set of parts. Reply: `ClaimReply`."""
+    """Query `safety/cmd/claim/<source>`: ask for a set of parts. Reply: `ClaimReply`."""
 
     version: V1 = 1
     source: str
@@ -120,7 +120,7 @@ class ClaimReply(Message, frozen=True, kw_only=True, tag=28):
 
 
 class Release(Message, frozen=True, kw_only=True, tag=29):
-    """Query `safety/cmd/release`: give a claim back, or offer it. Reply: `Done`."""
+    """Query `safety/cmd/release/<source>`: give a claim back, or offer it. Reply: `Done`."""
 
     version: V1 = 1
     source: str

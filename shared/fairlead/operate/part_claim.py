@@ -121,11 +121,11 @@ class PartClaim:
     async def _take(self) -> ClaimReply:
         keys = self._services.keys
         return await self._services.ask(
-            self._services.gate, keys.gate_command("claim"), self._request, ClaimReply
+            self._services.gate, keys.claim(self._source), self._request, ClaimReply
         )
 
     async def _release(self) -> None:
-        key = self._services.keys.gate_command("release")
+        key = self._services.keys.release(self._source)
         request = Release(source=self._source, claim_id=self.reply.claim_id)
         with suppress(RefusedError):  # the gate has ended it a moment before
             await self._services.ask(self._services.gate, key, request, Done)

@@ -13,6 +13,7 @@
 #include "config/sha256.hpp"
 #include "fairlead_safety/codec.hpp"
 #include "fairlead_safety/messages.hpp"
+#include "process/foreign_name.hpp"
 #include "process/verdict_text.hpp"
 
 namespace fairlead {
@@ -95,13 +96,14 @@ void GateProcess::handle(const Event& event, Answer* answer) {
   if (event.kind == EventKind::candidate && !intake_.admits(event.payload, event.received_ns))
     return;
   if (event.kind == EventKind::arm && !prepare_to_arm(answer)) return;
+  if (const std::string foreign = foreign_name(event); !foreign.empty())
+    return refuse(answer, foreign.c_str(), "ask on the key of the source that asks");
   if (event.kind == EventKind::claim) return handle_claim(event, answer);
   const std::lock_guard lock(mutex_);
   step(event, answer);
   // Arming was refused after its mark had been removed: leaving is clean again.
-  if (event.kind == EventKind::arm && gate_.state() == GateState::disarmed) {
+  if (event.kind == EventKind::arm && gate_.state() == GateState::disarmed)
     store_.set_clean_mark(true);
-  }
 }
 
 // Motion may follow an arm at once, so the clean mark must be gone from the disk before it.
@@ -116,10 +118,8 @@ bool GateProcess::prepare_to_arm(Answer* answer) {
     return false;
   }
   const std::string fault = store_.clear_clean_mark_now();
-  if (fault.empty()) return true;
-  log_.warning("arm refused: " + fault);
-  refuse(answer, fault.c_str(), "make the gate's state folder writable");
-  return false;
+  if (!fault.empty()) refuse(answer, fault.c_str(), "make the gate's state folder writable");
+  return fault.empty();
 }
 
 // The source's publishers are there before its claim is; a claim that the core refuses leaves
@@ -179,12 +179,12 @@ void GateProcess::note_granted(const Claim& claim) {
 }
 
 bool GateProcess::was_refused() const {
-  for (const Output& output : outputs_->items())
-    if (output.kind == OutputKind::refusal) return true;
-  return false;
+  return std::ranges::any_of(
+      outputs_->items(), [](const Output& output) { return output.kind == OutputKind::refusal; });
 }
 
 void GateProcess::refuse(Answer* answer, const char* reason, const char* fix) {
+  log_.write(LogWriter::Kind::refusal, std::string("refused a query: ") + reason);
   std::array<std::uint8_t, 1024> buffer{};
   const Refusal refusal{"safety", reason, fix};
   if (answer != nullptr) answer->refuse(Bytes(buffer).first(encode(refusal, buffer)));

@@ -29,6 +29,8 @@ class KeyTable {
   std::string gate_status() const { return key("safety/status"); }
   std::string stop() const { return key("safety/stop"); }
   std::string gate_command(std::string_view verb) const { return key("safety/cmd", verb); }
+  std::string every_claim() const { return key("safety/cmd/claim/*"); }
+  std::string every_release() const { return key("safety/cmd/release/*"); }
   std::string hal_status() const { return key("hal/status"); }
   std::string every_heartbeat() const { return key("skill/*/heartbeat"); }
   std::string alive(std::string_view service) const { return key("alive", service); }

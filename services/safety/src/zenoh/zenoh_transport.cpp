@@ -60,11 +60,24 @@ struct Inlet {
 };
 
 // The chunk of the key that names the source: the last one, or, in .../<source>/heartbeat, the
-// one before it.
+// one before it; of other keys none.
 std::string_view source_in(EventKind kind, std::string_view key) {
-  if (kind == EventKind::candidate) return last_chunk(key);
-  if (kind != EventKind::heartbeat) return {};
-  return last_chunk(key.substr(0, key.rfind('/')));
+  switch (kind) {
+    case EventKind::candidate:
+    case EventKind::claim:
+    case EventKind::release:
+      return last_chunk(key);
+    case EventKind::heartbeat:
+      return last_chunk(key.substr(0, key.rfind('/')));
+    default:
+      return {};
+  }
+}
+
+std::string_view text_of(const z_loaned_keyexpr_t* key) {
+  z_view_string_t view;
+  z_keyexpr_as_view_string(key, &view);
+  return {z_string_data(z_loan(view)), z_string_len(z_loan(view))};
 }
 
 void on_sample(z_loaned_sample_t* sample, void* context) {
@@ -72,21 +85,22 @@ void on_sample(z_loaned_sample_t* sample, void* context) {
   const Inlet& inlet = *static_cast<const Inlet*>(context);
   if (z_sample_kind(sample) != Z_SAMPLE_KIND_PUT) return;  // a delete says nothing to the gate
   if (inlet.kind == EventKind::lease && own_lease) return;
-  z_view_string_t key;
-  z_keyexpr_as_view_string(z_sample_keyexpr(sample), &key);
-  const std::string_view text(z_string_data(z_loan(key)), z_string_len(z_loan(key)));
+  const std::string_view source = source_in(inlet.kind, text_of(z_sample_keyexpr(sample)));
   const std::uint64_t received_ns = monotonic_ns();
   const Bytes payload = received_frame.copy(z_sample_payload(sample));
-  (*inlet.handler)({inlet.kind, source_in(inlet.kind, text), payload, received_ns}, nullptr);
+  (*inlet.handler)({inlet.kind, source, payload, received_ns}, nullptr);
 }
 
 void on_query(z_loaned_query_t* query, void* context) {
   take_over(context);
   const Inlet& inlet = *static_cast<const Inlet*>(context);
   const std::uint64_t received_ns = monotonic_ns();
-  QueryAnswer answer(query, inlet.key);
+  const std::string_view asked = text_of(z_query_keyexpr(query));
+  const std::string_view source = source_in(inlet.kind, asked);
+  const std::string key(source.empty() ? std::string_view(inlet.key) : asked);
+  QueryAnswer answer(query, key);
   const Bytes payload = received_frame.copy(z_query_payload(query));
-  (*inlet.handler)({inlet.kind, {}, payload, received_ns}, &answer);
+  (*inlet.handler)({inlet.kind, source, payload, received_ns}, &answer);
 }
 
 /// Set by a callback, waited for by the main thread.
@@ -141,8 +155,8 @@ class ZenohTransport::Session {
     answer(EventKind::arm, keys_.gate_command("arm"));
     answer(EventKind::disarm, keys_.gate_command("disarm"));
     answer(EventKind::reset, keys_.gate_command("reset"));
-    answer(EventKind::claim, keys_.gate_command("claim"));
-    answer(EventKind::release, keys_.gate_command("release"));
+    answer(EventKind::claim, keys_.every_claim());
+    answer(EventKind::release, keys_.every_release());
     answer(EventKind::status, keys_.gate_status());
   }
 

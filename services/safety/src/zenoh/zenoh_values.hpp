@@ -119,7 +119,8 @@ class SafePublisher {
   Publisher with_next_;
 };
 
-/// Answers on the queryable's own key: the query's may be a wildcard.
+/// Answers on the queryable's own key, for the query's may be a wildcard; or on the query's, which
+/// names a source.
 class QueryAnswer final : public Answer {
  public:
   QueryAnswer(const z_loaned_query_t* query, const std::string& key) : query_(query), key_(key) {}

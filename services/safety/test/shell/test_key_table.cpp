@@ -15,6 +15,12 @@ namespace {
 
 using Builder = std::function<std::string(const KeyTable&, const std::string&)>;
 
+// A key of a family: its last chunk is a wildcard.
+std::string family_of(std::string family, const std::string& name) {
+  family.pop_back();
+  return family + name;
+}
+
 // The gate's part of the shared table; the other keys are none of its business.
 const std::map<std::string, Builder> kBuilders = {
     {"joints", [](const KeyTable& k, const std::string&) { return k.joints(); }},
@@ -26,6 +32,10 @@ const std::map<std::string, Builder> kBuilders = {
     {"gate_status", [](const KeyTable& k, const std::string&) { return k.gate_status(); }},
     {"stop", [](const KeyTable& k, const std::string&) { return k.stop(); }},
     {"gate_command", [](const KeyTable& k, const std::string& a) { return k.gate_command(a); }},
+    {"claim",
+     [](const KeyTable& k, const std::string& a) { return family_of(k.every_claim(), a); }},
+    {"release",
+     [](const KeyTable& k, const std::string& a) { return family_of(k.every_release(), a); }},
     {"hal_status", [](const KeyTable& k, const std::string&) { return k.hal_status(); }},
     {"every_heartbeat", [](const KeyTable& k, const std::string&) { return k.every_heartbeat(); }},
     {"alive", [](const KeyTable& k, const std::string& a) { return k.alive(a); }},

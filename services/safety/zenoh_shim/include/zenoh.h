@@ -194,8 +194,9 @@ void z_closure_query_drop(z_moved_closure_query_t* this_);
 z_result_t z_declare_queryable(const z_loaned_session_t* session, z_owned_queryable_t* queryable,
                                const z_loaned_keyexpr_t* key, z_moved_closure_query_t* callback,
                                const z_queryable_options_t* options);
+const z_loaned_keyexpr_t* z_query_keyexpr(const z_loaned_query_t* this_);
 const z_loaned_bytes_t* z_query_payload(const z_loaned_query_t* this_);  // NULL if there is none
-// Reply on the queryable's own key: the query's may be a wildcard.
+// The query's own key may be a wildcard; a reply's is none.
 z_result_t z_query_reply(const z_loaned_query_t* this_, const z_loaned_keyexpr_t* key,
                          z_moved_bytes_t* payload, const z_query_reply_options_t* options);
 z_result_t z_query_reply_err(const z_loaned_query_t* this_, z_moved_bytes_t* payload,

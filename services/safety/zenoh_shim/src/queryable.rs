@@ -63,6 +63,12 @@ pub unsafe extern "C" fn z_queryable_drop(this: *mut Owned<Queryable<()>>) {
 }
 
 #[no_mangle]
+pub unsafe extern "C" fn z_query_keyexpr(this: *const Query) -> *const KeyExpr<'static> {
+    this.as_ref()
+        .map_or(ptr::null(), |query| query.key_expr())
+}
+
+#[no_mangle]
 pub unsafe extern "C" fn z_query_payload(this: *const Query) -> *const ZBytes {
     this.as_ref()
         .and_then(Query::payload)
