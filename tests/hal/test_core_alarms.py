@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from fairlead.messages import Acted, Hold
-from tests.hal.gate_messages import EPOCH, MS, chunk, executed, grant, lease, stop
+from fairlead.messages import Acted, Hold, SafeChunk
+from tests.hal.gate_messages import EPOCH, MS, SESSION, chunk, executed, grant, lease, stop
 from tests.hal.realtime_hal import RealtimeHal
 
 STOPPED = Acted(hold=Hold.STOPPED, verdict_id=0, row=0)
@@ -45,12 +45,36 @@ def test_a_second_live_gate_holds_every_part_and_demands_one_stop(hal: RealtimeH
     assert hal.core.on_lease(lease(2, 9), 251 * MS) == "lease of a second live gate"
     hal.core.on_lease(lease(2, 1, [grant(1000)], epoch=EPOCH + 1), 251 * MS)
     assert hal.step(at_ms=100) == (STOPPED, STOPPED)
-    details = f"epoch {EPOCH + 1:x} is followed, epoch {EPOCH:x} is alive"
+    details = (
+        f"lease 2 of epoch {EPOCH:x}, session {SESSION:x}, is not of the gate that sent lease 1 "
+        f"of epoch {EPOCH + 1:x}"
+    )
     assert hal.core.demanded_stops == (("two gates", details),)
     hal.core.on_stop_raised("two gates", stop(5))
     hal.core.on_lease(lease(3, 9), 300 * MS)
     assert len(hal.core.demanded_stops) == 0
     assert [held.stop_id for held in hal.core.held_stops] == [5]
+
+
+@pytest.mark.parametrize(
+    ("forged", "what"),
+    [
+        (chunk(12, 9, session=SESSION + 1), f"verdict 12 of epoch {EPOCH:x}, session 1b5a"),
+        (chunk(10, 4), f"verdict 10 of epoch {EPOCH:x}, session 1b59"),
+    ],
+)
+def test_rows_that_the_gate_cannot_have_sent_hold_every_part_and_are_named(
+    hal: RealtimeHal, forged: SafeChunk, what: str
+) -> None:
+    hal.core.on_safe_chunk(chunk(10, first_tick=1, horizon=9))
+    hal.grant()
+    hal.core.on_safe_chunk(chunk(10, first_tick=1, horizon=9))  # the same, once more
+    assert hal.step()[0] == executed(10, 0)
+    assert hal.core.on_safe_chunk(forged) == "chunk of a second live gate"
+    hal.grant()
+    assert hal.step() == (STOPPED, STOPPED)
+    details = f"{what}, is not of the gate that sent lease 1 of epoch {EPOCH:x}"
+    assert hal.core.demanded_stops == (("two gates", details),)
 
 
 def test_bytes_on_the_stop_key_that_are_no_stop_hold_every_part(hal: RealtimeHal) -> None:

@@ -235,7 +235,7 @@ def test_two_live_gates_stop_the_robot_and_the_status_names_them(running: Runnin
         assert time.monotonic() < left_at + 20, "waited 20 s"
         wait_until(lambda: len(running.states) > ticks)  # noqa: B023
     assert time.monotonic() - left_at > 0.25
-    assert "(two gates: epoch 2a is followed, epoch 29 is alive)" in running.status().detail
+    assert "epoch 29, session 1b59, is not of the gate that sent" in running.status().detail
     wait_until(lambda: len(running.stops) > 1)  # repeated until a lease lists it
     assert len({stop.stop_id for stop in running.stops}) == 1
 

@@ -26,12 +26,43 @@ def test_a_higher_lease_seq_of_the_epoch_is_followed(follower: LeaseFollower) ->
 
 @pytest.mark.parametrize("seq", [1, 2])
 def test_an_equal_or_lower_lease_seq_is_not(follower: LeaseFollower, seq: int) -> None:
-    assert follow(follower, lease(2, 1), lease(seq, 5)) == ["", "lease not newer"]
+    assert follow(follower, lease(2, 1), lease(seq, 1)) == ["", "lease not newer"]
+
+
+@pytest.mark.parametrize(
+    ("late", "at_ms", "refused"),
+    [
+        (lease(4, 7), 9000, "lease not newer"),  # followed, and sent once more
+        (lease(4, 7, [grant(9)]), 100, SECOND_GATE),
+        (lease(5, 8), 350, "lease not newer"),  # overtaken by number 9
+        (lease(5, 8), 351, SECOND_GATE),
+        (lease(5, 9), 350, "lease not newer"),
+        (lease(5, 10), 100, SECOND_GATE),
+        (lease(2, 7), 250, "lease not newer"),  # overtaken by number 4
+        (lease(2, 7), 251, SECOND_GATE),
+    ],
+)
+def test_with_a_number_that_it_has_passed_the_gate_says_nothing_new_and_knows_no_later_tick(
+    follower: LeaseFollower, late: Lease, at_ms: int, refused: str
+) -> None:
+    follower.offer(lease(4, 7), now_ns=0)
+    follower.offer(lease(9, 9), now_ns=100 * MS)
+    follower.offer(lease(10, 9), now_ns=350 * MS)
+    assert follower.offer(late, at_ms * MS) == refused
+    assert follower.newest == (late if refused == SECOND_GATE else lease(10, 9))
 
 
 def test_a_lease_of_another_session_is_never_followed(follower: LeaseFollower) -> None:
     assert follow(follower, lease(1, 1, session=SESSION + 1)) == ["lease of another session"]
     assert follower.newest is None
+
+
+def test_a_gate_that_follows_this_session_turns_to_no_other_but_may_start_anew(
+    follower: LeaseFollower,
+) -> None:
+    follow(follower, lease(1, 1))
+    refused = follow(follower, lease(2, 1, session=SESSION + 1), lease(1, 0, session=0))
+    assert refused == [SECOND_GATE, "lease of another session"]
 
 
 def test_a_new_epoch_is_followed_from_any_lease_seq(follower: LeaseFollower) -> None:
@@ -41,25 +72,26 @@ def test_a_new_epoch_is_followed_from_any_lease_seq(follower: LeaseFollower) -> 
 
 def test_an_epoch_once_left_is_never_followed_again(follower: LeaseFollower) -> None:
     follow(follower, lease(1, 1), lease(1, 1, epoch=EPOCH + 1))
-    assert follow(follower, lease(999, 99)) == ["lease of an epoch already left"]
+    assert follow(follower, lease(999, 1)) == ["lease of an epoch already left"]
     assert follower.epoch == EPOCH + 1
 
 
 @pytest.mark.parametrize(
-    ("seq", "at_ms", "refused"),
+    ("seq", "tick", "at_ms", "refused"),
     [
-        (6, 1251, SECOND_GATE),
-        (6, 1250, LEFT),  # may be late
-        (5, 9000, LEFT),  # the one it was left at, once more
-        (4, 9000, LEFT),
+        (6, 1, 1251, SECOND_GATE),
+        (6, 1, 1250, LEFT),  # may be late
+        (6, 2, 1250, SECOND_GATE),  # knows more than it could
+        (5, 99, 9000, LEFT),  # the one it was left at, once more
+        (4, 99, 9000, LEFT),
     ],
 )
 def test_a_new_lease_of_an_epoch_left_long_ago_is_of_a_second_live_gate(
-    follower: LeaseFollower, seq: int, at_ms: int, refused: str
+    follower: LeaseFollower, seq: int, tick: int, at_ms: int, refused: str
 ) -> None:
     follower.offer(lease(5, 1), now_ns=0)
     follower.offer(lease(1, 1, epoch=EPOCH + 1), now_ns=1000 * MS)
-    assert follower.offer(lease(seq, 99), at_ms * MS) == refused
+    assert follower.offer(lease(seq, tick), at_ms * MS) == refused
     assert follower.epoch == EPOCH + 1
 
 

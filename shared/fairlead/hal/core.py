@@ -17,6 +17,7 @@ from typing import Literal
 from fairlead.hal.backend import PartCommand
 from fairlead.hal.claims import ClaimRows, ClaimTable, ReleasedChunk, decode_released
 from fairlead.hal.lease_follower import LEASE_LIFE_NS, SECOND_GATE, LeaseFollower
+from fairlead.hal.one_gate import OneGate, foreign
 from fairlead.hal.stop_register import StopRegister
 from fairlead.messages import (
     HELD,
@@ -53,6 +54,8 @@ class Wait:
 
 Pacing = Literal["realtime", "lockstep"]
 
+FORGED_CHUNK = "chunk of a second live gate"
+
 
 class HalCore:
     """Takes SafeChunks, leases and stops in any order; answers one plan per tick.
@@ -79,6 +82,7 @@ class HalCore:
         self._lease = LeaseFollower(session)
         self._stops = StopRegister()
         self._claims = ClaimTable()
+        self._gate = OneGate(session, self._lease, self._claims)
         self._acted: tuple[Acted, ...] = (HELD,) * part_count
         self._tick = 0
         self._resetting = False
@@ -114,10 +118,10 @@ class HalCore:
 
     def on_lease(self, lease: Lease, now_ns: int) -> str:
         """Follow a lease received at ``now_ns`` (own monotonic clock)."""
+        followed = self._lease.newest
         refused = self._lease.offer(lease, now_ns)
         if refused == SECOND_GATE:
-            epochs = f"epoch {self._lease.epoch:x} is followed, epoch {lease.epoch:x} is alive"
-            self._stops.demand("two gates", epochs)
+            self._stops.demand("two gates", foreign(f"lease {lease.lease_seq}", lease, followed))
         if refused:
             return refused
         self._stops.on_lease(lease)
@@ -132,6 +136,10 @@ class HalCore:
         Raises:
             MessageError: if the chunk does not fit the robot's parts, modes or joints.
         """
+        if self._gate.cannot_send(message):
+            what = f"verdict {message.verdict_id}"
+            self._stops.demand("two gates", foreign(what, message, self._lease.newest))
+            return FORGED_CHUNK
         if message.session != self._session:
             return "chunk of another session"
         if self._lease.has_left(message.epoch):

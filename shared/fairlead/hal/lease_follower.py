@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from dataclasses import dataclass
 
 from fairlead.messages import GateState, Grant, Lease
@@ -10,7 +11,10 @@ LEASE_LIFE_NS = 75_000_000
 """Realtime: a lease received longer ago than this grants nothing (three lost in a row)."""
 
 LATE_LEASE_NS = 250_000_000
-"""A new lease of an epoch left longer ago than this was not late: its gate is still alive."""
+"""A lease overtaken longer ago than this was not late: another gate has just sent it."""
+
+FOLLOWED_LEASES = 256
+"""At most so many of an epoch are remembered, to compare others of the same number with."""
 
 OTHER_SESSION = "lease of another session"
 SECOND_GATE = "lease of a second live gate"
@@ -20,6 +24,7 @@ SECOND_GATE = "lease of a second live gate"
 class _LeftEpoch:
     lease_seq: int  # the newest one that was followed
     at_ns: int
+    tick: int  # of the lease that ended it
 
 
 class LeaseFollower:
@@ -27,8 +32,12 @@ class LeaseFollower:
 
     An epoch once left is never followed again. A lease of a new epoch that knows less of
     this robot than the newest one is a late copy of a skipped epoch, and is ignored too.
-    One gate never speaks for an epoch again after it began another one, so new leases of
-    an epoch left long ago mean that a second gate is alive (`SECOND_GATE`).
+
+    What one gate never does tells that a second one, or a forger, is alive (`SECOND_GATE`): it
+    says two things under one number; with a number or epoch that it has passed it knows a later
+    tick, or speaks long after; it turns from this session to another. Within an epoch such a lease
+    is followed all the same: a stop holds everything, and if it was the gate that was overtaken, it
+    can list that stop.
 
     Args:
         session: the HAL's own session; leases for any other are ignored.
@@ -39,6 +48,7 @@ class LeaseFollower:
         self._newest: Lease | None = None
         self._received_ns = 0
         self._left_epochs: dict[int, _LeftEpoch] = {}
+        self._followed: deque[tuple[Lease, int]] = deque(maxlen=FOLLOWED_LEASES)  # newest last
 
     @property
     def newest(self) -> Lease | None:
@@ -64,25 +74,49 @@ class LeaseFollower:
         """Whether this epoch was followed once and is over."""
         return epoch in self._left_epochs
 
+    def ended_before(self, epoch: int, tick: int) -> bool:
+        """Whether an epoch is over whose gate cannot have known this tick."""
+        left = self._left_epochs.get(epoch)
+        return left is not None and tick > left.tick
+
     def offer(self, lease: Lease, now_ns: int) -> str:
         """Take a lease. Returns "" if it is now the newest, else why it is not."""
         newest = self._newest
         if lease.session != self._session:
-            return OTHER_SESSION
+            # 0: of a gate that has just started.
+            return SECOND_GATE if newest is not None and lease.session else OTHER_SESSION
         left = self._left_epochs.get(lease.epoch)
         if left is not None:
-            is_new = lease.lease_seq > left.lease_seq and now_ns - left.at_ns > LATE_LEASE_NS
+            is_late = now_ns - left.at_ns <= LATE_LEASE_NS and lease.state_tick <= left.tick
+            is_new = lease.lease_seq > left.lease_seq and not is_late
             return SECOND_GATE if is_new else "lease of an epoch already left"
         if newest is not None and lease.epoch == newest.epoch:
             if lease.lease_seq <= newest.lease_seq:
-                return "lease not newer"
+                if self._may_be_late(lease, now_ns):
+                    return "lease not newer"
+                self._followed.clear()
+                self._follow(lease, now_ns)
+                return SECOND_GATE
         elif newest is not None:
             if lease.state_tick < newest.state_tick:
                 return "lease of a skipped epoch"
-            self._left_epochs[newest.epoch] = _LeftEpoch(newest.lease_seq, now_ns)
+            left = _LeftEpoch(newest.lease_seq, now_ns, lease.state_tick)
+            self._left_epochs[newest.epoch] = left
+            self._followed.clear()
+        self._follow(lease, now_ns)
+        return ""
+
+    def _follow(self, lease: Lease, now_ns: int) -> None:
         self._newest = lease
         self._received_ns = now_ns
-        return ""
+        self._followed.append((lease, now_ns))
+
+    def _may_be_late(self, lease: Lease, now_ns: int) -> bool:
+        """Whether the gate that is followed can have sent a lease with a number it has passed."""
+        followed, at_ns = next(one for one in self._followed if one[0].lease_seq >= lease.lease_seq)
+        if followed.lease_seq == lease.lease_seq:
+            return followed == lease
+        return lease.state_tick <= followed.state_tick and now_ns - at_ns <= LATE_LEASE_NS
 
     def is_fresh(self, now_ns: int) -> bool:
         """Realtime: whether the newest lease was received within its life."""
