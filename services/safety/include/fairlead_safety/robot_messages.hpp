@@ -28,6 +28,7 @@ struct Acted {
   std::uint64_t verdict_id = 0;
   std::uint32_t row = 0;
   FAIRLEAD_FIELDS(hold, verdict_id, row)
+  friend bool operator==(const Acted&, const Acted&) = default;
 };
 
 /// Two holds match whatever their reasons; rows match if verdict and row do.

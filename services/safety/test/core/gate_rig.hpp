@@ -148,6 +148,13 @@ class GateRig {
     send_frame(EventKind::candidate, builder.frame(), key_source);
     return verdict();
   }
+  /// An act that the gate remembers nothing of: of a verdict that released no row.
+  Acted forgotten_row() {
+    ChunkBuilder strangers = chunk();
+    --seq;
+    strangers.chunk.claim_id = 0;
+    return Acted{0, send_chunk(strangers).verdict_id, 0};
+  }
   void send_heartbeat() { send(EventKind::heartbeat, Heartbeat{claim_id}, "runner"); }
   void reset(std::uint64_t id) { send(EventKind::reset, Reset{"test", id}); }
   std::uint64_t epoch = 0;

@@ -264,7 +264,7 @@ TEST_CASE("G026 nobody knows the goal beside a switch whose row nobody remembers
     rig.begin(rig.rows(2, 1.0, 0.5 * turn));
     rig.act();
     rig.send_heartbeat();
-    const Acted told{0, rig.safe.verdict_id + other, 1};
+    const Acted told = other == 0 ? row_of(rig.safe, 1) : rig.forgotten_row();
     rig.next_tick_of({row_of(rig.safe, 1), no_row, no_row, told});
     CHECK(rig.code() == (other == 0 ? 0 : 26));
     rig.hold();

@@ -3,6 +3,7 @@
 
 #include <doctest/doctest.h>
 
+#include <utility>
 #include <vector>
 
 #include "chunk_builder.hpp"
@@ -35,14 +36,16 @@ struct Robot {
     return status;
   }
   News announce(std::uint64_t session) { return link.take_status(status(session)); }
-  void state(std::uint64_t tick, std::uint64_t now_ns) {
+  void state(std::uint64_t tick, std::uint64_t now_ns) { link.take_state(message(tick), now_ns); }
+  JointState message(std::uint64_t tick) const {
     JointState message;
     message.session = link.session();
     message.tick = tick;
     message.positions = view(positions);
     message.velocities = view(velocities);
     message.efforts = view(efforts);
-    link.take_state(message, now_ns);
+    (void)message.acted.push_back(Acted{});
+    return message;
   }
   static NumberView view(const std::vector<double>& numbers) {
     return NumberView(Bytes(reinterpret_cast<const std::uint8_t*>(numbers.data()),
@@ -87,6 +90,25 @@ TEST_CASE("a state is copied whole, and heard") {
   robot.link.note_heard(3'010 * ms);
   CHECK(robot.link.heard_ns() == 3'010 * ms);
   CHECK(robot.link.arrival_ns() == 3'000 * ms);
+}
+
+TEST_CASE("a state is repeated in every number, in what acted and in its episode") {
+  Robot robot;
+  robot.announce(first);
+  robot.state(41, 3'000 * ms);
+  const JointState same = robot.message(41);
+  CHECK(robot.link.repeats(same));
+  for (auto* numbers : {&robot.positions, &robot.velocities, &robot.efforts}) {
+    const double before = std::exchange(numbers->back(), 9.0);
+    CHECK_FALSE(robot.link.repeats(robot.message(41)));
+    numbers->back() = before;
+  }
+  JointState other = same;
+  other.episode_tick = 1;
+  CHECK_FALSE(robot.link.repeats(other));
+  other = same;
+  other.acted[0].row = 1;
+  CHECK_FALSE(robot.link.repeats(other));
 }
 
 TEST_CASE("another session is followed when it shows a state while the present one is silent") {

@@ -53,7 +53,7 @@ TEST_CASE("G021 the row that acted is forgotten: refused, not judged as a stands
   GateRig rig(true);
   rig.ready();
   rig.send_chunk(rig.chunk({0.5, 0.5, 0.5}));
-  rig.next_tick(Acted{0, 12345, 0});  // a verdict the gate never gave
+  rig.next_tick(rig.forgotten_row());
   CHECK(rig.verdict().code == 21);
   CHECK(rig.verdict().axis == "acted");
   CHECK(decision(rig) == number(Decision::hold));

@@ -110,7 +110,7 @@ TEST_CASE("G025 a mode lasts beyond the claim that commanded it") {
 
 TEST_CASE("G025 after a row that nobody remembers only a mode passes that may follow every one") {
   OneWay rig(true);
-  rig.next_tick_of({hold, hold, Acted{0, 12345, 0}, hold});  // a verdict the gate never gave
+  rig.next_tick_of({hold, hold, rig.forgotten_row(), hold});
   rig.next_tick(hold);
   CHECK(rig.send_chunk(rig.speed()).code == 25);  // may not follow body_twist
   CHECK(rig.send_chunk(rig.twist()).code == 0);   // may follow itself and joint_velocity

@@ -65,7 +65,7 @@ TEST_CASE("G006 five within 20 ticks are those of the newest tick and of the 19 
 TEST_CASE("G021 after an act that nobody knows: the first row that is not past is at fault") {
   GateRig rig(true);
   rig.ready();
-  rig.next_tick(Acted{0, 4711, 0});
+  rig.next_tick(rig.forgotten_row());
   ChunkBuilder chunk = rig.chunk({0.1, 0.1, 0.1, 0.1});
   chunk.chunk.start_tick -= 2;
   const Verdict verdict = rig.send_chunk(chunk);
@@ -80,7 +80,7 @@ TEST_CASE("realtime: after an act that nobody knows nothing later than this tick
   rig.ready();
   REQUIRE(rig.send_chunk(rig.chunk(Row(8, 0.1))).code == 0);
   rig.next_tick(Acted{1, 0, 0});
-  rig.next_tick(Acted{0, 4711, 0});
+  rig.next_tick(rig.forgotten_row());
   CHECK(rig.verdict().outcome == 2);
   CHECK(rig.lease().grants[0].until_tick == rig.tick);
 }

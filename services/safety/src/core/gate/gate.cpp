@@ -48,8 +48,8 @@ class Gate::Core {
   Candidates candidates_{limits_, hal_, claims_, machine_, judge_, door_, outbox_};
 
   // What else is said to the gate, and what it says.
-  RobotEvents robot_{limits_,  hal_,  claims_,   history_,    stopping_, motion_,
-                     machine_, rows_, releases_, candidates_, outbox_};
+  RobotEvents robot_{limits_,  hal_,  claims_, history_,  stopping_,   motion_,
+                     machine_, rows_, door_,   releases_, candidates_, outbox_};
   Publisher publisher_{limits_, hal_, claims_, rows_, machine_, outbox_};
   Queries queries_{limits_, hal_,     claims_, history_,   self_,
                    motion_, machine_, robot_,  publisher_, outbox_};

@@ -117,6 +117,14 @@ Text HalLink::find_mismatch(const HalStatus& status) const {
              : joints;
 }
 
+bool HalLink::repeats(const JointState& message) const {
+  for (std::size_t i = 0; i < state_.count; ++i)
+    if (message.positions[i] != state_.positions[i] ||
+        message.velocities[i] != state_.velocities[i] || message.efforts[i] != state_.efforts[i])
+      return false;
+  return message.episode_tick == episode_tick_ && message.acted == state_.acted;
+}
+
 void HalLink::take_state(const JointState& message, std::uint64_t now_ns) {
   // An episode begins somewhere else, without a motion that led there.
   const bool same_episode = has_state_ && message.episode_tick == episode_tick_;

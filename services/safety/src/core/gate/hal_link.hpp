@@ -42,6 +42,8 @@ class HalLink {
 
   /// Copy a state that has passed check_state and has a newer tick than the last.
   void take_state(const JointState& message, std::uint64_t now_ns);
+  /// Whether a state of the newest tick says what the one that was taken did.
+  [[nodiscard]] bool repeats(const JointState& message) const;
   /// The newest tick that a HAL in realtime can have reached, by when its last states arrived.
   /// Several are looked at, because one of them may itself have been late.
   [[nodiscard]] std::uint64_t newest_possible(std::uint64_t now_ns) const;

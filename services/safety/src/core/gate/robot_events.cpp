@@ -62,6 +62,38 @@ std::uint64_t RobotEvents::receipt_of(const Event& event) const {
   return std::min(event.received_ns, outbox_.now_ns);
 }
 
+// One HAL's ticks rise, and it says one thing of each. Few states may be late: a link keeps their
+// order.
+bool RobotEvents::is_anothers() {
+  constexpr std::size_t few = 5;
+  constexpr std::uint64_t window_ticks = 20;
+  if (!hal_.has_state() || joint_state_.tick > hal_.tick()) return false;
+  if (joint_state_.tick == hal_.tick()) return !hal_.repeats(joint_state_);
+  overtaken_.add(hal_.tick());
+  return overtaken_.count(hal_.tick(), window_ticks) > few;
+}
+
+// Which of the two is the HAL nobody can tell, so nothing may move.
+void RobotEvents::stop_for_another() {
+  outbox_.count(code::session);
+  machine_.note_bad_state();
+  if (!machine_.is_armed()) return;
+  machine_.hold_stop(
+      machine_.new_id(),
+      phrase("two HALs publish for this robot: a second state of tick ", joint_state_.tick,
+             " of session ", Hex{joint_state_.session}, "; the newest is of tick ", hal_.tick()));
+}
+
+// The HAL executes what it takes for this gate's.
+Text RobotEvents::forged_row() const {
+  const FixedVec<Acted, max_parts>& acted = hal_.state().acted;
+  for (std::size_t i = 0; i < acted.size(); ++i)
+    if (acted[i].hold == 0 && !door_.has_answered(acted[i].verdict_id))
+      return phrase("two gates serve this robot: ", limits_.parts[i].name, " executed verdict ",
+                    acted[i].verdict_id, ", which this one did not send");
+  return {};
+}
+
 void RobotEvents::on_joint_state(const Event& event) {
   if (decode(event.payload, joint_state_) != FrameFault::none) return outbox_.count(code::frame);
   // G002 for states: another session's or another robot's say nothing about this one. Ignored all
@@ -74,7 +106,11 @@ void RobotEvents::on_joint_state(const Event& event) {
     if (joint_state_.session == hal_.rival()) counted_rival_ = joint_state_.session;
     return;
   }
-  if (joint_state_.tick == 0 || joint_state_.tick < hal_.tick()) return;  // overtaken on the way
+  if (joint_state_.tick == 0) return;
+  if (joint_state_.tick < hal_.tick()) {  // overtaken on the way
+    if (is_anothers()) stop_for_another();
+    return;
+  }
   if (!hal_.has_state() && joint_state_.tick > hal_.newest_first()) return refuse_first();
   Evidence evidence = check_state(limits_, joint_state_);
   if (evidence.ok()) evidence = check_leap(joint_state_.tick);
@@ -82,6 +118,7 @@ void RobotEvents::on_joint_state(const Event& event) {
     machine_.note_bad_state();
     return machine_.raise_stop(evidence);
   }
+  if (is_anothers()) return stop_for_another();
   machine_.note_good_state();
   outbox_.lease_due = true;
   hal_.note_heard(receipt_of(event));
@@ -101,6 +138,7 @@ void RobotEvents::on_new_tick(std::uint64_t received_ns) {
   stopping_.see(claims_, history_, machine_.is_armed(), outbox_.now_ns);
   machine_.check_ramps();
   if (!machine_.is_armed()) return history_.forget_held(hal_.state());
+  if (const Text forged = forged_row(); !forged.empty()) return machine_.latch(forged);
   const Evidence moved = motion_.check(before, hal_.state(), claims_);
   if (!moved.ok()) return machine_.raise_stop(moved);
   history_.update(before, hal_.state(), claims_);
@@ -188,7 +226,7 @@ void RobotEvents::on_stop_level(Bytes frame) {
 void RobotEvents::on_lease(Bytes frame) {
   if (decode(frame, heard_lease_) != FrameFault::none) return outbox_.count(code::frame);
   if (machine_.leases().holds(heard_lease_)) return;
-  machine_.note_bad_state();  // while latched: the cause is still there
+  machine_.note_foreign_lease();
   if (!machine_.is(GateState::latched))
     machine_.latch(phrase("two gates serve this robot: lease ", heard_lease_.lease_seq,
                           " of epoch ", Hex{heard_lease_.epoch}, ", which this one did not send"));

@@ -15,8 +15,8 @@ class RobotEvents {
   /// All must outlive it.
   RobotEvents(const Limits& limits, HalLink& hal, ClaimTable& claims, PartHistory& history,
               StopMonitor& stopping, MotionMonitor& motion, StateMachine& machine,
-              const ActingRows& rows, LiveReleases& releases, Candidates& candidates,
-              Outbox& outbox)
+              const ActingRows& rows, const Door& door, LiveReleases& releases,
+              Candidates& candidates, Outbox& outbox)
       : limits_(limits),
         hal_(hal),
         claims_(claims),
@@ -25,6 +25,7 @@ class RobotEvents {
         motion_(motion),
         machine_(machine),
         rows_(rows),
+        door_(door),
         releases_(releases),
         candidates_(candidates),
         outbox_(outbox) {}
@@ -42,6 +43,9 @@ class RobotEvents {
   void on_new_tick(std::uint64_t received_ns);
   void on_session_news(HalLink::News news);
   void on_rival_state();
+  bool is_anothers();
+  void stop_for_another();
+  [[nodiscard]] Text forged_row() const;
   void refuse_first();
   Evidence check_leap(std::uint64_t tick);
   void note_unmoved_joints();
@@ -57,12 +61,14 @@ class RobotEvents {
   MotionMonitor& motion_;
   StateMachine& machine_;
   const ActingRows& rows_;
+  const Door& door_;
   LiveReleases& releases_;
   Candidates& candidates_;
   Outbox& outbox_;
 
   Text status_fault_;
   std::uint64_t counted_rival_ = 0;  // G002: the announced session whose state was counted
+  TickWindow<16> overtaken_;         // states older than the newest
   bool said_first_ = false;          // that this session's first state cannot be
   std::array<bool, max_measured> said_outside_{};  // which joints were outside their limits
 

@@ -42,6 +42,11 @@ std::uint64_t StateMachine::new_id() {
 void StateMachine::begin_epoch() {
   epoch_ = new_id();
   leases_.begin_epoch(epoch_);
+  heard_foreign_lease_ = false;
+}
+
+void StateMachine::leave_overtaken_epoch() {
+  if (heard_foreign_lease_) begin_epoch();
 }
 
 void StateMachine::set_state(GateState state, const Text& cause) {
@@ -147,6 +152,7 @@ void StateMachine::latch(const Text& cause) {
   begin_ramps();
   end_claims("the gate latched");
   latch_id_ = new_id();
+  leave_overtaken_epoch();
   good_states_ = 0;
   outbox_.persist_latch_due = true;
   set_state(GateState::latched, phrase("latched: ", cause));
@@ -154,6 +160,7 @@ void StateMachine::latch(const Text& cause) {
 
 void StateMachine::clear_latch() {
   latch_id_ = 0;
+  leave_overtaken_epoch();
   outbox_.out->add(OutputKind::clear_latch);
 }
 

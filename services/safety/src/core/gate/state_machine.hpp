@@ -36,6 +36,12 @@ class StateMachine {
   [[nodiscard]] std::uint64_t good_states() const { return good_states_; }
   /// The next lease to send. Any that this does not hold is another gate's.
   SentLeases& leases() { return leases_; }
+  /// A lease that this gate did not send. Whoever followed it takes its own numbers for old ones,
+  /// so latch and reset each begin a new epoch.
+  void note_foreign_lease() {
+    heard_foreign_lease_ = true;
+    note_bad_state();  // while latched: the cause is still there
+  }
   [[nodiscard]] std::uint64_t new_id();
 
   void boot(const BootInfo& info);
@@ -75,6 +81,7 @@ class StateMachine {
   void set_state(GateState state, const Text& cause);
   void become_disarmed(const Text& cause);
   void begin_epoch();
+  void leave_overtaken_epoch();
   void begin_ramps();
   void ignore_copy(std::uint64_t id);
   void latch_unstopped(const Evidence& evidence);
@@ -92,6 +99,7 @@ class StateMachine {
   Text cause_ = "starting";
   std::uint64_t epoch_ = 0;
   SentLeases leases_;
+  bool heard_foreign_lease_ = false;  // in this epoch
   StopBook stops_;
   std::uint64_t latch_id_ = 0;
   std::uint64_t good_states_ = 0;

@@ -24,7 +24,13 @@ class Door {
         rows_(rows),
         machine_(machine),
         outbox_(outbox),
+        first_verdict_(first_verdict),
         next_verdict_(first_verdict) {}
+
+  /// Whether this gate ever gave a verdict of that id.
+  [[nodiscard]] bool has_answered(std::uint64_t verdict_id) const {
+    return verdict_id >= first_verdict_ && verdict_id < next_verdict_;
+  }
 
   /// A new chunk of a live claim has been judged.
   void answer(LiveClaim& claim, const ActionChunk& chunk, Bytes frame, const Judgement& judgement,
@@ -57,6 +63,7 @@ class Door {
   const ActingRows& rows_;
   const StateMachine& machine_;
   Outbox& outbox_;
+  const std::uint64_t first_verdict_;
   std::uint64_t next_verdict_;
 };
 
