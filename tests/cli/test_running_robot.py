@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import getpass
 import json
 import os
 import signal
+import socket
 import subprocess
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -85,7 +87,11 @@ def test_a_robot_is_started_watched_run_and_stopped(start_up: Callable[[str], Up
     assert max(moved.values()) > MOVED_RAD, moved
 
     logs = up.read("logs", "safety", "--lines", "50")
-    assert any(line.endswith("armed by fairlead run") for line in logs["safety"])
+    who = f"by {getpass.getuser()}@{socket.gethostname()} (fairlead run)"
+    assert any(line.endswith(f"armed {who}") for line in logs["safety"])
+    assert any(line.endswith(f"of runner for {SKILL}, {who}") for line in logs["safety"])
+    logs = up.read("logs", "runner", "--lines", "50")
+    assert any(line.endswith(f"accepted: {SKILL}, {who}") for line in logs["runner"])
     assert up.do("logs", "gate").returncode == 1
 
     stopped = up.do("down")

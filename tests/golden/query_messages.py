@@ -65,6 +65,7 @@ QUERY = {
                 part="base", mode=ControlMode.JOINT_VELOCITY, name="step_limit", value=0.5
             ),
         ),
+        by="ada@lab (fairlead run)",
     ),
     "Claim.empty": Claim(
         source="runner",
@@ -81,7 +82,7 @@ QUERY = {
     "ClaimReply": ClaimReply(claim_id=CLAIM, epoch=EPOCH, session=SESSION),
     "Release": Release(source="runner", claim_id=CLAIM),
     "Release.offer": Release(source="runner", claim_id=CLAIM, offered_to="navigation"),
-    "ResetEpisode": ResetEpisode(seed=19),
+    "ResetEpisode": ResetEpisode(seed=19, by="ada@lab (fairlead run)"),
     "ResetEpisodeReply": ResetEpisodeReply(tick=1020, episode_tick=1012, held_ticks=8),
     "Goal": Goal(
         skill="oracle-counter-to-cabinet",
@@ -89,6 +90,7 @@ QUERY = {
         prompt="put the can into the cabinet",
         deadline_ticks=600,
         stall_timeout_s=30.0,
+        by="ada@lab (fairlead run)",
     ),
     "Goal.defaults": Goal(
         skill="oracle-counter-to-cabinet",

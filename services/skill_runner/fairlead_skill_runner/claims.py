@@ -31,7 +31,7 @@ _FORMER_CLAIM_S = {"realtime": 0.5, "lockstep": 2.5}
 
 
 def claim_request(
-    source: str, skill: SkillManifest, routes: tuple[Route, ...], robot: RobotManifest
+    source: str, skill: SkillManifest, routes: tuple[Route, ...], robot: RobotManifest, by: str
 ) -> Claim:
     """What a skill asks of the gate; the gate checks hashes and period once, here."""
     return Claim(
@@ -48,6 +48,7 @@ def claim_request(
             LimitOverride(part=limit.part, mode=int(limit.mode), name=limit.name, value=limit.value)
             for limit in skill.limits
         ),
+        by=by,
     )
 
 

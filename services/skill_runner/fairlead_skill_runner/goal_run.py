@@ -157,7 +157,9 @@ class GoalRun:
             await asyncio.to_thread(self._admission.require, hal)
             routes = self._admission.routes
             self._phase = "claiming"
-            request = claim_request(around.source, self.skill, routes, self._admission.robot)
+            request = claim_request(
+                around.source, self.skill, routes, self._admission.robot, self._goal.by
+            )
             before = await live_claims(around.bus, around.keys)
             claim = await take_claim(around.bus, around.keys, request, hal.pacing, self._ended)
             return await self._run_claimed(hal, routes, claim, claim.claim_id in before)

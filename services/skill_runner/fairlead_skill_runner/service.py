@@ -160,7 +160,8 @@ class SkillRunner:
             self._hear(skill)
             self._goal = GoalRun(self._around, goal_id, goal, admission, worker)
             self._goal_task = self._tasks.create_task(self._goal.run(), name="goal")
-        self._log.info("goal %016x accepted: %s", goal_id, skill.id)
+        by = f", by {goal.by}" if goal.by else ""
+        self._log.info("goal %016x accepted: %s%s", goal_id, skill.id, by)
         return GoalAccepted(goal_id=goal_id)
 
     def _refuse_while_one_runs(self) -> None:

@@ -100,11 +100,11 @@ def find_certificate(keys: Keys, hosts: Sequence[str], name: str) -> Certificate
     Raises:
         ConfigError: there is none, others could read it, or it cannot be used now.
     """
-    files = [certificates_dir(keys) / host / f"{name}{SUFFIX}" for host in hosts]
-    file = next((one for one in files if one.is_file()), None)
-    if file is None:
+    host = certified_host(keys, hosts, name)
+    file = _file(keys, host or hosts[0], name)
+    if not host:
         raise ConfigError(
-            f"{name}: no certificate {files[0]}; once, on one machine: fairlead certs new FILE, "
+            f"{name}: no certificate {file}; once, on one machine: fairlead certs new FILE, "
             "and copy to each host its folder (docs/hosts.md); or put `access: open` into the "
             "deployment file: then whoever reaches the router may move the robot"
         )
@@ -115,6 +115,15 @@ def find_certificate(keys: Keys, hosts: Sequence[str], name: str) -> Certificate
     if problem:
         raise ConfigError(f"{name}: its certificate {file} {problem}")
     return found
+
+
+def certified_host(keys: Keys, hosts: Sequence[str], name: str) -> str:
+    """The first of the hosts of which this machine has the certificate of that name; "" if none."""
+    return next((host for host in hosts if _file(keys, host, name).is_file()), "")
+
+
+def _file(keys: Keys, host: str, name: str) -> Path:
+    return certificates_dir(keys) / host / f"{name}{SUFFIX}"
 
 
 def every_certificate(keys: Keys) -> list[Certificate]:

@@ -190,6 +190,7 @@ class HalHost:
         self._ticks.set_static(self._episode.first_tick, self._backend.static_transforms())
         self._period.restart(self._clock())
         self._event = f"reset_episode seed {request.seed}"
+        _LOG.info("%s, by %s", self._event, request.by or "somebody")
 
     def _begin_reset(self, core: HalCore) -> ResetEpisode | None:
         """In one step: between the look at the gate and the hold nothing is decided."""

@@ -108,6 +108,7 @@ class Claim(Message, frozen=True, kw_only=True, tag=27):
     horizon_max: U32  # rows per chunk, at most
     age_max_ticks: U32  # from the oldest input to receipt, at most
     limits: tuple[LimitOverride, ...]  # tighter ones; looser are refused
+    by: str = ""  # who asks; may be absent
 
 
 class ClaimReply(Message, frozen=True, kw_only=True, tag=28):

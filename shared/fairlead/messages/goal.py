@@ -17,6 +17,7 @@ class Goal(Message, frozen=True, kw_only=True, tag=32):
     deadline_ticks: U64  # 0: none
     stall_timeout_s: float  # s without released rows, the policy's time not counted
     hand_over_to: str = ""  # runner to whose next goal its claim is offered; may be absent
+    by: str = ""  # who asks; may be absent
 
 
 class GoalAccepted(Message, frozen=True, kw_only=True, tag=33):

@@ -75,6 +75,7 @@ class ResetEpisode(Message, frozen=True, kw_only=True, tag=30):
 
     version: V1 = 1
     seed: U64  # of the new episode
+    by: str = ""  # who asks; may be absent
 
 
 class ResetEpisodeReply(Message, frozen=True, kw_only=True, tag=31):

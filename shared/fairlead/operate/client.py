@@ -55,7 +55,7 @@ class RobotClient:
     Args:
         deployment: whose services.
         bus: an open transport, which stays open; None opens (and `close` closes) a Zenoh session.
-        by: who is asking, for the logs of those who answer.
+        by: the program that asks; services log it behind the person's name.
 
     Raises:
         TransportError: if the session cannot be opened.

@@ -107,7 +107,7 @@ def connect(
     Args:
         deployment: a name as in ``fairlead ps``, a name in compose/, a file; None: the only
             deployment that runs on this machine.
-        by: who is asking, for the logs of those who answer.
+        by: the program that asks; services log it behind the person's name.
         bus: an open transport, which stays open; None: a Zenoh session of its own.
 
     Raises:

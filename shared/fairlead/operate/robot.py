@@ -131,6 +131,7 @@ class Robot(Services):
             deadline_ticks=deadline_ticks,
             stall_timeout_s=stall_timeout_s,
             hand_over_to=hand_over_to,
+            by=self.by,
         )
         goal = RunningGoal(self, choose_runner(self.deployment, skill, runner), skill)
         await goal.start(request)
@@ -163,6 +164,7 @@ class Robot(Services):
             horizon_max=protocol.horizon_max,
             age_max_ticks=protocol.age_max_ticks,
             limits=(),
+            by=self.by,
         )
         return PartClaim(self, self.manifest, request)
 

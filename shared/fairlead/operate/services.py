@@ -27,6 +27,7 @@ from fairlead.messages import (
     ResetEpisodeReply,
     StatusQuery,
 )
+from fairlead.operate.asker import asker
 from fairlead.operate.changes import Changes
 from fairlead.wire.bus import Bus
 from fairlead.wire.on_loop import Reply, ask, call_on
@@ -62,7 +63,7 @@ class Services:
         keys: of this robot.
         bus: the transport; its handlers run on threads of their own.
         gate, hal: names of these two services.
-        by: who is asking, for the logs of those who answer.
+        by: person, host and program that ask, for the logs of those who answer.
     """
 
     def __init__(self, deployment: Deployment, bus: Bus, by: str) -> None:
@@ -71,7 +72,7 @@ class Services:
         self.bus = bus
         self.gate = deployment.only("safety")
         self.hal = deployment.hal
-        self.by = by
+        self.by = asker(deployment, by)
         self._loop = asyncio.get_running_loop()
         self._alive: frozenset[str] = frozenset()
         self._gone: Counter[str] = Counter()
@@ -204,7 +205,7 @@ class Services:
 
     async def reset_episode(self, seed: int) -> ResetEpisodeReply:
         """Start a new simulated episode; refused unless disarmed."""
-        key, request = self.keys.hal_command("reset_episode"), ResetEpisode(seed=seed)
+        key, request = self.keys.hal_command("reset_episode"), ResetEpisode(seed=seed, by=self.by)
         return await self.ask(self.hal, key, request, ResetEpisodeReply, EPISODE_TIMEOUT_S)
 
     async def goal_feedback(self, runner: str) -> GoalFeedback:

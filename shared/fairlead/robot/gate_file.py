@@ -74,7 +74,7 @@ def compile_gate_config(robot: RobotManifest, profile: str) -> str:
         "collision": compiled_shape(capsules, safety.self_collision),
         "workspace": compiled_workspace(safety.workspace),
         "base": compiled_base(safety.base, robot.base_joints),
-        "protocol": safety.protocol.model_dump(),
+        "protocol": safety.protocol.model_dump(exclude_none=True),
     }
     check_capacity(robot, config)
     check_possible(robot, profile, tree)

@@ -193,4 +193,7 @@ PROTOCOL_TESTS: Mapping[str, Enforcement] = {
         "test_candidates",
         "G001 bad frames far apart, on another key, or that do not cite it leave the claim alone",
     ),
+    "second_person_s": core_test(
+        "latch", "test_latch", "where two persons are asked for, one alone does not reset a latch"
+    ),
 }

@@ -186,6 +186,7 @@ struct ProtocolLimits {
   std::uint32_t stuck_ticks = 0;       // G041: ticks of commanded motion without a change
   std::uint32_t stop_ramp_ms = 0;      // G043: told to stop, at standstill within it
   std::uint32_t step_deadline_us = 0;  // G050: a step of the gate itself, in realtime
+  std::uint32_t second_person_s = 0;   // a latch is reset by two persons within it; 0: by one
 };
 
 /// The whole file. The loader fills it; `check_limits` must then find no fault.

@@ -99,6 +99,7 @@ struct LimitOverride {
 
 struct Claim {
   static constexpr std::uint8_t type_id = 27;
+  static constexpr std::size_t optional_fields = 1;
   Name source;
   Name skill;
   Hash skill_hash{};
@@ -109,8 +110,9 @@ struct Claim {
   std::uint32_t horizon_max = 0;
   std::uint32_t age_max_ticks = 0;
   FixedVec<LimitOverride, 64> limits;
+  Text by{};  // the person who asks, for the log
   FAIRLEAD_FIELDS(source, skill, skill_hash, robot_hash, period_ns, parts, chunk_rate_hz,
-                  horizon_max, age_max_ticks, limits)
+                  horizon_max, age_max_ticks, limits, by)
 };
 
 struct ClaimReply {

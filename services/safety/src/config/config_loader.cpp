@@ -166,6 +166,7 @@ ProtocolLimits read_protocol(Section section) {
   protocol.stuck_ticks = count("stuck_ticks");
   protocol.stop_ramp_ms = count("stop_ramp_ms");
   protocol.step_deadline_us = count("step_deadline_us");
+  if (section.has("second_person_s")) protocol.second_person_s = count("second_person_s");
   section.refuse_unknown_keys();
   return protocol;
 }

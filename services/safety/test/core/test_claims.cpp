@@ -100,6 +100,39 @@ TEST_CASE("a claim says who it is for: source, robot, period and skill are check
   CHECK(rig.status().claims.empty());
 }
 
+TEST_CASE("the log names who claims, where the claim says it") {
+  GateRig rig;
+  rig.connect_and_arm();
+  const auto logged = [&rig](const Claim& claim) {
+    rig.send(EventKind::claim, claim);
+    const std::uint64_t id = rig.reply<ClaimReply>().claim_id;
+    const Bytes line = rig.out->payload(rig.out->items()[0]);
+    const std::string text(line.begin(), line.end());
+    rig.send(EventKind::release, Release{"runner", id});
+    return text.substr(22);
+  };
+  Claim claim = rig.claim_request();
+  claim.by = "ada@lab (fairlead run)";
+  CHECK(logged(claim) == " of runner for test-skill, by ada@lab (fairlead run)");
+  claim.by.clear();
+  CHECK(logged(claim) == " of runner for test-skill");
+}
+
+TEST_CASE("who claims is not who claimed before, where a claim does not say it") {
+  GateRig rig;
+  rig.connect_and_arm();
+  Claim claim = rig.claim_request();
+  claim.by = "ada";
+  auto frame = frame_of(claim);
+  rig.send_frame(EventKind::claim, frame);
+  rig.send(EventKind::release, Release{"runner", rig.reply<ClaimReply>().claim_id});
+  frame.resize(frame.size() - 4);  // "ada" and its head
+  --frame[0];                      // one field fewer
+  rig.send_frame(EventKind::claim, frame);
+  const Bytes line = rig.out->payload(rig.out->items()[0]);
+  CHECK(std::string(line.begin(), line.end()).ends_with(" of runner for test-skill"));
+}
+
 TEST_CASE("a held part is refused with the name of its holder; free parts are given") {
   GateRig rig;
   rig.connect_and_arm();

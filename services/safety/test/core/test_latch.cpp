@@ -130,6 +130,55 @@ TEST_CASE("a latch is reset by its id, at standstill, after ten good states, to 
   CHECK(rig.count(OutputKind::refusal) == 1);
 }
 
+TEST_CASE("where two persons are asked for, one alone does not reset a latch") {
+  GateRig rig;
+  rig.limits.protocol.second_person_s = 60;
+  rig.restart(BootInfo{false, false, {}});
+  rig.send_hal_status();
+  for (int i = 0; i < 10; ++i) rig.next_tick();
+  const std::uint64_t id = rig.status().latch_id;
+  const auto asks = [&](const char* by) {
+    rig.send(EventKind::reset, Reset{by, id});
+    return rig.gate->state() == GateState::disarmed;
+  };
+  const auto passes = [&](std::uint64_t time_ns) {
+    rig.now_ns += time_ns;
+    rig.send_state();
+  };
+  CHECK_FALSE(asks("ada@lab (fairlead)"));
+  const std::string text =
+      "ada@lab (fairlead) asked to reset the latch; another person has to ask too, within 60 s";
+  CHECK(rig.refusal().reason == text.c_str());
+  const Text fix = rig.refusal().fix;
+  CHECK(fix == rig.status().fix);
+  CHECK_FALSE(asks("ada@another.host (a program)"));
+  CHECK_FALSE(asks("@lab"));  // nobody
+  CHECK_FALSE(asks("ben"));   // nobody asked before
+  passes(60'000 * ms + 1);
+  CHECK_FALSE(asks("ada"));  // too late: ben's is over
+  passes(60'000 * ms);
+  rig.reset(id + 1);
+  CHECK(rig.refusal().reason.view().ends_with("is held"));
+  CHECK(asks("ben@lab"));
+  CHECK(rig.count(OutputKind::clear_latch) == 1);
+  CHECK(rig.status().cause.view().ends_with("was reset by ada and ben@lab"));
+
+  rig.restart(BootInfo{false, false, {}});
+  rig.send_hal_status();
+  for (int i = 0; i < 10; ++i) rig.next_tick();
+  const std::uint64_t first = rig.status().latch_id;
+  rig.send(EventKind::reset, Reset{"ada", first});
+  Lease foreign;
+  foreign.epoch = 5;
+  rig.send(EventKind::lease, foreign);  // of a second gate: the latch goes on
+  rig.send(EventKind::stop_level, StopLevel{77, "ada", ""});
+  rig.send(EventKind::reset, Reset{"ada", 77});  // a stop takes one person
+  CHECK(rig.reply<Done>().text == "000000000000004d was reset");
+  for (int i = 0; i < 10; ++i) rig.next_tick();
+  rig.send(EventKind::reset, Reset{"ben", first});
+  CHECK(rig.gate->state() == GateState::disarmed);
+}
+
 TEST_CASE(
     "a latch is reset after ten states at standstill: one may be a motion that turns around") {
   GateRig rig = latched_rig();
@@ -204,6 +253,33 @@ TEST_CASE("leases of another gate latch, in any state, and hold the latch while 
   CHECK(rig.gate->state() == GateState::disarmed);
   rig.send(EventKind::lease, foreign);
   CHECK(rig.gate->state() == GateState::latched);
+}
+
+TEST_CASE("the numbers of a foreign lease are left behind: by its latch, and by that one's reset") {
+  GateRig rig;
+  rig.ready();
+  const auto ahead = [&rig] {
+    Lease foreign = rig.lease();
+    foreign.lease_seq += 1000;
+    return foreign;
+  };
+  const Lease foreign = ahead();
+  rig.send(EventKind::lease, foreign);
+  const std::uint64_t latched = rig.lease().epoch;
+  CHECK(latched != foreign.epoch);
+  for (int i = 0; i < 10; ++i) rig.next_tick();
+  rig.reset(rig.status().latch_id);
+  CHECK(rig.lease().epoch == latched);  // in which nobody else spoke
+
+  rig.send(EventKind::lease, ahead());
+  rig.next_tick();
+  rig.send(EventKind::lease, ahead());
+  rig.next_tick();
+  const std::uint64_t overtaken = rig.lease().epoch;
+  for (int i = 0; i < 10; ++i) rig.next_tick();
+  rig.reset(rig.status().latch_id);
+  CHECK(rig.gate->state() == GateState::disarmed);
+  CHECK(rig.lease().epoch != overtaken);
 }
 
 TEST_CASE("hardware: a state folder that was never used boots latched unless that is right") {

@@ -10,6 +10,11 @@ constexpr std::uint64_t good_states_to_reset = 10;
 // A world that waits repeats its state every 100 ms.
 constexpr std::uint64_t lockstep_silence_ms = 500;
 
+// "ada@lab (fairlead)": whoever says so of themselves.
+std::string_view person_of(const Text& by) {
+  return by.view().substr(0, by.view().find_first_of(" @"));
+}
+
 }  // namespace
 
 template <class Message>
@@ -99,13 +104,33 @@ Objection Queries::object_to_latch_reset() const {
   return {};
 }
 
+// Where the profile asks for two, the first is told so, and the latch stays.
+Objection Queries::object_to_one_person(const Reset& request) {
+  const std::uint32_t window_s = limits_.protocol.second_person_s;
+  if (window_s == 0) return {};
+  const std::string_view first = person_of(first_reset_.by);
+  const std::string_view person = person_of(request.by);
+  const bool in_time = outbox_.now_ns - first_reset_ns_ <= window_s * 1'000'000'000ULL;
+  const bool is_second = first_reset_.id == request.id && in_time && !first.empty() &&
+                         !person.empty() && first != person;
+  if (is_second) return {};
+  first_reset_ = request;
+  first_reset_ns_ = outbox_.now_ns;
+  return {phrase(request.by, " asked to reset the latch; another person has to ask too, within ",
+                 window_s, " s"),
+          machine_.fix()};
+}
+
 void Queries::on_reset(Bytes frame) {
   Reset request;
   if (!read_query(frame, request)) return;
   if (machine_.is(GateState::latched) && request.id == machine_.latch_id()) {
-    const Objection objection = object_to_latch_reset();
+    Objection objection = object_to_latch_reset();
+    if (objection.none()) objection = object_to_one_person(request);
     if (!objection.none()) return refuse_query(objection);
     machine_.clear_latch();
+    if (limits_.protocol.second_person_s != 0)
+      request.by = phrase(first_reset_.by, " and ", request.by);
   } else if (!machine_.reset_stop(request.id)) {
     // Forged, late or mistyped: nothing changes.
     ++outbox_.counters.resets_refused;
@@ -116,6 +141,7 @@ void Queries::on_reset(Bytes frame) {
 }
 
 void Queries::on_claim(Bytes frame) {
+  claim_request_.by.clear();  // may be left out
   if (!read_query(frame, claim_request_)) return;
   if (!machine_.is_armed()) return refuse_query(wrong_state("armed"));
   LiveClaim* place = claims_.free_place();
@@ -132,7 +158,9 @@ void Queries::on_claim(Bytes frame) {
   }
   claim->heartbeat_ns = outbox_.now_ns;
   claim->guard = MemoryGuard(bytes_of(claim->limits));
-  outbox_.log(phrase("claim ", Hex{claim->id}, " of ", claim->source, " for ", claim->skill));
+  const Text& by = claim_request_.by;
+  outbox_.log(phrase("claim ", Hex{claim->id}, " of ", claim->source, " for ", claim->skill,
+                     by.empty() ? "" : ", by ", by));
   outbox_.announce();
   reply(ClaimReply{claim->id, machine_.epoch(), hal_.session()});
 }

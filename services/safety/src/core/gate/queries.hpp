@@ -35,6 +35,7 @@ class Queries {
  private:
   [[nodiscard]] Objection object_to_arming() const;
   [[nodiscard]] Objection object_to_latch_reset() const;
+  Objection object_to_one_person(const Reset& request);
   [[nodiscard]] Objection wrong_state(std::string_view wanted) const;
   template <class Message>
   bool read_query(Bytes frame, Message& message);
@@ -53,6 +54,8 @@ class Queries {
   const RobotEvents& robot_;
   Publisher& publisher_;
   Outbox& outbox_;
+  Reset first_reset_;  // of the latch, by a person who waits for a second one; by "": nobody does
+  std::uint64_t first_reset_ns_ = 0;
   Claim claim_request_;  // room: too big for the stack of a thread that Zenoh made
 };
 

@@ -106,6 +106,7 @@ Text check_protocol(const ProtocolLimits& protocol) {
                    in_range("stuck_ticks", protocol.stuck_ticks, 1, 1000),
                    in_range("stop_ramp_ms", protocol.stop_ramp_ms, 1, 60'000),
                    in_range("step_deadline_us", protocol.step_deadline_us, 1, 1'000'000),
+                   in_range("second_person_s", protocol.second_person_s, 0, 3600),
                    check_deadline(protocol)});
 }
 
