@@ -33,7 +33,7 @@ FOUND_BY: dict[str, tuple[tuple[str, ...], set[str]]] = {
     "goes on in a hold": (HOLDS, {"holds when rows end"}),
     "drifts": (EVERY, {"a hold does not drift"}),
     "takes rows of an earlier epoch": (
-        ("forged rows", "forged leases"), {"row of another epoch", "row of an earlier epoch"},
+        ("forged rows", "forged leases"), {"row of another epoch"},  # the others stop it
     ),
     "takes rows of the past": (("forged rows",), {"row of a chunk that began in the past"}),
     "goes on after SIGSTOP": (("pause",), {"resume after SIGSTOP"}),

@@ -184,10 +184,9 @@ def _under(stage: Stage, name: str, shape: Callable[[Lease], Lease | None], epoc
     rows = stage.moving_rows(ROWS)(stage.moment(start))
     sent = gate.release(rows, change=lambda one: _with(one, epoch=epoch or one.epoch))
     stage.reaches(sent.end + 2)
-    problems = _seen(stage, start)
-    gate.speak()
     gate.drop_claims()
-    return check.row(*problems)
+    gate.speak()  # before a stop of the HAL's own is reset: it has to hear that
+    return check.row(*_seen(stage, start))
 
 
 def _second_gate(stage: Stage, left: int) -> Row:
