@@ -43,7 +43,7 @@ def document() -> dict[str, Any]:
 def ends(name: str) -> Iterator[tuple[float, float, str]]:
     """The compiler's lowest and highest value of a key, each with what lies just beyond."""
     field = Protocol.model_fields[name]
-    whole = field.annotation is int
+    whole = field.annotation in (int, int | None)
     for bound in field.metadata:
         for end, side in (("ge", -1), ("le", 1)):
             value = getattr(bound, end, None)

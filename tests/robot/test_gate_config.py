@@ -9,6 +9,7 @@ from fairlead.errors import ConfigError
 from fairlead.paths import gate_config, robot_ids
 from fairlead.robot.gate_file import compile_gate_config
 from fairlead.robot.manifest import RobotManifest, load_robot
+from fairlead_tools.limits.bounds import robot_bounds
 from fairlead_tools.limits.effective_limits import effective_limits
 
 
@@ -138,3 +139,16 @@ def test_effective_limits_name_the_source_of_each_number(robot: RobotManifest) -
     assert sources[("joint panda_joint1", "upper")].startswith("Franka Emika Panda FCI limits")
     assert sources[("joint panda_joint1", "jump_limit")].startswith("measured 57 mrad")
     assert sources[("part gripper gripper_position", "upper")].startswith("robosuite GRIP")
+
+
+def test_a_second_person_is_asked_for_only_where_the_profile_says_so(
+    robot: RobotManifest,
+) -> None:
+    assert "second_person_s" not in json.loads(compile_gate_config(robot, "sim"))["protocol"]
+    document = robot.model_dump(mode="json", exclude_unset=True)
+    document["safety"]["sim"]["protocol"]["second_person_s"] = 60
+    careful = RobotManifest.model_validate(document)
+    assert json.loads(compile_gate_config(careful, "sim"))["protocol"]["second_person_s"] == 60
+    [bound] = [one for one in robot_bounds(careful) if one.limit.name == "second_person_s"]
+    assert (bound.limit.value, bound.limit.unit) == (60.0, "s")
+    assert [by.check for by in bound.enforced_by] == ["latch"]

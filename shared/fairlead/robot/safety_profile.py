@@ -72,8 +72,10 @@ class Protocol(SafetyBlock):
     stuck_ticks: Annotated[int, Field(ge=1, le=1000)]
     stop_ramp_ms: Annotated[int, Field(ge=1, le=60_000)]
     step_deadline_us: Annotated[int, Field(ge=1, le=1_000_000)]
-    second_person_s: Annotated[int, Field(ge=1, le=3600)] | None = Field(
+    second_person_s: int | None = Field(
         default=None,
+        ge=1,
+        le=3600,
         description="a latch is reset by two persons who ask within so many s; none: by one",
     )
 

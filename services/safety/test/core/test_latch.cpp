@@ -163,19 +163,17 @@ TEST_CASE("where two persons are asked for, one alone does not reset a latch") {
   CHECK(rig.count(OutputKind::clear_latch) == 1);
   CHECK(rig.status().cause.view().ends_with("was reset by ada and ben@lab"));
 
-  rig.restart(BootInfo{false, false, {}});
-  rig.send_hal_status();
-  for (int i = 0; i < 10; ++i) rig.next_tick();
-  const std::uint64_t first = rig.status().latch_id;
-  rig.send(EventKind::reset, Reset{"ada", first});
   Lease foreign;
   foreign.epoch = 5;
-  rig.send(EventKind::lease, foreign);  // of a second gate: the latch goes on
-  rig.send(EventKind::stop_level, StopLevel{77, "ada", ""});
-  rig.send(EventKind::reset, Reset{"ada", 77});  // a stop takes one person
-  CHECK(rig.reply<Done>().text == "000000000000004d was reset");
+  rig.send(EventKind::lease, foreign);  // of a second gate: another latch
   for (int i = 0; i < 10; ++i) rig.next_tick();
-  rig.send(EventKind::reset, Reset{"ben", first});
+  const std::uint64_t next = rig.status().latch_id;
+  rig.send(EventKind::reset, Reset{"cleo", next});
+  CHECK(rig.gate->state() == GateState::latched);  // nobody asked to reset this one
+  rig.send(EventKind::stop_level, StopLevel{77, "cleo", ""});
+  rig.reset(77);  // a stop takes one person
+  CHECK(rig.reply<Done>().text == "000000000000004d was reset");
+  rig.send(EventKind::reset, Reset{"ada", next});
   CHECK(rig.gate->state() == GateState::disarmed);
 }
 
