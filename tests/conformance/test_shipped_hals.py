@@ -92,7 +92,11 @@ def _ros(ends: ExitStack, folder: Path) -> dict[str, Any]:
 
 
 def keeps_the_contract(name: str, found: HalCheck) -> bool:
-    return rows_of(found, "fail").keys() <= TIMING | FAILS.get(name, set())
+    """Velocities that are asked too seldom say nothing of what the joint did in between."""
+    failed = set(rows_of(found, "fail"))
+    if "tick rate" in failed:
+        failed = {one for one in failed if not one.startswith("SI velocities")}
+    return failed <= TIMING | FAILS.get(name, set())
 
 
 @pytest.mark.parametrize("name", NOT_CHECKED)
