@@ -1,4 +1,4 @@
-"""G011 and G013 on measured states, from its rules, not its code."""
+"""G011, G013 and another HAL's states, from the rules, not the gate's code."""
 
 from __future__ import annotations
 
@@ -6,10 +6,14 @@ import math
 from collections import deque
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from bench.equipment.case import Measured, Pacing
 from tests.differential.gate_file import GateFile
 
 REMEMBERED = 8
+OVERTAKEN_MOST, OVERTAKEN_TICKS = 5, 20
+ANOTHER_HAL = (2, "two HALs")
 
 
 @dataclass
@@ -17,6 +21,7 @@ class StateJudge:
     """An armed gate's memory of states; its life ends with the first stop.
 
     last: the newest state since arming: "arming clears the memory" of where joints were.
+    newest: the newest state of all, and what had acted in it.
     timeout_ns: how long there may be no new state in realtime; a repeated one is not new.
     arrivals: tick and time [ns] of the last states, those before arming too.
     """
@@ -25,11 +30,13 @@ class StateJudge:
     pacing: Pacing
     period_ns: int
     timeout_ns: int
+    newest: tuple[Measured, object]
     last: Measured | None = None
+    overtaken: list[int] = field(default_factory=list)
     arrivals: deque[tuple[int, int]] = field(default_factory=lambda: deque(maxlen=REMEMBERED))
     is_moving: bool = False
 
-    def on_state(self, state: Measured, now_ns: int) -> tuple[int, str]:
+    def on_state(self, state: Measured, acted: object, now_ns: int) -> tuple[int, str]:
         """(code, joint or field) of the stop it raises, (0, "") if none.
 
         is_moving has been set if a row of a live claim has been executed, this state's included.
@@ -37,18 +44,34 @@ class StateJudge:
         silence_ns = now_ns - max((arrived for _, arrived in self.arrivals), default=now_ns)
         if self.pacing == "realtime" and silence_ns > self.timeout_ns:
             return 11, "state age [ms]"
+        newest = self.newest[0].tick
+        if state.tick < newest:
+            return self._overtaken(newest)
         fault = self._unmeasured(state)
         if fault is not None:
             return fault
-        newest = max((tick for tick, _ in self.arrivals), default=0)
-        if state.tick <= newest:
-            return 0, ""
+        if state.tick == newest:
+            return (0, "") if self._repeats(state, acted) else ANOTHER_HAL
         if self._claims_too_many_ticks(state.tick, newest, now_ns):
             return 13, "tick"
         fault = self._leapt(state)
         self.arrivals.append((state.tick, now_ns))
-        self.last = state
+        self.last, self.newest = state, (state, acted)
         return fault or (0, "")
+
+    def _repeats(self, state: Measured, acted: object) -> bool:
+        """ "a tick told twice otherwise"."""
+        before, acted_before = self.newest
+        return acted == acted_before and all(
+            np.array_equal(getattr(state, name), getattr(before, name))
+            for name in ("positions", "velocities", "efforts")
+        )
+
+    def _overtaken(self, newest: int) -> tuple[int, str]:
+        """ "more than five states in 20 ticks that are older than the newest"."""
+        self.overtaken.append(newest)
+        recent = [tick for tick in self.overtaken if tick > newest - OVERTAKEN_TICKS]
+        return ANOTHER_HAL if len(recent) > OVERTAKEN_MOST else (0, "")
 
     def _unmeasured(self, state: Measured) -> tuple[int, str] | None:
         """ "G011 measured state: every joint, finite"."""

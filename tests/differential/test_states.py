@@ -14,7 +14,7 @@ from bench.equipment.core_gate import CoreGate
 from tests.differential.gate_file import GateFile
 from tests.differential.gates import Pair
 from tests.differential.reference import open_tick
-from tests.differential.state_judge import StateJudge
+from tests.differential.state_judge import ANOTHER_HAL, StateJudge
 from tests.differential.states import StateMaker, nudged
 
 pytestmark = pytest.mark.processes
@@ -54,6 +54,8 @@ def odd(file: GateFile, last: Measured, state: Measured, rng: np.random.Generato
 
 def told(core: CoreGate) -> tuple[int, str]:
     """Code and joint of the stop, as the gate's status says in words."""
+    if "two HALs publish" in core.status().cause:
+        return ANOTHER_HAL
     found = re.search(r"G0(\d\d) (\S[^:]*):", core.status().cause)
     assert found is not None, core.status().cause
     return int(found[1]), found[2]
@@ -78,9 +80,10 @@ def disagreement(pair: Pair, seed: int, codes: Counter[int]) -> str:
     core, period_ns = pair.core, int(pair.core.file["period_ns"])
     timeout_ns = pair.file.protocol["state_timeout_ms"] * 1_000_000
     last = maker.draw(int(rng.integers(1, 200)))
-    core.start(pacing, still(last.tick, last.positions))
+    start_state = still(last.tick, last.positions)
+    core.start(pacing, start_state)
     core.claim(Case(pair.robot, pacing, last, Chunk(last.tick, 1, ())))
-    judge = StateJudge(pair.file, pacing, period_ns, timeout_ns)
+    judge = StateJudge(pair.file, pacing, period_ns, timeout_ns, (start_state, None))
     judge.arrivals.append((last.tick, core.now_ns))
     acted, is_first = None, True
     if rng.random() < 0.5:
@@ -97,8 +100,9 @@ def disagreement(pair: Pair, seed: int, codes: Counter[int]) -> str:
         gap_ns = int(rng.choice(GAPS_MS)) * 1_000_000
         if is_first and acted is not None:
             state, judge.is_moving = replace(state, tick=last.tick + 1), True
-        got = core.state_reply(state, acted if is_first else None, gap_ns)
-        expected = judge.on_state(state, core.now_ns)
+        did = acted if is_first else None
+        got = core.state_reply(state, did, gap_ns)
+        expected = judge.on_state(state, did, core.now_ns)
         is_first = False
         found = told(core) if got.stopped else (0, "")
         codes[expected[0]] += 1
@@ -124,4 +128,4 @@ def test_gate_and_reference_stop_at_the_same_state_for_the_same_joint(
     for seed in range(SEED, SEED + runs):
         found = disagreement(pair, seed, codes)
         assert not found, found
-    assert min(codes[code] for code in (0, 11, 13)) >= 5, codes
+    assert min(codes[code] for code in (0, 2, 11, 13)) >= 5, codes
