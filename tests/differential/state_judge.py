@@ -12,7 +12,6 @@ from bench.equipment.case import Measured, Pacing
 from tests.differential.gate_file import GateFile
 
 REMEMBERED = 8
-OVERTAKEN_MOST, OVERTAKEN_TICKS = 5, 20
 ANOTHER_HAL = (2, "two HALs")
 
 
@@ -32,7 +31,6 @@ class StateJudge:
     timeout_ns: int
     newest: tuple[Measured, object]
     last: Measured | None = None
-    overtaken: list[int] = field(default_factory=list)
     arrivals: deque[tuple[int, int]] = field(default_factory=lambda: deque(maxlen=REMEMBERED))
     is_moving: bool = False
 
@@ -46,7 +44,7 @@ class StateJudge:
             return 11, "state age [ms]"
         newest = self.newest[0].tick
         if state.tick < newest:
-            return self._overtaken(newest)
+            return 0, ""
         fault = self._unmeasured(state)
         if fault is not None:
             return fault
@@ -66,12 +64,6 @@ class StateJudge:
             np.array_equal(getattr(state, name), getattr(before, name))
             for name in ("positions", "velocities", "efforts")
         )
-
-    def _overtaken(self, newest: int) -> tuple[int, str]:
-        """ "more than five states in 20 ticks that are older than the newest"."""
-        self.overtaken.append(newest)
-        recent = [tick for tick in self.overtaken if tick > newest - OVERTAKEN_TICKS]
-        return ANOTHER_HAL if len(recent) > OVERTAKEN_MOST else (0, "")
 
     def _unmeasured(self, state: Measured) -> tuple[int, str] | None:
         """ "G011 measured state: every joint, finite"."""

@@ -193,7 +193,7 @@ def test_a_policy_is_taken_over_and_given_back_without_a_jump_and_each_turn_is_l
         way.append(floats(state.positions)[ARM])
     assert np.abs(np.diff(way, axis=0)).max() < STEP.max()
     gate = (running.scratch.state_dir / "logs/safety.log").read_text()
-    turns = re.findall(r"claim \w+ of (\w+) for (.*)", gate)[-3:]
+    turns = re.findall(r"claim \w+ of (\w+) for (.*), by \S+ \(fairlead teleop\)", gate)[-3:]
     assert turns == [
         ("runner", "slow-reach"),
         ("teleop", "teleop over slow-reach"),

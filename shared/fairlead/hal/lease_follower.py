@@ -11,7 +11,7 @@ LEASE_LIFE_NS = 75_000_000
 """Realtime: a lease received longer ago than this grants nothing (three lost in a row)."""
 
 LATE_LEASE_NS = 250_000_000
-"""A lease overtaken longer ago than this was not late: another gate has just sent it."""
+"""A new lease of an epoch left longer ago than this was not late: its gate is still alive."""
 
 FOLLOWED_LEASES = 256
 """At most so many of an epoch are remembered, to compare others of the same number with."""
@@ -35,9 +35,9 @@ class LeaseFollower:
 
     What one gate never does tells that a second one, or a forger, is alive (`SECOND_GATE`): it
     says two things under one number; with a number or epoch that it has passed it knows a later
-    tick, or speaks long after; it turns from this session to another. Within an epoch such a lease
-    is followed all the same: a stop holds everything, and if it was the gate that was overtaken, it
-    can list that stop.
+    tick; it goes on long after in an epoch that it left; it turns from this session to another.
+    Within an epoch such a lease is followed all the same: a stop holds everything, and if it was
+    the gate that was overtaken, it can list that stop.
 
     Args:
         session: the HAL's own session; leases for any other are ignored.
@@ -48,7 +48,7 @@ class LeaseFollower:
         self._newest: Lease | None = None
         self._received_ns = 0
         self._left_epochs: dict[int, _LeftEpoch] = {}
-        self._followed: deque[tuple[Lease, int]] = deque(maxlen=FOLLOWED_LEASES)  # newest last
+        self._followed: deque[Lease] = deque(maxlen=FOLLOWED_LEASES)  # newest last
 
     @property
     def newest(self) -> Lease | None:
@@ -92,7 +92,7 @@ class LeaseFollower:
             return SECOND_GATE if is_new else "lease of an epoch already left"
         if newest is not None and lease.epoch == newest.epoch:
             if lease.lease_seq <= newest.lease_seq:
-                if self._may_be_late(lease, now_ns):
+                if self._may_be_late(lease):
                     return "lease not newer"
                 self._followed.clear()
                 self._follow(lease, now_ns)
@@ -109,14 +109,14 @@ class LeaseFollower:
     def _follow(self, lease: Lease, now_ns: int) -> None:
         self._newest = lease
         self._received_ns = now_ns
-        self._followed.append((lease, now_ns))
+        self._followed.append(lease)
 
-    def _may_be_late(self, lease: Lease, now_ns: int) -> bool:
+    def _may_be_late(self, lease: Lease) -> bool:
         """Whether the gate that is followed can have sent a lease with a number it has passed."""
-        followed, at_ns = next(one for one in self._followed if one[0].lease_seq >= lease.lease_seq)
+        followed = next(one for one in self._followed if one.lease_seq >= lease.lease_seq)
         if followed.lease_seq == lease.lease_seq:
             return followed == lease
-        return lease.state_tick <= followed.state_tick and now_ns - at_ns <= LATE_LEASE_NS
+        return lease.state_tick <= followed.state_tick
 
     def is_fresh(self, now_ns: int) -> bool:
         """Realtime: whether the newest lease was received within its life."""

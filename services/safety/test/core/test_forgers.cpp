@@ -47,30 +47,15 @@ TEST_CASE("before it is armed a second state of a tick is counted, and no good o
   CHECK(rig.refusal().reason == "only 0 good joint states since the cause, 10 needed");
 }
 
-TEST_CASE("five states in twenty ticks may be late; the sixth that is overtaken is another HAL's") {
+TEST_CASE("a state that the newest has overtaken may be a late copy: whatever it says is ignored") {
   GateRig rig;
   rig.ready();
-  const auto send_overtaken = [&rig] {
-    --rig.tick;
-    rig.send_state();
-    ++rig.tick;
-  };
-  for (int i = 0; i < 5; ++i) send_overtaken();
+  rig.next_tick();
+  rig.positions[base_x] += 1e-12;
+  --rig.tick;
+  for (int i = 0; i < 50; ++i) rig.send_state();
   CHECK(rig.gate->state() == GateState::armed);
   CHECK(rig.counter("G002") == 0);
-  for (int i = 0; i < 19; ++i) rig.next_tick();
-  SUBCASE("within the window") {
-    send_overtaken();
-    CHECK(rig.gate->state() == GateState::stopped);
-    CHECK(cause(rig) ==
-          "stopped: two HALs publish for this robot: a second state of tick 118 of session "
-          "000000000000abcd; the newest is of tick 119");
-  }
-  SUBCASE("after it") {
-    rig.next_tick();
-    send_overtaken();
-    CHECK(rig.gate->state() == GateState::armed);
-  }
 }
 
 TEST_CASE("a row of a verdict that the gate did not give latches it; one that it gave does not") {

@@ -62,15 +62,9 @@ std::uint64_t RobotEvents::receipt_of(const Event& event) const {
   return std::min(event.received_ns, outbox_.now_ns);
 }
 
-// One HAL's ticks rise, and it says one thing of each. Few states may be late: a link keeps their
-// order.
-bool RobotEvents::is_anothers() {
-  constexpr std::size_t few = 5;
-  constexpr std::uint64_t window_ticks = 20;
-  if (!hal_.has_state() || joint_state_.tick > hal_.tick()) return false;
-  if (joint_state_.tick == hal_.tick()) return !hal_.repeats(joint_state_);
-  overtaken_.add(hal_.tick());
-  return overtaken_.count(hal_.tick(), window_ticks) > few;
+// One HAL says one thing of each tick. An older one may be a late copy: of that nothing is known.
+bool RobotEvents::is_anothers() const {
+  return hal_.has_state() && joint_state_.tick == hal_.tick() && !hal_.repeats(joint_state_);
 }
 
 // Which of the two is the HAL nobody can tell, so nothing may move.
@@ -106,11 +100,7 @@ void RobotEvents::on_joint_state(const Event& event) {
     if (joint_state_.session == hal_.rival()) counted_rival_ = joint_state_.session;
     return;
   }
-  if (joint_state_.tick == 0) return;
-  if (joint_state_.tick < hal_.tick()) {  // overtaken on the way
-    if (is_anothers()) stop_for_another();
-    return;
-  }
+  if (joint_state_.tick == 0 || joint_state_.tick < hal_.tick()) return;  // overtaken on the way
   if (!hal_.has_state() && joint_state_.tick > hal_.newest_first()) return refuse_first();
   Evidence evidence = check_state(limits_, joint_state_);
   if (evidence.ok()) evidence = check_leap(joint_state_.tick);

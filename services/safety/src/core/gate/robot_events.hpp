@@ -43,7 +43,7 @@ class RobotEvents {
   void on_new_tick(std::uint64_t received_ns);
   void on_session_news(HalLink::News news);
   void on_rival_state();
-  bool is_anothers();
+  [[nodiscard]] bool is_anothers() const;
   void stop_for_another();
   [[nodiscard]] Text forged_row() const;
   void refuse_first();
@@ -68,7 +68,6 @@ class RobotEvents {
 
   Text status_fault_;
   std::uint64_t counted_rival_ = 0;  // G002: the announced session whose state was counted
-  TickWindow<16> overtaken_;         // states older than the newest
   bool said_first_ = false;          // that this session's first state cannot be
   std::array<bool, max_measured> said_outside_{};  // which joints were outside their limits
 
