@@ -72,6 +72,11 @@ def hold_still(file: GateFile, measured: Measured, tick: int) -> Chunk | None:
     return None
 
 
+def begun_with(last: Measured) -> tuple[Measured, None]:
+    """The state that `CoreGate.start` sends: nothing has acted, nothing moves."""
+    return still(last.tick, last.positions), None
+
+
 def disagreement(pair: Pair, seed: int, codes: Counter[int]) -> str:
     """One armed run; in words the first state on which the two judges differ."""
     rng = np.random.default_rng(seed)
@@ -80,12 +85,11 @@ def disagreement(pair: Pair, seed: int, codes: Counter[int]) -> str:
     core, period_ns = pair.core, int(pair.core.file["period_ns"])
     timeout_ns = pair.file.protocol["state_timeout_ms"] * 1_000_000
     last = maker.draw(int(rng.integers(1, 200)))
-    start_state = still(last.tick, last.positions)
-    core.start(pacing, start_state)
+    core.start(pacing, still(last.tick, last.positions))
     core.claim(Case(pair.robot, pacing, last, Chunk(last.tick, 1, ())))
-    judge = StateJudge(pair.file, pacing, period_ns, timeout_ns, (start_state, None))
+    judge = StateJudge(pair.file, pacing, period_ns, timeout_ns, begun_with(last))
     judge.arrivals.append((last.tick, core.now_ns))
-    acted, is_first = None, True
+    acted = None
     if rng.random() < 0.5:
         start = open_tick(pacing, last.tick)
         chunk = hold_still(pair.file, last, start)
@@ -98,13 +102,11 @@ def disagreement(pair: Pair, seed: int, codes: Counter[int]) -> str:
         if rng.random() < 0.4:
             state = odd(pair.file, last, state, rng)
         gap_ns = int(rng.choice(GAPS_MS)) * 1_000_000
-        if is_first and acted is not None:
+        if acted is not None:
             state, judge.is_moving = replace(state, tick=last.tick + 1), True
-        did = acted if is_first else None
-        got = core.state_reply(state, did, gap_ns)
-        expected = judge.on_state(state, did, core.now_ns)
-        is_first = False
-        found = told(core) if got.stopped else (0, "")
+        got = core.state_reply(state, acted, gap_ns)
+        expected = judge.on_state(state, acted, core.now_ns)
+        acted, found = None, told(core) if got.stopped else (0, "")
         codes[expected[0]] += 1
         if found != expected:
             return (
