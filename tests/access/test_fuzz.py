@@ -28,6 +28,7 @@ SKILL = "panda-joint-reach"
 NAMES = ("safety", "state_assembler", "runner", "operator")
 EACH_KEY = 60
 ANSWER_S = 20.0
+STILL_RAD = 1e-3
 LOG_BYTES = 2_000_000
 SAID_BY_WHOEVER_BREAKS = ("Traceback", "panicked", "terminate called", "Exception ignored")
 GOLDEN = [path.read_bytes() for path in sorted((repo_root() / "tests/golden").glob("*.bin"))]
@@ -76,7 +77,7 @@ def test_whatever_a_name_sends_all_services_go_on(live: LiveRobot, name: str) ->
     sent = 0
     for service in (one for one in parties.services if parties.dials(name, one)):
         keys = {
-            (one.key.replace("*", name if one.but == () else "thing"), one.kind)
+            (one.key.replace("*", "thing"), one.kind)
             for one in rights(parties)
             if name in one.write and service in one.read and one.kind != "token"
         }
@@ -93,7 +94,7 @@ def test_whatever_a_name_sends_all_services_go_on(live: LiveRobot, name: str) ->
                     sent += 1
     print(f"{name}: {sent} messages")
     assert sent >= EACH_KEY
-    assert measured(live) == before, "nothing moved"
+    assert measured(live) == pytest.approx(before, abs=STILL_RAD), "nothing moved"
     check_all_go_on(live)
 
 
@@ -121,9 +122,9 @@ def ask(session: zenoh.Session, key: str, text: bytes) -> None:
 
 
 def measured(live: LiveRobot) -> tuple[float, ...]:
-    """Where the joints are [rad], to a thousandth."""
+    """Where the joints are [rad]."""
     with live.client.joint_states() as states:
-        return tuple(round(one, 3) for one in next(iter(states)).positions)
+        return tuple(next(iter(states)).positions)
 
 
 def check_all_go_on(live: LiveRobot) -> None:

@@ -83,7 +83,7 @@ class EpisodeRun:
         client.bus.subscribe(client.keys.verdict(wish.runner), self._on_verdict)
 
     def episode(self, seed: int, done: Sequence[Episode], seeds: int) -> Episode:
-        """One goal in a new episode; begun once more after a stop that came before its goal."""
+        """One goal in a new episode; with --reset-stops begun again, for a while, where refused."""
         try:
             return self._episode(seed, done, seeds)
         except RefusedError:
