@@ -124,8 +124,6 @@ bool GateProcess::prepare_to_arm(Answer* answer) {
   return fault.empty();
 }
 
-// The source's publishers are there before its claim is; a claim that the core refuses leaves
-// none behind, so that strangers cannot use them up.
 // Access control lets a service ask on its own key alone; the name in the message is its own word.
 bool GateProcess::refuse_foreign(const Name& source, const Event& event, Answer* answer) {
   if (source == event.source) return false;
@@ -135,6 +133,8 @@ bool GateProcess::refuse_foreign(const Name& source, const Event& event, Answer*
   return true;
 }
 
+// The source's publishers are there before its claim is; a claim that the core refuses leaves
+// none behind, so that strangers cannot use them up.
 void GateProcess::handle_claim(const Event& event, Answer* answer) {
   const std::lock_guard one_claim(claims_mutex_);
   Claim claim;
