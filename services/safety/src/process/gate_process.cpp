@@ -13,6 +13,7 @@
 #include "config/sha256.hpp"
 #include "fairlead_safety/codec.hpp"
 #include "fairlead_safety/messages.hpp"
+#include "process/foreign_name.hpp"
 #include "process/verdict_text.hpp"
 
 namespace fairlead {
@@ -95,12 +96,9 @@ void GateProcess::handle(const Event& event, Answer* answer) {
   if (event.kind == EventKind::candidate && !intake_.admits(event.payload, event.received_ns))
     return;
   if (event.kind == EventKind::arm && !prepare_to_arm(answer)) return;
+  if (const std::string foreign = foreign_name(event); !foreign.empty())
+    return refuse(answer, foreign.c_str(), "ask on the key of the source that asks");
   if (event.kind == EventKind::claim) return handle_claim(event, answer);
-  if (event.kind == EventKind::release) {
-    Release release;
-    const bool readable = decode(event.payload, release) == FrameFault::none;
-    if (readable && refuse_foreign(release.source, event, answer)) return;
-  }
   const std::lock_guard lock(mutex_);
   step(event, answer);
   // Arming was refused after its mark had been removed: leaving is clean again.
@@ -124,15 +122,6 @@ bool GateProcess::prepare_to_arm(Answer* answer) {
   return fault.empty();
 }
 
-// Access control lets a service ask on its own key alone; the name in the message is its own word.
-bool GateProcess::refuse_foreign(const Name& source, const Event& event, Answer* answer) {
-  if (source == event.source) return false;
-  const std::string reason = "asked in the name of " + std::string(source.view()) +
-                             " on the key of " + std::string(event.source);
-  refuse(answer, reason.c_str(), "ask on the key of the source that asks");
-  return true;
-}
-
 // The source's publishers are there before its claim is; a claim that the core refuses leaves
 // none behind, so that strangers cannot use them up.
 void GateProcess::handle_claim(const Event& event, Answer* answer) {
@@ -140,7 +129,6 @@ void GateProcess::handle_claim(const Event& event, Answer* answer) {
   Claim claim;
   // A frame that does not decode is the core's to refuse, with its reason.
   const bool readable = decode(event.payload, claim) == FrameFault::none;
-  if (readable && refuse_foreign(claim.source, event, answer)) return;
   bool is_new = false;
   if (readable) make_room();
   if (readable && !outlet_.prepare_source(claim.source.view(), is_new)) {

@@ -45,7 +45,6 @@ class GateProcess {
 
  private:
   bool prepare_to_arm(Answer* answer);
-  bool refuse_foreign(const Name& source, const Event& event, Answer* answer);
   void handle_claim(const Event& event, Answer* answer);
   void make_room();
   [[nodiscard]] bool is_granted(std::string_view source) const;
