@@ -32,10 +32,14 @@ MOST_NOTES = 20
 
 @dataclass(frozen=True)
 class Heard:
-    """One state; the arrays are of commanded, then passive joints. came_ns: CLOCK_MONOTONIC."""
+    """One state; the arrays are of commanded, then passive joints.
+
+    came_ns: CLOCK_MONOTONIC here. stamp_ns: the HAL's, when it measured.
+    """
 
     tick: int
     came_ns: int
+    stamp_ns: int
     positions: FloatArray
     velocities: FloatArray
     efforts: FloatArray
@@ -178,4 +182,4 @@ def _heard(state: JointState, came_ns: int) -> Heard:
     positions, velocities, efforts = (
         floats(one) for one in (state.positions, state.velocities, state.efforts)
     )
-    return Heard(state.tick, came_ns, positions, velocities, efforts, state.acted)
+    return Heard(state.tick, came_ns, state.stamp_ns, positions, velocities, efforts, state.acted)

