@@ -78,6 +78,9 @@ def evaluate(case: Case, seeds: str, folder: Path) -> dict[str, Any]:
     if done.returncode:
         raise SystemExit(f"bench.policies: {case.name}: eval failed: {done.stdout[-500:]}")
     document: dict[str, Any] = json.loads(done.stdout)
+    for one in document["episodes"]:
+        if one["why"].startswith("policy_error"):
+            raise SystemExit(f"bench.policies: {case.name}: seed {one['seed']}: {one['why']}")
     return document
 
 
@@ -115,7 +118,13 @@ def asking(source: Path, skill: str, address: str, folder: Path) -> Path:
     """A copy of a deployment whose runner asks that server instead of the skill's own policy."""
     content = yaml.safe_load(source.read_text(encoding="utf-8"))
     (runner,) = [one for one in content["services"].values() if one["run"] == "skill_runner"]
-    policy = {"backend": "openpi", "options": {"address": address}}
+    options = {
+        "address": address,
+        "start": f"fairlead serve-policy {skill}",
+        "connect_timeout_s": 4.0,
+        "answer_timeout_s": 4.0,
+    }
+    policy = {"backend": "openpi", "options": options}
     runner["options"] = {"policies": {skill: policy}}
     copy = folder / source.name
     copy.write_text(yaml.safe_dump(content), encoding="utf-8")
