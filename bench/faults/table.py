@@ -6,6 +6,7 @@ from bench.faults import (
     access_faults,
     camera_faults,
     creeping_faults,
+    forger_faults,
     frame_faults,
     hardware_faults,
     life_faults,
@@ -35,6 +36,7 @@ _FAMILIES = (
     hardware_faults,
     teleop_faults,
     access_faults,
+    forger_faults,
 )
 ROWS: tuple[Row, ...] = tuple(
     sorted((row for family in _FAMILIES for row in family.ROWS), key=lambda row: row.number)

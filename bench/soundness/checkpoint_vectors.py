@@ -39,7 +39,7 @@ class Answers:
     codes: Counter[int] = field(default_factory=Counter)
 
 
-def ask(loop: LockstepLoop, scale: float, seeds: Sequence[int]) -> Answers:
+def ask(loop: LockstepLoop[DrivenRobot], scale: float, seeds: Sequence[int]) -> Answers:
     """One episode for each seed."""
     found = Answers()
     for seed in seeds:
@@ -56,7 +56,7 @@ def ask(loop: LockstepLoop, scale: float, seeds: Sequence[int]) -> Answers:
     return found
 
 
-def _propose(loop: LockstepLoop, rows: Sequence[Row], found: Answers) -> int:
+def _propose(loop: LockstepLoop[DrivenRobot], rows: Sequence[Row], found: Answers) -> int:
     """How many rows to use before the next chunk."""
     verdict = loop.propose(rows)
     found.chunks += 1

@@ -45,7 +45,7 @@ def main() -> int:
     return 1 if campaign.found.breaches else 0
 
 
-class TracedLoop(LockstepLoop):
+class TracedLoop(LockstepLoop[DrivenRobot]):
     """Keeps every tick of its newest episode."""
 
     ticks: list[Tick]

@@ -1,4 +1,8 @@
-"""Adversarial chunks against the real core; every released row followed by numbers of our own."""
+"""Adversarial chunks against the real core, and what becomes of the robot by numbers of our own.
+
+Tick by tick: the robot makes of each row another share of what it was told, tells the gate where it
+is, and goes on as long as the gate grants it. Wherever it is, it may be told to hold.
+"""
 
 from __future__ import annotations
 
@@ -10,15 +14,15 @@ from pathlib import Path
 
 import numpy as np
 
-from bench.equipment.case import Case, Measured
-from bench.equipment.core_gate import Answer, CaseRefusedError, CoreGate
 from bench.equipment.kinematics import Kinematics
 from bench.soundness.adversary import KINDS, Adversary
 from bench.soundness.arena import RULES, Arena
-from bench.soundness.chunk_rows import Row, chunk_of
-from bench.soundness.prediction import NotReachedError, Prediction
+from bench.soundness.chunk_rows import Row
+from bench.soundness.lockstep_loop import LockstepLoop
+from bench.soundness.prediction import NotReachedError
+from bench.soundness.share_robot import ShareRobot
 from bench.soundness.starts import Starts
-from fairlead.messages import FloatArray, Outcome
+from fairlead.messages import FloatArray, Outcome, Verdict
 from fairlead.paths import gate_config
 from fairlead.robot.manifest import RobotManifest
 from fairlead_tools.measure.driven_robot import Moment
@@ -30,10 +34,11 @@ NUMERIC = 1e-6
 
 @dataclass
 class Soundness:
-    """rows: released rows, each followed several times. worst: least room left, by rule.
+    """rows: that acted, of each chunk under several shares. worst: least room left, by rule.
 
-    breaches: rows by rule, where they broke it for one of the motions. near: rows within the
-    clearance that the gate keeps. told: one line for each of the first breaches.
+    cut: of these runs, those that the gate ended before the last released row. breaches: by rule,
+    places where it was broken, or would have been by a hold. near: places within the clearance that
+    the gate keeps. told: one line for each of the first breaches.
     """
 
     chunks: int = 0
@@ -42,6 +47,7 @@ class Soundness:
     truncated: Counter[int] = field(default_factory=Counter)
     refused: Counter[int] = field(default_factory=Counter)
     rows: int = 0
+    cut: Counter[int] = field(default_factory=Counter)
     configurations: int = 0
     not_reached: int = 0
     near: int = 0
@@ -69,9 +75,10 @@ class KinematicCampaign:
         self._robot, self._rng, self._around = robot, np.random.default_rng(seed), around
         rules = gate_config(robot.id, "sim")
         file = json.loads(rules.read_text(encoding="utf-8"))
-        self._gate = CoreGate(config or rules)
         self.arena = Arena(file)
-        self._prediction = Prediction(robot, file)
+        self._shares = ShareRobot(robot, file)
+        self._shares.begin(around[0], np.zeros((0, len(robot.parts))))
+        self._loop = LockstepLoop(self._shares, config)
         self._adversary = Adversary(robot, recorded, self._rng)
         self._starts = Starts(robot, self.arena, around, self._rng)
         self._kinematics = Kinematics(robot.description_path(), robot.measured_joint_names)
@@ -89,7 +96,7 @@ class KinematicCampaign:
                     f"{self.found.rows} rows followed, breaches {dict(self.found.breaches)}"
                 )
         self._look()
-        self._gate.close()
+        self._loop.close()
         return self.found
 
     def _one_case(self) -> None:
@@ -102,20 +109,9 @@ class KinematicCampaign:
             q = self._starts.pick(near=bool(self._rng.random() < 0.5))
             self._adversary.begin(kind)
             rows = self._adversary.chunk(self._moment(q))
-        still = Measured(1, q, np.zeros(len(q)), np.zeros(len(q)))
-        chunk = chunk_of(self._robot, 1, rows)
-        try:
-            (answer,) = self._gate.answers(Case(self._robot.id, "lockstep", still, chunk))
-        except CaseRefusedError as refusal:
-            raise AssertionError(f"{kind}: the gate was not ready: {refusal}") from None
-        self._note(kind, answer)
-        if answer.safe is not None:
-            self._follow(f"{kind} chunk {self.found.chunks}", q, rows[: answer.safe.horizon])
+        self._follow(kind, q, rows)
 
-    def _note(self, kind: str, answer: Answer) -> None:
-        verdict = answer.verdict
-        self.found.chunks += 1
-        self.found.by_kind[kind] += 1
+    def _note(self, verdict: Verdict) -> None:
         if verdict.outcome == Outcome.RELEASED:
             self.found.released += 1
         elif verdict.outcome == Outcome.TRUNCATED:
@@ -123,29 +119,46 @@ class KinematicCampaign:
         else:
             self.found.refused[verdict.code] += 1
 
-    def _follow(self, what: str, q: FloatArray, rows: Sequence[Row]) -> None:
+    def _follow(self, kind: str, q: FloatArray, rows: Sequence[Row]) -> None:
         """At both ends of the gain, its middle, and shares drawn for each row and part.
 
         Drawn is one of the ends for the whole chunk, and any.
         """
-        self.found.rows += len(rows)
+        self.found.chunks += 1
+        self.found.by_kind[kind] += 1
         count, parts = len(rows), len(self._robot.parts)
         mixed = np.tile(self._rng.integers(0, 2, parts).astype(float), (count, 1))
         shares = [np.full((count, parts), share) for share in (0.0, 1.0, 0.5)]
         shares += [mixed, self._rng.random((count, parts))]
-        if not self._prediction.depends_on_shares(rows[0]):
+        if not self._shares.prediction.depends_on_shares(rows[0]):
             shares = shares[:1]
-        for share in shares:
+        for number, share in enumerate(shares):
+            self._shares.begin(q, share)
+            self._loop.begin(0)
+            verdict = self._loop.propose(rows)
+            if number == 0:
+                self._note(verdict)
+            if verdict.outcome == Outcome.REFUSED:
+                return
+            self._run(f"{kind} chunk {self.found.chunks}", verdict, share)
+
+    def _run(self, what: str, verdict: Verdict, share: FloatArray) -> None:
+        """As far as the gate lets it go; ``share`` is what happens of each row and part."""
+        released = verdict.released_last - verdict.released_first + 1
+        for row in range(released):
             try:
-                path = self._prediction.follow(q, rows, share)
+                done = self._loop.advance(what)
             except NotReachedError:
                 self.found.not_reached += 1
-                continue
-            for row, place in enumerate(path):
-                modes = {part: command.mode.yaml_name for part, command in rows[row].items()}
-                self._waiting.append(
-                    (f"{what}, row {row}, share {share[row].round(2)}, {modes}", place)
-                )
+                return
+            if done is None or not done.commands:
+                self.found.cut.update(one.code for one in self._loop.take_cut())
+                return
+            self.found.rows += 1
+            modes = {part: command.mode.yaml_name for part, command in done.commands.items()}
+            told = f"{what}, row {row}, share {share[row].round(2)}, {modes}"
+            self._waiting.append((told, done.after.positions))
+            self._waiting.append((f"{told}, then held", self._shares.stopped(done)))
 
     def _look(self) -> None:
         """Ask the arena about everything followed since the last time."""

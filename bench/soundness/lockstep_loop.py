@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Generic, Protocol, TypeVar
 
 import numpy as np
 
@@ -11,14 +13,36 @@ from bench.equipment.core_gate import SESSION, SOURCE, CoreGate
 from bench.equipment.gate_port import GateOutput
 from bench.soundness.chunk_rows import Row, chunk_of
 from fairlead.errors import ConfigError
+from fairlead.hal.backend import PartCommand
 from fairlead.hal.core import HalCore, TickPlan
 from fairlead.messages import Decision, Hold, Lease, SafeChunk, Verdict, decode
 from fairlead.paths import gate_config
-from fairlead_tools.measure.driven_robot import DrivenRobot, Moment, Tick
+from fairlead.robot.manifest import RobotManifest
+from fairlead_tools.measure.driven_robot import Moment, Tick
 
 
-class LockstepLoop:
+class Stepped(Protocol):
+    """A robot that goes on by a period when it is told to: a `DrivenRobot`, or a model of one."""
+
+    @property
+    def robot(self) -> RobotManifest:
+        """Which."""
+
+    def reset(self, seed: int) -> Moment:
+        """A new episode."""
+
+    def step(self, kind: str, before: Moment, commands: Mapping[str, PartCommand]) -> Tick:
+        """One period with these commands."""
+
+
+R = TypeVar("R", bound=Stepped)
+
+
+class LockstepLoop(Generic[R]):
     """One robot whose every tick the gate decides.
+
+    Args:
+        config: the gate's file; None: the robot's own.
 
     Attributes:
         now: what is measured at the start of the present tick.
@@ -27,9 +51,9 @@ class LockstepLoop:
         undecided: claims, by source, which this tick waits for.
     """
 
-    def __init__(self, driven: DrivenRobot) -> None:
+    def __init__(self, driven: R, config: Path | None = None) -> None:
         self.driven = driven
-        self._gate = CoreGate(gate_config(driven.robot.id, "sim"))
+        self._gate = CoreGate(config or gate_config(driven.robot.id, "sim"))
         self.file = self._gate.file
         self.undecided: tuple[str, ...] = ()
         self.begin(0)
@@ -44,6 +68,7 @@ class LockstepLoop:
         claims: parts by source; by default one has everything.
         """
         robot, self.tick, self.hal_refused = self.driven.robot, 1, False
+        self._cut: list[Verdict] = []
         self.now: Moment = self.driven.reset(seed)
         # A gripper that still settles, for example: the gate arms at standstill.
         still = _measured(self.now, 1)
@@ -82,6 +107,11 @@ class LockstepLoop:
         self._next(done)
         return done
 
+    def take_cut(self) -> list[Verdict]:
+        """Why released rows were cut off before they acted, since this was asked last."""
+        found, self._cut = self._cut, []
+        return found
+
     def hold(self, kind: str) -> Tick:
         """What the HAL does after a stop, until the robot stands still: one more held tick."""
         done = self.driven.step(kind, self.now, {})
@@ -93,6 +123,9 @@ class LockstepLoop:
         self.tick, self.now = self.tick + 1, done.after
         reply = self._gate.state_reply(_measured(self.now, self.tick), self._hal.acted)
         self._take(reply.outputs)
+        for output in reply.outputs:
+            if output.kind == "verdict":
+                self._cut.append(decode(Verdict, output.payload))
 
     @property
     def stop_cause(self) -> str:

@@ -14,7 +14,7 @@ from bench.soundness.attacks import attacks_on, make_attack
 from bench.soundness.lockstep_loop import LockstepLoop
 from bench.soundness.stops import kind_of, story_of
 from fairlead.messages import FloatArray, Outcome
-from fairlead_tools.measure.driven_robot import Tick
+from fairlead_tools.measure.driven_robot import DrivenRobot, Tick
 
 EPISODES_MOST = 10_000
 REST_TICKS = 40
@@ -28,7 +28,8 @@ SPEED_TOLERANCE = 0.01
 class Simulated:
     """What came of it.
 
-    rows: executed in ticks, of one chunk each. stops: by code and joint. breaches: ticks by
+    rows: executed in ticks, of one chunk each. cut: released rows that were cut off before they
+    acted. stops: by code and joint. breaches: ticks by
     rule. told: the first of both.
     idle: those of the breaches in which no arm was told anything. by_attack: rows. broken: episodes
     by attack and rule. worst: least room measured, by rule; of bounds beyond their tolerance.
@@ -40,6 +41,7 @@ class Simulated:
     held: int = 0
     refused: Counter[int] = field(default_factory=Counter)
     truncated: Counter[int] = field(default_factory=Counter)
+    cut: Counter[int] = field(default_factory=Counter)
     stops: Counter[str] = field(default_factory=Counter)
     breaches: Counter[str] = field(default_factory=Counter)
     idle: Counter[str] = field(default_factory=Counter)
@@ -52,7 +54,7 @@ class Simulated:
 class SimulatedCampaign:
     """One robot. Each seed has episodes of its own."""
 
-    def __init__(self, loop: LockstepLoop, seed: int = 0) -> None:
+    def __init__(self, loop: LockstepLoop[DrivenRobot], seed: int = 0) -> None:
         self._loop, self._robot = loop, loop.driven.robot
         self._seed = seed
         self._arena = Arena(loop.file, self._robot.profile("sim").workspace.margin_m)
@@ -88,6 +90,7 @@ class SimulatedCampaign:
             done = loop.advance(name)
             if done is not None:
                 found.by_attack[name] += bool(done.commands)
+                found.cut.update(one.code for one in loop.take_cut())
                 self._check(name, done)
         if loop.stop_cause:
             found.stops[kind_of(loop.stop_cause)] += 1

@@ -31,24 +31,24 @@ def tables(results: Sequence[Results], command: str, day: str) -> str:
         [
             f"Measured on {day} by `{command}`.",
             "",
-            "## Judged, and checked by a second model",
+            "## Followed by a second model",
             "",
-            "| robot | chunks | released whole | truncated | refused | rows released "
-            "| configurations checked | not solved | breaches | smallest margins |",
-            "|---|---|---|---|---|---|---|---|---|---|",
+            "| robot | chunks | released whole | truncated | refused | cut off | rows that acted "
+            "| places checked | not solved | breaches | smallest margins |",
+            "|---|---|---|---|---|---|---|---|---|---|---|",
             *(_kinematic(one) for one in results),
             "",
             "## Executed in the simulator",
             "",
-            "| robot | rows executed | chunks | truncated | refused | stops | ticks in breach "
-            "| of them with no arm commanded | smallest margins |",
-            "|---|---|---|---|---|---|---|---|---|",
+            "| robot | rows executed | chunks | truncated | refused | cut off | stops "
+            "| ticks in breach | of them with no arm commanded | smallest margins |",
+            "|---|---|---|---|---|---|---|---|---|---|",
             *(_simulated(one) for one in results),
             "",
             "## Good demonstrations",
             "",
-            "| robot | episodes | succeeded | chunks | refused | truncated | stops |",
-            "|---|---|---|---|---|---|---|",
+            "| robot | episodes | succeeded | chunks | refused | truncated | cut off | stops |",
+            "|---|---|---|---|---|---|---|---|",
             *(_usability(one) for one in results),
             "",
             *_told(results),
@@ -70,6 +70,7 @@ def _kinematic(one: Results) -> str:
         f"{found.released:,}",
         _codes(found.truncated),
         _codes(found.refused),
+        _codes(found.cut),
         f"{found.rows:,}",
         f"{found.configurations:,}",
         f"{found.not_reached:,}",
@@ -86,6 +87,7 @@ def _simulated(one: Results) -> str:
         f"{found.chunks:,}",
         _codes(found.truncated),
         _codes(found.refused),
+        _codes(found.cut),
         _names(found.stops),
         _names(found.breaches),
         _names(+found.idle),
@@ -103,6 +105,7 @@ def _usability(one: Results) -> str:
         f"{found.chunks:,}",
         f"{_codes(found.refused)} ({share:.2%})",
         _codes(found.truncated),
+        _codes(found.cut),
         _names(found.stops),
     )
 

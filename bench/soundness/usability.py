@@ -9,13 +9,15 @@ from dataclasses import dataclass, field
 from bench.soundness.demonstrations import Rows, demonstration
 from bench.soundness.lockstep_loop import LockstepLoop
 from bench.soundness.stops import kind_of, story_of
-from fairlead.messages import Outcome
+from fairlead.messages import Outcome, Verdict
+from fairlead_tools.measure.driven_robot import DrivenRobot
 
 
 @dataclass
 class Usability:
     """chunks, episodes, succeeded, ticks: how many. refused, truncated: chunks by code.
 
+    cut: those whose released rows were cut off before they acted.
     stops: by code and joint, each ended an episode. told: the first words of each kind.
     """
 
@@ -25,12 +27,13 @@ class Usability:
     ticks: int = 0
     refused: Counter[int] = field(default_factory=Counter)
     truncated: Counter[int] = field(default_factory=Counter)
+    cut: Counter[int] = field(default_factory=Counter)
     stops: Counter[str] = field(default_factory=Counter)
     told: list[str] = field(default_factory=list)
 
 
 def demonstrate(
-    loop: LockstepLoop, seeds: Sequence[int], on_progress: Callable[[str], None]
+    loop: LockstepLoop[DrivenRobot], seeds: Sequence[int], on_progress: Callable[[str], None]
 ) -> Usability:
     """One demonstration of each seed under the gate's eyes."""
     found = Usability()
@@ -44,7 +47,7 @@ def demonstrate(
     return found
 
 
-def _episode(loop: LockstepLoop, seed: int, found: Usability) -> None:
+def _episode(loop: LockstepLoop[DrivenRobot], seed: int, found: Usability) -> None:
     loop.begin(seed)
     expert = demonstration(loop.driven)
     found.episodes += 1
@@ -57,19 +60,30 @@ def _episode(loop: LockstepLoop, seed: int, found: Usability) -> None:
             _ask(loop, expert.chunk(loop.now, loop.tick), seed, found)
             continue
         found.ticks += 1
+        _count_cut(loop, seed, found)
         if expert.is_over():
             found.succeeded += 1
             return
 
 
-def _ask(loop: LockstepLoop, rows: Rows, seed: int, found: Usability) -> None:
+def _count_cut(loop: LockstepLoop[DrivenRobot], seed: int, found: Usability) -> None:
+    for verdict in loop.take_cut():
+        found.cut[verdict.code] += 1
+        found.told.append(f"seed {seed}, tick {loop.tick}: cut off: {_why(verdict)}")
+
+
+def _ask(loop: LockstepLoop[DrivenRobot], rows: Rows, seed: int, found: Usability) -> None:
     verdict = loop.propose(rows)
     found.chunks += 1
     if verdict.outcome == Outcome.RELEASED:
         return
     by_code = found.refused if verdict.outcome == Outcome.REFUSED else found.truncated
     by_code[verdict.code] += 1
-    found.told.append(
-        f"seed {seed}, tick {loop.tick}: G{verdict.code:03d}, row {verdict.row}, {verdict.part} "
-        f"{verdict.axis}: {verdict.value:.4g} against {verdict.limit:.4g} ({verdict.limit_source})"
+    found.told.append(f"seed {seed}, tick {loop.tick}: {_why(verdict)}")
+
+
+def _why(verdict: Verdict) -> str:
+    return (
+        f"G{verdict.code:03d}, row {verdict.row}, {verdict.part} {verdict.axis}: "
+        f"{verdict.value:.4g} against {verdict.limit:.4g} ({verdict.limit_source})"
     )

@@ -25,6 +25,7 @@ REACHED, LONGEST_STEP, POSE_STEPS = 1e-6, 0.5, 50
 DOUBTFUL = 1.25
 """Of the singularity limit, for each rad that nobody knows of where a row begins."""
 LOOKS = 12
+GRANT_S = 0.075
 TARGETS = ("joint_position", "cartesian_pose")
 
 
@@ -46,15 +47,26 @@ class PathReference:
         }
         self._parts = {part["name"]: part for part in data["parts"]}
 
+    def certified(self, pacing: str) -> int:
+        """How many rows can act before the gate judges anew (realtime: one more)."""
+        if pacing == "lockstep":
+            return 1
+        return max(2, math.ceil(GRANT_S / self._period - 1e-9)) + 1
+
     def rows(
-        self, positions: FloatArray, part: str, mode: str, values: FloatArray
+        self, positions: FloatArray, part: str, mode: str, values: FloatArray, certified: int
     ) -> Iterator[list[RowMargins]]:
-        """Margins of each row, for either end of the gain. The robot stands still at first."""
-        branches = [positions.copy() for _ in range(2)]
+        """Margins of each row, for the middle and either end of the gain; after the certified rows
+        for the middle alone. The robot stands still at first."""
+        branches = [positions.copy() for _ in range(3)]
         spread, adds_up = Spread(positions.copy(), positions.copy()), mode not in TARGETS
         base_before = 0.0
-        for row in values:
-            gains = self._parts[part]["modes"][mode].get("gain", [1.0, 1.0])
+        low, high = self._parts[part]["modes"][mode].get("gain", [1.0, 1.0])
+        gains = [(low + high) / 2.0, low, high]
+        for number, row in enumerate(values):
+            if number == certified:
+                branches, gains = branches[:1], gains[:1]
+                spread = Spread(branches[0], branches[0])
             ends = [
                 self._after(now, part, mode, row, gain)
                 for now, gain in zip(branches, gains, strict=True)

@@ -14,12 +14,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bench.equipment.case import Case, Chunk, PartRows, still
+from bench.equipment.case import Case, Chunk, Pacing, PartRows, still
 from bench.equipment.core_gate import CoreGate
 from fairlead.messages import FloatArray
 from fairlead.paths import gate_config, robot_dir
 from tests.differential.gate_file import MODES
 from tests.differential.path_reference import PathReference
+from tests.differential.reference import open_tick
 from tests.differential.row_ends import poses_along
 
 pytestmark = pytest.mark.processes
@@ -61,8 +62,8 @@ def rows_of(
 ) -> FloatArray:
     """Rows that go on in one direction, within the limits that single rows have."""
     declared = next(one for one in data["parts"] if one["name"] == part)
-    # Steps of targets are small: it takes more of them to get anywhere.
-    most = 24 if mode == "joint_position" else 10
+    # Some steps are small: it takes more of them to get anywhere.
+    most = 24 if mode in ("joint_position", "cartesian_twist") else 10
     block, horizon = declared["modes"][mode], int(rng.integers(2, most))
     names = [joint["name"] for joint in data["joints"]]
     own = [names.index(name) for name in declared["joints"]]
@@ -124,21 +125,23 @@ def test_released_rows_are_clear_and_refused_ones_are_not(
     codes: Counter[int] = Counter()
     core = CoreGate(config)
     try:
-        for _ in range(count):
+        for number in range(count):
+            pacing: Pacing = "realtime" if number % 2 else "lockstep"
             start = start_of(data, reference, rng, part, mode)
             values = rows_of(data, rng, start, part, mode)
             if mode == "cartesian_pose":
                 values = poses_along(reference.tool(start, part), values)
             rows = PartRows(index, MODES.index(mode), values, frame, active)
-            chunk = Chunk(TICK, len(values), (rows,))
-            verdict = core.answers(Case(robot, "lockstep", still(TICK, start), chunk))[0].verdict
+            chunk = Chunk(open_tick(pacing, TICK), len(values), (rows,))
+            verdict = core.answers(Case(robot, pacing, still(TICK, start), chunk))[0].verdict
             codes[verdict.code] += 1
             if verdict.code != 0 and verdict.code not in PATH_CODES:
                 continue
             if verdict.axis.startswith("tool ") and verdict.code == UNREACHABLE:
                 continue  # the reference does not say when a tool gets nowhere
             released = len(values) if verdict.code == 0 else verdict.row
-            told = list(reference.rows(start, part, mode, values))
+            certified = reference.certified(pacing)
+            told = list(reference.rows(start, part, mode, values, certified))
             for row, branches in enumerate(told[:released]):
                 for margins in branches:
                     assert min(margins.at_ends.values()) >= -EXACT, (row, margins, verdict)

@@ -21,6 +21,7 @@ from bench.soundness.simulated_campaign import SimulatedCampaign
 from fairlead.paths import gate_config
 from fairlead_tools.measure.driven_robot import DrivenRobot
 
+Loop = LockstepLoop[DrivenRobot]
 PATH_CODES = {24, 26, 30, 31, 32, 33, 34}
 MALFORMED = set(range(1, 13))
 
@@ -38,7 +39,8 @@ def test_the_fixed_arm_stays_where_it_may_be_and_its_demonstration_is_released()
     assert not found.simulated.breaches, found.simulated.told
     usability = found.usability
     assert usability.chunks >= 8 and usability.ticks == 60
-    assert not (usability.refused or usability.truncated or usability.stops), usability.told
+    assert not (usability.refused or usability.truncated or usability.cut), usability.told
+    assert not usability.stops, usability.told
 
 
 def campaign(robot: str, config: Path | None = None) -> KinematicCampaign:
@@ -75,21 +77,23 @@ def test_a_gate_whose_bounds_are_too_wide_is_noticed(tmp_path: Path) -> None:
 
 
 @pytest.fixture(scope="module")
-def fixed_arm() -> Iterator[LockstepLoop]:
+def fixed_arm() -> Iterator[Loop]:
     loop = LockstepLoop(DrivenRobot("panda"))
     yield loop
     loop.close()
 
 
 @pytest.fixture(scope="module")
-def two_arms() -> Iterator[LockstepLoop]:
+def two_arms() -> Iterator[Loop]:
     loop = LockstepLoop(DrivenRobot("dual_panda"))
     yield loop
     loop.close()
 
 
 @pytest.mark.processes
-def test_a_robot_beyond_its_box_is_noticed_in_the_simulator(fixed_arm: LockstepLoop) -> None:
+def test_a_robot_beyond_its_box_is_noticed_in_the_simulator(
+    fixed_arm: Loop,
+) -> None:
     volume = fixed_arm.file["workspace"]["volumes"][0]
     before = volume["lower"]
     volume["lower"] = [0.0, 0.0, 1.0]
@@ -100,7 +104,7 @@ def test_a_robot_beyond_its_box_is_noticed_in_the_simulator(fixed_arm: LockstepL
 
 
 @pytest.mark.processes
-def test_a_joint_beyond_its_speed_is_noticed_and_named(two_arms: LockstepLoop) -> None:
+def test_a_joint_beyond_its_speed_is_noticed_and_named(two_arms: Loop) -> None:
     campaign = SimulatedCampaign(two_arms)
     campaign._fastest[:] = 0.01
     campaign.episode("full-scale", 3, most_ticks=20)
@@ -109,7 +113,7 @@ def test_a_joint_beyond_its_speed_is_noticed_and_named(two_arms: LockstepLoop) -
 
 
 @pytest.mark.processes
-def test_an_episode_is_the_same_again(fixed_arm: LockstepLoop) -> None:
+def test_an_episode_is_the_same_again(fixed_arm: Loop) -> None:
     first, again = SimulatedCampaign(fixed_arm), SimulatedCampaign(fixed_arm)
     for one in (first, again):
         one.episode("full-scale", 7, most_ticks=40)
@@ -120,7 +124,7 @@ def test_an_episode_is_the_same_again(fixed_arm: LockstepLoop) -> None:
 @pytest.mark.processes
 @pytest.mark.parametrize("robot", ["panda", "dual_panda"])
 def test_every_attack_gets_rows_through_and_none_that_cannot_be_read(
-    robot: str, fixed_arm: LockstepLoop, two_arms: LockstepLoop
+    robot: str, fixed_arm: Loop, two_arms: Loop
 ) -> None:
     loop = fixed_arm if robot == "panda" else two_arms
     for attack in attacks_on(loop.driven.robot):
@@ -132,7 +136,7 @@ def test_every_attack_gets_rows_through_and_none_that_cannot_be_read(
 
 
 @pytest.fixture(scope="module")
-def mobile() -> Iterator[LockstepLoop]:
+def mobile() -> Iterator[Loop]:
     loop = LockstepLoop(DrivenRobot("panda_mobile"))
     yield loop
     loop.close()
@@ -153,7 +157,7 @@ def mobile() -> Iterator[LockstepLoop]:
     ],
 )
 def test_episodes_that_broke_a_rule_once_do_not(
-    mobile: LockstepLoop, attack: str, seed: int, most_ticks: int
+    mobile: Loop, attack: str, seed: int, most_ticks: int
 ) -> None:
     campaign = SimulatedCampaign(mobile)
     campaign.episode(attack, seed, most_ticks=most_ticks)
@@ -165,7 +169,7 @@ def test_episodes_that_broke_a_rule_once_do_not(
 @pytest.mark.simulator
 @pytest.mark.parametrize("beyond", [0.5, 1.5])
 def test_what_was_executed_is_held_against_the_declared_box_not_the_gates_smaller_one(
-    mobile: LockstepLoop, beyond: float
+    mobile: Loop, beyond: float
 ) -> None:
     """The tool beyond the gate's edge by a share of the margin: the declared one is further."""
     robot, now = mobile.driven.robot, mobile.driven.reset(0)
@@ -183,7 +187,9 @@ def test_what_was_executed_is_held_against_the_declared_box_not_the_gates_smalle
 
 @pytest.mark.processes
 @pytest.mark.simulator
-def test_attacks_with_a_base_and_its_switch_get_rows_through(mobile: LockstepLoop) -> None:
+def test_attacks_with_a_base_and_its_switch_get_rows_through(
+    mobile: Loop,
+) -> None:
     for attack in ON_A_BASE:
         campaign = SimulatedCampaign(mobile)
         campaign.episode(attack, 2, most_ticks=10)
@@ -195,7 +201,7 @@ def test_attacks_with_a_base_and_its_switch_get_rows_through(mobile: LockstepLoo
 @pytest.mark.processes
 @pytest.mark.simulator
 def test_random_vectors_of_a_third_of_full_scale_get_through_while_the_switch_flickers(
-    mobile: LockstepLoop,
+    mobile: Loop,
 ) -> None:
     gentle, hard = (ask(mobile, scale, [0]) for scale in (0.3, 1.0))
     assert gentle.rows + gentle.held >= TICKS - 1
@@ -205,7 +211,9 @@ def test_random_vectors_of_a_third_of_full_scale_get_through_while_the_switch_fl
 
 
 @pytest.mark.processes
-def test_two_arms_that_chase_each_other_have_a_claim_each(two_arms: LockstepLoop) -> None:
+def test_two_arms_that_chase_each_other_have_a_claim_each(
+    two_arms: Loop,
+) -> None:
     campaign = SimulatedCampaign(two_arms)
     campaign.episode("chase", 2, most_ticks=30)
     assert campaign.found.chunks > campaign.found.rows > 10

@@ -9,6 +9,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
+import yaml
 
 from fairlead.paths import deployment_path
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
@@ -47,6 +48,41 @@ def test_systemd_takes_the_units_and_finds_them_hardened(tmp_path: Path) -> None
         words = [ANALYZE, "security", "--offline=true", f"--threshold={EXPOSURE}", str(file)]
         done = subprocess.run(words, capture_output=True, text=True, check=False)
         assert done.returncode == 0, done.stdout
+
+
+@pytest.mark.skipif(ANALYZE is None, reason="no systemd-analyze here")
+def test_a_router_that_robots_share_has_a_unit_and_they_have_none_for_it(tmp_path: Path) -> None:
+    files = []
+    for number, name in enumerate(("left", "right")):
+        content = yaml.safe_load(deployment_path(FILE).read_text(encoding="utf-8"))
+        content |= {"id": name, "router": {"host": "robot", "port": 7400 + number}}
+        files.append(tmp_path / f"{name}.yaml")
+        files[-1].write_text(yaml.safe_dump(content), encoding="utf-8")
+    words = ["deploy", "units", *map(str, files), "--user", "root", "--out", str(tmp_path / "all")]
+    done = fairlead(*words, state=tmp_path)
+    assert done.returncode == 0, done.stderr
+    [unit] = (tmp_path / "all").iterdir()
+    start = next(one for one in unit.read_text().splitlines() if one.startswith("ExecStart="))
+    assert start.endswith(f'"router" "{files[0]}" "{files[1]}"')
+    assert ANALYZE is not None
+    verified = subprocess.run(
+        [ANALYZE, "verify", str(unit)], capture_output=True, text=True, check=False
+    )
+    assert (verified.returncode, verified.stderr) == (0, "")
+    assert not any("router" in file.name for file in units(tmp_path / "one", "--without", "router"))
+
+
+@pytest.mark.parametrize("words", [["--host", "robot"], ["--without", "router"]])
+def test_several_files_are_those_of_a_router_alone(tmp_path: Path, words: list[str]) -> None:
+    done = fairlead("deploy", "units", FILE, FILE, "--out", str(tmp_path / "u"), *words)
+    assert done.returncode == 1 and not (tmp_path / "u").exists()
+    assert "--host, --without: expected one file with them, got several" in done.stderr
+
+
+def test_robots_that_cannot_share_a_router_get_no_unit(tmp_path: Path) -> None:
+    done = fairlead("deploy", "units", FILE, FILE, "--out", str(tmp_path / "u"))
+    assert done.returncode == 1 and not (tmp_path / "u").exists()
+    assert "have the same id; each robot needs its own" in done.stderr
 
 
 def test_no_unit_needs_another_one(tmp_path: Path) -> None:

@@ -66,7 +66,7 @@ WholeRows::WholeRows(std::string name, const Limits& limits, std::uint32_t horiz
       state_(middle_of(limits)),
       chunk_(limits, state_, horizon) {
   const Judgement found =
-      judge_rows(room_, model_, claim_, state_, chunk_.chunk(), 0, RowBefore{}, Companions{});
+      judge_rows(room_, model_, claim_, state_, chunk_.chunk(), all_rows(), RowBefore{}, {});
   if (found.row_count == horizon) return;
   std::string place = this->name();
   place.append(": row ").append(std::to_string(found.evidence.row)).append(" is refused: G");
@@ -74,10 +74,12 @@ WholeRows::WholeRows(std::string name, const Limits& limits, std::uint32_t horiz
   throw std::runtime_error(place);
 }
 
+JudgedRows WholeRows::all_rows() const { return JudgedRows::all(0, chunk_.chunk().horizon); }
+
 void WholeRows::run(std::size_t calls) {
   for (std::size_t call = 0; call < calls; ++call) {
     const Judgement found =
-        judge_rows(room_, model_, claim_, state_, chunk_.chunk(), 0, RowBefore{}, Companions{});
+        judge_rows(room_, model_, claim_, state_, chunk_.chunk(), all_rows(), RowBefore{}, {});
     keep(found);
   }
 }

@@ -47,6 +47,8 @@ class WholeRows final : public Case {
   void run(std::size_t calls) override;
 
  private:
+  [[nodiscard]] JudgedRows all_rows() const;
+
   RobotModel model_;
   PathRoom room_;
   ClaimLimits claim_;

@@ -44,7 +44,7 @@ class Target {
     for (const ActionPart& action : rows.actions) (void)chunk.parts.push_back(action);
     const std::uint64_t start = busy_ns();
     const Judgement found =
-        judge_rows(room_, model_, claim_, state_, chunk, 0, RowBefore{}, Companions{});
+        judge_rows(room_, model_, claim_, state_, chunk, JudgedRows::all(0, rows_), RowBefore{}, {});
     return {found.configurations, static_cast<double>(busy_ns() - start) * 1e-3};
   }
 

@@ -17,10 +17,22 @@ def router_endpoints(deployments: Sequence[Deployment]) -> Endpoints:
     """Where a router listens for these robots, and what it lets through.
 
     Raises:
-        ConfigError: one has no router, or no certificate for its address; two have the same id or
-            port; the access of some is open, and of others closed.
+        ConfigError: as `check_shared`, or one has no certificate for its address.
     """
+    check_shared(deployments)
     listen = [_endpoint(one) for one in deployments]
+    closed = [one for one in deployments if not one.open_access]
+    access = router_access(one.parties for one in closed) if closed else {}
+    return Endpoints(listen=listen, mode="router", access=access)
+
+
+def check_shared(deployments: Sequence[Deployment]) -> None:
+    """Whether one router can serve these robots.
+
+    Raises:
+        ConfigError: one has no router; two have the same id or port; the access of some is open,
+            and of others closed.
+    """
     for one, other in combinations(deployments, 2):
         for what, same in (
             ("id", one.keys == other.keys),
@@ -38,8 +50,6 @@ def router_endpoints(deployments: Sequence[Deployment]) -> Endpoints:
             f"{ROUTER}: access of {opened} is open and of {closed[0].id} closed; a router keeps to "
             "rules for all of its robots or for none"
         )
-    access = router_access(one.parties for one in closed) if closed else {}
-    return Endpoints(listen=listen, mode="router", access=access)
 
 
 def _endpoint(deployment: Deployment) -> str:

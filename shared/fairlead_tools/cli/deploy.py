@@ -10,11 +10,19 @@ import typer
 from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.errors import ConfigError, ServiceError, expected
 from fairlead_tools.cli.console import ProgressLine, echo, print_json
-from fairlead_tools.cli.options import DeploymentArgument, JsonOption, example, make_group
+from fairlead_tools.cli.options import (
+    DeploymentArgument,
+    DeploymentsArgument,
+    JsonOption,
+    WithoutOption,
+    example,
+    left_out,
+    make_group,
+)
 from fairlead_tools.deploy.all_hosts import ask_host, compare
 from fairlead_tools.deploy.containers import compose_file
 from fairlead_tools.deploy.host_report import HostReport, report_this
-from fairlead_tools.deploy.systemd_units import systemd_units
+from fairlead_tools.deploy.systemd_units import router_unit, systemd_units
 
 HostOption = Annotated[str | None, typer.Option(help="which host of the file, if it has several")]
 
@@ -81,21 +89,31 @@ def _say(reports: list[HostReport], problems: list[str]) -> None:
 
 @example("fairlead deploy units ./panda_mobile_two_hosts.yaml --host robot --out units")
 def units_command(
-    deployment: DeploymentArgument,
+    deployments: DeploymentsArgument,
     out: Annotated[Path, typer.Option(help="folder for them; it is made")],
     host: HostOption = None,
     user: Annotated[str, typer.Option(help="as whom the services run")] = "fairlead",
+    without: WithoutOption = None,
 ) -> None:
-    """Write units for systemd: each process of a host by itself, watched, with few rights."""
-    loaded, host = _on_host(deployment, host)
-    units = systemd_units(deployment, loaded, host, user)
+    """Write units for systemd: each process of a host by itself, watched, with few rights.
+
+    Several files: the unit of the router that these robots share.
+    """
+    if len(deployments) == 1:
+        loaded, host = _on_host(deployments[0], host)
+        leave_out = left_out(loaded, without)
+        units = systemd_units(deployments[0], loaded, host, user, leave_out)
+    elif host or without:
+        raise ConfigError("--host, --without: expected one file with them, got several")
+    else:
+        units = router_unit(deployments, [load_deployment(file) for file in deployments], user)
     out.mkdir(parents=True, exist_ok=True)
     for name, text in units.items():
         (out / name).write_text(text, encoding="utf-8")
         echo(str(out / name))
-    target = next(name for name in units if name.endswith(".target"))
+    first = next(iter(units))
     echo(f"copy them to /etc/systemd/system, then: systemctl enable --now {' '.join(units)}")
-    echo(f"to stop all: systemctl stop {target}")
+    echo(f"to stop all: systemctl stop {first}")
 
 
 @example("fairlead deploy containers ./panda_mobile_two_hosts.yaml --host robot --out containers")
@@ -106,10 +124,11 @@ def containers_command(
     image: Annotated[
         str, typer.Option(help="what compose/Containerfile was built as")
     ] = "localhost/fairlead",
+    without: WithoutOption = None,
 ) -> None:
     """Write a compose file: each process of a host in a container of its own, with few rights."""
     loaded, host = _on_host(deployment, host)
-    text = compose_file(deployment, loaded, host, image)
+    text = compose_file(deployment, loaded, host, image, left_out(loaded, without))
     (out / "state").mkdir(parents=True, exist_ok=True, mode=0o700)
     (out / "compose.yaml").write_text(text, encoding="utf-8")
     echo(str(out / "compose.yaml"))

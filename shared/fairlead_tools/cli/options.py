@@ -9,8 +9,9 @@ from typing import Annotated
 import typer
 
 from fairlead.deploy.deployment import Deployment, load_deployment
+from fairlead.deploy.hosts import ROUTER
 from fairlead.deploy.registry import Registry, Running
-from fairlead.errors import ConfigError, FairleadError
+from fairlead.errors import ConfigError, FairleadError, expected
 from fairlead.operate.connection import choose_file, file_of, nothing_runs
 from fairlead.paths import deployment_names, deployment_path, robot_ids
 from fairlead.skill.manifest import skill_ids
@@ -168,6 +169,12 @@ NewStateOption = Annotated[
         "latches without it",
     ),
 ]
+WithoutOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        help="a service (or router) that somebody else runs: fairlead service; repeatable"
+    ),
+]
 JsonOption = Annotated[bool, typer.Option("--json", help="print one JSON document instead")]
 
 
@@ -179,6 +186,19 @@ def choose_deployment(file: Path | None) -> Deployment:
         NoAnswerError: none runs, naming those that can be started.
     """
     return load_deployment(choose_file(file))
+
+
+def left_out(deployment: Deployment, without: list[str] | None) -> list[str]:
+    """What `WithoutOption` names.
+
+    Raises:
+        ConfigError: the file has no such service.
+    """
+    known = [*deployment.services, *([ROUTER] if deployment.router else [])]
+    for name in without or ():
+        if name not in known:
+            raise ConfigError(expected("--without", "a service of the file", repr(name), known))
+    return without or []
 
 
 def choose_running(wanted: str | None) -> Running:

@@ -14,17 +14,24 @@ from typing import IO, Annotated
 
 import typer
 
-from fairlead.deploy.deployment import Deployment, load_deployment
+from fairlead.deploy.deployment import load_deployment
 from fairlead.deploy.hosts import ROUTER
 from fairlead.deploy.registry import Registry, running_name
 from fairlead.deploy.stop_signals import ignore_further_signals
-from fairlead.errors import ConfigError, FairleadError, each_error, expected
+from fairlead.errors import FairleadError, each_error
 from fairlead.messages import GateState
 from fairlead.operate.connection import connect
 from fairlead.operate.robot import Robot
 from fairlead_tools.cli.console import echo
 from fairlead_tools.cli.greeting import Greeting, OtherHosts, Say, explain_gate, wait_router
-from fairlead_tools.cli.options import DeploymentArgument, NewStateOption, StateDirOption, example
+from fairlead_tools.cli.options import (
+    DeploymentArgument,
+    NewStateOption,
+    StateDirOption,
+    WithoutOption,
+    example,
+    left_out,
+)
 from fairlead_tools.cli.up_output import UpOutput
 from fairlead_tools.supervisor import ServiceEvent, Supervisor
 from fairlead_tools.supervisor.before_start import checks, warning_lines
@@ -45,12 +52,7 @@ def up_command(
     host: Annotated[
         str | None, typer.Option(help="which host of the file this machine is, if it has several")
     ] = None,
-    without: Annotated[
-        list[str] | None,
-        typer.Option(
-            help="a service (or router) that somebody else runs: fairlead service; repeatable"
-        ),
-    ] = None,
+    without: WithoutOption = None,
     new_state: NewStateOption = False,
     detach: Annotated[
         bool,
@@ -84,7 +86,7 @@ def up_command(
         on_line=say,
         command=new_state_command() if new_state else service_command,
         host=host,
-        leave_out=_left_out(loaded, without or []),
+        leave_out=left_out(loaded, without),
     )
     _check(deployment, supervisor, say)
     try:
@@ -92,14 +94,6 @@ def up_command(
     finally:
         ignore_further_signals()
         say.close()
-
-
-def _left_out(deployment: Deployment, names: list[str]) -> list[str]:
-    known = [*deployment.services, *([ROUTER] if deployment.router else [])]
-    for name in names:
-        if name not in known:
-            raise ConfigError(expected("--without", "a service of the file", repr(name), known))
-    return names
 
 
 def _check(file: Path, supervisor: Supervisor, say: Say) -> None:

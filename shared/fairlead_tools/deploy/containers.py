@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Container
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +24,9 @@ _HEAD = """\
 """
 
 
-def compose_file(file: Path, deployment: Deployment, host: str | None, image: str) -> str:
+def compose_file(
+    file: Path, deployment: Deployment, host: str | None, image: str, without: Container[str] = ()
+) -> str:
     """Text of the compose file for one host.
 
     The containers share the host's network, because services of a host meet on its loopback, and
@@ -34,8 +37,9 @@ def compose_file(file: Path, deployment: Deployment, host: str | None, image: st
         file: the deployment file, where it lies on that host.
         host: a host of the file; None where it has none.
         image: what compose/Containerfile was built as.
+        without: processes that get none.
     """
-    names = deployment.processes(host)
+    names = [name for name in deployment.processes(host) if name not in without]
     return _HEAD + yaml.safe_dump(
         {
             "name": f"fairlead-{deployment.id}".lower(),

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Mapping
+from collections.abc import Container, Mapping, Sequence
 from pathlib import Path
 
 from fairlead.deploy.deployment import Deployment
 from fairlead.deploy.hosts import ROUTER
+from fairlead.deploy.shared_router import check_shared
 from fairlead.errors import ConfigError, expected
 
 WATCHDOG_S = 10
@@ -29,8 +30,7 @@ WantedBy=multi-user.target
 _SERVICE = """\
 [Unit]
 Description=fairlead {id}: {name}
-PartOf={target}
-After=network-online.target
+{part_of}After=network-online.target
 StartLimitIntervalSec=0
 
 [Service]
@@ -84,7 +84,7 @@ _NO_OWN_CODE = "MemoryDenyWriteExecute=yes\n"
 
 
 def systemd_units(
-    file: Path, deployment: Deployment, host: str | None, user: str
+    file: Path, deployment: Deployment, host: str | None, user: str, without: Container[str] = ()
 ) -> Mapping[str, str]:
     """Text of each unit by its file name: one for each process of a host, and what starts them all.
 
@@ -94,37 +94,79 @@ def systemd_units(
     Args:
         file: the deployment file, where it lies on that host.
         user: as whom they run.
+        without: processes that get none.
 
     Raises:
         ConfigError: a path or the user has signs that a unit cannot have.
     """
-    if not _USER.fullmatch(user):
-        raise ConfigError(expected("--user", "a user's name of a-z 0-9 _ -", repr(user)))
     target = f"fairlead-{deployment.id}.target"
     units = {target: _TARGET.format(id=deployment.id, host=host or "this machine")}
     gate = deployment.only("safety")
     for name in deployment.processes(host):
+        if name in without:
+            continue
         more = "" if name == deployment.hal or name in deployment.runners else _NO_DEVICES
-        units[f"fairlead-{deployment.id}-{name}.service"] = _SERVICE.format(
-            id=deployment.id,
-            name=name,
+        units[f"fairlead-{deployment.id}-{name}.service"] = _service(
+            deployment.id,
+            name,
+            ["router", file] if name == ROUTER else ["service", file, name],
+            user,
             target=target,
-            command=_command(file, name),
-            user=user,
-            watchdog=WATCHDOG_S,
-            start=START_S,
-            stop=STOP_S,
             oom=-900 if name in (gate, deployment.hal) else 0,
             more=more + (_NO_OWN_CODE if name == gate else ""),
         )
     return units
 
 
-def _command(file: Path, name: str) -> str:
-    program = str(Path(sys.executable).with_name("fairlead"))
-    where = str(file.absolute())
-    for path in (program, where):
-        if any(sign in path for sign in "\"'\\\n$"):
-            raise ConfigError(f"unit: {path}: expected a path without quotes, \\ and $")
-    words = [program, "router", where] if name == ROUTER else [program, "service", where, name]
-    return " ".join(f'"{word.replace("%", "%%")}"' for word in words)
+def router_unit(
+    files: Sequence[Path], deployments: Sequence[Deployment], user: str
+) -> Mapping[str, str]:
+    """The unit of a router that several robots share, by its file name.
+
+    Args:
+        files: the deployment files, where they lie on the router's host.
+
+    Raises:
+        ConfigError: as `systemd_units`; they cannot share a router.
+    """
+    check_shared(deployments)
+    text = _service(
+        ROUTER, ", ".join(one.id for one in deployments), [ROUTER, *files], user, more=_NO_DEVICES
+    )
+    return {f"fairlead-{ROUTER}.service": text}
+
+
+def _service(
+    owner: str,
+    name: str,
+    words: Sequence[str | Path],
+    user: str,
+    *,
+    more: str,
+    target: str = "",
+    oom: int = 0,
+) -> str:
+    if not _USER.fullmatch(user):
+        raise ConfigError(expected("--user", "a user's name of a-z 0-9 _ -", repr(user)))
+    return _SERVICE.format(
+        id=owner,
+        name=name,
+        part_of=f"PartOf={target}\n" if target else "",
+        target=target or "multi-user.target",
+        command=_command(words),
+        user=user,
+        watchdog=WATCHDOG_S,
+        start=START_S,
+        stop=STOP_S,
+        oom=oom,
+        more=more,
+    )
+
+
+def _command(words: Sequence[str | Path]) -> str:
+    program = Path(sys.executable).with_name("fairlead")
+    told = [str(one.absolute()) if isinstance(one, Path) else one for one in (program, *words)]
+    for word in told:
+        if any(sign in word for sign in "\"'\\\n$"):
+            raise ConfigError(f"unit: {word}: expected a path without quotes, \\ and $")
+    return " ".join(f'"{word.replace("%", "%%")}"' for word in told)

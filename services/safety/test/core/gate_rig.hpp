@@ -55,7 +55,7 @@ class GateRig {
     status.robot = "test_robot";
     status.robot_hash = hash_of(7);
     status.pacing = lockstep ? "lockstep" : "realtime";
-    status.period_ns = period_ns;
+    status.period_ns = limits.period_ns;
     status.state = "ready";
     for (const JointLimits& item : limits.joints) (void)status.joints.push_back(item.name);
     for (const PassiveLimits& item : limits.passive_joints)
@@ -83,19 +83,19 @@ class GateRig {
   /// One period later: a new state that says what acted meanwhile.
   void next_tick(const Acted& did = Acted{}) {
     ++tick;
-    now_ns += period_ns;
+    now_ns += limits.period_ns;
     acted = did;
     send_state();
   }
   /// Periods pass of which the gate hears nothing.
   void pass(std::uint64_t ticks) {
     tick += ticks;
-    now_ns += ticks * period_ns;
+    now_ns += ticks * limits.period_ns;
   }
   /// One period later, where parts did different things.
   void next_tick_of(const std::vector<Acted>& each) {
     ++tick;
-    now_ns += period_ns;
+    now_ns += limits.period_ns;
     send_state_of(each);
   }
   std::uint64_t session = hal_session;
@@ -117,7 +117,7 @@ class GateRig {
     claim.skill = "test-skill";
     claim.skill_hash = hash_of(3);
     claim.robot_hash = hash_of(7);
-    claim.period_ns = period_ns;
+    claim.period_ns = limits.period_ns;
     for (const char* name : parts) (void)claim.parts.push_back(name);
     claim.chunk_rate_hz = 20.0;
     claim.horizon_max = 64;

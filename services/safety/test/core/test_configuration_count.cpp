@@ -56,14 +56,14 @@ TEST_CASE("G030 a judgement that has looked 4,096 times goes no further") {
   for (int row = 0; row < 64; ++row) velocities.push_back(row % 2 == 0 ? 8.0 : -8.0);
   // 0.4 m to and fro: the end of each row and 63 places on the way there.
   CHECK(configurations(limits, Mode::joint_velocity, velocities) == 4096);
-  limits.parts[arm].modes.joint_velocity.gain = {0.999, 1.0};  // twice as many
+  limits.parts[arm].modes.joint_velocity.gain = {0.999, 1.0};  // three times as many
   const ChunkBuilder chunk = one_joint(Mode::joint_velocity, slide_x, velocities);
   const Judgement cut = free_arm::judge(limits, chunk.chunk);
   CHECK(cut.outcome == Outcome::truncated);
-  CHECK(cut.row_count == 32);
+  CHECK(cut.row_count == 21);
   CHECK(cut.configurations == 4096);
   CHECK(cut.evidence.code == 30);
-  CHECK(cut.evidence.row == 32);
+  CHECK(cut.evidence.row == 21);
   CHECK(cut.evidence.axis == "looks");
   CHECK(cut.evidence.value == 4096.0);
   CHECK(cut.evidence.limit == 4096.0);

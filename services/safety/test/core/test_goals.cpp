@@ -13,7 +13,7 @@ using namespace fairlead::test;
 namespace {
 
 constexpr double turn = 0.1;  // of arm_1 in each row [rad]; the tool is 0.7 m away from its axis
-constexpr std::size_t upper = 1;  // the branch of the larger share
+constexpr std::size_t upper = 2;  // the branch of the larger share
 
 // 0.1 to 0.3 of a motion happens in its tick: a turn of 0.1 rad at 0.6 rad/s at most. The limit of
 // the joint is 1.5 rad/s.

@@ -89,12 +89,13 @@ TEST_CASE("G024 realtime: of what acts already, the share that leads too far fir
   const ChunkBuilder stops = one_joint(Mode::joint_velocity, slide_x, {0.0});
   RowBefore before{&acts.chunk, 0};
   before.measured = false;
-  // Half of it: 25 mm, 25 mm more at 0.5 m/s, 25 mm to brake. All of it: 0.2 m.
+  // Half of it: 25 mm, 25 mm more at 0.5 m/s, 25 mm to brake. All of it: 0.2 m. The forecast is
+  // asked first: 0.13125 m.
   const Evidence evidence = free_arm::judge(limits, stops.chunk, at_rest(), before).evidence;
   CHECK(evidence.code == 24);
   CHECK(evidence.row == 0);
-  CHECK(evidence.value == doctest::Approx(0.075));
-  limits.joints[slide_x].bounds.upper = 0.1;
+  CHECK(evidence.value == doctest::Approx(0.13125));
+  limits.joints[slide_x].bounds.upper = 0.15;
   CHECK(free_arm::judge(limits, stops.chunk, at_rest(), before).evidence.value ==
         doctest::Approx(0.2));
   limits.joints[slide_x].bounds.upper = 0.2 + eps;
@@ -172,4 +173,31 @@ TEST_CASE("G034 a corner that is out where the row leads, and neither before nor
   };
   CHECK(code(0.70711) == 0);
   CHECK(code(0.70708) == 34);
+}
+
+TEST_CASE("G031 a joint that is measured to be faster than told stops at either speed's end") {
+  Limits limits = free_arm::limits();
+  for (const std::uint8_t j : {slide_x, slide_y}) limits.joints[j].acceleration_limit = 5.0;
+  // Told 1 m/s ahead and 0.1 m/s aside. Aside it is measured at 1 m/s: 0.105 m, and 0.006 m as
+  // slow as told. Ahead it stops at 0.15 m.
+  ChunkBuilder chunk;
+  Row speeds(6, 0.0);
+  speeds[slide_x] = 1.0;
+  speeds[slide_y] = 0.1;
+  chunk.add(arm, Mode::joint_velocity, {speeds}, {slide_x, slide_y});
+  const auto code = [&](double aside, double measured) {
+    Limits posted = limits;
+    (void)posted.workspace.volumes.push_back(
+        {"post", true, {0.83, aside - 0.01, 0}, {0.87, aside + 0.01, 1}});
+    MeasuredState state = at_rest();
+    state.velocities[slide_x] = 1.0;
+    state.velocities[slide_y] = measured;
+    return judge_path(RobotModel(posted), whole_robot(posted), state, chunk.chunk, 0, 1, {}, {})
+        .evidence.code;
+  };
+  CHECK(code(0.006, 1.0) == 31);
+  CHECK(code(0.105, 1.0) == 31);
+  CHECK(code(0.2, 1.0) == 0);
+  CHECK(code(0.006, 0.1) == 31);
+  CHECK(code(0.105, 0.1) == 0);
 }

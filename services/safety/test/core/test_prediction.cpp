@@ -84,7 +84,7 @@ TEST_CASE("what moves: other claims' parts, which may hold instead") {
   CHECK(predicted({{}, &other.chunk, 0, 1}) == std::pair(both, std::size_t{2}));
 }
 
-TEST_CASE("both ends of the gain of each part that moves links; one that moves none goes along") {
+TEST_CASE("the middle and both ends of the gain of each part that moves links; one that moves none goes along") {
   Limits limits = test_limits();
   limits.parts[arm].modes.joint_velocity.gain = {0.5, 1.0};
   limits.parts[base].modes.joint_velocity.gain = {0.25, 1.0};
@@ -95,19 +95,22 @@ TEST_CASE("both ends of the gain of each part that moves links; one that moves n
   speed(arm_only, arm, arm_1);
   speed(base_only, base, base_x);
   speed(speed(both, base, base_x), arm, arm_1);
-  CHECK(Predicted(limits, state_at_rest(), arm_only.chunk).all.branch_count() == 2);
-  CHECK(Predicted(limits, state_at_rest(), base_only.chunk).all.branch_count() == 2);
+  CHECK(Predicted(limits, state_at_rest(), arm_only.chunk).all.branch_count() == 3);
+  CHECK(Predicted(limits, state_at_rest(), base_only.chunk).all.branch_count() == 3);
   Predicted predicted(limits, state_at_rest(), both.chunk, RowBefore{&both.chunk, 0});
-  REQUIRE(predicted.all.branch_count() == 2);
+  REQUIRE(predicted.all.branch_count() == 3);
   CHECK(predicted.all.start_count() == 0);
   CHECK(predicted.all.advance().ok());
-  const Branch &lower = predicted.all.branch(0), &upper = predicted.all.branch(1);
+  const Branch& forecast = predicted.all.branch(0);
+  const Branch &lower = predicted.all.branch(1), &upper = predicted.all.branch(2);
+  CHECK(forecast.now[arm_1] == doctest::Approx(0.0375));
+  CHECK(forecast.now[base_x] == doctest::Approx(0.03125));
   CHECK(lower.now[arm_1] == doctest::Approx(0.025));
   CHECK(lower.now[base_x] == doctest::Approx(0.0125));
   CHECK(upper.now[arm_1] == doctest::Approx(0.05));
   CHECK(upper.now[base_x] == doctest::Approx(0.05));
   const Predicted acting(limits, state_at_rest(), both.chunk, not_measured(both));
-  CHECK(acting.all.start_count() == 2);
+  CHECK(acting.all.start_count() == 3);
   limits.parts[arm].modes.joint_velocity.gain = {1.0, 1.0};
   CHECK(Predicted(limits, state_at_rest(), arm_only.chunk).all.branch_count() == 1);
 }

@@ -220,7 +220,7 @@ inline ClaimLimits whole_robot(const Limits& limits) {
   return claim;
 }
 
-/// Judging in a room that all tests share.
+/// Judging in a room that all tests share; all rows are certified.
 inline PathRoom& shared_room() {
   static PathRoom room;
   return room;
@@ -230,14 +230,15 @@ inline Judgement judge_path(const RobotModel& model, const ClaimLimits& claim,
                             const MeasuredState& state, const ActionChunk& chunk,
                             std::size_t first_row, std::size_t end_row, const RowBefore& before,
                             Companions companions) {
-  return judge_path(shared_room(), model, claim, state, chunk, first_row, end_row, before,
-                    companions);
+  return judge_path(shared_room(), model, claim, state, chunk, JudgedRows::all(first_row, end_row),
+                    before, companions);
 }
 
 inline Judgement judge_rows(const RobotModel& model, const ClaimLimits& claim,
                             const MeasuredState& state, const ActionChunk& chunk,
                             std::size_t first_row, const RowBefore& before, Companions companions) {
-  return judge_rows(shared_room(), model, claim, state, chunk, first_row, before, companions);
+  return judge_rows(shared_room(), model, claim, state, chunk,
+                    JudgedRows::all(first_row, chunk.horizon), before, companions);
 }
 
 /// Judging with limits that a test has just changed; nobody else moves.

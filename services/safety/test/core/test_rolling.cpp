@@ -1,4 +1,5 @@
-// Released rows are judged again by every new state: a breach ahead revokes the rows from there on.
+// Released rows are judged again by every new state, as far as they can act before the next one: a
+// breach there revokes the rows from it on.
 
 #include "tracked_rig.hpp"
 
@@ -19,6 +20,12 @@ struct Approach : TrackedRig {
     }
     begin(ChunkBuilder().joint(fairlead::test::arm, Mode::joint_velocity, arm_1,
                                {0.5, 1, 1, 1, 1, 1, 1, 1}));
+  }
+  /// Pushed ahead by 0.2 m in row 0; then as told, up to the first state that cuts something off.
+  Verdict pushed_until_cut() {
+    double position = 1.725;
+    for (act_at(position); count(OutputKind::verdict) == 0; act_at(position)) position += 0.05;
+    return verdict();
   }
   /// The next row acted, and the joint is there.
   void act_at(double position) {
@@ -43,53 +50,60 @@ TEST_CASE("rows that lead where they were judged to lead are released once") {
   }
 }
 
-TEST_CASE("a push towards a bound cuts off the rows from the one that would pass it") {
+TEST_CASE("a push towards a bound cuts off the row that would pass it before a lease grants it") {
+  // From 1.725 after row 0, row 5 ends at 1.975 and row 6 at 2.025.
   for (const bool lockstep : {true, false}) {
     Approach rig(lockstep);
     const SafeChunk first = rig.safe;
-    // From 1.725 after row 0, row 5 ends at 1.975 and row 6 at 2.025. In realtime row 1 acts.
-    rig.act_at(1.725);
-    const Verdict verdict = rig.verdict();
+    const std::uint64_t begun = rig.tick;  // the tick of row 0
+    const Verdict verdict = rig.pushed_until_cut();
     CHECK(verdict.verdict_id > first.verdict_id);
     CHECK(verdict.seq == rig.seq);
-    CHECK(verdict.outcome == as_number(Outcome::truncated));
     CHECK(verdict.code == 24);
     CHECK(verdict.row == 6);
     CHECK(verdict.part == "arm");
     CHECK(verdict.axis == "arm_1");
     CHECK(verdict.limit == 2.0);
     CHECK(verdict.value == doctest::Approx(2.025));
-    const std::uint64_t next = lockstep ? rig.tick : rig.tick + 1;
-    CHECK(verdict.released_first == next);
-    CHECK(verdict.released_last == rig.tick + 4);
+    const Grant grant = rig.lease().grants[0];
+    if (lockstep) {  // row 5 acted; row 6 would be next
+      CHECK(grant.decision == number(Decision::hold));
+      CHECK(rig.tick == begun + 6);
+      CHECK(verdict.outcome == as_number(Outcome::refused));
+      CHECK(rig.count(OutputKind::safe_chunk) == 0);
+      CHECK(rig.counter("G024") == 1);
+      continue;
+    }
+    CHECK(rig.tick == begun + 3);  // row 3 acts; the lease before granted row 4
+    CHECK(grant.until_tick == begun + 5);
+    CHECK(verdict.outcome == as_number(Outcome::truncated));
+    CHECK(verdict.released_first == rig.tick + 1);
+    CHECK(verdict.released_last == rig.tick + 2);
     const SafeChunk shorter = rig.safe_chunk();
     CHECK(shorter.verdict_id == verdict.verdict_id);
-    CHECK(shorter.first_tick == next);
-    CHECK(shorter.horizon == (lockstep ? 5 : 4));
-    CHECK(same_act(shorter.after, row_of(first, lockstep ? 0 : 1)));
+    CHECK(shorter.first_tick == rig.tick + 1);
+    CHECK(shorter.horizon == 2);
+    CHECK(same_act(shorter.after, row_of(first, 3)));
     CHECK(shorter.parts[0].values[arm_1] == 1.0);
     CHECK(rig.counter("G024") == 1);
     CHECK(rig.counter("truncated") == 1);
   }
 }
 
-TEST_CASE("the HAL takes the shorter release, ends with its last row, and then holds") {
-  for (const bool lockstep : {true, false}) {
-    Approach rig(lockstep);
-    rig.act_at(1.725);
-    const SafeChunk shorter = rig.safe_chunk();
-    if (!lockstep) rig.act_at(1.775);
-    rig.safe = shorter;
-    rig.restart_rows();
-    double position = lockstep ? 1.775 : 1.825;
-    for (std::uint32_t row = 0; row < shorter.horizon; ++row, position += 0.05) {
-      rig.act_at(position);
-      CHECK(rig.count(OutputKind::verdict) == 0);
-    }
-    CHECK(rig.lease().grants[0].decision == number(Decision::undecided));
-    rig.hold();
-    CHECK_FALSE(rig.stopped());
+TEST_CASE("realtime: the HAL takes the shorter release, ends with its last row, and then holds") {
+  Approach rig(false);
+  (void)rig.pushed_until_cut();
+  const SafeChunk shorter = rig.safe_chunk();
+  rig.act_at(1.875);  // row 3, of the release before
+  rig.safe = shorter;
+  rig.restart_rows();
+  for (const double position : {1.925, 1.975}) {
+    rig.act_at(position);
+    CHECK(rig.count(OutputKind::verdict) == 0);
   }
+  CHECK(rig.lease().grants[0].decision == number(Decision::undecided));
+  rig.hold();
+  CHECK_FALSE(rig.stopped());
 }
 
 TEST_CASE("a push so far that nothing may follow leaves a hold, and the claim goes on after it") {
@@ -123,11 +137,11 @@ TEST_CASE("a push so far that nothing may follow leaves a hold, and the claim go
 
 TEST_CASE("realtime: while the shorter release is lost, no grant reaches a row that was revoked") {
   Approach rig(false);
-  rig.act_at(1.725);
-  const std::uint64_t revoked = rig.tick + 5;
-  for (int row = 1; row < 8; ++row) {
+  const Verdict cut = rig.pushed_until_cut();
+  const std::uint64_t revoked = cut.released_last + 1;
+  for (int row = 1; row < 6; ++row) {
     CHECK(rig.lease().grants[0].until_tick < revoked);
-    rig.act_at(1.725 + 0.02 * row);  // it is slower than told: nothing more would be revoked
+    rig.act_at(1.825 + 0.02 * row);  // it is slower than told: nothing more would be revoked
   }
   CHECK(rig.lease().grants[0].until_tick < revoked);
   rig.hold();
@@ -154,24 +168,24 @@ TEST_CASE("realtime: rows that a lost release had replaced do not run on past it
 TEST_CASE(
     "realtime: a second push while the shorter release is lost ends the grant earlier still") {
   Approach rig(false);
-  rig.act_at(1.725);
-  const std::uint64_t last = rig.verdict().released_last;
-  // The row of this tick acts and ends at 1.925, the next would at 1.975, the third at 2.025.
-  rig.act_at(1.875);
+  const std::uint64_t last = rig.pushed_until_cut().released_last;
+  // The row of this tick acts and ends at 1.98, the next would at 2.03.
+  rig.act_at(1.93);
   const Verdict again = rig.verdict();
   CHECK(again.code == 24);
-  CHECK(again.released_last == rig.tick + 1);
-  CHECK(again.released_last < last);
-  for (int row = 2; row < 7; ++row) {
-    CHECK(rig.lease().grants[0].until_tick <= again.released_last);
-    rig.act_at(1.875);
+  CHECK(again.row == 5);
+  CHECK(again.outcome == as_number(Outcome::refused));
+  const std::uint64_t acts = rig.tick;
+  CHECK(acts < last);
+  for (int row = 2; row < 5; ++row) {
+    CHECK(rig.lease().grants[0].until_tick <= acts);
+    rig.act_at(1.93);
   }
 }
 
 TEST_CASE("realtime: what a push cut off stays cut off when the robot is back and has held") {
   Approach rig(false);
-  rig.act_at(1.725);
-  const Verdict cut = rig.verdict();
+  const Verdict cut = rig.pushed_until_cut();
   REQUIRE(cut.row == 6);
   rig.positions[arm_1] = 1.5;
   rig.velocities[arm_1] = 0.5;  // from which rows of 1 rad/s may begin

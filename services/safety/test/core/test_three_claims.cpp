@@ -19,7 +19,7 @@ constexpr std::array<std::uint8_t, 3> told{crosser_y, runner_x, last_y};
 
 void add_part(Limits& limits, const char* name, std::initializer_list<std::size_t> joints) {
   PartLimits made = part(name, joints);
-  made.modes.joint_velocity = joint_mode(joints, 2.0);
+  made.modes.joint_velocity = joint_mode(joints, 10.0);
   made.modes.joint_velocity.gain = {1.0, 1.0};
   widen(made);
   (void)limits.parts.push_back(made);
@@ -44,10 +44,11 @@ Limits crossing() {
   limits.profile = "sim";
   limits.robot_hash = hash_of(7);
   limits.config_hash = hash_of(9);
-  limits.period_ns = period_ns;
+  limits.period_ns = 8'000'000;  // so twelve rows can act before the next judgement
   limits.lockstep_allowed = true;
   const auto add_joint = [&limits](const char* name, std::size_t of) {
     (void)limits.joints.push_back(joint(name, of, JointKind::prismatic, true));
+    limits.joints[limits.joints.size() - 1].velocity_limit = 10.0;
   };
   add_joint("crosser_y", crosser);
   add_joint("crosser_x", crosser);
@@ -67,9 +68,9 @@ Limits crossing() {
   return limits;
 }
 
-// All three are told to go ahead at 1 m/s, 0.05 m a row, for sixteen rows.
+// All three are told to go ahead by 0.05 m a row, for sixteen rows.
 struct Queue : GateRig {
-  Queue() : GateRig(true) {
+  Queue() : GateRig(false) {
     limits = crossing();
     part_count = 3;
     positions = velocities = efforts = std::vector<double>(4, 0.0);
@@ -80,6 +81,7 @@ struct Queue : GateRig {
     claims[crosser] = claim_of("crosser");
     advance(0.0, {no_row, no_row, no_row});
     for (const Part part : {crosser, runner, last}) begin(part);
+    advance(0.0, {no_row, no_row, no_row});
   }
   std::uint64_t claim_of(const char* part) {
     send(EventKind::claim, claim_request({part}));
@@ -90,8 +92,9 @@ struct Queue : GateRig {
     ChunkBuilder builder = chunk();
     builder.chunk.parts.clear();
     Row speeds(4, 0.0);
-    speeds[told[part]] = 1.0;
+    speeds[told[part]] = 6.25;
     builder.add(part, Mode::joint_velocity, Rows(16, speeds), {told[part]});
+    ++builder.chunk.start_tick;
     const Verdict verdict = send_chunk(builder);
     REQUIRE(verdict.code == 0);
     released[part] = verdict.verdict_id;

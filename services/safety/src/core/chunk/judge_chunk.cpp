@@ -3,6 +3,8 @@
 
 #include "core/chunk/judge_chunk.hpp"
 
+#include <algorithm>
+
 #include "core/modes/row_limit_check.hpp"
 #include "core/trajectory/trajectory_check.hpp"
 
@@ -102,11 +104,10 @@ Evidence check_past(const ActionChunk& chunk, std::uint64_t first_open_tick) {
 
 // Rows in order, up to the first that `check` finds fault with.
 template <class Check>
-Judgement judge_each(std::size_t first_row, std::size_t end_row, const TrajectoryCheck& by_path,
-                     const Check& check) {
+Judgement judge_each(const JudgedRows& rows, const TrajectoryCheck& by_path, const Check& check) {
   Judgement judgement;
-  judgement.first_row = first_row;
-  for (std::size_t row = first_row; row < end_row; ++row) {
+  judgement.first_row = rows.first;
+  for (std::size_t row = rows.first; row < rows.end; ++row) {
     judgement.evidence = check(row);
     if (!judgement.evidence.ok()) break;
     ++judgement.row_count;
@@ -142,7 +143,8 @@ Judgement ChunkJudge::judge_from(const LiveClaim& claim, const ActionChunk& chun
                                  std::size_t first_row) {
   if (rows_.knows_act_before(claim)) {
     const FixedVec<Companion, max_claims> companions = rows_.companions_of(claim);
-    return judge_rows(room_, model_, claim.limits, hal_.state(), chunk, first_row,
+    const JudgedRows rows{first_row, chunk.horizon, first_row + rows_.before_next_judgement()};
+    return judge_rows(room_, model_, claim.limits, hal_.state(), chunk, rows,
                       rows_.row_before(claim), Companions(companions.begin(), companions.size()));
   }
   Judgement refused;
@@ -157,26 +159,27 @@ Judgement ChunkJudge::judge_from(const LiveClaim& claim, const ActionChunk& chun
 Judgement ChunkJudge::judge_again(const LiveClaim& claim, const ActionChunk& chunk,
                                   std::size_t first_row, std::size_t end_row) {
   const FixedVec<Companion, max_claims> companions = rows_.companions_of(claim);
-  return judge_path(room_, model_, claim.limits, hal_.state(), chunk, first_row, end_row,
+  const std::size_t end = std::min(end_row, first_row + rows_.before_next_judgement());
+  return judge_path(room_, model_, claim.limits, hal_.state(), chunk, JudgedRows::all(first_row, end),
                     rows_.row_before(claim), Companions(companions.begin(), companions.size()));
 }
 
 Judgement judge_rows(PathRoom& room, const RobotModel& model, const ClaimLimits& claim,
-                     const MeasuredState& state, const ActionChunk& chunk, std::size_t first_row,
+                     const MeasuredState& state, const ActionChunk& chunk, const JudgedRows& rows,
                      const RowBefore& before, Companions companions) {
-  const RowLimitCheck by_limits(model, claim, state, chunk, first_row, before);
-  TrajectoryCheck& by_path = room.begin(model, claim, state, chunk, first_row, before, companions);
-  return judge_each(first_row, chunk.horizon, by_path, [&](std::size_t row) {
+  const RowLimitCheck by_limits(model, claim, state, chunk, rows.first, before);
+  TrajectoryCheck& by_path = room.begin(model, claim, state, chunk, rows, before, companions);
+  return judge_each(rows, by_path, [&](std::size_t row) {
     const Evidence evidence = by_limits.check(row);
     return evidence.ok() ? by_path.check_next() : evidence;
   });
 }
 
 Judgement judge_path(PathRoom& room, const RobotModel& model, const ClaimLimits& claim,
-                     const MeasuredState& state, const ActionChunk& chunk, std::size_t first_row,
-                     std::size_t end_row, const RowBefore& before, Companions companions) {
-  TrajectoryCheck& by_path = room.begin(model, claim, state, chunk, first_row, before, companions);
-  return judge_each(first_row, end_row, by_path, [&](std::size_t) { return by_path.check_next(); });
+                     const MeasuredState& state, const ActionChunk& chunk, const JudgedRows& rows,
+                     const RowBefore& before, Companions companions) {
+  TrajectoryCheck& by_path = room.begin(model, claim, state, chunk, rows, before, companions);
+  return judge_each(rows, by_path, [&](std::size_t) { return by_path.check_next(); });
 }
 
 Evidence check_running(const Limits& limits, const ClaimLimits& claim, const MeasuredState& state,

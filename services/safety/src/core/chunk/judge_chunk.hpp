@@ -37,7 +37,7 @@ class ChunkJudge {
   Judgement judge(LiveClaim& claim, const ActionChunk& chunk);
   /// Its rows from one on, by all checks of a row.
   Judgement judge_from(const LiveClaim& claim, const ActionChunk& chunk, std::size_t first_row);
-  /// G024, G030 to G034: released rows that have not acted yet, once more from a newer state.
+  /// G024, G030 to G034: released rows that can act before the next judgement, from a newer state.
   Judgement judge_again(const LiveClaim& claim, const ActionChunk& chunk, std::size_t first_row,
                         std::size_t end_row);
 

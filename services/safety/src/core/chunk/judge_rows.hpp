@@ -20,6 +20,18 @@ struct Companion {
 };
 using Companions = std::span<const Companion>;
 
+/// Which rows of a chunk are judged. Those before `certified_end` can act before the gate judges
+/// anew: whatever shares of them happen, they keep to the limits, and so does the stop behind each.
+/// Those after it are forecast, by the middle of each gain: they are certified before they act.
+struct JudgedRows {
+  std::size_t first = 0;
+  std::size_t end = 0;
+  std::size_t certified_end = 0;
+
+  /// All of them are certified.
+  static JudgedRows all(std::size_t first, std::size_t end) { return {first, end, end}; }
+};
+
 /// A judgement that has looked at so many configurations finishes the branch of a row that it is
 /// at, and looks at no other: the next is at fault (G030). It bounds the time that it takes.
 inline constexpr std::size_t max_configurations = 4096;
@@ -36,26 +48,25 @@ class PathRoom {
 
   /// A new walk in place of the last.
   TrajectoryCheck& begin(const RobotModel& model, const ClaimLimits& claim,
-                         const MeasuredState& state, const ActionChunk& chunk,
-                         std::size_t first_row, const RowBefore& before, Companions companions);
+                         const MeasuredState& state, const ActionChunk& chunk, const JudgedRows& rows,
+                         const RowBefore& before, Companions companions);
 
  private:
   struct Place;
   std::unique_ptr<Place> place_;
 };
 
-/// G024, G030 to G034 of rows [first_row, end_row), predicted from the measured state. `row_count`
-/// is how many pass before the first that does not; of that one the evidence tells. Nothing else
-/// is checked: the rows have passed `check_shape` and the other checks of their own.
+/// G024, G030 to G034 of rows, predicted from the measured state. `row_count` is how many pass
+/// before the first that does not; of that one the evidence tells. Nothing else is checked: the
+/// rows have passed `check_shape` and the other checks of their own.
 Judgement judge_path(PathRoom& room, const RobotModel& model, const ClaimLimits& claim,
-                     const MeasuredState& state, const ActionChunk& chunk, std::size_t first_row,
-                     std::size_t end_row, const RowBefore& before, Companions companions);
+                     const MeasuredState& state, const ActionChunk& chunk, const JudgedRows& rows,
+                     const RowBefore& before, Companions companions);
 
-/// All of a row's checks, row by row from `first_row` on: G011 (part), G020, G021, G022, then
-/// those of `judge_path`. `chunk` has passed check_shape. A chunk is released or cut for all its
-/// parts together.
+/// All of a row's checks, row by row: G011 (part), G020, G021, G022, then those of `judge_path`.
+/// `chunk` has passed check_shape. A chunk is released or cut for all its parts together.
 Judgement judge_rows(PathRoom& room, const RobotModel& model, const ClaimLimits& claim,
-                     const MeasuredState& state, const ActionChunk& chunk, std::size_t first_row,
+                     const MeasuredState& state, const ActionChunk& chunk, const JudgedRows& rows,
                      const RowBefore& before, Companions companions);
 
 }  // namespace fairlead

@@ -10,6 +10,8 @@ namespace {
 // A HAL that lives says so far more often: at least every 100 ms, in any pacing.
 constexpr std::uint64_t silent_ns = 500'000'000;
 
+constexpr std::uint64_t grant_ns = 75'000'000;  // how long a grant outlives its lease
+
 template <std::size_t N, class Declared>
 Text compare_names(const FixedVec<Name, N>& found, const Declared& declared,
                    std::string_view what) {
@@ -56,6 +58,13 @@ std::uint64_t HalLink::newest_possible(std::uint64_t now_ns) const {
   for (const Arrival& arrival : arrivals_)
     if (arrival.tick != 0) newest = std::max(newest, latest_tick(arrival, now_ns));
   return newest;
+}
+
+std::uint64_t HalLink::last_granted_tick() const {
+  if (lockstep()) return tick();
+  const std::uint64_t ahead =
+      std::max<std::uint64_t>(2, (grant_ns + limits_.period_ns - 1) / limits_.period_ns);
+  return tick() + std::min(ahead, UINT64_MAX - tick());
 }
 
 bool HalLink::confirms_leap(std::uint64_t tick, std::uint64_t now_ns) {

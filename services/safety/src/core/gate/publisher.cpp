@@ -8,7 +8,6 @@ namespace {
 constexpr std::uint64_t ms = 1'000'000;
 constexpr std::uint64_t timer_period_ns = 5 * ms;  // the shell's longest pause between steps
 constexpr std::uint64_t status_interval_ns = 500 * ms;
-constexpr std::uint64_t grant_ns = 75 * ms;  // how long a grant outlives its lease
 
 }  // namespace
 
@@ -67,10 +66,7 @@ Grant Publisher::grant_for(const LiveClaim& claim) const {
   grant.source = claim.source;
   grant.claim_id = claim.id;
   const std::uint64_t tick = hal_.tick();
-  const std::uint64_t ahead =
-      std::max<std::uint64_t>(2, (grant_ns + limits_.period_ns - 1) / limits_.period_ns);
-  grant.until_tick = hal_.lockstep() ? tick : tick + std::min(ahead, UINT64_MAX - tick);
-  grant.until_tick = std::min(grant.until_tick, claim.until_tick);
+  grant.until_tick = std::min(hal_.last_granted_tick(), claim.until_tick);
   const Released* release = claim.plan.current();
   if (release != nullptr && release->first_tick <= tick) {
     grant.decision = static_cast<std::uint8_t>(Decision::row);

@@ -21,6 +21,11 @@ class ActingRows {
   [[nodiscard]] std::uint64_t first_open_tick() const {
     return hal_.lockstep() || hal_.tick() == UINT64_MAX ? hal_.tick() : hal_.tick() + 1;
   }
+  /// How many rows from the first open tick on can act before the gate judges anew; in realtime one
+  /// more than it grants.
+  [[nodiscard]] std::size_t before_next_judgement() const {
+    return hal_.lockstep() ? 1 : hal_.last_granted_tick() - first_open_tick() + 2;
+  }
   /// The row that the claim's parts executed in the tick before the newest state. A part that its
   /// chunk did not address held beside it; any other mixture is an act that nothing can continue
   /// from (verdict 0).

@@ -155,15 +155,18 @@ Evidence Prediction::apply(const Command& command, std::size_t index) {
 }
 
 // No joint is faster than its limit: of a row that asks for more, the controller makes less. In
-// the first row it may still be as fast as it is measured, if that is the same way.
+// the first row it may still be as fast as it is measured, if that is the same way, or already as
+// slow as told.
 void Prediction::note_speed(Branch& branch, std::size_t joint, double change) const {
   const double limit = model_.fastest[joint];
   const double told = change / model_.period_s;
   double& speed = branch.speed[joint];
   speed = std::clamp(told, -limit, limit);
-  if (steps_ != 1) return;
-  if (speed > 0.0) speed = std::max(speed, state_.velocities[joint]);
-  if (speed < 0.0) speed = std::min(speed, state_.velocities[joint]);
+  const double measured = state_.velocities[joint];
+  if (steps_ != 1 || !(speed > 0.0 ? measured > speed : speed < 0.0 && measured < speed)) return;
+  branch.told[joint] = speed;
+  branch.slowing |= only(joint);
+  speed = measured;
 }
 
 // Where the row before told the joint to be, if it did: what is measured may lag behind that.

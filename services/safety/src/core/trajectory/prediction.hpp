@@ -1,9 +1,10 @@
 // Where the rows take the joints, row by row from what is measured.
 //
 // Joint targets are reached within their tick. Of velocities, deltas and twists the declared gain
-// says which share happens: both ends of it are carried, in every combination of the parts that
-// have one. With other claims' rows, all of that again while those hold. What nothing
-// commands, grippers and passive joints stay where they are measured.
+// says which share happens. The first branch takes the middle of it: the forecast. The others carry
+// both ends, in every combination of the parts that have one; with other claims' rows, all of that
+// again while those hold: together they bound what can happen. What nothing commands, grippers and
+// passive joints stay where they are measured.
 #pragma once
 
 #include <algorithm>
@@ -18,14 +19,18 @@ namespace fairlead {
 
 /// Parts that move links and have a gain, of a chunk and its companions, at most.
 inline constexpr std::size_t max_gains = 3;
-inline constexpr std::size_t max_branches = std::size_t{2} << max_gains;
+inline constexpr std::size_t max_branches = 2 * (1 + (std::size_t{1} << max_gains));
 
-/// For each part one end of its gain: the configuration after a row, how fast the joints go there,
+/// For each part one share of its gain: the configuration after a row, how fast the joints go there,
 /// and the configuration before the row; where the frames are in both.
 struct Branch {
   Joints now;
   Joints speed;
   Joints before;
+  /// Joints that are measured to go faster than the row tells, in its direction: `speed` is as
+  /// measured, `told` as told.
+  JointSet slowing = 0;
+  Joints told;
   std::array<FramePoses, 2> poses;
   std::size_t newest = 0;
   /// By part, what its tool was told to move and has not yet [m, rad], along the root's axes; not a
@@ -42,9 +47,12 @@ struct Branch {
   [[nodiscard]] const FramePoses& poses_now() const { return poses[newest]; }
   [[nodiscard]] const FramePoses& poses_before() const { return poses[newest ^ 1U]; }
 
+  /// As if they were as fast as told.
+  [[nodiscard]] Branch slowed() const;
   /// What was reached is what the next row starts from.
   void begin_row() {
     before = now;
+    slowing = 0;
     newest ^= 1U;
   }
 };
@@ -63,8 +71,11 @@ class Prediction {
 
   /// Goes on by one row, of the chunk and of its companions. G030 where the chunk's leads nowhere.
   Evidence advance();
+  /// From here on only the forecast: one branch, and where it is, a joint is.
+  void only_forecast();
 
   [[nodiscard]] std::size_t row() const { return row_; }  // the one that was gone to last
+  [[nodiscard]] std::size_t next_row() const { return next_row_; }
   [[nodiscard]] std::size_t branch_count() const { return branch_count_; }
   [[nodiscard]] const Branch& branch(std::size_t index) const { return branches_[index]; }
   /// Joints that the chunk's own rows command.
@@ -106,8 +117,8 @@ class Prediction {
   void note_left(const PartMemories* memories);
   void include(const ActionChunk& chunk, JointSet& joints);
   void include_companions();
-  void include_holding();
   void add_branches(std::size_t part);
+  void include_holding();
   [[nodiscard]] double gain(const Command& command, std::size_t branch) const;
   void note_spread();
   void note_base_speed();
@@ -149,6 +160,7 @@ class Prediction {
   std::size_t steps_ = 0;  // rows gone through since the first live one, the one gone to included
   bool goals_add_up_ = false;  // in the newest row
   std::size_t branch_count_ = 1;
+  std::size_t share_count_ = 1;  // of them have each another share; the rest is these while all hold
   std::size_t start_count_ = 0;
   std::size_t holding_count_ = 0;  // the last of them: nothing moves but what the chunk commands
   FixedVec<std::size_t, max_parts> gain_parts_;  // with a gain, that move links: a bit for each

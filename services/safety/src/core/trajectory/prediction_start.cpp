@@ -19,6 +19,13 @@ Branch& Branch::operator=(const Branch& other) {
   return *this;
 }
 
+Branch Branch::slowed() const {
+  Branch other = *this;
+  other.poses[other.newest ^ 1U] = poses_before();
+  for (const std::size_t j : JointsIn(slowing)) other.speed[j] = told[j];
+  return other;
+}
+
 Prediction::Prediction(const RobotModel& model, const ClaimLimits& claim,
                        const MeasuredState& state, const ActionChunk& chunk, std::size_t first_row,
                        const RowBefore& before, Companions companions)
@@ -56,9 +63,16 @@ void Prediction::include_companions() {
 // Another claim may be stopped, or its rows not arrive: then its parts hold from now on. And what
 // coasts may be where it is measured for a while, or come to rest at once.
 void Prediction::include_holding() {
+  share_count_ = branch_count_;
   if ((moving_ & ~commanded_ & model_.tree_joints) == 0) return;
   holding_count_ = branch_count_;
   branch_count_ *= 2;
+}
+
+void Prediction::only_forecast() {
+  branch_count_ = share_count_ = 1;
+  holding_count_ = 0;
+  interval_ = {branches_.front().now, branches_.front().now};
 }
 
 // A joint that nothing commands stays; one that is measured to move brakes from there. A gripper's
@@ -129,7 +143,8 @@ void Prediction::add_branches(std::size_t part) {
     gain_bit_[part] = static_cast<std::uint8_t>(gain_parts_.size());
     (void)gain_parts_.push_back(part);
   }
-  branch_count_ = std::size_t{1} << std::clamp<std::size_t>(gain_parts_.size(), 1, max_gains);
+  const std::size_t ends = std::clamp<std::size_t>(gain_parts_.size(), 1, max_gains);
+  branch_count_ = 1 + (std::size_t{1} << ends);
 }
 
 // The pose that the row before told: where its servo is going, whatever is measured.

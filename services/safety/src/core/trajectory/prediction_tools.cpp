@@ -21,7 +21,9 @@ constexpr std::string_view lost_goal =
 double Prediction::gain(const Command& command, std::size_t branch) const {
   const Gain* gain = gain_block(command.modes, command.action.mode);
   if (gain == nullptr) return unset;  // GCOVR_EXCL_BR_LINE: asked of modes that have one
-  return ((branch >> gain_bit_[command.action.part]) & 1U) == 0 ? gain->lower : gain->upper;
+  const std::size_t ends = branch % share_count_;
+  if (ends == 0) return 0.5 * (gain->lower + gain->upper);
+  return (((ends - 1) >> gain_bit_[command.action.part]) & 1U) == 0 ? gain->lower : gain->upper;
 }
 
 // Where the composite switch is up, a controller takes the motions of a tool from its last goal on,

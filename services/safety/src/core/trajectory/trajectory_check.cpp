@@ -44,18 +44,18 @@ PathRoom::~PathRoom() = default;
 
 TrajectoryCheck& PathRoom::begin(const RobotModel& model, const ClaimLimits& claim,
                                  const MeasuredState& state, const ActionChunk& chunk,
-                                 std::size_t first_row, const RowBefore& before,
+                                 const JudgedRows& rows, const RowBefore& before,
                                  Companions companions) {
-  return place_->walk.emplace(model, claim, state, chunk, first_row, before, companions);
+  return place_->walk.emplace(model, claim, state, chunk, rows, before, companions);
 }
 
 TrajectoryCheck::TrajectoryCheck(const RobotModel& model, const ClaimLimits& claim,
                                  const MeasuredState& state, const ActionChunk& chunk,
-                                 std::size_t first_row, const RowBefore& before,
-                                 Companions companions)
+                                 const JudgedRows& rows, const RowBefore& before, Companions companions)
     : model_(model),
       chunk_(chunk),
-      prediction_(model, claim, state, chunk, first_row, before, companions),
+      certified_end_(rows.certified_end),
+      prediction_(model, claim, state, chunk, rows.first, before, companions),
       shape_check_(model,
                    prediction_.drives_base() ? prediction_.commanded() | model.tree_joints
                                              : prediction_.commanded(),
@@ -66,6 +66,7 @@ Evidence TrajectoryCheck::check_next() {
   expect_drift();
   if (!has_begun_) evidence = check_momentum();
   has_begun_ = true;
+  if (prediction_.next_row() == certified_end_) prediction_.only_forecast();
   const Evidence unreachable = prediction_.advance();
   expect_drift();
   if (!unreachable.ok()) evidence = unreachable;
@@ -104,8 +105,17 @@ Evidence TrajectoryCheck::check_momentum_of(const Branch& start) {
 
 Evidence TrajectoryCheck::check_branch(std::size_t index) {
   const Branch& branch = prediction_.branch(index);
+  if (branch.slowing != 0) {
+    Clearance clearance = clearances_[index];
+    const Evidence evidence = check_row(branch.slowed(), clearance);
+    if (!evidence.ok()) return evidence;
+  }
+  return check_row(branch, clearances_[index]);
+}
+
+Evidence TrajectoryCheck::check_row(const Branch& branch, Clearance& clearance) {
   const Braking braking(model_, branch, prediction_.moving(), prediction_.lagging());
-  Evidence evidence = check_body(branch, braking, prediction_.interval(), clearances_[index]);
+  Evidence evidence = check_body(branch, braking, prediction_.interval(), clearance);
   if (evidence.ok()) evidence = check_singularities(branch, braking);
   if (evidence.ok()) evidence = check_zones(branch, braking);
   return evidence;

@@ -11,7 +11,7 @@ namespace fairlead {
 class TrajectoryCheck {
  public:
   TrajectoryCheck(const RobotModel& model, const ClaimLimits& claim, const MeasuredState& state,
-                  const ActionChunk& chunk, std::size_t first_row, const RowBefore& before,
+                  const ActionChunk& chunk, const JudgedRows& rows, const RowBefore& before,
                   Companions companions);
 
   /// Goes on by one row and judges where that leads. Not past a fault.
@@ -23,6 +23,7 @@ class TrajectoryCheck {
   Evidence check_momentum();
   Evidence check_momentum_of(const Branch& start);
   Evidence check_branch(std::size_t index);
+  Evidence check_row(const Branch& branch, Clearance& clearance);
   Evidence check_body(const Branch& branch, const Braking& braking,
                       const PositionInterval& interval, Clearance& clearance);
   Evidence check_shapes(const Branch& branch, const Braking& braking, Clearance& clearance);
@@ -33,6 +34,7 @@ class TrajectoryCheck {
 
   const RobotModel& model_;
   const ActionChunk& chunk_;
+  std::size_t certified_end_;
   Prediction prediction_;
   ShapeCheck shape_check_;
   bool has_begun_ = false;
