@@ -11,6 +11,8 @@ import re
 
 import pytest
 
+from bench.faults.row import MachineLateError
+
 LOAD_PER_CORE = 3.0
 """Above it a machine is busy; the tests alone, three at once, make half of it."""
 SAYS = re.compile("state_timeout_ms|observation too new|claim of measure lost")
@@ -23,7 +25,8 @@ def is_busy() -> bool:
 
 def is_late(error: BaseException) -> bool:
     """Whether a failure says that states came late, or the machine is busy as it happens."""
-    return is_busy() or SAYS.search(str(error)) is not None
+    says_so = isinstance(error, MachineLateError) or SAYS.search(str(error)) is not None
+    return says_so or is_busy()
 
 
 LATE = pytest.mark.flaky(reruns=2, condition=is_late)

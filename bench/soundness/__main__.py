@@ -5,9 +5,9 @@
 Three campaigns for each robot, against the real core. Of adversarial chunks every row that the gate
 lets act is followed by pinocchio and numpy, tick by tick: at both ends of each mode's gain, in its
 middle and at random shares. Nowhere on the way, nor where a hold would end, may it break a bound,
-leave the workspace, touch itself or leave the zones. More of them run tick by tick in the real simulator, whose state is held against
-the same rules. Then the scripted demonstrations, of which nothing may be refused. Exits 1 on any
-breach, and if more than 0.1 % of the good chunks were refused.
+leave the workspace, touch itself or leave the zones. More of them run in the real simulator, whose
+state is held against the same rules. Then the scripted demonstrations, of which nothing may be
+refused. Exits 1 on any breach, and if more than 0.1 % of the good chunks were refused.
 """
 
 from __future__ import annotations

@@ -67,8 +67,9 @@ def test_without_a_forger_the_robot_goes_on(robot: LiveStage) -> None:
     "forgery",
     [
         Forgery("safety", forged_lease, "two gates: lease ", "by hal: two gates: lease "),
-        Forgery("safety", forged_epoch, "two gates: lease ", "by hal: two gates: lease "),
         Forgery("safety", forged_rows, "", "two gates"),
+        # Last: the HAL follows the gate again once that has armed in a later epoch.
+        Forgery("safety", forged_epoch, "two gates: lease ", "by hal: two gates: lease "),
     ],
     ids=lambda one: one.make.__name__,
 )

@@ -25,7 +25,6 @@ REACHED, LONGEST_STEP, POSE_STEPS = 1e-6, 0.5, 50
 DOUBTFUL = 1.25
 """Of the singularity limit, for each rad that nobody knows of where a row begins."""
 LOOKS = 12
-GRANT_S = 0.075
 TARGETS = ("joint_position", "cartesian_pose")
 
 
@@ -46,12 +45,6 @@ class PathReference:
             if self._model.existJointName(name)
         }
         self._parts = {part["name"]: part for part in data["parts"]}
-
-    def certified(self, pacing: str) -> int:
-        """How many rows can act before the gate judges anew (realtime: one more)."""
-        if pacing == "lockstep":
-            return 1
-        return max(2, math.ceil(GRANT_S / self._period - 1e-9)) + 1
 
     def rows(
         self, positions: FloatArray, part: str, mode: str, values: FloatArray, certified: int
@@ -229,13 +222,9 @@ class PathReference:
         return math.hypot(*limits) if joint in slides else own
 
     def _margins(
-        self,
-        now: FloatArray,
-        after: FloatArray,
-        speed: FloatArray,
-        told: tuple[str, str],
-        spread: Spread,
-    ) -> RowMargins:
+        self, now: FloatArray, after: FloatArray, speed: FloatArray, told: tuple[str, str],
+        spread: Spread
+    ) -> RowMargins:  # fmt: skip
         part, mode = told
         lags = mode not in TARGETS
         end = self._stopping(after, speed, 1.0, lags)

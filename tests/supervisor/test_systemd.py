@@ -74,13 +74,15 @@ def test_a_router_that_robots_share_has_a_unit_and_they_have_none_for_it(tmp_pat
 
 @pytest.mark.parametrize("words", [["--host", "robot"], ["--without", "router"]])
 def test_several_files_are_those_of_a_router_alone(tmp_path: Path, words: list[str]) -> None:
-    done = fairlead("deploy", "units", FILE, FILE, "--out", str(tmp_path / "u"), *words)
+    done = fairlead(
+        "deploy", "units", FILE, FILE, "--out", str(tmp_path / "u"), *words, state=tmp_path
+    )
     assert done.returncode == 1 and not (tmp_path / "u").exists()
     assert "--host, --without: expected one file with them, got several" in done.stderr
 
 
 def test_robots_that_cannot_share_a_router_get_no_unit(tmp_path: Path) -> None:
-    done = fairlead("deploy", "units", FILE, FILE, "--out", str(tmp_path / "u"))
+    done = fairlead("deploy", "units", FILE, FILE, "--out", str(tmp_path / "u"), state=tmp_path)
     assert done.returncode == 1 and not (tmp_path / "u").exists()
     assert "have the same id; each robot needs its own" in done.stderr
 
