@@ -8,6 +8,7 @@
 #include "attack.hpp"
 #include "bench_gate.hpp"
 #include "bench_robot.hpp"
+#include "core/gate/hal_link.hpp"
 #include "stopwatch.hpp"
 
 namespace fairlead::bench {
@@ -42,9 +43,10 @@ class Target {
     chunk.horizon = rows_;
     chunk.obs_tick = chunk.oldest_tick = chunk.start_tick = state_.tick;
     for (const ActionPart& action : rows.actions) (void)chunk.parts.push_back(action);
+    const std::size_t certified = HalLink::granted_ticks(limits_.period_ns) + 1;
     const std::uint64_t start = busy_ns();
-    const Judgement found =
-        judge_rows(room_, model_, claim_, state_, chunk, JudgedRows::all(0, rows_), RowBefore{}, {});
+    const Judgement found = judge_rows(room_, model_, claim_, state_, chunk,
+                                       JudgedRows{0, rows_, certified}, RowBefore{}, {});
     return {found.configurations, static_cast<double>(busy_ns() - start) * 1e-3};
   }
 

@@ -59,18 +59,17 @@ TEST_CASE("G030 rows that lead nowhere count their looks, too") {
   limits.parts[arm].modes.joint_velocity.step_limit[slide_x] = 32.0;
   limits.parts[arm].modes.joint_velocity.gain = {0.999, 1.0};
   // 0.512 m: its end and 63 places on the way there, in the middle and at both ends of the gain;
-  // then half and a quarter of it. 3,984 looks so far, and three for each of the others.
+  // then half of it. 2,016 looks so far, and three for each of the others.
   Row speeds;
-  for (int row = 0; row < 20; ++row) speeds.push_back(row % 2 == 0 ? 10.24 : -10.24);
+  for (int row = 0; row < 10; ++row) speeds.push_back(row % 2 == 0 ? 10.24 : -10.24);
   speeds.push_back(-5.12);
-  speeds.push_back(-2.56);
   speeds.resize(64, 0.0);
   const Judgement judged =
       free_arm::judge(limits, one_joint(Mode::joint_velocity, slide_x, speeds).chunk);
-  CHECK(judged.row_count == 22 + 37);
-  CHECK(judged.configurations == 4096);
+  CHECK(judged.row_count == 11 + 10);
+  CHECK(judged.configurations == 2048);
   CHECK(judged.evidence.code == 30);
-  CHECK(judged.evidence.row == 59);
+  CHECK(judged.evidence.row == 21);
   CHECK(judged.evidence.axis == "looks");
 }
 

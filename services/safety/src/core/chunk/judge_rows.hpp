@@ -34,7 +34,7 @@ struct JudgedRows {
 
 /// A judgement that has looked at so many configurations finishes the branch of a row that it is
 /// at, and looks at no other: the next is at fault (G030). It bounds the time that it takes.
-inline constexpr std::size_t max_configurations = 4096;
+inline constexpr std::size_t max_configurations = 2048;
 
 class TrajectoryCheck;
 

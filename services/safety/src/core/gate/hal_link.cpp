@@ -60,11 +60,13 @@ std::uint64_t HalLink::newest_possible(std::uint64_t now_ns) const {
   return newest;
 }
 
+std::uint64_t HalLink::granted_ticks(std::uint64_t period_ns) {
+  return std::max<std::uint64_t>(2, (grant_ns + period_ns - 1) / period_ns);
+}
+
 std::uint64_t HalLink::last_granted_tick() const {
   if (lockstep()) return tick();
-  const std::uint64_t ahead =
-      std::max<std::uint64_t>(2, (grant_ns + limits_.period_ns - 1) / limits_.period_ns);
-  return tick() + std::min(ahead, UINT64_MAX - tick());
+  return tick() + std::min(granted_ticks(limits_.period_ns), UINT64_MAX - tick());
 }
 
 bool HalLink::confirms_leap(std::uint64_t tick, std::uint64_t now_ns) {

@@ -59,6 +59,8 @@ class HalLink {
   [[nodiscard]] bool has_state() const { return has_state_; }
   [[nodiscard]] const MeasuredState& state() const { return state_; }
   [[nodiscard]] std::uint64_t tick() const { return has_state_ ? state_.tick : 0; }
+  /// How many ticks of realtime a lease grants beyond the state that it is of.
+  [[nodiscard]] static std::uint64_t granted_ticks(std::uint64_t period_ns);
   /// The last tick that a lease lets rows act in: the gate's word is good until then.
   [[nodiscard]] std::uint64_t last_granted_tick() const;
   /// When the newest tick arrived; repeats of it do not count.
