@@ -78,8 +78,10 @@ def forged_state(robot: LiveStage) -> tuple[str, Message]:
 
 
 def forged_stop(robot: LiveStage) -> tuple[str, Message]:
-    """By nobody known."""
-    return robot.client.keys.stop, StopLevel(stop_id=23, by="mallory@lab (program)", reason="now")
+    """By nobody known; a stop of an id that was reset once would be taken for a copy."""
+    stop_id = time.monotonic_ns()
+    said = StopLevel(stop_id=stop_id, by="mallory@lab (program)", reason="now")
+    return robot.client.keys.stop, said
 
 
 def forge(robot: LiveStage, bus: ZenohBus, forgery: Forgery) -> Shot:
@@ -129,7 +131,7 @@ ROWS = (
     _row("the gate's certificate sends a lease", BOUND_MS,
          Forgery("safety", forged_lease, "", "two gates serve this robot: lease ")),
     _row(f"the gate's certificate sends rows that begin {LEAD_TICKS} ticks later",
-         BOUND_MS + LEAD_TICKS * TICK_MS,
+         BOUND_MS + (LEAD_TICKS + 1) * TICK_MS,
          Forgery("safety", forged_rows, "", "two gates serve this robot: ")),
     _row("the HAL's certificate sends a state", BOUND_MS,
          Forgery("hal", forged_state, "two HALs: ", "two HALs")),
