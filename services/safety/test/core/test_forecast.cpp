@@ -66,3 +66,31 @@ TEST_CASE("that other claims' parts may hold from now on counts in rows that can
   CHECK(interval.lowest[two_arms::right_1] == predicted.all.branch(0).now[two_arms::right_1]);
   CHECK(interval.highest[two_arms::right_1] == predicted.all.branch(0).now[two_arms::right_1]);
 }
+
+TEST_CASE("G031 what is certified is clear wherever between the ends of a gain the robot gets to") {
+  // 0.05 m ahead, then 0.05 m aside, of each the half at least: the tool ends between (0.025, 0.025)
+  // and (0.05, 0.05). A post of 4 mm stands at `place` of both, on neither way there nor in the
+  // middle.
+  Limits limits = free_arm::limits();
+  limits.parts[arm].modes.joint_velocity.gain = {0.5, 1.0};
+  Row ahead(6, 0.0), aside(6, 0.0);
+  ahead[free_arm::slide_x] = aside[free_arm::slide_y] = 1.0;
+  const auto judged = [&](double place, std::size_t certified) {
+    Limits posted = limits;
+    (void)posted.workspace.volumes.push_back({"post",
+                                              true,
+                                              {0.7 + place - 0.002, place - 0.002, 0},
+                                              {0.7 + place + 0.002, place + 0.002, 1}});
+    ChunkBuilder chunk;
+    chunk.add(arm, Mode::joint_velocity, {ahead, aside}, {free_arm::slide_x, free_arm::slide_y});
+    return judge_rows(shared_room(), RobotModel(posted), whole_robot(posted), free_arm::at_rest(),
+                      chunk.chunk, {0, 2, certified}, {}, {});
+  };
+  for (const double place : {0.03125, 0.04375}) {
+    CHECK(judged(place, 2).evidence.code == 31);
+    CHECK(judged(place, 2).evidence.row == 1);
+    CHECK(judged(place, 1).evidence.ok());  // by the forecast alone
+  }
+  CHECK(judged(0.06, 2).evidence.ok());
+  CHECK(judged(0.0375, 1).evidence.code == 31);
+}

@@ -19,23 +19,25 @@ struct WayPoint {
   double clear = 0.0;
 };
 
-/// A row: all joints, `count` of them, go straight from one configuration to the next.
-struct RowMotion {
-  const Branch& branch;
+/// All joints, `count` of them, go straight from one configuration to another: a row, or from where
+/// one share of the rows leads to where another does.
+struct StraightMotion {
+  const Joints& from;
+  const Joints& to;
   std::size_t count;
 
-  [[nodiscard]] const Joints& start() const { return branch.before; }
-  [[nodiscard]] const Joints& end() const { return branch.now; }
+  [[nodiscard]] const Joints& start() const { return from; }
+  [[nodiscard]] const Joints& end() const { return to; }
   void at(double place, Joints& joints) const {
-    const auto before = std::span(branch.before).first(count);
-    std::transform(before.begin(), before.end(), branch.now.begin(), joints.begin(),
-                   [place](double from, double to) { return from + place * (to - from); });
+    const auto first = std::span(from).first(count);
+    std::transform(first.begin(), first.end(), to.begin(), joints.begin(),
+                   [place](double a, double b) { return a + place * (b - a); });
   }
 };
 
 /// Between two points of a motion nothing goes a larger share of its way than this. Of braking some
 /// joints stop sooner than others.
-inline double share_between(const RowMotion&, const WayPoint& from, const WayPoint& to) {
+inline double share_between(const StraightMotion&, const WayPoint& from, const WayPoint& to) {
   return to.place - from.place;
 }
 inline double share_between(const Braking& braking, const WayPoint& from, const WayPoint& to) {

@@ -77,6 +77,14 @@ class Prediction {
   [[nodiscard]] std::size_t row() const { return row_; }  // the one that was gone to last
   [[nodiscard]] std::size_t next_row() const { return next_row_; }
   [[nodiscard]] std::size_t branch_count() const { return branch_count_; }
+  /// Branches with different shares: the first of them, and as many of each further number that
+  /// hold what this chunk does not command.
+  [[nodiscard]] std::size_t share_count() const { return share_count_; }
+  /// Whether a branch has the lower end of a gain, of which the branch `bit` further has the upper.
+  [[nodiscard]] bool has_lower_end(std::size_t index, std::size_t bit) const {
+    const std::size_t ends = index % share_count_;
+    return ends != 0 && bit < share_count_ - 1 && ((ends - 1) & bit) == 0;
+  }
   [[nodiscard]] const Branch& branch(std::size_t index) const { return branches_[index]; }
   /// Joints that the chunk's own rows command.
   [[nodiscard]] JointSet commanded() const { return commanded_; }

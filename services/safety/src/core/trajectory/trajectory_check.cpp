@@ -72,6 +72,7 @@ Evidence TrajectoryCheck::check_next() {
   if (!unreachable.ok()) evidence = unreachable;
   for (std::size_t i = 0; i < prediction_.branch_count() && evidence.ok(); ++i)
     evidence = check_branch(i);
+  if (evidence.ok()) evidence = check_between_shares();
   if (!evidence.ok()) evidence.row = static_cast<std::int64_t>(prediction_.row());
   return evidence;
 }
@@ -135,8 +136,47 @@ Evidence TrajectoryCheck::check_body(const Branch& branch, const Braking& brakin
   return evidence;
 }
 
-RowMotion TrajectoryCheck::row_motion(const Branch& branch) const {
-  return {branch, model_.limits.measured_count()};
+// What any other share of the rows makes of them: straight from one end of a part's gain to the
+// other, whichever end of the others happens.
+Evidence TrajectoryCheck::check_between_shares() {
+  Evidence evidence;
+  for (std::size_t i = 0; i < prediction_.branch_count(); ++i)
+    for (std::size_t bit = 1; bit < prediction_.share_count() && evidence.ok(); bit <<= 1U)
+      if (prediction_.has_lower_end(i, bit)) evidence = check_between(i, i + bit);
+  return evidence;
+}
+
+// Where the row leads, and where braking from there ends.
+Evidence TrajectoryCheck::check_between(std::size_t one, std::size_t other) {
+  const Branch &from = prediction_.branch(one), &to = prediction_.branch(other);
+  const Braking first(model_, from, prediction_.moving(), prediction_.lagging()),
+      second(model_, to, prediction_.moving(), prediction_.lagging());
+  const Evidence evidence =
+      certify_between(from, from.now, to.now, &clearances_[one], &clearances_[other]);
+  return evidence.ok() ? certify_between(from, first.end(), second.end(), nullptr, nullptr)
+                       : evidence;
+}
+
+Evidence TrajectoryCheck::certify_between(const Branch& one, const Joints& from, const Joints& to,
+                                          const Clearance* at_start, const Clearance* at_end) {
+  const DisplacementBound bound(model_, from, to);
+  const auto clear_by = [&](const Clearance* at) {
+    return at == nullptr ? 0.0 : shape_check_.clear_fraction_of(*at, bound);
+  };
+  Evidence evidence;
+  if (!shape_check_.has_nothing())
+    evidence = certify(straight(from, to),
+                       ShapeConstraint{model_, shape_check_, one.poses_before(), bound, between_,
+                                       configurations_},
+                       clear_by(at_start), clear_by(at_end));
+  if (!evidence.ok() || (prediction_.commanded() & model_.base_joints) == 0) return evidence;
+  const double way = base_way(model_, from, to);
+  return certify(straight(from, to), ZoneConstraint{model_, one.before, way, configurations_}, 0.0,
+                 0.0);
+}
+
+StraightMotion TrajectoryCheck::straight(const Joints& from, const Joints& to) const {
+  return {from, to, model_.limits.measured_count()};
 }
 
 // Where the row leads, on the way there, where braking from there ends, on the way to that.
@@ -153,7 +193,7 @@ Evidence TrajectoryCheck::check_shapes(const Branch& branch, const Braking& brak
     return ShapeConstraint{model_, shape_check_, branch.poses_before(),
                            bound,  poses,        configurations_};
   };
-  evidence = certify(row_motion(branch), shapes(row, between_), clear_before,
+  evidence = certify(straight(branch.before, branch.now), shapes(row, between_), clear_before,
                      shape_check_.clear_fraction_of(clearance, row));
   const double clear = shape_check_.clear_fraction_of(clearance, stop);
   if (!evidence.ok() || clear >= 1.0) return evidence;
@@ -189,7 +229,7 @@ Evidence TrajectoryCheck::check_zones(const Branch& branch, const Braking& braki
   Evidence evidence = check_base(model_, branch.now, branch.before, margin);
   if (evidence.ok()) evidence = check_base(model_, braking.end(), branch.before, rest_margin);
   if (!evidence.ok()) return evidence;
-  evidence = certify(row_motion(branch), zones(row), 0.0, clear_fraction(margin, row));
+  evidence = certify(straight(branch.before, branch.now), zones(row), 0.0, clear_fraction(margin, row));
   if (!evidence.ok()) return evidence;
   return certify(braking, zones(stop), clear_fraction(margin, stop),
                  clear_fraction(rest_margin, stop));

@@ -24,12 +24,16 @@ class TrajectoryCheck {
   Evidence check_momentum_of(const Branch& start);
   Evidence check_branch(std::size_t index);
   Evidence check_row(const Branch& branch, Clearance& clearance);
+  Evidence check_between_shares();
+  Evidence check_between(std::size_t one, std::size_t other);
+  Evidence certify_between(const Branch& one, const Joints& from, const Joints& to,
+                           const Clearance* at_start, const Clearance* at_end);
   Evidence check_body(const Branch& branch, const Braking& braking,
                       const PositionInterval& interval, Clearance& clearance);
   Evidence check_shapes(const Branch& branch, const Braking& braking, Clearance& clearance);
   Evidence check_singularities(const Branch& branch, const Braking& braking);
   void expect_drift();
-  [[nodiscard]] RowMotion row_motion(const Branch& branch) const;
+  [[nodiscard]] StraightMotion straight(const Joints& from, const Joints& to) const;
   Evidence check_zones(const Branch& branch, const Braking& braking);
 
   const RobotModel& model_;
