@@ -9,11 +9,13 @@ import threading
 import time
 from collections.abc import Callable, Collection
 from concurrent.futures import Future
+from contextlib import suppress
 
 from bench.equipment.motion_log import MotionLine, MotionLog
 from fairlead.deploy.hosts import ROUTER
 from fairlead.errors import FairleadError
 from fairlead.messages import GateState, GoalResult, ResetEpisodeReply, SafeChunk, decode
+from fairlead.operate.client import RobotClient
 from fairlead.operate.goal import Progress
 from fairlead.operate.goal_run import GoalOptions, run_goal
 from fairlead.wire.bus import Sample
@@ -34,6 +36,22 @@ def wait_for(condition: Callable[[], bool], what: str, timeout_s: float = WAIT_S
     while not condition():
         assert time.monotonic() < deadline, f"not within {timeout_s:g} s: {what}"
         pause.wait(POLL_S)
+
+
+def recover(client: RobotClient) -> None:
+    """The operator's way from stopped or latched to disarmed; an armed gate stays so."""
+    client.wait_gate_follows(WAIT_S)
+
+    def acknowledged() -> bool:
+        gate = client.gate_status()
+        if gate.state in (GateState.DISARMED, GateState.ARMED):
+            return True
+        for one in filter(None, (gate.latch_id, *gate.stop_ids)):
+            with suppress(FairleadError):  # not still yet, or the cause is not gone: asked again
+                client.reset(one)
+        return False
+
+    wait_for(acknowledged, "the gate is disarmed")
 
 
 class LiveRobot:
@@ -138,24 +156,7 @@ class LiveRobot:
 
     def recover(self) -> None:
         """The operator's way from stopped or latched to disarmed."""
-        self.client.wait_gate_follows(WAIT_S)
-
-        def acknowledged() -> bool:
-            gate = self.client.gate_status()
-            if gate.state in (GateState.DISARMED, GateState.ARMED):
-                return True
-            for one in (gate.latch_id, *gate.stop_ids):
-                if one:
-                    self._try_reset(one)
-            return False
-
-        wait_for(acknowledged, "the gate is disarmed")
-
-    def _try_reset(self, one: int) -> None:
-        try:
-            self.client.reset(one)
-        except FairleadError:  # not still yet, or the cause is not gone: asked again
-            return
+        recover(self.client)
 
 
 async def _bring_back(supervisor: Supervisor, services: Collection[str]) -> None:

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bench.equipment.live_robot import wait_for
+from bench.equipment.live_robot import recover, wait_for
 from bench.equipment.terminal import Terminal
 from fairlead.messages import FloatArray, GateState, floats
 from fairlead.robot.manifest import load_robot
@@ -40,6 +40,7 @@ Start = Callable[..., Terminal]
 @pytest.fixture
 def teleop(running: ScratchRobot, tmp_path: Path) -> Iterator[Start]:
     """Starts ``fairlead teleop`` where the episode begins."""
+    recover(running.client)
     running.client.disarm()
     running.client.reset_episode(0)
     started: list[Terminal] = []

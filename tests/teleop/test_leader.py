@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 from bench.equipment.emulated_arm import EmulatedArm, emulated_arm
+from bench.equipment.live_robot import recover
 from bench.equipment.terminal import Terminal
 from fairlead.deploy.registry import Registry
 from fairlead.messages import FloatArray, GateState, floats
@@ -86,6 +87,7 @@ def running(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ScratchRobot]:
 @pytest.fixture
 def teleop(running: ScratchRobot, leader: Leader, tmp_path: Path) -> Iterator[Start]:
     """Starts ``fairlead teleop`` with the leader where the episode begins."""
+    recover(running.client)
     running.client.disarm()
     running.client.reset_episode(0)
     started: list[Terminal] = []
