@@ -94,3 +94,16 @@ TEST_CASE("G031 what is certified is clear wherever between the ends of a gain t
   CHECK(judged(0.06, 2).evidence.ok());
   CHECK(judged(0.0375, 1).evidence.code == 31);
 }
+
+TEST_CASE("G024 a robot without volumes and capsules is certified by its bounds") {
+  Limits limits = free_arm::limits();
+  limits.parts[arm].modes.joint_velocity.gain = {0.5, 1.0};
+  limits.collision.pairs.clear();
+  limits.workspace.volumes.clear();
+  limits.joints[free_arm::slide_x].bounds.upper = 0.12;
+  const ChunkBuilder chunk =
+      free_arm::one_joint(Mode::joint_velocity, free_arm::slide_x, Row(4, 1.0));
+  const Judgement cut = free_arm::judge(limits, chunk.chunk);
+  CHECK(cut.evidence.code == 24);
+  CHECK(cut.evidence.row == 2);
+}

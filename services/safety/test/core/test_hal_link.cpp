@@ -109,6 +109,9 @@ TEST_CASE("a state is repeated in every number, in what acted and in its episode
   other = same;
   other.acted[0].row = 1;
   CHECK_FALSE(robot.link.repeats(other));
+  other = same;
+  other.acted[0].verdict_id = 1;
+  CHECK_FALSE(robot.link.repeats(other));
 }
 
 TEST_CASE("another session is followed when it shows a state while the present one is silent") {
