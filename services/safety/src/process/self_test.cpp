@@ -97,7 +97,8 @@ class Questions {
     Judgement found;
     found.evidence = check_shape(model_.limits, claim_, chunk);
     if (found.evidence.ok())
-      found = judge_rows(room_, model_, claim_, rest_, chunk, JudgedRows::all(0, 1), RowBefore{}, {});
+      found =
+          judge_rows(room_, model_, claim_, rest_, chunk, JudgedRows::all(0, 1), RowBefore{}, {});
     ++asked_;
     std::string got(code_name(found.evidence.code).view());
     if (found.outcome != Outcome::refused) got = "a release";

@@ -17,8 +17,7 @@ Judgement ahead(double upper, std::size_t certified, const Row& speeds = Row(8, 
   Limits limits = free_arm::limits();
   limits.parts[arm].modes.joint_velocity.gain = {0.5, 1.0};
   limits.joints[free_arm::slide_x].bounds.upper = upper;
-  const ChunkBuilder chunk =
-      free_arm::one_joint(Mode::joint_velocity, free_arm::slide_x, speeds);
+  const ChunkBuilder chunk = free_arm::one_joint(Mode::joint_velocity, free_arm::slide_x, speeds);
   return judge_rows(shared_room(), RobotModel(limits), whole_robot(limits), free_arm::at_rest(),
                     chunk.chunk, {0, 8, certified}, {}, {});
 }
@@ -68,9 +67,9 @@ TEST_CASE("that other claims' parts may hold from now on counts in rows that can
 }
 
 TEST_CASE("G031 what is certified is clear wherever between the ends of a gain the robot gets to") {
-  // 0.05 m ahead, then 0.05 m aside, of each the half at least: the tool ends between (0.025, 0.025)
-  // and (0.05, 0.05). A post of 4 mm stands at `place` of both, on neither way there nor in the
-  // middle.
+  // 0.05 m ahead, then 0.05 m aside, of each the half at least: the tool ends between (0.025,
+  // 0.025) and (0.05, 0.05). A post of 4 mm stands at `place` of both, on neither way there nor in
+  // the middle.
   Limits limits = free_arm::limits();
   limits.parts[arm].modes.joint_velocity.gain = {0.5, 1.0};
   Row ahead(6, 0.0), aside(6, 0.0);

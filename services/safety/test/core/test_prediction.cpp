@@ -84,7 +84,9 @@ TEST_CASE("what moves: other claims' parts, which may hold instead") {
   CHECK(predicted({{}, &other.chunk, 0, 1}) == std::pair(both, std::size_t{2}));
 }
 
-TEST_CASE("the middle and both ends of the gain of each part that moves links; one that moves none goes along") {
+TEST_CASE(
+    "the middle and both ends of the gain of each part that moves links; one that moves none goes "
+    "along") {
   Limits limits = test_limits();
   limits.parts[arm].modes.joint_velocity.gain = {0.5, 1.0};
   limits.parts[base].modes.joint_velocity.gain = {0.25, 1.0};

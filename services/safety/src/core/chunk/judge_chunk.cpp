@@ -160,8 +160,9 @@ Judgement ChunkJudge::judge_again(const LiveClaim& claim, const ActionChunk& chu
                                   std::size_t first_row, std::size_t end_row) {
   const FixedVec<Companion, max_claims> companions = rows_.companions_of(claim);
   const std::size_t end = std::min(end_row, first_row + rows_.before_next_judgement());
-  return judge_path(room_, model_, claim.limits, hal_.state(), chunk, JudgedRows::all(first_row, end),
-                    rows_.row_before(claim), Companions(companions.begin(), companions.size()));
+  return judge_path(room_, model_, claim.limits, hal_.state(), chunk,
+                    JudgedRows::all(first_row, end), rows_.row_before(claim),
+                    Companions(companions.begin(), companions.size()));
 }
 
 Judgement judge_rows(PathRoom& room, const RobotModel& model, const ClaimLimits& claim,

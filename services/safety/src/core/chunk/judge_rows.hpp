@@ -48,8 +48,8 @@ class PathRoom {
 
   /// A new walk in place of the last.
   TrajectoryCheck& begin(const RobotModel& model, const ClaimLimits& claim,
-                         const MeasuredState& state, const ActionChunk& chunk, const JudgedRows& rows,
-                         const RowBefore& before, Companions companions);
+                         const MeasuredState& state, const ActionChunk& chunk,
+                         const JudgedRows& rows, const RowBefore& before, Companions companions);
 
  private:
   struct Place;

@@ -21,8 +21,8 @@ namespace fairlead {
 inline constexpr std::size_t max_gains = 3;
 inline constexpr std::size_t max_branches = 2 * (1 + (std::size_t{1} << max_gains));
 
-/// For each part one share of its gain: the configuration after a row, how fast the joints go there,
-/// and the configuration before the row; where the frames are in both.
+/// For each part one share of its gain: the configuration after a row, how fast the joints go
+/// there, and the configuration before the row; where the frames are in both.
 struct Branch {
   Joints now;
   Joints speed;
@@ -168,7 +168,8 @@ class Prediction {
   std::size_t steps_ = 0;  // rows gone through since the first live one, the one gone to included
   bool goals_add_up_ = false;  // in the newest row
   std::size_t branch_count_ = 1;
-  std::size_t share_count_ = 1;  // of them have each another share; the rest is these while all hold
+  std::size_t share_count_ =
+      1;  // of them have each another share; the rest is these while all hold
   std::size_t start_count_ = 0;
   std::size_t holding_count_ = 0;  // the last of them: nothing moves but what the chunk commands
   FixedVec<std::size_t, max_parts> gain_parts_;  // with a gain, that move links: a bit for each

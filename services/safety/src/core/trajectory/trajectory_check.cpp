@@ -51,7 +51,8 @@ TrajectoryCheck& PathRoom::begin(const RobotModel& model, const ClaimLimits& cla
 
 TrajectoryCheck::TrajectoryCheck(const RobotModel& model, const ClaimLimits& claim,
                                  const MeasuredState& state, const ActionChunk& chunk,
-                                 const JudgedRows& rows, const RowBefore& before, Companions companions)
+                                 const JudgedRows& rows, const RowBefore& before,
+                                 Companions companions)
     : model_(model),
       chunk_(chunk),
       certified_end_(rows.certified_end),
@@ -165,10 +166,10 @@ Evidence TrajectoryCheck::certify_between(const Branch& one, const Joints& from,
   };
   Evidence evidence;
   if (!shape_check_.has_nothing())
-    evidence = certify(straight(from, to),
-                       ShapeConstraint{model_, shape_check_, one.poses_before(), bound, between_,
-                                       configurations_},
-                       clear_by(at_start), clear_by(at_end));
+    evidence = certify(
+        straight(from, to),
+        ShapeConstraint{model_, shape_check_, one.poses_before(), bound, between_, configurations_},
+        clear_by(at_start), clear_by(at_end));
   if (!evidence.ok() || (prediction_.commanded() & model_.base_joints) == 0) return evidence;
   const double way = base_way(model_, from, to);
   return certify(straight(from, to), ZoneConstraint{model_, one.before, way, configurations_}, 0.0,
@@ -229,7 +230,8 @@ Evidence TrajectoryCheck::check_zones(const Branch& branch, const Braking& braki
   Evidence evidence = check_base(model_, branch.now, branch.before, margin);
   if (evidence.ok()) evidence = check_base(model_, braking.end(), branch.before, rest_margin);
   if (!evidence.ok()) return evidence;
-  evidence = certify(straight(branch.before, branch.now), zones(row), 0.0, clear_fraction(margin, row));
+  evidence =
+      certify(straight(branch.before, branch.now), zones(row), 0.0, clear_fraction(margin, row));
   if (!evidence.ok()) return evidence;
   return certify(braking, zones(stop), clear_fraction(margin, stop),
                  clear_fraction(rest_margin, stop));
