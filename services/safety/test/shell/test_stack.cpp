@@ -1,4 +1,5 @@
 // Judgements run on threads of Zenoh's library, whose stacks have 2 MiB: half of it is enough.
+#ifndef __SANITIZE_ADDRESS__  // which leaves room around each variable
 #include <doctest/doctest.h>
 #include <pthread.h>
 
@@ -28,7 +29,6 @@ void* judge_all(void* given) {
 
 }  // namespace
 
-#ifndef __SANITIZE_ADDRESS__  // which leaves room around each variable
 TEST_CASE("recorded sessions of two arms are judged on a stack of 1 MiB") {
   LogReader log(std::string(FAIRLEAD_SESSIONS_DIR) + "/judged_dual_panda_1.decisions");
   const std::unique_ptr<Limits> limits = recorded_limits(read_header(log.header()));
