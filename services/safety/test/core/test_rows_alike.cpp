@@ -96,3 +96,25 @@ TEST_CASE("a tool that is told to stay keeps its joints, bit by bit; not in the 
   }
   CHECK(counts > 0);
 }
+
+TEST_CASE("G030 between the ends of a gain nothing is looked at any more either") {
+  Limits limits = free_arm::limits();
+  limits.collision.capsules[0] = {0, {-8, 0, 0.5211}, {8, 0, 0.5211}, 0.01};  // 0.1 mm beyond
+  limits.collision.capsules[1] = {tool_link, {0, 0, 0}, {0, 0, 0}, 0.01};
+  limits.joints[slide_x].velocity_limit = 16.0;
+  limits.parts[arm].modes.joint_velocity.step_limit[slide_x] = 32.0;
+  limits.parts[arm].modes.joint_velocity.gain = {0.999, 1.0};
+  // As above: 9 rows of 192 looks, one of 96, twelve of 3; then 64 for each of three branches, of
+  // which the last begins after 1,988.
+  Row speeds;
+  for (int row = 0; row < 9; ++row) speeds.push_back(row % 2 == 0 ? 10.24 : -10.24);
+  speeds.push_back(-5.12);
+  speeds.resize(22, 0.0);
+  speeds.push_back(10.24);
+  const Judgement judged =
+      free_arm::judge(limits, one_joint(Mode::joint_velocity, slide_x, speeds).chunk);
+  CHECK(judged.configurations == 2052);
+  CHECK(judged.evidence.code == 30);
+  CHECK(judged.evidence.row == 22);
+  CHECK(judged.evidence.axis == "looks");
+}

@@ -168,8 +168,8 @@ class Prediction {
   std::size_t steps_ = 0;  // rows gone through since the first live one, the one gone to included
   bool goals_add_up_ = false;  // in the newest row
   std::size_t branch_count_ = 1;
-  std::size_t share_count_ =
-      1;  // of them have each another share; the rest is these while all hold
+  // Of them have each another share; the rest is these while all others hold.
+  std::size_t share_count_ = 1;
   std::size_t start_count_ = 0;
   std::size_t holding_count_ = 0;  // the last of them: nothing moves but what the chunk commands
   FixedVec<std::size_t, max_parts> gain_parts_;  // with a gain, that move links: a bit for each

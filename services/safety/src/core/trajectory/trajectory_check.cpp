@@ -123,15 +123,19 @@ Evidence TrajectoryCheck::check_row(const Branch& branch, Clearance& clearance) 
   return evidence;
 }
 
+Evidence TrajectoryCheck::check_time_left() const {
+  if (configurations_ < max_configurations) return {};
+  return above(code::unreachable, "looks", static_cast<double>(configurations_),
+               static_cast<double>(max_configurations),
+               "configurations that one judgement looks at");
+}
+
 // Bounds, volumes and pairs; and whether there is time left to look at them.
 Evidence TrajectoryCheck::check_body(const Branch& branch, const Braking& braking,
                                      const PositionInterval& interval, Clearance& clearance) {
-  if (configurations_ >= max_configurations)
-    return above(code::unreachable, "looks", static_cast<double>(configurations_),
-                 static_cast<double>(max_configurations),
-                 "configurations that one judgement looks at");
-  Evidence evidence =
-      check_braking(model_, branch, braking.end(), interval, prediction_.commanded());
+  Evidence evidence = check_time_left();
+  if (evidence.ok())
+    evidence = check_braking(model_, branch, braking.end(), interval, prediction_.commanded());
   if (evidence.ok() && !shape_check_.has_nothing())
     evidence = check_shapes(branch, braking, clearance);
   return evidence;
@@ -152,8 +156,9 @@ Evidence TrajectoryCheck::check_between(std::size_t one, std::size_t other) {
   const Branch &from = prediction_.branch(one), &to = prediction_.branch(other);
   const Braking first(model_, from, prediction_.moving(), prediction_.lagging()),
       second(model_, to, prediction_.moving(), prediction_.lagging());
-  const Evidence evidence =
-      certify_between(from, from.now, to.now, &clearances_[one], &clearances_[other]);
+  Evidence evidence = check_time_left();
+  if (evidence.ok())
+    evidence = certify_between(from, from.now, to.now, &clearances_[one], &clearances_[other]);
   return evidence.ok() ? certify_between(from, first.end(), second.end(), nullptr, nullptr)
                        : evidence;
 }

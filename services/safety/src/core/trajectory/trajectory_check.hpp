@@ -28,6 +28,7 @@ class TrajectoryCheck {
   Evidence check_between(std::size_t one, std::size_t other);
   Evidence certify_between(const Branch& one, const Joints& from, const Joints& to,
                            const Clearance* at_start, const Clearance* at_end);
+  [[nodiscard]] Evidence check_time_left() const;
   Evidence check_body(const Branch& branch, const Braking& braking,
                       const PositionInterval& interval, Clearance& clearance);
   Evidence check_shapes(const Branch& branch, const Braking& braking, Clearance& clearance);
