@@ -86,8 +86,8 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
     """Why each test that was tried again had failed."""
     for report in terminalreporter.stats.get("rerun", ()):
         crash = getattr(report.longrepr, "reprcrash", None)
-        why = str(crash.message if crash else report.longrepr).partition("\n")[0]
-        terminalreporter.write_line(f"AGAIN {report.nodeid}: {why[:160]}")
+        why = " ".join(str(crash.message if crash else report.longrepr).split())
+        terminalreporter.write_line(f"AGAIN {report.nodeid}: {why[:600]}")
 
 
 def _refuse_what_is_not_marked(event: str, arguments: tuple[object, ...]) -> None:

@@ -125,7 +125,8 @@ class AsyncStage(RoutedStage):
         }  # fmt: skip
         if way.blend_ticks:
             manifest["seam"] = {"blend_ticks": way.blend_ticks}
-        (skills / name).mkdir()
+        log.unlink(missing_ok=True)
+        (skills / name).mkdir(exist_ok=True)
         (skills / name / "rskill.yaml").write_text(yaml.safe_dump(manifest), encoding="utf-8")
         shutil.copy(POLICY, skills / name)
         return name, log

@@ -52,11 +52,19 @@ class Prediction:
         base = file["base"]
         self._against_yaw = bool(base) and base["command_frame"] == "against_yaw"
         self._yaw_axis = np.array(base["yaw_axis"]) if base else np.zeros(2)
+        self._goals: dict[str, Any] = {}
+
+    def forget_goals(self) -> None:
+        """As after a hold: each tool goes on from where it is."""
+        self._goals = {}
 
     def follow(
         self, start: FloatArray, rows: Sequence[Row], shares: FloatArray
     ) -> list[FloatArray]:
         """Positions after each row.
+
+        Where the composite switch is up a tool goes on from the goal of the row before, of this
+        call or the last one, not from where it is.
 
         Args:
             shares: per row, where in each mode's gain its motion lies: 0 lower end, 1 upper end;
@@ -70,6 +78,9 @@ class Prediction:
         order = [part.name for part in self._robot.parts]
         for row, share in zip(rows, shares, strict=True):
             later = q.copy()
+            self._goals = {part: goal for part, goal in self._goals.items() if part in row}
+            if not any(_is_up(command) for command in row.values()):
+                self.forget_goals()
             for part, command in row.items():
                 low, high = self._gains.get((part, command.mode.yaml_name), (1.0, 1.0))
                 at = float(np.broadcast_to(share, len(order))[order.index(part)])
@@ -97,9 +108,11 @@ class Prediction:
             later[: len(values)] += gain * per_tick * self._told(part, values, q)
         elif mode in (ControlMode.CARTESIAN_DELTA, ControlMode.CARTESIAN_TWIST):
             tool = self._tool(part, q)
-            way = gain * per_tick * values
-            turn = pinocchio.exp3(way[3:]) @ tool.rotation
-            self._reach(part, own, later, pinocchio.SE3(turn, tool.translation + way[:3]))
+            goal = _moved(self._goals.get(part, tool), per_tick * values)
+            self._goals[part] = goal
+            turn = pinocchio.log3(goal.rotation @ tool.rotation.T)
+            way = gain * np.concatenate([goal.translation - tool.translation, turn])
+            self._reach(part, own, later, _moved(tool, way))
         elif mode is ControlMode.CARTESIAN_POSE:
             self._reach(part, own, later, pinocchio.SE3(rotation_of(values[3:]), values[:3]))
         elif mode is ControlMode.BODY_TWIST:
@@ -161,6 +174,15 @@ class Prediction:
             else:
                 full[joint.idx_q] = q[index]
         return full
+
+
+def _is_up(command: PartCommand) -> bool:
+    return command.mode is ControlMode.COMPOSITE_MODE and command.values[0] >= 0.0
+
+
+def _moved(pose: Any, way: FloatArray) -> Any:
+    """Shifted and turned, along the root's axes."""
+    return pinocchio.SE3(pinocchio.exp3(way[3:]) @ pose.rotation, pose.translation + way[:3])
 
 
 def _plane(angle: float) -> FloatArray:

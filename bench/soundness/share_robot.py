@@ -41,6 +41,7 @@ class ShareRobot:
     def begin(self, positions: FloatArray, shares: FloatArray) -> None:
         """Stand there. shares: of each row and part, as in `Prediction.follow`."""
         self._positions, self._shares, self._row = positions, shares, 0
+        self.prediction.forget_goals()
 
     def reset(self, seed: int) -> Moment:
         """Where it was told to begin."""

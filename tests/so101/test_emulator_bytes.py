@@ -60,6 +60,7 @@ def test_every_servo_is_found_and_has_every_register_of_the_library(
 def test_a_joint_goes_to_its_goal_at_the_speed_it_is_told(servos: Sts3215PyController) -> None:
     servos.write_register(1, "goal_position", 2048)
     servos.write_register(1, "torque_enable", 1)
+    wait_for(lambda: abs(servos.read_register(1, "present_position") - 2048) <= 3, "its start")
     servos.write_register(1, "goal_velocity", 500)
     servos.sync_write_register([1], "goal_position", [2348])
     fastest = 0

@@ -183,6 +183,26 @@ def test_a_delta_moves_the_tool_by_its_share_along_base_links_axes() -> None:
     np.testing.assert_array_equal(end[8:], start[8:])
 
 
+@pytest.mark.parametrize(("switch", "ahead_m"), [(-1.0, 0.02), (1.0, 0.025)])
+def test_with_the_switch_up_a_tool_goes_on_from_its_last_goal(switch: float, ahead_m: float) -> None:
+    robot, file = load_robot("panda_mobile"), file_of("panda_mobile")
+    part = next(part for part in file["parts"] if part["name"] == "arm")
+    part["modes"]["cartesian_delta"]["gain"] = [0.5, 0.5]
+    start = np.zeros(len(robot.measured_joint_names))
+    start[[robot.joint_names.index(name) for name in robot.part("arm").joints]] = [0.0, -0.4, 0.0, -2.2, 0.0, 1.8, 0.785]
+    delta, up = np.array([0.02, 0.0, 0.0, 0.0, 0.0, 0.0]), np.array([switch])
+    row = {
+        "arm": PartCommand(ControlMode.CARTESIAN_DELTA, "base_link", delta, ()),
+        "composite": PartCommand(ControlMode.COMPOSITE_MODE, "", up, ()),
+    }
+    ends = Prediction(robot, file).follow(start, [row, row], np.zeros(2))
+    kinematics = Kinematics(robot.description_path(), robot.measured_joint_names)
+    tool = robot.end_effector(robot.part("arm").end_effector or "").tool_frame
+    before, after = (kinematics.pose(q, tool, "base_link")[0] for q in (start, ends[-1]))
+    # Half of 2 cm each; with the switch up half of the centimetre left over, too.
+    np.testing.assert_allclose(after - before, [ahead_m, 0.0, 0.0], rtol=0, atol=2e-6)
+
+
 def test_a_turning_twist_turns_the_base_about_base_links_origin() -> None:
     robot, file = load_robot("panda_mobile"), file_of("panda_mobile")
     part = next(part for part in file["parts"] if part["name"] == "base")
