@@ -219,11 +219,7 @@ class CoreGate:
         after_ns: int | None = None,
     ) -> CoreReply:
         """Publish a state, by default one period after the last, just after the heartbeats."""
-        self._now_ns += int(self.file["period_ns"]) if after_ns is None else after_ns
-        outputs: list[GateOutput] = []
-        for source, claim in self._claims.items():
-            beat = encode(Heartbeat(claim_id=claim.claim_id))
-            outputs += self._step("heartbeat", source, beat)
+        outputs = self._beats(after_ns)
         message = JointState(
             session=self._session,
             tick=measured.tick,
@@ -236,6 +232,18 @@ class CoreGate:
             robot_hash=self._hash,
         )
         return self._reply([*outputs, *self._step("joint_state", "", encode(message))])
+
+    def pass_time(self) -> CoreReply:
+        """A period in which no state comes."""
+        return self._reply([*self._beats(None), *self._step("timer", "", b"")])
+
+    def _beats(self, after_ns: int | None) -> list[GateOutput]:
+        self._now_ns += int(self.file["period_ns"]) if after_ns is None else after_ns
+        outputs: list[GateOutput] = []
+        for source, claim in self._claims.items():
+            beat = encode(Heartbeat(claim_id=claim.claim_id))
+            outputs += self._step("heartbeat", source, beat)
+        return outputs
 
     def send_bytes(self, frame: bytes, key_source: str = SOURCE) -> CoreReply:
         """Put any bytes on the key for chunks of that source."""

@@ -19,6 +19,7 @@ from bench.scale.processes import Process, Spending, ended, settle, spending
 from bench.scale.traffic import Sent, sent
 from fairlead.deploy.credentials import forget_secrets
 from fairlead.deploy.deployment import load_deployment
+from fairlead.errors import ServiceError
 from fairlead.paths import repo_root
 from fairlead_tools.certificates.authority import Authority
 from fairlead_tools.supervisor.command_line import service_command, service_environment
@@ -112,7 +113,12 @@ def fairlead(priority: int, count: int, seconds: float, folder: Path) -> Window:
         ports = [one.deployment.routed.port for one in robots]
         own = [one.pid for robot in robots for one in robot.processes]
         before = counted(ports)
-        spent = spending({"robots": own, "router": [router.pid]}, seconds)
+        try:
+            spent = spending({"robots": own, "router": [router.pid]}, seconds)
+        except ServiceError:
+            for process in (router, *(one for robot in robots for one in robot.processes)):
+                process.wait_for(lambda: True, "runs", READY_S)  # who ended, with its last lines
+            raise
         after = counted(ports)
         ticks = [one.ticks(spent) for one in robots]
     return Window(spent, ticks, after.a_second(before, count) if after and before else None)

@@ -110,12 +110,19 @@ class Spending:
 
 
 def spending(groups: Mapping[str, Iterable[int]], seconds: float) -> Spending:
-    """Watch processes for so long."""
+    """Watch processes for so long.
+
+    Raises:
+        ServiceError: one of them has ended.
+    """
     lists = {name: list(pids) for name, pids in groups.items()}
     machine, began_ns = _machine(), time.monotonic_ns()
-    before = {name: [spent(pid, alone=True) for pid in pids] for name, pids in lists.items()}
-    time.sleep(seconds)  # what is measured is time
-    after = {name: [spent(pid, alone=True) for pid in pids] for name, pids in lists.items()}
+    try:
+        before = {name: [spent(pid, alone=True) for pid in pids] for name, pids in lists.items()}
+        time.sleep(seconds)  # what is measured is time
+        after = {name: [spent(pid, alone=True) for pid in pids] for name, pids in lists.items()}
+    except (KeyError, OSError) as error:  # what has ended spends nothing more
+        raise ServiceError(f"a process ended while it was measured ({error})") from None
     ended_ns, later = time.monotonic_ns(), _machine()
     total, idle = (now - then for now, then in zip(later, machine, strict=True))
     return Spending(

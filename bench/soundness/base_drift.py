@@ -21,7 +21,7 @@ import numpy as np
 from bench.equipment.kinematics import Kinematics
 from bench.soundness.arena import EXACT_M, Arena
 from bench.soundness.attack import Parts
-from bench.soundness.lockstep_loop import LockstepLoop
+from bench.soundness.gate_loop import GateLoop
 from fairlead.messages import FloatArray, Outcome
 from fairlead.modes import ControlMode
 from fairlead.robot.profile_limits import profile_limits
@@ -44,7 +44,7 @@ class BaseDrift:
     """One episode after the other."""
 
     def __init__(self) -> None:
-        self.loop = LockstepLoop(DrivenRobot("panda_mobile"))
+        self.loop = GateLoop(DrivenRobot("panda_mobile"))
         self._robot = robot = self.loop.driven.robot
         self._arena = Arena(self.loop.file)
         self._kinematics = Kinematics(robot.description_path(), robot.measured_joint_names)

@@ -17,8 +17,8 @@ import numpy as np
 from bench.equipment.real_gate import core_binary
 from bench.soundness.chunk_rows import Row
 from bench.soundness.episodes import episode
+from bench.soundness.gate_loop import GateLoop
 from bench.soundness.kinematic_campaign import KinematicCampaign, Soundness
-from bench.soundness.lockstep_loop import LockstepLoop
 from bench.soundness.simulated_campaign import Simulated, SimulatedCampaign
 from bench.soundness.usability import Usability, demonstrate
 from fairlead.messages import FloatArray
@@ -60,7 +60,7 @@ def work(block: Block, on_progress: Callable[[str], None] = lambda what: None) -
     if block.kind == "kinematic":
         campaign = KinematicCampaign(driven.robot, rows, around, seed=block.number + 1)
         return campaign.run(block.amount, on_progress)
-    loop = LockstepLoop(driven)
+    loop = GateLoop(driven)
     try:
         if block.kind == "simulated":
             return SimulatedCampaign(loop, block.number).run(block.amount, on_progress)

@@ -18,7 +18,7 @@ import numpy as np
 
 from bench.equipment.expert_episode import commands
 from bench.soundness.chunk_rows import Row
-from bench.soundness.lockstep_loop import LockstepLoop
+from bench.soundness.gate_loop import GateLoop
 from fairlead.messages import Outcome
 from fairlead_tools.measure.driven_robot import DrivenRobot
 
@@ -39,7 +39,7 @@ class Answers:
     codes: Counter[int] = field(default_factory=Counter)
 
 
-def ask(loop: LockstepLoop[DrivenRobot], scale: float, seeds: Sequence[int]) -> Answers:
+def ask(loop: GateLoop[DrivenRobot], scale: float, seeds: Sequence[int]) -> Answers:
     """One episode for each seed."""
     found = Answers()
     for seed in seeds:
@@ -56,7 +56,7 @@ def ask(loop: LockstepLoop[DrivenRobot], scale: float, seeds: Sequence[int]) -> 
     return found
 
 
-def _propose(loop: LockstepLoop[DrivenRobot], rows: Sequence[Row], found: Answers) -> int:
+def _propose(loop: GateLoop[DrivenRobot], rows: Sequence[Row], found: Answers) -> int:
     """How many rows to use before the next chunk."""
     verdict = loop.propose(rows)
     found.chunks += 1
@@ -88,7 +88,7 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=5, help="episodes (default: %(default)s)")
     parser.add_argument("--scale", type=float, action="append", help="only this one; repeatable")
     arguments = parser.parse_args()
-    loop = LockstepLoop(DrivenRobot("panda_mobile"))
+    loop = GateLoop(DrivenRobot("panda_mobile"))
     try:
         for scale in arguments.scale or SCALES:
             found = ask(loop, scale, range(arguments.seeds))

@@ -16,7 +16,7 @@ import sys
 from pathlib import Path
 
 from bench.soundness.demonstrations import ROBOTS
-from bench.soundness.lockstep_loop import LockstepLoop
+from bench.soundness.gate_loop import GateLoop
 from bench.soundness.simulated_campaign import Simulated, SimulatedCampaign
 from fairlead_tools.measure.driven_robot import DrivenRobot, Tick
 
@@ -45,7 +45,7 @@ def main() -> int:
     return 1 if campaign.found.breaches else 0
 
 
-class TracedLoop(LockstepLoop[DrivenRobot]):
+class TracedLoop(GateLoop[DrivenRobot]):
     """Keeps every tick of its newest episode."""
 
     ticks: list[Tick]
@@ -54,9 +54,9 @@ class TracedLoop(LockstepLoop[DrivenRobot]):
         self.ticks = []
         super().__init__(driven)
 
-    def _next(self, done: Tick) -> None:
+    def _next(self, done: Tick, is_heard: bool = True) -> None:
         self.ticks.append(done)
-        super()._next(done)
+        super()._next(done, is_heard)
 
 
 def _text(found: Simulated) -> str:

@@ -1,7 +1,8 @@
 """Adversarial chunks against the real core, and what becomes of the robot by numbers of our own.
 
 Tick by tick: the robot makes of each row another share of what it was told, tells the gate where it
-is, and goes on as long as the gate grants it. Wherever it is, it may be told to hold.
+is, and goes on as long as the gate grants it. Wherever it is, it may be told to hold. Half of
+the chunks are judged in realtime, where the gate misses two states of five.
 """
 
 from __future__ import annotations
@@ -14,11 +15,12 @@ from pathlib import Path
 
 import numpy as np
 
+from bench.equipment.case import Pacing
 from bench.equipment.kinematics import Kinematics
 from bench.soundness.adversary import KINDS, Adversary
 from bench.soundness.arena import RULES, Arena
 from bench.soundness.chunk_rows import Row
-from bench.soundness.lockstep_loop import LockstepLoop
+from bench.soundness.gate_loop import GateLoop
 from bench.soundness.prediction import NotReachedError
 from bench.soundness.share_robot import ShareRobot
 from bench.soundness.starts import Starts
@@ -28,6 +30,8 @@ from fairlead.robot.manifest import RobotManifest
 from fairlead_tools.measure.driven_robot import Moment
 
 PACE = 500
+PACINGS: tuple[Pacing, Pacing] = ("lockstep", "realtime")
+MISSED = 0.4
 NUMERIC = 1e-6
 """Rooms this little below 0 are rounding [rad or m]."""
 
@@ -78,7 +82,7 @@ class KinematicCampaign:
         self.arena = Arena(file)
         self._shares = ShareRobot(robot, file)
         self._shares.begin(around[0], np.zeros((0, len(robot.parts))))
-        self._loop = LockstepLoop(self._shares, config)
+        self._loop = GateLoop(self._shares, config)
         self._adversary = Adversary(robot, recorded, self._rng)
         self._starts = Starts(robot, self.arena, around, self._rng)
         self._kinematics = Kinematics(robot.description_path(), robot.measured_joint_names)
@@ -124,6 +128,7 @@ class KinematicCampaign:
 
         Drawn is one of the ends for the whole chunk, and any.
         """
+        pacing = PACINGS[self.found.chunks // (len(KINDS) + 1) % 2]
         self.found.chunks += 1
         self.found.by_kind[kind] += 1
         count, parts = len(rows), len(self._robot.parts)
@@ -134,20 +139,24 @@ class KinematicCampaign:
             shares = shares[:1]
         for number, share in enumerate(shares):
             self._shares.begin(q, share)
-            self._loop.begin(0)
+            self._loop.begin(0, pacing=pacing)
             verdict = self._loop.propose(rows)
             if number == 0:
                 self._note(verdict)
             if verdict.outcome == Outcome.REFUSED:
                 return
-            self._run(f"{kind} chunk {self.found.chunks}", verdict, share)
+            what = f"{kind} chunk {self.found.chunks} in {pacing}"
+            if pacing == "realtime":
+                self._loop.advance(what)  # this tick has begun without it
+            self._run(what, verdict, share, MISSED if pacing == "realtime" else 0.0)
 
-    def _run(self, what: str, verdict: Verdict, share: FloatArray) -> None:
+    def _run(self, what: str, verdict: Verdict, share: FloatArray, missed: float) -> None:
         """As far as the gate lets it go; ``share`` is what happens of each row and part."""
         released = verdict.released_last - verdict.released_first + 1
         for row in range(released):
+            is_heard = bool(self._rng.random() >= missed)
             try:
-                done = self._loop.advance(what)
+                done = self._loop.advance(what, is_heard=is_heard)
             except NotReachedError:
                 self.found.not_reached += 1
                 return

@@ -16,7 +16,7 @@ from fairlead_tools.measure.driven_robot import Moment, Tick
 
 
 class ShareRobot:
-    """Stands in for a `DrivenRobot` in a `LockstepLoop`. Positions are of every measured joint.
+    """Stands in for a `DrivenRobot` in a `GateLoop`. Positions are of every measured joint.
 
     Args:
         file: the robot's gate file, for gains, stop lags and decelerations.
@@ -51,7 +51,7 @@ class ShareRobot:
         """One row of what is commanded; what is not, stays."""
         shares = self._shares[self._row : self._row + 1]
         [after] = self.prediction.follow(before.positions, [commands], shares)
-        self._row += 1
+        self._row += bool(commands)
         moved = (after - before.positions) / self._period_s
         return Tick(kind, before, self._moment(after, moved), commands, is_free=True)
 

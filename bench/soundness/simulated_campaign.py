@@ -11,7 +11,7 @@ import numpy as np
 from bench.soundness.arena import RULES, Arena
 from bench.soundness.attack import ARM_JOINTS, Attack
 from bench.soundness.attacks import attacks_on, make_attack
-from bench.soundness.lockstep_loop import LockstepLoop
+from bench.soundness.gate_loop import GateLoop
 from bench.soundness.stops import kind_of, story_of
 from fairlead.messages import FloatArray, Outcome
 from fairlead_tools.measure.driven_robot import DrivenRobot, Tick
@@ -54,7 +54,7 @@ class Simulated:
 class SimulatedCampaign:
     """One robot. Each seed has episodes of its own."""
 
-    def __init__(self, loop: LockstepLoop[DrivenRobot], seed: int = 0) -> None:
+    def __init__(self, loop: GateLoop[DrivenRobot], seed: int = 0) -> None:
         self._loop, self._robot = loop, loop.driven.robot
         self._seed = seed
         self._arena = Arena(loop.file, self._robot.profile("sim").workspace.margin_m)

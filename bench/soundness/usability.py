@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 from bench.soundness.demonstrations import Rows, demonstration
-from bench.soundness.lockstep_loop import LockstepLoop
+from bench.soundness.gate_loop import GateLoop
 from bench.soundness.stops import kind_of, story_of
 from fairlead.messages import Outcome, Verdict
 from fairlead_tools.measure.driven_robot import DrivenRobot
@@ -33,7 +33,7 @@ class Usability:
 
 
 def demonstrate(
-    loop: LockstepLoop[DrivenRobot], seeds: Sequence[int], on_progress: Callable[[str], None]
+    loop: GateLoop[DrivenRobot], seeds: Sequence[int], on_progress: Callable[[str], None]
 ) -> Usability:
     """One demonstration of each seed under the gate's eyes."""
     found = Usability()
@@ -47,7 +47,7 @@ def demonstrate(
     return found
 
 
-def _episode(loop: LockstepLoop[DrivenRobot], seed: int, found: Usability) -> None:
+def _episode(loop: GateLoop[DrivenRobot], seed: int, found: Usability) -> None:
     loop.begin(seed)
     expert = demonstration(loop.driven)
     found.episodes += 1
@@ -66,13 +66,13 @@ def _episode(loop: LockstepLoop[DrivenRobot], seed: int, found: Usability) -> No
             return
 
 
-def _count_cut(loop: LockstepLoop[DrivenRobot], seed: int, found: Usability) -> None:
+def _count_cut(loop: GateLoop[DrivenRobot], seed: int, found: Usability) -> None:
     for verdict in loop.take_cut():
         found.cut[verdict.code] += 1
         found.told.append(f"seed {seed}, tick {loop.tick}: cut off: {_why(verdict)}")
 
 
-def _ask(loop: LockstepLoop[DrivenRobot], rows: Rows, seed: int, found: Usability) -> None:
+def _ask(loop: GateLoop[DrivenRobot], rows: Rows, seed: int, found: Usability) -> None:
     verdict = loop.propose(rows)
     found.chunks += 1
     if verdict.outcome == Outcome.RELEASED:

@@ -184,12 +184,22 @@ def test_a_delta_moves_the_tool_by_its_share_along_base_links_axes() -> None:
 
 
 @pytest.mark.parametrize(("switch", "ahead_m"), [(-1.0, 0.02), (1.0, 0.025)])
-def test_with_the_switch_up_a_tool_goes_on_from_its_last_goal(switch: float, ahead_m: float) -> None:
+def test_with_the_switch_up_a_tool_goes_on_from_its_last_goal(
+    switch: float, ahead_m: float
+) -> None:
     robot, file = load_robot("panda_mobile"), file_of("panda_mobile")
     part = next(part for part in file["parts"] if part["name"] == "arm")
     part["modes"]["cartesian_delta"]["gain"] = [0.5, 0.5]
     start = np.zeros(len(robot.measured_joint_names))
-    start[[robot.joint_names.index(name) for name in robot.part("arm").joints]] = [0.0, -0.4, 0.0, -2.2, 0.0, 1.8, 0.785]
+    start[[robot.joint_names.index(name) for name in robot.part("arm").joints]] = [
+        0.0,
+        -0.4,
+        0.0,
+        -2.2,
+        0.0,
+        1.8,
+        0.785,
+    ]
     delta, up = np.array([0.02, 0.0, 0.0, 0.0, 0.0, 0.0]), np.array([switch])
     row = {
         "arm": PartCommand(ControlMode.CARTESIAN_DELTA, "base_link", delta, ()),

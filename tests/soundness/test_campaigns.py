@@ -14,14 +14,14 @@ from bench.equipment.kinematics import Kinematics
 from bench.soundness.attacks import ON_A_BASE, attacks_on
 from bench.soundness.checkpoint_vectors import TICKS, ask
 from bench.soundness.episodes import episode
+from bench.soundness.gate_loop import GateLoop
 from bench.soundness.kinematic_campaign import KinematicCampaign
-from bench.soundness.lockstep_loop import LockstepLoop
 from bench.soundness.results import Amount, run
 from bench.soundness.simulated_campaign import SimulatedCampaign
 from fairlead.paths import gate_config
 from fairlead_tools.measure.driven_robot import DrivenRobot
 
-Loop = LockstepLoop[DrivenRobot]
+Loop = GateLoop[DrivenRobot]
 PATH_CODES = {24, 26, 30, 31, 32, 33, 34}
 MALFORMED = set(range(1, 13))
 
@@ -78,14 +78,14 @@ def test_a_gate_whose_bounds_are_too_wide_is_noticed(tmp_path: Path) -> None:
 
 @pytest.fixture(scope="module")
 def fixed_arm() -> Iterator[Loop]:
-    loop = LockstepLoop(DrivenRobot("panda"))
+    loop = GateLoop(DrivenRobot("panda"))
     yield loop
     loop.close()
 
 
 @pytest.fixture(scope="module")
 def two_arms() -> Iterator[Loop]:
-    loop = LockstepLoop(DrivenRobot("dual_panda"))
+    loop = GateLoop(DrivenRobot("dual_panda"))
     yield loop
     loop.close()
 
@@ -137,7 +137,7 @@ def test_every_attack_gets_rows_through_and_none_that_cannot_be_read(
 
 @pytest.fixture(scope="module")
 def mobile() -> Iterator[Loop]:
-    loop = LockstepLoop(DrivenRobot("panda_mobile"))
+    loop = GateLoop(DrivenRobot("panda_mobile"))
     yield loop
     loop.close()
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import zenoh
@@ -66,6 +68,19 @@ class _Wanted:
         self._is_so = status.matching
 
 
+@contextmanager
+def _threads_of(mode: str) -> Iterator[None]:
+    """What is read when a process opens its first session; not for those that it starts."""
+    if RUNTIME_VARIABLE in os.environ:
+        yield
+        return
+    os.environ[RUNTIME_VARIABLE] = RUNTIME[mode]
+    try:
+        yield
+    finally:
+        os.environ.pop(RUNTIME_VARIABLE, None)
+
+
 class ZenohBus:
     """A `fairlead.wire.bus.Bus` over one Zenoh session.
 
@@ -82,10 +97,9 @@ class ZenohBus:
         zenoh.init_log_from_env_or(
             "error,zenoh::api::session=off,zenoh_transport::unicast::establishment=off"
         )
-        # Read when the process opens its first session.
-        os.environ.setdefault(RUNTIME_VARIABLE, RUNTIME[endpoints.mode])
         try:
-            self._session = zenoh.open(zenoh.Config.from_json5(json.dumps(endpoints.config())))
+            with _threads_of(endpoints.mode):
+                self._session = zenoh.open(zenoh.Config.from_json5(json.dumps(endpoints.config())))
         except zenoh.ZError as error:
             connect = endpoints.connect
             if endpoints.mode == "client":

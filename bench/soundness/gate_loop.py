@@ -1,4 +1,4 @@
-"""The real gate core, the real HAL core and a real simulator in one process, in lockstep."""
+"""The real gate core, the real HAL core and a simulator in one process, in either pacing."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Generic, Protocol, TypeVar
 
 import numpy as np
 
-from bench.equipment.case import Case, Chunk, Measured
+from bench.equipment.case import Case, Chunk, Measured, Pacing
 from bench.equipment.core_gate import SESSION, SOURCE, CoreGate
 from bench.equipment.gate_port import GateOutput
 from bench.soundness.chunk_rows import Row, chunk_of
@@ -38,8 +38,11 @@ class Stepped(Protocol):
 R = TypeVar("R", bound=Stepped)
 
 
-class LockstepLoop(Generic[R]):
+class GateLoop(Generic[R]):
     """One robot whose every tick the gate decides.
+
+    In realtime a tick begins before the gate has said anything of its state: the word for it is
+    that of the tick before, or of an earlier one where states are lost.
 
     Args:
         config: the gate's file; None: the robot's own.
@@ -62,34 +65,43 @@ class LockstepLoop(Generic[R]):
         """End the gate's process."""
         self._gate.close()
 
-    def begin(self, seed: int, claims: Mapping[str, tuple[str, ...]] | None = None) -> None:
+    def begin(
+        self,
+        seed: int,
+        claims: Mapping[str, tuple[str, ...]] | None = None,
+        pacing: Pacing = "lockstep",
+    ) -> None:
         """A new episode, a new gate, armed.
 
         claims: parts by source; by default one has everything.
         """
+        self._pacing: Pacing = pacing
+        self._on_the_way: list[GateOutput] = []
         robot, self.tick, self.hal_refused = self.driven.robot, 1, False
         self._cut: list[Verdict] = []
         self.now: Moment = self.driven.reset(seed)
         # A gripper that still settles, for example: the gate arms at standstill.
         still = _measured(self.now, 1)
         still.velocities[:] = 0.0
-        self._hal = HalCore(
-            SESSION, "lockstep", len(robot.parts), robot.n_dof, robot.tick_period_ns
-        )
-        self._gate.start("lockstep", still)
+        self._hal = HalCore(SESSION, pacing, len(robot.parts), robot.n_dof, robot.tick_period_ns)
+        self._gate.start(pacing, still)
         for source, parts in (claims or {SOURCE: robot.part_names}).items():
-            self._gate.claim(Case(robot.id, "lockstep", still, Chunk(1, 1, ())), source, parts)
+            self._gate.claim(Case(robot.id, pacing, still, Chunk(1, 1, ())), source, parts)
         self.undecided = tuple(claims or (SOURCE,))
 
     def propose(self, rows: Sequence[Row], source: str = SOURCE) -> Verdict:
-        """Ask for these rows, from the present tick on."""
-        chunk = chunk_of(self.driven.robot, self.tick, rows)
+        """Ask for these rows, from the present tick on; in realtime that has begun."""
+        first = self.tick + (self._pacing == "realtime")
+        chunk = chunk_of(self.driven.robot, first, rows)
         answer = self._gate.send(chunk, self.tick, source)
         self._take(answer.outputs)
         return answer.verdict
 
-    def advance(self, kind: str) -> Tick | None:
-        """Carry the tick out as decided; None while its decision is missing."""
+    def advance(self, kind: str, *, is_heard: bool = True) -> Tick | None:
+        """Carry the tick out as decided; None while its decision is missing.
+
+        is_heard: whether the gate gets the state after it, which only in realtime it may not.
+        """
         if self.hal_refused:
             return None
         plan = self._hal.decide(self.tick, self._gate.now_ns, is_still=True)
@@ -104,7 +116,7 @@ class LockstepLoop(Generic[R]):
             self.hal_refused = True
             self._hal.void(Hold.STOPPED)
             done = self.driven.step(kind, self.now, {})
-        self._next(done)
+        self._next(done, is_heard)
         return done
 
     def take_cut(self) -> list[Verdict]:
@@ -119,10 +131,18 @@ class LockstepLoop(Generic[R]):
         self._next(done)
         return done
 
-    def _next(self, done: Tick) -> None:
+    def _next(self, done: Tick, is_heard: bool = True) -> None:
         self.tick, self.now = self.tick + 1, done.after
-        reply = self._gate.state_reply(_measured(self.now, self.tick), self._hal.acted)
-        self._take(reply.outputs)
+        arrived, self._on_the_way = self._on_the_way, []
+        self._take(arrived)
+        if is_heard:
+            reply = self._gate.state_reply(_measured(self.now, self.tick), self._hal.acted)
+        else:
+            reply = self._gate.pass_time()
+        if self._pacing == "realtime":
+            self._on_the_way = reply.outputs
+        else:
+            self._take(reply.outputs)
         for output in reply.outputs:
             if output.kind == "verdict":
                 self._cut.append(decode(Verdict, output.payload))
