@@ -5,6 +5,7 @@ from __future__ import annotations
 import statistics
 import time
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -55,8 +56,9 @@ def spent(pid: int, alone: bool = False) -> Spent:
     for one in [pid] if alone else with_children(pid):
         folder = Path(f"/proc/{one}")
         for thread in (folder / "task").iterdir():
-            on, off, _ = (thread / "schedstat").read_text().split()
-            running, waiting = running + int(on), waiting + int(off)
+            with suppress(FileNotFoundError):
+                on, off, _ = (thread / "schedstat").read_text().split()
+                running, waiting = running + int(on), waiting + int(off)
         status = dict(
             line.split(":", 1)
             for line in (folder / "status").read_text().splitlines()
@@ -70,8 +72,9 @@ def with_children(pid: int) -> Iterable[int]:
     """A process and all that come of it."""
     yield pid
     for thread in Path(f"/proc/{pid}/task").iterdir():
-        for child in (thread / "children").read_text().split():
-            yield from with_children(int(child))
+        with suppress(FileNotFoundError):  # a thread, or a child, that ended meanwhile
+            for child in (thread / "children").read_text().split():
+                yield from with_children(int(child))
 
 
 @dataclass

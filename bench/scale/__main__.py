@@ -85,7 +85,7 @@ def measure(
                 scene = folder / f"{number}-{count}-{name}".replace(" ", "-")
                 try:
                     windows.setdefault(one, []).append(way(count, seconds, scene))
-                except ServiceError as error:
+                except (ServiceError, OSError) as error:  # a process ended, or would not start
                     print(f"bench.scale: {name}, {count} robots: {error}", file=sys.stderr)
                     failed[one] = str(error).splitlines()[0]
     kept = [found(name, each) for (_, name), each in windows.items() if each]
