@@ -79,8 +79,7 @@ class CoreGate:
         self._gate = RealGate(seed=1, config=config)
         self._parts = tuple(part["name"] for part in self.file["parts"])
         self._hash = bytes.fromhex(self.file["robot_hash"])
-        self._now_ns = 0
-        self._seq = 0
+        self._now_ns, self._seq = 0, 0
         self._claims: dict[str, ClaimReply] = {}
         self.has_stopped = False
         self._session = SESSION
@@ -127,13 +126,10 @@ class CoreGate:
         self._gate.boot()
         self._now_ns, self._seq, self.has_stopped = 1_000_000, 0, False
         self._session, self._claims = session, {}
-        self._tell("hal_status", self._status(pacing, first.tick))
+        self._step("hal_status", "", encode(self._status(pacing, first.tick)))
         is_moving = bool(np.any(first.velocities != 0.0))
-        if is_moving:
-            none = np.zeros(len(first.velocities))
-            self.state(replace(first, tick=first.tick - 1, velocities=none))
-        else:
-            self.state(first)
+        still = replace(first, tick=first.tick - 1, velocities=np.zeros_like(first.velocities))
+        self.state(still if is_moving else first)
         self.ask("arm", Arm(by="test"), ArmReply)
         if is_moving:
             self.state(first)
@@ -172,14 +168,14 @@ class CoreGate:
         self._seq += 1
         message = self.message(chunk, newest_tick, source)
         outputs = self._step("candidate", source, encode(message))
-        verdicts = [decode(Verdict, out.payload) for out in outputs if out.kind == "verdict"]
-        (verdict,) = [one for one in verdicts if one.source == source]
+        answers = (decode(Verdict, out.payload) for out in outputs if out.kind == "verdict")
+        (verdict,) = (one for one in answers if one.source == source)
         chunks = [decode(SafeChunk, out.payload) for out in outputs if out.kind == "safe_chunk"]
         # What another claim still has to execute may be cut short by what this one will do.
         safe = [one for one in chunks if one.source == source]
         assert len(safe) <= 1
-        stopped = self._has_stopped(outputs)
-        return Answer(verdict, safe[0] if safe else None, stopped, message, outputs)
+        first = safe[0] if safe else None
+        return Answer(verdict, first, self._has_stopped(outputs), message, outputs)
 
     def message(self, chunk: Chunk, newest_tick: int, source: str = SOURCE) -> ActionChunk:
         """The chunk on the wire, with the next sequence number of the source's live claim."""
@@ -209,7 +205,7 @@ class CoreGate:
         )
 
     def state(self, measured: Measured, acted: tuple[Acted, ...] | None = None) -> bool:
-        """Publish a state one period after the last; returns whether the gate stopped."""
+        """As `state_reply`; whether the gate stopped."""
         return self.state_reply(measured, acted).stopped
 
     def state_reply(
@@ -219,7 +215,7 @@ class CoreGate:
         after_ns: int | None = None,
     ) -> CoreReply:
         """Publish a state, by default one period after the last, just after the heartbeats."""
-        outputs = self._beats(after_ns)
+        beats = self._beats(after_ns)
         message = JointState(
             session=self._session,
             tick=measured.tick,
@@ -231,7 +227,7 @@ class CoreGate:
             acted=acted or (HELD,) * len(self._parts),
             robot_hash=self._hash,
         )
-        return self._reply([*outputs, *self._step("joint_state", "", encode(message))])
+        return self._reply([*beats, *self._step("joint_state", "", encode(message))])
 
     def pass_time(self) -> CoreReply:
         """A period in which no state comes."""
@@ -239,11 +235,8 @@ class CoreGate:
 
     def _beats(self, after_ns: int | None) -> list[GateOutput]:
         self._now_ns += int(self.file["period_ns"]) if after_ns is None else after_ns
-        outputs: list[GateOutput] = []
-        for source, claim in self._claims.items():
-            beat = encode(Heartbeat(claim_id=claim.claim_id))
-            outputs += self._step("heartbeat", source, beat)
-        return outputs
+        beats = ((s, encode(Heartbeat(claim_id=c.claim_id))) for s, c in self._claims.items())
+        return [out for source, beat in beats for out in self._step("heartbeat", source, beat)]
 
     def send_bytes(self, frame: bytes, key_source: str = SOURCE) -> CoreReply:
         """Put any bytes on the key for chunks of that source."""
@@ -272,9 +265,6 @@ class CoreGate:
     def status(self) -> GateStatus:
         """What the gate says of itself."""
         return self.ask("status", StatusQuery(), GateStatus)
-
-    def _tell(self, kind: EventKind, message: Message) -> None:
-        self._step(kind, "", encode(message))
 
     def _step(self, kind: EventKind, source: str, payload: bytes) -> list[GateOutput]:
         return self._gate.step(self._now_ns, kind, source, payload)
