@@ -161,7 +161,8 @@ class KinematicCampaign:
                 self.found.not_reached += 1
                 return
             if done is None or not done.commands:
-                self.found.cut.update(one.code for one in self._loop.take_cut())
+                # Without a code: rows that a lost state had held up were released again.
+                self.found.cut.update(one.code for one in self._loop.take_cut() if one.code)
                 return
             self.found.rows += 1
             modes = {part: command.mode.yaml_name for part, command in done.commands.items()}
