@@ -91,7 +91,7 @@ def test_the_demo_across_two_hosts_packs_the_same_actions_as_on_one(
 
 
 def link_threads(pid: int) -> set[str]:
-    """Those of Zenoh's that read or write links: TLS is not sound in both at once."""
+    """Kinds of Zenoh's threads that read or write links: TLS is not sound in both at once."""
     tasks = Path(f"/proc/{pid}/task").iterdir()
     names = {(task / "comm").read_text(encoding="ascii").partition("-")[0] for task in tasks}
     return names & {"rx", "tx"}

@@ -17,9 +17,9 @@ RUNTIME = {
     "router": "(acc: (worker_threads: 16), rx: (worker_threads: 1), tx: (handover: rx))",
 }
 """Of a TLS link Zenoh 1.10 reads and writes one state without a lock, from two threads: memory was
-broken and processes aborted (its issue 2557). So one thread does both where links have TLS. Zenoh
-closes a dead link there, too, and would wait up to 10 s for what was not sent
-(`fairlead.wire.lingering` prevents that).
+broken and a gate aborted (its issue 2557). So one thread does both where links have TLS; the mode
+of the first session that a process opens counts. Zenoh closes a dead link there, too, and waits up
+to 10 s for what was not sent: not in Python's services and router (`fairlead.wire.lingering`).
 A connection that never said anything it closes where it accepts, which takes 4 ms; with the usual
 one thread there nothing is read meanwhile of the links that this session dialled."""
 

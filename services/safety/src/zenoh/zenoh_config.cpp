@@ -73,7 +73,8 @@ std::string session_config(const Endpoints& endpoints) {
 void prepare_runtime(const Endpoints& endpoints) {
   const int keep = 0;  // whoever set it knows better
   // Of a TLS link Zenoh 1.10 reads and writes one state without a lock, from two threads: memory
-  // was broken and gates aborted (its issue 2557). One thread does both.
+  // was broken and a gate aborted (its issue 2557). One thread does both. It also closes a dead
+  // link, and waits up to 10 s for what was not sent: so long the gate may take to connect anew.
   const char* threads = endpoints.router.empty() ? "(acc: (worker_threads: 16))"
                                                  : "(rx: (worker_threads: 1), tx: (handover: rx))";
   ::setenv("ZENOH_RUNTIME", threads, keep);
