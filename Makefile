@@ -1,6 +1,6 @@
 # Every target is one script or command: read it there. `make` alone lists them.
 .DEFAULT_GOAL := help
-.PHONY: help setup demo check test peers soak faults coverage mutate sanitize fuzz audit zenohc zenohd lint bench wheel clean
+.PHONY: help setup demo check test peers soak faults coverage mutate sanitize tsan fuzz audit zenohc zenohd lint bench wheel clean
 # One at a time: the stages build on each other.
 .NOTPARALLEL:
 
@@ -39,6 +39,9 @@ sanitize: setup ## the gate's C++ tests under address and undefined behaviour sa
 	@scripts/build-gate --tests --target fairlead-safety-tests --build-dir build/sanitize -- \
 		-DFAIRLEAD_SANITIZE=address,undefined
 	@ctest --test-dir build/sanitize --output-on-failure --no-tests=error
+
+tsan: setup ## the gate's process and shell under ThreadSanitizer
+	@scripts/tsan
 
 fuzz: sanitize ## generated frames, chunks and sequences of events for the gate's core; SECONDS_EACH=120
 	@FAIRLEAD_FUZZ_SECONDS=$(or $(SECONDS_EACH),120) FAIRLEAD_SEQUENCE_STEPS=400000 \

@@ -63,8 +63,7 @@ def gate_dir(root: Path) -> Path:
     ready = os.environ.get("FAIRLEAD_GATE_DIR")
     if not ready:
         run(root / "scripts" / "check-machine", FAIRLEAD_PYTHON=sys.executable)
-        compiler = output(root / "scripts" / "check-machine", "--compiler").strip()
-        run(root / "scripts" / "build-gate", CXX=compiler)
+        run(root / "scripts" / "build-gate")
     folder = Path(ready) if ready else root / "build" / "safety"
     for name in (GATE, READER):
         if not (folder / name).is_file():

@@ -161,7 +161,7 @@ def gate_config(robot: str, profile: str) -> Path:
 
 
 def gate_binary() -> Path:
-    """The built safety gate.
+    """The built safety gate; ``FAIRLEAD_GATE_DIR`` names a folder with another build of it.
 
     Raises:
         ConfigError: if it has not been built.
@@ -179,7 +179,8 @@ def decisions_binary() -> Path:
 
 
 def _built(program: str) -> Path:
-    path = repo_root() / "build" / "safety" / program
+    folder = Path(os.environ.get("FAIRLEAD_GATE_DIR") or repo_root() / "build" / "safety")
+    path = folder.absolute() / program
     if not path.is_file():
         raise ConfigError(f"safety gate: no binary at {path}; build it with: scripts/build-gate")
     return path

@@ -84,11 +84,12 @@ def test_waits():
 
 @pytest.fixture
 def small_tree(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A checkout with `scripts/test`, a C++ test that passes, and no Python tests so far."""
+    """A checkout with `scripts/test`, a built C++ test that passes, and no Python tests so far."""
     monkeypatch.delenv("PYTEST_ADDOPTS", raising=False)
     for folder in ("scripts", "tests", "build/safety"):
         (tmp_path / folder).mkdir(parents=True)
     shutil.copy(ROOT / "scripts/test", tmp_path / "scripts")
+    (tmp_path / "scripts/build-gate").symlink_to("/usr/bin/true")
     (tmp_path / ".venv").symlink_to(sys.prefix)
     (tmp_path / "build/safety/CTestTestfile.cmake").write_text("add_test(passes true)\n")
     (tmp_path / "pytest.ini").write_text("[pytest]\nmarkers =\n  soak\n")

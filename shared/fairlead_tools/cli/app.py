@@ -3,43 +3,64 @@
 from __future__ import annotations
 
 import hashlib
+import importlib
 import platform
+from collections.abc import Iterator, Mapping
 from importlib.metadata import PackageNotFoundError, version
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
+import typer.main
+from typer.core import TyperCommand, TyperGroup
 
 from fairlead.errors import ConfigError
 from fairlead.paths import gate_binary, repo_root
 from fairlead.plugins import DATA, HALS, LAYOUTS, POLICIES
-from fairlead_tools.cli.acl import group as acl_group
-from fairlead_tools.cli.arming import arm_command, disarm_command, reset_command, stop_command
-from fairlead_tools.cli.bridge import group as bridge_group
-from fairlead_tools.cli.calibrate import group as calibrate_group
-from fairlead_tools.cli.certs import group as certs_group
 from fairlead_tools.cli.console import echo
-from fairlead_tools.cli.demo import demo_command, plot_command
-from fairlead_tools.cli.deploy import group as deploy_group
-from fairlead_tools.cli.emulate import group as emulate_group
-from fairlead_tools.cli.evaluate import eval_command
-from fairlead_tools.cli.goals import cancel_command, episode_command, run_command
-from fairlead_tools.cli.hal_check import group as hal_group
-from fairlead_tools.cli.jog import home_command, jog_command
-from fairlead_tools.cli.layout import group as layout_group
-from fairlead_tools.cli.learn import dataset_group, export_group, train_command
 from fairlead_tools.cli.options import EXIT_CODES, add_commands
-from fairlead_tools.cli.parity import parity_command
-from fairlead_tools.cli.processes import down_command, logs_command, ps_command
-from fairlead_tools.cli.robot import group as robot_group
-from fairlead_tools.cli.serve_policy import serve_policy_command
-from fairlead_tools.cli.service import one_service_command, restart_command, router_command
-from fairlead_tools.cli.skill import group as skill_group
-from fairlead_tools.cli.status import status_command
-from fairlead_tools.cli.teleop import teleop_command
-from fairlead_tools.cli.topic import group as topic_group
-from fairlead_tools.cli.up import up_command
-from fairlead_tools.cli.why import judge_command, why_command
 
+COMMANDS = {
+    "up": "up:up_command",
+    "down": "processes:down_command",
+    "service": "service:one_service_command",
+    "restart": "service:restart_command",
+    "ps": "processes:ps_command",
+    "logs": "processes:logs_command",
+    "run": "goals:run_command",
+    "cancel": "goals:cancel_command",
+    "teleop": "teleop:teleop_command",
+    "jog": "jog:jog_command",
+    "home": "jog:home_command",
+    "episode": "goals:episode_command",
+    "eval": "evaluate:eval_command",
+    "train": "learn:train_command",
+    "serve-policy": "serve_policy:serve_policy_command",
+    "arm": "arming:arm_command",
+    "disarm": "arming:disarm_command",
+    "stop": "arming:stop_command",
+    "reset": "arming:reset_command",
+    "status": "status:status_command",
+    "why": "why:why_command",
+    "judge": "why:judge_command",
+    "plot": "demo:plot_command",
+    "parity": "parity:parity_command",
+    "demo": "demo:demo_command",
+    "router": "service:router_command",
+    "skill": "skill:group",
+    "robot": "robot:group",
+    "hal": "hal_check:group",
+    "layout": "layout:group",
+    "topic": "topic:group",
+    "acl": "acl:group",
+    "certs": "certs:group",
+    "deploy": "deploy:group",
+    "calibrate": "calibrate:group",
+    "bridge": "bridge:group",
+    "emulate": "emulate:group",
+    "dataset": "learn:dataset_group",
+    "export": "learn:export_group",
+}
+"""Where each is: a module beside this one, and what it is called there."""
 PACKAGES = ("eclipse-zenoh", "mujoco", "pin", "robosuite")
 
 
@@ -86,8 +107,41 @@ def _installed(package: str) -> str:
         return "not installed"
 
 
+class _Commands(Mapping[str, TyperCommand | TyperGroup]):
+    """Imports a command, or a group of them, when it is asked for: all together take a second."""
+
+    def __getitem__(self, name: str) -> TyperCommand | TyperGroup:
+        module, _, attribute = COMMANDS[name].partition(":")
+        found = getattr(importlib.import_module(f"fairlead_tools.cli.{module}"), attribute)
+        if isinstance(found, typer.Typer):
+            return typer.main.get_group(found)
+        only = typer.Typer(add_completion=False)
+        add_commands(only, {name: found})
+        command = typer.main.get_command(only)
+        assert isinstance(command, TyperCommand)
+        return command
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(COMMANDS)
+
+    def __len__(self) -> int:
+        return len(COMMANDS)
+
+
+class _Root(TyperGroup):
+    """``fairlead`` itself."""
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(**options | {"commands": _Commands()})
+
+    def list_commands(self, ctx: object) -> list[str]:
+        """Their names, none of them imported."""
+        return list(COMMANDS)
+
+
 app = typer.Typer(
     name="fairlead",
+    cls=_Root,
     help="Run learned robot policies through typed commands and a C++ safety gate.",
     epilog=EXIT_CODES,
     no_args_is_help=True,
@@ -108,52 +162,3 @@ def _options(
     ] = False,
 ) -> None:
     """Options of ``fairlead`` itself; the text of its help stands above."""
-
-
-add_commands(
-    app,
-    {
-        "up": up_command,
-        "down": down_command,
-        "service": one_service_command,
-        "restart": restart_command,
-        "ps": ps_command,
-        "logs": logs_command,
-        "run": run_command,
-        "cancel": cancel_command,
-        "teleop": teleop_command,
-        "jog": jog_command,
-        "home": home_command,
-        "episode": episode_command,
-        "eval": eval_command,
-        "train": train_command,
-        "serve-policy": serve_policy_command,
-        "arm": arm_command,
-        "disarm": disarm_command,
-        "stop": stop_command,
-        "reset": reset_command,
-        "status": status_command,
-        "why": why_command,
-        "judge": judge_command,
-        "plot": plot_command,
-        "parity": parity_command,
-        "demo": demo_command,
-        "router": router_command,
-    },
-)
-for _group in (
-    skill_group,
-    robot_group,
-    hal_group,
-    layout_group,
-    topic_group,
-    acl_group,
-    certs_group,
-    deploy_group,
-    calibrate_group,
-    bridge_group,
-    emulate_group,
-    dataset_group,
-    export_group,
-):
-    app.add_typer(_group)
