@@ -62,6 +62,21 @@ def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, object, object
         _running.pop()
 
 
+# pytest-timeout limits the first try alone: without this one that is tried again could hang for good.
+_limits: dict[str, object] = {}
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_timeout_set_timer(item: pytest.Item, settings: object) -> None:
+    _limits[item.nodeid] = settings
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    if getattr(item, "execution_count", 1) > 1:
+        item.ihook.pytest_timeout_set_timer(item=item, settings=_limits[item.nodeid])
+
+
 _failed: set[str] = set()
 
 

@@ -38,11 +38,11 @@ NUMERIC = 1e-6
 
 @dataclass
 class Soundness:
-    """rows: that acted, of each chunk under several shares. worst: least room left, by rule.
+    """rows: that acted, of each chunk under several shares; in_realtime: of them, those judged so.
 
     cut: of these runs, those that the gate ended before the last released row. breaches: by rule,
-    places where it was broken, or would have been by a hold. near: places within the clearance that
-    the gate keeps. told: one line for each of the first breaches.
+    places where it was broken, or would have been by a hold. worst: least room left, by rule. near:
+    places within the clearance that the gate keeps. told: one line for each of the first breaches.
     """
 
     chunks: int = 0
@@ -51,6 +51,7 @@ class Soundness:
     truncated: Counter[int] = field(default_factory=Counter)
     refused: Counter[int] = field(default_factory=Counter)
     rows: int = 0
+    in_realtime: int = 0
     cut: Counter[int] = field(default_factory=Counter)
     configurations: int = 0
     not_reached: int = 0
@@ -165,6 +166,7 @@ class KinematicCampaign:
                 self.found.cut.update(one.code for one in self._loop.take_cut() if one.code)
                 return
             self.found.rows += 1
+            self.found.in_realtime += missed > 0.0
             modes = {part: command.mode.yaml_name for part, command in done.commands.items()}
             told = f"{what}, row {row}, share {share[row].round(2)}, {modes}"
             self._waiting.append((told, done.after.positions))

@@ -34,8 +34,8 @@ def tables(results: Sequence[Results], command: str, day: str) -> str:
             "## Followed by a second model",
             "",
             "| robot | chunks | released whole | truncated | refused | cut off | rows that acted "
-            "| places checked | not solved | breaches | smallest margins |",
-            "|---|---|---|---|---|---|---|---|---|---|---|",
+            "| in realtime | places checked | not solved | breaches | smallest margins |",
+            "|---|---|---|---|---|---|---|---|---|---|---|---|",
             *(_kinematic(one) for one in results),
             "",
             "## Executed in the simulator",
@@ -72,6 +72,7 @@ def _kinematic(one: Results) -> str:
         _codes(found.refused),
         _codes(found.cut),
         f"{found.rows:,}",
+        f"{found.in_realtime:,}",
         f"{found.configurations:,}",
         f"{found.not_reached:,}",
         _names(found.breaches),

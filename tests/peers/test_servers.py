@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import json
+import socket
 import subprocess
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from bench.equipment.live_robot import wait_for
 from fairlead.robot.manifest import load_robot
 from fairlead.skill.manifest import SkillManifest, load_skill
 from fairlead.skill.routes import resolve_routes
@@ -38,20 +40,19 @@ ZMQ_SKILLS = [
 
 @contextmanager
 def serving(module: str, *arguments: str) -> Iterator[int]:
-    """A server of the peers' environment on a port of ours, from when it says that it listens."""
+    """A server of the peers' environment on a port of ours, from when it can be reached."""
     port = free_ports(1)[0]
     command = [*peer(module), arguments[0], str(port), *arguments[1:]]
-    with subprocess.Popen(
-        command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
-    ) as server:
+
+    def is_up() -> bool:
+        assert server.poll() is None, "the server ended; above is what it said"
+        with suppress(OSError), socket.create_connection(("127.0.0.1", port), 1.0):
+            return True
+        return False
+
+    with subprocess.Popen(command) as server:
         try:
-            assert server.stdout is not None
-            said = []
-            for line in server.stdout:
-                said.append(line)
-                if "listening on" in line:
-                    break
-            assert server.poll() is None, "".join(said)
+            wait_for(is_up, f"{module} listens", 60.0)
             yield port
         finally:
             server.kill()

@@ -54,6 +54,7 @@ def campaign(robot: str, config: Path | None = None) -> KinematicCampaign:
 def test_two_arms_stay_clear_of_each_other() -> None:
     found = campaign("dual_panda").run(120, silent)
     assert found.rows > 200
+    assert found.in_realtime > 50 and found.rows - found.in_realtime > 50
     assert not found.breaches, found.told
 
 
@@ -62,6 +63,7 @@ def test_two_arms_stay_clear_of_each_other() -> None:
 def test_the_mobile_robot_stays_where_it_may_be() -> None:
     found = campaign("panda_mobile").run(120, silent)
     assert found.rows > 200
+    assert found.in_realtime > 50 and found.rows - found.in_realtime > 50
     assert not found.breaches, found.told
 
 
