@@ -62,7 +62,7 @@ def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, object, object
         _running.pop()
 
 
-# pytest-timeout limits the first try alone: without this one that is tried again could hang for good.
+# pytest-timeout limits the first try alone: without this, one that is tried again could hang.
 _limits: dict[str, object] = {}
 
 

@@ -41,8 +41,9 @@ class Reply:
 class Protocol:
     """The gate's memory of one claim.
 
-    seq: of the newest chunk that got past G005. replies: how many verdicts there were.
-    decided_tick: when the newest chunk was judged. released_until: last tick with a row.
+    seq: of the newest chunk that got past G005; past: that of each source before it. replies: how
+    many verdicts there were. decided_tick: when the newest chunk was judged. released_until: last
+    tick with a row.
     """
 
     pacing: Pacing
@@ -56,6 +57,7 @@ class Protocol:
     epoch: int = 0
     claim_id: int = 0
     seq: int = 0
+    past: dict[str, int] = field(default_factory=dict)
     newest: bytes = b""
     newest_reply: int = 0
     waiting: tuple[bytes, ActionChunk] | None = None
@@ -69,17 +71,21 @@ class Protocol:
     def on_claim(self, epoch: int, claim_id: int) -> None:
         """A claim was given: nothing of the one before counts any more."""
         self.epoch, self.claim_id = epoch, claim_id
-        self.seq, self.newest, self.waiting = 0, b"", None
+        self.seq, self.newest, self.waiting, self.past = 0, b"", None, {}
         self.counted, self.bad_frames, self.far_ahead = [], [], []
         self.decided_tick = self.released_until = 0
 
     def on_hand_over(self, source: str) -> None:
         """The claim was offered to a source that took it: it "goes on under the same id", and what
-        was released and decided stands, a source's numbers rise; the rest is a new claim's."""
+        was released and decided stands, a source's numbers rise; the rest is a new claim's, unless
+        its source is the same."""
         before = self.decided_tick, self.released_until
-        seq = self.seq if source == self.source else 0
+        counts = self.counted, self.bad_frames, self.far_ahead
+        past = {**self.past, self.source: self.seq}
         self.on_claim(self.epoch, self.claim_id)
-        self.source, self.seq = source, seq
+        if source == self.source:
+            self.counted, self.bad_frames, self.far_ahead = counts
+        self.source, self.seq, self.past = source, past.get(source, 0), past
         self.decided_tick, self.released_until = before
 
     def on_bad_frame(self, *, cites_claim: bool) -> Reply:
@@ -100,8 +106,9 @@ class Protocol:
         if frame == self.newest:
             return Reply(copy_of=self.newest_reply)
         if chunk.obs_tick == self.tick + 1 and self._sequence(chunk) is None:
+            replaced = self.waiting is not None and self.waiting[0] != frame
             self.waiting = (frame, chunk)
-            return Reply(verdict=False)
+            return self._verdict(Fault(6, -1, "", "obs_tick")) if replaced else Reply(verdict=False)
         return self._judged(frame, chunk)
 
     def on_state(self, tick: int) -> Reply | None:

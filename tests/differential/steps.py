@@ -116,14 +116,17 @@ def _changes(
 def _left_out(
     file: GateFile, rows: PartRows, row: int, step: int, last: dict[int, float]
 ) -> Iterator[Fault]:
-    """Joints of the row before that this one does not command: told 0 as a velocity, and where they
-    were told to be otherwise."""
+    """Joints of the row before that this one does not command: told 0 as a velocity; with a target
+    they may not be left out."""
     part, mode = file.parts[rows.part], MODES[rows.mode]
     block = part.modes[rows.mode]
     limits = dict(zip(part.joints, block["step_limit"], strict=True))
     for index in sorted(set(last) - set(rows.active)):
         where = (part.name, file.joints[index].name)
-        if mode == "joint_velocity" and not abs(last[index]) <= limits[index]:
+        if mode != "joint_velocity":
+            why = "the row before tells it a target: not left out before a held tick"
+            yield Fault(step, row, *where, source=why)
+        elif not abs(last[index]) <= limits[index]:
             yield above(step, row, where, abs(last[index]), limits[index], block["source"])
 
 

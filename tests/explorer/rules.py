@@ -12,6 +12,8 @@ from tests.explorer.hal_actor import Tick
 from tests.explorer.world import World
 
 LEASE_LIFE_NS = 75 * MS
+GRANTED_TICKS = 2
+"""Beyond the newest state, in realtime at 50 ms."""
 
 
 def check_history(world: World) -> None:
@@ -42,6 +44,10 @@ def _check_row(world: World, tick: Tick, before: Acted) -> None:
         assert same, f"tick {tick.tick} continued {before}, judged after {chunk.after}"
     else:
         assert before == Acted(hold=0, verdict_id=acted.verdict_id, row=acted.row - 1)
+    replaced = _replaced_from(world, chunk)
+    assert replaced is None or tick.tick <= replaced + GRANTED_TICKS, (
+        f"tick {tick.tick}: verdict {chunk.verdict_id} ran on, replaced from tick {replaced}"
+    )
     assert _was_proposed(world, chunk, tick), "the gate released what nobody proposed"
     assert _was_granted(world, chunk, tick), "no fresh lease granted the row"
 
@@ -73,6 +79,15 @@ def _was_granted(world: World, chunk: SafeChunk, tick: Tick) -> bool:
         ):
             return True
     return False
+
+
+def _replaced_from(world: World, chunk: SafeChunk) -> int | None:
+    """The first tick of the claim's next release, None if there is none: it alone is certified
+    anew from then on."""
+    later = bisect_right(world.verdicts_of[chunk.claim_id], chunk.verdict_id)
+    if later == len(world.verdicts_of[chunk.claim_id]):
+        return None
+    return world.emitted[world.verdicts_of[chunk.claim_id][later]].first_tick
 
 
 def _was_proposed(world: World, chunk: SafeChunk, tick: Tick) -> bool:

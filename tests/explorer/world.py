@@ -54,6 +54,7 @@ class World:
         self.gate = gate
         self.pacing = pacing
         self.emitted: dict[int, SafeChunk] = {}
+        self.verdicts_of: dict[int, list[int]] = {}  # rising, by claim
         self.hal = HalActor(self.robot, pacing, 900 + seed, self.schedule, self._from_hal)
         self.runner = RunnerActor(self.schedule, pacing == "lockstep", self._from_runner)
         self.hal.start()
@@ -174,6 +175,8 @@ class World:
             self.channel.send(lambda: self.hal.on_lease(lease))
         elif output.kind == "safe_chunk":
             chunk = decode(SafeChunk, output.payload)
+            if chunk.verdict_id not in self.emitted:
+                self.verdicts_of.setdefault(chunk.claim_id, []).append(chunk.verdict_id)
             assert self.emitted.setdefault(chunk.verdict_id, chunk) == chunk
             self.channel.send(lambda: self.hal.on_safe_chunk(chunk))
         elif output.kind == "verdict":

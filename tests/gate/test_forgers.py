@@ -59,8 +59,8 @@ def test_a_row_that_acted_without_the_gate_latches_and_names_two_gates(scene: Sc
     scene.hal.publish_state([forged, *scene.hal.held()[1:]])
     cause = scene.wait_state(GateState.LATCHED).cause
     assert cause == (
-        f"latched: two gates serve this robot: arm executed verdict {forged.verdict_id}, which "
-        "this one did not send"
+        f"latched: two gates serve this robot: arm executed row 0 of verdict {forged.verdict_id}, "
+        "which this one did not release"
     )
     scene.gate.wait_line(cause)
 

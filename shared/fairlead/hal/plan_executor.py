@@ -119,13 +119,13 @@ class PlanExecutor:
         """Step the backend once, with the plan's commands or, where that fails, holding."""
         before = self._trace.generalized_state() if self._trace else None
         commands = {self._parts[part]: command for part, command in plan.commands.items()}
-        if not self._lockstep and self._clock() - self._decided_ns > LEASE_LIFE_NS:
-            # This process was stopped since it decided: the row's time has passed.
-            commands = {}
-            self.void(plan.tick, Hold.LEASE_STALE, "held instead: paused after the decision")
         try:
             for name, command in commands.items():
                 self._check(name, command)
+            if not self._lockstep and self._clock() - self._decided_ns > LEASE_LIFE_NS:
+                # This process was stopped since it decided: the row's time has passed.
+                commands = {}
+                self.void(plan.tick, Hold.LEASE_STALE, "held instead: paused after the decision")
             self._backend.apply(commands)
         except FairleadError as error:
             self._hold_instead(plan.tick, str(error))

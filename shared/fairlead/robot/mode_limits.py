@@ -29,14 +29,14 @@ Positive = Annotated[float, Field(gt=0, le=MOST, allow_inf_nan=False)]
 Finite = Annotated[float, Field(ge=-MOST, le=MOST, allow_inf_nan=False)]
 Metres = Annotated[float, Field(ge=-MOST_M, le=MOST_M, allow_inf_nan=False)]
 Point = tuple[Metres, Metres, Metres]
-MOST_GAIN = 1.5
+LEAST_GAIN, MOST_GAIN = 0.1, 1.5
 
 
 def _ordered_gain(gain: tuple[float, float]) -> tuple[float, float]:
     lower, upper = gain
-    if 0.0 <= lower <= upper <= MOST_GAIN and upper > 0.0:
+    if 0.0 <= lower <= upper <= MOST_GAIN and upper >= LEAST_GAIN:
         return gain
-    wanted = f"0 <= lower <= upper <= {MOST_GAIN} and upper above 0"
+    wanted = f"0 <= lower <= upper, and upper from {LEAST_GAIN} to {MOST_GAIN}"
     raise ValueError(expected("gain", wanted, str(list(gain))))
 
 

@@ -100,6 +100,8 @@ void GateProcess::handle(const Event& event, Answer* answer) {
     return refuse(answer, foreign.c_str(), "ask on the key of the source that asks");
   if (event.kind == EventKind::claim) return handle_claim(event, answer);
   const std::lock_guard lock(mutex_);
+  if (event.kind == EventKind::arm && gate_.state() == GateState::disarmed && store_.is_marked())
+    return refuse(answer, "somebody disarmed or reset it meanwhile", "fairlead arm");
   step(event, answer);
   // Arming was refused after its mark had been removed: leaving is clean again.
   if (event.kind == EventKind::arm && gate_.state() == GateState::disarmed)

@@ -119,6 +119,11 @@ void LatchStore::set_latch(Bytes record) {
   changed_.notify_one();
 }
 
+bool LatchStore::is_marked() {
+  const std::lock_guard lock(mutex_);
+  return wanted_.clean_mark || written_.clean_mark;
+}
+
 std::string LatchStore::clear_clean_mark_now() {
   const std::lock_guard disk(disk_);
   {

@@ -49,6 +49,8 @@ class LatchStore {
   void set_latch(Bytes record);  // empty: forget it
   /// Remove the clean mark before returning; "" or why that is not possible.
   std::string clear_clean_mark_now();
+  /// Whether the clean mark is there, or about to be.
+  bool is_marked();
 
  private:
   std::string apply(const StoredState& wanted);

@@ -3,6 +3,8 @@
 
 #include <doctest/doctest.h>
 
+#include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -33,7 +35,7 @@ class GateRig {
   std::vector<double> positions = std::vector<double>(measured_count, 0.0);
   std::vector<double> velocities = std::vector<double>(measured_count, 0.0);
   std::vector<double> efforts = std::vector<double>(measured_count, 0.0);
-  Acted acted;  // of every part; starts as a hold
+  Acted acted;  // of every part that its chunk addressed; starts as a hold
   std::size_t part_count = 4;
   Limits limits = test_limits();
   std::unique_ptr<Outputs> out = std::make_unique<Outputs>();
@@ -66,7 +68,10 @@ class GateRig {
     send(EventKind::hal_status, hal_status(of_session));
   }
   void send_state() {
-    const std::vector<Acted> every(part_count, acted);
+    std::vector<Acted> every(part_count, acted);
+    const auto sent = addressed_.find(acted.verdict_id);
+    for (std::size_t i = 0; sent != addressed_.end() && i < part_count; ++i)
+      if ((sent->second >> i & 1U) == 0) every[i] = Acted{static_cast<std::uint8_t>(Hold::no_row)};
     send_state_of(every);
   }
   void send_state_of(const std::vector<Acted>& each) {
@@ -148,12 +153,14 @@ class GateRig {
     send_frame(EventKind::candidate, builder.frame(), key_source);
     return verdict();
   }
-  /// An act that the gate remembers nothing of: of a verdict that released no row.
+  /// A row whose numbers the gate has forgotten: four later chunks have replaced its own.
+  Acted forgotten_row(const std::function<ChunkBuilder()>& make) {
+    const std::uint64_t verdict_id = send_chunk(make()).verdict_id;
+    for (int later = 0; later < 4; ++later) REQUIRE(send_chunk(make()).code == 0);
+    return Acted{0, verdict_id, 0};
+  }
   Acted forgotten_row() {
-    ChunkBuilder strangers = chunk();
-    --seq;
-    strangers.chunk.claim_id = 0;
-    return Acted{0, send_chunk(strangers).verdict_id, 0};
+    return forgotten_row([this] { return chunk(); });
   }
   void send_heartbeat() { send(EventKind::heartbeat, Heartbeat{claim_id}, "runner"); }
   void reset(std::uint64_t id) { send(EventKind::reset, Reset{"test", id}); }
@@ -168,6 +175,7 @@ class GateRig {
   void send_frame(EventKind kind, const std::vector<std::uint8_t>& frame, const char* source = "") {
     gate->step(now_ns, Event{kind, source, frame, now_ns}, *out);
     CHECK_FALSE(out->overflowed());
+    note_addressed();
   }
   void timer(std::uint64_t later_ns = 0) {
     now_ns += later_ns;
@@ -222,11 +230,22 @@ class GateRig {
   }
 
  private:
+  void note_addressed() {
+    for (const Output& output : out->items()) {
+      SafeChunk safe;
+      if (output.kind != OutputKind::safe_chunk) continue;
+      REQUIRE(decode(out->payload(output), safe) == FrameFault::none);
+      std::uint32_t parts = 0;
+      for (const ActionPart& part : safe.parts) parts |= 1U << part.part;
+      addressed_[safe.verdict_id] = parts;
+    }
+  }
   static NumberView view(const std::vector<double>& numbers) {
     return NumberView(Bytes(reinterpret_cast<const std::uint8_t*>(numbers.data()),
                             numbers.size() * sizeof(double)));
   }
   CountingIds ids_;
+  std::map<std::uint64_t, std::uint32_t> addressed_;  // parts of each SafeChunk, a bit for each
 };
 
 }  // namespace fairlead::test

@@ -222,8 +222,7 @@ TEST_CASE("heartbeats keep a claim, their loss ends it, and only its own source'
         rig.next_tick();
         if (with_heartbeat) rig.send(EventKind::heartbeat, Heartbeat{rig.claim_id}, source);
       }
-      rig.send_state();
-      return rig.lease().grants.size();
+      return rig.status().claims.size();
     };
     CHECK(pass(2 * limit, true, "runner") == 1);
     CHECK(pass(limit, false, "") == 1);
@@ -260,4 +259,25 @@ TEST_CASE("a refusal before G006 names the claim only to the claim's own runner"
   const Verdict own = rig.send_chunk(chunk);
   CHECK(own.code == 5);
   CHECK(own.claim_id == rig.claim_id);
+}
+
+TEST_CASE("G006 of chunks that wait for the next state the newest stays, each other is answered") {
+  GateRig rig;
+  rig.ready();
+  const auto ahead = [&rig] {
+    ChunkBuilder chunk = rig.chunk();
+    ++chunk.chunk.obs_tick;
+    return chunk.frame();
+  };
+  const auto first = ahead();
+  rig.send_frame(EventKind::candidate, first, "runner");
+  rig.send_frame(EventKind::candidate, first, "runner");  // a copy
+  CHECK(rig.count(OutputKind::verdict) == 0);
+  rig.send_frame(EventKind::candidate, ahead(), "runner");
+  CHECK(rig.verdict().code == 6);
+  CHECK(rig.verdict().seq == rig.seq - 1);
+  CHECK(rig.verdict().axis == "obs_tick");
+  rig.next_tick();
+  CHECK(rig.verdict().code == 0);
+  CHECK(rig.verdict().seq == rig.seq);
 }

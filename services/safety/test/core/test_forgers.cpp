@@ -58,7 +58,7 @@ TEST_CASE("a state that the newest has overtaken may be a late copy: whatever it
   CHECK(rig.counter("G002") == 0);
 }
 
-TEST_CASE("a row of a verdict that the gate did not give latches it; one that it gave does not") {
+TEST_CASE("a row that the gate did not release latches it; one that it released does not") {
   GateRig rig;
   rig.ready();
   const std::uint64_t first = rig.send_chunk(rig.chunk()).verdict_id;
@@ -73,8 +73,25 @@ TEST_CASE("a row of a verdict that the gate did not give latches it; one that it
     acts(newest + 1);
     CHECK(rig.gate->state() == GateState::latched);
     CHECK(rig.lease().grants.empty());
-    CHECK(cause(rig) == "latched: two gates serve this robot: arm executed verdict " +
-                            std::to_string(newest + 1) + ", which this one did not send");
+    CHECK(cause(rig) == "latched: two gates serve this robot: arm executed row 0 of verdict " +
+                            std::to_string(newest + 1) + ", which this one did not release");
+  }
+  SUBCASE("a refused one") {
+    acts(rig.send_chunk(rig.chunk({9.0})).verdict_id);
+    CHECK(rig.gate->state() == GateState::latched);
+  }
+  SUBCASE("a row after its last") {
+    rig.next_tick(row_of(safe, safe.horizon));
+    CHECK(rig.gate->state() == GateState::latched);
+  }
+  SUBCASE("a row of a part that it does not tell anything") {
+    rig.next_tick_of({row_of(safe, 1), Acted{1, 0, 0}, row_of(safe, 1), Acted{1, 0, 0}});
+    CHECK(rig.gate->state() == GateState::latched);
+  }
+  SUBCASE("one of a claim that has ended") {
+    rig.send(EventKind::release, Release{"runner", rig.claim_id});
+    rig.next_tick(row_of(safe, 1));
+    CHECK(rig.gate->state() == GateState::armed);
   }
   SUBCASE("one before its first") {
     acts(first - 1);

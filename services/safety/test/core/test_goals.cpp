@@ -264,10 +264,18 @@ TEST_CASE("G026 nobody knows the goal beside a switch whose row nobody remembers
     rig.begin(rig.rows(2, 1.0, 0.5 * turn));
     rig.act();
     rig.send_heartbeat();
-    const Acted told = other == 0 ? row_of(rig.safe, 1) : rig.forgotten_row();
+    const auto switches = [&rig] {
+      ChunkBuilder builder = rig.chunk();
+      builder.chunk.parts.clear();
+      return switched(builder, 1.0);
+    };
+    const Acted told = other == 0 ? row_of(rig.safe, 1) : rig.forgotten_row(switches);
     rig.next_tick_of({row_of(rig.safe, 1), no_row, no_row, told});
     CHECK(rig.code() == (other == 0 ? 0 : 26));
-    rig.hold();
+    for (int i = 0; i < 6; ++i) {  // until G010 admits another
+      rig.send_heartbeat();
+      rig.hold();
+    }
     CHECK(rig.code() == 0);
   }
 }

@@ -95,3 +95,62 @@ TEST_CASE("an offer is for whom it names, and for a while: others are told the h
     CHECK(rig.get<Lease>(OutputKind::lease).grants[0].source == "somebody");
   }
 }
+
+TEST_CASE("G005 a chunk from before a hand-over stays refused when its source has the claim again") {
+  GateRig rig;
+  rig.ready();
+  ChunkBuilder old = rig.chunk({0.1, 0.1});
+  old.chunk.seq = 7;
+  REQUIRE(rig.send_chunk(old).code == 0);
+  for (int round = 0; round < 4; ++round) {
+    rig.send(EventKind::release, Release{round % 2 == 0 ? "runner" : "next", rig.claim_id,
+                                         round % 2 == 0 ? "next" : "runner"});
+    Claim next = rig.claim_request();
+    next.source = round % 2 == 0 ? "next" : "runner";
+    rig.send(EventKind::claim, next);
+    REQUIRE(rig.reply<ClaimReply>().claim_id == rig.claim_id);
+    if (round % 2 == 1) CHECK(rig.send_chunk(old).code == code::sequence);
+  }
+  old.chunk.seq = 8;
+  CHECK(rig.send_chunk(old).code == 0);
+}
+
+TEST_CASE("a claim that is offered to its own source may send no more for that") {
+  GateRig rig;
+  rig.ready();
+  const auto offer_to_itself = [&rig] {
+    offer_to(rig, "runner");
+    rig.send(EventKind::claim, rig.claim_request());
+    return rig.reply<ClaimReply>().claim_id == rig.claim_id;
+  };
+  SUBCASE("G010") {
+    std::size_t released = 0;
+    for (int i = 0; i < 20; ++i) {
+      released += rig.send_chunk(rig.chunk()).code == 0 ? 1U : 0U;
+      REQUIRE(offer_to_itself());
+    }
+    CHECK(released < 10);
+  }
+  SUBCASE("G001") {
+    auto cut = rig.chunk().frame();
+    cut.pop_back();
+    for (int i = 0; i < 4; ++i) {
+      rig.send_frame(EventKind::candidate, cut, "runner");
+      REQUIRE(offer_to_itself());
+    }
+    rig.send_frame(EventKind::candidate, cut, "runner");
+    CHECK(rig.status().claims.empty());
+  }
+  SUBCASE("G006") {
+    for (int i = 0; i < 4; ++i) {
+      ChunkBuilder ahead = rig.chunk();
+      ahead.chunk.obs_tick += 9;
+      CHECK(rig.send_chunk(ahead).code == 6);
+      REQUIRE(offer_to_itself());
+    }
+    ChunkBuilder ahead = rig.chunk();
+    ahead.chunk.obs_tick += 9;
+    rig.send_chunk(ahead);
+    CHECK(rig.gate->state() == GateState::stopped);
+  }
+}

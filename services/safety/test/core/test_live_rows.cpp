@@ -64,3 +64,45 @@ TEST_CASE("G011 released rows run on within the tolerance, and where they lead b
     CHECK_FALSE(target.stopped());
   }
 }
+
+TEST_CASE("realtime: rows of a release that was replaced are granted no more once they go on") {
+  GateRig rig;
+  rig.ready();
+  rig.send_chunk(rig.chunk(Row(12, 0.5)));
+  const SafeChunk first = rig.safe_chunk();
+  rig.next_tick();
+  rig.next_tick(row_of(first, 0));
+  REQUIRE(rig.send_chunk(rig.chunk(Row(12, 0.4))).code == 0);
+  const SafeChunk second = rig.safe_chunk();
+  rig.next_tick(row_of(first, 1));  // the second begins in this tick, if it came in time
+  CHECK(rig.lease().grants[0].until_tick > rig.tick);
+  SUBCASE("it did") {
+    rig.next_tick(row_of(second, 0));
+    CHECK(rig.lease().grants[0].until_tick > rig.tick);
+  }
+  SUBCASE("it did not") {
+    rig.next_tick(row_of(first, 2));
+    CHECK(rig.lease().grants[0].until_tick == rig.tick);
+    CHECK(rig.safe_chunk().after.verdict_id == first.verdict_id);  // for a HAL that takes it yet
+    rig.next_tick(row_of(first, 3));
+    CHECK(rig.lease().grants[0].until_tick < rig.tick);
+    rig.next_tick();
+    CHECK(rig.lease().grants[0].until_tick > rig.tick);
+    CHECK(rig.safe_chunk().after.hold != 0);
+  }
+}
+
+TEST_CASE("realtime: so are those of a release whose numbers are forgotten") {
+  GateRig rig;
+  rig.ready();
+  rig.send_chunk(rig.chunk(Row(12, 0.5)));
+  const SafeChunk first = rig.safe_chunk();
+  rig.next_tick();
+  rig.next_tick(row_of(first, 0));
+  for (int i = 0; i < 5; ++i) REQUIRE(rig.send_chunk(rig.chunk(Row(12, 0.4))).code == 0);
+  rig.next_tick(row_of(first, 1));
+  CHECK(rig.lease().grants[0].until_tick > rig.tick);
+  rig.next_tick(row_of(first, 2));
+  CHECK(rig.lease().grants[0].until_tick == rig.tick);
+  CHECK(rig.gate->state() == GateState::armed);
+}

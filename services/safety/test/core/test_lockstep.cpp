@@ -52,7 +52,6 @@ TEST_CASE("G021 the row that acted was another claim's: one held tick, then from
 TEST_CASE("G021 the row that acted is forgotten: refused, not judged as a standstill") {
   GateRig rig(true);
   rig.ready();
-  rig.send_chunk(rig.chunk({0.5, 0.5, 0.5}));
   rig.next_tick(rig.forgotten_row());
   CHECK(rig.verdict().code == 21);
   CHECK(rig.verdict().axis == "acted");

@@ -159,7 +159,11 @@ TEST_CASE("G025 what nobody knows may have been of any mode: each has to be list
       static_cast<std::uint16_t>(~PartMemory::mode_bit(velocity));
   rig.restart(BootInfo{true, false, {}});
   rig.ready();
-  rig.next_tick(rig.forgotten_row());
+  rig.next_tick(rig.forgotten_row([&rig] {
+    ChunkBuilder targets = rig.chunk();
+    targets.chunk.parts.clear();
+    return targets.joint(arm, Mode::joint_position, arm_1, {0.0});
+  }));
   rig.next_tick(hold);
   ChunkBuilder builder = rig.chunk();
   builder.chunk.parts.clear();

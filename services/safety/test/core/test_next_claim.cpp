@@ -115,7 +115,7 @@ TEST_CASE(
   rig.act();
   end_claim(rig);
   rig.take_claim();
-  rig.next_tick_of(std::vector<Acted>(rig.part_count, row_of(rig.safe, 1)));
+  rig.next_tick(row_of(rig.safe, 1));
   REQUIRE(rig.lease().grants.size() == 1);
   CHECK(rig.lease().grants[0].decision == static_cast<std::uint8_t>(Decision::hold));
   CHECK(rig.send_chunk(rig.chunk()).code == 21);

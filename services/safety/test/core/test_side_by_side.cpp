@@ -39,9 +39,10 @@ void build(Limits& limits) {
 }
 
 // Two claims; both go ahead by 0.05 m in each of 16 rows, of which the first is half of that.
-struct Crossing : GateRig {
-  explicit Crossing(bool tool_first) : GateRig(false) {
+struct TwoClaims : GateRig {
+  explicit TwoClaims(bool tool_first, double tool_at = 0.0) : GateRig(false) {
     build(limits);
+    positions[arm_1] = tool_at;
     restart(BootInfo{true, false, {}});
     connect_and_arm();
     const std::uint64_t first = claim_of(tool_first ? "arm" : "base");
@@ -49,15 +50,17 @@ struct Crossing : GateRig {
     tool_claim = tool_first ? first : second;
     sledge_claim = tool_first ? second : first;
     advance(0.0, no_row, no_row);
-    sledge = begin(sledge_claim, base, base_y);
-    tool = begin(tool_claim, fairlead::test::arm, arm_1);
-    advance(0.0, no_row, no_row);
   }
   std::uint64_t claim_of(const char* part) {
     send(EventKind::claim, claim_request({part}));
     return reply<ClaimReply>().claim_id;
   }
   std::uint64_t begin(std::uint64_t claim, std::uint8_t part, std::uint8_t joint) {
+    const Verdict verdict = ask(claim, part, joint);
+    REQUIRE(verdict.code == 0);
+    return verdict.verdict_id;
+  }
+  Verdict ask(std::uint64_t claim, std::uint8_t part, std::uint8_t joint) {
     claim_id = claim;
     ChunkBuilder builder = chunk();
     builder.chunk.parts.clear();
@@ -65,9 +68,7 @@ struct Crossing : GateRig {
     speeds[0] = 3.125;
     builder.joint(part, Mode::joint_velocity, joint, speeds);
     ++builder.chunk.start_tick;
-    const Verdict verdict = send_chunk(builder);
-    REQUIRE(verdict.code == 0);
-    return verdict.verdict_id;
+    return send_chunk(builder);
   }
   /// One tick later, in which both went ahead by `way`.
   void advance(double way, const Acted& sledge_did, const Acted& tool_did) {
@@ -90,6 +91,14 @@ struct Crossing : GateRig {
     return found;
   }
   std::uint64_t sledge_claim = 0, tool_claim = 0;
+};
+
+struct Crossing : TwoClaims {
+  explicit Crossing(bool tool_first) : TwoClaims(tool_first) {
+    sledge = begin(sledge_claim, base, base_y);
+    tool = begin(tool_claim, fairlead::test::arm, arm_1);
+    advance(0.0, no_row, no_row);
+  }
   std::uint64_t sledge = 0, tool = 0;  // verdicts
 };
 
@@ -119,5 +128,37 @@ TEST_CASE("rows are judged again in the same step beside what another claim has 
     CHECK(then.row == 12);
     CHECK(then.released_last == rig.tick + 9);
     CHECK(rig.count(OutputKind::safe_chunk) == 2);
+  }
+}
+
+TEST_CASE("realtime: rows of a claim that has ended count until its parts are seen to hold") {
+  TwoClaims rig(true, 0.55);  // the tool stands 0.35 m behind the sledge's way
+  const std::uint64_t sledge = rig.begin(rig.sledge_claim, base, base_y);
+  const auto tool_code = [&rig] {
+    return rig.ask(rig.tool_claim, fairlead::test::arm, arm_1).code;
+  };
+  rig.advance(0.0, no_row, no_row);  // the sledge's first row acts in this tick
+  SUBCASE("it goes on") { CHECK(tool_code() == 32); }
+  SUBCASE("it has ended") {
+    rig.send(EventKind::release, Release{"runner", rig.sledge_claim});
+    CHECK(tool_code() == 32);
+    rig.positions[base_y] += 0.025;
+    rig.advance(0.0, Acted{0, sledge, 0}, no_row);
+    CHECK(tool_code() == 32);
+    SUBCASE("and holds") {
+      rig.advance(0.0, no_row, no_row);
+      CHECK(tool_code() == 0);
+    }
+    SUBCASE("and its last grant is over") {
+      for (int i = 1; i < 12; ++i) rig.advance(0.0, Acted{0, sledge, 1}, no_row);
+      CHECK(tool_code() == 0);
+    }
+    SUBCASE("and the gate is armed anew") {
+      rig.send(EventKind::disarm, Disarm{"me"});
+      rig.epoch = rig.arm().epoch;
+      rig.tool_claim = rig.claim_of("arm");
+      rig.seq = 0;
+      CHECK(tool_code() == 0);
+    }
   }
 }

@@ -32,8 +32,11 @@ TEST_CASE("G021 padding of the row before is no setpoint") {
   previous.joint(arm, Mode::joint_position, arm_2, {0.1});
   MeasuredState state = state_at_rest();
   state.positions[arm_1] = 1.0;
-  CHECK(code_after(previous, ChunkBuilder().joint(arm, Mode::joint_position, arm_1, {1.0}),
-                   state) == 0);
+  Row row(joint_count, 0.0);
+  row[arm_1] = 1.0;
+  row[arm_2] = 0.1;
+  ChunkBuilder both = ChunkBuilder().add(arm, Mode::joint_position, {row}, {arm_1, arm_2});
+  CHECK(code_after(previous, both, state) == 0);
 }
 
 TEST_CASE("G021 a velocity starts from what was executed, after a hold from what is measured") {
@@ -207,9 +210,11 @@ TEST_CASE("G021 a joint that is left out of velocities counts as told 0") {
   }
 }
 
-TEST_CASE("a joint that is left out of targets keeps its setpoint: no step") {
-  Row row(joint_count, 0.0);
-  row[arm_1] = 1.0;
-  ChunkBuilder both = ChunkBuilder().add(arm, Mode::joint_position, {row}, {arm_1, arm_2});
-  CHECK(code_after(both, ChunkBuilder().joint(arm, Mode::joint_position, arm_2, {0.1})) == 0);
+TEST_CASE("G021 a joint that has a target is not left out before a held tick") {
+  ChunkBuilder both =
+      ChunkBuilder().add(arm, Mode::joint_position, {Row(joint_count, 0.0)}, {arm_1, arm_2});
+  ChunkBuilder one = ChunkBuilder().joint(arm, Mode::joint_position, arm_2, {0.1});
+  CHECK(code_after(both, one) == 21);
+  CHECK(code_after(one, both) == 0);
+  CHECK(code_after(one, one) == 0);
 }

@@ -68,6 +68,11 @@ TEST_CASE("more stops than there is room for keep the gate stopped") {
   rig.reset(1);
   rig.send(EventKind::stop_level, StopLevel{max_stops + 1, "flood", ""});
   CHECK(rig.status().stop_ids.contains(max_stops + 1));
+  for (std::uint64_t id = 1; id <= max_stops + 1; ++id) rig.reset(id);
+  CHECK(rig.gate->state() == GateState::stopped);  // for those that found no place
+  REQUIRE(rig.status().stop_ids.size() == 1);
+  rig.reset(rig.status().stop_ids[0]);
+  CHECK(rig.gate->state() == GateState::disarmed);
 }
 
 TEST_CASE("G011 no new state for 250 ms stops an armed gate in realtime") {

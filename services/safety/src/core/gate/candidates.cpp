@@ -25,10 +25,20 @@ void Candidates::take_chunk(const ActionChunk& chunk, Bytes frame, const Name& s
   const Evidence sequence = check_sequence(limits_, *claim, chunk);
   if (!sequence.ok()) return door_.refuse_stranger(chunk, source, sequence, received_ns);
   if (chunk.obs_tick == hal_.tick() + 1)
-    return claim->waiting.store(frame);  // the gate is the late one
+    return let_wait(*claim, frame, received_ns);  // the gate is the late one
   const Judgement judgement = judge_.judge(*claim, chunk);
   door_.answer(*claim, chunk, frame, judgement, received_ns);
   if (judgement.evidence.raises_stop) machine_.raise_stop(judgement.evidence);
+}
+
+void Candidates::let_wait(LiveClaim& claim, Bytes frame, std::uint64_t received_ns) {
+  if (claim.waiting.is_copy_of(frame)) return;
+  if (!claim.waiting.empty())
+    door_.refuse_stranger(claim.waiting.chunk(), claim.source,
+                          broken_rule(code::age, "obs_tick",
+                                      "a newer chunk came before the state that it cites"),
+                          received_ns);
+  claim.waiting.store(frame);
 }
 
 void Candidates::take_waiting() {

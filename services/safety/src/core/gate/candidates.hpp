@@ -28,6 +28,8 @@ class Candidates {
  private:
   void take_chunk(const ActionChunk& chunk, Bytes frame, const Name& source,
                   std::uint64_t received_ns);
+  /// One at a time: what it replaces is refused.
+  void let_wait(LiveClaim& claim, Bytes frame, std::uint64_t received_ns);
   void refuse_frame(FrameFault fault, std::size_t at, const Name& source, const Event& event);
 
   const Limits& limits_;

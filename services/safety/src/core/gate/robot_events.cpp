@@ -72,8 +72,7 @@ void RobotEvents::stop_for_another() {
   outbox_.count(code::session);
   machine_.note_bad_state();
   if (!machine_.is_armed()) return;
-  machine_.hold_stop(
-      machine_.new_id(),
+  machine_.stop_by_itself(
       phrase("two HALs publish for this robot: a second state of tick ", joint_state_.tick,
              " of session ", Hex{joint_state_.session}, "; the newest is of tick ", hal_.tick()));
 }
@@ -82,9 +81,10 @@ void RobotEvents::stop_for_another() {
 Text RobotEvents::forged_row() const {
   const FixedVec<Acted, max_parts>& acted = hal_.state().acted;
   for (std::size_t i = 0; i < acted.size(); ++i)
-    if (acted[i].hold == 0 && !door_.has_answered(acted[i].verdict_id))
-      return phrase("two gates serve this robot: ", limits_.parts[i].name, " executed verdict ",
-                    acted[i].verdict_id, ", which this one did not send");
+    if (acted[i].hold == 0 && !door_.has_released(i, acted[i]))
+      return phrase("two gates serve this robot: ", limits_.parts[i].name, " executed row ",
+                    acted[i].row, " of verdict ", acted[i].verdict_id,
+                    ", which this one did not release");
   return {};
 }
 
@@ -109,10 +109,12 @@ void RobotEvents::on_joint_state(const Event& event) {
     return machine_.raise_stop(evidence);
   }
   if (is_anothers()) return stop_for_another();
+  const bool repeats = hal_.has_state() && joint_state_.tick == hal_.tick();
+  if (repeats && !hal_.lockstep()) return;  // a copy: in realtime each tick is said once
   machine_.note_good_state();
   outbox_.lease_due = true;
   hal_.note_heard(receipt_of(event));
-  if (hal_.has_state() && joint_state_.tick == hal_.tick())
+  if (repeats)
     repeat_verdicts();  // a repeat: the world waits
   else
     on_new_tick(receipt_of(event));
@@ -173,7 +175,7 @@ Evidence RobotEvents::check_leap(std::uint64_t tick) {
 
 // What the runner may have missed, as long as the world waits for it: identical bytes.
 void RobotEvents::repeat_verdicts() {
-  if (!hal_.lockstep() || !machine_.is_armed()) return;
+  if (!machine_.is_armed()) return;
   for (const LiveClaim& claim : claims_.places())
     if (claim.live() && claim.latest_verdict.verdict_id != 0) outbox_.tell(claim.latest_verdict);
 }

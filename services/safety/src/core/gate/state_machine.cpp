@@ -94,6 +94,7 @@ void StateMachine::arm(const Text& cause) {
   // Leaving disarmed: should the process die from here on, it comes back latched.
   outbox_.out->add(OutputKind::clear_clean_mark);
   outbox_.clean_mark_due = false;
+  for (LiveClaim& claim : claims_.places()) claim.leave();
   begin_epoch();
   armed_ns_ = claimless_since_ns_ = outbox_.now_ns;
   set_state(GateState::armed, cause);
@@ -112,7 +113,10 @@ void StateMachine::disarm(const Text& cause) {
 void StateMachine::raise_stop(const Evidence& evidence) {
   if (state_ != GateState::armed) return;
   outbox_.count(evidence.code);
-  const Text cause = words_of(evidence);
+  stop_by_itself(words_of(evidence));
+}
+
+void StateMachine::stop_by_itself(const Text& cause) {
   const std::uint64_t window =
       limits_.protocol.stop_window_s * 1'000'000'000ULL / limits_.period_ns;
   if (stops_.note_raised(hal_.tick(), window) >= limits_.protocol.stops_to_latch)
@@ -128,6 +132,10 @@ void StateMachine::hold_stop(std::uint64_t id, const Text& cause) {
     if (!goes_on) return ignore_copy(id);
     stops_.forget(id);
   }
+  // The last place is for one that stands for all that find no other, and is reset by itself.
+  const StopBook::Ids& held = stops_.held();
+  const bool is_full = held.size() + 1 == max_stops && !held.contains(overflow_id_);
+  if (is_full && !held.contains(id)) id = overflow_id_ = new_id();
   if (stops_.hold(id)) outbox_.announce();
   if (state_ != GateState::disarmed && state_ != GateState::armed) return;  // severity only rises
   if (state_ == GateState::disarmed) outbox_.out->add(OutputKind::clear_clean_mark);
@@ -182,7 +190,11 @@ void StateMachine::end_claim(LiveClaim& claim, std::string_view reason) {
   history_.keep(claim);
   stopping_.begin_of(claim, outbox_.now_ns);
   claim.id = 0;
-  claim.plan.clear();
+  // Lockstep: the HAL executes no row of a tick before it has the lease that decides it.
+  if (hal_.lockstep())
+    claim.leave();
+  else
+    claim.leaves_by = hal_.last_granted_tick();
   claim.waiting.clear();
   claimless_since_ns_ = outbox_.now_ns;
   outbox_.announce();

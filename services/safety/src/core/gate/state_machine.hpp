@@ -53,6 +53,7 @@ class StateMachine {
   /// A stop that the gate itself decided on, while armed. Too many within the window are no
   /// coincidence: latch.
   void raise_stop(const Evidence& evidence);
+  void stop_by_itself(const Text& cause);
   /// A stop of anybody's, by its id.
   void hold_stop(std::uint64_t id, const Text& cause);
   void latch(const Text& cause);
@@ -101,6 +102,7 @@ class StateMachine {
   SentLeases leases_;
   bool heard_foreign_lease_ = false;  // in this epoch
   StopBook stops_;
+  std::uint64_t overflow_id_ = 0;  // of the stop that stands for those without a place; 0: none
   std::uint64_t latch_id_ = 0;
   std::uint64_t good_states_ = 0;
   std::uint64_t claimless_since_ns_ = 0;

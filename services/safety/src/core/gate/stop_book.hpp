@@ -15,8 +15,8 @@ class StopBook {
   /// Hold a stop. False if nothing changed: held already, or there is no room.
   bool hold(std::uint64_t id) {
     if (held_.contains(id)) return false;
-    // When the list is full the robot is stopped anyway; whoever raised this one repeats it
-    // until a lease lists it, so it is taken up as soon as another has been reset.
+    // When the list is full another stop stands for this one. Whoever raised it repeats it until a
+    // lease lists it, so it is taken up as soon as another has been reset.
     return held_.push_back(id);
   }
 

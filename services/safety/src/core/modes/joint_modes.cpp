@@ -95,6 +95,17 @@ Evidence joint_target_start(const RowView& view, const Setpoint*) {
   return {};
 }
 
+// A joint that the row before told where to be goes on to there: left out, it would be told nothing
+// that a check knows of. After a held tick it may be.
+Evidence joint_target_step(std::uint32_t code, const RowView& view, const Setpoint& before) {
+  const bool same_joints = before.action == view.now.action;
+  for (const std::uint8_t j : before.action->active)
+    if (!same_joints && !view.now.commands(j))
+      return broken_rule(code, view.limits.joints[j].name.view(),
+                         "the row before tells it a target: not left out before a held tick");
+  return joint_step(code, view, before);
+}
+
 // Towards the bounds where the joint is outside them.
 Evidence joint_velocity_absolute(const RowView& view) {
   for (const std::uint8_t j : view.now.action->active) {

@@ -71,7 +71,7 @@ Evidence step_anywhere(std::uint32_t, const RowView&, const Setpoint&) { return 
 // By mode number. Nothing judges the rows of the three empty ones: they are refused by name.
 constexpr std::array<ModeChecker, mode_count> checkers{{
     // joint_position, joint_velocity
-    {joint_target_absolute, joint_target_start, joint_step, joint_target_acting},
+    {joint_target_absolute, joint_target_start, joint_target_step, joint_target_acting},
     {joint_velocity_absolute, joint_velocity_start, joint_velocity_step, joint_velocity_acting},
     {},                                                // joint_torque
     {},                                                // joint_trajectory
@@ -83,7 +83,7 @@ constexpr std::array<ModeChecker, mode_count> checkers{{
     {binary_absolute, start_anywhere, step_anywhere},  // gripper_binary
     {scalar_absolute, gripper_start, scalar_step},     // gripper_position
     // dex_hand_joint
-    {joint_target_absolute, joint_target_start, joint_step, joint_target_acting},
+    {joint_target_absolute, joint_target_start, joint_target_step, joint_target_acting},
     {scalar_absolute, start_anywhere, scalar_step},  // composite_mode
 }};
 

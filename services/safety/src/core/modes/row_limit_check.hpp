@@ -60,6 +60,7 @@ Evidence joint_velocity_start(const RowView& view, const Setpoint* acted);
 Evidence joint_velocity_acting(const RowView& view);
 Evidence joint_velocity_step(std::uint32_t code, const RowView& view, const Setpoint& before);
 Evidence joint_step(std::uint32_t code, const RowView& view, const Setpoint& before);
+Evidence joint_target_step(std::uint32_t code, const RowView& view, const Setpoint& before);
 
 // cartesian_modes.cpp: cartesian_delta, cartesian_twist, body_twist
 Evidence norm_absolute(const RowView& view);

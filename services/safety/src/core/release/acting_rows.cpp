@@ -33,19 +33,25 @@ RowBefore ActingRows::row_before(const LiveClaim& claim) const {
 FixedVec<Companion, max_claims> ActingRows::companions_of(const LiveClaim& claim) const {
   FixedVec<Companion, max_claims> companions;
   for (const LiveClaim& other : claims_.places()) {
-    if (!other.live() || other.id == claim.id) continue;
-    Companion companion{row_before(other)};
-    const Released* release = other.plan.current();
-    // Rows are released from the first open tick on, never later.
-    if (release != nullptr &&
-        first_open_tick() >= release->first_tick) {  // GCOVR_EXCL_BR_LINE: see above
-      companion.chunk = &other.plan.chunk_of(*release);
-      companion.row = release->first_row + (first_open_tick() - release->first_tick);
-      companion.end_row = release->first_row + release->row_count;
-    }
-    (void)companions.push_back(companion);
+    if (other.live() ? other.id == claim.id
+                     : !other.is_leaving() || other.shares_parts_with(claim))
+      continue;
+    (void)companions.push_back(companion_of(other));
   }
   return companions;
+}
+
+Companion ActingRows::companion_of(const LiveClaim& other) const {
+  Companion companion{row_before(other)};
+  const Released* release = other.plan.current();
+  // Rows are released from the first open tick on, never later.
+  if (release != nullptr &&
+      first_open_tick() >= release->first_tick) {  // GCOVR_EXCL_BR_LINE: see above
+    companion.chunk = &other.plan.chunk_of(*release);
+    companion.row = release->first_row + (first_open_tick() - release->first_tick);
+    companion.end_row = release->first_row + (other.end_tick_of(*release) - release->first_tick);
+  }
+  return companion;
 }
 
 Evidence ActingRows::check_running_rows() const {

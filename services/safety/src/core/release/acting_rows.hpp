@@ -38,7 +38,8 @@ class ActingRows {
   /// standing still: nothing can be judged against it. One held tick later a hold is known.
   [[nodiscard]] bool knows_act_before(const LiveClaim& claim) const;
   [[nodiscard]] RowBefore row_before(const LiveClaim& claim) const;
-  /// What the other claims' parts do from the first open tick on, as far as it is released.
+  /// What the other claims' parts do from the first open tick on, as far as it is released; also of
+  /// claims that have ended, as long as their rows may act, unless this one has their parts.
   [[nodiscard]] FixedVec<Companion, max_claims> companions_of(const LiveClaim& claim) const;
 
   /// The rows that act next were released from an older state. What they may not do in this one is
@@ -46,6 +47,8 @@ class ActingRows {
   [[nodiscard]] Evidence check_running_rows() const;
 
  private:
+  [[nodiscard]] Companion companion_of(const LiveClaim& other) const;
+
   const Limits& limits_;
   const HalLink& hal_;
   const ClaimTable& claims_;

@@ -115,11 +115,26 @@ bool LiveClaim::has_parts_of(const LiveClaim& other) const {
                      [&](std::size_t part) { return other.covers(part); });
 }
 
+std::uint64_t ClaimLife::past_seq_of(const Name& source) const {
+  std::uint64_t newest = 0;
+  for (const PastSequence& one : past)
+    if (one.source == source) newest = std::max(newest, one.last_seq);
+  return newest;
+}
+
 void LiveClaim::continue_as(const LiveClaim& next) {
   ClaimLife life;
   life.hal_follows = hal_follows;
   life.until_tick = until_tick;
-  if (source == next.source) life.last_seq = last_seq;  // verdicts on its chunks may yet come
+  life.past = past;
+  life.past_count = past_count;
+  life.past[life.past_count++ % life.past.size()] = {source, last_seq};
+  life.last_seq = life.past_seq_of(next.source);
+  if (source == next.source) {  // offered to itself: what it may send is no more for that
+    life.ahead = ahead;
+    life.bad_frames = bad_frames;
+    life.admitted = admitted;
+  }
   life.repeat = repeat;
   life.refused_tick = refused_tick;
   life.refused_verdict = refused_verdict;

@@ -5,6 +5,7 @@
 // `after`, a taken chunk goes on row by row, and anything else is a hold.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -103,10 +104,18 @@ class ReleasePlan {
   Acted did_;  // in the tick before
 };
 
+/// How far a source had got with its chunks when it handed its claim over.
+struct PastSequence {
+  Name source;
+  std::uint64_t last_seq = 0;
+};
+
 /// What is remembered of one claim's life; the next begins without any of it.
 struct ClaimLife {
   bool hal_follows = false;  // the HAL has executed a row of this claim
   std::uint64_t last_seq = 0;
+  std::array<PastSequence, 8> past;  // of who held it before: a ring
+  std::size_t past_count = 0;
   TickWindow<16> ahead;       // G006: more than one tick ahead
   TickWindow<16> bad_frames;  // G001
   TickWindow<128> admitted;   // G010
@@ -116,6 +125,12 @@ struct ClaimLife {
   std::uint64_t refused_tick = 0;  // newest tick when a chunk was refused, 0: none
   std::uint64_t refused_verdict = 0;
   Name offered_to;  // whose claim may go on with its rows; empty: nobody's
+  // Of a claim that has ended (realtime): the newest tick for which a row of it was granted, which
+  // the HAL may still execute. 0: none.
+  std::uint64_t leaves_by = 0;
+
+  /// How far this source had got when it handed the claim over; 0 if it never held it.
+  [[nodiscard]] std::uint64_t past_seq_of(const Name& source) const;
 };
 
 struct LiveClaim : ClaimLife {
@@ -138,6 +153,17 @@ struct LiveClaim : ClaimLife {
   SafeChunk safe_chunk;  // the plan's current release as it goes out
 
   [[nodiscard]] bool live() const { return id != 0; }
+  /// It has ended, and a row of it may still act.
+  [[nodiscard]] bool is_leaving() const { return id == 0 && leaves_by != 0; }
+  /// After the last tick in which a row of its current release can act.
+  [[nodiscard]] std::uint64_t end_tick_of(const Released& release) const {
+    return live() ? release.end_tick() : std::min(release.end_tick(), leaves_by + 1);
+  }
+  /// None of its rows can act any more.
+  void leave() {
+    leaves_by = 0;
+    plan.clear();
+  }
   [[nodiscard]] bool covers(std::size_t part) const { return limits.parts.contains(part); }
   [[nodiscard]] bool shares_parts_with(const LiveClaim& other) const;
   [[nodiscard]] bool has_parts_of(const LiveClaim& other) const;
@@ -159,7 +185,7 @@ class ClaimTable {
   }
   LiveClaim* free_place() {
     for (LiveClaim& claim : claims_)
-      if (!claim.live()) return &claim;
+      if (!claim.live() && !claim.is_leaving()) return &claim;
     return nullptr;
   }
   [[nodiscard]] const LiveClaim* holder_of(std::size_t part) const {

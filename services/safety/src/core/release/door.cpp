@@ -28,7 +28,25 @@ void Door::pass(LiveClaim& claim, const Judgement& judgement, const Verdict& ver
   else
     claim.plan.release_again(release);
   claim.safe_chunk = safe_chunk_of(claim);
+  note_sent(claim.safe_chunk);
   history_.note_released(claim);
+}
+
+void Door::note_sent(const SafeChunk& safe) {
+  Sent sent{safe.verdict_id, safe.horizon, 0};
+  for (const ActionPart& part : safe.parts) sent.parts |= 1U << part.part;
+  sent_[next_sent_++ % sent_.size()] = sent;
+}
+
+bool Door::has_released(std::size_t part, const Acted& acted) const {
+  const LiveClaim* holder = claims_.holder_of(part);
+  if (holder != nullptr &&
+      told_to(part, holder->plan.row_of(acted), limits_).action != nullptr)
+    return true;
+  return std::any_of(sent_.begin(), sent_.end(), [&](const Sent& sent) {
+    return sent.verdict_id == acted.verdict_id && sent.verdict_id != 0 &&
+           acted.row < sent.row_count && (sent.parts >> part & 1U) != 0;
+  });
 }
 
 // Its numbers stay in the plan's copy of the candidate.

@@ -2,6 +2,7 @@
 // and back again where released rows are revoked.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 
@@ -24,13 +25,11 @@ class Door {
         rows_(rows),
         machine_(machine),
         outbox_(outbox),
-        first_verdict_(first_verdict),
         next_verdict_(first_verdict) {}
 
-  /// Whether this gate ever gave a verdict of that id.
-  [[nodiscard]] bool has_answered(std::uint64_t verdict_id) const {
-    return verdict_id >= first_verdict_ && verdict_id < next_verdict_;
-  }
+  /// Whether this gate released such a row to the part: one of a claim that it remembers, or of one
+  /// of the newest SafeChunks.
+  [[nodiscard]] bool has_released(std::size_t part, const Acted& acted) const;
 
   /// A new chunk of a live claim has been judged.
   void answer(LiveClaim& claim, const ActionChunk& chunk, Bytes frame, const Judgement& judgement,
@@ -55,6 +54,7 @@ class Door {
   void pass(LiveClaim& claim, const Judgement& judgement, const Verdict& verdict,
             std::optional<Bytes> frame);
   [[nodiscard]] SafeChunk safe_chunk_of(const LiveClaim& claim) const;
+  void note_sent(const SafeChunk& safe);
 
   const Limits& limits_;
   const HalLink& hal_;
@@ -63,8 +63,17 @@ class Door {
   const ActingRows& rows_;
   const StateMachine& machine_;
   Outbox& outbox_;
-  const std::uint64_t first_verdict_;
   std::uint64_t next_verdict_;
+
+  struct Sent {
+    std::uint64_t verdict_id = 0;  // 0: none
+    std::uint32_t row_count = 0;
+    std::uint32_t parts = 0;  // a bit for each
+  };
+  // A replaced or ended release acts for a few ticks at most, in which each of 8 claims can get a
+  // few more.
+  std::array<Sent, 256> sent_;
+  std::size_t next_sent_ = 0;
 };
 
 }  // namespace fairlead

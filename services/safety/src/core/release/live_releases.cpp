@@ -5,8 +5,16 @@
 namespace fairlead {
 
 void LiveReleases::begin_tick() {
-  for (LiveClaim& claim : claims_.places())
+  for (LiveClaim& claim : claims_.places()) {
     if (claim.live()) begin_tick_of(claim);
+    if (claim.is_leaving()) begin_tick_of_left(claim);
+  }
+}
+
+// Until a state shows that the parts hold, or no lease grants its rows any more.
+void LiveReleases::begin_tick_of_left(LiveClaim& claim) {
+  claim.plan.begin_tick(hal_.tick(), rows_.acted_of(claim));
+  if (claim.plan.expected().hold != 0 || hal_.tick() >= claim.leaves_by) claim.leave();
 }
 
 void LiveReleases::begin_tick_of(LiveClaim& claim) {
@@ -18,10 +26,12 @@ void LiveReleases::begin_tick_of(LiveClaim& claim) {
   // A hold, and a row of the newest release, end whatever the HAL had before.
   if (acted.hold != 0 || (release != nullptr && acted.verdict_id == release->verdict_id))
     claim.until_tick = UINT64_MAX;
-  if (release == nullptr) {
-    // Rows run on that a later release, which the HAL never took, had replaced.
-    if (plan.expected().hold == 0) door_.revoke_from(claim, rows_.first_open_tick());
-  }
+  // Rows run on that a later release, which the HAL did not take in time, had replaced: nobody
+  // certifies them any more.
+  const bool is_newest = release != nullptr && plan.expected().verdict_id == release->verdict_id;
+  const bool is_forgotten = acted.hold == 0 && plan.row_of(acted).chunk == nullptr;
+  if ((plan.expected().hold == 0 && !is_newest) || is_forgotten)
+    door_.revoke_from(claim, rows_.first_open_tick());
 }
 
 void LiveReleases::judge() {
@@ -31,7 +41,7 @@ void LiveReleases::judge() {
   for (int round = 0; due != 0; ++round) {
     std::uint32_t bit = 1;
     for (LiveClaim& claim : claims_.places()) {
-      const bool asked = (due & bit) != 0 && claim.plan.current() != nullptr;
+      const bool asked = (due & bit) != 0 && claim.live() && claim.plan.current() != nullptr;
       due &= ~bit;
       if (asked && is_cut(claim, round >= rounds_that_cut)) due |= ((1U << max_claims) - 1U) & ~bit;
       bit <<= 1U;

@@ -23,6 +23,7 @@ class LiveReleases {
 
  private:
   void begin_tick_of(LiveClaim& claim);
+  void begin_tick_of_left(LiveClaim& claim);
   bool is_cut(LiveClaim& claim, bool drops);
   void judge_rest(LiveClaim& claim, bool drops);
   void judge_untaken(LiveClaim& claim);
