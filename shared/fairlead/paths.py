@@ -229,8 +229,10 @@ def _named_dir(what: str, name: str, parents: Sequence[Path], manifest: str) -> 
             owners = " and ".join(map(str, packaged))
             raise ConfigError(f"{what} {name!r}: {owners} have it; uninstall one of the packages")
         return found[0]
-    known = sorted({one.parent.name for parent in parents for one in parent.glob(f"*/{manifest}")})
+    files = [one for parent in parents for one in parent.glob(f"*/{manifest}") if one.is_file()]
+    known = sorted({one.parent.name for one in files})
+    begun = [parent for parent in parents if name and (parent / name).is_dir()]
     raise ConfigError(
-        f"{what} {name!r}: no file {parents[0] / name / manifest} "
+        f"{what} {name!r}: no file {(begun or parents)[0] / name / manifest} "
         f"(valid: {', '.join(known) or 'none'})"
     )

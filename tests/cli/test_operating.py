@@ -7,6 +7,7 @@ import json
 import os
 import pty
 import re
+import signal
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -81,11 +82,22 @@ def test_a_stop_that_one_robot_does_not_take_is_an_error_and_stops_the_others(
     gates: list[Gate], tmp_path: Path
 ) -> None:
     gates += [Gate("one", tmp_path), Gate("other", tmp_path)]
-    gates[0].file.write_text("robot: [", encoding="utf-8")
+    gates[0].process.send_signal(signal.SIGSTOP)
     stopped = fairlead("stop", state=gates[0].state)
     assert stopped.returncode == 1
     assert stopped.stdout.startswith(f"stopped {gates[1].id};")
     assert f"ERROR {gates[0].file}: NOT STOPPED: " in stopped.stderr
+
+
+@pytest.mark.processes
+def test_a_robot_is_stopped_also_when_its_file_cannot_be_read_any_more(
+    gates: list[Gate], tmp_path: Path
+) -> None:
+    gates.append(Gate("one", tmp_path))
+    gates[0].file.write_text("robot: [", encoding="utf-8")
+    stopped = fairlead("stop", state=gates[0].state)
+    assert stopped.returncode == 0, stopped.stderr
+    assert stopped.stdout.startswith(f"stopped {gates[0].id};")
 
 
 @pytest.mark.processes

@@ -49,6 +49,8 @@ def test_what_is_no_robot_is_said(
     [
         ('<body name="base">', '<body name="base"><freejoint/>', "a robot stands on a fixed base"),
         ('range="-3 3"/>', 'range="-3 3"/><joint axis="1 0 0"/>', "one joint a body, got 2; nest"),
+        ('range="-3 3"/>', 'range="3 -3"/>', "range: expected its lower end first, got 3 -3"),
+        ('range="-3 3"/>', 'range="nan 3"/>', "range: expected its lower end first, got nan 3"),
         ("<worldbody>", f"<asset>{NO_MESH}</asset><worldbody>", "gone.obj"),
         ('name="right_finger" class="finger" range="-0.04 0"', 'name="right_finger" class="finger"',
          "joint 'right_finger': expected a range, got None to None; give it one"),

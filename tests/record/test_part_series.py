@@ -9,6 +9,7 @@ from pathlib import Path
 import msgspec
 import pytest
 
+from fairlead.errors import ConfigError
 from fairlead.keys import Keys
 from fairlead.messages import (
     ActionChunk,
@@ -177,6 +178,13 @@ def test_the_timeline_is_a_picture(run: Run, tmp_path: Path) -> None:
     path = tmp_path / "timeline.png"
     draw_timeline(run, ROBOT, "a title", path)
     assert path.read_bytes().startswith(b"\x89PNG") and path.stat().st_size > 10_000
+
+
+def test_a_picture_of_another_format_is_refused_before_it_is_drawn(
+    run: Run, tmp_path: Path
+) -> None:
+    with pytest.raises(ConfigError, match=r"a file of a picture, got '.*\.foo' \(valid: \.png"):
+        draw_timeline(run, ROBOT, "a title", tmp_path / "timeline.foo")
 
 
 def test_the_caption_of_a_tick_is_the_newest_verdict_then_or_that_the_robot_holds(

@@ -118,7 +118,10 @@ def test_a_description_without_geometry_says_what_to_do(
 ) -> None:
     folder = own_robot(tmp_path, monkeypatch)
     (folder / "mine.xml").unlink()
-    with pytest.raises(ConfigError, match=r"no link has a <collision>; name a model with --model"):
+    with pytest.raises(
+        ConfigError,
+        match=r"no link has a <collision>; name its MuJoCo model: --mjcf FILE of robot new",
+    ):
         geometry_source(load_robot(NAME), None)
 
 

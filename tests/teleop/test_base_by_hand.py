@@ -79,7 +79,8 @@ def test_a_base_is_jogged_along_its_own_axes(running: ScratchRobot, tmp_path: Pa
         (["jog", "x", "1rad"], "jog: expected a way for x, as 0.05 [m], got '1rad' (valid: m, mm,"),
         (["jog", "x", "nan"], "jog: expected a way for x, as 0.05 [m], got 'nan'"),
         (["jog", "x", "1e9"], "jog: expected a way of at most 10 m, got '1e9'"),
-        (["home"], "expected a part with joint_position, got none (valid: body_twist, cart"),
+        (["jog", "x", "1mm"], "jog x: expected more than 0.002 m, as near as cartesian_delta"),
+        (["home"], "no part is told joint_position, so joints cannot go home; a skill can: "),
     ],
 )  # fmt: skip
 def test_what_is_wrong_on_the_command_line_is_said_before_anything_is_armed(

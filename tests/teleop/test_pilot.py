@@ -166,3 +166,12 @@ def test_a_joint_that_does_not_follow_is_waited_for() -> None:
         driven.pilot.judged(driven.tick + 9)
         driven.tick, driven.is_held = driven.tick + 1, False
     assert (driven.rows[:, 0] - START[0]).max() == pytest.approx(PANDA.lead[0])
+
+
+def test_a_joint_a_little_beyond_its_limit_is_driven_off_it() -> None:
+    above = START.copy()
+    above[0] = PANDA.upper[0] + 2e-5
+    driven = Driven(PANDA, start=above)
+    rows = driven.drives(asks(-1, 0, 0, 0, 0, 0, 0), ticks=5)
+    assert rows[:, 0].max() == PANDA.upper[0]
+    assert rows[-1, 0] < PANDA.upper[0]

@@ -170,7 +170,7 @@ class SkillRunner:
             raise RefusedError(
                 self._source,
                 f"goal {running.goal_id:016x} of skill {running.skill.id} is still running",
-                "fairlead status",
+                f"fairlead cancel {self._source}",
             )
 
     async def _on_cancel(self, payload: bytes) -> Done:

@@ -4,6 +4,7 @@ Everything lies under ``$FAIRLEAD_STATE`` (default ``$XDG_STATE_HOME/fairlead``,
 ``~/.local/state/fairlead``), so ``ps``, ``down`` and ``logs`` work from any folder:
 
     running/<name>.json             who supervises the deployment, and its processes
+    running/<name>.yaml             its file as it was then, for a stop once that cannot be read
     running/<name>.lock             held by the supervisor; the kernel frees it when it dies;
                                     never deleted: two could then hold locks of one name
     running/<name>+<service>.json   a service that ``fairlead service`` started
@@ -119,9 +120,20 @@ class Registry:
         """Write an entry so that readers see the old text or the new, never a mixture."""
         self._write(self._path(entry.name, "json"), entry)
 
+    def keep_file(self, name: str, file: Path) -> None:
+        """Keep a deployment's file as it is now."""
+        self._path(name, "yaml").write_bytes(file.read_bytes())
+
+    def kept_file(self, file: Path) -> Path | None:
+        """The copy of the file of a deployment that runs, as it was then; None: there is none."""
+        names = [entry.name for entry in self.entries() if entry.deployment == str(file)]
+        kept = [self._path(name, "yaml") for name in names]
+        return next((path for path in kept if path.is_file()), None)
+
     def write_by_hand(self, service: str, entry: Running) -> None:
         """List one service that nobody supervises, beside what is supervised."""
         self._write(self._path(f"{entry.name}+{service}", "json"), entry)
+        self.keep_file(entry.name, Path(entry.deployment))
 
     def _write(self, path: Path, entry: Running) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -132,6 +144,7 @@ class Registry:
     def remove(self, name: str) -> None:
         """Forget a deployment that has ended; whoever calls this holds its lock."""
         self._path(name, "json").unlink(missing_ok=True)
+        self._path(name, "yaml").unlink(missing_ok=True)
 
     def remove_if_ended(self, name: str) -> None:
         """Forget a deployment, unless it was started again meanwhile."""

@@ -11,9 +11,9 @@ from typing import Annotated
 
 import typer
 
-from fairlead.deploy.deployment import load_deployment
-from fairlead.deploy.registry import running_name
-from fairlead.errors import FairleadError, RefusedError
+from fairlead.deploy.deployment import Deployment, load_deployment
+from fairlead.deploy.registry import Registry, running_name
+from fairlead.errors import ConfigError, FairleadError, RefusedError
 from fairlead.messages import ArmReply, GateState, GateStatus
 from fairlead.operate.client import RobotClient
 from fairlead.operate.connection import connect, running_files
@@ -120,11 +120,22 @@ async def _stop_all(files: list[Path], reason: str) -> list[tuple[str, int] | Fa
 
 async def _stop(file: Path, reason: str) -> tuple[str, int] | FairleadError:
     try:
-        chosen = load_deployment(file)
+        chosen = _load_as_started(file)
         async with connect(chosen, by="fairlead") as robot:
             return running_name(chosen), await robot.stop(reason)
     except FairleadError as error:
         return error
+
+
+def _load_as_started(file: Path) -> Deployment:
+    """The deployment; where its file cannot be read any more, as it was when it was started."""
+    try:
+        return load_deployment(file)
+    except ConfigError:
+        kept = Registry().kept_file(file)
+        if kept is None:
+            raise
+        return load_deployment(kept)
 
 
 _HIGHEST_ID = 2**64 - 1

@@ -23,6 +23,7 @@ from fairlead.robot.manifest import load_robot
 from fairlead.skill.admission import Admission
 from fairlead.skill.manifest import load_skill
 from fairlead_tools.cli.arming import YesOption, armed
+from fairlead_tools.cli.by_hand import ends_like_ctrl_c
 from fairlead_tools.cli.chain_goals import DEADLINE_TICKS, chain_of, is_chain, print_ending
 from fairlead_tools.cli.console import ProgressLine, echo, print_json
 from fairlead_tools.cli.options import (
@@ -104,7 +105,7 @@ def run_command(
     _require(admissions)  # what cannot run should not arm anything
     wait_started(file, lambda line: echo(line, err=True))
     run = ChainRun(chain)
-    with RobotClient(chosen, by="fairlead run") as client:
+    with ends_like_ctrl_c(), RobotClient(chosen, by="fairlead run") as client:
         wait_seen(client, file)
         client.wait_gate_follows()
         _require(admissions, client.hal_status())
@@ -188,7 +189,10 @@ def cancel_command(
     chosen = choose_deployment(deployment)
     name = _chosen_runner(chosen, runner)
     with RobotClient(chosen, by="fairlead cancel") as client:
-        reply = client.cancel(name, client.goal_feedback(name).goal_id)
+        goal = client.goal_feedback(name)
+        if not goal.goal_id or goal.result is not None:
+            raise RefusedError(name, "no goal is running", "fairlead status")
+        reply = client.cancel(name, goal.goal_id)
     echo(f"{name}: {reply.text}")
 
 

@@ -86,8 +86,12 @@ def jog_command(
     unit = drive.units[index]
     step = np.zeros(len(drive.names))
     step[index] = parse_amount(amount, axis, unit)
+    near = float(tolerance(drive)[index])
+    if abs(step[index]) <= near:
+        wanted = f"more than {near:g} {unit}, as near as {drive.mode.yaml_name} comes"
+        raise ConfigError(expected(f"jog {axis}", wanted, repr(amount)))
     with _hand(chosen, robot, drive, yes, "fairlead jog") as hand:
-        first, last = _go(hand, lambda at: at + step, speed)
+        first, last = _go(hand, lambda at: at + step, speed, index)
     came = (last - first)[index]
     echo(f"{axis} moved {came:.4f} {unit}")
 
@@ -115,8 +119,10 @@ def home_command(
         make_drive(robot, chosen.profile, name, position) for name in ([part] if part else able)
     ]
     if not drives:
-        valid = sorted({mode for one in robot.parts for mode in one.modes})
-        raise ConfigError(expected(f"robot {robot.id}", f"a part with {position}", "none", valid))
+        raise ConfigError(
+            f"robot {robot.id}: no part is told {position}, so joints cannot go home; a skill can: "
+            "fairlead skill ls"
+        )
     for drive in drives:
         rests = [robot.home.positions.get(name, np.nan) for name in drive.names]
         with _hand(chosen, robot, drive, yes, "fairlead home") as hand:
@@ -142,7 +148,7 @@ def _hand(
 
 
 def _go(
-    hand: Hand, wanted: Callable[[FloatArray], FloatArray], speed: float
+    hand: Hand, wanted: Callable[[FloatArray], FloatArray], speed: float, axis: int | None = None
 ) -> tuple[FloatArray, FloatArray]:
     """Where the axes were at the start and at the end [rad or m].
 
@@ -150,7 +156,7 @@ def _go(
         ServiceError: it came no nearer, with the refusal if there was one.
     """
     drive, seen = hand.drive, list[State]()
-    target = Target(drive, wanted, tolerance(drive), speed)
+    target = Target(drive, wanted, tolerance(drive, axis), speed)
     at: At | None = None
     if drive.tool and not drive.is_position:
         at = ToolWay(drive, hand.client.transforms())

@@ -13,6 +13,7 @@ from fairlead.robot.capsules import Capsule, load_capsules
 from fairlead.robot.manifest import RobotManifest, load_robot
 from fairlead_tools.cli.console import ProgressLine, echo, print_json, print_table
 from fairlead_tools.cli.options import JsonOption, RobotArgument, example
+from fairlead_tools.record.picture_file import require_picture
 
 if TYPE_CHECKING:
     from fairlead_tools.shape.capsule_pairs import CapsulePair
@@ -61,6 +62,8 @@ def capsules_command(
     from fairlead_tools.shape.geometry import geometry_source
     from fairlead_tools.shape.robot_shape import RobotShape
 
+    if picture is not None:
+        require_picture("robot capsules --picture", picture)
     manifest = load_robot(robot)
     clearance_m = min(one.self_collision.clearance_m for one in manifest.safety.values())
     rule = PairRule(clearance_m, drop_margin_m, samples)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 from typing import Annotated
 
@@ -42,6 +43,7 @@ def new_command(
     try:
         file.write_text(deployment_text(name, drafted.hal, drafted.missing), encoding="utf-8")
     except OSError as error:
+        shutil.rmtree(drafted.folder)
         raise ConfigError(f"robot new: cannot write {file.absolute()}: {error.strerror}") from None
     robot = drafted.robot
     parts = "; ".join(f"{part.name}: {', '.join(part.joints)}" for part in robot.parts)

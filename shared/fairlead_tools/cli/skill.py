@@ -31,7 +31,7 @@ from fairlead_tools.skills.checkpoint_stats import (
     named_outputs,
     read_checkpoint_stats,
 )
-from fairlead_tools.skills.install import install_skill, is_link_to
+from fairlead_tools.skills.install import install_skill, is_link_to, python_problems
 from fairlead_tools.skills.skeleton import ARM_MODES, skill_skeleton
 
 SkillArgument = Annotated[
@@ -177,7 +177,7 @@ def check_command(
     loaded = load_robot(robot)
     problems = admission_problems(manifest, loaded, _running(deployment))
     told = summarised(problems, manifest, loaded)
-    wrong = policy_problems(manifest)
+    wrong = policy_problems(manifest) + python_problems(folder, manifest)
     problems, told = problems + wrong, told + wrong
     report: dict[str, Any] = {
         "skill": skill, "robot": robot, "admitted": not problems, "reasons": problems,

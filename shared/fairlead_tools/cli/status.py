@@ -127,7 +127,7 @@ def goal_line(goal: GoalFeedback) -> str:
     if goal.result is None:
         return f"{goal.skill} is {goal.phase}, tick {goal.tick}"
     ended = goal.result
-    why = f": {printable(ended.detail)}" if ended.detail else ""
+    why = f": {printable(' '.join(ended.detail.split()))}" if ended.detail else ""
     return f"{goal.skill} {ended.outcome} (decided by the {ended.decided_by}){why}"
 
 

@@ -181,7 +181,7 @@ def _of_gate_file(robot: RobotManifest, profile: str) -> Finding:
     try:
         text = compile_gate_config(robot, profile)
     except ConfigError as error:
-        return Finding("gate file", WRONG, str(error), "mend robot.yaml")
+        return Finding("gate file", WRONG, f"{profile}: {error}", "mend what it names")
     if robot.open_numbers(profile):
         found = f"{profile}: {len(robot.to_confirm)} entries of to_confirm in robot.yaml are open"
         return Finding("gate file", OPEN, found, f"correct each, delete its line, then: {again}")

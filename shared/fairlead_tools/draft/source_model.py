@@ -147,6 +147,7 @@ def load_source(path: Path) -> SourceModel:
     try:
         spec = mujoco.MjSpec.from_file(str(path))
         _name_all(spec)
+        _check_ranges(path, spec)
         model = spec.compile()
     except (ValueError, mujoco.FatalError) as error:
         raise ConfigError(f"{WHO}: {path}: {_one_line(error)}") from None
@@ -165,6 +166,15 @@ def _name_all(spec: mujoco.MjSpec) -> None:
                 one.name = next(n for i in range(len(taken) + 1)
                                 if (n := f"{kind}_{number + i}") not in taken)  # fmt: skip
                 taken.add(one.name)
+
+
+def _check_ranges(path: Path, spec: mujoco.MjSpec) -> None:
+    """MuJoCo takes a range that ends below its start for none at all."""
+    for joint in spec.joints:
+        low, high = (float(end) for end in joint.range)
+        if not low <= high:
+            who = f"{WHO}: {path}: joint {joint.name}: range"
+            raise ConfigError(expected(who, "its lower end first", f"{low:g} {high:g}"))
 
 
 def _with_robot(path: Path, spec: mujoco.MjSpec, model: mujoco.MjModel) -> SourceModel:

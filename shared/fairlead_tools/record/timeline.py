@@ -14,6 +14,7 @@ from fairlead.messages import Hold, Outcome
 from fairlead.robot.manifest import RobotManifest
 from fairlead_tools.record.measured import Curve
 from fairlead_tools.record.part_series import Panel, held_ticks, panels
+from fairlead_tools.record.picture_file import require_picture
 from fairlead_tools.record.run_log import Run
 
 if TYPE_CHECKING:
@@ -37,7 +38,12 @@ _OUTCOMES = {
 
 
 def draw_timeline(run: Run, robot: RobotManifest, title: str, path: Path) -> None:
-    """Write the picture of what was asked of a robot, and of every verdict, as a PNG file."""
+    """Write the picture of what was asked of a robot, and of every verdict.
+
+    Raises:
+        ConfigError: the file's name does not end as that of a picture.
+    """
+    require_picture("plot", path)
     import matplotlib as mpl
 
     mpl.use("Agg")

@@ -141,8 +141,8 @@ def urdf_model(robot: RobotManifest) -> mujoco.MjModel:
         raise ConfigError(f"{path}: cannot be read as XML: {error}") from None
     if not any(link.find("collision") is not None for link in links):
         raise ConfigError(
-            f"{path}: no link has a <collision>; name a model with --model (an MJCF file, or "
-            "robosuite:NAME)"
+            f"{path}: no link has a <collision>; name its MuJoCo model: --mjcf FILE of robot new, "
+            "--model FILE (or robosuite:NAME) of robot capsules"
         )
     spec = mujoco.MjSpec()
     for link in links:  # MuJoCo has a body called world already

@@ -24,12 +24,18 @@ def install_problems(folder: Path, skill: SkillManifest) -> list[str]:
         except ConfigError as error:
             found = [str(error)]
         problems += [f"on {robot}: {problem}" for problem in found]
-    if skill.policy.backend == BACKEND:
-        try:
-            check_python_policy(folder, skill.policy.options)
-        except ConfigError as error:
-            problems.append(str(error))
-    return problems
+    return problems + python_problems(folder, skill)
+
+
+def python_problems(folder: Path, skill: SkillManifest) -> list[str]:
+    """What is missing of a policy that is a Python file of the skill's folder; empty if nothing."""
+    if skill.policy.backend != BACKEND:
+        return []
+    try:
+        check_python_policy(folder, skill.policy.options)
+    except ConfigError as error:
+        return [str(error)]
+    return []
 
 
 def install_skill(

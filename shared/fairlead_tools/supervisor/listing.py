@@ -32,6 +32,7 @@ class Listing:
         try:
             self._refuse_leftovers(names)
             self.write(dict.fromkeys(names, ServiceEntry(None, False, 0)))
+            self._registry.keep_file(self._name, Path(self._file))
         except BaseException:
             self._unlock()
             raise

@@ -104,7 +104,11 @@ def make_drive(
     if axis and found:
         valid = list(dict.fromkeys(name for drive in found for name in drive.names))
         raise ConfigError(expected(who, "a joint or an axis", repr(axis), valid))
-    valid = [one.yaml_name for one in MODES]
+    valid = [
+        one.yaml_name
+        for one in MODES
+        if any(one.yaml_name in limits.parts[each.name].names for each in chosen)
+    ]
     raise ConfigError(expected(who, "a mode to drive by hand", repr(mode or "none"), valid))
 
 

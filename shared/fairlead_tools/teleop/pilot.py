@@ -64,7 +64,7 @@ class Pilot:
             now = self._plan[last]
         else:
             still = np.zeros_like(measured)
-            now = _Row(measured if self._drive.is_position else still, still)
+            now = _Row(self._inside(measured) if self._drive.is_position else still, still)
             rows = [now] * max(1, self._ahead)
             wanted, self._acts_from = still, tick + self._ahead
         rows += list(self._onward(now, wanted, measured, self._count - len(rows)))
@@ -81,6 +81,11 @@ class Pilot:
         """Where targets have come to by ``tick``; of speeds, where the robot is measured."""
         row = self._plan.get(tick + self._ahead - 1)
         return row.values if row is not None and self._drive.is_position else measured
+
+    def _inside(self, measured: FloatArray) -> FloatArray:
+        """A joint at its end stop may be measured a little beyond its limit."""
+        inside: FloatArray = np.clip(measured, self._drive.lower, self._drive.upper)
+        return inside
 
     def _wanted(self, asked: Deflection) -> FloatArray:
         """Speed per row along each axis: none without clutch, or where the device is silent."""

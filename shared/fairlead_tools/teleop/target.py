@@ -133,8 +133,18 @@ class BaseWay:
         return np.array([come.get(name, 0.0) for name in self._names])
 
 
-def tolerance(drive: Drive) -> FloatArray:
-    """How near is there: of joints' targets, a tool or a base [m or rad]."""
+def tolerance(drive: Drive, asked: int | None = None) -> FloatArray:
+    """How near is there: of joints' targets, a tool or a base [m or rad].
+
+    asked: the one axis that is to move; along the others the robot may come off three times as far.
+    """
+    near = _near(drive)
+    if asked is not None and not drive.is_position:
+        near[np.arange(len(near)) != asked] *= 3.0
+    return near
+
+
+def _near(drive: Drive) -> FloatArray:
     if drive.is_position:
         return np.full(len(drive.names), 1e-4)
     if drive.tool:

@@ -26,8 +26,11 @@ Hash hash_of(const std::string& text) {
 
 }  // namespace
 
-std::string hash_of_this_program() {
-  const std::string program = text_of_file("/proc/self/exe");
+// The gate writes a log, and the program beside it reads one.
+std::string hash_of_this_gate() {
+  std::error_code error;
+  const std::filesystem::path self = std::filesystem::read_symlink("/proc/self/exe", error);
+  const std::string program = text_of_file(self.parent_path() / "fairlead-safety");
   return program.empty() ? "" : to_hex(hash_of(program));
 }
 
@@ -37,7 +40,7 @@ std::string make_header(const Limits& limits, const std::string& config_file) {
     throw StartFailed("configuration " + config_file + " changed while the gate was starting");
   return json{{"robot", limits.robot.view()},
               {"profile", limits.profile.view()},
-              {"gate", hash_of_this_program()},
+              {"gate", hash_of_this_gate()},
               {"started", utc_now()},
               {"config_file", std::filesystem::absolute(config_file).string()},
               {"config", config}}
@@ -59,7 +62,7 @@ std::unique_ptr<Limits> recorded_limits(const LogHeader& header) {
     return parse_limits(header.config);
   } catch (const ConfigRefused& refusal) {
     throw ConfigRefused("decision log: its configuration does not fit this gate, which is " +
-                        std::string(header.gate == hash_of_this_program() ? "the" : "not the") +
+                        std::string(header.gate == hash_of_this_gate() ? "the" : "not the") +
                         " one that wrote it: " + refusal.what());
   }
 }

@@ -29,6 +29,6 @@ LogHeader read_header(const std::string& json);
 std::unique_ptr<Limits> recorded_limits(const LogHeader& header);
 
 /// SHA-256 of the running program, in hex; "" if it cannot be read.
-std::string hash_of_this_program();
+std::string hash_of_this_gate();
 
 }  // namespace fairlead

@@ -111,7 +111,7 @@ json document_of(const LogReader& log, const LogHeader& header, const Findings& 
           {"robot", header.robot},
           {"profile", header.profile},
           {"started", header.started},
-          {"same_program", header.gate == hash_of_this_program()},
+          {"same_program", header.gate == hash_of_this_gate()},
           {"read", how_far(log, findings)},
           {"damaged", log.end() == LogEnd::damaged},
           {"lost", findings.lost},

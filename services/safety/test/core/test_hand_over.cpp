@@ -96,7 +96,8 @@ TEST_CASE("an offer is for whom it names, and for a while: others are told the h
   }
 }
 
-TEST_CASE("G005 a chunk from before a hand-over stays refused when its source has the claim again") {
+TEST_CASE(
+    "G005 a chunk from before a hand-over stays refused when its source has the claim again") {
   GateRig rig;
   rig.ready();
   ChunkBuilder old = rig.chunk({0.1, 0.1});

@@ -34,10 +34,10 @@ void Candidates::take_chunk(const ActionChunk& chunk, Bytes frame, const Name& s
 void Candidates::let_wait(LiveClaim& claim, Bytes frame, std::uint64_t received_ns) {
   if (claim.waiting.is_copy_of(frame)) return;
   if (!claim.waiting.empty())
-    door_.refuse_stranger(claim.waiting.chunk(), claim.source,
-                          broken_rule(code::age, "obs_tick",
-                                      "a newer chunk came before the state that it cites"),
-                          received_ns);
+    door_.refuse_stranger(
+        claim.waiting.chunk(), claim.source,
+        broken_rule(code::age, "obs_tick", "a newer chunk came before the state that it cites"),
+        received_ns);
   claim.waiting.store(frame);
 }
 

@@ -72,9 +72,9 @@ void RobotEvents::stop_for_another() {
   outbox_.count(code::session);
   machine_.note_bad_state();
   if (!machine_.is_armed()) return;
-  machine_.stop_by_itself(
-      phrase("two HALs publish for this robot: a second state of tick ", joint_state_.tick,
-             " of session ", Hex{joint_state_.session}, "; the newest is of tick ", hal_.tick()));
+  machine_.stop_by_itself(phrase("two HALs publish for this robot: a second state of tick ",
+                                 joint_state_.tick, " of session ", Hex{joint_state_.session},
+                                 "; the newest is of tick ", hal_.tick()));
 }
 
 // The HAL executes what it takes for this gate's.

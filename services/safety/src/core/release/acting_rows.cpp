@@ -33,8 +33,7 @@ RowBefore ActingRows::row_before(const LiveClaim& claim) const {
 FixedVec<Companion, max_claims> ActingRows::companions_of(const LiveClaim& claim) const {
   FixedVec<Companion, max_claims> companions;
   for (const LiveClaim& other : claims_.places()) {
-    if (other.live() ? other.id == claim.id
-                     : !other.is_leaving() || other.shares_parts_with(claim))
+    if (other.live() ? other.id == claim.id : !other.is_leaving() || other.shares_parts_with(claim))
       continue;
     (void)companions.push_back(companion_of(other));
   }
