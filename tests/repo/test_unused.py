@@ -13,6 +13,7 @@ CODE = ("shared/", "services/", "bench/")
 HANDED_ON = re.compile(r"validator|serializer|command|callback|register")
 USED_ELSEWHERE = {
     "reward",  # robosuite asks every environment for it
+    "list_commands",  # typer asks a group for it
 }
 
 

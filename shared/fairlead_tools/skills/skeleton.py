@@ -46,6 +46,7 @@ horizon: 8
 execute_steps: 8
 age_max_ticks: 10
 inference_timeout_s: 5.0
+decided_by: policy
 """
 
 POLICY = '''\

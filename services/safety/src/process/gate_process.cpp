@@ -49,9 +49,7 @@ Hash hash_of_file(const std::string& path) {
 
 // A SafeChunk leaves in one piece with the lease of its step, which is on every link that it is on.
 // Nothing rides with a verdict: that goes to a source's own link.
-Leaves when_leaves(std::size_t leases_left) {
-  return leases_left > 0 ? Leaves::with_next : Leaves::now;
-}
+Leaves when_leaves(bool before_lease) { return before_lease ? Leaves::with_next : Leaves::now; }
 
 bool is_lease(const Output& output) { return output.kind == OutputKind::lease; }
 
@@ -100,12 +98,12 @@ void GateProcess::handle(const Event& event, Answer* answer) {
     return refuse(answer, foreign.c_str(), "ask on the key of the source that asks");
   if (event.kind == EventKind::claim) return handle_claim(event, answer);
   const std::lock_guard lock(mutex_);
-  if (event.kind == EventKind::arm && gate_.state() == GateState::disarmed && store_.is_marked())
+  const bool may_arm = event.kind == EventKind::arm && gate_.state() == GateState::disarmed;
+  if (may_arm && store_.is_marked())
     return refuse(answer, "somebody disarmed or reset it meanwhile", "fairlead arm");
   step(event, answer);
   // Arming was refused after its mark had been removed: leaving is clean again.
-  if (event.kind == EventKind::arm && gate_.state() == GateState::disarmed)
-    store_.set_clean_mark(true);
+  if (may_arm && gate_.state() == GateState::disarmed) store_.set_clean_mark(true);
 }
 
 // Motion may follow an arm at once, so the clean mark must be gone from the disk before it.
@@ -217,7 +215,7 @@ void GateProcess::carry_out(Answer* answer) {
         log_refusal(payload);
         break;
       case OutputKind::safe_chunk:
-        outlet_.publish(output.kind, output.source, payload, when_leaves(leases_left));
+        outlet_.publish(output.kind, output.source, payload, when_leaves(leases_left > 0));
         break;
       case OutputKind::lease:
       case OutputKind::status:
