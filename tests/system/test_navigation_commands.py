@@ -53,6 +53,14 @@ def test_after_a_goal_that_failed_the_next_one_is_not_begun(do: Command) -> None
     assert "goal_outside_zones: at 9 9 0 the base would be 5.25 m outside" in failed
 
 
+def test_with_json_goals_one_after_the_other_are_one_document(do: Command) -> None:
+    done = do("run", "go-to", "--prompt", "0 0.1 0", "--then", "go-to: 9 9 0", "--json")
+    assert done.returncode == 1, done.stderr
+    document = json.loads(done.stdout)
+    outcomes = [goal["result"]["outcome"] for goal in document["goals"]]
+    assert (document["chain"], outcomes) == ("go-to", ["succeeded", "failed"])
+
+
 def test_a_skill_that_does_not_exist_is_said_before_the_first_goal_begins(do: Command) -> None:
     done = do("run", "go-to", "--prompt", "0 0 0", "--then", "no-such-skill")
     assert (done.returncode, done.stdout) == (1, "")

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from fairlead.errors import ConfigError, expected
 from fairlead.operate.chain import Chain, ChainGoal, ChainRun, read_chain
-from fairlead_tools.cli.console import echo, print_json
+from fairlead_tools.cli.console import echo
 from fairlead_tools.cli.skill import installed_skill
 
 DEADLINE_TICKS = 1200
@@ -66,10 +67,12 @@ def _from(folder: Path, skill: str) -> str:
     return str(folder / skill) if "/" in skill else skill
 
 
-def print_ending(file: str, run: ChainRun, as_json: bool) -> None:
+def ending_document(what: str, run: ChainRun, goals: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """How several goals ended, and each of them, in the order in which they ran."""
+    return {"chain": what, "outcome": run.ending, "why": run.why, "goals": list(goals)}
+
+
+def print_ending(file: str, run: ChainRun) -> None:
     """How a chain from a file ended."""
-    if as_json:
-        print_json({"chain": file, "outcome": run.ending, "goals": run.begun, "why": run.why})
-        return
     why = f": {run.why}" if run.why else ""
     echo(f"{file} {run.ending or 'ended'} after {run.begun} goals{why}")

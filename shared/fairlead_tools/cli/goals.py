@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Sequence
-from typing import Annotated
+from typing import Annotated, Any
 
 import msgspec
 import typer
@@ -24,7 +24,13 @@ from fairlead.skill.admission import Admission
 from fairlead.skill.manifest import load_skill
 from fairlead_tools.cli.arming import YesOption, armed
 from fairlead_tools.cli.by_hand import ends_like_ctrl_c
-from fairlead_tools.cli.chain_goals import DEADLINE_TICKS, chain_of, is_chain, print_ending
+from fairlead_tools.cli.chain_goals import (
+    DEADLINE_TICKS,
+    chain_of,
+    ending_document,
+    is_chain,
+    print_ending,
+)
 from fairlead_tools.cli.console import ProgressLine, echo, print_json
 from fairlead_tools.cli.options import (
     MAX_NUMBER,
@@ -111,18 +117,24 @@ def run_command(
         _require(admissions, client.hal_status())
         if seed is not None:
             new_episode(client, seed)
-        with armed(client, confirmed=yes):
-            while run.current is not None:
-                wish, following = wishes[run.current.name], run.following
-                after = "" if following is None else wishes[following.name].runner
-                wish = dataclasses.replace(wish, hand_over_to=after)
-                progress = _run(client, wish, as_json)
-                if progress.result is None:
-                    break
-                run.ended(progress.result)
+        told: list[dict[str, Any]] = []
+        try:
+            with armed(client, confirmed=yes):
+                while run.current is not None:
+                    wish, following = wishes[run.current.name], run.following
+                    after = "" if following is None else wishes[following.name].runner
+                    wish = dataclasses.replace(wish, hand_over_to=after)
+                    progress = _run(client, wish, told if as_json else None)
+                    if progress.result is None:
+                        break
+                    run.ended(progress.result)
+        finally:  # after Ctrl-C, too
+            if as_json and told:
+                several = is_chain(skill) or then
+                print_json(ending_document(skill, run, told) if several else told[0])
         gate = client.gate_status()
-    if is_chain(skill):
-        print_ending(skill, run, as_json)
+    if is_chain(skill) and not as_json:
+        print_ending(skill, run)
     if run.ending != "succeeded":
         for hint in goal_hints(progress, gate, wish.runner):
             echo(hint, err=True)
@@ -138,26 +150,29 @@ def _require(admissions: Sequence[Admission], hal: HalStatus | None = None) -> N
         admission.require(hal)
 
 
-def _run(client: RobotClient, wish: GoalOptions, as_json: bool) -> Progress:
-    """One goal; its result is printed before anything else is asked, also after Ctrl-C."""
+def _run(client: RobotClient, wish: GoalOptions, told: list[dict[str, Any]] | None) -> Progress:
+    """One goal; its result is printed before anything else is asked, also after Ctrl-C.
+
+    told: where the result goes instead, as a document.
+    """
     goal = client.run(**dataclasses.asdict(wish))
     try:
-        with ProgressLine(quiet=as_json) as line, goal:
+        with ProgressLine(quiet=told is not None) as line, goal:
             for progress in goal:
                 line.show(progress.line())
     finally:
         progress = goal.progress
-        if progress.result is not None:
-            _print_result(wish.skill, progress, progress.result, as_json)
+        if progress.result is not None and told is None:
+            _print_result(wish.skill, progress.result)
+        elif progress.result is not None and told is not None:
+            ended = {"result": msgspec.structs.asdict(progress.result)}
+            told.append(dataclasses.asdict(progress) | ended)
         elif goal.stopped:
             echo(goal.stopped, err=True)
     return progress
 
 
-def _print_result(skill: str, progress: Progress, result: GoalResult, as_json: bool) -> None:
-    if as_json:
-        print_json(dataclasses.asdict(progress) | {"result": msgspec.structs.asdict(result)})
-        return
+def _print_result(skill: str, result: GoalResult) -> None:
     ticks = result.last_tick - result.first_tick + 1
     when = f"after {ticks} ticks" if result.first_tick else "before its first tick"
     by_policy = result.detail if result.decided_by == "policy" else ""

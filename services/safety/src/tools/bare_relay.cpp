@@ -15,6 +15,8 @@
 #include <deque>
 #include <string>
 
+#include "process/thread_handover.hpp"
+
 namespace {
 
 constexpr std::size_t short_message = 200;  // about a lease or a verdict
@@ -31,6 +33,7 @@ void put(const z_owned_publisher_t& publisher, std::size_t size) {
 }
 
 void relay(z_loaned_sample_t* sample, void* context) {
+  fairlead::take_over(context);
   const z_loaned_bytes_t* payload = z_sample_payload(sample);
   z_bytes_reader_t reader = z_bytes_get_reader(payload);
   const std::size_t size = z_bytes_reader_read(&reader, buffer.data(), buffer.size());
@@ -65,6 +68,7 @@ bool subscribe(const z_owned_session_t& session, const char* from, Publishers& p
                z_owned_subscriber_t* subscriber) {
   z_view_keyexpr_t key;
   z_owned_closure_sample_t callback;
+  fairlead::hand_over(&publishers);
   z_closure_sample(&callback, relay, nullptr, &publishers);
   return z_view_keyexpr_from_str(&key, from) == Z_OK &&
          z_declare_subscriber(z_loan(session), subscriber, z_loan(key), z_move(callback),
