@@ -101,9 +101,10 @@ def test_a_chain_that_failed_says_at_which_goal_and_exits_with_1(
     file.write_text(CHAIN.replace("most_goals: 4", "most_goals: 3"))
     done = do("run", str(file), "--json")
     assert done.returncode == 1
-    ending = json.loads(done.stdout[done.stdout.rindex("\n{") :])
+    ending = json.loads(done.stdout)
+    assert len(ending.pop("goals")) == 3
     assert ending == {
-        "chain": str(file), "outcome": "failed", "goals": 3,
+        "chain": str(file), "outcome": "failed",
         "why": "most_goals: 3 goals have run, and near would be the next",
     }  # fmt: skip
 

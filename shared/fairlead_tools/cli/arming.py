@@ -62,8 +62,12 @@ def armed(client: RobotClient, confirmed: bool = False) -> Iterator[None]:
 
 
 def _disarm_unclaimed(client: RobotClient) -> None:
+    """Unless somebody's goal runs, which has not claimed yet: the gate disarms when it is idle."""
     gate = client.gate_status()
-    if gate.state == GateState.ARMED and not gate.claims:
+    if gate.state != GateState.ARMED or gate.claims:
+        return
+    goals = client.status(timeout_s=0.0).runners
+    if not any(goal.goal_id and goal.result is None for goal in goals):
         client.disarm()
 
 

@@ -23,6 +23,7 @@ from fairlead.deploy.stop_signals import StopSignals
 from fairlead.errors import ConfigError, NoAnswerError, ServiceError, expected
 from fairlead.messages import GateState
 from fairlead.operate.client import RobotClient
+from fairlead.robot.manifest import load_robot
 from fairlead.wire.endpoints import Endpoints
 from fairlead.wire.lingering import forbid_lingering
 from fairlead.wire.printable import LineFormatter
@@ -151,6 +152,7 @@ def restart_command(
     """
     entry = choose_running(deployment)
     old = _supervised_process(entry, service)
+    load_robot(load_deployment(Path(entry.deployment)).robot)  # what would not start goes on
     _refuse_while_claimed(entry, service)
     end_processes([old], GRACE_S)
     pid = _wait_ready(entry.name, service, old)
@@ -191,6 +193,7 @@ def _refuse_while_claimed(entry: Running, service: str) -> None:
 
 def _wait_ready(name: str, service: str, old: ProcessId) -> int:
     deadline = time.monotonic() + READY_TIMEOUT_S
+    began: set[ProcessId | None] = {old, None}
     while time.monotonic() < deadline:
         entry = Registry().find(name)
         found = entry.services.get(service) if entry is not None else None
@@ -198,6 +201,12 @@ def _wait_ready(name: str, service: str, old: ProcessId) -> int:
             raise ServiceError(f"{service}: {name} was ended meanwhile")
         if found.process != old and found.running and found.ready:
             return found.running.pid
+        began.add(found.process)
+        if len(began) > 3:
+            raise ServiceError(
+                f"{service}: it ended as it started, and is started again; "
+                f"see: fairlead logs {service}"
+            )
         time.sleep(POLL_S)
     raise ServiceError(
         f"{service}: not ready after {READY_TIMEOUT_S:g} s; see: fairlead logs {service}"

@@ -56,12 +56,12 @@ def status_command(
     with RobotClient(load_deployment(file)) as client:
         seen = _look(client, file)
         if again:
-            watch(lambda: _lines(_look(client, file, patiently=False)))
+            watch(lambda: _lines(_look(client, file, patiently=False), file))
             return
     if as_json:
         print_json(_document(seen))
     else:
-        echo("\n".join(_lines(seen)))
+        echo("\n".join(_lines(seen, file)))
     if seen.missing or seen.starting:
         raise typer.Exit(1)
 
@@ -96,9 +96,10 @@ def _document(seen: _Seen) -> dict[str, Any]:
     }
 
 
-def _lines(seen: _Seen) -> list[str]:
+def _lines(seen: _Seen, file: Path) -> list[str]:
+    which = f" --deployment {file}" if len(Registry().entries()) > 1 else ""
     silent = "is starting" if seen.starting else "does not answer"
-    lines = [f"gate   {silent}"] if seen.gate is None else gate_lines(seen.gate)
+    lines = [f"gate   {silent}"] if seen.gate is None else gate_lines(seen.gate, which)
     lines.append(f"robot  the HAL {silent}" if seen.hal is None else robot_line(seen.hal))
     lines += [f"goal   {one.source}: {goal_line(one)}" for one in seen.runners]
     lines.append(f"alive  {', '.join(seen.alive) or 'none yet'}")
@@ -131,11 +132,14 @@ def goal_line(goal: GoalFeedback) -> str:
     return f"{goal.skill} {ended.outcome} (decided by the {ended.decided_by}){why}"
 
 
-def gate_lines(gate: GateStatus) -> list[str]:
-    """The gate's state, its cause, what to do, its claims and what it counted."""
+def gate_lines(gate: GateStatus, which: str = "") -> list[str]:
+    """The gate's state, its cause, what to do, its claims and what it counted.
+
+    which: the option that names the deployment, where several run.
+    """
     lines = [f"gate   {state_and_cause(gate)}"]
     if gate.fix:
-        lines.append(f"       try: {gate.fix}")
+        lines.append(f"       try: {gate.fix}{which}")
     lines += [f"       stop {hex_id(stop_id)}" for stop_id in gate.stop_ids]
     if gate.latch_id:
         lines.append(f"       latch {hex_id(gate.latch_id)}")
