@@ -217,7 +217,7 @@ def test_a_gr00t_server_gets_its_twelve_states_and_one_frame_a_picture(
 def test_goals_in_a_row_all_see_the_frame_that_was_due_last(
     camera_robot: CameraRobot, seed: int | None
 ) -> None:
-    for _ in range(4):
+    for _ in range(2):
         assert camera_robot.run(PI05, seed).startswith("deadline not done after")
 
 
