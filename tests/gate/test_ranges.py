@@ -11,6 +11,7 @@ from typing import Any
 
 import pytest
 
+from fairlead.hal.lease_follower import LEASE_LIFE_NS
 from fairlead.paths import gate_binary, gate_config, repo_root
 from fairlead.robot.capsules import MAX_CAPSULES, MAX_PAIRS
 from fairlead.robot.gate_capacity import MAX_FRAMES, MAX_NAME, MAX_SOURCE, MOST
@@ -125,3 +126,9 @@ def test_a_mode_of_more_frames_than_the_gate_has_room_for_is_refused(
         delta["frames"] = links[:count]
         taken, said = gate_takes(document, tmp_path)
         assert taken == fits, said
+
+
+def test_the_gate_counts_on_a_lease_for_as_long_as_the_hal_follows_it() -> None:
+    source = repo_root() / "services" / "safety" / "src" / "core" / "gate" / "hal_link.cpp"
+    [found] = re.findall(r"grant_ns = ([\d']+);", source.read_text())
+    assert int(found.replace("'", "")) == LEASE_LIFE_NS
