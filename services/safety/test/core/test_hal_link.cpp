@@ -270,3 +270,15 @@ TEST_CASE("a new session begins with no arrivals and no refused leap") {
   robot.state(5, 2'000 * ms);
   CHECK(robot.link.newest_possible(2'000 * ms) == 6);
 }
+
+TEST_CASE("every joint's positions tell how fast it went, the first one's too") {
+  Robot robot;
+  robot.announce(first);
+  robot.state(1, 1'000 * ms);
+  for (double& position : robot.positions) position += 0.1;
+  robot.state(2, 1'050 * ms);
+  for (std::size_t i = 0; i < measured_count; ++i) {
+    CAPTURE(i);
+    CHECK(robot.link.state().travel_speeds[i] == doctest::Approx(2.0).epsilon(1e-3));
+  }
+}

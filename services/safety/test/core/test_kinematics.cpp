@@ -6,7 +6,8 @@
 
 #include "boundary.hpp"
 #include "core/kinematics/forward_kinematics.hpp"
-#include "test_robot.hpp"
+#include "core/modes/commanded_motion.hpp"
+#include "free_arm.hpp"
 
 using namespace fairlead;
 using namespace fairlead::test;
@@ -112,4 +113,45 @@ TEST_CASE("a joint slides along its axis as its own frame is turned") {
   tilted.rotation_xyzw = {half, 0.0, 0.0, half};  // a quarter about x
   tilted.axis = {0, 1, 0};
   check_position(link_pose(tree_of({root_link, tilted}), at(0, 0.25, 0), 0, 1), 0.5, 0.0, 0.25);
+}
+
+namespace {
+
+Eigen::Quaterniond about(const Eigen::Vector3d& axis, double angle) {
+  return Eigen::Quaterniond(Eigen::AngleAxisd(angle, axis));
+}
+
+}  // namespace
+
+TEST_CASE("a rotation is told along the axes of its frame, whichever way both are turned") {
+  // The column turns about z and the wrist about y: seen from the column, that alone is left.
+  MeasuredState state = free_arm::at_rest();
+  state.positions[free_arm::turn_z] = 0.7;
+  state.positions[free_arm::turn_y] = 0.4;
+  const Kinematics tree = free_arm::tree();
+  const auto seen_from = [&](std::size_t frame) {
+    return link_pose(tree, state, frame, free_arm::tool_link).rotation;
+  };
+  const auto y = Eigen::Vector3d::UnitY(), z = Eigen::Vector3d::UnitZ();
+  CHECK(angle_between(seen_from(1), about(y, 0.4)) < 1e-7);
+  CHECK(angle_between(seen_from(0), about(z, 0.7) * about(y, 0.4)) < 1e-7);
+}
+
+TEST_CASE("a twist is turned by every joint between its own and the frame it is told in") {
+  MeasuredState state = free_arm::at_rest();
+  state.positions[free_arm::turn_z] = half_pi;
+  state.velocities[free_arm::turn_y] = 0.5;
+  state.velocities[free_arm::slide_x] = 0.25;
+  const Twist twist = link_twist(free_arm::tree(), state, 0, free_arm::tool_link);
+  CHECK((twist.angular - Eigen::Vector3d(-0.5, 0.0, 0.0)).norm() < 1e-12);
+  CHECK((twist.linear - Eigen::Vector3d(0.0, 0.25, 0.0)).norm() < 1e-12);
+}
+
+TEST_CASE("a pose moves along the axes that the motion is told in, before its own rotation") {
+  const auto x = Eigen::Vector3d::UnitX(), y = Eigen::Vector3d::UnitY(),
+             z = Eigen::Vector3d::UnitZ();
+  const Pose pose{{1.0, 2.0, 3.0}, about(y, 0.3)};
+  const Pose after = moved(pose, about(z, half_pi), Twist{{0.5, 0.0, 0.0}, {0.0, 0.25, 0.0}});
+  CHECK((after.position - Eigen::Vector3d(1.0, 2.5, 3.0)).norm() < 1e-12);
+  CHECK(angle_between(after.rotation, about(x, -0.25) * about(y, 0.3)) < 1e-7);
 }

@@ -263,3 +263,16 @@ TEST_CASE("each axis of a pose's box has its own range") {
       CHECK(fault.find(std::string("parts.arm.modes.cartesian_pose ") + "xyz"[axis]) == 0);
     }
 }
+
+TEST_CASE("what a base carries drifts by a finite distance, or by none") {
+  const auto fault = [](double BaseLimits::*field, double value) {
+    return fault_after([=](Limits& l) { l.base.*field = value; });
+  };
+  for (const auto& [name, field] :
+       {std::pair{"base.tool_drift", &BaseLimits::tool_drift},
+        std::pair{"base.clearance_drift", &BaseLimits::clearance_drift}}) {
+    CHECK(fault(field, 0.0).empty());
+    CHECK(fault(field, 0.25).empty());
+    for (const double bad : {-0.001, endless, unset}) CHECK(fault(field, bad).starts_with(name));
+  }
+}

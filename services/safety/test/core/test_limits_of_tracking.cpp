@@ -214,3 +214,12 @@ TEST_CASE("the gate's own deadline has to end before the states are too old") {
   CHECK_FALSE(fault(100'000, 100).empty());
   CHECK_FALSE(fault(1'000'000, 250).empty());
 }
+
+TEST_CASE("a second person is waited for by an hour at most, or not at all") {
+  const auto fault = [](std::uint32_t seconds) {
+    return fault_after([=](Limits& l) { l.protocol.second_person_s = seconds; });
+  };
+  CHECK(fault(0).empty());
+  CHECK(fault(3600).empty());
+  CHECK(fault(3601) == "protocol.second_person_s: expected 0 to 3600, got 3601");
+}

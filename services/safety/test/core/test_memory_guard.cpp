@@ -4,7 +4,11 @@
 
 #include <doctest/doctest.h>
 
+#include <memory>
 #include <vector>
+
+#include "core/monitor/self_monitor.hpp"
+#include "test_robot.hpp"
 
 using namespace fairlead;
 
@@ -43,4 +47,21 @@ TEST_CASE("G050 a slice is read 4 ms after the last at the earliest") {
   CHECK_FALSE(guard.read_on(1007 * ms));
   CHECK_FALSE(guard.read_on(1008 * ms));
   CHECK(guard.read_on(1012 * ms));
+}
+
+TEST_CASE("G050 a pass of a claim's own limits has ended when all of them are read, not before") {
+  const Limits limits = test::test_limits();
+  const auto model = std::make_unique<RobotModel>(limits);
+  SelfMonitor monitor(limits, *model);
+  const auto claims = std::make_unique<ClaimTable>();
+  const std::vector<std::uint8_t> bytes(2, 7);  // two slices; the limits have two hundred
+  LiveClaim& claim = *claims->free_place();
+  claim.guard = MemoryGuard{Bytes(bytes)};
+  for (const bool live : {true, false}) {
+    claim.id = live ? 1 : 0;
+    std::uint64_t now_ns = live ? 1000 * ms : 2000 * ms;
+    CHECK_FALSE(monitor.read_on(now_ns, *claims));
+    CHECK(monitor.read_on(now_ns + 4 * ms, *claims) == live);
+    CHECK_FALSE(monitor.read_on(now_ns + 8 * ms, *claims));
+  }
 }

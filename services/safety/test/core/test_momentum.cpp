@@ -102,6 +102,22 @@ TEST_CASE("G024 realtime: of what acts already, the share that leads too far fir
   CHECK(free_arm::judge(limits, stops.chunk, at_rest(), before).evidence.ok());
 }
 
+TEST_CASE(
+    "G024 realtime: what acts already may go on for a tick, what a later row starts from not") {
+  // 1 m/s acts, 0.05 m, then goes on for a row or a tick, 0.05 m, and brakes in 0.1 m. The row
+  // after that tells it to stay where it is then.
+  Limits limits = between(-2.0, 0.2 + eps);
+  const ChunkBuilder acts = one_joint(Mode::joint_velocity, slide_x, {1.0});
+  const ChunkBuilder goes_on = one_joint(Mode::joint_velocity, slide_x, {1.0, 0.0, 0.0});
+  RowBefore before{&acts.chunk, 0};
+  before.measured = false;
+  CHECK(free_arm::judge(limits, goes_on.chunk, at_rest(), before).evidence.ok());
+  limits.joints[slide_x].bounds.upper = 0.2 - eps;
+  const Evidence evidence = free_arm::judge(limits, goes_on.chunk, at_rest(), before).evidence;
+  CHECK(evidence.code == 24);
+  CHECK(evidence.row == 0);
+}
+
 TEST_CASE("G032 a post on the way of braking is not jumped over, in either direction") {
   Limits limits = between(-2.0, 2.0);
   limits.collision.capsules[1] = {tool_link, {0, 0, 0}, {0, 0, 0}, 0.005};

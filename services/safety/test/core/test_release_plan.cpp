@@ -253,3 +253,22 @@ TEST_CASE("before a hold came nothing, and before a row of a release that is for
   CHECK(plan->act_before(row(99, 2)).hold != 0);
   CHECK(same_act(plan->act_before(row(7, 2)), row(7, 1)));
 }
+
+TEST_CASE("rows of a claim that has ended act until the last tick that was granted, no longer") {
+  const auto claim = std::make_unique<LiveClaim>();
+  Released release;
+  release.first_tick = 100;
+  release.row_count = 16;
+  claim->id = 1;
+  CHECK(claim->end_tick_of(release) == 116);
+  claim->id = 0;
+  claim->leaves_by = 110;
+  CHECK(claim->is_leaving());
+  CHECK(claim->end_tick_of(release) == 111);
+  release.row_count = 11;
+  CHECK(claim->end_tick_of(release) == 111);
+  release.row_count = 8;  // it has no more
+  CHECK(claim->end_tick_of(release) == 108);
+  claim->leave();
+  CHECK_FALSE(claim->is_leaving());
+}

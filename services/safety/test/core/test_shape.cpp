@@ -33,6 +33,7 @@ TEST_CASE("G007 the horizon lies between 1 and the claim's maximum") {
     builder.scalar(gripper, Mode::gripper_position, Row(64, 0.04));
     builder.chunk.horizon = horizon;
     CHECK(shape(builder.chunk).code == 7);
+    CHECK(shape(builder.chunk).limit == (horizon == 0 ? 1 : 64));
   }
   ChunkBuilder nine;
   nine.scalar(gripper, Mode::gripper_position, Row(9, 0.04));

@@ -180,3 +180,22 @@ TEST_CASE("without a tool, a pair and a volume to keep out of there is nothing t
   CHECK_FALSE(ShapeCheck(some, turning).has_nothing());
   CHECK(ShapeCheck(some, JointSet{1} << slide_x).has_nothing());
 }
+
+TEST_CASE("a tool that nothing commanded moves is not looked at, whatever it is clear by") {
+  // The flag hangs on the column and is 0.25 m from the wall; the slide moves the arm's tool only.
+  Limits limits = flag();
+  limits.collision.pairs.clear();
+  limits.workspace.volumes.erase_at(1);
+  const RobotModel model(limits);
+  const DisplacementBound bound(model, Joints{}, going(0.0, 1.0));
+  FramePoses poses;
+  poses.place(model, Joints{});
+  const auto near_count = [&](JointSet commanded) {
+    ShapeCheck check(model, commanded);
+    Clearance found;
+    CHECK(check.check(poses, poses, bound, found).ok());
+    return found.near_count;
+  };
+  CHECK(near_count(JointSet{1} << slide_x) == 0);
+  CHECK(near_count(turning) == 1);
+}

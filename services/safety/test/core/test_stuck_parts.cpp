@@ -1,5 +1,7 @@
 // G041: what begins anew for a part whose tool or base is told to move, and what is no change.
 
+#include <functional>
+
 #include "stuck_limits.hpp"
 #include "tracked_rig.hpp"
 
@@ -60,4 +62,48 @@ TEST_CASE("G041 arming begins anew for a tool") {
     rig.ready();
     rig.hold();
   }
+}
+
+namespace {
+
+// The row in which the gate stops of those that turn a part by so much each, 0: in none.
+int stops_in(const std::function<void(Limits&)>& change, std::uint8_t part, Mode mode,
+             std::size_t axis, double each) {
+  TrackedRig rig(true, [&](Limits& limits) {
+    narrow(limits);
+    limits.parts[base].modes.body_twist.gain = {1.0, 1.0};
+    change(limits);
+  });
+  rig.begin(ChunkBuilder().along(part, mode, axis, Row(6, each)));
+  for (int row = 1; row <= 6; ++row) {
+    rig.act();
+    if (rig.stopped()) return row;
+  }
+  return 0;
+}
+
+}  // namespace
+
+TEST_CASE("G041 a base that turns in place moves nothing ahead: its slides' dead band counts") {
+  const auto wide_turn = [](Limits& limits) { limits.joints[base_yaw].dead_band = 0.25; };
+  // 6 mm a row: beyond 1/64 m in the third.
+  CHECK(stops_in(wide_turn, base, Mode::body_twist, 0, 0.12) == 3);
+  CHECK(stops_in(wide_turn, base, Mode::body_twist, 5, 0.6) == 0);  // 0.18 rad
+}
+
+TEST_CASE("G041 a turn may move a tool by as much as all links between them are long, either way") {
+  // arm_1 turns about the column, the tool is 0.7 m off; its dead band of 1/64 rad is 11 mm there.
+  const auto tool_at = [](double aside, double up) {
+    return [=](Limits& limits) {
+      limits.joints[arm_2].dead_band = 0.0;
+      limits.kinematics.links[3].translation = {0.4, aside, up};
+    };
+  };
+  const auto stops = [&](double aside, double up) {
+    return stops_in(tool_at(aside, up), arm, Mode::cartesian_delta, 0, 0.004);
+  };
+  CHECK(stops(0.0, 0.0) == 3);
+  CHECK(stops(0.3, 0.0) == 4);  // 0.8 m: 12.5 mm
+  CHECK(stops(0.0, 0.3) == 4);
+  CHECK(stops(0.4, 0.4) == 4);  // 0.993 m: 15.5 mm
 }

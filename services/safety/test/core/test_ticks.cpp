@@ -209,3 +209,29 @@ TEST_CASE("G013 a hal/status near the last tick there is leaves room for every f
   rig.send_state();
   CHECK(rig.arm().epoch != 0);
 }
+
+TEST_CASE("G013 a first state that is too far ahead is said once in each session") {
+  GateRig rig(true);
+  const auto first_state_of = [&rig](std::uint64_t session) {
+    rig.session = session;
+    rig.tick = 200'000;
+    rig.send_state();
+    std::size_t said = 0;
+    for (const Output& output : rig.out->items()) {
+      const Bytes line = rig.out->payload(output);
+      said += output.kind == OutputKind::log &&
+                      std::string(line.begin(), line.end()).starts_with("G013 the first")
+                  ? 1U
+                  : 0U;
+    }
+    return said;
+  };
+  rig.send_hal_status(5);
+  CHECK(first_state_of(5) == 1);
+  CHECK(first_state_of(5) == 0);
+  rig.send_hal_status(6);
+  rig.now_ns += 600 * ms;
+  CHECK(first_state_of(6) == 1);
+  CHECK(rig.status().session == 6);
+  CHECK(first_state_of(6) == 0);
+}

@@ -183,3 +183,18 @@ TEST_CASE("a motion is made in six steps at most, of which each leaves what the 
       std::sin(half_angle) * (moved.joints[free_arm::slide_x] - moved.joints[free_arm::slide_y]);
   CHECK(aside == doctest::Approx(0.1 * (1.0 - 1.0 / 64.0)));
 }
+
+TEST_CASE("the first step to a pose is all of the straight way, from where the joints are") {
+  for (const double way : {0.25, -3.0}) {  // one step, and several
+    const Limits limits = free_arm::limits();
+    const RobotModel model(limits);
+    Joints joints{}, first_step{};
+    joints[free_arm::slide_y] = 0.125;
+    FramePoses poses;
+    poses.place(model, joints);
+    const FramePose target{Eigen::Matrix3d::Identity(), {0.7 + way, 0.125, 0.5}};
+    CHECK(reach_pose(model, model.tools[arm], target, poses, joints, first_step).ok());
+    CHECK(first_step[free_arm::slide_x] == doctest::Approx(way).epsilon(1e-3));
+    CHECK(first_step[free_arm::slide_y] == doctest::Approx(0.125).epsilon(1e-2));
+  }
+}

@@ -219,3 +219,19 @@ TEST_CASE("a hash has 32 bytes, and a record as many fields as it has") {
     CHECK(decode(other, state) == FrameFault::arity);
   }
 }
+
+TEST_CASE("a frame that is too long is at fault at the first byte beyond what is looked at") {
+  const Frame frame(max_frame_bytes + 1, 0);
+  ActionChunk chunk;
+  std::size_t at = 7;
+  CHECK(decode(Bytes(frame), chunk, at) == FrameFault::oversized);
+  CHECK(at == max_frame_bytes);
+}
+
+TEST_CASE("only an ActionChunk has the head of one") {
+  ChunkHead head;
+  CHECK(read_chunk_head(ChunkBuilder().frame(), head));
+  CHECK_FALSE(read_chunk_head(frame_of(JointState{}), head));
+  CHECK_FALSE(read_chunk_head(frame_of(Heartbeat{5}), head));
+  CHECK_FALSE(read_chunk_head(Frame{}, head));
+}
