@@ -140,7 +140,8 @@ class Hunt:
         self.home = {}  # a file's constants are read before any test: every test of it counts
         for file in set(self.wanted.values()):
             ids = {mutant for mutant, name in self.wanted.items() if name == file}
-            self.home[file] = [case for case in self.cases if case.reached & ids]
+            reading = [case for case in self.cases if case.reached & ids]
+            self.home[file] = reading or self.cases  # a header of nothing but a constant
 
     def tests_of(self, mutant: int) -> list[TestCase]:
         """Tests that may notice it, the likeliest and quickest first.
