@@ -88,6 +88,10 @@ TEST_CASE("a row that the gate did not release latches it; one that it released 
     rig.next_tick_of({row_of(safe, 1), Acted{1, 0, 0}, row_of(safe, 1), Acted{1, 0, 0}});
     CHECK(rig.gate->state() == GateState::latched);
   }
+  SUBCASE("the next, by the part that it has given others to") {
+    rig.next_tick_of({Acted{1, 0, 0}, Acted{1, 0, 0}, Acted{0, first + 1, 0}, Acted{1, 0, 0}});
+    CHECK(rig.gate->state() == GateState::latched);
+  }
   SUBCASE("one of a claim that has ended") {
     rig.send(EventKind::release, Release{"runner", rig.claim_id});
     rig.next_tick(row_of(safe, 1));

@@ -162,3 +162,20 @@ TEST_CASE("realtime: rows of a claim that has ended count until its parts are se
     }
   }
 }
+
+TEST_CASE("realtime: rows of a claim that has ended are not judged again, wherever they lead") {
+  for (const bool tool_first : {true, false}) {
+    for (const bool ended : {false, true}) {
+      CAPTURE(tool_first);
+      CAPTURE(ended);
+      Crossing rig(tool_first);
+      rig.advance(0.025, Acted{0, rig.sledge, 0}, Acted{0, rig.tool, 0});
+      if (ended) rig.send(EventKind::release, Release{"runner", rig.sledge_claim});
+      rig.positions[base_x] = 0.3;  // pushed to the side, towards the pillar
+      rig.advance(0.05, Acted{0, rig.sledge, 1}, Acted{0, rig.tool, 1});
+      bool is_told = false;
+      for (const Verdict& verdict : rig.verdicts()) is_told |= verdict.claim_id == rig.sledge_claim;
+      CHECK(is_told == !ended);
+    }
+  }
+}
