@@ -15,6 +15,33 @@ TEST_CASE("a gate draws its first epoch, then half of what its verdicts count on
   CHECK(rig.send_chunk(rig.chunk()).verdict_id == 503);
 }
 
+namespace {
+
+// An epoch, then 1: of that no half is left, and verdicts count from 1.
+class SmallIds : public IdSource {
+ public:
+  std::uint64_t next_id() override { return ++drawn_ == 2 ? 1 : 1000 + drawn_; }
+
+ private:
+  std::uint64_t drawn_ = 0;
+};
+
+}  // namespace
+
+TEST_CASE("verdict 1 is one like any other: its row is the gate's own, also after its claim") {
+  SmallIds ids;
+  GateRig rig;
+  rig.gate = std::make_unique<Gate>(rig.limits, ids);
+  rig.gate->boot(rig.now_ns, BootInfo{true, false, {}}, *rig.out);
+  rig.ready();
+  REQUIRE(rig.send_chunk(rig.chunk()).verdict_id == 1);
+  rig.next_tick();
+  rig.next_tick(Acted{0, 1, 0});
+  rig.send(EventKind::release, Release{"runner", rig.claim_id});
+  rig.next_tick(Acted{0, 1, 1});
+  CHECK(rig.gate->state() == GateState::armed);
+}
+
 TEST_CASE("HAL session 1 is followed like any other, and once left is never followed again") {
   GateRig rig;
   rig.session = 1;

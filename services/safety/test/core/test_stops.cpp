@@ -65,6 +65,8 @@ TEST_CASE("more stops than there is room for keep the gate stopped") {
     rig.send(EventKind::stop_level, StopLevel{id, "flood", ""});
   CHECK(rig.gate->state() == GateState::stopped);
   CHECK(rig.status().stop_ids.size() == max_stops);
+  for (std::uint64_t id = 1; id <= max_stops; ++id)  // the last place is for all others
+    CHECK(rig.status().stop_ids.contains(id) == (id < max_stops));
   rig.reset(1);
   rig.send(EventKind::stop_level, StopLevel{max_stops + 1, "flood", ""});
   CHECK(rig.status().stop_ids.contains(max_stops + 1));

@@ -63,6 +63,23 @@ TEST_CASE("G006 only the newest waiting chunk is kept, and a claim that ended ha
   CHECK(rig.count(OutputKind::verdict) == 0);
 }
 
+TEST_CASE(
+    "G006 what waits for its state when its claim ends is not judged for the next in its place") {
+  for (const bool lockstep : {true, false}) {
+    GateRig rig(lockstep);
+    rig.ready();
+    ChunkBuilder chunk = rig.chunk();
+    chunk.chunk.obs_tick = chunk.chunk.oldest_tick = chunk.chunk.start_tick = rig.tick + 1;
+    rig.send_frame(EventKind::candidate, chunk.frame(), "runner");
+    REQUIRE(rig.count(OutputKind::verdict) == 0);
+    rig.send(EventKind::release, Release{"runner", rig.claim_id});
+    if (!lockstep) rig.next_tick();  // what it was granted may act until then
+    rig.take_claim();
+    rig.next_tick();
+    CHECK(rig.count(OutputKind::verdict) == 0);
+  }
+}
+
 TEST_CASE("G006 more than one tick ahead is refused, and five times in 20 ticks stop") {
   GateRig rig;
   rig.ready();
