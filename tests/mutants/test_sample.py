@@ -43,6 +43,7 @@ def compile_and_link(texts: dict[str, str], folder: Path) -> Path:
 
 
 @pytest.mark.soak
+@pytest.mark.processes
 def test_every_mutant_of_a_fixed_sample_is_noticed(tmp_path: Path) -> None:
     """Not in make test: each edit of these files draws another sample, whose survivors are new."""
     population = populate(FILES)

@@ -179,3 +179,20 @@ TEST_CASE("realtime: rows of a claim that has ended are not judged again, wherev
     }
   }
 }
+
+TEST_CASE("realtime: the last row that an ended claim was granted counts while it may act") {
+  // 75 ms of 8 ms each: ten ticks from its end on. The sledge's ball is 0.33 m beside the tool's
+  // way; one row more takes it to 0.28 m.
+  for (const int ticks : {9, 10, 11}) {
+    CAPTURE(ticks);
+    TwoClaims rig(true, 0.55);
+    const std::uint64_t sledge = rig.begin(rig.sledge_claim, base, base_y);
+    rig.advance(0.0, no_row, no_row);
+    rig.send(EventKind::release, Release{"runner", rig.sledge_claim});
+    for (int i = 0; i < ticks; ++i) {
+      if (i == ticks - 1) rig.positions[base_y] = 0.12;
+      rig.advance(0.0, Acted{0, sledge, static_cast<std::uint32_t>(i)}, no_row);
+    }
+    CHECK(rig.ask(rig.tool_claim, fairlead::test::arm, arm_1).code == (ticks <= 10 ? 32 : 0));
+  }
+}

@@ -115,11 +115,10 @@ bool LiveClaim::has_parts_of(const LiveClaim& other) const {
                      [&](std::size_t part) { return other.covers(part); });
 }
 
-std::uint64_t ClaimLife::past_seq_of(const Name& source) const {
-  std::uint64_t newest = 0;
-  for (const PastSequence& one : past)
-    if (one.source == source) newest = std::max(newest, one.last_seq);
-  return newest;
+PastSequence& ClaimLife::past_of(const Name& source) {
+  for (PastSequence& one : past)
+    if (one.source == source) return one;
+  return past[past_count++ % past.size()] = {source, 0};
 }
 
 void LiveClaim::continue_as(const LiveClaim& next) {
@@ -128,14 +127,13 @@ void LiveClaim::continue_as(const LiveClaim& next) {
   life.until_tick = until_tick;
   life.past = past;
   life.past_count = past_count;
-  life.past[life.past_count++ % life.past.size()] = {source, last_seq};
-  life.last_seq = life.past_seq_of(next.source);
+  life.past_of(source).last_seq = last_seq;
+  life.last_seq = life.past_of(next.source).last_seq;
   if (source == next.source) {  // offered to itself: what it may send is no more for that
     life.ahead = ahead;
     life.bad_frames = bad_frames;
     life.admitted = admitted;
   }
-  life.repeat = repeat;
   life.refused_tick = refused_tick;
   life.refused_verdict = refused_verdict;
   static_cast<ClaimLife&>(*this) = life;

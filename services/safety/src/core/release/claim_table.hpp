@@ -114,7 +114,7 @@ struct PastSequence {
 struct ClaimLife {
   bool hal_follows = false;  // the HAL has executed a row of this claim
   std::uint64_t last_seq = 0;
-  std::array<PastSequence, 8> past;  // of who held it before: a ring
+  std::array<PastSequence, 8> past;  // of who held it: a ring
   std::size_t past_count = 0;
   TickWindow<16> ahead;       // G006: more than one tick ahead
   TickWindow<16> bad_frames;  // G001
@@ -130,7 +130,7 @@ struct ClaimLife {
   std::uint64_t leaves_by = 0;
 
   /// How far this source had got when it handed the claim over; 0 if it never held it.
-  [[nodiscard]] std::uint64_t past_seq_of(const Name& source) const;
+  PastSequence& past_of(const Name& source);
 };
 
 struct LiveClaim : ClaimLife {

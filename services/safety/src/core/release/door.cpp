@@ -43,8 +43,8 @@ bool Door::has_released(std::size_t part, const Acted& acted) const {
   if (holder != nullptr && told_to(part, holder->plan.row_of(acted), limits_).action != nullptr)
     return true;
   return std::any_of(sent_.begin(), sent_.end(), [&](const Sent& sent) {
-    return sent.verdict_id == acted.verdict_id && sent.verdict_id != 0 &&
-           acted.row < sent.row_count && (sent.parts >> part & 1U) != 0;
+    return sent.verdict_id == acted.verdict_id && acted.row < sent.row_count &&
+           (sent.parts >> part & 1U) != 0;
   });
 }
 

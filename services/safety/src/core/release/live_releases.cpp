@@ -14,7 +14,7 @@ void LiveReleases::begin_tick() {
 // Until a state shows that the parts hold, or no lease grants its rows any more.
 void LiveReleases::begin_tick_of_left(LiveClaim& claim) {
   claim.plan.begin_tick(hal_.tick(), rows_.acted_of(claim));
-  if (claim.plan.expected().hold != 0 || hal_.tick() >= claim.leaves_by) claim.leave();
+  if (claim.plan.expected().hold != 0 || hal_.tick() > claim.leaves_by) claim.leave();
 }
 
 void LiveReleases::begin_tick_of(LiveClaim& claim) {
