@@ -243,7 +243,7 @@ def test_a_second_goal_is_refused_while_one_runs_and_accepted_afterwards(
         world.start_goal()
     assert str(caught.value) == (
         f"runner refused: goal {first:016x} of skill {SKILL.id} is still running\n"
-        "  try: fairlead status"
+        "  try: fairlead cancel runner"
     )
     world.cancel(first)
     world.result(first)

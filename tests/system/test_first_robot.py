@@ -69,7 +69,7 @@ def test_my_first_robot_brings_a_robot_that_moves(
     new, unasked, _, run, asked, _ = walked(newcomer, "my-first-robot.md")
     assert "hal_mujoco cannot move it" not in new
     assert re.search(r"^HAL +open +none runs on this machine", unasked, re.M)
-    assert "my-wave deadline after 6" in run
+    assert "my-arm-wave deadline after 6" in run
     assert re.search(r"^HAL +ok +joints, parts, modes and period as in robot.yaml", asked, re.M)
     assert farthest(newcomer, monkeypatch) > WAVED_RAD
 

@@ -6,7 +6,6 @@ import asyncio
 import logging
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import NamedTuple
 
 import msgspec
 
@@ -40,18 +39,6 @@ from fairlead_skill_runner.run_setup import RunSetup
 from fairlead_skill_runner.trace import TraceWriter
 
 
-class Offered(NamedTuple):
-    """What is left of a goal whose claim the next one may go on with.
-
-    Attributes:
-        beating: keeps the claim alive.
-        next_seq: above the numbers of its chunks.
-    """
-
-    beating: asyncio.Task[None]
-    next_seq: int
-
-
 @dataclass(frozen=True)
 class Surroundings:
     """What every goal of a runner shares."""
@@ -63,10 +50,13 @@ class Surroundings:
     heartbeat: Publisher
     trace_file: Path | None
     tasks: asyncio.TaskGroup
-    offered: dict[int, Offered] = field(default_factory=dict)
-    """The claims that this runner's next goal may go on with."""
+    offered: dict[int, asyncio.Task[None]] = field(default_factory=dict)
+    """What keeps the claims alive that this runner's next goal may go on with."""
+    next_seqs: dict[int, int] = field(default_factory=dict)
+    """Of claims that were handed on: above the numbers sent under them, should they come back."""
 
 
+MOST_HANDED_ON = 16
 HAND_OVER_S = 2.0
 """How long a claim is kept alive for the next goal."""
 
@@ -94,7 +84,7 @@ class GoalRun:
         self._loading: asyncio.Task[None] | None = None
         self._cancelled_by = ""
         self._ended = asyncio.Event()
-        self._left: dict[int, Offered] = {}  # to this goal, and not taken by it
+        self._left: dict[int, asyncio.Task[None]] = {}  # to this goal, and not taken by it
         self._log = logging.getLogger(around.source)
 
     def cancel(self, by: str) -> None:
@@ -176,7 +166,6 @@ class GoalRun:
         around = self._around
         beating = around.tasks.create_task(beat(around.heartbeat, claim.claim_id), name="heartbeat")
         self._log.info("goal %016x has claim %016x", self.goal_id, claim.claim_id)
-        before = self._left.get(claim.claim_id)
         self._leave()  # what it has not taken ends without heartbeats
         lost, offered_to = False, ""
         trace = TraceWriter(around.trace_file) if around.trace_file is not None else None
@@ -193,7 +182,7 @@ class GoalRun:
                 claim,
                 self._admission.robot,
                 handed_over,
-                1 if before is None else before.next_seq,
+                around.next_seqs.pop(claim.claim_id, 1),
             )
             result = await self._follow(setup, trace)
             lost = result.kind == "claim_lost"
@@ -202,9 +191,12 @@ class GoalRun:
             return await self._with_cause(result) if lost else result
         finally:
             if offered_to:
-                if offered_to == around.source and self.executor is not None:
-                    offered = Offered(beating, self.executor.next_seq)
-                    around.offered[claim.claim_id] = offered
+                if self.executor is not None:
+                    around.next_seqs[claim.claim_id] = self.executor.next_seq
+                    for old in list(around.next_seqs)[:-MOST_HANDED_ON]:
+                        del around.next_seqs[old]
+                if offered_to == around.source:
+                    around.offered[claim.claim_id] = beating
                 asyncio.get_running_loop().call_later(HAND_OVER_S, beating.cancel)
             else:
                 beating.cancel()
@@ -216,8 +208,8 @@ class GoalRun:
     def _leave(self) -> tuple[int, ...]:
         """Beat no more for what was offered to this goal; returns these claims."""
         claims = tuple(self._left)
-        for offered in self._left.values():
-            offered.beating.cancel()
+        for beating in self._left.values():
+            beating.cancel()
         self._left.clear()
         return claims
 
