@@ -191,19 +191,24 @@ class GoalRun:
             return await self._with_cause(result) if lost else result
         finally:
             if offered_to:
-                if self.executor is not None:
-                    around.next_seqs[claim.claim_id] = self.executor.next_seq
-                    for old in list(around.next_seqs)[:-MOST_HANDED_ON]:
-                        del around.next_seqs[old]
-                if offered_to == around.source:
-                    around.offered[claim.claim_id] = beating
-                asyncio.get_running_loop().call_later(HAND_OVER_S, beating.cancel)
+                self._hand_on(claim.claim_id, offered_to, beating)
             else:
                 beating.cancel()
             if not lost:
                 await self._release(claim.claim_id, offered_to)
             if trace is not None:
                 await asyncio.to_thread(trace.close)
+
+    def _hand_on(self, claim_id: int, offered_to: str, beating: asyncio.Task[None]) -> None:
+        """Keep the claim alive for whom it is offered to, and the count for when it comes back."""
+        around = self._around
+        if self.executor is not None:
+            around.next_seqs[claim_id] = self.executor.next_seq
+        for old in list(around.next_seqs)[:-MOST_HANDED_ON]:
+            del around.next_seqs[old]
+        if offered_to == around.source:
+            around.offered[claim_id] = beating
+        asyncio.get_running_loop().call_later(HAND_OVER_S, beating.cancel)
 
     def _leave(self) -> tuple[int, ...]:
         """Beat no more for what was offered to this goal; returns these claims."""
