@@ -1,4 +1,4 @@
-"""Ctrl-C on ``fairlead run``: the goal is known to have ended, or the robot is stopped."""
+"""Ctrl-C on ``fairlead run``, or its end by another signal: the goal is known to have ended, or the robot is stopped."""
 
 from __future__ import annotations
 
@@ -54,11 +54,12 @@ def run_until_it_moves(robot: ScratchRobot, registry: Path) -> subprocess.Popen[
     return run
 
 
+@pytest.mark.parametrize("ending", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_an_interrupted_run_says_how_the_goal_ended_and_disarms(
-    robot: ScratchRobot, tmp_path: Path
+    robot: ScratchRobot, tmp_path: Path, ending: signal.Signals
 ) -> None:
     run = run_until_it_moves(robot, tmp_path / "registry")
-    run.send_signal(signal.SIGINT)
+    run.send_signal(ending)
     said, errors = run.communicate(timeout=30.0)
     assert (run.returncode, "cancelled" in said) == (130, True), said + errors
     assert robot.client.gate_status().state == GateState.DISARMED

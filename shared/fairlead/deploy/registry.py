@@ -126,7 +126,8 @@ class Registry:
 
     def kept_file(self, file: Path) -> Path | None:
         """The copy of the file of a deployment that runs, as it was then; None: there is none."""
-        names = [entry.name for entry in self.entries() if entry.deployment == str(file)]
+        whole = str(file.absolute())
+        names = [entry.name for entry in self.entries() if entry.deployment == whole]
         kept = [self._path(name, "yaml") for name in names]
         return next((path for path in kept if path.is_file()), None)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Annotated, Any
 
 import msgspec
@@ -120,14 +120,7 @@ def run_command(
         told: list[dict[str, Any]] = []
         try:
             with armed(client, confirmed=yes):
-                while run.current is not None:
-                    wish, following = wishes[run.current.name], run.following
-                    after = "" if following is None else wishes[following.name].runner
-                    wish = dataclasses.replace(wish, hand_over_to=after)
-                    progress = _run(client, wish, told if as_json else None)
-                    if progress.result is None:
-                        break
-                    run.ended(progress.result)
+                progress, runner = _run_all(client, run, wishes, told if as_json else None)
         finally:  # after Ctrl-C, too
             if as_json and told:
                 several = is_chain(skill) or then
@@ -136,9 +129,26 @@ def run_command(
     if is_chain(skill) and not as_json:
         print_ending(skill, run)
     if run.ending != "succeeded":
-        for hint in goal_hints(progress, gate, wish.runner):
+        for hint in goal_hints(progress, gate, runner):
             echo(hint, err=True)
         raise typer.Exit(1)
+
+
+def _run_all(
+    client: RobotClient,
+    run: ChainRun,
+    wishes: Mapping[str, GoalOptions],
+    told: list[dict[str, Any]] | None,
+) -> tuple[Progress, str]:
+    """One goal after the other; how the last one went, and which runner had it."""
+    while run.current is not None:
+        wish, following = wishes[run.current.name], run.following
+        after = "" if following is None else wishes[following.name].runner
+        progress = _run(client, dataclasses.replace(wish, hand_over_to=after), told)
+        if progress.result is None:
+            break
+        run.ended(progress.result)
+    return progress, wish.runner
 
 
 def _with_runner(wish: GoalOptions, deployment: Deployment) -> GoalOptions:
