@@ -1,4 +1,4 @@
-"""Ctrl-C on ``fairlead run``, or its end by another signal: the goal is known to have ended, or the robot is stopped."""
+"""A signal ends ``fairlead run``: the goal is known to have ended, or the robot is stopped."""
 
 from __future__ import annotations
 
