@@ -7,16 +7,16 @@ at the row and where braking ends, and at all that it looked at. Slow, and made 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-import coal
 import numpy as np
 import pinocchio
 
 from fairlead.messages import FloatArray
 from tests.differential.base_motion import base_change, told_velocities, zone_margin
+from tests.differential.posed_robot import PosedRobot
 from tests.differential.row_ends import Margins, RowEnd, RowMargins, Spread, least
 
 DAMPING = 0.02
@@ -33,17 +33,10 @@ class PathReference:
 
     def __init__(self, data: dict[str, Any], urdf: Path) -> None:
         self._data = data
-        self._model: Any = pinocchio.buildModelFromUrdf(str(urdf))
-        self._state: Any = self._model.createData()
+        self._robot = PosedRobot(data, urdf)
+        self.names = self._robot.names
         self._period = data["period_ns"] * 1e-9
-        measured = [*data["joints"], *data["passive_joints"]]
-        self.names = [joint["name"] for joint in measured]
         self._joints = data["joints"]
-        self._q_of = {
-            index: self._model.joints[self._model.getJointId(name)].idx_q
-            for index, name in enumerate(self.names)
-            if self._model.existJointName(name)
-        }
         self._parts = {part["name"]: part for part in data["parts"]}
 
     def rows(
@@ -64,7 +57,7 @@ class PathReference:
                 self._after(now, part, mode, row, gain)
                 for now, gain in zip(branches, gains, strict=True)
             ]
-            doubt = float((spread.highest - spread.lowest)[self._own(part)].max())
+            doubt = float((spread.highest - spread.lowest)[self._robot.own(part)].max())
             spread = spread.after(branches, [after.joints for after in ends], adds_up)
             base_now = max(map(self._base_share, branches, ends))
             drift, base_before = max(base_now, base_before), base_now
@@ -81,24 +74,42 @@ class PathReference:
             branches = [after.joints for after in ends]
             yield found
 
+    def reached(
+        self,
+        positions: FloatArray,
+        part: str,
+        mode: str,
+        values: FloatArray,
+        gains: Sequence[float],
+    ) -> list[FloatArray]:
+        """Where the rows lead, and where braking from there ends, if of each row that gain happens.
+        The robot stands still at first."""
+        for row, gain in zip(values, gains, strict=True):
+            before, positions = positions, self._after(positions, part, mode, row, gain).joints
+        return [
+            positions,
+            self._stopping(positions, (positions - before) / self._period, 1.0, True),
+        ]
+
+    def margin(self, positions: FloatArray, part: str, mode: str) -> float:
+        """What is left to the base's zones, or else to volumes."""
+        return self._at(positions, part, mode)[34 if part == "base" else 31]
+
     def start_margin(self, positions: FloatArray, part: str, mode: str) -> float:
         """The smallest margin where the robot stands."""
         found = self._at(positions, part, mode)
         if part == "base":
-            self._place(positions)
-            found |= {31: self._volume_margin(part), 32: self._capsule_margin()}
+            self._robot.place(positions)
+            found |= {31: self._robot.volume_margin(part), 32: self._robot.capsule_margin()}
         return min(found.values())
 
     def tool(self, positions: FloatArray, part: str) -> Any:
         """Where a part's tool is, an SE3."""
-        self._place(positions)
-        return self._frame(self._parts[part]["tool_frame"]).copy()
-
-    def _own(self, part: str) -> list[int]:
-        return [self.names.index(name) for name in self._parts[part]["joints"]]
+        self._robot.place(positions)
+        return self._robot.frame(self._parts[part]["tool_frame"]).copy()
 
     def _after(self, now: FloatArray, part: str, mode: str, row: FloatArray, gain: float) -> RowEnd:
-        after, own = now.copy(), self._own(part)
+        after, own = now.copy(), self._robot.own(part)
         if mode == "joint_position":
             after[own] = row[own]
         elif mode == "joint_velocity":
@@ -116,15 +127,15 @@ class PathReference:
     def _reach(self, after: FloatArray, part: str, goal: Any, is_pose: bool) -> FloatArray:
         """Least squares, until a step moves no joint much, or the tool is at the pose it has to be
         at. Says where one whole step leads."""
-        own, tool, straight = self._own(part), self._parts[part]["tool_frame"], after.copy()
+        own, tool, straight = self._robot.own(part), self._parts[part]["tool_frame"], after.copy()
         for index in range(POSE_STEPS if is_pose else MOST_STEPS):
-            self._place(after)
-            here = self._frame(tool)
+            self._robot.place(after)
+            here = self._robot.frame(tool)
             turned = pinocchio.log3(goal.rotation @ here.rotation.T)
             shift = goal.translation - here.translation
             if is_pose and max(np.linalg.norm(shift), np.linalg.norm(turned)) <= REACHED:
                 break
-            jacobian = self._jacobian(after, part)
+            jacobian = self._robot.jacobian(after, part)
             square = jacobian.T @ jacobian + DAMPING**2 * np.eye(len(own))
             step = np.linalg.solve(square, jacobian.T @ np.concatenate([shift, turned]))
             largest = float(np.abs(step).max())
@@ -148,15 +159,20 @@ class PathReference:
         """A base that moves: what it carries drifts, and stays where it is else."""
         if part != "base" or share == 0.0:
             return
-        self._place(now)
+        self._robot.place(now)
         base = self._data["base"]
-        for code, margin in ((31, self._volume_margin(part)), (32, self._capsule_margin())):
+        for code, margin in (
+            (31, self._robot.volume_margin(part)),
+            (32, self._robot.capsule_margin()),
+        ):
             drift = base["tool_drift" if code == 31 else "clearance_drift"]
             margins.at_ends[code] = margins.anywhere[code] = margin - share * drift
 
     def _slow_enough(self, part: str, now: FloatArray, after: RowEnd) -> float:
         """What is left to the slowest joint's velocity limit [rad/s], of the straight way too."""
-        limits = {joint: float(self._joints[joint]["velocity_limit"]) for joint in self._own(part)}
+        limits = {
+            joint: float(self._joints[joint]["velocity_limit"]) for joint in self._robot.own(part)
+        }
         fastest = np.maximum(np.abs(after.joints - now), np.abs(after.straight - now))
         return float(min(limit - fastest[i] / self._period for i, limit in limits.items()))
 
@@ -168,28 +184,6 @@ class PathReference:
         start = self.tool(now, part)
         turn = pinocchio.exp3(motion[3:]) @ start.rotation
         return pinocchio.SE3(turn, start.translation + motion[:3])
-
-    def _place(self, positions: FloatArray) -> None:
-        q = pinocchio.neutral(self._model)
-        for index, at in self._q_of.items():
-            q[at] = positions[index]
-        pinocchio.computeJointJacobians(self._model, self._state, q)
-        pinocchio.updateFramePlacements(self._model, self._state)
-
-    def _frame(self, link: str) -> Any:
-        return self._state.oMf[self._model.getFrameId(link)]
-
-    def _jacobian(self, positions: FloatArray, part: str) -> FloatArray:
-        self._place(positions)
-        return self._columns(self._parts[part]["tool_frame"], part)
-
-    def _columns(self, link: str, part: str) -> FloatArray:
-        """Of the link's Jacobian, those of a part's joints."""
-        frame = self._model.getFrameId(link)
-        whole = pinocchio.getFrameJacobian(
-            self._model, self._state, frame, pinocchio.LOCAL_WORLD_ALIGNED
-        )
-        return np.asarray(whole[:, [self._q_of[joint] for joint in self._own(part)]])
 
     def _stopping(
         self, after: FloatArray, speed: FloatArray, share: float, lags: bool
@@ -230,7 +224,7 @@ class PathReference:
         end = self._stopping(after, speed, 1.0, lags)
         ends = least([self._at(after, part, mode), self._at(end, part, mode)])
         furthest = np.where(speed > 0.0, spread.highest, spread.lowest) + end - after
-        ends[24] = min(self._towards(i, furthest, speed) for i in self._own(part))
+        ends[24] = min(self._towards(i, furthest, speed) for i in self._robot.own(part))
         shares = np.linspace(0.0, 1.0, LOOKS)
         way = [now + share * (after - now) for share in shares]
         way += [self._stopping(after, speed, share, lags) for share in shares]
@@ -255,45 +249,17 @@ class PathReference:
             found[33] -= more + was
 
     def _singularity_margin(self, positions: FloatArray, part: str) -> float:
-        values = np.linalg.svd(self._jacobian(positions, part), compute_uv=False)
+        values = np.linalg.svd(self._robot.jacobian(positions, part), compute_uv=False)
         return float(values.min()) - float(self._parts[part]["singularity_limit"])
 
     def _at(self, positions: FloatArray, part: str, mode: str) -> Margins:
         if part == "base":
             return {34: self._zone_margin(positions)}
-        self._place(positions)
-        found = {31: self._volume_margin(part), 32: self._capsule_margin()}
+        self._robot.place(positions)
+        found = {31: self._robot.volume_margin(part), 32: self._robot.capsule_margin()}
         if mode.startswith("cartesian"):
             found[33] = self._singularity_margin(positions, part)
         return found
 
-    def _volume_margin(self, part: str) -> float:
-        margin = math.inf
-        for link in {one["tool_frame"] for one in self._parts.values()} - {None}:
-            if part != "base" and not self._columns(link, part).any():
-                continue  # another part's, and this one does not move it
-            tool = self._frame(link).translation
-            for volume in self._data["workspace"]["volumes"]:
-                inside = np.minimum(tool - volume["lower"], np.subtract(volume["upper"], tool))
-                margin = min(margin, float(inside.min()))
-        return margin
-
-    def _capsule(self, index: int) -> tuple[coal.Capsule, coal.Transform3s]:
-        shape = self._data["collision"]["capsules"][index]
-        a, b = (self._frame(shape["link"]).act(np.array(shape[end])) for end in "ab")
-        length = float(np.linalg.norm(b - a))
-        axis = (b - a) / length if length > 0.0 else np.array([0.0, 0.0, 1.0])
-        turn = pinocchio.Quaternion.FromTwoVectors(np.array([0.0, 0.0, 1.0]), axis)
-        place = coal.Transform3s(turn.toRotationMatrix(), 0.5 * (a + b))
-        return coal.Capsule(shape["radius"], length), place
-
-    def _capsule_margin(self) -> float:
-        shapes = [self._capsule(i) for i in range(len(self._data["collision"]["capsules"]))]
-        distances = [
-            coal.distance(*shapes[i], *shapes[j], coal.DistanceRequest(), coal.DistanceResult())
-            for i, j in self._data["collision"]["pairs"]
-        ]
-        return min(distances, default=math.inf) - float(self._data["collision"]["clearance"])
-
     def _zone_margin(self, positions: FloatArray) -> float:
-        return zone_margin(self._data["base"], positions[self._own("base")])
+        return zone_margin(self._data["base"], positions[self._robot.own("base")])

@@ -79,7 +79,9 @@ TEST_CASE("the slack of a base is what it is clear by in the zone where that is 
   const Limits limits = hall_with_pillar();
   const RobotModel model(limits);
   double slack = 0.0;
-  const auto look = [&](const Joints& joints) { return check_base(model, joints, joints, slack); };
+  const auto look = [&](const Joints& joints) {
+    return check_base(model, joints, joints, 0.0, slack);
+  };
   CHECK(look(at(0, 0, 0)).ok());
   CHECK(slack == doctest::Approx(0.5));  // from the pillar
   CHECK(look(at(2.25, 0, 0)).ok());
@@ -93,7 +95,7 @@ TEST_CASE("the part that is named for a zone is the one that the base's x belong
   limits.joints[base_y].part = arm;
   const RobotModel model(limits);
   double slack = 0.0;
-  const Evidence wall = check_base(model, at(2.75, 0, 0), at(2.5, 0, 0), slack);
+  const Evidence wall = check_base(model, at(2.75, 0, 0), at(2.5, 0, 0), 0.0, slack);
   CHECK(wall.code == 34);
   CHECK(wall.part == "base");
   CHECK(wall.value == doctest::Approx(-0.25));

@@ -90,7 +90,7 @@ TEST_CASE("G031 a post that only shares between both ends of the gain lead to") 
     CHECK(hit.code == 31);
     CHECK(hit.row == 1);
     CHECK(hit.part == "arm");
-    CHECK(past_volume(0.03125, 0.05, beside).ok());
+    CHECK(past_volume(0.1, 0.05, beside).ok());
   }
 }
 
@@ -101,7 +101,7 @@ TEST_CASE("G031 a post that only the stop after a share between both ends leads 
     const Evidence hit = past_volume(0.03125, 0.075, beside);
     CHECK(hit.code == 31);
     CHECK(hit.row == 1);
-    CHECK(past_volume(0.03125, 0.11, beside).ok());
+    CHECK(past_volume(0.1, 0.11, beside).ok());
   }
 }
 
@@ -120,7 +120,7 @@ TEST_CASE("G034 a post on the floor that only shares between both ends of the ga
     CAPTURE(moves_arm);
     CHECK(hit_at(0.03125, 0.03125, moves_arm));
     CHECK(hit_at(0.04375, 0.04375, moves_arm));
-    CHECK_FALSE(hit_at(0.03125, 0.045, moves_arm));
+    CHECK_FALSE(hit_at(0.1, 0.045, moves_arm));
   }
 }
 

@@ -56,7 +56,7 @@ TEST_CASE("G030 a judgement that has looked 2,048 times goes no further") {
   for (int row = 0; row < 32; ++row) velocities.push_back(row % 2 == 0 ? 8.0 : -8.0);
   // 0.4 m to and fro: the end of each row and 63 places on the way there.
   CHECK(configurations(limits, Mode::joint_velocity, velocities) == 2048);
-  limits.parts[arm].modes.joint_velocity.gain = {0.999, 1.0};  // three times as many
+  limits.parts[arm].modes.joint_velocity.gain = {1.0 - 1e-7, 1.0};  // three times as many
   const ChunkBuilder chunk = one_joint(Mode::joint_velocity, slide_x, velocities);
   const Judgement cut = free_arm::judge(limits, chunk.chunk);
   CHECK(cut.outcome == Outcome::truncated);

@@ -90,7 +90,7 @@ TEST_CASE("G031 what is certified is clear wherever between the ends of a gain t
     CHECK(judged(place, 2).evidence.row == 1);
     CHECK(judged(place, 1).evidence.ok());  // by the forecast alone
   }
-  CHECK(judged(0.06, 2).evidence.ok());
+  CHECK(judged(0.09, 2).evidence.ok());
   CHECK(judged(0.0375, 1).evidence.code == 31);
 }
 

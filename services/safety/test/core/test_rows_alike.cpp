@@ -57,7 +57,7 @@ TEST_CASE("G030 rows that lead nowhere count their looks, too") {
   limits.collision.capsules[1] = {tool_link, {0, 0, 0}, {0, 0, 0}, 0.01};
   limits.joints[slide_x].velocity_limit = 16.0;
   limits.parts[arm].modes.joint_velocity.step_limit[slide_x] = 32.0;
-  limits.parts[arm].modes.joint_velocity.gain = {0.999, 1.0};
+  limits.parts[arm].modes.joint_velocity.gain = {1.0 - 1e-7, 1.0};
   // 0.512 m: its end and 63 places on the way there, in the middle and at both ends of the gain;
   // then half of it. 2,016 looks so far, and three for each of the others.
   Row speeds;
@@ -103,7 +103,7 @@ TEST_CASE("G030 between the ends of a gain nothing is looked at any more either"
   limits.collision.capsules[1] = {tool_link, {0, 0, 0}, {0, 0, 0}, 0.01};
   limits.joints[slide_x].velocity_limit = 16.0;
   limits.parts[arm].modes.joint_velocity.step_limit[slide_x] = 32.0;
-  limits.parts[arm].modes.joint_velocity.gain = {0.999, 1.0};
+  limits.parts[arm].modes.joint_velocity.gain = {1.0 - 1e-7, 1.0};
   // As above: 9 rows of 192 looks, one of 96, twelve of 3; then 64 for each of three branches, of
   // which the last begins after 1,988.
   Row speeds;

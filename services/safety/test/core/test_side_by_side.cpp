@@ -45,14 +45,14 @@ struct TwoClaims : GateRig {
     positions[arm_1] = tool_at;
     restart(BootInfo{true, false, {}});
     connect_and_arm();
-    const std::uint64_t first = claim_of(tool_first ? "arm" : "base");
-    const std::uint64_t second = claim_of(tool_first ? "base" : "arm");
+    const std::uint64_t first = claim_of({tool_first ? "arm" : "base"});
+    const std::uint64_t second = claim_of({tool_first ? "base" : "arm"});
     tool_claim = tool_first ? first : second;
     sledge_claim = tool_first ? second : first;
     advance(0.0, no_row, no_row);
   }
-  std::uint64_t claim_of(const char* part) {
-    send(EventKind::claim, claim_request({part}));
+  std::uint64_t claim_of(std::initializer_list<const char*> parts) {
+    send(EventKind::claim, claim_request(parts));
     return reply<ClaimReply>().claim_id;
   }
   std::uint64_t begin(std::uint64_t claim, std::uint8_t part, std::uint8_t joint) {
@@ -62,13 +62,16 @@ struct TwoClaims : GateRig {
   }
   Verdict ask(std::uint64_t claim, std::uint8_t part, std::uint8_t joint) {
     claim_id = claim;
+    return send_chunk(rows_ahead(part, joint));
+  }
+  ChunkBuilder rows_ahead(std::uint8_t part, std::uint8_t joint) {
     ChunkBuilder builder = chunk();
     builder.chunk.parts.clear();
     Row speeds(16, 6.25);
     speeds[0] = 3.125;
     builder.joint(part, Mode::joint_velocity, joint, speeds);
     ++builder.chunk.start_tick;
-    return send_chunk(builder);
+    return builder;
   }
   /// One tick later, in which both went ahead by `way`.
   void advance(double way, const Acted& sledge_did, const Acted& tool_did) {
@@ -156,10 +159,33 @@ TEST_CASE("realtime: rows of a claim that has ended count until its parts are se
     SUBCASE("and the gate is armed anew") {
       rig.send(EventKind::disarm, Disarm{"me"});
       rig.epoch = rig.arm().epoch;
-      rig.tool_claim = rig.claim_of("arm");
+      rig.tool_claim = rig.claim_of({"arm"});
       rig.seq = 0;
       CHECK(tool_code() == 0);
     }
+  }
+}
+
+TEST_CASE(
+    "realtime: rows of a claim that has ended count for one of its parts that they do not move") {
+  // Sledge and fingers are one claim, tool and fingers the next. Its own rows are taken after a
+  // hold of the fingers: if the former rows moved these, not before they are over.
+  for (const bool moves_fingers : {false, true}) {
+    CAPTURE(moves_fingers);
+    TwoClaims rig(true, 0.55);
+    for (const std::uint64_t claim : {rig.tool_claim, rig.sledge_claim})
+      rig.send(EventKind::release, Release{"runner", claim});
+    rig.sledge_claim = rig.claim_of({"base", "gripper"});
+    rig.seq = 0;
+    rig.claim_id = rig.sledge_claim;
+    ChunkBuilder builder = rig.rows_ahead(base, base_y);
+    if (moves_fingers) builder.scalar(gripper, Mode::gripper_position, Row(16, 0.04));
+    REQUIRE(rig.send_chunk(builder).code == 0);
+    rig.advance(0.0, no_row, no_row);  // the sledge's first row acts in this tick
+    rig.send(EventKind::release, Release{"runner", rig.sledge_claim});
+    rig.tool_claim = rig.claim_of({"arm", "gripper"});
+    rig.seq = 0;
+    CHECK(rig.ask(rig.tool_claim, fairlead::test::arm, arm_1).code == (moves_fingers ? 0 : 32));
   }
 }
 

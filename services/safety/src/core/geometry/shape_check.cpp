@@ -45,6 +45,16 @@ double ShapeCheck::bound_of(std::size_t shape, const DisplacementBound& bound) c
   return bound.of(capsule.frame, capsule.extent);
 }
 
+double ShapeCheck::off(const ModelTool& tool) const {
+  if (!deviation_) return tool_drift_;
+  return tool_drift_ + deviation_->of(tool.place.frame, tool.place.position.norm());
+}
+
+double ShapeCheck::off(const ModelCapsule& capsule) const {
+  if (!deviation_) return tool_drift_;
+  return tool_drift_ + deviation_->of(capsule.frame, capsule.extent);
+}
+
 double ShapeCheck::clear_fraction_of(const Clearance& clearance,
                                      const DisplacementBound& bound) const {
   double free = clear_fraction(clearance.others, bound.longest());
@@ -93,17 +103,18 @@ Evidence ShapeCheck::keep_tool_in(std::size_t part, std::size_t index, const Fra
   const Eigen::Vector3d point = tool_at(tool, poses);
   const std::string_view source = model_.limits.workspace.source.view();
   const Excuse excuse = excuse_of(tool.movers, tool_drift_, Excuse::better);
+  const double off_by = off(tool);
   for (std::size_t i = 0; i < axes.size(); ++i) {
     const auto axis = static_cast<Eigen::Index>(i);
-    const double upper = volume.upper[i] - tool_drift_, lower = volume.lower[i] + tool_drift_;
+    const double upper = volume.upper[i] - off_by, lower = volume.lower[i] + off_by;
     const double under = upper - point[axis], over = point[axis] - lower;
     keep_smallest(slack, under);
     keep_smallest(slack, over);
     const Name& name = model_.limits.parts[part].name;
     const auto was = [&] { return tool_at(tool, before)[axis]; };
-    if (is_breach(under, [&] { return upper - was(); }, excuse))
+    if (is_breach(under, [&] { return volume.upper[i] - was(); }, excuse))
       return of(above(code::workspace, axes[i].view(), point[axis], upper, source), name);
-    if (is_breach(over, [&] { return was() - lower; }, excuse))
+    if (is_breach(over, [&] { return was() - volume.lower[i]; }, excuse))
       return of(below(code::workspace, axes[i].view(), point[axis], lower, source), name);
   }
   return {};
@@ -114,9 +125,9 @@ Evidence ShapeCheck::keep_tool_out(std::size_t part, std::size_t volume, const F
   const Box box = box_of(model_.limits.workspace.volumes[volume]);
   const auto distance_of = [&](const FramePoses& in) {
     const Eigen::Vector3d point = tool_at(model_.tools[part], in);
-    return box_distance({point, point}, box) - tool_drift_;
+    return box_distance({point, point}, box);
   };
-  const double distance = distance_of(poses);
+  const double distance = distance_of(poses) - off(model_.tools[part]);
   keep_smallest(slack, distance);
   const Excuse excuse = excuse_of(model_.tools[part].movers, tool_drift_, Excuse::better);
   if (!is_breach(distance, [&] { return distance_of(before); }, excuse)) return {};
@@ -131,11 +142,12 @@ Evidence ShapeCheck::keep_capsule_out(std::size_t capsule, std::size_t volume,
   const Box box = box_of(model_.limits.workspace.volumes[volume]);
   const ModelCapsule& shape = model_.capsules[capsule];
   const Eigen::Vector3d middle = point_in_root(poses[shape.frame], shape.middle);
-  if (box_distance({middle, middle}, box) - shape.reach - tool_drift_ >= slack) return {};
+  const double off_by = off(shape);
+  if (box_distance({middle, middle}, box) - shape.reach - off_by >= slack) return {};
   const auto margin_of = [&](const FramePoses& in) {
-    return box_distance(segment(capsule, in), box) - shape.radius - tool_drift_;
+    return box_distance(segment(capsule, in), box) - shape.radius;
   };
-  const double margin = margin_of(poses);
+  const double margin = margin_of(poses) - off_by;
   keep_smallest(slack, margin);
   const JointSet movers = model_.frames[shape.frame].movers;
   const Excuse excuse = excuse_of(movers, tool_drift_, Excuse::better);
@@ -164,6 +176,7 @@ Evidence ShapeCheck::check_pairs(const FramePoses& poses, const FramePoses& befo
   for (std::size_t i = 0; i < model_.capsules.size(); ++i)
     middles[i] = point_in_root(poses[model_.capsules[i].frame], model_.capsules[i].middle);
   const double clearance = model_.limits.collision.clearance + clearance_drift_;
+  const double longest_off = deviation_ ? deviation_->longest() : 0.0;
   for (std::size_t i = 0; i < pairs_.size(); ++i) {
     const ModelPair& pair = model_.pairs[pairs_[i]];
     const double apart = (middles[pair.first] - middles[pair.second]).squaredNorm();
@@ -171,13 +184,14 @@ Evidence ShapeCheck::check_pairs(const FramePoses& poses, const FramePoses& befo
       const double near = pair.near + clearance_drift_ + margin;
       return apart >= near * near;
     };
-    if (are_clear_by(found.others)) continue;
+    if (are_clear_by(found.others + longest_off)) continue;
     const double need = share * bound.of(pair);
-    if (are_clear_by(need)) {
+    const double off_by = deviation_ ? deviation_->of(pair) : 0.0;
+    if (are_clear_by(need + off_by)) {
       found.add(i, need);
       continue;
     }
-    const double distance = pair_distance(pair, poses);
+    const double distance = pair_distance(pair, poses) - off_by;
     found.add(i, distance - clearance);
     const auto margin_before = [&] { return pair_distance(pair, before) - clearance; };
     const Excuse excuse = excuse_of(pair.movers, clearance_drift_, Excuse::none);

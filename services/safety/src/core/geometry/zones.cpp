@@ -74,18 +74,23 @@ Polygon footprint_at(const BaseLimits& base, const Joints& joints) {
 }
 
 double base_way(const RobotModel& model, const Joints& from, const Joints& to) {
-  const BaseLimits& base = model.limits.base;
-  const auto change = [&](std::size_t i) { return to[base.joints[i]] - from[base.joints[i]]; };
-  return std::abs(change(0)) + std::abs(change(1)) + model.base_extent * std::abs(change(2));
+  Joints ways;
+  for (const std::size_t j : model.limits.base.joints) ways[j] = std::abs(to[j] - from[j]);
+  return base_way(model, ways);
 }
 
-Evidence check_base(const RobotModel& model, const Joints& joints, const Joints& before,
+double base_way(const RobotModel& model, const Joints& ways) {
+  const auto& joints = model.limits.base.joints;
+  return ways[joints[0]] + ways[joints[1]] + model.base_extent * ways[joints[2]];
+}
+
+Evidence check_base(const RobotModel& model, const Joints& joints, const Joints& before, double off,
                     double& slack) {
   const BaseLimits& base = model.limits.base;
   const Polygon here = footprint_at(base, joints);
   slack = std::numeric_limits<double>::infinity();
   for (const Zone& zone : base.zones) {
-    const double margin = margin_of(zone, here);
+    const double margin = margin_of(zone, here) - off;
     slack = std::min(slack, std::max(margin, 0.0));
     const auto margin_before = [&] { return margin_of(zone, footprint_at(base, before)); };
     if (!is_breach(margin, margin_before)) continue;

@@ -22,9 +22,12 @@ Polygon footprint_at(const BaseLimits& base, const Joints& joints);
 /// than the other: the ways of both, added up [m].
 double base_way(const RobotModel& model, const Joints& from, const Joints& to);
 
-/// What is at fault where the base is. What was broken where it was `before` may stay as it was.
-/// Without a fault, `slack`: the smallest margin [m].
-Evidence check_base(const RobotModel& model, const Joints& joints, const Joints& before,
+/// The same, where each joint goes so far, either way.
+double base_way(const RobotModel& model, const Joints& ways);
+
+/// What is at fault where the base is, give or take `off` [m]. What was broken where it was
+/// `before` may stay as it was. Without a fault, `slack`: the smallest margin [m].
+Evidence check_base(const RobotModel& model, const Joints& joints, const Joints& before, double off,
                     double& slack);
 
 }  // namespace fairlead

@@ -1,6 +1,16 @@
 #include "core/release/acting_rows.hpp"
 
 namespace fairlead {
+namespace {
+
+bool moves_part_of(const ActionChunk* chunk, const LiveClaim& claim) {
+  if (chunk == nullptr) return false;
+  for (const ActionPart& action : chunk->parts)
+    if (claim.covers(action.part)) return true;
+  return false;
+}
+
+}  // namespace
 
 Acted ActingRows::acted_of(const LiveClaim& claim) const {
   constexpr Acted unknown{.hold = 0};
@@ -33,9 +43,12 @@ RowBefore ActingRows::row_before(const LiveClaim& claim) const {
 FixedVec<Companion, max_claims> ActingRows::companions_of(const LiveClaim& claim) const {
   FixedVec<Companion, max_claims> companions;
   for (const LiveClaim& other : claims_.places()) {
-    if (other.live() ? other.id == claim.id : !other.is_leaving() || other.shares_parts_with(claim))
+    if (other.live() ? other.id == claim.id : !other.is_leaving()) continue;
+    const Companion companion = companion_of(other);
+    if (!other.live() &&
+        (moves_part_of(companion.before.chunk, claim) || moves_part_of(companion.chunk, claim)))
       continue;
-    (void)companions.push_back(companion_of(other));
+    (void)companions.push_back(companion);
   }
   return companions;
 }

@@ -39,7 +39,8 @@ class ActingRows {
   [[nodiscard]] bool knows_act_before(const LiveClaim& claim) const;
   [[nodiscard]] RowBefore row_before(const LiveClaim& claim) const;
   /// What the other claims' parts do from the first open tick on, as far as it is released; also of
-  /// claims that have ended, as long as their rows may act, unless this one has their parts.
+  /// claims that have ended, as long as their rows may act. Not of rows for a part of this claim:
+  /// its own are taken after a hold of that part, and until then nothing else of them acts.
   [[nodiscard]] FixedVec<Companion, max_claims> companions_of(const LiveClaim& claim) const;
 
   /// The rows that act next were released from an older state. What they may not do in this one is

@@ -65,18 +65,20 @@ struct ShapeConstraint {
   }
 };
 
-/// G034: the base's zones. `way`: of its footprint, on the whole motion [m].
+/// G034: the base's zones. `way`: of its footprint, on the whole motion; `off`: how far it may be
+/// beside it [m].
 struct ZoneConstraint {
   const RobotModel& model;
   const Joints& before;
   double way;
+  double off;
   std::size_t& configurations;
 
   [[nodiscard]] double longest() const { return way; }
   Evidence query(const Joints& joints, double, double& clear) const {
     double margin = unset;
     ++configurations;
-    const Evidence fault = check_base(model, joints, before, margin);
+    const Evidence fault = check_base(model, joints, before, off, margin);
     clear = clear_fraction(margin, way);
     return fault;
   }

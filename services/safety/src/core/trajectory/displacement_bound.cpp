@@ -14,6 +14,10 @@ DisplacementBound::DisplacementBound(const RobotModel& model, const Joints& from
   });
 }
 
+DisplacementBound::DisplacementBound(const RobotModel& model, const Joints& ways) : model_(model) {
+  add_up([&](std::size_t frame) { return ways[model.frames[frame].joint]; });
+}
+
 DisplacementBound::DisplacementBound(const DisplacementBound& one, const DisplacementBound& other)
     : model_(one.model_) {
   add_up([&](std::size_t frame) { return larger(one.change_[frame], other.change_[frame]); });

@@ -14,6 +14,8 @@ namespace fairlead {
 class DisplacementBound {
  public:
   DisplacementBound(const RobotModel& model, const Joints& from, const Joints& to);
+  /// Each joint goes so far, either way.
+  DisplacementBound(const RobotModel& model, const Joints& ways);
   /// Every joint goes as far as in that of both in which it goes further.
   DisplacementBound(const DisplacementBound& one, const DisplacementBound& other);
 

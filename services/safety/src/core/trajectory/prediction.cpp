@@ -48,6 +48,14 @@ void Prediction::note_spread() {
     interval_.lowest[j] = lowest;
     interval_.highest[j] = highest;
   }
+  if (share_count_ == 1) return;
+  Joints lower, upper;
+  for (const std::size_t j : JointsIn(moving_)) {
+    const Branch &least = branches_[1], &most = branches_[share_count_ - 1];
+    lower[j] = least.now[j] - least.before[j];
+    upper[j] = most.now[j] - most.before[j];
+  }
+  unequal_shares_.add_row(moving_, lower, upper, goals_add_up_);
 }
 
 void Prediction::note_base_speed() {

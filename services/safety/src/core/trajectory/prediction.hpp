@@ -14,6 +14,7 @@
 #include "core/kinematics/forward_kinematics.hpp"
 #include "core/kinematics/inverse_kinematics.hpp"
 #include "core/modes/row_view.hpp"
+#include "core/trajectory/unequal_shares.hpp"
 
 namespace fairlead {
 
@@ -109,6 +110,9 @@ class Prediction {
   /// Takes it to where it is a tick later if nothing changes its motion.
   void coast_one_tick(Branch& branch) const;
   [[nodiscard]] const PositionInterval& interval() const { return interval_; }
+  /// What another share of each row makes of it. With `can_differ`, branch 1 has the lower ends of
+  /// all gains, the last of `share_count` the upper ones.
+  [[nodiscard]] const UnequalShares& unequal_shares() const { return unequal_shares_; }
   /// Where the newest row begins: how far two shares of the rows before may have left a joint of a
   /// part from each other at most [rad]. What slides counts as the turn that takes the arm as far;
   /// where nothing turns, the tool's Jacobian is the same everywhere.
@@ -183,6 +187,7 @@ class Prediction {
   std::array<double, max_joints> told_;
   PositionInterval interval_;
   PositionInterval interval_before_;  // of the row before
+  UnequalShares unequal_shares_;
   double base_speed_ = 0.0;
   double base_speed_before_ = 0.0;
   Branch measured_;

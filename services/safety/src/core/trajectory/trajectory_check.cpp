@@ -70,6 +70,7 @@ Evidence TrajectoryCheck::check_next() {
   if (prediction_.next_row() == certified_end_) prediction_.only_forecast();
   const Evidence unreachable = prediction_.advance();
   expect_drift();
+  expect_unequal_shares();
   if (!unreachable.ok()) evidence = unreachable;
   for (std::size_t i = 0; i < prediction_.branch_count() && evidence.ok(); ++i)
     evidence = check_branch(i);
@@ -83,6 +84,24 @@ void TrajectoryCheck::expect_drift() {
   const double speed = prediction_.base_speed();
   const BaseLimits& base = model_.limits.base;
   if (base.present) shape_check_.drift_by(speed * base.tool_drift, speed * base.clearance_drift);
+}
+
+// Of the rows that have branches any other share may happen in each: that leads beside them, and
+// braking from there beside where it ends for them.
+void TrajectoryCheck::expect_unequal_shares() {
+  shape_check_.deviate_no_more();
+  base_off_ = 0.0;
+  if (!prediction_.unequal_shares().can_differ()) return;
+  const JointSet moving = prediction_.moving(), lagging = prediction_.lagging();
+  const Branch &least = prediction_.branch(1),
+               &most = prediction_.branch(prediction_.share_count() - 1);
+  const Braking first(model_, least, moving, lagging), second(model_, most, moving, lagging);
+  Joints stop, off;
+  for (const std::size_t j : JointsIn(moving))
+    stop[j] = (second.end()[j] - most.now[j]) - (first.end()[j] - least.now[j]);
+  prediction_.unequal_shares().bound(stop, off);
+  shape_check_.deviate_by(off);
+  if (model_.limits.base.present) base_off_ = base_way(model_, off);
 }
 
 // Whatever the rows say, what is measured may go on for a tick, and brake then; so may what the row
@@ -177,8 +196,8 @@ Evidence TrajectoryCheck::certify_between(const Branch& one, const Joints& from,
         clear_by(at_start), clear_by(at_end));
   if (!evidence.ok() || (prediction_.commanded() & model_.base_joints) == 0) return evidence;
   const double way = base_way(model_, from, to);
-  return certify(straight(from, to), ZoneConstraint{model_, one.before, way, configurations_}, 0.0,
-                 0.0);
+  return certify(straight(from, to),
+                 ZoneConstraint{model_, one.before, way, base_off_, configurations_}, 0.0, 0.0);
 }
 
 StraightMotion TrajectoryCheck::straight(const Joints& from, const Joints& to) const {
@@ -229,11 +248,12 @@ Evidence TrajectoryCheck::check_zones(const Branch& branch, const Braking& braki
   const double stop = base_way(model_, branch.now, braking.end());
   double margin = unset, rest_margin = unset;
   const auto zones = [&](double way) {
-    return ZoneConstraint{model_, branch.before, way, configurations_};
+    return ZoneConstraint{model_, branch.before, way, base_off_, configurations_};
   };
   configurations_ += 2;
-  Evidence evidence = check_base(model_, branch.now, branch.before, margin);
-  if (evidence.ok()) evidence = check_base(model_, braking.end(), branch.before, rest_margin);
+  Evidence evidence = check_base(model_, branch.now, branch.before, base_off_, margin);
+  if (evidence.ok())
+    evidence = check_base(model_, braking.end(), branch.before, base_off_, rest_margin);
   if (!evidence.ok()) return evidence;
   evidence =
       certify(straight(branch.before, branch.now), zones(row), 0.0, clear_fraction(margin, row));

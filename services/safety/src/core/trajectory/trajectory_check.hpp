@@ -34,6 +34,7 @@ class TrajectoryCheck {
   Evidence check_shapes(const Branch& branch, const Braking& braking, Clearance& clearance);
   Evidence check_singularities(const Branch& branch, const Braking& braking);
   void expect_drift();
+  void expect_unequal_shares();
   [[nodiscard]] StraightMotion straight(const Joints& from, const Joints& to) const;
   Evidence check_zones(const Branch& branch, const Braking& braking);
 
@@ -44,6 +45,7 @@ class TrajectoryCheck {
   ShapeCheck shape_check_;
   bool has_begun_ = false;
   std::size_t configurations_ = 0;
+  double base_off_ = 0.0;  // how far the base may be from where a branch has it [m]
   std::array<Clearance, max_branches> clearances_;  // of each branch where the next row starts
   FramePoses rest_;                                 // where braking ends
   FramePoses between_;

@@ -1,0 +1,235 @@
+// G031, G032 and G034 where of each row another share happens: that leads beside where equal shares
+// do, and limits count from there.
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+
+#include "free_arm.hpp"
+
+using namespace fairlead;
+using namespace fairlead::test;
+using namespace fairlead::test::free_arm;
+
+namespace {
+
+constexpr double eps = 1e-9;
+
+// Half to all of each row's velocities happen: 0.025 to 0.05 m. The tool is at (0.7, 0, 0.5).
+Limits half_to_all() {
+  Limits limits = free_arm::limits();
+  limits.parts[arm].modes.joint_velocity.gain = {0.5, 1.0};
+  limits.parts[arm].modes.cartesian_delta.gain = {0.5, 1.0};
+  return limits;
+}
+
+// 0.05 m along each slide in turn.
+ChunkBuilder in_turn(std::initializer_list<std::pair<std::uint8_t, double>> steps) {
+  Rows rows;
+  for (const auto& [joint, speed] : steps) {
+    rows.emplace_back(joint_count, 0.0);
+    rows.back()[joint] = speed;
+  }
+  return ChunkBuilder().add(arm, Mode::joint_velocity, rows, {slide_x, slide_y});
+}
+
+Evidence path_of(const Limits& limits, const ChunkBuilder& chunk, const RowBefore& before = {}) {
+  const RobotModel model(limits);
+  Evidence evidence = judge_path(model, whole_robot(limits), at_rest(), chunk.chunk, 0,
+                                 chunk.chunk.horizon, before, {})
+                          .evidence;
+  evidence.limit_source = {};  // it points into the limits
+  return evidence;
+}
+
+// Keeps out of it, or in it.
+std::uint32_t code_beside(bool keep_out, std::array<double, 3> lower, std::array<double, 3> upper,
+                          const ChunkBuilder& chunk) {
+  Limits limits = half_to_all();
+  (void)limits.workspace.volumes.push_back({"shelf", keep_out, lower, upper});
+  return path_of(limits, chunk).code;
+}
+
+// Equal shares lead from (25, 25) to (50, 50) mm, others to anywhere in that square: each slide is
+// 12.5 mm off at most, both together 25 mm.
+const ChunkBuilder aside_then_ahead = in_turn({{slide_y, 1.0}, {slide_x, 1.0}});
+constexpr double ahead = 0.75, beside = 0.025;
+
+}  // namespace
+
+TEST_CASE("G031 the tool stays in by what unequal shares can make of the rows") {
+  const auto kept_in = [](double lower_x, double upper_x, double speed) {
+    return code_beside(false, {lower_x, -1, 0}, {upper_x, 1, 1},
+                       in_turn({{slide_y, speed}, {slide_x, speed}}));
+  };
+  CHECK(kept_in(0.0, ahead + beside + eps, 1.0) == 0);
+  CHECK(kept_in(0.0, ahead + beside - eps, 1.0) == 31);
+  CHECK(kept_in(0.65 - beside - eps, 1.0, -1.0) == 0);
+  CHECK(kept_in(0.65 - beside + eps, 1.0, -1.0) == 31);
+}
+
+TEST_CASE("G031 tool and capsules stay out by what unequal shares can make of the rows") {
+  const auto kept_out = [](double lower_x) {
+    return code_beside(true, {lower_x, -1, 0}, {1.5, 1, 1}, aside_then_ahead);
+  };
+  CHECK(kept_out(ahead + beside + eps) == 0);
+  CHECK(kept_out(ahead + beside - eps) == 31);
+  // The tool's capsule: a ball of 10 mm, 10 m under it.
+  const auto ball_kept_out = [](double lower_x) {
+    return code_beside(true, {lower_x, -1, -10.0}, {1.5, 1, -9.0}, aside_then_ahead);
+  };
+  CHECK(ball_kept_out(ahead + beside + 0.01 + eps) == 0);
+  CHECK(ball_kept_out(ahead + beside + 0.01 - eps) == 31);
+}
+
+TEST_CASE("G031 in the first row, and in rows alike, any share lies between equal ones") {
+  const auto kept_in = [](double upper_x, const ChunkBuilder& chunk) {
+    return code_beside(false, {0, -1, 0}, {upper_x, 1, 1}, chunk);
+  };
+  CHECK(kept_in(ahead + eps, in_turn({{slide_x, 1.0}})) == 0);
+  const ChunkBuilder on = in_turn({{slide_x, 0.4}, {slide_x, 0.4}, {slide_x, 0.2}});
+  CHECK(kept_in(ahead + eps, on) == 0);
+  CHECK(kept_in(ahead - eps, on) == 31);
+}
+
+TEST_CASE("G031 a row that acts and is not measured yet has a share of its own") {
+  const ChunkBuilder acts = in_turn({{slide_y, 1.0}}), next = in_turn({{slide_x, 1.0}});
+  const auto code = [&](double upper_x, bool measured) {
+    Limits limits = half_to_all();
+    (void)limits.workspace.volumes.push_back({"shelf", false, {0, -1, 0}, {upper_x, 1, 1}});
+    RowBefore before{&acts.chunk, 0};
+    before.measured = measured;
+    return path_of(limits, next, before).code;
+  };
+  CHECK(code(ahead + beside + eps, false) == 0);
+  CHECK(code(ahead + beside - eps, false) == 31);
+  CHECK(code(ahead + eps, true) == 0);
+}
+
+TEST_CASE("G031 forecast rows go by the middle of their gains, whatever came before") {
+  Limits limits = half_to_all();
+  (void)limits.workspace.volumes.push_back(
+      {"shelf", false, {0, -1, 0}, {0.7 + 0.0375 + eps, 1, 1}});
+  const RobotModel model(limits);
+  const ChunkBuilder chunk = in_turn({{slide_y, 1.0}, {slide_y, -1.0}, {slide_x, 1.0}});
+  PathRoom room;
+  CHECK(judge_path(room, model, whole_robot(limits), at_rest(), chunk.chunk, {0, 3, 2}, {}, {})
+            .row_count == 3);
+  CHECK(judge_path(room, model, whole_robot(limits), at_rest(), chunk.chunk, {0, 3, 3}, {}, {})
+            .row_count == 2);
+}
+
+TEST_CASE("G031 the stop behind a share counts as well") {
+  // At 5 m/s2 the slide ahead brakes in 100 mm from 1 m/s, in 25 mm from half of that: it rests at
+  // 50 to 150 mm, by widths of 25 mm aside and 100 mm ahead, of weights 1 and 16.
+  const auto code = [](double off_by) {
+    Limits limits = half_to_all();
+    limits.joints[slide_x].acceleration_limit = 5.0;
+    (void)limits.workspace.volumes.push_back({"shelf", false, {0, -1, 0}, {0.85 + off_by, 1, 1}});
+    return path_of(limits, aside_then_ahead).code;
+  };
+  // Where it rests: 0.025 * 16 / 17 aside and 0.1 / 17 ahead; on the way there 12.5 mm ahead.
+  const double off = 0.025 * 16.0 / 17.0 + 0.0125;
+  CHECK(code(off + eps) == 0);
+  CHECK(code(off - eps) == 31);
+}
+
+TEST_CASE("G031 outside, rows that leave in turn have to mend more than may be lost") {
+  // The tool is 0.1 m outside. The second row takes it back by 25 to 50 mm.
+  const auto code = [](double aside) {
+    Limits limits = half_to_all();
+    (void)limits.workspace.volumes.push_back({"shelf", false, {0, -1, 0}, {0.6, 1, 1}});
+    const ChunkBuilder chunk =
+        ChunkBuilder().add(arm, Mode::joint_velocity,
+                           {{0, -1e-3, 0, 0, 0, 0}, {0, -1.0, aside, 0, 0, 0}}, {slide_x, slide_y});
+    return path_of(limits, chunk).code;
+  };
+  CHECK(code(0.0) == 0);
+  CHECK(code(0.2) == 0);
+  CHECK(code(3.0) == 0);
+  const auto across = [](double back) {
+    Limits limits = half_to_all();
+    (void)limits.workspace.volumes.push_back({"shelf", false, {0, -1, 0}, {0.6, 1, 1}});
+    const ChunkBuilder chunk =
+        ChunkBuilder().add(arm, Mode::joint_velocity,
+                           {{0, -1e-3, 0, 0, 0, 0}, {0, back, 1.0, 0, 0, 0}}, {slide_x, slide_y});
+    return path_of(limits, chunk).code;
+  };
+  CHECK(across(-1e-3) == 31);
+  CHECK(across(-0.5) == 0);
+}
+
+TEST_CASE("G032 capsules keep their distance by what unequal shares can make of the rows") {
+  // A ball of 50 mm stands in the tool's way, 1 m ahead of the root; the tool carries another. At
+  // (50, 50) mm their middles are 0.2550 m apart.
+  const auto code = [](double clearance) {
+    Limits limits = half_to_all();
+    limits.collision.capsules[0] = {0, {1, 0, 0.5}, {1, 0, 0.5}, 0.05};
+    limits.collision.capsules[1] = {tool_link, {0, 0, 0}, {0, 0, 0}, 0.05};
+    limits.collision.clearance = clearance;
+    return path_of(limits, aside_then_ahead).code;
+  };
+  const double apart = std::hypot(0.25, 0.05) - 0.1;
+  CHECK(code(apart - beside - eps) == 0);
+  CHECK(code(apart - beside + eps) == 32);
+}
+
+TEST_CASE("G032 a pair far off is passed over only if it is so wherever shares lead") {
+  // So small a step that the spheres about the capsules decide, but for what shares may add.
+  for (const double way : {1.0, 0.02}) {
+    CAPTURE(way);
+    const auto code = [way](double clearance) {
+      Limits limits = half_to_all();
+      limits.collision.capsules[0] = {0, {1, 0, 0.5}, {1, 0, 0.5}, 0.05};
+      limits.collision.capsules[1] = {tool_link, {0, 0, 0}, {0, 0, 0}, 0.05};
+      limits.collision.clearance = clearance;
+      return path_of(limits, in_turn({{slide_y, way}, {slide_x, way}})).code;
+    };
+    const double apart = std::hypot(0.3 - 0.05 * way, 0.05 * way) - 0.1;
+    CHECK(code(apart - way * beside - eps) == 0);
+    CHECK(code(apart - way * beside + eps) == 32);
+  }
+}
+
+TEST_CASE("G034 a base keeps to its zones by what unequal shares can make of the rows") {
+  const auto code = [](double wall) {
+    Limits limits = test_limits();
+    limits.parts[base].modes.joint_velocity.gain = {0.5, 1.0};
+    limits.base.reaction_s = 1e-9;
+    limits.base.footprint = square(0.1);
+    Zone room{"room", false, square(5.0)};
+    room.corners[1][0] = room.corners[2][0] = 0.1 + wall;
+    (void)limits.base.zones.push_back(room);
+    Row aside(joint_count, 0.0), forward(joint_count, 0.0);
+    aside[base_y] = forward[base_x] = 1.0;
+    ChunkBuilder chunk;
+    chunk.add(base, Mode::joint_velocity, {aside, forward}, {base_x, base_y});
+    return judge_rows(limits, whole_robot(limits), state_at_rest(), chunk.chunk, 0, {})
+        .evidence.code;
+  };
+  CHECK(code(0.05 + beside + 1e-6) == 0);
+  CHECK(code(0.05 + beside - 1e-6) == 34);
+}
+
+TEST_CASE("G031 switch up: what is left of a row changes what the next one is a share of") {
+  const auto kept_in = [](double value) {
+    Limits limits = test_limits();
+    limits.parts[arm].modes.cartesian_delta.gain = {0.5, 1.0};
+    limits.parts[composite].modes.composite_mode.step_limit = 2.0;
+    // The tool swings by 0.05 rad in each of two rows, from (0.7, 0): along x by next to nothing.
+    (void)limits.workspace.volumes.push_back({"shelf", false, {-1, -1, -1}, {0.71, 1, 1}});
+    const Row turn{0, 0.035, 0, 0, 0, 0.05};
+    ChunkBuilder chunk;
+    chunk.add(arm, Mode::cartesian_delta, {turn, turn}, {}, "base_link");
+    chunk.scalar(composite, Mode::composite_mode, {value, value});
+    PartMemories memories;
+    memories[arm].goal = Pose{Eigen::Vector3d(0.7, 0, 0.5), Eigen::Quaterniond::Identity()};
+    RowBefore before;
+    before.memories = &memories;
+    const RobotModel model(limits);
+    return judge_path(model, whole_robot(limits), state_at_rest(), chunk.chunk, 0, 2, before, {})
+        .evidence.code;
+  };
+  CHECK(kept_in(-1.0) == 0);
+  CHECK(kept_in(1.0) == 31);
+}
