@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "chunk_builder.hpp"
+#include "gate_rig.hpp"
 #include "core/gate/hal_link.hpp"
 
 using namespace fairlead;
@@ -16,7 +16,6 @@ namespace {
 
 using News = HalLink::News;
 
-constexpr std::uint64_t ms = 1'000'000;
 constexpr std::uint64_t first = 0xA, second = 0xB, third = 0xC;
 
 struct Robot {

@@ -137,7 +137,7 @@ class ChangedDay {
     REQUIRE(armed);
     REQUIRE(decode(payload, safe_) == FrameFault::none);
     CHECK(safe_.epoch == epoch_);
-    CHECK(ReleasedRows(*robot_.limits, farthest_).within_limits(safe_));
+    CHECK(test::ReleasedRows(*robot_.limits, farthest_).within_limits(safe_));
     seen_.released += safe_.horizon;
   }
 

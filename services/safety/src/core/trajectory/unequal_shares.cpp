@@ -35,7 +35,7 @@ void UnequalShares::raise_to_bound(const Joints* stop, Joints& off) const {
     total[j] = 0.0;
     for (std::size_t row = 0; row < row_count_; ++row) total[j] += width(row, j);
   }
-  std::array<double, max_rows + 1> weights;
+  std::array<double, most_rows> weights;
   double sum = 0.0;
   for (std::size_t row = 0; row < row_count_; ++row) {
     double along = 0.0;
