@@ -20,6 +20,8 @@ from fairlead.messages import (
     Done,
     GateState,
     GateStatus,
+    GoalFeedback,
+    GoalResult,
     Message,
 )
 from fairlead.operate.client import RobotClient
@@ -48,6 +50,8 @@ class ScriptedGate:
     claims: tuple[ClaimInfo, ...] = ()
     is_busy: bool = False
     is_interrupted_by_arming: bool = False
+    goal_id: int = 0
+    goal_result: GoalResult | None = None
     asked: list[str] = field(default_factory=list)
 
     def arm(self, payload: bytes) -> Message:
@@ -61,6 +65,13 @@ class ScriptedGate:
         self.asked.append("disarm")
         self.state = GateState.DISARMED
         return Done(text="disarmed")
+
+    def feedback(self, payload: bytes) -> Message:
+        """Of the runner beside it."""
+        return GoalFeedback(
+            source="runner", goal_id=self.goal_id, skill="s", phase="", tick=0, queue_depth=0,
+            inferences=0, starved=0, last_refusal="", result=self.goal_result,
+        )  # fmt: skip
 
     def status(self, payload: bytes) -> Message:
         if self.is_busy:
@@ -90,6 +101,8 @@ def clients(gate: ScriptedGate) -> Iterator[dict[str, RobotClient]]:
         bus.serve(keys.gate_command("arm"), "safety", gate.arm)
         bus.serve(keys.gate_command("disarm"), "safety", gate.disarm)
         bus.serve(keys.gate_status, "safety", gate.status)
+        bus.declare_token(keys.alive("runner"))
+        bus.serve(keys.feedback("runner"), "runner", gate.feedback)
         found[profile] = RobotClient(deployment, bus)
     yield found
     for client in found.values():
@@ -149,6 +162,19 @@ def test_it_does_not_disarm_under_another_claim(
     with armed(clients["sim"]):
         gate.claims = (other_claim(),)
     assert gate.asked == ["arm"]
+
+
+@pytest.mark.parametrize("has_ended", [False, True])
+def test_it_does_not_disarm_under_a_goal_that_has_not_claimed_yet(
+    has_ended: bool, gate: ScriptedGate, clients: dict[str, RobotClient]
+) -> None:
+    ended = GoalResult(
+        outcome="succeeded", decided_by="policy", kind="", detail="", first_tick=1, last_tick=2
+    )
+    with armed(clients["sim"]):
+        gate.goal_id = 7
+        gate.goal_result = ended if has_ended else None
+    assert gate.asked == (["arm", "disarm"] if has_ended else ["arm"])
 
 
 @pytest.mark.parametrize("state", [GateState.STOPPED, GateState.LATCHED, GateState.DISARMED])

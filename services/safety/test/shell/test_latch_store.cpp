@@ -80,8 +80,12 @@ TEST_CASE("clearing the clean mark for an arm is on the disk when the call retur
   }
   LatchStore store(folder.path, ignore);
   REQUIRE(fs::exists(folder.path / "clean_mark"));
+  CHECK(store.is_marked());
   CHECK(store.clear_clean_mark_now().empty());
   CHECK_FALSE(fs::exists(folder.path / "clean_mark"));
+  CHECK_FALSE(store.is_marked());
+  store.set_clean_mark(true);
+  CHECK(store.is_marked());  // whether or not it has been written yet
 }
 
 TEST_CASE("a second gate on the same folder is refused") {
