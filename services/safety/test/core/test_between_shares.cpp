@@ -105,6 +105,51 @@ TEST_CASE("G031 a post that only the stop after a share between both ends leads 
   }
 }
 
+namespace {
+
+// A row of 50 mm by a slide of the arm and 25 mm up by the lift; a post of 4 mm there and that
+// high.
+std::uint32_t code_of_post(std::uint8_t slide, double way, double up, bool moves_base) {
+  Limits limits = sliding();
+  const double height = 0.54 + up;  // the lift is at 40 mm
+  Volume post{"post", true, {-1, -1, height - 0.002}, {2, 1, height + 0.002}};
+  const std::size_t axis = slide == arm_1 ? 0 : 1;
+  const double at = (slide == arm_1 ? 0.7 : 0.0) + way;
+  post.lower[axis] = at - 0.002;
+  post.upper[axis] = at + 0.002;
+  (void)limits.workspace.volumes.push_back(post);
+  ChunkBuilder chunk;
+  chunk.joint(gripper, Mode::joint_velocity, gripper_joint, {0.5});
+  chunk.joint(arm, Mode::joint_velocity, slide, {1.0});
+  if (moves_base) chunk.joint(base, Mode::joint_velocity, base_x, {0.01});
+  return judged(limits, chunk).code;
+}
+
+}  // namespace
+
+TEST_CASE("G031 a post on the way between one part's shares, with either end of another's") {
+  // 25 to 50 mm ahead and 12.5 to 25 mm up: any corner of that rectangle, and its sides.
+  for (const bool moves_base : {false, true}) {
+    CAPTURE(moves_base);
+    const auto code = [&](double x, double z) { return code_of_post(arm_1, x, z, moves_base); };
+    for (const double end : {0.025, 0.05}) CHECK(code(end, 0.01875) == 31);
+    for (const double end : {0.0125, 0.025}) CHECK(code(0.0375, end) == 31);
+    CHECK(code(0.055, 0.01875) == 0);
+    CHECK(code(0.0375, 0.03) == 0);
+  }
+}
+
+TEST_CASE("G031 a post on the way between the stops after one part's shares") {
+  // Aside the arm brakes within 25 to 100 mm: it rests at 50 to 150 mm.
+  for (const bool moves_base : {false, true}) {
+    CAPTURE(moves_base);
+    CHECK(code_of_post(arm_2, 0.15, 0.01875, moves_base) == 31);
+    CHECK(code_of_post(arm_2, 0.155, 0.01875, moves_base) == 0);
+    // One where the row ends, 25 to 50 mm aside, is not on the way between the stops.
+    CHECK(code_of_post(arm_2, 0.025, 0.01875, moves_base) == 31);
+  }
+}
+
 TEST_CASE("G034 a post on the floor that only shares between both ends of the gain lead to") {
   const auto hit_at = [](double x, double y, bool moves_arm) {
     Limits limits = floor_with_post(x, y, 0.002, {0.5, 1.0});

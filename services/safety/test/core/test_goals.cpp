@@ -117,6 +117,8 @@ TEST_CASE("G026 the switch of another claim's rows, as long as they last") {
       ChunkBuilder().scalar(composite, Mode::composite_mode, {-1, -1, -1, -1});
   CHECK(row({}) == -1);
   CHECK(row({{}, &down.chunk, 0, 4}) == -1);
+  (void)of(switched(turns({0.0}), 1.0),
+           goal_at(0.16));  // another judgement's goal is not this one's
   CHECK(row({{}, &up.chunk, 0, 4}) == 3);
   CHECK(row({{}, &up.chunk, 0, 3}) == -1);  // its rows are over
   CHECK(row({RowBefore{&up.chunk, 0}, nullptr, 0, 0}) == -1);

@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "gate_rig.hpp"
 #include "core/gate/hal_link.hpp"
+#include "gate_rig.hpp"
 
 using namespace fairlead;
 using namespace fairlead::test;

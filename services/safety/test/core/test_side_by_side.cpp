@@ -170,8 +170,10 @@ TEST_CASE(
     "realtime: rows of a claim that has ended count for one of its parts that they do not move") {
   // Sledge and fingers are one claim, tool and fingers the next. Its own rows are taken after a
   // hold of the fingers: if the former rows moved these, not before they are over.
-  for (const bool moves_fingers : {false, true}) {
-    CAPTURE(moves_fingers);
+  bool moves_fingers = false;
+  SUBCASE("which moved the fingers, too") { moves_fingers = true; }
+  SUBCASE("which did not") {}
+  {
     TwoClaims rig(true, 0.55);
     for (const std::uint64_t claim : {rig.tool_claim, rig.sledge_claim})
       rig.send(EventKind::release, Release{"runner", claim});
@@ -181,7 +183,8 @@ TEST_CASE(
     ChunkBuilder builder = rig.rows_ahead(base, base_y);
     if (moves_fingers) builder.scalar(gripper, Mode::gripper_position, Row(16, 0.04));
     REQUIRE(rig.send_chunk(builder).code == 0);
-    rig.advance(0.0, no_row, no_row);  // the sledge's first row acts in this tick
+    SUBCASE("the sledge's first row acts already") { rig.advance(0.0, no_row, no_row); }
+    SUBCASE("it acts in the next tick") {}
     rig.send(EventKind::release, Release{"runner", rig.sledge_claim});
     rig.tool_claim = rig.claim_of({"arm", "gripper"});
     rig.seq = 0;

@@ -211,6 +211,29 @@ TEST_CASE("G034 a base keeps to its zones by what unequal shares can make of the
   CHECK(code(0.05 + beside - 1e-6) == 34);
 }
 
+TEST_CASE("G034 forecast rows go by the middle of their gains, whatever came before") {
+  Limits limits = test_limits();
+  limits.parts[base].modes.joint_velocity.gain = {0.5, 1.0};
+  limits.base.reaction_s = 1e-9;
+  limits.base.footprint = square(0.1);
+  Zone room{"room", false, square(5.0)};
+  room.corners[1][0] = room.corners[2][0] = 0.1 + 0.0375 + 1e-6;
+  (void)limits.base.zones.push_back(room);
+  const RobotModel model(limits);
+  Rows rows(3, Row(joint_count, 0.0));
+  rows[0][base_y] = rows[2][base_x] = 1.0;
+  rows[1][base_y] = -1.0;
+  ChunkBuilder chunk;
+  chunk.add(base, Mode::joint_velocity, rows, {base_x, base_y});
+  const auto passing = [&](std::size_t certified_end) {
+    return judge_path(shared_room(), model, whole_robot(limits), state_at_rest(), chunk.chunk,
+                      {0, 3, certified_end}, {}, {})
+        .row_count;
+  };
+  CHECK(passing(2) == 3);
+  CHECK(passing(3) == 2);
+}
+
 TEST_CASE("G031 switch up: what is left of a row changes what the next one is a share of") {
   const auto kept_in = [](double value) {
     Limits limits = test_limits();

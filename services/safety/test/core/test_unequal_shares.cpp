@@ -51,6 +51,9 @@ TEST_CASE("unequal shares: how far they lead from where equal ones do") {
   check_off(of({joints(1, 0), joints(0, 1)}), joints(0, 1), 0.8, 0.5);
   check_off(of({joints(1, 0), joints(0, 1)}), joints(0, -1), 0.5, 0.5);
   check_off(of({joints(1, 3), joints(2, 6)}, true), nothing, 1.5, 4.5);
+  UnequalShares one_leaves = of({joints(1, 3)}, true);
+  one_leaves.add_row(first_two, nothing, joints(2, 6), false);
+  check_off(one_leaves, nothing, 1.5, 4.5);
 }
 
 TEST_CASE("unequal shares: which rows there are, and from where they are counted") {
@@ -61,6 +64,7 @@ TEST_CASE("unequal shares: which rows there are, and from where they are counted
   // (1, 3) and (0, 1) add up to (1, 4), along which they go 13 and 4.
   check_off(shares, nothing, 0.5 * (4.0 / 17 + 4.0 / 17), 0.5 * (1.0 / 17 + 1.0 / 17));
   shares.clear();
+  shares.add_row(first_two, nothing, joints(1, 3), false);
   CHECK_FALSE(shares.can_differ());
 }
 

@@ -26,7 +26,7 @@ class UnequalShares {
   void raise_to_bound(const Joints* stop, Joints& off) const;
 
   static constexpr std::size_t most_rows = max_rows + 1;  // one acts already
-  std::array<Joints, most_rows> rows_;  // not set beyond the joints and rows
+  std::array<Joints, most_rows> rows_;                    // not set beyond the joints and rows
   std::size_t row_count_ = 0;
   JointSet joints_ = 0;
   bool leaves_rest_ = false;
