@@ -80,7 +80,7 @@ TEST_CASE("the slack of a base is what it is clear by in the zone where that is 
   const RobotModel model(limits);
   double slack = 0.0;
   const auto look = [&](const Joints& joints) {
-    return check_base(model, joints, joints, 0.0, slack);
+    return check_base(model, joints, joints, {}, slack);
   };
   CHECK(look(at(0, 0, 0)).ok());
   CHECK(slack == doctest::Approx(0.5));  // from the pillar
@@ -95,7 +95,7 @@ TEST_CASE("the part that is named for a zone is the one that the base's x belong
   limits.joints[base_y].part = arm;
   const RobotModel model(limits);
   double slack = 0.0;
-  const Evidence wall = check_base(model, at(2.75, 0, 0), at(2.5, 0, 0), 0.0, slack);
+  const Evidence wall = check_base(model, at(2.75, 0, 0), at(2.5, 0, 0), {}, slack);
   CHECK(wall.code == 34);
   CHECK(wall.part == "base");
   CHECK(wall.value == doctest::Approx(-0.25));

@@ -228,7 +228,8 @@ TEST_CASE("a look at zones says which share of its way the footprint is clear by
   Joints joints{};
   const Joints before{};
   std::size_t configurations = 0;
-  const ZoneConstraint look{model, before, 0.8, 0.0, configurations};
+  const BaseOff on_place;
+  const ZoneConstraint look{model, before, 0.8, on_place, configurations};
   double free = unset;
   CHECK(look.query(joints, 1.0, free).ok());
   CHECK(free == doctest::Approx(0.5));

@@ -166,30 +166,42 @@ TEST_CASE("realtime: rows of a claim that has ended count until its parts are se
   }
 }
 
-TEST_CASE(
-    "realtime: rows of a claim that has ended count for one of its parts that they do not move") {
-  // Sledge and fingers are one claim, tool and fingers the next. Its own rows are taken after a
-  // hold of the fingers: if the former rows moved these, not before they are over.
-  bool moves_fingers = false;
-  SUBCASE("which moved the fingers, too") { moves_fingers = true; }
-  SUBCASE("which did not") {}
-  {
-    TwoClaims rig(true, 0.55);
-    for (const std::uint64_t claim : {rig.tool_claim, rig.sledge_claim})
-      rig.send(EventKind::release, Release{"runner", claim});
-    rig.sledge_claim = rig.claim_of({"base", "gripper"});
-    rig.seq = 0;
-    rig.claim_id = rig.sledge_claim;
-    ChunkBuilder builder = rig.rows_ahead(base, base_y);
-    if (moves_fingers) builder.scalar(gripper, Mode::gripper_position, Row(16, 0.04));
-    REQUIRE(rig.send_chunk(builder).code == 0);
-    SUBCASE("the sledge's first row acts already") { rig.advance(0.0, no_row, no_row); }
-    SUBCASE("it acts in the next tick") {}
-    rig.send(EventKind::release, Release{"runner", rig.sledge_claim});
-    rig.tool_claim = rig.claim_of({"arm", "gripper"});
-    rig.seq = 0;
-    CHECK(rig.ask(rig.tool_claim, fairlead::test::arm, arm_1).code == (moves_fingers ? 0 : 32));
+TEST_CASE("realtime: rows of a claim that has ended count for the next claim of one of its parts") {
+  // Sledge and fingers are one claim, tool and fingers the next. Rows that move the fingers are
+  // taken after a hold of these: if the former rows moved them, not before those are over.
+  bool moved_fingers = false, moves_fingers = false;
+  SUBCASE("fingers, then not") { moved_fingers = true; }
+  SUBCASE("no fingers, then fingers") { moves_fingers = true; }
+  SUBCASE("no fingers") {}
+  SUBCASE("fingers twice") { moved_fingers = moves_fingers = true; }
+  TwoClaims rig(true, 0.55);
+  for (const std::uint64_t claim : {rig.tool_claim, rig.sledge_claim})
+    rig.send(EventKind::release, Release{"runner", claim});
+  const auto with_fingers = [](ChunkBuilder builder, bool fingers) {
+    if (fingers) builder.scalar(gripper, Mode::gripper_position, Row(16, 0.04));
+    return builder;
+  };
+  rig.claim_id = rig.sledge_claim = rig.claim_of({"base", "gripper"});
+  rig.seq = 0;
+  const Verdict sledge = rig.send_chunk(with_fingers(rig.rows_ahead(base, base_y), moved_fingers));
+  REQUIRE(sledge.code == 0);
+  bool acts = false, begins = false;
+  SUBCASE("the first row acts already") { acts = true; }
+  SUBCASE("the first row acts, and the next ones are of a chunk that moves the fingers") {
+    acts = begins = true;
   }
+  SUBCASE("the first row acts in the next tick") {}
+  if (acts) rig.advance(0.0, no_row, no_row);
+  if (begins) {
+    rig.positions[base_y] = 0.145;  // the row that acts takes it to where the tool must not pass
+    rig.advance(0.0, Acted{0, sledge.verdict_id, 0}, no_row);
+    REQUIRE(rig.send_chunk(with_fingers(rig.rows_ahead(base, base_y), true)).code == 0);
+  }
+  rig.send(EventKind::release, Release{"runner", rig.sledge_claim});
+  rig.claim_id = rig.tool_claim = rig.claim_of({"arm", "gripper"});
+  rig.seq = 0;
+  const ChunkBuilder next = with_fingers(rig.rows_ahead(fairlead::test::arm, arm_1), moves_fingers);
+  CHECK(rig.send_chunk(next).code == (moved_fingers && moves_fingers ? 0 : 32));
 }
 
 TEST_CASE("realtime: rows of a claim that has ended are not judged again, wherever they lead") {

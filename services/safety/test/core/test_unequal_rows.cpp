@@ -3,6 +3,8 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "free_arm.hpp"
@@ -234,16 +236,17 @@ TEST_CASE("G034 forecast rows go by the middle of their gains, whatever came bef
   CHECK(passing(3) == 2);
 }
 
-TEST_CASE("G031 switch up: what is left of a row changes what the next one is a share of") {
-  const auto kept_in = [](double value) {
+TEST_CASE("G031 switch up: what is left of a row is a part of the next") {
+  // The tool swings by 0.05 rad and back, from (0.7, 0). With the switch down other shares leave
+  // the joint 25 mrad off; up, the upper end leaves nothing and the lower one half: 12.5 mrad.
+  const auto kept_in = [](double value, double upper_x) {
     Limits limits = test_limits();
     limits.parts[arm].modes.cartesian_delta.gain = {0.5, 1.0};
     limits.parts[composite].modes.composite_mode.step_limit = 2.0;
-    // The tool swings by 0.05 rad in each of two rows, from (0.7, 0): along x by next to nothing.
-    (void)limits.workspace.volumes.push_back({"shelf", false, {-1, -1, -1}, {0.71, 1, 1}});
-    const Row turn{0, 0.035, 0, 0, 0, 0.05};
+    (void)limits.workspace.volumes.push_back({"shelf", false, {-1, -1, -1}, {upper_x, 1, 1}});
+    const Row turn{0, 0.035, 0, 0, 0, 0.05}, back{0, -0.035, 0, 0, 0, -0.05};
     ChunkBuilder chunk;
-    chunk.add(arm, Mode::cartesian_delta, {turn, turn}, {}, "base_link");
+    chunk.add(arm, Mode::cartesian_delta, {turn, back}, {}, "base_link");
     chunk.scalar(composite, Mode::composite_mode, {value, value});
     PartMemories memories;
     memories[arm].goal = Pose{Eigen::Vector3d(0.7, 0, 0.5), Eigen::Quaterniond::Identity()};
@@ -253,6 +256,60 @@ TEST_CASE("G031 switch up: what is left of a row changes what the next one is a 
     return judge_path(model, whole_robot(limits), state_at_rest(), chunk.chunk, 0, 2, before, {})
         .evidence.code;
   };
-  CHECK(kept_in(-1.0) == 0);
-  CHECK(kept_in(1.0) == 31);
+  CHECK(kept_in(-1.0, 0.7 + 0.013) == 31);
+  CHECK(kept_in(1.0, 0.7 + 0.013) == 0);
+  CHECK(kept_in(1.0, 0.7 + 0.007) == 31);
+}
+
+TEST_CASE("G031 a joint that goes faster than told may go on, or as told: each has its stop") {
+  // Ahead it is told 0.6 m/s and measured at 1 m/s, of which it brakes in 0.1 m at 5 m/s2; as told
+  // in 9 to 36 mm. Its way is 15 to 30 mm, and aside 25 to 50 mm by the row that acts.
+  const auto code = [](double off) {
+    Limits limits = half_to_all();
+    limits.joints[slide_x].acceleration_limit = 5.0;
+    (void)limits.workspace.volumes.push_back({"shelf", false, {0, -1, 0}, {0.83 + off, 1, 1}});
+    const ChunkBuilder acts = in_turn({{slide_y, 1.0}}), next = in_turn({{slide_x, 0.6}});
+    RowBefore before{&acts.chunk, 0};
+    before.measured = false;
+    MeasuredState state = at_rest();
+    state.velocities[slide_x] = 1.0;
+    const RobotModel model(limits);
+    return judge_path(model, whole_robot(limits), state, next.chunk, 0, 1, before, {})
+        .evidence.code;
+  };
+  const auto off = [](double x) {  // of widths of 25 mm aside, and that
+    const double y = 0.025, square = x * x + y * y;
+    return std::array{x * y * y / square, y * x * x / square};
+  };
+  const std::array on_the_way = off(0.015), told = off(0.015 + 0.027);
+  const double most = std::max(on_the_way[0], told[0]) + std::max(on_the_way[1], told[1]);
+  CHECK(code(most + eps) == 0);
+  CHECK(code(most - eps) == 31);
+}
+
+TEST_CASE("G034 a base that shares may have turned goes ahead another way") {
+  const auto code = [](double wall) {
+    Limits limits = test_limits();
+    limits.parts[base].modes.body_twist.gain = {0.0, 1.0};
+    limits.base.reaction_s = 1e-9;
+    limits.base.yaw_axis = {0.0, 0.0};
+    limits.base.footprint = square(1e-9);
+    Zone room{"room", false, square(5.0)};
+    room.corners[2][1] = room.corners[3][1] = wall;
+    (void)limits.base.zones.push_back(room);
+    Row turn(6, 0.0), forward(6, 0.0);
+    turn[5] = forward[0] = 1.0;
+    ChunkBuilder chunk;
+    chunk.add(base, Mode::body_twist, {turn, forward}, {}, "base_link");
+    const RobotModel model(limits);
+    return judge_path(model, whole_robot(limits), state_at_rest(), chunk.chunk, 0, 2, {}, {})
+        .evidence.code;
+  };
+  // By up to 0.05 rad, then 0.05 m that way: weights of what the turn and the way add up to.
+  const double x = 0.05 * std::cos(0.05), y = 0.05 * std::sin(0.05);
+  const double turned = 0.05 * 0.05 / (0.05 * 0.05 + x * x + y * y);
+  const double other_way = 2.0 * 0.05 * 0.05;  // of either slide
+  const double off = y + turned * (x + y) + other_way;
+  CHECK(code(off + 1e-6) == 0);
+  CHECK(code(off - 1e-6) == 34);
 }

@@ -142,7 +142,7 @@ Judgement ChunkJudge::judge(LiveClaim& claim, const ActionChunk& chunk) {
 Judgement ChunkJudge::judge_from(const LiveClaim& claim, const ActionChunk& chunk,
                                  std::size_t first_row) {
   if (rows_.knows_act_before(claim)) {
-    const FixedVec<Companion, max_claims> companions = rows_.companions_of(claim);
+    const FixedVec<Companion, max_claims> companions = rows_.companions_of(claim, chunk);
     const JudgedRows rows{first_row, chunk.horizon, first_row + rows_.before_next_judgement()};
     return judge_rows(room_, model_, claim.limits, hal_.state(), chunk, rows,
                       rows_.row_before(claim), Companions(companions.begin(), companions.size()));
@@ -158,7 +158,7 @@ Judgement ChunkJudge::judge_from(const LiveClaim& claim, const ActionChunk& chun
 
 Judgement ChunkJudge::judge_again(const LiveClaim& claim, const ActionChunk& chunk,
                                   std::size_t first_row, std::size_t end_row) {
-  const FixedVec<Companion, max_claims> companions = rows_.companions_of(claim);
+  const FixedVec<Companion, max_claims> companions = rows_.companions_of(claim, chunk);
   const std::size_t end = std::min(end_row, first_row + rows_.before_next_judgement());
   return judge_path(room_, model_, claim.limits, hal_.state(), chunk,
                     JudgedRows::all(first_row, end), rows_.row_before(claim),

@@ -13,6 +13,17 @@ Eigen::Vector3d tool_at(const ModelTool& tool, const FramePoses& poses) {
   return point_in_root(poses[tool.place.frame], tool.place.position);
 }
 
+// How far something may be from where it is placed [m].
+double off(const std::optional<DisplacementBound>& deviation, const ModelTool& tool) {
+  return deviation ? deviation->of(tool.place.frame, tool.place.position.norm()) : 0.0;
+}
+double off(const std::optional<DisplacementBound>& deviation, const ModelCapsule& capsule) {
+  return deviation ? deviation->of(capsule.frame, capsule.extent) : 0.0;
+}
+double off(const std::optional<DisplacementBound>& deviation, const ModelPair& pair) {
+  return deviation ? deviation->of(pair) : 0.0;
+}
+
 void keep_smallest(double& slack, double margin) { slack = std::min(slack, std::max(margin, 0.0)); }
 
 }  // namespace
@@ -43,16 +54,6 @@ double ShapeCheck::bound_of(std::size_t shape, const DisplacementBound& bound) c
   }
   const ModelCapsule& capsule = model_.capsules[capsules_[shape - tools_.size()]];
   return bound.of(capsule.frame, capsule.extent);
-}
-
-double ShapeCheck::off(const ModelTool& tool) const {
-  if (!deviation_) return tool_drift_;
-  return tool_drift_ + deviation_->of(tool.place.frame, tool.place.position.norm());
-}
-
-double ShapeCheck::off(const ModelCapsule& capsule) const {
-  if (!deviation_) return tool_drift_;
-  return tool_drift_ + deviation_->of(capsule.frame, capsule.extent);
 }
 
 double ShapeCheck::clear_fraction_of(const Clearance& clearance,
@@ -103,7 +104,8 @@ Evidence ShapeCheck::keep_tool_in(std::size_t part, std::size_t index, const Fra
   const Eigen::Vector3d point = tool_at(tool, poses);
   const std::string_view source = model_.limits.workspace.source.view();
   const Excuse excuse = excuse_of(tool.movers, tool_drift_, Excuse::better);
-  const double off_by = off(tool);
+  const double off_by = tool_drift_ + off(deviation_, tool);
+  const double off_before = off(deviation_before_, tool);
   for (std::size_t i = 0; i < axes.size(); ++i) {
     const auto axis = static_cast<Eigen::Index>(i);
     const double upper = volume.upper[i] - off_by, lower = volume.lower[i] + off_by;
@@ -112,9 +114,9 @@ Evidence ShapeCheck::keep_tool_in(std::size_t part, std::size_t index, const Fra
     keep_smallest(slack, over);
     const Name& name = model_.limits.parts[part].name;
     const auto was = [&] { return tool_at(tool, before)[axis]; };
-    if (is_breach(under, [&] { return volume.upper[i] - was(); }, excuse))
+    if (is_breach(under, [&] { return volume.upper[i] - off_before - was(); }, excuse))
       return of(above(code::workspace, axes[i].view(), point[axis], upper, source), name);
-    if (is_breach(over, [&] { return was() - volume.lower[i]; }, excuse))
+    if (is_breach(over, [&] { return was() - volume.lower[i] - off_before; }, excuse))
       return of(below(code::workspace, axes[i].view(), point[axis], lower, source), name);
   }
   return {};
@@ -127,10 +129,12 @@ Evidence ShapeCheck::keep_tool_out(std::size_t part, std::size_t volume, const F
     const Eigen::Vector3d point = tool_at(model_.tools[part], in);
     return box_distance({point, point}, box);
   };
-  const double distance = distance_of(poses) - off(model_.tools[part]);
+  const ModelTool& tool = model_.tools[part];
+  const double distance = distance_of(poses) - tool_drift_ - off(deviation_, tool);
   keep_smallest(slack, distance);
-  const Excuse excuse = excuse_of(model_.tools[part].movers, tool_drift_, Excuse::better);
-  if (!is_breach(distance, [&] { return distance_of(before); }, excuse)) return {};
+  const Excuse excuse = excuse_of(tool.movers, tool_drift_, Excuse::better);
+  const auto margin_before = [&] { return distance_of(before) - off(deviation_before_, tool); };
+  if (!is_breach(distance, margin_before, excuse)) return {};
   return of(below(code::workspace, model_.volumes[volume].tool.view(), distance, 0.0,
                   model_.limits.workspace.source.view()),
             model_.limits.parts[part].name);
@@ -142,7 +146,7 @@ Evidence ShapeCheck::keep_capsule_out(std::size_t capsule, std::size_t volume,
   const Box box = box_of(model_.limits.workspace.volumes[volume]);
   const ModelCapsule& shape = model_.capsules[capsule];
   const Eigen::Vector3d middle = point_in_root(poses[shape.frame], shape.middle);
-  const double off_by = off(shape);
+  const double off_by = tool_drift_ + off(deviation_, shape);
   if (box_distance({middle, middle}, box) - shape.reach - off_by >= slack) return {};
   const auto margin_of = [&](const FramePoses& in) {
     return box_distance(segment(capsule, in), box) - shape.radius;
@@ -151,7 +155,8 @@ Evidence ShapeCheck::keep_capsule_out(std::size_t capsule, std::size_t volume,
   keep_smallest(slack, margin);
   const JointSet movers = model_.frames[shape.frame].movers;
   const Excuse excuse = excuse_of(movers, tool_drift_, Excuse::better);
-  if (!is_breach(margin, [&] { return margin_of(before); }, excuse)) return {};
+  const auto margin_before = [&] { return margin_of(before) - off(deviation_before_, shape); };
+  if (!is_breach(margin, margin_before, excuse)) return {};
   return of_part_that_moves(below(code::workspace, model_.volumes[volume].capsules[capsule].view(),
                                   margin, 0.0, model_.limits.workspace.source.view()),
                             movers);
@@ -186,14 +191,16 @@ Evidence ShapeCheck::check_pairs(const FramePoses& poses, const FramePoses& befo
     };
     if (are_clear_by(found.others + longest_off)) continue;
     const double need = share * bound.of(pair);
-    const double off_by = deviation_ ? deviation_->of(pair) : 0.0;
+    const double off_by = off(deviation_, pair);
     if (are_clear_by(need + off_by)) {
       found.add(i, need);
       continue;
     }
     const double distance = pair_distance(pair, poses) - off_by;
     found.add(i, distance - clearance);
-    const auto margin_before = [&] { return pair_distance(pair, before) - clearance; };
+    const auto margin_before = [&] {
+      return pair_distance(pair, before) - clearance - off(deviation_before_, pair);
+    };
     const Excuse excuse = excuse_of(pair.movers, clearance_drift_, Excuse::none);
     if (!is_breach(distance - clearance, margin_before, excuse)) continue;
     return of_part_that_moves(below(code::collision, model_.pair_names[pairs_[i]].view(), distance,

@@ -44,10 +44,15 @@ class ShapeCheck {
     clearance_drift_ = clearance;
   }
 
-  /// From here on the joints may be so far from where they are said to be, each either way. What is
-  /// nearer to a limit than that takes a tool or capsule is at fault, unless it was even nearer.
+  /// A row begins: the joints are where they are said to be, unless they may be so far from there,
+  /// each either way. What is nearer to a limit than that takes a tool or capsule is at fault,
+  /// unless it was even nearer where the row begins, by what was said for the row before.
+  void begin_row() {
+    deviation_before_.reset();
+    if (deviation_) deviation_before_.emplace(*deviation_);
+    deviation_.reset();
+  }
   void deviate_by(const Joints& ways) { deviation_.emplace(model_, ways); }
-  void deviate_no_more() { deviation_.reset(); }
 
   /// What is at fault in a configuration. What was broken in the one before may stay as it was.
   /// Without a fault, `found`: how clear it is, which need not be more than `share` of the bound.
@@ -75,9 +80,6 @@ class ShapeCheck {
   Evidence check_pairs(const FramePoses& poses, const FramePoses& before,
                        const DisplacementBound& bound, double share, Clearance& found);
   [[nodiscard]] double bound_of(std::size_t shape, const DisplacementBound& bound) const;
-  /// How far a tool or capsule may be from where it is placed, drift included [m].
-  [[nodiscard]] double off(const ModelTool& tool) const;
-  [[nodiscard]] double off(const ModelCapsule& capsule) const;
   [[nodiscard]] Segment segment(std::size_t capsule, const FramePoses& poses) const;
   [[nodiscard]] double pair_distance(const ModelPair& pair, const FramePoses& poses) const;
   [[nodiscard]] Evidence of_part_that_moves(Evidence evidence, JointSet movers) const;
@@ -92,7 +94,7 @@ class ShapeCheck {
   JointSet guessed_;
   double tool_drift_ = 0.0;
   double clearance_drift_ = 0.0;
-  std::optional<DisplacementBound> deviation_;
+  std::optional<DisplacementBound> deviation_, deviation_before_;
   // Shapes are counted through all three:
   FixedVec<std::uint16_t, max_capsule_pairs> pairs_;
   FixedVec<std::uint8_t, max_parts> tools_;        // by part

@@ -84,15 +84,17 @@ double base_way(const RobotModel& model, const Joints& ways) {
   return ways[joints[0]] + ways[joints[1]] + model.base_extent * ways[joints[2]];
 }
 
-Evidence check_base(const RobotModel& model, const Joints& joints, const Joints& before, double off,
-                    double& slack) {
+Evidence check_base(const RobotModel& model, const Joints& joints, const Joints& before,
+                    const BaseOff& off, double& slack) {
   const BaseLimits& base = model.limits.base;
   const Polygon here = footprint_at(base, joints);
   slack = std::numeric_limits<double>::infinity();
   for (const Zone& zone : base.zones) {
-    const double margin = margin_of(zone, here) - off;
+    const double margin = margin_of(zone, here) - off.now;
     slack = std::min(slack, std::max(margin, 0.0));
-    const auto margin_before = [&] { return margin_of(zone, footprint_at(base, before)); };
+    const auto margin_before = [&] {
+      return margin_of(zone, footprint_at(base, before)) - off.before;
+    };
     if (!is_breach(margin, margin_before)) continue;
     return of(below(code::zone, zone.name.view(), margin, 0.0, base.source.view()),
               model.limits.parts[model.limits.joints[base.joints[0]].part].name);

@@ -25,9 +25,15 @@ double base_way(const RobotModel& model, const Joints& from, const Joints& to);
 /// The same, where each joint goes so far, either way.
 double base_way(const RobotModel& model, const Joints& ways);
 
-/// What is at fault where the base is, give or take `off` [m]. What was broken where it was
-/// `before` may stay as it was. Without a fault, `slack`: the smallest margin [m].
-Evidence check_base(const RobotModel& model, const Joints& joints, const Joints& before, double off,
-                    double& slack);
+/// How far the base may be from where it is said to be, after a row and before it [m].
+struct BaseOff {
+  double now = 0.0;
+  double before = 0.0;
+};
+
+/// What is at fault where the base is, give or take `off`. What was broken where it was `before`
+/// may stay as it was. Without a fault, `slack`: the smallest margin [m].
+Evidence check_base(const RobotModel& model, const Joints& joints, const Joints& before,
+                    const BaseOff& off, double& slack);
 
 }  // namespace fairlead

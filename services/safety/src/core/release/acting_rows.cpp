@@ -3,10 +3,11 @@
 namespace fairlead {
 namespace {
 
-bool moves_part_of(const ActionChunk* chunk, const LiveClaim& claim) {
-  if (chunk == nullptr) return false;
-  for (const ActionPart& action : chunk->parts)
-    if (claim.covers(action.part)) return true;
+bool share_a_part(const ActionChunk* one, const ActionChunk& other) {
+  if (one == nullptr) return false;
+  for (const ActionPart& action : one->parts)
+    for (const ActionPart& taken : other.parts)
+      if (action.part == taken.part) return true;
   return false;
 }
 
@@ -40,14 +41,15 @@ RowBefore ActingRows::row_before(const LiveClaim& claim) const {
   return before;
 }
 
-FixedVec<Companion, max_claims> ActingRows::companions_of(const LiveClaim& claim) const {
+FixedVec<Companion, max_claims> ActingRows::companions_of(const LiveClaim& claim,
+                                                          const ActionChunk& chunk) const {
   FixedVec<Companion, max_claims> companions;
   for (const LiveClaim& other : claims_.places()) {
     if (other.live() ? other.id == claim.id : !other.is_leaving()) continue;
-    const Companion companion = companion_of(other);
-    if (!other.live() &&
-        (moves_part_of(companion.before.chunk, claim) || moves_part_of(companion.chunk, claim)))
-      continue;
+    Companion companion = companion_of(other);
+    if (!other.live() && share_a_part(companion.before.chunk, chunk))
+      companion.before.chunk = nullptr;
+    if (!other.live() && share_a_part(companion.chunk, chunk)) companion.chunk = nullptr;
     (void)companions.push_back(companion);
   }
   return companions;

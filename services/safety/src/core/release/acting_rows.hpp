@@ -38,10 +38,11 @@ class ActingRows {
   /// standing still: nothing can be judged against it. One held tick later a hold is known.
   [[nodiscard]] bool knows_act_before(const LiveClaim& claim) const;
   [[nodiscard]] RowBefore row_before(const LiveClaim& claim) const;
-  /// What the other claims' parts do from the first open tick on, as far as it is released; also of
-  /// claims that have ended, as long as their rows may act. Not of rows for a part of this claim:
-  /// its own are taken after a hold of that part, and until then nothing else of them acts.
-  [[nodiscard]] FixedVec<Companion, max_claims> companions_of(const LiveClaim& claim) const;
+  /// What the other claims' parts do while `chunk` of this one acts, as far as it is released; also
+  /// of claims that have ended, as long as their rows may act. Not of rows for a part that `chunk`
+  /// moves: it is taken after a hold of that part, so they do not act in the tick before, nor then.
+  [[nodiscard]] FixedVec<Companion, max_claims> companions_of(const LiveClaim& claim,
+                                                              const ActionChunk& chunk) const;
 
   /// The rows that act next were released from an older state. What they may not do in this one is
   /// a stop: the HAL has them already. Other limits cannot be broken by a newer state.

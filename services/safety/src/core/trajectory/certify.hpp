@@ -65,13 +65,12 @@ struct ShapeConstraint {
   }
 };
 
-/// G034: the base's zones. `way`: of its footprint, on the whole motion; `off`: how far it may be
-/// beside it [m].
+/// G034: the base's zones. `way`: of its footprint, on the whole motion [m].
 struct ZoneConstraint {
   const RobotModel& model;
   const Joints& before;
   double way;
-  double off;
+  const BaseOff& off;
   std::size_t& configurations;
 
   [[nodiscard]] double longest() const { return way; }

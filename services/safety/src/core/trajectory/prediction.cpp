@@ -4,17 +4,28 @@
 #include <cmath>
 #include <limits>
 
+#include "core/geometry/margin.hpp"
 #include "core/kinematics/robot_model.hpp"
 #include "core/modes/commanded_motion.hpp"
 #include "core/trajectory/braking.hpp"
 
 namespace fairlead {
+namespace {
+
+// Of the base's slides, whichever way it is turned [m].
+double slide_way(const RobotModel& model, const Joints& ways) {
+  const auto& joints = model.limits.base.joints;
+  return std::hypot(ways[joints[0]], ways[joints[1]]);
+}
+
+}  // namespace
 
 // Rows of one tick, of the chunk and its companions. A pose is reached for last: it depends on
 // where other parts carry its own.
 Evidence Prediction::apply_rows(const RowBefore& own, bool before) {
   Evidence fault;
   goals_add_up_ = goals_add_up(own, before);
+  shared_by_.fill({});
   for (const bool poses : {false, true}) {
     if (own.chunk != nullptr) {
       const Evidence evidence = apply_row(*own.chunk, own.row, true, poses, branch_count_);
@@ -37,6 +48,7 @@ Evidence Prediction::apply_rows(const RowBefore& own, bool before) {
 // Which share of a row happens may be another one in the next: each goes on from the furthest that
 // any of those before it can have got to.
 void Prediction::note_spread() {
+  const double turn_before = turn_width();
   for (const std::size_t j : JointsIn(moving_)) {
     const bool adds_up = (lagging_ & only(j)) != 0;
     double lowest = std::numeric_limits<double>::infinity(), highest = -lowest;
@@ -48,14 +60,51 @@ void Prediction::note_spread() {
     interval_.lowest[j] = lowest;
     interval_.highest[j] = highest;
   }
-  if (share_count_ == 1) return;
+  if (share_count_ > 1) note_shares(turn_before);
+}
+
+// How far shares may have turned the base apart.
+double Prediction::turn_width() const {
+  if (!model_.limits.base.present) return 0.0;
+  const std::size_t yaw = model_.limits.base.joints[2];
+  return interval_.highest[yaw] - interval_.lowest[yaw];
+}
+
+void Prediction::note_shares(double turn_before) {
+  const Branch &least = branches_[1], &most = branches_[share_count_ - 1];
   Joints lower, upper;
+  upper.fill(0.0);
   for (const std::size_t j : JointsIn(moving_)) {
-    const Branch &least = branches_[1], &most = branches_[share_count_ - 1];
     lower[j] = least.now[j] - least.before[j];
     upper[j] = most.now[j] - most.before[j];
   }
-  unequal_shares_.add_row(moving_, lower, upper, goals_add_up_);
+  for (std::size_t part = 0; part < model_.limits.parts.size(); ++part) {
+    UnequalShares& shares = unequal_shares_[part];
+    if (rows_shared_ == 0) shares.begin(model_.part_joints[part] & moving_);
+    shares.add_row({lower, upper, shared_by_[part]});
+  }
+  ++rows_shared_;
+  if (turn_before > 0.0) turned_off_ += turn_before * slide_way(model_, upper);
+}
+
+void Prediction::raise_off(const Joints& lower, const Joints& upper, Joints& off) const {
+  const Branch &least = branches_[1], &most = branches_[share_count_ - 1];
+  Joints stop, ways;
+  ways.fill(0.0);
+  for (const std::size_t j : JointsIn(moving_)) {
+    ways[j] = upper[j] - most.now[j];
+    stop[j] = ways[j] - (lower[j] - least.now[j]);
+  }
+  Joints raised;
+  raised.fill(0.0);
+  for (std::size_t part = 0; part < model_.limits.parts.size(); ++part) {
+    unequal_shares_[part].raise_to_bound(nullptr, raised);
+    unequal_shares_[part].raise_to_bound(&stop, raised);
+  }
+  if (turn_width() > 0.0)
+    for (const std::size_t slide : {model_.limits.base.joints[0], model_.limits.base.joints[1]})
+      raised[slide] += turned_off_ + turn_width() * slide_way(model_, ways);
+  for (std::size_t j = 0; j < off.size(); ++j) off[j] = larger(off[j], raised[j]);
 }
 
 void Prediction::note_base_speed() {

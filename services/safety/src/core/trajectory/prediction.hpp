@@ -110,9 +110,12 @@ class Prediction {
   /// Takes it to where it is a tick later if nothing changes its motion.
   void coast_one_tick(Branch& branch) const;
   [[nodiscard]] const PositionInterval& interval() const { return interval_; }
-  /// What another share of each row makes of it. With `can_differ`, branch 1 has the lower ends of
-  /// all gains, the last of `share_count` the upper ones.
-  [[nodiscard]] const UnequalShares& unequal_shares() const { return unequal_shares_; }
+  /// Whether there are several rows of each of which another share may happen. Then branch 1 has
+  /// the lower ends of all gains, the last of `share_count` the upper ones.
+  [[nodiscard]] bool shares_can_differ() const { return rows_shared_ > 1; }
+  /// Raises `off`, by joint, to how far other shares can leave it from its branches, and where they
+  /// come to rest: `lower` and `upper`, where it does for these two branches.
+  void raise_off(const Joints& lower, const Joints& upper, Joints& off) const;
   /// Where the newest row begins: how far two shares of the rows before may have left a joint of a
   /// part from each other at most [rad]. What slides counts as the turn that takes the arm as far;
   /// where nothing turns, the tool's Jacobian is the same everywhere.
@@ -131,8 +134,10 @@ class Prediction {
   void include_companions();
   void add_branches(std::size_t part);
   void include_holding();
-  [[nodiscard]] double gain(const Command& command, std::size_t branch) const;
+  [[nodiscard]] double gain(const Command& command, std::size_t branch);
   void note_spread();
+  void note_shares(double turn_before);
+  [[nodiscard]] double turn_width() const;
   void note_base_speed();
   void note_told(const ActionChunk& chunk, std::size_t row);
   void note_pose(const ActionPart& action, std::size_t row);
@@ -187,7 +192,10 @@ class Prediction {
   std::array<double, max_joints> told_;
   PositionInterval interval_;
   PositionInterval interval_before_;  // of the row before
-  UnequalShares unequal_shares_;
+  std::size_t rows_shared_ = 0;
+  std::array<UnequalShares, max_parts> unequal_shares_;  // by part
+  std::array<SharedBy, max_parts> shared_by_{};          // by part, in the newest row
+  double turned_off_ = 0.0;  // of the base's slides, by what shares may have turned it before [m]
   double base_speed_ = 0.0;
   double base_speed_before_ = 0.0;
   Branch measured_;

@@ -71,7 +71,7 @@ void Prediction::include_holding() {
 
 void Prediction::only_forecast() {
   branch_count_ = share_count_ = 1;
-  unequal_shares_.clear();
+  rows_shared_ = 0;
   holding_count_ = 0;
   interval_ = {branches_.front().now, branches_.front().now};
 }

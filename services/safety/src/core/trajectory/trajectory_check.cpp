@@ -89,19 +89,22 @@ void TrajectoryCheck::expect_drift() {
 // Of the rows that have branches any other share may happen in each: that leads beside them, and
 // braking from there beside where it ends for them.
 void TrajectoryCheck::expect_unequal_shares() {
-  shape_check_.deviate_no_more();
-  base_off_ = 0.0;
-  if (!prediction_.unequal_shares().can_differ()) return;
-  const JointSet moving = prediction_.moving(), lagging = prediction_.lagging();
+  shape_check_.begin_row();
+  base_off_ = {.before = base_off_.now};
+  if (!prediction_.shares_can_differ()) return;
   const Branch &least = prediction_.branch(1),
                &most = prediction_.branch(prediction_.share_count() - 1);
-  const Braking first(model_, least, moving, lagging), second(model_, most, moving, lagging);
-  Joints stop, off;
-  for (const std::size_t j : JointsIn(moving))
-    stop[j] = (second.end()[j] - most.now[j]) - (first.end()[j] - least.now[j]);
-  prediction_.unequal_shares().bound(stop, off);
+  Joints off;
+  off.fill(0.0);
+  const auto raise = [&](const Branch& lower, const Branch& upper) {
+    const JointSet moving = prediction_.moving(), lagging = prediction_.lagging();
+    prediction_.raise_off(Braking(model_, lower, moving, lagging).end(),
+                          Braking(model_, upper, moving, lagging).end(), off);
+  };
+  raise(least, most);
+  if ((least.slowing | most.slowing) != 0) raise(least.slowed(), most.slowed());
   shape_check_.deviate_by(off);
-  if (model_.limits.base.present) base_off_ = base_way(model_, off);
+  if (model_.limits.base.present) base_off_.now = base_way(model_, off);
 }
 
 // Whatever the rows say, what is measured may go on for a tick, and brake then; so may what the row

@@ -45,7 +45,7 @@ class TrajectoryCheck {
   ShapeCheck shape_check_;
   bool has_begun_ = false;
   std::size_t configurations_ = 0;
-  double base_off_ = 0.0;  // how far the base may be from where a branch has it [m]
+  BaseOff base_off_;
   std::array<Clearance, max_branches> clearances_;  // of each branch where the next row starts
   FramePoses rest_;                                 // where braking ends
   FramePoses between_;

@@ -7,48 +7,62 @@
 
 namespace fairlead {
 
-void UnequalShares::add_row(JointSet joints, const Joints& lower, const Joints& upper,
-                            bool leaves_rest) {
-  joints_ = joints;
-  leaves_rest_ |= leaves_rest;
-  Joints& row = rows_[row_count_++];
-  for (const std::size_t j : JointsIn(joints)) row[j] = upper[j] - lower[j];
+// Where what is left of a row is asked for again, the rows after it do more of it: together all but
+// what each of their shares leaves.
+void UnequalShares::add_row(const SharedRow& row) {
+  const auto& [gain, goes_on] = row.by;
+  const double lower = gain != nullptr ? gain->lower : 0.0;
+  const double upper = gain != nullptr ? gain->upper : 1.0;
+  if (!goes_on) first_open_ = row_count_;
+  for (std::size_t k = first_open_; k < row_count_; ++k) {
+    rows_[k].left_by_lower *= 1.0 - lower;
+    rows_[k].left_by_upper *= 1.0 - upper;
+  }
+  Row& added = rows_[row_count_];
+  for (const std::size_t j : JointsIn(joints_)) {
+    const double before = goes_on && row_count_ > 0 ? (1.0 - upper) * last_upper_[j] : 0.0;
+    added.asked[j] =
+        gain != nullptr ? (row.upper[j] - before) / upper : row.upper[j] - row.lower[j];
+    follows_others_ |= gain == nullptr && added.asked[j] != 0.0;
+    last_upper_[j] = row.upper[j];
+  }
+  added.left_by_lower = 1.0 - lower;
+  added.left_by_upper = 1.0 - upper;
+  ++row_count_;
 }
 
-void UnequalShares::bound(const Joints& stop, Joints& off) const {
-  off.fill(0.0);
-  raise_to_bound(nullptr, off);
-  raise_to_bound(&stop, off);
+double UnequalShares::width(std::size_t row, std::size_t j, const Joints* stop) const {
+  const Row& of = rows_[row];
+  const double more = stop != nullptr && row + 1 == row_count_ ? (*stop)[j] : 0.0;
+  return of.asked[j] * (of.left_by_lower - of.left_by_upper) + more;
 }
 
 // With d_k the rows, D their sum and weights w_k >= 0 that add up to 1, equal shares of the sum of
 // w_k s_k lead to that times D. What is left, the sum of s_k (d_k - w_k D), has terms that add up
 // to nothing for equal s_k, so it is half the sum of their sizes at most, whatever the weights.
-// It is least for rows alike if each has the weight of how far it goes along D. Without weights it
-// is how far they lead from where half of each does.
+// It is least for rows alike if each has the weight of how far it goes along D. Of joints that
+// other parts move along nobody knows which shares are equal: they are off by all of it.
 void UnequalShares::raise_to_bound(const Joints* stop, Joints& off) const {
-  const auto width = [&](std::size_t row, std::size_t j) {
-    return rows_[row][j] + (stop != nullptr && row + 1 == row_count_ ? (*stop)[j] : 0.0);
-  };
   Joints total;
   for (const std::size_t j : JointsIn(joints_)) {
     total[j] = 0.0;
-    for (std::size_t row = 0; row < row_count_; ++row) total[j] += width(row, j);
+    for (std::size_t row = 0; row < row_count_; ++row) total[j] += width(row, j, stop);
   }
   std::array<double, most_rows> weights;
   double sum = 0.0;
   for (std::size_t row = 0; row < row_count_; ++row) {
     double along = 0.0;
-    for (const std::size_t j : JointsIn(joints_)) along += width(row, j) * total[j];
-    weights[row] = leaves_rest_ ? 0.0 : std::max(along, 0.0);
+    for (const std::size_t j : JointsIn(joints_)) along += width(row, j, stop) * total[j];
+    weights[row] = follows_others_ ? 0.0 : std::max(along, 0.0);
     sum += weights[row];
   }
+  const double half = follows_others_ ? 1.0 : 0.5;
   if (!(sum > 0.0)) sum = 1.0;
   for (const std::size_t j : JointsIn(joints_)) {
     double sizes = 0.0;
     for (std::size_t row = 0; row < row_count_; ++row)
-      sizes += std::abs(width(row, j) - weights[row] / sum * total[j]);
-    off[j] = larger(off[j], 0.5 * sizes);
+      sizes += std::abs(width(row, j, stop) - weights[row] / sum * total[j]);
+    off[j] = larger(off[j], half * sizes);
   }
 }
 

@@ -7,29 +7,47 @@
 
 namespace fairlead {
 
-/// Row by row, how much further the upper ends of the gains take each joint than the lower ones.
-/// Shares of k rows leave a joint at the sum of s_k times that, 0 <= s_k <= 1.
+/// What decides which share of a row happens.
+struct SharedBy {
+  const Gain* gain = nullptr;  // nullptr: other parts' shares, which move it along
+  bool goes_on = false;        // what the row before left to do is asked for again
+};
+
+/// A row of one part: how far the lower and the upper ends of all gains take each joint.
+struct SharedRow {
+  const Joints& lower;
+  const Joints& upper;
+  SharedBy by;
+};
+
+/// Row by row, how much further the upper ends of one part's gain take each joint than the lower.
+/// Of k rows any shares leave a joint at the sum of s_k times that, 0 <= s_k <= 1.
 class UnequalShares {
  public:
-  void clear() { row_count_ = 0; }
-  /// Of a row, for those of `joints`: the same in each row. `leaves_rest`: what does not happen of
-  /// a row is asked for again in the next; so a share of one changes what the others are shares of.
-  void add_row(JointSet joints, const Joints& lower, const Joints& upper, bool leaves_rest);
-  /// Of a single row any share lies between the ends of its gain.
-  [[nodiscard]] bool can_differ() const { return row_count_ > 1; }
+  void begin(JointSet joints) { joints_ = joints, row_count_ = 0; }
+  void add_row(const SharedRow& row);
 
-  /// By joint, how far it can be at most from the nearest of where equal shares leave all of them;
-  /// also behind a stop that takes it `stop` further by the upper ends than by the lower.
-  void bound(const Joints& stop, Joints& off) const;
-
- private:
+  /// Raises `off`, by joint, to how far it can be at most from the nearest of where equal shares
+  /// leave the part; with `stop`, what the upper end adds to the last row more than the lower.
   void raise_to_bound(const Joints* stop, Joints& off) const;
 
+ private:
+  [[nodiscard]] double width(std::size_t row, std::size_t j, const Joints* stop) const;
+
   static constexpr std::size_t most_rows = max_rows + 1;  // one acts already
-  std::array<Joints, most_rows> rows_;                    // not set beyond the joints and rows
+  struct Row {
+    Joints asked;  // of all of it
+    // What is left of it to do after all rows so far, for either end; their difference is its
+    // width.
+    double left_by_lower;
+    double left_by_upper;
+  };
+  std::array<Row, most_rows> rows_;  // not set beyond the joints and rows
   std::size_t row_count_ = 0;
+  std::size_t first_open_ = 0;  // of this and later ones what is left is still asked for
+  bool follows_others_ = false;
+  Joints last_upper_;
   JointSet joints_ = 0;
-  bool leaves_rest_ = false;
 };
 
 }  // namespace fairlead
