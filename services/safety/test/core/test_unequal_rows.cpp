@@ -1,4 +1,4 @@
-// G031, G032 and G034 where of each row another share happens: that leads beside where equal shares
+// G031 and G032 where of each row another share happens: that leads beside where equal shares
 // do, and limits count from there.
 
 #include <doctest/doctest.h>
@@ -193,49 +193,6 @@ TEST_CASE("G032 a pair far off is passed over only if it is so wherever shares l
   }
 }
 
-TEST_CASE("G034 a base keeps to its zones by what unequal shares can make of the rows") {
-  const auto code = [](double wall) {
-    Limits limits = test_limits();
-    limits.parts[base].modes.joint_velocity.gain = {0.5, 1.0};
-    limits.base.reaction_s = 1e-9;
-    limits.base.footprint = square(0.1);
-    Zone room{"room", false, square(5.0)};
-    room.corners[1][0] = room.corners[2][0] = 0.1 + wall;
-    (void)limits.base.zones.push_back(room);
-    Row aside(joint_count, 0.0), forward(joint_count, 0.0);
-    aside[base_y] = forward[base_x] = 1.0;
-    ChunkBuilder chunk;
-    chunk.add(base, Mode::joint_velocity, {aside, forward}, {base_x, base_y});
-    return judge_rows(limits, whole_robot(limits), state_at_rest(), chunk.chunk, 0, {})
-        .evidence.code;
-  };
-  CHECK(code(0.05 + beside + 1e-6) == 0);
-  CHECK(code(0.05 + beside - 1e-6) == 34);
-}
-
-TEST_CASE("G034 forecast rows go by the middle of their gains, whatever came before") {
-  Limits limits = test_limits();
-  limits.parts[base].modes.joint_velocity.gain = {0.5, 1.0};
-  limits.base.reaction_s = 1e-9;
-  limits.base.footprint = square(0.1);
-  Zone room{"room", false, square(5.0)};
-  room.corners[1][0] = room.corners[2][0] = 0.1 + 0.0375 + 1e-6;
-  (void)limits.base.zones.push_back(room);
-  const RobotModel model(limits);
-  Rows rows(3, Row(joint_count, 0.0));
-  rows[0][base_y] = rows[2][base_x] = 1.0;
-  rows[1][base_y] = -1.0;
-  ChunkBuilder chunk;
-  chunk.add(base, Mode::joint_velocity, rows, {base_x, base_y});
-  const auto passing = [&](std::size_t certified_end) {
-    return judge_path(shared_room(), model, whole_robot(limits), state_at_rest(), chunk.chunk,
-                      {0, 3, certified_end}, {}, {})
-        .row_count;
-  };
-  CHECK(passing(2) == 3);
-  CHECK(passing(3) == 2);
-}
-
 TEST_CASE("G031 switch up: what is left of a row is a part of the next") {
   // The tool swings by 0.05 rad and back, from (0.7, 0). With the switch down other shares leave
   // the joint 25 mrad off; up, the upper end leaves nothing and the lower one half: 12.5 mrad.
@@ -285,31 +242,4 @@ TEST_CASE("G031 a joint that goes faster than told may go on, or as told: each h
   const double most = std::max(on_the_way[0], told[0]) + std::max(on_the_way[1], told[1]);
   CHECK(code(most + eps) == 0);
   CHECK(code(most - eps) == 31);
-}
-
-TEST_CASE("G034 a base that shares may have turned goes ahead another way") {
-  const auto code = [](double wall) {
-    Limits limits = test_limits();
-    limits.parts[base].modes.body_twist.gain = {0.0, 1.0};
-    limits.base.reaction_s = 1e-9;
-    limits.base.yaw_axis = {0.0, 0.0};
-    limits.base.footprint = square(1e-9);
-    Zone room{"room", false, square(5.0)};
-    room.corners[2][1] = room.corners[3][1] = wall;
-    (void)limits.base.zones.push_back(room);
-    Row turn(6, 0.0), forward(6, 0.0);
-    turn[5] = forward[0] = 1.0;
-    ChunkBuilder chunk;
-    chunk.add(base, Mode::body_twist, {turn, forward}, {}, "base_link");
-    const RobotModel model(limits);
-    return judge_path(model, whole_robot(limits), state_at_rest(), chunk.chunk, 0, 2, {}, {})
-        .evidence.code;
-  };
-  // By up to 0.05 rad, then 0.05 m that way: weights of what the turn and the way add up to.
-  const double x = 0.05 * std::cos(0.05), y = 0.05 * std::sin(0.05);
-  const double turned = 0.05 * 0.05 / (0.05 * 0.05 + x * x + y * y);
-  const double other_way = 2.0 * 0.05 * 0.05;  // of either slide
-  const double off = y + turned * (x + y) + other_way;
-  CHECK(code(off + 1e-6) == 0);
-  CHECK(code(off - 1e-6) == 34);
 }
