@@ -185,14 +185,14 @@ TEST_CASE("realtime: rows of a claim that has ended count for the next claim of 
   rig.seq = 0;
   const Verdict sledge = rig.send_chunk(with_fingers(rig.rows_ahead(base, base_y), moved_fingers));
   REQUIRE(sledge.code == 0);
-  bool acts = false, begins = false;
+  bool acts = false, goes_on = false;
   SUBCASE("the first row acts already") { acts = true; }
   SUBCASE("the first row acts, and the next ones are of a chunk that moves the fingers") {
-    acts = begins = true;
+    acts = goes_on = true;
   }
   SUBCASE("the first row acts in the next tick") {}
   if (acts) rig.advance(0.0, no_row, no_row);
-  if (begins) {
+  if (goes_on) {
     rig.positions[base_y] = 0.145;  // the row that acts takes it to where the tool must not pass
     rig.advance(0.0, Acted{0, sledge.verdict_id, 0}, no_row);
     REQUIRE(rig.send_chunk(with_fingers(rig.rows_ahead(base, base_y), true)).code == 0);

@@ -107,6 +107,11 @@ TEST_CASE("unequal shares: bounds are raised, never lowered, and a new part begi
   shares.begin(first_two);
   shares.add_row({nothing, joints(0, 1), {&none_to_all}});
   check_off(shares, nullptr, 0.0, 0.0);
+  UnequalShares again = of({joints(1, 3), joints(2, 6)}, nullptr);  // followed others
+  again.begin(first_two);
+  for (const Joints& row : {joints(1, 3), joints(2, 6)})
+    again.add_row({nothing, row, {&none_to_all, true}});
+  check_off(again, nullptr, 0.0, 0.0);
 }
 
 TEST_CASE("unequal shares: what a row leaves is asked for again where the next goes on") {

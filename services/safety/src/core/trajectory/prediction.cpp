@@ -180,6 +180,7 @@ Evidence Prediction::apply_row(const ActionChunk& chunk, std::size_t row, bool o
     const ModeLimits& modes =
         own ? claim_.modes[action.part] : model_.limits.parts[action.part].modes;
     const Command command{action, modes, row_of(action, row, model_.limits)};
+    shared_by_[action.part] = {gain_block(modes, action.mode), goals_add_up_ && moves_tool(action)};
     for (std::size_t i = 0; i < branch_count; ++i) {
       const Evidence evidence = apply(command, i);
       if (fault.ok() && !evidence.ok()) fault = of(evidence, model_.limits.parts[action.part].name);

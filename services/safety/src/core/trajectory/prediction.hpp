@@ -134,7 +134,7 @@ class Prediction {
   void include_companions();
   void add_branches(std::size_t part);
   void include_holding();
-  [[nodiscard]] double gain(const Command& command, std::size_t branch);
+  [[nodiscard]] double gain(const Command& command, std::size_t branch) const;
   void note_spread();
   void note_shares(double turn_before);
   [[nodiscard]] double turn_width() const;

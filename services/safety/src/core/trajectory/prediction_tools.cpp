@@ -18,10 +18,9 @@ constexpr std::string_view lost_goal =
 
 }  // namespace
 
-double Prediction::gain(const Command& command, std::size_t branch) {
+double Prediction::gain(const Command& command, std::size_t branch) const {
   const Gain* gain = gain_block(command.modes, command.action.mode);
   if (gain == nullptr) return unset;  // GCOVR_EXCL_BR_LINE: asked of modes that have one
-  shared_by_[command.action.part] = {gain, goals_add_up_ && moves_tool(command.action)};
   const std::size_t ends = branch % share_count_;
   if (ends == 0) return 0.5 * (gain->lower + gain->upper);
   return (((ends - 1) >> gain_bit_[command.action.part]) & 1U) == 0 ? gain->lower : gain->upper;

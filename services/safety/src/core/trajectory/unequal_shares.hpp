@@ -24,7 +24,11 @@ struct SharedRow {
 /// Of k rows any shares leave a joint at the sum of s_k times that, 0 <= s_k <= 1.
 class UnequalShares {
  public:
-  void begin(JointSet joints) { joints_ = joints, row_count_ = 0; }
+  void begin(JointSet joints) {
+    joints_ = joints;
+    row_count_ = first_open_ = 0;
+    follows_others_ = false;
+  }
   void add_row(const SharedRow& row);
 
   /// Raises `off`, by joint, to how far it can be at most from the nearest of where equal shares
