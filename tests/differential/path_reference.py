@@ -81,11 +81,16 @@ class PathReference:
         mode: str,
         values: FloatArray,
         gains: Sequence[float],
+        switched_up: bool = False,
     ) -> list[FloatArray]:
-        """Where the rows lead, and where braking from there ends, if of each row that gain happens.
-        The robot stands still at first."""
+        """Where the rows lead, and where braking from there ends, if of each row that gain happens;
+        with the switch up what is left of a row is a part of the next. The robot stands still at
+        first."""
+        left = np.zeros_like(values[0])
         for row, gain in zip(values, gains, strict=True):
-            before, positions = positions, self._after(positions, part, mode, row, gain).joints
+            asked = row + left
+            before, positions = positions, self._after(positions, part, mode, asked, gain).joints
+            left = (1.0 - gain) * asked * switched_up
         return [
             positions,
             self._stopping(positions, (positions - before) / self._period, 1.0, True),
@@ -102,6 +107,10 @@ class PathReference:
             self._robot.place(positions)
             found |= {31: self._robot.volume_margin(part), 32: self._robot.capsule_margin()}
         return min(found.values())
+
+    def jacobian(self, positions: FloatArray, part: str) -> FloatArray:
+        """Of a part's tool, along its root's axes, by its own joints: 6 rows."""
+        return self._robot.jacobian(positions, part)
 
     def tool(self, positions: FloatArray, part: str) -> Any:
         """Where a part's tool is, an SE3."""

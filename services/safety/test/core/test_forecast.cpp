@@ -61,7 +61,7 @@ TEST_CASE("that other claims' parts may hold from now on counts in rows that can
   predicted.all.only_forecast();
   CHECK(predicted.all.branch_count() == 1);
   CHECK(predicted.all.advance().ok());
-  const PositionInterval& interval = predicted.all.interval();
+  const Interval& interval = predicted.all.interval();
   CHECK(interval.lowest[two_arms::right_1] == predicted.all.branch(0).now[two_arms::right_1]);
   CHECK(interval.highest[two_arms::right_1] == predicted.all.branch(0).now[two_arms::right_1]);
 }

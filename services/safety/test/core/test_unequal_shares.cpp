@@ -169,3 +169,72 @@ TEST_CASE("unequal shares: of any rows, no shares lead farther off than that") {
     }
   }
 }
+
+TEST_CASE("unequal shares: the newest row is as fast as any shares make it, and no faster") {
+  std::mt19937 random(8);
+  std::uniform_real_distribution<> size(-1.0, 1.0), half(0.05, 0.5), more(0.5, 1.1);
+  for (std::size_t walk = 0; walk < 400; ++walk) {
+    const std::size_t count = 1 + walk % 4;
+    std::vector<Asked> rows;
+    for (std::size_t k = 0; k < count; ++k)
+      rows.push_back({joints(size(random), size(random)), walk % 3 != 0 || size(random) > 0.0});
+    const Gain gain{half(random), more(random)};
+    Joints least = joints(1e9, 1e9), most = joints(-1e9, -1e9);
+    for (unsigned corner = 0; corner < (1U << count); ++corner) {
+      std::vector<double> happen;
+      for (std::size_t k = 0; k < count; ++k)
+        happen.push_back((corner >> k & 1U) != 0 ? gain.upper : gain.lower);
+      const Joints newest = ways(rows, happen).back();
+      for (const std::size_t j : {0U, 1U}) {
+        least[j] = std::min(least[j], newest[j]);
+        most[j] = std::max(most[j], newest[j]);
+      }
+    }
+    Joints lowest = joints(1e9, -1e9), highest = joints(-1e9, 1e9);
+    const bool differs = of(rows, gain).widen_to_newest(lowest, highest);
+    CHECK(differs == (rows.back().goes_on && count > 1));
+    CHECK(lowest[0] == (differs ? doctest::Approx(least[0]) : 1e9));
+    CHECK(lowest[1] == -1e9);
+    CHECK(highest[0] == (differs ? doctest::Approx(most[0]) : -1e9));
+    CHECK(highest[1] == 1e9);
+  }
+}
+
+TEST_CASE(
+    "unequal shares: what each end asks of a joint where it leads bounds what shares can ask") {
+  // Half or all happens. As if the joint were asked for 0.1 at the upper end, for 0.2 at the lower.
+  constexpr Gain gain{0.5, 1.0};
+  UnequalShares shares;
+  shares.begin(first_two);
+  shares.add_row({joints(0.1, -0.1), joints(0.1, -0.1), {&gain}});
+  shares.add_row({joints(0.1, -0.1), joints(0.1, -0.1), {&gain, true}});
+  // What is left: nothing to 0.1. Asked by the second row: 0.1 by the upper, 0.1 by the lower end.
+  Joints least = nothing, most = nothing;
+  CHECK(shares.widen_to_newest(least, most));
+  CHECK(most[0] == doctest::Approx(0.2));
+  CHECK(least[0] == 0.0);
+  CHECK(least[1] == doctest::Approx(-0.2));
+  CHECK(most[1] == 0.0);
+  shares.add_row({joints(0.3, 0), joints(0.1, 0), {&gain, true}});
+  most = nothing;
+  // Left: nothing to 0.1; asked: 0.1, or (0.3 - 0.5 * 0.1) / 0.5.
+  CHECK(shares.widen_to_newest(least, most));
+  CHECK(most[0] == doctest::Approx(0.5 + 0.1));
+}
+
+TEST_CASE(
+    "unequal shares: a lower end of nothing says nothing, a row without a share begins anew") {
+  UnequalShares shares;
+  shares.begin(first_two);
+  shares.add_row({nothing, joints(1, 0), {&none_to_all}});
+  shares.add_row({nothing, joints(1, 0), {&none_to_all, true}});
+  Joints least = nothing, most = nothing;
+  CHECK(shares.widen_to_newest(least, most));
+  CHECK(most[0] == 2.0);
+  shares.add_row({joints(0.5, 0), joints(0.5, 0), {}});
+  CHECK(!shares.widen_to_newest(least, most));
+  shares.add_row({joints(0, 0), joints(1, 0), {&none_to_all, true}});
+  most = nothing;
+  CHECK(shares.widen_to_newest(least, most));
+  CHECK(most[0] == 1.0);
+}

@@ -54,7 +54,7 @@ double Braking::largest_share(const Joints& from, const Joints& to) const {
 }
 
 Evidence check_braking(const RobotModel& model, const Branch& branch, const Joints& end,
-                       const PositionInterval& interval, JointSet joints) {
+                       const Interval& interval, JointSet joints) {
   for (const std::size_t j : JointsIn(joints)) {
     const JointLimits& joint = model.limits.joints[j];
     if (!joint.bounded) continue;

@@ -35,6 +35,6 @@ class Braking {
 /// G024: braking ends inside the bounds of every joint of `joints`, from wherever in `interval` it
 /// begins. Only motion towards a bound counts.
 Evidence check_braking(const RobotModel& model, const Branch& branch, const Joints& end,
-                       const PositionInterval& interval, JointSet joints);
+                       const Interval& interval, JointSet joints);
 
 }  // namespace fairlead

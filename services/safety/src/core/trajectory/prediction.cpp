@@ -26,6 +26,7 @@ Evidence Prediction::apply_rows(const RowBefore& own, bool before) {
   Evidence fault;
   goals_add_up_ = goals_add_up(own, before);
   shared_by_.fill({});
+  speeds_differ_ = false;
   for (const bool poses : {false, true}) {
     if (own.chunk != nullptr) {
       const Evidence evidence = apply_row(*own.chunk, own.row, true, poses, branch_count_);
@@ -42,7 +43,7 @@ Evidence Prediction::apply_rows(const RowBefore& own, bool before) {
   for (Branch& branch : branches()) branch.poses_now().place(model_, branch.now);
   note_spread();
   note_base_speed();
-  return fault;
+  return fault.ok() ? check_speeds() : fault;
 }
 
 // Which share of a row happens may be another one in the next: each goes on from the furthest that
@@ -78,13 +79,50 @@ void Prediction::note_shares(double turn_before) {
     lower[j] = least.now[j] - least.before[j];
     upper[j] = most.now[j] - most.before[j];
   }
+  Interval steps{lower, upper};
   for (std::size_t part = 0; part < model_.limits.parts.size(); ++part) {
     UnequalShares& shares = unequal_shares_[part];
     if (rows_shared_ == 0) shares.begin(model_.part_joints[part] & moving_);
     shares.add_row({lower, upper, shared_by_[part]});
+    speeds_differ_ |= shares.widen_to_newest(steps.lowest, steps.highest);
   }
   ++rows_shared_;
+  if (speeds_differ_) note_speeds(steps);
   if (turn_before > 0.0) turned_off_ += turn_before * slide_way(model_, upper);
+}
+
+void Prediction::note_speeds(const Interval& steps) {
+  for (const std::size_t j : JointsIn(moving_)) {
+    double &lowest = speeds_.lowest[j], &highest = speeds_.highest[j];
+    lowest = steps.lowest[j] / model_.period_s;
+    highest = steps.highest[j] / model_.period_s;
+    for (const Branch& branch : branches()) {
+      lowest = smaller(lowest, branch.speed[j]);
+      highest = larger(highest, branch.speed[j]);
+    }
+  }
+}
+
+// G026, of what any shares make of a tool motion that goes on from what is left.
+Evidence Prediction::check_speeds() const {
+  if (!speeds_differ_) return {};
+  for (const std::size_t j : JointsIn(commanded_)) {
+    const JointLimits& joint = model_.limits.joints[j];
+    if (!shared_by_[joint.part].goes_on) continue;
+    const double speed = larger(-speeds_.lowest[j], speeds_.highest[j]);
+    if (speed <= joint.velocity_limit) continue;
+    return of(
+        above(code::speed, joint.name.view(), speed, joint.velocity_limit, joint.source.view()),
+        model_.limits.parts[joint.part].name);
+  }
+  return {};
+}
+
+Branch Prediction::with_speeds(bool highest) const {
+  Branch branch = branches_.front();
+  for (const std::size_t j : JointsIn(moving_))
+    branch.speed[j] = (highest ? speeds_.highest : speeds_.lowest)[j];
+  return branch;
 }
 
 void Prediction::raise_off(const Joints& lower, const Joints& upper, Joints& off) const {
@@ -180,7 +218,8 @@ Evidence Prediction::apply_row(const ActionChunk& chunk, std::size_t row, bool o
     const ModeLimits& modes =
         own ? claim_.modes[action.part] : model_.limits.parts[action.part].modes;
     const Command command{action, modes, row_of(action, row, model_.limits)};
-    shared_by_[action.part] = {gain_block(modes, action.mode), goals_add_up_ && moves_tool(action)};
+    shared_by_[action.part] = {gain_block(modes, action.mode),
+                               goals_add_up_ && is_tool_motion(action.mode)};
     for (std::size_t i = 0; i < branch_count; ++i) {
       const Evidence evidence = apply(command, i);
       if (fault.ok() && !evidence.ok()) fault = of(evidence, model_.limits.parts[action.part].name);

@@ -58,8 +58,8 @@ struct Branch {
   }
 };
 
-/// Between which positions a joint can be, whatever share of each row has happened.
-struct PositionInterval {
+/// Between which positions a joint can be, or how fast, whatever share of each row has happened.
+struct Interval {
   Joints lowest;
   Joints highest;
 };
@@ -109,13 +109,18 @@ class Prediction {
   [[nodiscard]] bool is_coasting(const Branch& branch) const;
   /// Takes it to where it is a tick later if nothing changes its motion.
   void coast_one_tick(Branch& branch) const;
-  [[nodiscard]] const PositionInterval& interval() const { return interval_; }
+  [[nodiscard]] const Interval& interval() const { return interval_; }
   /// Whether there are several rows of each of which another share may happen. Then branch 1 has
   /// the lower ends of all gains, the last of `share_count` the upper ones.
   [[nodiscard]] bool shares_can_differ() const { return rows_shared_ > 1; }
   /// Raises `off`, by joint, to how far other shares can leave it from its branches, and where they
   /// come to rest: `lower` and `upper`, where it does for these two branches.
   void raise_off(const Joints& lower, const Joints& upper, Joints& off) const;
+  /// Whether other shares can make a joint faster or slower in the newest row than its branches.
+  [[nodiscard]] bool speeds_can_differ() const { return speeds_differ_; }
+  /// A branch whose joints are each as fast as any shares can make them, or as slow; where it is,
+  /// does not count.
+  [[nodiscard]] Branch with_speeds(bool highest) const;
   /// Where the newest row begins: how far two shares of the rows before may have left a joint of a
   /// part from each other at most [rad]. What slides counts as the turn that takes the arm as far;
   /// where nothing turns, the tool's Jacobian is the same everywhere.
@@ -137,6 +142,8 @@ class Prediction {
   [[nodiscard]] double gain(const Command& command, std::size_t branch) const;
   void note_spread();
   void note_shares(double turn_before);
+  void note_speeds(const Interval& steps);
+  [[nodiscard]] Evidence check_speeds() const;
   [[nodiscard]] double turn_width() const;
   void note_base_speed();
   void note_told(const ActionChunk& chunk, std::size_t row);
@@ -190,11 +197,13 @@ class Prediction {
   JointSet coasting_ = 0;      // measured to move, and nothing that the chunk commands
   JointSet targets_told_ = 0;  // joints that the row before the first told a target or pose
   std::array<double, max_joints> told_;
-  PositionInterval interval_;
-  PositionInterval interval_before_;  // of the row before
+  Interval interval_;
+  Interval interval_before_;  // of the row before
   std::size_t rows_shared_ = 0;
   std::array<UnequalShares, max_parts> unequal_shares_;  // by part
   std::array<SharedBy, max_parts> shared_by_{};          // by part, in the newest row
+  Interval speeds_;  // of the joints in the newest row, not set where they do not differ
+  bool speeds_differ_ = false;
   double turned_off_ = 0.0;  // of the base's slides, by what shares may have turned it before [m]
   double base_speed_ = 0.0;
   double base_speed_before_ = 0.0;

@@ -75,6 +75,7 @@ Evidence TrajectoryCheck::check_next() {
   for (std::size_t i = 0; i < prediction_.branch_count() && evidence.ok(); ++i)
     evidence = check_branch(i);
   if (evidence.ok()) evidence = check_between_shares();
+  if (evidence.ok()) evidence = check_other_speeds();
   if (!evidence.ok()) evidence.row = static_cast<std::int64_t>(prediction_.row());
   return evidence;
 }
@@ -97,14 +98,43 @@ void TrajectoryCheck::expect_unequal_shares() {
   Joints off;
   off.fill(0.0);
   const auto raise = [&](const Branch& lower, const Branch& upper) {
-    const JointSet moving = prediction_.moving(), lagging = prediction_.lagging();
-    prediction_.raise_off(Braking(model_, lower, moving, lagging).end(),
-                          Braking(model_, upper, moving, lagging).end(), off);
+    prediction_.raise_off(braking_of(lower).end(), braking_of(upper).end(), off);
   };
   raise(least, most);
   if ((least.slowing | most.slowing) != 0) raise(least.slowed(), most.slowed());
+  if (prediction_.speeds_can_differ()) raise_by_other_stops(least, most, off);
   shape_check_.deviate_by(off);
   if (model_.limits.base.present) base_off_.now = base_way(model_, off);
+}
+
+// By as much as a joint stops later than behind its faster branch, or earlier than behind the
+// slower.
+void TrajectoryCheck::raise_by_other_stops(const Branch& least, const Branch& most,
+                                           Joints& off) const {
+  const Branch slow = prediction_.with_speeds(false), fast = prediction_.with_speeds(true);
+  const Braking lower = braking_of(least), upper = braking_of(most), slowest = braking_of(slow),
+                fastest = braking_of(fast);
+  for (const std::size_t j : JointsIn(prediction_.moving())) {
+    const double one = lower.end()[j] - least.now[j], other = upper.end()[j] - most.now[j];
+    off[j] += larger(fastest.end()[j] - fast.now[j] - larger(one, other),
+                     smaller(one, other) - (slowest.end()[j] - slow.now[j]));
+  }
+}
+
+// G024 of joints as fast as any shares can make them.
+Evidence TrajectoryCheck::check_other_speeds() const {
+  Evidence evidence;
+  for (const bool highest : {false, true}) {
+    if (!prediction_.speeds_can_differ() || !evidence.ok()) return evidence;
+    const Branch branch = prediction_.with_speeds(highest);
+    evidence = check_braking(model_, branch, braking_of(branch).end(), prediction_.interval(),
+                             prediction_.commanded());
+  }
+  return evidence;
+}
+
+Braking TrajectoryCheck::braking_of(const Branch& branch) const {
+  return {model_, branch, prediction_.moving(), prediction_.lagging()};
 }
 
 // Whatever the rows say, what is measured may go on for a tick, and brake then; so may what the row
@@ -121,9 +151,9 @@ Evidence TrajectoryCheck::check_momentum_of(const Branch& start) {
   Branch branch = start;
   prediction_.coast_one_tick(branch);
   Clearance clearance;
-  const Braking braking(model_, branch, prediction_.moving(), prediction_.lagging());
+  const Braking braking = braking_of(branch);
   const Evidence evidence =
-      check_body(branch, braking, PositionInterval{branch.now, branch.now}, clearance);
+      check_body(branch, braking, Interval{branch.now, branch.now}, clearance);
   return evidence.ok() ? check_zones(branch, braking) : evidence;
 }
 
@@ -138,7 +168,7 @@ Evidence TrajectoryCheck::check_branch(std::size_t index) {
 }
 
 Evidence TrajectoryCheck::check_row(const Branch& branch, Clearance& clearance) {
-  const Braking braking(model_, branch, prediction_.moving(), prediction_.lagging());
+  const Braking braking = braking_of(branch);
   Evidence evidence = check_body(branch, braking, prediction_.interval(), clearance);
   if (evidence.ok()) evidence = check_singularities(branch, braking);
   if (evidence.ok()) evidence = check_zones(branch, braking);
@@ -154,7 +184,7 @@ Evidence TrajectoryCheck::check_time_left() const {
 
 // Bounds, volumes and pairs; and whether there is time left to look at them.
 Evidence TrajectoryCheck::check_body(const Branch& branch, const Braking& braking,
-                                     const PositionInterval& interval, Clearance& clearance) {
+                                     const Interval& interval, Clearance& clearance) {
   Evidence evidence = check_time_left();
   if (evidence.ok())
     evidence = check_braking(model_, branch, braking.end(), interval, prediction_.commanded());
@@ -176,8 +206,7 @@ Evidence TrajectoryCheck::check_between_shares() {
 // Where the row leads, and where braking from there ends.
 Evidence TrajectoryCheck::check_between(std::size_t one, std::size_t other) {
   const Branch &from = prediction_.branch(one), &to = prediction_.branch(other);
-  const Braking first(model_, from, prediction_.moving(), prediction_.lagging()),
-      second(model_, to, prediction_.moving(), prediction_.lagging());
+  const Braking first = braking_of(from), second = braking_of(to);
   Evidence evidence = check_time_left();
   if (evidence.ok())
     evidence = certify_between(from, from.now, to.now, &clearances_[one], &clearances_[other]);

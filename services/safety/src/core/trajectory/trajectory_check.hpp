@@ -29,12 +29,15 @@ class TrajectoryCheck {
   Evidence certify_between(const Branch& one, const Joints& from, const Joints& to,
                            const Clearance* at_start, const Clearance* at_end);
   [[nodiscard]] Evidence check_time_left() const;
-  Evidence check_body(const Branch& branch, const Braking& braking,
-                      const PositionInterval& interval, Clearance& clearance);
+  Evidence check_body(const Branch& branch, const Braking& braking, const Interval& interval,
+                      Clearance& clearance);
   Evidence check_shapes(const Branch& branch, const Braking& braking, Clearance& clearance);
   Evidence check_singularities(const Branch& branch, const Braking& braking);
   void expect_drift();
   void expect_unequal_shares();
+  void raise_by_other_stops(const Branch& least, const Branch& most, Joints& off) const;
+  [[nodiscard]] Evidence check_other_speeds() const;
+  [[nodiscard]] Braking braking_of(const Branch& branch) const;
   [[nodiscard]] StraightMotion straight(const Joints& from, const Joints& to) const;
   Evidence check_zones(const Branch& branch, const Braking& braking);
 

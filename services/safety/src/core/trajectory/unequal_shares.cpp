@@ -7,6 +7,16 @@
 
 namespace fairlead {
 
+namespace {
+
+// How far a row asks a joint to go, of which that share happened: what the row before left is no
+// part of it.
+double asked_by(double way, double way_before, double share) {
+  return (way - (1.0 - share) * way_before) / share;
+}
+
+}  // namespace
+
 // Where what is left of a row is asked for again, the rows after it do more of it: together all but
 // what each of their shares leaves.
 void UnequalShares::add_row(const SharedRow& row) {
@@ -18,17 +28,39 @@ void UnequalShares::add_row(const SharedRow& row) {
     rows_[k].left_by_lower *= 1.0 - lower;
     rows_[k].left_by_upper *= 1.0 - upper;
   }
+  goes_on_ = goes_on && row_count_ > 0;
   Row& added = rows_[row_count_];
   for (const std::size_t j : JointsIn(joints_)) {
-    const double before = goes_on && row_count_ > 0 ? (1.0 - upper) * last_upper_[j] : 0.0;
-    added.asked[j] =
-        gain != nullptr ? (row.upper[j] - before) / upper : row.upper[j] - row.lower[j];
-    follows_others_ |= gain == nullptr && added.asked[j] != 0.0;
-    last_upper_[j] = row.upper[j];
+    if (gain != nullptr) {
+      note_asked(row, j);
+      continue;
+    }
+    added.asked[j] = row.upper[j] - row.lower[j];
+    follows_others_ |= added.asked[j] != 0.0;
+    last_lower_[j] = last_upper_[j] = least_left_[j] = most_left_[j] = 0.0;
   }
   added.left_by_lower = 1.0 - lower;
   added.left_by_upper = 1.0 - upper;
   ++row_count_;
+}
+
+// The ends ask it of a joint where each of them leads: between them it may be asked for the least
+// or the most of both.
+void UnequalShares::note_asked(const SharedRow& row, std::size_t j) {
+  const auto [lower, upper] = *row.by.gain;
+  const double one = asked_by(row.upper[j], goes_on_ ? last_upper_[j] : 0.0, upper);
+  const double other =
+      lower > 0.0 ? asked_by(row.lower[j], goes_on_ ? last_lower_[j] : 0.0, lower) : one;
+  rows_[row_count_].asked[j] = one;
+  last_lower_[j] = row.lower[j];
+  last_upper_[j] = row.upper[j];
+  const double least = smaller(one, other) + (goes_on_ ? least_left_[j] : 0.0);
+  const double most = larger(one, other) + (goes_on_ ? most_left_[j] : 0.0);
+  least_[j] = std::min(lower * least, upper * least);
+  most_[j] = std::max(lower * most, upper * most);
+  // Of an upper end above 1 less than nothing is left.
+  least_left_[j] = std::min({(1.0 - lower) * least, (1.0 - upper) * least, (1.0 - upper) * most});
+  most_left_[j] = std::max({(1.0 - lower) * most, (1.0 - upper) * most, (1.0 - upper) * least});
 }
 
 double UnequalShares::width(std::size_t row, std::size_t j, const Joints* stop) const {
@@ -64,6 +96,16 @@ void UnequalShares::raise_to_bound(const Joints* stop, Joints& off) const {
       sizes += std::abs(width(row, j, stop) - weights[row] / sum * total[j]);
     off[j] = larger(off[j], half * sizes);
   }
+}
+
+// Of a row that begins anew the ends of its own gain say all.
+bool UnequalShares::widen_to_newest(Joints& least, Joints& most) const {
+  if (!goes_on_) return false;
+  for (const std::size_t j : JointsIn(joints_)) {
+    least[j] = smaller(least[j], least_[j]);
+    most[j] = larger(most[j], most_[j]);
+  }
+  return true;
 }
 
 }  // namespace fairlead

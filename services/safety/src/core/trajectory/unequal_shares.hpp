@@ -21,13 +21,15 @@ struct SharedRow {
 };
 
 /// Row by row, how much further the upper ends of one part's gain take each joint than the lower.
-/// Of k rows any shares leave a joint at the sum of s_k times that, 0 <= s_k <= 1.
+/// Of k rows any shares leave a joint at the sum of s_k times that, 0 <= s_k <= 1. And how far the
+/// newest row takes it at least and at most: where little of the rows before happened, by more than
+/// either end says.
 class UnequalShares {
  public:
   void begin(JointSet joints) {
     joints_ = joints;
     row_count_ = first_open_ = 0;
-    follows_others_ = false;
+    follows_others_ = goes_on_ = false;
   }
   void add_row(const SharedRow& row);
 
@@ -35,7 +37,12 @@ class UnequalShares {
   /// leave the part; with `stop`, what the upper end adds to the last row more than the lower.
   void raise_to_bound(const Joints* stop, Joints& off) const;
 
+  /// Widens, by joint, `least` to `most` to what any shares make of the newest row. Whether that
+  /// can be more than its ends make of it.
+  bool widen_to_newest(Joints& least, Joints& most) const;
+
  private:
+  void note_asked(const SharedRow& row, std::size_t j);
   [[nodiscard]] double width(std::size_t row, std::size_t j, const Joints* stop) const;
 
   static constexpr std::size_t most_rows = max_rows + 1;  // one acts already
@@ -50,7 +57,11 @@ class UnequalShares {
   std::size_t row_count_ = 0;
   std::size_t first_open_ = 0;  // of this and later ones what is left is still asked for
   bool follows_others_ = false;
-  Joints last_upper_;
+  bool goes_on_ = false;  // the newest row
+  Joints last_lower_, last_upper_;
+  // Of the newest row, whatever shares happened: what it does, and what it leaves.
+  Joints least_, most_;
+  Joints least_left_, most_left_;
   JointSet joints_ = 0;
 };
 

@@ -1,0 +1,122 @@
+// Switch up, where of each row another share happens: after rows of which little did, the next is
+// faster than either end of the gain says, and stops later.
+
+#include <doctest/doctest.h>
+
+#include "free_arm.hpp"
+
+using namespace fairlead;
+using namespace fairlead::test;
+using namespace fairlead::test::free_arm;
+
+namespace {
+
+constexpr std::uint8_t switch_part = 1;
+constexpr double row = 0.05;  // along x [m], in a tick of 0.05 s
+constexpr double eps = 1e-4;  // what damping takes
+
+// A tenth to three tenths of a motion happen in its tick; slide_x brakes at 0.5 m/s2.
+struct Told {
+  Limits limits = free_arm::limits();
+  PartMemories memories;
+
+  Told() {
+    limits.parts[arm].modes.cartesian_delta.gain = {0.1, 0.3};
+    limits.joints[slide_x].acceleration_limit = 0.5;
+    PartLimits part = test::part("switch", {});
+    part.modes.composite_mode = scalar_mode(-1.0, 1.0, 2.0);
+    (void)limits.parts.push_back(part);
+    memories[arm].goal = Pose{Eigen::Vector3d(0.7, 0, 0.5), Eigen::Quaterniond::Identity()};
+  }
+  [[nodiscard]] Evidence of(const Row& steps, double value = 1.0) const {
+    Rows rows;
+    for (const double step : steps) rows.push_back({step, 0, 0, 0, 0, 0});
+    ChunkBuilder chunk;
+    chunk.add(arm, Mode::cartesian_delta, rows, {}, "base_link");
+    chunk.scalar(switch_part, Mode::composite_mode, Row(steps.size(), value));
+    RowBefore before;
+    before.memories = &memories;
+    MeasuredState state = at_rest();
+    (void)state.acted.resize(2);
+    return judge_rows(limits, whole_robot(limits), state, chunk.chunk, 0, before).evidence;
+  }
+};
+
+// The upper end takes it by 0.3, then 0.51 rows a tick; after a tenth of the first row, by 0.57;
+// where braking ends.
+constexpr double furthest = (0.3 + 0.51) * row + 0.57 * 0.57;
+
+}  // namespace
+
+TEST_CASE("G026 switch up: as fast as the shares of the rows before can make it") {
+  Told told;
+  const auto code = [&](double limit, const Gain& gain) {
+    told.limits.joints[slide_x].velocity_limit = limit;
+    told.limits.parts[arm].modes.cartesian_delta.gain = gain;
+    return told.of({row, row}).code;
+  };
+  CHECK(code(0.57 + eps, {0.1, 0.3}) == 0);
+  CHECK(code(0.57 - eps, {0.1, 0.3}) == 26);
+  CHECK(code(0.51 + eps, {0.3, 0.3}) == 0);  // one share is certain
+  CHECK(code(0.51 - eps, {0.3, 0.3}) == 26);
+  told.limits.joints[slide_x].velocity_limit = 0.55;
+  told.limits.parts[arm].modes.cartesian_delta.gain = {0.1, 0.3};
+  for (const double way : {row, -row}) {
+    const Evidence found = told.of({way, way});
+    CHECK(found.code == 26);
+    CHECK(found.row == 1);
+    CHECK(found.part == "arm");
+    CHECK(found.axis == "slide_x");
+    CHECK(found.value == doctest::Approx(0.57).epsilon(1e-3));
+  }
+  CHECK(told.of({row, row}, -1.0).ok());
+}
+
+TEST_CASE("G024 switch up: it stops within its bounds however fast the shares make it") {
+  const auto code = [](double lower, double upper, double way) {
+    Told told;
+    told.limits.joints[slide_x].bounds = {lower, upper, 0.0};
+    return told.of({way, way}).code;
+  };
+  CHECK(code(-1.0, furthest + eps, row) == 0);
+  CHECK(code(-1.0, furthest - eps, row) == 24);
+  CHECK(code(-furthest - eps, 1.0, -row) == 0);
+  CHECK(code(-furthest + eps, 1.0, -row) == 24);
+}
+
+TEST_CASE("G024 switch up: a row that turns around goes on with what the ones before left") {
+  // Half of each happens, or all. Of 0.05 and -0.01 m the upper end makes that, the lower one 0.025
+  // and 0.0075 m; all of the second after half of the first is 0.015 m, at 0.3 m/s.
+  const auto code = [](double lower, double upper, double way) {
+    Told told;
+    told.limits.parts[arm].modes.cartesian_delta.gain = {0.5, 1.0};
+    told.limits.joints[slide_x].acceleration_limit = 100.0;
+    told.limits.joints[slide_x].bounds = {lower, upper, 0.0};
+    return told.of({way, -0.2 * way}).code;
+  };
+  const double rest = row + 0.0075 + 0.3 * 0.3 / 200.0;
+  CHECK(code(-1.0, rest + eps, row) == 0);
+  CHECK(code(-1.0, rest - eps, row) == 24);
+  CHECK(code(-rest - eps, 1.0, -row) == 0);
+  CHECK(code(-rest + eps, 1.0, -row) == 24);
+}
+
+TEST_CASE("G031 switch up: the tool stops in its volume however fast the shares make it") {
+  const auto code = [](double lower, double upper, double way) {
+    Told told;
+    (void)told.limits.workspace.volumes.push_back({"shelf", false, {lower, -1, 0}, {upper, 1, 1}});
+    return told.of({way, way}).code;
+  };
+  CHECK(code(0.0, 0.7 + furthest + eps, row) == 0);
+  CHECK(code(0.0, 0.7 + furthest - eps, row) == 31);
+  CHECK(code(0.7 - furthest - eps, 1.0, -row) == 0);
+  CHECK(code(0.7 - furthest + eps, 1.0, -row) == 31);
+}
+
+TEST_CASE("switch up: a row that begins anew is as fast as its own shares make it") {
+  // The switch turns up with the second row: what the first left counts from then on only.
+  Told told;
+  told.limits.joints[slide_x].velocity_limit = 0.31;
+  CHECK(told.of({row, row}, -1.0).ok());
+  CHECK(told.of({row, row}, 1.0).code == 26);
+}
