@@ -11,6 +11,8 @@ from fairlead.messages import FloatArray
 from fairlead.paths import gate_config
 from tests.differential.path_reference import PathReference
 
+FAR = 50.0
+
 
 def narrowed(robot: str) -> dict[str, Any]:
     """The gate file with walls and a floor near the robot, and half a gain."""
@@ -68,3 +70,22 @@ def start_of(
         positions = np.asarray(rng.uniform(lower, upper), dtype=np.float64)
         if reference.start_margin(positions, part, mode) > 0.005:
             return positions
+
+
+def with_wall(data: dict[str, Any], x: float, part: str) -> dict[str, Any]:
+    """Nothing around but a wall ahead, of the base or else of tools; one pair of capsules."""
+    upper = [FAR if part == "base" else x, FAR, FAR]
+    box = {"name": "cell", "kind": "keep_in", "lower": [-FAR] * 3, "upper": upper}
+    changed = data | {"workspace": data["workspace"] | {"volumes": [box]}}
+    changed["collision"] = data["collision"] | {"pairs": data["collision"]["pairs"][:1]}
+    if data["base"] is not None:
+        corners = [[-FAR, -FAR], [x, -FAR], [x, FAR], [-FAR, FAR]]
+        zones = [{"name": "hall", "kind": "keep_in", "corners": corners}]
+        changed["base"] = data["base"] | {"zones": zones}
+    return changed
+
+
+def gain_of(data: dict[str, Any], part: str, mode: str) -> tuple[float, float]:
+    declared = next(one for one in data["parts"] if one["name"] == part)
+    low, high = declared["modes"][mode]["gain"]
+    return float(low), float(high)

@@ -21,13 +21,13 @@ from bench.equipment.core_gate import CoreGate
 from fairlead.messages import FloatArray
 from fairlead.paths import robot_dir
 from tests.differential.gate_file import MODES
-from tests.differential.path_cases import narrowed, rows_of, start_of
+from tests.differential.path_cases import gain_of, narrowed, rows_of, start_of, with_wall
 from tests.differential.path_reference import PathReference
 from tests.differential.reference import open_tick
 
 pytestmark = pytest.mark.processes
 
-TICK, FAR, WALL, SURROUNDINGS = 100, 50.0, 3.0, (31, 34)
+TICK, WALL, SURROUNDINGS = 100, 3.0, (31, 34)
 ROWS, WALKS = 3, 45
 REACH = 1.3
 """No joint turns anything that is further away [m]."""
@@ -96,25 +96,6 @@ def doubt_of(
 def turning(rng: np.random.Generator, row: FloatArray) -> FloatArray:
     """Rows of the same sizes, each axis to and fro as it happens."""
     return np.asarray(row * rng.choice([-1.0, 1.0], (ROWS, len(row))))
-
-
-def with_wall(data: dict[str, Any], x: float, part: str) -> dict[str, Any]:
-    """Nothing around but a wall ahead, of the base or else of tools; one pair of capsules."""
-    upper = [FAR if part == "base" else x, FAR, FAR]
-    box = {"name": "cell", "kind": "keep_in", "lower": [-FAR] * 3, "upper": upper}
-    changed = data | {"workspace": data["workspace"] | {"volumes": [box]}}
-    changed["collision"] = data["collision"] | {"pairs": data["collision"]["pairs"][:1]}
-    if data["base"] is not None:
-        corners = [[-FAR, -FAR], [x, -FAR], [x, FAR], [-FAR, FAR]]
-        zones = [{"name": "hall", "kind": "keep_in", "corners": corners}]
-        changed["base"] = data["base"] | {"zones": zones}
-    return changed
-
-
-def gain_of(data: dict[str, Any], part: str, mode: str) -> tuple[float, float]:
-    declared = next(one for one in data["parts"] if one["name"] == part)
-    low, high = declared["modes"][mode]["gain"]
-    return float(low), float(high)
 
 
 def verdict_of(

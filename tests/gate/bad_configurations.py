@@ -193,6 +193,10 @@ TRACKING: dict[str, tuple[Change, str]] = {
         put(f"{SPEED}.gain", [-0.1, 1.0]),
         "parts.base.modes.joint_velocity.gain: expected 0 <= lower",
     ),
+    "gain above 1 beside a composite switch": (
+        put(f"{DELTA}.gain", [0.3, 1.1]),
+        "parts.arm.modes.cartesian_delta.gain: expected at most 1, as the robot has a composite",
+    ),
     "gain above 1.5": (
         put(f"{TWIST}.gain", [0.5, 1.6]),
         "parts.base.modes.body_twist.gain: expected 0 <= lower <= upper <= 1.5",

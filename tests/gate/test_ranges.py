@@ -110,9 +110,9 @@ def test_texts_may_be_as_long_as_the_gate_keeps_them(
 
 
 def test_the_largest_share_of_a_gain_is_the_gates(document: dict[str, Any], tmp_path: Path) -> None:
-    delta = document["parts"][0]["modes"]["cartesian_delta"]
+    [base] = [part for part in document["parts"] if part["name"] == "base"]
     for upper, fits in ((MOST_GAIN, True), (MOST_GAIN + 1e-6, False)):
-        delta["gain"] = [0.1, upper]
+        base["modes"]["joint_velocity"]["gain"] = [0.1, upper]
         taken, said = gate_takes(document, tmp_path)
         assert taken == fits, said
 

@@ -86,6 +86,10 @@ BAD: dict[str, tuple[Change, str]] = {
         put(f"{ARM}.cartesian_delta.gain", [0.3, 0.2]),
         "gain: expected 0 <= lower <= upper, and upper from 0.1 to 1.5, got [0.3, 0.2]",
     ),
+    "gain above 1 beside a composite switch": (
+        put(f"{ARM}.cartesian_delta.gain", [0.3, 1.1]),
+        "part 'arm': cartesian_delta.gain: expected at most 1, as the robot has a composite switch",
+    ),
     "gain above 1.5": (
         put(f"{BASE}.joint_velocity.gain", [0.3, 1.6]),
         "gain: expected 0 <= lower <= upper, and upper from 0.1 to 1.5, got [0.3, 1.6]",

@@ -36,6 +36,7 @@ def safety_problems(
         if part.name in block.parts:
             yield from _part_problems(joints, part, block.parts[part.name])
             yield from told_beyond(joints, part, block.parts[part.name])
+    yield from _gain_problems(block)
     yield from _surroundings_problems(joints, parts, block)
     timeout_us = block.protocol.state_timeout_ms * 1000
     if block.protocol.step_deadline_us >= timeout_us:
@@ -114,6 +115,20 @@ def _part_problems(joints: Sequence[Joint], part: Part, limits: PartSafety) -> I
         yield f"{key}: singularity_limit is {state}"
     yield from _opening_problems(joints, part, limits)
     yield from _transition_problems(key, limits)
+
+
+def _gain_problems(block: SafetyProfile) -> Iterator[str]:
+    """With a composite switch up the next row does what one leaves: less than nothing is none."""
+    if all(limits.composite_mode is None for limits in block.parts.values()):
+        return
+    for part, limits in block.parts.items():
+        for mode in ("cartesian_delta", "cartesian_twist"):
+            told = getattr(limits, mode)
+            if told is not None and told.gain[1] > 1.0:
+                yield (
+                    f"part {part!r}: {mode}.gain: expected at most 1, as the robot has a composite "
+                    f"switch, got {told.gain[1]}"
+                )
 
 
 def _opening_problems(joints: Sequence[Joint], part: Part, limits: PartSafety) -> Iterator[str]:

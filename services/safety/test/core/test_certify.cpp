@@ -205,8 +205,8 @@ TEST_CASE("a look at shapes says which share of their way they are clear by") {
   const DisplacementBound bound(model, Joints{}, there);
   FramePoses rest, room;
   rest.place(model, Joints{});
-  std::size_t configurations = 0;
-  const ShapeConstraint look{model, check, rest, bound, room, configurations};
+  QueryBudget budget;
+  const ShapeConstraint look{model, check, rest, bound, room, budget};
   double free = unset;
   CHECK(look.query(Joints{}, 1.0, free).ok());
   CHECK(free == doctest::Approx(0.5));
@@ -217,7 +217,7 @@ TEST_CASE("a look at shapes says which share of their way they are clear by") {
   Clearance found;
   CHECK(check.check(rest, rest, bound, found).ok());
   CHECK(found.others == doctest::Approx(0.4));  // as far as the slide goes, and no further
-  CHECK(configurations == 3);
+  CHECK(budget.taken() == 3);
 }
 
 TEST_CASE("a look at zones says which share of its way the footprint is clear by") {
@@ -227,9 +227,9 @@ TEST_CASE("a look at zones says which share of its way the footprint is clear by
   const RobotModel model(limits);
   Joints joints{};
   const Joints before{};
-  std::size_t configurations = 0;
+  QueryBudget budget;
   const BaseOff on_place;
-  const ZoneConstraint look{model, before, 0.8, on_place, configurations};
+  const ZoneConstraint look{model, before, 0.8, on_place, budget};
   double free = unset;
   CHECK(look.query(joints, 1.0, free).ok());
   CHECK(free == doctest::Approx(0.5));
@@ -238,5 +238,5 @@ TEST_CASE("a look at zones says which share of its way the footprint is clear by
   CHECK(free == doctest::Approx(0.25));
   joints[base_x] = 0.5;
   CHECK(look.query(joints, 1.0, free).code == 34);
-  CHECK(configurations == 3);
+  CHECK(budget.taken() == 3);
 }

@@ -159,6 +159,21 @@ TEST_CASE("a gain lies between 0 and 1.5, its lower end first") {
         }).starts_with("parts.base.modes.body_twist.gain"));
 }
 
+TEST_CASE("beside a composite switch the gain of a tool motion is 1 at most") {
+  const auto fault = [](double upper, bool switches) {
+    return fault_after([=](Limits& l) {
+      if (!switches) l.parts[composite].modes.composite_mode = {};
+      l.parts[arm].modes.cartesian_delta.gain = {0.5, upper};
+      l.parts[base].modes.body_twist.gain = {0.0, 1.5};
+    });
+  };
+  CHECK(fault(1.0, true) == "");
+  CHECK(fault(just_above(1.0), true)
+            .starts_with("parts.arm.modes.cartesian_delta.gain: expected at most 1, as the robot "
+                         "has a composite switch, got "));
+  CHECK(fault(just_above(1.0), false) == "");
+}
+
 TEST_CASE("only joint velocities have a gain among the joint modes") {
   CHECK(fault_after([](Limits& l) { l.parts[arm].modes.joint_position.gain = {}; }) == "");
 }

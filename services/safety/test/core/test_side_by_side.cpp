@@ -134,6 +134,36 @@ TEST_CASE("rows are judged again in the same step beside what another claim has 
   }
 }
 
+TEST_CASE("G030 where two claims hold rows, a new state gives half the looks to each") {
+  // A rod beside all of the tool's way, 0.1 mm beyond the clearance: 8 looks for each of 12 rows
+  // and 3 shares.
+  for (const bool fingers_move : {false, true}) {
+    CAPTURE(fingers_move);
+    TwoClaims rig(true);
+    rig.limits.collision.capsules[0] = {0, {-9, 0, 0.8001}, {9, 0, 0.8001}, 0.05};
+    rig.limits.parts[fairlead::test::arm].modes.joint_velocity.gain = {1.0 - 1e-7, 1.0};
+    rig.restart(BootInfo{true, false, {}});
+    rig.connect_and_arm();
+    rig.tool_claim = rig.claim_of({"arm"});
+    rig.claim_id = rig.sledge_claim = rig.claim_of({"gripper"});
+    rig.seq = 0;
+    rig.advance(0.0, no_row, no_row);
+    ChunkBuilder fingers = rig.rows_ahead(gripper, arm_1);
+    fingers.chunk.parts.clear();
+    fingers.scalar(gripper, Mode::gripper_position, Row(16, 0.04));
+    if (fingers_move) REQUIRE(rig.send_chunk(fingers).code == 0);
+    (void)rig.begin(rig.tool_claim, fairlead::test::arm, arm_1);
+    rig.advance(0.0, no_row, no_row);
+    const std::vector<Verdict> verdicts = rig.verdicts();
+    REQUIRE(verdicts.size() == (fingers_move ? 1 : 0));
+    if (!fingers_move) continue;
+    CHECK(verdicts[0].claim_id == rig.tool_claim);
+    CHECK(verdicts[0].code == 30);
+    CHECK(verdicts[0].axis == "looks");
+    CHECK(verdicts[0].limit == 256.0);
+  }
+}
+
 TEST_CASE("realtime: rows of a claim that has ended count until its parts are seen to hold") {
   TwoClaims rig(true, 0.55);  // the tool stands 0.35 m behind the sledge's way
   const std::uint64_t sledge = rig.begin(rig.sledge_claim, base, base_y);
@@ -158,10 +188,21 @@ TEST_CASE("realtime: rows of a claim that has ended count until its parts are se
     }
     SUBCASE("and the gate is armed anew") {
       rig.send(EventKind::disarm, Disarm{"me"});
+      std::uint32_t code = 32;
+      SUBCASE("at once") {}
+      SUBCASE("a tick later") { rig.advance(0.0, Acted{0, sledge, 1}, no_row); }
+      SUBCASE("after it is seen to hold") {
+        rig.advance(0.0, no_row, no_row);
+        code = 0;
+      }
+      SUBCASE("after its last grant") {
+        for (int i = 1; i < 12; ++i) rig.advance(0.0, Acted{0, sledge, 1}, no_row);
+        code = 0;
+      }
       rig.epoch = rig.arm().epoch;
       rig.tool_claim = rig.claim_of({"arm"});
       rig.seq = 0;
-      CHECK(tool_code() == 0);
+      CHECK(tool_code() == code);
     }
   }
 }

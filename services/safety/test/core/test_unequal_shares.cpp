@@ -172,7 +172,7 @@ TEST_CASE("unequal shares: of any rows, no shares lead farther off than that") {
 
 TEST_CASE("unequal shares: the newest row is as fast as any shares make it, and no faster") {
   std::mt19937 random(8);
-  std::uniform_real_distribution<> size(-1.0, 1.0), half(0.05, 0.5), more(0.5, 1.1);
+  std::uniform_real_distribution<> size(-1.0, 1.0), half(0.05, 0.5), more(0.5, 1.0);
   for (std::size_t walk = 0; walk < 400; ++walk) {
     const std::size_t count = 1 + walk % 4;
     std::vector<Asked> rows;
@@ -191,7 +191,7 @@ TEST_CASE("unequal shares: the newest row is as fast as any shares make it, and 
       }
     }
     Joints lowest = joints(1e9, -1e9), highest = joints(-1e9, 1e9);
-    const bool differs = of(rows, gain).widen_to_newest(lowest, highest);
+    const bool differs = of(rows, gain).widen_speeds(1.0, lowest, highest);
     CHECK(differs == (rows.back().goes_on && count > 1));
     CHECK(lowest[0] == (differs ? doctest::Approx(least[0]) : 1e9));
     CHECK(lowest[1] == -1e9);
@@ -210,7 +210,7 @@ TEST_CASE(
   shares.add_row({joints(0.1, -0.1), joints(0.1, -0.1), {&gain, true}});
   // What is left: nothing to 0.1. Asked by the second row: 0.1 by the upper, 0.1 by the lower end.
   Joints least = nothing, most = nothing;
-  CHECK(shares.widen_to_newest(least, most));
+  CHECK(shares.widen_speeds(1.0, least, most));
   CHECK(most[0] == doctest::Approx(0.2));
   CHECK(least[0] == 0.0);
   CHECK(least[1] == doctest::Approx(-0.2));
@@ -218,23 +218,33 @@ TEST_CASE(
   shares.add_row({joints(0.3, 0), joints(0.1, 0), {&gain, true}});
   most = nothing;
   // Left: nothing to 0.1; asked: 0.1, or (0.3 - 0.5 * 0.1) / 0.5.
-  CHECK(shares.widen_to_newest(least, most));
+  CHECK(shares.widen_speeds(1.0, least, most));
   CHECK(most[0] == doctest::Approx(0.5 + 0.1));
 }
 
-TEST_CASE(
-    "unequal shares: a lower end of nothing says nothing, a row without a share begins anew") {
+TEST_CASE("unequal shares: what a row without a share leaves is nothing to the next") {
+  constexpr Gain gain{0.5, 1.0};
+  UnequalShares shares;
+  shares.begin(first_two);
+  shares.add_row({joints(0.5, 0), joints(1, 0), {&gain}});
+  shares.add_row({joints(0.75, 0), joints(1, 0), {&gain, true}});
+  Joints least = nothing, most = nothing;
+  CHECK(shares.widen_speeds(0.1, least, most));
+  CHECK(most[0] == doctest::Approx(15.0));
+  shares.add_row({joints(0.5, 0), joints(0.5, 0), {}});
+  CHECK(!shares.widen_speeds(1.0, least, most));
+  shares.add_row({joints(0.5, 0), joints(1, 0), {&gain, true}});
+  most = nothing;
+  CHECK(shares.widen_speeds(1.0, least, most));
+  CHECK(most[0] == 1.0);
+}
+
+TEST_CASE("unequal shares: of a lower end of nothing the upper one says what is asked") {
   UnequalShares shares;
   shares.begin(first_two);
   shares.add_row({nothing, joints(1, 0), {&none_to_all}});
   shares.add_row({nothing, joints(1, 0), {&none_to_all, true}});
   Joints least = nothing, most = nothing;
-  CHECK(shares.widen_to_newest(least, most));
+  CHECK(shares.widen_speeds(1.0, least, most));
   CHECK(most[0] == 2.0);
-  shares.add_row({joints(0.5, 0), joints(0.5, 0), {}});
-  CHECK(!shares.widen_to_newest(least, most));
-  shares.add_row({joints(0, 0), joints(1, 0), {&none_to_all, true}});
-  most = nothing;
-  CHECK(shares.widen_to_newest(least, most));
-  CHECK(most[0] == 1.0);
 }

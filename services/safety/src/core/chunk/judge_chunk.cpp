@@ -136,14 +136,16 @@ Judgement ChunkJudge::judge(LiveClaim& claim, const ActionChunk& chunk) {
   if (evidence.ok() && !is_waited_for(claim)) evidence = check_rate(claim, newest);  // G010
   if (evidence.ok()) evidence = check_past(chunk, first_open_tick);                  // G012
   if (!evidence.ok()) return judgement;
-  return judge_from(claim, chunk, static_cast<std::size_t>(first_open_tick - chunk.start_tick));
+  return judge_from(claim, chunk, static_cast<std::size_t>(first_open_tick - chunk.start_tick),
+                    max_queries);
 }
 
 Judgement ChunkJudge::judge_from(const LiveClaim& claim, const ActionChunk& chunk,
-                                 std::size_t first_row) {
+                                 std::size_t first_row, std::size_t queries) {
   if (rows_.knows_act_before(claim)) {
     const FixedVec<Companion, max_claims> companions = rows_.companions_of(claim, chunk);
-    const JudgedRows rows{first_row, chunk.horizon, first_row + rows_.before_next_judgement()};
+    const JudgedRows rows{first_row, chunk.horizon, first_row + rows_.before_next_judgement(),
+                          queries};
     return judge_rows(room_, model_, claim.limits, hal_.state(), chunk, rows,
                       rows_.row_before(claim), Companions(companions.begin(), companions.size()));
   }
@@ -157,11 +159,11 @@ Judgement ChunkJudge::judge_from(const LiveClaim& claim, const ActionChunk& chun
 }
 
 Judgement ChunkJudge::judge_again(const LiveClaim& claim, const ActionChunk& chunk,
-                                  std::size_t first_row, std::size_t end_row) {
+                                  std::size_t first_row, std::size_t end_row, std::size_t queries) {
   const FixedVec<Companion, max_claims> companions = rows_.companions_of(claim, chunk);
   const std::size_t end = std::min(end_row, first_row + rows_.before_next_judgement());
   return judge_path(room_, model_, claim.limits, hal_.state(), chunk,
-                    JudgedRows::all(first_row, end), rows_.row_before(claim),
+                    JudgedRows::all(first_row, end, queries), rows_.row_before(claim),
                     Companions(companions.begin(), companions.size()));
 }
 

@@ -35,11 +35,12 @@ class ChunkJudge {
 
   /// A new chunk.
   Judgement judge(LiveClaim& claim, const ActionChunk& chunk);
-  /// Its rows from one on, by all checks of a row.
-  Judgement judge_from(const LiveClaim& claim, const ActionChunk& chunk, std::size_t first_row);
+  /// Its rows from one on, by all checks of a row, with so many queries at most.
+  Judgement judge_from(const LiveClaim& claim, const ActionChunk& chunk, std::size_t first_row,
+                       std::size_t queries);
   /// G024, G030 to G034: released rows that can act before the next judgement, from a newer state.
   Judgement judge_again(const LiveClaim& claim, const ActionChunk& chunk, std::size_t first_row,
-                        std::size_t end_row);
+                        std::size_t end_row, std::size_t queries);
 
  private:
   [[nodiscard]] bool is_waited_for(const LiveClaim& claim) const;

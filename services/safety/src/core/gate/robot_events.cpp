@@ -129,7 +129,7 @@ void RobotEvents::on_new_tick(std::uint64_t received_ns) {
   note_unmoved_joints();
   stopping_.see(claims_, history_, machine_.is_armed(), outbox_.now_ns);
   machine_.check_ramps();
-  if (!machine_.is_armed()) return history_.forget_held(hal_.state());
+  if (!machine_.is_armed()) return move_on_disarmed();
   if (const Text forged = forged_row(); !forged.empty()) return machine_.latch(forged);
   const Evidence moved = motion_.check(before, hal_.state(), claims_);
   if (!moved.ok()) return machine_.raise_stop(moved);
@@ -139,6 +139,12 @@ void RobotEvents::on_new_tick(std::uint64_t received_ns) {
   const Evidence running = rows_.check_running_rows();
   if (!running.ok()) return machine_.raise_stop(running);
   candidates_.take_waiting();
+}
+
+// Rows of claims that have ended may still act when the gate is armed anew.
+void RobotEvents::move_on_disarmed() {
+  releases_.begin_tick();
+  history_.forget_held(hal_.state());
 }
 
 // G013: nothing shows that a first tick is wrong but what the HAL says of itself; after one from

@@ -41,6 +41,7 @@ class RobotEvents {
 
  private:
   void on_new_tick(std::uint64_t received_ns);
+  void move_on_disarmed();
   void on_session_news(HalLink::News news);
   void on_rival_state();
   [[nodiscard]] bool is_anothers() const;

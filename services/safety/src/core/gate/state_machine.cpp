@@ -94,7 +94,6 @@ void StateMachine::arm(const Text& cause) {
   // Leaving disarmed: should the process die from here on, it comes back latched.
   outbox_.out->add(OutputKind::clear_clean_mark);
   outbox_.clean_mark_due = false;
-  for (LiveClaim& claim : claims_.places()) claim.leave();
   begin_epoch();
   armed_ns_ = claimless_since_ns_ = outbox_.now_ns;
   set_state(GateState::armed, cause);

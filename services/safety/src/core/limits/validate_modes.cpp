@@ -1,6 +1,9 @@
 // Are the limits of a part's modes there, and do they fit its joints and the robot's tree?
 
+#include <algorithm>
+
 #include "core/limits/validation_text.hpp"
+#include "core/modes/commanded_motion.hpp"
 #include "fairlead_safety/mode_blocks.hpp"
 
 namespace fairlead {
@@ -118,6 +121,18 @@ Text check_frames(const Limits& limits, const PartLimits& part, Mode mode, const
                 " does not move with the part");
 }
 
+// With a composite switch up the next row does what one leaves: of more than all, less than
+// nothing, which nothing here is made for.
+Text check_gain_of_left(const Limits& limits, const CartesianLimits& block, const Text& key) {
+  const auto switches = [](const PartLimits& part) {
+    return part.modes.supports(static_cast<std::uint8_t>(Mode::composite_mode));
+  };
+  if (std::none_of(limits.parts.begin(), limits.parts.end(), switches)) return {};
+  if (block.gain.upper <= 1.0) return {};
+  return phrase(key, ".gain: expected at most 1, as the robot has a composite switch, got ",
+                block.gain.upper);
+}
+
 Text check_mode(const Limits& limits, const PartLimits& part, Mode mode) {
   const auto number = static_cast<std::uint8_t>(mode);
   if (!part.modes.supports(number)) return {};
@@ -126,8 +141,11 @@ Text check_mode(const Limits& limits, const PartLimits& part, Mode mode) {
   if (!frames.empty()) return frames;
   if (const JointModeLimits* joints = joint_block(part.modes, number))
     return check_joint_mode(limits, part, *joints, mode, key);
-  if (const CartesianLimits* norms = norm_block(part.modes, number))
-    return check_norms(*norms, key);
+  if (const CartesianLimits* norms = norm_block(part.modes, number)) {
+    const Text fault = check_norms(*norms, key);
+    return fault.empty() && is_tool_motion(number) ? check_gain_of_left(limits, *norms, key)
+                                                   : fault;
+  }
   if (const ScalarLimits* scalar = scalar_block(part.modes, number))
     return check_scalar(limits, part, *scalar, mode, key);
   if (mode == Mode::cartesian_pose) return check_pose(part.modes.cartesian_pose, key);

@@ -3,6 +3,11 @@
 #include <algorithm>
 
 namespace fairlead {
+namespace {
+
+bool holds_rows(const LiveClaim& claim) { return claim.live() && claim.plan.current() != nullptr; }
+
+}  // namespace
 
 void LiveReleases::begin_tick() {
   for (LiveClaim& claim : claims_.places()) {
@@ -34,42 +39,50 @@ void LiveReleases::begin_tick_of(LiveClaim& claim) {
     door_.revoke_from(claim, rows_.first_open_tick());
 }
 
+// All claims together query as many configurations as one judgement may, none more than its share.
 void LiveReleases::judge() {
   static_assert(max_claims <= 32);
   constexpr int rounds_that_cut = 2;
   std::uint32_t due = (1U << max_claims) - 1U;
+  const auto& claims = claims_.places();
+  const auto holders = std::count_if(claims.begin(), claims.end(), holds_rows);
+  const std::size_t share =
+      max_queries / std::max<std::size_t>(1, static_cast<std::size_t>(holders));
+  queries_left_ = max_queries;
   for (int round = 0; due != 0; ++round) {
     std::uint32_t bit = 1;
     for (LiveClaim& claim : claims_.places()) {
-      const bool asked = (due & bit) != 0 && claim.live() && claim.plan.current() != nullptr;
+      const bool asked = (due & bit) != 0 && holds_rows(claim);
       due &= ~bit;
-      if (asked && is_cut(claim, round >= rounds_that_cut)) due |= ((1U << max_claims) - 1U) & ~bit;
+      if (asked && is_cut(claim, round >= rounds_that_cut, std::min(share, queries_left_)))
+        due |= ((1U << max_claims) - 1U) & ~bit;
       bit <<= 1U;
     }
   }
 }
 
 // Whether the claim has fewer rows left than it had.
-bool LiveReleases::is_cut(LiveClaim& claim, bool drops) {
+bool LiveReleases::is_cut(LiveClaim& claim, bool drops, std::size_t queries) {
   const std::uint64_t end_tick = claim.plan.current()->end_tick();
   // The HAL did something else than expected: all of what is left goes out again.
   if (!claim.plan.on_track())
-    judge_untaken(claim);
+    judge_untaken(claim, queries);
   else
-    judge_rest(claim, drops);
+    judge_rest(claim, drops, queries);
   const Released* left = claim.plan.current();
   return left == nullptr || left->end_tick() < end_tick;
 }
 
 // G024, G030 to G034: what is left may not lead where it may not, as the newest state tells. The
 // row that acts already (realtime) is past recall; those after it are not.
-void LiveReleases::judge_rest(LiveClaim& claim, bool drops) {
+void LiveReleases::judge_rest(LiveClaim& claim, bool drops, std::size_t queries) {
   const Released& release = *claim.plan.current();
   const ActionChunk& chunk = claim.plan.chunk_of(release);
   const auto first_row = static_cast<std::size_t>(rows_.first_open_tick() - chunk.start_tick);
   const std::size_t end_row = release.first_row + release.row_count;
   if (first_row == end_row) return;
-  Judgement judgement = judge_.judge_again(claim, chunk, first_row, end_row);
+  Judgement judgement = judge_.judge_again(claim, chunk, first_row, end_row, queries);
+  queries_left_ -= judgement.configurations;
   if (judgement.evidence.ok()) return;
   if (drops) {
     judgement.outcome = Outcome::refused;
@@ -79,7 +92,7 @@ void LiveReleases::judge_rest(LiveClaim& claim, bool drops) {
 }
 
 // After the HAL did something else: what is left, from the newest state, under a new verdict.
-void LiveReleases::judge_untaken(LiveClaim& claim) {
+void LiveReleases::judge_untaken(LiveClaim& claim, std::size_t queries) {
   const Released old = *claim.plan.current();
   const ActionChunk& chunk = claim.plan.chunk_of(old);
   const auto first_row = static_cast<std::size_t>(rows_.first_open_tick() - chunk.start_tick);
@@ -88,7 +101,8 @@ void LiveReleases::judge_untaken(LiveClaim& claim) {
     door_.revoke_from(claim, rows_.first_open_tick());
     return claim.plan.drop_current();
   }
-  Judgement judgement = judge_.judge_from(claim, chunk, first_row);
+  Judgement judgement = judge_.judge_from(claim, chunk, first_row, queries);
+  queries_left_ -= judgement.configurations;
   // Rows that were cut off once stay cut off.
   judgement.row_count = std::min(judgement.row_count, end_row - first_row);
   door_.answer_rest(claim, judgement);

@@ -24,15 +24,16 @@ class LiveReleases {
  private:
   void begin_tick_of(LiveClaim& claim);
   void begin_tick_of_left(LiveClaim& claim);
-  bool is_cut(LiveClaim& claim, bool drops);
-  void judge_rest(LiveClaim& claim, bool drops);
-  void judge_untaken(LiveClaim& claim);
+  bool is_cut(LiveClaim& claim, bool drops, std::size_t queries);
+  void judge_rest(LiveClaim& claim, bool drops, std::size_t queries);
+  void judge_untaken(LiveClaim& claim, std::size_t queries);
 
   const HalLink& hal_;
   ClaimTable& claims_;
   const ActingRows& rows_;
   ChunkJudge& judge_;
   Door& door_;
+  std::size_t queries_left_ = 0;  // of the newest state
 };
 
 }  // namespace fairlead

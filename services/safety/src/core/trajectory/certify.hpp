@@ -45,21 +45,22 @@ inline double share_between(const Braking& braking, const WayPoint& from, const 
 }
 
 /// G031 and G032: tools and capsules, which a motion displaces by `bound` at most. `poses` is room
-/// to place them in; `configurations` counts queries.
+/// to place them in.
 struct ShapeConstraint {
   const RobotModel& model;
   ShapeCheck& check;
   const FramePoses& before;
   const DisplacementBound& bound;
   FramePoses& poses;
-  std::size_t& configurations;
+  QueryBudget& budget;
 
   [[nodiscard]] double longest() const { return bound.longest(); }
   Evidence query(const Joints& joints, double need, double& clear) const {
     Clearance found;
-    ++configurations;
+    Evidence fault = budget.take();
+    if (!fault.ok()) return fault;
     poses.place(model, joints);
-    const Evidence fault = check.check(poses, before, bound, need, found);
+    fault = check.check(poses, before, bound, need, found);
     clear = check.clear_fraction_of(found, bound);
     return fault;
   }
@@ -71,13 +72,14 @@ struct ZoneConstraint {
   const Joints& before;
   double way;
   const BaseOff& off;
-  std::size_t& configurations;
+  QueryBudget& budget;
 
   [[nodiscard]] double longest() const { return way; }
   Evidence query(const Joints& joints, double, double& clear) const {
     double margin = unset;
-    ++configurations;
-    const Evidence fault = check_base(model, joints, before, off, margin);
+    Evidence fault = budget.take();
+    if (!fault.ok()) return fault;
+    fault = check_base(model, joints, before, off, margin);
     clear = clear_fraction(margin, way);
     return fault;
   }

@@ -142,7 +142,7 @@ class Prediction {
   [[nodiscard]] double gain(const Command& command, std::size_t branch) const;
   void note_spread();
   void note_shares(double turn_before);
-  void note_speeds(const Interval& steps);
+  void note_speeds();
   [[nodiscard]] Evidence check_speeds() const;
   [[nodiscard]] double turn_width() const;
   void note_base_speed();
@@ -202,7 +202,7 @@ class Prediction {
   std::size_t rows_shared_ = 0;
   std::array<UnequalShares, max_parts> unequal_shares_;  // by part
   std::array<SharedBy, max_parts> shared_by_{};          // by part, in the newest row
-  Interval speeds_;  // of the joints in the newest row, not set where they do not differ
+  Interval speeds_;  // of the joints in the newest row, while shares can differ
   bool speeds_differ_ = false;
   double turned_off_ = 0.0;  // of the base's slides, by what shares may have turned it before [m]
   double base_speed_ = 0.0;

@@ -60,7 +60,8 @@ TrajectoryCheck::TrajectoryCheck(const RobotModel& model, const ClaimLimits& cla
       shape_check_(model,
                    prediction_.drives_base() ? prediction_.commanded() | model.tree_joints
                                              : prediction_.commanded(),
-                   prediction_.guessed()) {}
+                   prediction_.guessed()),
+      budget_(rows.queries) {}
 
 Evidence TrajectoryCheck::check_next() {
   Evidence evidence;
@@ -175,21 +176,12 @@ Evidence TrajectoryCheck::check_row(const Branch& branch, Clearance& clearance) 
   return evidence;
 }
 
-Evidence TrajectoryCheck::check_time_left() const {
-  if (configurations_ < max_configurations) return {};
-  return above(code::unreachable, "looks", static_cast<double>(configurations_),
-               static_cast<double>(max_configurations),
-               "configurations that one judgement looks at");
-}
-
-// Bounds, volumes and pairs; and whether there is time left to look at them.
+// Bounds, volumes and pairs.
 Evidence TrajectoryCheck::check_body(const Branch& branch, const Braking& braking,
                                      const Interval& interval, Clearance& clearance) {
-  Evidence evidence = check_time_left();
-  if (evidence.ok())
-    evidence = check_braking(model_, branch, braking.end(), interval, prediction_.commanded());
-  if (evidence.ok() && !shape_check_.has_nothing())
-    evidence = check_shapes(branch, braking, clearance);
+  const Evidence evidence =
+      check_braking(model_, branch, braking.end(), interval, prediction_.commanded());
+  if (evidence.ok() && !shape_check_.has_nothing()) return check_shapes(branch, braking, clearance);
   return evidence;
 }
 
@@ -207,9 +199,8 @@ Evidence TrajectoryCheck::check_between_shares() {
 Evidence TrajectoryCheck::check_between(std::size_t one, std::size_t other) {
   const Branch &from = prediction_.branch(one), &to = prediction_.branch(other);
   const Braking first = braking_of(from), second = braking_of(to);
-  Evidence evidence = check_time_left();
-  if (evidence.ok())
-    evidence = certify_between(from, from.now, to.now, &clearances_[one], &clearances_[other]);
+  const Evidence evidence =
+      certify_between(from, from.now, to.now, &clearances_[one], &clearances_[other]);
   return evidence.ok() ? certify_between(from, first.end(), second.end(), nullptr, nullptr)
                        : evidence;
 }
@@ -222,14 +213,14 @@ Evidence TrajectoryCheck::certify_between(const Branch& one, const Joints& from,
   };
   Evidence evidence;
   if (!shape_check_.has_nothing())
-    evidence = certify(
-        straight(from, to),
-        ShapeConstraint{model_, shape_check_, one.poses_before(), bound, between_, configurations_},
-        clear_by(at_start), clear_by(at_end));
+    evidence =
+        certify(straight(from, to),
+                ShapeConstraint{model_, shape_check_, one.poses_before(), bound, between_, budget_},
+                clear_by(at_start), clear_by(at_end));
   if (!evidence.ok() || (prediction_.commanded() & model_.base_joints) == 0) return evidence;
   const double way = base_way(model_, from, to);
-  return certify(straight(from, to),
-                 ZoneConstraint{model_, one.before, way, base_off_, configurations_}, 0.0, 0.0);
+  return certify(straight(from, to), ZoneConstraint{model_, one.before, way, base_off_, budget_},
+                 0.0, 0.0);
 }
 
 StraightMotion TrajectoryCheck::straight(const Joints& from, const Joints& to) const {
@@ -242,13 +233,13 @@ Evidence TrajectoryCheck::check_shapes(const Branch& branch, const Braking& brak
   const DisplacementBound row(model_, branch.before, branch.now),
       stop(model_, branch.now, braking.end());
   const double clear_before = shape_check_.clear_fraction_of(clearance, row);
-  ++configurations_;
-  Evidence evidence = shape_check_.check(branch.poses_now(), branch.poses_before(),
-                                         DisplacementBound(row, stop), clearance);
+  Evidence evidence = budget_.take();
+  if (!evidence.ok()) return evidence;
+  evidence = shape_check_.check(branch.poses_now(), branch.poses_before(),
+                                DisplacementBound(row, stop), clearance);
   if (!evidence.ok()) return evidence;
   const auto shapes = [&](const DisplacementBound& bound, FramePoses& poses) {
-    return ShapeConstraint{model_, shape_check_, branch.poses_before(),
-                           bound,  poses,        configurations_};
+    return ShapeConstraint{model_, shape_check_, branch.poses_before(), bound, poses, budget_};
   };
   evidence = certify(straight(branch.before, branch.now), shapes(row, between_), clear_before,
                      shape_check_.clear_fraction_of(clearance, row));
@@ -280,10 +271,11 @@ Evidence TrajectoryCheck::check_zones(const Branch& branch, const Braking& braki
   const double stop = base_way(model_, branch.now, braking.end());
   double margin = unset, rest_margin = unset;
   const auto zones = [&](double way) {
-    return ZoneConstraint{model_, branch.before, way, base_off_, configurations_};
+    return ZoneConstraint{model_, branch.before, way, base_off_, budget_};
   };
-  configurations_ += 2;
-  Evidence evidence = check_base(model_, branch.now, branch.before, base_off_, margin);
+  Evidence evidence = budget_.take();
+  if (evidence.ok()) evidence = check_base(model_, branch.now, branch.before, base_off_, margin);
+  if (evidence.ok()) evidence = budget_.take();
   if (evidence.ok())
     evidence = check_base(model_, braking.end(), branch.before, base_off_, rest_margin);
   if (!evidence.ok()) return evidence;

@@ -17,7 +17,7 @@ class TrajectoryCheck {
   /// Goes on by one row and judges where that leads. Not past a fault.
   Evidence check_next();
   /// Configurations that were looked at so far.
-  [[nodiscard]] std::size_t configurations() const { return configurations_; }
+  [[nodiscard]] std::size_t configurations() const { return budget_.taken(); }
 
  private:
   Evidence check_momentum();
@@ -28,7 +28,6 @@ class TrajectoryCheck {
   Evidence check_between(std::size_t one, std::size_t other);
   Evidence certify_between(const Branch& one, const Joints& from, const Joints& to,
                            const Clearance* at_start, const Clearance* at_end);
-  [[nodiscard]] Evidence check_time_left() const;
   Evidence check_body(const Branch& branch, const Braking& braking, const Interval& interval,
                       Clearance& clearance);
   Evidence check_shapes(const Branch& branch, const Braking& braking, Clearance& clearance);
@@ -47,7 +46,7 @@ class TrajectoryCheck {
   Prediction prediction_;
   ShapeCheck shape_check_;
   bool has_begun_ = false;
-  std::size_t configurations_ = 0;
+  QueryBudget budget_;
   BaseOff base_off_;
   std::array<Clearance, max_branches> clearances_;  // of each branch where the next row starts
   FramePoses rest_;                                 // where braking ends

@@ -44,8 +44,8 @@ void UnequalShares::add_row(const SharedRow& row) {
   ++row_count_;
 }
 
-// The ends ask it of a joint where each of them leads: between them it may be asked for the least
-// or the most of both.
+// The ends ask it of a joint by the tool's Jacobian where each of them leads. Between them it is
+// taken to be asked for the least or the most of both: exact where the Jacobian stays the same.
 void UnequalShares::note_asked(const SharedRow& row, std::size_t j) {
   const auto [lower, upper] = *row.by.gain;
   const double one = asked_by(row.upper[j], goes_on_ ? last_upper_[j] : 0.0, upper);
@@ -58,9 +58,8 @@ void UnequalShares::note_asked(const SharedRow& row, std::size_t j) {
   const double most = larger(one, other) + (goes_on_ ? most_left_[j] : 0.0);
   least_[j] = std::min(lower * least, upper * least);
   most_[j] = std::max(lower * most, upper * most);
-  // Of an upper end above 1 less than nothing is left.
-  least_left_[j] = std::min({(1.0 - lower) * least, (1.0 - upper) * least, (1.0 - upper) * most});
-  most_left_[j] = std::max({(1.0 - lower) * most, (1.0 - upper) * most, (1.0 - upper) * least});
+  least_left_[j] = std::min((1.0 - lower) * least, (1.0 - upper) * least);
+  most_left_[j] = std::max((1.0 - lower) * most, (1.0 - upper) * most);
 }
 
 double UnequalShares::width(std::size_t row, std::size_t j, const Joints* stop) const {
@@ -99,11 +98,11 @@ void UnequalShares::raise_to_bound(const Joints* stop, Joints& off) const {
 }
 
 // Of a row that begins anew the ends of its own gain say all.
-bool UnequalShares::widen_to_newest(Joints& least, Joints& most) const {
+bool UnequalShares::widen_speeds(double period_s, Joints& lowest, Joints& highest) const {
   if (!goes_on_) return false;
   for (const std::size_t j : JointsIn(joints_)) {
-    least[j] = smaller(least[j], least_[j]);
-    most[j] = larger(most[j], most_[j]);
+    lowest[j] = smaller(lowest[j], least_[j] / period_s);
+    highest[j] = larger(highest[j], most_[j] / period_s);
   }
   return true;
 }

@@ -37,9 +37,9 @@ class UnequalShares {
   /// leave the part; with `stop`, what the upper end adds to the last row more than the lower.
   void raise_to_bound(const Joints* stop, Joints& off) const;
 
-  /// Widens, by joint, `least` to `most` to what any shares make of the newest row. Whether that
-  /// can be more than its ends make of it.
-  bool widen_to_newest(Joints& least, Joints& most) const;
+  /// Widens, by joint, `lowest` to `highest` to how fast any shares make the newest row [rad/s,
+  /// m/s]. Whether that can be faster than its ends.
+  bool widen_speeds(double period_s, Joints& lowest, Joints& highest) const;
 
  private:
   void note_asked(const SharedRow& row, std::size_t j);
