@@ -81,3 +81,35 @@ TEST_CASE("configurations: at a base where each row leads and where it comes to 
   CHECK(judged.evidence.ok());
   CHECK(judged.configurations == 6);
 }
+
+TEST_CASE("G030 wherever the looks run out, none is taken beyond, and that row is at fault") {
+  Limits limits = test_limits();  // with volumes, pairs and zones, and shares between
+  limits.parts[base].modes.joint_velocity.gain = {0.5, 1.0};
+  limits.base.zones = {};
+  Zone wall{"wall", true, {}};  // beside all of its way, so that it is looked at between rows
+  for (const Corner& corner : {Corner{-5.0, 0.52}, Corner{5.0, 0.52}, Corner{5.0, 5.0}})
+    (void)wall.corners.push_back(corner);
+  (void)limits.base.zones.push_back(wall);
+  const ClaimLimits claim = whole_robot(limits);
+  const RobotModel model(limits);
+  const auto chunk = ChunkBuilder().joint(base, Mode::joint_velocity, base_x, {1.0, 1.0});
+  const auto judged = [&](std::size_t queries) {
+    return judge_path(shared_room(), model, claim, state_at_rest(), chunk.chunk,
+                      JudgedRows::all(0, 2, queries), {}, {});
+  };
+  const Judgement whole = judged(max_queries);
+  CHECK(whole.evidence.ok());
+  std::size_t rows = 0;
+  for (std::size_t queries = 0; queries < whole.configurations; ++queries) {
+    CAPTURE(queries);
+    const Judgement cut = judged(queries);
+    CHECK(cut.configurations == queries);
+    CHECK(cut.evidence.code == 30);
+    CHECK(cut.evidence.axis == "looks");
+    CHECK(cut.evidence.limit == static_cast<double>(queries));
+    CHECK(cut.row_count >= rows);
+    rows = cut.row_count;
+  }
+  CHECK(rows == 1);
+  CHECK(judged(whole.configurations).evidence.ok());
+}
