@@ -41,7 +41,10 @@ def checked_model(
         checked = model.model_validate(dict(data))
         problems = list(_other_kinds((), data, checked))
     except ValidationError as error:
-        problems = [problem for item in error.errors() for problem in _problems(item, model)]
+        items = error.errors()
+        problems = [
+            p for item in items if not _follows(item, items) for p in _problems(item, model)
+        ]
     if problems:
         text = "".join(f"\n  {locate(place)}{_dotted(place)}: {said}" for place, said in problems)
         raise ConfigError(f"{who}: {len(problems)} problem(s):{text}")
@@ -83,6 +86,15 @@ def _problems(item: ErrorDetails, model: type[BaseModel]) -> list[tuple[Place, s
     if item["type"] == "value_error":  # one of our validators, which says what it got
         return [(place, text) for text in item["msg"].removeprefix("Value error, ").splitlines()]
     return [(place, item["msg"] + (f", got {got!r}" if isinstance(got, _SCALARS) else ""))]
+
+
+def _follows(item: ErrorDetails, items: Sequence[ErrorDetails]) -> bool:
+    """Whether a list is too short only because something in it is wrong."""
+    place = item["loc"]
+    inner = (one["loc"] for one in items)
+    return item["type"] == "too_short" and any(
+        len(one) > len(place) and one[: len(place)] == place for one in inner
+    )
 
 
 def _unknown_key(key: str, valid: Sequence[str]) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -14,6 +15,9 @@ import pytest
 
 from bench.equipment.light_hal import LIGHT_HAL
 from bench.equipment.live_robot import wait_for
+from fairlead.deploy.process_table import process_id
+from fairlead.deploy.registry import Registry, Running, ServiceEntry
+from fairlead.paths import repo_root
 from fairlead_tools.cli import console
 from fairlead_tools.cli.console import ProgressLine, echo, print_table
 from fairlead_tools.cli.main import main
@@ -115,6 +119,17 @@ def test_skill_ls_says_one_reason_a_skill_and_where_the_others_are(tmp_path: Pat
     rows = {row["skill"]: row for row in json.loads(
         fairlead("skill", "ls", "--json", state=tmp_path).stdout)}  # fmt: skip
     assert len(rows["panda-joint-reach"]["reasons"]) == 2
+
+
+def test_skill_ls_is_of_the_robot_that_runs_here(tmp_path: Path) -> None:
+    here = ServiceEntry(process_id(os.getpid()), ready=True, restarts=0, by_hand=True)
+    for file, robot in (
+        (repo_root() / "compose" / "panda_mujoco.yaml", "panda"),
+        (tmp_path / "gone.yaml", "panda_mobile"),
+    ):
+        Registry(tmp_path).write(Running("robot", str(file), str(tmp_path), None, {"hal": here}))
+        heading = fairlead("skill", "ls", state=tmp_path).stdout.splitlines()[0]
+        assert re.search(r"ON (\w+)", heading)[1] == robot, heading  # type: ignore[index]
 
 
 def test_a_table_keeps_its_columns_apart(capsys: pytest.CaptureFixture[str]) -> None:

@@ -17,7 +17,7 @@ NO_MESH = '<mesh name="m" file="gone.obj"/>'
     [
         ({}, [], "expected --mjcf, --urdf or both, got neither"),
         ({}, ["--mjcf", MJCF], "expected an MJCF file, got none at arm.xml"),
-        ({}, ["--urdf", URDF], "--urdf: arm.urdf: cannot be read as XML"),
+        ({}, ["--urdf", URDF], "--urdf: arm.urdf: cannot be read: No such file"),
         ({MJCF: "<mujoco><bro"}, ["--mjcf", MJCF], "--mjcf: arm.xml: cannot be read as XML"),
         ({MJCF: "\xff\xfe"}, ["--mjcf", MJCF], "--mjcf: arm.xml: cannot be read as XML"),
         ({MJCF: "<robot/>"}, ["--mjcf", MJCF], "expected <mujoco>, got <robot>: give it as --urdf"),
@@ -53,7 +53,7 @@ def test_what_is_no_robot_is_said(
         ('range="-3 3"/>', 'range="nan 3"/>', "range: expected its lower end first, got nan 3"),
         ("<worldbody>", f"<asset>{NO_MESH}</asset><worldbody>", "gone.obj"),
         ('name="right_finger" class="finger" range="-0.04 0"', 'name="right_finger" class="finger"',
-         "joint 'right_finger': expected a range, got None to None; give it one"),
+         "joint 'right_finger': lower and upper: expected a range, got none"),
     ],
 )  # fmt: skip
 def test_a_model_that_is_no_arm_is_said_by_joint_or_file(
@@ -99,3 +99,65 @@ def test_joints_of_other_names_and_limits_that_are_nothing_are_refused(desk: Des
     urdf = desk.write("still.urdf", panda.read_text().replace('velocity="2.175"', 'velocity="0"'))
     done = desk.new("mine", "--urdf", urdf)
     assert "joint 'panda_joint1': limit velocity: expected a number above 0, got '0'" in done.stderr
+
+
+def arm_of(limit: str = 'lower="-2" upper="2"', origin: str = "0 0 0.1", size: str = "0.05") -> str:
+    """A URDF of one joint, with a cylinder and a flange of no name that says so."""
+    shape = f'<geometry><cylinder radius="{size}" length="{size}"/></geometry>'
+    links = (
+        f'<link name="a"/><link name="b"><collision>{shape}</collision></link><link name="end"/>'
+    )
+    fixed = (
+        '<joint name="f" type="fixed"><parent link="b"/><child link="end"/>'
+        '<origin xyz="0 0 0.2"/></joint>'
+    )
+    return (
+        f'<robot name="mine">{links}{fixed}<joint name="j" type="revolute"><parent link="a"/>'
+        f'<child link="b"/><origin xyz="{origin}"/><axis xyz="0 0 1"/>'
+        f'<limit {limit} velocity="1" effort="10"/></joint></robot>'
+    )
+
+
+@pytest.mark.parametrize(
+    ("urdf", "said"),
+    [
+        (
+            arm_of(limit='lower="-86" upper="86"'),
+            "arm.urdf: joint 'j': limit lower: expected rad, or rad/s, up to 25; a joint without "
+            "an end is continuous, got -86: are these degrees?",
+        ),
+        (arm_of(limit=""), "joint 'j': lower and upper: expected a range, got none"),
+        (
+            arm_of(origin="0 0 70"),
+            "joint 'j': origin xyz: expected metres, up to 10, got 0 0 70: are these mm?",
+        ),
+        (
+            arm_of(size="60"),
+            "link 'b': its shape: expected metres, at most 2 m to each side, got 67.2 m; of a mesh "
+            'in mm: scale="0.001 0.001 0.001"',
+        ),
+        (
+            arm_of().replace(' velocity="1"', ""),
+            "arm.urdf: joint 'j': limit velocity: expected a number, got none",
+        ),
+        ('<robot xmlns:xacro="x"><xacro:a></robot>', "cannot be read as XML"),
+    ],
+)
+def test_other_units_are_asked_about_and_errors_name_the_given_file(
+    urdf: str, said: str, desk: Desk
+) -> None:
+    (desk.folder / URDF).write_text(urdf)
+    done = desk.new("mine", "--urdf", URDF)
+    assert done.returncode == 1
+    assert said in done.stderr, done.stderr
+    assert "Traceback" not in done.stderr
+    assert str(desk.robots) not in done.stderr
+
+
+def test_the_only_end_of_an_arm_is_its_tool_and_a_person_has_to_confirm_it(desk: Desk) -> None:
+    (desk.folder / URDF).write_text(arm_of())
+    done = desk.new("mine", "--urdf", URDF)
+    assert done.returncode == 0, done.stderr
+    text = (desk.robots / "mine" / "robot.yaml").read_text()
+    assert "tool_frame: end" in text
+    assert "end_effectors.tool_of_arm.tool_frame: chosen by" in text

@@ -42,6 +42,18 @@ def test_a_bad_robot_yaml_is_refused_by_name(tmp_path: Path, name: str) -> None:
     assert expected in str(error.value)
 
 
+def test_what_is_wrong_inside_a_list_does_not_make_the_list_too_short(tmp_path: Path) -> None:
+    data = good_file("robot.yaml")
+    data["parts"] = [data["parts"][0] | {"modes": ["cartesian_dleta"]}]
+    with pytest.raises(ConfigError) as error:
+        load_yaml(write(tmp_path / "robot.yaml", data), RobotManifest)
+    assert "parts.0.modes" in str(error.value)
+    assert "at least 1 item" not in str(error.value)
+    data["parts"] = []
+    with pytest.raises(ConfigError, match="parts: Tuple should have at least 1 item"):
+        load_yaml(write(tmp_path / "robot.yaml", data), RobotManifest)
+
+
 PLAIN: dict[str, Any] = {
     "source": "by hand",
     "capsules": [

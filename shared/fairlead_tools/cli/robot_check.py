@@ -89,6 +89,15 @@ def running_file(robot: str) -> Path | None:
     return next((one for one in files if load_deployment(one).robot == robot), None)
 
 
+def running_robot() -> str | None:
+    """The robot of the only deployment that runs on this machine."""
+    try:
+        robots = {load_deployment(Path(one.deployment)).robot for one in Registry().entries()}
+    except ConfigError:  # its file has changed or gone since
+        return None
+    return robots.pop() if len(robots) == 1 else None
+
+
 def _running(robot: RobotManifest, file: Path) -> HalStatus:
     deployment = load_deployment(file)
     if deployment.robot != robot.id:

@@ -21,11 +21,13 @@ from fairlead_tools.cli.console import echo, print_json, print_table
 from fairlead_tools.cli.options import (
     JsonOption,
     RobotOption,
+    complete_robot,
     complete_skill,
     example,
     make_group,
     parse_deployment,
 )
+from fairlead_tools.cli.robot_check import running_robot
 from fairlead_tools.skills.checkpoint_stats import (
     contract_findings,
     named_outputs,
@@ -79,10 +81,16 @@ def policy_problems(skill: SkillManifest) -> list[str]:
 
 @example("fairlead skill ls --robot panda_mobile")
 def ls_command(
-    robot: RobotOption = "panda_mobile",
+    robot: Annotated[
+        str,
+        typer.Option(
+            help="the one that runs here, else panda_mobile", autocompletion=complete_robot
+        ),
+    ] = "",
     as_json: JsonOption = False,
 ) -> None:
     """Show every skill, shipped or installed: admitted on this robot, or dropped and why."""
+    robot = robot or running_robot() or "panda_mobile"
     manifest = load_robot(robot)
     problems = {name: skill_problems(name, manifest) for name in skill_ids()}
     if as_json:

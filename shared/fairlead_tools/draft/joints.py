@@ -24,6 +24,10 @@ _SPEED = {"rad": 1.0, "m": 0.1}  # assumed where no file says one [per s]
 _REACHED_IN_S = 0.2  # assumed: the time to full speed
 _EFFORT = {"rad": 10.0, "m": 20.0}  # assumed [N m, N]
 _POSES = 200
+_MOST_RAD = 25.0
+"""Of a turning joint's limits and speed: what is more was meant in degrees."""
+_MOST_M = 10.0
+"""Between two joints: what is more was meant in mm."""
 
 
 @dataclass(frozen=True)
@@ -78,8 +82,11 @@ def read_urdf(path: Path) -> ET.Element:
     """
     try:
         root = ET.parse(path).getroot()  # noqa: S314 - the person's own file
-    except (OSError, ET.ParseError, LookupError, ValueError) as error:
-        raise ConfigError(f"{WHO}: --urdf: {path}: cannot be read as XML: {error}") from None
+    except OSError as error:
+        raise ConfigError(f"{WHO}: --urdf: {path}: cannot be read: {error.strerror}") from None
+    except (ET.ParseError, LookupError, ValueError) as error:
+        hint = "; xacro is not a URDF yet: run xacro first" if ".xacro" in path.suffixes else ""
+        raise ConfigError(f"{WHO}: --urdf: {path}: cannot be read as XML: {error}{hint}") from None
     if root.tag != "robot":
         hint = ": give it as --mjcf" if root.tag == "mujoco" else ""
         raise ConfigError(expected(f"{WHO}: --urdf: {path}", "<robot>", f"<{root.tag}>{hint}"))
@@ -122,6 +129,7 @@ def _draft(
     name, kind = joint.get("name", ""), joint.get("type", "")
     who = f"{WHO}: {file}: joint {name!r}"
     told = {key: _limit(joint, key, who) for key in ("lower", "upper", "effort", "velocity")}
+    _check_place(joint, who)
     unit = "m" if kind == "prismatic" else "rad"
     lower, upper = told["lower"], told["upper"]
     efforts = [told["effort"]] if told["effort"] is not None else []
@@ -136,7 +144,8 @@ def _draft(
     if kind == "continuous":
         lower = upper = None
     elif lower is None or upper is None or not lower < upper:
-        raise ConfigError(expected(who, "a range", f"{lower} to {upper}; give it one"))
+        got = "none" if lower is None or upper is None else f"{lower:g} to {upper:g}"
+        raise ConfigError(expected(f"{who}: lower and upper", "a range", got))
     velocity = told["velocity"] or _SPEED[unit]
     open_, effort = {}, min(efforts, default=_EFFORT[unit])
     if told["velocity"] is None:
@@ -167,7 +176,24 @@ def _limit(joint: ET.Element, key: str, who: str) -> float | None:
         raise ConfigError(expected(f"{who}: limit {key}", "a number", repr(text)))
     if key in ("effort", "velocity") and not value > 0.0:
         raise ConfigError(expected(f"{who}: limit {key}", "a number above 0", repr(text)))
-    return None if abs(value) >= ANY else value
+    if abs(value) >= ANY:
+        return None
+    if key != "effort" and joint.get("type") == "revolute" and abs(value) > _MOST_RAD:
+        what = f"rad, or rad/s, up to {_MOST_RAD:g}; a joint without an end is continuous"
+        raise ConfigError(expected(f"{who}: limit {key}", what, f"{value:g}: are these degrees?"))
+    return value
+
+
+def _check_place(joint: ET.Element, who: str) -> None:
+    origin = joint.find("origin")
+    text = "" if origin is None else origin.get("xyz", "")
+    try:
+        furthest = max((abs(float(word)) for word in text.split()), default=0.0)
+    except ValueError:
+        return  # the description's reader says so
+    if furthest > _MOST_M:
+        what = f"metres, up to {_MOST_M:g}"
+        raise ConfigError(expected(f"{who}: origin xyz", what, f"{text}: are these mm?"))
 
 
 def _link(joint: ET.Element, tag: str, who: str) -> str:

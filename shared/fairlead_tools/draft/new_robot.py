@@ -88,7 +88,11 @@ def new_robot(asked: Asked, say: Callable[[str], None]) -> Drafted:
         drafted = _filled(asked, folder, source, say)
         done = True
     except OSError as error:
-        raise ConfigError(f"{WHO}: cannot write {error.filename}: {error.strerror}") from None
+        where = error.filename or folder
+        raise ConfigError(f"{WHO}: cannot write {where}: {error.strerror}") from None
+    except ConfigError as error:  # of the copy, which is about to go
+        given = str(asked.urdf or asked.mjcf)
+        raise ConfigError(str(error).replace(str(folder / f"{asked.id}.urdf"), given)) from None
     finally:
         if not done:
             shutil.rmtree(folder, ignore_errors=True)

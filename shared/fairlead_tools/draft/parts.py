@@ -111,7 +111,7 @@ def _above(link: str, by_link: Mapping[str, ET.Element]) -> list[str]:
 
 
 def _tool(urdf: ET.Element, carrier: str, by_link: Mapping[str, ET.Element]) -> str:
-    """The link that is fixed to an arm's last one and called like a tool, else that one."""
+    """What is fixed to an arm's last link and called like a tool, or is the only end; else that."""
     fixed = []
     for link in (one.get("name", "") for one in urdf.findall("link")):
         above = _above(link, by_link)
@@ -120,4 +120,6 @@ def _tool(urdf: ET.Element, carrier: str, by_link: Mapping[str, ET.Element]) -> 
             if all(by_link[one].get("type") == "fixed" for one in way):
                 fixed.append(link)
     named = (link for pattern in _TOOLS for link in fixed if pattern.search(link))
-    return next(named, carrier)
+    parents = {one.get("link") for one in urdf.findall("joint/parent")}
+    ends = [link for link in fixed if link not in parents]
+    return next(named, ends[0] if len(ends) == 1 else carrier)

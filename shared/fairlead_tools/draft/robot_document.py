@@ -98,6 +98,8 @@ class DraftRobot:
             for what, why in joint.open.items():
                 yield f"{key}.{joint.name}.{_KEYS[what][joint.unit]}", why
         yield "home", f"{self.home_source}: fairlead home moves the robot there"
+        for tool in dict.fromkeys(self._effector(part) for part in self.parts):
+            yield f"end_effectors.{tool}.tool_frame", "chosen by the links' names and place"
         for joint in self.joints:
             yield f"safety.hardware.measured.{joint.name}", _MEASURE
         for part in self.parts:

@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from fairlead.errors import ConfigError
+from fairlead.errors import ConfigError, expected
 from fairlead.messages import FloatArray
 from fairlead.robot.capsule_distance import capsule_spans, pair_distances
 from fairlead.robot.capsules import MAX_CAPSULES, MAX_PAIRS, Capsule
@@ -23,6 +23,7 @@ from fairlead_tools.shape.fit import Fitted, fit_capsules, sticking_out
 from fairlead_tools.shape.geometry import Geometry, GeometrySource, with_swept_fingers
 
 _DIGITS = 4  # of lengths in m
+_MOST_RADIUS_M = 2.0
 _ROUNDING_M = 1e-9
 
 
@@ -166,6 +167,13 @@ class RobotShape:
 
 
 def _capsule(link: str, fit: Fitted) -> Capsule:
+    if fit.radius > _MOST_RADIUS_M:
+        raise ConfigError(
+            expected(
+                f"link {link!r}: its shape", f"metres, at most {_MOST_RADIUS_M:g} m to each side",
+                f'{fit.radius:.3g} m; of a mesh in mm: scale="0.001 0.001 0.001"',
+            )
+        )  # fmt: skip
     (ax, ay, az), (bx, by, bz) = (
         [round(float(value), _DIGITS) for value in end] for end in (fit.a, fit.b)
     )

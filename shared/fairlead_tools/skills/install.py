@@ -68,9 +68,10 @@ def install_skill(
     try:
         _put(folder, target, link)
     except OSError as error:
+        # That of a folder has a list of what went wrong with each file.
+        why = error.args[0][0][2] if isinstance(error, shutil.Error) else error.strerror or error
         raise ConfigError(
-            f"skill {skill.id}: cannot write {target}: {error.strerror or error}; "
-            f"another folder: set {SKILLS_VARIABLE}"
+            f"skill {skill.id}: cannot write {target}: {why}; another folder: set {SKILLS_VARIABLE}"
         ) from None
     return target
 
@@ -94,7 +95,7 @@ def is_link_to(target: Path, folder: Path) -> bool:
 def _put(folder: Path, target: Path, link: bool) -> None:
     """The new folder is complete before the old one goes."""
     target.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=target.parent.parent, prefix=".installing-") as beside:
+    with tempfile.TemporaryDirectory(dir=target.parent, prefix=".installing-") as beside:
         fresh = Path(beside) / target.name
         if link:
             fresh.symlink_to(folder.resolve(), target_is_directory=True)

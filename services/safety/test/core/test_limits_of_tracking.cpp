@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "boundary.hpp"
 #include "two_arms.hpp"
 
 using namespace fairlead;
