@@ -109,7 +109,7 @@ def test_a_broken_policy_is_named_with_its_package(
 def test_what_is_made_has_to_be_a_policy(tmp_path: Path) -> None:
     assert load(tmp_path, "acme:Still", NO_POLICY) == (
         "policy worker: loading failed: policy backend 'still' of acme-policies 1.2: acme:Still: "
-        "expected from_options to make an object with infer and reset, got 3"
+        "expected an object with infer and reset, got 'int without infer and reset'"
     )
 
 

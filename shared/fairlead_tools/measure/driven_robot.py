@@ -175,6 +175,10 @@ def _is_simulated(deployment: Deployment) -> bool:
 
 def _backend(robot: RobotManifest, deployment: Deployment) -> Backend:
     service, who = deployment.services[deployment.hal], f"{_WHO}: {deployment.hal}"
+    if not service.run:
+        raise ConfigError(
+            f"{who} is a command of its own, which is measured while it runs: --running"
+        )
     driver = hal_driver(service.run, who)
     # Neither pictures nor traces are needed, and a camera is a process of its own.
     told = {k: v for k, v in service.options.items() if k not in ("cameras", "trace")}

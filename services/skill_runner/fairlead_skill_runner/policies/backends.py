@@ -53,8 +53,10 @@ def make_policy(
         policy = for_robot(skill, options, robot(), profile)
     else:
         policy = found.from_options(skill, options)
-    if not (hasattr(policy, "infer") and hasattr(policy, "reset")):
-        raise plugin.refuse("from_options to make an object with infer and reset", policy)
+    lacks = [name for name in ("infer", "reset") if not hasattr(policy, name)]
+    if lacks:
+        got = f"{type(policy).__name__} without {' and '.join(lacks)}"
+        raise plugin.refuse("an object with infer and reset", got)
     if skill.seam is not None and getattr(policy, "continues_rows", False):
         who, wanted = f"skill {skill.id}: seam", "none, for the policy continues the rows itself"
         raise ConfigError(expected(who, wanted, f"blend_ticks: {skill.seam.blend_ticks}"))
