@@ -40,6 +40,10 @@ WRONG_COMMAND_LINES = {
     "a negative seed": (["parity", "--seed", "-1"], "greater than or equal to 0"),
     "a seed beyond 64 bits": (["run", "x", "--seed", str(2**64)], f"equal to {2**64 - 1}"),
     "a time to listen beyond a day": (["topic", "list", "--seconds", "1e99"], "equal to 86400"),
+    "words that are no UTF-8": (
+        ["run", "x", "--prompt", "\udcff"],
+        "words in UTF-8, got '\\\\udcff'",
+    ),
     "no number": (["run", "x", "--stall-timeout", "nan"], "equal to 86400"),
     "a deadline beyond 64 bits": (
         ["run", "x", "--deadline-ticks", str(2**64)],

@@ -17,6 +17,7 @@ from typing import Any
 import pytest
 import yaml
 
+from fairlead.operate.asker import OPERATOR_VARIABLE
 from fairlead.paths import repo_root
 from fairlead_tools.supervisor.child import is_ready_line
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
@@ -87,6 +88,23 @@ def test_a_stop_that_one_robot_does_not_take_is_an_error_and_stops_the_others(
     assert stopped.returncode == 1
     assert stopped.stdout.startswith(f"stopped {gates[1].id};")
     assert f"ERROR {gates[0].file}: NOT STOPPED: " in stopped.stderr
+
+
+@pytest.mark.processes
+@pytest.mark.parametrize("reason", ["T\udcfcr offen", "a" * 70_000])
+def test_no_name_and_no_reason_keep_a_stop_from_being_sent_and_reset(
+    reason: str, gates: list[Gate], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv(OPERATOR_VARIABLE, "Ada Lovelace")
+    gates.append(Gate("one", tmp_path))
+    state = gates[0].state
+    stopped = fairlead("stop", "--reason", reason, state=state)
+    assert stopped.returncode == 0, stopped.stderr
+    assert stopped.stderr.startswith(f"WARNING {OPERATOR_VARIABLE}: expected ")
+    assert "Traceback" not in stopped.stderr
+    monkeypatch.delenv(OPERATOR_VARIABLE)
+    reset = fairlead(*stopped.stdout.partition(": fairlead ")[2].split(), state=state)
+    assert reset.returncode == 0, reset.stderr
 
 
 @pytest.mark.processes

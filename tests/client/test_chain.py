@@ -91,6 +91,8 @@ def test_whoever_stops_the_robot_ends_the_chain(kind: str) -> None:
         ("goals: []\nmost_goals: 1\n", "at least 1 item"),
         ("goals: [{name: a, skill: s, deadline_ticks: 1}]\n", "most_goals"),
         ("goals: [{name: a, skill: s}]\nmost_goals: 1\n", "deadline_ticks"),
+        ("goals: [{name: a, skill: s, deadline_ticks: 99999999999999999999999}]\nmost_goals: 1\n",
+         "goals.0.deadline_ticks: Input should be less than"),
         ("goals: [{name: next, skill: s, deadline_ticks: 1}]\nmost_goals: 1\n",
          "expected names of their own, none of next, done, fail, any; got 'next'"),
         ("goals: [{name: a, skill: s, deadline_ticks: 1}, {name: a, skill: s, deadline_ticks: 1}]\n"

@@ -197,6 +197,21 @@ def test_a_stop_is_held_and_repeated_until_a_gate_lists_it(realtime: HalProcess)
     assert (status.state, status.detail) == ("holding", "stop 000000000000004d (test)")
 
 
+def test_a_stop_too_long_for_the_gate_gets_an_id_that_can_be_reset(realtime: HalProcess) -> None:
+    long = StopLevel(stop_id=78, by="operator", reason="a" * 70_000)
+    realtime.bus.publisher(realtime.keys.stop, StopLevel, Qos.HOT).put(long)
+
+    def own() -> list[int]:
+        samples = realtime.collect(realtime.keys.stop, 1)
+        stops = [decode(StopLevel, one.payload) for one in samples]
+        return [one.stop_id for one in stops if len(one.reason) < 1000]
+
+    realtime.wait_until(lambda: bool(own()), "a stop of its own")
+    assert 78 not in own()
+    status = decode(HalStatus, realtime.bus.query(realtime.keys.hal_status, StatusQuery(), 5.0))
+    assert status.state == "holding"
+
+
 def test_a_killed_hal_leaves_every_decided_tick_in_its_log(realtime: HalProcess) -> None:
     realtime.collect(realtime.keys.joints, 20)
     state = decode(JointState, realtime.collect(realtime.keys.joints, 1)[0].payload)

@@ -50,6 +50,12 @@ async def test_a_skill_that_did_not_change_keeps_its_policy_and_one_that_did_get
     edit(folder / "policy.py", "def reset", "def  reset")
     second = await skills.worker(skills.find("my-wave").skill)
     assert second is not first
+    (folder / "weights.txt").write_text("one")
+    third = await skills.worker(skills.find("my-wave").skill)
+    assert third is not second
+    edit(folder / "weights.txt", "one", "two")
+    second = await skills.worker(skills.find("my-wave").skill)
+    assert second is not third
     edit(folder / "rskill.yaml", "version: 0.1.0", "version: 0.2.0")
     changed = skills.find("my-wave").skill
     assert changed.version == "0.2.0"

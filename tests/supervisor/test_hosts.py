@@ -119,6 +119,24 @@ def test_peers_need_an_endpoint_each_and_no_host(tmp_path: Path) -> None:
     assert "services.hal.host: 'robot', but there are no hosts" in said
 
 
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("a/b", "service: expected 1 to 64 of a-z 0-9 _ . - starting with a letter or digit"),
+        ("../x", "got '../x'"),
+        ("*", "got '*'"),
+        ("x" * 65, "got 'xxx"),
+        ("up", "up: the supervisor's log has this name; give it another one"),
+    ],
+)
+def test_a_service_has_a_name_that_fits_a_key_and_a_log(
+    name: str, said: str, tmp_path: Path
+) -> None:
+    read = yaml.safe_load((COMPOSE / "panda_mobile_sim.yaml").read_text(encoding="utf-8"))
+    read["services"][name] = read["services"].pop("runner")
+    assert said in problem(tmp_path, read)
+
+
 def test_several_hosts_need_one_named_and_the_error_lists_them() -> None:
     with pytest.raises(ConfigError) as caught:
         choose_host(Deployment.model_validate(content()), None)

@@ -139,7 +139,11 @@ class OfferedSkills:
 
 
 def _stamp(skill: SkillManifest) -> Stamp:
-    """Changes with the manifest and with any Python file of the skill's folder."""
+    """Changes with the manifest and with any file of the skill's folder."""
     folder = rskill_dir(skill.id)
-    files = sorted((str(path), path.stat().st_mtime_ns) for path in folder.rglob("*.py"))
+    files = sorted(
+        (str(path), path.stat().st_mtime_ns)
+        for path in folder.rglob("*")
+        if path.is_file() and path.suffix != ".pyc"
+    )
     return (skill.skill_hash, str(folder.resolve()), *files)

@@ -34,6 +34,8 @@ from fairlead_skill_runner.policies.remote.served_policy import NO_MESSAGE
 
 _MESSAGE_MAX_BYTES = 64 * 2**20
 _FAILED, _LATER = 1011, 1013
+_GONE_S = 180.0
+"""A client that answers no ping is gone; the first inference may take a while to compile."""
 
 
 class PolicyServer:
@@ -62,7 +64,7 @@ class PolicyServer:
         """Begin to serve; port 0 takes any that is free."""
         return await serve(
             self._client, host, port, compression=None, max_size=_MESSAGE_MAX_BYTES,
-            ping_interval=None, process_request=self._admit,
+            ping_timeout=_GONE_S, process_request=self._admit,
         )  # fmt: skip
 
     def _admit(self, link: ServerConnection, asked: Request) -> Response | None:
@@ -77,6 +79,7 @@ class PolicyServer:
 
     async def _client(self, link: ServerConnection) -> None:
         if self._is_busy:
+            self._say(f"{link.remote_address}: refused, another client is connected")
             await link.close(_LATER, "another client is connected")
             return
         skill, self._is_busy = self._skill, True

@@ -19,7 +19,7 @@ from fairlead.deploy.certificates import COMMON_NAME_MAX, common_name
 from fairlead.deploy.credentials import find_secrets
 from fairlead.deploy.hosts import ROUTER, RouterSpec, endpoint_of, host_problems
 from fairlead.deploy.routed_access import client_access
-from fairlead.deploy.service_spec import EXTERNAL, OWN_SERVICES, ServiceSpec
+from fairlead.deploy.service_spec import EXTERNAL, OWN_SERVICES, ServiceName, ServiceSpec
 from fairlead.errors import ConfigError, expected
 from fairlead.keys import Keys, check_name
 from fairlead.plugins import HALS
@@ -50,7 +50,7 @@ class Deployment(BaseModel):
     )
     hosts: dict[str, str] = Field(default_factory=dict, description="address of each host")
     router: RouterSpec | None = None
-    services: dict[str, ServiceSpec]
+    services: dict[ServiceName, ServiceSpec]
 
     @field_validator("id", "namespace", "localiser")
     @classmethod

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, field_validator, model_validator
 
 from fairlead.deploy.access import Role
+from fairlead.errors import ConfigError
+from fairlead.keys import check_name
 
 _ROLES: dict[str, Role] = {
     "safety": "safety",
@@ -18,6 +20,20 @@ OWN_SERVICES = tuple(_ROLES)
 
 EXTERNAL = "external"
 """``run`` of a HAL that somebody else starts, whatever it is."""
+
+
+def _check_service_name(name: str) -> str:
+    try:
+        check_name("service", name)
+    except ConfigError as error:
+        raise ValueError(str(error)) from None
+    if name == "up":
+        raise ValueError("up: the supervisor's log has this name; give it another one")
+    return name
+
+
+ServiceName = Annotated[str, AfterValidator(_check_service_name)]
+"""One that fits a key, and is not the log's of ``up``."""
 
 
 class ServiceSpec(BaseModel):

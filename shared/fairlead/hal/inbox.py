@@ -31,6 +31,10 @@ EXPECTED = frozenset(
 """What a lossy, repeating channel brings every day: counted, not worth a line."""
 
 
+_GATE_READS = 65_536
+"""Bytes of a frame: a longer stop the gate could neither list nor reset under its id."""
+
+
 class HalInbox:
     """Subscribes to safe chunks, leases, stops and others' joint states; hands them to the core.
 
@@ -84,7 +88,8 @@ class HalInbox:
         self._take(sample.key, lambda core: core.on_safe_chunk(chunk))
 
     def _on_stop(self, sample: Sample) -> None:
-        stop = self._decode(StopLevel, sample)
+        readable = len(sample.payload) <= _GATE_READS
+        stop = self._decode(StopLevel, sample) if readable else None
         if stop is not None:
             self._take(sample.key, lambda core: core.on_stop(stop))
             return

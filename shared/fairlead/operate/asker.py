@@ -25,10 +25,11 @@ def asker(deployment: Deployment, program: str) -> str:
     """
     hosts = [host for host, name in deployment.certified if name == OPERATOR]
     host = certified_host(deployment.keys, hosts, OPERATOR) or socket.gethostname()
-    return f"{_person()}@{host} ({program})"
+    return f"{check_person()}@{host} ({program})"
 
 
-def _person() -> str:
+def check_person() -> str:
+    """Who sits here: FAIRLEAD_OPERATOR, else the user; raises `ConfigError` if that is no name."""
     named = os.environ.get(OPERATOR_VARIABLE)
     if named is not None:
         return check_name(OPERATOR_VARIABLE, named)

@@ -40,7 +40,7 @@ class ChainGoal(BaseModel):
     skill: str = Field(min_length=1)
     prompt: str = ""
     runner: str = ""
-    deadline_ticks: int = Field(ge=0)
+    deadline_ticks: int = Field(ge=0, lt=2**64)
     stall_timeout_s: float = Field(default=STALL_TIMEOUT_S, gt=0, allow_inf_nan=False)
     retries: int = Field(default=0, ge=0, le=100)
     on_success: str = NEXT

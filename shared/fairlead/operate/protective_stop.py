@@ -14,10 +14,15 @@ from fairlead.wire.bus import Qos
 
 REPEAT_S = 0.05
 TIMEOUT_S = 2.0
+MOST_LETTERS = 500
+"""Of a reason: what is longer would make a stop that the gate cannot read."""
 
 
 async def request_stop(services: Services, reason: str) -> int:
     """Request a protective stop, repeated until a lease lists it.
+
+    Args:
+        reason: for the log; no text keeps the stop from being sent.
 
     Returns:
         The stop's id, which a reset must cite.
@@ -25,6 +30,7 @@ async def request_stop(services: Services, reason: str) -> int:
     Raises:
         NoAnswerError: no lease listed it in time; the robot may still move.
     """
+    reason = reason.encode(errors="backslashreplace").decode()[:MOST_LETTERS]
     stop_id = secrets.randbits(63) + 1
     listed: set[int] = set()
     changes = Changes()

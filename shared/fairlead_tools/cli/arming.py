@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -15,6 +16,7 @@ from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.deploy.registry import Registry, running_name
 from fairlead.errors import ConfigError, FairleadError, RefusedError
 from fairlead.messages import ArmReply, GateState, GateStatus
+from fairlead.operate.asker import OPERATOR_VARIABLE, check_person
 from fairlead.operate.client import RobotClient
 from fairlead.operate.connection import connect, running_files
 from fairlead_tools.cli.console import echo, hex_id
@@ -103,10 +105,15 @@ def stop_command(
     stop: use the robot's own for that.
     """
     files = [deployment] if deployment is not None else running_files()
+    try:
+        check_person()
+    except ConfigError as error:  # no reason not to stop
+        del os.environ[OPERATOR_VARIABLE]
+        echo(f"WARNING {error}; stopping all the same", err=True)
     outcomes = asyncio.run(_stop_all(files, reason))
     failed = False
     for file, outcome in zip(files, outcomes, strict=True):
-        if isinstance(outcome, FairleadError):
+        if isinstance(outcome, BaseException):
             failed = True
             echo(f"ERROR {file}: NOT STOPPED: {outcome}", err=True)
             continue
@@ -117,18 +124,15 @@ def stop_command(
         raise typer.Exit(1)
 
 
-async def _stop_all(files: list[Path], reason: str) -> list[tuple[str, int] | FairleadError]:
-    """At once: nobody's stop waits for another's."""
-    return await asyncio.gather(*(_stop(file, reason) for file in files))
+async def _stop_all(files: list[Path], reason: str) -> list[tuple[str, int] | BaseException]:
+    """At once: nobody's stop waits for another's, or fails with it."""
+    return await asyncio.gather(*(_stop(file, reason) for file in files), return_exceptions=True)
 
 
-async def _stop(file: Path, reason: str) -> tuple[str, int] | FairleadError:
-    try:
-        chosen = _load_as_started(file)
-        async with connect(chosen, by="fairlead") as robot:
-            return running_name(chosen), await robot.stop(reason)
-    except FairleadError as error:
-        return error
+async def _stop(file: Path, reason: str) -> tuple[str, int]:
+    chosen = _load_as_started(file)
+    async with connect(chosen, by="fairlead") as robot:
+        return running_name(chosen), await robot.stop(reason)
 
 
 def _load_as_started(file: Path) -> Deployment:

@@ -33,6 +33,8 @@ def chain_of(
     Raises:
         ConfigError: the file or a skill does not fit, or options are given beside a file.
     """
+    if not what:
+        raise ConfigError(expected("run", "a skill or a chain's file", repr(what)))
     first = ChainGoal(
         name="1",
         skill=what,

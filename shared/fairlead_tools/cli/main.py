@@ -12,7 +12,7 @@ import json
 import sys
 import warnings
 
-from fairlead.errors import FairleadError, RefusedError
+from fairlead.errors import FairleadError, RefusedError, expected
 from fairlead.wire.printable import printable_lines
 from fairlead_tools.cli.lost_output import forget_output
 
@@ -26,6 +26,7 @@ def main() -> None:
         if isinstance(stream, io.TextIOWrapper):  # what a terminal has no letter for is spelled out
             stream.reconfigure(errors="backslashreplace")
     try:
+        _check_letters(as_json)
         _run(as_json)
     except KeyboardInterrupt:
         _leave_quietly()
@@ -44,6 +45,18 @@ def main() -> None:
         where = f"{error.filename}: " if error.filename else ""
         forget_output()
         _end(f"ERROR {where}{error.strerror or error}", 1)
+
+
+def _check_letters(as_json: bool) -> None:
+    """Words that are not UTF-8 fit no message; those of a stop are spelled out."""
+    for place, word in enumerate(sys.argv):
+        spelled = word.encode(errors="backslashreplace").decode()
+        if spelled != word and sys.argv[1:2] != ["stop"]:
+            said = expected("command line", "words in UTF-8", repr(spelled))
+            if as_json:
+                _end_json("UsageError", said, "fairlead --help", 2)
+            _end(f"ERROR {said}", 2)
+        sys.argv[place] = spelled
 
 
 def _run(as_json: bool) -> None:
