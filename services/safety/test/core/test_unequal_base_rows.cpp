@@ -36,6 +36,43 @@ TEST_CASE("G034 a base keeps to its zones by what unequal shares can make of the
   CHECK(code(0.05 + beside - 1e-6) == 34);
 }
 
+TEST_CASE(
+    "G034 an arm whose rows go on with the switch up takes nothing off what a base is off by") {
+  const auto first_wall = [](bool with_arm) {
+    Limits limits = test_limits();
+    limits.parts[base].modes.joint_velocity.gain = {0.5, 1.0};
+    limits.parts[composite].modes.composite_mode.step_limit = 2.0;
+    for (const std::size_t j : {base_x, base_y}) limits.joints[j].acceleration_limit = 5.0;
+    limits.base.footprint = square(0.1);
+    Row aside(joint_count, 0.0), forward(joint_count, 0.0);
+    aside[base_y] = forward[base_x] = 1.0;
+    ChunkBuilder chunk;
+    chunk.add(base, Mode::joint_velocity, {aside, forward}, {base_x, base_y});
+    const Row still(6, 0.0);
+    if (with_arm) chunk.add(arm, Mode::cartesian_delta, {still, still}, {}, "base_link");
+    if (with_arm) chunk.scalar(composite, Mode::composite_mode, {1.0, 1.0});
+    PartMemories memories;
+    memories[arm].goal = Pose{Eigen::Vector3d(0.7, 0, 0.5), Eigen::Quaterniond::Identity()};
+    RowBefore before;
+    before.memories = &memories;
+    double fails = 0.0, passes = 1.0;
+    while (passes - fails > 1e-7) {
+      const double wall = 0.5 * (fails + passes);
+      Limits walled = limits;
+      Zone room{"room", false, square(5.0)};
+      room.corners[1][0] = room.corners[2][0] = 0.1 + wall;
+      (void)walled.base.zones.push_back(room);
+      const std::uint32_t code =
+          judge_rows(walled, whole_robot(walled), state_at_rest(), chunk.chunk, 0, before)
+              .evidence.code;
+      (code == 0 ? passes : fails) = wall;
+    }
+    return passes;
+  };
+  CHECK(first_wall(false) > 0.1);  // where it stops
+  CHECK(std::abs(first_wall(true) - first_wall(false)) < 1e-6);
+}
+
 TEST_CASE("G034 forecast rows go by the middle of their gains, whatever came before") {
   Limits limits = test_limits();
   limits.parts[base].modes.joint_velocity.gain = {0.5, 1.0};

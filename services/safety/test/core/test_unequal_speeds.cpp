@@ -68,6 +68,9 @@ TEST_CASE("G026 switch up: as fast as the shares of the rows before can make it"
     CHECK(found.part == "arm");
     CHECK(found.axis == "slide_x");
     CHECK(found.value == doctest::Approx(0.57).epsilon(1e-3));
+    told.limits.joints[slide_x].velocity_limit = found.value;
+    CHECK(told.of({way, way}).ok());
+    told.limits.joints[slide_x].velocity_limit = 0.55;
   }
   CHECK(told.of({row, row}, -1.0).ok());
 }

@@ -45,8 +45,7 @@ double Prediction::turn_width() const {
 
 void Prediction::note_shares(double turn_before) {
   const Branch &least = branches_[1], &most = branches_[share_count_ - 1];
-  Joints lower, upper;
-  upper.fill(0.0);
+  Joints lower{}, upper{};
   for (const std::size_t j : JointsIn(moving_)) {
     lower[j] = least.now[j] - least.before[j];
     upper[j] = most.now[j] - most.before[j];
@@ -98,14 +97,12 @@ Branch Prediction::with_speeds(bool highest) const {
 
 void Prediction::raise_off(const Joints& lower, const Joints& upper, Joints& off) const {
   const Branch &least = branches_[1], &most = branches_[share_count_ - 1];
-  Joints stop, ways;
-  ways.fill(0.0);
+  Joints stop{}, ways{};
   for (const std::size_t j : JointsIn(moving_)) {
     ways[j] = upper[j] - most.now[j];
     stop[j] = ways[j] - (lower[j] - least.now[j]);
   }
-  Joints raised;
-  raised.fill(0.0);
+  Joints raised{};
   for (std::size_t part = 0; part < model_.limits.parts.size(); ++part) {
     unequal_shares_[part].raise_to_bound(nullptr, raised);
     unequal_shares_[part].raise_to_bound(&stop, raised);
