@@ -88,6 +88,11 @@ class HeardStates:
         with self._changed:
             return [self.by_tick[tick] for tick in self.order]
 
+    def last_until(self, tick: int) -> Heard:
+        """The state of a tick, or the newest before it that came; there must be one."""
+        with self._changed:
+            return self.by_tick[max(one for one in self.by_tick if one <= tick)]
+
     def between(self, first: int, stop: int) -> list[Heard]:
         """States of a half-open range of ticks, as far as they came."""
         return [self.by_tick[tick] for tick in range(first, stop) if tick in self.by_tick]

@@ -82,9 +82,11 @@ def _comes_to_rest(stage: Stage, held: int, when: str) -> tuple[list[str], str]:
     problems = [f"{', '.join(acting)} still acts {when}"] if acting else []
     still = stage.first_still(held + 1, stage.stop_ticks)
     if still is None:
-        now, before = stage.states.newest, stage.states.by_tick[stage.states.newest_tick - 1]
+        now = stage.states.newest
+        before = stage.states.last_until(now.tick - 1)
+        past_s = stage.period_s * (now.tick - before.tick)
         speeds = np.maximum(
-            np.abs(now.velocities), np.abs(now.positions - before.positions) / stage.period_s
+            np.abs(now.velocities), np.abs(now.positions - before.positions) / past_s
         )
         shares = np.where(np.isin(range(len(speeds)), stage.watched), speeds / stage.standstill, 0)
         worst = int(np.argmax(shares))

@@ -92,8 +92,8 @@ class Stage(SmallRows):
         return dict(zip(self.robot.measured_joint_names, positions.tolist(), strict=True))
 
     def moment(self, tick: int) -> Moment:
-        """What was measured at the start of a tick, with the tools by the description."""
-        found = self.states.by_tick[tick]
+        """What was measured when a tick began, or last before it, and where tools are by that."""
+        found = self.states.last_until(tick)
         at = self.named(found.positions)
         tools = {part: chain.pose(at) for part, chain in self.chains.items()}
         base = self.states.bases.get(tick, np.zeros(3))
