@@ -46,6 +46,15 @@ struct Told {
 // where braking ends.
 constexpr double furthest = (0.3 + 0.51) * row + 0.57 * 0.57;
 
+// From `at` it takes that much room ahead, and as much back.
+template <class Code>
+void check_edges(const Code& code, double at, double room, std::uint32_t refused) {
+  CHECK(code(at - 1.0, at + room + eps, row) == 0);
+  CHECK(code(at - 1.0, at + room - eps, row) == refused);
+  CHECK(code(at - room - eps, at + 1.0, -row) == 0);
+  CHECK(code(at - room + eps, at + 1.0, -row) == refused);
+}
+
 }  // namespace
 
 TEST_CASE("G026 switch up: as fast as the shares of the rows before can make it") {
@@ -81,10 +90,7 @@ TEST_CASE("G024 switch up: it stops within its bounds however fast the shares ma
     told.limits.joints[slide_x].bounds = {lower, upper, 0.0};
     return told.of({way, way}).code;
   };
-  CHECK(code(-1.0, furthest + eps, row) == 0);
-  CHECK(code(-1.0, furthest - eps, row) == 24);
-  CHECK(code(-furthest - eps, 1.0, -row) == 0);
-  CHECK(code(-furthest + eps, 1.0, -row) == 24);
+  check_edges(code, 0.0, furthest, 24);
 }
 
 TEST_CASE("G024 switch up: a row that turns around goes on with what the ones before left") {
@@ -97,11 +103,7 @@ TEST_CASE("G024 switch up: a row that turns around goes on with what the ones be
     told.limits.joints[slide_x].bounds = {lower, upper, 0.0};
     return told.of({way, -0.2 * way}).code;
   };
-  const double rest = row + 0.0075 + 0.3 * 0.3 / 200.0;
-  CHECK(code(-1.0, rest + eps, row) == 0);
-  CHECK(code(-1.0, rest - eps, row) == 24);
-  CHECK(code(-rest - eps, 1.0, -row) == 0);
-  CHECK(code(-rest + eps, 1.0, -row) == 24);
+  check_edges(code, 0.0, row + 0.0075 + 0.3 * 0.3 / 200.0, 24);
 }
 
 TEST_CASE("G031 switch up: the tool stops in its volume however fast the shares make it") {
@@ -110,16 +112,12 @@ TEST_CASE("G031 switch up: the tool stops in its volume however fast the shares 
     (void)told.limits.workspace.volumes.push_back({"shelf", false, {lower, -1, 0}, {upper, 1, 1}});
     return told.of({way, way}).code;
   };
-  CHECK(code(0.0, 0.7 + furthest + eps, row) == 0);
-  CHECK(code(0.0, 0.7 + furthest - eps, row) == 31);
-  CHECK(code(0.7 - furthest - eps, 1.0, -row) == 0);
-  CHECK(code(0.7 - furthest + eps, 1.0, -row) == 31);
+  check_edges(code, 0.7, furthest, 31);
 }
 
-TEST_CASE("switch up: a row that begins anew is as fast as its own shares make it") {
-  // The switch turns up with the second row: what the first left counts from then on only.
+TEST_CASE("G026 switch up: what the first row left counts, switch down it does not") {
   Told told;
-  told.limits.joints[slide_x].velocity_limit = 0.31;
+  told.limits.joints[slide_x].velocity_limit = 0.31;  // as fast as one row alone
   CHECK(told.of({row, row}, -1.0).ok());
   CHECK(told.of({row, row}, 1.0).code == 26);
 }

@@ -6,7 +6,6 @@
 #include "core/geometry/margin.hpp"
 
 namespace fairlead {
-
 namespace {
 
 // How far a row asks a joint to go, of which that share happened: what the row before left is no
