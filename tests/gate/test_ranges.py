@@ -11,6 +11,7 @@ from typing import Any
 
 import pytest
 
+from fairlead.hal.inbox import GATE_READS
 from fairlead.hal.lease_follower import LEASE_LIFE_NS
 from fairlead.paths import gate_binary, gate_config, repo_root
 from fairlead.robot.capsules import MAX_CAPSULES, MAX_PAIRS
@@ -132,3 +133,8 @@ def test_the_gate_counts_on_a_lease_for_as_long_as_the_hal_follows_it() -> None:
     source = repo_root() / "services" / "safety" / "src" / "core" / "gate" / "hal_link.cpp"
     [found] = re.findall(r"grant_ns = ([\d']+);", source.read_text())
     assert int(found.replace("'", "")) == LEASE_LIFE_NS
+
+
+def test_the_hal_knows_how_long_a_stop_the_gate_reads() -> None:
+    found = re.findall(r"max_frame_bytes = (\d+);", (HEADERS / "limits.hpp").read_text())
+    assert found == [str(GATE_READS)]

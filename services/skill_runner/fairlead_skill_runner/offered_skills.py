@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
+from pathlib import Path
 
 from fairlead.errors import ConfigError, RefusedError, expected
 from fairlead.paths import rskill_dir
@@ -139,11 +142,16 @@ class OfferedSkills:
 
 
 def _stamp(skill: SkillManifest) -> Stamp:
-    """Changes with the manifest and with any file of the skill's folder."""
+    """Changes with the manifest and with any file of the skill's folder that is not hidden."""
     folder = rskill_dir(skill.id)
-    files = sorted(
-        (str(path), path.stat().st_mtime_ns)
-        for path in folder.rglob("*")
-        if path.is_file() and path.suffix != ".pyc"
-    )
-    return (skill.skill_hash, str(folder.resolve()), *files)
+    return (skill.skill_hash, str(folder.resolve()), *sorted(_edits(folder)))
+
+
+def _edits(folder: Path) -> Iterator[tuple[str, int]]:
+    """When each file was written; one may go while this looks."""
+    for path in folder.rglob("*"):
+        hidden = any(one.startswith(".") for one in path.relative_to(folder).parts)
+        if hidden or path.suffix == ".pyc" or path.is_dir():
+            continue
+        with suppress(FileNotFoundError):
+            yield str(path), path.stat().st_mtime_ns

@@ -30,8 +30,7 @@ EXPECTED = frozenset(
 )
 """What a lossy, repeating channel brings every day: counted, not worth a line."""
 
-
-_GATE_READS = 65_536
+GATE_READS = 65_536
 """Bytes of a frame: a longer stop the gate could neither list nor reset under its id."""
 
 
@@ -88,7 +87,7 @@ class HalInbox:
         self._take(sample.key, lambda core: core.on_safe_chunk(chunk))
 
     def _on_stop(self, sample: Sample) -> None:
-        readable = len(sample.payload) <= _GATE_READS
+        readable = len(sample.payload) <= GATE_READS
         stop = self._decode(StopLevel, sample) if readable else None
         if stop is not None:
             self._take(sample.key, lambda core: core.on_stop(stop))

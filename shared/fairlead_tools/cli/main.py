@@ -48,15 +48,16 @@ def main() -> None:
 
 
 def _check_letters(as_json: bool) -> None:
-    """Words that are not UTF-8 fit no message; those of a stop are spelled out."""
-    for place, word in enumerate(sys.argv):
+    """Words that are not UTF-8 fit no message; they are no reason not to stop."""
+    if sys.argv[1:2] == ["stop"]:
+        return
+    for word in sys.argv[1:]:
         spelled = word.encode(errors="backslashreplace").decode()
-        if spelled != word and sys.argv[1:2] != ["stop"]:
+        if spelled != word:
             said = expected("command line", "words in UTF-8", repr(spelled))
             if as_json:
                 _end_json("UsageError", said, "fairlead --help", 2)
             _end(f"ERROR {said}", 2)
-        sys.argv[place] = spelled
 
 
 def _run(as_json: bool) -> None:

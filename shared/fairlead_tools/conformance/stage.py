@@ -96,7 +96,7 @@ class Stage(SmallRows):
         found = self.states.last_until(tick)
         at = self.named(found.positions)
         tools = {part: chain.pose(at) for part, chain in self.chains.items()}
-        base = self.states.bases.get(tick, np.zeros(3))
+        base = self.states.bases.get(found.tick, np.zeros(3))
         return Moment(found.positions, found.velocities, found.efforts, tools, base)
 
     # --- what comes of them --------------------------------------------------------------
