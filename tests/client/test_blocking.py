@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 
 from fairlead import Robot, RobotClient, connect
-from fairlead.errors import ConfigError, NoAnswerError
+from fairlead.errors import ConfigError, MessageError, NoAnswerError, TransportError
 from fairlead.operate.blocking import LoopThread
 from fairlead.paths import STATE_VARIABLE, repo_root
 from tests.client.scripted_robot import DEPLOYMENT, GOAL_ID, ScriptedRobot
@@ -164,6 +164,32 @@ def test_a_bus_that_was_given_stays_open(scripted: ScriptedRobot) -> None:
         pass
     with connect(DEPLOYMENT, bus=scripted.bus) as robot:
         assert robot.arm().epoch
+
+
+def test_a_client_that_is_closed_says_so(scripted: ScriptedRobot) -> None:
+    with connect(DEPLOYMENT, bus=scripted.bus) as robot:
+        pass
+    with pytest.raises(TransportError, match="this client is closed; connect anew"):
+        robot.gate_status()
+
+
+def test_a_connection_that_is_entered_twice_gives_two_clients(scripted: ScriptedRobot) -> None:
+    connection = connect(DEPLOYMENT, bus=scripted.bus)
+    with connection as outer:
+        with connection as inner:
+            assert inner is not outer
+        with pytest.raises(TransportError, match="closed"):
+            inner.wait_alive()
+        outer.wait_alive()
+    with pytest.raises(TransportError, match="closed"):
+        outer.wait_alive()
+
+
+def test_a_number_that_no_message_takes_is_refused_before_anybody_is_asked(
+    robot: RobotClient,
+) -> None:
+    with pytest.raises(MessageError, match="Goal: cannot be sent: "):
+        robot.run("any", deadline_ticks=2**64)
 
 
 def test_a_session_has_no_thread_that_its_closing_does_not_join(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import subprocess
 from collections.abc import Iterator
@@ -18,6 +19,7 @@ from fairlead.operate.goal_run import GoalOptions, run_goal
 from fairlead.paths import repo_root
 from fairlead_tools.supervisor.command_line import service_command, service_environment
 from fairlead_tools.supervisor.scratch import Scratch, ScratchOptions, make_scratch
+from tests.cli.command import fairlead
 from tests.hal_mujoco.joint_reach import RUNNER, SKILL, SOURCE, goal_position
 
 EXAMPLE = repo_root() / "docs" / "examples" / "minimal_hal.py"
@@ -52,14 +54,19 @@ def running(scratch: Scratch) -> Iterator[None]:
         yield
 
 
-@pytest.mark.processes
-def test_the_example_reaches_the_goal_behind_the_real_gate(tmp_path: Path) -> None:
+def with_script(script: Path, folder: Path) -> Scratch:
+    """The deployment, with a script as its HAL."""
     source = yaml.safe_load(SOURCE.read_text(encoding="utf-8"))
     listen = source["services"]["hal"]["listen"]
-    source["services"]["hal"] = {"command": ["python", str(EXAMPLE)], "listen": listen}
-    file = tmp_path / "with_a_script.yaml"
+    source["services"]["hal"] = {"command": ["python", str(script)], "listen": listen}
+    file = folder / "with_a_script.yaml"
     file.write_text(yaml.safe_dump(source, sort_keys=False), encoding="utf-8")
-    scratch = make_scratch(file, tmp_path / "state", ScratchOptions(options={"runner": RUNNER}))
+    return make_scratch(file, folder / "state", ScratchOptions(options={"runner": RUNNER}))
+
+
+@pytest.mark.processes
+def test_the_example_reaches_the_goal_behind_the_real_gate(tmp_path: Path) -> None:
+    scratch = with_script(EXAMPLE, tmp_path)
     with running(scratch), RobotClient(scratch.deployment) as client:
         client.wait_alive(*scratch.deployment.services, timeout_s=60.0)
         client.wait_gate_follows(30.0)
@@ -72,3 +79,20 @@ def test_the_example_reaches_the_goal_behind_the_real_gate(tmp_path: Path) -> No
         client.disarm()
     assert result is not None and result.outcome == "deadline", "it has no task that could succeed"
     np.testing.assert_allclose(floats(states[-1].positions)[:8], goal_position(), atol=1e-6)
+
+
+@pytest.mark.processes
+def test_a_hal_that_measures_in_degrees_is_warned_of_by_status(tmp_path: Path) -> None:
+    script = tmp_path / "degrees.py"
+    text = EXAMPLE.read_text(encoding="utf-8")
+    radians = "Measurement(self.positions.copy(),"
+    assert radians in text
+    script.write_text(text.replace(radians, "Measurement(np.degrees(self.positions),"))
+    scratch = with_script(script, tmp_path)
+    with running(scratch), RobotClient(scratch.deployment) as client:
+        client.wait_alive(*scratch.deployment.services, timeout_s=60.0)
+        client.wait_gate_follows(30.0)
+        said = fairlead("status", "-d", str(scratch.file), "--json", state=scratch.state_dir)
+    warnings = json.loads(said.stdout)["warnings"]
+    elbow = "measured outside its limits: panda_joint4: -90 rad, declared -3.0718 to -0.0698; "
+    assert any(one.startswith(elbow) for one in warnings), warnings

@@ -64,6 +64,21 @@ class Dies(Misbehaving):
         os._exit(7)
 
 
+class DiesAfterFork(Misbehaving):
+    """A process that it started lives on, for no longer than a test waits."""
+
+    def infer(self, observation: Observation) -> np.ndarray:
+        if os.fork() == 0:
+            signal.alarm(20)
+            signal.pause()
+        os._exit(7)
+
+
+class Lists(Misbehaving):
+    def infer(self, observation: Observation) -> np.ndarray:
+        return [[0.1] * self.rows.shape[1]] * 2  # type: ignore[return-value]
+
+
 class Raises(Misbehaving):
     def infer(self, observation: Observation) -> np.ndarray:
         raise ValueError("no such token")

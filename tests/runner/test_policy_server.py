@@ -2,26 +2,30 @@
 
 from __future__ import annotations
 
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
 from typing import Any
 
 import numpy as np
 import pytest
+from websockets.asyncio.client import ClientConnection
 from websockets.asyncio.client import connect as connect_async
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
-from fairlead.policy import Observation
+from fairlead.policy import Observation, Policy
 from fairlead.skill.manifest import load_skill
 from fairlead_skill_runner.policies.oracle.policy import OraclePolicy
 from fairlead_skill_runner.policies.remote.openpi import OpenpiPolicy
-from fairlead_skill_runner.policies.remote.openpi_wire import encode
+from fairlead_skill_runner.policies.remote.openpi_wire import decode, encode
 from fairlead_skill_runner.policy_server import PolicyServer, served_policy
-from tests.runner.broken_policies import Misbehaving
+from tests.runner.broken_policies import Lists, Misbehaving
 from tests.runner.served_skill import served
 
 pytestmark = pytest.mark.processes
 
 SKILL = load_skill("oracle-counter-to-cabinet")
+KEYS = ("observation/state", "prompt")
 STATES = np.random.default_rng(3).uniform(-1, 1, (3, 30)).astype(np.float32).astype(np.float64)
 
 
@@ -102,15 +106,33 @@ class Breaks(Misbehaving):
         raise ZeroDivisionError("half a row")
 
 
-@pytest.mark.asyncio
-async def test_a_policy_that_breaks_is_told_to_its_client_and_whole_in_the_log() -> None:
-    said: list[str] = []
-    keys = ("observation/state", "prompt")
-    server = PolicyServer(SKILL, Breaks(SKILL), keys, None, said.append)
+@asynccontextmanager
+async def connected(policy: Policy, said: list[str]) -> AsyncIterator[ClientConnection]:
+    """A client of a server in this process, greeted."""
+    server = PolicyServer(SKILL, policy, KEYS, None, said.append)
     async with await server.listen("127.0.0.1", 0) as listening:
         port = next(iter(listening.sockets)).getsockname()[1]
         async with connect_async(f"ws://127.0.0.1:{port}") as link:
             await link.recv()
-            await link.send(encode({keys[0]: STATES[0]}))
-            assert await link.recv() == "ZeroDivisionError: half a row"
+            yield link
+
+
+@pytest.mark.asyncio
+async def test_rows_as_lists_are_served_as_the_runner_takes_them() -> None:
+    async with connected(Lists(SKILL), []) as link:
+        await link.send(encode({KEYS[0]: STATES[0]}))
+        answer = await link.recv()
+        assert isinstance(answer, bytes)
+        said = decode(answer)
+    assert isinstance(said, dict)
+    rows = said["actions"]
+    np.testing.assert_array_equal(rows, np.full((2, 12), np.float32(0.1)))
+
+
+@pytest.mark.asyncio
+async def test_a_policy_that_breaks_is_told_to_its_client_and_whole_in_the_log() -> None:
+    said: list[str] = []
+    async with connected(Breaks(SKILL), said) as link:
+        await link.send(encode({KEYS[0]: STATES[0]}))
+        assert await link.recv() == "ZeroDivisionError: half a row"
     assert "Traceback" in said[-1] and said[-1].endswith("ZeroDivisionError: half a row")

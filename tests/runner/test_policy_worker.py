@@ -126,14 +126,15 @@ async def test_a_policy_that_fails_or_answers_garbage_is_a_typed_error(
     assert worker.pid is None, "what it says later is no answer"
 
 
-async def test_rows_of_float64_are_rounded_to_float32_as_those_of_servers_are(
+async def test_rows_of_float64_or_lists_are_rounded_to_float32_as_those_of_servers_are(
     workers: list[PolicyWorker],
 ) -> None:
-    worker = broken(workers, "Doubles")
-    await worker.load()
-    actions = await worker.infer(SEEN)
-    assert isinstance(actions, np.ndarray) and actions.dtype == np.float32
-    np.testing.assert_array_equal(actions, np.full((8, 12), np.float32(0.1)))
+    for name, rows in [("Doubles", 8), ("Lists", 2)]:
+        worker = broken(workers, name)
+        await worker.load()
+        actions = await worker.infer(SEEN)
+        assert isinstance(actions, np.ndarray) and actions.dtype == np.float32
+        np.testing.assert_array_equal(actions, np.full((rows, 12), np.float32(0.1)))
 
 
 async def test_a_policy_that_hangs_is_ended_and_its_late_answer_cannot_come(
@@ -157,6 +158,14 @@ async def test_a_policy_whose_process_dies_is_a_typed_error_and_can_be_loaded_ag
     assert await refusal(worker) == "policy worker: inference: the process ended with status 7"
     await worker.load()
     assert worker.pid is not None
+
+
+async def test_a_policy_whose_process_dies_is_noticed_though_one_that_it_started_lives_on(
+    workers: list[PolicyWorker],
+) -> None:
+    worker = broken(workers, "DiesAfterFork", within(10.0))
+    await worker.load()
+    assert await refusal(worker) == "policy worker: inference: the process ended with status 7"
 
 
 async def test_a_policy_that_cannot_be_loaded_says_why(workers: list[PolicyWorker]) -> None:

@@ -8,6 +8,17 @@ from fairlead.errors import PolicyError, expected
 from fairlead.policy import Actions
 
 
+def policy_rows(actions: object, width: int, horizon: int) -> Actions:
+    """What a policy returned, an array or rows of numbers, as `float_rows` has it.
+
+    Raises:
+        PolicyError: as `float_rows`.
+        ValueError: rows of unequal length.
+    """
+    array = actions if isinstance(actions, np.ndarray) else np.asarray(actions)
+    return float_rows("policy", "actions", array, width, horizon)
+
+
 def float_rows(who: str, name: str, value: object, width: int, horizon: int) -> Actions:
     """An array as float32 ``[H, width]``, checked before anything compares it.
 

@@ -44,7 +44,7 @@ def main() -> int:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the runner, which ends us
     run_as_ordinary_process()
     threading.Thread(target=_end_with, args=(os.getppid(),), daemon=True).start()
-    pipe = socket.socket(fileno=int(sys.argv[1])).makefile("rwb")
+    pipe = socket.socket(fileno=_own(int(sys.argv[1]))).makefile("rwb")
     loaded: _Loaded | None = None
     while header := pipe.read(HEADER.size):
         request = decode_request(pipe.read(*HEADER.unpack(header)))
@@ -62,6 +62,17 @@ def main() -> int:
         pipe.write(HEADER.pack(len(message)) + message)
         pipe.flush()
     return 0
+
+
+def _own(runner: int) -> int:
+    """The runner's socket, for this process alone: it tells the runner when this one has ended.
+
+    Processes that a policy starts find nothing there.
+    """
+    nothing = os.open(os.devnull, os.O_RDWR)
+    os.set_inheritable(runner, False)
+    os.register_at_fork(after_in_child=lambda: os.dup2(nothing, runner, inheritable=False))
+    return runner
 
 
 def _end_with(parent: int) -> None:

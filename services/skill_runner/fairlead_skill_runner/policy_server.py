@@ -22,12 +22,12 @@ from websockets.http11 import Request, Response
 from fairlead.errors import PolicyError, expected
 from fairlead.messages import FloatArray
 from fairlead.plugins import POLICIES
-from fairlead.policy import Actions, Done, Failed, Observation, Policy
+from fairlead.policy import Done, Failed, Observation, Policy
 from fairlead.robot.manifest import load_robot
 from fairlead.skill.image_spec import ImageSpec
 from fairlead.skill.manifest import SkillManifest
 from fairlead.skill.state_contract import StateContract
-from fairlead_skill_runner.action_rows import float_rows
+from fairlead_skill_runner.action_rows import policy_rows
 from fairlead_skill_runner.policies.backends import make_policy
 from fairlead_skill_runner.policies.remote.openpi_wire import decode, encode
 from fairlead_skill_runner.policies.remote.served_policy import NO_MESSAGE
@@ -111,10 +111,7 @@ class PolicyServer:
         answer = self._policy.infer(self._observation(request, tick))
         if isinstance(answer, Done | Failed):
             raise PolicyError(f"serve-policy: the policy ended its goal: {answer.reason}")
-        skill = self._skill
-        rows: Actions = float_rows(
-            "policy", "actions", answer, skill.action_contract.dim, skill.horizon
-        )
+        rows = policy_rows(answer, self._skill.action_contract.dim, self._skill.horizon)
         return encode({"actions": rows})
 
     def _observation(self, request: Mapping[Any, object], tick: int) -> Observation:

@@ -24,7 +24,7 @@ from fairlead.policy import (
     Observation,
     PastAnswer,
 )
-from fairlead_skill_runner.action_rows import float_rows
+from fairlead_skill_runner.action_rows import float_rows, policy_rows
 
 HEADER = struct.Struct("!I")
 """The length of the message that follows, in bytes."""
@@ -235,8 +235,7 @@ def pack_actions(actions: object, dim: int, horizon: int) -> Answer:
     Raises:
         PolicyError: as `check_actions`.
     """
-    array = actions if isinstance(actions, np.ndarray) else np.asarray(actions)
-    rows = float_rows("policy", "actions", array, dim, horizon)
+    rows = policy_rows(actions, dim, horizon)
     return Answer(rows.shape, rows.tobytes())
 
 

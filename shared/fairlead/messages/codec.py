@@ -114,8 +114,15 @@ M = TypeVar("M", bound=Message)
 
 
 def encode(message: Message) -> bytes:
-    """Encode one message for the wire."""
-    return _ENCODER.encode(message)
+    """Encode one message for the wire.
+
+    Raises:
+        MessageError: a number beyond 64 bits, text that is no UTF-8, or what is no message's field.
+    """
+    try:
+        return _ENCODER.encode(message)
+    except (OverflowError, TypeError, ValueError) as error:
+        raise MessageError(f"{type(message).__name__}: cannot be sent: {error}") from None
 
 
 def encode_parts(image: Image) -> tuple[bytes, Bytes]:

@@ -13,6 +13,7 @@ from typing import Any, Generic, TypeVar
 
 import numpy.typing as npt
 
+from fairlead.errors import TransportError
 from fairlead.messages import ActionPart, ClaimReply, GoalResult, Verdict
 from fairlead.modes import ControlMode
 from fairlead.operate.goal import Progress, RunningGoal
@@ -43,7 +44,11 @@ class LoopThread:
         Raises:
             KeyboardInterrupt: Ctrl-C while it ran; it was cancelled and has ended. Each further
                 Ctrl-C cancels it once more.
+            TransportError: closed before.
         """
+        if self._loop.is_closed():
+            doing.close()
+            raise TransportError("this client is closed; connect anew")
         ended: Future[T] = Future()
         tasks: list[asyncio.Task[T]] = []
         interrupts = 0

@@ -75,25 +75,24 @@ def nothing_runs() -> NoAnswerError:
 class Connection:
     """What `connect` gives: ``async with`` enters it as a `Robot`, ``with`` as a `RobotClient`."""
 
-    _robot: Robot
-    _client: RobotClient
-
     def __init__(self, deployment: Deployment, by: str, bus: Bus | None) -> None:
         self._deployment, self._by, self._bus = deployment, by, bus
+        self._robots: list[Robot] = []
+        self._clients: list[RobotClient] = []
 
     async def __aenter__(self) -> Robot:
-        self._robot = await Robot.open(self._deployment, self._by, self._bus)
-        return self._robot
+        self._robots.append(await Robot.open(self._deployment, self._by, self._bus))
+        return self._robots[-1]
 
     async def __aexit__(self, *_: object) -> None:
-        await self._robot.close()
+        await self._robots.pop().close()
 
     def __enter__(self) -> RobotClient:
-        self._client = RobotClient(self._deployment, self._bus, self._by)
-        return self._client
+        self._clients.append(RobotClient(self._deployment, self._bus, self._by))
+        return self._clients[-1]
 
     def __exit__(self, *_: object) -> None:
-        self._client.close()
+        self._clients.pop().close()
 
 
 def connect(

@@ -19,3 +19,11 @@ def profile_limits(joint: Joint, safety: SafetyProfile) -> tuple[float, float, f
     nothing_own = not joint.has_bounds and None not in given
     source = tighter.source if nothing_own else f"{tighter.source}; {joint.source}"
     return velocity, acceleration, effort, source
+
+
+def outside_limits(joint: Joint, safety: SafetyProfile, position: float) -> str:
+    """How far off a measured position is [rad or m], "" within the limits and their tolerance."""
+    beyond = safety.measured[joint.name].tolerance or 0.0
+    if not joint.has_bounds or joint.lower - beyond <= position <= joint.upper + beyond:
+        return ""
+    return f"{joint.name}: {position:.3g} {joint.unit}, declared {joint.lower:g} to {joint.upper:g}"

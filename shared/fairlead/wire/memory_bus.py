@@ -107,6 +107,7 @@ class MemoryBus:
 
     def ask(self, key: str, request: Message, timeout_s: float, on_reply: ReplyHandler) -> None:
         """Call the handler of ``key``; what it answers, now or later, goes to ``on_reply``."""
+        payload = encode(request)
         for entry in list(self._queryables):
             if entry.key == key:
                 who, handler = entry.handler
@@ -115,7 +116,7 @@ class MemoryBus:
                     on_reply(_reply_of(who, outcome))
 
                 try:
-                    handler(encode(request), answer)
+                    handler(payload, answer)
                 except Exception as error:  # noqa: BLE001 - as over the network
                     answer(error)
                 return

@@ -10,7 +10,7 @@ from typing import Any
 
 import zenoh
 
-from fairlead.errors import FairleadError, TransportError
+from fairlead.errors import FairleadError, MessageError, TransportError
 from fairlead.messages import Message, encode, encoding_of
 from fairlead.wire.bus import (
     LaterHandler,
@@ -250,6 +250,6 @@ def _reply(query: zenoh.Query, key: str, who: str, outcome: Message | Exception)
             try:
                 query.reply(key, encode(outcome))
                 return
-            except (TypeError, ValueError, OverflowError) as error:  # no message after all
+            except MessageError as error:
                 outcome = error
         query.reply_err(encode(refusal_of(who, outcome)))

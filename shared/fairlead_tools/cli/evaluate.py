@@ -41,7 +41,7 @@ from fairlead_tools.cli.goals import (
 )
 from fairlead_tools.cli.options import MAX_NUMBER, DeploymentOption, JsonOption, example
 from fairlead_tools.cli.skill import SkillArgument, installed_skill
-from fairlead_tools.cli.status import wait_seen, wait_started
+from fairlead_tools.cli.starting import wait_seen, wait_started
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch, scratch_robot
 
 MAX_EPISODES = 100_000

@@ -40,7 +40,8 @@ from fairlead_tools.cli.options import (
     complete_skill,
     example,
 )
-from fairlead_tools.cli.status import state_and_cause, wait_seen, wait_started
+from fairlead_tools.cli.starting import wait_seen, wait_started
+from fairlead_tools.cli.status import state_and_cause
 
 MAX_STALL_S = 86_400.0
 WhatArgument = Annotated[

@@ -15,16 +15,23 @@ import typer
 
 from fairlead.deploy.access_warnings import access_warnings
 from fairlead.deploy.deployment import load_deployment
-from fairlead.deploy.registry import Registry, Running
+from fairlead.deploy.registry import Registry
 from fairlead.errors import ConfigError, NoAnswerError
 from fairlead.log_stamp import utc_stamp
-from fairlead.messages import GateState, GateStatus, GoalFeedback, HalStatus
+from fairlead.messages import GateState, GateStatus, GoalFeedback, HalStatus, floats
 from fairlead.operate.client import RobotClient
 from fairlead.operate.connection import choose_file
+from fairlead.robot.manifest import load_robot
+from fairlead.robot.profile_limits import outside_limits
 from fairlead.wire.gate_checks import CHECKS
 from fairlead.wire.printable import printable
 from fairlead_tools.cli.console import echo, hex_id, print_json
 from fairlead_tools.cli.options import DeploymentOption, JsonOption, example
+from fairlead_tools.cli.starting import starting_services
+
+_STATE_S = 0.5
+"""A HAL that lives says its joints again within this time, though its world stands still."""
+_LEAD_BACK = "rows must lead it back (G011); or the HAL has another unit or zero"
 
 
 @dataclass(frozen=True)
@@ -80,7 +87,25 @@ def _look(client: RobotClient, file: Path, patiently: bool = True) -> _Seen:
     missing = [name for name in status.missing if name not in starting]
     runners, alive = list(status.runners), list(status.alive)
     access, warnings = client.deployment.access, access_warnings(client.deployment)
+    if status.hal is not None:
+        warnings += _outside(client)
     return _Seen(status.gate, status.hal, runners, alive, missing, starting, access, warnings)
+
+
+def _outside(client: RobotClient) -> list[str]:
+    """Joints measured outside their limits: another unit or zero than the robot's file has."""
+    robot = load_robot(client.deployment.robot)
+    with client.joint_states() as states:
+        state = states.next(_STATE_S)
+    joints = (*robot.joints, *robot.passive_joints)
+    if state is None or len(positions := floats(state.positions)) != len(joints):
+        return []
+    profile = robot.profile(client.deployment.profile)
+    found = (
+        outside_limits(joint, profile, float(at))
+        for joint, at in zip(joints, positions, strict=True)
+    )
+    return [f"measured outside its limits: {one}; {_LEAD_BACK}" for one in found if one]
 
 
 def _document(seen: _Seen) -> dict[str, Any]:
@@ -234,63 +259,3 @@ def watch(look: Callable[[], list[str]]) -> None:
                 sys.stdout.write(_CLEAR)
             echo("\n".join([utc_stamp(time.time()), *lines]))
             time.sleep(AGAIN_S)
-
-
-START_TIMEOUT_S = 120.0  # as long as `fairlead up` itself waits
-LOOK_AGAIN_S = 0.2
-
-
-def wait_started(
-    file: Path,
-    say: Callable[[str], None],
-    registry: Registry | None = None,
-    timeout_s: float = START_TIMEOUT_S,
-) -> None:
-    """Return once no supervisor here is on its first start of this deployment's services.
-
-    It does not say that they run: whoever asks them next finds out. A service that died and is
-    started again is not waited for.
-
-    Args:
-        say: gets one line each time that other services are waited for.
-    """
-    registry = registry or Registry()
-    deadline = time.monotonic() + timeout_s
-    said = ""
-    while (names := _starting(registry.entries(), file)) and time.monotonic() < deadline:
-        line = f"waiting for {', '.join(names)} to start"
-        if line != said:
-            said = line
-            say(line)
-        time.sleep(LOOK_AGAIN_S)
-
-
-def starting_services(file: Path, registry: Registry | None = None) -> list[str]:
-    """Names of a deployment's services that are on their first start on this machine."""
-    return _starting((registry or Registry()).entries(), file)
-
-
-def _starting(entries: list[Running], file: Path) -> list[str]:
-    return [
-        name
-        for entry in entries
-        if entry.is_supervised and Path(entry.deployment).resolve() == file.resolve()
-        for name, service in entry.services.items()
-        if not service.ready and service.restarts == 0 and service.running and not service.by_hand
-    ]
-
-
-def wait_seen(client: RobotClient, file: Path, registry: Registry | None = None) -> None:
-    """Wait until every service is seen: longer for those that somebody started here by hand.
-
-    Raises:
-        NoAnswerError: naming those that are missing.
-    """
-    by_hand = {
-        name
-        for entry in (registry or Registry()).entries()
-        if Path(entry.deployment).resolve() == file.resolve()
-        for name in entry.by_hand
-    }
-    client.wait_alive(*by_hand, timeout_s=START_TIMEOUT_S)
-    client.wait_alive(*client.deployment.services)

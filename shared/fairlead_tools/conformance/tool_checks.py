@@ -12,7 +12,7 @@ import numpy as np
 from fairlead.messages import FloatArray
 from fairlead.modes import ControlMode
 from fairlead.robot.description import description_tree
-from fairlead.robot.profile_limits import profile_limits
+from fairlead.robot.profile_limits import outside_limits, profile_limits
 from fairlead.robot.tool_chain import ToolChain
 from fairlead_tools.conformance.plan import Rows
 from fairlead_tools.conformance.row import Check, Row
@@ -217,13 +217,9 @@ def _full_size(stage: Stage, part: str, mode: ControlMode, check: Check) -> Row:
 
 
 def _outside(stage: Stage, joints: list[int], positions: FloatArray) -> dict[str, str]:
-    found = {}
-    for index in joints:
-        joint = stage.robot.joints[index]
-        beyond = stage.profile.measured[joint.name].tolerance or 0.0
-        at = float(positions[index])
-        if joint.has_bounds and not joint.lower - beyond <= at <= joint.upper + beyond:
-            found[f"{joint.name} place"] = (
-                f"{joint.name}: {at:.3g}, declared {joint.lower:g} to {joint.upper:g}"
-            )
-    return found
+    told = [stage.robot.joints[index] for index in joints]
+    found = {
+        one.name: outside_limits(one, stage.profile, float(at))
+        for one, at in zip(told, positions[joints], strict=True)
+    }
+    return {f"{name} place": text for name, text in found.items() if text}

@@ -1,0 +1,69 @@
+"""Waiting for services that `fairlead up` has begun to start."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from fairlead.deploy.registry import Registry, Running
+from fairlead.operate.client import RobotClient
+
+START_TIMEOUT_S = 120.0  # as long as `fairlead up` itself waits
+LOOK_AGAIN_S = 0.2
+
+
+def wait_started(
+    file: Path,
+    say: Callable[[str], None],
+    registry: Registry | None = None,
+    timeout_s: float = START_TIMEOUT_S,
+) -> None:
+    """Return once no supervisor here is on its first start of this deployment's services.
+
+    It does not say that they run: whoever asks them next finds out. A service that died and is
+    started again is not waited for.
+
+    Args:
+        say: gets one line each time that other services are waited for.
+    """
+    registry = registry or Registry()
+    deadline = time.monotonic() + timeout_s
+    said = ""
+    while (names := _starting(registry.entries(), file)) and time.monotonic() < deadline:
+        line = f"waiting for {', '.join(names)} to start"
+        if line != said:
+            said = line
+            say(line)
+        time.sleep(LOOK_AGAIN_S)
+
+
+def starting_services(file: Path, registry: Registry | None = None) -> list[str]:
+    """Names of a deployment's services that are on their first start on this machine."""
+    return _starting((registry or Registry()).entries(), file)
+
+
+def _starting(entries: list[Running], file: Path) -> list[str]:
+    return [
+        name
+        for entry in entries
+        if entry.is_supervised and Path(entry.deployment).resolve() == file.resolve()
+        for name, service in entry.services.items()
+        if not service.ready and service.restarts == 0 and service.running and not service.by_hand
+    ]
+
+
+def wait_seen(client: RobotClient, file: Path, registry: Registry | None = None) -> None:
+    """Wait until every service is seen: longer for those that somebody started here by hand.
+
+    Raises:
+        NoAnswerError: naming those that are missing.
+    """
+    by_hand = {
+        name
+        for entry in (registry or Registry()).entries()
+        if Path(entry.deployment).resolve() == file.resolve()
+        for name in entry.by_hand
+    }
+    client.wait_alive(*by_hand, timeout_s=START_TIMEOUT_S)
+    client.wait_alive(*client.deployment.services)
