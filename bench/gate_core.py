@@ -143,6 +143,11 @@ def rows_table(found: dict[str, Any]) -> str:
     return "\n".join(lines)
 
 
+def three_times(spread: dict[str, dict[str, float]]) -> str:
+    """Processor time [us]: median, of a thousand steps the slowest, of all the slowest."""
+    return ", ".join(f"{spread['busy'][key] / 1e3:.0f}" for key in STEP_TIMES)
+
+
 def steps_table(found: dict[str, Any]) -> str:
     """The whole steps in Markdown."""
     lines = [
@@ -151,11 +156,9 @@ def steps_table(found: dict[str, Any]) -> str:
         "|---|---|---|",
     ]
     for kind, steps in found["steps"].items():
-        cells = [
-            ", ".join(f"{steps[event]['busy'][key] / 1e3:.0f}" for key in STEP_TIMES)
-            for event in ("chunk", "state")
-        ]
+        cells = [three_times(steps[event]) for event in ("chunk", "state")]
         lines.append(f"| {kind} | {' | '.join(cells)} |")
+    lines.append(f"| *control* | {three_times(found['control'])} | |")
     return "\n".join(lines)
 
 

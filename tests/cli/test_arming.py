@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import signal
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
 import pytest
@@ -53,6 +53,7 @@ class ScriptedGate:
     goal_id: int = 0
     goal_result: GoalResult | None = None
     asked: list[str] = field(default_factory=list)
+    runner_dies: list[Callable[[], None]] = field(default_factory=list)
 
     def arm(self, payload: bytes) -> Message:
         self.asked.append("arm")
@@ -101,7 +102,7 @@ def clients(gate: ScriptedGate) -> Iterator[dict[str, RobotClient]]:
         bus.serve(keys.gate_command("arm"), "safety", gate.arm)
         bus.serve(keys.gate_command("disarm"), "safety", gate.disarm)
         bus.serve(keys.gate_status, "safety", gate.status)
-        bus.declare_token(keys.alive("runner"))
+        gate.runner_dies.append(bus.declare_token(keys.alive("runner")).undeclare)
         bus.serve(keys.feedback("runner"), "runner", gate.feedback)
         found[profile] = RobotClient(deployment, bus)
     yield found
@@ -162,6 +163,17 @@ def test_it_does_not_disarm_under_another_claim(
     with armed(clients["sim"]):
         gate.claims = (other_claim(),)
     assert gate.asked == ["arm"]
+
+
+def test_it_disarms_under_the_claim_of_a_runner_that_has_died(
+    gate: ScriptedGate, clients: dict[str, RobotClient]
+) -> None:
+    with armed(clients["sim"]):
+        gate.goal_id = 7
+        gate.claims = (ClaimInfo(source="runner", skill="s", claim_id=5, parts=("base",)),)
+        for die in gate.runner_dies:
+            die()
+    assert gate.asked == ["arm", "disarm"]
 
 
 @pytest.mark.parametrize("has_ended", [False, True])

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from fairlead.messages import NO_HASH, GateState, GateStatus, GoalResult
 from fairlead.operate.goal import Progress
 from fairlead_tools.cli.goals import goal_hints
-from fairlead_tools.cli.status import gate_lines
+from fairlead_tools.cli.status import full_disk, gate_lines
 
 
 def gate_with(*counters: tuple[str, int]) -> GateStatus:
@@ -46,3 +48,10 @@ def test_a_run_that_did_not_succeed_names_the_next_command() -> None:
 
 def test_a_gate_that_judged_nothing_says_so() -> None:
     assert gate_lines(gate_with(("released", 0))) == ["gate   armed", "judged nothing yet"]
+
+
+def test_a_disk_that_is_nearly_full_is_warned_of(tmp_path: Path) -> None:
+    assert full_disk(tmp_path, least_bytes=0) == ""
+    assert full_disk(tmp_path / "deleted", least_bytes=2**62) == ""
+    said = full_disk(tmp_path, least_bytes=2**62)
+    assert said.startswith(f"{tmp_path}: ") and "MB left on its disk" in said

@@ -81,10 +81,7 @@ StepTime BenchGate::send_chunk(const char* source, std::uint64_t claim_id, std::
 
 StepTime BenchGate::step(EventKind kind, const std::vector<std::uint8_t>& frame,
                          const char* source) {
-  const std::uint64_t wall = bench::now_ns(), busy = busy_ns();
-  gate_.step(now_ns_, Event{kind, source, frame, now_ns_}, *out_);
-  const auto busy_time = static_cast<double>(busy_ns() - busy);
-  return {static_cast<double>(bench::now_ns() - wall), busy_time};
+  return time_of([&] { gate_.step(now_ns_, Event{kind, source, frame, now_ns_}, *out_); });
 }
 
 std::string BenchGate::refusal() const {

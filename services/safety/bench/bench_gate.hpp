@@ -10,15 +10,9 @@
 #include "core/chunk/judgement.hpp"
 #include "fairlead_safety/codec.hpp"
 #include "fairlead_safety/gate.hpp"
+#include "stopwatch.hpp"
 
 namespace fairlead::bench {
-
-/// One step: by the clock, and of the processor's time alone, which leaves out what the machine
-/// gave to others meanwhile [ns].
-struct StepTime {
-  double wall_ns = 0.0;
-  double busy_ns = 0.0;
-};
 
 class BenchGate {
  public:

@@ -35,6 +35,7 @@ How long the gate's core takes with a gate file, as JSON; bench/gate_core.py mak
   fairlead-safety-bench robots/panda_mobile/gate.sim.json --worst 60
 )";
 constexpr double batch_ns = 200'000.0;  // long beside the clock's own cost, short beside a tick
+constexpr double step_aim_ns = 200'000.0;
 
 using Cases = std::vector<std::unique_ptr<Case>>;
 
@@ -111,6 +112,16 @@ void add_whole_steps(json& found, const std::string& robot_name, const Limits& r
     }
 }
 
+/// The same little work over and over, each time as long as a whole step may take: what the machine
+/// adds to that, now and then.
+json control(const Limits& robot, std::size_t ticks) {
+  CopyAndCompare work("", robot, 50);
+  const auto calls = static_cast<std::size_t>(step_aim_ns / timed_ns(work, calls_of(work)));
+  std::vector<StepTime> times;
+  while (times.size() < ticks) times.push_back(time_of([&] { work.run(calls); }));
+  return both_clocks(times);
+}
+
 json worst_step(const Limits& robot, double seconds) {
   const WorstStep worst = find_worst_step(robot, seconds);
   return {{"most_configurations", worst.most_configurations},
@@ -148,7 +159,8 @@ void run(const std::vector<std::string>& words) {
                       {"cases", time_all(cases, rounds)},
                       {"rows", rows},
                       {"ticks", ticks},
-                      {"steps", steps}}
+                      {"steps", steps},
+                      {"control", control(*robot, ticks)}}
                      .dump(2)
               << "\n";
     return;

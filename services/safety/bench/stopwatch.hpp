@@ -39,6 +39,21 @@ inline std::uint64_t busy_ns() {
          static_cast<std::uint64_t>(time.tv_nsec);
 }
 
+/// One step: by the clock, and of the processor's time alone, which leaves out what the machine
+/// gave to others meanwhile [ns].
+struct StepTime {
+  double wall_ns = 0.0;
+  double busy_ns = 0.0;
+};
+
+template <class Work>
+StepTime time_of(Work&& work) {
+  const std::uint64_t wall = now_ns(), busy = busy_ns();
+  work();
+  const auto busy_time = static_cast<double>(busy_ns() - busy);
+  return {static_cast<double>(now_ns() - wall), busy_time};
+}
+
 /// The compiler must take `value` to be needed, and all memory to be read and written here.
 template <class Value>
 void keep(const Value& value) {

@@ -64,12 +64,15 @@ def armed(client: RobotClient, confirmed: bool = False) -> Iterator[None]:
 
 
 def _disarm_unclaimed(client: RobotClient) -> None:
-    """Unless somebody's goal runs, which has not claimed yet: the gate disarms when it is idle."""
-    gate = client.gate_status()
-    if gate.state != GateState.ARMED or gate.claims:
+    """Unless somebody's goal runs, which has not claimed yet: the gate disarms when it is idle.
+
+    The claim of a runner that has died ends within its heartbeats, and is nobody's.
+    """
+    status = client.status(timeout_s=0.0)
+    gate = status.gate or client.gate_status()
+    if gate.state != GateState.ARMED or {one.source for one in gate.claims} - {*status.missing}:
         return
-    goals = client.status(timeout_s=0.0).runners
-    if not any(goal.goal_id and goal.result is None for goal in goals):
+    if not any(goal.goal_id and goal.result is None for goal in status.runners):
         client.disarm()
 
 

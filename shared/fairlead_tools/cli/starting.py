@@ -30,7 +30,7 @@ def wait_started(
     registry = registry or Registry()
     deadline = time.monotonic() + timeout_s
     said = ""
-    while (names := _starting(registry.entries(), file)) and time.monotonic() < deadline:
+    while (names := starting_services(file, registry)) and time.monotonic() < deadline:
         line = f"waiting for {', '.join(names)} to start"
         if line != said:
             said = line
@@ -38,16 +38,18 @@ def wait_started(
         time.sleep(LOOK_AGAIN_S)
 
 
+def entries_of(file: Path, registry: Registry | None = None) -> list[Running]:
+    """What runs here of a deployment: one entry for each of its hosts that this machine is."""
+    entries = (registry or Registry()).entries()
+    return [entry for entry in entries if Path(entry.deployment).resolve() == file.resolve()]
+
+
 def starting_services(file: Path, registry: Registry | None = None) -> list[str]:
     """Names of a deployment's services that are on their first start on this machine."""
-    return _starting((registry or Registry()).entries(), file)
-
-
-def _starting(entries: list[Running], file: Path) -> list[str]:
     return [
         name
-        for entry in entries
-        if entry.is_supervised and Path(entry.deployment).resolve() == file.resolve()
+        for entry in entries_of(file, registry)
+        if entry.is_supervised
         for name, service in entry.services.items()
         if not service.ready and service.restarts == 0 and service.running and not service.by_hand
     ]
@@ -59,11 +61,6 @@ def wait_seen(client: RobotClient, file: Path, registry: Registry | None = None)
     Raises:
         NoAnswerError: naming those that are missing.
     """
-    by_hand = {
-        name
-        for entry in (registry or Registry()).entries()
-        if Path(entry.deployment).resolve() == file.resolve()
-        for name in entry.by_hand
-    }
+    by_hand = {name for entry in entries_of(file, registry) for name in entry.by_hand}
     client.wait_alive(*by_hand, timeout_s=START_TIMEOUT_S)
     client.wait_alive(*client.deployment.services)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import sys
 import time
 from collections.abc import Callable
@@ -27,7 +28,7 @@ from fairlead.wire.gate_checks import CHECKS
 from fairlead.wire.printable import printable
 from fairlead_tools.cli.console import echo, hex_id, print_json
 from fairlead_tools.cli.options import DeploymentOption, JsonOption, example
-from fairlead_tools.cli.starting import starting_services
+from fairlead_tools.cli.starting import entries_of, starting_services
 
 _STATE_S = 0.5
 """A HAL that lives says its joints again within this time, though its world stands still."""
@@ -87,9 +88,21 @@ def _look(client: RobotClient, file: Path, patiently: bool = True) -> _Seen:
     missing = [name for name in status.missing if name not in starting]
     runners, alive = list(status.runners), list(status.alive)
     access, warnings = client.deployment.access, access_warnings(client.deployment)
+    warnings += [text for entry in entries_of(file) if (text := full_disk(Path(entry.state_dir)))]
     if status.hal is not None:
         warnings += _outside(client)
     return _Seen(status.gate, status.hal, runners, alive, missing, starting, access, warnings)
+
+
+def full_disk(folder: Path, least_bytes: int = 100_000_000) -> str:
+    """A warning where a folder's disk has less left than that, "" elsewhere."""
+    try:
+        free = shutil.disk_usage(folder).free
+    except OSError:  # it has been deleted since
+        return ""
+    if free >= least_bytes:
+        return ""
+    return f"{folder}: {free / 1e6:.0f} MB left on its disk; logs and decisions will be lost"
 
 
 def _outside(client: RobotClient) -> list[str]:

@@ -94,6 +94,17 @@ TEST_CASE("G031 in the first row, and in rows alike, any share lies between equa
   CHECK(kept_in(ahead - eps, on) == 31);
 }
 
+TEST_CASE("G031 rows alike of the robot's first joint: nothing more where there is no base") {
+  const auto kept_in = [](double upper_y) {
+    return code_beside(false, {0, -1, 0}, {1, upper_y, 1},
+                       ChunkBuilder().add(arm, Mode::joint_velocity,
+                                          {{0.5, 0, 0, 0, 0, 0}, {0.5, 0, 0, 0, 0, 0}}, {turn_z}));
+  };
+  const double aside = 0.7 * std::sin(0.05);
+  CHECK(kept_in(aside + 1e-3) == 0);
+  CHECK(kept_in(aside - 1e-3) == 31);
+}
+
 TEST_CASE("G031 a row that acts and is not measured yet has a share of its own") {
   const ChunkBuilder acts = in_turn({{slide_y, 1.0}}), next = in_turn({{slide_x, 1.0}});
   const auto code = [&](double upper_x, bool measured) {
