@@ -101,6 +101,33 @@ def test_a_blocked_joint_is_led_by_two_periods_of_full_speed_at_most(
     np.testing.assert_allclose(setpoints.positions[0] - START[0], lead, atol=1e-12)
 
 
+def test_targets_that_lead_a_blocked_joint_come_back_to_that_once_when_its_part_holds(
+    setpoints: Setpoints, robot: RobotManifest
+) -> None:
+    lead = 2 * robot.joint("panda_joint1").velocity_limit * 0.05
+    targets = START[:7] + np.array([0.5, -0.5, 0.1, 0.0, 0.0, 0.0, 0.0])
+    setpoints.advance({"arm": joints(ControlMode.JOINT_POSITION, dict(enumerate(targets)))}, START)
+    wanted = START + np.array([lead, -lead, 0.1, 0, 0, 0, 0, 0])
+    np.testing.assert_allclose(setpoints.advance({}, START), wanted, atol=1e-12)
+    sunk = START - 1.0  # a hold never goes after the joints
+    np.testing.assert_allclose(setpoints.advance({}, sunk), wanted, atol=1e-12)
+
+
+def test_a_gripper_that_closes_on_something_goes_on_pressing(setpoints: Setpoints) -> None:
+    for _ in range(20):
+        setpoints.advance({"gripper": opening(0.0)}, START)
+    np.testing.assert_allclose(setpoints.advance({}, START), [*START[:7], 0.0], atol=1e-12)
+
+
+def test_a_part_that_somebody_else_has_moved_goes_on_from_there(setpoints: Setpoints) -> None:
+    follow(setpoints, arm=joints(ControlMode.JOINT_VELOCITY, {0: 1.0}), gripper=opening(0.0))
+    moved = START + 0.5
+    setpoints.stand_at("arm", moved)
+    after = setpoints.advance({"arm": joints(ControlMode.JOINT_POSITION, {1: 0.2})}, moved)
+    np.testing.assert_array_equal(after[[0, *range(2, 7)]], moved[[0, *range(2, 7)]])
+    assert after[1] == 0.2 and after[7] < START[7], "the gripper is another part"
+
+
 def test_a_tools_motion_moves_no_joint_at_its_speed_limit(robot: RobotManifest) -> None:
     limits, joints = SetpointLimits(robot), [0, 1]
     steps = np.array([2.0, -0.5]) * limits.reach[joints]

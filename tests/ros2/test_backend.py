@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -239,3 +240,17 @@ def test_joint_states_that_cannot_be_used_are_dropped_with_the_reason() -> None:
     assert states.newest()["a"].arrived_s == 1.0, "a stamp that comes again is no new state"
     states.take(joint_state(0, position=[3.0, 4.0]), 3.0)
     assert (states.newest()["a"].position, states.newest()["a"].arrived_s) == (3.0, 3.0)
+
+
+def test_a_state_that_waited_on_its_way_is_old_when_it_comes() -> None:
+    states, sent_ns = JointStates(), time.time_ns()
+    for tick in range(100):  # soon, then 1.5 s late; the sender's clock is 3 s behind
+        late_s = 0.002 if tick < 50 else 1.5
+        came_s = 10.0 + 0.02 * tick + late_s
+        states.take(joint_state(sent_ns - 3 * 10**9 + tick * 20_000_000), came_s)
+        newest_s = states.newest()["a"].arrived_s
+        assert came_s - newest_s == pytest.approx(late_s - 0.002, abs=1e-6)
+    simulated = JointStates()
+    for tick in range(1, 50):
+        simulated.take(joint_state(tick * 10_000_000), 0.02 * tick)
+        assert simulated.newest()["a"].arrived_s == 0.02 * tick

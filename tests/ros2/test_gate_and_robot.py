@@ -2,13 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
+from fairlead.checked_model import checked_model
 from fairlead.messages import JointState, StopLevel, decode, floats
+from fairlead.modes import ControlMode
 from fairlead.operate.goal_run import GoalOptions, run_goal
+from fairlead.ros2.node import RosNode
+from fairlead.wire.bus import Sample
+from fairlead_hal_ros2.joint_states import JointSource
+from fairlead_hal_ros2.options import PartTopic, Ros2Options
+from fairlead_hal_ros2.part_drive import PartDrive
+from fairlead_hal_ros2.ros2_backend import REST_PERIODS
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch, scratch_robot
 from tests.hal_mujoco.joint_reach import RUNNER, SKILL, SOURCE, goal_position
 from tests.ros2.ros_process import FINGERS, JOINTS, StartRos, panda_options
@@ -51,3 +62,61 @@ def test_a_ros_2_robot_does_a_skill_through_the_gate_and_stops_when_it_falls_sil
         ros.tell("speak")
         assert client.hal_status().state == "fault", "until it is started again"
         assert states[-1].tick == ticks
+
+
+@pytest.mark.parametrize("leaves_out", [False, True])
+def test_a_row_goes_on_from_where_somebody_else_has_moved_the_arm_meanwhile(
+    leaves_out: bool, router: str, start_ros: StartRos, tmp_path: Path
+) -> None:
+    ros = start_ros(joints=JOINTS | FINGERS, positions=list(FINGERS))
+    options = panda_options(router)
+    wanted = ScratchOptions(
+        pacing="realtime",
+        hal={"run": "hal_ros2", "options": options},
+        options={"runner": RUNNER},
+    )
+    moved = 0.8
+    with scratch_robot(make_scratch(SOURCE, tmp_path / "state", wanted)) as robot:
+        client = robot.client
+        first: list[float] = []
+        ticks: list[int] = []
+        still: list[bool] = []
+
+        def keep(sample: Sample) -> None:
+            state = decode(JointState, sample.payload)
+            still.append(not floats(state.velocities).any())
+            first.append(floats(state.positions)[0])
+            ticks.append(state.tick)
+
+        client.bus.subscribe(client.keys.joints, keep)
+        ros.wait(lambda: bool(ticks) and ticks[-1] > REST_PERIODS + 5, "the HAL to fall silent")
+        with another_commander(options) as send:
+            send([moved, *list(JOINTS.values())[1:]])
+            ros.wait(
+                lambda: abs(first[-1] - moved) < 0.01 and all(still[-5:]), "the arm to be there"
+            )
+        client.arm()
+        told = len(ros.values("trajectory"))
+        with client.claim(["arm"], source="try") as claim:
+            tick = claim.next_tick()
+            if leaves_out:
+                wrist = floats(tick.joints.positions)[6]
+                mode, rows, names = ControlMode.JOINT_POSITION, [[wrist]] * 4, ("panda_joint7",)
+            else:
+                mode, rows, names = ControlMode.JOINT_VELOCITY, [[0.02]] * 4, ("panda_joint1",)
+            verdict = claim.send(tick.number, claim.rows("arm", mode, rows, joints=names))
+            ros.wait(lambda: ticks[-1] > verdict.released_last + 3, "the rows to act")
+        goals = [one[0] for one in ros.values("trajectory")[told:]]
+    assert goals and min(goals) > moved - 0.01, "nothing of where it was before"
+    assert abs(first[-1] - moved) < 0.02
+
+
+@contextmanager
+def another_commander(options: dict[str, Any]) -> Iterator[Callable[[list[float]], None]]:
+    """Somebody who moves the arm by its controller, as a pendant or MoveIt does."""
+    node = RosNode(checked_model("options", Ros2Options, options), "pendant")
+    sources = [JointSource(name, {name: 1.0}, has_effort=True) for name in JOINTS]
+    topic = PartTopic(trajectory=options["parts"]["arm"]["trajectory"])
+    drive = PartDrive(node, topic, range(7), sources, period_ns=10**9)
+    yield lambda positions: drive.send(np.array([*positions, 0.0]))
+    node.close()

@@ -38,12 +38,14 @@ def as_delivered(folder: Path, arm: Arm = "follower", **change: Any) -> Path:
 
 
 @contextmanager
-def backend(port: Path, calibration: Path, **options: Any) -> Iterator[So101Backend]:
+def backend(
+    port: Path, calibration: Path, profile: str = "sim", **options: Any
+) -> Iterator[So101Backend]:
     """The HAL's backend, holding the arm."""
     wanted = So101Options.model_validate(
         {"port": str(port), "calibration": str(calibration)} | PATIENT | options
     )
-    found = So101Backend(ROBOT, "sim", wanted, load_calibration(str(calibration), ROBOT))
+    found = So101Backend(ROBOT, profile, wanted, load_calibration(str(calibration), ROBOT))
     try:
         yield found
     finally:

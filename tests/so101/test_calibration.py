@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import mujoco
 import numpy as np
 import pytest
 
 from bench.equipment.emulated_arm import emulated_arm
+from fairlead.paths import robot_dir
 from fairlead_hal_so101.calibration import load_calibration
+from fairlead_hal_so101.guided_calibration import end_words
 from tests.cli.command import fairlead
 from tests.so101.arm import ROBOT, backend
 from tests.so101.calibrating import calibrate, move
@@ -43,3 +46,29 @@ def test_a_joint_that_was_not_moved_from_end_to_end_leaves_no_file(tmp_path: Pat
         assert refused.returncode == 1
         assert refused.stderr == f"ERROR calibrate: shoulder_pan: {wanted}\n"
     assert not file.exists()
+
+
+def test_which_end_is_which_is_said_as_another_library_s_model_moves() -> None:
+    model = mujoco.MjModel.from_xml_path(str(robot_dir("so101") / "so101.xml"))
+    data = mujoco.MjData(model)
+
+    def tool(joint: str, turned: float) -> tuple[np.ndarray, np.ndarray]:
+        for name, position in zip(ROBOT.joint_names, HOME, strict=True):
+            data.joint(name).qpos = position + turned * (name == joint)
+        mujoco.mj_kinematics(model, data)
+        hand = data.body("gripper_link")
+        return hand.xpos.copy(), hand.xmat.reshape(3, 3).copy()
+
+    axes = {"ahead": 0, "to the left": 1, "up": 2}
+    for joint in ROBOT.joints[:4]:
+        way = tool(joint.name, 0.1)[0] - tool(joint.name, -0.1)[0]
+        said = end_words(ROBOT, joint)[1].removeprefix("the tool goes ")
+        opposite = {"back": "ahead", "to the right": "to the left", "down": "up"}
+        sign, axis = (-1, axes[opposite[said]]) if said in opposite else (1, axes[said])
+        assert sign * way[axis] > 0.01, joint.name
+    roll = ROBOT.joints[4]
+    before, after = tool(roll.name, -0.1)[1], tool(roll.name, 0.1)[1]
+    turn = after @ before.T  # about x, from behind clockwise if y goes to z
+    clockwise = turn[2, 1] > 0
+    assert end_words(ROBOT, roll)[1].startswith("the tool turned clockwise") == clockwise
+    assert end_words(ROBOT, ROBOT.joints[5]) == ("the jaw closed", "the jaw open")

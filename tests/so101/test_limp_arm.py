@@ -123,6 +123,9 @@ def until_named(leader: LimpArm) -> None:
 def test_what_is_not_believed_of_a_servo(change: dict[str, Any], wrong: str) -> None:
     reading = ServoReading(
         has_torque=False,
+        acceleration=0,
+        goal_steps=2048,
+        goal_velocity=0,
         position_steps=2048,
         speed_steps_s=0,
         load=0.0,

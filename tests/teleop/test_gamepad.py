@@ -108,3 +108,12 @@ def test_one_that_is_unplugged_is_an_error(plugged: Plugged) -> None:
     with pytest.raises(ServiceError, match=r"^gamepad: it is gone \(.*\); the robot holds$"):
         plugged.gamepad.read(1.0, AT)
     plugged.device.fd = -1
+
+
+def test_where_events_were_lost_nothing_counts_as_held_any_more(plugged: Plugged) -> None:
+    held = plugged.says((KEY, RIGHT_SHOULDER, 1), (KEY, B, 1), (ABS, 1, -32768))
+    assert held.clutch and held.axes[0] == 1 and held.grip == 1
+    lost = plugged.says((SYN, 3, 0), (KEY, RIGHT_SHOULDER, 1), (ABS, 4, 32767), now_s=2.0)
+    assert not lost.clutch and lost.axes == (0,) * 6 and lost.grip == 0
+    assert lost.age_s == 1.0, "what was lost says nothing"
+    assert plugged.says((KEY, RIGHT_SHOULDER, 1)).clutch

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from fairlead.errors import ConfigError
-from fairlead_tools.teleop.keyboard import HELD_S, Keys
+from fairlead_tools.teleop.keyboard import AGAIN_S, HELD_S, Keys
 
 TOOL = ("x", "y", "z", "rx", "ry", "rz")
 
@@ -51,6 +51,17 @@ def test_the_space_bar_lets_the_clutch_in_and_out_and_giving_back_lets_it_out() 
     assert not pressed("  ").read(1.0).clutch
     back = pressed(" b").read(1.0)
     assert (back.clutch, back.wish) == (False, "give back")
+
+
+def test_a_space_bar_that_is_held_to_stop_only_lets_the_clutch_out() -> None:
+    keys, repeats = pressed(" "), [4.0, 4.5, 4.533, 4.566]
+    for now_s in repeats:
+        keys.press(" ", now_s)
+        assert not keys.read(now_s).clutch
+    keys.press(" ", repeats[-1] + AGAIN_S)
+    assert not keys.read(6.0).clutch
+    keys.press(" ", 7.0)
+    assert keys.read(7.0).clutch
 
 
 def test_a_wish_is_told_once_speed_has_steps_and_ends_and_the_gripper_two_keys() -> None:

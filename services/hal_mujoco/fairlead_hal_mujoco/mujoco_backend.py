@@ -58,7 +58,8 @@ class MujocoBackend:
         self._sources = find_sources(self._model, robot, "hal_mujoco")
         commanded = self._sources[: robot.n_dof]
         kinematics = FrameKinematics(self._model, self._data, robot, commanded, "hal_mujoco")
-        self._setpoints = Setpoints(robot, ToolMotion(robot, profile, kinematics), who="hal_mujoco")
+        tools = ToolMotion(robot, profile, kinematics)
+        self._setpoints = Setpoints(robot, tools, who="hal_mujoco", profile=profile)
         self._interpolator = interpolator_of(robot, profile)
         self._base = base_body(self._model, robot, "hal_mujoco")
         self._parts = tuple(describe_part(robot, part, profile) for part in robot.parts)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import threading
+import time
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -14,12 +15,38 @@ from fairlead.errors import MessageError, expected
 from fairlead.hal.backend import Measurement
 from fairlead.ros2.messages import stamp_ns_of
 
+WINDOW_S = 30.0
+_DAY_S = 86_400.0
+
+
+class Lateness:
+    """How much later a sender's messages come than the soonest of the last minute.
+
+    So one that has waited on its way is old when it arrives. The sender's clock may be wrong, but
+    not by a day: stamps of a simulation's clock say nothing.
+    """
+
+    def __init__(self) -> None:
+        self._soonest_s, self._before_s, self._began_s = math.inf, math.inf, -math.inf
+
+    def of(self, stamp_ns: int, now_s: float) -> float:
+        """Of a message [s]; 0 without a stamp of today."""
+        stamp_s = stamp_ns * 1e-9
+        if abs(time.time() - stamp_s) > _DAY_S:
+            return 0.0
+        delay_s = now_s - stamp_s
+        if now_s - self._began_s > WINDOW_S:
+            self._before_s, self._soonest_s, self._began_s = self._soonest_s, math.inf, now_s
+        self._soonest_s = min(self._soonest_s, delay_s)
+        return delay_s - min(self._soonest_s, self._before_s)
+
 
 @dataclass(frozen=True)
 class Reading:
     """One joint, [rad or m], [rad/s or m/s], [N m or N]; nan where its message has no number.
 
-    stamp_ns: its sender's clock, 0: not said; arrived_s: this process's.
+    stamp_ns: its sender's clock, 0: not said; arrived_s: this process's, when it came or would
+    have, had it not waited on its way.
     """
 
     position: float
@@ -38,6 +65,7 @@ class JointStates:
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._newest: dict[str, Reading] = {}
+        self._lateness: dict[str, Lateness] = {}
 
     def take(self, message: Any, now_s: float) -> None:
         """Keep what is new; a reading that is stamped as the one before is none.
@@ -59,7 +87,8 @@ class JointStates:
             for name, *row in zip(names, position, velocity, effort, strict=True):
                 before = self._newest.get(name)
                 if before is None or stamp_ns == 0 or stamp_ns > before.stamp_ns:
-                    self._newest[name] = Reading(row[0], row[1], row[2], stamp_ns, now_s)
+                    late_s = self._lateness.setdefault(name, Lateness()).of(stamp_ns, now_s)
+                    self._newest[name] = Reading(row[0], row[1], row[2], stamp_ns, now_s - late_s)
 
     def newest(self) -> Mapping[str, Reading]:
         """The newest reading of each joint."""

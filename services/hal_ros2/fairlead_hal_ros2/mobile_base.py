@@ -12,7 +12,8 @@ from fairlead.hal.backend import FramePose, PartCommand
 from fairlead.messages import FloatArray
 from fairlead.modes import ControlMode
 from fairlead.robot.manifest import RobotManifest
-from fairlead.ros2.messages import TWIST, MessageTypes
+from fairlead.ros2.messages import TWIST, MessageTypes, stamp_ns_of
+from fairlead_hal_ros2.joint_states import Lateness
 from fairlead_hal_ros2.options import BaseTopics
 from fairlead_hal_ros2.poses import frame_pose
 
@@ -24,13 +25,14 @@ PLANE = [0, 1, 5]
 class BaseState:
     """Where the base is in ``odom``: x, y [m], yaw over its turns [rad], and their rates.
 
-    positions, velocities: shape ``[3]``, along the axes of ``odom``; arrived_s: this process's
-    clock.
+    positions, velocities: shape ``[3]``, along the axes of ``odom``; stamp_ns, arrived_s: as of
+    `Reading`.
     """
 
     pose: FramePose
     positions: FloatArray
     velocities: FloatArray
+    stamp_ns: int
     arrived_s: float
 
 
@@ -40,9 +42,10 @@ class Odometry:
     def __init__(self, topics: BaseTopics, base_frame: str) -> None:
         self._topics, self._base_frame = topics, base_frame
         self.newest: BaseState | None = None
+        self._lateness = Lateness()
 
     def take(self, message: Any, now_s: float) -> None:
-        """Keep a message.
+        """Keep a message, unless it is stamped no later than the one before.
 
         Raises:
             MessageError: it is about another frame, or has a number that is not finite.
@@ -56,6 +59,9 @@ class Odometry:
         rates = np.array([twist.linear.x, twist.linear.y, twist.angular.z])
         if not np.isfinite(rates).all():
             raise MessageError(expected("odometry", "a finite twist", rates.tolist()))
+        stamp_ns = stamp_ns_of(message.header)
+        if self.newest is not None and 0 < stamp_ns <= self.newest.stamp_ns:
+            return
         yaw = _yaw(there.rotation_xyzw)
         if self.newest is not None:  # over its turns: the nearest to where it was
             yaw += 2 * np.pi * np.round((self.newest.positions[2] - yaw) / (2 * np.pi))
@@ -63,7 +69,8 @@ class Odometry:
             there,
             np.array([*there.translation[:2], yaw]),
             np.array([*_turned(rates[:2], yaw), rates[2]]),
-            now_s,
+            stamp_ns,
+            now_s - self._lateness.of(stamp_ns, now_s),
         )
 
 

@@ -27,7 +27,7 @@ HERE, UPRIGHT = np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0])
 POLL_S = 0.02
 REST_PERIODS = 20
 """Periods in which a part at rest is still told so: a message may be lost. Then it is told nothing,
-so that whoever else moves the robot meanwhile is not pulled back."""
+so that whoever else moves the robot is not pulled back; the next row goes on from there."""
 _LOG = logging.getLogger("hal_ros2")
 
 
@@ -70,7 +70,7 @@ class Ros2Backend:
     def _connect(self) -> None:
         robot, options, node = self._robot, self._options, self._node
         parts = [part for part in robot.parts if part.name in options.parts]
-        self._setpoints = Setpoints(robot, parts=parts, who="hal_ros2")
+        self._setpoints = Setpoints(robot, parts=parts, who="hal_ros2", profile=self._profile)
         self._drives = {part.name: self._drive(part) for part in parts}
         self._at_rest = dict.fromkeys((*self._drives, "base"), REST_PERIODS)
         self._listeners = [(drive.topic, drive.kind) for drive in self._drives.values()]
@@ -198,6 +198,9 @@ class Ros2Backend:
         positions = self._measured.positions[: self._robot.n_dof]
         if self._odometry is not None:
             self._drive_base(commands)
+        for name in self._drives:
+            if name in commands and self._at_rest[name] >= REST_PERIODS:
+                self._setpoints.stand_at(name, positions)
         before = self._setpoints.positions.copy()
         targets = self._setpoints.advance(commands, positions)
         for name, drive in self._drives.items():

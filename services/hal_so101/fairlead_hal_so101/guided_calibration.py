@@ -5,9 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
+
 from fairlead.errors import ConfigError, expected
+from fairlead.robot.description import description_tree
 from fairlead.robot.joint import Joint
 from fairlead.robot.manifest import RobotManifest
+from fairlead.robot.tool_chain import ToolChain
 from fairlead_hal_so101.calibration import (
     STEPS_PER_RAD,
     ZERO_STEPS,
@@ -20,8 +24,10 @@ from fairlead_hal_so101.calibration import (
 from fairlead_hal_so101.servo_bus import ServoBus
 
 TURN = 4096
-RANGE_TOLERANCE_RAD = 0.3
+RANGE_TOLERANCE_RAD = 0.15
 """A range that differs by more from the robot's was not moved from end to end."""
+_LEAST_WAY_M = 0.02
+"""Per radian: a joint that moves the tool by less turns it."""
 _TIMEOUT_S = 0.05
 
 
@@ -56,7 +62,7 @@ def calibrate(
             _let_go(bus, servo_id)
         free = {tool.gripper_joint for tool in robot.end_effectors if arm == "leader"}
         found = [
-            _calibrated(bus, one, joint, say, pressed, joint.name in free)
+            _calibrated(bus, one, robot, joint, say, pressed, joint.name in free)
             for one, joint in joints.items()
         ]
         calibration = Calibration(robot=robot.id, arm=arm, servos=tuple(found))
@@ -67,6 +73,24 @@ def calibrate(
     finally:
         bus.close()
     return path
+
+
+def end_words(robot: RobotManifest, joint: Joint) -> tuple[str, str]:
+    """Which way a joint's lower and its upper end are, for who stands behind the arm at home."""
+    tool = next(one for one in robot.end_effectors if one.gripper_joint)
+    if joint.name == tool.gripper_joint:
+        return "the jaw closed", "the jaw open"
+    chain = ToolChain(description_tree(robot), tool.tool_frame)
+    home = {one.name: (one.lower + one.upper) / 2 for one in robot.joints}
+    home |= robot.home.positions if robot.home else {}
+    along = chain.jacobian(home, [joint.name])[:, 0]
+    if np.linalg.norm(along[:3]) < _LEAST_WAY_M:
+        ways = ("the tool turned anticlockwise, seen from behind", "the tool turned clockwise")
+        return ways if along[3] > 0 else (ways[1], ways[0])
+    axis = int(np.argmax(np.abs(along[:3])))
+    ways = (("back", "ahead"), ("to the right", "to the left"), ("down", "up"))[axis]
+    lower, upper = ways if along[axis] > 0 else (ways[1], ways[0])
+    return f"the tool goes {lower}", f"the tool goes {upper}"
 
 
 def _let_go(bus: ServoBus, servo_id: int) -> None:
@@ -83,14 +107,17 @@ def _let_go(bus: ServoBus, servo_id: int) -> None:
 
 
 def _calibrated(
-    bus: ServoBus, servo_id: int, joint: Joint, say: Callable[[str], None],
+    bus: ServoBus, servo_id: int, robot: RobotManifest, joint: Joint, say: Callable[[str], None],
     pressed: Callable[[], bool], has_own_way: bool,
 ) -> CalibratedServo:  # fmt: skip
     """Follow one joint from its lower to its upper end."""
     steps = bus.get(servo_id, "present_position")
-    ends = []
-    for end, position_rad in (("lower", joint.lower), ("upper", joint.upper)):
-        say(f"{joint.name}: move it to its {end} end ({position_rad:+.2f} rad), then Enter")
+    ends, words = [], end_words(robot, joint)
+    told = zip(("lower", "upper"), (joint.lower, joint.upper), words, strict=True)
+    for end, position_rad, where in told:
+        say(
+            f"{joint.name}: move it to its {end} end ({position_rad:+.2f} rad): {where}; then Enter"
+        )
         while not pressed():
             steps += _turned(bus.get(servo_id, "present_position") - steps)
         steps += _turned(bus.get(servo_id, "present_position") - steps)

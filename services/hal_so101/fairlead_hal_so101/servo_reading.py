@@ -10,8 +10,10 @@ FIRST, LENGTH = 40, 31
 """Registers 40 to 70: torque, goal, and everything that is measured."""
 _LAYOUT = struct.Struct("<BBHHHH5xBHHHBBxBB2xH")
 _CURRENT_UNIT_A = 0.0065
-_STALL_NM_PER_A = 2.94 / 2.7
-"""12 V variant stalled: 30 kg cm at 2.7 A. An estimate: friction is not in it."""
+STALL_NM = 2.94
+"""12 V variant: 30 kg cm."""
+_STALL_NM_PER_A = STALL_NM / 2.7
+"""An estimate: friction is not in it."""
 
 
 class ServoFault(IntFlag):
@@ -28,11 +30,15 @@ class ServoFault(IntFlag):
 class ServoReading:
     """One servo at one moment.
 
+    acceleration, goal_velocity: its limits as registers have them, 0: none. goal_steps,
     position_steps, speed_steps_s: as the servo counts. load: share of its full duty cycle, with
     sign. effort_nm: estimated from the current.
     """
 
     has_torque: bool
+    acceleration: int
+    goal_steps: int
+    goal_velocity: int
     position_steps: int
     speed_steps_s: int
     load: float
@@ -45,14 +51,16 @@ class ServoReading:
 
 def servo_reading(data: bytes, error: int) -> ServoReading:
     """Decode registers 40 to 70 and the error byte."""
-    torque, _, _, _, _, _, _, position, speed, load, volts, celsius, _, _, amperes = _LAYOUT.unpack(
-        data
-    )
+    (torque, acceleration, goal, _, goal_velocity, _, _, position, speed, load, volts, celsius, _,
+     _, amperes) = _LAYOUT.unpack(data)  # fmt: skip
     current_a = abs(_signed(amperes, 15)) * _CURRENT_UNIT_A
     signed_load = _signed(load, 10) / 1000
     effort = current_a * _STALL_NM_PER_A * (-1 if signed_load < 0 else 1)
     return ServoReading(
         has_torque=torque == 1,
+        acceleration=acceleration,
+        goal_steps=_signed(goal, 15),
+        goal_velocity=_signed(goal_velocity, 15),
         position_steps=_signed(position, 15),
         speed_steps_s=_signed(speed, 15),
         load=signed_load,

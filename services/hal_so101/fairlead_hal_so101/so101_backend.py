@@ -27,23 +27,27 @@ from fairlead_hal_so101.calibration import STEPS_PER_RAD, Calibration, calibrati
 from fairlead_hal_so101.options import So101Options
 from fairlead_hal_so101.servo_bus import GOAL_POSITION, LostAnswerError
 from fairlead_hal_so101.servo_health import ServoHealth
-from fairlead_hal_so101.servo_reading import ServoReading
+from fairlead_hal_so101.servo_reading import STALL_NM, ServoReading
 
 _LOG = logging.getLogger("hal.so101")
 
 _UPRIGHT = np.array([0.0, 0.0, 0.0, 1.0])
 _MOST_ACCELERATION = 254
+_WHOLE = 1000
+_LAST_STEP = 4095
 _ACCELERATION_STEPS_S2 = 100
 _TORQUE_ENABLE = 40
-_SLACK_STEPS = 40
-"""How far outside its limits a joint may be found: 3.5 degrees."""
+_SLACK_STEPS = 12
+"""How far outside its limits a joint may be found: a degree, by which the servo takes it in."""
 
 
 class So101Backend:
     """Implements `fairlead.hal.backend.Backend`.
 
     Each tick is one read of the bus, of all servos, and one write of all goals. A servo goes to
-    its goal no faster than its joint may, also when this process is gone: it then stays there.
+    its goal no faster than its joint may, also when this process is gone: it then stays there. A
+    goal switches torque on, so none is written before the servos have been seen in the same tick
+    with torque and the limits that they were given.
 
     Args:
         profile: safety profile whose limits the servos get.
@@ -68,12 +72,15 @@ class So101Backend:
         )
         self._lost = {"measurement": 0, "command": 0}
         self._ever_lost = 0
+        self._may_write = False
         try:
-            self._readings = self._first_readings()
             tools = ToolMotion(robot, profile, robot_kinematics(robot, "hal_so101"))
             self._setpoints = Setpoints(robot, tools, who="hal_so101", profile=profile)
+            self._limits = self._limit_servos(profile)
+            self._readings = self._first_readings()
             self._setpoints.restart(self._positions())
-            self._take_hold(profile)
+            self._take_hold()
+            self._may_write = True
         except BaseException:
             self._bus.close()
             raise
@@ -93,22 +100,18 @@ class So101Backend:
         """All servos; where both attempts are lost, what was measured the tick before.
 
         Raises:
-            HardwareError: too many ticks were lost in a row, a servo is limp, the port is gone.
+            HardwareError: too many ticks were lost in a row, a servo is limp or has lost its
+                limits, the port is gone.
         """
+        self._may_write = False
         try:
             self._readings = self._bus.read()
         except LostAnswerError as error:
             self._note_loss("measurement", str(error))
         else:
             self._lost["measurement"] = 0
-            limp = [
-                one.id
-                for one, reading in zip(self._servos, self._readings, strict=True)
-                if not reading.has_torque
-            ]
-            if limp:
-                text = "brown-out or reset? support the arm, look at the supply, start again"
-                raise HardwareError(f"hal_so101: servo {self._bus.named(limp)}: no torque: {text}")
+            self._check_hold()
+            self._may_write = True
             was_well = not self._health.complaint
             self._health.look(self._readings)
             if was_well and self._health.complaint:  # nobody may send a row that is refused
@@ -131,6 +134,8 @@ class So101Backend:
     def apply(self, commands: Mapping[str, PartCommand]) -> None:
         """Write every servo's goal: a joint's target, or its share of a tool's way.
 
+        None where the servos were not measured in this tick: each stays at its last goal.
+
         Raises:
             ConfigError: a servo is beyond a limit of the options or says a fault, or a goal is
                 outside the calibrated range: no goal has changed.
@@ -138,6 +143,8 @@ class So101Backend:
         """
         if commands and self._health.complaint:
             raise ConfigError(f"hal_so101: {self._health.complaint}")
+        if not self._may_write:
+            return
         before = self._setpoints.positions.copy()
         goals = self._setpoints.advance(commands, self._positions())
         try:
@@ -183,26 +190,56 @@ class So101Backend:
                 reason = str(error)
         raise HardwareError(f"hal_so101: {self._options.port}: {reason}")
 
-    def _take_hold(self, profile: str) -> None:
-        """Goals where the joints are, then speeds, then torque: nothing moves."""
+    def _limit_servos(self, profile: str) -> list[tuple[int, int]]:
+        """Give each servo its joint's limits: acceleration, then speed, as registers have them."""
+        safety, found = self._robot.profile(profile), list[tuple[int, int]]()
+        for one, joint in zip(self._servos, self._robot.joints, strict=True):
+            speed, acceleration, effort, _ = profile_limits(joint, safety)
+            limits = {
+                "acceleration": int(acceleration * STEPS_PER_RAD / _ACCELERATION_STEPS_S2),
+                "goal_velocity": int(speed * STEPS_PER_RAD),
+                "torque_limit": int(_WHOLE * effort / STALL_NM),
+            }
+            limits["acceleration"] = min(limits["acceleration"], _MOST_ACCELERATION)
+            limits["torque_limit"] = min(limits["torque_limit"], _WHOLE)
+            for name, value in limits.items():
+                if value < 1:  # 0 is no limit to a servo
+                    who = f"hal_so101: joint {joint.name}"
+                    raise ConfigError(expected(who, f"a limit that is 1 or more of {name}", value))
+                self._bus.put(one.id, name, value)
+            found.append((limits["acceleration"], limits["goal_velocity"]))
+        return found
+
+    def _take_hold(self) -> None:
+        """Goals where the joints are, then torque, each acknowledged: nothing moves."""
         for one, reading in zip(self._servos, self._readings, strict=True):
-            if not (
-                one.lower_steps - _SLACK_STEPS
-                <= reading.position_steps
-                <= one.upper_steps + _SLACK_STEPS
-            ):
+            lowest = max(one.lower_steps - _SLACK_STEPS, 0)
+            highest = min(one.upper_steps + _SLACK_STEPS, _LAST_STEP)
+            if not lowest <= reading.position_steps <= highest:
                 what = f"a position within {one.lower_steps} to {one.upper_steps} steps"
                 who = f"hal_so101: servo {self._bus.named([one.id])}"
                 got = f"{reading.position_steps}; move it there by hand, or calibrate again"
                 raise ConfigError(expected(who, what, got))
-        safety = self._robot.profile(profile)
-        limits = [profile_limits(joint, safety) for joint in self._robot.joints]
-        self._bus.write_all(GOAL_POSITION, 2, [one.position_steps for one in self._readings])
-        for one, (speed, acceleration, _, _) in zip(self._servos, limits, strict=True):
-            hundreds = round(acceleration * STEPS_PER_RAD / _ACCELERATION_STEPS_S2)
-            self._bus.put(one.id, "goal_velocity", round(speed * STEPS_PER_RAD))
-            self._bus.put(one.id, "acceleration", min(hundreds, _MOST_ACCELERATION))
-        self._bus.write_all(_TORQUE_ENABLE, 1, [1] * len(self._servos))
+        goals = [one.position_steps for one in self._readings]
+        for one, goal in zip(self._servos, goals, strict=True):
+            self._bus.put(one.id, "goal_position", goal)
+            self._bus.put(one.id, "torque_enable", 1)
+        self._readings = self._first_readings()
+        self._check_hold()
+        if [one.goal_steps for one in self._readings] != goals:
+            raise HardwareError("hal_so101: a servo did not take its goal; start again")
+
+    def _check_hold(self) -> None:
+        """Each servo has torque, and the limits that it was given: it has not started anew."""
+        states = zip(self._servos, self._readings, self._limits, strict=True)
+        anew = [
+            one.id
+            for one, reading, limits in states
+            if not (reading.has_torque and (reading.acceleration, reading.goal_velocity) == limits)
+        ]
+        if anew:
+            text = "brown-out or reset? support the arm, look at the supply, start again"
+            raise HardwareError(f"hal_so101: servo {self._bus.named(anew)}: no torque: {text}")
 
     def _note_loss(self, what: str, reason: str) -> None:
         """Count it; too many in a row are a fault, with what can be found out about it."""
@@ -230,4 +267,4 @@ class So101Backend:
                 low, high = sorted((one.rad(one.lower_steps), one.rad(one.upper_steps)))
                 who, what = f"hal_so101: joint {one.joint}", f"{low:.3f} to {high:.3f} rad"
                 raise ConfigError(expected(who, f"a goal of {what}, as calibrated", one.rad(goal)))
-        return [min(max(goal, 0), 4095) for goal in steps]
+        return [min(max(goal, 0), _LAST_STEP) for goal in steps]

@@ -53,6 +53,13 @@ class SetpointLimits:
         upper = np.maximum(self.upper[own], setpoints)
         return np.clip(lowest, lower, upper), np.clip(highest, lower, upper)
 
+    def lead_less(
+        self, joints: Sequence[int], setpoints: FloatArray, measured: FloatArray
+    ) -> FloatArray:
+        """These setpoints, leading by no more than one that moves may."""
+        lead = LEAD_PERIODS * self.reach[list(joints)]
+        return np.clip(setpoints, measured - lead, measured + lead)
+
     def step_scale(
         self, joints: Sequence[int], steps: FloatArray, setpoints: FloatArray, measured: FloatArray
     ) -> float:

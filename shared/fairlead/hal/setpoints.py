@@ -39,6 +39,9 @@ class Setpoints:
     gripper_position, gripper_binary (0 the upper position limit, 1 the lower): it travels to
     the command at `TRAVEL_SHARE` of the gripper's speed limit.
 
+    Where a part's rows end, a setpoint that leads its joint by more, as rows of positions can
+    while something blocks it, comes back to that once: what blocks it is not pushed on and on.
+
     A part without a command, and a joint that a joint mode leaves out, follow the part's hold
     law: ``ramp_to_zero`` slows joints down by their acceleration limits, the others leave the
     setpoint where it is; with ``keep_command`` a gripper travels on to its target, which any
@@ -82,6 +85,17 @@ class Setpoints:
         self._velocities = np.zeros(len(positions))
         self._measured = positions.copy()
         self._openings: dict[str, float] = {}
+        self._going: set[str] = set()  # parts that had a row, of no gripper, in the last period
+
+    def stand_at(self, part: str, measured: FloatArray) -> None:
+        """Let a part's setpoints begin at ``measured``: somebody else may have moved it.
+
+        Args:
+            measured: of all joints, shape ``[n_dof]``.
+        """
+        own = self._own[part]
+        self.positions[own], self._velocities[own] = measured[own], 0.0
+        self._openings.pop(part, None)
 
     def advance(self, commands: Mapping[str, PartCommand], measured: FloatArray) -> FloatArray:
         """Where the joints are told to be at the end of the next period, shape ``[n_dof]``.
@@ -95,14 +109,21 @@ class Setpoints:
             given = commands.get(part.name)
             if given is None:
                 self._hold(part)
+                self._going.discard(part.name)
             else:
                 if given.mode not in _GRIPPER_MODES:
                     self._openings.pop(part.name, None)
+                    self._going.add(part.name)
                 MODES[given.mode](self, part, given)
         return self.positions.copy()
 
     def _hold(self, part: Part) -> None:
-        self._slow_down(part, self._own[part.name])
+        own = self._own[part.name]
+        if part.name in self._going:
+            self.positions[own] = self._limits.lead_less(
+                own, self.positions[own], self._measured[own]
+            )
+        self._slow_down(part, own)
         if part.hold == "keep_command":
             self._close_in(part)
         else:

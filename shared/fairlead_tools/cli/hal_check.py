@@ -77,10 +77,10 @@ def check_command(
     hal = ask_hal(deployment)
     bus = ZenohBus(deployment.tool_endpoints(deployment.only("safety")))
     try:
-        if not simulator:
-            _ask(deployment, yes)
-        known, why = (pid, "") if pid else _pid(deployment)
         amount = share or (SIMULATOR_SHARE if simulator else ROBOT_SHARE)
+        if not simulator:
+            _ask(deployment, amount, yes)
+        known, why = (pid, "") if pid else _pid(deployment)
         with ProgressLine(quiet=as_json) as line:
             wish = Wish(amount, hold_s, known, why, simulator, tuple(only or ()))
             found = check_hal(bus, deployment, hal, wish, line.show)
@@ -116,16 +116,21 @@ def is_simulator(deployment: Deployment) -> bool:
     return hal_driver(run, "hal check").simulator
 
 
-def _ask(deployment: Deployment, yes: bool) -> None:
+def _ask(deployment: Deployment, share: float, yes: bool) -> None:
     if yes:
         return
     if not sys.stdin.isatty():
         reason = "this HAL is no simulator's: the robot will move, and no gate judges how"
         raise RefusedError("hal check", reason, "add --yes, if people and things keep clear of it")
-    robot = deployment.robot
+    from fairlead_tools.conformance.small_rows import SmallRows
+
+    robot = load_robot(deployment.robot)
+    modes = {part.name: part.control_modes for part in robot.parts}
+    worst = SmallRows(robot, deployment.profile, share, modes).worst()
     typer.confirm(
-        f"The HAL of {robot} is no simulator's. Every joint will move a little, and no gate judges "
-        "how: keep people and things clear, and the emergency stop at hand. Go on?",
+        f"The HAL of {robot.id} is no simulator's. Every joint will move, all of a part at once, "
+        f"{worst}, and no gate judges how: keep people and things clear, and the emergency stop "
+        "at hand. Go on?",
         abort=True,
     )
 

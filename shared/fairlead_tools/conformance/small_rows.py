@@ -17,6 +17,8 @@ from fairlead_tools.measure.rows import TARGETS, FullScaleRows
 
 OUT_ROWS = 5
 """Rows of each way of an axis."""
+MOVING_ROWS = 14
+"""So many rows of a long chunk move: those after them keep a robot that does not hold in place."""
 CLEAR = 2.0
 """A row's step, in dead bands, where those are larger than the share of full scale."""
 GRIPPERS = (ControlMode.GRIPPER_POSITION, ControlMode.GRIPPER_BINARY)
@@ -109,11 +111,29 @@ class SmallRows:
                 makers[part] = self.rows(part, mode, now)
                 wishes[part] = self._wish(part, mode, now, makers[part].axes, way)
             return [
-                {part: one.row(wishes[part], now) for part, one in makers.items()}
-                for _ in range(count)
+                {
+                    part: one.row(wishes[part] * float(number < MOVING_ROWS), now)
+                    for part, one in makers.items()
+                }
+                for number in range(count)
             ]
 
         return make
+
+    def worst(self) -> str:
+        """How fast and far a joint is told to go at most, in words."""
+        found = [
+            (self.pace(part, mode, axis) * self.full_step(part, mode, axis), index)
+            for part, mode in self.first_modes().items()
+            if mode.is_joint_mode
+            for axis, index in enumerate(self.joints_of(part))
+        ]
+        if not found:
+            return f"{100 * self.share:.0f} % of full scale"
+        step, index = max(found)
+        joint = self.robot.joints[index]
+        speed, way = step / self.period_s, step * MOVING_ROWS
+        return f"{joint.name} by up to {way:.2g} {joint.unit} at {speed:.2g} {joint.unit}/s"
 
     def _wish(self, part: str, mode: ControlMode, now: Moment, axes: int, way: float) -> FloatArray:
         wish = np.zeros(axes)

@@ -39,6 +39,10 @@ def _lose(emulated: Emulated, numbers: list[float]) -> None:
     emulated.bus.faults.lost = _chance(numbers[0])
 
 
+def _deaf(emulated: Emulated, numbers: list[float]) -> None:
+    emulated.bus.faults.deaf = _chance(numbers[0])
+
+
 def _late(emulated: Emulated, numbers: list[float]) -> None:
     emulated.bus.faults.late, emulated.bus.faults.late_s = _chance(numbers[0]), numbers[1] / 1e3
 
@@ -89,6 +93,7 @@ ORDERS = {
     "noise": Order("noise SHARE", "so many answers have a wrong byte", (1, 1), _noise),
     "wrong": Order("wrong", "so many answers have had a wrong byte", (0, 0), _wrong),
     "lose": Order("lose SHARE", "so many answers never come", (1, 1), _lose),
+    "deaf": Order("deaf SHARE", "so many packets pass a servo by unheard", (1, 1), _deaf),
     "late": Order("late SHARE MS", "so many answers come late", (2, 2), _late),
     "unplug": Order("unplug ID", "this servo and those behind it are off", (1, 1), _unplug),
     "plug": Order("plug", "all servos have power and signal again", (0, 0), _plug),

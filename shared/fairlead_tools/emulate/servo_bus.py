@@ -40,12 +40,13 @@ _SHORTEST_DELAY_S = 20e-6
 
 @dataclass
 class BusFaults:
-    """What goes wrong on the way back.
+    """What goes wrong on the way.
 
-    noise, lost, late: chance of each answer to come with a wrong byte, never, or late by
-    ``late_s``. wrong: answers that have had a wrong byte.
+    deaf: chance of each servo not to hear a packet. noise, lost, late: chance of each answer to
+    come with a wrong byte, never, or late by ``late_s``. wrong: answers that have had a wrong byte.
     """
 
+    deaf: float = 0.0
     noise: float = 0.0
     lost: float = 0.0
     late: float = 0.0
@@ -97,7 +98,11 @@ class ServoBus:
         while (request := take_request(self._received)) is not None:
             self._advance(came_s)
             rate = _host_rate(self._master)
-            heard = [one for one in self._servos[: self.reached] if _rate(one) == rate]
+            heard = [
+                one
+                for one in self._servos[: self.reached]
+                if _rate(one) == rate and self._chance.random() >= self.faults.deaf
+            ]
             if heard:
                 self._answer(request, heard, came_s, _BITS_PER_BYTE / rate)
 

@@ -123,13 +123,19 @@ class Sts3215:
         return bytes(self._memory[address : address + count]).ljust(count, b"\0")
 
     def write(self, address: int, data: bytes) -> None:
-        """What a host writes; what is read-only stays as it is."""
+        """What a host writes; what is read-only stays as it is.
+
+        A goal switches torque on, as the firmware does:
+        https://github.com/huggingface/lerobot/issues/3585
+        """
         enabled = self.get(TORQUE_ENABLE)
         for place, value in enumerate(data, start=address):
             if ID.address <= place < _SRAM_END:
                 self._memory[place] = value
         if not self.get(LOCK):
             self._saved = bytes(self._memory[:_EEPROM_END])
+        if address <= GOAL_POSITION.address < address + len(data):
+            self._put(TORQUE_ENABLE, 1)
         if address <= TORQUE_ENABLE.address < address + len(data):
             self._latched, self._overloaded_s, self._overcurrent_s = Fault(0), 0.0, 0.0
             if self.get(TORQUE_ENABLE) == _CALIBRATE_MIDDLE:

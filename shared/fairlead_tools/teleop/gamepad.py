@@ -21,7 +21,10 @@ DEAD_ZONE = 0.12
 SPEED_STEP = 1.25
 SLOWEST = 0.02
 
-_KEY, _ABS = 1, 3  # event types
+_SYN, _KEY, _ABS = 0, 1, 3  # event types
+_DROPPED = (
+    3  # of _SYN: the kernel's queue was full; what follows is told whole with the next report
+)
 _LEFT_X, _LEFT_Y, _LEFT_TRIGGER, _RIGHT_X, _RIGHT_Y, _RIGHT_TRIGGER = 0, 1, 2, 3, 4, 5
 _HAT_X, _HAT_Y = 16, 17
 _A, _B, _X, _Y, _RIGHT_SHOULDER, _SELECT, _START = 304, 305, 307, 308, 311, 314, 315
@@ -73,6 +76,7 @@ class Pad:
         self._axes: dict[int, float] = {}
         self._down: set[int] = set()
         self._heard_s = 0.0
+        self._is_dropping = False
         self._wish: Wish = ""
         axes = ", ".join(
             f"{said} {name}" for (said, _), name in zip(self._sources, names, strict=True)
@@ -84,6 +88,12 @@ class Pad:
 
     def event(self, kind: int, code: int, value: int, now_s: float) -> None:
         """One event, as the kernel's ``input_event`` has it."""
+        if kind == _SYN:
+            self._is_dropping = code == _DROPPED
+            if self._is_dropping:  # a release may be among what was lost: nothing is held any more
+                self._axes, self._down = {}, set()
+        if kind == _SYN or self._is_dropping:
+            return
         self._heard_s = now_s
         if kind == _ABS:
             self._axes[code] = self._share(code, value)

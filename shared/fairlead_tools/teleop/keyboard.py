@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import select
 import sys
@@ -18,6 +19,8 @@ HELD_S = 0.2
 
 Terminals repeat a key that is held every 20 to 100 ms, after a first pause of 0.25 to 0.7 s.
 """
+AGAIN_S = 1.0
+"""A space that comes so soon after another may be its repeat: it only lets the clutch out."""
 SPEED_STEP = 1.25
 SLOWEST = 0.02
 _POSITIVE, _NEGATIVE = "qwertyuiop", "asdfghjkl;"
@@ -53,12 +56,14 @@ class Keys:
             what = f"at most {len(_POSITIVE)} joints to drive by keys"
             raise ConfigError(expected("keyboard", what, len(names)))
         self._came_s: dict[str, float] = {}
+        self._space_s = -math.inf
         self.help = _help(names, self._pairs)
 
     def press(self, key: str, now_s: float) -> None:
         """A key came, pressed or repeated."""
         if key == " ":
-            self._clutch = not self._clutch
+            self._clutch = not self._clutch and now_s - self._space_s > AGAIN_S
+            self._space_s = now_s
         elif key in "+=":
             self._speed = min(1.0, self._speed * SPEED_STEP)
         elif key in "-_":

@@ -172,6 +172,25 @@ TEST_CASE("G031 outside, rows that leave in turn have to mend more than may be l
   CHECK(across(-0.5) == 0);
 }
 
+TEST_CASE("G031 outside, a row is compared with what shares can have made of the one before") {
+  // Two rows lead back; shares between them lead some mm apart. Of the third little happens.
+  const auto rows = [](double back, double last) {
+    return ChunkBuilder().add(
+        arm, Mode::joint_velocity,
+        {{0, back, 0, 0, 0, 0}, {0, back, 1.0, 0, 0, 0}, {0, last, 0, 0, 0, 0}},
+        {slide_x, slide_y});
+  };
+  const auto judged = [&](bool keep_out, double lower_x, double upper_x, double back, double last) {
+    Limits limits = half_to_all();
+    (void)limits.workspace.volumes.push_back({"shelf", keep_out, {lower_x, -1, 0}, {upper_x, 1, 1}});
+    return path_of(limits, rows(back, last));
+  };
+  CHECK(judged(false, 0.0, 0.6, -0.5, -0.02).code == 0);
+  CHECK(judged(false, 0.0, 0.6, -0.5, 0.02).row == 2);
+  CHECK(judged(false, 0.8, 2.0, 0.5, 0.02).code == 0);
+  CHECK(judged(false, 0.8, 2.0, 0.5, -0.02).row == 2);
+}
+
 TEST_CASE("G032 capsules keep their distance by what unequal shares can make of the rows") {
   // A ball of 50 mm stands in the tool's way, 1 m ahead of the root; the tool carries another. At
   // (50, 50) mm their middles are 0.2550 m apart.
