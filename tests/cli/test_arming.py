@@ -27,6 +27,7 @@ from fairlead.messages import (
 from fairlead.operate.client import RobotClient
 from fairlead.wire.memory_bus import MemoryBus
 from fairlead_tools.cli.arming import armed
+from fairlead_tools.cli.goals import new_episode
 
 
 class TerminalInput(io.StringIO):
@@ -174,6 +175,15 @@ def test_it_disarms_under_the_claim_of_a_runner_that_has_died(
         for die in gate.runner_dies:
             die()
     assert gate.asked == ["arm", "disarm"]
+
+
+def test_no_new_episode_under_a_goal_that_has_not_claimed_yet(
+    gate: ScriptedGate, clients: dict[str, RobotClient]
+) -> None:
+    gate.goal_id = 7
+    with pytest.raises(RefusedError, match="would be under the goal of runner, which runs s"):
+        new_episode(clients["sim"], 7)
+    assert gate.asked == []
 
 
 @pytest.mark.parametrize("has_ended", [False, True])

@@ -45,7 +45,9 @@ def test_seeds_are_a_range_without_its_end_or_single_ones(text: str, seeds: list
     assert parse_seeds(text) == seeds
 
 
-@pytest.mark.parametrize("text", ["", "a", "3:", ":3", "3:3", "4:2", "-1:2", "0:1000000", "1.5"])
+@pytest.mark.parametrize(
+    "text", ["", "a", "3:", ":3", "3:3", "4:2", "-1:2", "0:1000000", "1.5", "1,1", "0:3,2"]
+)
 def test_other_seeds_are_refused(text: str) -> None:
     with pytest.raises(typer.BadParameter, match="expected "):
         parse_seeds(text)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fairlead.errors import ConfigError
-from fairlead_tools.learn.dataset import begin, episodes, read_header, same_kind
+from fairlead_tools.learn.dataset import add, begin, episodes, read_header, same_kind
 from tests.learn.drawn import EXPERT, drawn_dataset, drawn_episode
 
 
@@ -34,7 +34,16 @@ def test_a_folder_that_holds_something_is_left_alone(tmp_path: Path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == ["mine.txt"]
 
 
-@pytest.mark.parametrize("damage", ["none", "json", "missing", "cut", "short", "pickle"])
+def test_a_dataset_without_episodes_is_begun_again(tmp_path: Path) -> None:
+    begin(tmp_path, EXPERT, "panda_mobile", 0.0)
+    header = begin(tmp_path, EXPERT, "panda_mobile", 0.5)
+    assert read_header(tmp_path) == header and header.noise == 0.5
+    add(tmp_path, header, drawn_episode(1))
+    with pytest.raises(ConfigError, match="expected a folder that is new or empty"):
+        begin(tmp_path, EXPERT, "panda_mobile", 0.0)
+
+
+@pytest.mark.parametrize("damage", ["none", "json", "missing", "cut", "empty", "short", "pickle"])
 def test_what_is_no_dataset_is_one_error_with_the_file(tmp_path: Path, damage: str) -> None:
     folder = drawn_dataset(tmp_path / "d", drawn_episode(7))
     header, file = folder / "dataset.json", folder / "episode_000007.npz"
@@ -46,6 +55,8 @@ def test_what_is_no_dataset_is_one_error_with_the_file(tmp_path: Path, damage: s
         file.unlink()
     elif damage == "cut":
         file.write_bytes(file.read_bytes()[:100])
+    elif damage == "empty":
+        file.write_bytes(b"")
     elif damage == "short":
         one = drawn_episode(7, 4)
         np.savez(file, states=one.states, rows=one.rows, acted=one.acted)

@@ -49,6 +49,14 @@ def test_frames_are_the_recorded_numbers_and_indices_count_on(tmp_path: Path) ->
     np.testing.assert_allclose(stats["action"]["mean"], acted.astype(float).mean(0))
 
 
+def test_another_manifest_than_the_recorded_one_names_nothing(tmp_path: Path) -> None:
+    data = drawn_dataset(tmp_path / "d", *EPISODES)
+    changed = EXPERT.model_copy(update={"horizon": EXPERT.horizon + 1})
+    with pytest.raises(ConfigError, match="expected the manifest that was recorded, SHA-256 "):
+        export_lerobot(data, tmp_path / "l", changed, failed=False)
+    assert not (tmp_path / "l").exists()
+
+
 def test_failures_are_written_only_if_asked_for(tmp_path: Path) -> None:
     data = drawn_dataset(tmp_path / "d", *EPISODES)
     assert export_lerobot(data, tmp_path / "l", EXPERT, failed=True) == 3

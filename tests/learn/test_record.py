@@ -8,13 +8,22 @@ import numpy as np
 import pytest
 
 from fairlead.deploy.deployment import load_deployment
-from fairlead.errors import ConfigError
+from fairlead.errors import ConfigError, PolicyError
 from fairlead.messages import ResetEpisodeReply
 from fairlead.paths import deployment_path
+from fairlead.policy import Done, Observation
 from fairlead.skill.manifest import load_skill
-from fairlead_tools.learn.record import Teacher, record
+from fairlead_tools.learn.record import Teacher, asked, record
 from fairlead_tools.parity.local_episode import LocalEpisode
 from tests.learn.drawn import EXPERT
+from tests.runner.broken_policies import (
+    Doubles,
+    Misbehaving,
+    NotANumber,
+    Raises,
+    TooLong,
+    WholeNumbers,
+)
 
 pytestmark = pytest.mark.simulator
 DEPLOYMENT = load_deployment(deployment_path("panda_mobile_sim"))
@@ -45,6 +54,52 @@ def test_a_skill_whose_cameras_the_deployment_lacks_is_refused_before_anything_s
     seen = load_skill("pi05-robocasa365-human300-nf4")
     with pytest.raises(ConfigError, match="needs camera 'robot0_agentview_left'"):
         next(record(DEPLOYMENT, seen, [5], 0.0, 16, lambda seed, tick: None))
+
+
+@pytest.mark.parametrize(
+    ("skill", "why"),
+    [
+        ("ur5e-tool-motion", "; got others; see"),
+        ("ur5e-reach", "does not offer arm joint_position"),
+    ],
+)
+def test_rows_that_are_not_the_simulator_s_own_vector_are_refused(skill: str, why: str) -> None:
+    deployment = load_deployment(deployment_path("ur5e_robosuite"))
+    with pytest.raises(ConfigError, match="in its order and scale, for every part") as caught:
+        next(record(deployment, load_skill(skill), [5], 0.0, 16, lambda seed, tick: None))
+    assert why in str(caught.value)
+
+
+SEEN = Observation(3, np.zeros(30), "")
+
+
+def test_what_a_policy_returns_is_checked_as_in_a_deployment_and_kept() -> None:
+    rows = asked(Doubles(EXPERT), EXPERT, SEEN)
+    assert isinstance(rows, np.ndarray) and rows.dtype == np.float32
+    policy = Misbehaving(EXPERT)
+    rows = asked(policy, EXPERT, SEEN)
+    policy.rows[:] = 9.0  # its own array, for the next answer
+    assert isinstance(rows, np.ndarray) and not rows.any()
+    assert isinstance(asked(Finishes(EXPERT), EXPERT, SEEN), Done)
+    for kind, text in (
+        (NotANumber, "finite float32 numbers, got nan in row 2 dimension 3"),
+        (TooLong, r"expected actions as floats \[1 to 8, 12\], got float32 \[16, 12\]"),
+        (WholeNumbers, "got int64"),
+        (Raises, "skill oracle-counter-to-cabinet: infer failed in tick 3: ValueError: no such"),
+        (Exits, "infer failed in tick 3: SystemExit: 0"),
+    ):
+        with pytest.raises(PolicyError, match=text):
+            asked(kind(EXPERT), EXPERT, SEEN)
+
+
+class Finishes(Misbehaving):
+    def infer(self, observation: Observation) -> Done:  # type: ignore[override]
+        return Done("it is there")
+
+
+class Exits(Misbehaving):
+    def infer(self, observation: Observation) -> np.ndarray:
+        raise SystemExit(0)
 
 
 def test_an_expert_whose_rows_mean_something_else_is_refused() -> None:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import asyncio
-import builtins
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import onnx
 import pytest
 from onnx import TensorProto, helper
 
@@ -79,6 +79,38 @@ def test_a_dimension_that_never_moved_becomes_zero_and_its_mean(skills: Path) ->
     rows = made(skill).infer(Observation(1, seen, ""))
     assert (rows[:, 10] == np.float32(action["mean"][10])).all()
     assert np.isfinite(rows).all()
+
+
+def test_by_its_range_a_dimension_that_never_moved_becomes_minus_one(skills: Path) -> None:
+    """As in LeRobot: its denominator is 1e-8 then, and the least is -1."""
+    stats = statistics(install(skills, linear(WEIGHTS)))
+    state, action = stats["observation.state"], stats["action"]
+    state["max"][3], action["max"][10] = state["min"][3], action["min"][10]
+    skill = install(skills, linear(WEIGHTS), stats, "min_max")
+    seen = SEEN.state.copy()
+    seen[3] = state["min"][3]
+    least, most = np.array(state["min"]), np.array(state["max"])
+    given = 2 * (seen - least) / np.where(most == least, 1e-8, most - least) - 1
+    assert given[3] == -1
+    rows = (given @ WEIGHTS).reshape(HORIZON, DIM)
+    least, most = np.array(action["min"]), np.array(action["max"])
+    rows = (rows + 1) / 2 * np.where(most == least, 1e-8, most - least) + least
+    found = made(skill).infer(Observation(1, seen, ""))
+    np.testing.assert_allclose(found, rows, rtol=1e-4, atol=1e-4)
+
+
+def test_weights_in_another_file_are_refused_though_they_are_there(
+    skills: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole = onnx.load_from_string(linear(WEIGHTS))
+    for one in whole.graph.initializer:  # only raw ones go elsewhere
+        one.CopyFrom(onnx.numpy_helper.from_array(onnx.numpy_helper.to_array(one), one.name))
+    onnx.external_data_helper.convert_model_to_external_data(whole, location="w", size_threshold=0)
+    onnx.save(whole, skills / "split.onnx")
+    skill = install(skills, (skills / "split.onnx").read_bytes())
+    (skills / skill.id / "w").write_bytes((skills / "w").read_bytes())
+    monkeypatch.chdir(skills / skill.id)
+    assert "or its weights are in another file: " in refusal(skill)
 
 
 @pytest.mark.processes
@@ -155,7 +187,7 @@ def test_another_file_of_the_same_name_is_refused(skills: Path) -> None:
 @pytest.mark.parametrize(
     ("data", "options", "text"),
     [
-        (b"text", {}, "policy.onnx: no ONNX model that can be run: "),
+        (b"text", {}, "policy.onnx: no ONNX model that can be run, or its weights are in another"),
         (linear(WEIGHTS[:16], state=16), {},
          "onnx policy: input state: expected float32 [1, 30], got float32 [1, 16]"),
         (linear(WEIGHTS.astype(np.float64), dtype=TensorProto.DOUBLE), {},
@@ -187,7 +219,7 @@ def test_more_rows_than_the_horizon_are_refused_when_the_model_is_loaded(skills:
         ({"action": {"names": ["a"]}}, "action.names: expected 12 names: cartesian_delta[0], "),
         ("short", "observation.state.mean: expected 30 finite numbers, got "),
         ("nan", "action.std: expected 12 finite numbers, got "),
-        ("negative", "action: expected std not below, got -1 (valid: mean, std)"),
+        ("negative", "action: expected std of cartesian_delta[4] at least 0, got -1"),
         ("list", "stats.json: expected a map, got list"),
     ],
 )
@@ -223,14 +255,8 @@ def test_options_are_checked_without_any_file(skills: Path) -> None:
 def test_without_onnxruntime_the_error_says_what_to_install(
     skills: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    skill, real = install(skills, linear(WEIGHTS)), builtins.__import__
-
-    def without(name: str, *rest: Any, **more: Any) -> Any:
-        if name == "onnxruntime":
-            raise ImportError(name)
-        return real(name, *rest, **more)
-
-    monkeypatch.setattr(builtins, "__import__", without)
+    skill = install(skills, linear(WEIGHTS))
+    monkeypatch.setattr("fairlead_skill_runner.policies.onnx.find_spec", lambda name: None)
     assert refusal(skill) == (
         "onnx policy: the package onnxruntime is not installed: pip install 'fairlead[onnx]'"
     )

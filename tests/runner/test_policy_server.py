@@ -83,7 +83,9 @@ WRONG: list[tuple[Any, str]] = [
     (encode({"observation/state": np.zeros(29, np.float32)}),
      "serve-policy: expected observation/state as 30 finite numbers, got float32 [29]"),
     (encode({"observation/state": np.full(30, np.nan)}),
-     "serve-policy: expected observation/state as 30 finite numbers, got float64 [30]"),
+     "serve-policy: expected observation/state as 30 finite numbers, got nan at 0"),
+    (encode({"observation/state": np.zeros(30), "prompt": None}),
+     "serve-policy: expected prompt as text, got NoneType"),
 ]  # fmt: skip
 
 

@@ -4,6 +4,7 @@ The names below are for fairlead's own tools. A goal is given through `fairlead.
 policy of one's own is a class in the skill's folder (docs/my-first-skill.md).
 """
 
+from fairlead_skill_runner.action_rows import policy_rows
 from fairlead_skill_runner.candidate import dispatch
 from fairlead_skill_runner.fitted_rows import fitted
 from fairlead_skill_runner.observation_buffer import ObservationBuffer
@@ -25,6 +26,7 @@ __all__ = [
     "picture_hashes",
     "pixels_of",
     "policy_class",
+    "policy_rows",
     "read_trace",
     "served_policy",
     "state_names",

@@ -128,9 +128,11 @@ class PolicyServer:
                 frames[name] = pixels
         states = _states(self._state_key, request[self._state_key], self._skill.state_contract)
         prompt = request.get(self._prompt_key, self._skill.prompt)
-        return Observation(
-            tick, states[-1], str(prompt), images, frames=frames, earlier=states[:-1]
-        )
+        if not isinstance(prompt, str):
+            raise PolicyError(
+                expected("serve-policy", f"{self._prompt_key} as text", _kind(prompt))
+            )
+        return Observation(tick, states[-1], prompt, images, frames=frames, earlier=states[:-1])
 
 
 def _states(name: str, value: object, contract: StateContract) -> FloatArray:
@@ -140,8 +142,12 @@ def _states(name: str, value: object, contract: StateContract) -> FloatArray:
         numbers = value.astype(np.float64)
         if np.isfinite(numbers).all():
             return numbers.reshape(-1, contract.dim)
+        fault = int(np.flatnonzero(~np.isfinite(numbers))[0])
+        got = f"{numbers.flat[fault]} at {fault}"
+    else:
+        got = _kind(value)
     wanted = f"{name} as {' x '.join(map(str, shape))} finite numbers"
-    raise PolicyError(expected("serve-policy", wanted, _kind(value)))
+    raise PolicyError(expected("serve-policy", wanted, got))
 
 
 def _pixels(name: str, value: object, spec: ImageSpec) -> npt.NDArray[Any]:

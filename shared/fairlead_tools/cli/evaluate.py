@@ -15,7 +15,7 @@ import typer
 
 from fairlead.deploy.deployment import load_deployment
 from fairlead.deploy.registry import Registry
-from fairlead.errors import FairleadError
+from fairlead.errors import ConfigError, FairleadError
 from fairlead.operate.client import RobotClient
 from fairlead.operate.connection import choose_file
 from fairlead.operate.goal_run import GoalOptions
@@ -64,6 +64,8 @@ def parse_seeds(text: str) -> list[int]:
                 f"expected 1 to {MAX_EPISODES} seeds, the first below the end, got {text!r}"
             )
         seeds += range(int(first), last)
+    if len(set(seeds)) < len(seeds):
+        raise typer.BadParameter(f"expected each seed once, got {text!r}")
     return seeds
 
 
@@ -140,12 +142,22 @@ def eval_command(
             ended_by = error
         if state is not None and done:
             line.show("reading the gate's decision log")
-            done = with_motion(done, runs_since(state, began_s), skill, out)
+            try:
+                done = with_motion(done, runs_since(state, began_s), skill, out)
+            except (FairleadError, OSError, KeyboardInterrupt) as error:  # what there is is printed
+                ended_by = ended_by or _unread(out, error)
     _print(skill, wanted, done, ended_by, own, as_json)
     if isinstance(ended_by, FairleadError) and as_json:
         raise typer.Exit(1)  # said in the document
     if ended_by is not None:
         raise ended_by
+
+
+def _unread(out: Path, error: BaseException) -> BaseException:
+    """An error of a file, as one that says what is missing."""
+    if not isinstance(error, OSError):
+        return error
+    return ConfigError(f"eval: no pictures and stalls: {error.filename or out}: {error.strerror}")
 
 
 @dataclass(frozen=True)

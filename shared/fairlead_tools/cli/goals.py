@@ -257,11 +257,16 @@ def new_episode(client: RobotClient, seed: int) -> ResetEpisodeReply:
     """Disarm, start a new episode, and return once the HAL confirms that the robot stands in it.
 
     Raises:
-        RefusedError: somebody has a claim, the gate is stopped or latched, or the robot is real.
+        RefusedError: a goal runs, somebody has a claim, the gate is stopped or latched, the robot
+            is real.
         NoAnswerError: the gate or the HAL does not answer.
     """
     gate = client.gate_status()
     _require_no_stop(gate)
+    for goal in client.status(timeout_s=0.0).runners:
+        if goal.goal_id and goal.result is None:  # without a claim, say: it loads its policy
+            why = f"a new episode would be under the goal of {goal.source}, which runs {goal.skill}"
+            raise RefusedError("fairlead", why, f"fairlead cancel {goal.source}")
     if gate.claims:
         claim = gate.claims[0]
         why = f"a new episode would end the claim of {claim.source}, which runs {claim.skill}"

@@ -16,6 +16,7 @@ from fairlead.skill.manifest import SkillManifest, load_skill
 from fairlead_tools.cli.console import ProgressLine, echo, print_json, print_table
 from fairlead_tools.cli.demo import SOURCE, CopiedOption
 from fairlead_tools.cli.options import MAX_NUMBER, JsonOption, example
+from fairlead_tools.cli.skill import installed_skill
 from fairlead_tools.parity.comparison import Comparison, compare
 from fairlead_tools.parity.deployed_episode import DeployedEpisode, deployed_episodes
 from fairlead_tools.parity.local_episode import local_episode
@@ -63,7 +64,7 @@ def parity_command(
     """
     if policy and random_scale is not None:
         raise ConfigError("parity: --policy and --random: random vectors have no policy")
-    manifest = load_skill(skill)
+    manifest = load_skill(installed_skill(skill))
     source = deployment or deployment_path(f"{SOURCE}_cameras" if manifest.images else SOURCE)
     loaded = load_deployment(source)
     check_comparable(loaded, manifest)

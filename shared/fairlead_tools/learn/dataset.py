@@ -75,9 +75,10 @@ def begin(folder: Path, skill: SkillManifest, robot: str, noise: float, expert: 
     """A new dataset without episodes.
 
     Raises:
-        ConfigError: the folder holds something.
+        ConfigError: the folder holds something else than a dataset without episodes.
     """
-    if folder.exists() and any(folder.iterdir()):
+    held = {path.name for path in folder.iterdir()} if folder.exists() else set[str]()
+    if held - {FILE} or (held and read_header(folder).episodes):
         raise ConfigError(expected("dataset", "a folder that is new or empty", folder))
     folder.mkdir(parents=True, exist_ok=True)
     header = Header(
@@ -131,7 +132,7 @@ def episodes(folder: Path) -> Iterator[Episode]:
         try:
             with path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:
                 arrays = {name: file[name] for name in names}
-        except (OSError, KeyError, ValueError, BadZipFile) as error:
+        except (OSError, EOFError, KeyError, ValueError, BadZipFile) as error:
             raise ConfigError(f"dataset: {path}: no episode: {error}") from None
         lengths = [len(array) for array in arrays.values()]
         if set(lengths) != {told.ticks}:
@@ -166,4 +167,6 @@ def _path(folder: Path, seed: int) -> Path:
 
 def _write(folder: Path, header: Header) -> None:
     text = json.dumps(msgspec.to_builtins(header), indent=1) + "\n"
-    (folder / FILE).write_text(text, encoding="utf-8")
+    unfinished = folder / f"{FILE}.new"
+    unfinished.write_text(text, encoding="utf-8")
+    unfinished.replace(folder / FILE)

@@ -73,6 +73,9 @@ def export_lerobot(folder: Path, target: Path, skill: SkillManifest, failed: boo
             "export lerobot: the package pyarrow is not installed: pip install 'fairlead[dataset]'"
         ) from None
     header = read_header(folder)
+    if header.skill_hash != skill.skill_hash.hex():
+        who, what = f"export lerobot: skill {skill.id}", "the manifest that was recorded, SHA-256 "
+        raise ConfigError(expected(who, what + header.skill_hash, skill.skill_hash.hex()))
     if target.exists() and any(target.iterdir()):
         raise ConfigError(expected("export lerobot", "a folder that is new or empty", target))
     parts: list[_Part] = []

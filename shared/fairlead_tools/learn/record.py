@@ -6,21 +6,24 @@ is refused.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass
+from traceback import print_exc
 from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from fairlead.deploy.deployment import Deployment
-from fairlead.errors import ConfigError, expected
-from fairlead.policy import Actions, Done, Failed, Observation
+from fairlead.errors import ConfigError, FairleadError, PolicyError, expected
+from fairlead.hal.backend import PartCommand
+from fairlead.messages import ActionPart, floats
+from fairlead.policy import Actions, Done, Failed, Observation, Policy
 from fairlead.robot.manifest import load_robot
 from fairlead.skill.action_contract import ActionContract
 from fairlead.skill.manifest import SkillManifest
-from fairlead.skill.routes import resolve_routes
+from fairlead.skill.routes import Route, resolve_routes
 from fairlead_tools.learn.dataset import NO_LABELS, Episode
 from fairlead_tools.parity.local_episode import make_policy, observe
 from fairlead_tools.parity.local_eyes import LocalEyes
@@ -30,6 +33,8 @@ if TYPE_CHECKING:
 
 SWITCHES = ("gripper_position", "gripper_binary", "composite_mode")
 """What noise leaves alone."""
+
+_PROBES = 4
 
 LESS = 0.12 / 0.35
 """Of what a tool's translation gets, what turns and bases get: more, and the expert fails."""
@@ -64,8 +69,9 @@ def record(
         teacher: with a beta of 1 the skill's own policy is not asked, and need not be there.
 
     Raises:
-        ConfigError: rows are not the simulator's steps or not the expert's, a camera that the
+        ConfigError: rows are not the simulator's own steps or not the expert's, a camera that the
             skill wants is missing.
+        PolicyError: as `asked`.
     """
     from fairlead_hal_sim import RobosuiteBackend, read_options
 
@@ -116,6 +122,13 @@ class _Runs:
         acts = teacher is None or teacher.beta < 1
         self._policy = make_policy(skill) if acts else None
         self._routes = resolve_routes(skill.action_contract, robot)
+        self._unused = [
+            index
+            for slot in skill.action_contract.slots or ()
+            if slot.discard
+            for index in range(slot.first, slot.last + 1)
+        ]
+        self._is_same_vector = False
 
     def episode(
         self, seed: int, noise: float, most_ticks: int, on_tick: Callable[[int, int], None]
@@ -142,7 +155,8 @@ class _Runs:
                 rows, index = answer, 0
                 added = scale * rng.standard_normal(len(scale))
                 given = fitted(self._routes, np.clip(rows + added, -1, 1).astype(np.float32)
-                               if noise else rows)  # fmt: skip
+                               if noise else rows).copy()  # fmt: skip
+                given[:, self._unused] = 0.0
             seen.append(observation)
             labels += [] if label is None else [label]
             said.append(rows[index])
@@ -168,6 +182,41 @@ class _Runs:
         self._backend.reset(seed)
         self._eyes.look(0, self._backend)
         self._backend.apply({})
+        if not self._is_same_vector:
+            self._check_vector()
+            self._is_same_vector = True
+
+    def _check_vector(self) -> None:
+        """Whether the skill's rows are the numbers that the simulator takes, as a HAL packs them.
+
+        Raises:
+            ConfigError: a part is left out, or a slot has another place, scale or mode.
+        """
+        from fairlead_skill_runner import dispatch, fitted
+
+        contract, backend = self._skill.action_contract, self._backend
+        shape = (_PROBES, contract.dim)
+        rows = np.random.default_rng(0).uniform(-1, 1, shape).astype(np.float32)
+        rows = fitted(self._routes, rows).copy()
+        rows[:, self._unused] = 0.0
+        found = backend.describe().parts
+        offered = {part.name: {one.mode for one in part.ranges} for part in found}
+        parts = dispatch(self._routes, rows, contract.dim)
+        problem = ", ".join(
+            f"{route.part_name} {route.mode.yaml_name}"
+            for route in self._routes
+            if int(route.mode) not in offered[route.part_name]
+        )
+        if not problem:
+            packed = [backend.pack(_commands(self._routes, parts, row)) for row in range(_PROBES)]
+            if packed[0].shape == (contract.dim,) and np.array_equal(np.array(packed), rows):
+                return
+        raise ConfigError(
+            f"dataset record: skill {self._skill.id}: expected rows that are the simulator's own "
+            f"vector of {len(backend.pack({}))} numbers, in its order and scale, for every part; "
+            f"got others{f': the HAL does not offer {problem}' if problem else ''}; see "
+            "docs/learned-policies.md"
+        )
 
     def _see(self, tick: int) -> tuple[Observation, Actions | None]:
         """What the policy sees in a tick, and the expert's answer there."""
@@ -178,7 +227,7 @@ class _Runs:
             return observation, None
         contract = self._teacher.skill.state_contract
         known = Observation(tick, self._assembler.assemble(contract), self._skill.prompt)
-        rows = self._expert.infer(known)
+        rows = asked(self._expert, self._teacher.skill, known)
         if isinstance(rows, Done | Failed) or len(rows) != self._skill.horizon:
             got = type(rows).__name__ if isinstance(rows, Done | Failed) else f"{len(rows)} rows"
             who, wanted = f"expert {self._teacher.skill.id}", f"{self._skill.horizon} rows"
@@ -191,7 +240,43 @@ class _Runs:
         if self._teacher is not None and label is not None and rng.uniform() < self._teacher.beta:
             return label
         assert self._policy is not None, "made unless the expert always acts"
-        return self._policy.infer(observation)
+        return asked(self._policy, self._skill, observation)
+
+
+def asked(
+    policy: Policy, skill: SkillManifest, observation: Observation
+) -> Actions | Done | Failed:
+    """What a policy says, checked as a deployment does, in an array of our own.
+
+    Raises:
+        PolicyError: it fails, or says anything but rows of finite numbers.
+    """
+    from fairlead_skill_runner import policy_rows
+
+    try:
+        said = policy.infer(observation)
+        if isinstance(said, Done | Failed):
+            return said
+        return policy_rows(said, skill.action_contract.dim, skill.horizon).copy()
+    except FairleadError:
+        raise
+    except (Exception, SystemExit) as error:  # noqa: BLE001 - whatever a policy raises
+        print_exc()
+        what = f"{type(error).__name__}: {error}"
+        where = f"skill {skill.id}: infer failed in tick {observation.tick}"
+        raise PolicyError(f"dataset record: {where}: {what}") from None
+
+
+def _commands(
+    routes: Sequence[Route], parts: Sequence[ActionPart], row: int
+) -> dict[str, PartCommand]:
+    """One row of a chunk, as the HAL gets it."""
+    return {
+        route.part_name: PartCommand(
+            route.mode, part.frame_id, floats(part.values, route.width)[row], part.active
+        )
+        for route, part in zip(routes, parts, strict=True)
+    }
 
 
 def _noisy(contract: ActionContract) -> npt.NDArray[np.float64]:

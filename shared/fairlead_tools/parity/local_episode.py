@@ -11,7 +11,6 @@ import numpy as np
 from fairlead.deploy.deployment import Deployment
 from fairlead.errors import ConfigError
 from fairlead.messages import ResetEpisodeReply
-from fairlead.plugins import POLICIES
 from fairlead.policy import Done, Failed
 from fairlead.robot.manifest import load_robot
 from fairlead.skill.deltas import NOW
@@ -145,10 +144,9 @@ def local_episode(
 
 def make_policy(skill: SkillManifest) -> Policy:
     """The skill's policy in this process, reset."""
-    from fairlead_skill_runner import policy_class
+    from fairlead_skill_runner import served_policy
 
-    kind = policy_class(POLICIES.find(skill.policy.backend))
-    policy = kind.from_options(skill, skill.policy.options)
+    policy = served_policy(skill)
     policy.reset()
     return policy
 

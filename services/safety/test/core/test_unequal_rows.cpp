@@ -182,7 +182,8 @@ TEST_CASE("G031 outside, a row is compared with what shares can have made of the
   };
   const auto judged = [&](bool keep_out, double lower_x, double upper_x, double back, double last) {
     Limits limits = half_to_all();
-    (void)limits.workspace.volumes.push_back({"shelf", keep_out, {lower_x, -1, 0}, {upper_x, 1, 1}});
+    (void)limits.workspace.volumes.push_back(
+        {"shelf", keep_out, {lower_x, -1, 0}, {upper_x, 1, 1}});
     return path_of(limits, rows(back, last));
   };
   CHECK(judged(false, 0.0, 0.6, -0.5, -0.02).code == 0);

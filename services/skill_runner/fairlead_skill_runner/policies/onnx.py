@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
+from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import numpy as np
@@ -28,6 +30,7 @@ if TYPE_CHECKING:
     import onnxruntime
 
 Shape = tuple[int, ...]
+_WEIGHTS_FOLDER = "session.model_external_initializers_file_folder_path"
 _DTYPES = {"tensor(float)": "float32", "tensor(uint8)": "uint8"}
 
 
@@ -150,20 +153,23 @@ def wanted_inputs(skill: SkillManifest, options: OnnxOptions) -> Mapping[str, _I
 
 
 def _session(path: str, data: bytes) -> onnxruntime.InferenceSession:
-    try:
-        import onnxruntime as runtime
-    except ImportError:
+    if find_spec("onnxruntime") is None:
         who = f"{WHO}: the package onnxruntime"
-        raise ConfigError(f"{who} is not installed: pip install 'fairlead[onnx]'") from None
+        raise ConfigError(f"{who} is not installed: pip install 'fairlead[onnx]'")
+    import onnxruntime as runtime
+
     options = runtime.SessionOptions()
     options.intra_op_num_threads = options.inter_op_num_threads = 1
     options.execution_mode = runtime.ExecutionMode.ORT_SEQUENTIAL
     options.use_deterministic_compute = True
     options.log_severity_level = 3
+    # Weights in another file would be in no hash: nowhere is none.
+    options.add_session_config_entry(_WEIGHTS_FOLDER, os.devnull)
     try:
         return runtime.InferenceSession(data, options, providers=["CPUExecutionProvider"])
     except Exception as error:  # noqa: BLE001 - onnxruntime's own have no common base
-        raise ConfigError(f"{WHO}: {path}: no ONNX model that can be run: {error}") from None
+        what = "no ONNX model that can be run, or its weights are in another file"
+        raise ConfigError(f"{WHO}: {path}: {what}: {error}") from None
 
 
 def _check_inputs(session: onnxruntime.InferenceSession, wanted: Mapping[str, _Input]) -> None:

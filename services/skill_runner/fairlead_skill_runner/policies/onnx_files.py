@@ -10,7 +10,7 @@ import json
 from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Literal, Self
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
@@ -53,7 +53,7 @@ class Statistics(HashedFile):
     """How the training's statistics normalise.
 
     form: ``mean_std``: (x - mean) / std; ``min_max``: min to -1 and max to 1. A dimension that
-        never moved becomes 0, as in LeRobot.
+        never moved becomes 0 by the first, -1 by the second, as in LeRobot.
     """
 
     form: Literal["mean_std", "min_max"]
@@ -73,18 +73,31 @@ class _Block(BaseModel):
 
 @dataclass(frozen=True)
 class Normaliser:
-    """``normalised = (value - centre) / spread``; both float64 ``[dim]``."""
+    """``normalised = (value - start) / divisor + shift``, as LeRobot has it; float64 ``[dim]``.
 
-    centre: FloatArray
+    spread: what the way back multiplies by: the divisor before anything was added to it.
+    """
+
+    start: FloatArray
+    divisor: FloatArray
     spread: FloatArray
+    shift: float
+
+    @classmethod
+    def of(cls, form: Literal["mean_std", "min_max"], one: FloatArray, other: FloatArray) -> Self:
+        """Of mean and standard deviation, or of least and most, each float64 ``[dim]``."""
+        if form == "mean_std":
+            return cls(one, other + _EPSILON, other, 0.0)
+        range_ = np.where(other == one, _EPSILON, other - one)
+        return cls(one, range_ / 2, range_ / 2, -1.0)
 
     def normalised(self, values: FloatArray) -> FloatArray:
         """Of values ``[..., dim]``."""
-        return (values - self.centre) / (self.spread + _EPSILON)
+        return (values - self.start) / self.divisor + self.shift
 
     def restored(self, values: FloatArray) -> FloatArray:
         """The other way, in the policy's own numbers."""
-        return values * self.spread + self.centre
+        return (values - self.shift) * self.spread + self.start
 
 
 def state_names(skill: SkillManifest) -> tuple[str, ...]:
@@ -149,12 +162,13 @@ def _normaliser(
     first, second = (
         _numbers(f"{where}.{key}", getattr(read, key), len(names)) for key in pairs[form]
     )
-    spread = second if form == "mean_std" else (second - first) / 2
-    if (spread < 0).any():
-        raise ConfigError(
-            expected(where, f"{pairs[form][1]} not below", f"{spread.min():g}", pairs[form])
-        )
-    return Normaliser(first if form == "mean_std" else (first + second) / 2, spread)
+    below = second if form == "mean_std" else second - first
+    if (below < 0).any():
+        index = int(np.argmin(below))
+        least = "0" if form == "mean_std" else f"min, {first[index]:g}"
+        what = f"{pairs[form][1]} of {names[index]} at least {least}"
+        raise ConfigError(expected(where, what, f"{second[index]:g}"))
+    return Normaliser.of(form, first, second)
 
 
 def _numbers(where: str, values: tuple[float, ...], count: int) -> FloatArray:
