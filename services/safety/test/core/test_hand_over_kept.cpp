@@ -121,6 +121,22 @@ TEST_CASE("G005 a copy of the newest chunk from before a hand-over is no copy af
   CHECK(rig.send_chunk(old).code == code::sequence);
 }
 
+TEST_CASE("G005 after two hand-overs and a third one back an old chunk is still an old one") {
+  GateRig rig;
+  rig.ready();
+  const ChunkBuilder old = rig.chunk({0.1, 0.1});
+  REQUIRE(rig.send_chunk(old).code == 0);
+  const char* holder = "runner";
+  for (const char* next : {"next", "third", "runner"}) {
+    Claim claim = rig.claim_request();
+    claim.source = next;
+    hand_over(rig, claim, holder);
+    REQUIRE(rig.reply<ClaimReply>().claim_id == rig.claim_id);
+    holder = next;
+  }
+  CHECK(rig.send_chunk(old).code == code::sequence);
+}
+
 TEST_CASE("an offered claim ends where its next owner asks for other parts, fewer or more") {
   struct Case {
     std::initializer_list<const char*> held, asked;

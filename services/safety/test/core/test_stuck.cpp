@@ -238,6 +238,16 @@ TEST_CASE("G041 the stop names joint, change and the encoder's step, and is coun
         "joint of the part changed beyond encoder_step)");
 }
 
+TEST_CASE("G041 a change is said without its sign") {
+  TrackedRig rig(true, narrow);
+  rig.begin(speeds(0.5));
+  for (int i = 0; i < 3; ++i) {
+    rig.positions[arm_1] -= encoder_step / 8;
+    rig.act();
+  }
+  CHECK(rig.cause().find("arm_1: 0.0003") != std::string::npos);
+}
+
 TEST_CASE("G041 limits that are no numbers, or none at all") {
   const auto stops = [](double encoder_step, double dead_band) {
     TrackedRig rig(true, [&](Limits& limits) {

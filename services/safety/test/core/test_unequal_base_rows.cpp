@@ -36,6 +36,28 @@ TEST_CASE("G034 a base keeps to its zones by what unequal shares can make of the
   CHECK(code(0.05 + beside - 1e-6) == 34);
 }
 
+TEST_CASE("G034 outside a zone a base is compared with where shares had led it before") {
+  const auto judged = [](double last) {
+    Limits limits = test_limits();
+    limits.parts[base].modes.joint_velocity.gain = {0.5, 1.0};
+    limits.base.reaction_s = 1e-9;
+    limits.base.footprint = square(0.1);
+    Zone room{"room", false, square(5.0)};
+    room.corners[1][0] = room.corners[2][0] = 0.0;  // 0.1 m outside
+    (void)limits.base.zones.push_back(room);
+    Row back(joint_count, 0.0), aside(joint_count, 0.0), end(joint_count, 0.0);
+    back[base_x] = aside[base_x] = -0.6;
+    aside[base_y] = 0.1;
+    end[base_x] = last;
+    ChunkBuilder chunk;
+    chunk.add(base, Mode::joint_velocity, {back, aside, end}, {base_x, base_y});
+    return judge_rows(limits, whole_robot(limits), state_at_rest(), chunk.chunk, 0, {}).evidence;
+  };
+  CHECK(judged(-0.02).ok());
+  CHECK(judged(0.02).code == 34);
+  CHECK(judged(0.02).row == 2);
+}
+
 TEST_CASE(
     "G034 an arm whose rows go on with the switch up takes nothing off what a base is off by") {
   const auto first_wall = [](bool with_arm) {

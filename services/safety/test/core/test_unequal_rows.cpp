@@ -172,24 +172,65 @@ TEST_CASE("G031 outside, rows that leave in turn have to mend more than may be l
   CHECK(across(-0.5) == 0);
 }
 
-TEST_CASE("G031 outside, a row is compared with what shares can have made of the one before") {
-  // Two rows lead back; shares between them lead some mm apart. Of the third little happens.
-  const auto rows = [](double back, double last) {
-    return ChunkBuilder().add(
-        arm, Mode::joint_velocity,
-        {{0, back, 0, 0, 0, 0}, {0, back, 1.0, 0, 0, 0}, {0, last, 0, 0, 0, 0}},
-        {slide_x, slide_y});
-  };
-  const auto judged = [&](bool keep_out, double lower_x, double upper_x, double back, double last) {
+namespace {
+
+// Two rows lead back, and the second aside as well: shares between them lead 1.4 mm apart. Of the
+// last little happens.
+Evidence outside(Limits limits, double back, double last) {
+  return path_of(limits, ChunkBuilder().add(
+                             arm, Mode::joint_velocity,
+                             {{0, back, 0, 0, 0, 0}, {0, back, 0.1, 0, 0, 0}, {0, last, 0, 0, 0, 0}},
+                             {slide_x, slide_y}));
+}
+
+void check_last_row(const Limits& limits, double back) {
+  CHECK(outside(limits, 0.6 * back, 0.02 * back).ok());
+  CHECK(outside(limits, 0.6 * back, -0.02 * back).row == 2);
+}
+
+}  // namespace
+
+TEST_CASE("G031 outside its volume a tool is compared with where shares had led it before") {
+  for (const bool is_ahead : {true, false}) {
     Limits limits = half_to_all();
-    (void)limits.workspace.volumes.push_back(
-        {"shelf", keep_out, {lower_x, -1, 0}, {upper_x, 1, 1}});
-    return path_of(limits, rows(back, last));
+    if (is_ahead)
+      (void)limits.workspace.volumes.push_back({"shelf", false, {0, -1, 0}, {0.6, 1, 1}});
+    else
+      (void)limits.workspace.volumes.push_back({"shelf", false, {0.8, -1, 0}, {2, 1, 1}});
+    check_last_row(limits, is_ahead ? -1.0 : 1.0);
+  }
+}
+
+TEST_CASE("G031 outside, forecast rows are compared with forecast ones, whose shares are certain") {
+  Limits limits = half_to_all();
+  (void)limits.workspace.volumes.push_back({"shelf", false, {0, -1, 0}, {0.6, 1, 1}});
+  const RobotModel model(limits);
+  const auto rows = [&](double last) {
+    const ChunkBuilder chunk = ChunkBuilder().add(arm, Mode::joint_velocity,
+                                                  {{0, -0.6, 0, 0, 0, 0},
+                                                   {0, -0.6, 0.1, 0, 0, 0},
+                                                   {0, -0.02, 0, 0, 0, 0},
+                                                   {0, last, 0, 0, 0, 0}},
+                                                  {slide_x, slide_y});
+    PathRoom room;
+    return judge_path(room, model, whole_robot(limits), at_rest(), chunk.chunk, {0, 4, 2}, {}, {})
+        .row_count;
   };
-  CHECK(judged(false, 0.0, 0.6, -0.5, -0.02).code == 0);
-  CHECK(judged(false, 0.0, 0.6, -0.5, 0.02).row == 2);
-  CHECK(judged(false, 0.8, 2.0, 0.5, 0.02).code == 0);
-  CHECK(judged(false, 0.8, 2.0, 0.5, -0.02).row == 2);
+  CHECK(rows(-0.02) == 4);
+  CHECK(rows(0.02) == 3);
+}
+
+TEST_CASE("G031 G032 within what it keeps out of a capsule is compared so as well") {
+  Limits limits = half_to_all();
+  limits.collision.capsules[1] = {tool_link, {0, 0, 0}, {0, 0, 0}, 0.2};
+  SUBCASE("of a volume") {
+    (void)limits.workspace.volumes.push_back({"wall", true, {0.75, -1, 0}, {2, 1, 1}});
+  }
+  SUBCASE("of another capsule") {
+    limits.collision.capsules[0] = {0, {1, 0, 0.5}, {1, 0, 0.5}, 0.05};
+    limits.collision.clearance = 0.4;
+  }
+  check_last_row(limits, -1.0);
 }
 
 TEST_CASE("G032 capsules keep their distance by what unequal shares can make of the rows") {
