@@ -13,6 +13,7 @@ import pytest
 from fairlead.checked_model import checked_model
 from fairlead.messages import JointState, StopLevel, decode, floats
 from fairlead.modes import ControlMode
+from fairlead.operate.client import RobotClient
 from fairlead.operate.goal_run import GoalOptions, run_goal
 from fairlead.ros2.node import RosNode
 from fairlead.wire.bus import Sample
@@ -64,51 +65,51 @@ def test_a_ros_2_robot_does_a_skill_through_the_gate_and_stops_when_it_falls_sil
         assert states[-1].tick == ticks
 
 
+class Watched:
+    """What was measured of a robot's first joint, from the newest tick on."""
+
+    def __init__(self, client: RobotClient) -> None:
+        self.first: list[float] = []
+        self.ticks, self._still = [0], list[bool]()
+        client.bus.subscribe(client.keys.joints, self._keep)
+
+    def _keep(self, sample: Sample) -> None:
+        state = decode(JointState, sample.payload)
+        self._still.append(not floats(state.velocities).any())
+        self.first.append(floats(state.positions)[0])
+        self.ticks.append(state.tick)
+
+    def rests_at(self, place: float) -> bool:
+        return abs(self.first[-1] - place) < 0.01 and all(self._still[-5:])
+
+
 @pytest.mark.parametrize("leaves_out", [False, True])
 def test_a_row_goes_on_from_where_somebody_else_has_moved_the_arm_meanwhile(
     leaves_out: bool, router: str, start_ros: StartRos, tmp_path: Path
 ) -> None:
     ros = start_ros(joints=JOINTS | FINGERS, positions=list(FINGERS))
-    options = panda_options(router)
-    wanted = ScratchOptions(
-        pacing="realtime",
-        hal={"run": "hal_ros2", "options": options},
-        options={"runner": RUNNER},
-    )
-    moved = 0.8
+    options, moved = panda_options(router), 0.8
+    hal = {"run": "hal_ros2", "options": options}
+    wanted = ScratchOptions(pacing="realtime", hal=hal, options={"runner": RUNNER})
     with scratch_robot(make_scratch(SOURCE, tmp_path / "state", wanted)) as robot:
-        client = robot.client
-        first: list[float] = []
-        ticks: list[int] = []
-        still: list[bool] = []
-
-        def keep(sample: Sample) -> None:
-            state = decode(JointState, sample.payload)
-            still.append(not floats(state.velocities).any())
-            first.append(floats(state.positions)[0])
-            ticks.append(state.tick)
-
-        client.bus.subscribe(client.keys.joints, keep)
-        ros.wait(lambda: bool(ticks) and ticks[-1] > REST_PERIODS + 5, "the HAL to fall silent")
+        client, seen = robot.client, Watched(robot.client)
+        ros.wait(lambda: seen.ticks[-1] > REST_PERIODS + 5, "the HAL to fall silent")
         with another_commander(options) as send:
             send([moved, *list(JOINTS.values())[1:]])
-            ros.wait(
-                lambda: abs(first[-1] - moved) < 0.01 and all(still[-5:]), "the arm to be there"
-            )
+            ros.wait(lambda: seen.rests_at(moved), "the other one to move the arm")
         client.arm()
         told = len(ros.values("trajectory"))
         with client.claim(["arm"], source="try") as claim:
             tick = claim.next_tick()
+            wrist = floats(tick.joints.positions)[6]
+            mode, rows, names = ControlMode.JOINT_VELOCITY, [[0.02]] * 4, ("panda_joint1",)
             if leaves_out:
-                wrist = floats(tick.joints.positions)[6]
                 mode, rows, names = ControlMode.JOINT_POSITION, [[wrist]] * 4, ("panda_joint7",)
-            else:
-                mode, rows, names = ControlMode.JOINT_VELOCITY, [[0.02]] * 4, ("panda_joint1",)
             verdict = claim.send(tick.number, claim.rows("arm", mode, rows, joints=names))
-            ros.wait(lambda: ticks[-1] > verdict.released_last + 3, "the rows to act")
+            ros.wait(lambda: seen.ticks[-1] > verdict.released_last + 3, "the rows to act")
         goals = [one[0] for one in ros.values("trajectory")[told:]]
     assert goals and min(goals) > moved - 0.01, "nothing of where it was before"
-    assert abs(first[-1] - moved) < 0.02
+    assert abs(seen.first[-1] - moved) < 0.02
 
 
 @contextmanager

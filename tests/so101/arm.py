@@ -7,6 +7,10 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from fairlead.hal.backend import PartCommand
+from fairlead.modes import ControlMode
 from fairlead.robot.manifest import load_robot
 from fairlead_hal_so101.calibration import (
     Arm,
@@ -19,6 +23,7 @@ from fairlead_hal_so101.options import So101Options
 from fairlead_hal_so101.so101_backend import So101Backend
 
 ROBOT = load_robot("so101")
+HOME = [0.0, -1.0, 0.9, 0.7, 0.0, 0.3]
 PATIENT = {"answer_timeout_s": 0.4}
 """On a busy machine the emulator may answer late."""
 
@@ -50,3 +55,16 @@ def backend(
         yield found
     finally:
         found.close()
+
+
+def told(*positions: float) -> dict[str, PartCommand]:
+    """Rows for the arm; what is not given stays at home."""
+    values = np.array([*positions, *HOME[len(positions) :]])
+    arm, joint = ControlMode.JOINT_POSITION, tuple(range(5))
+    return {"arm": PartCommand(arm, "", np.append(values[:5], 0.0), joint)}
+
+
+def ticks(hal: So101Backend, count: int) -> None:
+    for _ in range(count):
+        hal.read()
+        hal.apply(told())

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import subprocess
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -14,51 +13,11 @@ import pytest
 from bench.equipment.emulated_arm import EmulatedArm, emulated_arm
 from bench.equipment.live_robot import wait_for
 from fairlead.errors import ConfigError, FairleadError, HardwareError
-from fairlead.hal.backend import PartCommand
-from fairlead.modes import ControlMode
 from fairlead.paths import repo_root
 from fairlead_hal_so101.calibration import load_calibration
-from fairlead_hal_so101.so101_backend import So101Backend
-from tests.so101.arm import ROBOT, as_delivered, backend
-
-HOME = [0.0, -1.0, 0.9, 0.7, 0.0, 0.3]
+from tests.so101.arm import HOME, ROBOT, as_delivered, backend, ticks, told
 
 pytestmark = pytest.mark.processes
-
-
-@pytest.fixture(scope="module")
-def arm(tmp_path_factory: pytest.TempPathFactory) -> Iterator[EmulatedArm]:
-    with emulated_arm(tmp_path_factory.mktemp("arm")) as found:
-        for servo_id, position in enumerate(HOME, start=1):  # a hand that stays
-            found.order(f"pull {servo_id} {position}")
-        yield found
-
-
-@pytest.fixture
-def sound(arm: EmulatedArm) -> EmulatedArm:
-    """As it is after it was switched on."""
-    calm = [f"temperature {one} 30" for one in range(1, 7)]
-    for line in ("plug", "noise 0", "lose 0", "deaf 0", "late 0 0", "voltage 12", *calm, "dip"):
-        assert arm.order(line) == f"done: {line}"
-    return arm
-
-
-@pytest.fixture
-def file(tmp_path: Path) -> Path:
-    return as_delivered(tmp_path)
-
-
-def told(*positions: float) -> dict[str, PartCommand]:
-    """Rows for the arm; what is not given stays at home."""
-    values = np.array([*positions, *HOME[len(positions) :]])
-    arm, joint = ControlMode.JOINT_POSITION, tuple(range(5))
-    return {"arm": PartCommand(arm, "", np.append(values[:5], 0.0), joint)}
-
-
-def ticks(hal: So101Backend, count: int) -> None:
-    for _ in range(count):
-        hal.read()
-        hal.apply(told())
 
 
 def test_it_takes_hold_where_the_arm_is_and_moves_as_told(sound: EmulatedArm, file: Path) -> None:
@@ -135,82 +94,6 @@ def test_what_takes_the_arm_away_is_one_clear_fault(
         assert str(caught.value) == f"hal_so101: {text}"
 
 
-def torques(arm: EmulatedArm) -> list[int]:
-    from rustypot import Sts3215PyController
-
-    servos = Sts3215PyController(str(arm.port), 1_000_000, 0.4)
-    found: list[int] = servos.sync_read_register([1, 2, 3, 4, 5, 6], "torque_enable")
-    servos.close()
-    return found
-
-
-def test_servos_that_started_anew_are_told_nothing_any_more(sound: EmulatedArm, file: Path) -> None:
-    with backend(sound.port, file) as hal:
-        ticks(hal, 3)
-        sound.order("dip")
-        with pytest.raises(HardwareError, match="no torque: brown-out or reset"):
-            hal.read()
-        for _ in range(3):  # as the host holds after a fault
-            hal.apply({})
-    assert torques(sound) == [0] * 6
-
-
-def test_a_tick_that_measured_nothing_tells_nothing(sound: EmulatedArm, file: Path) -> None:
-    """What starts anew between a lost measurement and the tick's goals would move unlimited."""
-    with backend(sound.port, file) as hal:
-        ticks(hal, 3)
-        sound.order("lose 1")
-        hal.read()
-        sound.order("dip")
-        hal.apply(told())
-        sound.order("lose 0")
-        with pytest.raises(HardwareError, match="no torque: brown-out or reset"):
-            hal.read()
-    assert torques(sound) == [0] * 6
-
-
-def test_servos_that_a_goal_woke_without_their_limits_are_a_fault(
-    sound: EmulatedArm, file: Path
-) -> None:
-    with backend(sound.port, file) as hal:
-        hal.read()
-        sound.order("dip")
-        hal.apply(told())
-        with pytest.raises(HardwareError, match="no torque: brown-out or reset"):
-            hal.read()
-
-
-def test_an_old_goal_moves_nothing_at_the_start_whatever_packets_get_lost(
-    sound: EmulatedArm, file: Path
-) -> None:
-    with backend(sound.port, file, torque_off_at_exit=True) as hal:
-        ticks(hal, 3)
-    sound.order("pull 1 0.8")
-    wait_for(lambda: abs(float(sound.order("where 1")) - 0.8) < 0.01, "the hand to take it there")
-    sound.order("deaf 0.15")
-    try:
-        with backend(sound.port, file, answer_timeout_s=0.1) as hal:
-            sound.order("deaf 0")
-            sound.order("pull 1")
-            for _ in range(20):
-                hal.read()
-                hal.apply({})
-            assert abs(hal.read().positions[0] - 0.8) < 0.05
-    except FairleadError as error:  # refused: then nothing has been let go
-        assert "hal_so101" in str(error)
-    sound.order("pull 1 0.0")
-
-
-def test_servos_push_no_more_than_the_profile_s_effort(sound: EmulatedArm, file: Path) -> None:
-    from rustypot import Sts3215PyController
-
-    with backend(sound.port, file, "hardware"):
-        pass
-    servos = Sts3215PyController(str(sound.port), 1_000_000, 0.4)
-    assert servos.sync_read_register([1], "torque_limit") == [476]  # 1.4 of 2.94 N m
-    servos.close()
-
-
 def test_single_errors_of_the_bus_are_no_fault(sound: EmulatedArm, file: Path) -> None:
     with backend(sound.port, file, answer_timeout_s=0.1) as hal:
         for line in ("noise 0.05", "noise 0", "lose 0.02", "lose 0", "late 0.02 150"):
@@ -236,8 +119,7 @@ def test_torque_is_off_at_the_end_only_where_it_is_asked_for(
 KILLED = """
 import sys
 from pathlib import Path
-from tests.so101.arm import backend
-from tests.so101.test_backend import told
+from tests.so101.arm import backend, told
 with backend(Path(sys.argv[1]), Path(sys.argv[2]), torque_off_at_exit=True) as hal:
     goal = 0.0
     while True:

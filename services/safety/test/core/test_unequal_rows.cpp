@@ -7,47 +7,21 @@
 #include <array>
 #include <cmath>
 
-#include "free_arm.hpp"
+#include "half_to_all.hpp"
 
 using namespace fairlead;
 using namespace fairlead::test;
 using namespace fairlead::test::free_arm;
+using namespace fairlead::test::half_to_all;
 
 namespace {
 
 constexpr double eps = 1e-9;
 
-// Half to all of each row's velocities happen: 0.025 to 0.05 m. The tool is at (0.7, 0, 0.5).
-Limits half_to_all() {
-  Limits limits = free_arm::limits();
-  limits.parts[arm].modes.joint_velocity.gain = {0.5, 1.0};
-  limits.parts[arm].modes.cartesian_delta.gain = {0.5, 1.0};
-  return limits;
-}
-
-// 0.05 m along each slide in turn.
-ChunkBuilder in_turn(std::initializer_list<std::pair<std::uint8_t, double>> steps) {
-  Rows rows;
-  for (const auto& [joint, speed] : steps) {
-    rows.emplace_back(joint_count, 0.0);
-    rows.back()[joint] = speed;
-  }
-  return ChunkBuilder().add(arm, Mode::joint_velocity, rows, {slide_x, slide_y});
-}
-
-Evidence path_of(const Limits& limits, const ChunkBuilder& chunk, const RowBefore& before = {}) {
-  const RobotModel model(limits);
-  Evidence evidence = judge_path(model, whole_robot(limits), at_rest(), chunk.chunk, 0,
-                                 chunk.chunk.horizon, before, {})
-                          .evidence;
-  evidence.limit_source = {};  // it points into the limits
-  return evidence;
-}
-
 // Keeps out of it, or in it.
 std::uint32_t code_beside(bool keep_out, std::array<double, 3> lower, std::array<double, 3> upper,
                           const ChunkBuilder& chunk) {
-  Limits limits = half_to_all();
+  Limits limits = half_to_all::limits();
   (void)limits.workspace.volumes.push_back({"shelf", keep_out, lower, upper});
   return path_of(limits, chunk).code;
 }
@@ -108,7 +82,7 @@ TEST_CASE("G031 rows alike of the robot's first joint: nothing more where there 
 TEST_CASE("G031 a row that acts and is not measured yet has a share of its own") {
   const ChunkBuilder acts = in_turn({{slide_y, 1.0}}), next = in_turn({{slide_x, 1.0}});
   const auto code = [&](double upper_x, bool measured) {
-    Limits limits = half_to_all();
+    Limits limits = half_to_all::limits();
     (void)limits.workspace.volumes.push_back({"shelf", false, {0, -1, 0}, {upper_x, 1, 1}});
     RowBefore before{&acts.chunk, 0};
     before.measured = measured;
@@ -120,7 +94,7 @@ TEST_CASE("G031 a row that acts and is not measured yet has a share of its own")
 }
 
 TEST_CASE("G031 forecast rows go by the middle of their gains, whatever came before") {
-  Limits limits = half_to_all();
+  Limits limits = half_to_all::limits();
   (void)limits.workspace.volumes.push_back(
       {"shelf", false, {0, -1, 0}, {0.7 + 0.0375 + eps, 1, 1}});
   const RobotModel model(limits);
@@ -136,7 +110,7 @@ TEST_CASE("G031 the stop behind a share counts as well") {
   // At 5 m/s2 the slide ahead brakes in 100 mm from 1 m/s, in 25 mm from half of that: it rests at
   // 50 to 150 mm, by widths of 25 mm aside and 100 mm ahead, of weights 1 and 16.
   const auto code = [](double off_by) {
-    Limits limits = half_to_all();
+    Limits limits = half_to_all::limits();
     limits.joints[slide_x].acceleration_limit = 5.0;
     (void)limits.workspace.volumes.push_back({"shelf", false, {0, -1, 0}, {0.85 + off_by, 1, 1}});
     return path_of(limits, aside_then_ahead).code;
@@ -147,97 +121,11 @@ TEST_CASE("G031 the stop behind a share counts as well") {
   CHECK(code(off - eps) == 31);
 }
 
-TEST_CASE("G031 outside, rows that leave in turn have to mend more than may be lost") {
-  // The tool is 0.1 m outside. The second row takes it back by 25 to 50 mm.
-  const auto code = [](double aside) {
-    Limits limits = half_to_all();
-    (void)limits.workspace.volumes.push_back({"shelf", false, {0, -1, 0}, {0.6, 1, 1}});
-    const ChunkBuilder chunk =
-        ChunkBuilder().add(arm, Mode::joint_velocity,
-                           {{0, -1e-3, 0, 0, 0, 0}, {0, -1.0, aside, 0, 0, 0}}, {slide_x, slide_y});
-    return path_of(limits, chunk).code;
-  };
-  CHECK(code(0.0) == 0);
-  CHECK(code(0.2) == 0);
-  CHECK(code(3.0) == 0);
-  const auto across = [](double back) {
-    Limits limits = half_to_all();
-    (void)limits.workspace.volumes.push_back({"shelf", false, {0, -1, 0}, {0.6, 1, 1}});
-    const ChunkBuilder chunk =
-        ChunkBuilder().add(arm, Mode::joint_velocity,
-                           {{0, -1e-3, 0, 0, 0, 0}, {0, back, 1.0, 0, 0, 0}}, {slide_x, slide_y});
-    return path_of(limits, chunk).code;
-  };
-  CHECK(across(-1e-3) == 31);
-  CHECK(across(-0.5) == 0);
-}
-
-namespace {
-
-// Two rows lead back, and the second aside as well: shares between them lead 1.4 mm apart. Of the
-// last little happens.
-Evidence outside(Limits limits, double back, double last) {
-  return path_of(limits, ChunkBuilder().add(
-                             arm, Mode::joint_velocity,
-                             {{0, back, 0, 0, 0, 0}, {0, back, 0.1, 0, 0, 0}, {0, last, 0, 0, 0, 0}},
-                             {slide_x, slide_y}));
-}
-
-void check_last_row(const Limits& limits, double back) {
-  CHECK(outside(limits, 0.6 * back, 0.02 * back).ok());
-  CHECK(outside(limits, 0.6 * back, -0.02 * back).row == 2);
-}
-
-}  // namespace
-
-TEST_CASE("G031 outside its volume a tool is compared with where shares had led it before") {
-  for (const bool is_ahead : {true, false}) {
-    Limits limits = half_to_all();
-    if (is_ahead)
-      (void)limits.workspace.volumes.push_back({"shelf", false, {0, -1, 0}, {0.6, 1, 1}});
-    else
-      (void)limits.workspace.volumes.push_back({"shelf", false, {0.8, -1, 0}, {2, 1, 1}});
-    check_last_row(limits, is_ahead ? -1.0 : 1.0);
-  }
-}
-
-TEST_CASE("G031 outside, forecast rows are compared with forecast ones, whose shares are certain") {
-  Limits limits = half_to_all();
-  (void)limits.workspace.volumes.push_back({"shelf", false, {0, -1, 0}, {0.6, 1, 1}});
-  const RobotModel model(limits);
-  const auto rows = [&](double last) {
-    const ChunkBuilder chunk = ChunkBuilder().add(arm, Mode::joint_velocity,
-                                                  {{0, -0.6, 0, 0, 0, 0},
-                                                   {0, -0.6, 0.1, 0, 0, 0},
-                                                   {0, -0.02, 0, 0, 0, 0},
-                                                   {0, last, 0, 0, 0, 0}},
-                                                  {slide_x, slide_y});
-    PathRoom room;
-    return judge_path(room, model, whole_robot(limits), at_rest(), chunk.chunk, {0, 4, 2}, {}, {})
-        .row_count;
-  };
-  CHECK(rows(-0.02) == 4);
-  CHECK(rows(0.02) == 3);
-}
-
-TEST_CASE("G031 G032 within what it keeps out of a capsule is compared so as well") {
-  Limits limits = half_to_all();
-  limits.collision.capsules[1] = {tool_link, {0, 0, 0}, {0, 0, 0}, 0.2};
-  SUBCASE("of a volume") {
-    (void)limits.workspace.volumes.push_back({"wall", true, {0.75, -1, 0}, {2, 1, 1}});
-  }
-  SUBCASE("of another capsule") {
-    limits.collision.capsules[0] = {0, {1, 0, 0.5}, {1, 0, 0.5}, 0.05};
-    limits.collision.clearance = 0.4;
-  }
-  check_last_row(limits, -1.0);
-}
-
 TEST_CASE("G032 capsules keep their distance by what unequal shares can make of the rows") {
   // A ball of 50 mm stands in the tool's way, 1 m ahead of the root; the tool carries another. At
   // (50, 50) mm their middles are 0.2550 m apart.
   const auto code = [](double clearance) {
-    Limits limits = half_to_all();
+    Limits limits = half_to_all::limits();
     limits.collision.capsules[0] = {0, {1, 0, 0.5}, {1, 0, 0.5}, 0.05};
     limits.collision.capsules[1] = {tool_link, {0, 0, 0}, {0, 0, 0}, 0.05};
     limits.collision.clearance = clearance;
@@ -253,7 +141,7 @@ TEST_CASE("G032 a pair far off is passed over only if it is so wherever shares l
   for (const double way : {1.0, 0.02}) {
     CAPTURE(way);
     const auto code = [way](double clearance) {
-      Limits limits = half_to_all();
+      Limits limits = half_to_all::limits();
       limits.collision.capsules[0] = {0, {1, 0, 0.5}, {1, 0, 0.5}, 0.05};
       limits.collision.capsules[1] = {tool_link, {0, 0, 0}, {0, 0, 0}, 0.05};
       limits.collision.clearance = clearance;
@@ -294,7 +182,7 @@ TEST_CASE("G031 a joint that goes faster than told may go on, or as told: each h
   // Ahead it is told 0.6 m/s and measured at 1 m/s, of which it brakes in 0.1 m at 5 m/s2; as told
   // in 9 to 36 mm. Its way is 15 to 30 mm, and aside 25 to 50 mm by the row that acts.
   const auto code = [](double off) {
-    Limits limits = half_to_all();
+    Limits limits = half_to_all::limits();
     limits.joints[slide_x].acceleration_limit = 5.0;
     (void)limits.workspace.volumes.push_back({"shelf", false, {0, -1, 0}, {0.83 + off, 1, 1}});
     const ChunkBuilder acts = in_turn({{slide_y, 1.0}}), next = in_turn({{slide_x, 0.6}});
