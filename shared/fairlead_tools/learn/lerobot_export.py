@@ -18,7 +18,7 @@ from PIL import Image
 
 from fairlead.errors import ConfigError, expected
 from fairlead.skill.manifest import SkillManifest
-from fairlead_tools.learn.dataset import Episode, episodes, read_header
+from fairlead_tools.learn.dataset import Episode, Header, episodes, read_header
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -63,7 +63,8 @@ def export_lerobot(folder: Path, target: Path, skill: SkillManifest, failed: boo
         failed: write the others too.
 
     Raises:
-        ConfigError: no episode is left, the folder holds something, pyarrow is not installed.
+        ConfigError: no episode is left, another skill was recorded, the folder holds something,
+            pyarrow is not installed.
     """
     try:
         import pyarrow as pa
@@ -73,11 +74,7 @@ def export_lerobot(folder: Path, target: Path, skill: SkillManifest, failed: boo
             "export lerobot: the package pyarrow is not installed: pip install 'fairlead[dataset]'"
         ) from None
     header = read_header(folder)
-    if header.skill_hash != skill.skill_hash.hex():
-        who, what = f"export lerobot: skill {skill.id}", "the manifest that was recorded, SHA-256 "
-        raise ConfigError(expected(who, what + header.skill_hash, skill.skill_hash.hex()))
-    if target.exists() and any(target.iterdir()):
-        raise ConfigError(expected("export lerobot", "a folder that is new or empty", target))
+    _check(header, target, skill)
     parts: list[_Part] = []
     for episode in episodes(folder):
         if episode.succeeded or failed:
@@ -108,6 +105,15 @@ def export_lerobot(folder: Path, target: Path, skill: SkillManifest, failed: boo
     for name, document in documents.items():
         (target / "meta" / name).write_text(json.dumps(document, indent=4), encoding="utf-8")
     return len(parts)
+
+
+def _check(header: Header, target: Path, skill: SkillManifest) -> None:
+    """That the skill is the recorded one, and that there is room for the export."""
+    if header.skill_hash != skill.skill_hash.hex():
+        who, what = f"export lerobot: skill {skill.id}", "the manifest that was recorded, SHA-256 "
+        raise ConfigError(expected(who, what + header.skill_hash, skill.skill_hash.hex()))
+    if target.exists() and any(target.iterdir()):
+        raise ConfigError(expected("export lerobot", "a folder that is new or empty", target))
 
 
 def _columns(episode: Episode, index: int, before: int, rate_hz: float) -> Columns:
