@@ -66,8 +66,8 @@ class FaultyBackend(KinematicBackend):
         if positions[gripper] > OBJECT_M:
             return true
         positions[gripper], velocities[gripper] = OBJECT_M, 0.0
-        positions[n:] = self._shares @ positions[:n]
-        velocities[n:] = self._shares @ velocities[:n]
+        positions[n:] += self._shares @ (positions - true.positions)[:n]
+        velocities[n:] += self._shares @ (velocities - true.velocities)[:n]
         return replace(true, positions=positions, velocities=velocities)
 
     def transforms(self) -> Sequence[FramePose]:

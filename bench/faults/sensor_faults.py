@@ -113,7 +113,7 @@ ROWS = (
     Row(29, "frame renamed", NAMES_FRAME, LAYOUT_MS, "faulty",
         partial(goal_fails, "frame renamed", "layout_stale_frame", ("object",))),
     Row(29, "loop in the tree of transforms", NAMES_FRAME, LAYOUT_MS, "faulty",
-        partial(goal_fails, "frames in a loop", "layout_loop", ("object", "goal"))),
+        partial(goal_fails, "frames in a loop", "layout_contested_frame", ("object", "goal"))),
     Row(30, "camera stalls", NAMES_CAMERA, BLIND_MS, "seeing",
         blinded("camera stalls", "nothing has come since")),
     Row(30, "camera repeats an exposure", NAMES_CAMERA, BLIND_MS, "seeing",
