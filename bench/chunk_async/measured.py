@@ -86,7 +86,8 @@ def run(stage: AsyncStage, latency_s: float, way: Way, seconds: float, seed: int
     """Run a goal, and count what happens in so much time after its cold start.
 
     Raises:
-        MachineLateError: the goal ended by itself, as where the gate hears of no state for 250 ms.
+        MachineLateError: the goal ended by itself, as where the gate hears of no state for 250 ms,
+            or its runner was not seen for a while.
     """
     skill, log = stage.add_skill(latency_s, way, seed)
     goal = stage.start_late(skill)
@@ -97,10 +98,20 @@ def run(stage: AsyncStage, latency_s: float, way: Way, seconds: float, seed: int
     ended_ns = time.monotonic_ns()
     stage.good_network()
     if gone:
+        if error := goal.exception():
+            _cancel(stage)
+            raise MachineLateError(f"the goal was given up: {error}") from error
         raise MachineLateError(f"the goal ended before: {goal.result().result}")
     stage.finish(goal)
     lines = [line for line in stage.motion.since(began_ns) if line.stamp_ns < ended_ns]
     return judged(latency_s, way, answers_of(log), lines, stage)
+
+
+def _cancel(stage: AsyncStage) -> None:
+    """End a goal that goes on though nobody follows it any more."""
+    left = stage.client.goal_feedback("runner")
+    if left.goal_id and left.result is None:
+        stage.client.cancel("runner", left.goal_id)
 
 
 def answers_of(log: Path) -> list[Answer]:

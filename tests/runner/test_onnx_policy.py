@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import builtins
 from pathlib import Path
 from typing import Any
 
@@ -255,8 +256,14 @@ def test_options_are_checked_without_any_file(skills: Path) -> None:
 def test_without_onnxruntime_the_error_says_what_to_install(
     skills: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    skill = install(skills, linear(WEIGHTS))
-    monkeypatch.setattr("fairlead_skill_runner.policies.onnx.find_spec", lambda name: None)
+    skill, real = install(skills, linear(WEIGHTS)), builtins.__import__
+
+    def without(name: str, *rest: Any, **more: Any) -> Any:
+        if name == "onnxruntime":
+            raise ImportError(name)
+        return real(name, *rest, **more)
+
+    monkeypatch.setattr(builtins, "__import__", without)
     assert refusal(skill) == (
         "onnx policy: the package onnxruntime is not installed: pip install 'fairlead[onnx]'"
     )

@@ -11,19 +11,16 @@ def check_title(code: int) -> str:
     return CHECKS[code].title if code in CHECKS else "check"
 
 
-def describe(verdict: Verdict, *, with_source: bool = True) -> str:
-    """One line: code, check, where, value, limit and, if wanted, where the limit is from.
+def describe(verdict: Verdict) -> str:
+    """One line: code, check, where, value and limit; ``fairlead why`` says where that is from.
 
-    >>> # "G020 limit: chunk 3 refused at row 2, arm x: value 5 beyond 0.0867 (robot.yaml)"
+    >>> # "G020 limit: chunk 3 refused at row 2, arm x: value 5, limit 0.0867"
     """
     what = check_title(verdict.code)
     verb = "refused" if verdict.outcome == Outcome.REFUSED else "truncated"
     where = f" at row {verdict.row}" if verdict.row >= 0 else ""
     axis = f", {verdict.part} {verdict.axis}".rstrip() if verdict.part else ""
-    return (
-        f"G{verdict.code:03d} {what}: chunk {verdict.seq} {verb}{where}{axis}"
-        f"{_why(verdict, with_source=with_source)}"
-    )
+    return f"G{verdict.code:03d} {what}: chunk {verdict.seq} {verb}{where}{axis}{_why(verdict)}"
 
 
 def why_not_armed(gate: GateStatus) -> str:
@@ -33,12 +30,11 @@ def why_not_armed(gate: GateStatus) -> str:
     return gate.cause + (f"; try: {gate.fix}" if gate.cause and gate.fix else "")
 
 
-def _why(verdict: Verdict, *, with_source: bool) -> str:
+def _why(verdict: Verdict) -> str:
     """The numbers, or for a rule that has none what it asks for."""
     if verdict.value == 0.0 and verdict.limit == 0.0:
         return f": needs {verdict.limit_source}" if verdict.limit_source else ""
-    source = f" ({verdict.limit_source})" if verdict.limit_source and with_source else ""
     value, limit = f"{verdict.value:g}", f"{verdict.limit:g}"
     if value == limit and verdict.value != verdict.limit:  # apart by less than six digits show
         value, limit = repr(verdict.value), repr(verdict.limit)
-    return f": value {value}, limit {limit}{source}"
+    return f": value {value}, limit {limit}"

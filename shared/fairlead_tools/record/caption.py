@@ -60,7 +60,7 @@ def refusal(run: Run, asked: str, verdict: Verdict) -> Caption:
 
 def _words(verdict: Verdict) -> str:
     if verdict.outcome == Outcome.REFUSED:
-        return describe(verdict, with_source=False)
+        return describe(verdict)
     return (
         f"chunk {verdict.seq}: rows for ticks {verdict.released_first} to {verdict.released_last}"
     )

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import numpy as np
@@ -153,11 +152,11 @@ def wanted_inputs(skill: SkillManifest, options: OnnxOptions) -> Mapping[str, _I
 
 
 def _session(path: str, data: bytes) -> onnxruntime.InferenceSession:
-    if find_spec("onnxruntime") is None:
+    try:
+        import onnxruntime as runtime
+    except ImportError:
         who = f"{WHO}: the package onnxruntime"
-        raise ConfigError(f"{who} is not installed: pip install 'fairlead[onnx]'")
-    import onnxruntime as runtime
-
+        raise ConfigError(f"{who} is not installed: pip install 'fairlead[onnx]'") from None
     options = runtime.SessionOptions()
     options.intra_op_num_threads = options.inter_op_num_threads = 1
     options.execution_mode = runtime.ExecutionMode.ORT_SEQUENTIAL
