@@ -80,11 +80,13 @@ def test_an_old_goal_moves_nothing_at_the_start_whatever_packets_get_lost(
     sound.order("pull 1 0.0")
 
 
-def test_servos_push_no_more_than_the_profile_s_effort(sound: EmulatedArm, file: Path) -> None:
+def test_servos_push_little_more_than_what_the_gate_takes_for_a_contact(
+    sound: EmulatedArm, file: Path
+) -> None:
     from rustypot import Sts3215PyController
 
     with backend(sound.port, file, "hardware"):
         pass
     servos = Sts3215PyController(str(sound.port), 1_000_000, 0.4)
-    assert servos.sync_read_register([1], "torque_limit") == [476]  # 1.4 of 2.94 N m
+    assert servos.sync_read_register([1], "torque_limit") == [625]  # 1.25 * 1.47 of 2.94 N m
     servos.close()

@@ -35,6 +35,8 @@ _UPRIGHT = np.array([0.0, 0.0, 0.0, 1.0])
 _MOST_ACCELERATION = 254
 _WHOLE = 1000
 _LAST_STEP = 4095
+_TORQUE_ROOM = 1.25
+"""A servo may push so much more than the profile has: else nobody would see that it does."""
 _ACCELERATION_STEPS_S2 = 100
 _TORQUE_ENABLE = 40
 _SLACK_STEPS = 12
@@ -195,10 +197,11 @@ class So101Backend:
         safety, found = self._robot.profile(profile), list[tuple[int, int]]()
         for one, joint in zip(self._servos, self._robot.joints, strict=True):
             speed, acceleration, effort, _ = profile_limits(joint, safety)
+            contact = safety.measured[joint.name].contact_limit or 0.0
             limits = {
                 "acceleration": int(acceleration * STEPS_PER_RAD / _ACCELERATION_STEPS_S2),
                 "goal_velocity": int(speed * STEPS_PER_RAD),
-                "torque_limit": int(_WHOLE * effort / STALL_NM),
+                "torque_limit": int(_WHOLE * _TORQUE_ROOM * max(effort, contact) / STALL_NM),
             }
             limits["acceleration"] = min(limits["acceleration"], _MOST_ACCELERATION)
             limits["torque_limit"] = min(limits["torque_limit"], _WHOLE)
