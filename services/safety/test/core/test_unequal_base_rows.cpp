@@ -14,17 +14,23 @@ namespace {
 // Of two rows of 25 to 50 mm, one aside and one ahead, each slide is 12.5 mm off at most.
 constexpr double beside = 0.025;
 
+// Half to all of what a base of 0.2 m is told, in a room that ends ahead.
+Limits walled_at(double ahead) {
+  Limits limits = test_limits();
+  limits.parts[base].modes.joint_velocity.gain = {0.5, 1.0};
+  limits.base.reaction_s = 1e-9;
+  limits.base.footprint = square(0.1);
+  Zone room{"room", false, square(5.0)};
+  room.corners[1][0] = room.corners[2][0] = ahead;
+  (void)limits.base.zones.push_back(room);
+  return limits;
+}
+
 }  // namespace
 
 TEST_CASE("G034 a base keeps to its zones by what unequal shares can make of the rows") {
   const auto code = [](double wall) {
-    Limits limits = test_limits();
-    limits.parts[base].modes.joint_velocity.gain = {0.5, 1.0};
-    limits.base.reaction_s = 1e-9;
-    limits.base.footprint = square(0.1);
-    Zone room{"room", false, square(5.0)};
-    room.corners[1][0] = room.corners[2][0] = 0.1 + wall;
-    (void)limits.base.zones.push_back(room);
+    const Limits limits = walled_at(0.1 + wall);
     Row aside(joint_count, 0.0), forward(joint_count, 0.0);
     aside[base_y] = forward[base_x] = 1.0;
     ChunkBuilder chunk;
@@ -38,13 +44,7 @@ TEST_CASE("G034 a base keeps to its zones by what unequal shares can make of the
 
 TEST_CASE("G034 outside a zone a base is compared with where shares had led it before") {
   const auto judged = [](double last) {
-    Limits limits = test_limits();
-    limits.parts[base].modes.joint_velocity.gain = {0.5, 1.0};
-    limits.base.reaction_s = 1e-9;
-    limits.base.footprint = square(0.1);
-    Zone room{"room", false, square(5.0)};
-    room.corners[1][0] = room.corners[2][0] = 0.0;  // 0.1 m outside
-    (void)limits.base.zones.push_back(room);
+    const Limits limits = walled_at(0.0);  // 0.1 m outside
     Row back(joint_count, 0.0), aside(joint_count, 0.0), end(joint_count, 0.0);
     back[base_x] = aside[base_x] = -0.6;
     aside[base_y] = 0.1;
