@@ -110,7 +110,7 @@ def run(stage: AsyncStage, latency_s: float, way: Way, seconds: float, seed: int
 def _cancel(stage: AsyncStage) -> None:
     """End a goal that goes on though nobody follows it any more."""
     left = stage.client.goal_feedback("runner")
-    if left.goal_id and left.result is None:
+    if left.is_running:
         stage.client.cancel("runner", left.goal_id)
 
 

@@ -28,6 +28,7 @@ from fairlead.operate.client import RobotClient
 from fairlead.wire.memory_bus import MemoryBus
 from fairlead_tools.cli.arming import armed
 from fairlead_tools.cli.goals import new_episode
+from fairlead_tools.cli.status import outside_warnings
 
 
 class TerminalInput(io.StringIO):
@@ -99,7 +100,8 @@ def clients(gate: ScriptedGate) -> Iterator[dict[str, RobotClient]]:
             {"robot": "r", "id": "r", "profile": profile, "services": SERVICES}
         )
         bus, keys = MemoryBus(), deployment.keys
-        bus.declare_token(keys.alive("safety"))
+        for name in ("hal", "safety"):
+            bus.declare_token(keys.alive(name))
         bus.serve(keys.gate_command("arm"), "safety", gate.arm)
         bus.serve(keys.gate_command("disarm"), "safety", gate.disarm)
         bus.serve(keys.gate_status, "safety", gate.status)
@@ -113,6 +115,13 @@ def clients(gate: ScriptedGate) -> Iterator[dict[str, RobotClient]]:
 
 def other_claim() -> ClaimInfo:
     return ClaimInfo(source="other", skill="s", claim_id=5, parts=("base",))
+
+
+def test_a_robot_s_file_that_was_spoiled_is_a_warning_of_status(
+    clients: dict[str, RobotClient],
+) -> None:
+    [warning] = outside_warnings(clients["sim"])
+    assert "'r'" in warning, warning
 
 
 def test_a_disarmed_simulator_is_armed_and_disarmed_again(

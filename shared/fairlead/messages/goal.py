@@ -60,3 +60,8 @@ class GoalFeedback(Message, frozen=True, kw_only=True, tag=35):
     starved: U64  # ticks without a row
     last_refusal: str  # in words
     result: GoalResult | None  # nil until the end
+
+    @property
+    def is_running(self) -> bool:
+        """Whether there has been a goal, and it has not ended."""
+        return self.goal_id != 0 and self.result is None

@@ -17,7 +17,7 @@ from fairlead.deploy.registry import Registry, running_name
 from fairlead.errors import ConfigError, FairleadError, RefusedError
 from fairlead.messages import ArmReply, GateState, GateStatus
 from fairlead.operate.asker import OPERATOR_VARIABLE, check_person
-from fairlead.operate.client import RobotClient
+from fairlead.operate.client import SEEN_S, RobotClient
 from fairlead.operate.connection import connect, running_files
 from fairlead_tools.cli.console import echo, hex_id
 from fairlead_tools.cli.options import DeploymentOption, choose_deployment, example
@@ -68,11 +68,11 @@ def _disarm_unclaimed(client: RobotClient) -> None:
 
     The claim of a runner that has died ends within its heartbeats, and is nobody's.
     """
-    status = client.status(timeout_s=0.0)
+    status = client.status(timeout_s=SEEN_S)
     gate = status.gate or client.gate_status()
     if gate.state != GateState.ARMED or {one.source for one in gate.claims} - {*status.missing}:
         return
-    if not any(goal.goal_id and goal.result is None for goal in status.runners):
+    if not any(goal.is_running for goal in status.runners):
         client.disarm()
 
 

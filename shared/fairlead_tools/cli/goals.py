@@ -13,7 +13,7 @@ from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.errors import ConfigError, RefusedError, expected
 from fairlead.messages import GateState, GateStatus, GoalResult, HalStatus, ResetEpisodeReply
 from fairlead.operate.chain import ChainRun
-from fairlead.operate.client import RobotClient
+from fairlead.operate.client import SEEN_S, RobotClient
 from fairlead.operate.connection import choose_file
 from fairlead.operate.goal import Progress
 from fairlead.operate.goal_run import GoalOptions
@@ -263,8 +263,8 @@ def new_episode(client: RobotClient, seed: int) -> ResetEpisodeReply:
     """
     gate = client.gate_status()
     _require_no_stop(gate)
-    for goal in client.status(timeout_s=0.0).runners:
-        if goal.goal_id and goal.result is None:  # without a claim, say: it loads its policy
+    for goal in client.status(timeout_s=SEEN_S).runners:
+        if goal.is_running:  # without a claim, say: it loads its policy
             why = f"a new episode would be under the goal of {goal.source}, which runs {goal.skill}"
             raise RefusedError("fairlead", why, f"fairlead cancel {goal.source}")
     if gate.claims:

@@ -90,7 +90,7 @@ def _look(client: RobotClient, file: Path, patiently: bool = True) -> _Seen:
     access, warnings = client.deployment.access, access_warnings(client.deployment)
     warnings += [text for entry in entries_of(file) if (text := full_disk(Path(entry.state_dir)))]
     if status.hal is not None:
-        warnings += _outside(client)
+        warnings += outside_warnings(client)
     return _Seen(status.gate, status.hal, runners, alive, missing, starting, access, warnings)
 
 
@@ -105,15 +105,18 @@ def full_disk(folder: Path, least_bytes: int = 100_000_000) -> str:
     return f"{folder}: {free / 1e6:.0f} MB left on its disk; logs and decisions will be lost"
 
 
-def _outside(client: RobotClient) -> list[str]:
+def outside_warnings(client: RobotClient) -> list[str]:
     """Joints measured outside their limits: another unit or zero than the robot's file has."""
-    robot = load_robot(client.deployment.robot)
+    try:
+        robot = load_robot(client.deployment.robot)
+        profile = robot.profile(client.deployment.profile)
+    except ConfigError as error:  # spoiled meanwhile: no reason to say nothing else
+        return [str(error)]
     with client.joint_states() as states:
         state = states.next(_STATE_S)
     joints = (*robot.joints, *robot.passive_joints)
     if state is None or len(positions := floats(state.positions)) != len(joints):
         return []
-    profile = robot.profile(client.deployment.profile)
     found = (
         outside_limits(joint, profile, float(at))
         for joint, at in zip(joints, positions, strict=True)
