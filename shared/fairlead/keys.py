@@ -154,6 +154,10 @@ class Keys:
         """Query: end one runner's goal (`Cancel`)."""
         return self._key("skill", source, "cancel")
 
+    def load(self, source: str) -> str:
+        """Query: have one runner load a skill's policy before its goal (`Load`)."""
+        return self._key("skill", source, "load")
+
     def feedback(self, source: str) -> str:
         """How one runner's newest goal goes (`GoalFeedback`)."""
         return self._key("skill", source, "feedback")

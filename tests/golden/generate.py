@@ -53,6 +53,7 @@ KEY_ARGUMENTS = {
     "hal_session": (0x5EED,),
     "goal": ("runner",),
     "cancel": ("runner",),
+    "load": ("runner",),
     "feedback": ("runner",),
     "heartbeat": ("runner",),
     "alive": ("safety", "hal"),

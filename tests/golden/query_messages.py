@@ -16,6 +16,7 @@ from fairlead.messages import (
     GoalFeedback,
     GoalResult,
     LimitOverride,
+    Load,
     Refusal,
     Release,
     Reset,
@@ -101,6 +102,7 @@ QUERY = {
     ),
     "GoalAccepted": GoalAccepted(goal_id=GOAL),
     "Cancel": Cancel(goal_id=GOAL, by="operator"),
+    "Load": Load(skill="oracle-counter-to-cabinet", by="operator"),
     "GoalFeedback": GoalFeedback(
         source="runner",
         goal_id=GOAL,

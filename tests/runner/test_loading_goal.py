@@ -1,14 +1,18 @@
-"""A goal whose policy is still loading, in the runner's process, without a claim."""
+"""Policies that load, in the runner's process: for a goal without a claim yet, or for the next."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 
-from fairlead.messages import StopLevel
+from fairlead.errors import RefusedError
+from fairlead.messages import Done, Load, StopLevel, decode
 from fairlead.wire.bus import Qos
+from tests.runner.asked_policies import PI05
 from tests.runner.policy_servers import OpenpiServer
+from tests.runner.scripted_robot import SKILL
 from tests.runner.scripted_world import ScriptedWorld
 
 pytestmark = pytest.mark.processes
@@ -42,3 +46,56 @@ def test_a_goal_is_ended_while_its_policy_loads(
         assert world.claims == []
     finally:
         server.close()
+
+
+def load(world: ScriptedWorld, skill: str) -> str:
+    request = Load(skill=skill, by="test")
+    return decode(Done, world.bus.query(world.keys.load("runner"), request, 10.0)).text
+
+
+def test_a_policy_is_loaded_while_a_goal_of_another_one_runs(
+    make_world: Callable[..., ScriptedWorld],
+) -> None:
+    world, server = make_world(), OpenpiServer(lambda request, number: None)
+    world.options |= {"skills": [SKILL.id, PI05], "servers": {PI05: server.address}}
+    try:
+        world.start_runner({"backend": "constant", "options": {"row": [0.5] * 12}})
+        goal = world.start_goal()
+        assert load(world, PI05) == f"skill {PI05} is being loaded"
+        world.wait_for(lambda: True if server.requests else None)
+        assert load(world, SKILL.id) == f"skill {SKILL.id}: its policy answers the goal that runs"
+        world.cancel(goal)
+        world.result(goal)
+        assert load(world, SKILL.id) == f"skill {SKILL.id} is being loaded"
+        with pytest.raises(RefusedError, match="expected a skill on offer, got 'nothing'"):
+            load(world, "nothing")
+    finally:
+        server.close()
+
+
+def test_a_server_that_answers_the_goal_that_runs_is_not_asked_for_the_next(
+    make_world: Callable[..., ScriptedWorld],
+) -> None:
+    world, server = make_world(), OpenpiServer(lambda request, number: None)
+    world.options |= {"skills": [SKILL.id, PI05], "servers": {PI05: server.address}}
+    try:
+        world.start_runner({"backend": "openpi", "options": {"address": server.address}})
+        goal = world.start_goal()
+        assert load(world, PI05) == f"skill {PI05}: its policy answers the goal that runs"
+        world.cancel(goal)
+        world.result(goal)
+    finally:
+        server.close()
+
+
+def test_a_policy_that_could_not_be_loaded_is_said_and_the_runner_goes_on(
+    make_world: Callable[..., ScriptedWorld], tmp_path: Path
+) -> None:
+    world = make_world()
+    world.options |= {"skills": [SKILL.id, PI05], "servers": {PI05: "ws://127.0.0.1:9"}}
+    world.start_runner({"backend": "constant", "options": {"row": [0.5] * 12}})
+    load(world, PI05)
+    log = tmp_path / "runner.log"
+    said = f"skill {PI05} is not loaded: policy worker: loading failed"
+    world.wait_for(lambda: True if said in log.read_text() else None)
+    world.cancel(world.start_goal())

@@ -32,6 +32,8 @@ STEPS = {
     "place": {"first": "ENTER"},
 }
 TURN = """
+import time
+
 import numpy as np
 from fairlead.policy import Done
 
@@ -39,6 +41,7 @@ from fairlead.policy import Done
 class Policy:
     @classmethod
     def from_options(cls, skill, options):
+        time.sleep(options["loading_s"])
         return cls()
 
     def reset(self):
@@ -46,7 +49,7 @@ class Policy:
 
     def infer(self, observation):
         self.calls += 1
-        if self.calls > 4:
+        if self.calls > 20:
             return Done("moved")
         rows = np.tile(np.append(observation.state[:7], 0.0), (60, 1))
         rows[:, 0] += 0.002 * np.arange(1, 61)
@@ -154,11 +157,13 @@ def test_pick_drive_and_place_as_three_skills_do_the_task_and_no_part_holds_betw
     [(("panda_mujoco", "realtime", runners), runners) for runners in (ONE, TWO)],
     indirect=["robot"],
 )
-def test_in_realtime_the_rows_of_the_goal_before_act_until_the_next_ones_do(
+def test_in_realtime_rows_act_until_those_of_a_policy_that_loads_for_4_s_do(
     robot: ScratchRobot, runners: list[str], skills: Path, tmp_path: Path
 ) -> None:
+    """It is loaded while the goal before runs: its rows would have run out meanwhile."""
+    options = {"file": "policy.py", "class": "Policy", "options": {"loading_s": 4.0}}
     own = {
-        "policy": {"backend": "python", "options": {"file": "policy.py", "class": "Policy"}},
+        "policy": {"backend": "python", "options": options},
         "decided_by": "policy",
         "horizon": 60,
     }

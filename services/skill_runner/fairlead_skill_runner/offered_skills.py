@@ -113,6 +113,11 @@ class OfferedSkills:
             loaded = self._workers[skill.id] = _Loaded(stamp, worker)
         return loaded.worker
 
+    def share_a_policy(self, one: SkillManifest, other: SkillManifest) -> bool:
+        """Whether they are the same skill, or ask the same server."""
+        servers = {self._options.policy(skill).options.get("address") for skill in (one, other)}
+        return one.id == other.id or (len(servers) == 1 and None not in servers)
+
     async def close(self) -> None:
         """End every policy's process; a call that still runs fails."""
         for loaded in self._workers.values():

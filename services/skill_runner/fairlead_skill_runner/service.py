@@ -7,7 +7,7 @@ import logging
 import secrets
 from pathlib import Path
 
-from fairlead.errors import RefusedError
+from fairlead.errors import FairleadError, RefusedError
 from fairlead.messages import (
     ActionChunk,
     Cancel,
@@ -21,6 +21,7 @@ from fairlead.messages import (
     JointState,
     LayoutState,
     Lease,
+    Load,
     Message,
     StatusQuery,
     StopLevel,
@@ -35,6 +36,7 @@ from fairlead.wire.on_loop import call_on
 from fairlead_skill_runner.goal_check import check_goal
 from fairlead_skill_runner.goal_run import GoalRun, Surroundings, no_goal
 from fairlead_skill_runner.offered_skills import OfferedSkills
+from fairlead_skill_runner.policy_worker import PolicyWorker
 
 FEEDBACK_S = 0.5
 _CHANGE_CHECK_S = 0.05
@@ -80,6 +82,7 @@ class SkillRunner:
         self._subscribe_all()
         context.queries.serve(keys.goal(source), self._on_goal, _GOAL_ANSWER_S)
         context.queries.serve(keys.cancel(source), self._on_cancel, _ANSWER_S)
+        context.queries.serve(keys.load(source), self._on_load, _GOAL_ANSWER_S)
         context.queries.serve(keys.feedback(source), self._on_status, _ANSWER_S)
         self._tasks.create_task(self._publish_feedback(), name="feedback")
 
@@ -164,9 +167,32 @@ class SkillRunner:
         self._log.info("goal %016x accepted: %s%s", goal_id, skill.id, by)
         return GoalAccepted(goal_id=goal_id)
 
+    async def _on_load(self, payload: bytes) -> Done:
+        """Load a policy, also while a goal of another one runs: so its own goal begins at once."""
+        request = decode(Load, payload)
+        async with self._accepting:
+            admission = await asyncio.to_thread(self._skills.find, request.skill)
+            skill, running = admission.skill, self._running()
+            if running is not None and self._skills.share_a_policy(skill, running.skill):
+                return Done(text=f"skill {skill.id}: its policy answers the goal that runs")
+            worker = await self._skills.worker(skill)
+            self._hear(skill)
+        self._tasks.create_task(self._load_ahead(skill.id, worker), name="load")
+        return Done(text=f"skill {skill.id} is being loaded")
+
+    async def _load_ahead(self, skill_id: str, worker: PolicyWorker) -> None:
+        try:
+            await worker.load()
+        except FairleadError as error:  # its goal tries again, and ends with the reason
+            self._log.warning("skill %s is not loaded: %s", skill_id, error)
+
+    def _running(self) -> GoalRun | None:
+        done = self._goal_task is None or self._goal_task.done()
+        return None if done else self._goal
+
     def _refuse_while_one_runs(self) -> None:
-        running = self._goal
-        if running is not None and self._goal_task is not None and not self._goal_task.done():
+        running = self._running()
+        if running is not None:
             raise RefusedError(
                 self._source,
                 f"goal {running.goal_id:016x} of skill {running.skill.id} is still running",

@@ -76,6 +76,7 @@ TABLE = (
     Row("task/state", "published", ("hal",), ASKERS),
     Row("skill/*/goal", "query", ("operator",), ("runner",), own="reader"),
     Row("skill/*/cancel", "query", ("operator",), ("runner",), own="reader"),
+    Row("skill/*/load", "query", ("operator",), ("runner",), own="reader"),
     Row("skill/*/feedback", "published", ("runner",), ("operator",), own="writer"),
     Row("skill/*/feedback", "query", ("operator",), ("runner",), own="reader"),
     Row("skill/*/heartbeat", "published", ASKERS, HEARERS, own="writer"),

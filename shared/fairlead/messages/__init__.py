@@ -61,7 +61,14 @@ from fairlead.messages.gate import (
     Release,
     Verdict,
 )
-from fairlead.messages.goal import Cancel, Goal, GoalAccepted, GoalFeedback, GoalResult
+from fairlead.messages.goal import (
+    Cancel,
+    Goal,
+    GoalAccepted,
+    GoalFeedback,
+    GoalResult,
+    Load,
+)
 from fairlead.messages.message import (
     NO_HASH,
     NO_TRACE,
@@ -149,6 +156,7 @@ __all__ = [
     "LayoutState",
     "Lease",
     "LimitOverride",
+    "Load",
     "Message",
     "ModeRange",
     "Outcome",

@@ -21,7 +21,14 @@ from fairlead.messages.gate import (
     Release,
     Verdict,
 )
-from fairlead.messages.goal import Cancel, Goal, GoalAccepted, GoalFeedback, GoalResult
+from fairlead.messages.goal import (
+    Cancel,
+    Goal,
+    GoalAccepted,
+    GoalFeedback,
+    GoalResult,
+    Load,
+)
 from fairlead.messages.message import U64, Bytes, Message, Record
 from fairlead.messages.operation import (
     Arm,
@@ -80,6 +87,7 @@ MESSAGE_TYPES: tuple[type[Message], ...] = (
     GoalAccepted,
     Cancel,
     GoalFeedback,
+    Load,
 )
 """Every message type, by type id."""
 

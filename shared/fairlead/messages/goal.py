@@ -35,6 +35,14 @@ class Cancel(Message, frozen=True, kw_only=True, tag=34):
     by: str
 
 
+class Load(Message, frozen=True, kw_only=True, tag=36):
+    """Query `skill/<source>/load`: load a policy before its goal. Reply: `Done`, at once."""
+
+    version: V1 = 1
+    skill: str
+    by: str
+
+
 class GoalResult(Record, frozen=True, kw_only=True):
     """How a goal ended."""
 

@@ -193,6 +193,10 @@ class RobotClient:
         )
         return BlockingGoal(self._thread, self._do(starting))
 
+    def load(self, skill: str, runner: str = "") -> Done:
+        """As `Robot.load`."""
+        return self._do(self._robot.load(skill, runner))
+
     def cancel(self, runner: str, goal_id: int) -> Done:
         """As `Robot.cancel`."""
         return self._do(self._robot.cancel(runner, goal_id))

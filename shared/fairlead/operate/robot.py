@@ -16,9 +16,11 @@ from fairlead.keys import check_name
 from fairlead.messages import (
     NO_HASH,
     Claim,
+    Done,
     GateStatus,
     Goal,
     JointState,
+    Load,
     Message,
     TransformBatch,
     Verdict,
@@ -28,7 +30,7 @@ from fairlead.operate.goal import RunningGoal
 from fairlead.operate.part_claim import PartClaim
 from fairlead.operate.protective_stop import request_stop
 from fairlead.operate.runner_choice import choose_runner
-from fairlead.operate.services import Services
+from fairlead.operate.services import GOAL_TIMEOUT_S, Services
 from fairlead.operate.subscription import QUEUE, SILENCE_S, Heard, Subscription
 from fairlead.robot.manifest import RobotManifest, load_robot
 from fairlead.wire.bus import Bus, Sample
@@ -137,6 +139,20 @@ class Robot(Services):
         await goal.start(request)
         self._goals = [one for one in self._goals if not one.is_over] + [goal]
         return goal
+
+    async def load(self, skill: str, runner: str = "") -> Done:
+        """Have a runner load a skill's policy, also while another goal runs; returns at once.
+
+        Args:
+            runner: a service's name; "": the only one for the skill.
+
+        Raises:
+            ConfigError: no runner, or none that is clear, for the skill.
+            RefusedError: the runner does not offer the skill.
+        """
+        chosen = choose_runner(self.deployment, skill, runner)
+        request = Load(skill=skill, by=self.by)
+        return await self.ask(chosen, self.keys.load(chosen), request, Done, GOAL_TIMEOUT_S)
 
     def claim(self, parts: Sequence[str], *, source: str, task: str = "") -> PartClaim:
         """Parts to hold in an ``async with`` block, and to command through the gate.

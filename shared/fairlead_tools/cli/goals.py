@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from typing import Annotated, Any
 
 import msgspec
 import typer
 
 from fairlead.deploy.deployment import Deployment, load_deployment
-from fairlead.errors import ConfigError, RefusedError, expected
+from fairlead.errors import ConfigError, NoAnswerError, RefusedError, expected
 from fairlead.messages import GateState, GateStatus, GoalResult, HalStatus, ResetEpisodeReply
 from fairlead.operate.chain import ChainRun
 from fairlead.operate.client import SEEN_S, RobotClient
@@ -144,8 +145,8 @@ def _run_all(
     """One goal after the other; how the last one went, and which runner had it."""
     while run.current is not None:
         wish, following = wishes[run.current.name], run.following
-        after = "" if following is None else wishes[following.name].runner
-        progress = _run(client, dataclasses.replace(wish, hand_over_to=after), told)
+        then = None if following is None else wishes[following.name]
+        progress = _run(client, wish, told, then)
         if progress.result is None:
             break
         run.ended(progress.result)
@@ -161,14 +162,24 @@ def _require(admissions: Sequence[Admission], hal: HalStatus | None = None) -> N
         admission.require(hal)
 
 
-def _run(client: RobotClient, wish: GoalOptions, told: list[dict[str, Any]] | None) -> Progress:
+def _run(
+    client: RobotClient,
+    wish: GoalOptions,
+    told: list[dict[str, Any]] | None,
+    then: GoalOptions | None,
+) -> Progress:
     """One goal; its result is printed before anything else is asked, also after Ctrl-C.
 
     told: where the result goes instead, as a document.
+    then: the goal that goes on when this one has succeeded; its policy is loaded meanwhile.
     """
-    goal = client.run(**dataclasses.asdict(wish))
+    hand_over_to = "" if then is None else then.runner
+    goal = client.run(**dataclasses.asdict(wish) | {"hand_over_to": hand_over_to})
     try:
         with ProgressLine(quiet=told is not None) as line, goal:
+            if then is not None:
+                with suppress(RefusedError, NoAnswerError):  # its goal will say it
+                    client.load(then.skill, then.runner)
             for progress in goal:
                 line.show(progress.line())
     finally:
