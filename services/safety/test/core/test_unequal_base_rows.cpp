@@ -144,3 +144,28 @@ TEST_CASE("G034 a base that shares may have turned goes ahead another way") {
   CHECK(code(off + 1e-6) == 0);
   CHECK(code(off - 1e-6) == 34);
 }
+
+TEST_CASE("G034 in the first row a base that turns and drives stops where its shares do") {
+  const auto code = [](double wall) {
+    Limits limits = test_limits();
+    limits.parts[base].modes.body_twist.gain = {0.0, 1.0};
+    for (const std::size_t j : {base_x, base_y}) limits.joints[j].acceleration_limit = 5.0;
+    limits.base.reaction_s = 1e-9;
+    limits.base.yaw_axis = {0.0, 0.0};
+    limits.base.footprint = square(1e-9);
+    Zone room{"room", false, square(5.0)};
+    room.corners[2][1] = room.corners[3][1] = wall;
+    (void)limits.base.zones.push_back(room);
+    Row twist(6, 0.0);
+    twist[5] = twist[0] = 1.0;
+    ChunkBuilder chunk;
+    chunk.add(base, Mode::body_twist, {twist}, {}, "base_link");
+    return judge_rows(limits, whole_robot(limits), state_at_rest(), chunk.chunk, 0, {})
+        .evidence.code;
+  };
+  // 0.05 m by the yaw half way, 0.025 rad, and braking from what of its speed that is.
+  const double aside = 0.05 * std::sin(0.025), speed = std::sin(0.025);
+  const double rests = aside + speed * speed / 10.0;
+  CHECK(code(rests + 2e-6) == 0);
+  CHECK(code(rests - 2e-6) == 34);
+}

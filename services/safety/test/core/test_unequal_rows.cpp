@@ -203,3 +203,28 @@ TEST_CASE("G031 a joint that goes faster than told may go on, or as told: each h
   CHECK(code(most + eps) == 0);
   CHECK(code(most - eps) == 31);
 }
+
+TEST_CASE("G031 so may the robot's first joint alone: each of its stops counts") {
+  // Ahead it has 25 to 50 mm by the row that acts. It is told 0.6 rad/s about z and measured at
+  // 1 rad/s, of which it brakes in 0.1 rad at 5 rad/s2; as told in 9 to 36 mrad.
+  const auto code = [](double upper_y) {
+    Limits limits = half_to_all::limits();
+    limits.joints[turn_z].acceleration_limit = 5.0;
+    (void)limits.workspace.volumes.push_back({"shelf", false, {0, -1, 0}, {1, upper_y, 1}});
+    const auto row = [](std::uint8_t joint, double speed) {
+      Row values(joint_count, 0.0);
+      values[joint] = speed;
+      return ChunkBuilder().add(arm, Mode::joint_velocity, {values}, {turn_z, slide_x});
+    };
+    const ChunkBuilder acts = row(slide_x, 1.0), next = row(turn_z, 0.6);
+    RowBefore before{&acts.chunk, 0};
+    before.measured = false;
+    MeasuredState state = at_rest();
+    state.velocities[turn_z] = 1.0;
+    const RobotModel model(limits);
+    return judge_path(model, whole_robot(limits), state, next.chunk, 0, 1, before, {})
+        .evidence.code;
+  };
+  CHECK(code(0.196) == 0);
+  CHECK(code(0.194) == 31);  // its stop from 1 rad/s alone would leave it at 0.183
+}

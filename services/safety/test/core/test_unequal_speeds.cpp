@@ -29,6 +29,11 @@ struct Told {
     memories[arm].goal = Pose{Eigen::Vector3d(0.7, 0, 0.5), Eigen::Quaterniond::Identity()};
   }
   [[nodiscard]] Evidence of(const Row& steps, double value = 1.0) const {
+    return judged(steps, steps.size(), value).evidence;
+  }
+  // Rows from `certified_end` on are only forecast.
+  [[nodiscard]] Judgement judged(const Row& steps, std::size_t certified_end,
+                                 double value = 1.0) const {
     Rows rows;
     for (const double step : steps) rows.push_back({step, 0, 0, 0, 0, 0});
     ChunkBuilder chunk;
@@ -38,7 +43,9 @@ struct Told {
     before.memories = &memories;
     MeasuredState state = at_rest();
     (void)state.acted.resize(2);
-    return judge_rows(limits, whole_robot(limits), state, chunk.chunk, 0, before).evidence;
+    const RobotModel model(limits);
+    return judge_path(shared_room(), model, whole_robot(limits), state, chunk.chunk,
+                      {0, steps.size(), certified_end}, before, {});
   }
 };
 
@@ -120,4 +127,10 @@ TEST_CASE("G026 switch up: what the first row left counts, switch down it does n
   told.limits.joints[slide_x].velocity_limit = 0.31;  // as fast as one row alone
   CHECK(told.of({row, row}, -1.0).ok());
   CHECK(told.of({row, row}, 1.0).code == 26);
+}
+
+TEST_CASE("G024 switch up: forecast rows go by the middle of their gain, whatever came before") {
+  Told told;
+  told.limits.joints[slide_x].bounds = {-1.0, furthest + eps, 0.0};
+  CHECK(told.judged({row, row, 0.0, 0.0}, 2).row_count == 4);
 }
