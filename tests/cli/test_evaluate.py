@@ -14,6 +14,7 @@ import typer
 
 from bench.equipment.live_robot import wait_for
 from fairlead.deploy.registry import Registry
+from fairlead.errors import ConfigError
 from fairlead.messages import GateState, StopLevel
 from fairlead.paths import repo_root
 from fairlead.wire.bus import Qos
@@ -35,6 +36,16 @@ def robot(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ScratchRobot]:
     scratch = make_scratch(repo_root() / "compose" / "panda_mujoco.yaml", folder, ScratchOptions())
     with scratch_robot(scratch, Registry(folder / "registry")) as made:
         yield made
+
+
+@pytest.mark.processes
+@pytest.mark.simulator
+def test_the_folder_of_a_run_that_goes_on_is_left_alone(robot: ScratchRobot) -> None:
+    """Two of ``eval --pacing`` at once, say, or two demos."""
+    scratch = robot.scratch
+    with pytest.raises(ConfigError, match="another run uses it; choose another --out"):
+        make_scratch(scratch.file, scratch.state_dir, ScratchOptions())
+    assert scratch.file.is_file()
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ running deployment nor what an earlier run left behind.
 
 from __future__ import annotations
 
+import fcntl
 import os
 import shutil
 from collections.abc import Iterator
@@ -63,7 +64,7 @@ def make_scratch(source: Path, folder: Path, options: ScratchOptions) -> Scratch
 
     Raises:
         ConfigError: if the source cannot be read, the copy does not fit, or the folder
-            holds what was not made here.
+            holds what was not made here, or another run uses it.
     """
     original = load_deployment(source)
     services = original.model_dump(mode="json")["services"]
@@ -93,10 +94,26 @@ def make_scratch(source: Path, folder: Path, options: ScratchOptions) -> Scratch
 
 def _empty(folder: Path) -> None:
     """Make ``folder`` anew, but only if an earlier run made it: it may be somebody's own."""
-    if folder.is_dir() and any(folder.iterdir()) and not (folder / _FILE).is_file():
+    if (folder / _FILE).is_file():
+        with _held(folder / _FILE):
+            pass
+    elif folder.is_dir() and any(folder.iterdir()):
         raise ConfigError(f"state folder {folder}: holds other things; choose another --out")
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
+
+
+@contextmanager
+def _held(file: Path) -> Iterator[None]:
+    """Have the folder of ``file`` for oneself."""
+    with file.open(encoding="utf-8") as lock:
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise ConfigError(
+                f"state folder {file.parent}: another run uses it; choose another --out"
+            ) from None
+        yield
 
 
 READY_TIMEOUT_S = 120.0
@@ -131,6 +148,7 @@ def scratch_robot(
     Raises:
         ServiceError: a service died or was not ready in time, with its last lines.
         NoAnswerError: the gate does not follow the HAL.
+        ConfigError: another run uses its folder.
     """
     hosts = list(scratch.deployment.hosts)
     supervisor = Supervisor(
@@ -141,7 +159,7 @@ def scratch_robot(
         command=command,
         host=hosts[0] if hosts else None,
     )
-    with closing(LoopThread()) as loop:
+    with _held(scratch.file), closing(LoopThread()) as loop:
         try:
             loop.run(supervisor.start(order, None if order is None else READY_TIMEOUT_S))
             loop.run(supervisor.wait_ready(READY_TIMEOUT_S))
