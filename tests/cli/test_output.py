@@ -212,3 +212,18 @@ def test_what_a_terminal_has_no_letter_for_is_spelled_out(monkeypatch: pytest.Mo
         echo("[runner] \u2713")
         terminal.flush()
         assert b"[runner] \\u2713\n" in shown.getvalue()
+
+
+def test_a_file_that_cannot_be_written_is_a_document_where_one_is_asked_for(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def run(as_json: bool) -> None:
+        Path("/dev/null/below").write_text("", encoding="utf-8")
+
+    monkeypatch.setattr("fairlead_tools.cli.main._run", run)
+    monkeypatch.setattr(sys, "argv", ["fairlead", "eval", "--json"])
+    with pytest.raises(SystemExit) as end:
+        main()
+    assert end.value.code == 1
+    said = {"kind": "OSError", "message": "/dev/null/below: Not a directory", "fix": ""}
+    assert json.loads(capsys.readouterr().out) == {"error": said}

@@ -8,7 +8,7 @@ import pytest
 
 from fairlead.errors import ConfigError
 from fairlead.robot.manifest import load_robot
-from fairlead.skill.manifest import load_skill, skill_ids
+from fairlead.skill.manifest import find_skill, load_skill, skill_ids
 from fairlead_tools.cli.skill import installed_skill
 from fairlead_tools.skills.install import install_skill
 from fairlead_tools.skills.skeleton import skill_skeleton
@@ -51,6 +51,8 @@ def test_a_link_that_leads_nowhere_is_replaced_and_hides_nothing(
     install_skill(folder, link=True)
     folder.rename(tmp_path / "elsewhere")
     assert "mine" not in skill_ids()
+    with pytest.raises(ConfigError, match=f"expected a folder with rskill.yaml .* got {folder};"):
+        find_skill("mine")
     (tmp_path / "elsewhere").rename(folder)
     install_skill(folder)
     assert load_skill("mine").id == "mine"

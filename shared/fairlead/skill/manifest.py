@@ -12,7 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field, JsonValue, field_validator, m
 from fairlead.errors import ConfigError
 from fairlead.keys import check_name
 from fairlead.modes import ControlMode
-from fairlead.paths import rskill_dir, skill_folders
+from fairlead.paths import rskill_dir, skill_folders, user_skills_dir
 from fairlead.skill.action_contract import ActionContract
 from fairlead.skill.image_spec import ImageSpec
 from fairlead.skill.slots import MODE_NAMES
@@ -167,6 +167,12 @@ def find_skill(wanted: str) -> Path:
         return Path(wanted)
     if wanted in skill_ids():
         return rskill_dir(wanted)
+    link = user_skills_dir() / wanted
+    if "/" not in wanted and link.is_symlink():
+        what = f"a folder with rskill.yaml behind {link}, got {link.readlink()}"
+        raise ConfigError(
+            f"skill {wanted!r}: expected {what}; try: fairlead skill install FOLDER/{wanted} --link"
+        )
     raise ConfigError(
         f"skill {wanted!r}: no {Path(wanted) / 'rskill.yaml'}, and none of that name ships or is "
         f"installed (valid: {', '.join(skill_ids()) or 'none'}, or a folder)"

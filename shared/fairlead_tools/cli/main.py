@@ -43,8 +43,11 @@ def main() -> None:
         _end(f"ERROR {error}", 1)
     except OSError as error:  # a full disk, a folder that may not be written
         where = f"{error.filename}: " if error.filename else ""
+        said = f"{where}{error.strerror or error}"
+        if as_json and error.filename:  # else it may be the output that cannot be written
+            _end_json("OSError", said, "", 1)
         forget_output()
-        _end(f"ERROR {where}{error.strerror or error}", 1)
+        _end(f"ERROR {said}", 1)
 
 
 def _check_letters(as_json: bool) -> None:
