@@ -18,12 +18,12 @@ from dataclasses import dataclass
 
 from fairlead.errors import ConfigError, expected
 
-_CHUNK = re.compile(r"^[a-z0-9][a-z0-9_.\-]*$")
+_CHUNK = re.compile(r"[a-z0-9][a-z0-9_.\-]{0,63}")
 
 
 def check_name(who: str, name: str) -> str:
     """Return ``name`` if it may be one chunk of a key, else raise `ConfigError`."""
-    if not _CHUNK.match(name) or len(name) > 64:
+    if not _CHUNK.fullmatch(name):
         raise ConfigError(
             expected(who, "1 to 64 of a-z 0-9 _ . - starting with a letter or digit", repr(name))
         )

@@ -33,6 +33,7 @@ CALIBRATIONS_VARIABLE = "FAIRLEAD_CALIBRATIONS"
 STATE_VARIABLE = "FAIRLEAD_STATE"
 ACCESS_VARIABLE = "FAIRLEAD_ACCESS"
 PACKAGED_TREE = "data"
+_LONGEST_NAME = 255  # bytes, of a folder
 
 
 def repo_root() -> Path:
@@ -222,7 +223,8 @@ def _users_own(variable: str, folder: str) -> Path:
 
 
 def _named_dir(what: str, name: str, parents: Sequence[Path], manifest: str) -> Path:
-    found = [parent / name for parent in parents if name and (parent / name / manifest).is_file()]
+    fits = name and len(name.encode(errors="replace")) < _LONGEST_NAME  # else looking is an error
+    found = [parent / name for parent in parents if fits and (parent / name / manifest).is_file()]
     packaged = [folder for folder in found if folder.parent not in parents[:2]]
     if "/" not in name and found:
         if len(packaged) > 1 and found == packaged:
@@ -231,7 +233,7 @@ def _named_dir(what: str, name: str, parents: Sequence[Path], manifest: str) -> 
         return found[0]
     files = [one for parent in parents for one in parent.glob(f"*/{manifest}") if one.is_file()]
     known = sorted({one.parent.name for one in files})
-    begun = [parent for parent in parents if name and (parent / name).is_dir()]
+    begun = [parent for parent in parents if fits and (parent / name).is_dir()]
     raise ConfigError(
         f"{what} {name!r}: no file {(begun or parents)[0] / name / manifest} "
         f"(valid: {', '.join(known) or 'none'})"

@@ -55,7 +55,7 @@ class RobotFeed:
         links = children or ("base_link", "object", "goal")
         return self._batch(tick, False, [("odom", child, 0.1 * tick) for child in links])
 
-    def lease(self) -> Lease:
+    def lease(self, state_tick: int = 1) -> Lease:
         """What a gate that follows this session and permits nothing says."""
         return Lease(
             session=self.session,
@@ -63,7 +63,7 @@ class RobotFeed:
             lease_seq=1,
             config_hash=NO_HASH,
             state=0,
-            state_tick=1,
+            state_tick=state_tick,
             grants=(),
             stop_ids=(),
         )

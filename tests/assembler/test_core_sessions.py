@@ -9,6 +9,7 @@ from fairlead.messages import (
     JointState,
 )
 from fairlead.robot.manifest import RobotManifest
+from fairlead_state_assembler.branches import HISTORY_TICKS
 from fairlead_state_assembler.core import AssemblerCore
 from tests.assembler.robot_feed import RobotFeed, layouts
 
@@ -158,3 +159,38 @@ def test_joint_state_of_the_wrong_width_is_refused(core: AssemblerCore, feed: Ro
     with pytest.raises(MessageError) as error:
         core.on_joints(short)
     assert str(error.value) == "state/joints: expected 14 positions, got 13"
+
+
+FAR = 2**63
+
+
+def test_one_state_of_a_far_tick_is_forgotten_with_the_gates_next_lease(
+    core: AssemblerCore, feed: RobotFeed
+) -> None:
+    core.on_lease(feed.lease(8))
+    core.on_joints(feed.joints(FAR))
+    assert core.on_joints(feed.joints(9)) == []
+    core.on_lease(feed.lease(9))
+    core.on_transforms(feed.moving(10), "hal")
+    [state] = layouts(core.on_joints(feed.joints(10)))
+    assert (state.tick, state.fault) == (10, None)
+
+
+def test_an_episode_that_has_not_begun_is_refused(core: AssemblerCore, feed: RobotFeed) -> None:
+    feed.episode_tick = FAR
+    with pytest.raises(MessageError, match=f"tick 9: expected an episode that .* got {FAR}"):
+        core.on_joints(feed.joints(9))
+
+
+def test_transforms_of_far_ticks_are_forgotten_with_the_gates_next_lease(
+    core: AssemblerCore, feed: RobotFeed
+) -> None:
+    core.on_lease(feed.lease(8))
+    core.on_joints(feed.joints(8))
+    for ahead in range(2 * HISTORY_TICKS):  # as many as are kept, and more
+        core.on_transforms(feed.moving(FAR + ahead), "hal")
+    core.on_transforms(feed.moving(FAR, "base_link"), "localiser")  # a rival for ever
+    core.on_lease(feed.lease(9))
+    core.on_transforms(feed.moving(10), "hal")
+    [state] = layouts(core.on_joints(feed.joints(10)))
+    assert (state.tick, state.fault) == (10, None)

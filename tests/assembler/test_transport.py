@@ -17,6 +17,7 @@ from fairlead.paths import SKILLS_VARIABLE, rskill_dir
 from fairlead.robot.manifest import RobotManifest
 from fairlead.wire.bus import Qos, Sample, Undeclare
 from fairlead.wire.memory_bus import MemoryBus
+from fairlead_state_assembler import transport
 from fairlead_state_assembler.core import AssemblerCore
 from fairlead_state_assembler.options import read_options
 from fairlead_state_assembler.publishers import Publishers
@@ -131,6 +132,26 @@ async def test_skill_that_cannot_be_loaded_is_logged_with_its_reason(
     assert caplog.messages[0].startswith(
         "cannot assemble for no-such-skill: skill 'no-such-skill': no file "
     )
+
+
+@pytest.mark.asyncio
+@pytest.mark.parametrize("name", ["a" * 300, "*", "Upper"])
+async def test_a_want_that_is_no_skills_name_is_logged_and_the_next_one_answered(
+    wire: Wire, name: str
+) -> None:
+    wire.bus.declare_token(KEYS.want_layout(name))
+    await wire.said("wanted: skill: expected 1 to 64 of a-z")
+    await wire.want()
+
+
+@pytest.mark.asyncio
+async def test_more_skills_than_one_run_answers_for_are_logged(
+    wire: Wire, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(transport, "MOST_SKILLS", 1)
+    await wire.want()
+    wire.bus.declare_token(KEYS.want_layout("another"))
+    await wire.said("wanted: skill another: expected at most 1 skills in one run")
 
 
 @pytest.mark.asyncio

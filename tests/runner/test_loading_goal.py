@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import resource
 from collections.abc import Callable
 from pathlib import Path
 
@@ -99,3 +100,24 @@ def test_a_policy_that_could_not_be_loaded_is_said_and_the_runner_goes_on(
     said = f"skill {PI05} is not loaded: policy worker: loading failed"
     world.wait_for(lambda: True if said in log.read_text() else None)
     world.cancel(world.start_goal())
+
+
+def test_a_load_for_which_there_is_no_room_ends_neither_the_runner_nor_its_goal(
+    make_world: Callable[..., ScriptedWorld], tmp_path: Path
+) -> None:
+    world = make_world()
+    world.options |= {"skills": [SKILL.id, PI05], "servers": {PI05: "ws://127.0.0.1:9"}}
+    world.start_runner({"backend": "constant", "options": {"row": [0.5] * 12}})
+    goal = world.start_goal()
+    assert world.runner is not None
+    pid = world.runner.pid
+    open_files = len(list(Path(f"/proc/{pid}/fd").iterdir()))
+    old = resource.prlimit(pid, resource.RLIMIT_NOFILE)
+    resource.prlimit(pid, resource.RLIMIT_NOFILE, (open_files, old[1]))
+    load(world, PI05)
+    log, said = tmp_path / "runner.log", f"skill {PI05} is not loaded"
+    world.wait_for(lambda: True if said in log.read_text() else None)
+    resource.prlimit(pid, resource.RLIMIT_NOFILE, old)
+    world.cancel(goal)
+    ended = world.result(goal).result
+    assert ended is not None and ended.detail == "cancelled by test"

@@ -208,6 +208,33 @@ async def test_a_load_that_is_cancelled_ends_its_process_at_once_and_another_can
         await worker.load(timeout_s=0.1)
 
 
+async def test_who_asks_while_a_policy_loads_waits_for_the_same_process(
+    workers: list[PolicyWorker],
+) -> None:
+    worker = broken(workers, "Echo")
+    loads = [asyncio.create_task(worker.load()) for _ in range(3)]
+    await until(lambda: worker.pid)
+    started = worker.pid
+    await asyncio.gather(*loads)
+    assert worker.pid == started
+
+
+@pytest.mark.parametrize("how", ["one gives up", "the worker is closed"])
+async def test_a_load_that_hangs_is_ended_for_all_who_wait(
+    workers: list[PolicyWorker], how: str
+) -> None:
+    worker = broken(workers, "NeverLoads")
+    loads = [asyncio.create_task(worker.load()) for _ in range(3)]
+    await until(lambda: worker.pid)
+    if how == "one gives up":
+        loads[0].cancel()
+    else:
+        await worker.close()
+    ends = await asyncio.gather(*loads, return_exceptions=True)
+    assert [str(end) for end in ends[1:]] == ["policy worker: loading was ended"] * 2
+    assert worker.pid is None
+
+
 async def test_the_process_ends_with_its_worker(workers: list[PolicyWorker]) -> None:
     worker = broken(workers, "Echo")
     await worker.load()

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import asyncio
 import logging
+import os
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
@@ -97,7 +99,8 @@ class OfferedSkills:
         Raises:
             ConfigError: no installed package has its policy backend.
         """
-        stamp, loaded = (_stamp(skill), self._robot_files), self._workers.get(skill.id)
+        stamp = await asyncio.to_thread(_stamp, skill), self._robot_files
+        loaded = self._workers.get(skill.id)
         if loaded is None or loaded.stamp != stamp:
             policy = self._options.policy(skill)
             plugin = POLICIES.find(policy.backend, "policy.backend")
@@ -154,9 +157,9 @@ def _stamp(skill: SkillManifest) -> Stamp:
 
 def _edits(folder: Path) -> Iterator[tuple[str, int]]:
     """When each file was written; one may go while this looks."""
-    for path in folder.rglob("*"):
-        hidden = any(one.startswith(".") for one in path.relative_to(folder).parts)
-        if hidden or path.suffix == ".pyc" or path.is_dir():
-            continue
-        with suppress(FileNotFoundError):
-            yield str(path), path.stat().st_mtime_ns
+    for place, folders, files in os.walk(folder):
+        folders[:] = [one for one in folders if not one.startswith(".")]  # an environment is large
+        for path in (Path(place, one) for one in files if not one.startswith(".")):
+            with suppress(FileNotFoundError):
+                if path.suffix != ".pyc":
+                    yield str(path), path.stat().st_mtime_ns

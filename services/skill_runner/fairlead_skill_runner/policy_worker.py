@@ -55,7 +55,7 @@ class PolicyWorker:
         added_latency_s: float = 0.0,
     ) -> None:
         self._added_latency_s = added_latency_s
-        self._load = Load(
+        self._request = Load(
             policy, skill.model_dump_json(), json.dumps(dict(options)), robot, profile
         )
         self._skill = skill
@@ -63,6 +63,7 @@ class PolicyWorker:
         self._process: asyncio.subprocess.Process | None = None
         self._pipe: tuple[asyncio.StreamReader, asyncio.StreamWriter] | None = None
         self._turn = asyncio.Lock()
+        self._loading: asyncio.Task[None] | None = None
 
     @property
     def pid(self) -> int | None:
@@ -72,9 +73,22 @@ class PolicyWorker:
     async def load(self, timeout_s: float = LOAD_TIMEOUT_S) -> None:
         """Start the process and load the policy, unless that has been done.
 
+        Who asks while it loads waits for the same; who gives up ends it for all of them.
+
         Raises:
             PolicyError: if it cannot be loaded in time.
         """
+        if self._loading is None or self._loading.done():
+            self._loading = asyncio.create_task(self._load_anew(timeout_s), name="load")
+        try:
+            await self._loading
+        except asyncio.CancelledError:
+            task = asyncio.current_task()
+            if task is not None and task.cancelling():
+                raise
+            raise PolicyError("policy worker: loading was ended") from None
+
+    async def _load_anew(self, timeout_s: float) -> None:
         async with self._turn:
             if self._process is None or self._process.returncode is not None:
                 await self._end()
@@ -83,7 +97,7 @@ class PolicyWorker:
                 except BaseException:
                     await self._end(at_once=True)
                     raise
-                await self._ask(self._load, "loading", timeout_s)
+                await self._ask(self._request, "loading", timeout_s)
 
     async def _start(self) -> None:
         ours, theirs = socket.socketpair()
@@ -135,7 +149,9 @@ class PolicyWorker:
             return error
 
     async def close(self) -> None:
-        """End the process; a call that is still running fails."""
+        """End the process; a call that is still running fails, a load is cancelled."""
+        if self._loading is not None:
+            self._loading.cancel()
         if self._turn.locked() and self._process is not None:
             self._kill(self._process)
         async with self._turn:

@@ -185,6 +185,8 @@ class SkillRunner:
             await worker.load()
         except FairleadError as error:  # its goal tries again, and ends with the reason
             self._log.warning("skill %s is not loaded: %s", skill_id, error)
+        except Exception:  # noqa: BLE001 - a bug ends no goal
+            self._log.exception("skill %s is not loaded", skill_id)
 
     def _running(self) -> GoalRun | None:
         done = self._goal_task is None or self._goal_task.done()

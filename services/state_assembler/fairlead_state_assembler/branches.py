@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bisect import bisect_left
+from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
@@ -37,6 +37,11 @@ class Series:
         """Forget older rows."""
         first = bisect_left(self.ticks, tick)
         del self.ticks[:first], self.rows[:first]
+
+    def discard_after(self, tick: int) -> None:
+        """Forget newer rows."""
+        end = bisect_right(self.ticks, tick)
+        del self.ticks[end:], self.rows[end:]
 
 
 @dataclass

@@ -29,6 +29,7 @@ from fairlead.messages import (
     pack_floats,
 )
 from fairlead.robot.manifest import RobotManifest
+from fairlead_state_assembler.branches import HISTORY_TICKS
 from fairlead_state_assembler.forward_kinematics import ForwardKinematics
 from fairlead_state_assembler.joint_positions import JointPositions
 from fairlead_state_assembler.pose_decoding import SE3
@@ -121,7 +122,15 @@ class AssemblerCore:
         self._views.pop(skill, None)
 
     def on_lease(self, lease: Lease) -> None:
-        """Take the gate's word for whose joint states these are; 0 is none."""
+        """Take the gate's word for whose joint states these are, 0 is none, and for the tick.
+
+        What claims to be far later is nobody's, or the gate hears less than this does.
+        """
+        if lease.session == self._session and lease.state_tick:
+            latest = lease.state_tick + HISTORY_TICKS
+            self._buffer.discard_after(latest)
+            if self._moment is not None and self._moment.tick > latest:
+                self._moment = None
         if lease.session in (0, self._session):
             return
         self._session = lease.session
@@ -151,6 +160,11 @@ class AssemblerCore:
                 that the gate follows; nothing of it is taken.
         """
         self._refuse_stranger(state.session)
+        if state.episode_tick > state.tick:
+            raise MessageError(
+                f"state/joints: tick {state.tick}: expected an episode that has begun, "
+                f"got {state.episode_tick}"
+            )
         if state.robot_hash != self._robot.robot_hash:
             raise MessageError(
                 f"state/joints: expected robot {self._robot.id} "

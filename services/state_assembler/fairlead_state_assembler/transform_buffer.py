@@ -13,7 +13,7 @@ otherwise is not taken, and the frame cannot be looked up while somebody sends s
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from fairlead.messages import TransformBatch
 from fairlead_state_assembler import lookup_errors
@@ -65,6 +65,7 @@ class TransformBuffer:
         self._left_sessions: set[int] = set()
         self._gates_session = 0  # the one that the gate follows, 0 while it says none
         self._episode_tick = 0
+        self._newest = 0  # tick of anything taken
         self._published: dict[str, int] = {}  # newest tick of each publisher's batches
         self._static_ahead: dict[str, TransformBatch] = {}  # newest of a session not followed yet
 
@@ -124,6 +125,7 @@ class TransformBuffer:
             return False
         if batch.tick < self._episode_tick:
             return False
+        self._newest = max(self._newest, batch.tick)
         for parent, child, pose in poses:
             claim = Claim(publisher, parent, batch.is_static, batch.tick)
             self._take(child, claim, pose)
@@ -154,6 +156,7 @@ class TransformBuffer:
                     claim = Claim(self._owners.get(frame, ""), parent, False, tick)
                     self._hang(frame, claim, self._links, column)
             self._links_hang = not self._rivals
+        self._newest = max(self._newest, tick)
         self._links.put(tick, poses)
 
     def _take(self, child: str, claim: Claim, pose: SE3) -> None:
@@ -277,12 +280,25 @@ class TransformBuffer:
         """Every frame some transform names."""
         return frozenset(self._branches) | {b.parent for b in self._branches.values()}
 
+    def discard_after(self, tick: int) -> None:
+        """Forget what is of later ticks, the beginning of the episode included."""
+        if max(self._newest, self._episode_tick) <= tick:
+            return
+        self._newest = tick
+        self._episode_tick = self._episode_tick if self._episode_tick <= tick else 0
+        self._published = {one: at for one, at in self._published.items() if at <= tick}
+        rivals = {child: one for child, one in self._rivals.items() if one.tick <= tick}
+        self._keep(rivals, lambda series: series.discard_after(tick))
+
     def _discard_before(self, tick: int) -> None:
-        self._links_hang = False
-        self._rivals = {child: one for child, one in self._rivals.items() if one.tick >= tick}
+        rivals = {child: one for child, one in self._rivals.items() if one.tick >= tick}
+        self._keep(rivals, lambda series: series.discard_before(tick))
+
+    def _keep(self, rivals: dict[str, Claim], discard: Callable[[Series], None]) -> None:
+        self._links_hang, self._rivals = False, rivals
         self._forget_ways()
         for child, branch in list(self._branches.items()):
-            branch.series.discard_before(tick)
+            discard(branch.series)
             if not branch.series.ticks:
                 del self._branches[child]
                 rival = self._rivals.get(child)

@@ -7,12 +7,16 @@ import logging
 import threading
 from collections.abc import Callable
 
-from fairlead.keys import Keys, last_chunk
+from fairlead.errors import ConfigError
+from fairlead.keys import Keys, check_name, last_chunk
 from fairlead.messages import JointState, LayoutState, Lease, TransformBatch, decode
 from fairlead.wire.bus import Bus, Publisher, Qos, Sample
 from fairlead.wire.on_loop import call_on
 from fairlead_state_assembler.core import AssemblerCore, Output
 from fairlead_state_assembler.skill_view import SkillView
+
+MOST_SKILLS = 256
+"""Skills that one run answers for: each keeps what it is published with."""
 
 
 class AssemblerTransport:
@@ -71,12 +75,24 @@ class AssemblerTransport:
         """Assemble for the skills that are wanted, until cancelled."""
         while True:
             skill, wanted = await self._wants.get()
-            if wanted:
+            if (refusal := self._refusal(skill)) is not None:
+                self._log.error("wanted: %s", refusal)
+            elif wanted:
                 self._want(await asyncio.to_thread(SkillView, skill))  # reads a file
             else:
                 with self._lock:
                     self._core.unwant(skill)
                 self._log.info("no longer assembling for %s", skill)
+
+    def _refusal(self, skill: str) -> ConfigError | None:
+        """Why nothing is said of a skill: whoever has a runner's credentials may want anything."""
+        try:
+            check_name("skill", skill)
+        except ConfigError as error:
+            return error
+        if skill in self._layouts or len(self._layouts) < MOST_SKILLS:
+            return None
+        return ConfigError(f"skill {skill}: expected at most {MOST_SKILLS} skills in one run")
 
     def _want(self, view: SkillView) -> None:
         with self._lock:

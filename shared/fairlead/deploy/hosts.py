@@ -12,8 +12,8 @@ from fairlead.errors import expected
 ROUTER = "router"
 """The router's name beside the services, in logs and in lists of processes."""
 
-_NAME = re.compile(r"^[a-z0-9][a-z0-9_\-]*$")
-_ADDRESS = re.compile(r"^[A-Za-z0-9][A-Za-z0-9.:\-]*$")
+_NAME = re.compile(r"[a-z0-9][a-z0-9_\-]*")
+_ADDRESS = re.compile(r"[A-Za-z0-9][A-Za-z0-9.:\-]*")
 
 
 class RouterSpec(BaseModel):
@@ -41,9 +41,9 @@ def host_problems(hosts: dict[str, str], router: RouterSpec, certified: bool) ->
         )
     owners: dict[str, str] = {}
     for name, address in hosts.items():
-        if not _NAME.match(name):
+        if not _NAME.fullmatch(name):
             problems.append(f"hosts: {name!r}: expected a name of a-z 0-9 _ -")
-        if not _ADDRESS.match(address) or _is_everywhere(address):
+        if not _ADDRESS.fullmatch(address) or _is_everywhere(address):
             problems.append(
                 f"hosts.{name}: expected the one address or name by which the other hosts reach "
                 f"it, such as 192.168.1.10, got {address!r}"

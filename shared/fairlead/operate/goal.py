@@ -82,7 +82,7 @@ class RunningGoal:
         self._services = services
         self._changes = Changes()
         self._feedback: dict[int, GoalFeedback] = {}
-        self._heard_s = time.monotonic()
+        self._silent_s = 0.0  # waited for feedback in vain: not while this program is paused
         self._counts: Counter[str] = Counter()
         self._answered: set[tuple[int, int]] = set()
         self._tick = 0
@@ -179,7 +179,6 @@ class RunningGoal:
         finally:
             if not self.goal_id:
                 self._close()
-        self._heard_s = time.monotonic()
 
     def log_stopped(self) -> None:
         """Say what `stopped` says where nobody else will."""
@@ -194,12 +193,13 @@ class RunningGoal:
 
     async def _next(self) -> Progress:
         """Where it stands after a change, or after a moment without one."""
-        seen = self._said()
+        seen, began_s = self._said(), time.monotonic()
         try:
             await self._changes.wait_for(lambda: self._said() != seen, self._patience_s())
         except asyncio.CancelledError:
             await self._end()
             raise
+        self._silent_s += min(time.monotonic() - began_s, REFRESH_S)
         now = self.progress
         if now.result is not None:
             self.is_over = True
@@ -208,7 +208,7 @@ class RunningGoal:
             raise ServiceError(
                 f"{self.runner} went away while the goal ran; see: fairlead logs {self.runner}"
             )
-        elif time.monotonic() - self._heard_s > SILENCE_S:
+        elif self._silent_s > SILENCE_S:
             raise NoAnswerError(
                 f"{self.runner}: nothing said of the goal for {SILENCE_S:g} s; see: fairlead logs "
                 f"{self.runner}"
@@ -279,7 +279,7 @@ class RunningGoal:
     def _on_feedback(self, feedback: GoalFeedback) -> None:
         self._feedback[feedback.goal_id] = feedback
         if feedback.goal_id == self.goal_id:
-            self._heard_s = time.monotonic()
+            self._silent_s = 0.0
         self._changes.announce()
 
     def _on_verdict(self, verdict: Verdict) -> None:

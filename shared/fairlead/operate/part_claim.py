@@ -47,6 +47,7 @@ from fairlead.wire.bus import Qos
 from fairlead.wire.verdict_text import describe, why_not_armed
 
 LEASE_SILENCE_S = 2.0  # leases come at least every 25 ms
+RESUME_S = 0.5
 FLOAT_BYTES = 8
 
 
@@ -230,7 +231,9 @@ class PartClaim:
     async def _wait(self, condition: Callable[[], bool], what: str, timeout_s: float) -> None:
         await asyncio.sleep(0)  # let in what came while the program was busy
         await self._changes.wait_for(lambda: condition() or bool(self._lost), timeout_s)
-        if not self._lost and time.monotonic() - self._lease_s > LEASE_SILENCE_S:
+        if self._is_silent():  # the gate, or this program was paused: a lease comes soon
+            await self._changes.wait_for(lambda: not self._is_silent(), RESUME_S)
+        if not self._lost and self._is_silent():
             self._lost = (
                 f"claim of {self._source} lost: no lease for {LEASE_SILENCE_S:g} s; is the gate "
                 "running? see: fairlead ps"
@@ -241,6 +244,9 @@ class PartClaim:
             raise ClaimLostError(self._lost)
         if not condition():
             raise NoAnswerError(f"{self._source}: no {what} within {timeout_s:g} s")
+
+    def _is_silent(self) -> bool:
+        return time.monotonic() - self._lease_s > LEASE_SILENCE_S
 
     async def _ask_why(self) -> None:
         """Once: a lease does not say why the gate is not armed any more."""
@@ -268,7 +274,7 @@ class PartClaim:
             self._changes.announce()
 
     def _on_lease(self, lease: Lease) -> None:
-        self._lease_s = time.monotonic()
+        was_silent, self._lease_s = self._is_silent(), time.monotonic()
         self._lost = self._lost or self._watch.lost(lease)
-        if self._lost:
+        if self._lost or was_silent:
             self._changes.announce()

@@ -25,7 +25,7 @@ NO_HASH = "TypeHashNotSupported"
 """The type hash of every key in ROS 2 Humble, which has none."""
 
 NAME = r"[A-Za-z_][A-Za-z0-9_]*"
-TOPIC_NAME = re.compile(rf"^(/{NAME})+$")
+TOPIC_NAME = re.compile(rf"(/{NAME})+")
 _CHUNKS = 13
 
 

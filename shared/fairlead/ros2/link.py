@@ -15,7 +15,7 @@ DEFAULT_ROUTER = "tcp/127.0.0.1:7447"
 
 def checked_topic(name: str) -> str:
     """A topic's or namespace's full name; else a `ValueError`."""
-    if not TOPIC_NAME.match(name):
+    if not TOPIC_NAME.fullmatch(name):
         raise ValueError(expected("name", "a full ROS name such as /arm/joint_states", repr(name)))
     return name
 
