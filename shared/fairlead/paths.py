@@ -5,12 +5,12 @@ A checkout is such a tree, and a wheel carries one inside the package, in ``fair
     robots/  rskills/  compose/  build/safety/fairlead-safety  requirements-run.lock
 
 ``FAIRLEAD_ROOT`` names the tree; without it the first one is taken that is found from the
-working directory upwards, then inside this package, then from this package upwards (an
-editable install, whose package lies in its checkout). What belongs to the user lies outside
-of it: skills in ``FAIRLEAD_SKILLS``, robots in ``FAIRLEAD_ROBOTS`` and calibrations in
-``FAIRLEAD_CALIBRATIONS``, else in the user's data folder. What runs keeps its state in
-``FAIRLEAD_STATE``, passwords and certificates in ``FAIRLEAD_ACCESS``, else in the user's state
-folder.
+working directory upwards and that nobody else may write (it brings the gate), then inside
+this package, then from this package upwards (an editable install, whose package lies in its
+checkout). What belongs to the user lies outside of it: skills in ``FAIRLEAD_SKILLS``, robots
+in ``FAIRLEAD_ROBOTS`` and calibrations in ``FAIRLEAD_CALIBRATIONS``, else in the user's data
+folder. What runs keeps its state in ``FAIRLEAD_STATE``, passwords and certificates in
+``FAIRLEAD_ACCESS``, else in the user's state folder.
 Other installed packages may have ``robots/``, ``rskills/`` and ``compose/`` too, in a folder
 that they register in ``fairlead.data``.
 
@@ -198,13 +198,18 @@ def _is_tree(folder: Path) -> bool:
     return has_both and not (folder / "__init__.py").is_file()
 
 
+def _is_own(folder: Path) -> bool:
+    """Nobody but this user and root may put anything there."""
+    status = folder.stat()
+    return status.st_uid in (0, os.geteuid()) and not status.st_mode & 0o002
+
+
 def _candidates() -> Iterator[Path]:
     override = os.environ.get(ROOT_VARIABLE)
     if override:
         yield Path(override)
         return
-    yield Path.cwd()
-    yield from Path.cwd().parents
+    yield from filter(_is_own, (Path.cwd(), *Path.cwd().parents))
     package = Path(__file__).resolve().parent
     yield package / PACKAGED_TREE
     yield from package.parents

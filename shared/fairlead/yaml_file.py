@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
+from itertools import chain
 from pathlib import Path
 from typing import TypeVar
 
@@ -15,6 +17,7 @@ from fairlead.errors import ConfigError
 Model = TypeVar("Model", bound=BaseModel)
 
 _DEEPEST = 100  # blocks or brackets within each other
+_MOST_NODES = 100_000
 _NULL, _MERGE = "tag:yaml.org,2002:null", "tag:yaml.org,2002:merge"
 _PLAIN = {
     "bool": r"true|True|TRUE|false|False|FALSE",
@@ -110,6 +113,7 @@ def _read(path: Path) -> tuple[object, yaml.Node | None]:
         _check_depth(path, text)
         loader = _PlainLoader(text)
         root = loader.get_single_node()
+        _check_aliases(path, root)
         return None if root is None else loader.construct_document(root), root
     except OSError as error:
         raise ConfigError(f"{path}: cannot be read: {error.strerror}") from None
@@ -129,6 +133,41 @@ def _check_depth(path: Path, text: str) -> None:
         depth -= isinstance(event, yaml.CollectionEndEvent)
         if depth > _DEEPEST:
             raise ConfigError(f"{path}: not valid YAML: brackets within brackets, too deep")
+
+
+def _check_aliases(path: Path, root: yaml.Node | None) -> None:
+    """Ten aliases in each of ten lines stand for ten thousand million items.
+
+    What an alias stands for has begun before it, so this goes no deeper than the text does.
+    """
+    known: dict[int, tuple[int, int]] = {}  # how many items a node stands for, and how deep
+
+    def measure(node: yaml.Node) -> tuple[int, int]:
+        found = known.get(id(node))
+        if found == (0, 0):
+            raise yaml.MarkedYAMLError(
+                problem="an alias of what it stands in", problem_mark=node.start_mark
+            )
+        if found is None:
+            known[id(node)] = (0, 0)
+            below = [measure(one) for one in _below(node)]
+            count = 1 + sum(one for one, _ in below)
+            found = known[id(node)] = count, 1 + max((deep for _, deep in below), default=0)
+        return found
+
+    count, depth = (0, 0) if root is None else measure(root)
+    if count > _MOST_NODES or depth > _DEEPEST:
+        raise ConfigError(
+            f"{path}: not valid YAML: expected aliases that stand for at most {_MOST_NODES} items, "
+            f"{_DEEPEST} within each other, got {count} and {depth}"
+        )
+
+
+def _below(node: yaml.Node) -> Iterator[yaml.Node]:
+    if isinstance(node, yaml.SequenceNode):
+        yield from node.value
+    elif isinstance(node, yaml.MappingNode):
+        yield from chain.from_iterable(node.value)
 
 
 def _story(path: Path, error: yaml.MarkedYAMLError) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zlib
 from pathlib import Path
 
 import pytest
@@ -54,3 +55,30 @@ def test_what_is_no_log_is_refused(tmp_path: Path) -> None:
         read_run(other)
     with pytest.raises(NoAnswerError, match="no decision log in "):
         newest_log(tmp_path)
+
+
+def forged(*records: tuple[int, bytes]) -> bytes:
+    """A log whose checksums are right."""
+    text = b"fairlead-decisions-2\n"
+    crc = zlib.crc32(text)
+    for kind, body in records:
+        head = bytes([kind]) + len(body).to_bytes(3, "little")
+        head += bytes([head[0] ^ head[1] ^ head[2] ^ head[3] ^ 0xA5])
+        crc = zlib.crc32(head + body, crc)
+        text += head + body + crc.to_bytes(4, "little")
+    return text
+
+
+HEADER = b'{"robot": "panda", "profile": "sim", "started": "2026-11-28"}'
+
+
+@pytest.mark.parametrize(
+    "records", [[(1, b"no JSON")], [(1, b'{"robot": 3}')], [(1, HEADER), (3, b"short")]]
+)
+def test_a_log_that_no_gate_writes_is_refused(
+    records: list[tuple[int, bytes]], tmp_path: Path
+) -> None:
+    log = tmp_path / "forged.decisions"
+    log.write_bytes(forged(*records))
+    with pytest.raises(ConfigError, match=r"forged\.decisions: not as a gate writes it: "):
+        read_run(log)

@@ -1,5 +1,6 @@
 """Finding robots, skills and binaries, and what is said when they are not there."""
 
+import os
 from pathlib import Path
 
 import pytest
@@ -32,6 +33,21 @@ def test_root_is_found_from_a_folder_inside_the_checkout(
     monkeypatch.delenv("FAIRLEAD_ROOT")
     monkeypatch.chdir(checkout / "robots" / "one")
     assert repo_root() == checkout
+
+
+@pytest.mark.parametrize("how", ["of another user", "that others may write"])
+def test_root_is_no_folder_into_which_others_may_have_put_a_gate(
+    checkout: Path, monkeypatch: pytest.MonkeyPatch, how: str
+) -> None:
+    monkeypatch.delenv("FAIRLEAD_ROOT")
+    monkeypatch.chdir(checkout / "robots" / "one")
+    if how == "that others may write":
+        checkout.chmod(0o777)
+    else:
+        monkeypatch.setattr(os, "geteuid", lambda: checkout.stat().st_uid + 1)
+        if checkout.stat().st_uid == 0:
+            os.chown(checkout, 12345, 12345)
+    assert repo_root() != checkout
 
 
 def test_root_is_found_from_anywhere_through_the_package(

@@ -69,3 +69,28 @@ def refusal(text: str, folder: Path) -> str:
     with pytest.raises(ConfigError) as caught:
         load_yaml(path, Room)
     return str(caught.value)
+
+
+def test_aliases_that_stand_for_more_than_can_be_read_or_for_themselves_are_refused(
+    tmp_path: Path,
+) -> None:
+    file = tmp_path / "room.yaml"
+    bomb = "".join(
+        f"l{n}: &l{n} [{', '.join([f'*l{n - 1}'] * 10 if n else ['1'] * 10)}]\n" for n in range(10)
+    )
+    tower = "".join(f"l{n}: &l{n} [{f'*l{n - 1}' if n else '1'}]\n" for n in range(200))
+    most = "expected aliases that stand for at most 100000 items, 100 within each other, got "
+    for text, told in (
+        (bomb, most),
+        (
+            tower,
+            most,
+        ),
+        ("name: &n [*n]\n", f"{file}:1:7: not valid YAML: an alias of what it stands in"),
+    ):
+        file.write_text(text, encoding="utf-8")
+        with pytest.raises(ConfigError) as caught:
+            load_yaml(file, Room)
+        assert told in str(caught.value)
+    file.write_text("name: a\nby_name: {one: &one {watts: 3}, two: *one}\n", encoding="utf-8")
+    assert load_yaml(file, Room).by_name["two"] == Lamp(watts=3)

@@ -33,15 +33,10 @@ class Series:
         if len(self.ticks) > HISTORY_TICKS:
             del self.ticks[0], self.rows[0]
 
-    def discard_before(self, tick: int) -> None:
-        """Forget older rows."""
-        first = bisect_left(self.ticks, tick)
-        del self.ticks[:first], self.rows[:first]
-
-    def discard_after(self, tick: int) -> None:
-        """Forget newer rows."""
-        end = bisect_right(self.ticks, tick)
-        del self.ticks[end:], self.rows[end:]
+    def keep(self, first: float, last: float) -> None:
+        """Forget the rows of other ticks."""
+        begin, end = bisect_left(self.ticks, first), bisect_right(self.ticks, last)
+        self.ticks[:], self.rows[:] = self.ticks[begin:end], self.rows[begin:end]
 
 
 @dataclass

@@ -12,8 +12,9 @@ otherwise is not taken, and the frame cannot be looked up while somebody sends s
 
 from __future__ import annotations
 
+import math
 from bisect import bisect_left
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 from fairlead.messages import TransformBatch
 from fairlead_state_assembler import lookup_errors
@@ -96,7 +97,7 @@ class TransformBuffer:
                 self.add_batch(batch, publisher)
         if episode_tick > self._episode_tick:
             self._episode_tick = episode_tick
-            self._discard_before(episode_tick)
+            self._keep(episode_tick, math.inf)
         return True
 
     def add_batch(self, batch: TransformBatch, publisher: str = "") -> bool:
@@ -134,10 +135,7 @@ class TransformBuffer:
         return True
 
     def add(self, parent: str, child: str, pose: SE3, tick: int, *, is_static: bool) -> None:
-        """Take one transform T_parent_child [m] measured at ``tick``, by nobody in particular.
-
-        As the frame's owner, if it has one.
-        """
+        """Take T_parent_child [m] measured at ``tick``, as of the frame's owner, if it has one."""
         publisher = self._owners.get(child, "")
         self._take(child, Claim(publisher, parent, is_static, tick), pose)
 
@@ -287,18 +285,14 @@ class TransformBuffer:
         self._newest = tick
         self._episode_tick = self._episode_tick if self._episode_tick <= tick else 0
         self._published = {one: at for one, at in self._published.items() if at <= tick}
-        rivals = {child: one for child, one in self._rivals.items() if one.tick <= tick}
-        self._keep(rivals, lambda series: series.discard_after(tick))
+        self._keep(0, tick)
 
-    def _discard_before(self, tick: int) -> None:
-        rivals = {child: one for child, one in self._rivals.items() if one.tick >= tick}
-        self._keep(rivals, lambda series: series.discard_before(tick))
-
-    def _keep(self, rivals: dict[str, Claim], discard: Callable[[Series], None]) -> None:
-        self._links_hang, self._rivals = False, rivals
+    def _keep(self, first: int, last: float) -> None:
+        self._links_hang = False
+        self._rivals = {c: one for c, one in self._rivals.items() if first <= one.tick <= last}
         self._forget_ways()
         for child, branch in list(self._branches.items()):
-            discard(branch.series)
+            branch.series.keep(first, last)
             if not branch.series.ticks:
                 del self._branches[child]
                 rival = self._rivals.get(child)

@@ -137,7 +137,7 @@ class Registry:
         self.keep_file(entry.name, Path(entry.deployment))
 
     def _write(self, path: Path, entry: Running) -> None:
-        path.parent.mkdir(parents=True, exist_ok=True)
+        self._make_folder()
         draft = path.with_suffix(".draft")
         draft.write_bytes(msgspec.json.format(msgspec.json.encode(entry)))
         draft.replace(path)
@@ -162,7 +162,7 @@ class Registry:
             ServiceError: naming the supervisor that holds it.
         """
         path = self._path(name, "lock")
-        path.parent.mkdir(parents=True, exist_ok=True)
+        self._make_folder()
         handle = path.open("w", encoding="utf-8")
         try:
             fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -175,6 +175,11 @@ class Registry:
                 f"stop it first: fairlead down {name}"
             ) from None
         return handle
+
+    def _make_folder(self) -> None:
+        """What robots do is nobody else's to read."""
+        self.root.mkdir(mode=0o700, parents=True, exist_ok=True)
+        (self.root / "running").mkdir(exist_ok=True)
 
     def _path(self, name: str, suffix: str) -> Path:
         return self.root / "running" / f"{name}.{suffix}"

@@ -195,11 +195,14 @@ def read_run(path: Path) -> Run:
     kind, body = next(iter(frames), (0, b""))
     if kind != _Record.HEADER:
         raise ConfigError(f"decision log {path}: its first record, the header, is missing")
-    run = Run(msgspec.json.decode(body, type=Header))
-    state = GateState.BOOT
-    for kind, body in frames:
-        if kind == _Record.STEP:
-            state = _take(run, body, state)
+    try:
+        run = Run(msgspec.json.decode(body, type=Header))
+        state = GateState.BOOT
+        for kind, body in frames:
+            if kind == _Record.STEP:
+                state = _take(run, body, state)
+    except (msgspec.MsgspecError, struct.error, ValueError, MessageError) as error:
+        raise ConfigError(f"decision log {path}: not as a gate writes it: {error}") from None
     return replace(run, damage=frames.damage)
 
 

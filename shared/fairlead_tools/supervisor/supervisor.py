@@ -195,7 +195,8 @@ class Supervisor:
         return self._build_command(self._file, self.deployment, name, self.state_dir / name)
 
     def _spawn(self, name: str, command: list[str]) -> Child:
-        (self.state_dir / name).mkdir(parents=True, exist_ok=True)
+        self.state_dir.mkdir(mode=0o700, parents=True, exist_ok=True)  # nobody else's to read
+        (self.state_dir / name).mkdir(exist_ok=True)
         log, changed = self.state_dir / "logs" / f"{name}.log", self._changes.announce
         if shutil.which(command[0]) is None:
             raise ServiceError(f"{name}: cannot start {command[0]}: no such program")

@@ -1,6 +1,28 @@
 #include "decisions/replay.hpp"
 
+#include <algorithm>
+
 namespace fairlead {
+namespace {
+
+bool same(const RecordedOutput& one, const RecordedOutput& other) {
+  return one.kind == other.kind && one.source == other.source &&
+         std::ranges::equal(one.payload, other.payload);
+}
+
+// Those that are kept in full are what people are shown.
+bool has_in_order(const RecordedOutputs& all, const RecordedOutputs& kept) {
+  const auto* next = all.begin();
+  for (const RecordedOutput& output : kept) {
+    next =
+        std::find_if(next, all.end(), [&](const RecordedOutput& one) { return same(one, output); });
+    if (next == all.end()) return false;
+    ++next;
+  }
+  return true;
+}
+
+}  // namespace
 
 void ReplayedIds::offer(const IdList& ids) {
   offered_ = ids;
@@ -36,12 +58,12 @@ void Replay::feed(const Record& record) {
 
 bool Replay::same_as(const Record& record) const {
   if (outputs_->items().size() != record.output_count || !ids_.exact()) return false;
-  if (record.output_count == 0) return true;
+  if (record.output_count == 0) return record.outputs.empty();
   RecordedOutputs outputs;
   for (const Output& output : outputs_->items())
     (void)outputs.push_back(
         RecordedOutput{output.kind, output.source.view(), outputs_->payload(output)});
-  return digest_of(outputs) == record.digest;
+  return digest_of(outputs) == record.digest && has_in_order(outputs, record.outputs);
 }
 
 GateState Replay::state() const { return gate_ == nullptr ? GateState::boot : gate_->state(); }

@@ -252,9 +252,7 @@ void GateProcess::log_refusal(Bytes payload) {
   if (decode(payload, verdict) != FrameFault::none || verdict.code == 0) return;
   if (verdict.verdict_id <= logged_verdict_) return;  // said again for who missed it
   logged_verdict_ = verdict.verdict_id;
-  // Where a limit comes from may be a page of text: `fairlead why` has it.
-  if (verdict.margin != 0.0) verdict.limit_source = {};
-  log_.write(LogWriter::Kind::refusal, verdict_text(verdict));
+  log_.write(LogWriter::Kind::refusal, verdict_line(verdict));
 }
 
 // Once a second at most.

@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -70,12 +71,23 @@ std::string remove_file(const fs::path& path) {
   return sync_folder(path.parent_path());
 }
 
+// Who may write there could make the gate forget that it has to latch.
+void require_own(const fs::path& folder) {
+  struct stat found {};
+  if (::stat(folder.c_str(), &found) != 0) return;  // what is opened in it says why
+  const bool is_own = found.st_uid == ::geteuid() || found.st_uid == 0;
+  if (is_own && (found.st_mode & S_IWOTH) == 0) return;
+  throw StartFailed("state folder: " + folder.string() + " can be written by others; make it uid " +
+                    std::to_string(::geteuid()) + "'s own: chmod o-w, chown");
+}
+
 }  // namespace
 
 LatchStore::LatchStore(fs::path folder, FaultHandler on_fault)
     : folder_(std::move(folder)), on_fault_(std::move(on_fault)) {
   std::error_code error;
   fs::create_directories(folder_, error);
+  require_own(folder_);
   const fs::path lock = folder_ / "gate.lock";
   first_start_ = !fs::exists(lock, error);
   lock_file_ = ::open(lock.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);

@@ -44,4 +44,9 @@ std::string verdict_text(const Verdict& verdict) {
   return text;
 }
 
+std::string verdict_line(Verdict verdict) {
+  if (verdict.margin != 0.0) verdict.limit_source = {};
+  return verdict_text(verdict);
+}
+
 }  // namespace fairlead

@@ -5,6 +5,7 @@
 #include <doctest/doctest.h>
 
 #include <string>
+#include <vector>
 
 #include "decisions/header.hpp"
 #include "decisions/log_reader.hpp"
@@ -49,3 +50,27 @@ FAIRLEAD_JUDGED_SESSIONS("dual_panda_1")
 FAIRLEAD_JUDGED_SESSIONS("dual_panda_2")
 FAIRLEAD_JUDGED_SESSIONS("dual_panda_3")
 FAIRLEAD_JUDGED_SESSIONS("dual_panda_4")
+
+TEST_CASE("a log whose verdicts in full are not those that were given is not judged alike") {
+  LogReader log(std::string(FAIRLEAD_SESSIONS_DIR) + "/judged_panda_1.decisions");
+  const std::unique_ptr<Limits> limits = recorded_limits(read_header(log.header()));
+  Replay replay(*limits);
+  std::size_t changed = 0;
+  for (Record record; log.next(record) && changed < 10;) {
+    if (record.type == RecordType::end) continue;
+    replay.feed(record);
+    if (record.outputs.empty()) continue;
+    RecordedOutput& shown = record.outputs[0];
+    std::vector<std::uint8_t> payload(shown.payload.begin(), shown.payload.end());
+    payload.back() ^= 1U;
+    const RecordedOutput given = shown;
+    shown.payload = Bytes(payload);
+    CHECK_FALSE(replay.same_as(record));
+    shown = given;
+    CHECK(replay.same_as(record));
+    shown.source = "somebody";
+    CHECK_FALSE(replay.same_as(record));
+    ++changed;
+  }
+  CHECK(changed == 10);
+}

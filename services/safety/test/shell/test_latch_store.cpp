@@ -114,3 +114,15 @@ TEST_CASE("a state folder that cannot be made is refused by name") {
   { const LatchStore store(folder.path, ignore); }
   CHECK_THROWS_AS(LatchStore(folder.path / "gate.lock" / "sub", ignore), StartFailed);
 }
+
+TEST_CASE("a folder that others may write is not believed") {
+  const Folder folder;
+  { const LatchStore store(folder.path, ignore); }
+  REQUIRE(::chmod(folder.path.c_str(), 0777) == 0);
+  CHECK_THROWS_AS(LatchStore(folder.path, ignore), StartFailed);
+  REQUIRE(::chmod(folder.path.c_str(), 0770) == 0);
+  CHECK_NOTHROW(LatchStore(folder.path, ignore));
+  if (::geteuid() != 0) return;  // only root can give it away
+  REQUIRE(::chown(folder.path.c_str(), 12345, 12345) == 0);
+  CHECK_THROWS_AS(LatchStore(folder.path, ignore), StartFailed);
+}

@@ -21,6 +21,8 @@ TEST_CASE("a truncated chunk's line carries code, place, numbers and source") {
   verdict.limit_source = "OSC_POSE";
   CHECK(verdict_text(verdict) ==
         "chunk 7 of runner truncated: G020 arm linear, row 5: 0.09, limit 0.0867 (OSC_POSE)");
+  CHECK(verdict_line(verdict) ==
+        "chunk 7 of runner truncated: G020 arm linear, row 5: 0.09, limit 0.0867");
 }
 
 TEST_CASE("a refusal without numbers says what was expected") {
