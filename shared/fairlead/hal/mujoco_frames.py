@@ -14,6 +14,7 @@ import numpy as np
 
 from fairlead.errors import ConfigError, expected
 from fairlead.hal.backend import FramePose
+from fairlead.hal.mujoco_ties import follow, joint_ties
 from fairlead.messages import FloatArray
 from fairlead.robot.description import description_tree
 from fairlead.robot.manifest import RobotManifest
@@ -100,13 +101,29 @@ class MujocoFrames:
                 f"{who}: simulator.frames in robot.yaml: missing {', '.join(missing)}; each link "
                 "that a joint moves and each tool's frame is compared with a body or a site"
             )
-        self._compared = [name for name in known if name not in description_tree(robot).coupled]
         self.frames = {name: find_frame(model, robot, name, who) for name in known}
         self._addresses = {
             joint.name: [_address(model, name, joint.name, who) for name in names]
             for joint in (*robot.joints, *robot.passive_joints)
             if (names := robot.simulator_joints(joint.name))
         }
+        places = [one[0] for one in self._addresses.values() if len(one) == 1]
+        told = set(np.flatnonzero(np.isin(model.jnt_qposadr, places)).tolist())
+        self._ties = joint_ties(model, told)
+        told.update(one.follower for one in self._ties)
+        coupled = description_tree(robot).coupled
+        self._compared = [
+            name for name in known if name not in coupled or self._moved_by(name) <= told
+        ]
+
+    def _moved_by(self, name: str) -> set[int]:
+        """Numbers of the joints between the base and a frame."""
+        model, found, body = self._model, set[int](), self.frames[name].body(self._model)
+        while body not in (self.base, WORLD_BODY):
+            first = int(model.body_jntadr[body])
+            found.update(range(first, first + int(model.body_jntnum[body])))
+            body = int(model.body_parentid[body])
+        return found
 
     def positions(self) -> FloatArray:
         """The measured joints where the simulation stands, in wire order [rad or m]."""
@@ -119,12 +136,16 @@ class MujocoFrames:
         )
 
     def frame_poses(self, positions: FloatArray | None) -> Sequence[FramePose]:
-        """As `FrameModel.frame_poses`; what a linkage drives is told by no joint, and left out."""
+        """As `FrameModel.frame_poses`; what a linkage drives follows as the model ties it.
+
+        What a linkage drives by other means than ties of joints is left out.
+        """
         self._copy.qpos[:] = self._live.qpos
         if positions is not None:
             for addresses, position in zip(self._addresses.values(), positions, strict=True):
                 if len(addresses) == 1:  # a gripper's opening is told by its fingers
                     self._copy.qpos[addresses] = position
+        follow(self._model, self._copy.qpos, self._ties)
         mujoco.mj_kinematics(self._model, self._copy)
         return [self._pose(name, self.frames[name]) for name in self._compared]
 

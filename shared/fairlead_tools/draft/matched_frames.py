@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 
 from fairlead.errors import ConfigError
+from fairlead.hal.mujoco_ties import follow, joint_ties
 from fairlead.robot.description import DescriptionTree
 from fairlead.robot.link_poses import FloatArray, Poses, link_poses, random_positions
 from fairlead.robot.manifest import RobotManifest
@@ -97,11 +98,12 @@ def _body_poses(
 ) -> list[list[Pose]]:
     """Of each sample the pose of every body in the world."""
     model, found = source.model, []
-    data = mujoco.MjData(model)
+    data, ties = mujoco.MjData(model), joint_ties(model, same.values())
     for sample in range(_SAMPLES):
         data.qpos[:] = source.rest()
         for name, values in positions.items():
             data.qpos[model.jnt_qposadr[same[name]]] = values[sample]
+        follow(model, data.qpos, ties)
         mujoco.mj_kinematics(model, data)
         found.append([
             Pose(data.xmat[body].reshape(3, 3).copy(), data.xpos[body].copy())

@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 
 from fairlead.errors import ConfigError
+from fairlead.hal.mujoco_ties import joint_ties
 from fairlead.messages import FloatArray
 from fairlead.robot.description import DescriptionTree, description_tree
 from fairlead.robot.manifest import RobotManifest
@@ -36,17 +37,19 @@ def with_frames(
     same = {one.joint: int(model.joint(joints[one.joint]).id) for one in tree.links if one.joint}
     moved = {one.name: int(model.jnt_bodyid[same[one.joint]]) for one in tree.links if one.joint}
     tools = {part.tool: _carrier(tree, part.tool, moved, source.base) for part in draft.parts}
-    alike = {
-        name: body
-        for name in tree.frames[1:]
-        if name not in {**moved, **tools} and (body := _body(source, name)) >= 0
-    }
     led = {
         one.name: int(model.jnt_bodyid[number])
         for one in tree.links
         if one.mimic is not None and (number := _joint(source, one.mimic.name)) >= 0
     }
-    base, offsets = matched_frames(robot, tree, source, {**tools, **moved}, alike, same)
+    alike = {
+        name: body
+        for name in tree.frames[1:]
+        if name not in {**moved, **tools, **led} and (body := _body(source, name)) >= 0
+    }
+    tied = {int(model.jnt_bodyid[one.follower]) for one in joint_ties(model, same.values())}
+    told = {name: body for name, body in led.items() if body in tied}
+    base, offsets = matched_frames(robot, tree, source, {**tools, **moved, **told}, alike, same)
     root = str(model.body(base).name)
     frames = {name: f"body:{model.body(body).name}" for name, body in led.items()}
     frames, open_ = {tree.root: f"body:{root}", **frames}, {}
