@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from fairlead.paths import robot_dir
+from fairlead.robot.manifest import load_robot
 from tests.cli.command import fairlead_here
 from tests.draft.drafting import EXAMPLE, Desk
 
@@ -126,6 +127,23 @@ def arm_of(limit: str = 'lower="-2" upper="2"', origin: str = "0 0 0.1", size: s
             "arm.urdf: joint 'j': limit lower: expected rad, or rad/s, up to 25; a joint without "
             "an end is continuous, got -86: are these degrees?",
         ),
+        (
+            arm_of(limit='lower="0" upper="50"').replace("revolute", "prismatic"),
+            "joint 'j': limit upper: expected m, or m/s, up to 10, got 50: are these mm?",
+        ),
+        (
+            arm_of().replace("revolute", "prismatic").replace('city="1"', 'city="600"'),
+            "joint 'j': limit velocity: expected m, or m/s, up to 10, got 600: are these mm?",
+        ),
+        (
+            arm_of(origin="0 0 ${height}"),
+            "arm.urdf: expected no xacro, got 0 0 ${height}; xacro is not a URDF yet: run xacro first",
+        ),
+        (arm_of(origin="$(arg xyz)"), "expected no xacro, got $(arg xyz); xacro is not a URDF yet"),
+        (
+            arm_of().replace(">", ' xmlns:x="http://ros.org/wiki/xacro"><x:include/>', 1),
+            "arm.urdf: expected no xacro, got <xacro:include>; xacro is not a URDF yet",
+        ),
         (arm_of(limit=""), "joint 'j': lower and upper: expected a range, got none"),
         (
             arm_of(origin="0 0 70"),
@@ -161,3 +179,11 @@ def test_the_only_end_of_an_arm_is_its_tool_and_a_person_has_to_confirm_it(desk:
     text = (desk.robots / "mine" / "robot.yaml").read_text()
     assert "tool_frame: end" in text
     assert "end_effectors.tool_of_arm.tool_frame: chosen by" in text
+
+
+def test_soft_limits_of_a_urdf_narrow_its_range(desk: Desk) -> None:
+    soft = '<safety_controller soft_lower_limit="-0.5" soft_upper_limit="9" k_velocity="1"/>'
+    (desk.folder / URDF).write_text(arm_of().replace("<limit", f"{soft}<limit"))
+    assert desk.new("mine", "--urdf", URDF).returncode == 0
+    joint = load_robot("mine").joint("j")
+    assert (joint.lower_rad, joint.upper_rad) == (-0.5, 2.0)

@@ -6,7 +6,6 @@ import math
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -27,7 +26,7 @@ _POSES = 200
 _MOST_RAD = 25.0
 """Of a turning joint's limits and speed: what is more was meant in degrees."""
 _MOST_M = 10.0
-"""Between two joints: what is more was meant in mm."""
+"""Between two joints, and of a sliding one's limits and speed: what is more was meant in mm."""
 
 
 @dataclass(frozen=True)
@@ -74,25 +73,6 @@ class DraftJoint:
         return self.velocity * self.lag_s + self.sag
 
 
-def read_urdf(path: Path) -> ET.Element:
-    """The URDF's ``<robot>``.
-
-    Raises:
-        ConfigError: there is no such file, or it is no URDF.
-    """
-    try:
-        root = ET.parse(path).getroot()  # noqa: S314 - the person's own file
-    except OSError as error:
-        raise ConfigError(f"{WHO}: --urdf: {path}: cannot be read: {error.strerror}") from None
-    except (ET.ParseError, LookupError, ValueError) as error:
-        hint = "; xacro is not a URDF yet: run xacro first" if ".xacro" in path.suffixes else ""
-        raise ConfigError(f"{WHO}: --urdf: {path}: cannot be read as XML: {error}{hint}") from None
-    if root.tag != "robot":
-        hint = ": give it as --mjcf" if root.tag == "mujoco" else ""
-        raise ConfigError(expected(f"{WHO}: --urdf: {path}", "<robot>", f"<{root.tag}>{hint}"))
-    return root
-
-
 def moving_joints(urdf: ET.Element) -> list[ET.Element]:
     """The joints of a URDF that move by themselves, in its order: none that mimics another."""
     return [
@@ -131,7 +111,9 @@ def _draft(
     told = {key: _limit(joint, key, who) for key in ("lower", "upper", "effort", "velocity")}
     _check_place(joint, who)
     unit = "m" if kind == "prismatic" else "rad"
-    lower, upper = told["lower"], told["upper"]
+    soft = {key: _limit(joint, f"soft_{key}_limit", who) for key in ("lower", "upper")}
+    lower = max((v for v in (told["lower"], soft["lower"]) if v is not None), default=None)
+    upper = min((v for v in (told["upper"], soft["upper"]) if v is not None), default=None)
     efforts = [told["effort"]] if told["effort"] is not None else []
     lag_s = 0.0
     if source is not None and number is not None:
@@ -164,7 +146,7 @@ def _draft(
 
 
 def _limit(joint: ET.Element, key: str, who: str) -> float | None:
-    limit = joint.find("limit")
+    limit = joint.find("safety_controller" if key.startswith("soft") else "limit")
     text = None if limit is None else limit.get(key)
     if text is None:
         return None
@@ -178,9 +160,15 @@ def _limit(joint: ET.Element, key: str, who: str) -> float | None:
         raise ConfigError(expected(f"{who}: limit {key}", "a number above 0", repr(text)))
     if abs(value) >= ANY:
         return None
-    if key != "effort" and joint.get("type") == "revolute" and abs(value) > _MOST_RAD:
-        what = f"rad, or rad/s, up to {_MOST_RAD:g}; a joint without an end is continuous"
-        raise ConfigError(expected(f"{who}: limit {key}", what, f"{value:g}: are these degrees?"))
+    what, most, meant = {
+        "revolute": (
+            f"rad, or rad/s, up to {_MOST_RAD:g}; a joint without an end is continuous",
+            _MOST_RAD, "degrees",
+        ),
+        "prismatic": (f"m, or m/s, up to {_MOST_M:g}", _MOST_M, "mm"),
+    }.get(joint.get("type", ""), ("", math.inf, ""))  # fmt: skip
+    if key != "effort" and abs(value) > most:
+        raise ConfigError(expected(f"{who}: limit {key}", what, f"{value:g}: are these {meant}?"))
     return value
 
 

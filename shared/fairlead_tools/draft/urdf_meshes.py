@@ -11,8 +11,8 @@ from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
 from fairlead.errors import ConfigError
-from fairlead_tools.draft.joints import read_urdf
 from fairlead_tools.draft.source_model import WHO
+from fairlead_tools.draft.urdf_file import read_urdf
 
 _FOLDER = "meshes"
 _PACKAGE = "package://"
